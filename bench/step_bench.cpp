@@ -1,0 +1,59 @@
+// A call of step(): steps a call, threads, what a call costs, seek and set_step.
+#include "support/benches.hpp"
+#include "support/plan_bench.hpp"
+#include "support/scenes.hpp"
+
+namespace dvdx::bench {
+namespace {
+
+template <class T>
+Case<T> meadow_case(const std::string& name, std::size_t steps) {
+  return {.name = name, .scene = [](std::size_t) { return meadow(); }, .steps = steps};
+}
+
+template <class T>
+void add_steps() {
+  for (const std::size_t steps : {1U, 2U, 4U, 8U, 16U, 64U}) {
+    const Case<T> work = meadow_case<T>("step/steps:" + std::to_string(steps), steps);
+    for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(), in_memory()}) {
+      for (int threads = 1; threads <= most_threads(); ++threads)
+        add_plan(work, {best_isa(), Arithmetic::separate, threads}, size);
+    }
+  }
+  for (const std::size_t count : {1U, 16U, 64U, 256U}) {
+    add_plan(meadow_case<T>("step/small", 1), {best_isa(), Arithmetic::separate}, {"count:" + std::to_string(count), count});
+  }
+}
+
+template <class T>
+void time_seek(benchmark::State& timing) {
+  Held<T> held = hold_padded<T>(in_first_cache<T>()), start = hold_padded<T>(in_first_cache<T>());
+  scatter_about(held.state);
+  scatter_about(start.state);
+  const auto plan = compile<T>(meadow(), {}), reference = compile<T>(meadow(), {.isa = Isa::reference});
+  for (auto _ : timing) benchmark::DoNotOptimize(plan->seek(held.state, 216000));
+  timing.SetItemsProcessed(timing.iterations() * static_cast<std::int64_t>(held.state.count));
+  scatter_about(held.state);
+  const bool is_sought = plan->seek(held.state, 1000) && reference->seek(start.state, 1000);
+  if (!is_sought || !is_same_bits(held.state, start.state, start.state.count))
+    timing.SkipWithError("differs from the reference");
+}
+
+void time_set_step(benchmark::State& timing, Scene (*scene)()) {
+  auto plan = compile<float>(scene(), {});
+  for (auto _ : timing) benchmark::DoNotOptimize(plan->set_step(frame));
+  timing.SetItemsProcessed(timing.iterations());
+}
+
+}  // namespace
+
+void register_step() {
+  add_steps<float>();
+  add_steps<double>();
+  add("step/seek/float32/L1", time_seek<float>);
+  add("step/seek/float64/L1", time_seek<double>);
+  add("step/set_step/fused/float32", [](benchmark::State& timing) { time_set_step(timing, meadow); });
+  add("step/set_step/shear/float32", [](benchmark::State& timing) { time_set_step(timing, swing); });
+}
+
+}  // namespace dvdx::bench

@@ -1,0 +1,13 @@
+// One function a pass, each in the file of that name.
+#pragma once
+
+namespace dvdx::bench {
+
+void register_affine();
+void register_rate();
+void register_contact();
+void register_radial();
+void register_step();
+void register_layout();
+
+}  // namespace dvdx::bench

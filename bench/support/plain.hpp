@@ -1,0 +1,61 @@
+// What a plain program would write: the loops that the benchmarks hold the passes against. Compiled apart, with
+// -O3 -march=native and every freedom of contraction that the compiler takes by default.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace dvdx::bench {
+
+template <class T>
+struct PlainParticle {
+  std::array<T, 3> x, v;
+  T mass;
+};
+
+// Gravity, one damped spring to an anchor and drag in wind: the scene meadow() of scenes.hpp.
+template <class T>
+struct PlainForces {
+  std::array<T, 3> gravity, anchor, wind;
+  T stiffness, damping, drag;
+};
+
+template <class T>
+struct PlainArrays {
+  std::array<T*, 3> x, v;
+  std::size_t count;
+};
+
+// One symplectic Euler step as a text book writes it: sum the forces, divide by the mass, move.
+template <class T>
+void plain_aos_step(std::vector<PlainParticle<T>>& particles, const PlainForces<T>& forces, T h);
+
+// The same over six arrays, which the compiler vectorises.
+template <class T>
+void plain_soa_step(const PlainArrays<T>& arrays, T mass, const PlainForces<T>& forces, T h);
+
+// The same with masses each.
+template <class T>
+void plain_masses_step(const PlainArrays<T>& arrays, const T* mass, const PlainForces<T>& forces, T h);
+
+// Gravity and a floor at y = 0 that throws back with the restitution e, as games write it.
+template <class T>
+void plain_floor_step(const PlainArrays<T>& arrays, T gravity, T e, T h);
+
+// A spring of rest length l to the origin; rate = stiffness / mass.
+template <class T>
+void plain_radial_step(const PlainArrays<T>& arrays, T rate, T l, T h);
+
+// Underdamped coefficients each, from the text book's formulas: x1 = a x0 + b v0, v1 = c x0 + a v0 - g b v0.
+void plain_coefficients(const double* W, const double* g, double h, std::size_t n, double* a, double* b, double* c);
+
+// Runge-Kutta's fourth order on x'' = -W x - g v, all steps of a block of arrays while it is in cache.
+template <class T>
+void plain_runge_kutta(const PlainArrays<T>& arrays, T W, T g, T h, std::size_t steps);
+
+// x *= factor in place over six arrays, elements [first, last): the memory traffic of a step and nothing else.
+template <class T>
+void scale_in_place(const PlainArrays<T>& arrays, T factor, std::size_t first, std::size_t last);
+
+}  // namespace dvdx::bench

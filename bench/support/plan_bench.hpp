@@ -1,0 +1,157 @@
+// Registers benchmarks of a plan: every ISA, arithmetic, precision, size and thread count that is worth its time.
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dvdx/plan.hpp"
+#include "support/held.hpp"
+#include "support/threads.hpp"
+
+namespace dvdx::bench {
+
+struct Size {
+  std::string name;
+  std::size_t count;
+};
+
+template <class T>
+constexpr std::size_t in_first_cache() {
+  return 4096 / sizeof(T);  // particles: 24 KiB
+}
+inline Size in_second_cache() { return {"L2", 16384}; }
+inline Size in_memory() { return {"memory", 8'000'000}; }
+
+template <class T>
+std::string scalar_name() {
+  return sizeof(T) == sizeof(float) ? "float32" : "float64";
+}
+
+// What is timed; the scene is made for a count, so that its first particles are the same whatever the count.
+template <class T>
+struct Case {
+  std::string name;
+  std::function<Scene(std::size_t count)> scene;
+  void (*start)(State<T>&) = scatter_about<T>;
+  Hold<T> hold = hold_padded<T>;
+  std::size_t steps = 1;  // a call
+};
+
+struct How {
+  Isa isa;
+  Arithmetic arithmetic;
+  int threads = 1;
+};
+
+template <class T>
+Expected<Plan<T>> plan_of(const Case<T>& work, const How& how, const State<T>& state) {
+  return compile<T>(work.scene(state.count), {.isa = how.isa, .arithmetic = how.arithmetic}, state);
+}
+
+// Whether one call from the start gives the reference's bits; of large batches the first few thousand particles are compared.
+template <class T>
+bool is_right(const Case<T>& work, const How& how, State<T>& state) {
+  Held<T> expected = hold_padded<T>(std::min<std::size_t>(state.count, 4097));
+  work.start(expected.state);
+  const auto reference = plan_of<T>(work, {Isa::reference, how.arithmetic}, expected.state);
+  work.start(state);
+  const auto plan = plan_of<T>(work, how, state);
+  if (!reference || !plan) return false;
+  reference->step(expected.state, work.steps);
+  plan->step(state, work.steps, on_threads(how.threads));
+  return is_same_bits(state, expected.state, expected.state.count);
+}
+
+// Counts of a loop over `count` particles, `steps` times an iteration.
+template <class T>
+void count_work(benchmark::State& timing, std::size_t count, std::size_t steps) {
+  const auto done = static_cast<double>(timing.iterations()) * static_cast<double>(count * steps);
+  timing.SetItemsProcessed(static_cast<std::int64_t>(done));
+  timing.SetBytesProcessed(static_cast<std::int64_t>(done * 12 * sizeof(T)));  // six columns, read and written
+}
+
+template <class T>
+void time_plan(benchmark::State& timing, const Case<T>& work, const How& how, std::size_t count) {
+  Held<T> held = work.hold(count);
+  work.start(held.state);
+  const auto plan = plan_of<T>(work, how, held.state);
+  if (!plan) return timing.SkipWithError(plan.error().message().c_str());
+  const ParallelFor parallel = on_threads(how.threads);
+  for (auto _ : timing) plan->step(held.state, work.steps, parallel);
+  count_work<T>(timing, count, work.steps);
+  if (!is_right(work, how, held.state)) timing.SkipWithError("differs from the reference");
+}
+
+// By the processor's time, which other programs disturb least; two threads by the wall's.
+template <class Function>
+void add(const std::string& name, Function function, int threads = 1) {
+  auto* const added = benchmark::RegisterBenchmark(name.c_str(), std::move(function))->MinTime(0.02);
+  if (threads > 1) added->UseRealTime();
+}
+
+template <class T>
+void add_plan(const Case<T>& work, const How& how, const Size& size) {
+  const std::string name = work.name + "/" + scalar_name<T>() + "/" + std::string(dvdx::name(how.isa)) + "/" +
+                           std::string(dvdx::name(how.arithmetic)) + "/" + size.name +
+                           "/threads:" + std::to_string(how.threads);
+  add(
+      name, [work, how, count = size.count](benchmark::State& timing) { time_plan(timing, work, how, count); }, how.threads);
+}
+
+// All ISAs where the particles are in cache.
+template <class T>
+void add_in_cache(const Case<T>& work) {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+    for (const Isa isa : available_isas(arithmetic)) {
+      for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache()}) add_plan(work, {isa, arithmetic}, size);
+    }
+  }
+}
+
+// The best ISA and the reference where they are not, with one thread and with two.
+template <class T>
+void add_in_memory(const Case<T>& work) {
+  add_plan(work, {Isa::reference, Arithmetic::separate}, in_memory());
+  for (int threads = 1; threads <= most_threads(); ++threads) {
+    add_plan(work, {best_isa(), Arithmetic::separate, threads}, in_memory());
+  }
+}
+
+template <class T>
+void add_everywhere(const Case<T>& work) {
+  add_in_cache(work);
+  add_in_memory(work);
+}
+
+// A plain loop over six arrays: step(arrays) for each iteration. Its result is checked to be finite and no more: another
+// method.
+template <class T, class Step>
+void time_plain(benchmark::State& timing, std::size_t count, void (*start)(State<T>&), const Step& step) {
+  Held<T> held = hold_padded<T>(count);
+  start(held.state);
+  const PlainArrays<T> arrays = arrays_of(held.state);
+  for (auto _ : timing) {
+    step(arrays);
+    benchmark::ClobberMemory();
+  }
+  count_work<T>(timing, count, 1);
+  if (!std::isfinite(arrays.x[0][count / 2]) || !std::isfinite(arrays.v[1][count - 1])) timing.SkipWithError("not finite");
+}
+
+template <class T, class Step>
+void add_plain(const std::string& name, Step step, void (*start)(State<T>&) = scatter_about<T>) {
+  for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(), in_memory()}) {
+    add(name + "/" + scalar_name<T>() + "/plain/" + size.name + "/threads:1",
+        [count = size.count, step, start](benchmark::State& timing) { time_plain<T>(timing, count, start, step); });
+  }
+}
+
+}  // namespace dvdx::bench

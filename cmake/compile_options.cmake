@@ -1,0 +1,15 @@
+# What every target of ours is compiled with. Nothing here reaches a consumer: usage requirements carry only include
+# directories and the language level.
+add_library(dvdx_options INTERFACE)
+target_compile_features(dvdx_options INTERFACE cxx_std_20)
+# No compiler may fuse a multiply and an add on its own: every ISA must give the same bits.
+target_compile_options(dvdx_options INTERFACE -ffp-contract=off -fno-math-errno -fvisibility=hidden)
+if(DVDX_DEVELOPER)
+  target_compile_options(dvdx_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
+                                                -Wold-style-cast -Wnon-virtual-dtor -Werror)
+endif()
+if(DVDX_SANITIZE)
+  target_compile_options(dvdx_options INTERFACE -fsanitize=${DVDX_SANITIZE} -fno-omit-frame-pointer -g1
+                                                -fno-sanitize-recover=all)
+  target_link_options(dvdx_options INTERFACE -fsanitize=${DVDX_SANITIZE})
+endif()

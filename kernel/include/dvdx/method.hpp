@@ -1,0 +1,31 @@
+// How a force's integral contribution (dv, dx) is worked out.
+#pragma once
+
+namespace dvdx {
+
+enum class Method {
+  combined,              // all affine forces of a particle integrated as one system: exact for any step
+  exact,                 // each force alone:  dv = Int a dt,  dx = Int Int a dt dt
+  average_acceleration,  // dv = Int a dt,  dx = dv h/2
+  pulse,                 // dv = Int a dt,  dx = dv h
+  symplectic_euler,      // dv = a(t) h,    dx = dv h
+};
+
+enum class Expansion {  // of the drag's exponential
+  exact,                // 1 - exp(-c h/m)
+  first_order,  // c h/m: the text's shortcut; first order in time and unstable for c h/m > 2. Never part of a combined system.
+};
+
+enum class Sweep {  // the path that a contact is looked for on
+  curve,            // the parabola through x(0), v(0) and x(h): finds dips that end outside
+  line,             // the straight line from x(0) to x(h)
+};
+
+enum class Response {  // what an impact at the fraction f of a step does to the position
+  resume,              // the pulse acts for the rest of the step: dx = (1-f) h dv
+  seed,                // two pulses of which the second ends the step on the surface: dx = x(f) - x(h)
+};
+
+enum class Side { outside, inside };  // of a sphere: where particles may be
+
+}  // namespace dvdx

@@ -1,0 +1,93 @@
+// A plan: a scene compiled for one step size, one scalar type and one instruction set.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "dvdx/isa.hpp"
+#include "dvdx/layouts/state.hpp"
+#include "dvdx/parallel.hpp"
+#include "dvdx/scene.hpp"
+
+namespace dvdx {
+
+// What is wrong with a scene, an option or a state: the field ("forces[2].stiffness"), its value, and what is valid.
+struct Error {
+  std::string field;
+  std::string value;
+  std::string valid;
+  [[nodiscard]] std::string message() const;
+};
+
+template <class T>
+using Expected = tl::expected<T, Error>;
+
+struct Options {
+  double step = 1.0 / 60;    // s, finite, not 0; negative runs time backwards
+  std::optional<Isa> isa{};  // the best where none is asked for
+  Arithmetic arithmetic = Arithmetic::separate;
+  std::size_t block = 0;  // particles that stay in first-level cache together: a multiple of 16, at most 1024; 0: chosen
+  int impacts = 32;       // 1..1000: impacts of one particle that one step resolves in time order; what is left is clamped
+};
+
+enum class StepResult {
+  done,
+  count_differs,       // the plan holds values per particle, and the state has another count: nothing was stepped
+  capacity_too_small,  // a column's capacity is below the state's count: nothing was stepped
+};
+
+template <class T>
+class Program;  // what a scene compiles to
+
+// T is float or double. A plan is immutable but for its coefficients: any number of threads may step different states with it
+// at once, none of them while set_step or replace runs.
+template <class T>
+class Plan {
+ public:
+  explicit Plan(std::unique_ptr<Program<T>> program) noexcept;
+  Plan(Plan&&) noexcept;
+  Plan& operator=(Plan&&) noexcept;
+  ~Plan();
+
+  // Moves every particle by `steps` steps, all of them while its block is in cache, and the state's clock with them.
+  // Allocates nothing, throws nothing, locks nothing. Denormals are flushed to zero meanwhile, and the caller's
+  // floating-point environment is restored.
+  StepResult step(State<T>& state, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
+
+  // The same motion `steps` steps ahead by powers of the step's matrix. Only for scenes without contacts, radial springs and
+  // fixed particles; an error names what is in the way.
+  Expected<void> seek(State<T>& state, std::uint64_t steps) const;
+
+  // Re-makes the coefficients and nothing else; not while another thread steps with this plan.
+  Expected<void> set_step(double h);
+  // forces[index] becomes `force`. What stood at the start still does.
+  Expected<void> replace(std::size_t index, const Force& force);
+
+  [[nodiscard]] const Scene& scene() const noexcept;
+  [[nodiscard]] double step_size() const noexcept;  // s
+  [[nodiscard]] Isa isa() const noexcept;
+  [[nodiscard]] Arithmetic arithmetic() const noexcept;
+  [[nodiscard]] std::size_t block() const noexcept;  // particles
+  // What the scene needs, in words: passes, combined forces, bytes and operations per particle-step, what is unstable.
+  [[nodiscard]] std::string explain() const;
+
+ private:
+  std::unique_ptr<Program<T>> program_;
+};
+
+// A plan for a scene in which all particles are alike (no values each, no anchors at the start).
+template <class T>
+Expected<Plan<T>> compile(const Scene& scene, const Options& options);
+
+// A plan for the particles of a state: its count, and its positions where anchors stand at the start.
+template <class T>
+Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start);
+
+extern template class Plan<float>;
+extern template class Plan<double>;
+
+}  // namespace dvdx

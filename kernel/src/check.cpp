@@ -1,0 +1,215 @@
+#include "check.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "forces/polynomial.hpp"
+#include "program.hpp"
+
+namespace dvdx {
+namespace {
+
+enum class Range { finite, non_negative, positive, unit };
+
+std::string text(double value) {
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  return {buffer, end};
+}
+
+std::string text(const Vec3& value) {
+  std::string list = "[";
+  for (const double component : value) list.append(list.size() > 1 ? ", " : "").append(text(component));
+  return list.append("]");
+}
+
+std::string element(std::string name, std::size_t i) { return name.append("[").append(std::to_string(i)).append("]"); }
+
+constexpr std::string_view words(Range range) {
+  switch (range) {
+    case Range::finite:
+      return "a finite number";
+    case Range::non_negative:
+      return "a finite number >= 0";
+    case Range::positive:
+      return "a finite number > 0";
+    case Range::unit:
+      return "a number from 0 to 1";
+  }
+  return "";
+}
+
+bool holds(Range range, double value) {
+  if (!std::isfinite(value)) return false;
+  switch (range) {
+    case Range::finite:
+      return true;
+    case Range::non_negative:
+      return value >= 0;
+    case Range::positive:
+      return value > 0;
+    case Range::unit:
+      return value >= 0 && value <= 1;
+  }
+  return false;
+}
+
+// Collects the first error; later checks are skipped.
+class Checker {
+ public:
+  explicit Checker(std::optional<std::size_t> count) : count_(count) {}
+  std::optional<Error> error;
+
+  void fail(std::string field, std::string value, std::string valid) {
+    if (!error) error = Error{std::move(field), std::move(value), std::move(valid)};
+  }
+  void number(const std::string& field, double value, Range range) {
+    if (!holds(range, value)) fail(field, text(value), std::string(words(range)));
+  }
+  void numbers(const std::string& field, const Vec3& value, Range range) {
+    for (std::size_t axis = 0; axis < 3; ++axis) number(element(field, axis), value[axis], range);
+  }
+  void scalars(const std::string& field, const Scalars& value, Range range) {
+    if (value.is_uniform()) return number(field, value[0], range);
+    length(field, value.each().size());
+    for (std::size_t i = 0; i < value.each().size() && !error; ++i) {
+      if (!holds(range, value[i])) number(element(field, i), value[i], range);
+    }
+  }
+  void per_axis(const std::string& field, const PerAxis& value, Range range) {
+    if (value.axes()) {
+      numbers(field, *value.axes(), range);
+    } else {
+      scalars(field, value.scalars(), range);
+    }
+  }
+  void anchor(const std::string& field, const Anchor& value) {
+    if (const auto* all = std::get_if<Vec3>(&value)) return numbers(field, *all, Range::finite);
+    if (const auto* each = std::get_if<std::vector<Vec3>>(&value)) {
+      length(field, each->size());
+      for (std::size_t i = 0; i < each->size() && !error; ++i) {
+        for (const double c : (*each)[i]) {
+          if (!std::isfinite(c)) numbers(element(field, i), (*each)[i], Range::finite);
+        }
+      }
+    } else if (!count_) {
+      fail(field, "at_start", "anchors at the start need the state: compile(scene, options, state)");
+    }
+  }
+  void length(const std::string& field, std::size_t size) {
+    if (!count_)
+      return fail(field, std::to_string(size) + " values", "values each need the state: compile(scene, options, state)");
+    if (size != *count_) {
+      fail(field, std::to_string(size) + " values", "one for each of the " + std::to_string(*count_) + " particles");
+    }
+  }
+  [[nodiscard]] const std::optional<std::size_t>& count() const { return count_; }
+
+ private:
+  std::optional<std::size_t> count_;
+};
+
+struct ForceChecker {
+  Checker& check;
+  std::string at;
+
+  void operator()(const Constant& f) const { check.numbers(at + ".acceleration", f.acceleration, Range::finite); }
+  void operator()(const Polynomial& f) const {
+    const std::size_t terms = f.acceleration.size();
+    if (terms < 1 || terms > static_cast<std::size_t>(polynomial_terms)) {
+      check.fail(at + ".acceleration", std::to_string(terms) + " terms", "1 to " + std::to_string(polynomial_terms) + " terms");
+    }
+    for (std::size_t k = 0; k < terms; ++k) {
+      check.numbers(element(at + ".acceleration", k), f.acceleration[k], Range::finite);
+    }
+  }
+  void operator()(const Sinusoid& f) const {
+    check.numbers(at + ".acceleration", f.acceleration, Range::finite);
+    check.number(at + ".angular_frequency", f.angular_frequency, Range::finite);
+    check.number(at + ".phase", f.phase, Range::finite);
+  }
+  void operator()(const Spring& f) const {
+    check.per_axis(at + ".stiffness", f.stiffness, Range::non_negative);
+    check.number(at + ".damping", f.damping, Range::non_negative);
+    check.anchor(at + ".anchor", f.anchor);
+  }
+  void operator()(const RadialSpring& f) const {
+    check.scalars(at + ".stiffness", f.stiffness, Range::non_negative);
+    check.number(at + ".damping", f.damping, Range::non_negative);
+    check.anchor(at + ".anchor", f.anchor);
+    check.scalars(at + ".rest_length", f.rest_length, Range::non_negative);
+  }
+  void operator()(const Drag& f) const {
+    check.per_axis(at + ".coefficient", f.coefficient, Range::non_negative);
+    check.numbers(at + ".wind", f.wind, Range::finite);
+  }
+};
+
+struct ContactChecker {
+  Checker& check;
+  std::string at;
+
+  void operator()(const Plane& c) const {
+    check.numbers(at + ".normal", c.normal, Range::finite);
+    const double length = std::hypot(c.normal[0], c.normal[1], c.normal[2]);
+    if (!(length > 0) || !std::isfinite(length)) {
+      check.fail(at + ".normal", text(c.normal), "a vector of finite length > 0");
+    }
+    check.number(at + ".offset", c.offset, Range::finite);
+    material(c);
+  }
+  void operator()(const Sphere& c) const {
+    check.numbers(at + ".center", c.center, Range::finite);
+    check.number(at + ".radius", c.radius, Range::positive);
+    material(c);
+  }
+  template <class Contact>
+  void material(const Contact& c) const {
+    check.number(at + ".restitution", c.restitution, Range::unit);
+    check.number(at + ".friction", c.friction, Range::non_negative);
+    check.number(at + ".viscosity", c.viscosity, Range::non_negative);
+    check.number(at + ".normal_viscosity", c.normal_viscosity, Range::non_negative);
+  }
+};
+
+void check_fixed(Checker& check, const std::vector<std::size_t>& fixed) {
+  for (std::size_t k = 0; k < fixed.size(); ++k) {
+    const std::string at = element("fixed", k);
+    if (k != 0 && fixed[k] <= fixed[k - 1]) check.fail(at, std::to_string(fixed[k]), "particle ids in ascending order");
+    if (check.count() && fixed[k] >= *check.count()) {
+      check.fail(at, std::to_string(fixed[k]), "a particle id below " + std::to_string(*check.count()));
+    }
+  }
+}
+
+}  // namespace
+
+std::string Error::message() const { return field + " is " + value + ": must be " + valid; }
+
+std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count) {
+  Checker check(count);
+  check.scalars("mass", scene.mass, Range::positive);
+  for (std::size_t i = 0; i < scene.forces.size(); ++i) {
+    std::visit(ForceChecker{check, element("forces", i)}, scene.forces[i]);
+  }
+  for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
+    std::visit(ContactChecker{check, element("contacts", i)}, scene.contacts[i]);
+  }
+  check_fixed(check, scene.fixed);
+  return check.error;
+}
+
+std::optional<Error> check(const Options& options) {
+  if (!std::isfinite(options.step) || options.step == 0) return Error{"step", text(options.step), "a finite number, not 0"};
+  if (options.block % block_unit != 0 || options.block > max_block) {
+    return Error{"block", std::to_string(options.block), "a multiple of 16 up to 1024, or 0"};
+  }
+  if (options.impacts < 1 || options.impacts > 1000) {
+    return Error{"impacts", std::to_string(options.impacts), "a whole number from 1 to 1000"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace dvdx

@@ -1,0 +1,15 @@
+// What a scene and its options may hold.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "dvdx/plan.hpp"
+
+namespace dvdx {
+
+// The first thing that is wrong, or nothing. count: the state's particles, where a state is given.
+std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count);
+std::optional<Error> check(const Options& options);
+
+}  // namespace dvdx

@@ -1,0 +1,13 @@
+// A constant acceleration.
+#pragma once
+
+#include "dvdx/method.hpp"
+#include "forces/contribution.hpp"
+
+namespace dvdx {
+
+// The gain of a constant acceleration. Method::combined is the exact one here: where it is combined with springs or drag, the
+// gain is Combined::constant (combined.hpp).
+Gain constant(double h, Method method) noexcept;
+
+}  // namespace dvdx

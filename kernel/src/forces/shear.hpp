@@ -1,0 +1,20 @@
+// Oscillating motion as three shears, which rounding cannot give or take energy.
+#pragma once
+
+#include "forces/combined.hpp"
+
+namespace dvdx {
+
+// e = x - c:   p = t1 v,  u = v - (s (e + p) + kappa v),  d = p + t2 u
+//   x' = x + d,  v' = u                                            where sign is +1
+//   x' = x + ((sign - 1) e + sign d),  v' = sign u                 in either case
+struct Shear {
+  double sign = 1, t1 = 0, s = 0, t2 = 0, kappa = 0;
+  double kick = 0;  // s (t1 + t2), with kappa all there is to the eigenvalues; 0 where the motion was taken for free
+};
+
+// exact: the combined step for W, g and h. For motion that oscillates, W > (g/2)^2, or is free; |t omega| <= 1 where it is
+// undamped.
+Shear shear(const Combined& exact, double g, double h) noexcept;
+
+}  // namespace dvdx

@@ -1,0 +1,9 @@
+#include "isa/tables.hpp"
+#include "passes/sweep.inl.hpp"
+
+namespace dvdx {
+
+constinit const Tables avx2_contracted = {kernels<float, xsimd::fma3<xsimd::avx2>, Arithmetic::contracted>(),
+                                          kernels<double, xsimd::fma3<xsimd::avx2>, Arithmetic::contracted>()};
+
+}  // namespace dvdx

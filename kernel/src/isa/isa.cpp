@@ -1,0 +1,110 @@
+#include "dvdx/isa.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+
+#include "isa/tables.hpp"
+
+namespace dvdx {
+namespace {
+
+struct Entry {
+  Isa isa;
+  Arithmetic arithmetic;
+  const Tables* tables;
+  bool (*runs_here)() noexcept;
+};
+
+bool always() noexcept { return true; }
+
+#if defined(__x86_64__)
+// The compiler's own check also asks whether the operating system saves the registers, which CPUID alone does not say.
+bool has_fma() noexcept { return __builtin_cpu_supports("fma"); }
+bool has_avx2() noexcept { return __builtin_cpu_supports("avx2"); }
+bool has_avx2_fma() noexcept { return has_avx2() && has_fma(); }
+bool has_avx512() noexcept {
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
+         __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+}
+
+constexpr std::array entries = {
+    Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
+    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
+    Entry{Isa::sse2, Arithmetic::separate, &sse2_separate, always},
+    Entry{Isa::avx2, Arithmetic::separate, &avx2_separate, has_avx2},
+    Entry{Isa::avx2, Arithmetic::contracted, &avx2_contracted, has_avx2_fma},
+    Entry{Isa::avx512, Arithmetic::separate, &avx512_separate, has_avx512},
+    Entry{Isa::avx512, Arithmetic::contracted, &avx512_contracted, has_avx512},
+};
+#elif defined(__aarch64__)
+constexpr std::array entries = {
+    Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
+    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
+    Entry{Isa::neon64, Arithmetic::separate, &neon64_separate, always},
+    Entry{Isa::neon64, Arithmetic::contracted, &neon64_contracted, always},
+};
+#else
+constexpr std::array entries = {
+    Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
+    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
+};
+#endif
+
+constexpr std::array names = {std::string_view{"reference"}, std::string_view{"sse2"}, std::string_view{"avx2"},
+                              std::string_view{"avx512"}, std::string_view{"neon64"}};
+
+const Entry* find(Isa isa, Arithmetic arithmetic) noexcept {
+  for (const Entry& entry : entries) {
+    if (entry.isa == isa && entry.arithmetic == arithmetic) return &entry;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::vector<Isa> built_isas(Arithmetic arithmetic) {
+  std::vector<Isa> isas;
+  for (const Entry& entry : entries) {
+    if (entry.arithmetic == arithmetic) isas.push_back(entry.isa);
+  }
+  return isas;
+}
+
+std::vector<Isa> available_isas(Arithmetic arithmetic) {
+  std::vector<Isa> isas = built_isas(arithmetic);
+  std::erase_if(isas, [&](Isa isa) { return !find(isa, arithmetic)->runs_here(); });
+  return isas;
+}
+
+Isa best_isa(Arithmetic arithmetic) {
+  const auto isas = available_isas(arithmetic);
+  if (const char* wanted = std::getenv("DVDX_ISA")) {  // NOLINT(concurrency-mt-unsafe): read only
+    const auto isa = isa_from_name(wanted);
+    if (isa && std::find(isas.begin(), isas.end(), *isa) != isas.end()) return *isa;
+  }
+  return isas.back();
+}
+
+std::string_view name(Isa isa) noexcept { return names[static_cast<std::size_t>(isa)]; }
+
+std::string_view name(Arithmetic arithmetic) noexcept { return arithmetic == Arithmetic::separate ? "separate" : "contracted"; }
+
+std::optional<Isa> isa_from_name(std::string_view name) noexcept {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names[i] == name) return static_cast<Isa>(i);
+  }
+  return std::nullopt;
+}
+
+template <class T>
+const Kernels<T>* find_kernels(Isa isa, Arithmetic arithmetic) noexcept {
+  const Entry* entry = find(isa, arithmetic);
+  if (entry == nullptr || !entry->runs_here()) return nullptr;
+  return &of<T>(*entry->tables);
+}
+
+template const Kernels<float>* find_kernels<float>(Isa, Arithmetic) noexcept;
+template const Kernels<double>* find_kernels<double>(Isa, Arithmetic) noexcept;
+
+}  // namespace dvdx

@@ -1,0 +1,130 @@
+// Everything that the wide bodies use of xsimd, in one place. Lanes<T, Arch> is a register of T; its operators are xsimd's.
+#pragma once
+
+#include <cstddef>
+#include <xsimd/xsimd.hpp>
+
+#include "dvdx/isa.hpp"
+
+namespace dvdx {
+namespace {  // every ISA has its own: nothing here may be shared between object files
+
+template <class T, class Arch>
+using Lanes = xsimd::batch<T, Arch>;
+
+template <class V>
+using Scalar = typename V::value_type;
+template <class V>
+using Mask = typename V::batch_bool_type;
+
+// Names that xsimd does not have: its own load and store, which ask for alignment, would be found by their arguments first.
+template <class V>
+V load_lanes(const Scalar<V>* p) noexcept {
+  return V::load_unaligned(p);
+}
+template <class V>
+void store_lanes(Scalar<V>* p, V value) noexcept {
+  value.store_unaligned(p);
+}
+
+// Compare and select alone, never an instruction's own minimum: what those do with NaN differs from ISA to ISA.
+template <class V>
+V select(Mask<V> where, V a, V b) noexcept {
+  return xsimd::select(where, a, b);
+}
+template <class V>
+bool any_lane(Mask<V> mask) noexcept {
+  return xsimd::any(mask);
+}
+// Where the whole of an AVX-512 register is asked for, g++ 12 warns of the unmasked intrinsic's undefined source.
+template <class V>
+V square_root(V value) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    return V(_mm512_maskz_sqrt_ps(__mmask16{0xffff}, value));
+  } else if constexpr (sizeof(V) == 64) {
+    return V(_mm512_maskz_sqrt_pd(__mmask8{0xff}, value));
+  } else {
+    return xsimd::sqrt(value);
+  }
+#elif defined(__aarch64__)
+  if constexpr (sizeof(Scalar<V>) == 4) {
+    return V(vsqrtq_f32(value));
+  } else {
+    return xsimd::sqrt(value);
+  }
+#else
+  return xsimd::sqrt(value);
+#endif
+}
+// xsimd 8.1's float root and quotient on neon64 are estimates, a few units in the last place away; the instructions are exact.
+// In passes of either precision, divide by this; float64 has no such trap.
+template <class V>
+V quotient(V a, V b) noexcept {
+#if defined(__aarch64__)
+  if constexpr (sizeof(Scalar<V>) == 4) {
+    return V(vdivq_f32(a, b));
+  } else {
+    return a / b;
+  }
+#else
+  return a / b;
+#endif
+}
+template <class V>
+V magnitude(V value) noexcept {
+  return select<V>(value < V(Scalar<V>(0)), -value, value);
+}
+
+// xsimd 8.1's fma on AVX-512 is a multiply and an add, and its -a is 0 - a, which loses the sign of a zero; these are fused on
+// every ISA that has the instruction: a b + c and -a b + c.
+template <class V>
+V fused_multiply_add(V a, V b, V c) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    return V(_mm512_fmadd_ps(a, b, c));
+  } else if constexpr (sizeof(V) == 64) {
+    return V(_mm512_fmadd_pd(a, b, c));
+  } else {
+    return xsimd::fma(a, b, c);
+  }
+#else
+  return xsimd::fma(a, b, c);
+#endif
+}
+
+template <class V>
+V fused_negative_multiply_add(V a, V b, V c) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    return V(_mm512_fnmadd_ps(a, b, c));
+  } else if constexpr (sizeof(V) == 64) {
+    return V(_mm512_fnmadd_pd(a, b, c));
+  } else {
+    return xsimd::fma(-a, b, c);
+  }
+#else
+  return xsimd::fma(-a, b, c);
+#endif
+}
+
+// a b + c and c - a b: one rounding or two, as the plan was asked for.
+template <Arithmetic arithmetic, class V>
+V multiply_add(V a, V b, V c) noexcept {
+  if constexpr (arithmetic == Arithmetic::contracted) {
+    return fused_multiply_add(a, b, c);
+  } else {
+    return a * b + c;
+  }
+}
+template <Arithmetic arithmetic, class V>
+V subtract_product(V c, V a, V b) noexcept {
+  if constexpr (arithmetic == Arithmetic::contracted) {
+    return fused_negative_multiply_add(a, b, c);
+  } else {
+    return c - a * b;
+  }
+}
+
+}  // namespace
+}  // namespace dvdx

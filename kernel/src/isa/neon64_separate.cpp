@@ -1,0 +1,9 @@
+#include "isa/tables.hpp"
+#include "passes/sweep.inl.hpp"
+
+namespace dvdx {
+
+constinit const Tables neon64_separate = {kernels<float, xsimd::neon64, Arithmetic::separate>(),
+                                          kernels<double, xsimd::neon64, Arithmetic::separate>()};
+
+}  // namespace dvdx

@@ -1,0 +1,9 @@
+#include "isa/tables.hpp"
+#include "passes/sweep.inl.hpp"
+
+namespace dvdx {
+
+constinit const Tables sse2_separate = {kernels<float, xsimd::sse2, Arithmetic::separate>(),
+                                        kernels<double, xsimd::sse2, Arithmetic::separate>()};
+
+}  // namespace dvdx

@@ -1,0 +1,67 @@
+// Surfaces as the contact pass reads them, and where its formulas come from.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "dvdx/method.hpp"
+
+// A step without its contacts runs from (x0, v0) to (x1, v1) in the time t. With f in 0..1 the fraction of it that has passed:
+//
+// Path.    curve:  x(f) = x0 + f (u + f a),  u = t v0,  a = x1 - x0 - u        (exact where the acceleration is constant)
+//          line:   x(f) = x0 + f (x1 - x0)
+// Impact.  The first f at which the distance s from the surface goes from + to -. For a plane s(f) = s0 + d0 f + c f^2 with
+//          d0 = n.u, c = s1 - s0 - d0, and the root is taken in the form in which nothing cancels:
+//            d0 < 0:   f = 2 s0 / (-d0 + sqrt(d0^2 - 4 c s0))
+//            d0 >= 0:  f = (d0 + sqrt(d0^2 - 4 c s0)) / (-2 c)            (it first moves away, then returns: c < 0)
+//          A path that ends outside has dipped below if d0 < 0, d0^2 > 4 c s0 and -d0 < 2 c. Between x0 and x1 the parabola
+//          stays in the triangle x0, x0 + u/2, x1; so nothing happens where the last two are outside, and that is the test that
+//          every particle pays for. (If x0 alone is inside, the particle is on its way out.)
+// Pulse.   Brown's contribution of an impact: a velocity pulse at f, which by dx = Int Int a acts on the position for the
+//          rest of the step. With v_f = v0 + f (v1 - v0), v_n = n.v_f <= 0:
+//            v_n' = -e v_n,   v_t' = tau v_t less Coulomb's min(mu (1 + e) |v_n|, |tau v_t|),   dv = v' - v_f
+//            resume:  dx = (1-f) t dv      seed:  dx = x(f) - x1, the second pulse of Brown's text, which ends the step there
+//          Energy with `resume`, e = tau = 1, mu = 0 and constant acceleration a_n: x1 and v1 become x1 + (1-f) t dv and
+//          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
+//          `resume` goes on with the rest of the step as a new path, on which every surface is looked for again; the one just
+//          left stands at s0 = 0 exactly.
+// Rest.    What is inside after all impacts is put onto the surface, and its v_n < 0 is removed as by a plastic impact, with
+//          Coulomb's friction of the velocity removed. A particle whose tangential velocity does not move it by half an ulp in
+//          the step stays where the path began: rounding alone must not make a resting particle creep. Several surfaces: in
+//          turn, until all agree within rounding.
+// Sphere.  s = side (|x-c| - R). Its sign is that of g = side (|x-c|^2 - R^2) / (2R), a quartic along the parabola.
+//          First guess: the quadratic Taylor part of g at the path's start (exact for a straight path), else the quadratic
+//          through g0, g0' and g1; then Newton's steps that keep to 0..1 and to g' < 0.
+// Source: E. Brown, integral contributions (collision pulses); the numbers e, tau from his contact viscosity exp(-k).
+
+namespace dvdx {
+
+enum class Shape : std::uint8_t { plane, sphere };
+
+template <class T>
+struct Surface {
+  Shape shape = Shape::plane;
+  Sweep sweep = Sweep::curve;
+  Response response = Response::resume;
+  bool finds_dips = true;  // curve: the parabola is good enough to believe a dip that ends outside (and, of spheres, itself)
+  std::array<T, 3> n{0, 1, 0};  // plane: unit normal
+  T d = 0;                      // plane: offset, m
+  std::array<T, 3> center{};    // sphere, m
+  T radius = 1;                 // sphere, m
+  T side = 1;                   // sphere: 1 where particles are outside, -1 inside
+  T half_curvature = T(0.5);    // sphere: side / (2 radius), 1/m
+  T e = 0;                      // what an impact leaves of the normal velocity, restitution and normal viscosity together
+  T tau = 1;                    // ... and of the tangential velocity: exp(-viscosity)
+  T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
+  T hold = 0;  // at rest, tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
+};
+
+// A bounce that rises by less than so many epsilons of the coordinates, d0^2 / (4 |c|), is rest: rounding alone would keep a
+// particle that slides on an oblique plane bouncing (18 impacts in a step, and ten times the time of one that rests).
+inline constexpr int low_bounce = 2;
+
+// Newton's steps to a sphere, and rounds in which surfaces that disagree push a particle.
+inline constexpr int newton_steps = 4;
+inline constexpr int clamp_rounds = 64;
+
+}  // namespace dvdx

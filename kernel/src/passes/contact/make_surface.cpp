@@ -1,0 +1,73 @@
+#include "passes/contact/make_surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "forces/elementary.hpp"
+
+namespace dvdx {
+namespace {
+
+template <class T>
+std::array<T, 3> rounded(const Vec3& v) noexcept {
+  return {static_cast<T>(v[0]), static_cast<T>(v[1]), static_cast<T>(v[2])};
+}
+
+// Scaled by the largest component first, so that neither a long nor a short normal over- or underflows.
+Vec3 unit(const Vec3& v) noexcept {
+  const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+  const Vec3 w{v[0] / largest, v[1] / largest, v[2] / largest};
+  const double length = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+  return {w[0] / length, w[1] / length, w[2] / length};
+}
+
+template <class T>
+void set_shape(Surface<T>& surface, const Plane& plane) noexcept {
+  surface.shape = Shape::plane;
+  surface.n = rounded<T>(unit(plane.normal));
+  surface.d = static_cast<T>(plane.offset);
+}
+
+template <class T>
+void set_shape(Surface<T>& surface, const Sphere& sphere) noexcept {
+  const double side = sphere.side == Side::outside ? 1 : -1;
+  surface.shape = Shape::sphere;
+  surface.center = rounded<T>(sphere.center);
+  surface.radius = static_cast<T>(sphere.radius);
+  surface.side = static_cast<T>(side);
+  surface.half_curvature = static_cast<T>(side / (2 * sphere.radius));
+}
+
+template <class T>
+void set_impact(Surface<T>& surface, double restitution, double friction, double viscosity, double normal_viscosity) noexcept {
+  constexpr auto limits = std::numeric_limits<T>{};
+  surface.e = static_cast<T>(restitution * exp_negative(normal_viscosity));
+  surface.tau = static_cast<T>(exp_negative(viscosity));
+  surface.mu = static_cast<T>(std::min(friction, static_cast<double>(limits.max())));
+  // A surface that leaves no tangential velocity holds what rests on it, too.
+  if (surface.tau <= 0) surface.mu = limits.max();
+  surface.hold = std::max(surface.mu, 8 * limits.epsilon());
+}
+
+}  // namespace
+
+template <class T>
+Surface<T> make_surface(const Contact& contact, bool finds_dips) noexcept {
+  Surface<T> surface;
+  std::visit(
+      [&](const auto& c) {
+        set_shape(surface, c);
+        set_impact(surface, c.restitution, c.friction, c.viscosity, c.normal_viscosity);
+        surface.sweep = c.sweep;
+        surface.response = c.response;
+        surface.finds_dips = finds_dips && c.sweep == Sweep::curve;
+      },
+      contact);
+  return surface;
+}
+
+template Surface<float> make_surface<float>(const Contact&, bool) noexcept;
+template Surface<double> make_surface<double>(const Contact&, bool) noexcept;
+
+}  // namespace dvdx

@@ -1,0 +1,202 @@
+#include "dvdx/plan.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "check.hpp"
+#include "environment.hpp"
+#include "program.hpp"
+
+namespace dvdx {
+namespace {
+
+std::string list(const std::vector<Isa>& isas) {
+  std::string text;
+  for (const Isa isa : isas) text += (text.empty() ? "" : ", ") + std::string(name(isa));
+  return text;
+}
+
+bool stands_at_start(const Force& force) {
+  const auto is_start = [](const auto& f) {
+    if constexpr (requires { f.anchor; }) return std::holds_alternative<AtStart>(f.anchor);
+    return false;
+  };
+  return std::visit(is_start, force);
+}
+
+bool has_values_each(const Scene& scene) {
+  const auto each = [](const auto& f) {
+    bool is_each = false;
+    if constexpr (requires { f.anchor; }) is_each = is_each || !std::holds_alternative<Vec3>(f.anchor);
+    if constexpr (requires { f.stiffness; }) is_each = is_each || !f.stiffness.is_uniform();
+    if constexpr (requires { f.coefficient; }) is_each = is_each || !f.coefficient.is_uniform();
+    if constexpr (requires { f.rest_length; }) is_each = is_each || !f.rest_length.is_uniform();
+    return is_each;
+  };
+  return !scene.mass.is_uniform() ||
+         std::any_of(scene.forces.begin(), scene.forces.end(), [&](const Force& f) { return std::visit(each, f); });
+}
+
+template <class T>
+bool is_finite(const T* column, std::size_t count) {
+  return column == nullptr || std::all_of(column, column + count, [](T k) { return std::isfinite(k); });
+}
+
+template <class T>
+bool has_finite_columns(const Program<T>& program) {
+  const auto& rates = program.terms.rates;
+  const std::size_t count = program.count.value_or(0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const auto* columns : {&rates.A, &rates.B, &rates.C, &rates.S, &rates.sign, &rates.t1, &rates.s, &rates.t2}) {
+      if (!is_finite((*columns)[axis], count)) return false;
+    }
+    for (std::size_t k = 0; k < rates.sources; ++k) {
+      if (!is_finite(rates.gain_v[k][axis], count) || !is_finite(rates.gain_x[k][axis], count)) return false;
+    }
+  }
+  return true;
+}
+
+// Coefficients that overflow would step to nonsense, silently.
+template <class T>
+std::optional<Error> check_coefficients(const Program<T>& program) {
+  const auto is_fit = [](const FusedAxis<T>& k) {
+    return std::isfinite(k.A) && std::isfinite(k.B) && std::isfinite(k.C) && std::isfinite(k.S);
+  };
+  const auto& fused = program.terms.fused;
+  if (std::all_of(fused.begin(), fused.end(), is_fit) && has_finite_columns(program)) return std::nullopt;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", program.options.step);
+  return Error{"step", text.data(), "a step at which this method's coefficients stay finite"};
+}
+
+std::optional<Error> check_sources(const System& system) {
+  const auto& sources = system.sources();
+  const auto apart = std::count_if(sources.begin(), sources.end(), [](const Source& s) { return !s.is_alike(); });
+  if (system.is_uniform() || static_cast<std::size_t>(apart) <= max_sources) return std::nullopt;
+  return Error{"forces", std::to_string(apart) + " accelerations that act differently on each particle",
+               "at most " + std::to_string(max_sources) + " (a sinusoid counts two, a polynomial one a term, a wind one)"};
+}
+
+// The program of a scene that has been checked.
+template <class T>
+Expected<std::unique_ptr<Program<T>>> build(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
+                                            std::vector<Vec3> start) {
+  if (auto error = check_sources(System(scene, start, options.step))) return tl::unexpected(*error);
+  auto program = std::make_unique<Program<T>>(std::move(scene), options, isa, count, std::move(start));
+  if (auto error = check_coefficients(*program)) return tl::unexpected(*error);
+  return program;
+}
+
+template <class T>
+Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T>* state) {
+  const StepEnvironment environment;  // coefficients do not depend on the caller's rounding mode either
+  if (auto error = check(options)) return tl::unexpected(*error);
+  const auto count = state != nullptr ? std::optional(state->count) : std::nullopt;
+  if (auto error = check(scene, count)) return tl::unexpected(*error);
+
+  const Isa isa = options.isa.value_or(best_isa(options.arithmetic));
+  if (find_kernels<T>(isa, options.arithmetic) == nullptr) {
+    return tl::unexpected(Error{"isa", std::string(name(isa)),
+                                "one of " + list(available_isas(options.arithmetic)) + " (with " +
+                                    std::string(name(options.arithmetic)) + " arithmetic on this machine)"});
+  }
+  std::vector<Vec3> start;
+  if (std::any_of(scene.forces.begin(), scene.forces.end(), stands_at_start)) {
+    start.resize(state->count);
+    for (std::size_t i = 0; i < state->count; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) start[i][axis] = static_cast<double>(state->x[axis][i]);
+    }
+  }
+  auto program = build<T>(scene, options, isa, has_values_each(scene) ? count : std::nullopt, std::move(start));
+  if (!program) return tl::unexpected(program.error());
+  return Plan<T>(std::move(*program));
+}
+
+}  // namespace
+
+template <class T>
+Plan<T>::Plan(std::unique_ptr<Program<T>> program) noexcept : program_(std::move(program)) {}
+template <class T>
+Plan<T>::Plan(Plan&&) noexcept = default;
+template <class T>
+Plan<T>& Plan<T>::operator=(Plan&&) noexcept = default;
+template <class T>
+Plan<T>::~Plan() = default;
+
+template <class T>
+Expected<void> Plan<T>::set_step(double h) {
+  const StepEnvironment environment;
+  Options options = program_->options;
+  options.step = h;
+  if (auto error = check(options)) return tl::unexpected(*error);
+  const double before = std::exchange(program_->options.step, h);
+  program_->make_coefficients();
+  const auto error = check_coefficients(*program_);
+  if (!error) return {};
+  program_->options.step = before;
+  program_->make_coefficients();
+  return tl::unexpected(*error);
+}
+
+template <class T>
+Expected<void> Plan<T>::replace(std::size_t index, const Force& force) {
+  const StepEnvironment environment;
+  if (index >= program_->scene.forces.size()) {
+    return tl::unexpected(Error{"forces[" + std::to_string(index) + "]", "no force",
+                                "an index below " + std::to_string(program_->scene.forces.size())});
+  }
+  Scene scene = program_->scene;
+  scene.forces[index] = force;
+  if (auto error = check(scene, program_->count)) return tl::unexpected(*error);
+  if (stands_at_start(force) && program_->start.empty()) {
+    return tl::unexpected(
+        Error{"forces[" + std::to_string(index) + "].anchor", "at_start", "given, or at the start from the first"});
+  }
+  auto changed = build<T>(std::move(scene), program_->options, program_->isa, program_->count, program_->start);
+  if (!changed) return tl::unexpected(changed.error());
+  program_ = std::move(*changed);
+  return {};
+}
+
+template <class T>
+const Scene& Plan<T>::scene() const noexcept {
+  return program_->scene;
+}
+template <class T>
+double Plan<T>::step_size() const noexcept {
+  return program_->options.step;
+}
+template <class T>
+Isa Plan<T>::isa() const noexcept {
+  return program_->isa;
+}
+template <class T>
+Arithmetic Plan<T>::arithmetic() const noexcept {
+  return program_->options.arithmetic;
+}
+template <class T>
+std::size_t Plan<T>::block() const noexcept {
+  return program_->block;
+}
+
+template <class T>
+Expected<Plan<T>> compile(const Scene& scene, const Options& options) {
+  return make<T>(scene, options, nullptr);
+}
+template <class T>
+Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start) {
+  return make<T>(scene, options, &start);
+}
+
+template class Plan<float>;
+template class Plan<double>;
+template Expected<Plan<float>> compile<float>(const Scene&, const Options&);
+template Expected<Plan<double>> compile<double>(const Scene&, const Options&);
+template Expected<Plan<float>> compile<float>(const Scene&, const Options&, const State<float>&);
+template Expected<Plan<double>> compile<double>(const Scene&, const Options&, const State<double>&);
+
+}  // namespace dvdx

@@ -1,0 +1,67 @@
+// Structure of arrays: six arrays, each contiguous.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "dvdx/layouts/state.hpp"
+
+namespace dvdx {
+
+// Buffers of ours are aligned to a cache line and padded to whole lines of the widest lane on every ISA, so that a buffer's
+// layout never depends on the build or on the machine.
+inline constexpr std::size_t alignment = 64;  // bytes
+template <class T>
+inline constexpr std::size_t padding = alignment / sizeof(T);  // 16 floats, 8 doubles
+
+template <class T>
+constexpr std::size_t padded(std::size_t count) noexcept {
+  return (count + padding<T> - 1) / padding<T> * padding<T>;
+}
+
+// Elements from one of our columns to the next: never near a multiple of 4096 bytes, at which streams that are read and
+// written side by side take each other for the same memory.
+template <class T>
+constexpr std::size_t column_pitch(std::size_t count) noexcept {
+  constexpr std::size_t page = 4096 / sizeof(T);
+  constexpr std::size_t sixth = 11 * padding<T>;  // 704 bytes: six columns spread over a page
+  return (padded<T>(count) + page - 1 - sixth) / page * page + sixth;
+}
+
+struct AlignedDelete {
+  void operator()(void* p) const noexcept { ::operator delete (p, std::align_val_t{alignment}); }
+};
+template <class T>
+using AlignedArray = std::unique_ptr<T[], AlignedDelete>;
+
+// count zeros, aligned to 64 bytes. Throws std::bad_alloc where there is no memory: for set-up code, never inside a step.
+template <class T>
+AlignedArray<T> aligned_array(std::size_t count);
+
+// A view of the caller's six arrays of n elements. Nothing beyond element n-1 is touched.
+template <class T>
+State<T> soa(T* x, T* y, T* z, T* vx, T* vy, T* vz, std::size_t n) noexcept {
+  constexpr auto all = Column<T>::contiguous;
+  return {.x = {Column<T>{x, 0, all, n}, Column<T>{y, 0, all, n}, Column<T>{z, 0, all, n}},
+          .v = {Column<T>{vx, 0, all, n}, Column<T>{vy, 0, all, n}, Column<T>{vz, 0, all, n}},
+          .count = n,
+          .clock = {}};
+}
+
+// Owning buffers, aligned and padded; the padding may be touched by a step.
+template <class T>
+class Soa {
+ public:
+  explicit Soa(std::size_t count);
+  [[nodiscard]] State<T> view() noexcept;
+  [[nodiscard]] std::size_t size() const noexcept { return count_; }
+
+ private:
+  std::size_t count_;
+  AlignedArray<T> memory_;  // x, y, z, vx, vy, vz, column_pitch(count) apart
+};
+
+extern template class Soa<float>;
+extern template class Soa<double>;
+
+}  // namespace dvdx

@@ -1,0 +1,230 @@
+// The promise of the library: whatever the instruction set, layout, threads and blocks, the bits of the scalar reference.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dvdx/plan.hpp"
+#include "program.hpp"
+#include "support/batch.hpp"
+#include "support/scenes.hpp"
+#include "support/threads.hpp"
+#if defined(DVDX_TEST_OPENMP)
+#include "dvdx/openmp.hpp"
+#endif
+
+namespace {
+
+using namespace dvdx;
+using test::Batch;
+using test::Layout;
+using test::NamedScene;
+
+struct Run {
+  Isa isa = Isa::reference;
+  Arithmetic arithmetic = Arithmetic::separate;
+  Layout layout = Layout::soa;
+  std::size_t block = 0;
+  std::size_t threads = 1;  // 0: OpenMP with two
+};
+
+std::string words(const Run& run) {
+  return std::string(name(run.isa)) + ", " + std::string(name(run.arithmetic)) + ", " + test::name(run.layout) + ", block " +
+         std::to_string(run.block) + ", threads " + std::to_string(run.threads);
+}
+
+template <class T>
+Plan<T> make_plan(const NamedScene& scene, const Run& run, std::size_t count) {
+  Batch<T> batch(Layout::soa, count);
+  test::place(batch.view());
+  auto plan = compile<T>(scene.scene, {.step = scene.step, .isa = run.isa, .arithmetic = run.arithmetic, .block = run.block},
+                         batch.view());
+  REQUIRE_MESSAGE(plan.has_value(), scene.name << ": " << plan.error().message());
+  return std::move(*plan);
+}
+
+template <class T>
+void step_all(const Plan<T>& plan, State<T>& state, std::size_t steps, std::size_t threads) {
+#if defined(DVDX_TEST_OPENMP)
+  if (threads == 0) {
+    REQUIRE(plan.step(state, steps, openmp(2)) == StepResult::done);
+    return;
+  }
+#endif
+  test::Threads workers(threads);
+  REQUIRE(plan.step(state, steps, threads > 1 ? workers.parallel_for() : ParallelFor{}) == StepResult::done);
+}
+
+// What `plan` makes of the start in the run's layout; checks the sentinels.
+template <class T>
+std::vector<T> result(const Plan<T>& plan, const Run& run, std::size_t count, std::size_t steps) {
+  Batch<T> batch(run.layout, count);
+  test::place(batch.view());
+  step_all(plan, batch.view(), steps, run.threads);
+  CHECK_MESSAGE(batch.is_clean(), "a byte outside the columns was written: " << words(run) << ", count " << count);
+  return test::values_of(batch.view());
+}
+
+template <class T>
+std::vector<T> expected(const NamedScene& scene, Arithmetic arithmetic, std::size_t count, std::size_t steps) {
+  const Run run{.arithmetic = arithmetic};
+  return result(make_plan<T>(scene, run, count), run, count, steps);
+}
+
+template <class T>
+void check_run(const NamedScene& scene, const Plan<T>& plan, const Run& run, const std::vector<T>& wanted, std::size_t steps) {
+  const std::size_t count = wanted.size() / 6;
+  const std::string difference = test::difference(wanted, result(plan, run, count, steps));
+  CHECK_MESSAGE(difference.empty(),
+                scene.name << ", " << 8 * sizeof(T) << " bits, count " << count << ", " << words(run) << ": " << difference);
+}
+
+template <class T>
+void check_small_count(const NamedScene& scene, Arithmetic arithmetic, std::size_t count) {
+  constexpr std::size_t steps = 3;
+  const std::vector<T> wanted = expected<T>(scene, arithmetic, count, steps);
+  for (const Isa isa : available_isas(arithmetic)) {
+    for (const std::size_t block : {std::size_t{16}, std::size_t{0}}) {
+      Run run{.isa = isa, .arithmetic = arithmetic, .block = block};
+      const Plan<T> plan = make_plan<T>(scene, run, count);
+      for (const Layout layout : test::layouts) {
+        run.layout = layout;
+        check_run(scene, plan, run, wanted, steps);
+      }
+    }
+  }
+}
+
+template <class T>
+void check_small(Arithmetic arithmetic) {
+  for (std::size_t count = 0; count <= 33; ++count) {
+    // between the counts at which registers fill up, a few scenes stand for all
+    const bool is_edge = count < 3 || count % 8 == 7 || count % 8 <= 1;
+    for (const NamedScene& scene : is_edge ? test::all_scenes(count) : test::affine_scenes(count)) {
+      check_small_count<T>(scene, arithmetic, count);
+    }
+  }
+}
+
+// Layouts, blocks and threads turn at different rates, so that 40 runs meet every layout with every block, and every thread
+// count with each of both.
+template <class T>
+void check_turns(const NamedScene& scene, Arithmetic arithmetic, Isa isa, const std::vector<T>& wanted, std::size_t steps,
+                 std::size_t turns) {
+  constexpr std::array<std::size_t, 5> blocks = {16, 32, 336, 1024, 0};
+#if defined(DVDX_TEST_OPENMP)
+  constexpr std::array<std::size_t, 5> threads = {1, 2, 3, 5, 0};
+#else
+  constexpr std::array<std::size_t, 4> threads = {1, 2, 3, 5};
+#endif
+  const std::size_t count = wanted.size() / 6;
+  for (std::size_t k = 0; k < turns; ++k) {
+    const Run run{.isa = isa,
+                  .arithmetic = arithmetic,
+                  .layout = test::layouts[k % test::layouts.size()],
+                  .block = blocks[k % blocks.size()],
+                  .threads = threads[(k + k / 5 + static_cast<std::size_t>(isa)) % threads.size()]};
+    check_run(scene, make_plan<T>(scene, run, count), run, wanted, steps);
+  }
+}
+
+// Which flow and extras a scene compiles to.
+template <class T>
+std::pair<Flow, Extras> path_of(const NamedScene& scene, std::size_t count) {
+  Batch<T> batch(Layout::soa, count);
+  test::place(batch.view());
+  std::vector<Vec3> start(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) start[i][axis] = static_cast<double>(batch.view().x[axis][i]);
+  }
+  const Program<T> program(scene.scene, {.step = scene.step}, Isa::reference, count, std::move(start));
+  return {program.flow, program.extra};
+}
+
+template <class T>
+void check_medium(Arithmetic arithmetic, std::size_t count, std::size_t steps, std::size_t turns) {
+  for (const NamedScene& scene : test::all_scenes(count)) {
+    const bool is_busy = !scene.scene.contacts.empty();  // contacts take most of the time
+    if (is_busy && path_of<T>(scene, count).second != Extras::radial_contact) continue;
+    const std::vector<T> wanted = expected<T>(scene, arithmetic, count, steps);
+    for (const Isa isa : available_isas(arithmetic)) {
+      check_turns(scene, arithmetic, isa, wanted, steps, is_busy || isa == Isa::reference ? (turns + 3) / 4 : turns);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("the scenes of the bit tests reach every flow with every extra pass") {
+  std::set<std::pair<Flow, Extras>> f32, f64;
+  for (const NamedScene& scene : test::all_scenes(5)) {
+    f32.insert(path_of<float>(scene, 5));
+    f64.insert(path_of<double>(scene, 5));
+  }
+  CHECK(f32.size() == flows * extras);
+  std::size_t without_shears = 0;  // float64 has no need of them
+  for (std::size_t flow = 0; flow < flows; ++flow) without_shears += is_shear(static_cast<Flow>(flow)) ? 0U : 1U;
+  CHECK(f64.size() == without_shears * extras);
+}
+
+TEST_CASE_TEMPLATE("same bits on every ISA and in every layout at counts 0 to 33, separate", T, float, double) {
+  check_small<T>(Arithmetic::separate);
+}
+
+TEST_CASE_TEMPLATE("same bits on every ISA and in every layout at counts 0 to 33, contracted", T, float, double) {
+  check_small<T>(Arithmetic::contracted);
+}
+
+TEST_CASE_TEMPLATE("same bits on every ISA, layout, block and thread count at 1000 and 1023 particles", T, float, double) {
+  check_medium<T>(Arithmetic::separate, 1000, 66, 5);
+  check_medium<T>(Arithmetic::separate, 1023, 65, 4);
+  check_medium<T>(Arithmetic::contracted, 1023, 65, 2);
+}
+
+TEST_CASE_TEMPLATE("same bits with every layout, block and thread count at 4097 particles", T, float, double) {
+  for (const NamedScene& scene : test::affine_scenes(4097)) {
+    if (scene.name != "rate fused" && scene.name != "shear, an anchor each") continue;
+    for (const Extras extra : {Extras::none, Extras::radial_contact}) {
+      const NamedScene busy = test::with(scene, extra);
+      const std::vector<T> wanted = expected<T>(busy, Arithmetic::separate, 4097, 17);
+      const std::size_t turns = extra == Extras::none ? 40 : 5;
+      for (const Isa isa : available_isas()) check_turns(busy, Arithmetic::separate, isa, wanted, 17, turns);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("same bits with many particles", T, float, double) {
+  for (const NamedScene& scene : test::affine_scenes(70001)) {
+    if (scene.name != "rate drift" && scene.name != "driven fused, an anchor each") continue;
+    const NamedScene busy = test::with(scene, Extras::contact);
+    const std::vector<T> wanted = expected<T>(busy, Arithmetic::separate, 70001, 2);
+    for (const Isa isa : available_isas()) check_turns(busy, Arithmetic::separate, isa, wanted, 2, 2);
+  }
+}
+
+TEST_CASE_TEMPLATE("a particle that is not finite leaves all others as they were", T, float, double) {
+  constexpr std::size_t count = 45, steps = 5;
+  constexpr T nan = std::numeric_limits<T>::quiet_NaN(), inf = std::numeric_limits<T>::infinity();
+  for (const NamedScene& scene : test::all_scenes(count)) {
+    for (const Isa isa : available_isas()) {
+      const Plan<T> plan = make_plan<T>(scene, {.isa = isa}, count);
+      const std::vector<T> wanted = result(plan, {.isa = isa}, count, steps);
+      for (const auto& [x, v] : {std::pair{nan, T(0)}, std::pair{T(0), nan}, std::pair{inf, T(1)}, std::pair{T(1), -inf}}) {
+        Batch<T> batch(Layout::soa, count);
+        test::place(batch.view());
+        batch.view().x[1][21] = x;
+        batch.view().v[0][21] = v;
+        step_all(plan, batch.view(), steps, 1);
+        std::vector<T> values = test::values_of(batch.view());
+        std::copy_n(wanted.begin() + 6 * 21, 6, values.begin() + 6 * 21);
+        const std::string difference = test::difference(wanted, values);
+        CHECK_MESSAGE(difference.empty(), scene.name << ", " << name(isa) << ": " << difference);
+      }
+    }
+  }
+}

@@ -1,0 +1,144 @@
+// Which instruction sets there are, and that the one asked for is the one that runs.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+#include <string>
+
+#include "dvdx/plan.hpp"
+#include "program.hpp"
+
+namespace {
+
+using namespace dvdx;
+
+class Variable {  // of the environment, for a scope
+ public:
+  explicit Variable(const char* value) {
+    if (const char* before = std::getenv("DVDX_ISA")) before_ = before;
+    ::setenv("DVDX_ISA", value, 1);
+  }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+  ~Variable() { before_ ? ::setenv("DVDX_ISA", before_->c_str(), 1) : ::unsetenv("DVDX_ISA"); }
+
+ private:
+  std::optional<std::string> before_;
+};
+
+bool contains(const std::vector<Isa>& isas, Isa isa) { return std::find(isas.begin(), isas.end(), isa) != isas.end(); }
+
+template <class T>
+std::size_t lanes_of(Isa isa) {
+  switch (isa) {
+    case Isa::reference:
+      return 1;
+    case Isa::sse2:
+      return 16 / sizeof(T);
+    case Isa::avx2:
+      return 32 / sizeof(T);
+    case Isa::avx512:
+      return 64 / sizeof(T);
+    case Isa::neon64:
+      return 16 / sizeof(T);
+  }
+  return 0;
+}
+
+Scene falling() {
+  Scene scene;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  return scene;
+}
+
+int calls_of_spy = 0;
+StepBlock<float> spied = nullptr;
+void spy(const Block<float>& block, const Terms<float>& terms, const Steps<float>& steps) {
+  ++calls_of_spy;
+  spied(block, terms, steps);
+}
+
+}  // namespace
+
+TEST_CASE("the reference is always there, and the best ISA stands last") {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+    const auto isas = available_isas(arithmetic);
+    REQUIRE(!isas.empty());
+    CHECK(isas.front() == Isa::reference);
+    for (const Isa isa : isas) CHECK(contains(built_isas(arithmetic), isa));
+    if (std::getenv("DVDX_ISA") == nullptr) CHECK(best_isa(arithmetic) == isas.back());
+  }
+}
+
+TEST_CASE("names of instruction sets read back") {
+  for (const Isa isa : {Isa::reference, Isa::sse2, Isa::avx2, Isa::avx512, Isa::neon64}) CHECK(isa_from_name(name(isa)) == isa);
+  CHECK_FALSE(isa_from_name("avx1024"));
+  CHECK_FALSE(isa_from_name(""));
+}
+
+TEST_CASE_TEMPLATE("every ISA has a table of its own, of its own width and its own functions", T, float, double) {
+  std::set<StepBlock<T>> functions;
+  std::size_t tables = 0;
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+    for (const Isa isa : available_isas(arithmetic)) {
+      const Kernels<T>* kernels = find_kernels<T>(isa, arithmetic);
+      REQUIRE(kernels != nullptr);
+      CHECK(kernels->lanes == lanes_of<T>(isa));
+      ++tables;
+      for (const auto& flow : kernels->step) {
+        for (const StepBlock<T> step : flow) {
+          CHECK((step != nullptr));
+          functions.insert(step);
+        }
+      }
+    }
+  }
+  CHECK(functions.size() == tables * flows * extras);
+}
+
+TEST_CASE("a step runs the functions of its program's table and no others") {
+  Scene scene;
+  scene.add(Spring{.stiffness = 9.0});
+  for (const Isa isa : available_isas()) {
+    auto program = std::make_unique<Program<float>>(scene, Options{}, isa, std::nullopt, std::vector<Vec3>{});
+    CHECK(program->kernels == find_kernels<float>(isa, Arithmetic::separate));
+    Kernels<float> table = *program->kernels;
+    spied = table.at(program->flow, program->extra);
+    for (auto& flow : table.step) flow.fill(nullptr);
+    table.step[static_cast<std::size_t>(program->flow)][static_cast<std::size_t>(program->extra)] = spy;
+    program->kernels = &table;
+    const Plan<float> plan(std::move(program));
+    Soa<float> memory(100);
+    State<float> state = memory.view();
+    calls_of_spy = 0;
+    CHECK(plan.step(state, 3) == StepResult::done);
+    CHECK(calls_of_spy == 1);
+    CHECK(plan.isa() == isa);
+  }
+}
+
+TEST_CASE("an ISA that is not there is an error that says which are") {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+    for (const Isa isa : {Isa::sse2, Isa::avx2, Isa::avx512, Isa::neon64}) {
+      if (contains(available_isas(arithmetic), isa)) continue;
+      const auto plan = compile<float>(falling(), {.isa = isa, .arithmetic = arithmetic});
+      REQUIRE_FALSE(plan.has_value());
+      CHECK(plan.error().field == "isa");
+      CHECK(plan.error().value == name(isa));
+      for (const Isa there : available_isas(arithmetic)) CHECK(plan.error().valid.find(name(there)) != std::string::npos);
+      CHECK(find_kernels<float>(isa, arithmetic) == nullptr);
+    }
+  }
+}
+
+TEST_CASE("DVDX_ISA chooses where no ISA is asked for, and only there") {
+  for (const Isa isa : available_isas()) {
+    const Variable forced(std::string(name(isa)).c_str());
+    CHECK(best_isa() == isa);
+    CHECK(compile<float>(falling(), {})->isa() == isa);
+    CHECK(compile<float>(falling(), {.isa = Isa::reference})->isa() == Isa::reference);
+  }
+  const Variable forced("abacus");
+  CHECK(best_isa() == available_isas().back());
+}

@@ -1,0 +1,69 @@
+// A step allocates nothing: every operator new of this program counts.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "dvdx/plan.hpp"
+#include "support/batch.hpp"
+#include "support/scenes.hpp"
+
+namespace {
+
+int allocations = 0;
+
+void* counted(std::size_t bytes, std::size_t alignment) {
+  ++allocations;
+  void* p = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  if (p == nullptr) throw std::bad_alloc();
+  return p;
+}
+
+}  // namespace
+
+void* operator new(std::size_t bytes) { return counted(bytes, 16); }
+void* operator new(std::size_t bytes, std::align_val_t alignment) {
+  return counted(bytes, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+
+namespace {
+
+using namespace dvdx;
+
+template <class T>
+int allocations_of_steps(const test::NamedScene& scene, test::Layout layout, std::size_t count) {
+  test::Batch<T> batch(layout, count);
+  test::place(batch.view());
+  const auto plan = compile<T>(scene.scene, {.step = scene.step}, batch.view());
+  REQUIRE(plan.has_value());
+  const int before = allocations;
+  (void)plan->step(batch.view(), 1);
+  (void)plan->step(batch.view(), 50);
+  return allocations - before;
+}
+
+}  // namespace
+
+TEST_CASE("the count works") {
+  const int before = allocations;
+  std::vector<int> list(100);
+  CHECK(list.size() == 100);
+  CHECK(allocations > before);
+}
+
+TEST_CASE_TEMPLATE("no scene allocates in a step, in any layout", T, float, double) {
+  for (const std::size_t count : {1U, 100U, 2000U}) {
+    for (const test::NamedScene& scene : test::all_scenes(count)) {
+      for (const test::Layout layout :
+           {test::Layout::soa, test::Layout::soa_padded, test::Layout::aos, test::Layout::aosoa16}) {
+        const int made = allocations_of_steps<T>(scene, layout, count);
+        CHECK_MESSAGE(made == 0, scene.name << ", " << test::name(layout) << ", count " << count);
+      }
+    }
+  }
+}

@@ -1,0 +1,156 @@
+// The report's own reference against answers of 20 digits that came from elsewhere.
+#include "closed_form.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "support/oracle.hpp"
+
+namespace {
+
+using dvdx::test::Oracle;
+using dvdx::tool::AxisEquation;
+using dvdx::tool::AxisState;
+using dvdx::tool::BounceEquation;
+using dvdx::tool::solve;
+
+// Largest error over a file, relative to the size of the motion: of the position, and of the velocity over the speed that
+// belongs to it.
+struct Worst {
+  double error = 0;
+  void take(long double value, double expected, double scale) {
+    const auto off = static_cast<double>(std::abs(value - static_cast<long double>(expected))) / (std::abs(expected) + scale);
+    error = std::max(error, std::isnan(off) ? 1 : off);
+  }
+};
+
+TEST_CASE("linear motion in closed form") {
+  const Oracle oracle("linear1d.csv");
+  Worst worst;
+  for (std::size_t i = 0; i < oracle.size(); ++i) {
+    const auto row = oracle[i];
+    const long double c = row["c_m"];
+    AxisEquation equation{.W = row["W_1_s2"], .g = row["g_1_s"], .polynomial = {}, .sines = {}};
+    equation.polynomial = {row["a_m_s2"] + equation.g * row["u_m_s"]};
+    const auto end = solve(equation, {row["x0_m"] - c, row["v0_m_s"]}, row["t_s"]);
+    worst.take(end.x + c, row["x_m"], 1);
+    worst.take(end.v, row["v_m_s"], 1);
+  }
+  CHECK(worst.error < 3e-14);  // where 1e5 radians have gone by; a phase has no more digits
+}
+
+TEST_CASE("forced motion in closed form, at resonance and beside it") {
+  const Oracle oracle("sinusoid1d.csv");
+  Worst worst;
+  for (std::size_t i = 0; i < oracle.size(); ++i) {
+    const auto row = oracle[i];
+    const AxisEquation equation{.W = row["W_1_s2"],
+                                .g = row["g_1_s"],
+                                .polynomial = {},
+                                .sines = {{row["A_m_s2"], row["Omega_1_s"], row["phase_rad"]}}};
+    const auto end = solve(equation, {row["x0_m"], row["v0_m_s"]}, row["t_s"]);
+    worst.take(end.x, row["x_m"], 1);
+    worst.take(end.v, row["v_m_s"], 1);
+  }
+  CHECK(worst.error < 1e-14);
+}
+
+TEST_CASE("polynomial forcing in closed form") {
+  const Oracle oracle("poly1d.csv");
+  Worst worst;
+  for (std::size_t i = 0; i < oracle.size(); ++i) {
+    const auto row = oracle[i];
+    const AxisEquation equation{.W = row["W_1_s2"],
+                                .g = row["g_1_s"],
+                                .polynomial = {row["a0"], row["a1_per_s"], row["a2_per_s2"] / 2, row["a3_per_s3"] / 6.0L},
+                                .sines = {}};
+    const auto end = solve(equation, {row["x0_m"], row["v0_m_s"]}, row["t_s"]);
+    worst.take(end.x, row["x_m"], 1);
+    worst.take(end.v, row["v_m_s"], 1);
+  }
+  CHECK(worst.error < 1e-15);
+}
+
+dvdx::Vec3 vec3(const std::vector<double>& values) { return {values.at(0), values.at(1), values.at(2)}; }
+
+// A row of multiforce3d.csv as a scene.
+dvdx::tool::SceneFile scene_of(const Oracle::Row& row) {
+  dvdx::tool::SceneFile file;
+  file.particles = {.count = 1, .position = vec3(row.list("x0")), .velocity = vec3(row.list("v0"))};
+  file.scene.mass = row["m_kg"];
+  const auto stiffness = row.list("k_list");
+  const auto anchors = row.list("anchors_m");
+  for (std::size_t s = 0; s < stiffness.size(); ++s) {
+    file.scene.add(dvdx::Spring{.stiffness = stiffness[s],
+                                .anchor = dvdx::Vec3{anchors.at(3 * s), anchors.at(3 * s + 1), anchors.at(3 * s + 2)}});
+  }
+  file.scene.add(dvdx::Drag{.coefficient = row["drag_Ns_m"], .wind = vec3(row.list("wind_m_s"))});
+  file.scene.add(dvdx::Constant{.acceleration = vec3(row.list("gravity_m_s2"))});
+  file.scene.add(dvdx::Sinusoid{
+      .acceleration = vec3(row.list("A_m_s2")), .angular_frequency = row["Omega_1_s"], .phase = row["phase_rad"]});
+  return file;
+}
+
+TEST_CASE("many forces in space in closed form") {
+  const Oracle oracle("multiforce3d.csv");
+  Worst worst;
+  for (std::size_t i = 0; i < oracle.size(); ++i) {
+    const auto row = oracle[i];
+    const auto state = exact_state(scene_of(row), 0, row["t_s"]);
+    const std::array names{std::pair{"x", "vx"}, std::pair{"y", "vy"}, std::pair{"z", "vz"}};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      worst.take(state[axis].x, row[names[axis].first], 1);
+      worst.take(state[axis].v, row[names[axis].second], 1);
+    }
+  }
+  CHECK(worst.error < 1e-15);
+}
+
+TEST_CASE("a path from time to time meets the states straight from the start") {
+  const Oracle oracle("multiforce3d.csv");
+  const auto file = scene_of(oracle[oracle.size() - 1]);
+  const std::vector<std::uint64_t> counts{0, 3, 6, 10, 13, 1000};
+  const auto path = dvdx::tool::exact_path(file, 0.01, counts);
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    const auto state = exact_state(file, 0, 0.01L * static_cast<long double>(counts[k]));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      CHECK(static_cast<double>(path.x[path.index(k, 0, axis)]) ==
+            doctest::Approx(static_cast<double>(state[axis].x)).epsilon(1e-13));
+    }
+  }
+}
+
+TEST_CASE("bounces in closed form, to the rest and beyond") {
+  const Oracle oracle("bounce1d_states.csv");
+  Worst worst;
+  for (std::size_t i = 0; i < oracle.size(); ++i) {
+    const auto row = oracle[i];
+    const auto end = solve(BounceEquation{.acceleration = -row["g_m_s2"], .restitution = row["restitution"]},
+                           {row["y0_m"], row["v0_m_s"]}, row["t_s"]);
+    worst.take(end.x, row["y_m"], 1);
+  }
+  CHECK(worst.error < 1e-15);
+}
+
+TEST_CASE("only scenes with a closed form are said to have one") {
+  using dvdx::tool::ClosedForm;
+  dvdx::tool::SceneFile file;
+  file.particles = {.count = 1, .position = dvdx::Vec3{0, 1, 0}, .velocity = dvdx::Vec3{}};
+  file.scene.add(dvdx::Constant{.acceleration = {0, -9.81, 0}});
+  CHECK(dvdx::tool::closed_form_of(file) == ClosedForm::affine);
+  file.scene.add(dvdx::Plane{.restitution = 0.5});
+  CHECK(dvdx::tool::closed_form_of(file) == ClosedForm::bounce);
+  auto rough = file;
+  std::get<dvdx::Plane>(rough.scene.contacts[0]).friction = 0.1;
+  CHECK(dvdx::tool::closed_form_of(rough) == ClosedForm::none);
+  auto inside = file;
+  inside.particles.position = dvdx::Vec3{0, -1, 0};
+  CHECK(dvdx::tool::closed_form_of(inside) == ClosedForm::none);
+  auto radial = file;
+  radial.scene.contacts.clear();
+  radial.scene.add(dvdx::RadialSpring{.stiffness = 1.0});
+  CHECK(dvdx::tool::closed_form_of(radial) == ClosedForm::none);
+}
+
+}  // namespace

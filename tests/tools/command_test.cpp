@@ -1,0 +1,237 @@
+// The command as a user runs it: exit codes, what goes to stdout and what to stderr, and what is written.
+#include <doctest/doctest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/scratch_folder.hpp"
+
+namespace {
+
+using dvdx::test::ScratchFolder;
+using nlohmann::json;
+
+struct Result {
+  int exit;
+  std::string out;
+  std::string err;
+};
+
+// Everything a command prints goes to files beside `folder`, so that a count of what is in the folder stays true.
+Result run(const ScratchFolder& folder, const std::string& arguments, const std::string& environment = "") {
+  const auto beside = folder.path().string();
+  const std::string line = "cd '" + beside + "' && " + environment + " '" DVDX_COMMAND "' " + arguments + " >'" + beside +
+                           ".out' 2>'" + beside + ".err' </dev/null";
+  const int status = std::system(line.c_str());
+  const auto take = [&](const char* extension) {
+    const std::string name = folder.path().filename().string() + extension;
+    auto text = folder.read("../" + name);
+    std::filesystem::remove(beside + extension);
+    return text;
+  };
+  return {.exit = WEXITSTATUS(status), .out = take(".out"), .err = take(".err")};
+}
+
+constexpr const char* fall = R"({
+  "format": "dvdx-scene/1", "name": "fall", "step": 0.125, "duration": 1.25,
+  "particles": {"count": 20, "position": {"uniform": {"min": [0, 1, 0], "max": [1, 9, 1], "seed": 3}}},
+  "forces": [{"type": "constant", "acceleration": [0, -8, 0]},
+             {"type": "spring", "stiffness": 2, "anchor": "start", "method": "symplectic_euler"}],
+  "fixed": [7]
+})";
+
+class Folder : public ScratchFolder {
+ public:
+  explicit Folder(const std::string& name) : ScratchFolder("command-" + name) { write("fall.json", fall); }
+};
+
+TEST_CASE("run prints a table on stdout and nothing on stderr") {
+  const Folder folder("table");
+  const auto result = run(folder, "run fall.json");
+  CHECK(result.exit == 0);
+  CHECK(result.out.find("fall, 20 particles") != std::string::npos);
+  CHECK(result.out.find("10 of 0.125 s") != std::string::npos);
+  CHECK(result.err.empty());
+}
+
+TEST_CASE("run --json prints one object with exactly the contract's keys") {
+  const Folder folder("json");
+  const auto result = run(folder, "run fall.json --json --precision float64 --isa reference --layout aos --threads 1");
+  REQUIRE(result.exit == 0);
+  const auto report = json::parse(result.out);
+  std::vector<std::string> keys;
+  for (const auto& item : report.items()) keys.push_back(item.key());
+  CHECK(keys == std::vector<std::string>{"arithmetic", "bad_particles", "diverged", "energy", "isa", "layout", "method",
+                                         "particle_steps_per_second", "particles", "precision", "scene", "scheme", "state_hash",
+                                         "steps", "substeps", "threads", "wall_seconds"});
+  CHECK(report["scene"] == "fall");
+  CHECK(report["particles"] == 20);
+  CHECK(report["steps"] == 10);
+  CHECK(report["method"] == "combined");
+  CHECK(report["scheme"].is_null());
+  CHECK(report["substeps"] == 1);
+  CHECK(report["precision"] == "float64");
+  CHECK(report["isa"] == "reference");
+  CHECK(report["threads"] == 1);
+  CHECK(report["layout"] == "aos");
+  CHECK(report["arithmetic"] == "separate");
+  CHECK(report["state_hash"].get<std::string>().size() == 16);
+  CHECK(report["energy"].size() == 2);
+  CHECK(report["energy"]["start"].is_number());
+  CHECK(report["diverged"] == false);
+  CHECK(report["bad_particles"] == 0);
+}
+
+std::string hash_of(const ScratchFolder& folder, const std::string& options) {
+  const auto result = run(folder, "run fall.json --json " + options);
+  CAPTURE(options);
+  CAPTURE(result.err);
+  REQUIRE(result.exit == 0);
+  return json::parse(result.out)["state_hash"];
+}
+
+TEST_CASE("the state does not depend on layout, threads or instruction set, but on the method") {
+  const Folder folder("hash");
+  const auto hash = hash_of(folder, "");
+  for (const char* options : {"--layout aos", "--layout aosoa", "--threads 1", "--isa reference", "--every 3 --out a.csv"}) {
+    CHECK(hash_of(folder, options) == hash);
+  }
+  CHECK(hash_of(folder, "--precision float64") != hash);
+  const auto all_euler = hash_of(folder, "--method symplectic_euler");
+  CHECK(all_euler != hash);
+  // --method replaces each force's own as well.
+  CHECK(hash_of(folder, "--method exact") == hash_of(folder, "--set forces[0].method=exact --set forces[1].method=exact"));
+}
+
+TEST_CASE("states are written at step 0, every N steps and at the end") {
+  const Folder folder("every");
+  const auto steps_written = [&](const std::string& options) {
+    REQUIRE(run(folder, "run fall.json --out a.csv " + options).exit == 0);
+    std::vector<std::string> steps;
+    std::istringstream rows(folder.read("a.csv"));
+    for (std::string row; std::getline(rows, row);) {
+      const auto step = row.substr(0, row.find(','));
+      if (step != "step" && (steps.empty() || steps.back() != step)) steps.push_back(step);
+    }
+    return steps;
+  };
+  using Steps = std::vector<std::string>;
+  CHECK(steps_written("") == Steps{"10"});
+  CHECK(steps_written("--every 0") == Steps{"10"});
+  CHECK(steps_written("--every 4") == Steps{"0", "4", "8", "10"});
+  CHECK(steps_written("--every 5") == Steps{"0", "5", "10"});
+  CHECK(steps_written("--every 100") == Steps{"0", "10"});
+  CHECK(steps_written("--every 1 --duration 0") == Steps{"0"});
+}
+
+TEST_CASE("every format is written whole") {
+  const Folder folder("formats");
+  CHECK(run(folder, "run fall.json --every 5 --out a.npz").exit == 0);
+  CHECK(run(folder, "run fall.json --every 5 --out b.ply --precision float64").exit == 0);
+  CHECK(run(folder, "run fall.json --every 5 --out c.vtp").exit == 0);
+  CHECK(folder.entries() == 1 + 1 + 3 + 4);
+}
+
+TEST_CASE("a negative step runs time backwards") {
+  const Folder folder("backwards");
+  const auto result = run(folder, "run fall.json --step -0.25 --out a.csv");
+  CHECK(result.exit == 0);
+  CHECK(folder.read("a.csv").find("\n5,-1.25,0,") != std::string::npos);
+}
+
+TEST_CASE("usage is exit 2, with a message on stderr alone") {
+  const Folder folder("usage");
+  for (const char* arguments : {"",
+                                "walk fall.json",
+                                "run",
+                                "run fall.json --speed 3",
+                                "run fall.json --precision float16",
+                                "run fall.json --isa mmx",
+                                "run fall.json --layout rows",
+                                "run fall.json --method verlet",
+                                "run fall.json --threads 0",
+                                "run fall.json --every -1",
+                                "run fall.json --step 0",
+                                "run fall.json --step nan",
+                                "run fall.json --step 0.3",
+                                "run fall.json --duration -1",
+                                "run fall.json --out a.xyz",
+                                "run fall.json --out a.pc2",
+                                "run fall.json --set stiffness",
+                                "run fall.json --scheme leapfrog",
+                                "run fall.json --substeps 4",
+                                "run fall.json --isa sse2 --arithmetic contracted"}) {
+    CAPTURE(std::string(arguments));
+    const auto result = run(folder, arguments);
+    CHECK(result.exit == 2);
+    CHECK(result.out.empty());
+    CHECK_FALSE(result.err.empty());
+  }
+  CHECK(run(folder, "run fall.json --isa mmx").err.find("there are best, reference") != std::string::npos);
+  CHECK(run(folder, "run fall.json", "DVDX_ISA=mmx").exit == 2);
+  CHECK(run(folder, "run fall.json", "DVDX_ISA=reference").exit == 0);
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a bad scene is exit 3, named, and nothing is written") {
+  const Folder folder("bad-scene");
+  const auto result = run(folder, "run fall.json --set forces[1].stiffness=-3 --out a.csv");
+  CHECK(result.exit == 3);
+  CHECK(result.out.empty());
+  CHECK(result.err == "dvdx: fall.json: forces[1].stiffness is -3: must be a finite number >= 0\n");
+  CHECK(run(folder, "run fall.json --set particles.count=1000000000000000").exit == 3);
+  CHECK(run(folder, "explain fall.json --set particles.mass=0").exit == 3);
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a file that cannot be read or written is exit 4, and nothing is written") {
+  const Folder folder("files");
+  for (const char* arguments : {"run none.json", "run .", "run fall.json --out none/a.csv", "explain none.json"}) {
+    CAPTURE(std::string(arguments));
+    const auto result = run(folder, arguments);
+    CHECK(result.exit == 4);
+    CHECK(result.out.empty());
+    CHECK(result.err.starts_with("dvdx: "));
+  }
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a simulation that diverges is exit 5, and says so in its output") {
+  const Folder folder("diverged");
+  const std::string unstable = "run fall.json --method symplectic_euler --set forces[1].stiffness=1e6 --duration 125 --json";
+  const auto result = run(folder, unstable + " --out a.csv");
+  CHECK(result.exit == 5);
+  CHECK(result.err.find("diverged") != std::string::npos);
+  const auto report = json::parse(result.out);
+  CHECK(report["diverged"] == true);
+  CHECK(report["bad_particles"] == 19);  // all but the fixed one
+  CHECK(report["energy"]["end"].is_null());
+  CHECK_FALSE(folder.read("a.csv").empty());
+}
+
+TEST_CASE("explain and info tell what they are asked") {
+  const Folder folder("told");
+  const auto explained = run(folder, "explain fall.json");
+  CHECK(explained.exit == 0);
+  CHECK(explained.out.find("20, 1 of them fixed") != std::string::npos);
+  CHECK(run(folder, "info").exit == 0);
+  const auto info = json::parse(run(folder, "info --json").out);
+  CHECK(info["isas"]["separate"]["machine"][0] == "reference");
+  CHECK(info["threads"].get<int>() >= 1);
+  CHECK_FALSE(info["version"].get<std::string>().empty());
+}
+
+TEST_CASE("help starts with an example and is no error") {
+  const Folder folder("help");
+  for (const char* arguments : {"--help", "run --help", "explain --help", "info --help"}) {
+    const auto result = run(folder, arguments);
+    CHECK(result.exit == 0);
+    CHECK(result.out.starts_with("Example:\n  dvdx "));
+  }
+  CHECK(run(folder, "--version").exit == 0);
+}
+
+}  // namespace

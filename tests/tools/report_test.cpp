@@ -1,0 +1,187 @@
+// What the report says of scenes whose answers are known.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "report/build.hpp"
+#include "report/claims.hpp"
+#include "report/json.hpp"
+#include "report/long_run.hpp"
+#include "report/orders.hpp"
+#include "report/page.hpp"
+#include "report/sample.hpp"
+#include "report/summary.hpp"
+#include "report/table.hpp"
+#include "scene_reader.hpp"
+
+namespace {
+
+using namespace dvdx::tool;
+using namespace dvdx::tool::report;
+
+SceneFile shipped(const std::string& name) { return read_scene(std::string(DVDX_SCENES) + "/" + name + ".json"); }
+
+Setup setup() { return {.engine = {.isa = dvdx::best_isa()}, .parallel = {}}; }
+
+SceneReport measured(const SceneFile& file, Effort effort = Effort::quick) {
+  const Wish wish{.precisions = {Precision::float64}, .effort = effort};
+  return measure_scene(file, wish, setup(), [](double, const std::string&) {});
+}
+
+const Order& order_named(const SceneReport& report, const std::string& method) {
+  const auto* order = order_of(report, method, Precision::float64);
+  REQUIRE(order != nullptr);
+  return *order;
+}
+
+TEST_CASE("two equal springs at rest: fitted orders are those of the analysis") {
+  const auto report = measured(shipped("two-springs"));
+  CHECK(report.reference.kind == "closed_form");
+  CHECK(report.reference.self_error < 1e-17);
+  CHECK(report.amplitude == doctest::Approx(std::sqrt(0.5)).epsilon(0.02));
+  struct Known {
+    const char* method;
+    double order;
+  };
+  for (const Known known : {Known{"symplectic_euler", 1}, Known{"pulse", 1}, Known{"exact", 2},
+                            Known{"average_acceleration", 3}, Known{"baseline_leapfrog", 2}, Known{"baseline_rk4", 4}}) {
+    CAPTURE(known.method);
+    const auto& order = order_named(report, known.method);
+    REQUIRE(order.fitted);
+    CHECK(*order.theory == known.order);
+    CHECK(std::abs(*order.fitted - known.order) < 0.1);
+  }
+  CHECK(order_named(report, "combined").note == "exact");
+  CHECK(!order_named(report, "combined").fitted);
+}
+
+TEST_CASE("every run of a report has what the contract says, and its own step is among them") {
+  const auto file = shipped("two-springs");
+  Report whole{.machine = {}, .scenes = {measured(file)}};
+  const auto json = to_json(whole);
+  bool has_own_step = false;
+  for (const auto& run : json["scenes"][0]["runs"]) {
+    for (const char* key :
+         {"method", "scheme", "precision", "step", "substeps", "isa", "threads", "layout", "arithmetic", "ns_per_particle_step",
+          "seconds_per_simulated_second", "error", "energy_drift", "order", "diverged"}) {
+      CAPTURE(key);
+      CHECK(run.contains(key));
+    }
+    CHECK(run["ns_per_particle_step"] > 0);
+    CHECK(run["repeats"] >= 5);
+    const double steps = file.duration / run["step"].get<double>();
+    CHECK(std::abs(steps - std::round(steps)) < 1e-6);
+    has_own_step = has_own_step || run["step"] == file.step;
+    const double relative = run["error"]["position_rms"].get<double>() / json["scenes"][0]["amplitude"].get<double>();
+    CHECK(run["error"]["relative"].get<double>() == doctest::Approx(relative));
+  }
+  CHECK(has_own_step);
+  CHECK(to_text(whole).find("two springs") != std::string::npos);
+  const auto page = to_html(whole, {});
+  CHECK(page.find("http") == std::string::npos);  // nothing is asked of anyone
+  CHECK(page.find("{{") == std::string::npos);
+}
+
+TEST_CASE("energy over the long run is what the determinants say") {
+  for (const char* name : {"one-spring", "two-springs"}) {
+    CAPTURE(name);
+    const auto runs = measure_long_runs(shipped(name), setup());
+    REQUIRE(runs.size() == 5);
+    for (const auto& run : runs) {
+      CAPTURE(run.method);
+      CHECK(run.agrees);
+    }
+  }
+  const auto runs = measure_long_runs(shipped("two-springs"), setup());
+  CHECK(runs[1].verdict == "grows");
+  CHECK(runs[2].verdict == "damps");
+  CHECK(runs[3].verdict == "damps");
+  CHECK(runs[4].verdict == "conserves");
+  CHECK(runs[1].measured == doctest::Approx(1.52).epsilon(0.01));
+  CHECK(runs[2].measured == doctest::Approx(0.81).epsilon(0.01));
+  CHECK(measure_long_runs(shipped("bouncing"), setup()).empty());
+}
+
+TEST_CASE("the text's claims: where they hold and where not") {
+  const auto file = shipped("two-springs");
+  const auto claims = measure_claims(file, measure_long_runs(file, setup()), setup());
+  REQUIRE(claims.size() == 14);
+  for (const auto& claim : claims) {
+    CAPTURE(claim.where);
+    CHECK(claim.measured == doctest::Approx(std::stod(claim.expected)).epsilon(0.03));
+  }
+  CHECK(claims[0].verdict == "holds");
+  CHECK(claims[3].verdict == "does not hold");
+  CHECK(measure_claims(shipped("one-spring"), {}, setup()).empty());
+}
+
+TEST_CASE("theory: any drag among other forces leaves first order") {
+  using dvdx::Method;
+  SceneFile file;
+  file.particles.count = 1;
+  file.scene.add(dvdx::Constant{.acceleration = {0, -9.81, 0}});
+  CHECK(theory_of(file, Method::exact).note == "exact");
+  CHECK(theory_of(file, Method::symplectic_euler).order == 1.0);
+  file.scene.add(dvdx::Spring{.stiffness = 10.0});
+  CHECK(theory_of(file, Method::exact).order == 2.0);
+  CHECK(theory_of(file, Method::average_acceleration).order == 2.0);
+  file.scene.add(dvdx::Drag{.coefficient = 0.1});
+  CHECK(theory_of(file, Method::exact).order == 1.0);
+  CHECK(theory_of(file, Method::average_acceleration).order == 1.0);
+  CHECK(theory_of(file, Method::combined).note == "exact");
+  std::get<dvdx::Drag>(file.scene.forces.back()).expansion = dvdx::Expansion::first_order;
+  CHECK(theory_of(file, Method::combined).order == 1.0);
+}
+
+TEST_CASE("a ball that bounces is exact by method combined, and the plain loops stay away") {
+  auto file = shipped("bouncing");
+  file.duration = 10;
+  const auto report = measured(file);
+  CHECK(report.reference.kind == "closed_form");
+  for (const auto& run : report.runs) {
+    CHECK(!run.is_baseline);
+    if (run.method == "combined") CHECK(run.errors.relative < 1e-11);
+  }
+}
+
+TEST_CASE("without a closed form the reference is stepped, far finer than what is shown") {
+  auto file = shipped("one-spring");
+  file.scene.forces = {dvdx::RadialSpring{.stiffness = 40.0, .rest_length = 0.5}};
+  file.particles.velocity = dvdx::Vec3{0, 2, 0};
+  const auto report = measured(file);
+  CHECK(report.reference.kind == "extrapolated");
+  CHECK(report.reference.settled);
+  for (const auto& run : report.runs) {
+    CHECK(run.step > 2 * report.reference.step);
+    CHECK(run.errors.position_rms >= 100 * report.reference.self_error);
+  }
+}
+
+TEST_CASE("a run that diverges stays in the list and is named") {
+  auto file = shipped("two-springs");
+  file.step = 0.5;
+  file.duration = 512;  // Omega h = pi/2: beyond what separate exact contributions stand
+  Report whole{.machine = {}, .scenes = {measured(file)}};
+  bool diverged = false;
+  for (const auto& run : whole.scenes[0].runs) diverged = diverged || (run.method == "exact" && run.errors.diverged);
+  CHECK(diverged);
+  CHECK(to_text(whole).find("DIVERGED: exact in float64") != std::string::npos);
+  CHECK(to_json(whole).dump().find(":nan") == std::string::npos);
+}
+
+TEST_CASE("a sample moves as its particles do among all") {
+  const auto file = shipped("meadow");
+  const auto sample = sample_of(file, 100);
+  CHECK(sample.particles.count == 100);
+  for (const std::size_t k : {0U, 7U, 99U}) {
+    const auto i = k * file.particles.count / 100;
+    CHECK(value_of(sample.particles.position, k) == value_of(file.particles.position, i));
+    CHECK(sample.scene.mass[k] == file.scene.mass[i]);
+    CHECK(std::get<dvdx::Spring>(sample.scene.forces[0]).stiffness.at(0, k) ==
+          std::get<dvdx::Spring>(file.scene.forces[0]).stiffness.at(0, i));
+  }
+}
+
+}  // namespace

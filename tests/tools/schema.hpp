@@ -1,0 +1,22 @@
+// Just as much of JSON Schema as tools/scene.schema.json uses. A keyword that is not known here is an error, so that the schema
+// cannot say something that nothing checks.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+namespace dvdx::test {
+
+class Schema {
+ public:
+  explicit Schema(nlohmann::json root) : root_(std::move(root)) {}
+  [[nodiscard]] bool accepts(const nlohmann::json& value) const { return accepts(root_, value); }
+
+ private:
+  [[nodiscard]] bool accepts(const nlohmann::json& schema, const nlohmann::json& value) const;
+  [[nodiscard]] bool accepts_keyword(const std::string& keyword, const nlohmann::json& schema,
+                                     const nlohmann::json& value) const;
+
+  nlohmann::json root_;
+};
+
+}  // namespace dvdx::test

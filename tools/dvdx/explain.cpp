@@ -1,0 +1,60 @@
+// dvdx explain: what a scene needs, before it runs.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "commands.hpp"
+#include "dvdx/plan.hpp"
+#include "names.hpp"
+#include "scene_options.hpp"
+#include "start.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+struct ExplainOptions {
+  SceneOptions scene;
+  EngineOptions engine;
+};
+
+void print_summary(const LoadedScene& loaded) {
+  const auto& file = loaded.file;
+  fmt::print("scene        {}\n", file.name);
+  if (!file.about.empty()) fmt::print("             {}\n", file.about);
+  fmt::print("particles    {}, {} of them fixed\n", file.particles.count, file.scene.fixed.size());
+  fmt::print("duration     {} s in {} steps\n", file.duration, loaded.steps);
+  fmt::print("method       {}\n", name_in(methods, file.scene.method));
+}
+
+template <class T>
+std::string explained(const SceneFile& file, const Engine& engine) {
+  StateMemory<T> memory(engine.layout, file.particles.count);
+  auto state = memory.view();
+  place_at_start(file, state);
+  const auto plan = compile<T>(file.scene, {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic}, state);
+  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  return plan->explain();
+}
+
+void explain(const ExplainOptions& options) {
+  const auto engine = engine_of(options.engine);
+  const auto loaded = load_scene(options.scene, engine.precision);
+  const auto text =
+      engine.precision == Precision::float32 ? explained<float>(loaded.file, engine) : explained<double>(loaded.file, engine);
+  print_summary(loaded);
+  fmt::print("{}", text);
+}
+
+}  // namespace
+
+void add_explain(CLI::App& app, Exit& /*exit*/) {
+  auto options = std::make_shared<ExplainOptions>();
+  auto* command = app.add_subcommand("explain", "Tell what a scene needs: passes, cost, stability");
+  command->footer("dvdx explain two-springs.json --method average_acceleration");
+  add_scene_options(*command, options->scene);
+  add_engine_options(*command, options->engine);
+  command->callback([options] { explain(*options); });
+}
+
+}  // namespace dvdx::tool

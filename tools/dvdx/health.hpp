@@ -1,0 +1,24 @@
+// Whether a state is still one that means something.
+#pragma once
+
+#include <cstddef>
+
+#include "dvdx/layouts/state.hpp"
+
+namespace dvdx::tool {
+
+struct Health {
+  std::size_t bad_particles = 0;  // of which a number is not finite
+  double largest = 0;             // of the finite positions and velocities, m or m/s
+};
+
+template <class T>
+[[nodiscard]] Health health_of(const State<T>& state) noexcept;
+
+// Not finite, or 1e15 times larger than anything at the start (and than 1): no scene goes there by its own forces.
+[[nodiscard]] bool has_diverged(const Health& start, const Health& end) noexcept;
+
+extern template Health health_of(const State<float>&) noexcept;
+extern template Health health_of(const State<double>&) noexcept;
+
+}  // namespace dvdx::tool

@@ -1,0 +1,62 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <new>
+
+#include "commands.hpp"
+#include "version.hpp"
+
+namespace {
+
+using dvdx::tool::Exit;
+
+// An example before anything else: CLI11 keeps it as the footer.
+class ExampleFirst final : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    const auto example = app->get_footer();
+    const auto help = CLI::Formatter::make_help(app, std::move(name), mode);
+    return example.empty() ? help : "Example:\n  " + example + "\n\n" + help;
+  }
+  std::string make_footer(const CLI::App* /*app*/) const override { return ""; }
+};
+
+int run(int argc, char** argv) {
+  auto exit = Exit::done;
+  CLI::App app("Runs particle scenes and tells how fast and how right they are.", "dvdx");
+  app.formatter(std::make_shared<ExampleFirst>());
+  app.footer("dvdx run scene.json --duration 10 --out states.csv --every 60");
+  app.set_version_flag("--version", std::string(dvdx::tool::version));
+  app.require_subcommand(1);
+  dvdx::tool::add_run(app, exit);
+  dvdx::tool::add_report(app, exit);
+  dvdx::tool::add_explain(app, exit);
+  dvdx::tool::add_verify(app, exit);
+  dvdx::tool::add_info(app, exit);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::usage);  // help and version are no errors
+  }
+  return static_cast<int>(exit);
+}
+
+int failed(Exit exit, const char* message) {
+  std::fprintf(stderr, "dvdx: %s\n", message);
+  return static_cast<int>(exit);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const int code = run(argc, argv);
+    return std::fflush(stdout) == 0 ? code : failed(Exit::input_output, "the output cannot be written");
+  } catch (const dvdx::tool::Fault& fault) {
+    return failed(fault.exit(), fault.what());
+  } catch (const std::bad_alloc&) {
+    return failed(Exit::input_output, "there is not enough memory");
+  } catch (const std::exception& error) {
+    return failed(Exit::input_output, error.what());
+  }
+}

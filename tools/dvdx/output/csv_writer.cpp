@@ -1,0 +1,55 @@
+// One row a particle a state, numbers in the shortest form that reads back to the same bits.
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "output/part_file.hpp"
+#include "output/writer.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+template <class T>
+class CsvWriter final : public Writer<T> {
+ public:
+  explicit CsvWriter(const Output& output) : file_(output.target) { text_ = "step,time,particle,x,y,z,vx,vy,vz\n"; }
+
+  void write(const Moment& moment, const State<T>& state) override {
+    const std::string start = fmt::format("{},{},", moment.step, moment.time);
+    for (std::size_t i = 0; i < state.count; ++i) {
+      const auto& [x, y, z] = state.x;
+      const auto& [vx, vy, vz] = state.v;
+      text_ += start;
+      fmt::format_to(std::back_inserter(text_), "{},{},{},{},{},{},{}\n", i, x[i], y[i], z[i], vx[i], vy[i], vz[i]);
+      if (text_.size() > chunk) flush();
+    }
+  }
+
+  void finish() override {
+    flush();
+    file_.commit();
+  }
+
+ private:
+  static constexpr std::size_t chunk = 1 << 20;
+
+  void flush() {
+    file_.write(text_);
+    text_.clear();
+  }
+
+  PartFile file_;
+  std::string text_;
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<Writer<T>> make_csv_writer(const Output& output) {
+  return std::make_unique<CsvWriter<T>>(output);
+}
+
+template std::unique_ptr<Writer<float>> make_csv_writer(const Output&);
+template std::unique_ptr<Writer<double>> make_csv_writer(const Output&);
+
+}  // namespace dvdx::tool

@@ -1,0 +1,89 @@
+#include "output/part_file.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "fault.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path part_of(const fs::path& target) {
+  return target.parent_path() / ("." + target.filename().string() + ".part-" + std::to_string(getpid()));
+}
+
+[[noreturn]] void refuse(const fs::path& target, std::string_view what) {
+  throw Fault(Exit::input_output, target.string() + ": cannot be written: " + std::string(what));
+}
+
+}  // namespace
+
+void check_target(const fs::path& target) {
+  const auto folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
+  std::error_code error;
+  if (!fs::exists(folder, error)) refuse(target, "there is no directory " + folder.string());
+  if (!fs::is_directory(folder, error)) refuse(target, folder.string() + " is not a directory");
+  if (access(folder.c_str(), W_OK | X_OK) != 0) refuse(target, folder.string() + ": " + std::strerror(errno));
+  if (!fs::exists(target, error)) return;
+  if (!fs::is_regular_file(target, error)) refuse(target, "something that is not a plain file is there");
+  if (access(target.c_str(), W_OK) != 0) refuse(target, std::strerror(errno));
+}
+
+PartFile::PartFile(fs::path target) : target_(std::move(target)) {
+  check_target(target_);
+  file_.reset(std::fopen(part_of(target_).c_str(), "wb"));
+  if (!file_) fail("cannot be written", errno);
+  part_ = part_of(target_);
+}
+
+// A path that was moved from may still name something; only one of the two may remove the file.
+PartFile::PartFile(PartFile&& other) noexcept
+    : target_(std::move(other.target_)), part_(std::exchange(other.part_, {})), file_(std::move(other.file_)) {}
+
+PartFile::~PartFile() {
+  file_.reset();
+  std::error_code ignored;
+  if (!part_.empty()) fs::remove(part_, ignored);
+}
+
+void PartFile::fail(std::string_view what, int error) const {
+  throw Fault(Exit::input_output, target_.string() + ": " + std::string(what) + ": " + std::strerror(error));
+}
+
+void PartFile::write(std::string_view bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail("cannot be written", errno);
+}
+
+void PartFile::close() {
+  if (file_ && std::fclose(file_.release()) != 0) fail("cannot be written", errno);
+}
+
+void PartFile::commit() {
+  close();
+  std::error_code error;
+  fs::rename(part_, target_, error);
+  if (error) fail("cannot be put in its place", error.value());
+  part_.clear();
+}
+
+void commit_all(std::vector<PartFile>& files) {
+  for (auto& file : files) file.close();
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    try {
+      files[i].commit();
+    } catch (const Fault&) {
+      std::error_code ignored;
+      for (std::size_t done = 0; done < i; ++done) fs::remove(files[done].target(), ignored);
+      throw;
+    }
+  }
+}
+
+}  // namespace dvdx::tool

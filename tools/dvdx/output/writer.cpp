@@ -1,0 +1,75 @@
+#include "output/writer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <string_view>
+
+#include "fault.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the binary files written here are little endian");
+
+template <class T>
+struct Format {
+  std::string_view extension;
+  std::unique_ptr<Writer<T>> (*make)(const Output&);
+};
+
+template <class T>
+constexpr std::array<Format<T>, 4> formats{
+    {{".csv", make_csv_writer<T>}, {".npz", make_npz_writer<T>}, {".ply", make_ply_writer<T>}, {".vtp", make_vtp_writer<T>}}};
+
+template <class T>
+const Format<T>* format_for(const std::filesystem::path& target) {
+  const auto found = std::find_if(formats<T>.begin(), formats<T>.end(),
+                                  [&](const auto& format) { return target.extension() == format.extension; });
+  return found == formats<T>.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+void check_extension(const std::filesystem::path& target) {
+  if (format_for<float>(target) != nullptr) return;
+  const auto extension = target.extension();
+  std::string why = "must end in .csv, .npz, .ply or .vtp";
+  if (extension == ".pc2") why = ".pc2 comes with networks, which this version does not run: " + why;
+  if (extension == ".html") why = ".html comes with the viewer, which is not in this version: " + why;
+  throw Fault(Exit::usage, "--out " + target.string() + ": " + why);
+}
+
+template <class T>
+std::unique_ptr<Writer<T>> make_writer(const Output& output) {
+  check_extension(output.target);
+  return format_for<T>(output.target)->make(output);
+}
+
+std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index) {
+  auto path = target;
+  return path.replace_filename(fmt::format("{}-{:06}{}", target.stem().string(), index, target.extension().string()));
+}
+
+template <class T>
+std::string interleaved(const std::array<Column<T>, 3>& columns, std::size_t count) {
+  std::string bytes(3 * count * sizeof(T), '\0');
+  char* out = bytes.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    for (const auto& column : columns) {
+      std::memcpy(out, column.at(i), sizeof(T));
+      out += sizeof(T);
+    }
+  }
+  return bytes;
+}
+
+template std::unique_ptr<Writer<float>> make_writer(const Output&);
+template std::unique_ptr<Writer<double>> make_writer(const Output&);
+template std::string interleaved(const std::array<Column<float>, 3>&, std::size_t);
+template std::string interleaved(const std::array<Column<double>, 3>&, std::size_t);
+
+}  // namespace dvdx::tool

@@ -1,0 +1,60 @@
+// States to a file, one after another.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "dvdx/layouts/state.hpp"
+
+namespace dvdx::tool {
+
+struct Moment {
+  std::uint64_t step = 0;
+  double time = 0;  // s
+};
+
+// Nothing is at the target before finish(), and nothing is left behind where finish() is not reached.
+template <class T>
+class Writer {
+ public:
+  Writer() = default;
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+  virtual ~Writer() = default;
+  virtual void write(const Moment& moment, const State<T>& state) = 0;
+  virtual void finish() = 0;
+};
+
+// What will be written, known beforehand.
+struct Output {
+  std::filesystem::path target;
+  std::size_t particles = 0;
+  std::uint64_t states = 0;
+};
+
+// Throws Fault (usage) where no writer knows the extension.
+void check_extension(const std::filesystem::path& target);
+
+// By the target's extension. Throws Fault: usage as above, input_output where the target cannot be written.
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_writer(const Output& output);
+
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_csv_writer(const Output& output);
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_npz_writer(const Output& output);
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_ply_writer(const Output& output);
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_vtp_writer(const Output& output);
+
+// fall.ply, 12 -> fall-000012.ply
+[[nodiscard]] std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index);
+
+// x0 y0 z0 x1 ... of three columns, as bytes.
+template <class T>
+[[nodiscard]] std::string interleaved(const std::array<Column<T>, 3>& columns, std::size_t count);
+
+}  // namespace dvdx::tool

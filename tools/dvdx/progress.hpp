@@ -1,0 +1,31 @@
+// How far a run is, on stderr: a bar on a terminal, else a line every ten seconds.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace dvdx::tool {
+
+class Progress {
+ public:
+  explicit Progress(std::uint64_t total);
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress();  // takes the bar away
+
+  void at(std::uint64_t done);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  enum class Form { bar, coloured_bar, lines };
+  static Form form_here();
+
+  void draw(std::uint64_t done, double seconds_left);
+
+  std::uint64_t total_;
+  Form form_;
+  Clock::time_point start_;
+  Clock::time_point next_;
+};
+
+}  // namespace dvdx::tool

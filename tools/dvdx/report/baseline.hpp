@@ -1,0 +1,33 @@
+// What the library is measured against: textbook integrators in plain loops, one thread, the same physics.
+#pragma once
+
+#include "report/measure.hpp"
+
+namespace dvdx::tool::report {
+
+enum class Baseline { rk4, leapfrog };
+inline constexpr std::array<Named<Baseline>, 2> baselines{
+    {{"baseline_rk4", Baseline::rk4}, {"baseline_leapfrog", Baseline::leapfrog}}};
+
+// Scenes of affine forces without contacts and without fixed particles.
+[[nodiscard]] bool has_baselines(const SceneFile& file);
+
+// The instructions that the loops are compiled for, beside a plan on `isa`.
+[[nodiscard]] std::string baseline_isa(Isa isa);
+
+template <class T>
+[[nodiscard]] Measured measure_baseline_errors(const SceneFile& sample, Baseline baseline, const Grid& grid, int halving,
+                                               const Reference& reference, const Setup& setup);
+
+template <class T>
+[[nodiscard]] Timing time_baseline(const SceneFile& file, Baseline baseline, const Grid& grid, int halving, const Setup& setup,
+                                   Effort effort);
+
+extern template Measured measure_baseline_errors<float>(const SceneFile&, Baseline, const Grid&, int, const Reference&,
+                                                        const Setup&);
+extern template Measured measure_baseline_errors<double>(const SceneFile&, Baseline, const Grid&, int, const Reference&,
+                                                         const Setup&);
+extern template Timing time_baseline<float>(const SceneFile&, Baseline, const Grid&, int, const Setup&, Effort);
+extern template Timing time_baseline<double>(const SceneFile&, Baseline, const Grid&, int, const Setup&, Effort);
+
+}  // namespace dvdx::tool::report

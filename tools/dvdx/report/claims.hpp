@@ -1,0 +1,13 @@
+// What the text that this library grew from says of two springs, measured where it holds and where it does not.
+#pragma once
+
+#include "report/results.hpp"
+#include "report/simulation.hpp"
+
+namespace dvdx::tool::report {
+
+// Empty but for one particle let go at rest on two equal undamped springs.
+[[nodiscard]] std::vector<Claim> measure_claims(const SceneFile& file, const std::vector<LongRun>& long_runs,
+                                                const Setup& setup);
+
+}  // namespace dvdx::tool::report

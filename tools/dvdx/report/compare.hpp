@@ -1,0 +1,40 @@
+// Errors of a run against the reference, gathered from sample time to sample time.
+#pragma once
+
+#include <cstdint>
+
+#include "dvdx/layouts/state.hpp"
+#include "report/reference.hpp"
+
+namespace dvdx::tool::report {
+
+// A run further off than this many amplitudes is said to have diverged even while its numbers are finite.
+inline constexpr double diverged_beyond = 100;
+
+class Comparison {
+ public:
+  Comparison(const Reference& reference, const SceneFile& sample) : reference_(reference), sample_(sample) {}
+
+  // `state` is the run's at sample time `time`, the start (time 0) included.
+  template <class T>
+  void take(const State<T>& state, std::size_t time);
+
+  [[nodiscard]] Errors errors() const;
+  [[nodiscard]] const std::vector<double>& energy() const noexcept { return energy_; }
+
+ private:
+  const Reference& reference_;
+  const SceneFile& sample_;
+  double position_squares_ = 0;
+  double velocity_squares_ = 0;
+  double largest_square_ = 0;
+  std::size_t compared_ = 0;
+  std::vector<double> energy_;
+  double drift_ = 0;
+  std::size_t bad_particles_ = 0;
+};
+
+extern template void Comparison::take(const State<float>&, std::size_t);
+extern template void Comparison::take(const State<double>&, std::size_t);
+
+}  // namespace dvdx::tool::report

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+namespace dvdx::tool::report {
+
+// Runs the scripts, each of which draws to its standard output, and returns what they drew; or why that failed.
+[[nodiscard]] tl::expected<std::vector<std::string>, std::string> run_gnuplot(const std::vector<std::string>& scripts);
+
+}  // namespace dvdx::tool::report

@@ -1,0 +1,121 @@
+#include "report/json.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "names.hpp"
+
+namespace dvdx::tool::report {
+namespace {
+
+using Json = nlohmann::ordered_json;  // numbers that are not finite become null
+
+Json optional_number(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
+
+Json json_of(const Machine& machine) {
+  return {{"cpu", machine.cpu},         {"cores", machine.cores},   {"threads", machine.threads},   {"isa", machine.isa},
+          {"isas", machine.isas},       {"system", machine.system}, {"compiler", machine.compiler}, {"flags", machine.flags},
+          {"version", machine.version}, {"date", machine.date}};
+}
+
+Json json_of(const Run& run, std::size_t particles) {
+  const auto& errors = run.errors;
+  const double ns = run.timing.ns_per_particle_step;
+  return {{"method", run.method},
+          {"baseline", run.is_baseline},
+          {"scheme", nullptr},  // of a network
+          {"precision", name_in(precisions, run.precision)},
+          {"step", run.step},
+          {"steps", run.steps},
+          {"substeps", 1},
+          {"isa", run.isa},
+          {"threads", run.threads},
+          {"layout", run.layout},
+          {"arithmetic", run.arithmetic},
+          {"ns_per_particle_step", ns},
+          {"seconds_per_simulated_second", 1e-9 * ns * static_cast<double>(particles) / run.step},
+          {"timed_steps", run.timing.steps},
+          {"timed_whole_run", run.timing.whole_run},
+          {"repeats", run.timing.repeats},
+          {"error",
+           {{"position_rms", errors.position_rms},
+            {"position_max", errors.position_max},
+            {"velocity_rms", errors.velocity_rms},
+            {"relative", errors.relative}}},
+          {"energy_drift", errors.energy_drift},
+          {"order", optional_number(run.order)},
+          {"in_fit", run.in_fit},
+          {"diverged", errors.diverged},
+          {"bad_particles", errors.bad_particles}};
+}
+
+Json json_of(const Order& order) {
+  return {{"method", order.method},
+          {"precision", name_in(precisions, order.precision)},
+          {"fitted", optional_number(order.fitted)},
+          {"theory", optional_number(order.theory)},
+          {"note", order.note}};
+}
+
+Json json_of(const LongRun& run) {
+  return {{"method", run.method},
+          {"omega_h", run.z},
+          {"steps", run.steps},
+          {"energy_ratio", run.measured},
+          {"energy_ratio_by_matrix", run.by_matrix},
+          {"energy_ratio_by_formula", run.by_formula},
+          {"determinant", run.formula},
+          {"verdict", run.verdict},
+          {"agrees_within_1_percent", run.agrees}};
+}
+
+Json json_of(const Claim& claim) {
+  return {{"claim", claim.claim},
+          {"where", claim.where},
+          {"expected", claim.expected},
+          {"measured", claim.measured},
+          {"verdict", claim.verdict}};
+}
+
+Json json_of(const SceneReport& scene);
+
+template <class T>
+Json list_of(const std::vector<T>& each) {
+  Json list = Json::array();
+  for (const auto& one : each) list.push_back(json_of(one));
+  return list;
+}
+
+Json json_of(const SceneReport& scene) {
+  Json runs = Json::array();
+  for (const auto& run : scene.runs) runs.push_back(json_of(run, scene.particles));
+  Json reference{{"kind", scene.reference.kind}, {"self_error", scene.reference.self_error}};
+  reference["self_error_relative"] = scene.reference.self_error / scene.amplitude;
+  if (scene.reference.step > 0) {
+    reference["step"] = scene.reference.step;
+    reference["settled"] = scene.reference.settled;
+  }
+  Json json{{"scene", scene.scene},
+            {"path", scene.path},
+            {"particles", scene.particles},
+            {"error_particles", scene.error_particles},
+            {"step", scene.step},
+            {"duration", scene.duration},
+            {"sample_times", scene.sample_times},
+            {"reference", reference},
+            {"amplitude", scene.amplitude},
+            {"energy_scale", scene.energy_scale},
+            {"energy_drift_against", scene.keeps_energy ? "start" : "reference"},
+            {"runs", runs},
+            {"orders", list_of(scene.orders)}};
+  if (!scene.long_run.empty()) json["long_run"] = list_of(scene.long_run);
+  if (!scene.claims.empty()) json["claims"] = list_of(scene.claims);
+  return json;
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const Report& report) {
+  return {{"machine", json_of(report.machine)}, {"scenes", list_of(report.scenes)}};
+}
+
+}  // namespace dvdx::tool::report

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "report/results.hpp"
+
+namespace dvdx::tool::report {
+
+[[nodiscard]] nlohmann::ordered_json to_json(const Report& report);
+
+}  // namespace dvdx::tool::report

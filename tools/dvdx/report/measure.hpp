@@ -1,0 +1,56 @@
+// Error and time of the library's runs.
+#pragma once
+
+#include <memory>
+
+#include "report/compare.hpp"
+
+namespace dvdx::tool::report {
+
+struct Measured {
+  Errors errors;
+  std::vector<double> energy;  // J, at every sample time
+};
+
+// Errors of one run on the sample's particles.
+template <class T>
+[[nodiscard]] Measured measure_errors(const SceneFile& sample, Method method, const Grid& grid, int halving,
+                                      const Reference& reference, const Setup& setup);
+
+// Times runs on all particles of a scene: the whole run where that is short, else pieces of it from several moments, because
+// steps need not cost the same all along (nothing hits the ground at first).
+template <class T>
+class Timer {
+ public:
+  Timer(const SceneFile& file, const Grid& grid, const Setup& setup, Effort effort);
+  Timer(const Timer&) = delete;
+  Timer& operator=(const Timer&) = delete;
+  ~Timer();
+
+  [[nodiscard]] Timing time(Method method, int halving);
+
+ private:
+  using Buffer = StateMemory<T>;
+
+  void make_moments();
+  void copy(const State<T>& from, State<T>& to) const;
+  [[nodiscard]] Timing time_whole(const Plan<T>& plan, std::uint64_t steps);
+  [[nodiscard]] Timing time_pieces(const Plan<T>& plan, double seconds_per_step, std::uint64_t steps);
+  void run(const Plan<T>& plan, std::uint64_t steps);
+
+  const SceneFile& file_;
+  const Grid& grid_;
+  const Setup& setup_;
+  Effort effort_;
+  Buffer start_;
+  Buffer work_;
+  std::vector<std::unique_ptr<Buffer>> moments_;  // made where they are first needed
+  std::vector<Clock> clocks_;
+};
+
+extern template Measured measure_errors<float>(const SceneFile&, Method, const Grid&, int, const Reference&, const Setup&);
+extern template Measured measure_errors<double>(const SceneFile&, Method, const Grid&, int, const Reference&, const Setup&);
+extern template class Timer<float>;
+extern template class Timer<double>;
+
+}  // namespace dvdx::tool::report

@@ -1,0 +1,25 @@
+// The report's pictures, drawn by gnuplot.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/results.hpp"
+
+namespace dvdx::tool::report {
+
+struct Picture {
+  std::size_t scene = 0;  // in the report
+  std::string file;       // two-springs-float32.svg
+  std::string title;
+  std::string svg;
+};
+
+struct Pictures {
+  std::vector<Picture> all;
+  std::string warning;  // why there are none
+};
+
+[[nodiscard]] Pictures draw_pictures(const Report& report);
+
+}  // namespace dvdx::tool::report

@@ -1,0 +1,30 @@
+// What a scene's runs are held against.
+#pragma once
+
+#include <functional>
+
+#include "closed_form.hpp"
+#include "report/grid.hpp"
+#include "report/results.hpp"
+#include "report/simulation.hpp"
+
+namespace dvdx::tool::report {
+
+struct Reference {
+  ReferenceFacts facts;
+  Path path;
+  std::vector<double> energy;  // J, at every sample time
+  double amplitude = 0;        // m
+  double energy_scale = 0;     // J: the greatest kinetic energy
+  bool keeps_energy = false;
+};
+
+// The closed form where the scene has one; else method combined in float64 with steps far below the smallest of the grid.
+[[nodiscard]] Reference first_reference(const SceneFile& sample, const Grid& grid, const Setup& setup);
+
+// Halves the step of an extrapolated reference until halving moves it by less than a hundredth of `smallest_error` (m), or
+// until the work is out of proportion, and says which. Returns whether the path changed.
+bool refine(Reference& reference, const SceneFile& sample, const Grid& grid, const Setup& setup, double smallest_error,
+            Effort effort);
+
+}  // namespace dvdx::tool::report

@@ -1,0 +1,41 @@
+// A scene on the library, from its start, as the report runs it.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+
+#include "dvdx/plan.hpp"
+#include "fault.hpp"
+#include "start.hpp"
+#include "state_memory.hpp"
+
+namespace dvdx::tool::report {
+
+// How the library is to run.
+struct Setup {
+  Engine engine;
+  ParallelFor parallel{};
+};
+
+template <class T>
+[[nodiscard]] Plan<T> compiled(const SceneFile& file, const Scene& scene, double step, const Engine& engine,
+                               const State<T>& start) {
+  auto plan = compile<T>(scene, {.step = step, .isa = engine.isa, .arithmetic = engine.arithmetic}, start);
+  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  return std::move(*plan);
+}
+
+template <class T>
+void advance(const Plan<T>& plan, State<T>& state, std::uint64_t steps, const ParallelFor& parallel) {
+  if (plan.step(state, steps, parallel) != StepResult::done) throw std::logic_error("the plan is for another state");
+}
+
+// Steps that one call takes: many, so that a block stays in cache for them; as many as `dvdx run` takes.
+[[nodiscard]] inline std::uint64_t steps_per_call(std::size_t particles) {
+  constexpr std::uint64_t particle_steps = std::uint64_t{1} << 24U;
+  const auto steps = particle_steps / particles;
+  return steps < 8 ? 8 : steps > 4096 ? 4096 : steps;
+}
+
+}  // namespace dvdx::tool::report

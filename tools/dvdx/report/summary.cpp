@@ -1,0 +1,101 @@
+#include "report/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <limits>
+
+namespace dvdx::tool::report {
+namespace {
+
+void take(const Run& run, Cheapest& cheapest) {
+  if (run.errors.diverged) {
+    cheapest.diverged_steps.push_back(run.step);
+    return;
+  }
+  cheapest.best_error = std::min(cheapest.best_error, run.errors.relative);
+  for (std::size_t g = 0; g < error_goals.size(); ++g) {
+    if (!(run.errors.relative <= error_goals[g])) continue;
+    const auto* best = cheapest.runs[g];
+    if (best == nullptr || run.ns_per_particle_second() < best->ns_per_particle_second()) cheapest.runs[g] = &run;
+  }
+}
+
+std::string plain_name(const std::string& text) {
+  std::string name;
+  for (const char c : text) {
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 && static_cast<unsigned char>(c) < 128;
+    if (is_plain)
+      name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (!name.empty() && name.back() != '-')
+      name += '-';
+  }
+  while (!name.empty() && name.back() == '-') name.pop_back();
+  return name.empty() ? "scene" : name;
+}
+
+}  // namespace
+
+std::vector<Cheapest> cheapest_of(const SceneReport& scene) {
+  std::vector<Cheapest> all;
+  for (const auto& run : scene.runs) {
+    const auto is_same = [&](const Cheapest& c) { return c.method == run.method && c.precision == run.precision; };
+    auto found = std::find_if(all.begin(), all.end(), is_same);
+    if (found == all.end()) {
+      constexpr double none = std::numeric_limits<double>::infinity();
+      all.push_back({.method = run.method, .precision = run.precision, .runs = {}, .best_error = none, .diverged_steps = {}});
+      found = all.end() - 1;
+    }
+    take(run, *found);
+  }
+  return all;
+}
+
+const Order* order_of(const SceneReport& scene, const std::string& method, Precision precision) {
+  for (const auto& order : scene.orders) {
+    if (order.method == method && order.precision == precision) return &order;
+  }
+  return nullptr;
+}
+
+std::string fitted_text(const Order& order) {
+  if (order.fitted) return fmt::format("{:.2f}", *order.fitted);
+  return order.note == "exact" ? "exact" : "-";
+}
+
+std::string theory_text(const Order& order) {
+  if (order.theory) return fmt::format("{:g}", *order.theory);
+  return order.note == "exact" ? "exact" : "-";
+}
+
+std::string number_text(double value) {
+  if (!std::isfinite(value)) return "-";
+  const double size = std::abs(value);
+  if (value != 0 && (size >= 1e5 || size < 1e-2)) return fmt::format("{:.1e}", value);
+  return size >= 100 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+}
+
+std::string reference_text(const SceneReport& scene) {
+  const auto& reference = scene.reference;
+  auto text = reference.kind == "closed_form"
+                  ? fmt::format("closed form in long double, its own error {:.1e} m", reference.self_error)
+                  : fmt::format("method combined in float64 with steps of {:.2e} s; halving moved it by {:.1e} m",
+                                reference.step, reference.self_error);
+  if (!reference.settled) text += ", which is MORE than a hundredth of the smallest error shown";
+  return text;
+}
+
+std::vector<std::string> file_names(const Report& report) {
+  std::vector<std::string> names;
+  for (const auto& scene : report.scenes) {
+    const auto base = plain_name(scene.scene);
+    auto name = base;
+    for (int n = 2; std::find(names.begin(), names.end(), name) != names.end(); ++n) name = fmt::format("{}-{}", base, n);
+    names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace dvdx::tool::report

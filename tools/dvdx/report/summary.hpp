@@ -1,0 +1,38 @@
+// What the table on the terminal and the page have in common.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "report/results.hpp"
+
+namespace dvdx::tool::report {
+
+inline constexpr std::array<double, 5> error_goals{1e-1, 1e-2, 1e-3, 1e-4, 1e-6};  // relative
+
+// The cheapest run of a method and precision that reaches each goal.
+struct Cheapest {
+  std::string method;
+  Precision precision = Precision::float64;
+  std::array<const Run*, error_goals.size()> runs{};
+  double best_error = 0;
+  std::vector<double> diverged_steps;  // s
+};
+
+[[nodiscard]] std::vector<Cheapest> cheapest_of(const SceneReport& scene);
+
+[[nodiscard]] const Order* order_of(const SceneReport& scene, const std::string& method, Precision precision);
+
+// "2.00", "exact" or "-"
+[[nodiscard]] std::string fitted_text(const Order& order);
+[[nodiscard]] std::string theory_text(const Order& order);
+// 12.3, 4.56e+07
+[[nodiscard]] std::string number_text(double value);
+
+// Facts of a scene in one line.
+[[nodiscard]] std::string reference_text(const SceneReport& scene);
+
+// Names no other scene of the report has, fit for files.
+[[nodiscard]] std::vector<std::string> file_names(const Report& report);
+
+}  // namespace dvdx::tool::report

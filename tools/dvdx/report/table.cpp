@@ -1,0 +1,118 @@
+#include "report/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "names.hpp"
+#include "report/summary.hpp"
+
+namespace dvdx::tool::report {
+namespace {
+
+// Columns as wide as their widest cell; the first `left` of them aligned to the left.
+class Table {
+ public:
+  explicit Table(std::size_t left) : left_(left) {}
+  void row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+  [[nodiscard]] std::string text() const {
+    std::vector<std::size_t> widths;
+    for (const auto& cells : rows_) {
+      widths.resize(std::max(widths.size(), cells.size()));
+      for (std::size_t c = 0; c < cells.size(); ++c) widths[c] = std::max(widths[c], cells[c].size());
+    }
+    std::string text;
+    for (const auto& cells : rows_) {
+      std::string line;
+      for (std::size_t c = 0; c < cells.size(); ++c) {
+        line += (c == 0 ? "  " : "   ");
+        line += c < left_ ? fmt::format("{:<{}}", cells[c], widths[c]) : fmt::format("{:>{}}", cells[c], widths[c]);
+      }
+      line.erase(line.find_last_not_of(' ') + 1);
+      text += line + "\n";
+    }
+    return text;
+  }
+
+ private:
+  std::size_t left_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+std::string runs_table(const SceneReport& scene) {
+  Table table(2);
+  std::vector<std::string> head{"method", "precision", "order", "theory"};
+  for (const double goal : error_goals) head.push_back(fmt::format("{:.0e}", goal));
+  head.emplace_back("least error");
+  table.row(head);
+  for (const auto& cheapest : cheapest_of(scene)) {
+    const auto* order = order_of(scene, cheapest.method, cheapest.precision);
+    std::vector<std::string> cells{cheapest.method, std::string(name_in(precisions, cheapest.precision)), fitted_text(*order),
+                                   theory_text(*order)};
+    for (const auto* run : cheapest.runs) cells.push_back(run == nullptr ? "-" : number_text(run->ns_per_particle_second()));
+    cells.push_back(number_text(cheapest.best_error));
+    table.row(cells);
+  }
+  return table.text();
+}
+
+std::string diverged_text(const SceneReport& scene) {
+  std::string text;
+  for (const auto& cheapest : cheapest_of(scene)) {
+    if (cheapest.diverged_steps.empty()) continue;
+    std::string steps;
+    for (const double step : cheapest.diverged_steps) steps += fmt::format("{}{:.4g}", steps.empty() ? "" : ", ", step);
+    text +=
+        fmt::format("  DIVERGED: {} in {} at steps of {} s\n", cheapest.method, name_in(precisions, cheapest.precision), steps);
+  }
+  return text;
+}
+
+std::string long_run_table(const SceneReport& scene) {
+  if (scene.long_run.empty()) return "";
+  const auto& first = scene.long_run.front();
+  Table table(1);
+  table.row({"method", "E/E0", "det^n", "by formula", "agrees", "verdict"});
+  for (const auto& run : scene.long_run) {
+    table.row({run.method, fmt::format("{:.4g}", run.measured), fmt::format("{:.4g}", run.by_matrix),
+               fmt::format("{:.4g}", run.by_formula), run.agrees ? "1 %" : "NO", run.verdict});
+  }
+  return fmt::format("energy after {} steps of Omega h = {}, float64\n{}", first.steps, first.z, table.text());
+}
+
+std::string claims_table(const SceneReport& scene) {
+  if (scene.claims.empty()) return "";
+  Table table(2);
+  table.row({"claim of the text", "where", "analysis", "measured", "verdict"});
+  std::string last;
+  for (const auto& claim : scene.claims) {
+    table.row({claim.claim == last ? "" : claim.claim, claim.where, claim.expected, fmt::format("{:.3g}", claim.measured),
+               claim.verdict});
+    last = claim.claim;
+  }
+  return "claims (error ratios: largest position error over half a period)\n" + table.text();
+}
+
+std::string scene_text(const SceneReport& scene) {
+  auto text = fmt::format("\n{}: {} particle{}, {} s, step {:.6g} s, amplitude {:.4g} m\n", scene.scene, scene.particles,
+                          scene.particles == 1 ? "" : "s", scene.duration, scene.step, scene.amplitude);
+  text += "reference: " + reference_text(scene) + "\n";
+  if (scene.error_particles != scene.particles) {
+    text += fmt::format("errors on {} evenly spread particles, times on all\n", scene.error_particles);
+  }
+  text += "ns per particle and simulated second of the cheapest run whose relative error is at most\n";
+  text += runs_table(scene) + diverged_text(scene) + long_run_table(scene) + claims_table(scene);
+  return text;
+}
+
+}  // namespace
+
+std::string to_text(const Report& report) {
+  const auto& machine = report.machine;
+  auto text = fmt::format("dvdx {} on {}, {} cores, {} with {} thread{}; {}\n", machine.version, machine.cpu, machine.cores,
+                          machine.isa, machine.threads, machine.threads == 1 ? "" : "s", machine.compiler);
+  for (const auto& scene : report.scenes) text += scene_text(scene);
+  return text;
+}
+
+}  // namespace dvdx::tool::report

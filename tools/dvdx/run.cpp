@@ -1,0 +1,220 @@
+// dvdx run: a scene from its start to its end.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "commands.hpp"
+#include "dvdx/plan.hpp"
+#include "energy.hpp"
+#include "engine.hpp"
+#include "health.hpp"
+#include "names.hpp"
+#include "output/writer.hpp"
+#include "progress.hpp"
+#include "scene_options.hpp"
+#include "start.hpp"
+#include "state_hash.hpp"
+#include "threads.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+struct RunOptions {
+  SceneOptions scene;
+  EngineOptions engine;
+  std::string scheme;
+  std::string substeps;
+  std::string out;
+  std::uint64_t every = 0;  // 0: the last state alone
+  bool json = false;
+};
+
+struct Outcome {
+  double wall_seconds = 0;  // of the steps: neither of making the plan nor of writing
+  std::uint64_t hash = 0;
+  double energy_start = 0;
+  double energy_end = 0;
+  bool diverged = false;
+  std::size_t bad_particles = 0;
+};
+
+// Steps that one call takes: many, so that a block stays in cache for them, but not so many that progress stands still. A
+// function of the scene alone, so that a run does not depend on the machine's speed.
+std::uint64_t batch_for(std::size_t particles) {
+  constexpr std::uint64_t particle_steps = std::uint64_t{1} << 24U;
+  return std::clamp<std::uint64_t>(particle_steps / particles, 8, 4096);
+}
+
+std::uint64_t states_written(std::uint64_t steps, std::uint64_t every) {
+  return every == 0 ? 1 : steps / every + (steps % every == 0 ? 1 : 2);
+}
+
+template <class T>
+class Simulation {
+ public:
+  Simulation(const LoadedScene& loaded, const Engine& engine)
+      : loaded_(loaded),
+        memory_(engine.layout, loaded.file.particles.count),
+        state_(started(loaded.file, memory_.view())),
+        plan_(made(loaded.file, engine, state_)),
+        parallel_(parallel(engine.threads)) {}
+
+  Outcome run(Writer<T>* writer, std::uint64_t every) {
+    const auto start = health_of(state_);
+    outcome_.energy_start = energy(loaded_.file, state_);
+    if (writer != nullptr && every > 0 && loaded_.steps > 0) writer->write(moment(), state_);
+    {
+      Progress progress(loaded_.steps);
+      while (done_ < loaded_.steps) {
+        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), progress);
+        if (writer != nullptr && every > 0 && done_ < loaded_.steps) writer->write(moment(), state_);
+      }
+    }
+    if (writer != nullptr) {
+      writer->write(moment(), state_);
+      writer->finish();
+    }
+    outcome_.energy_end = energy(loaded_.file, state_);
+    outcome_.hash = state_hash(state_);
+    const auto end = health_of(state_);
+    outcome_.bad_particles = end.bad_particles;
+    outcome_.diverged = has_diverged(start, end);
+    return outcome_;
+  }
+
+ private:
+  static State<T> started(const SceneFile& file, State<T> state) {
+    place_at_start(file, state);
+    return state;
+  }
+
+  static Plan<T> made(const SceneFile& file, const Engine& engine, const State<T>& state) {
+    auto plan = compile<T>(file.scene, {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic}, state);
+    if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+    return std::move(*plan);
+  }
+
+  [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
+
+  void advance(std::uint64_t until, Progress& progress) {
+    const auto most = batch_for(state_.count);
+    while (done_ < until) {
+      const auto steps = std::min(most, until - done_);
+      const auto before = std::chrono::steady_clock::now();
+      if (plan_.step(state_, steps, parallel_) != StepResult::done) throw std::logic_error("the plan is for another state");
+      outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+      done_ += steps;
+      progress.at(done_);
+    }
+  }
+
+  const LoadedScene& loaded_;
+  StateMemory<T> memory_;
+  State<T> state_;
+  Plan<T> plan_;
+  ParallelFor parallel_;
+  std::uint64_t done_ = 0;
+  Outcome outcome_;
+};
+
+template <class T>
+Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
+  Simulation<T> simulation(loaded, engine);
+  std::unique_ptr<Writer<T>> writer;
+  if (!options.out.empty()) {
+    writer = make_writer<T>({.target = options.out,
+                             .particles = loaded.file.particles.count,
+                             .states = states_written(loaded.steps, options.every)});
+  }
+  return simulation.run(writer.get(), options.every);
+}
+
+double particle_steps_per_second(const LoadedScene& loaded, const Outcome& outcome) {
+  const auto all = static_cast<double>(loaded.file.particles.count) * static_cast<double>(loaded.steps);
+  return outcome.wall_seconds > 0 ? all / outcome.wall_seconds : 0;
+}
+
+void print_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
+  nlohmann::ordered_json report;
+  report["scene"] = loaded.file.name;
+  report["particles"] = loaded.file.particles.count;
+  report["steps"] = loaded.steps;
+  report["method"] = name_in(methods, loaded.file.scene.method);
+  report["scheme"] = nullptr;  // of a network
+  report["substeps"] = 1;
+  report["precision"] = name_in(precisions, engine.precision);
+  report["isa"] = name(engine.isa);
+  report["threads"] = engine.threads;
+  report["layout"] = name_in(layouts, engine.layout);
+  report["arithmetic"] = name(engine.arithmetic);
+  report["wall_seconds"] = outcome.wall_seconds;
+  report["particle_steps_per_second"] = particle_steps_per_second(loaded, outcome);
+  report["state_hash"] = hash_text(outcome.hash);
+  report["energy"] = {{"start", outcome.energy_start}, {"end", outcome.energy_end}};
+  report["diverged"] = outcome.diverged;
+  report["bad_particles"] = outcome.bad_particles;
+  fmt::print("{}\n", report.dump(2));
+}
+
+void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
+  const auto row = [](std::string_view name, const std::string& value) { fmt::print("{:<12} {}\n", name, value); };
+  const auto& file = loaded.file;
+  row("scene", fmt::format("{}, {} particle{}", file.name, file.particles.count, file.particles.count == 1 ? "" : "s"));
+  row("steps", fmt::format("{} of {} s, method {}", loaded.steps, file.step, name_in(methods, file.scene.method)));
+  row("engine",
+      fmt::format("{}, {}, {} arithmetic, {}, {} thread{}", name_in(precisions, engine.precision), name(engine.isa),
+                  name(engine.arithmetic), name_in(layouts, engine.layout), engine.threads, engine.threads == 1 ? "" : "s"));
+  row("time",
+      fmt::format("{:.3g} s, {:.3g} particle-steps/s", outcome.wall_seconds, particle_steps_per_second(loaded, outcome)));
+  row("energy", fmt::format("{:.9g} J at the start, {:.9g} J at the end", outcome.energy_start, outcome.energy_end));
+  row("state hash", hash_text(outcome.hash));
+  row("diverged", outcome.diverged ? fmt::format("YES, {} particles are not finite", outcome.bad_particles) : "no");
+}
+
+// What only networks have cannot go with a scene that has none, and no other scene runs in this version.
+void refuse_network_options(const RunOptions& options) {
+  for (const auto& [option, value] : {std::pair("--scheme", options.scheme), std::pair("--substeps", options.substeps)}) {
+    if (!value.empty()) {
+      throw Fault(Exit::usage, fmt::format("{} {}: belongs to networks, and {} has none", option, value, options.scene.scene));
+    }
+  }
+}
+
+Exit run(const RunOptions& options) {
+  if (!options.out.empty()) check_extension(options.out);
+  const auto engine = engine_of(options.engine);
+  const auto loaded = load_scene(options.scene, engine.precision);
+  refuse_network_options(options);
+  const auto outcome = engine.precision == Precision::float32 ? simulate<float>(options, loaded, engine)
+                                                              : simulate<double>(options, loaded, engine);
+  (options.json ? print_json : print_table)(loaded, engine, outcome);
+  if (!outcome.diverged) return Exit::done;
+  fmt::print(stderr, "dvdx: {}: the simulation diverged: {} of {} particles are not finite\n", options.scene.scene,
+             outcome.bad_particles, loaded.file.particles.count);
+  return Exit::diverged;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<RunOptions>();
+  auto* command = app.add_subcommand("run", "Run a scene");
+  command->footer("dvdx run hail.json --duration 5 --out hail.vtp --every 6");
+  add_scene_options(*command, options->scene);
+  command->add_option("--scheme", options->scheme, "of the scene's networks")
+      ->check(CLI::IsMember(std::vector<std::string>{"leapfrog", "fourth_order", "sequential", "accumulate"}));
+  command->add_option("--substeps", options->substeps, "of the scene's networks: a whole number or auto");
+  add_engine_options(*command, options->engine);
+  command->add_option("--out", options->out, "write states to a .csv, .npz, .ply or .vtp file");
+  command->add_option("--every", options->every, "write step 0, every so many steps and the last; 0: the last alone")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "print one JSON object");
+  command->callback([options, &exit] { exit = run(*options); });
+}
+
+}  // namespace dvdx::tool

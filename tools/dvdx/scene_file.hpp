@@ -1,0 +1,41 @@
+// What a scene file holds: the library's scene, and how the particles start.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "dvdx/scene.hpp"
+
+namespace dvdx::tool {
+
+struct UniformVectors {
+  Vec3 min{};
+  Vec3 max{};
+  std::uint64_t seed = 0;
+  bool operator==(const UniformVectors&) const = default;
+};
+
+using Vectors = std::variant<Vec3, std::vector<Vec3>, UniformVectors>;  // one for all, one each, or drawn for each
+
+[[nodiscard]] Vec3 value_of(const Vectors& vectors, std::size_t particle);
+
+struct Particles {
+  std::size_t count = 0;
+  Vectors position = Vec3{};  // m
+  Vectors velocity = Vec3{};  // m/s
+};
+
+struct SceneFile {
+  std::string path;  // as the user named it
+  std::string name;
+  std::string about;
+  double step = 0;      // s
+  double duration = 0;  // s
+  Particles particles;
+  Scene scene;  // masses, forces, contacts, fixed particles
+};
+
+}  // namespace dvdx::tool

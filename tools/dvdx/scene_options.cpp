@@ -1,0 +1,65 @@
+#include "scene_options.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+
+#include "fault.hpp"
+#include "names.hpp"
+#include "scene_reader.hpp"
+#include "steps.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+// The default and every force's own: what is asked for on the command line is what runs.
+void use_method(Scene& scene, Method method) {
+  scene.method = method;
+  for (auto& force : scene.forces) {
+    std::visit([](auto& each) { each.method.reset(); }, force);
+  }
+}
+
+double checked(const char* option, double value, bool is_valid, const char* valid) {
+  if (std::isfinite(value) && is_valid) return value;
+  throw Fault(Exit::usage, fmt::format("{} {}: must be {}", option, value, valid));
+}
+
+std::uint64_t steps_of(const SceneFile& file, const SceneOptions& options) {
+  const auto steps = steps_in(file.duration, file.step);
+  if (steps) return *steps;
+  const char* option = options.duration ? "--duration" : "--step";
+  throw Fault(Exit::usage, fmt::format("{} {}: the duration {} must be {}", option,
+                                       options.duration ? file.duration : file.step, file.duration, steps.error()));
+}
+
+}  // namespace
+
+void add_scene_options(CLI::App& app, SceneOptions& options) {
+  app.add_option("SCENE", options.scene, "a scene file (JSON)")->required();
+  app.add_option("--step", options.step, "s, in place of the scene's; negative runs time backwards");
+  app.add_option("--duration", options.duration, "s, in place of the scene's");
+  app.add_option("--method", options.method, "in place of the scene's and of every force's own")
+      ->check(CLI::IsMember(names_of(methods)));
+  app.add_option("--set", options.overrides, "path=value, such as forces[0].stiffness=40: replaces a value of the scene")
+      ->expected(1)
+      ->take_all()
+      ->allow_extra_args(false);
+}
+
+LoadedScene load_scene(const SceneOptions& options, Precision precision) {
+  const ReadOptions read{.overrides = options.overrides,
+                         .scalar_bytes = precision == Precision::float32 ? sizeof(float) : sizeof(double)};
+  LoadedScene loaded{.file = read_scene(options.scene, read)};
+  auto& file = loaded.file;
+  if (options.step) file.step = checked("--step", *options.step, *options.step != 0, "a finite number other than 0");
+  if (options.duration) {
+    file.duration = checked("--duration", *options.duration, *options.duration >= 0, "a finite number >= 0");
+  }
+  if (!options.method.empty()) use_method(file.scene, named(methods, options.method));
+  loaded.steps = steps_of(file, options);
+  return loaded;
+}
+
+}  // namespace dvdx::tool

@@ -1,0 +1,32 @@
+// Which scene, and what of it the command line replaces.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine.hpp"
+#include "scene_file.hpp"
+
+namespace dvdx::tool {
+
+struct SceneOptions {
+  std::string scene;
+  std::optional<double> step{};      // s; negative runs time backwards
+  std::optional<double> duration{};  // s
+  std::string method{};              // of every force
+  std::vector<std::string> overrides{};
+};
+
+void add_scene_options(CLI::App& app, SceneOptions& options);
+
+struct LoadedScene {
+  SceneFile file;
+  std::uint64_t steps = 0;
+};
+
+// Throws Fault: usage where an option cannot go with the scene, and all that read_scene throws.
+[[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision);
+
+}  // namespace dvdx::tool

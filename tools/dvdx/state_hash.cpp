@@ -1,0 +1,38 @@
+#include "state_hash.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <type_traits>
+
+namespace dvdx::tool {
+namespace {
+
+template <class T>
+std::uint64_t mix(std::uint64_t hash, T value) noexcept {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  const std::uint64_t bits = std::bit_cast<Bits>(value);
+  for (unsigned byte = 0; byte < sizeof(T); ++byte) {
+    hash = (hash ^ ((bits >> (8 * byte)) & 0xFFU)) * 0x100000001B3U;
+  }
+  return hash;
+}
+
+}  // namespace
+
+template <class T>
+std::uint64_t state_hash(const State<T>& state) noexcept {
+  std::uint64_t hash = 0xCBF29CE484222325U;
+  for (std::size_t i = 0; i < state.count; ++i) {
+    for (const auto& column : state.x) hash = mix<T>(hash, column[i]);
+    for (const auto& column : state.v) hash = mix<T>(hash, column[i]);
+  }
+  return hash;
+}
+
+std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+template std::uint64_t state_hash(const State<float>&) noexcept;
+template std::uint64_t state_hash(const State<double>&) noexcept;
+
+}  // namespace dvdx::tool

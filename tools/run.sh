@@ -1,0 +1,93 @@
+#!/usr/bin/env bash
+# One command from a clone to a result:
+#   tools/run.sh report [SCENE...]   speed against error: a table here, and pictures in report/report.html
+#   tools/run.sh test                every test, and what it covers
+#   tools/run.sh bench [OPTION...]   the bars in one table, then every benchmark (options of Google Benchmark: those alone)
+#   tools/run.sh verify [SCENE...]   every instruction set, layout and thread count against the scalar reference
+# Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcli11-dev nlohmann-json3-dev libfmt-dev
+          libzip-dev libpugixml-dev doctest-dev libbenchmark-dev gnuplot-nox)
+
+say() { printf '\n== %s\n' "$*" >&2; }
+fail() { printf 'tools/run.sh: %s\n' "$*" >&2; exit 2; }
+usage() { sed -n '2,7s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
+
+is_installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
+
+as_root() {
+  if [ "$(id -u)" -eq 0 ]; then
+    "$@"
+  elif command -v sudo >/dev/null; then
+    sudo "$@"
+  else
+    fail "these packages are missing, and there is no sudo to install them: ${missing[*]}"
+  fi
+}
+
+apt() { as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=300 -o Acquire::Retries=3 "$@" </dev/null >&2; }
+
+install_missing() {
+  if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+    command -v cmake >/dev/null && { command -v c++ || command -v g++ || command -v clang++; } >/dev/null && return
+    fail "there is no apt here to install with. What is needed, under Debian's names: ${packages[*]}"
+  fi
+  missing=()
+  for package in "${packages[@]}"; do is_installed "$package" || missing+=("$package"); done
+  [ ${#missing[@]} -eq 0 ] && return
+  say "installing ${missing[*]}"
+  apt install --no-install-recommends "${missing[@]}" || { apt update && apt install --no-install-recommends "${missing[@]}"; } ||
+    fail "these packages cannot be installed: ${missing[*]}"
+}
+
+# build PRESET TARGET...
+build() {
+  local preset=$1 generator=()
+  shift
+  command -v ninja >/dev/null || generator=(-G "Unix Makefiles")
+  say "building $* ($preset)"
+  cmake --preset "$preset" "${generator[@]}" >&2 || fail "cmake cannot configure. What is needed, under Debian's names: ${packages[*]}"
+  cmake --build "build/$preset" --parallel "$(nproc)" --target "$@" >&2
+}
+
+[ $# -ge 1 ] || usage
+action=$1
+shift
+case $action in
+  report)
+    install_missing
+    build release dvdx_command
+    [ $# -ge 1 ] || set -- tools/scenes/two-springs.json tools/scenes/bouncing.json tools/scenes/meadow.json --quick
+    say "dvdx report $*"
+    build/release/tools/dvdx report "$@"
+    ;;
+  test)
+    [ $# -eq 0 ] || usage
+    install_missing
+    build developer all
+    say "tests"
+    ctest --test-dir build/developer --output-on-failure
+    grep -ha '^\[doctest\] \(test cases\|assertions\)' build/developer/Testing/Temporary/LastTest.log
+    ;;
+  bench)
+    install_missing
+    build release dvdx_bars dvdx_bench
+    export OMP_PROC_BIND=true # each thread keeps to its core
+    [ $# -ge 1 ] || build/release/bench/dvdx_bars
+    build/release/bench/dvdx_bench "$@"
+    ;;
+  verify)
+    install_missing
+    build release dvdx_command
+    [ $# -ge 1 ] || set -- tools/scenes/*.json
+    say "dvdx verify $*"
+    build/release/tools/dvdx verify "$@"
+    ;;
+  install) # PACKAGE...: what continuous integration needs besides
+    packages+=("$@")
+    install_missing
+    ;;
+  *) usage ;;
+esac
