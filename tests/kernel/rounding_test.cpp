@@ -112,7 +112,9 @@ TEST_CASE("float32, 1000 steps of every closed-form case: state error against th
       ++kind->cases;
     }
   }
-  for (const auto& [name, kind] : kinds) {
+  for (const auto& entry : kinds) {
+    const std::string& name = entry.first;
+    const Kind& kind = entry.second;
     MESSAGE(name << ": rms of ratios " << kind.rms() << ", worst " << kind.worst << " of " << kind.cases);
     CAPTURE(name);
     // spring_const: the offsets P and Q are rounded too. Above 0.7 rad a step the step's own operations round more than the
