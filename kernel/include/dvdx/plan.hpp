@@ -38,13 +38,26 @@ enum class StepResult {
   done,
   count_differs,       // the plan holds values per particle, and the state has another count: nothing was stepped
   capacity_too_small,  // a column's capacity is below the state's count: nothing was stepped
+  in_use,              // another thread steps this plan, whose networks have working memory of their own: nothing was stepped
+};
+
+// What limits the sub-steps of a scene's networks.
+struct NetworkLimit {
+  int substeps = 1;            // a step, chosen or asked for
+  double frequency = 0;        // rad/s: the highest of the springs as they stand at the start, by power iteration
+  double bound = 0;            // rad/s: no position of the particles has a higher one
+  double limit = 0;            // frequency times sub-step that the scheme takes without damping; infinite for sequential
+  int fewest = 1;              // sub-steps a step below which compile() refuses: the start is unstable
+  int safe = 1;                // sub-steps a step that are stable in any position; what "auto" chooses
+  std::uint32_t particle = 0;  // whose springs set the bound
 };
 
 template <class T>
 class Program;  // what a scene compiles to
 
 // T is float or double. A plan is immutable but for its coefficients: any number of threads may step different states with it
-// at once, none of them while set_step or replace runs.
+// at once, none of them while set_step or replace runs. A plan with networks or constraints has working memory of its own and
+// steps one state at a time.
 template <class T>
 class Plan {
  public:
@@ -72,6 +85,8 @@ class Plan {
   [[nodiscard]] Isa isa() const noexcept;
   [[nodiscard]] Arithmetic arithmetic() const noexcept;
   [[nodiscard]] std::size_t block() const noexcept;  // particles
+  // Of a scene with networks.
+  [[nodiscard]] std::optional<NetworkLimit> network_limit() const;
   // What the scene needs, in words: passes, combined forces, bytes and operations per particle-step, what is unstable.
   [[nodiscard]] std::string explain() const;
 

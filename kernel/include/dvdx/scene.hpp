@@ -1,7 +1,6 @@
 // A scene: what the world holds. Plain values in SI units; nothing is checked before compile().
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -9,58 +8,10 @@
 #include <vector>
 
 #include "dvdx/method.hpp"
+#include "dvdx/network.hpp"
+#include "dvdx/values.hpp"
 
 namespace dvdx {
-
-using Vec3 = std::array<double, 3>;
-
-// One number for all particles, or one for each (then as many as there are particles).
-class Scalars {
- public:
-  Scalars(double all) : all_(all) {}  // NOLINT(google-explicit-constructor): reads as a number
-  Scalars(std::vector<double> each) : each_(std::move(each)), is_each_(true) {}  // NOLINT(google-explicit-constructor)
-
-  [[nodiscard]] bool is_uniform() const noexcept { return !is_each_; }
-  [[nodiscard]] double operator[](std::size_t particle) const noexcept { return is_each_ ? each_[particle] : all_; }
-  [[nodiscard]] const std::vector<double>& each() const noexcept { return each_; }
-  bool operator==(const Scalars&) const = default;
-
- private:
-  double all_ = 0;
-  std::vector<double> each_;
-  bool is_each_ = false;
-};
-
-// One number for all three axes (for all particles or for each), or one for each axis (for all particles).
-class PerAxis {
- public:
-  PerAxis(double all) : scalars_(all) {}                            // NOLINT(google-explicit-constructor)
-  PerAxis(std::vector<double> each) : scalars_(std::move(each)) {}  // NOLINT(google-explicit-constructor)
-  PerAxis(Scalars scalars) : scalars_(std::move(scalars)) {}        // NOLINT(google-explicit-constructor)
-  PerAxis(double x, double y, double z) : axes_(Vec3{x, y, z}) {}
-  explicit PerAxis(const Vec3& axes) : axes_(axes) {}
-
-  [[nodiscard]] bool is_uniform() const noexcept { return axes_ || scalars_.is_uniform(); }
-  [[nodiscard]] bool is_isotropic() const noexcept { return !axes_; }
-  [[nodiscard]] double at(std::size_t axis, std::size_t particle) const noexcept {
-    return axes_ ? (*axes_)[axis] : scalars_[particle];
-  }
-  [[nodiscard]] const Scalars& scalars() const noexcept { return scalars_; }
-  [[nodiscard]] const std::optional<Vec3>& axes() const noexcept { return axes_; }
-  bool operator==(const PerAxis&) const = default;
-
- private:
-  Scalars scalars_ = 0.0;
-  std::optional<Vec3> axes_;
-};
-
-// Each particle's own position when the plan is compiled.
-struct AtStart {
-  bool operator==(const AtStart&) const = default;
-};
-inline constexpr AtStart at_start;
-
-using Anchor = std::variant<Vec3, std::vector<Vec3>, AtStart>;  // m: one for all, one each, or the start
 
 // a(t) = acceleration, m/s^2
 struct Constant {
@@ -150,6 +101,9 @@ struct Scene {
   Scalars mass = 1.0;                // kg, > 0
   std::vector<Force> forces;
   std::vector<Contact> contacts;
+  std::vector<Network> networks;
+  Coupling coupling;  // of all networks
+  std::vector<Constraint> constraints;
   std::vector<std::size_t> fixed;  // particles that never move
 
   Scene& add(Force force) {
@@ -158,6 +112,14 @@ struct Scene {
   }
   Scene& add(Contact contact) {
     contacts.push_back(std::move(contact));
+    return *this;
+  }
+  Scene& add(Network network) {
+    networks.push_back(std::move(network));
+    return *this;
+  }
+  Scene& add(Constraint constraint) {
+    constraints.push_back(std::move(constraint));
     return *this;
   }
   bool operator==(const Scene&) const = default;

@@ -1,0 +1,101 @@
+// Springs and constraints between particles: what they join, and how they are stepped. Plain values in SI units; nothing is
+// checked before compile().
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "dvdx/method.hpp"
+#include "dvdx/values.hpp"
+
+namespace dvdx {
+
+// Two particles, by number; never the same one twice.
+using Pair = std::array<std::uint32_t, 2>;
+
+// A rectangular sheet: the particle at (row, column) is first + row * columns + column. Rest lengths are the distances in the
+// flat sheet that edge_u and edge_v span. Neighbours stand at fixed offsets, so that a step loads no index.
+struct Grid {
+  std::size_t rows = 0, columns = 0;  // >= 2 each, at most 2^32 particles together
+  std::size_t first = 0;
+  Vec3 edge_u{};          // m, spanned by a row's columns
+  Vec3 edge_v{};          // m, spanned by the rows
+  double structural = 0;  // N/m >= 0: between neighbours of a row or a column; 0: none
+  double shear = 0;       // N/m >= 0: along both diagonals
+  double bend = 0;        // N/m >= 0: between every second particle of a row or a column
+  double damping = 0;     // kg/s >= 0, along each spring
+  bool operator==(const Grid&) const = default;
+};
+
+// Any springs. m_i a_i = sum_j (stiffness (r - rest_length) + damping r') n along the line n from i to j; at r = 0 the
+// direction is undefined and the spring contributes nothing.
+struct Springs {
+  std::vector<Pair> pairs;
+  Scalars stiffness = 0.0;               // N/m >= 0: one for all, or one a pair
+  std::optional<Scalars> rest_length{};  // m >= 0; none: each pair's distance when the plan is compiled
+  double damping = 0;                    // kg/s >= 0, along each spring
+  bool operator==(const Springs&) const = default;
+};
+
+using Network = std::variant<Grid, Springs>;
+
+// A grid's springs as a list, sorted by their ends: the same springs for the graph layout.
+Springs springs_of(const Grid& grid);
+
+enum class Scheme {
+  leapfrog,      // flow h/2, the springs' pulse, flow h/2: second order, time-reversible, stable while omega h < 2
+  fourth_order,  // six pulses a step between exact flows (Blanes and Moan 2002)
+  sequential,    // one pulse made by Gauss-Seidel sweeps over the springs: stable at any step for linear networks
+  accumulate,    // the sum of each pair's own integral contribution, by `method`
+};
+
+enum class Sweeps {
+  symmetric,  // forward, then backward
+  forward,    // with theta 1: extended position-based dynamics in small steps
+};
+
+enum class PairAxis {  // along which a pair's contribution acts, for `accumulate`
+  midpoint,            // of the step, after the free drift: second order
+  start,               // of the step: first order, gains energy
+};
+
+// How all networks of a scene are stepped.
+struct Coupling {
+  Scheme scheme = Scheme::leapfrog;
+  std::optional<int> substeps{};  // 1..100000 a step; none: the fewest that the scheme's limit allows (sequential: 1)
+  double theta = 0.55;            // 0.5..1, sequential: where in the sub-step the springs act; 0.5 is second order
+  Sweeps sweeps = Sweeps::symmetric;
+  Method method = Method::exact;  // of accumulate; combined: the filtered kick, exact for an isolated pair along its axis
+  PairAxis axis = PairAxis::midpoint;
+  bool operator==(const Coupling&) const = default;
+};
+
+enum class Bound { equal, at_most, at_least };
+
+// |x_j - x_i| = length (a rod), <= length (a rope, a strain limit) or >= length.
+struct Distance {
+  std::vector<Pair> pairs;
+  std::optional<Scalars> length{};  // m > 0; none: each pair's distance when the plan is compiled
+  Bound bound = Bound::equal;
+  bool operator==(const Distance&) const = default;
+};
+// The particle stays at a point.
+struct OnPoint {
+  std::uint32_t particle = 0;
+  Vec3 at{};  // m
+  bool operator==(const OnPoint&) const = default;
+};
+// The particle stays on a straight line.
+struct OnLine {
+  std::uint32_t particle = 0;
+  Vec3 through{};           // m
+  Vec3 direction{1, 0, 0};  // need not be of unit length
+  bool operator==(const OnLine&) const = default;
+};
+using Constraint = std::variant<Distance, OnPoint, OnLine>;
+
+}  // namespace dvdx
