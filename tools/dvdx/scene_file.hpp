@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dvdx/scene.hpp"
+#include "topology.hpp"
 
 namespace dvdx::tool {
 
@@ -35,7 +36,8 @@ struct SceneFile {
   double step = 0;      // s
   double duration = 0;  // s
   Particles particles;
-  Scene scene;  // masses, forces, contacts, fixed particles
+  Scene scene;        // masses, forces, contacts, networks, constraints, fixed particles
+  Topology topology;  // of the networks and constraints
 };
 
 }  // namespace dvdx::tool
