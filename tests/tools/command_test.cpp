@@ -159,7 +159,6 @@ TEST_CASE("usage is exit 2, with a message on stderr alone") {
                                 "run fall.json --step 0.3",
                                 "run fall.json --duration -1",
                                 "run fall.json --out a.xyz",
-                                "run fall.json --out a.pc2",
                                 "run fall.json --set stiffness",
                                 "run fall.json --scheme leapfrog",
                                 "run fall.json --substeps 4",

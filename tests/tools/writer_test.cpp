@@ -35,8 +35,8 @@ template <class T>
 class States {
  public:
   // Writes `count` states, 5 steps and a fraction of a second apart.
-  void write(const std::filesystem::path& target, std::uint64_t count) {
-    const auto writer = make_writer<T>({.target = target, .particles = particles, .states = count});
+  void write(const std::filesystem::path& target, std::uint64_t count, const Topology& topology = no_topology) {
+    const auto writer = make_writer<T>({.target = target, .particles = particles, .states = count, .topology = &topology});
     for (std::uint64_t i = 0; i < count; ++i) writer->write(moment(i), at(i));
     writer->finish();
   }
@@ -238,8 +238,183 @@ TEST_CASE_TEMPLATE("a .vtp a state and a .pvd that gives them their times", T, f
   CHECK(state == 3);
 }
 
+// A triangle of the three particles and one of its sides again, and two with the third alone.
+const Topology triangle{.lines = {{2, 1}}, .faces = {{0, 1, 2}}};
+const Topology pair{.lines = {{0, 2}}, .faces = {}};
+
+TEST_CASE_TEMPLATE("a .ply holds faces and edges after its vertices", T, float, double) {
+  const ScratchFolder folder("ply-joints");
+  States<T>().write(folder / "a.ply", 2, triangle);
+  States<T>().write(folder / "plain.ply", 2);
+  CHECK(read_points(folder / "a-000001.ply") == read_points(folder / "plain-000001.ply"));
+  const auto bytes = folder.read("a-000001.ply");
+  const std::string joints =
+      "element face 1\nproperty list uchar int vertex_indices\nelement edge 1\nproperty int vertex1\n"
+      "property int vertex2\nend_header\n";
+  const auto at = bytes.find(joints);
+  REQUIRE(at != std::string::npos);
+  const auto data = bytes.substr(at + joints.size() + 6 * particles * sizeof(T));
+  REQUIRE(data.size() == 1 + 5 * sizeof(std::int32_t));
+  CHECK(data[0] == 3);
+  for (std::size_t i = 0; i < 5; ++i) {
+    constexpr std::array<std::int32_t, 5> expected{0, 1, 2, 2, 1};
+    CHECK(value_at<std::int32_t>(data.substr(1), i) == expected[i]);
+  }
+}
+
+TEST_CASE("a face of more corners than a byte counts has its .ply count them in four") {
+  const ScratchFolder folder("ply-big");
+  Topology big;
+  big.faces = {{0, 1, 2}, std::vector<std::uint32_t>(256, 1)};
+  States<float>().write(folder / "a.ply", 1, big);
+  const auto bytes = folder.read("a-000000.ply");
+  const auto at = bytes.find("property list int int vertex_indices\nend_header\n");
+  REQUIRE(at != std::string::npos);
+  const auto data = bytes.substr(bytes.find("end_header\n") + 11 + 6 * particles * sizeof(float));
+  REQUIRE(data.size() == (1 + 3 + 1 + 256) * sizeof(std::int32_t));
+  CHECK(value_at<std::int32_t>(data, 4) == 256);
+}
+
+std::vector<std::int64_t> integers(const pugi::xml_node& array, std::size_t count) {
+  const auto bytes = inline_data(array, count * sizeof(std::int64_t));
+  std::vector<std::int64_t> values;
+  for (std::size_t i = 0; i < count; ++i) values.push_back(value_at<std::int64_t>(bytes, i));
+  return values;
+}
+
+TEST_CASE("a .vtp holds lines and polygons, and a vertex cell for each particle that is in neither") {
+  using Ids = std::vector<std::int64_t>;
+  const ScratchFolder folder("vtp-joints");
+  const auto piece_of = [&](pugi::xml_document& document, const char* name) {
+    REQUIRE(document.load_file((folder / name).c_str()));
+    return document.child("VTKFile").child("PolyData").child("Piece");
+  };
+  States<float>().write(folder / "a.vtp", 1, triangle);
+  pugi::xml_document joined;
+  const auto all = piece_of(joined, "a-000000.vtp");
+  CHECK(all.attribute("NumberOfLines").as_uint() == 1);
+  CHECK(all.attribute("NumberOfPolys").as_uint() == 1);
+  CHECK_FALSE(all.attribute("NumberOfVerts"));
+  CHECK_FALSE(all.child("Verts"));
+  CHECK(integers(all.child("Lines").first_child(), 2) == Ids{2, 1});
+  CHECK(integers(all.child("Lines").last_child(), 1) == Ids{2});
+  CHECK(integers(all.child("Polys").first_child(), 3) == Ids{0, 1, 2});
+  CHECK(integers(all.child("Polys").last_child(), 1) == Ids{3});
+
+  States<float>().write(folder / "b.vtp", 1, pair);
+  pugi::xml_document partly;
+  const auto some = piece_of(partly, "b-000000.vtp");
+  CHECK(some.attribute("NumberOfVerts").as_uint() == 1);
+  CHECK_FALSE(some.attribute("NumberOfPolys"));
+  CHECK(integers(some.child("Verts").first_child(), 1) == Ids{1});
+  CHECK(integers(some.child("Verts").last_child(), 1) == Ids{1});
+  CHECK(integers(some.child("Lines").first_child(), 2) == Ids{0, 2});
+}
+
+// Of two rows and three columns, in the x-y plane, with one edge sliding away.
+class Sheet {
+ public:
+  static constexpr std::size_t count = 6;
+  static constexpr std::uint64_t states = 2;
+  const Topology topology{.lines = {}, .faces = {{0, 1, 4, 3}, {1, 2, 5, 4}}};
+
+  template <class T>
+  void write(const std::filesystem::path& target) const {
+    Soa<T> memory(count);
+    const auto writer = make_writer<T>({.target = target, .particles = count, .states = states, .topology = &topology});
+    for (std::uint64_t k = 0; k < states; ++k) {
+      auto state = memory.view();
+      for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t axis = 0; axis < 3; ++axis) state.x[axis][i] = static_cast<T>(coordinate(k, i, axis));
+      }
+      writer->write({.step = k, .time = 0}, state);
+    }
+    writer->finish();
+  }
+
+  static double coordinate(std::uint64_t state, std::size_t particle, std::size_t axis) {
+    const auto column = static_cast<double>(particle % 3);
+    if (axis == 0) return column;
+    if (axis == 1) return particle < 3 ? 0.0 : 0.5;
+    return 0.1 * static_cast<double>(state) * column;
+  }
+};
+
+TEST_CASE_TEMPLATE("a .pc2 of a grid, byte by byte, in float32 whatever the run's precision", T, float, double) {
+  const ScratchFolder folder("pc2");
+  Sheet().write<T>(folder / "a.pc2");
+  CHECK(folder.entries() == 2);
+  const auto bytes = folder.read("a.pc2");
+  REQUIRE(bytes.size() == 32 + Sheet::states * Sheet::count * 12);
+  CHECK(bytes.substr(0, 12) == std::string("POINTCACHE2\0", 12));
+  CHECK(bytes.substr(12, 8) == std::string("\1\0\0\0\6\0\0\0", 8));                // version, points
+  CHECK(bytes.substr(20, 12) == std::string("\0\0\0\0\0\0\x80\x3F\2\0\0\0", 12));  // first frame, rate 1, samples
+  for (std::size_t i = 0; i < Sheet::states * Sheet::count * 3; ++i) {
+    const auto expected = Sheet::coordinate(i / 18, i / 3 % 6, i % 3);
+    CHECK(same_bits(value_at<float>(bytes.substr(32), i), static_cast<float>(expected)));
+  }
+}
+
+// The lines of a .obj that start with `element` and a space, without them.
+std::vector<std::string> elements(const std::string& obj, char element) {
+  std::vector<std::string> found;
+  for (const auto& line : split(obj, '\n')) {
+    if (line.starts_with(std::string{element, ' '})) found.push_back(line.substr(2));
+  }
+  return found;
+}
+
+TEST_CASE_TEMPLATE("the .obj beside a .pc2 is its first state, with indices from 1", T, float, double) {
+  using Lines = std::vector<std::string>;
+  const ScratchFolder folder("pc2-obj");
+  Sheet().write<T>(folder / "a.pc2");
+  const auto obj = folder.read("a.obj");
+  CHECK(elements(obj, 'v') == Lines{"0 0 0", "1 0 0", "2 0 0", "0 0.5 0", "1 0.5 0", "2 0.5 0"});
+  CHECK(elements(obj, 'f') == Lines{"1 2 5 4", "2 3 6 5"});
+  CHECK(elements(obj, 'l').empty());
+
+  States<T>().write(folder / "b.pc2", 2);
+  const auto vertices = elements(folder.read("b.obj"), 'v');
+  REQUIRE(vertices.size() == particles);
+  for (std::size_t i = 0; i < 3 * particles; ++i) {
+    CHECK(same_bits(parsed<T>(split(vertices[i / 3], ' ')[i % 3]), number<T>(0, i / 3, i % 3)));
+  }
+  CHECK(elements(folder.read("b.obj"), 'l').empty());
+
+  States<T>().write(folder / "c.pc2", 2, triangle);
+  CHECK(elements(folder.read("c.obj"), 'f') == Lines{"1 2 3"});
+  CHECK(elements(folder.read("c.obj"), 'l') == Lines{"3 2"});
+  // The particle that nothing joins is held by a line to itself: Blender would drop it.
+  States<T>().write(folder / "d.pc2", 2, pair);
+  CHECK(elements(folder.read("d.obj"), 'l') == Lines{"1 3", "2 2"});
+}
+
+TEST_CASE("a .obj that dvdx did not write is not replaced, one that it wrote is") {
+  const ScratchFolder folder("pc2-mine");
+  const Output output{.target = folder / "a.pc2", .particles = particles, .states = 2};
+  folder.write("a.obj", "v 0 0 0\n");
+  CHECK_THROWS_WITH_AS((void)make_writer<float>(output),
+                       ((folder / "a.pc2") + ": cannot be written: " + (folder / "a.obj") +
+                        " goes with it, and one that dvdx did not write is there")
+                           .c_str(),
+                       Fault);
+  CHECK(folder.entries() == 1);
+  States<float>().write(folder / "b.pc2", 1);
+  const auto first = folder.read("b.obj");
+  Sheet().write<float>(folder / "b.pc2");
+  CHECK(folder.read("b.obj") != first);
+}
+
+TEST_CASE("what a .pc2 cannot count is known before the run") {
+  const ScratchFolder folder("pc2-most");
+  for (const auto& [count, states] : {std::pair<std::size_t, std::uint64_t>{1, 1ULL << 31U}, {1ULL << 31U, 1}}) {
+    CHECK_THROWS_AS((void)make_writer<float>({.target = folder / "a.pc2", .particles = count, .states = states}), Fault);
+  }
+  CHECK(folder.entries() == 0);
+}
+
 TEST_CASE("nothing is left of a run that does not finish, and what was there stays") {
-  for (const char* name : {"a.csv", "a.npz", "a.ply", "a.vtp"}) {
+  for (const char* name : {"a.csv", "a.npz", "a.ply", "a.vtp", "a.pc2"}) {
     CAPTURE(std::string(name));
     const ScratchFolder folder("unfinished");
     folder.write(name, "before");
@@ -265,27 +440,27 @@ Exit exit_of(const std::filesystem::path& target, std::uint64_t states = 2) {
 
 TEST_CASE("a target that cannot be written is known before the run") {
   const ScratchFolder folder("targets");
-  for (const char* name : {"none/a.csv", "none/a.npz", "none/a.ply", "none/a.vtp"}) {
+  for (const char* name : {"none/a.csv", "none/a.npz", "none/a.ply", "none/a.vtp", "none/a.pc2"}) {
     CHECK(exit_of(folder / name) == Exit::input_output);
   }
-  for (const char* name : {"there.csv", "there.npz", "there-000001.ply", "there-000001.vtp", "other.pvd"}) {
+  for (const char* name :
+       {"there.csv", "there.npz", "there-000001.ply", "there-000001.vtp", "other.pvd", "there.pc2", "other.obj"}) {
     std::filesystem::create_directories(folder / name);
   }
-  for (const char* name : {"there.csv", "there.npz", "there.ply", "there.vtp", "other.vtp"}) {
+  for (const char* name : {"there.csv", "there.npz", "there.ply", "there.vtp", "other.vtp", "there.pc2", "other.pc2"}) {
     CAPTURE(std::string(name));
     CHECK(exit_of(folder / name) == Exit::input_output);
   }
-  CHECK(folder.entries() == 5);
+  CHECK(folder.entries() == 7);
 }
 
 TEST_CASE("an extension that nothing writes is a matter of usage, and the known ones are listed") {
-  CHECK_THROWS_WITH_AS(check_extension("a.xyz"), "--out a.xyz: must end in .csv, .npz, .ply or .vtp", Fault);
-  CHECK_THROWS_WITH_AS(
-      check_extension("a.pc2"),
-      "--out a.pc2: .pc2 comes with networks, which this version does not run: must end in .csv, .npz, .ply or .vtp", Fault);
+  CHECK_THROWS_WITH_AS(check_extension("a.xyz"), "--out a.xyz: must end in .csv, .npz, .ply, .vtp or .pc2", Fault);
+  CHECK_NOTHROW(check_extension("a.pc2"));
   CHECK_THROWS_WITH_AS(
       check_extension("a.html"),
-      "--out a.html: .html comes with the viewer, which is not in this version: must end in .csv, .npz, .ply or .vtp", Fault);
+      "--out a.html: .html comes with the viewer, which is not in this version: must end in .csv, .npz, .ply, .vtp or .pc2",
+      Fault);
   CHECK(exit_of("a") == Exit::usage);
 }
 

@@ -128,7 +128,8 @@ Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Eng
   if (!options.out.empty()) {
     writer = make_writer<T>({.target = options.out,
                              .particles = loaded.file.particles.count,
-                             .states = states_written(loaded.steps, options.every)});
+                             .states = states_written(loaded.steps, options.every),
+                             .topology = &loaded.file.topology});
   }
   return simulation.run(writer.get(), options.every);
 }
@@ -209,7 +210,7 @@ void add_run(CLI::App& app, Exit& exit) {
       ->check(CLI::IsMember(std::vector<std::string>{"leapfrog", "fourth_order", "sequential", "accumulate"}));
   command->add_option("--substeps", options->substeps, "of the scene's networks: a whole number or auto");
   add_engine_options(*command, options->engine);
-  command->add_option("--out", options->out, "write states to a .csv, .npz, .ply or .vtp file");
+  command->add_option("--out", options->out, "write states to a .csv, .npz, .ply, .vtp or .pc2 file");
   command->add_option("--every", options->every, "write step 0, every so many steps and the last; 0: the last alone")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();

@@ -3,10 +3,10 @@
 #include <zip.h>
 
 #include <array>
-#include <cstring>
 #include <vector>
 
 #include "fault.hpp"
+#include "output/bytes.hpp"
 #include "output/part_file.hpp"
 #include "output/writer.hpp"
 
@@ -24,13 +24,6 @@ std::string npy_header(std::string_view type, const std::string& shape) {
   header += static_cast<char>(length & 0xFFU);
   header += static_cast<char>(length >> 8U);
   return header + text;
-}
-
-template <class T>
-std::string bytes_of(const std::vector<T>& values) {
-  std::string bytes(values.size() * sizeof(T), '\0');
-  if (!values.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
-  return bytes;
 }
 
 // The archive that libzip builds. Members are stored as they are: numbers of a simulation hardly compress.

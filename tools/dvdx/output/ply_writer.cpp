@@ -1,9 +1,12 @@
-// A file a state, binary little endian: x y z vx vy vz of every particle.
+// A file a state, binary little endian: x y z vx vy vz of every particle, then the faces and edges that join them.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <vector>
 
+#include "output/bytes.hpp"
 #include "output/part_file.hpp"
 #include "output/writer.hpp"
 
@@ -17,7 +20,44 @@ std::string header(const Moment& moment, std::size_t count) {
   for (const char* name : {"x", "y", "z", "vx", "vy", "vz"}) {
     text += fmt::format("property {} {}\n", sizeof(T) == 4 ? "float" : "double", name);
   }
-  return text + "end_header\n";
+  return text;
+}
+
+constexpr std::size_t most_in_a_byte = 255;
+
+bool are_small(const Topology& topology) {
+  return std::all_of(topology.faces.begin(), topology.faces.end(),
+                     [](const auto& face) { return face.size() <= most_in_a_byte; });
+}
+
+// Faces stand before edges: VTK's reader knows no edges and reads nothing behind them.
+std::string joints_header(const Topology& topology) {
+  std::string text;
+  if (!topology.faces.empty()) {
+    text += fmt::format("element face {}\nproperty list {} int vertex_indices\n", topology.faces.size(),
+                        are_small(topology) ? "uchar" : "int");
+  }
+  if (!topology.lines.empty()) {
+    text += fmt::format("element edge {}\nproperty int vertex1\nproperty int vertex2\n", topology.lines.size());
+  }
+  return text;
+}
+
+std::string joints(const Topology& topology) {
+  std::string bytes;
+  const bool is_small = are_small(topology);
+  for (const auto& face : topology.faces) {
+    if (is_small) {
+      append_bytes(bytes, static_cast<std::uint8_t>(face.size()));
+    } else {
+      append_bytes(bytes, static_cast<std::int32_t>(face.size()));
+    }
+    for (const auto corner : face) append_bytes(bytes, static_cast<std::int32_t>(corner));
+  }
+  for (const auto& line : topology.lines) {
+    for (const auto end : line) append_bytes(bytes, static_cast<std::int32_t>(end));
+  }
+  return bytes;
 }
 
 template <class T>
@@ -38,15 +78,17 @@ std::string vertices(const State<T>& state) {
 template <class T>
 class PlyWriter final : public Writer<T> {
  public:
-  explicit PlyWriter(const Output& output) : target_(output.target) {
+  explicit PlyWriter(const Output& output)
+      : target_(output.target), joints_header_(joints_header(*output.topology)), joints_(joints(*output.topology)) {
     for (std::uint64_t i = 0; i < output.states; ++i) check_target(numbered(target_, i));
     const PartFile probe(numbered(target_, 0));  // so that a disk that takes nothing is known before the run
   }
 
   void write(const Moment& moment, const State<T>& state) override {
     files_.emplace_back(numbered(target_, files_.size()));
-    files_.back().write(header<T>(moment, state.count));
+    files_.back().write(header<T>(moment, state.count) + joints_header_ + "end_header\n");
     files_.back().write(vertices(state));
+    files_.back().write(joints_);
     files_.back().close();
   }
 
@@ -54,6 +96,8 @@ class PlyWriter final : public Writer<T> {
 
  private:
   std::filesystem::path target_;
+  std::string joints_header_;  // of faces and edges, which are the same in every state
+  std::string joints_;
   std::vector<PartFile> files_;
 };
 

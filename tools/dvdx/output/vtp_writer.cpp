@@ -1,12 +1,13 @@
 // VTK XML PolyData, a file a state with inline base64, and a .pvd that gives each file its time: what ParaView opens.
 #include <fmt/format.h>
 
-#include <bit>
+#include <cstdint>
 #include <cstring>
 #include <pugixml.hpp>
 #include <sstream>
 #include <vector>
 
+#include "output/bytes.hpp"
 #include "output/part_file.hpp"
 #include "output/writer.hpp"
 
@@ -43,23 +44,45 @@ std::string_view vtk_type() {
   return sizeof(T) == 4 ? "Float32" : "Float64";
 }
 
-void add_array(pugi::xml_node parent, const char* name, std::string_view type, int components, std::string_view bytes) {
+void add_array(pugi::xml_node parent, const char* name, std::string_view type, int components, const std::string& encoded) {
   auto array = parent.append_child("DataArray");
   array.append_attribute("type") = std::string(type).c_str();
   array.append_attribute("Name") = name;
   if (components > 1) array.append_attribute("NumberOfComponents") = components;
   array.append_attribute("format") = "binary";
-  array.text() = inline_binary(bytes).c_str();
+  array.text() = encoded.c_str();
 }
 
-// first, first + 1, ... as bytes.
-std::string counting(std::int64_t first, std::size_t count) {
-  std::string bytes(count * sizeof(std::int64_t), '\0');
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::int64_t value = first + static_cast<std::int64_t>(i);
-    std::memcpy(&bytes[i * sizeof value], &value, sizeof value);
+// Cells of one kind, which are the same in every state: encoded once.
+struct Cells {
+  const char* element;
+  const char* count_name;
+  std::size_t count;
+  std::string connectivity;
+  std::string offsets;
+};
+
+template <class Shapes>
+Cells cells_of(const char* element, const char* count_name, const Shapes& shapes) {
+  std::vector<std::int64_t> corners;
+  std::vector<std::int64_t> ends;
+  for (const auto& shape : shapes) {
+    corners.insert(corners.end(), shape.begin(), shape.end());
+    ends.push_back(static_cast<std::int64_t>(corners.size()));
   }
-  return bytes;
+  return {element, count_name, shapes.size(), inline_binary(bytes_of(corners)), inline_binary(bytes_of(ends))};
+}
+
+// ParaView draws only what is in a cell: a particle that nothing joins is one of its own.
+std::vector<Cells> all_cells(const Output& output) {
+  std::vector<Cells> cells;
+  const auto add = [&](const char* element, const char* count_name, const auto& shapes) {
+    if (!shapes.empty()) cells.push_back(cells_of(element, count_name, shapes));
+  };
+  add("Verts", "NumberOfVerts", loose_particles(*output.topology, output.particles));
+  add("Lines", "NumberOfLines", output.topology->lines);
+  add("Polys", "NumberOfPolys", output.topology->faces);
+  return cells;
 }
 
 pugi::xml_node add_root(pugi::xml_document& document, const char* type) {
@@ -78,7 +101,7 @@ std::string text_of(const pugi::xml_document& document) {
 }
 
 template <class T>
-std::string poly_data(const Moment& moment, const State<T>& state) {
+std::string poly_data(const Moment& moment, const State<T>& state, const std::vector<Cells>& all) {
   pugi::xml_document document;
   auto data = add_root(document, "PolyData").append_child("PolyData");
   auto time = data.append_child("FieldData").append_child("DataArray");
@@ -88,28 +111,30 @@ std::string poly_data(const Moment& moment, const State<T>& state) {
   time.append_attribute("format") = "ascii";
   time.text() = fmt::format("{}", moment.time).c_str();
   auto piece = data.append_child("Piece");
-  const auto count = std::to_string(state.count);
-  piece.append_attribute("NumberOfPoints") = count.c_str();
-  piece.append_attribute("NumberOfVerts") = count.c_str();
-  add_array(piece.append_child("PointData"), "velocity", vtk_type<T>(), 3, interleaved(state.v, state.count));
-  add_array(piece.append_child("Points"), "position", vtk_type<T>(), 3, interleaved(state.x, state.count));
-  auto verts = piece.append_child("Verts");
-  add_array(verts, "connectivity", "Int64", 1, counting(0, state.count));
-  add_array(verts, "offsets", "Int64", 1, counting(1, state.count));
+  piece.append_attribute("NumberOfPoints") = std::to_string(state.count).c_str();
+  for (const auto& cells : all) piece.append_attribute(cells.count_name) = std::to_string(cells.count).c_str();
+  const auto encoded = [&](const auto& columns) { return inline_binary(interleaved(columns, state.count)); };
+  add_array(piece.append_child("PointData"), "velocity", vtk_type<T>(), 3, encoded(state.v));
+  add_array(piece.append_child("Points"), "position", vtk_type<T>(), 3, encoded(state.x));
+  for (const auto& cells : all) {
+    auto element = piece.append_child(cells.element);
+    add_array(element, "connectivity", "Int64", 1, cells.connectivity);
+    add_array(element, "offsets", "Int64", 1, cells.offsets);
+  }
   return text_of(document);
 }
 
 template <class T>
 class VtpWriter final : public Writer<T> {
  public:
-  explicit VtpWriter(const Output& output) : target_(output.target) {
+  explicit VtpWriter(const Output& output) : target_(output.target), cells_(all_cells(output)) {
     for (std::uint64_t i = 0; i < output.states; ++i) check_target(numbered(target_, i));
     const PartFile probe(series());
   }
 
   void write(const Moment& moment, const State<T>& state) override {
     files_.emplace_back(numbered(target_, files_.size()));
-    files_.back().write(poly_data(moment, state));
+    files_.back().write(poly_data(moment, state, cells_));
     files_.back().close();
     times_.push_back(moment.time);
   }
@@ -135,6 +160,7 @@ class VtpWriter final : public Writer<T> {
   }
 
   std::filesystem::path target_;
+  std::vector<Cells> cells_;
   std::vector<PartFile> files_;
   std::vector<double> times_;
 };

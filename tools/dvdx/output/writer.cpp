@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstring>
 #include <string_view>
 
@@ -13,8 +12,6 @@
 namespace dvdx::tool {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the binary files written here are little endian");
-
 template <class T>
 struct Format {
   std::string_view extension;
@@ -22,8 +19,11 @@ struct Format {
 };
 
 template <class T>
-constexpr std::array<Format<T>, 4> formats{
-    {{".csv", make_csv_writer<T>}, {".npz", make_npz_writer<T>}, {".ply", make_ply_writer<T>}, {".vtp", make_vtp_writer<T>}}};
+constexpr std::array<Format<T>, 5> formats{{{".csv", make_csv_writer<T>},
+                                            {".npz", make_npz_writer<T>},
+                                            {".ply", make_ply_writer<T>},
+                                            {".vtp", make_vtp_writer<T>},
+                                            {".pc2", make_pc2_writer<T>}}};
 
 template <class T>
 const Format<T>* format_for(const std::filesystem::path& target) {
@@ -37,8 +37,7 @@ const Format<T>* format_for(const std::filesystem::path& target) {
 void check_extension(const std::filesystem::path& target) {
   if (format_for<float>(target) != nullptr) return;
   const auto extension = target.extension();
-  std::string why = "must end in .csv, .npz, .ply or .vtp";
-  if (extension == ".pc2") why = ".pc2 comes with networks, which this version does not run: " + why;
+  std::string why = "must end in .csv, .npz, .ply, .vtp or .pc2";
   if (extension == ".html") why = ".html comes with the viewer, which is not in this version: " + why;
   throw Fault(Exit::usage, "--out " + target.string() + ": " + why);
 }
@@ -52,6 +51,22 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
 std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index) {
   auto path = target;
   return path.replace_filename(fmt::format("{}-{:06}{}", target.stem().string(), index, target.extension().string()));
+}
+
+std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count) {
+  std::vector<bool> is_joined(count);
+  const auto mark = [&](const auto& shapes) {
+    for (const auto& shape : shapes) {
+      for (const auto corner : shape) is_joined.at(corner) = true;
+    }
+  };
+  mark(topology.lines);
+  mark(topology.faces);
+  std::vector<std::array<std::size_t, 1>> loose;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!is_joined[i]) loose.push_back({i});
+  }
+  return loose;
 }
 
 template <class T>

@@ -1,12 +1,15 @@
 // States to a file, one after another.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "dvdx/layouts/state.hpp"
+#include "topology.hpp"
 
 namespace dvdx::tool {
 
@@ -27,11 +30,14 @@ class Writer {
   virtual void finish() = 0;
 };
 
+inline const Topology no_topology{};
+
 // What will be written, known beforehand.
 struct Output {
   std::filesystem::path target;
   std::size_t particles = 0;
   std::uint64_t states = 0;
+  const Topology* topology = &no_topology;  // never null, and outlives the writer
 };
 
 // Throws Fault (usage) where no writer knows the extension.
@@ -49,9 +55,14 @@ template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_ply_writer(const Output& output);
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_vtp_writer(const Output& output);
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_pc2_writer(const Output& output);
 
 // fall.ply, 12 -> fall-000012.ply
 [[nodiscard]] std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index);
+
+// The particles that no line and no face holds, in order.
+[[nodiscard]] std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count);
 
 // x0 y0 z0 x1 ... of three columns, as bytes.
 template <class T>

@@ -74,7 +74,8 @@ SceneFile sample_of(const SceneFile& file, std::size_t most) {
                    .particles = {.count = picks.size(),
                                  .position = picked(file.particles.position, picks),
                                  .velocity = picked(file.particles.velocity, picks)},
-                   .scene = {}};
+                   .scene = {},
+                   .topology = {}};
   sample.scene.method = file.scene.method;
   sample.scene.mass = picked(file.scene.mass, picks);
   sample.scene.contacts = file.scene.contacts;

@@ -1,0 +1,152 @@
+// Blender's mesh cache: every state's positions in one .pc2, and beside it the .obj that they move. Blender matches the two by
+// the vertices' order alone.
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fault.hpp"
+#include "output/bytes.hpp"
+#include "output/part_file.hpp"
+#include "output/writer.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view obj_mark = "# dvdx: ";  // how every .obj that is written here starts
+
+fs::path obj_beside(fs::path target) { return target.replace_extension(".obj"); }
+
+std::string header(const Output& output) {
+  constexpr std::uint64_t most = std::numeric_limits<std::int32_t>::max();
+  if (output.particles > most || output.states > most) {
+    throw Fault(Exit::input_output, fmt::format("{}: cannot be written: {} states of {} particles: a .pc2 holds {} of either",
+                                                output.target.string(), output.states, output.particles, most));
+  }
+  std::string bytes("POINTCACHE2\0", 12);
+  append_bytes<std::int32_t>(bytes, 1);  // version
+  append_bytes(bytes, static_cast<std::int32_t>(output.particles));
+  append_bytes(bytes, 0.0F);  // the first state's frame
+  append_bytes(bytes, 1.0F);  // frames from one state to the next
+  append_bytes(bytes, static_cast<std::int32_t>(output.states));
+  return bytes;
+}
+
+template <class T>
+std::string points(const State<T>& state) {
+  std::string bytes;
+  bytes.reserve(3 * state.count * sizeof(float));
+  for (std::size_t i = 0; i < state.count; ++i) {
+    for (const auto& column : state.x) append_bytes(bytes, static_cast<float>(column[i]));
+  }
+  return bytes;
+}
+
+// Text that goes to its file piece by piece.
+class ObjText {
+ public:
+  explicit ObjText(PartFile& file) : file_(file) {}
+
+  template <class... Arguments>
+  void add(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Arguments>(arguments)...);
+    if (text_.size() > chunk) flush();
+  }
+
+  template <class Shapes>
+  void add_all(char element, const Shapes& shapes) {
+    for (const auto& shape : shapes) {
+      text_ += element;
+      for (const std::size_t corner : shape) add(" {}", corner + 1);
+      text_ += '\n';
+    }
+  }
+
+  void flush() {
+    file_.write(text_);
+    text_.clear();
+  }
+
+ private:
+  static constexpr std::size_t chunk = 1 << 20;
+  PartFile& file_;
+  std::string text_;
+};
+
+// Blender's importer drops a vertex that no element holds, and a cache of another count than the mesh's moves nothing: a line
+// from it to itself keeps it. A mesh of vertices alone stays whole without.
+std::vector<std::array<std::size_t, 2>> holding_lines(const Topology& topology, std::size_t count) {
+  std::vector<std::array<std::size_t, 2>> lines;
+  if (topology == no_topology) return lines;
+  for (const auto& [particle] : loose_particles(topology, count)) lines.push_back({particle, particle});
+  return lines;
+}
+
+template <class T>
+void write_obj(PartFile& file, const Output& output, const State<T>& state) {
+  ObjText text(file);
+  text.add("{}the first state, whose vertices a .pc2 moves\n", obj_mark);
+  for (std::size_t i = 0; i < state.count; ++i) text.add("v {} {} {}\n", state.x[0][i], state.x[1][i], state.x[2][i]);
+  text.add_all('f', output.topology->faces);
+  text.add_all('l', output.topology->lines);
+  text.add_all('l', holding_lines(*output.topology, state.count));
+  text.flush();
+}
+
+// The user named the .pc2 alone: a .obj of that name may be the mesh that the scene was made from.
+fs::path checked_obj(const fs::path& target) {
+  auto path = obj_beside(target);
+  check_target(path);
+  if (!fs::exists(path)) return path;
+  std::string start(obj_mark.size(), '\0');
+  std::ifstream(path, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  if (start == obj_mark) return path;
+  throw Fault(Exit::input_output,
+              fmt::format("{}: cannot be written: {} goes with it, and one that dvdx did not write is there", target.string(),
+                          path.string()));
+}
+
+template <class T>
+class Pc2Writer final : public Writer<T> {
+ public:
+  explicit Pc2Writer(const Output& output) : output_(output) {
+    const auto start = header(output);
+    auto obj = checked_obj(output.target);
+    files_.reserve(2);
+    files_.emplace_back(output.target).write(start);
+    files_.emplace_back(std::move(obj));
+  }
+
+  void write(const Moment&, const State<T>& state) override {
+    if (is_first_) write_obj(files_[1], output_, state);
+    is_first_ = false;
+    files_[0].write(points(state));
+  }
+
+  void finish() override { commit_all(files_); }
+
+ private:
+  Output output_;
+  std::vector<PartFile> files_;  // the .pc2 and its .obj
+  bool is_first_ = true;
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<Writer<T>> make_pc2_writer(const Output& output) {
+  return std::make_unique<Pc2Writer<T>>(output);
+}
+
+template std::unique_ptr<Writer<float>> make_pc2_writer(const Output&);
+template std::unique_ptr<Writer<double>> make_pc2_writer(const Output&);
+
+}  // namespace dvdx::tool
