@@ -11,6 +11,9 @@
 namespace dvdx {
 namespace {
 
+constexpr std::size_t most_particles = 0xffffffff;
+constexpr int most_substeps = 1000000;
+
 enum class Range { finite, non_negative, positive, unit };
 
 std::string text(double value) {
@@ -174,6 +177,79 @@ struct ContactChecker {
   }
 };
 
+struct NetworkChecker {
+  Checker& check;
+  std::string at;
+
+  void operator()(const Grid& g) const {
+    for (const auto& [name, size] : {std::pair{".rows", g.rows}, std::pair{".columns", g.columns}}) {
+      if (size < 2 || size > most_particles) check.fail(at + name, std::to_string(size), "a whole number from 2 to 4294967295");
+    }
+    if (!check.error && (g.rows > most_particles / g.columns || g.first + g.rows * g.columns > *check.count())) {
+      check.fail(
+          at + ".rows",
+          std::to_string(g.rows) + " of " + std::to_string(g.columns) + " columns from particle " + std::to_string(g.first),
+          "at most the " + std::to_string(*check.count()) + " particles");
+    }
+    for (const auto& [name, edge] : {std::pair{".edge_u", g.edge_u}, std::pair{".edge_v", g.edge_v}}) {
+      check.numbers(at + name, edge, Range::finite);
+      if (!(std::hypot(edge[0], edge[1], edge[2]) > 0)) check.fail(at + name, text(edge), "a vector of finite length > 0");
+    }
+    check.number(at + ".structural", g.structural, Range::non_negative);
+    check.number(at + ".shear", g.shear, Range::non_negative);
+    check.number(at + ".bend", g.bend, Range::non_negative);
+    check.number(at + ".damping", g.damping, Range::non_negative);
+  }
+  void operator()(const Springs& s) const {
+    pairs(s.pairs);
+    each_pair(".stiffness", s.stiffness, s.pairs.size(), Range::non_negative);
+    if (s.rest_length) each_pair(".rest_length", *s.rest_length, s.pairs.size(), Range::non_negative);
+    check.number(at + ".damping", s.damping, Range::non_negative);
+  }
+
+  void pairs(const std::vector<Pair>& list) const {
+    for (std::size_t k = 0; k < list.size() && !check.error; ++k) {
+      const auto [i, j] = list[k];
+      const bool is_there = i < *check.count() && j < *check.count();
+      if (is_there && i != j) continue;
+      check.fail(element(at + ".pairs", k), element("", i).append(" and ").append(element("", j)),
+                 "two different particle ids below " + std::to_string(*check.count()));
+    }
+  }
+  void each_pair(const std::string& name, const Scalars& values, std::size_t count, Range range) const {
+    if (values.is_uniform()) return check.number(at + name, values[0], range);
+    if (values.each().size() != count) {
+      check.fail(at + name, std::to_string(values.each().size()) + " values",
+                 "one for each of the " + std::to_string(count) + " pairs");
+    }
+    for (std::size_t k = 0; k < count && !check.error; ++k) {
+      if (!holds(range, values[k])) check.number(element(at + name, k), values[k], range);
+    }
+  }
+};
+
+void check_networks(Checker& check, const Scene& scene) {
+  if (scene.networks.empty()) return;
+  if (!check.count()) {
+    return check.fail("network", "without a state",
+                      "compiled with one, whose particles it joins: compile(scene, options, state)");
+  }
+  for (std::size_t i = 0; i < scene.networks.size() && !check.error; ++i) {
+    std::visit(NetworkChecker{check, scene.networks.size() == 1 ? "network" : element("network", i)}, scene.networks[i]);
+  }
+  const Coupling& coupling = scene.coupling;
+  if (coupling.substeps && (*coupling.substeps < 1 || *coupling.substeps > most_substeps)) {
+    check.fail("network.substeps", std::to_string(*coupling.substeps),
+               "a whole number from 1 to " + std::to_string(most_substeps));
+  }
+  if (!(coupling.theta >= 0.5 && coupling.theta <= 1))
+    check.fail("network.theta", text(coupling.theta), "a number from 0.5 to 1");
+  if (coupling.scheme == Scheme::accumulate && coupling.method != Method::combined && !scene.contacts.empty()) {
+    check.fail("network.scheme", "accumulate",
+               "another one where there are contacts: the pairs' sum is added after the impact");
+  }
+}
+
 void check_fixed(Checker& check, const std::vector<std::size_t>& fixed) {
   for (std::size_t k = 0; k < fixed.size(); ++k) {
     const std::string at = element("fixed", k);
@@ -198,6 +274,7 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
     std::visit(ContactChecker{check, element("contacts", i)}, scene.contacts[i]);
   }
   check_fixed(check, scene.fixed);
+  check_networks(check, scene);
   return check.error;
 }
 

@@ -8,6 +8,7 @@
 
 #include "check.hpp"
 #include "environment.hpp"
+#include "network_program.hpp"
 #include "program.hpp"
 
 namespace dvdx {
@@ -19,7 +20,7 @@ std::string list(const std::vector<Isa>& isas) {
   return text;
 }
 
-bool stands_at_start(const Force& force) {
+bool is_at_start(const Force& force) {
   const auto is_start = [](const auto& f) {
     if constexpr (requires { f.anchor; }) return std::holds_alternative<AtStart>(f.anchor);
     return false;
@@ -88,6 +89,9 @@ Expected<std::unique_ptr<Program<T>>> build(Scene scene, const Options& options,
   if (auto error = check_sources(System(scene, start, options.step))) return tl::unexpected(*error);
   auto program = std::make_unique<Program<T>>(std::move(scene), options, isa, count, std::move(start));
   if (auto error = check_coefficients(*program)) return tl::unexpected(*error);
+  if (program->scene.networks.empty()) return program;
+  program->network = std::make_unique<NetworkProgram<T>>(program->scene, options, isa, program->start);
+  if (auto error = program->network->refusal()) return tl::unexpected(*error);
   return program;
 }
 
@@ -105,18 +109,21 @@ Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T
                                     std::string(name(options.arithmetic)) + " arithmetic on this machine)"});
   }
   std::vector<Vec3> start;
-  if (std::any_of(scene.forces.begin(), scene.forces.end(), stands_at_start)) {
+  if (stands_at_start(scene) || !scene.networks.empty()) {
     start.resize(state->count);
     for (std::size_t i = 0; i < state->count; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) start[i][axis] = static_cast<double>(state->x[axis][i]);
     }
   }
-  auto program = build<T>(scene, options, isa, has_values_each(scene) ? count : std::nullopt, std::move(start));
+  const bool is_counted = has_values_each(scene) || !scene.networks.empty();
+  auto program = build<T>(scene, options, isa, is_counted ? count : std::nullopt, std::move(start));
   if (!program) return tl::unexpected(program.error());
   return Plan<T>(std::move(*program));
 }
 
 }  // namespace
+
+bool stands_at_start(const Scene& scene) { return std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start); }
 
 template <class T>
 Plan<T>::Plan(std::unique_ptr<Program<T>> program) noexcept : program_(std::move(program)) {}
@@ -133,6 +140,12 @@ Expected<void> Plan<T>::set_step(double h) {
   Options options = program_->options;
   options.step = h;
   if (auto error = check(options)) return tl::unexpected(*error);
+  if (program_->network) {  // another number of sub-steps, perhaps, and other flows between them
+    auto changed = build<T>(program_->scene, options, program_->isa, program_->count, program_->start);
+    if (!changed) return tl::unexpected(changed.error());
+    program_ = std::move(*changed);
+    return {};
+  }
   const double before = std::exchange(program_->options.step, h);
   program_->make_coefficients();
   const auto error = check_coefficients(*program_);
@@ -152,7 +165,7 @@ Expected<void> Plan<T>::replace(std::size_t index, const Force& force) {
   Scene scene = program_->scene;
   scene.forces[index] = force;
   if (auto error = check(scene, program_->count)) return tl::unexpected(*error);
-  if (stands_at_start(force) && program_->start.empty()) {
+  if (is_at_start(force) && program_->start.empty()) {
     return tl::unexpected(
         Error{"forces[" + std::to_string(index) + "].anchor", "at_start", "given, or at the start from the first"});
   }
@@ -181,6 +194,12 @@ Arithmetic Plan<T>::arithmetic() const noexcept {
 template <class T>
 std::size_t Plan<T>::block() const noexcept {
   return program_->block;
+}
+
+template <class T>
+std::optional<NetworkLimit> Plan<T>::network_limit() const {
+  if (!program_->network) return std::nullopt;
+  return program_->network->limit();
 }
 
 template <class T>

@@ -9,6 +9,7 @@
 #include "forces/paired.hpp"
 #include "forces/radial_spring.hpp"
 #include "forces/shear.hpp"
+#include "network_program.hpp"
 #include "passes/contact/make_surface.hpp"
 #include "passes/rate/rate_columns.hpp"
 
@@ -126,6 +127,9 @@ Program<T>::Program(Scene scene_, const Options& options_, Isa isa_, std::option
   reserve();
   make_coefficients();
 }
+
+template <class T>
+Program<T>::~Program() = default;
 
 template <class T>
 std::size_t Program<T>::column_length() const noexcept {

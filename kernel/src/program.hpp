@@ -21,12 +21,19 @@ inline constexpr std::size_t block_unit = 16;  // particles: a whole number of r
 inline constexpr std::size_t max_block = 1024;
 
 template <class T>
+class NetworkProgram;
+
+// Whether some force's anchor is where its particle stood at the start.
+bool stands_at_start(const Scene& scene);
+
+template <class T>
 class Program {
  public:
   // The scene and the options have been checked. count: none where all particles are alike.
   Program(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count, std::vector<Vec3> start);
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
+  ~Program();
 
   // Re-makes every coefficient from the scene and the step. Allocates only where it never ran before.
   void make_coefficients();
@@ -44,7 +51,7 @@ class Program {
   Options options;
   Isa isa;
   std::optional<std::size_t> count;
-  std::vector<Vec3> start;  // only where anchors stand at the start
+  std::vector<Vec3> start;  // only where anchors stand at the start, or springs join particles
   System system;
   const Kernels<T>* kernels;
   std::optional<Vec3> equilibrium;  // from the anchor to where constant forces hold it, m: where a step needs no offsets
@@ -52,6 +59,7 @@ class Program {
   Extras extra;
   std::size_t block;
   Terms<T> terms;
+  std::unique_ptr<NetworkProgram<T>> network;  // where springs join particles: it then does the stepping
 
  private:
   void reserve();

@@ -5,6 +5,7 @@
 
 #include "dvdx/layouts/convert.hpp"
 #include "environment.hpp"
+#include "network_program.hpp"
 #include "program.hpp"
 
 namespace dvdx {
@@ -143,6 +144,7 @@ StepResult Plan<T>::step(State<T>& state, std::size_t steps, const ParallelFor& 
   if (const StepResult result = check_state(program, state); result != StepResult::done) return result;
 
   const StepEnvironment environment;  // the offsets are made here, whatever the caller's rounding mode
+  if (program.network) return program.network->step(state, steps, parallel);
   const std::size_t per_step = program.offsets_per_step();
   const bool is_timed = program.system.depends_on_time();
   const double h = program.options.step;

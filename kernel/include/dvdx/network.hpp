@@ -66,7 +66,7 @@ enum class PairAxis {  // along which a pair's contribution acts, for `accumulat
 // How all networks of a scene are stepped.
 struct Coupling {
   Scheme scheme = Scheme::leapfrog;
-  std::optional<int> substeps{};  // 1..100000 a step; none: the fewest that the scheme's limit allows (sequential: 1)
+  std::optional<int> substeps{};  // 1..1000000 a step; none: the fewest that the scheme's limit allows (sequential: 1)
   double theta = 0.55;            // 0.5..1, sequential: where in the sub-step the springs act; 0.5 is second order
   Sweeps sweeps = Sweeps::symmetric;
   Method method = Method::exact;  // of accumulate; combined: the filtered kick, exact for an isolated pair along its axis

@@ -1,7 +1,9 @@
 // Everything that the wide bodies use of xsimd, in one place. Lanes<T, Arch> is a register of T; its operators are xsimd's.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <xsimd/xsimd.hpp>
 
 #include "dvdx/isa.hpp"
@@ -106,6 +108,42 @@ V fused_negative_multiply_add(V a, V b, V c) noexcept {
 #else
   return xsimd::fma(-a, b, c);
 #endif
+}
+
+// magic - (bits of x >> 1), the bits of a first guess of 1/sqrt(x).
+template <class V, class Bits>
+V magic_guess(V x, Bits magic) noexcept {
+  using B = xsimd::batch<Bits, typename V::arch_type>;
+  return xsimd::bitwise_cast<V>(B(magic) - (xsimd::bitwise_cast<B>(x) >> 1));
+}
+
+// base[index[0]], base[index[1]], ... and back.
+template <class V>
+V gather_lanes(const Scalar<V>* base, const std::int32_t* index) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    return V(_mm512_mask_i32gather_ps(_mm512_setzero_ps(), __mmask16{0xffff}, _mm512_loadu_si512(index), base, 4));
+  } else if constexpr (sizeof(V) == 64) {
+    const __m256i at = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index));
+    return V(_mm512_mask_i32gather_pd(_mm512_setzero_pd(), __mmask8{0xff}, at, base, 8));
+  }
+#endif
+  alignas(64) Scalar<V> lanes[V::size];
+  for (std::size_t k = 0; k < V::size; ++k) lanes[k] = base[index[k]];
+  return load_lanes<V>(lanes);
+}
+template <class V>
+void scatter_lanes(Scalar<V>* base, const std::int32_t* index, V value) noexcept {
+  alignas(64) Scalar<V> lanes[V::size];
+  store_lanes(lanes, value);
+  for (std::size_t k = 0; k < V::size; ++k) base[index[k]] = lanes[k];
+}
+
+// Lanes below n.
+template <class V>
+Mask<V> first_lanes(std::size_t n) noexcept {
+  alignas(64) static constexpr std::array<Scalar<V>, 16> numbers{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  return load_lanes<V>(numbers.data()) < V(static_cast<Scalar<V>>(n));
 }
 
 // a b + c and c - a b: one rounding or two, as the plan was asked for.

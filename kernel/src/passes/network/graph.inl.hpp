@@ -1,0 +1,62 @@
+// The pulse of any springs, wide: 16 particles at a time, each with its neighbours in the order of their numbers. The scalar
+// twin: graph_reference.hpp.
+#pragma once
+
+#include "passes/network/pull.inl.hpp"
+
+namespace dvdx {
+namespace {
+
+// What the neighbours of the lanes at i hold in a column.
+template <class V>
+V at_neighbours(const GraphTerms<Scalar<V>>& graph, const Slot& slot, const Scalar<V>* column, std::size_t i) noexcept {
+  if (slot.indices < 0) return load_lanes<V>(column + static_cast<std::ptrdiff_t>(i) + slot.offset);
+  return gather_lanes<V>(column, graph.indices + static_cast<std::size_t>(slot.indices) + i % slice);
+}
+template <class V>
+Three<V> at_neighbours(const GraphTerms<Scalar<V>>& graph, const Slot& slot, const std::array<Scalar<V>*, 3>& columns,
+                       std::size_t i) noexcept {
+  return {{at_neighbours<V>(graph, slot, columns[0], i), at_neighbours<V>(graph, slot, columns[1], i),
+           at_neighbours<V>(graph, slot, columns[2], i)}};
+}
+
+template <class V, Damping damping, Arithmetic arithmetic>
+Three<V> pull_at(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t s, std::size_t i,
+                 const Three<V>& x) noexcept {
+  const Slot& slot = graph.slots[s];
+  const std::size_t lane = s * slice + i % slice;
+  const Three<V> d = at_neighbours<V>(graph, slot, sheet.x, i) - x;
+  const V k = load_lanes<V>(graph.k + lane);
+  const V kl = load_lanes<V>(graph.kl + lane);
+  if constexpr (damping == Damping::none) {
+    return pull<arithmetic>(d, k, kl);
+  } else {
+    const Three<V> u = at_neighbours<V>(graph, slot, sheet.v, i) - load_three<V>(sheet.v, i);
+    return damped_pull<arithmetic>(d, u, k, kl, load_lanes<V>(graph.c + lane));
+  }
+}
+
+template <class V, Damping damping, Arithmetic arithmetic>
+void kick_graph_by(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+                   std::size_t to) noexcept {
+  for (std::size_t i = from * slice; i < to * slice; i += V::size) {
+    const Three<V> x = load_three<V>(sheet.x, i);
+    Three<V> F = three<V>(V(Scalar<V>(0)));
+    const std::size_t end = graph.first_slot[i / slice + 1];
+    for (std::size_t s = graph.first_slot[i / slice]; s < end; ++s) {
+      F = F + pull_at<V, damping, arithmetic>(graph, sheet, s, i, x);
+    }
+    const V w = V(pulse) * load_lanes<V>(sheet.w + i);
+    store_three<V>(sheet.v_next, i, multiply_add<arithmetic>(w, F, load_three<V>(sheet.v, i)));
+  }
+}
+
+template <class V, Arithmetic arithmetic>
+void kick_graph(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+                std::size_t to) noexcept {
+  if (graph.damping == Damping::along) return kick_graph_by<V, Damping::along, arithmetic>(graph, sheet, pulse, from, to);
+  kick_graph_by<V, Damping::none, arithmetic>(graph, sheet, pulse, from, to);
+}
+
+}  // namespace
+}  // namespace dvdx

@@ -1,0 +1,38 @@
+// The pulse of any springs, scalar: each particle sums the springs to its neighbours, in the order of their numbers.
+#pragma once
+
+#include "passes/network/pull_reference.hpp"
+
+namespace dvdx::reference {
+
+template <class T>
+std::size_t neighbour(const GraphTerms<T>& graph, std::size_t s, std::size_t i) noexcept {
+  const Slot& slot = graph.slots[s];
+  if (slot.indices < 0) return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + slot.offset);
+  return static_cast<std::size_t>(graph.indices[static_cast<std::size_t>(slot.indices) + i % slice]);
+}
+
+template <class T, Arithmetic arithmetic>
+void kick_graph(const GraphTerms<T>& graph, const Sheet<T>& sheet, T pulse, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t i = from * slice; i < to * slice; ++i) {
+    Vector<T> F{};
+    for (std::size_t s = graph.first_slot[i / slice]; s < graph.first_slot[i / slice + 1]; ++s) {
+      const std::size_t lane = s * slice + i % slice;
+      if (graph.k[lane] == 0 && (graph.c == nullptr || graph.c[lane] == 0)) continue;  // no spring
+      const std::size_t j = neighbour(graph, s, i);
+      const Vector<T> d = minus(at(sheet.x, j), at(sheet.x, i));
+      if (graph.damping == Damping::none) {
+        F = plus(F, pull<arithmetic>(d, graph.k[lane], graph.kl[lane]));
+      } else {
+        const Vector<T> u = minus(at(sheet.v, j), at(sheet.v, i));
+        F = plus(F, damped_pull<arithmetic>(d, u, graph.k[lane], graph.kl[lane], graph.c[lane]));
+      }
+    }
+    const T w = pulse * sheet.w[i];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sheet.v_next[axis][i] = multiply_add<arithmetic>(w, F[axis], sheet.v[axis][i]);
+    }
+  }
+}
+
+}  // namespace dvdx::reference

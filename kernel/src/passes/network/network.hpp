@@ -1,0 +1,167 @@
+// What the network passes read: the plan's working columns, the springs as a grid, as a graph or as a list of sweeps, and the
+// table of passes that one instruction set provides.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "dvdx/isa.hpp"
+
+// Letters of this folder: for a spring from a to b
+//   d = x_b - x_a   u = v_b - v_a   r = |d|   l rest length   k stiffness   c damping   w = 1/m, 0 where fixed
+//   force on a:  F = (k (1 - l/r) + c (d.u)/r^2) d,   on b: -F
+// A spring whose r is 0, or one of whose ends is not finite, contributes nothing: a bad particle stays alone, and its
+// neighbours go on without the spring.
+
+namespace dvdx {
+
+// r^2 outside of these is taken for zero or for a bad particle.
+template <class T>
+inline constexpr T least_square = sizeof(T) == 4 ? T(1e-30) : T(1e-280);
+template <class T>
+inline constexpr T most_square = sizeof(T) == 4 ? T(1e+30) : T(1e+280);
+
+// First guess of 1/sqrt(x) from the bits of x, then Newton's steps, each of which squares the relative error (3.4e-2, 1.8e-3,
+// 4.7e-6, 3e-11): + - x alone, so that every instruction set has the same bits, and a quarter of the time of AVX-512's root and
+// quotient (Lomont 2003).
+template <class T>
+struct InverseRoot;
+template <>
+struct InverseRoot<float> {
+  using Bits = std::uint32_t;
+  static constexpr Bits magic = 0x5f375a86;
+  static constexpr int steps = 3;
+};
+template <>
+struct InverseRoot<double> {
+  using Bits = std::uint64_t;
+  static constexpr Bits magic = 0x5fe6eb50c7b537a9;
+  static constexpr int steps = 4;
+};
+
+// The plan's working columns. Lanes beyond the particles hold NaN, which nothing reads from a particle.
+template <class T>
+struct Sheet {
+  std::array<T*, 3> x{};             // m, from `origin` where there is one
+  std::array<T*, 3> v{};             // m/s
+  std::array<T*, 3> v_next{};        // where a pulse puts v: elsewhere with damping, which reads the neighbours' v
+  std::array<const T*, 3> origin{};  // null, or where each particle was when the step began
+  std::array<T*, 3> shift{};         // sequential: what the sweeps have moved x by
+  std::array<T*, 3> dx{}, dv{};      // accumulate: the pairs' sums
+  const T* w = nullptr;              // 1/kg; 0: fixed
+};
+
+enum class Damping : std::uint8_t { none, along };
+// Whether positions are counted from the step's start: small steps then lose no digit of x.
+enum class Origin : std::uint8_t { zero, step };
+
+// ---- grid: neighbours at fixed offsets ---------------------------------------------------------------------------------
+
+inline constexpr std::size_t max_families = 6;
+
+// All springs of one direction: from (row, column) to (row + down, column + right).
+template <class T>
+struct Family {
+  std::size_t down = 0;    // 0..2
+  std::ptrdiff_t right{};  // -1..2
+  T k{}, kl{};             // k l
+};
+
+template <class T>
+struct GridTerms {
+  std::size_t rows = 0, columns = 0;
+  std::size_t pitch = 0;                           // elements from a row to the next, a multiple of 16
+  std::array<Family<T>, max_families> families{};  // in the order of the neighbour's number
+  std::size_t family_count = 0;
+  T c{};
+  Damping damping = Damping::none;
+};
+
+// ---- graph: any springs, by owner --------------------------------------------------------------------------------------
+
+// A slice is 16 particles. Each of its slots joins every one of them to at most one neighbour: all at the same offset, so that
+// no index is loaded, or anywhere. A particle's neighbours come in the order of their numbers.
+inline constexpr std::size_t slice = 16;
+
+struct Slot {
+  std::int32_t offset = 0;    // of the neighbour's number
+  std::int32_t indices = -1;  // or where its slice of the indices begins
+};
+
+template <class T>
+struct GraphTerms {
+  const std::uint32_t* first_slot = nullptr;  // of each slice, and one more
+  const Slot* slots = nullptr;
+  const std::int32_t* indices = nullptr;
+  const T *k = nullptr, *kl = nullptr, *c = nullptr;  // 16 a slot; 0: no spring
+  Damping damping = Damping::none;
+  // accumulate: what each pair's own contribution leaves at its owner, 16 a slot: dv = (A e + B u) n, dx = (C e + D u) n
+  const T *A = nullptr, *B = nullptr, *C = nullptr, *D = nullptr, *l = nullptr;
+  T drift{};  // s: how far the axis drifts ahead: h/2, or 0
+};
+
+// ---- sequential: Gauss-Seidel sweeps -----------------------------------------------------------------------------------
+
+// Springs a + k -- b + k for k < count, no two of which share a particle.
+struct Strand {
+  std::uint32_t a = 0, b = 0, count = 0;
+  std::uint32_t springs = 0;  // where its columns of `inverse` and `lambda` begin
+  std::uint32_t family = 0;
+};
+
+template <class T>
+struct StrandFamily {
+  T kappa{}, eta{}, l{};  // k h^2, c h, rest length; h the part of the sub-step that has passed: theta times it
+};
+
+enum class Visit : std::uint8_t { first, again };  // of a spring in a sub-step: lambda is 0 at the first
+
+template <class T>
+struct SweepTerms {
+  const Strand* strands = nullptr;
+  const StrandFamily<T>* families = nullptr;
+  // or springs in colours, none of which has two springs at a particle
+  const std::int32_t *a = nullptr, *b = nullptr;
+  const T *kappa = nullptr, *eta = nullptr, *l = nullptr;
+  const T* inverse = nullptr;  // 1 / (1 + (kappa + eta) (w_a + w_b))
+  T* lambda = nullptr;
+  T h{};  // theta times the sub-step
+  Damping damping = Damping::none;
+  Origin origin = Origin::zero;
+};
+
+// ---- the passes --------------------------------------------------------------------------------------------------------
+
+template <class T>
+struct NetworkKernels {
+  // v_next = v + pulse w F for rows [from, to) of a grid, and for slices [from, to) of a graph
+  void (*grid)(const GridTerms<T>&, const Sheet<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
+  void (*graph)(const GraphTerms<T>&, const Sheet<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
+  // dx, dv of slices [from, to)
+  void (*pairs)(const GraphTerms<T>&, const Sheet<T>&, std::size_t from, std::size_t to) = nullptr;
+  // x += dx, v += dv for particles [from, to), multiples of 16
+  void (*add_pairs)(const Sheet<T>&, std::size_t from, std::size_t to) = nullptr;
+  // strands [from, to), the last first where from > to; springs [from, to) of a colour, multiples of 16
+  void (*strands)(const SweepTerms<T>&, const Sheet<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
+  void (*colour)(const SweepTerms<T>&, const Sheet<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
+  // x += of_x shift, v += of_v shift, shift = 0 for particles [from, to), multiples of 16
+  void (*take_shift)(const Sheet<T>&, T of_x, T of_v, std::size_t from, std::size_t to) = nullptr;
+};
+
+struct NetworkTables {
+  NetworkKernels<float> f32;
+  NetworkKernels<double> f64;
+};
+
+extern const NetworkTables network_reference_separate, network_reference_contracted;
+extern const NetworkTables network_sse2_separate;
+extern const NetworkTables network_avx2_separate, network_avx2_contracted;
+extern const NetworkTables network_avx512_separate, network_avx512_contracted;
+extern const NetworkTables network_neon64_separate, network_neon64_contracted;
+
+// Null where the binary or the machine lacks it.
+template <class T>
+const NetworkKernels<T>* find_network_kernels(Isa isa, Arithmetic arithmetic) noexcept;
+
+}  // namespace dvdx

@@ -1,0 +1,59 @@
+// The seed's sum: each pair's own integral contribution, wide. The scalar twin: pairs_reference.hpp.
+#pragma once
+
+#include "passes/network/graph.inl.hpp"
+
+namespace dvdx {
+namespace {
+
+template <class V>
+struct PairSum {
+  Three<V> dx, dv;
+};
+
+// Along n, the line between the ends after the time `drift`:  e = r - l - drift n.u
+template <class V, Arithmetic arithmetic>
+void add_pair(const GraphTerms<Scalar<V>>& graph, const Three<V>& d, const Three<V>& u, std::size_t lane,
+              PairSum<V>& sum) noexcept {
+  using T = Scalar<V>;
+  const V drift(graph.drift);
+  const auto load = [lane](const T* column) { return load_lanes<V>(column + lane); };
+  const Three<V> m = multiply_add<arithmetic>(drift, u, d);
+  const auto [is_long, r2, y] = length<arithmetic>(m);
+  const V un = y * dot<arithmetic>(m, u);
+  const Mask<V> is_sound = is_long & (magnitude(un) < V(most_square<T>));
+  const V e = subtract_product<arithmetic>(r2 * y - load(graph.l), drift, un);
+  const V dv = y * multiply_add<arithmetic>(load(graph.B), un, load(graph.A) * e);
+  const V dx = y * multiply_add<arithmetic>(load(graph.D), un, load(graph.C) * e);
+  const Three<V> zero = three<V>(V(T(0)));
+  sum.dv = sum.dv + select(is_sound, dv * m, zero);
+  sum.dx = sum.dx + select(is_sound, dx * m, zero);
+}
+
+template <class V, Arithmetic arithmetic>
+void sum_pairs(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t i = from * slice; i < to * slice; i += V::size) {
+    const Three<V> x = load_three<V>(sheet.x, i);
+    const Three<V> v = load_three<V>(sheet.v, i);
+    PairSum<V> sum{three<V>(V(Scalar<V>(0))), three<V>(V(Scalar<V>(0)))};
+    const std::size_t end = graph.first_slot[i / slice + 1];
+    for (std::size_t s = graph.first_slot[i / slice]; s < end; ++s) {
+      const Three<V> d = at_neighbours<V>(graph, graph.slots[s], sheet.x, i) - x;
+      const Three<V> u = at_neighbours<V>(graph, graph.slots[s], sheet.v, i) - v;
+      add_pair<V, arithmetic>(graph, d, u, s * slice + i % slice, sum);
+    }
+    store_three<V>(sheet.dx, i, sum.dx);
+    store_three<V>(sheet.dv, i, sum.dv);
+  }
+}
+
+template <class V>
+void add_pairs(const Sheet<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t i = from; i < to; i += V::size) {
+    store_three<V>(sheet.x, i, load_three<V>(sheet.x, i) + load_three<V>(sheet.dx, i));
+    store_three<V>(sheet.v, i, load_three<V>(sheet.v, i) + load_three<V>(sheet.dv, i));
+  }
+}
+
+}  // namespace
+}  // namespace dvdx

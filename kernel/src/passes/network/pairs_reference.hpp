@@ -1,0 +1,51 @@
+// The seed's sum: each pair's own integral contribution, scalar.
+#pragma once
+
+#include "passes/network/graph_reference.hpp"
+
+namespace dvdx::reference {
+
+template <class T, Arithmetic arithmetic>
+void add_pair(const GraphTerms<T>& graph, const Vector<T>& d, const Vector<T>& u, std::size_t lane, Vector<T>& sum_dx,
+              Vector<T>& sum_dv) noexcept {
+  Vector<T> m;
+  for (std::size_t axis = 0; axis < 3; ++axis) m[axis] = multiply_add<arithmetic>(graph.drift, u[axis], d[axis]);
+  const auto [is_long, r2, y] = length<arithmetic>(m);
+  const T un = y * inner<arithmetic>(m, u);
+  if (!is_long || !(std::abs(un) < most_square<T>)) return;
+  const T e = subtract_product<arithmetic>(r2 * y - graph.l[lane], graph.drift, un);
+  const T dv = y * multiply_add<arithmetic>(graph.B[lane], un, graph.A[lane] * e);
+  const T dx = y * multiply_add<arithmetic>(graph.D[lane], un, graph.C[lane] * e);
+  sum_dv = plus(sum_dv, times(dv, m));
+  sum_dx = plus(sum_dx, times(dx, m));
+}
+
+template <class T, Arithmetic arithmetic>
+void sum_pairs(const GraphTerms<T>& graph, const Sheet<T>& sheet, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t i = from * slice; i < to * slice; ++i) {
+    Vector<T> dx{};
+    Vector<T> dv{};
+    for (std::size_t s = graph.first_slot[i / slice]; s < graph.first_slot[i / slice + 1]; ++s) {
+      const std::size_t j = neighbour(graph, s, i);
+      const Vector<T> d = minus(at(sheet.x, j), at(sheet.x, i));
+      const Vector<T> u = minus(at(sheet.v, j), at(sheet.v, i));
+      add_pair<T, arithmetic>(graph, d, u, s * slice + i % slice, dx, dv);
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sheet.dx[axis][i] = dx[axis];
+      sheet.dv[axis][i] = dv[axis];
+    }
+  }
+}
+
+template <class T>
+void add_pairs(const Sheet<T>& sheet, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t i = from; i < to; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sheet.x[axis][i] = sheet.x[axis][i] + sheet.dx[axis][i];
+      sheet.v[axis][i] = sheet.v[axis][i] + sheet.dv[axis][i];
+    }
+  }
+}
+
+}  // namespace dvdx::reference

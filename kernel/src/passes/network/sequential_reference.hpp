@@ -1,0 +1,86 @@
+// Gauss-Seidel sweeps over springs, scalar: one spring after the other.
+#pragma once
+
+#include "passes/network/pull_reference.hpp"
+
+namespace dvdx::reference {
+
+template <class T>
+struct Compliance {
+  T kappa, eta, l, inverse;
+};
+
+template <Arithmetic arithmetic, class T>
+void visit_spring(const SweepTerms<T>& sweep, const Sheet<T>& sheet, const Compliance<T>& spring, Visit visit, std::size_t a,
+                  std::size_t b, T& stored_lambda) noexcept {
+  const Vector<T> shift_a = at(sheet.shift, a);
+  const Vector<T> shift_b = at(sheet.shift, b);
+  const Vector<T> shift = minus(shift_b, shift_a);
+  Vector<T> x = minus(at(sheet.x, b), at(sheet.x, a));
+  if (sweep.origin == Origin::step) x = plus(minus(at(sheet.origin, b), at(sheet.origin, a)), x);
+  const Vector<T> d = plus(x, shift);
+
+  const auto [is_long, r2, y] = length<arithmetic>(d);
+  bool is_sound = is_long;
+  T g = spring.kappa * subtract_product<arithmetic>(spring.l, r2, y);  // -kappa C
+  if (sweep.damping == Damping::along) {
+    const Vector<T> u = minus(at(sheet.v, b), at(sheet.v, a));
+    Vector<T> path;
+    for (std::size_t axis = 0; axis < 3; ++axis) path[axis] = multiply_add<arithmetic>(sweep.h, u[axis], shift[axis]);
+    const T moved = inner<arithmetic>(path, d);
+    is_sound = is_sound && std::abs(moved) < most_square<T>;
+    g = subtract_product<arithmetic>(g, spring.eta * y, moved);
+  }
+  T lambda = visit == Visit::first ? T(0) : stored_lambda;
+  const T more = is_sound ? (g - lambda) * spring.inverse : T(0);
+  lambda = lambda + more;
+  stored_lambda = lambda;
+
+  const T t = more * y;
+  if (t == 0) return;
+  const T t_a = sheet.w[a] * t;
+  const T t_b = sheet.w[b] * t;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    sheet.shift[axis][a] = subtract_product<arithmetic>(shift_a[axis], t_a, d[axis]);
+    sheet.shift[axis][b] = multiply_add<arithmetic>(t_b, d[axis], shift_b[axis]);
+  }
+}
+
+template <class T, Arithmetic arithmetic>
+void sweep_strand(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit, const Strand& strand) noexcept {
+  const StrandFamily<T>& family = sweep.families[strand.family];
+  for (std::size_t k = 0; k < strand.count; ++k) {
+    const std::size_t s = strand.springs + k;
+    const Compliance<T> spring{family.kappa, family.eta, family.l, sweep.inverse[s]};
+    visit_spring<arithmetic>(sweep, sheet, spring, visit, strand.a + k, strand.b + k, sweep.lambda[s]);
+  }
+}
+
+template <class T, Arithmetic arithmetic>
+void sweep_strands(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t n = from; n < to; ++n) sweep_strand<T, arithmetic>(sweep, sheet, visit, sweep.strands[n]);
+  for (std::size_t n = from; n > to; --n) sweep_strand<T, arithmetic>(sweep, sheet, visit, sweep.strands[n - 1]);
+}
+
+template <class T, Arithmetic arithmetic>
+void sweep_colour(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t s = from; s < to; ++s) {
+    const Compliance<T> spring{sweep.kappa[s], sweep.eta[s], sweep.l[s], sweep.inverse[s]};
+    visit_spring<arithmetic>(sweep, sheet, spring, visit, static_cast<std::size_t>(sweep.a[s]),
+                             static_cast<std::size_t>(sweep.b[s]), sweep.lambda[s]);
+  }
+}
+
+template <class T, Arithmetic arithmetic>
+void take_shift(const Sheet<T>& sheet, T of_x, T of_v, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = from; i < to; ++i) {
+      T& shift = sheet.shift[axis][i];
+      if (of_x != 0) sheet.x[axis][i] = multiply_add<arithmetic>(of_x, shift, sheet.x[axis][i]);
+      sheet.v[axis][i] = multiply_add<arithmetic>(of_v, shift, sheet.v[axis][i]);
+      shift = T(0);
+    }
+  }
+}
+
+}  // namespace dvdx::reference

@@ -1,0 +1,55 @@
+// The springs of a scene's networks as they are stepped: as one grid, or as a list; and where each particle stands meanwhile.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dvdx/scene.hpp"
+
+namespace dvdx {
+
+struct JoinedPair {
+  std::uint32_t a = 0, b = 0;
+  double k = 0, l = 0, c = 0;  // N/m, m, kg/s
+};
+
+// One direction of a grid's springs, those between (row, column) and (row + down, column + right).
+struct GridDirection {
+  std::size_t down = 0;
+  std::ptrdiff_t right = 0;
+  double k = 0, l = 0;  // N/m, m
+  Vec3 n{};             // the flat sheet's unit direction
+};
+
+// Those with a stiffness (or a damping), in the order of the neighbour's number.
+std::vector<GridDirection> directions_of(const Grid& grid);
+
+// All springs of a scene, each pair in ascending order and the list sorted; rest lengths that the scene leaves open are the
+// start's distances. Pairs that several networks join are several springs.
+std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> start);
+
+// The grid that holds all `count` particles and every spring, or null.
+const Grid* only_grid(const Scene& scene, std::size_t count);
+
+// Particles first, first + every, ... stand at elements element, element + 1, ... of the working columns.
+struct Run {
+  std::size_t particle = 0, every = 1;
+  std::size_t element = 0, count = 0;
+};
+
+// Where particles stand in the working columns. A line of a row holds every `phases`-th of its columns, so that the ends of
+// springs that touch no common particle stand side by side in lines of their own.
+struct Places {
+  std::size_t size = 0;               // elements of a working column, a multiple of 16
+  std::vector<Run> runs;              // in the order of the elements
+  std::vector<std::uint32_t> of;      // element of each particle
+  std::size_t phases = 1, pitch = 0;  // of a grid: lines a row, elements a line
+};
+
+Places places_in_grid(const Grid& grid, std::size_t phases);
+// In an order of the particles that keeps neighbours near: their own where it does, else reverse Cuthill-McKee.
+Places places_in_graph(std::span<const JoinedPair> springs, std::size_t count);
+
+}  // namespace dvdx
