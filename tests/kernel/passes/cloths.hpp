@@ -1,0 +1,67 @@
+// Scenes whose particles are joined, and their starts.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dvdx/layouts/state.hpp"
+#include "dvdx/scene.hpp"
+
+namespace dvdx::test {
+
+struct Joined {
+  std::string name;
+  Scene scene;
+  std::vector<Vec3> x, v;  // at the start
+  double step = 1.0 / 60;
+};
+
+template <class T>
+void place(const Joined& joined, State<T>& state) {
+  for (std::size_t i = 0; i < state.count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      state.x[axis][i] = static_cast<T>(joined.x[i][axis]);
+      state.v[axis][i] = static_cast<T>(joined.v[i][axis]);
+    }
+  }
+}
+
+// A number from -1 to 1 that depends on nothing but its arguments.
+inline double scatter(std::size_t i, std::size_t k) {
+  std::uint64_t z = (i * 3 + k + 1) * 0x9E3779B97F4A7C15U;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
+  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-52 - 1;
+}
+
+// A sheet of one metre by one, hung by the corners of its first row, a little crumpled and moving.
+inline Joined sheet(std::size_t rows, std::size_t columns, double k, double damping = 0) {
+  Joined joined;
+  Grid grid{.rows = rows, .columns = columns, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = k, .shear = k / 2};
+  grid.damping = damping;
+  for (std::size_t i = 0; i < rows * columns; ++i) {
+    const double u = static_cast<double>(i % columns) / static_cast<double>(columns - 1);
+    const double w = static_cast<double>(i / columns) / static_cast<double>(rows - 1);
+    joined.x.push_back({u + 0.003 * scatter(i, 0), 0.01 * scatter(i, 1), w + 0.003 * scatter(i, 2)});
+    joined.v.push_back({0.1 * scatter(i, 3), 0.1 * scatter(i, 4), 0.1 * scatter(i, 5)});
+  }
+  joined.name = std::to_string(rows) + " x " + std::to_string(columns);
+  joined.scene.mass = 0.3 / static_cast<double>(rows * columns);
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  joined.scene.add(Network(grid));
+  joined.scene.fixed = {0, columns - 1};
+  return joined;
+}
+
+// The same with its springs as a list.
+inline Joined as_list(Joined joined) {
+  joined.scene.networks[0] = springs_of(std::get<Grid>(joined.scene.networks[0]));
+  joined.name += ", as a list";
+  return joined;
+}
+
+}  // namespace dvdx::test

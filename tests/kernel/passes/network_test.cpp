@@ -1,0 +1,637 @@
+// Springs between particles: closed forms, orders, what must be kept, and the scalar twins' bits.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "dvdx/plan.hpp"
+#include "kernel/passes/cloths.hpp"
+#include "support/batch.hpp"
+#include "support/oracle.hpp"
+#include "support/threads.hpp"
+
+namespace {
+
+using namespace dvdx;
+using test::Batch;
+using test::Joined;
+using test::Layout;
+
+struct Run {
+  Isa isa = Isa::reference;
+  Arithmetic arithmetic = Arithmetic::separate;
+  Layout layout = Layout::soa;
+  std::size_t threads = 1;
+};
+
+template <class T>
+Plan<T> plan_of(const Joined& joined, const Run& run, const State<T>& start) {
+  auto plan = compile<T>(joined.scene, {.step = joined.step, .isa = run.isa, .arithmetic = run.arithmetic}, start);
+  REQUIRE_MESSAGE(plan.has_value(), joined.name << ": " << plan.error().message());
+  return std::move(*plan);
+}
+
+template <class T>
+std::vector<T> stepped(const Joined& joined, const Run& run, std::size_t steps) {
+  Batch<T> batch(run.layout, joined.x.size());
+  test::place(joined, batch.view());
+  const Plan<T> plan = plan_of(joined, run, batch.view());
+  test::Threads workers(run.threads);
+  const ParallelFor parallel = run.threads > 1 ? workers.parallel_for() : ParallelFor{};
+  REQUIRE(plan.step(batch.view(), steps, parallel) == StepResult::done);
+  CHECK(batch.is_clean());
+  return test::values_of(batch.view());
+}
+
+// Position and velocity of a particle.
+double x(const std::vector<double>& values, std::size_t i, std::size_t axis) { return values[6 * i + axis]; }
+double v(const std::vector<double>& values, std::size_t i, std::size_t axis) { return values[6 * i + 3 + axis]; }
+
+std::vector<double> as_double(const std::vector<float>& values) { return {values.begin(), values.end()}; }
+
+double difference_rms(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); i += 6) {
+    for (std::size_t axis = 0; axis < 3; ++axis) sum += (a[i + axis] - b[i + axis]) * (a[i + axis] - b[i + axis]);
+  }
+  return std::sqrt(sum / static_cast<double>(a.size() / 6));
+}
+
+Joined with(Joined joined, const Coupling& coupling) {
+  joined.scene.coupling = coupling;
+  return joined;
+}
+
+constexpr std::array all_schemes = {
+    Coupling{.scheme = Scheme::leapfrog},
+    Coupling{.scheme = Scheme::fourth_order},
+    Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 0.5},
+    Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 0.55},
+    Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 1, .sweeps = Sweeps::forward},
+    Coupling{.scheme = Scheme::accumulate, .method = Method::exact},
+    Coupling{.scheme = Scheme::accumulate, .method = Method::pulse, .axis = PairAxis::start},
+    Coupling{.scheme = Scheme::accumulate, .method = Method::combined},
+};
+
+// Every way in which springs lie: one register, several, a border in each place, wider than a stripe, neighbours at two,
+// damping, masses and springs of their own, neighbours anywhere.
+std::vector<Joined> bit_scenes() {
+  std::vector<Joined> scenes;
+  for (const auto& [rows, columns] : {std::pair{2U, 2U}, {3U, 5U}, {17U, 33U}, {5U, 300U}}) {
+    scenes.push_back(test::sheet(rows, columns, 50));
+  }
+  scenes.push_back(test::sheet(9, 20, 50, 0.001));
+  Joined bent = test::sheet(10, 23, 50, 0.001);
+  std::get<Grid>(bent.scene.networks[0]).bend = 5;
+  bent.name += ", bent";
+  scenes.push_back(bent);
+  Joined only_rows = test::sheet(6, 18, 50);
+  std::get<Grid>(only_rows.scene.networks[0]).shear = 0;
+  only_rows.name += ", without shear";
+  scenes.push_back(only_rows);
+  for (std::size_t s = 0, grids = scenes.size(); s < grids; ++s) scenes.push_back(test::as_list(scenes[s]));
+
+  Joined heavy = test::sheet(7, 19, 50);
+  std::vector<double> masses;
+  for (std::size_t i = 0; i < heavy.x.size(); ++i) masses.push_back(0.002 * (1.5 + test::scatter(i, 6)));
+  heavy.scene.mass = Scalars(masses);
+  heavy.scene.add(Drag{.coefficient = 0.001, .wind = {1, 0, 2}});
+  heavy.scene.add(Sinusoid{.acceleration = {0, 0, 3}, .angular_frequency = 5});
+  heavy.name += ", masses each, wind and a gust";
+  scenes.push_back(heavy);
+
+  Joined anywhere = test::sheet(6, 20, 50);
+  Springs springs{.pairs = {}, .stiffness = 30.0, .rest_length = std::nullopt, .damping = 0.0005};
+  for (std::uint32_t s = 0; s < 300; ++s) {
+    const auto i = static_cast<std::uint32_t>(59.5 * (1 + test::scatter(s, 0)));
+    const auto j = static_cast<std::uint32_t>(59.5 * (1 + test::scatter(s, 1)));
+    if (i != j) springs.pairs.push_back({i, j});
+  }
+  anywhere.scene.networks = {springs};
+  anywhere.name = "neighbours anywhere";
+  scenes.push_back(anywhere);
+  return scenes;
+}
+
+bool is_possible(const Joined& joined, const Coupling& coupling) {
+  return coupling.scheme != Scheme::accumulate || joined.scene.contacts.empty();
+}
+
+template <class T>
+void check_bits(const Joined& joined, Arithmetic arithmetic) {
+  const std::vector<T> wanted = stepped<T>(joined, {.arithmetic = arithmetic}, 2);
+  std::size_t turn = 0;
+  for (const Isa isa : available_isas(arithmetic)) {
+    const Run run{.isa = isa, .arithmetic = arithmetic, .layout = test::layouts[turn++ % test::layouts.size()]};
+    const std::string difference = test::difference(wanted, stepped<T>(joined, run, 2));
+    CHECK_MESSAGE(difference.empty(), joined.name << ", scheme " << static_cast<int>(joined.scene.coupling.scheme) << ", "
+                                                  << 8 * sizeof(T) << " bits, " << std::string(name(isa)) << ": "
+                                                  << difference);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in every scheme") {
+  for (const Joined& joined : bit_scenes()) {
+    for (const Coupling& coupling : all_schemes) {
+      if (!is_possible(joined, coupling)) continue;
+      const Joined scene = with(joined, coupling);
+      check_bits<float>(scene, Arithmetic::separate);
+      check_bits<double>(scene, Arithmetic::separate);
+      check_bits<float>(scene, Arithmetic::contracted);
+    }
+  }
+}
+
+TEST_CASE("network: contacts in every flow give the scalar reference's bits") {
+  Joined joined = test::sheet(9, 17, 50);
+  joined.scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.005, .restitution = 0.2, .friction = 0.3});
+  joined.scene.add(Sphere{.center = {0.5, -0.2, 0.5}, .radius = 0.205});
+  joined.name += " on a plane and a sphere";
+  for (const Coupling& coupling : all_schemes) {
+    if (coupling.scheme == Scheme::accumulate) continue;
+    check_bits<float>(with(joined, coupling), Arithmetic::separate);
+    check_bits<double>(with(joined, coupling), Arithmetic::separate);
+  }
+}
+
+TEST_CASE("network: any number of threads gives the same bits, many particles") {
+  Joined joined = test::sheet(140, 150, 5, 0.0001);
+  joined.step = 1.0 / 2000;
+  for (const Joined& scene : {joined, test::as_list(joined)}) {
+    for (const Coupling& coupling : all_schemes) {
+      const Joined coupled = with(scene, coupling);
+      const std::vector<float> wanted = stepped<float>(coupled, {.isa = best_isa()}, 2);
+      for (const std::size_t threads : {2U, 3U, 5U}) {
+        const auto got = stepped<float>(coupled, {.isa = best_isa(), .threads = threads}, 2);
+        const std::string difference = test::difference(wanted, got);
+        CHECK_MESSAGE(difference.empty(), coupled.name << ", scheme " << static_cast<int>(coupling.scheme) << ", threads "
+                                                       << threads << ": " << difference);
+      }
+    }
+  }
+}
+
+TEST_CASE("network: a grid and the list of its springs give the same bits where particles sum their springs") {
+  // A list whose own order is far from its neighbours' is stepped in another one: there the sums' order differs (5 x 300).
+  for (const Joined& joined : {test::sheet(17, 33, 50), test::sheet(9, 20, 50, 0.001), test::sheet(60, 140, 5)}) {
+    for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
+      const Joined grid = with(joined, {.scheme = scheme, .substeps = 40});
+      const Run run{.isa = best_isa()};
+      CHECK(test::difference(stepped<float>(grid, run, 3), stepped<float>(test::as_list(grid), run, 3)) == "");
+      CHECK(test::difference(stepped<double>(grid, run, 3), stepped<double>(test::as_list(grid), run, 3)) == "");
+    }
+  }
+}
+
+TEST_CASE("network: one call of five steps is five calls of one") {
+  for (const Coupling& coupling : all_schemes) {
+    Joined joined = with(test::sheet(9, 20, 50, 0.001), coupling);
+    joined.scene.add(Sinusoid{.acceleration = {0, 0, 3}, .angular_frequency = 5});
+    Batch<float> batch(Layout::aos, joined.x.size());
+    test::place(joined, batch.view());
+    const Plan<float> plan = plan_of(joined, {.isa = best_isa()}, batch.view());
+    for (int step = 0; step < 5; ++step) REQUIRE(plan.step(batch.view(), 1) == StepResult::done);
+    CHECK(test::difference(stepped<float>(joined, {.isa = best_isa()}, 5), test::values_of(batch.view())) == "");
+  }
+}
+
+// ---- closed forms ------------------------------------------------------------------------------------------------------
+
+namespace {
+
+// Bodies on the x axis.
+Joined on_a_line(const std::vector<double>& at, const std::vector<double>& speed, double acceleration) {
+  Joined joined;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    joined.x.push_back({at[i], 0, 0});
+    joined.v.push_back({speed[i], 0, 0});
+  }
+  joined.scene.add(Constant{.acceleration = {acceleration, 0, 0}});
+  return joined;
+}
+
+std::size_t steps_in(double time, double step) { return static_cast<std::size_t>(std::lround(time / step)); }
+
+}  // namespace
+
+TEST_CASE("network: chains of springs follow their closed form") {
+  const test::Oracle oracle("chain1d.csv");
+  double worst_leapfrog = 0;
+  double worst_fourth = 0;
+  for (std::size_t r = 0; r < oracle.size(); ++r) {
+    const auto row = oracle[r];
+    if (row["lengths_positive"] != 1) continue;
+    const auto n = static_cast<std::size_t>(row["n"]);
+    const double l = row["rest_len"];
+    std::vector<double> at{0};
+    std::vector<double> speed{0};
+    std::vector<double> mass{1};
+    for (std::size_t i = 0; i < n; ++i) {
+      at.push_back(static_cast<double>(i + 1) * l + row.list("u0")[i]);
+      speed.push_back(row.list("v0")[i]);
+      mass.push_back(row.list("m_kg")[i]);
+    }
+    Joined joined = on_a_line(at, speed, row["a_m"]);
+    joined.scene.mass = Scalars(mass);
+    joined.scene.fixed = {0};
+    Springs springs{.pairs = {}, .stiffness = Scalars(row.list("k_N")), .rest_length = l};
+    for (std::uint32_t i = 0; i < n; ++i) springs.pairs.push_back({i, i + 1});
+    joined.scene.add(Network(springs));
+    const std::vector<double> wanted = row.list("x_m");
+    const auto error = [&](const Coupling& coupling) {
+      const auto got = stepped<double>(with(joined, coupling), {.isa = best_isa()}, steps_in(row["t_s"], joined.step));
+      double worst = 0;
+      for (std::size_t i = 0; i < n; ++i) worst = std::max(worst, std::abs(x(got, i + 1, 0) - wanted[i]));
+      return worst;
+    };
+    worst_leapfrog = std::max(worst_leapfrog, error({.scheme = Scheme::leapfrog, .substeps = 400}));
+    worst_fourth = std::max(worst_fourth, error({.scheme = Scheme::fourth_order, .substeps = 100}));
+  }
+  MESSAGE("chains, worst error of a body: leapfrog, 400 sub-steps " << worst_leapfrog << " m, fourth_order, 100 "
+                                                                    << worst_fourth << " m");
+  CHECK(worst_leapfrog < 1e-4);
+  CHECK(worst_fourth < 1e-6);
+}
+
+TEST_CASE("network: two bodies on a line follow their closed form; the filtered pulse does at any stiffness") {
+  const test::Oracle oracle("twobody1d.csv");
+  double worst_exact = 0;
+  double worst_filtered = 0;
+  double worst_sequential = 0;
+  for (std::size_t r = 0; r < oracle.size(); ++r) {
+    const auto row = oracle[r];
+    if (row["r_positive"] != 1 || row["c_Ns"] != 0) continue;
+    Joined joined = on_a_line({row["x1_0"], row["x2_0"]}, {row["v1_0"], row["v2_0"]}, row["a_m"]);
+    joined.scene.mass = Scalars(std::vector<double>{row["m1"], row["m2"]});
+    joined.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = row["k_N"], .rest_length = Scalars(row["l_m"])}));
+    const double scale = std::abs(row["x2_0"] - row["x1_0"]) + row["l_m"];
+    const double omega = std::sqrt(row["k_N"] * (1 / row["m1"] + 1 / row["m2"]));
+    const auto error = [&](const Coupling& coupling) {
+      const auto got = stepped<double>(with(joined, coupling), {.isa = best_isa()}, steps_in(row["t_s"], joined.step));
+      return std::max(std::abs(x(got, 0, 0) - row["x1"]), std::abs(x(got, 1, 0) - row["x2"])) / scale;
+    };
+    // Enough that a pair whose length nearly vanishes is not carried through itself within a step.
+    const int fine = std::max(20, static_cast<int>(omega / 60 / 0.05));
+    worst_exact = std::max(worst_exact, error({.scheme = Scheme::accumulate, .substeps = fine, .method = Method::exact}));
+    worst_filtered =
+        std::max(worst_filtered, error({.scheme = Scheme::accumulate, .substeps = fine, .method = Method::combined}));
+    worst_sequential = std::max(worst_sequential, error({.scheme = Scheme::sequential, .substeps = 20 * fine, .theta = 0.5}));
+  }
+  MESSAGE("two bodies, worst error over rest length and start: exact contributions "
+          << worst_exact << ", filtered pulse " << worst_filtered << ", sequential " << worst_sequential);
+  CHECK(worst_exact < 1e-9);
+  CHECK(worst_filtered < 5e-4);
+  CHECK(worst_sequential < 5e-3);
+}
+
+TEST_CASE("network: a spinning pair follows its path") {
+  const test::Oracle oracle("twobody2d_spin.csv");
+  double worst_midpoint = 0;
+  double worst_start = 0;
+  double worst_filtered = 0;
+  double worst_leapfrog = 0;
+  for (std::size_t r = 0; r < oracle.size(); ++r) {
+    const auto row = oracle[r];
+    Joined joined;
+    joined.x = {{row["x1"], row["y1"], 0}, {row["x2"], row["y2"], 0}};
+    joined.v = {{row["vx1"], row["vy1"], 0}, {row["vx2"], row["vy2"], 0}};
+    joined.scene.mass = Scalars(std::vector<double>{row["m1"], row["m2"]});
+    joined.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = row["k"], .rest_length = Scalars(row["l"])}));
+    const auto error = [&](const Coupling& coupling) {
+      const auto got = stepped<double>(with(joined, coupling), {.isa = best_isa()}, steps_in(row["t"], joined.step));
+      return std::hypot(x(got, 0, 0) - row["X1"], x(got, 0, 1) - row["Y1"]);
+    };
+    Coupling sum{.scheme = Scheme::accumulate, .substeps = 1, .method = Method::exact};
+    worst_midpoint = std::max(worst_midpoint, error(sum));
+    sum.axis = PairAxis::start;
+    worst_start = std::max(worst_start, error(sum));
+    worst_filtered = std::max(worst_filtered, error({.scheme = Scheme::accumulate, .substeps = 1, .method = Method::combined}));
+    worst_leapfrog = std::max(worst_leapfrog, error({.scheme = Scheme::leapfrog, .substeps = 1}));
+  }
+  MESSAGE("spinning pair at 60 Hz, one sub-step: axis at the midpoint "
+          << worst_midpoint << " m, at the start " << worst_start << " m, filtered pulse " << worst_filtered << " m, leapfrog "
+          << worst_leapfrog << " m");
+  CHECK(worst_filtered < 1e-3);
+  CHECK(worst_midpoint < 2e-3);
+  CHECK(worst_start > 10 * worst_midpoint);
+  CHECK(worst_leapfrog < 1e-2);
+}
+
+namespace {
+
+Joined oracle_cloth() {
+  const test::Oracle nodes("cloth_init.csv");
+  const test::Oracle springs("cloth_springs.csv");
+  Joined joined;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    joined.x.push_back({nodes[i]["x"], nodes[i]["y"], nodes[i]["z"]});
+    joined.v.push_back({});
+    if (nodes[i]["inv_mass"] == 0) joined.scene.fixed.push_back(i);
+  }
+  joined.scene.mass = 0.3 / 256;
+  joined.scene.add(Constant{.acceleration = {0, 0, -9.81}});
+  Springs list;
+  std::vector<double> k;
+  std::vector<double> l;
+  for (std::size_t s = 0; s < springs.size(); ++s) {
+    list.pairs.push_back({static_cast<std::uint32_t>(springs[s]["i"]), static_cast<std::uint32_t>(springs[s]["j"])});
+    k.push_back(springs[s]["k_N"]);
+    l.push_back(springs[s]["rest_len"]);
+  }
+  list.stiffness = Scalars(k);
+  list.rest_length = Scalars(l);
+  joined.scene.add(Network(list));
+  joined.step = 1.0 / 60;
+  return joined;
+}
+
+// Root mean square over the nodes, relative to the side of 1 m, at a time of the table.
+double cloth_error(const std::vector<double>& got, double time) {
+  const test::Oracle oracle("cloth_nodes.csv");
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t r = 0; r < oracle.size(); ++r) {
+    const auto row = oracle[r];
+    if (std::abs(row["t_s"] - time) > 1e-9) continue;
+    const auto i = static_cast<std::size_t>(row["node"]);
+    sum += std::pow(x(got, i, 0) - row["x"], 2) + std::pow(x(got, i, 1) - row["y"], 2) + std::pow(x(got, i, 2) - row["z"], 2);
+    ++count;
+  }
+  REQUIRE(count == 256);
+  return std::sqrt(sum / 256);
+}
+
+}  // namespace
+
+TEST_CASE("network: a hanging cloth follows the reference path") {
+  const Joined cloth = oracle_cloth();
+  const auto error = [&](const Coupling& coupling) {
+    return cloth_error(stepped<double>(with(cloth, coupling), {.isa = best_isa()}, 30), 0.5);
+  };
+  const double leapfrog = error({.scheme = Scheme::leapfrog});
+  const double fourth = error({.scheme = Scheme::fourth_order, .substeps = 22});
+  const double sequential = error({.scheme = Scheme::sequential, .substeps = 32, .theta = 0.5});
+  const double float32 =
+      cloth_error(as_double(stepped<float>(with(cloth, {.scheme = Scheme::leapfrog}), {.isa = best_isa()}, 30)), 0.5);
+  MESSAGE("cloth at 0.5 s: leapfrog, auto " << leapfrog << ", float32 " << float32 << ", fourth_order, 22 " << fourth
+                                            << ", sequential, 32 symmetric " << sequential);
+  CHECK(leapfrog < 2e-4);
+  CHECK(float32 < 2e-4);
+  CHECK(fourth < 1e-6);
+  CHECK(sequential < 1e-3);
+}
+
+// ---- orders, and what must be kept -------------------------------------------------------------------------------------
+
+namespace {
+
+double fitted_order(const Joined& joined, Coupling coupling, int substeps) {
+  const auto run = [&](int n) {
+    coupling.substeps = n;
+    return stepped<double>(with(joined, coupling), {.isa = best_isa()}, 6);
+  };
+  coupling.scheme = coupling.scheme;
+  const auto coarse = run(substeps);
+  const auto middle = run(2 * substeps);
+  const auto fine = run(4 * substeps);
+  return std::log2(difference_rms(coarse, middle) / difference_rms(middle, fine));
+}
+
+}  // namespace
+
+TEST_CASE("network: each scheme has its order") {
+  Joined joined = test::sheet(8, 9, 20);
+  joined.scene.add(Drag{.coefficient = 0.001, .wind = {1, 0, 0}});
+  const double leapfrog = fitted_order(joined, {.scheme = Scheme::leapfrog}, 32);
+  const double fourth = fitted_order(joined, {.scheme = Scheme::fourth_order}, 16);
+  const double half = fitted_order(joined, {.scheme = Scheme::sequential, .theta = 0.5}, 64);
+  const double one = fitted_order(joined, {.scheme = Scheme::sequential, .theta = 1, .sweeps = Sweeps::forward}, 128);
+  const double filtered = fitted_order(joined, {.scheme = Scheme::accumulate, .method = Method::combined}, 32);
+  MESSAGE("orders: leapfrog " << leapfrog << ", fourth_order " << fourth << ", sequential 0.5 " << half << ", theta 1 " << one
+                              << ", filtered pulse " << filtered);
+  CHECK(leapfrog == doctest::Approx(2).epsilon(0.05));
+  CHECK(std::abs(fourth - 4) < 0.2);
+  CHECK(half == doctest::Approx(2).epsilon(0.1));
+  CHECK(one == doctest::Approx(1).epsilon(0.2));
+  CHECK(filtered == doctest::Approx(2).epsilon(0.05));
+}
+
+TEST_CASE("network: a symmetric scheme is its own inverse") {
+  Joined joined = test::sheet(8, 9, 20);
+  for (const Coupling& coupling :
+       {Coupling{.scheme = Scheme::leapfrog, .substeps = 20}, Coupling{.scheme = Scheme::fourth_order, .substeps = 10},
+        Coupling{.scheme = Scheme::sequential, .substeps = 10, .theta = 0.5}}) {
+    const Joined forward = with(joined, coupling);
+    Batch<double> batch(Layout::soa, joined.x.size());
+    test::place(forward, batch.view());
+    const auto start = test::values_of(batch.view());
+    Plan<double> plan = plan_of(forward, {.isa = best_isa()}, batch.view());
+    REQUIRE(plan.step(batch.view(), 20) == StepResult::done);
+    REQUIRE(plan.set_step(-joined.step).has_value());
+    REQUIRE(plan.step(batch.view(), 20) == StepResult::done);
+    CHECK(difference_rms(start, test::values_of(batch.view())) < 1e-11);
+  }
+}
+
+TEST_CASE("network: free sheets keep their momentum") {
+  for (const Coupling& coupling : all_schemes) {
+    Joined joined = with(test::sheet(9, 20, 50, 0.001), coupling);
+    joined.scene.forces.clear();
+    joined.scene.fixed.clear();
+    const auto momentum = [](const std::vector<double>& values) {
+      Vec3 p{};
+      for (std::size_t i = 0; i < values.size() / 6; ++i) {
+        for (std::size_t axis = 0; axis < 3; ++axis) p[axis] += v(values, i, axis);
+      }
+      return p;
+    };
+    const auto before = momentum(stepped<double>(joined, {.isa = best_isa()}, 0));
+    // Exact contributions of pairs that share particles gain energy at every step: they are not asked for long.
+    const std::size_t steps = coupling.method == Method::exact ? 10 : 100;
+    const auto after =
+        momentum(stepped<double>(joined, {.isa = best_isa()}, coupling.scheme == Scheme::accumulate ? steps : 100));
+    for (std::size_t axis = 0; axis < 3; ++axis) CHECK(after[axis] == doctest::Approx(before[axis]).epsilon(1e-12).scale(1));
+  }
+}
+
+TEST_CASE("network: a pair of masses a million apart keeps its momentum") {
+  Joined joined = on_a_line({0, 1.1}, {0.3, -0.2}, 0);
+  joined.scene.mass = Scalars(std::vector<double>{1e6, 1});
+  joined.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 100.0, .rest_length = 1.0}));
+  for (const Coupling& coupling : all_schemes) {
+    if (coupling.theta == 1) continue;
+    const auto got = stepped<double>(with(joined, coupling), {.isa = best_isa()}, 100000);
+    CHECK(1e6 * v(got, 0, 0) + v(got, 1, 0) == doctest::Approx(1e6 * 0.3 - 0.2).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("network: sequential at theta 1/2 is stable at every step, linear springs") {
+  // 64 bodies on a line, stiff and soft springs in turn, a step of 1000 / omega
+  std::vector<double> at;
+  std::vector<double> speed(65, 0.0);
+  for (std::size_t i = 0; i < 65; ++i) at.push_back(static_cast<double>(i) + 1e-6 * std::sin(0.3 * static_cast<double>(i)));
+  Joined joined = on_a_line(at, speed, 0);
+  joined.scene.fixed = {0, 64};
+  std::vector<double> k;
+  Springs springs;
+  for (std::uint32_t i = 0; i < 64; ++i) {
+    springs.pairs.push_back({i, i + 1});
+    k.push_back(i % 2 == 0 ? 1e4 : 1.0);
+  }
+  springs.stiffness = Scalars(k);
+  springs.rest_length = 1.0;
+  joined.scene.add(Network(springs));
+  joined.scene.coupling = {.scheme = Scheme::sequential, .substeps = 1, .theta = 0.5};
+  for (const double step : {0.01, 0.1, 10.0}) {
+    joined.step = step;
+    const auto got = stepped<double>(joined, {.isa = best_isa()}, 10000);
+    double worst = 0;
+    for (std::size_t i = 0; i < 65; ++i) worst = std::max(worst, std::abs(x(got, i, 0) - static_cast<double>(i)));
+    MESSAGE("a step of " << step * 200 << " / omega, 10000 of them: displacements of 1e-6 m have become " << worst << " m");
+    CHECK(worst < 1e-3);
+  }
+}
+
+// ---- what goes wrong ---------------------------------------------------------------------------------------------------
+
+TEST_CASE("network: a bad particle stays alone, its neighbours go on without its springs") {
+  for (const bool is_list : {false, true}) {
+    for (const Coupling& coupling : all_schemes) {
+      Joined joined = with(test::sheet(32, 32, 50, 0.001), coupling);
+      if (is_list) joined = test::as_list(joined);
+      joined.x[500][1] = std::numeric_limits<double>::quiet_NaN();
+      joined.v[77][2] = std::numeric_limits<double>::infinity();
+      const auto got = as_double(stepped<float>(joined, {.isa = best_isa()}, 10));
+      std::size_t bad = 0;
+      for (std::size_t i = 0; i < 1024; ++i) {
+        bool is_bad = false;
+        for (std::size_t k = 0; k < 6; ++k) is_bad = is_bad || !std::isfinite(got[6 * i + k]);
+        bad += is_bad ? 1 : 0;
+      }
+      CHECK_MESSAGE(bad == 2, "scheme " << static_cast<int>(coupling.scheme) << (is_list ? ", list" : ", grid"));
+    }
+  }
+}
+
+TEST_CASE("network: coincident ends contribute nothing, and what passes through them stays finite") {
+  for (const Coupling& coupling : all_schemes) {
+    Joined still = with(on_a_line({0.5, 0.5}, {0.25, 0.25}, 0), coupling);
+    still.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 100.0, .rest_length = 1.0}));
+    const auto got = stepped<double>(still, {.isa = best_isa()}, 60);
+    CHECK(x(got, 0, 0) == doctest::Approx(0.75));
+    CHECK(x(got, 1, 0) == x(got, 0, 0));
+
+    Joined through = with(on_a_line({0, 1}, {1, -1}, 0), coupling);
+    through.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 100.0, .rest_length = 0.0}));
+    const auto passed = stepped<double>(through, {.isa = best_isa()}, 120);
+    for (const double value : passed) CHECK(std::isfinite(value));
+    CHECK(std::abs(v(passed, 0, 0) + v(passed, 1, 0)) < 1e-12);
+  }
+}
+
+TEST_CASE("network: fixed particles do not move by a bit, and springs between them do nothing") {
+  for (const Coupling& coupling : all_schemes) {
+    Joined joined = with(test::sheet(6, 9, 50), coupling);
+    joined.scene.fixed = {0, 1, 2, 10, 53};
+    joined.v[1] = {3, -0.0, 5};
+    const auto start = stepped<float>(joined, {.isa = best_isa()}, 0);
+    const auto got = stepped<float>(joined, {.isa = best_isa()}, 20);
+    for (const std::size_t i : joined.scene.fixed) {
+      for (std::size_t k = 0; k < 6; ++k)
+        CHECK(std::bit_cast<std::uint32_t>(start[6 * i + k]) == std::bit_cast<std::uint32_t>(got[6 * i + k]));
+    }
+  }
+}
+
+TEST_CASE("network: a plan that another thread steps says so") {
+  const Joined joined = test::sheet(6, 9, 50);
+  Batch<float> batch(Layout::soa, joined.x.size());
+  test::place(joined, batch.view());
+  const Plan<float> plan = plan_of(joined, {.isa = best_isa()}, batch.view());
+  struct Within {
+    const Plan<float>* plan;
+    StepResult result = StepResult::done;
+    static void run(void* context, std::size_t count, ParallelFor::Body body, void* task) {
+      auto& self = *static_cast<Within*>(context);
+      Batch<float> other(Layout::soa, 54);
+      self.result = self.plan->step(other.view(), 1);
+      for (std::size_t i = 0; i < count; ++i) body(task, i);
+    }
+  };
+  // Small sheets ask for no threads, so step a large one.
+  const Joined large = test::sheet(140, 150, 5);
+  Batch<float> of_large(Layout::soa, large.x.size());
+  test::place(large, of_large.view());
+  const Plan<float> large_plan = plan_of(large, {.isa = best_isa()}, of_large.view());
+  Within within{.plan = &large_plan};
+  Within other{.plan = &plan};
+  REQUIRE(large_plan.step(of_large.view(), 1, {.run = Within::run, .context = &other}) == StepResult::done);
+  CHECK(other.result == StepResult::done);
+  REQUIRE(large_plan.step(of_large.view(), 1, {.run = Within::run, .context = &within}) == StepResult::done);
+  CHECK(within.result == StepResult::count_differs);
+}
+
+TEST_CASE("network: the plan knows the highest frequency and refuses fewer sub-steps than the start allows") {
+  // A chain of equal masses and springs, both ends fixed: omega_max = 2 sqrt(k/m) sin(n pi / (2 (n+1)))
+  constexpr std::size_t n = 20;
+  std::vector<double> at;
+  for (std::size_t i = 0; i < n + 2; ++i) at.push_back(static_cast<double>(i));
+  Joined joined = on_a_line(at, std::vector<double>(n + 2, 0.0), 0);
+  joined.scene.fixed = {0, n + 1};
+  Springs springs{.pairs = {}, .stiffness = 1e4, .rest_length = 1.0};
+  for (std::uint32_t i = 0; i <= n; ++i) springs.pairs.push_back({i, i + 1});
+  joined.scene.add(Network(springs));
+  Batch<double> batch(Layout::soa, joined.x.size());
+  test::place(joined, batch.view());
+  const auto limit = plan_of(joined, {}, batch.view()).network_limit();
+  REQUIRE(limit.has_value());
+  const double omega = 2 * 100 * std::sin(n * 3.14159265358979 / (2.0 * (n + 1)));
+  CHECK(limit->frequency == doctest::Approx(omega).epsilon(1e-3));
+  CHECK(limit->bound >= omega);
+  CHECK(limit->bound < 1.02 * omega);
+  CHECK(limit->limit == doctest::Approx(2).epsilon(1e-3));
+  CHECK(limit->fewest == 2);  // 199.4 / 60 / 2 = 1.66
+  joined.scene.coupling.substeps = 1;
+  const auto refused = compile<double>(joined.scene, {.step = joined.step}, batch.view());
+  REQUIRE(!refused.has_value());
+  CHECK(refused.error().field == "network.substeps");
+  joined.scene.coupling.scheme = Scheme::sequential;
+  CHECK(compile<double>(joined.scene, {.step = joined.step}, batch.view()).has_value());
+}
+
+TEST_CASE("network: what is wrong is named") {
+  const auto error_of = [](auto change) {
+    Joined joined = test::sheet(4, 5, 50);
+    change(joined.scene);
+    Batch<float> batch(Layout::soa, joined.x.size());
+    test::place(joined, batch.view());
+    const auto plan = compile<float>(joined.scene, {.step = joined.step}, batch.view());
+    return plan ? std::string("no error") : plan.error().message();
+  };
+  const auto grid = [](Scene& scene) -> Grid& { return std::get<Grid>(scene.networks[0]); };
+  CHECK(error_of([&](Scene& s) { grid(s).rows = 1; }).starts_with("network.rows is 1: must be"));
+  CHECK(error_of([&](Scene& s) { grid(s).rows = 5; }).starts_with("network.rows is 5 of 5 columns"));
+  CHECK(error_of([&](Scene& s) { grid(s).edge_u = {}; }).starts_with("network.edge_u is [0, 0, 0]"));
+  CHECK(error_of([&](Scene& s) { grid(s).shear = -1; }) == "network.shear is -1: must be a finite number >= 0");
+  CHECK(error_of([&](Scene& s) { s.coupling.theta = 0.4; }) == "network.theta is 0.4: must be a number from 0.5 to 1");
+  CHECK(error_of([&](Scene& s) { s.coupling.substeps = 0; }).starts_with("network.substeps is 0"));
+  CHECK(error_of([&](Scene& s) {
+          s.networks = {Springs{.pairs = {{3, 3}}, .stiffness = 1.0}};
+        }).starts_with("network.pairs[0] is"));
+  CHECK(error_of([&](Scene& s) {
+          s.networks = {Springs{.pairs = {{3, 20}}, .stiffness = 1.0}};
+        }).starts_with("network.pairs[0] is"));
+  CHECK(error_of([&](Scene& s) {
+          s.coupling = {.scheme = Scheme::accumulate};
+          s.add(Plane{});
+        }).starts_with("network.scheme is accumulate"));
+  CHECK(!compile<float>(test::sheet(4, 5, 50).scene, {.step = 0.01}).has_value());
+}
