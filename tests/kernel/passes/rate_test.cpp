@@ -23,9 +23,9 @@ namespace {
 constexpr double h = 1.0 / 60;
 
 // Every regime: free, tiny, oscillating to the end of the lanes' range, critical and nearly so, overdamped, drag alone.
-struct Grid {
+struct Regimes {
   std::vector<double> W, g;
-  Grid() {
+  Regimes() {
     for (double w = 1e-20; w < 2e12; w *= 6.3) {
       for (double q = 1e-14; q < 1e9; q *= 17) add(w / h / h, q / h);
       add(w / h / h, 0);
@@ -53,7 +53,7 @@ struct Made {
   }
 };
 
-Made make(const Grid& grid, Isa isa, Arithmetic arithmetic, double step) {
+Made make(const Regimes& grid, Isa isa, Arithmetic arithmetic, double step) {
   const std::size_t n = grid.W.size();
   Made made(n);
   find_kernels<float>(isa, arithmetic)
@@ -75,7 +75,7 @@ struct Driven {
   bool operator==(const Driven&) const = default;
 };
 
-Driven drive(const Grid& grid, Isa isa, double theta) {
+Driven drive(const Regimes& grid, Isa isa, double theta) {
   const std::size_t n = grid.W.size();
   Driven made(n);
   find_kernels<float>(isa, Arithmetic::separate)
@@ -94,9 +94,9 @@ Driven drive(const Grid& grid, Isa isa, double theta) {
 }  // namespace
 
 TEST_CASE("rate: every instruction set and either arithmetic make the bits of the scalar twin") {
-  const Grid grid;
+  const Regimes grid;
   for (const double step : {h, -h / 64}) {
-    Grid here = grid;
+    Regimes here = grid;
     // Backwards, damping beyond exp(600) overflows and is refused by a plan.
     if (step < 0) std::transform(here.g.begin(), here.g.end(), here.g.begin(), [](double g) { return std::min(g, 1e4); });
     const Made wanted = make(here, Isa::reference, Arithmetic::separate, step);
@@ -110,7 +110,7 @@ TEST_CASE("rate: every instruction set and either arithmetic make the bits of th
 }
 
 TEST_CASE("rate: coefficients within 6 eps of their exact value, or 2 z eps of their amplitude") {
-  const Grid grid;
+  const Regimes grid;
   const Made made = make(grid, Isa::reference, Arithmetic::separate, h);
   constexpr double eps = 2.3e-16;
   double worst = 0;
@@ -143,7 +143,7 @@ TEST_CASE("rate: coefficients within 6 eps of their exact value, or 2 z eps of t
 }
 
 TEST_CASE("rate: sinusoid gains, the same bits everywhere and right to 1e-14 within the series' range") {
-  Grid grid;
+  Regimes grid;
   for (std::size_t i = 0; i < grid.W.size(); ++i) {
     if (grid.W[i] * h * h > psi_taylor_limit) grid.W[i] = 2 / h / h;
     if (grid.g[i] * h > psi_taylor_limit) grid.g[i] = 2 / h;
