@@ -6,9 +6,9 @@
 
 namespace dvdx::tool {
 
-// J: kinetic, plus the potential of constant forces (zero at the origin), springs and radial springs. Drag and forces of time
-// alone have none. Summed in float64 in particle order with a running compensation, so the same for every layout and thread
-// count.
+// J: kinetic, plus the potential of constant forces (zero at the origin), springs, radial springs and networks, whose rest
+// lengths "start" are those of the scene's start. Drag and forces of time alone have none. Summed in float64 in particle order
+// with a running compensation, so the same for every layout and thread count.
 template <class T>
 [[nodiscard]] double energy(const SceneFile& file, const State<T>& state);
 

@@ -1,9 +1,12 @@
 #include "particle_values.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <set>
 
 #include "counter_random.hpp"
+#include "file_text.hpp"
 #include "json_text.hpp"
 #include "points_file.hpp"
 
@@ -23,9 +26,9 @@ Node form_of(const Node& node, std::string_view valid) {
 bool is_form(const Node& form, std::string_view key) { return form.path().ends_with("." + std::string(key)); }
 
 void check_length(const Node& node, std::size_t length, const Population& population) {
-  if (!population.count || *population.count == length) return;
-  node.fail("has " + std::to_string(length) + " entries: must have " + std::to_string(*population.count) +
-            ", one for each particle");
+  if (population.count == length) return;
+  node.fail("has " + std::to_string(length) + " entries: must have " + std::to_string(population.count) + ", one for each " +
+            std::string(population.of));
 }
 
 std::filesystem::path file_of(const Node& node, const Population& population) { return population.folder / node.text(); }
@@ -38,12 +41,12 @@ auto from_file(const Node& node, const Population& population, std::string_view 
   const auto path = file_of(node, population);
   try {
     auto values = read(path);
-    if (population.count && values.size() != *population.count) {
+    if (values.size() != population.count) {
       fail_file(node, "holds " + std::to_string(values.size()) + " " + std::string(what) + ": must hold " +
-                          std::to_string(*population.count) + ", one for each particle");
+                          std::to_string(population.count) + ", one for each " + std::string(population.of));
     }
     return values;
-  } catch (const PointsFault& fault) {
+  } catch (const FileFault& fault) {
     fail_file(node, fault.what());
   }
 }
@@ -74,7 +77,7 @@ std::vector<double> uniform_scalars(const Node& node, const Population& populati
   const double most = max.number(range);
   const auto seed = seed_of(fields);
   check_order(min, max, "max");
-  std::vector<double> values(population.count.value_or(0));
+  std::vector<double> values(population.count);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = uniform_value(least, most, seed, i, 0);
   return values;
 }
@@ -121,6 +124,11 @@ Vec3 value_of(const Vectors& vectors, std::size_t particle) {
   return value;
 }
 
+std::string Room::limit() const {
+  return fmt::format("at most {}: a particle of this scene takes {} bytes, and {:.1f} GB of memory are available", most(),
+                     bytes_each, static_cast<double>(bytes) * 1e-9);
+}
+
 Vectors read_vectors(const Node& node, const Population& population) {
   if (node.json().is_array()) return node.vector();
   const auto form = form_of(node, "[x, y, z] or an object with one of values, uniform, file");
@@ -140,9 +148,8 @@ Scalars read_scalars(const Node& node, const Population& population, const Range
 std::vector<std::size_t> read_ids(const Node& node, const Population& population) {
   std::vector<std::size_t> ids;
   std::set<std::size_t> seen;
-  const std::uint64_t last = population.count ? *population.count - 1 : any_seed;
   for (const auto& element : node.elements("a list of particle ids")) {
-    ids.push_back(element.whole(0, last));
+    ids.push_back(element.whole(0, population.count - 1));
     if (!seen.insert(ids.back()).second)
       element.fail("is " + std::to_string(ids.back()) + " a second time: an id may stand once");
   }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
+#include <string>
 #include <vector>
 
 #include "fields.hpp"
@@ -12,8 +12,19 @@ namespace dvdx::tool {
 
 // Where values per particle come from, and for how many particles.
 struct Population {
-  std::optional<std::size_t> count;  // not known where a mesh makes the particles
+  std::size_t count = 0;
   std::filesystem::path folder;      // of the scene, which files are relative to
+  std::string_view of = "particle";  // what the values are of
+};
+
+// The memory that the particles may take.
+struct Room {
+  std::uint64_t bytes_each = 1;
+  std::uint64_t bytes = 0;  // in all
+
+  [[nodiscard]] std::uint64_t most() const noexcept { return bytes / bytes_each; }
+  // "at most 10: a particle of this scene takes ..."
+  [[nodiscard]] std::string limit() const;
 };
 
 [[nodiscard]] Vectors read_vectors(const Node& node, const Population& population);

@@ -7,13 +7,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "file_text.hpp"
+#include "text_lines.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -21,69 +20,6 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the binary files read here are little endian");
 
 using Table = std::vector<double>;  // rows of a known width, one after another
-
-[[noreturn]] void fail(const std::string& what) { throw PointsFault(what); }
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view blanks = " \t\r";
-  const auto first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
-
-std::vector<std::string_view> split(std::string_view text, char by) {
-  std::vector<std::string_view> parts;
-  for (;;) {
-    const auto end = text.find(by);
-    parts.push_back(trimmed(text.substr(0, end)));
-    if (end == std::string_view::npos) return parts;
-    text.remove_prefix(end + 1);
-  }
-}
-
-std::vector<std::string_view> words(std::string_view text) {
-  auto parts = split(text, ' ');
-  std::erase(parts, std::string_view{});
-  return parts;
-}
-
-std::optional<double> number_in(std::string_view text) {
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error == std::errc::result_out_of_range) return std::numeric_limits<double>::infinity();
-  return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
-}
-
-std::string line_name(std::size_t line) { return "line " + std::to_string(line); }
-
-double finite_number(std::string_view text, std::size_t line) {
-  const auto value = number_in(text);
-  if (!value || !std::isfinite(*value)) fail(line_name(line) + " holds " + std::string(text) + ": must be a finite number");
-  return *value;
-}
-
-// ---- lines -------------------------------------------------------------------------------------------------------------
-
-class Lines {
- public:
-  explicit Lines(std::string_view text) : rest_(text) {}
-  [[nodiscard]] bool more() const noexcept { return !rest_.empty(); }
-  [[nodiscard]] std::size_t number() const noexcept { return number_; }
-  [[nodiscard]] std::string_view rest() const noexcept { return rest_; }
-
-  std::string_view next() {
-    ++number_;
-    const auto end = rest_.find('\n');
-    const auto line = rest_.substr(0, end);
-    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-    return trimmed(line);
-  }
-
- private:
-  std::string_view rest_;
-  std::size_t number_ = 0;
-};
 
 // ---- .csv --------------------------------------------------------------------------------------------------------------
 
@@ -157,7 +93,7 @@ constexpr std::array<NumberType, 8> number_types{{{"char", "int8", 1, number_at<
                                                   {"float", "float32", 4, number_at<float>},
                                                   {"double", "float64", 8, number_at<double>}}};
 
-double finite_number(const NumberType& type, const char* bytes, std::size_t index) {
+double finite_value(const NumberType& type, const char* bytes, std::size_t index) {
   const double value = type.read(bytes);
   if (!std::isfinite(value)) fail("number " + std::to_string(index) + " is not finite");
   return value;
@@ -257,7 +193,7 @@ Table read_ply_binary(const PlyHeader& header, std::string_view data) {
   for (std::size_t vertex = 0; vertex < header.vertices; ++vertex) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const char* bytes = data.data() + vertex * row_bytes + offsets[axis];
-      table.push_back(finite_number(*header.types[header.xyz[axis]], bytes, table.size()));
+      table.push_back(finite_value(*header.types[header.xyz[axis]], bytes, table.size()));
     }
   }
   return table;
@@ -342,17 +278,11 @@ Table read_npy(std::string_view text, std::size_t width) {
   if (data.size() / row_bytes < rows) fail(cut_off(data.size() / row_bytes, rows, "rows"));
   if (data.size() != rows * row_bytes) fail("holds more than the " + std::to_string(rows) + " rows that its header promises");
   Table table(rows * width);
-  for (std::size_t i = 0; i < table.size(); ++i) table[i] = finite_number(*header.type, &data[i * header.type->bytes], i);
+  for (std::size_t i = 0; i < table.size(); ++i) table[i] = finite_value(*header.type, &data[i * header.type->bytes], i);
   return table;
 }
 
 // ---- any of them -------------------------------------------------------------------------------------------------------
-
-std::string contents(const std::filesystem::path& path) {
-  auto text = read_file(path);
-  if (!text) fail(text.error());
-  return std::move(*text);
-}
 
 }  // namespace
 

@@ -2,18 +2,11 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <vector>
 
 #include "dvdx/scene.hpp"
 
 namespace dvdx::tool {
-
-// What is wrong with a file, without its name: "line 3 has 2 numbers: must have 3".
-class PointsFault : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 // .csv: three columns, or the columns x, y, z of a header; .ply: the vertices, ascii or binary_little_endian;
 // .npy: float32 or float64 of shape (n, 3).

@@ -26,8 +26,6 @@ namespace {
 struct RunOptions {
   SceneOptions scene;
   EngineOptions engine;
-  std::string scheme;
-  std::string substeps;
   std::string out;
   std::uint64_t every = 0;  // 0: the last state alone
   bool json = false;
@@ -40,6 +38,7 @@ struct Outcome {
   double energy_end = 0;
   bool diverged = false;
   std::size_t bad_particles = 0;
+  std::optional<NetworkLimit> network;
 };
 
 // Steps that one call takes: many, so that a block stays in cache for them, but not so many that progress stands still. A
@@ -64,6 +63,7 @@ class Simulation {
         parallel_(parallel(engine.threads)) {}
 
   Outcome run(Writer<T>* writer, std::uint64_t every) {
+    outcome_.network = plan_.network_limit();
     const auto start = health_of(state_);
     outcome_.energy_start = energy(loaded_.file, state_);
     if (writer != nullptr && every > 0 && loaded_.steps > 0) writer->write(moment(), state_);
@@ -145,8 +145,9 @@ void print_json(const LoadedScene& loaded, const Engine& engine, const Outcome& 
   report["particles"] = loaded.file.particles.count;
   report["steps"] = loaded.steps;
   report["method"] = name_in(methods, loaded.file.scene.method);
-  report["scheme"] = nullptr;  // of a network
-  report["substeps"] = 1;
+  report["scheme"] = nullptr;
+  if (outcome.network) report["scheme"] = name_in(schemes, loaded.file.scene.coupling.scheme);
+  report["substeps"] = outcome.network ? outcome.network->substeps : 1;
   report["precision"] = name_in(precisions, engine.precision);
   report["isa"] = name(engine.isa);
   report["threads"] = engine.threads;
@@ -166,6 +167,10 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   const auto& file = loaded.file;
   row("scene", fmt::format("{}, {} particle{}", file.name, file.particles.count, file.particles.count == 1 ? "" : "s"));
   row("steps", fmt::format("{} of {} s, method {}", loaded.steps, file.step, name_in(methods, file.scene.method)));
+  if (outcome.network) {
+    row("networks", fmt::format("{}, {} sub-step{} a step", name_in(schemes, file.scene.coupling.scheme),
+                                outcome.network->substeps, outcome.network->substeps == 1 ? "" : "s"));
+  }
   row("engine",
       fmt::format("{}, {}, {} arithmetic, {}, {} thread{}", name_in(precisions, engine.precision), name(engine.isa),
                   name(engine.arithmetic), name_in(layouts, engine.layout), engine.threads, engine.threads == 1 ? "" : "s"));
@@ -176,20 +181,10 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   row("diverged", outcome.diverged ? fmt::format("YES, {} particles are not finite", outcome.bad_particles) : "no");
 }
 
-// What only networks have cannot go with a scene that has none, and no other scene runs in this version.
-void refuse_network_options(const RunOptions& options) {
-  for (const auto& [option, value] : {std::pair("--scheme", options.scheme), std::pair("--substeps", options.substeps)}) {
-    if (!value.empty()) {
-      throw Fault(Exit::usage, fmt::format("{} {}: belongs to networks, and {} has none", option, value, options.scene.scene));
-    }
-  }
-}
-
 Exit run(const RunOptions& options) {
   if (!options.out.empty()) check_extension(options.out);
   const auto engine = engine_of(options.engine);
   const auto loaded = load_scene(options.scene, engine.precision);
-  refuse_network_options(options);
   const auto outcome = engine.precision == Precision::float32 ? simulate<float>(options, loaded, engine)
                                                               : simulate<double>(options, loaded, engine);
   (options.json ? print_json : print_table)(loaded, engine, outcome);
@@ -206,9 +201,6 @@ void add_run(CLI::App& app, Exit& exit) {
   auto* command = app.add_subcommand("run", "Run a scene");
   command->footer("dvdx run hail.json --duration 5 --out hail.vtp --every 6");
   add_scene_options(*command, options->scene);
-  command->add_option("--scheme", options->scheme, "of the scene's networks")
-      ->check(CLI::IsMember(std::vector<std::string>{"leapfrog", "fourth_order", "sequential", "accumulate"}));
-  command->add_option("--substeps", options->substeps, "of the scene's networks: a whole number or auto");
   add_engine_options(*command, options->engine);
   command->add_option("--out", options->out, "write states to a .csv, .npz, .ply, .vtp or .pc2 file");
   command->add_option("--every", options->every, "write step 0, every so many steps and the last; 0: the last alone")

@@ -36,8 +36,8 @@ struct SceneFile {
   double step = 0;      // s
   double duration = 0;  // s
   Particles particles;
-  Scene scene;        // masses, forces, contacts, networks, constraints, fixed particles
-  Topology topology;  // of the networks and constraints
+  Scene scene;          // masses, forces, contacts, networks, constraints, fixed particles
+  Topology topology{};  // of the networks and constraints
 };
 
 }  // namespace dvdx::tool

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <cmath>
 
 #include "fault.hpp"
@@ -13,9 +14,10 @@
 namespace dvdx::tool {
 namespace {
 
-// The default and every force's own: what is asked for on the command line is what runs.
+// The default, every force's own and that of the networks: what is asked for on the command line is what runs.
 void use_method(Scene& scene, Method method) {
   scene.method = method;
+  scene.coupling.method = method;
   for (auto& force : scene.forces) {
     std::visit([](auto& each) { each.method.reset(); }, force);
   }
@@ -34,14 +36,37 @@ std::uint64_t steps_of(const SceneFile& file, const SceneOptions& options) {
                                        options.duration ? file.duration : file.step, file.duration, steps.error()));
 }
 
+std::optional<int> substeps_of(const std::string& word) {
+  if (word == "auto") return std::nullopt;
+  int substeps = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), substeps);
+  const bool is_whole = error == std::errc{} && end == word.data() + word.size();
+  if (is_whole && substeps >= 1 && substeps <= static_cast<int>(most_substeps)) return substeps;
+  throw Fault(Exit::usage, fmt::format("--substeps {}: must be auto or a whole number from 1 to {}", word, most_substeps));
+}
+
+// What only networks have cannot go with a scene that has none.
+void couple(SceneFile& file, const SceneOptions& options) {
+  for (const auto& [option, value] : {std::pair("--scheme", options.scheme), std::pair("--substeps", options.substeps)}) {
+    if (!value.empty() && file.scene.networks.empty()) {
+      throw Fault(Exit::usage, fmt::format("{} {}: belongs to networks, and {} has none", option, value, options.scene));
+    }
+  }
+  if (!options.scheme.empty()) file.scene.coupling.scheme = named(schemes, options.scheme);
+  if (!options.substeps.empty()) file.scene.coupling.substeps = substeps_of(options.substeps);
+}
+
 }  // namespace
 
 void add_scene_options(CLI::App& app, SceneOptions& options) {
   app.add_option("SCENE", options.scene, "a scene file (JSON)")->required();
   app.add_option("--step", options.step, "s, in place of the scene's; negative runs time backwards");
   app.add_option("--duration", options.duration, "s, in place of the scene's");
-  app.add_option("--method", options.method, "in place of the scene's and of every force's own")
+  app.add_option("--method", options.method, "in place of the scene's, of every force's own and of the networks'")
       ->check(CLI::IsMember(names_of(methods)));
+  app.add_option("--scheme", options.scheme, "of the networks, in place of the scene's")
+      ->check(CLI::IsMember(names_of(schemes)));
+  app.add_option("--substeps", options.substeps, "of the networks in a step: a whole number, or auto");
   app.add_option("--set", options.overrides, "path=value, such as forces[0].stiffness=40: replaces a value of the scene")
       ->expected(1)
       ->take_all()
@@ -58,6 +83,7 @@ LoadedScene load_scene(const SceneOptions& options, Precision precision) {
     file.duration = checked("--duration", *options.duration, *options.duration >= 0, "a finite number >= 0");
   }
   if (!options.method.empty()) use_method(file.scene, named(methods, options.method));
+  couple(file, options);
   loaded.steps = steps_of(file, options);
   return loaded;
 }

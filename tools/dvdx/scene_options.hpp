@@ -15,7 +15,9 @@ struct SceneOptions {
   std::string scene;
   std::optional<double> step{};      // s; negative runs time backwards
   std::optional<double> duration{};  // s
-  std::string method{};              // of every force
+  std::string method{};              // of every force and pair
+  std::string scheme{};              // of the networks
+  std::string substeps{};            // of the networks: a whole number or "auto"
   std::vector<std::string> overrides{};
 };
 

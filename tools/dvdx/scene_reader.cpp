@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -11,7 +12,7 @@
 #include "file_text.hpp"
 #include "json_text.hpp"
 #include "names.hpp"
-#include "network_syntax.hpp"
+#include "network_reader.hpp"
 #include "overrides.hpp"
 #include "particle_values.hpp"
 #include "steps.hpp"
@@ -53,7 +54,7 @@ Anchor anchor_of(const Node& node, const Population& population) {
   auto vectors = read_vectors(node, population);
   if (const auto* all = std::get_if<Vec3>(&vectors)) return *all;
   if (auto* each = std::get_if<std::vector<Vec3>>(&vectors)) return std::move(*each);
-  return each_of(vectors, population.count.value_or(0));
+  return each_of(vectors, population.count);
 }
 
 Force read_constant(const Node& node) {
@@ -190,11 +191,10 @@ Contact read_contact(const Node& node) {
 // What a particle takes at least: its state, and what the scene gives for it alone.
 std::uint64_t bytes_each(const json& scene, std::size_t scalar_bytes) {
   std::uint64_t bytes = 6 * scalar_bytes;
+  const json& particles = scene.contains("particles") ? scene["particles"] : scene;  // which has no such keys
   const auto is_each = [](const json& object, const char* key) { return object.contains(key) && object[key].is_object(); };
-  const auto is_held = [&](const char* key) {
-    return is_each(scene["particles"], key) && !scene["particles"][key].contains("uniform");
-  };
-  if (is_each(scene["particles"], "mass")) bytes += sizeof(double);
+  const auto is_held = [&](const char* key) { return is_each(particles, key) && !particles[key].contains("uniform"); };
+  if (is_each(particles, "mass")) bytes += sizeof(double);
   for (const char* key : {"position", "velocity"}) bytes += is_held(key) ? sizeof(Vec3) : 0;
   if (!scene.contains("forces") || !scene["forces"].is_array()) return bytes;
   for (const auto& force : scene["forces"]) {
@@ -206,14 +206,24 @@ std::uint64_t bytes_each(const json& scene, std::size_t scalar_bytes) {
   return bytes;
 }
 
+Room room_for(const json& scene, const ReadOptions& options) {
+  return {.bytes_each = bytes_each(scene, options.scalar_bytes), .bytes = options.memory_bytes};
+}
+
+// What a network's particle takes besides: its own position, mass and face, the forces on it, and its springs, of which a grid
+// has six a particle.
+Room room_for_networks(const json& scene, const ReadOptions& options) {
+  constexpr std::uint64_t springs = 6 * (sizeof(Pair) + 2 * sizeof(double));
+  constexpr std::uint64_t face = 64;
+  auto room = room_for(scene, options);
+  room.bytes_each += sizeof(Vec3) + sizeof(double) + face + 3 * options.scalar_bytes + springs;
+  return room;
+}
+
 std::size_t read_count(const Node& node, const json& scene, const ReadOptions& options) {
   const auto count = node.whole(1, most_particles);
-  const auto each = bytes_each(scene, options.scalar_bytes);
-  const auto most = options.memory_bytes / each;
-  if (count > most) {
-    node.refuse(fmt::format("at most {}: a particle of this scene takes {} bytes, and {:.1f} GB of memory are available", most,
-                            each, static_cast<double>(options.memory_bytes) * 1e-9));
-  }
+  const auto room = room_for(scene, options);
+  if (count > room.most()) node.refuse(room.limit());
   return count;
 }
 
@@ -232,43 +242,57 @@ double read_duration(const Node& node, double step) {
   return duration;
 }
 
-struct ReadParticles {
-  Particles particles;
-  Scalars mass = 1.0;
-  Population population;
-};
-
-ReadParticles read_particles(const Fields& fields, const SceneFile& file, const ReadOptions& options) {
-  ReadParticles read;
-  read.population.folder = std::filesystem::path(file.path).parent_path();
-  const auto network = fields.optional("network");
-  const auto made = network ? particles_of_networks(*network) : NetworkParticles{};
-  if (made.made) read.population.count = made.count;
-  if (made.made && !fields.optional("particles")) return read;
+// The particles that the scene lists itself.
+void read_own_particles(const Fields& fields, SceneFile& file, Population& population, const ReadOptions& options) {
   const Fields particles(fields.required("particles"), "particles", {"count", "mass", "position", "velocity"});
-  if (!made.made) {
-    read.particles.count = read_count(particles.required("count"), fields.node().json(), options);
-    read.population.count = read.particles.count;
-  } else if (const auto count = particles.optional("count")) {
-    read.population.count = count->whole(1, most_particles);
-  }
-  if (const auto mass = particles.optional("mass")) read.mass = read_scalars(*mass, read.population, positive);
-  if (const auto node = particles.optional("position")) read.particles.position = read_vectors(*node, read.population);
-  if (const auto node = particles.optional("velocity")) read.particles.velocity = read_vectors(*node, read.population);
-  return read;
+  population.count = read_count(particles.required("count"), fields.node().json(), options);
+  file.particles.count = population.count;
+  if (const auto mass = particles.optional("mass")) file.scene.mass = read_scalars(*mass, population, positive);
+  if (const auto node = particles.optional("position")) file.particles.position = read_vectors(*node, population);
+  if (const auto node = particles.optional("velocity")) file.particles.velocity = read_vectors(*node, population);
 }
 
-// Both are checked like everything else, so that a scene is right before the version that runs it is here.
-void refuse_what_is_not_built(const Fields& fields, const Population& population) {
-  const auto network = fields.optional("network");
-  const auto constraints = fields.optional("constraints");
-  if (network) check_networks(*network, population);
-  if (constraints) check_constraints(*constraints, population);
-  if (network)
-    network->fail("is there, and this version of dvdx does not run networks yet: it runs particles without neighbours");
-  if (constraints && !constraints->json().empty()) {
-    constraints->fail("is there, and this version of dvdx does not run constraints yet");
+// Those that its networks make, of which the scene may give the velocity.
+void take_made_particles(const Fields& fields, const NetworkReader& networks, SceneFile& file, Population& population) {
+  population.count = networks.positions().size();
+  file.particles.count = population.count;
+  file.particles.position = networks.positions();
+  file.scene.mass = networks.masses();
+  const auto node = fields.optional("particles");
+  if (!node) return;
+  const Fields particles(*node, "particles", {"count", "mass", "position", "velocity"});
+  if (const auto count = particles.optional("count"); count && count->whole(1, most_particles) != population.count) {
+    count->refuse(fmt::format("left out, or {}, which is how many the network makes", population.count));
   }
+  for (const char* key : {"mass", "position"}) {
+    if (const auto given = particles.optional(key)) given->fail("is there, and the network gives it: must be left out");
+  }
+  if (const auto velocity = particles.optional("velocity")) file.particles.velocity = read_vectors(*velocity, population);
+}
+
+void read_particles_and_networks(const Fields& fields, SceneFile& file, Population& population, const ReadOptions& options) {
+  population.folder = std::filesystem::path(file.path).parent_path();
+  std::optional<NetworkReader> networks;
+  if (const auto node = fields.optional("network")) {
+    networks.emplace(*node, population.folder, room_for_networks(fields.node().json(), options));
+  }
+  if (networks && networks->makes_particles()) {
+    take_made_particles(fields, *networks, file, population);
+  } else {
+    read_own_particles(fields, file, population, options);
+  }
+  if (networks) networks->add_to(file, population);
+}
+
+// Those of the scene and those of its networks, each once and in order.
+void read_fixed(const Fields& fields, SceneFile& file, const Population& population) {
+  auto& fixed = file.scene.fixed;
+  if (const auto node = fields.optional("fixed")) {
+    const auto own = read_ids(*node, population);
+    fixed.insert(fixed.end(), own.begin(), own.end());
+  }
+  std::sort(fixed.begin(), fixed.end());
+  fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
 }
 
 SceneFile scene_of(const std::string& path, const json& root, const ReadOptions& options) {
@@ -285,17 +309,16 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   file.step = fields.required("step").number(positive);
   file.duration = read_duration(fields.required("duration"), file.step);
   file.scene.method = fields.choice("method", methods, Method::combined);
-  auto [particles, mass, population] = read_particles(fields, file, options);
-  file.particles = std::move(particles);
-  file.scene.mass = std::move(mass);
+  Population population;
+  read_particles_and_networks(fields, file, population, options);
   if (const auto forces = fields.optional("forces")) {
     for (const auto& force : forces->elements("a list of forces")) file.scene.add(read_force(force, population));
   }
   if (const auto contacts = fields.optional("contacts")) {
     for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact));
   }
-  if (const auto fixed = fields.optional("fixed")) file.scene.fixed = read_ids(*fixed, population);
-  refuse_what_is_not_built(fields, population);
+  if (const auto constraints = fields.optional("constraints")) read_constraints(*constraints, file, population);
+  read_fixed(fields, file, population);
   return file;
 }
 

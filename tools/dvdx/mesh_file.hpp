@@ -1,0 +1,34 @@
+// Surfaces from .obj files, and what joins their vertices.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "dvdx/scene.hpp"
+
+namespace dvdx::tool {
+
+struct MeshFile {
+  std::vector<Vec3> vertices;                     // m, in file order
+  std::vector<std::vector<std::uint32_t>> faces;  // polygons of three or more vertices, each its own
+  std::vector<Pair> lines;                        // the pieces of the file's polylines
+};
+
+// The statements v, f and l; all others are passed over. Indices are from 1 on, or count back from the last vertex read so far;
+// what follows a slash is not looked at. Throws FileFault.
+[[nodiscard]] MeshFile read_mesh(const std::filesystem::path& path);
+
+// All lists: each pair once, its smaller end first, sorted.
+
+// The polygons' sides and the lines.
+[[nodiscard]] std::vector<Pair> edges_of(const MeshFile& mesh);
+
+// Of the four-sided faces: without them, they shear freely.
+[[nodiscard]] std::vector<Pair> diagonals_of(const MeshFile& mesh);
+
+// Across each side that two faces share: the vertices next to it in the one and in the other, so the two opposite ones of
+// triangles, and those straight across, as in a grid, of four-sided faces.
+[[nodiscard]] std::vector<Pair> bends_of(const MeshFile& mesh);
+
+}  // namespace dvdx::tool
