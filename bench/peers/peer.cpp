@@ -1,0 +1,35 @@
+#include "peers/peer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/race.hpp"
+
+namespace dvdx::bench {
+
+std::vector<int> any_ladder(const Cloth& /*cloth*/) { return {5, 10, 20, 50, 100, 200, 500}; }
+
+std::vector<int> explicit_ladder(const Cloth& cloth, double reach) {
+  const double fewest = std::max(1.0, std::ceil(cloth.limit() / reach));
+  std::vector<int> ladder;
+  for (const double factor : {1.0, 1.25, 1.5, 2.0, 3.0}) ladder.push_back(static_cast<int>(std::ceil(factor * fewest)));
+  ladder.erase(std::unique(ladder.begin(), ladder.end()), ladder.end());
+  return ladder;
+}
+
+// A little inside the limit, because the springs stiffen as the cloth moves.
+std::vector<int> leapfrog_ladder(const Cloth& cloth) { return explicit_ladder(cloth, 0.93); }
+
+std::vector<int> tolerance_ladder(const Cloth& /*cloth*/) { return {2, 3, 4, 5, 6, 7, 8}; }
+
+double tolerance_of(int digits) { return std::pow(10.0, -digits); }
+
+int frames_of(double seconds) { return static_cast<int>(std::lround(seconds / frame_time)); }
+
+double time_once(const std::function<void()>& work) {
+  const double start = now(Timer::thread);
+  work();
+  return now(Timer::thread) - start;
+}
+
+}  // namespace dvdx::bench
