@@ -3,6 +3,7 @@
 #   tools/run.sh report [SCENE...]   speed against error: a table here, and pictures in report/report.html
 #   tools/run.sh test                every test, and what it covers
 #   tools/run.sh bench [OPTION...]   the bars in one table, then every benchmark (options of Google Benchmark: those alone)
+#   tools/run.sh peers [OPTION...]   hanging cloth beside Bullet, boost::odeint, SUNDIALS and plain loops (--quick, --all, --help)
 #   tools/run.sh verify [SCENE...]   every instruction set, layout and thread count against the scalar reference
 # Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing.
 set -euo pipefail
@@ -13,7 +14,7 @@ packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcl
 
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf 'tools/run.sh: %s\n' "$*" >&2; exit 2; }
-usage() { sed -n '2,7s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
+usage() { sed -n '2,8s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
 
 is_installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 
@@ -40,6 +41,18 @@ install_missing() {
   say "installing ${missing[*]}"
   apt install --no-install-recommends "${missing[@]}" || { apt update && apt install --no-install-recommends "${missing[@]}"; } ||
     fail "these packages cannot be installed: ${missing[*]}"
+}
+
+# install_wanted PACKAGE...: what is good to have; goes on without what cannot be installed
+install_wanted() {
+  command -v apt-get >/dev/null && command -v dpkg-query >/dev/null || return 0
+  missing=()
+  for package in "$@"; do is_installed "$package" || missing+=("$package"); done
+  for package in "${missing[@]}"; do
+    say "installing $package"
+    (apt install --no-install-recommends "$package" || { apt update && apt install --no-install-recommends "$package"; }) ||
+      say "going on without $package"
+  done
 }
 
 # build PRESET TARGET...
@@ -77,6 +90,12 @@ case $action in
     export OMP_PROC_BIND=true # each thread keeps to its core
     [ $# -ge 1 ] || build/release/bench/dvdx_bars
     build/release/bench/dvdx_bench "$@"
+    ;;
+  peers)
+    install_missing
+    install_wanted libbullet-dev libboost-dev libsundials-dev
+    build release dvdx_peers
+    build/release/bench/peers/dvdx_peers "$@"
     ;;
   verify)
     install_missing
