@@ -31,12 +31,10 @@ struct Pull {
   T rest, softness;  // m, and compliance over the sub-step's square: 1/kg
 };
 
-// Node i of row a with node i of row b.
+// Node i of row a with node i of row b. Compilers believe __restrict of parameters alone.
 template <class T>
-void project_across(Row<T> a, Row<T> b, Pull<T> pull, std::size_t count) {
-  T* __restrict ax = a.x, * __restrict ay = a.y, * __restrict az = a.z;
-  T* __restrict bx = b.x, * __restrict by = b.y, * __restrict bz = b.z;
-  const T* __restrict aw = a.w, * __restrict bw = b.w;
+void project(T* __restrict ax, T* __restrict ay, T* __restrict az, const T* __restrict aw, T* __restrict bx, T* __restrict by,
+             T* __restrict bz, const T* __restrict bw, Pull<T> pull, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const T x = bx[i] - ax[i], y = by[i] - ay[i], z = bz[i] - az[i];
     const T length = std::sqrt(x * x + y * y + z * z);
@@ -51,11 +49,15 @@ void project_across(Row<T> a, Row<T> b, Pull<T> pull, std::size_t count) {
   }
 }
 
+template <class T>
+void project_across(Row<T> a, Row<T> b, Pull<T> pull, std::size_t count) {
+  project(a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, pull, count);
+}
+
 // Node 2 i of a row with node 2 i + 1.
 template <class T>
-void project_along(Row<T> row, Pull<T> pull, std::size_t count) {
-  T* __restrict px = row.x, * __restrict py = row.y, * __restrict pz = row.z;
-  const T* __restrict w = row.w;
+void project_pairs(T* __restrict px, T* __restrict py, T* __restrict pz, const T* __restrict w, Pull<T> pull,
+                   std::size_t count) {
   for (std::size_t i = 0; i < 2 * count; i += 2) {
     const T x = px[i + 1] - px[i], y = py[i + 1] - py[i], z = pz[i + 1] - pz[i];
     const T length = std::sqrt(x * x + y * y + z * z);
@@ -68,6 +70,11 @@ void project_along(Row<T> row, Pull<T> pull, std::size_t count) {
     py[i + 1] -= of_b * y;
     pz[i + 1] -= of_b * z;
   }
+}
+
+template <class T>
+void project_along(Row<T> row, Pull<T> pull, std::size_t count) {
+  project_pairs(row.x, row.y, row.z, row.w, pull, count);
 }
 
 template <class T>
