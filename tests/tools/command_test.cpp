@@ -223,6 +223,67 @@ TEST_CASE("explain and info tell what they are asked") {
   CHECK_FALSE(info["version"].get<std::string>().empty());
 }
 
+constexpr const char* sheet = R"({
+  "format": "dvdx-scene/1", "name": "sheet", "step": 0.03125, "duration": 0.5,
+  "network": {"type": "grid", "rows": 5, "columns": 6, "origin": [0, 1, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 0.8],
+              "mass": 0.3, "structural": 40, "shear": 10, "bend": 1, "damping": 0.01, "fixed": "corners_top"},
+  "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]
+})";
+
+class SheetFolder : public ScratchFolder {
+ public:
+  explicit SheetFolder(const std::string& name) : ScratchFolder("command-" + name) { write("sheet.json", sheet); }
+};
+
+TEST_CASE("run steps networks by the scheme and the sub-steps that are asked for, and says which") {
+  const SheetFolder folder("sheet");
+  const auto report_of = [&](const std::string& options) {
+    const auto result = run(folder, "run sheet.json --json " + options);
+    CAPTURE(result.err);
+    REQUIRE(result.exit == 0);
+    return json::parse(result.out);
+  };
+  const auto own = report_of("");
+  CHECK(own["particles"] == 30);
+  CHECK(own["scheme"] == "leapfrog");
+  CHECK(own["substeps"].get<int>() > 1);
+  CHECK(own["diverged"] == false);
+  CHECK(report_of("--substeps auto")["state_hash"] == own["state_hash"]);
+  CHECK(report_of("--layout aos --threads 1 --isa reference")["state_hash"] == own["state_hash"]);
+  const auto sequential = report_of("--scheme sequential");
+  CHECK(sequential["scheme"] == "sequential");
+  CHECK(sequential["substeps"] == 1);
+  CHECK(report_of("--scheme sequential --substeps 3")["substeps"] == 3);
+  const auto pulses = report_of("--scheme accumulate --method pulse --substeps 50");
+  CHECK(pulses["method"] == "pulse");
+  CHECK(pulses["state_hash"] != report_of("--scheme accumulate --method exact --substeps 50")["state_hash"]);
+}
+
+TEST_CASE("run and explain refuse sub-steps that are none, too many or too few") {
+  const SheetFolder folder("substeps");
+  for (const char* substeps : {"0", "-1", "1000001", "2.5", "some", "3x"}) {
+    CAPTURE(std::string(substeps));
+    CHECK(run(folder, std::string("run sheet.json --substeps=") + substeps).exit == 2);
+  }
+  const auto unstable = run(folder, "run sheet.json --set network.structural=4e4 --substeps 1");
+  CHECK(unstable.exit == 3);
+  CHECK(unstable.err.starts_with("dvdx: sheet.json: network.substeps is 1: must be at least "));
+  CHECK(run(folder, "explain sheet.json").exit == 0);
+  CHECK(run(folder, "explain sheet.json --set network.structural=4e4 --substeps 1").exit == 3);
+}
+
+TEST_CASE("verify holds a scene with a network against the reference") {
+  const SheetFolder folder("verify");
+  const auto result = run(folder, "verify sheet.json --json");
+  CAPTURE(result.err);
+  CHECK(result.exit == 0);
+  const auto report = json::parse(result.out);
+  CHECK(report["passed"] == true);
+  REQUIRE(report["scenes"].size() == 2);
+  CHECK(report["scenes"][0]["steps"] == 16);
+  CHECK(report["scenes"][0]["sample"]["particles"] == 30);  // all: each moves the others
+}
+
 TEST_CASE("help starts with an example and is no error") {
   const Folder folder("help");
   for (const char* arguments : {"--help", "run --help", "explain --help", "info --help"}) {

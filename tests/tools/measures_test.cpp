@@ -81,6 +81,41 @@ TEST_CASE("energy is kinetic plus the potential of constant forces and springs")
   CHECK(energy_of(file) == kinetic);
 }
 
+TEST_CASE("energy holds the springs of networks") {
+  auto file = two_particles();
+  const double apart = std::sqrt(108.0);
+  file.scene.add(Network(Springs{.pairs = {{0, 1}, {1, 0}}, .stiffness = std::vector<double>{2, 6}, .rest_length = 10.0}));
+  CHECK(energy_of(file) == doctest::Approx(kinetic + 4 * (apart - 10) * (apart - 10)).epsilon(1e-14));
+  // "start": both start at the same place.
+  std::get<Springs>(file.scene.networks[0]).rest_length.reset();
+  CHECK(energy_of(file) == doctest::Approx(kinetic + 4 * 108).epsilon(1e-14));
+}
+
+TEST_CASE("a grid's energy counts every one of its springs once") {
+  // Stretched twofold both ways: a spring of rest length l is stretched by l.
+  constexpr std::size_t rows = 4;
+  constexpr std::size_t columns = 5;
+  SceneFile file;
+  file.particles.count = rows * columns;
+  file.scene.add(Network(Grid{.rows = rows,
+                              .columns = columns,
+                              .edge_u = {columns - 1, 0, 0},
+                              .edge_v = {0, 0, 2 * (rows - 1)},
+                              .structural = 1,
+                              .shear = 100,
+                              .bend = 10000}));
+  Soa<double> memory(file.particles.count);
+  auto state = memory.view();
+  for (std::size_t i = 0; i < state.count; ++i) {
+    state.x[0][i] = 2 * static_cast<double>(i % columns);
+    state.x[2][i] = 4 * static_cast<double>(i / columns);
+  }
+  const double structural = 4 * 4 * 1 + 3 * 5 * 4;
+  const double shear = 2 * 3 * 4 * 5;
+  const double bend = 4 * 3 * 4 + 2 * 5 * 16;
+  CHECK(energy(file, state) == doctest::Approx(0.5 * (structural + 100 * shear + 10000 * bend)).epsilon(1e-12));
+}
+
 TEST_CASE("energy of many particles is summed without loss") {
   constexpr std::size_t count = 1000001;
   Soa<float> memory(count);

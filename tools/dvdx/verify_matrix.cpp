@@ -93,6 +93,14 @@ bool is_same(T a, T b) noexcept {
   return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
+template <class T>
+Plan<T> compiled(const SceneFile& file, const Scene& scene, const Way& way, const State<T>& start) {
+  const Options options{.step = file.step, .isa = way.isa, .arithmetic = way.arithmetic, .block = way.block};
+  auto made = compile<T>(scene, options, start);
+  if (!made) throw Fault(Exit::bad_scene, file.path + ": " + made.error().message());
+  return std::move(*made);
+}
+
 // One set of particles with its start, and the reference's answer.
 template <class T>
 class Subject {
@@ -109,12 +117,7 @@ class Subject {
     wanted_ = result(plan(Way{}), Way{}, steps_);
   }
 
-  [[nodiscard]] Plan<T> plan(const Way& way) {
-    const Options options{.step = file_.step, .isa = way.isa, .arithmetic = way.arithmetic, .block = way.block};
-    auto made = compile<T>(picked_.scene(), options, start_.view());
-    if (!made) throw Fault(Exit::bad_scene, file_.path + ": " + made.error().message());
-    return std::move(*made);
-  }
+  [[nodiscard]] Plan<T> plan(const Way& way) { return compiled(file_, picked_.scene(), way, start_.view()); }
 
   [[nodiscard]] std::vector<T> result(const Plan<T>& plan, const Way& way, std::uint64_t steps) {
     StateMemory<T> memory(way.layout, count());
@@ -256,6 +259,16 @@ void verify_contracted(Subject<T>& subject, Verdict& verdict) {
   }
 }
 
+// Particles that networks and constraints join move one another: none can be left out.
+bool are_joined(const Scene& scene) { return !scene.networks.empty() || !scene.constraints.empty(); }
+
+// What a step of all particles costs, in particle-steps.
+template <class T>
+std::uint64_t work_of(const Plan<T>& plan, std::size_t count) {
+  const auto network = plan.network_limit();
+  return count * static_cast<std::uint64_t>(network ? network->substeps : 1);
+}
+
 std::vector<std::size_t> sample_of(std::size_t count, std::uint64_t steps) {
   const std::uint64_t most = std::clamp<std::uint64_t>(sample_particle_steps / std::max<std::uint64_t>(steps, 1), 37, 4096);
   const std::size_t n = std::min<std::size_t>(count, most);
@@ -277,8 +290,12 @@ void verify(const SceneFile& file, std::uint64_t steps, Verdict& verdict) {
   State<T> everyone = memory.view();
   place_at_start(file, everyone);
 
+  const bool joined = are_joined(file.scene);
+  const auto work = work_of(compiled(file, file.scene, Way{}, everyone), count);
+  constexpr std::uint64_t few = 2;
   verdict.sample_steps = std::min(steps, most_sample_steps);
-  const auto sample = sample_of(count, verdict.sample_steps);
+  if (joined) verdict.sample_steps = std::min(verdict.sample_steps, std::max(sample_particle_steps / work, few));
+  const auto sample = joined ? all_of(count) : sample_of(count, verdict.sample_steps);
   verdict.sample = sample.size();
   Subject<T> sampled(file, Picked(file.scene, sample), everyone, verdict.sample_steps);
   Matrix<T> matrix(sampled, verdict);
@@ -288,11 +305,10 @@ void verify(const SceneFile& file, std::uint64_t steps, Verdict& verdict) {
     }
   }
   verify_contracted(sampled, verdict);
-  if (sample.size() == count) {
-    verdict.steps = verdict.sample_steps;
-    return;
-  }
-  verdict.steps = std::clamp<std::uint64_t>(all_particle_steps / count, 2, steps);
+  verdict.steps = verdict.sample_steps;
+  if (sample.size() == count && !joined) return;
+  verdict.steps = std::min(steps, std::max(all_particle_steps / work, few));
+  if (joined && verdict.steps <= verdict.sample_steps) return;
   Subject<T> whole(file, Picked(file.scene, all_of(count)), everyone, verdict.steps);
   Matrix<T> of_all(whole, verdict);
   for (const Isa isa : verdict.isas) of_all.run({.isa = isa});

@@ -1,0 +1,329 @@
+// Networks and constraints of a scene: what the reader makes of them, and what it refuses.
+#include <doctest/doctest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "fault.hpp"
+#include "scene_reader.hpp"
+#include "tools/schema.hpp"
+#include "tools/scratch_folder.hpp"
+
+namespace {
+
+using namespace dvdx;
+using namespace dvdx::tool;
+using dvdx::test::Schema;
+using nlohmann::json;
+
+const ReadOptions plenty{.memory_bytes = 1000000000};
+
+Schema scene_schema() {
+  std::ifstream file(DVDX_SCHEMA);
+  return Schema(json::parse(file));
+}
+
+json empty_scene() { return {{"format", "dvdx-scene/1"}, {"name", "cloth"}, {"step", 0.5}, {"duration", 1}}; }
+
+json with_network(const std::string& network) {
+  json scene = empty_scene();
+  scene["network"] = json::parse(network);
+  return scene;
+}
+
+json with_particles(std::size_t count) {
+  json scene = empty_scene();
+  scene["particles"] = {{"count", count}};
+  return scene;
+}
+
+SceneFile read(const json& scene, const std::string& path = "cloth.json") { return parse_scene(path, scene.dump(), plenty); }
+
+std::string message_of(const json& scene, const std::string& path = "cloth.json") {
+  try {
+    (void)read(scene, path);
+    return "";
+  } catch (const Fault& fault) {
+    CHECK(fault.exit() == Exit::bad_scene);
+    return fault.what();
+  }
+}
+
+constexpr const char* grid = R"({"type":"grid","rows":3,"columns":5,"origin":[1,2,3],"edge_u":[2,0,0],"edge_v":[0,0,-4],
+                                 "mass":30,"structural":9,"shear":3,"bend":1,"damping":0.5})";
+
+// ---- grids -------------------------------------------------------------------------------------------------------------
+
+TEST_CASE("a grid makes its particles row by row from its origin") {
+  const auto file = read(with_network(grid));
+  REQUIRE(file.particles.count == 15);
+  CHECK(value_of(file.particles.position, 0) == Vec3{1, 2, 3});
+  CHECK(value_of(file.particles.position, 4) == Vec3{3, 2, 3});
+  CHECK(value_of(file.particles.position, 5) == Vec3{1, 2, 1});
+  CHECK(value_of(file.particles.position, 11) == Vec3{1.5, 2, -1});
+  CHECK(value_of(file.particles.velocity, 11) == Vec3{});
+  CHECK(file.scene.mass == Scalars(2.0));
+  REQUIRE(file.scene.networks.size() == 1);
+  CHECK(std::get<Grid>(file.scene.networks[0]) == Grid{.rows = 3,
+                                                       .columns = 5,
+                                                       .first = 0,
+                                                       .edge_u = {2, 0, 0},
+                                                       .edge_v = {0, 0, -4},
+                                                       .structural = 9,
+                                                       .shear = 3,
+                                                       .bend = 1,
+                                                       .damping = 0.5});
+  CHECK(file.scene.coupling == Coupling{.method = Method::combined});
+  CHECK(file.scene.fixed.empty());
+  CHECK(file.topology.lines.empty());
+  REQUIRE(file.topology.faces.size() == 8);
+  CHECK(file.topology.faces[5] == std::vector<std::uint32_t>{6, 7, 12, 11});
+}
+
+TEST_CASE("a grid's particles may be given a velocity, and nothing that the grid gives") {
+  auto scene = with_network(grid);
+  scene["particles"] = json::parse(R"({"velocity":{"uniform":{"min":[0,0,0],"max":[1,1,1],"seed":1}},"count":15})");
+  CHECK(value_of(read(scene).particles.velocity, 14) != Vec3{});
+  CHECK(scene_schema().accepts(scene));
+  scene["particles"]["count"] = 16;
+  CHECK(message_of(scene) == "cloth.json: particles.count is 16: must be left out, or 15, which is how many the network makes");
+  scene["particles"] = {{"mass", 1}};
+  CHECK(message_of(scene) == "cloth.json: particles.mass is there, and the network gives it: must be left out");
+  scene["particles"] = {{"velocity", {{"values", {{1, 2, 3}}}}}};
+  CHECK(message_of(scene) == "cloth.json: particles.velocity.values has 1 entries: must have 15, one for each particle");
+}
+
+TEST_CASE("a grid of one row or one column is a rope") {
+  const auto springs = [](const char* rows_and_columns) {
+    auto scene = with_network(grid);
+    scene["network"].merge_patch(json::parse(rows_and_columns));
+    return read(scene);
+  };
+  const auto row = springs(R"({"rows":1,"columns":4,"edge_u":[0,3,0],"edge_v":[0,0,0]})");
+  const Springs rope{.pairs = {{0, 1}, {1, 2}, {2, 3}, {0, 2}, {1, 3}},
+                     .stiffness = std::vector<double>{9, 9, 9, 1, 1},
+                     .rest_length = Scalars(std::vector<double>{1, 1, 1, 2, 2}),
+                     .damping = 0.5};
+  REQUIRE(row.scene.networks.size() == 1);
+  CHECK(std::get<Springs>(row.scene.networks[0]) == rope);
+  CHECK(value_of(row.particles.position, 3) == Vec3{1, 5, 3});
+  CHECK(row.topology.lines == std::vector<Pair>{{0, 1}, {1, 2}, {2, 3}});
+  const auto column = springs(R"({"rows":4,"columns":1,"edge_u":[0,0,0],"edge_v":[0,3,0]})");
+  CHECK(std::get<Springs>(column.scene.networks[0]) == rope);
+  CHECK(value_of(column.particles.position, 3) == Vec3{1, 5, 3});
+  CHECK(springs(R"({"rows":1,"columns":1})").scene.networks.empty());
+}
+
+// ---- meshes ------------------------------------------------------------------------------------------------------------
+
+TEST_CASE("a mesh's vertices are particles, joined along its edges and across them") {
+  const test::ScratchFolder folder("mesh");
+  folder.write("fold.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 2 4 3\n");
+  auto scene = with_network(R"({"type":"mesh","file":"fold.obj","mass":2,"edge":7,"bend":0.5,"damping":0.1,"fixed":[3]})");
+  const auto file = read(scene, folder / "scene.json");
+  CHECK(file.particles.count == 4);
+  CHECK(value_of(file.particles.position, 3) == Vec3{1, 1, 1});
+  CHECK(file.scene.mass == Scalars(0.5));
+  REQUIRE(file.scene.networks.size() == 1);
+  const auto& springs = std::get<Springs>(file.scene.networks[0]);
+  CHECK(springs.pairs == std::vector<Pair>{{0, 1}, {0, 2}, {1, 2}, {1, 3}, {2, 3}, {0, 3}});
+  CHECK(springs.stiffness == Scalars(std::vector<double>{7, 7, 7, 7, 7, 0.5}));
+  CHECK_FALSE(springs.rest_length.has_value());
+  CHECK(springs.damping == 0.1);
+  CHECK(file.scene.fixed == std::vector<std::size_t>{3});
+  CHECK(file.topology.faces == std::vector<std::vector<std::uint32_t>>{{0, 1, 2}, {1, 3, 2}});
+
+  scene["network"]["file"] = "none.obj";
+  CHECK(message_of(scene, folder / "s.json")
+            .ends_with("network.file is \"none.obj\": cannot be read: No such file or directory"));
+  scene["network"]["file"] = "fold.stl";
+  CHECK(message_of(scene, folder / "s.json").ends_with("network.file is \"fold.stl\": must be the name of an .obj file"));
+  folder.write("bad.obj", "v 0 0 0\nv 1 0 0\n\nf 1 2 3\n");
+  scene["network"]["file"] = "bad.obj";
+  CHECK(message_of(scene, folder / "s.json")
+            .ends_with("network.file is \"bad.obj\": line 4 names vertex 3: must be from 1 to 2, or count back from -1"));
+}
+
+// ---- several -----------------------------------------------------------------------------------------------------------
+
+TEST_CASE("several networks number on from one another, and springs may join any of their particles") {
+  const test::ScratchFolder folder("several");
+  folder.write("edge.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
+  auto scene = empty_scene();
+  scene["network"] = {json::parse(grid), json::parse(R"({"type":"mesh","file":"edge.obj","mass":2,"edge":7})"),
+                      json::parse(grid),
+                      json::parse(R"({"type":"springs","pairs":[[14,15],[31,16]],"stiffness":4,"rest_length":"start"})")};
+  scene["network"][2]["fixed"] = {"edge_top", 0};
+  scene["network"][0]["fixed"] = "corners_top";
+  scene["fixed"] = {31, 4};
+  const auto file = read(scene, folder / "scene.json");
+  CHECK(file.particles.count == 32);
+  CHECK(std::get<Springs>(file.scene.networks[1]).pairs == std::vector<Pair>{{15, 16}});
+  CHECK(std::get<Grid>(file.scene.networks[2]).first == 17);
+  CHECK(std::get<Springs>(file.scene.networks[3]).pairs == std::vector<Pair>{{14, 15}, {31, 16}});
+  CHECK(file.scene.mass[14] == 2);
+  CHECK(file.scene.mass[15] == 1);
+  CHECK(file.scene.fixed == std::vector<std::size_t>{0, 4, 17, 18, 19, 20, 21, 31});
+  CHECK(file.topology.lines == std::vector<Pair>{{15, 16}, {14, 15}, {31, 16}});
+  CHECK(file.topology.faces.size() == 16);
+  CHECK(scene_schema().accepts(scene));
+}
+
+TEST_CASE("springs join the particles that the scene lists") {
+  auto scene = with_particles(3);
+  scene["network"] = json::parse(R"({"type":"springs","pairs":[[0,1],[2,1]],"stiffness":{"values":[1,2]},"damping":0.25,
+      "rest_length":{"uniform":{"min":1,"max":2,"seed":1}},"scheme":"accumulate","method":"pulse","axis":"start","substeps":4,
+      "theta":0.5,"sweep":"forward"})");
+  const auto file = read(scene);
+  const auto& springs = std::get<Springs>(file.scene.networks.at(0));
+  CHECK(springs.pairs == std::vector<Pair>{{0, 1}, {2, 1}});
+  CHECK(springs.stiffness == Scalars(std::vector<double>{1, 2}));
+  REQUIRE(springs.rest_length.has_value());
+  CHECK(springs.rest_length->each().size() == 2);
+  CHECK(springs.damping == 0.25);
+  CHECK(file.scene.coupling == Coupling{.scheme = Scheme::accumulate,
+                                        .substeps = 4,
+                                        .theta = 0.5,
+                                        .sweeps = Sweeps::forward,
+                                        .method = Method::pulse,
+                                        .axis = PairAxis::start});
+  CHECK(scene_schema().accepts(scene));
+}
+
+TEST_CASE("a network's method is the scene's where it names none, and sub-steps may be auto") {
+  auto scene = with_network(grid);
+  scene["method"] = "exact";
+  scene["network"]["substeps"] = "auto";
+  CHECK(read(scene).scene.coupling.method == Method::exact);
+  CHECK_FALSE(read(scene).scene.coupling.substeps.has_value());
+}
+
+TEST_CASE("networks that are stepped together are stepped alike") {
+  auto scene = empty_scene();
+  const auto second = [&](const char* key, const json& value) {
+    scene["network"] = {json::parse(grid), json::parse(grid)};
+    scene["network"][1][key] = value;
+    return message_of(scene);
+  };
+  const std::string tail = " in the first network: must be alike in all, for they are stepped together";
+  CHECK(second("scheme", "sequential") == "cloth.json: network[1].scheme is sequential and leapfrog" + tail);
+  CHECK(second("substeps", 3) == "cloth.json: network[1].substeps is 3 and auto" + tail);
+  CHECK(second("theta", 0.6) == "cloth.json: network[1].theta is 0.6 and 0.55" + tail);
+  CHECK(second("sweep", "forward") == "cloth.json: network[1].sweep is forward and symmetric" + tail);
+  CHECK(second("method", "pulse") == "cloth.json: network[1].method is pulse and combined" + tail);
+  CHECK(second("axis", "start") == "cloth.json: network[1].axis is start and midpoint" + tail);
+  CHECK(second("theta", 0.55).empty());
+  scene["network"][0]["scheme"] = "sequential";
+  CHECK(message_of(scene) == "cloth.json: network[1].scheme is leapfrog where left out and sequential" + tail);
+}
+
+// ---- what is wrong -----------------------------------------------------------------------------------------------------
+
+enum class BySchema { refused, accepted };  // what a schema can say about it
+
+struct BadValue {
+  const char* where;    // a JSON pointer
+  const char* value;    // put there; null: the key is taken away
+  const char* message;  // after "cloth.json: "
+  BySchema schema = BySchema::refused;
+};
+
+void check_all(const json& good, std::initializer_list<BadValue> all) {
+  const auto schema = scene_schema();
+  CHECK(message_of(good).empty());
+  CHECK(schema.accepts(good));
+  for (const auto& bad : all) {
+    CAPTURE(std::string(bad.message));
+    json scene = good;
+    const json::json_pointer where(bad.where);
+    if (bad.value != nullptr) {
+      scene[where] = json::parse(bad.value);
+    } else {
+      scene[where.parent_pointer()].erase(where.back());
+    }
+    CHECK(message_of(scene) == std::string("cloth.json: ") + bad.message);
+    CHECK(schema.accepts(scene) == (bad.schema == BySchema::accepted));
+  }
+}
+
+TEST_CASE("what is wrong in a grid is refused with its path, its value and what is valid") {
+  check_all(
+      with_network(grid),
+      {{"/network", "7", "network is 7: must be an object, or a list of objects"},
+       {"/network/type", nullptr, "network has no type: must be a grid, a mesh or springs"},
+       {"/network/type", "\"rope\"", "network.type is \"rope\": must be \"grid\", \"mesh\" or \"springs\""},
+       {"/network/rows", nullptr, "network.rows is missing: a network of type grid needs it"},
+       {"/network/rows", "0", "network.rows is 0: must be a whole number from 1 to 1048576"},
+       {"/network/rows", "1000000",
+        "network brings the scene to 5000000 particles: must be at most 3623188: a particle of this scene takes 276 bytes, and "
+        "1.0 GB of memory are available",
+        BySchema::accepted},
+       {"/network/mass", "0", "network.mass is 0: must be a finite number > 0"},
+       {"/network/mass", "1e-323", "network.mass leaves each particle a mass of zero: must be larger", BySchema::accepted},
+       {"/network/edge_u", "[0,0,0]", "network.edge_u is [0,0,0]: must be a vector that is not zero", BySchema::accepted},
+       {"/network/structural", "-1", "network.structural is -1: must be a finite number >= 0"},
+       {"/network/shear", "-1", "network.shear is -1: must be a finite number >= 0"},
+       {"/network/bend", "-1", "network.bend is -1: must be a finite number >= 0"},
+       {"/network/damping", "-1", "network.damping is -1: must be a finite number >= 0"},
+       {"/network/edge", "1",
+        "network.edge is not a key of a network of type grid: did you mean edge_u? Known are type, damping, fixed, scheme, "
+        "substeps, method, theta, sweep, axis, rows, columns, origin, edge_u, edge_v, mass, structural, shear, bend"},
+       {"/network/scheme", "\"euler\"",
+        "network.scheme is \"euler\": must be \"leapfrog\", \"fourth_order\", \"sequential\" or \"accumulate\""},
+       {"/network/substeps", "0", "network.substeps is 0: must be a whole number from 1 to 1000000"},
+       {"/network/substeps", "\"some\"", "network.substeps is \"some\": must be \"auto\" or a whole number"},
+       {"/network/theta", "0.4", "network.theta is 0.4: must be a number from 0.5 to 1"},
+       {"/network/sweep", "\"backward\"", "network.sweep is \"backward\": must be \"symmetric\" or \"forward\""},
+       {"/network/axis", "\"end\"", "network.axis is \"end\": must be \"midpoint\" or \"start\""},
+       {"/network/fixed", "[15]", "network.fixed[0] is 15: must be a whole number from 0 to 14", BySchema::accepted},
+       {"/network/fixed", "7", "network.fixed is 7: must be a list of particle ids"},
+       {"/network/fixed", "\"edge_left\"", "network.fixed is \"edge_left\": must be \"corners_top\" or \"edge_top\""},
+       {"/constraints", "[{\"type\":\"point\",\"particle\":15,\"at\":[0,0,0]}]",
+        "constraints[0].particle is 15: must be a whole number from 0 to 14", BySchema::accepted}});
+}
+
+TEST_CASE("what is wrong in springs is refused likewise") {
+  auto scene = with_particles(3);
+  scene["network"] = json::parse(R"({"type":"springs","pairs":[[0,1],[1,2]],"stiffness":{"values":[1,2]},"rest_length":1})");
+  check_all(scene,
+            {{"/network/pairs", "3", "network.pairs is 3: must be a list of pairs [i, j]"},
+             {"/network/pairs/1", "[1]", "network.pairs[1] is [1]: must be a pair [i, j]"},
+             {"/network/pairs/1", "[1,3]", "network.pairs[1][1] is 3: must be a whole number from 0 to 2", BySchema::accepted},
+             {"/network/pairs/1", "[1,1]", "network.pairs[1][1] is 1: must be another particle than the pair's first"},
+             {"/network/stiffness", "{\"values\":[1]}",
+              "network.stiffness.values has 1 entries: must have 2, one for each pair", BySchema::accepted},
+             {"/network/stiffness", "-1", "network.stiffness is -1: must be a finite number >= 0"},
+             {"/network/rest_length", "-1", "network.rest_length is -1: must be a finite number >= 0"},
+             {"/network/rest_length", "\"end\"",
+              "network.rest_length is \"end\": must be \"start\", a number or an object with one of values, uniform, file"},
+             {"/network/fixed", "[\"edge_top\"]", "network.fixed[0] is \"edge_top\": must be a particle id"},
+             {"/particles", nullptr, "particles is missing: a scene needs it", BySchema::accepted}});
+}
+
+// ---- constraints -------------------------------------------------------------------------------------------------------
+
+TEST_CASE("constraints are read as they stand") {
+  auto scene = with_particles(3);
+  scene["constraints"] = json::parse(R"([{"type":"distance","pairs":[[0,1]],"length":"start"},
+                                         {"type":"distance","pairs":[[0,1],[1,2]],"length":{"values":[1,2]},"bound":"at_most"},
+                                         {"type":"point","particle":0,"at":[1,2,3]},
+                                         {"type":"line","particle":1,"through":[0,0,0],"direction":[0,0,2]}])");
+  const auto file = read(scene);
+  REQUIRE(file.scene.constraints.size() == 4);
+  CHECK(std::get<Distance>(file.scene.constraints[0]) == Distance{.pairs = {{0, 1}}});
+  CHECK(std::get<Distance>(file.scene.constraints[1]) ==
+        Distance{.pairs = {{0, 1}, {1, 2}}, .length = Scalars(std::vector<double>{1, 2}), .bound = Bound::at_most});
+  CHECK(std::get<OnPoint>(file.scene.constraints[2]) == OnPoint{.particle = 0, .at = {1, 2, 3}});
+  CHECK(std::get<OnLine>(file.scene.constraints[3]) == OnLine{.particle = 1, .through = {}, .direction = {0, 0, 2}});
+  CHECK(file.topology.lines == std::vector<Pair>{{0, 1}, {0, 1}, {1, 2}});
+  check_all(
+      scene,
+      {{"/constraints/0/length", "0", "constraints[0].length is 0: must be a finite number > 0"},
+       {"/constraints/0/bound", "\"less\"", "constraints[0].bound is \"less\": must be \"equal\", \"at_most\" or \"at_least\""},
+       {"/constraints/0/type", "\"weld\"", "constraints[0].type is \"weld\": must be \"distance\", \"point\" or \"line\""},
+       {"/constraints/2/particle", "3", "constraints[2].particle is 3: must be a whole number from 0 to 2", BySchema::accepted},
+       {"/constraints/3/direction", "[0,0,0]", "constraints[3].direction is [0,0,0]: must be a vector that is not zero",
+        BySchema::accepted}});
+}
+
+}  // namespace
