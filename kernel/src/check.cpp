@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -13,6 +14,7 @@ namespace {
 
 constexpr std::size_t most_particles = 0xffffffff;
 constexpr int most_substeps = 1000000;
+constexpr int most_iterations = 1000;
 
 enum class Range { finite, non_negative, positive, unit };
 
@@ -228,6 +230,54 @@ struct NetworkChecker {
   }
 };
 
+struct ConstraintChecker {
+  Checker& check;
+  std::string at;
+
+  void operator()(const Distance& c) const {
+    const NetworkChecker list{check, at};
+    list.pairs(c.pairs);
+    if (c.length) list.each_pair(".length", *c.length, c.pairs.size(), Range::positive);
+  }
+  void operator()(const OnPoint& c) const {
+    particle(c.particle);
+    check.numbers(at + ".at", c.at, Range::finite);
+  }
+  void operator()(const OnLine& c) const {
+    particle(c.particle);
+    check.numbers(at + ".through", c.through, Range::finite);
+    check.numbers(at + ".direction", c.direction, Range::finite);
+    const double length = std::hypot(c.direction[0], c.direction[1], c.direction[2]);
+    if (!(length > 0) || !std::isfinite(length)) {
+      check.fail(at + ".direction", text(c.direction), "a vector of finite length > 0");
+    }
+  }
+  void particle(std::uint32_t i) const {
+    if (i < *check.count()) return;
+    check.fail(at + ".particle", std::to_string(i), "a particle id below " + std::to_string(*check.count()));
+  }
+};
+
+void check_constraints(Checker& check, const Scene& scene) {
+  if (scene.constraints.empty()) return;
+  if (!check.count()) {
+    return check.fail("constraints", "without a state",
+                      "compiled with one, whose particles they hold: compile(scene, options, state)");
+  }
+  std::map<std::uint32_t, std::size_t> point_of;
+  for (std::size_t i = 0; i < scene.constraints.size() && !check.error; ++i) {
+    const std::string at = element("constraints", i);
+    std::visit(ConstraintChecker{check, at}, scene.constraints[i]);
+    const auto* point = std::get_if<OnPoint>(&scene.constraints[i]);
+    if (point == nullptr) continue;
+    const auto [before, is_first] = point_of.emplace(point->particle, i);
+    if (!is_first) {
+      check.fail(at + ".particle", std::to_string(point->particle),
+                 "a particle that " + element("constraints", before->second) + " does not already hold at a point");
+    }
+  }
+}
+
 void check_networks(Checker& check, const Scene& scene) {
   if (scene.networks.empty()) return;
   if (!check.count()) {
@@ -238,15 +288,24 @@ void check_networks(Checker& check, const Scene& scene) {
     std::visit(NetworkChecker{check, scene.networks.size() == 1 ? "network" : element("network", i)}, scene.networks[i]);
   }
   const Coupling& coupling = scene.coupling;
-  if (coupling.substeps && (*coupling.substeps < 1 || *coupling.substeps > most_substeps)) {
-    check.fail("network.substeps", std::to_string(*coupling.substeps),
-               "a whole number from 1 to " + std::to_string(most_substeps));
-  }
   if (!(coupling.theta >= 0.5 && coupling.theta <= 1))
     check.fail("network.theta", text(coupling.theta), "a number from 0.5 to 1");
   if (coupling.scheme == Scheme::accumulate && coupling.method != Method::combined && !scene.contacts.empty()) {
     check.fail("network.scheme", "accumulate",
                "another one where there are contacts: the pairs' sum is added after the impact");
+  }
+}
+
+void check_substeps(Checker& check, const Scene& scene) {
+  if (scene.networks.empty() && scene.constraints.empty()) return;
+  const Coupling& coupling = scene.coupling;
+  if (coupling.substeps && (*coupling.substeps < 1 || *coupling.substeps > most_substeps)) {
+    check.fail("network.substeps", std::to_string(*coupling.substeps),
+               "a whole number from 1 to " + std::to_string(most_substeps));
+  }
+  if (coupling.iterations < 1 || coupling.iterations > most_iterations) {
+    check.fail("network.iterations", std::to_string(coupling.iterations),
+               "a whole number from 1 to " + std::to_string(most_iterations));
   }
 }
 
@@ -275,6 +334,8 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
   }
   check_fixed(check, scene.fixed);
   check_networks(check, scene);
+  check_constraints(check, scene);
+  check_substeps(check, scene);
   return check.error;
 }
 

@@ -97,7 +97,7 @@ NetworkProgram<T>::NetworkProgram(const Scene& scene, const Options& options, Is
       spring_count_(pairs_.size()),
       particles_(start.size()),
       w_(weights(scene, start.size())),
-      splitting_(splitting(coupling_)) {
+      splitting_(!scene.networks.empty() ? splitting(coupling_) : Splitting{.a = {1.0}, .b = {}}) {
   const Grid* grid = only_grid(scene, particles_);
   frequencies_ = frequencies(pairs_, grid, w_, start);
   limit_ = limit_of(coupling_, frequencies_, h_);
@@ -112,7 +112,13 @@ NetworkProgram<T>::NetworkProgram(const Scene& scene, const Options& options, Is
     places_ = places_in_grid(*grid, 1);
   } else {
     form_ = is_sequential ? Form::colours : (is_summed ? Form::pairs : Form::graph);
-    places_ = places_in_graph(pairs_, particles_);
+    std::vector<JoinedPair> near = pairs_;
+    for (const JoinedPair& pair : constrained_pairs(scene)) near.push_back(pair);
+    places_ = places_in_graph(near, particles_);
+  }
+  if (!scene.constraints.empty()) {
+    constraints_ = std::make_unique<ConstraintProgram<T>>(scene, start, w_, places_, substep(), kernels_->constraint);
+    bytes_ += constraints_->bytes();
   }
   make_sheet(scene.fixed);
   make_flows(scene, options, isa, start);
@@ -206,13 +212,14 @@ void NetworkProgram<T>::make_flows(const Scene& scene, const Options& options, I
   for (std::size_t k = 0; k < b.size(); ++k) first_.push_back(over(a[k]));
   again_ = first_;
   if (a.size() > b.size()) {
-    again_[0] = over(a.back() + a.front());  // one flow where two would follow each other
+    // One flow where two would follow each other, but for constraints, which stand between them.
+    if (constraints_ == nullptr) again_[0] = over(a.back() + a.front());
     last_ = over(a.back());
   }
   const bool is_free = std::all_of(flows_.begin(), flows_.end(),
                                    [](const auto& flow) { return is_drift(flow->flow) && flow->extra == Extras::none; });
   // Where nothing asks for the position itself, it is counted from the step's start.
-  if (coupling_.scheme != Scheme::sequential || !is_free) return;
+  if (coupling_.scheme != Scheme::sequential || !is_free || constraints_ != nullptr) return;
   origin_ = columns(0);
   sheet_.origin = {origin_[0], origin_[1], origin_[2]};
 }

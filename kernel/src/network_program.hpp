@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "constraint_program.hpp"
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
 #include "passes/network/limit.hpp"
@@ -53,6 +54,7 @@ class NetworkProgram {
   [[nodiscard]] std::size_t springs() const noexcept { return spring_count_; }
   [[nodiscard]] std::size_t colours() const noexcept { return colours_.empty() ? 0 : colours_.size() - 1; }
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
+  [[nodiscard]] const ConstraintProgram<T>* constraints() const noexcept { return constraints_.get(); }
 
  private:
   friend class NetworkRun<T>;
@@ -120,6 +122,8 @@ class NetworkProgram {
   std::vector<std::int32_t> a_, b_;
   std::vector<std::size_t> colours_;  // first spring of each colour, a multiple of 16, and one more
   T shift_to_x_{}, shift_to_v_{};
+
+  std::unique_ptr<ConstraintProgram<T>> constraints_;  // null without
 
   std::atomic_flag is_stepping_ = ATOMIC_FLAG_INIT;
 };

@@ -75,6 +75,7 @@ class NetworkRun {
       }
     }
     hold_fixed(0, p_.places_.size);
+    if (p_.constraints_ != nullptr) p_.constraints_->aim(p_.sheet_.x, in_tasks());
   }
 
   // Fixed particles' columns are not written to.
@@ -97,6 +98,7 @@ class NetworkRun {
 
   void step(Clock clock) noexcept {
     clock_ = clock;
+    const bool is_constrained = p_.constraints_ != nullptr;
     for (int substep = 0; substep < p_.limit_.substeps; ++substep) {
       const auto& before = substep == 0 ? p_.first_ : p_.again_;
       for (std::size_t k = 0; k < before.size(); ++k) {
@@ -107,8 +109,9 @@ class NetworkRun {
           pulse(k);
         }
       }
+      if (is_constrained) constrain();
     }
-    if (p_.last_) flow(*p_.last_, After::nothing);
+    if (p_.last_ && !is_constrained) flow(*p_.last_, After::nothing);
     take_what_the_sweeps_left();
     if (p_.origin_[0] != nullptr) count_from_here();
   }
@@ -136,6 +139,18 @@ class NetworkRun {
         p_.sheet_.v[axis][held->element] = T(0);
       }
     }
+  }
+
+  // Constraints close each sub-step, which therefore ends with a flow of its own.
+  void constrain() noexcept {
+    if (p_.last_) flow(*p_.last_, After::nothing);
+    take_what_the_sweeps_left();
+    p_.constraints_->constrain(p_.sheet_.x, p_.sheet_.v, in_tasks());
+  }
+
+  // Runs body(index) for every index below count.
+  auto in_tasks() const noexcept {
+    return [this](std::size_t count, const auto& body) { for_each_task(parallel_, count, body); };
   }
 
   void make_offsets(std::size_t f, Clock clock) noexcept {

@@ -89,7 +89,7 @@ Expected<std::unique_ptr<Program<T>>> build(Scene scene, const Options& options,
   if (auto error = check_sources(System(scene, start, options.step))) return tl::unexpected(*error);
   auto program = std::make_unique<Program<T>>(std::move(scene), options, isa, count, std::move(start));
   if (auto error = check_coefficients(*program)) return tl::unexpected(*error);
-  if (program->scene.networks.empty()) return program;
+  if (!joins_particles(program->scene)) return program;
   program->network = std::make_unique<NetworkProgram<T>>(program->scene, options, isa, program->start);
   if (auto error = program->network->refusal()) return tl::unexpected(*error);
   return program;
@@ -109,19 +109,21 @@ Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T
                                     std::string(name(options.arithmetic)) + " arithmetic on this machine)"});
   }
   std::vector<Vec3> start;
-  if (stands_at_start(scene) || !scene.networks.empty()) {
+  if (stands_at_start(scene) || joins_particles(scene)) {
     start.resize(state->count);
     for (std::size_t i = 0; i < state->count; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) start[i][axis] = static_cast<double>(state->x[axis][i]);
     }
   }
-  const bool is_counted = has_values_each(scene) || !scene.networks.empty();
+  const bool is_counted = has_values_each(scene) || joins_particles(scene);
   auto program = build<T>(scene, options, isa, is_counted ? count : std::nullopt, std::move(start));
   if (!program) return tl::unexpected(program.error());
   return Plan<T>(std::move(*program));
 }
 
 }  // namespace
+
+bool joins_particles(const Scene& scene) { return !scene.networks.empty() || !scene.constraints.empty(); }
 
 bool stands_at_start(const Scene& scene) { return std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start); }
 

@@ -26,6 +26,9 @@ class NetworkProgram;
 // Whether some force's anchor is where its particle stood at the start.
 bool stands_at_start(const Scene& scene);
 
+// Whether networks or constraints do: their program then does the stepping.
+bool joins_particles(const Scene& scene);
+
 template <class T>
 class Program {
  public:
@@ -51,7 +54,7 @@ class Program {
   Options options;
   Isa isa;
   std::optional<std::size_t> count;
-  std::vector<Vec3> start;  // only where anchors stand at the start, or springs join particles
+  std::vector<Vec3> start;  // only where anchors stand at the start, or something joins particles
   System system;
   const Kernels<T>* kernels;
   std::optional<Vec3> equilibrium;  // from the anchor to where constant forces hold it, m: where a step needs no offsets
@@ -59,7 +62,7 @@ class Program {
   Extras extra;
   std::size_t block;
   Terms<T> terms;
-  std::unique_ptr<NetworkProgram<T>> network;  // where springs join particles: it then does the stepping
+  std::unique_ptr<NetworkProgram<T>> network;  // where something joins particles: it then does the stepping
 
  private:
   void reserve();

@@ -63,7 +63,7 @@ enum class PairAxis {  // along which a pair's contribution acts, for `accumulat
   start,               // of the step: first order, gains energy
 };
 
-// How all networks of a scene are stepped.
+// How all networks and constraints of a scene are stepped.
 struct Coupling {
   Scheme scheme = Scheme::leapfrog;
   std::optional<int> substeps{};  // 1..1000000 a step; none: the fewest that the scheme's limit allows (sequential: 1)
@@ -71,6 +71,7 @@ struct Coupling {
   Sweeps sweeps = Sweeps::symmetric;
   Method method = Method::exact;  // of accumulate; combined: the filtered kick, exact for an isolated pair along its axis
   PairAxis axis = PairAxis::midpoint;
+  int iterations = 8;  // 1..1000 a sub-step: sweeps forwards and backwards over constraints that share particles
   bool operator==(const Coupling&) const = default;
 };
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "dvdx/isa.hpp"
+#include "passes/constraint/constraint.hpp"
 
 // Letters of this folder: for a spring from a to b
 //   d = x_b - x_a   u = v_b - v_a   r = |d|   l rest length   k stiffness   c damping   w = 1/m, 0 where fixed
@@ -147,6 +148,7 @@ struct NetworkKernels {
   void (*colour)(const SweepTerms<T>&, const Sheet<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
   // x += of_x shift, v += of_v shift, shift = 0 for particles [from, to), multiples of 16
   void (*take_shift)(const Sheet<T>&, T of_x, T of_v, std::size_t from, std::size_t to) = nullptr;
+  ConstraintKernels<T> constraint;
 };
 
 struct NetworkTables {

@@ -1,6 +1,7 @@
 // The network passes that one instruction set provides.
 #pragma once
 
+#include "passes/constraint/constraint.inl.hpp"
 #include "passes/network/grid.inl.hpp"
 #include "passes/network/pairs.inl.hpp"
 #include "passes/network/sequential.inl.hpp"
@@ -17,7 +18,8 @@ constexpr NetworkKernels<T> network_kernels() noexcept {
           .add_pairs = add_pairs<V>,
           .strands = sweep_strands<V, arithmetic>,
           .colour = sweep_colour<V, arithmetic>,
-          .take_shift = take_shift<V, arithmetic>};
+          .take_shift = take_shift<V, arithmetic>,
+          .constraint = constraint_kernels<T, Arch, arithmetic>()};
 }
 
 template <class Arch, Arithmetic arithmetic>

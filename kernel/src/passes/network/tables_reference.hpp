@@ -1,6 +1,7 @@
 // The network passes' scalar twins.
 #pragma once
 
+#include "passes/constraint/constraint_reference.hpp"
 #include "passes/network/grid_reference.hpp"
 #include "passes/network/pairs_reference.hpp"
 #include "passes/network/sequential_reference.hpp"
@@ -15,7 +16,8 @@ constexpr NetworkKernels<T> network_kernels() noexcept {
           .add_pairs = add_pairs<T>,
           .strands = sweep_strands<T, arithmetic>,
           .colour = sweep_colour<T, arithmetic>,
-          .take_shift = take_shift<T, arithmetic>};
+          .take_shift = take_shift<T, arithmetic>,
+          .constraint = constraint_kernels<T, arithmetic>()};
 }
 
 template <Arithmetic arithmetic>
