@@ -406,6 +406,13 @@ Compliances NetworkProgram<T>::compliances(double k, double c, double w) const {
   return {kappa, eta, 1 / (1 + (kappa + eta) * w)};
 }
 
+// What a visit of a spring leaves for the next.
+template <class T>
+void NetworkProgram<T>::keep_sweeps(std::size_t springs) {
+  sweep_.lambda = column(springs, 0);
+  if (coupling_.sweeps == Sweeps::symmetric) sweep_.apart = {column(springs, 0), column(springs, 0), column(springs, 0)};
+}
+
 // Bands of rows, and in each the directions one after the other, in groups of strands that share no particle.
 template <class T>
 void NetworkProgram<T>::make_strands(const Grid& grid) {
@@ -434,7 +441,7 @@ void NetworkProgram<T>::make_strands(const Grid& grid) {
   sweep_.strands = strands_.data();
   sweep_.families = families_.data();
   sweep_.inverse = inverse;
-  sweep_.lambda = column(springs, 0);
+  keep_sweeps(springs);
 }
 
 template <class T>
@@ -505,6 +512,8 @@ void NetworkProgram<T>::make_colours() {
   T* const eta = column(springs, 0);
   T* const l = column(springs, 0);
   T* const inverse = column(springs, 0);
+  T* const w_a = column(springs, 0);
+  T* const w_b = column(springs, 0);
   std::size_t at = 0;
   for (const auto& list : of_colour) {
     colours_.push_back(at);
@@ -517,6 +526,8 @@ void NetworkProgram<T>::make_colours() {
       eta[at] = static_cast<T>(k.eta);
       l[at] = static_cast<T>(p.l);
       inverse[at] = static_cast<T>(k.inverse);
+      w_a[at] = static_cast<T>(w_[p.a]);
+      w_b[at] = static_cast<T>(w_[p.b]);
       ++at;
     }
     at = (at + slice - 1) / slice * slice;
@@ -529,7 +540,9 @@ void NetworkProgram<T>::make_colours() {
   sweep_.eta = eta;
   sweep_.l = l;
   sweep_.inverse = inverse;
-  sweep_.lambda = column(springs, 0);
+  sweep_.w_a = w_a;
+  sweep_.w_b = w_b;
+  keep_sweeps(springs);
 }
 
 template class NetworkProgram<float>;

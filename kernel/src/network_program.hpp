@@ -79,6 +79,7 @@ class NetworkProgram {
   void put_spring(const JoinedPair& s, double w, std::size_t lane, const SlotColumns& to) const;
   void make_sweeps();
   [[nodiscard]] Compliances compliances(double k, double c, double w) const;
+  void keep_sweeps(std::size_t springs);
   void make_strands(const Grid& grid);
   void add_strands(const Grid& grid, const GridDirection& d, std::size_t family, std::size_t from, std::size_t to,
                    std::size_t& springs);

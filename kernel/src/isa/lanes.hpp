@@ -110,6 +110,19 @@ V fused_negative_multiply_add(V a, V b, V c) noexcept {
 #endif
 }
 
+// a b where `where` holds, else 0: whatever a and b are there. AVX-512 does both at once.
+template <class V>
+V product_where(Mask<V> where, V a, V b) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    return V(_mm512_maskz_mul_ps(where, a, b));
+  } else if constexpr (sizeof(V) == 64) {
+    return V(_mm512_maskz_mul_pd(where, a, b));
+  }
+#endif
+  return select<V>(where, a * b, V(Scalar<V>(0)));
+}
+
 // magic - (bits of x >> 1), the bits of a first guess of 1/sqrt(x).
 template <class V, class Bits>
 V magic_guess(V x, Bits magic) noexcept {

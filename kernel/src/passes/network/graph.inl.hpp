@@ -9,20 +9,21 @@ namespace {
 
 // What the neighbours of the lanes at i hold in a column.
 template <class V>
-V at_neighbours(const GraphTerms<Scalar<V>>& graph, const Slot& slot, const Scalar<V>* column, std::size_t i) noexcept {
+[[gnu::always_inline]] inline V at_neighbours(const GraphTerms<Scalar<V>>& graph, const Slot& slot, const Scalar<V>* column,
+                                              std::size_t i) noexcept {
   if (slot.indices < 0) return load_lanes<V>(column + static_cast<std::ptrdiff_t>(i) + slot.offset);
   return gather_lanes<V>(column, graph.indices + static_cast<std::size_t>(slot.indices) + i % slice);
 }
 template <class V>
-Three<V> at_neighbours(const GraphTerms<Scalar<V>>& graph, const Slot& slot, const std::array<Scalar<V>*, 3>& columns,
-                       std::size_t i) noexcept {
+[[gnu::always_inline]] inline Three<V> at_neighbours(const GraphTerms<Scalar<V>>& graph, const Slot& slot,
+                                                     const std::array<Scalar<V>*, 3>& columns, std::size_t i) noexcept {
   return {{at_neighbours<V>(graph, slot, columns[0], i), at_neighbours<V>(graph, slot, columns[1], i),
            at_neighbours<V>(graph, slot, columns[2], i)}};
 }
 
 template <class V, Damping damping, Arithmetic arithmetic>
-Three<V> pull_at(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t s, std::size_t i,
-                 const Three<V>& x) noexcept {
+[[gnu::always_inline]] inline Three<V> pull_at(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t s,
+                                               std::size_t i, const Three<V>& x) noexcept {
   const Slot& slot = graph.slots[s];
   const std::size_t lane = s * slice + i % slice;
   const Three<V> d = at_neighbours<V>(graph, slot, sheet.x, i) - x;

@@ -124,10 +124,11 @@ struct SweepTerms {
   const StrandFamily<T>* families = nullptr;
   // or springs in colours, none of which has two springs at a particle
   const std::int32_t *a = nullptr, *b = nullptr;
-  const T *kappa = nullptr, *eta = nullptr, *l = nullptr;
+  const T *kappa = nullptr, *eta = nullptr, *l = nullptr, *w_a = nullptr, *w_b = nullptr;
   const T* inverse = nullptr;  // 1 / (1 + (kappa + eta) (w_a + w_b))
   T* lambda = nullptr;
-  T h{};  // theta times the sub-step
+  std::array<T*, 3> apart{};  // x_b - x_a before the sweeps, kept by the first visit for the second
+  T h{};                      // theta times the sub-step
   Damping damping = Damping::none;
   Origin origin = Origin::zero;
 };

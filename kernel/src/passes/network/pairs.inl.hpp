@@ -13,8 +13,8 @@ struct PairSum {
 
 // Along n, the line between the ends after the time `drift`:  e = r - l - drift n.u
 template <class V, Arithmetic arithmetic>
-void add_pair(const GraphTerms<Scalar<V>>& graph, const Three<V>& d, const Three<V>& u, std::size_t lane,
-              PairSum<V>& sum) noexcept {
+[[gnu::always_inline]] inline void add_pair(const GraphTerms<Scalar<V>>& graph, const Three<V>& d, const Three<V>& u,
+                                            std::size_t lane, PairSum<V>& sum) noexcept {
   using T = Scalar<V>;
   const V drift(graph.drift);
   const auto load = [lane](const T* column) { return load_lanes<V>(column + lane); };
@@ -25,9 +25,8 @@ void add_pair(const GraphTerms<Scalar<V>>& graph, const Three<V>& d, const Three
   const V e = subtract_product<arithmetic>(r2 * y - load(graph.l), drift, un);
   const V dv = y * multiply_add<arithmetic>(load(graph.B), un, load(graph.A) * e);
   const V dx = y * multiply_add<arithmetic>(load(graph.D), un, load(graph.C) * e);
-  const Three<V> zero = three<V>(V(T(0)));
-  sum.dv = sum.dv + select(is_sound, dv * m, zero);
-  sum.dx = sum.dx + select(is_sound, dx * m, zero);
+  sum.dv = sum.dv + product_where(is_sound, dv, m);
+  sum.dx = sum.dx + product_where(is_sound, dx, m);
 }
 
 template <class V, Arithmetic arithmetic>

@@ -9,7 +9,7 @@ namespace dvdx {
 namespace {
 
 template <Arithmetic arithmetic, class V>
-V inverse_root(V x) noexcept {
+[[gnu::always_inline]] inline V inverse_root(V x) noexcept {
   using T = Scalar<V>;
   const V half = V(T(0.5)) * x;
   V y = magic_guess<V>(x, InverseRoot<T>::magic);
@@ -22,45 +22,48 @@ V inverse_root(V x) noexcept {
 template <class V>
 struct Length {
   Mask<V> is_sound;
-  V square, inverse;  // r^2 and 1/r; 1 where the spring is not sound
+  V square, inverse;  // r^2 and 1/r; anything where the spring is not sound
 };
 
 template <Arithmetic arithmetic, class V>
-Length<V> length(const Three<V>& d) noexcept {
+[[gnu::always_inline]] inline Length<V> length(const Three<V>& d) noexcept {
   using T = Scalar<V>;
   const V r2 = dot<arithmetic>(d, d);
-  const Mask<V> is_sound = (r2 > V(least_square<T>)) & (r2 < V(most_square<T>));
-  const V square = select<V>(is_sound, r2, V(T(1)));
-  return {is_sound, square, inverse_root<arithmetic>(square)};
+  return {(r2 > V(least_square<T>)) & (r2 < V(most_square<T>)), r2, inverse_root<arithmetic>(r2)};
+}
+
+template <class V>
+[[gnu::always_inline]] inline Three<V> product_where(const Mask<V>& where, V s, const Three<V>& d) noexcept {
+  return {{product_where<V>(where, s, d[0]), product_where<V>(where, s, d[1]), product_where<V>(where, s, d[2])}};
 }
 
 // The force on the end that d leads away from.
 template <Arithmetic arithmetic, class V>
-Three<V> pull(const Three<V>& d, V k, V kl) noexcept {
+[[gnu::always_inline]] inline Three<V> pull(const Three<V>& d, V k, V kl) noexcept {
   const auto [is_sound, r2, y] = length<arithmetic>(d);
-  return select(is_sound, subtract_product<arithmetic>(k, kl, y) * d, three<V>(V(Scalar<V>(0))));
+  return product_where(is_sound, subtract_product<arithmetic>(k, kl, y), d);
 }
 
 template <Arithmetic arithmetic, class V>
-Three<V> damped_pull(const Three<V>& d, const Three<V>& u, V k, V kl, V c) noexcept {
-  using T = Scalar<V>;
+[[gnu::always_inline]] inline Three<V> damped_pull(const Three<V>& d, const Three<V>& u, V k, V kl, V c) noexcept {
   const auto [is_long, r2, y] = length<arithmetic>(d);
   const V du = dot<arithmetic>(d, u);
-  const Mask<V> is_sound = is_long & (magnitude(du) < V(most_square<T>));
+  const Mask<V> is_sound = is_long & (magnitude(du) < V(most_square<Scalar<V>>));
   const V s = multiply_add<arithmetic>(c * du, y * y, subtract_product<arithmetic>(k, kl, y));
-  return select(is_sound, s * d, three<V>(V(T(0))));
+  return product_where(is_sound, s, d);
 }
 
 template <class V>
-Three<V> load_three(const std::array<Scalar<V>*, 3>& columns, std::size_t i) noexcept {
+[[gnu::always_inline]] inline Three<V> load_three(const std::array<Scalar<V>*, 3>& columns, std::size_t i) noexcept {
   return {{load_lanes<V>(columns[0] + i), load_lanes<V>(columns[1] + i), load_lanes<V>(columns[2] + i)}};
 }
 template <class V>
-Three<V> load_three(const std::array<const Scalar<V>*, 3>& columns, std::size_t i) noexcept {
+[[gnu::always_inline]] inline Three<V> load_three(const std::array<const Scalar<V>*, 3>& columns, std::size_t i) noexcept {
   return {{load_lanes<V>(columns[0] + i), load_lanes<V>(columns[1] + i), load_lanes<V>(columns[2] + i)}};
 }
 template <class V>
-void store_three(const std::array<Scalar<V>*, 3>& columns, std::size_t i, const Three<V>& value) noexcept {
+[[gnu::always_inline]] inline void store_three(const std::array<Scalar<V>*, 3>& columns, std::size_t i,
+                                               const Three<V>& value) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) store_lanes(columns[axis] + i, value[axis]);
 }
 

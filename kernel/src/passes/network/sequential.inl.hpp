@@ -7,99 +7,112 @@ namespace dvdx {
 namespace {
 
 template <class V>
-struct Ends {  // x_b - x_a, shift_b - shift_a, v_b - v_a
-  Three<V> x, shift, v;
+struct Spring {
+  V kappa, eta, l, inverse, w_a, w_b;
 };
 
 template <class V>
-struct Compliance {
-  V kappa, eta, l, inverse;
+struct Shifts {
+  Three<V> a, b;
 };
 
-// How much more of lambda the spring asks for, times 1/r: the shift of b in units of d and w_b.
-template <class V, Damping damping, Arithmetic arithmetic>
-V impulse(const Ends<V>& ends, const Three<V>& d, const Compliance<V>& spring, V h, V& lambda) noexcept {
+// Moves the ends' shifts by what more of lambda the spring asks for; u = v_b - v_a.
+template <Damping damping, Arithmetic arithmetic, class V>
+[[gnu::always_inline]] inline Shifts<V> visited(const Spring<V>& spring, const Three<V>& apart, const Shifts<V>& shift,
+                                                const Three<V>& u, V h, V& lambda) noexcept {
   using T = Scalar<V>;
+  const Three<V> moved = shift.b - shift.a;
+  const Three<V> d = apart + moved;
   const auto [is_long, r2, y] = length<arithmetic>(d);
   Mask<V> is_sound = is_long;
   V g = spring.kappa * subtract_product<arithmetic>(spring.l, r2, y);  // -kappa C
   if constexpr (damping == Damping::along) {
-    const V moved = dot<arithmetic>(multiply_add<arithmetic>(h, ends.v, ends.shift), d);
-    is_sound = is_sound & (magnitude(moved) < V(most_square<T>));
-    g = subtract_product<arithmetic>(g, spring.eta * y, moved);
+    const V path = dot<arithmetic>(multiply_add<arithmetic>(h, u, moved), d);
+    is_sound = is_sound & (magnitude(path) < V(most_square<T>));
+    g = subtract_product<arithmetic>(g, spring.eta * y, path);
   }
-  const V more = select<V>(is_sound, (g - lambda) * spring.inverse, V(T(0)));
+  const V more = product_where<V>(is_sound, g - lambda, spring.inverse);
   lambda = lambda + more;
-  return more * y;
+  const V t = more * y;
+  return {shift.a - product_where(is_sound, spring.w_a * t, d), shift.b + product_where(is_sound, spring.w_b * t, d)};
+}
+
+template <class V>
+[[gnu::always_inline]] inline Three<V> kept_apart(const SweepTerms<Scalar<V>>& sweep, std::size_t s) noexcept {
+  return {{load_lanes<V>(sweep.apart[0] + s), load_lanes<V>(sweep.apart[1] + s), load_lanes<V>(sweep.apart[2] + s)}};
 }
 
 template <class V, Damping damping, Origin origin, Visit visit, Arithmetic arithmetic>
 void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, const Strand& strand) noexcept {
   using T = Scalar<V>;
   const StrandFamily<T>& family = sweep.families[strand.family];
+  const V kappa(family.kappa);
+  const V eta(family.eta);
+  const V l(family.l);
   const V h(sweep.h);
   for (std::size_t k = 0; k < strand.count; k += V::size) {
     const std::size_t a = strand.a + k;
     const std::size_t b = strand.b + k;
-    const Three<V> shift_a = load_three<V>(sheet.shift, a);
-    const Three<V> shift_b = load_three<V>(sheet.shift, b);
-    Ends<V> ends;
-    ends.shift = shift_b - shift_a;
-    ends.x = load_three<V>(sheet.x, b) - load_three<V>(sheet.x, a);
-    if constexpr (origin == Origin::step) {
-      ends.x = (load_three<V>(sheet.origin, b) - load_three<V>(sheet.origin, a)) + ends.x;
+    const std::size_t s = strand.springs + k;
+    Three<V> apart;
+    if constexpr (visit == Visit::again) {
+      apart = kept_apart<V>(sweep, s);
+    } else {
+      apart = load_three<V>(sheet.x, b) - load_three<V>(sheet.x, a);
+      if constexpr (origin == Origin::step) {
+        apart = (load_three<V>(sheet.origin, b) - load_three<V>(sheet.origin, a)) + apart;
+      }
+      if (sweep.apart[0] != nullptr) store_three<V>(sweep.apart, s, apart);
     }
-    if constexpr (damping == Damping::along) ends.v = load_three<V>(sheet.v, b) - load_three<V>(sheet.v, a);
-    const Compliance<V> spring{V(family.kappa), V(family.eta), V(family.l), load_lanes<V>(sweep.inverse + strand.springs + k)};
-    V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(sweep.lambda + strand.springs + k);
-    const Three<V> d = ends.x + ends.shift;
-    const V t = impulse<V, damping, arithmetic>(ends, d, spring, h, lambda);
-    const V t_a = load_lanes<V>(sheet.w + a) * t;
-    const V t_b = load_lanes<V>(sheet.w + b) * t;
-    // A select, because 0 times a bad particle's d is not 0.
-    Three<V> to_a = select(t != V(T(0)), subtract_product<arithmetic>(shift_a, t_a, d), shift_a);
-    Three<V> to_b = select(t != V(T(0)), multiply_add<arithmetic>(t_b, d, shift_b), shift_b);
+    Three<V> u = apart;  // not read where nothing damps
+    if constexpr (damping == Damping::along) u = load_three<V>(sheet.v, b) - load_three<V>(sheet.v, a);
+    const Spring<V> spring{
+        kappa, eta, l, load_lanes<V>(sweep.inverse + s), load_lanes<V>(sheet.w + a), load_lanes<V>(sheet.w + b)};
+    const Shifts<V> before{load_three<V>(sheet.shift, a), load_three<V>(sheet.shift, b)};
+    V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(sweep.lambda + s);
+    Shifts<V> after = visited<damping, arithmetic>(spring, apart, before, u, h, lambda);
     if (k + V::size > strand.count) {  // what lies beyond the strand belongs to others
       const Mask<V> is_spring = first_lanes<V>(strand.count - k);
-      to_a = select(is_spring, to_a, shift_a);
-      to_b = select(is_spring, to_b, shift_b);
+      after = {select(is_spring, after.a, before.a), select(is_spring, after.b, before.b)};
     }
-    store_three<V>(sheet.shift, a, to_a);
-    store_three<V>(sheet.shift, b, to_b);
-    store_lanes(sweep.lambda + strand.springs + k, lambda);
+    store_three<V>(sheet.shift, a, after.a);
+    store_three<V>(sheet.shift, b, after.b);
+    store_lanes(sweep.lambda + s, lambda);
   }
+}
+
+template <class V, class Columns>
+[[gnu::always_inline]] inline Three<V> gather_three(const Columns& columns, const std::int32_t* index) noexcept {
+  return {{gather_lanes<V>(columns[0], index), gather_lanes<V>(columns[1], index), gather_lanes<V>(columns[2], index)}};
 }
 
 template <class V, Damping damping, Origin origin, Visit visit, Arithmetic arithmetic>
 void sweep_colour_by(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, std::size_t from,
                      std::size_t to) noexcept {
   using T = Scalar<V>;
-  const auto gather_three = [](const auto& columns, const std::int32_t* index) {
-    return Three<V>{
-        {gather_lanes<V>(columns[0], index), gather_lanes<V>(columns[1], index), gather_lanes<V>(columns[2], index)}};
-  };
+  const auto load = [](const T* column, std::size_t s) { return load_lanes<V>(column + s); };
   for (std::size_t s = from; s < to; s += V::size) {
     const std::int32_t* const a = sweep.a + s;
     const std::int32_t* const b = sweep.b + s;
-    const Three<V> shift_a = gather_three(sheet.shift, a);
-    const Three<V> shift_b = gather_three(sheet.shift, b);
-    Ends<V> ends;
-    ends.shift = shift_b - shift_a;
-    ends.x = gather_three(sheet.x, b) - gather_three(sheet.x, a);
-    if constexpr (origin == Origin::step) ends.x = (gather_three(sheet.origin, b) - gather_three(sheet.origin, a)) + ends.x;
-    if constexpr (damping == Damping::along) ends.v = gather_three(sheet.v, b) - gather_three(sheet.v, a);
-    const Compliance<V> spring{load_lanes<V>(sweep.kappa + s), load_lanes<V>(sweep.eta + s), load_lanes<V>(sweep.l + s),
-                               load_lanes<V>(sweep.inverse + s)};
-    V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(sweep.lambda + s);
-    const Three<V> d = ends.x + ends.shift;
-    const V t = impulse<V, damping, arithmetic>(ends, d, spring, V(sweep.h), lambda);
-    const V t_a = gather_lanes<V>(sheet.w, a) * t;
-    const V t_b = gather_lanes<V>(sheet.w, b) * t;
-    const Three<V> to_a = select(t != V(T(0)), subtract_product<arithmetic>(shift_a, t_a, d), shift_a);
-    const Three<V> to_b = select(t != V(T(0)), multiply_add<arithmetic>(t_b, d, shift_b), shift_b);
+    Three<V> apart;
+    if constexpr (visit == Visit::again) {
+      apart = kept_apart<V>(sweep, s);
+    } else {
+      apart = gather_three<V>(sheet.x, b) - gather_three<V>(sheet.x, a);
+      if constexpr (origin == Origin::step)
+        apart = (gather_three<V>(sheet.origin, b) - gather_three<V>(sheet.origin, a)) + apart;
+      if (sweep.apart[0] != nullptr) store_three<V>(sweep.apart, s, apart);
+    }
+    Three<V> u = apart;  // not read where nothing damps
+    if constexpr (damping == Damping::along) u = gather_three<V>(sheet.v, b) - gather_three<V>(sheet.v, a);
+    const Spring<V> spring{load(sweep.kappa, s),   load(sweep.eta, s), load(sweep.l, s),
+                           load(sweep.inverse, s), load(sweep.w_a, s), load(sweep.w_b, s)};
+    const Shifts<V> before{gather_three<V>(sheet.shift, a), gather_three<V>(sheet.shift, b)};
+    V lambda = visit == Visit::first ? V(T(0)) : load(sweep.lambda, s);
+    const Shifts<V> after = visited<damping, arithmetic>(spring, apart, before, u, V(sweep.h), lambda);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      scatter_lanes<V>(sheet.shift[axis], a, to_a[axis]);
-      scatter_lanes<V>(sheet.shift[axis], b, to_b[axis]);
+      scatter_lanes<V>(sheet.shift[axis], a, after.a[axis]);
+      scatter_lanes<V>(sheet.shift[axis], b, after.b[axis]);
     }
     store_lanes(sweep.lambda + s, lambda);
   }

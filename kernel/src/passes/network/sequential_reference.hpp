@@ -7,7 +7,7 @@ namespace dvdx::reference {
 
 template <class T>
 struct Compliance {
-  T kappa, eta, l, inverse;
+  T kappa, eta, l, inverse, w_a, w_b;
 };
 
 template <Arithmetic arithmetic, class T>
@@ -37,12 +37,9 @@ void visit_spring(const SweepTerms<T>& sweep, const Sheet<T>& sheet, const Compl
   stored_lambda = lambda;
 
   const T t = more * y;
-  if (t == 0) return;
-  const T t_a = sheet.w[a] * t;
-  const T t_b = sheet.w[b] * t;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    sheet.shift[axis][a] = subtract_product<arithmetic>(shift_a[axis], t_a, d[axis]);
-    sheet.shift[axis][b] = multiply_add<arithmetic>(t_b, d[axis], shift_b[axis]);
+    sheet.shift[axis][a] = shift_a[axis] - (is_sound ? spring.w_a * t * d[axis] : T(0));
+    sheet.shift[axis][b] = shift_b[axis] + (is_sound ? spring.w_b * t * d[axis] : T(0));
   }
 }
 
@@ -51,8 +48,10 @@ void sweep_strand(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit
   const StrandFamily<T>& family = sweep.families[strand.family];
   for (std::size_t k = 0; k < strand.count; ++k) {
     const std::size_t s = strand.springs + k;
-    const Compliance<T> spring{family.kappa, family.eta, family.l, sweep.inverse[s]};
-    visit_spring<arithmetic>(sweep, sheet, spring, visit, strand.a + k, strand.b + k, sweep.lambda[s]);
+    const std::size_t a = strand.a + k;
+    const std::size_t b = strand.b + k;
+    const Compliance<T> spring{family.kappa, family.eta, family.l, sweep.inverse[s], sheet.w[a], sheet.w[b]};
+    visit_spring<arithmetic>(sweep, sheet, spring, visit, a, b, sweep.lambda[s]);
   }
 }
 
@@ -65,7 +64,7 @@ void sweep_strands(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visi
 template <class T, Arithmetic arithmetic>
 void sweep_colour(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
-    const Compliance<T> spring{sweep.kappa[s], sweep.eta[s], sweep.l[s], sweep.inverse[s]};
+    const Compliance<T> spring{sweep.kappa[s], sweep.eta[s], sweep.l[s], sweep.inverse[s], sweep.w_a[s], sweep.w_b[s]};
     visit_spring<arithmetic>(sweep, sheet, spring, visit, static_cast<std::size_t>(sweep.a[s]),
                              static_cast<std::size_t>(sweep.b[s]), sweep.lambda[s]);
   }
