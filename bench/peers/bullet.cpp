@@ -63,7 +63,7 @@ Motion motion_of(const btSoftBody& body) {
 template <class World>
 double time_steps(World& world, int substeps, double seconds) {
   return time_once([&] {
-    for (int i = 0; i < frames_of(seconds) * substeps; ++i) world.stepSimulation(scalar(frame_time / substeps), 0);
+    for (std::size_t i = 0; i < steps_of(seconds, substeps); ++i) world.stepSimulation(scalar(frame_time / substeps), 0);
   });
 }
 

@@ -18,7 +18,8 @@ void place(Cloth& cloth) {
   const auto last = static_cast<double>(cloth.size - 1);
   cloth.start = {std::vector<double>(3 * n), std::vector<double>(3 * n)};
   for (std::size_t i = 0; i < n; ++i) {
-    const auto row = static_cast<double>(i / cloth.size), column = static_cast<double>(i % cloth.size);
+    const std::size_t at_row = i / cloth.size, at_column = i % cloth.size;
+    const auto row = static_cast<double>(at_row), column = static_cast<double>(at_column);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       cloth.start.x[axis * n + i] = (column * cloth.edge_u[axis] + row * cloth.edge_v[axis]) / last;
     }
@@ -82,8 +83,8 @@ double highest_frequency(const Cloth& cloth) {
   for (int i = 0; i < 300; ++i) {
     double before = 0, after = 0;
     std::vector<double> next = stiffened(cloth, p);
-    for (std::size_t j = 0; j < p.size(); ++j) before += p[j] * p[j];
-    for (std::size_t j = 0; j < p.size(); ++j) after += next[j] * next[j];
+    for (const double value : p) before += value * value;
+    for (const double value : next) after += value * value;
     square = std::sqrt(after / before);
     for (std::size_t j = 0; j < p.size(); ++j) p[j] = next[j] / std::sqrt(after);
   }

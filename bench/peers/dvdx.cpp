@@ -60,7 +60,7 @@ tl::expected<Outcome, std::string> run(const Cloth& cloth, const Variant& varian
       compile<T>(scene_of(cloth, variant, substeps), {.step = frame_time, .arithmetic = variant.arithmetic}, state);
   if (!plan) return tl::unexpected(plan.error().message());
   StepResult result = StepResult::done;
-  const double taken = time_once([&] { result = plan->step(state, static_cast<std::size_t>(frames_of(seconds))); });
+  const double taken = time_once([&] { result = plan->step(state, steps_of(seconds, 1)); });
   if (result != StepResult::done) return tl::unexpected(std::string("the step refused the state"));
   Outcome outcome{motion_of(state), taken};
   const auto limit = plan->network_limit();

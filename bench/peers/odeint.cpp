@@ -55,7 +55,7 @@ tl::expected<Outcome, std::string> run_verlet(const Cloth& cloth, int substeps, 
   const double h = frame_time / substeps;
   const double taken = time_once([&] {
     ode::integrate_n_steps(ode::velocity_verlet<Values>(), Acceleration{start.sheet}, state, 0.0, h,
-                           static_cast<std::size_t>(frames_of(seconds) * substeps));
+                           steps_of(seconds, substeps));
   });
   return Outcome{{state.first, state.second}, taken};
 }
@@ -66,7 +66,7 @@ tl::expected<Outcome, std::string> run_symplectic(const Cloth& cloth, int subste
   const double h = frame_time / substeps;
   const double taken = time_once([&] {
     ode::integrate_n_steps(ode::symplectic_rkn_sb3a_mclachlan<Values>(), Acceleration{start.sheet}, state, 0.0, h,
-                           static_cast<std::size_t>(frames_of(seconds) * substeps));
+                           steps_of(seconds, substeps));
   });
   return Outcome{{state.first, state.second}, taken};
 }
@@ -76,8 +76,7 @@ tl::expected<Outcome, std::string> run_rk4(const Cloth& cloth, int substeps, dou
   Values state = joined(start.motion);
   const double h = frame_time / substeps;
   const double taken = time_once([&] {
-    ode::integrate_n_steps(ode::runge_kutta4<Values>(), Rate{start.sheet}, state, 0.0, h,
-                           static_cast<std::size_t>(frames_of(seconds) * substeps));
+    ode::integrate_n_steps(ode::runge_kutta4<Values>(), Rate{start.sheet}, state, 0.0, h, steps_of(seconds, substeps));
   });
   return Outcome{split(state), taken};
 }

@@ -24,7 +24,9 @@ std::vector<int> tolerance_ladder(const Cloth& /*cloth*/) { return {2, 3, 4, 5, 
 
 double tolerance_of(int digits) { return std::pow(10.0, -digits); }
 
-int frames_of(double seconds) { return static_cast<int>(std::lround(seconds / frame_time)); }
+std::size_t steps_of(double seconds, int substeps) {
+  return static_cast<std::size_t>(std::lround(seconds / frame_time * substeps));
+}
 
 double time_once(const std::function<void()>& work) {
   const double start = now(Timer::thread);

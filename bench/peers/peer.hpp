@@ -35,7 +35,8 @@ using Peers = std::vector<Peer>;
 [[nodiscard]] std::vector<int> tolerance_ladder(const Cloth& cloth);
 [[nodiscard]] double tolerance_of(int digits);
 
-[[nodiscard]] int frames_of(double seconds);
+// Of so many sub-steps a frame.
+[[nodiscard]] std::size_t steps_of(double seconds, int substeps);
 
 // The time that `work` takes, by this thread's own clock.
 [[nodiscard]] double time_once(const std::function<void()>& work);

@@ -93,7 +93,7 @@ Motion motion_of(const System& system) {
 tl::expected<Outcome, std::string> run(const Cloth& cloth, int substeps, double seconds) {
   System system = system_of(cloth);
   const double taken = time_once([&] {
-    for (int i = 0; i < frames_of(seconds); ++i) system.step_frame(substeps);
+    for (std::size_t i = 0; i < steps_of(seconds, 1); ++i) system.step_frame(substeps);
   });
   return Outcome{motion_of(system), taken};
 }

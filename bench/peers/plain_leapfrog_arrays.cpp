@@ -41,7 +41,7 @@ template <class T>
 tl::expected<Outcome, std::string> run(const Cloth& cloth, int substeps, double seconds) {
   Arrays<T> arrays(cloth);
   const double taken = time_once([&] {
-    for (int i = 0; i < frames_of(seconds); ++i) arrays.step_frame(substeps);
+    for (std::size_t i = 0; i < steps_of(seconds, 1); ++i) arrays.step_frame(substeps);
   });
   return Outcome{{{arrays.x.begin(), arrays.x.end()}, {arrays.v.begin(), arrays.v.end()}}, taken};
 }

@@ -168,7 +168,7 @@ template <class T>
 tl::expected<Outcome, std::string> run(const Cloth& cloth, int substeps, double seconds) {
   System<T> system = system_of<T>(cloth);
   const double taken = time_once([&] {
-    for (int i = 0; i < frames_of(seconds) * substeps; ++i) system.step(static_cast<T>(frame_time / substeps));
+    for (std::size_t i = 0; i < steps_of(seconds, substeps); ++i) system.step(static_cast<T>(frame_time / substeps));
   });
   return Outcome{motion_of(system), taken};
 }
