@@ -42,6 +42,7 @@ template <class V>
   return {{load_lanes<V>(sweep.apart[0] + s), load_lanes<V>(sweep.apart[1] + s), load_lanes<V>(sweep.apart[2] + s)}};
 }
 
+// (Two independent strands at a time, to hide the latency of one spring's chain, gained 5 % on AVX-512, 15 % on SSE2.)
 template <class V, Damping damping, Origin origin, Visit visit, Arithmetic arithmetic>
 void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, const Strand& strand) noexcept {
   using T = Scalar<V>;

@@ -1,7 +1,7 @@
 // The network passes that one instruction set provides.
 #pragma once
 
-#include "passes/constraint/constraint.inl.hpp"
+#include "passes/constraint/tables.inl.hpp"
 #include "passes/network/grid.inl.hpp"
 #include "passes/network/pairs.inl.hpp"
 #include "passes/network/sequential.inl.hpp"

@@ -1,7 +1,7 @@
 // The network passes' scalar twins.
 #pragma once
 
-#include "passes/constraint/constraint_reference.hpp"
+#include "passes/constraint/tables_reference.hpp"
 #include "passes/network/grid_reference.hpp"
 #include "passes/network/pairs_reference.hpp"
 #include "passes/network/sequential_reference.hpp"
