@@ -132,7 +132,8 @@ TEST_CASE("every format is written whole") {
   CHECK(run(folder, "run fall.json --every 5 --out a.npz").exit == 0);
   CHECK(run(folder, "run fall.json --every 5 --out b.ply --precision float64").exit == 0);
   CHECK(run(folder, "run fall.json --every 5 --out c.vtp").exit == 0);
-  CHECK(folder.entries() == 1 + 1 + 3 + 4);
+  CHECK(run(folder, "run fall.json --every 5 --out d.pc2").exit == 0);
+  CHECK(folder.entries() == 1 + 1 + 3 + 4 + 2);
 }
 
 TEST_CASE("a negative step runs time backwards") {
@@ -270,6 +271,12 @@ TEST_CASE("run and explain refuse sub-steps that are none, too many or too few")
   CHECK(unstable.err.starts_with("dvdx: sheet.json: network.substeps is 1: must be at least "));
   CHECK(run(folder, "explain sheet.json").exit == 0);
   CHECK(run(folder, "explain sheet.json --set network.structural=4e4 --substeps 1").exit == 3);
+}
+
+TEST_CASE("a grid's faces stand in the .obj beside its .pc2") {
+  const SheetFolder folder("sheet-out");
+  CHECK(run(folder, "run sheet.json --out sheet.pc2").exit == 0);
+  CHECK(folder.read("sheet.obj").find("\nf 1 2 8 7\n") != std::string::npos);
 }
 
 TEST_CASE("verify holds a scene with a network against the reference") {
