@@ -70,7 +70,7 @@ Method race(const Peer& peer, const Cloth& cloth, const Reference& reference, co
     const Run run{outcome->knob.empty() ? std::to_string(knob) : outcome->knob, 1e3 * outcome->seconds / duration,
                   deviation_of(cloth, outcome->motion, reference)};
     method.runs.push_back(run);
-    const bool is_met = run.deviation.position <= thresholds.back();
+    const bool is_met = run.deviation.position <= goals.back().position;
     if (outcome->seconds > options.longest() || (is_met && !options.is_full && knob != 0)) break;
   }
   if (!method.runs.empty()) method.refusal.clear();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,13 @@
 
 namespace dvdx::bench {
 
-inline constexpr std::array<double, 4> thresholds = {0.1, 0.01, 0.001, 0.0001};  // of the position error
+// What a method is asked to reach.
+struct Goal {
+  double position;
+  double energy = std::numeric_limits<double>::infinity();
+};
+// The second keeps the energy too: position alone flatters methods whose springs still ring.
+inline constexpr std::array<Goal, 5> goals = {{{0.1}, {0.1, 0.1}, {0.01}, {0.001}, {0.0001}}};
 
 struct Run {
   std::string knob;
@@ -32,8 +39,8 @@ struct SceneResult {
   std::vector<Method> methods;
 };
 
-// The cheapest run with an error of at most `threshold`, or none.
-[[nodiscard]] const Run* cheapest(const Method& method, double threshold);
+// The cheapest run that meets the goal, or none.
+[[nodiscard]] const Run* cheapest(const Method& method, const Goal& goal);
 
 void print_table(const SceneResult& result);
 void print_runs(const SceneResult& result);
