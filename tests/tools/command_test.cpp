@@ -145,25 +145,12 @@ TEST_CASE("a negative step runs time backwards") {
 
 TEST_CASE("usage is exit 2, with a message on stderr alone") {
   const Folder folder("usage");
-  for (const char* arguments : {"",
-                                "walk fall.json",
-                                "run",
-                                "run fall.json --speed 3",
-                                "run fall.json --precision float16",
-                                "run fall.json --isa mmx",
-                                "run fall.json --layout rows",
-                                "run fall.json --method verlet",
-                                "run fall.json --threads 0",
-                                "run fall.json --every -1",
-                                "run fall.json --step 0",
-                                "run fall.json --step nan",
-                                "run fall.json --step 0.3",
-                                "run fall.json --duration -1",
-                                "run fall.json --out a.xyz",
-                                "run fall.json --set stiffness",
-                                "run fall.json --scheme leapfrog",
-                                "run fall.json --substeps 4",
-                                "run fall.json --isa sse2 --arithmetic contracted"}) {
+  for (const char* arguments :
+       {"", "walk fall.json", "run", "run fall.json --speed 3", "run fall.json --precision float16", "run fall.json --isa mmx",
+        "run fall.json --layout rows", "run fall.json --method verlet", "run fall.json --threads 0", "run fall.json --every -1",
+        "run fall.json --step 0", "run fall.json --step nan", "run fall.json --step 0.3", "run fall.json --duration -1",
+        "run fall.json --out a.xyz", "run fall.json --set stiffness", "run fall.json --scheme leapfrog",
+        "run fall.json --substeps 4", "run fall.json --isa sse2 --arithmetic contracted"}) {
     CAPTURE(std::string(arguments));
     const auto result = run(folder, arguments);
     CHECK(result.exit == 2);
