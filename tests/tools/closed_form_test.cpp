@@ -153,4 +153,41 @@ TEST_CASE("only scenes with a closed form are said to have one") {
   CHECK(dvdx::tool::closed_form_of(radial) == ClosedForm::none);
 }
 
+dvdx::tool::SceneFile swinging_pair() {
+  dvdx::tool::SceneFile file;
+  file.particles.count = 2;
+  file.particles.position = std::vector<dvdx::Vec3>{{1, 2, 0}, {1, 2, 3}};
+  file.particles.velocity = std::vector<dvdx::Vec3>{{5, 0, 1}, {5, 0, -1}};
+  file.scene.mass = std::vector<double>{1, 3};
+  file.scene.add(dvdx::Network(dvdx::Springs{.pairs = {{1, 0}}, .stiffness = 12.0, .rest_length = 2.5}));
+  file.scene.add(dvdx::Constant{.acceleration = {0, -2, 0}});
+  return file;
+}
+
+TEST_CASE("two bodies on one spring swing about their centre of mass, which flies") {
+  const auto file = swinging_pair();
+  REQUIRE(closed_form_of(file) == dvdx::tool::ClosedForm::pair);
+  const double t = 0.7;
+  const double omega = 4;  // sqrt(12 (1 + 1/3))
+  const double r = 2.5 + 0.5 * std::cos(omega * t) - 2 / omega * std::sin(omega * t);
+  const double centre = 2.25 - 0.5 * t;
+  const auto first = exact_state(file, 0, t);
+  const auto second = exact_state(file, 1, t);
+  CHECK(static_cast<double>(first[0].x) == doctest::Approx(1 + 5 * t));
+  CHECK(static_cast<double>(second[1].x) == doctest::Approx(2 - t * t));
+  CHECK(static_cast<double>(first[2].x) == doctest::Approx(centre - 0.75 * r));
+  CHECK(static_cast<double>(second[2].x) == doctest::Approx(centre + 0.25 * r));
+}
+
+TEST_CASE("other networks have no closed form") {
+  auto file = swinging_pair();
+  SUBCASE("off its line") { file.particles.velocity = std::vector<dvdx::Vec3>{{1, 0, 0}, {0, 0, 0}}; }
+  SUBCASE("through one another") { file.particles.velocity = std::vector<dvdx::Vec3>{{0, 0, 99}, {0, 0, 0}}; }
+  SUBCASE("damped") { std::get<dvdx::Springs>(file.scene.networks[0]).damping = 1; }
+  SUBCASE("one of them fixed") { file.scene.fixed = {0}; }
+  SUBCASE("a constraint") { file.scene.add(dvdx::Constraint(dvdx::OnPoint{.particle = 0, .at = {1, 2, 0}})); }
+  SUBCASE("a floor") { file.scene.add(dvdx::Plane{.offset = -9}); }
+  CHECK(closed_form_of(file) == dvdx::tool::ClosedForm::none);
+}
+
 }  // namespace

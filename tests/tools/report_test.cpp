@@ -171,6 +171,46 @@ TEST_CASE("a run that diverges stays in the list and is named") {
   CHECK(to_json(whole).dump().find(":nan") == std::string::npos);
 }
 
+TEST_CASE("a pair on one spring: every scheme at its own order, against the closed form") {
+  Report whole{.machine = {}, .scenes = {measured(shipped("seed-pair"))}};
+  const auto& report = whole.scenes[0];
+  CHECK(report.reference.kind == "closed_form");
+  CHECK(report.keeps_energy);
+  const auto& fourth = order_named(report, "fourth_order");
+  REQUIRE(fourth.fitted);
+  CHECK(std::abs(*fourth.fitted - 4) < 0.1);
+  const auto& leapfrog = order_named(report, "leapfrog");
+  REQUIRE(leapfrog.fitted);
+  CHECK(std::abs(*leapfrog.fitted - 2) < 0.1);
+  for (const auto& run : report.runs) {
+    CAPTURE(run.method);
+    CHECK_FALSE(run.errors.diverged);
+    if (run.method == "accumulate exact") CHECK(run.errors.relative < 1e-12);
+    if (run.method == "sequential 0.5") CHECK(run.errors.energy_drift < 1e-12);
+  }
+  const auto runs = to_json(whole)["scenes"][0]["runs"];
+  CHECK(runs[0]["scheme"] == "leapfrog");
+  CHECK(runs[0]["method"] == "combined");
+  CHECK(runs[0]["substeps"] == 1);
+  CHECK(runs.back()["scheme"] == "accumulate");
+  CHECK(runs.back()["method"] == "exact");
+  CHECK(runs.back()["axis"] == "start");
+}
+
+TEST_CASE("a network without a closed form is held against finer sub-steps, and what cannot run is named") {
+  auto file = shipped("net-stiff");
+  file.duration = 0.5;
+  file.scene.add(dvdx::Plane{.offset = -9});  // far below
+  Report whole{.machine = {}, .scenes = {measured(file)}};
+  const auto& report = whole.scenes[0];
+  CHECK(report.reference.kind == "extrapolated");
+  for (const auto& run : report.runs) CHECK(run.substeps < report.reference.substeps);
+  // The sum of the pairs' own contributions comes after an impact.
+  CHECK(report.left_out.size() == 5);
+  CHECK(to_text(whole).find("LEFT OUT: accumulate pulse in float64: network.scheme is accumulate") != std::string::npos);
+  CHECK(to_json(whole)["scenes"][0]["left_out"].size() == 5);
+}
+
 TEST_CASE("a sample moves as its particles do among all") {
   const auto file = shipped("meadow");
   const auto sample = sample_of(file, 100);

@@ -311,6 +311,92 @@ bool is_bounce(const SceneFile& file) {
   return true;
 }
 
+// --- Two bodies on one spring ------------------------------------------------------------------------------------------------
+// Their centre of mass flies, and their distance r swings: r'' = -k (1/m0 + 1/m1) (r - rest length).
+std::array<Vec3, 2> each_start(const Vectors& vectors) { return {value_of(vectors, 0), value_of(vectors, 1)}; }
+
+struct PairProblem {
+  AxisEquation equation;
+  AxisState start;  // of r - rest length
+  long double rest_length = 0;
+  std::array<long double, 3> line{};    // of length 1, from particle 0 to particle 1
+  std::array<long double, 2> shares{};  // of r, from the centre of mass
+  std::array<AxisState, 3> centre{};
+  std::array<long double, 3> acceleration{};
+};
+
+using LongVector = std::array<long double, 3>;
+
+LongVector between(const Vec3& from, const Vec3& to) {
+  LongVector way{};
+  for (std::size_t axis = 0; axis < 3; ++axis) way[axis] = static_cast<long double>(to[axis]) - from[axis];
+  return way;
+}
+
+long double length(const LongVector& v) { return std::hypot(v[0], v[1], v[2]); }
+
+PairProblem pair_problem(const SceneFile& file) {
+  PairProblem problem;
+  const auto& springs = std::get<Springs>(file.scene.networks.front());
+  const auto x = each_start(file.particles.position);
+  const auto v = each_start(file.particles.velocity);
+  const long double m0 = file.scene.mass[0];
+  const long double m1 = file.scene.mass[1];
+  const auto way = between(x[0], x[1]);
+  const auto speed = between(v[0], v[1]);
+  const long double r = length(way);
+  long double away = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    problem.line[axis] = way[axis] / r;
+    away += problem.line[axis] * speed[axis];
+    problem.centre[axis] = {(m0 * x[0][axis] + m1 * x[1][axis]) / (m0 + m1), (m0 * v[0][axis] + m1 * v[1][axis]) / (m0 + m1)};
+    for (const auto& force : file.scene.forces) problem.acceleration[axis] += std::get<Constant>(force).acceleration[axis];
+  }
+  problem.rest_length = springs.rest_length ? static_cast<long double>((*springs.rest_length)[0]) : r;
+  problem.equation.W = springs.stiffness[0] * (1 / m0 + 1 / m1);
+  problem.start = {r - problem.rest_length, away};
+  problem.shares = {-m1 / (m0 + m1), m0 / (m0 + m1)};
+  return problem;
+}
+
+std::vector<AxisState> pair_state(const SceneFile& file, std::size_t particle, long double t) {
+  const auto problem = pair_problem(file);
+  auto r = solve(problem.equation, problem.start, t);
+  r.x += problem.rest_length;
+  std::vector<AxisState> state(3);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const long double along = problem.shares[particle] * problem.line[axis];
+    state[axis] = flight(problem.centre[axis], problem.acceleration[axis], t);
+    state[axis].x += along * r.x;
+    state[axis].v += along * r.v;
+  }
+  return state;
+}
+
+// Along one line, and never so far in that the two meet.
+bool keeps_its_line(const SceneFile& file) {
+  const auto x = each_start(file.particles.position);
+  const auto v = each_start(file.particles.velocity);
+  const auto speed = between(v[0], v[1]);
+  if (!(length(between(x[0], x[1])) > 0)) return false;
+  const auto problem = pair_problem(file);
+  LongVector across = speed;
+  for (std::size_t axis = 0; axis < 3; ++axis) across[axis] -= problem.start.v * problem.line[axis];
+  if (length(across) > 1e-15L * length(speed)) return false;
+  const long double swing = std::hypot(problem.start.x, problem.start.v / std::sqrt(problem.equation.W));
+  return problem.equation.W > 0 && swing < problem.rest_length;
+}
+
+bool is_pair(const SceneFile& file) {
+  const auto& scene = file.scene;
+  if (file.particles.count != 2 || scene.networks.size() != 1 || !scene.constraints.empty()) return false;
+  if (!scene.contacts.empty() || !scene.fixed.empty()) return false;
+  const auto is_constant = [](const Force& force) { return std::holds_alternative<Constant>(force); };
+  if (!std::all_of(scene.forces.begin(), scene.forces.end(), is_constant)) return false;
+  const auto* springs = std::get_if<Springs>(&scene.networks.front());
+  return springs != nullptr && springs->pairs.size() == 1 && springs->damping == 0 && keeps_its_line(file);
+}
+
 std::vector<AxisState> resting(const SceneFile& file, std::size_t particle) {
   std::vector<AxisState> state(3);
   for (std::size_t axis = 0; axis < 3; ++axis) state[axis].x = value_of(file.particles.position, particle)[axis];
@@ -342,6 +428,7 @@ AxisState solve(const BounceEquation& equation, AxisState start, long double t) 
 
 ClosedForm closed_form_of(const SceneFile& file) {
   const auto& scene = file.scene;
+  if (!scene.networks.empty() || !scene.constraints.empty()) return is_pair(file) ? ClosedForm::pair : ClosedForm::none;
   const auto is_radial = [](const Force& force) { return std::holds_alternative<RadialSpring>(force); };
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_radial)) return ClosedForm::none;
   if (scene.contacts.empty()) return ClosedForm::affine;
@@ -368,7 +455,9 @@ Path exact_path(const SceneFile& file, double unit, std::span<const std::uint64_
 
 std::vector<AxisState> exact_state(const SceneFile& file, std::size_t particle, long double t) {
   if (is_fixed(file, particle)) return resting(file, particle);
-  if (closed_form_of(file) == ClosedForm::bounce) return bounce_state(file, particle, t);
+  const auto form = closed_form_of(file);
+  if (form == ClosedForm::bounce) return bounce_state(file, particle, t);
+  if (form == ClosedForm::pair) return pair_state(file, particle, t);
   std::vector<AxisState> state;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto problem = AxisBuilder(file, particle, axis).problem();

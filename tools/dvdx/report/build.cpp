@@ -10,6 +10,7 @@
 #include "report/baseline.hpp"
 #include "report/claims.hpp"
 #include "report/long_run.hpp"
+#include "report/network_runs.hpp"
 #include "report/orders.hpp"
 #include "report/sample.hpp"
 
@@ -174,6 +175,7 @@ class SceneMeasurement {
 }  // namespace
 
 SceneReport measure_scene(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell) {
+  if (!file.scene.networks.empty()) return measure_network_scene(file, wish, setup, tell);
   return SceneMeasurement(file, wish, setup, tell).measure();
 }
 

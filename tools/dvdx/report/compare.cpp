@@ -9,6 +9,11 @@ namespace dvdx::tool::report {
 
 template <class T>
 void Comparison::take(const State<T>& state, std::size_t time) {
+  take(state, time, tool::energy(sample_, state));
+}
+
+template <class T>
+void Comparison::take(const State<T>& state, std::size_t time, double energy) {
   const auto& path = reference_.path;
   std::size_t bad = 0;
   for (std::size_t i = 0; i < path.particles; ++i) {
@@ -29,7 +34,7 @@ void Comparison::take(const State<T>& state, std::size_t time) {
     ++compared_;
   }
   bad_particles_ = std::max(bad_particles_, bad);
-  energy_.push_back(tool::energy(sample_, state));
+  energy_.push_back(energy);
   const double expected = reference_.keeps_energy ? energy_.front() : reference_.energy[time];
   drift_ = std::max(drift_, std::abs(energy_.back() - expected));
 }
@@ -52,5 +57,6 @@ Errors Comparison::errors() const {
 
 template void Comparison::take(const State<float>&, std::size_t);
 template void Comparison::take(const State<double>&, std::size_t);
+template void Comparison::take(const State<double>&, std::size_t, double);
 
 }  // namespace dvdx::tool::report

@@ -18,6 +18,9 @@ class Comparison {
   // `state` is the run's at sample time `time`, the start (time 0) included.
   template <class T>
   void take(const State<T>& state, std::size_t time);
+  // The same where the energy (J) is of more particles than the state has.
+  template <class T>
+  void take(const State<T>& state, std::size_t time, double energy);
 
   [[nodiscard]] Errors errors() const;
   [[nodiscard]] const std::vector<double>& energy() const noexcept { return energy_; }
@@ -36,5 +39,6 @@ class Comparison {
 
 extern template void Comparison::take(const State<float>&, std::size_t);
 extern template void Comparison::take(const State<double>&, std::size_t);
+extern template void Comparison::take(const State<double>&, std::size_t, double);
 
 }  // namespace dvdx::tool::report

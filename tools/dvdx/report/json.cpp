@@ -20,32 +20,45 @@ Json json_of(const Machine& machine) {
 Json json_of(const Run& run, std::size_t particles) {
   const auto& errors = run.errors;
   const double ns = run.timing.ns_per_particle_step;
-  return {{"method", run.method},
-          {"baseline", run.is_baseline},
-          {"scheme", nullptr},  // of a network
-          {"precision", name_in(precisions, run.precision)},
-          {"step", run.step},
-          {"steps", run.steps},
-          {"substeps", 1},
-          {"isa", run.isa},
-          {"threads", run.threads},
-          {"layout", run.layout},
-          {"arithmetic", run.arithmetic},
-          {"ns_per_particle_step", ns},
-          {"seconds_per_simulated_second", 1e-9 * ns * static_cast<double>(particles) / run.step},
-          {"timed_steps", run.timing.steps},
-          {"timed_whole_run", run.timing.whole_run},
-          {"repeats", run.timing.repeats},
-          {"error",
-           {{"position_rms", errors.position_rms},
-            {"position_max", errors.position_max},
-            {"velocity_rms", errors.velocity_rms},
-            {"relative", errors.relative}}},
-          {"energy_drift", errors.energy_drift},
-          {"order", optional_number(run.order)},
-          {"in_fit", run.in_fit},
-          {"diverged", errors.diverged},
-          {"bad_particles", errors.bad_particles}};
+  const auto& coupled = run.coupled;
+  Json json{{"method", coupled ? coupled->method : run.method},
+            {"baseline", run.is_baseline},
+            {"scheme", coupled ? Json(coupled->scheme) : Json(nullptr)},
+            {"precision", name_in(precisions, run.precision)},
+            {"step", run.step},
+            {"steps", run.steps},
+            {"substeps", run.substeps},
+            {"isa", run.isa},
+            {"threads", run.threads},
+            {"layout", run.layout},
+            {"arithmetic", run.arithmetic},
+            {"ns_per_particle_step", ns},
+            {"seconds_per_simulated_second", 1e-9 * ns * static_cast<double>(particles) / run.step},
+            {"timed_steps", run.timing.steps},
+            {"timed_whole_run", run.timing.whole_run},
+            {"repeats", run.timing.repeats},
+            {"error",
+             {{"position_rms", errors.position_rms},
+              {"position_max", errors.position_max},
+              {"velocity_rms", errors.velocity_rms},
+              {"relative", errors.relative}}},
+            {"energy_drift", errors.energy_drift},
+            {"order", optional_number(run.order)},
+            {"in_fit", run.in_fit},
+            {"diverged", errors.diverged},
+            {"bad_particles", errors.bad_particles}};
+  if (!coupled) return json;
+  json["curve"] = run.method;
+  if (!coupled->sweep.empty()) {
+    json["theta"] = coupled->theta;
+    json["sweep"] = coupled->sweep;
+  }
+  if (!coupled->axis.empty()) json["axis"] = coupled->axis;
+  return json;
+}
+
+Json json_of(const LeftOut& run) {
+  return {{"curve", run.method}, {"precision", name_in(precisions, run.precision)}, {"why", run.why}};
 }
 
 Json json_of(const Order& order) {
@@ -92,6 +105,7 @@ Json json_of(const SceneReport& scene) {
   reference["self_error_relative"] = scene.reference.self_error / scene.amplitude;
   if (scene.reference.step > 0) {
     reference["step"] = scene.reference.step;
+    reference["substeps"] = scene.reference.substeps;
     reference["settled"] = scene.reference.settled;
   }
   Json json{{"scene", scene.scene},
@@ -107,6 +121,7 @@ Json json_of(const SceneReport& scene) {
             {"energy_drift_against", scene.keeps_energy ? "start" : "reference"},
             {"runs", runs},
             {"orders", list_of(scene.orders)}};
+  if (!scene.left_out.empty()) json["left_out"] = list_of(scene.left_out);
   if (!scene.long_run.empty()) json["long_run"] = list_of(scene.long_run);
   if (!scene.claims.empty()) json["claims"] = list_of(scene.claims);
   return json;

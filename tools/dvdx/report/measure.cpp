@@ -37,6 +37,12 @@ Timer<T>::Timer(const SceneFile& file, const Grid& grid, const Setup& setup, Eff
 }
 
 template <class T>
+Timer<T>::Timer(const SceneFile& file, Scene moments, const Grid& grid, const Setup& setup, Effort effort)
+    : Timer(file, grid, setup, effort) {
+  moments_scene_ = std::move(moments);
+}
+
+template <class T>
 Timer<T>::~Timer() = default;
 
 template <class T>
@@ -71,7 +77,8 @@ void Timer<T>::make_moments() {
   const std::size_t pieces = effort_ == Effort::full ? 4 : 2;
   auto state = work_.view();
   copy(start_.view(), state);
-  const auto plan = compiled(file_, with_method(file_.scene, Method::combined), grid_.coarsest, setup_.engine, state);
+  const auto scene = moments_scene_ ? *moments_scene_ : with_method(file_.scene, Method::combined);
+  const auto plan = compiled(file_, scene, grid_.coarsest, setup_.engine, state);
   for (std::size_t p = 0; p < pieces; ++p) {
     // In the middle of each of equal parts of the run.
     const auto until = (2 * p + 1) * grid_.coarse_steps / (2 * pieces);
@@ -134,8 +141,14 @@ template <class T>
 Timing Timer<T>::time(Method method, int halving) {
   auto state = work_.view();
   copy(start_.view(), state);
-  const auto plan = compiled(file_, with_method(file_.scene, method), grid_.step(halving), setup_.engine, state);
-  const auto steps = grid_.steps(halving);
+  return time(compiled(file_, with_method(file_.scene, method), grid_.step(halving), setup_.engine, state),
+              grid_.steps(halving));
+}
+
+template <class T>
+Timing Timer<T>::time(const Plan<T>& plan, std::uint64_t steps) {
+  auto state = work_.view();
+  copy(start_.view(), state);
   // How long a step takes, roughly.
   const auto trial = std::clamp<std::uint64_t>((std::uint64_t{1} << 20U) / state.count, 1, steps);
   const auto before = std::chrono::steady_clock::now();

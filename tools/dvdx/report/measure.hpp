@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "report/compare.hpp"
 
@@ -23,11 +24,14 @@ template <class T>
 class Timer {
  public:
   Timer(const SceneFile& file, const Grid& grid, const Setup& setup, Effort effort);
+  // The moments of the run are those of `moments`, which is the scene with another method or scheme.
+  Timer(const SceneFile& file, Scene moments, const Grid& grid, const Setup& setup, Effort effort);
   Timer(const Timer&) = delete;
   Timer& operator=(const Timer&) = delete;
   ~Timer();
 
   [[nodiscard]] Timing time(Method method, int halving);
+  [[nodiscard]] Timing time(const Plan<T>& plan, std::uint64_t steps);
 
  private:
   using Buffer = StateMemory<T>;
@@ -39,6 +43,7 @@ class Timer {
   void run(const Plan<T>& plan, std::uint64_t steps);
 
   const SceneFile& file_;
+  std::optional<Scene> moments_scene_;
   const Grid& grid_;
   const Setup& setup_;
   Effort effort_;

@@ -96,13 +96,13 @@ double slope_of(const std::vector<const Run*>& runs) {
   double mean_y = 0;
   const auto count = static_cast<double>(runs.size());
   for (const auto* run : runs) {
-    mean_x += std::log(run->step) / count;
+    mean_x += std::log(run->substep()) / count;
     mean_y += std::log(run->errors.relative) / count;
   }
   double over = 0;
   double under = 0;
   for (const auto* run : runs) {
-    const double x = std::log(run->step) - mean_x;
+    const double x = std::log(run->substep()) - mean_x;
     over += x * (std::log(run->errors.relative) - mean_y);
     under += x * x;
   }
@@ -120,7 +120,7 @@ double floor_of(const Run& run, const std::vector<Run>& runs, const Reference& r
       run.precision == Precision::float32 ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
   long double largest = 0;
   for (const auto each : reference.path.x) largest = std::max(largest, std::abs(each));
-  return unit * static_cast<double>(largest) / reference.amplitude * std::sqrt(static_cast<double>(run.steps));
+  return unit * static_cast<double>(largest) / reference.amplitude * std::sqrt(static_cast<double>(run.steps) * run.substeps);
 }
 
 // The finest runs that are clear of rounding and of the reference's own error: coarse ones have not settled to a slope yet.
@@ -144,6 +144,24 @@ std::optional<double> fit(const std::vector<Run*>& coarse_to_fine, const std::ve
 }
 
 std::string baseline_note(const std::string& method) { return method.starts_with("baseline_") ? "plain loop" : ""; }
+
+bool is_damped(const Network& network) {
+  return std::visit([](const auto& each) { return each.damping > 0; }, network);
+}
+
+// Pulses that depend on positions alone, between exact flows.
+Theory network_theory(const SceneFile& file, const Coupled& coupled) {
+  const auto& networks = file.scene.networks;
+  if (!file.scene.contacts.empty()) return {std::nullopt, "no theory: impacts"};
+  if (!file.scene.constraints.empty()) return {std::nullopt, "no theory: constraints"};
+  if (std::any_of(networks.begin(), networks.end(), is_damped)) return {std::nullopt, "no theory: damped springs"};
+  if (coupled.scheme == "leapfrog") return {2, ""};
+  if (coupled.scheme == "fourth_order") return {4, ""};
+  if (coupled.scheme == "sequential") return {coupled.theta == 0.5 && coupled.sweep == "symmetric" ? 2.0 : 1.0, ""};
+  const bool is_first = coupled.axis == "start" || coupled.method == "pulse" || coupled.method == "symplectic_euler";
+  if (coupled.method == "exact" && closed_form_of(file) == ClosedForm::pair) return {std::nullopt, "exact"};
+  return {is_first ? 1.0 : 2.0, ""};
+}
 
 Theory theory_named(const SceneFile& file, const std::string& method) {
   for (const auto& entry : methods) {
@@ -170,7 +188,7 @@ std::vector<Order> fit_orders(const SceneFile& file, const Reference& reference,
   for (const auto& run : runs) {
     const auto is_same = [&](const Order& o) { return o.method == run.method && o.precision == run.precision; };
     if (std::any_of(orders.begin(), orders.end(), is_same)) continue;
-    const auto theory = theory_named(file, run.method);
+    const auto theory = run.coupled ? network_theory(file, *run.coupled) : theory_named(file, run.method);
     orders.push_back(
         {.method = run.method, .precision = run.precision, .fitted = {}, .theory = theory.order, .note = theory.note});
   }

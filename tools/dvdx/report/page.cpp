@@ -82,6 +82,7 @@ std::string cheapest_table(const SceneReport& scene) {
   std::vector<std::string> head{"method", "precision", "order", "theory"};
   for (const double goal : error_goals) head.push_back(fmt::format("{:.0e}", goal));
   head.emplace_back("least error");
+  head.emplace_back("its energy error");
   head.emplace_back("diverged at steps of");
   Rows rows(head);
   for (const auto& cheapest : cheapest_of(scene)) {
@@ -90,6 +91,7 @@ std::string cheapest_table(const SceneReport& scene) {
                                    theory_text(*order)};
     for (const auto* run : cheapest.runs) cells.push_back(run == nullptr ? "–" : number_text(run->ns_per_particle_second()));
     cells.push_back(number_text(cheapest.best_error));
+    cells.push_back(number_text(cheapest.best_energy_drift));
     std::string diverged;
     for (const double step : cheapest.diverged_steps) diverged += fmt::format("{}{:.3g} s", diverged.empty() ? "" : ", ", step);
     cells.push_back(diverged);
@@ -129,21 +131,31 @@ std::string claims_table(const SceneReport& scene) {
 }
 
 std::string all_runs_table(const SceneReport& scene) {
-  Rows rows({"method", "precision", "step, s", "steps", "ns per particle-step", "s per simulated s", "position rms, m",
-             "position max, m", "velocity rms, m/s", "relative", "energy drift", "in fit"});
+  Rows rows({"method", "precision", "step, s", "steps", "sub-steps", "ns per particle-step", "s per simulated s",
+             "position rms, m", "position max, m", "velocity rms, m/s", "relative", "energy drift", "in fit"});
   for (const auto& run : scene.runs) {
     const auto& errors = run.errors;
-    rows.row({run.method, std::string(name_in(precisions, run.precision)), fmt::format("{:.4g}", run.step),
-              fmt::format("{}", run.steps), fmt::format("{:.3g}", run.timing.ns_per_particle_step),
-              fmt::format("{:.2e}", 1e-9 * run.ns_per_particle_second() * static_cast<double>(scene.particles)),
-              fmt::format("{:.2e}", errors.position_rms), fmt::format("{:.2e}", errors.position_max),
-              fmt::format("{:.2e}", errors.velocity_rms), errors.diverged ? "DIVERGED" : fmt::format("{:.2e}", errors.relative),
-              fmt::format("{:.2e}", errors.energy_drift), run.in_fit ? "yes" : ""},
-             errors.diverged   ? "no"
-             : run.is_baseline ? "baseline"
-                               : "");
+    rows.row(
+        {run.method, std::string(name_in(precisions, run.precision)), fmt::format("{:.4g}", run.step),
+         fmt::format("{}", run.steps), fmt::format("{}", run.substeps), fmt::format("{:.3g}", run.timing.ns_per_particle_step),
+         fmt::format("{:.2e}", 1e-9 * run.ns_per_particle_second() * static_cast<double>(scene.particles)),
+         fmt::format("{:.2e}", errors.position_rms), fmt::format("{:.2e}", errors.position_max),
+         fmt::format("{:.2e}", errors.velocity_rms), errors.diverged ? "DIVERGED" : fmt::format("{:.2e}", errors.relative),
+         fmt::format("{:.2e}", errors.energy_drift), run.in_fit ? "yes" : ""},
+        errors.diverged   ? "no"
+        : run.is_baseline ? "baseline"
+                          : "");
   }
   return fmt::format("<details><summary>All {} runs</summary>\n{}</details>\n", scene.runs.size(), rows.text());
+}
+
+std::string left_out_list(const SceneReport& scene) {
+  if (scene.left_out.empty()) return "";
+  std::string items;
+  for (const auto& run : scene.left_out) {
+    items += fmt::format("<li>{} in {}: {}</li>\n", escaped(run.method), name_in(precisions, run.precision), escaped(run.why));
+  }
+  return fmt::format("<details><summary>{} left out</summary>\n<ul>{}</ul></details>\n", scene.left_out.size(), items);
 }
 
 std::string facts(const SceneReport& scene) {
@@ -162,7 +174,8 @@ std::string section(const Report& report, std::size_t index, const Pictures& pic
   for (std::size_t p = 0; p < pictures.all.size(); ++p) {
     if (pictures.all[p].scene == index) text += "<figure>" + inlined(pictures.all[p], p) + "</figure>\n";
   }
-  return text + cheapest_table(scene) + long_run_table(scene) + claims_table(scene) + all_runs_table(scene) + "</section>\n";
+  return text + cheapest_table(scene) + long_run_table(scene) + claims_table(scene) + all_runs_table(scene) +
+         left_out_list(scene) + "</section>\n";
 }
 
 std::string footer(const Machine& machine) {

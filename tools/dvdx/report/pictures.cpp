@@ -22,14 +22,25 @@ struct Style {
   int dash;
 };
 
-constexpr std::array<Style, 8> styles{{{"combined", "combined", "#0072b2", 7, 1},
-                                       {"exact", "exact, each alone", "#d55e00", 5, 1},
-                                       {"average_acceleration", "average acceleration", "#009e73", 9, 1},
-                                       {"pulse", "pulse", "#cc79a7", 11, 1},
-                                       {"symplectic_euler", "symplectic Euler", "#e69f00", 13, 1},
-                                       {"baseline_rk4", "plain loop, RK4", "#56b4e9", 4, 2},
-                                       {"baseline_leapfrog", "plain loop, leapfrog", "#999999", 6, 2},
-                                       {"reference", "reference", "black", 0, 3}}};
+constexpr std::array<Style, 19> styles{{{"combined", "combined", "#0072b2", 7, 1},
+                                        {"exact", "exact, each alone", "#d55e00", 5, 1},
+                                        {"average_acceleration", "average acceleration", "#009e73", 9, 1},
+                                        {"pulse", "pulse", "#cc79a7", 11, 1},
+                                        {"symplectic_euler", "symplectic Euler", "#e69f00", 13, 1},
+                                        {"baseline_rk4", "plain loop, RK4", "#56b4e9", 4, 2},
+                                        {"baseline_leapfrog", "plain loop, leapfrog", "#999999", 6, 2},
+                                        {"leapfrog", "leapfrog", "#0072b2", 7, 1},
+                                        {"fourth_order", "fourth order", "#d55e00", 5, 1},
+                                        {"sequential 0.5", "sequential, theta 0.5", "#009e73", 9, 1},
+                                        {"sequential 0.55", "sequential, theta 0.55", "#56b4e9", 11, 1},
+                                        {"sequential 1 forward", "sequential, theta 1 forward", "#cc79a7", 13, 1},
+                                        {"accumulate combined", "accumulate combined", "#0072b2", 6, 2},
+                                        {"accumulate exact", "accumulate exact", "#d55e00", 4, 2},
+                                        {"accumulate average_acceleration", "accumulate average acceleration", "#009e73", 8, 2},
+                                        {"accumulate pulse", "accumulate pulse", "#cc79a7", 10, 2},
+                                        {"accumulate symplectic_euler", "accumulate symplectic Euler", "#e69f00", 12, 2},
+                                        {"accumulate exact, start", "accumulate exact, start", "#999999", 14, 2},
+                                        {"reference", "reference", "black", 0, 3}}};
 
 const Style& style_of(std::string_view method) {
   for (const auto& style : styles) {

@@ -16,36 +16,6 @@ double rms_distance(const std::vector<long double>& a, const std::vector<long do
   return static_cast<double>(std::sqrt(sum / (static_cast<long double>(a.size()) / 3)));
 }
 
-// Each particle from its own mean position over the run.
-double amplitude_of(const Path& path) {
-  long double sum = 0;
-  for (std::size_t i = 0; i < path.particles; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      long double mean = 0;
-      for (std::size_t k = 0; k < path.times; ++k)
-        mean += path.x[path.index(k, i, axis)] / static_cast<long double>(path.times);
-      for (std::size_t k = 0; k < path.times; ++k) {
-        const auto off = path.x[path.index(k, i, axis)] - mean;
-        sum += off * off;
-      }
-    }
-  }
-  return static_cast<double>(std::sqrt(sum / static_cast<long double>(path.particles * path.times)));
-}
-
-bool keeps_energy(const Scene& scene) {
-  const auto keeps = [](const auto& force) {
-    using Type = std::decay_t<decltype(force)>;
-    if constexpr (requires { force.damping; }) return force.damping == 0;
-    return std::is_same_v<Type, Constant>;
-  };
-  const auto is_elastic = [](const auto& contact) {
-    return contact.restitution == 1 && contact.friction == 0 && contact.viscosity == 0 && contact.normal_viscosity == 0;
-  };
-  return std::all_of(scene.forces.begin(), scene.forces.end(), [&](const Force& f) { return std::visit(keeps, f); }) &&
-         std::all_of(scene.contacts.begin(), scene.contacts.end(), [&](const Contact& c) { return std::visit(is_elastic, c); });
-}
-
 // Amplitude and energies of the path.
 void describe(Reference& reference, const SceneFile& sample) {
   const auto& path = reference.path;
@@ -122,6 +92,40 @@ int halving_of(const Reference& reference, const Grid& grid) {
 constexpr int beyond_the_finest = 2;  // halvings
 
 }  // namespace
+
+double amplitude_of(const Path& path) {
+  long double sum = 0;
+  for (std::size_t i = 0; i < path.particles; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      long double mean = 0;
+      for (std::size_t k = 0; k < path.times; ++k)
+        mean += path.x[path.index(k, i, axis)] / static_cast<long double>(path.times);
+      for (std::size_t k = 0; k < path.times; ++k) {
+        const auto off = path.x[path.index(k, i, axis)] - mean;
+        sum += off * off;
+      }
+    }
+  }
+  return static_cast<double>(std::sqrt(sum / static_cast<long double>(path.particles * path.times)));
+}
+
+double distance(const Path& a, const Path& b) { return rms_distance(a.x, b.x); }
+
+bool keeps_energy(const Scene& scene) {
+  const auto keeps = [](const auto& force) {
+    using Type = std::decay_t<decltype(force)>;
+    if constexpr (requires { force.damping; }) return force.damping == 0;
+    return std::is_same_v<Type, Constant>;
+  };
+  const auto is_undamped = [](const auto& network) { return network.damping == 0; };
+  const auto is_elastic = [](const auto& contact) {
+    return contact.restitution == 1 && contact.friction == 0 && contact.viscosity == 0 && contact.normal_viscosity == 0;
+  };
+  return std::all_of(scene.networks.begin(), scene.networks.end(),
+                     [&](const Network& n) { return std::visit(is_undamped, n); }) &&
+         std::all_of(scene.forces.begin(), scene.forces.end(), [&](const Force& f) { return std::visit(keeps, f); }) &&
+         std::all_of(scene.contacts.begin(), scene.contacts.end(), [&](const Contact& c) { return std::visit(is_elastic, c); });
+}
 
 Reference first_reference(const SceneFile& sample, const Grid& grid, const Setup& setup) {
   Reference reference;

@@ -27,4 +27,13 @@ struct Reference {
 bool refine(Reference& reference, const SceneFile& sample, const Grid& grid, const Setup& setup, double smallest_error,
             Effort effort);
 
+// Of each particle from its own mean position over the path, root mean square; m.
+[[nodiscard]] double amplitude_of(const Path& path);
+
+// Root mean square over particles and times; m.
+[[nodiscard]] double distance(const Path& a, const Path& b);
+
+// Whether nothing in the scene takes or gives energy.
+[[nodiscard]] bool keeps_energy(const Scene& scene);
+
 }  // namespace dvdx::tool::report

@@ -30,12 +30,21 @@ struct Timing {
   bool whole_run = true;  // else pieces from several moments of the run
 };
 
-struct Run {
+struct Coupled {  // how networks were stepped
+  std::string scheme;
   std::string method;
+  std::string sweep, axis;  // empty where the scheme has none
+  double theta = 0;
+};
+
+struct Run {
+  std::string method;  // or, of networks, the scheme and what it takes: what the runs of a curve have in common
   bool is_baseline = false;
   Precision precision = Precision::float64;
   double step = 0;  // s
   std::uint64_t steps = 0;
+  int substeps = 1;  // of a step
+  std::optional<Coupled> coupled{};
   std::string isa;
   int threads = 1;
   std::string layout;
@@ -46,6 +55,7 @@ struct Run {
   std::optional<double> order;  // fitted, the same for all runs of a method and precision
 
   [[nodiscard]] double ns_per_particle_second() const { return timing.ns_per_particle_step / step; }
+  [[nodiscard]] double substep() const { return step / substeps; }  // s
 };
 
 // What a method's order should be here, and which it is.
@@ -61,7 +71,14 @@ struct ReferenceFacts {
   std::string kind;       // closed_form or extrapolated
   double self_error = 0;  // m, root mean square
   double step = 0;        // s, of an extrapolated one
+  int substeps = 1;       // of its step
   bool settled = true;    // an extrapolated one moved less than a hundredth of the smallest error shown
+};
+
+struct LeftOut {  // a curve or a run that was not measured
+  std::string method;
+  Precision precision = Precision::float64;
+  std::string why;
 };
 
 struct EnergyCurve {
@@ -106,6 +123,7 @@ struct SceneReport {
   double energy_scale = 0;    // J
   bool keeps_energy = false;  // nothing in the scene takes or gives any
   std::vector<Run> runs;
+  std::vector<LeftOut> left_out{};
   std::vector<Order> orders;
   std::vector<EnergyCurve> energy_curves;  // float64, at the scene's own step; the reference's first
   std::vector<LongRun> long_run;

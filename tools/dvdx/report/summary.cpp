@@ -12,10 +12,13 @@ namespace {
 
 void take(const Run& run, Cheapest& cheapest) {
   if (run.errors.diverged) {
-    cheapest.diverged_steps.push_back(run.step);
+    cheapest.diverged_steps.push_back(run.substep());
     return;
   }
-  cheapest.best_error = std::min(cheapest.best_error, run.errors.relative);
+  if (run.errors.relative < cheapest.best_error) {
+    cheapest.best_error = run.errors.relative;
+    cheapest.best_energy_drift = run.errors.energy_drift;
+  }
   for (std::size_t g = 0; g < error_goals.size(); ++g) {
     if (!(run.errors.relative <= error_goals[g])) continue;
     const auto* best = cheapest.runs[g];
@@ -77,12 +80,15 @@ std::string number_text(double value) {
   return size >= 100 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
 }
 
+bool is_coupled(const SceneReport& scene) { return !scene.runs.empty() && scene.runs.front().coupled; }
+
 std::string reference_text(const SceneReport& scene) {
   const auto& reference = scene.reference;
   auto text = reference.kind == "closed_form"
                   ? fmt::format("closed form in long double, its own error {:.1e} m", reference.self_error)
-                  : fmt::format("method combined in float64 with steps of {:.2e} s; halving moved it by {:.1e} m",
-                                reference.step, reference.self_error);
+                  : fmt::format("{} in float64 with steps of {:.2e} s; halving moved it by {:.1e} m",
+                                is_coupled(scene) ? "scheme fourth_order" : "method combined",
+                                reference.step / reference.substeps, reference.self_error);
   if (!reference.settled) text += ", which is MORE than a hundredth of the smallest error shown";
   return text;
 }

@@ -16,7 +16,8 @@ struct Cheapest {
   Precision precision = Precision::float64;
   std::array<const Run*, error_goals.size()> runs{};
   double best_error = 0;
-  std::vector<double> diverged_steps;  // s
+  double best_energy_drift = 0;        // of the run with that error
+  std::vector<double> diverged_steps;  // s, sub-steps of networks
 };
 
 [[nodiscard]] std::vector<Cheapest> cheapest_of(const SceneReport& scene);
@@ -28,6 +29,9 @@ struct Cheapest {
 [[nodiscard]] std::string theory_text(const Order& order);
 // 12.3, 4.56e+07
 [[nodiscard]] std::string number_text(double value);
+
+// Whether the runs are those of networks, by scheme and sub-steps.
+[[nodiscard]] bool is_coupled(const SceneReport& scene);
 
 // Facts of a scene in one line.
 [[nodiscard]] std::string reference_text(const SceneReport& scene);

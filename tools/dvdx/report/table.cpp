@@ -44,6 +44,7 @@ std::string runs_table(const SceneReport& scene) {
   std::vector<std::string> head{"method", "precision", "order", "theory"};
   for (const double goal : error_goals) head.push_back(fmt::format("{:.0e}", goal));
   head.emplace_back("least error");
+  head.emplace_back("its energy error");
   table.row(head);
   for (const auto& cheapest : cheapest_of(scene)) {
     const auto* order = order_of(scene, cheapest.method, cheapest.precision);
@@ -51,6 +52,7 @@ std::string runs_table(const SceneReport& scene) {
                                    theory_text(*order)};
     for (const auto* run : cheapest.runs) cells.push_back(run == nullptr ? "-" : number_text(run->ns_per_particle_second()));
     cells.push_back(number_text(cheapest.best_error));
+    cells.push_back(number_text(cheapest.best_energy_drift));
     table.row(cells);
   }
   return table.text();
@@ -64,6 +66,14 @@ std::string diverged_text(const SceneReport& scene) {
     for (const double step : cheapest.diverged_steps) steps += fmt::format("{}{:.4g}", steps.empty() ? "" : ", ", step);
     text +=
         fmt::format("  DIVERGED: {} in {} at steps of {} s\n", cheapest.method, name_in(precisions, cheapest.precision), steps);
+  }
+  return text;
+}
+
+std::string left_out_text(const SceneReport& scene) {
+  std::string text;
+  for (const auto& run : scene.left_out) {
+    text += fmt::format("  LEFT OUT: {} in {}: {}\n", run.method, name_in(precisions, run.precision), run.why);
   }
   return text;
 }
@@ -101,7 +111,7 @@ std::string scene_text(const SceneReport& scene) {
     text += fmt::format("errors on {} evenly spread particles, times on all\n", scene.error_particles);
   }
   text += "ns per particle and simulated second of the cheapest run whose relative error is at most\n";
-  text += runs_table(scene) + diverged_text(scene) + long_run_table(scene) + claims_table(scene);
+  text += runs_table(scene) + diverged_text(scene) + left_out_text(scene) + long_run_table(scene) + claims_table(scene);
   return text;
 }
 

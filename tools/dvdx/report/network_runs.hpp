@@ -1,0 +1,10 @@
+// Measures what a report shows of a scene whose particles are joined: schemes and sub-steps at the scene's own step.
+#pragma once
+
+#include "report/build.hpp"
+
+namespace dvdx::tool::report {
+
+[[nodiscard]] SceneReport measure_network_scene(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell);
+
+}  // namespace dvdx::tool::report
