@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "network_program.hpp"
 #include "program.hpp"
 
 namespace dvdx {
@@ -144,6 +145,87 @@ std::string describe_stability(const Program<T>& program) {
   return text;
 }
 
+std::string_view name(Scheme scheme) {
+  switch (scheme) {
+    case Scheme::leapfrog:
+      return "leapfrog";
+    case Scheme::fourth_order:
+      return "fourth_order";
+    case Scheme::sequential:
+      return "sequential";
+    case Scheme::accumulate:
+      return "accumulate";
+  }
+  return "";
+}
+
+template <class T>
+std::string describe_form(const NetworkProgram<T>& network) {
+  using Form = typename NetworkProgram<T>::Form;
+  switch (network.form()) {
+    case Form::grid:
+      return "as a grid: each spring once, no index loaded";
+    case Form::graph:
+      return "as a graph: each particle sums its own";
+    case Form::pairs:
+      return "as a graph: each particle sums its pairs' own contributions";
+    case Form::strands:
+      return "as a grid in sweeps, in bands of rows";
+    case Form::colours:
+      return "as a graph in sweeps of " + std::to_string(network.colours()) + " colours";
+  }
+  return "";
+}
+
+// What the other schemes would take for the same springs and step.
+template <class T>
+std::string describe_other_schemes(const NetworkProgram<T>& network) {
+  std::string text;
+  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
+    if (network.coupling().scheme == scheme) continue;
+    const int substeps = network.safe_substeps({.scheme = scheme});
+    const int pulses = scheme == Scheme::fourth_order ? 6 : 1;
+    text += format("             %s would take %d sub-steps, %d pulses a step\n", std::string(name(scheme)).c_str(), substeps,
+                   substeps * pulses);
+  }
+  if (network.coupling().scheme != Scheme::sequential) {
+    text += "             sequential would take any number of sub-steps, 2 sweeps each (a sweep costs about 2 pulses)\n";
+  }
+  return text;
+}
+
+template <class T>
+std::string describe_network(const NetworkProgram<T>& network) {
+  if (network.springs() == 0) return "";
+  const NetworkLimit& limit = network.limit();
+  const Coupling& coupling = network.coupling();
+  std::string text = format("springs      %zu, %s; %zu bytes of working memory\n", network.springs(),
+                            describe_form(network).c_str(), network.bytes());
+  text += format("scheme       %s, %d sub-steps a step", std::string(name(coupling.scheme)).c_str(), limit.substeps);
+  if (coupling.scheme == Scheme::sequential) {
+    text += format(", theta %g, %s", coupling.theta, coupling.sweeps == Sweeps::symmetric ? "forward and backward" : "forward");
+  }
+  text += coupling.substeps ? " (asked for)\n" : " (chosen)\n";
+  text += format("frequency    %.6g rad/s at the start, at most %.6g in any position (the springs of particle %u)\n",
+                 limit.frequency, limit.bound, limit.particle);
+  const double h = std::abs(network.step_size()) / limit.substeps;
+  if (std::isinf(limit.limit)) {
+    text +=
+        "             stable at any sub-step where the springs are linear; position errors grow with frequency x sub-step, ";
+    text += format("here %.3g\n", limit.frequency * h);
+  } else {
+    const double margin = limit.limit / (limit.bound * h) - 1;
+    text += format("             frequency x sub-step is %.3g at the start and at most %.3g; the scheme takes %.3g: ",
+                   limit.frequency * h, limit.bound * h, limit.limit);
+    text += margin >= -1e-9 ? format("a margin of %.0f %%\n", 100 * std::max(0.0, margin))
+                            : format("MAY GROW where the springs fold onto one line; %d sub-steps are safe\n", limit.safe);
+  }
+  if (coupling.scheme == Scheme::accumulate && coupling.method == Method::exact) {
+    text += "             exact contributions of springs that share particles gain energy at every step\n";
+  }
+  return text + describe_other_schemes(network);
+}
+
 }  // namespace
 
 template <class T>
@@ -169,7 +251,8 @@ std::string Plan<T>::explain() const {
                  program.column_bytes(), count);
   text += has_radial || !program.scene.contacts.empty() ? " before contacts and radial springs\n" : "\n";
   text += describe_stability(program);
-  const bool is_seekable = program.scene.contacts.empty() && !has_radial && program.scene.fixed.empty();
+  if (program.network) text += describe_network(*program.network);
+  const bool is_seekable = !program.network && program.scene.contacts.empty() && !has_radial && program.scene.fixed.empty();
   text += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");
   return text;
 }

@@ -51,6 +51,11 @@ class NetworkProgram {
   [[nodiscard]] Form form() const noexcept { return form_; }
   [[nodiscard]] const NetworkLimit& limit() const noexcept { return limit_; }
   [[nodiscard]] const Coupling& coupling() const noexcept { return coupling_; }
+  [[nodiscard]] double step_size() const noexcept { return h_; }  // s
+  // What another scheme would need to be stable in any position.
+  [[nodiscard]] int safe_substeps(const Coupling& other) const {
+    return substeps_for(other, h_, frequencies_.bound, frequencies_.damping);
+  }
   [[nodiscard]] std::size_t springs() const noexcept { return spring_count_; }
   [[nodiscard]] std::size_t colours() const noexcept { return colours_.empty() ? 0 : colours_.size() - 1; }
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }

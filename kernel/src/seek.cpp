@@ -121,6 +121,10 @@ Expected<void> Plan<T>::seek(State<T>& state, std::uint64_t steps) const {
   const auto refuse = [](std::string field, std::string value) {
     return tl::unexpected(Error{std::move(field), std::move(value), "absent: seek only follows affine motion"});
   };
+  if (!program.scene.networks.empty()) return refuse("network", std::to_string(program.scene.networks.size()) + " networks");
+  if (!program.scene.constraints.empty()) {
+    return refuse("constraints", std::to_string(program.scene.constraints.size()) + " constraints");
+  }
   if (!program.scene.contacts.empty()) return refuse("contacts", std::to_string(program.scene.contacts.size()) + " contacts");
   if (!system.radial().empty()) return refuse("forces[" + std::to_string(system.radial()[0]) + "]", "a radial spring");
   if (!program.scene.fixed.empty()) return refuse("fixed", std::to_string(program.scene.fixed.size()) + " particles");

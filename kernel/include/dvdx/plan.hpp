@@ -71,8 +71,8 @@ class Plan {
   // floating-point environment is restored.
   StepResult step(State<T>& state, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
 
-  // The same motion `steps` steps ahead by powers of the step's matrix. Only for scenes without contacts, radial springs and
-  // fixed particles; an error names what is in the way.
+  // The same motion `steps` steps ahead by powers of the step's matrix. Only for scenes without networks, constraints, contacts,
+  // radial springs and fixed particles; an error names what is in the way.
   Expected<void> seek(State<T>& state, std::uint64_t steps) const;
 
   // Re-makes the coefficients and nothing else; not while another thread steps with this plan.
