@@ -97,13 +97,13 @@ int run(Options options) {
       results.push_back(race_all(make_cloth(scene.front(), options.size, stiffness), options));
       print_table(results.back());
       std::fflush(stdout);
+      if (!options.json.empty()) write_json(options.json, results, load);  // what there is, should the rest be cut short
     }
   }
   if (options.is_full) {
     for (const SceneResult& result : results) print_runs(result);
   }
   print_machine(load);
-  if (!options.json.empty()) write_json(options.json, results, load);
   return 0;
 }
 
