@@ -61,11 +61,13 @@ ConstraintProgram<T>::ConstraintProgram(const Scene& scene, std::span<const Vec3
     : kernels_(kernels), time_(h > 0 ? Time::forwards : Time::backwards) {
   add(scene, start, w, places);
   count_ = ones_.size() + points_.size();
-  const auto colours = coloured(places.size);
+  const auto colours = coloured(blocks(places.size), places.size);
   if (colours.size() > 1) sweeps_ = scene.coupling.iterations;
   make_pairs(colours, places.size);
+  make_chains(colours, places.size);
   make_lines(colours, places.size);
-  pairs_.per_step = lines_.per_step = static_cast<T>(1 / h);
+  pairs_.per_step = chains_.per_step = lines_.per_step = static_cast<T>(1 / h);
+  chains_.newton = scene.coupling.iterations;
   ones_ = {};
 }
 
@@ -113,49 +115,134 @@ void ConstraintProgram<T>::add(const Scene& scene, std::span<const Vec3> start, 
   }
 }
 
-// Each constraint gets the first colour of its kind that neither of its ends has; ends that cannot move take no colour.
+// Links through particles that join exactly two of them, end to end.
 template <class T>
-std::vector<std::vector<std::size_t>> ConstraintProgram<T>::coloured(std::size_t elements) const {
+class ConstraintProgram<T>::Chains {
+ public:
+  Chains(const std::deque<One>& ones, std::size_t elements) : ones_(ones), links_of_(elements), is_taken_(ones.size(), false) {
+    for (std::size_t n = 0; n < ones.size(); ++n) {
+      if (ones[n].kind != Kind::equal) continue;
+      if (ones[n].w_a != 0) links_of_[ones[n].a].push_back(n);
+      if (ones[n].w_b != 0) links_of_[ones[n].b].push_back(n);
+    }
+  }
+
+  // First those that begin at an end, then the rings, whose last link stays alone.
+  Blocks all() {
+    Blocks found;
+    for (std::size_t n = 0; n < ones_.size(); ++n) {
+      if (is_taken_[n] || ones_[n].kind != Kind::equal) continue;
+      if (!joins_two(ones_[n].a, ones_[n].w_a))
+        found.push_back(from(n, ones_[n].a, ones_[n].w_a));
+      else if (!joins_two(ones_[n].b, ones_[n].w_b))
+        found.push_back(from(n, ones_[n].b, ones_[n].w_b));
+    }
+    for (std::size_t n = 0; n < ones_.size(); ++n) {
+      if (!is_taken_[n] && ones_[n].kind == Kind::equal) found.push_back(from(n, ones_[n].a, ones_[n].w_a));
+    }
+    return found;
+  }
+
+ private:
+  [[nodiscard]] bool joins_two(std::uint32_t i, double w) const { return w != 0 && links_of_[i].size() == 2; }
+
+  Block from(std::size_t n, std::uint32_t start, double w) {
+    Block chain{.kind = Kind::equal, .links = {}, .particles = {start}, .w = {w}};
+    for (bool is_on = true; is_on;) {
+      const One& one = ones_[n];
+      is_taken_[n] = true;
+      const bool is_forwards = one.a == chain.particles.back();
+      const std::uint32_t i = is_forwards ? one.b : one.a;
+      const double of_i = is_forwards ? one.w_b : one.w_a;
+      chain.links.push_back(&one);
+      chain.particles.push_back(i);
+      chain.w.push_back(of_i);
+      is_on = joins_two(i, of_i);
+      if (!is_on) break;
+      n = links_of_[i][0] == n ? links_of_[i][1] : links_of_[i][0];
+      const bool closes = ones_[n].a == start || ones_[n].b == start;  // the ring, but for one link
+      is_on = !is_taken_[n] && !closes;
+    }
+    if (chain.links.size() > 1) chain.kind = Kind::chain;
+    if (chain.w.front() != 0 && chain.w.back() == 0) {  // what cannot move comes first
+      std::reverse(chain.links.begin(), chain.links.end());
+      std::reverse(chain.particles.begin(), chain.particles.end());
+      std::reverse(chain.w.begin(), chain.w.end());
+    }
+    return chain;
+  }
+
+  const std::deque<One>& ones_;
+  std::vector<std::vector<std::size_t>> links_of_;
+  std::vector<bool> is_taken_;
+};
+
+template <class T>
+typename ConstraintProgram<T>::Blocks ConstraintProgram<T>::blocks(std::size_t elements) const {
+  Blocks all = Chains(ones_, elements).all();
+  for (const One& one : ones_) {
+    if (one.kind == Kind::equal) continue;
+    all.push_back({.kind = one.kind, .links = {&one}, .particles = {one.a, one.b}, .w = {one.w_a, one.w_b}});
+  }
+  // A bundle is as long as its longest chain.
+  std::stable_sort(all.begin(), all.end(), [](const Block& m, const Block& n) { return m.links.size() > n.links.size(); });
+  return all;
+}
+
+// Each block gets the first colour of its kind that none of its particles has; particles that cannot move take no colour.
+template <class T>
+std::vector<typename ConstraintProgram<T>::Blocks> ConstraintProgram<T>::coloured(Blocks blocks, std::size_t elements) {
   std::vector<std::vector<bool>> taken(elements);
-  std::vector<std::vector<std::size_t>> colours;
-  const auto is_taken = [&](std::uint32_t i, double w, std::size_t c) { return w != 0 && c < taken[i].size() && taken[i][c]; };
-  const auto take = [&](std::uint32_t i, double w, std::size_t c) {
-    if (w == 0) return;
-    if (taken[i].size() <= c) taken[i].resize(c + 1, false);
-    taken[i][c] = true;
+  std::vector<Blocks> colours;
+  const auto is_free = [&](const Block& block, std::size_t c) {
+    for (std::size_t k = 0; k < block.particles.size(); ++k) {
+      const auto& of = taken[block.particles[k]];
+      if (block.w[k] != 0 && c < of.size() && of[c]) return false;
+    }
+    return true;
   };
-  for (std::size_t n = 0; n < ones_.size(); ++n) {
-    const One& one = ones_[n];
+  for (Block& block : blocks) {
     std::size_t c = 0;
-    const auto is_other_kind = [&] { return c < colours.size() && ones_[colours[c][0]].kind != one.kind; };
-    while (is_other_kind() || is_taken(one.a, one.w_a, c) || is_taken(one.b, one.w_b, c)) ++c;
-    take(one.a, one.w_a, c);
-    take(one.b, one.w_b, c);
+    while (c < colours.size() && (colours[c][0].kind != block.kind || !is_free(block, c))) ++c;
+    for (std::size_t k = 0; k < block.particles.size(); ++k) {
+      auto& of = taken[block.particles[k]];
+      if (block.w[k] == 0) continue;
+      if (of.size() <= c) of.resize(c + 1, false);
+      of[c] = true;
+    }
     if (colours.size() == c) colours.emplace_back();
-    colours[c].push_back(n);
+    colours[c].push_back(std::move(block));
   }
   return colours;
 }
 
+// The single constraints of all colours, each colour filled up to whole registers.
 template <class T>
-void ConstraintProgram<T>::make_pairs(const std::vector<std::vector<std::size_t>>& colours, std::size_t beyond) {
-  std::size_t size = 0;
+std::vector<const typename ConstraintProgram<T>::One*> ConstraintProgram<T>::lanes(const std::vector<Blocks>& colours,
+                                                                                   bool is_line) {
   std::vector<const One*> lanes;
-  for (const auto& list : colours) {
-    const Kind kind = ones_[list[0]].kind;
-    if (kind == Kind::line) continue;
-    for (const std::size_t n : list) lanes.push_back(&ones_[n]);
+  for (const Blocks& list : colours) {
+    const Kind kind = list[0].kind;
+    if (kind == Kind::chain || (kind == Kind::line) != is_line) continue;
+    const std::size_t from = lanes.size();
+    for (const Block& block : list) lanes.push_back(block.links[0]);
     lanes.resize(filled(lanes.size()), nullptr);
-    colours_.push_back({kind, size, lanes.size()});
-    size = lanes.size();
+    colours_.push_back({kind, from, lanes.size()});
   }
+  return lanes;
+}
+
+template <class T>
+void ConstraintProgram<T>::make_pairs(const std::vector<Blocks>& colours, std::size_t beyond) {
+  const std::vector<const One*> of = lanes(colours, false);
+  const std::size_t size = of.size();
   a_.assign(size, static_cast<std::int32_t>(beyond));
   b_ = a_;
   T* const l = column(size);
   T* const share_a = column(size);
   T* const share_b = column(size);
   for (std::size_t s = 0; s < size; ++s) {
-    const One* const one = lanes[s];
+    const One* const one = of[s];
     if (one == nullptr) continue;
     a_[s] = static_cast<std::int32_t>(one->a);
     b_[s] = static_cast<std::int32_t>(one->b);
@@ -173,20 +260,13 @@ void ConstraintProgram<T>::make_pairs(const std::vector<std::vector<std::size_t>
 }
 
 template <class T>
-void ConstraintProgram<T>::make_lines(const std::vector<std::vector<std::size_t>>& colours, std::size_t beyond) {
-  std::size_t size = 0;
-  std::vector<const One*> lanes;
-  for (const auto& list : colours) {
-    if (ones_[list[0]].kind != Kind::line) continue;
-    for (const std::size_t n : list) lanes.push_back(&ones_[n]);
-    lanes.resize(filled(lanes.size()), nullptr);
-    colours_.push_back({Kind::line, size, lanes.size()});
-    size = lanes.size();
-  }
+void ConstraintProgram<T>::make_lines(const std::vector<Blocks>& colours, std::size_t beyond) {
+  const std::vector<const One*> of = lanes(colours, true);
+  const std::size_t size = of.size();
   line_a_.assign(size, static_cast<std::int32_t>(beyond));
   lines_ = {.a = line_a_.data(), .p = axes(size), .n1 = axes(size), .n2 = axes(size), .s1 = column(size), .s2 = column(size)};
   for (std::size_t s = 0; s < size; ++s) {
-    const One* const one = lanes[s];
+    const One* const one = of[s];
     if (one == nullptr) continue;
     line_a_[s] = static_cast<std::int32_t>(one->a);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -196,6 +276,49 @@ void ConstraintProgram<T>::make_lines(const std::vector<std::vector<std::size_t>
     }
   }
   bytes_ += size * sizeof(std::int32_t);
+}
+
+template <class T>
+void ConstraintProgram<T>::make_chains(const std::vector<Blocks>& colours, std::size_t beyond) {
+  std::vector<Blocks> of;
+  for (const Blocks& list : colours) {
+    if (list[0].kind == Kind::chain) of.push_back(list);
+  }
+  std::size_t size = 0;
+  for (const Blocks& list : of) {
+    colours_.push_back({Kind::chain, first_.size(), first_.size() + filled(list.size()) / slice});
+    chain_count_ += list.size();
+    for (std::size_t k = 0; k < list.size(); k += slice) {
+      first_.push_back(static_cast<std::uint32_t>(size));
+      links_.push_back(static_cast<std::uint32_t>(list[k].links.size()));  // the longest comes first
+      size += (links_.back() + 1) * slice;
+    }
+  }
+  chain_a_.assign(size, static_cast<std::int32_t>(beyond));
+  T* const l = column(size);
+  T* const w = column(size);
+  std::size_t bundle = 0;
+  for (const Blocks& list : of) {
+    for (std::size_t k = 0; k < list.size(); ++k) add_chain(list[k], first_[bundle + k / slice] + k % slice, l, w);
+    bundle += filled(list.size()) / slice;
+  }
+  chains_ = {.first = first_.data(), .links = links_.data(), .a = chain_a_.data(), .l = l, .w = w, .n = axes(size)};
+  chains_.kept = axes(size);
+  chains_.s = column(size);
+  chains_.over = column(size);
+  chains_.rest = column(size);
+  bytes_ += size * sizeof(std::int32_t);
+}
+
+template <class T>
+void ConstraintProgram<T>::add_chain(const Block& chain, std::size_t first, T* l, T* w) {
+  const double largest = *std::max_element(chain.w.begin(), chain.w.end());
+  for (std::size_t k = 0; k < chain.particles.size(); ++k) {
+    const std::size_t e = first + k * slice;
+    chain_a_[e] = static_cast<std::int32_t>(chain.particles[k]);
+    w[e] = static_cast<T>(chain.w[k] / largest);
+    if (k < chain.links.size()) l[e] = static_cast<T>(chain.links[k]->l);
+  }
 }
 
 template <class T>

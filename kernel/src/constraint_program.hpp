@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <utility>
 #include <vector>
@@ -28,6 +29,7 @@ class ConstraintProgram {
 
   [[nodiscard]] std::size_t constraints() const noexcept { return count_; }
   [[nodiscard]] std::size_t colours() const noexcept { return colours_.size(); }
+  [[nodiscard]] std::size_t chains() const noexcept { return chain_count_; }
   // Sweeps a sub-step: constraints that share no particle are solved by one.
   [[nodiscard]] int sweeps() const noexcept { return sweeps_; }
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
@@ -36,8 +38,7 @@ class ConstraintProgram {
   template <class ForEach>
   void aim(const Axes<T>& x, const ForEach& for_each) const noexcept {
     for (const Colour& colour : colours_) {
-      if (colour.kind == Kind::line) continue;
-      walk(colour, for_each, [&](std::size_t from, std::size_t to) { kernels_.aim_pairs(pairs_, x, from, to); });
+      walk(colour, for_each, [&](std::size_t from, std::size_t to) { aim(colour, x, from, to); });
     }
   }
 
@@ -57,10 +58,10 @@ class ConstraintProgram {
   }
 
  private:
-  enum class Kind : std::uint8_t { equal, at_most, at_least, line };
+  enum class Kind : std::uint8_t { equal, at_most, at_least, chain, line };
   struct Colour {
     Kind kind = Kind::equal;
-    std::size_t from = 0, to = 0;  // in the columns of its kind's terms, multiples of 16
+    std::size_t from = 0, to = 0;  // in the columns of its kind's terms, multiples of 16; of chains, bundles
   };
   struct One {  // a constraint, its ends as elements
     Kind kind = Kind::equal;
@@ -69,6 +70,14 @@ class ConstraintProgram {
     double l = 0;
     Vec3 p{}, n1{}, n2{};
   };
+  // Constraints that are solved together: one, or a chain of them, end to end.
+  struct Block {
+    Kind kind = Kind::equal;
+    std::vector<const One*> links;
+    std::vector<std::uint32_t> particles;  // elements, in the chain's order
+    std::vector<double> w;
+  };
+  class Chains;
   struct Point {
     std::uint32_t a = 0;
     std::array<T, 3> at{};
@@ -81,28 +90,41 @@ class ConstraintProgram {
   T* column(std::size_t size);
   Axes<T> axes(std::size_t size);
   void add(const Scene& scene, std::span<const Vec3> start, std::span<const double> w, const Places& places);
-  [[nodiscard]] std::vector<std::vector<std::size_t>> coloured(std::size_t elements) const;
-  void make_pairs(const std::vector<std::vector<std::size_t>>& colours, std::size_t beyond);
-  void make_lines(const std::vector<std::vector<std::size_t>>& colours, std::size_t beyond);
+  using Blocks = std::vector<Block>;
+  [[nodiscard]] Blocks blocks(std::size_t elements) const;
+  [[nodiscard]] static std::vector<Blocks> coloured(Blocks blocks, std::size_t elements);
+  std::vector<const One*> lanes(const std::vector<Blocks>& colours, bool is_line);
+  void make_pairs(const std::vector<Blocks>& colours, std::size_t beyond);
+  void make_lines(const std::vector<Blocks>& colours, std::size_t beyond);
+  void make_chains(const std::vector<Blocks>& colours, std::size_t beyond);
+  void add_chain(const Block& chain, std::size_t first, T* l, T* w);
   void hold_points(const Axes<T>& x, const Axes<T>& v) const noexcept;
 
+  void aim(const Colour& c, const Axes<T>& x, std::size_t from, std::size_t to) const noexcept {
+    if (c.kind == Kind::line) return;
+    if (c.kind == Kind::chain) return kernels_.aim_chains(chains_, x, from, to);
+    kernels_.aim_pairs(pairs_, x, from, to);
+  }
   void place(const Colour& c, Round round, const Axes<T>& x, std::size_t from, std::size_t to) const noexcept {
     if (c.kind == Kind::line) return kernels_.place_lines(lines_, round, x, from, to);
+    if (c.kind == Kind::chain) return kernels_.place_chains(chains_, round, x, from, to);
     kernels_.place_pairs(pairs_, bound_of(c.kind), round, x, from, to);
   }
   void carry(const Colour& c, const Axes<T>& x, const Axes<T>& v, std::size_t from, std::size_t to) const noexcept {
     if (c.kind == Kind::line) return kernels_.carry_lines(lines_, v, from, to);
+    if (c.kind == Kind::chain) return kernels_.carry_chains(chains_, x, v, from, to);
     kernels_.carry_pairs(pairs_, bound_of(c.kind), x, v, from, to);
   }
   void turn(const Colour& c, Round round, const Axes<T>& v, std::size_t from, std::size_t to) const noexcept {
     if (c.kind == Kind::line) return kernels_.turn_lines(lines_, v, from, to);
+    if (c.kind == Kind::chain) return kernels_.turn_chains(chains_, v, from, to);
     kernels_.turn_pairs(pairs_, bound_of(c.kind), time_, round, v, from, to);
   }
 
   // Constraints of a colour that one task takes: a fixed number, so that nothing depends on threads.
   template <class ForEach, class Use>
   static void walk(const Colour& colour, const ForEach& for_each, const Use& use) noexcept {
-    constexpr std::size_t per_task = 4096;
+    const std::size_t per_task = colour.kind == Kind::chain ? 8 : 4096;
     for_each((colour.to - colour.from + per_task - 1) / per_task, [&](std::size_t task) {
       const std::size_t from = colour.from + task * per_task;
       use(from, std::min(colour.to, from + per_task));
@@ -124,14 +146,16 @@ class ConstraintProgram {
   }
 
   const ConstraintKernels<T>& kernels_;
-  std::vector<One> ones_;  // only while the program is made
-  std::size_t count_ = 0;
+  std::deque<One> ones_;  // only while the program is made
+  std::size_t count_ = 0, chain_count_ = 0;
   int sweeps_ = 1;
   Time time_;
   std::vector<Colour> colours_;
   std::vector<Point> points_;
-  std::vector<std::int32_t> a_, b_, line_a_;
+  std::vector<std::int32_t> a_, b_, line_a_, chain_a_;
+  std::vector<std::uint32_t> first_, links_;
   PairTerms<T> pairs_;
+  ChainTerms<T> chains_;
   LineTerms<T> lines_;
   std::vector<AlignedArray<T>> memory_;
   std::size_t bytes_ = 0;

@@ -123,3 +123,346 @@ TEST_CASE("constraint: a pendulum of one metre from 90 degrees, 60 steps a secon
   CHECK(rms <= 1.6e-3);
   CHECK(std::abs(energy) <= 1e-2);
 }
+
+// ---- bits --------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+// Particles in a loose heap.
+Joined heap(std::size_t count) {
+  Joined joined = under_gravity("heap", 9.81);
+  for (std::size_t i = 0; i < count; ++i) {
+    joined.x.push_back({test::scatter(i, 0), test::scatter(i, 1), test::scatter(i, 2)});
+    joined.v.push_back({test::scatter(i, 3), test::scatter(i, 4), test::scatter(i, 5)});
+  }
+  return joined;
+}
+
+Joined rope(std::size_t links, double length, Bound bound = Bound::equal) {
+  Joined joined = under_gravity("rope", 9.81);
+  Distance distance{.pairs = {}, .length = length / static_cast<double>(links), .bound = bound};
+  for (std::size_t i = 0; i <= links; ++i) {
+    joined.x.push_back({length * static_cast<double>(i) / static_cast<double>(links), 0, 0});
+    if (i != 0) distance.pairs.push_back({static_cast<std::uint32_t>(i - 1), static_cast<std::uint32_t>(i)});
+  }
+  joined.v.resize(links + 1);
+  joined.scene.mass = 0.1 / static_cast<double>(links);
+  joined.scene.add(distance);
+  joined.scene.fixed = {0};
+  return joined;
+}
+
+Distance random_pairs(std::uint32_t count, std::size_t pairs, std::size_t seed, Bound bound) {
+  Distance distance{.pairs = {}, .length = std::nullopt, .bound = bound};
+  for (std::size_t s = 0; s < pairs; ++s) {
+    const auto i = static_cast<std::uint32_t>((count - 0.5) / 2 * (1 + test::scatter(seed + s, 0)));
+    const auto j = static_cast<std::uint32_t>((count - 0.5) / 2 * (1 + test::scatter(seed + s, 1)));
+    if (i != j) distance.pairs.push_back({i, j});
+  }
+  return distance;
+}
+
+// Every kind alone and beside the others; chains of many lengths; particles that are fixed, held, shared and of their own mass.
+std::vector<Joined> bit_scenes() {
+  std::vector<Joined> scenes;
+  for (const Bound bound : {Bound::equal, Bound::at_most, Bound::at_least}) {
+    Joined joined = heap(60);
+    joined.name = "pairs anywhere, bound " + std::to_string(static_cast<int>(bound));
+    joined.scene.add(random_pairs(60, 90, 7, bound));
+    joined.scene.fixed = {3, 17};
+    scenes.push_back(joined);
+  }
+  Joined all = heap(90);
+  all.name = "all kinds";
+  std::vector<double> masses;
+  for (std::size_t i = 0; i < 90; ++i) masses.push_back(1.5 + test::scatter(i, 6));
+  all.scene.mass = Scalars(masses);
+  all.scene.add(random_pairs(90, 30, 1, Bound::equal));
+  all.scene.add(random_pairs(90, 30, 2, Bound::at_most));
+  all.scene.add(random_pairs(90, 30, 3, Bound::at_least));
+  all.scene.add(OnPoint{.particle = 4, .at = {0.1, 0.2, 0.3}});
+  for (std::uint32_t i = 10; i < 40; ++i) {
+    all.scene.add(OnLine{.particle = i, .through = {0, 0.1, 0}, .direction = {test::scatter(i, 7), 1, test::scatter(i, 8)}});
+  }
+  all.scene.add(Plane{.normal = {0, 1, 0}, .offset = -1.1, .restitution = 0.2});
+  all.scene.fixed = {0, 1, 89};
+  scenes.push_back(all);
+
+  // Chains of 2 to 36 links, some free, some fixed at an end or at both, some drawn out so far that they only follow.
+  Joined chains = heap(0);
+  chains.name = "chains";
+  Distance links{.pairs = {}, .length = 0.05};
+  for (std::uint32_t chain = 0; chain < 35; ++chain) {
+    if (chain % 3 != 0) chains.scene.fixed.push_back(chains.x.size());
+    const double drawn = chain % 5 == 4 ? 1.6 : 1;
+    for (std::uint32_t k = 0; k <= chain + 2; ++k) {
+      const auto i = static_cast<std::uint32_t>(chains.x.size());
+      if (k != 0) links.pairs.push_back({i - 1, i});
+      chains.x.push_back({0.05 * drawn * k, 0.2 * chain + 0.01 * test::scatter(i, 0), 0.01 * test::scatter(i, 1)});
+      chains.v.push_back({test::scatter(i, 3), test::scatter(i, 4), 5 * test::scatter(i, 5)});
+    }
+    if (chain % 7 == 1) chains.scene.fixed.push_back(chains.x.size() - 1);
+  }
+  chains.scene.add(links);
+  scenes.push_back(chains);
+  Joined ring = heap(20);
+  ring.name = "ring";
+  Distance closed{.pairs = {{19, 0}}, .length = std::nullopt};
+  for (std::uint32_t i = 1; i < 20; ++i) closed.pairs.push_back({i - 1, i});
+  ring.scene.add(closed);
+  scenes.push_back(ring);
+  Joined sheet = test::sheet(9, 20, 50, 0.001);
+  sheet.name = "a sheet that is not to stretch";
+  Distance strain{.pairs = {}, .length = 0.056, .bound = Bound::at_most};
+  for (std::uint32_t i = 1; i < 180; ++i) {
+    if (i % 20 != 0) strain.pairs.push_back({i - 1, i});
+  }
+  sheet.scene.add(strain);
+  scenes.push_back(sheet);
+  return scenes;
+}
+
+template <class T>
+void check_bits(const Joined& joined, Arithmetic arithmetic) {
+  const std::vector<T> wanted = stepped<T>(joined, {.arithmetic = arithmetic}, 7);
+  std::size_t turn = 0;
+  for (const Isa isa : available_isas(arithmetic)) {
+    const Run run{.isa = isa, .arithmetic = arithmetic, .layout = test::layouts[turn++ % test::layouts.size()]};
+    const std::string difference = test::difference(wanted, stepped<T>(joined, run, 7));
+    CHECK_MESSAGE(difference.empty(),
+                  joined.name << ", " << 8 * sizeof(T) << " bits, " << std::string(name(isa)) << ": " << difference);
+  }
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("constraint: every ISA and layout gives the scalar reference's bits", T, float, double) {
+  for (Joined& joined : bit_scenes()) {
+    check_bits<T>(joined, Arithmetic::separate);
+    check_bits<T>(joined, Arithmetic::contracted);
+    joined.step = -joined.step;
+    joined.scene.coupling.substeps = 6;
+    joined.scene.coupling.iterations = 2;
+    check_bits<T>(joined, Arithmetic::separate);
+  }
+}
+
+TEST_CASE("constraint: beside springs in every scheme, the scalar reference's bits") {
+  for (const Coupling& coupling :
+       {Coupling{.scheme = Scheme::fourth_order}, Coupling{.scheme = Scheme::sequential, .substeps = 3},
+        Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 1, .sweeps = Sweeps::forward},
+        Coupling{.scheme = Scheme::accumulate}}) {
+    Joined joined = bit_scenes().back();
+    joined.scene.coupling = coupling;
+    check_bits<float>(joined, Arithmetic::separate);
+    check_bits<double>(joined, Arithmetic::contracted);
+  }
+}
+
+TEST_CASE("constraint: any number of threads gives the same bits, many particles") {
+  Joined many = heap(17000);
+  many.scene.add(random_pairs(17000, 12000, 5, Bound::equal));
+  many.scene.add(random_pairs(17000, 6000, 6, Bound::at_most));
+  many.scene.fixed = {3, 4, 5};
+  Joined ropes = rope(16999, 170);  // cut into 170 of 100 links by what is fixed
+  ropes.scene.fixed.clear();
+  for (std::size_t i = 0; i < 17000; i += 100) ropes.scene.fixed.push_back(i);
+  for (const Joined& joined : {many, ropes}) {
+    const auto wanted = stepped<float>(joined, {.isa = best_isa()}, 2);
+    for (const std::size_t threads : {2U, 3U, 5U}) {
+      const std::string difference =
+          test::difference(wanted, stepped<float>(joined, {.isa = best_isa(), .threads = threads}, 2));
+      CHECK_MESSAGE(difference.empty(), joined.name << ", threads " << threads << ": " << difference);
+    }
+  }
+}
+
+TEST_CASE("constraint: one call of five steps is five calls of one") {
+  for (const Joined& joined : bit_scenes()) {
+    Batch<float> batch(Layout::aos, joined.x.size());
+    test::place(joined, batch.view());
+    const Plan<float> plan = plan_of(joined, {.isa = best_isa()}, batch.view());
+    for (int step = 0; step < 5; ++step) REQUIRE(plan.step(batch.view(), 1) == StepResult::done);
+    CHECK_MESSAGE(test::difference(stepped<float>(joined, {.isa = best_isa()}, 5), test::values_of(batch.view())) == "",
+                  joined.name);
+  }
+}
+
+// ---- what must be kept -------------------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+double worst_stretch(const std::vector<double>& values, std::size_t links, double link) {
+  double worst = 0;
+  for (std::size_t i = 0; i < links; ++i) worst = std::max(worst, std::abs(length(values, i, i + 1) / link - 1));
+  return worst;
+}
+
+double energy(const Joined& joined, const std::vector<double>& values) {
+  double sum = 0;
+  for (std::size_t i = 0; i < joined.x.size(); ++i) {
+    const double speed = std::hypot(v(values, i, 0), v(values, i, 1), v(values, i, 2));
+    sum += joined.scene.mass[i] * (speed * speed / 2 + 9.81 * x(values, i, 1));
+  }
+  return sum;
+}
+
+Joined with_substeps(Joined joined, int substeps) {
+  joined.scene.coupling.substeps = substeps;
+  return joined;
+}
+
+}  // namespace
+
+TEST_CASE("constraint: a free rod keeps its momentum, its spin and its length") {
+  Joined rod;
+  rod.x = {{0, 0, 0}, {1, 0, 0}};
+  rod.v = {{0.3, -1, 0.2}, {0.3, 5, -2}};
+  rod.scene.mass = std::vector<double>{1, 3};
+  rod.scene.add(Distance{.pairs = {{0, 1}}});
+  const auto got = stepped<double>(rod, {.isa = best_isa()}, 6000);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double momentum = v(got, 0, axis) + 3 * v(got, 1, axis);
+    CHECK(std::abs(momentum - (rod.v[0][axis] + 3 * rod.v[1][axis])) <= 1e-11);
+  }
+  // The rod turns in the plane of its axis and the ends' difference of velocity.
+  const double spin = (x(got, 1, 0) - x(got, 0, 0)) * (v(got, 1, 1) - v(got, 0, 1)) -
+                      (x(got, 1, 1) - x(got, 0, 1)) * (v(got, 1, 0) - v(got, 0, 0));
+  CHECK(std::abs(spin / 6 - 1) <= 1e-11);
+  CHECK(std::abs(length(got, 0, 1) - 1) <= 1e-14);
+}
+
+TEST_CASE("constraint: a rope of 100 links keeps its lengths and its energy") {
+  const Joined coarse = rope(100, 1);  // far fewer sub-steps than its fast motion has: nothing but the lengths is right
+  const Joined fine = with_substeps(coarse, 64);
+  const double depth = 0.1 * 9.81;  // J: what the energy is judged by
+  for (const std::size_t steps : {30U, 60U, 120U}) {
+    const auto fine_end = stepped<double>(fine, {.isa = best_isa()}, steps);
+    const double change = std::abs(energy(fine, fine_end)) / depth;
+    const double coarse_stretch = worst_stretch(stepped<double>(coarse, {.isa = best_isa()}, steps), 100, 0.01);
+    MESSAGE("rope after " << steps << " steps: energy " << change << " of its own with 64 sub-steps a step; stretch "
+                          << worst_stretch(fine_end, 100, 0.01) << ", with one sub-step " << coarse_stretch);
+    CHECK(worst_stretch(fine_end, 100, 0.01) <= 1e-13);
+    CHECK(coarse_stretch <= 1e-13);
+    if (steps <= 60) CHECK(change <= 1e-3);
+  }
+  const auto single = stepped<float>(with_substeps(coarse, 16), {.isa = best_isa()}, 240);
+  CHECK(worst_stretch({single.begin(), single.end()}, 100, 0.01) <= 2e-5);
+}
+
+TEST_CASE("constraint: a rope is of second order") {
+  const Joined joined = rope(10, 1);
+  const auto wanted = stepped<double>(with_substeps(joined, 512), {.isa = best_isa()}, 24);
+  const auto error = [&](int substeps) {
+    const auto got = stepped<double>(with_substeps(joined, substeps), {.isa = best_isa()}, 24);
+    return std::hypot(x(got, 10, 0) - x(wanted, 10, 0), x(got, 10, 1) - x(wanted, 10, 1));
+  };
+  const double of_8 = error(8);
+  const double of_32 = error(32);
+  MESSAGE("rope of 10 links, tip after 0.4 s: " << of_8 << " m with 8 sub-steps, " << of_32 << " m with 32");
+  CHECK(std::log2(of_8 / of_32) / 2 > 1.9);
+}
+
+TEST_CASE("constraint: sweeps over single rods lead where a chain's elimination does") {
+  // A double pendulum, and the same with a rod to nearly nothing at its joint, which makes the other two single.
+  Joined chain = rope(2, 2);
+  chain.x.push_back({1, 1, 0});
+  chain.v.resize(4);
+  chain.scene.mass = std::vector<double>{1, 1, 1, 1e-10};
+  Joined swept = chain;
+  std::get<Distance>(swept.scene.constraints[0]).pairs.push_back({1, 3});
+  swept.scene.coupling.iterations = 200;
+  const auto a = stepped<double>(chain, {.isa = best_isa()}, 30);
+  const auto b = stepped<double>(swept, {.isa = best_isa()}, 30);
+  for (std::size_t axis = 0; axis < 2; ++axis) CHECK(std::abs(x(a, 2, axis) - x(b, 2, axis)) <= 1e-8);
+}
+
+TEST_CASE("constraint: a rope does nothing while it is slack") {
+  Joined slack = rope(1, 1, Bound::at_most);
+  slack.x[1] = {0.1, 0, 0};
+  slack.v[1] = {1, 2, 0.5};
+  Joined loose = slack;
+  loose.scene.constraints.clear();
+  const auto a = stepped<double>(slack, {}, 15);
+  CHECK(test::difference(stepped<double>(loose, {}, 15), a) == "");
+  CHECK(length(stepped<double>(slack, {}, 120), 0, 1) <= 1 + 1e-15);
+}
+
+TEST_CASE("constraint: what is to keep off does so, and bounces not") {
+  Joined joined = under_gravity("two", 0);
+  joined.x = {{0, 0, 0}, {2, 0.3, 0}};
+  joined.v = {{0, 0, 0}, {-3, 0, 0}};
+  joined.scene.fixed = {0};
+  joined.scene.add(Distance{.pairs = {{0, 1}}, .length = 1.0, .bound = Bound::at_least});
+  double nearest = 9;
+  for (std::size_t n = 1; n < 60; ++n) nearest = std::min(nearest, length(stepped<double>(joined, {}, n), 0, 1));
+  CHECK(nearest >= 1 - 1e-14);
+  CHECK(nearest <= 1 + 1e-3);
+  const auto end = stepped<double>(joined, {}, 60);
+  CHECK(std::hypot(v(end, 1, 0), v(end, 1, 1)) <= 3);
+}
+
+TEST_CASE("constraint: points and lines hold their particles") {
+  Joined joined = under_gravity("beads", 9.81);
+  joined.x = {{0, 0, 0}, {1, 1, 1}, {2, 0, 0}};
+  joined.v = {{0, 0, 0}, {1, 0, 0}, {0, 0, 0}};
+  joined.scene.add(OnPoint{.particle = 0, .at = {0.25, 0.5, 0}});
+  joined.scene.add(OnLine{.particle = 1, .through = {1, 1, 1}, .direction = {0, 3, 4}});
+  joined.scene.add(OnLine{.particle = 2, .through = {0, 0, 0}, .direction = {2, 0, 0}});
+  const auto got = stepped<double>(joined, {.isa = best_isa()}, 60);
+  for (std::size_t axis = 0; axis < 3; ++axis) CHECK(v(got, 0, axis) == 0);
+  CHECK(x(got, 0, 0) == 0.25);
+  CHECK(x(got, 0, 1) == 0.5);
+  // Down the line: g 0.6 along it.
+  const double along = -9.81 * 0.6 / 2;
+  CHECK(std::abs(x(got, 1, 0) - 1) <= 1e-14);
+  CHECK(std::abs(x(got, 1, 1) - (1 + 0.6 * along)) <= 1e-12);
+  CHECK(std::abs(x(got, 1, 2) - (1 + 0.8 * along)) <= 1e-12);
+  CHECK(x(got, 2, 0) == 2);
+  CHECK(x(got, 2, 1) == 0);
+}
+
+TEST_CASE("constraint: a bad particle stays alone") {
+  Joined joined = pendulum(1, 1, 9.81, 1.0 / 60);
+  for (int k = 0; k < 4; ++k) {
+    joined.x.push_back({5.0 + k, 0, 0});
+    joined.v.push_back({0, 0, 0});
+  }
+  joined.scene.add(Distance{.pairs = {{2, 3}, {3, 4}, {4, 5}}, .length = 1.0});
+  joined.scene.add(OnPoint{.particle = 3, .at = {0, 0, 0}});
+  const auto wanted = stepped<double>(joined, {.isa = best_isa()}, 20);
+  joined.v[3] = {not_a_number, 0, 0};
+  joined.x[4] = {7, std::numeric_limits<double>::infinity(), 0};
+  const auto got = stepped<double>(joined, {.isa = best_isa()}, 20);
+  CHECK(std::equal(wanted.begin(), wanted.begin() + 12, got.begin()));
+  for (const std::size_t i : {2U, 5U}) {
+    for (std::size_t axis = 0; axis < 3; ++axis) CHECK(std::isfinite(x(got, i, axis)));
+  }
+  CHECK(std::isnan(x(got, 3, 0)));
+
+  Joined torn = rope(20, 1);
+  torn.x[10][2] = not_a_number;
+  const auto halves = stepped<double>(torn, {.isa = best_isa()}, 60);
+  double worst = 0;
+  for (std::size_t i = 0; i < 20; ++i) {
+    if (i != 9 && i != 10) worst = std::max(worst, std::abs(length(halves, i, i + 1) / 0.05 - 1));
+  }
+  CHECK(worst <= 1e-13);
+}
+
+TEST_CASE("constraint: pairs of two fixed ends and of ends that coincide do nothing, or nothing bad") {
+  Joined joined = under_gravity("idle", 9.81);
+  joined.x = {{0, 0, 0}, {1, 0, 0}, {2, 2, 2}, {2, 2, 2}};
+  joined.v.resize(4);
+  joined.scene.fixed = {0, 1};
+  joined.scene.add(Distance{.pairs = {{0, 1}}, .length = 5.0});
+  for (const Bound bound : {Bound::equal, Bound::at_most, Bound::at_least}) {
+    Joined coincident = joined;
+    coincident.scene.add(Distance{.pairs = {{2, 3}}, .length = 0.5, .bound = bound});
+    const auto got = stepped<double>(coincident, {.isa = best_isa()}, 30);
+    CHECK(x(got, 1, 0) == 1);
+    for (const std::size_t i : {2U, 3U}) CHECK(std::abs(x(got, i, 1) - (2 - 9.81 / 8)) <= 1e-12);
+  }
+}

@@ -72,7 +72,7 @@ V kept_sign(V sum, bool is_pull) noexcept {
   return select<V>(is_pull ? sum < zero : sum > zero, sum, zero);
 }
 
-template <class V, Arithmetic arithmetic>
+template <class V>
 void aim_pairs(const PairTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; s += V::size) {
     const auto [a, b] = gather_ends<V>(terms, x, s);
@@ -266,18 +266,6 @@ void turn_lines(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std
     const Three<V> along = subtract_product<arithmetic>(subtract_product<arithmetic>(at, t1, n1), t2, n2);
     scatter_axes<V>(v, terms.a + s, select(is_sound, along, at));
   }
-}
-
-template <class T, class Arch, Arithmetic arithmetic>
-constexpr ConstraintKernels<T> constraint_kernels() noexcept {
-  using V = Lanes<T, Arch>;
-  return {.aim_pairs = aim_pairs<V, arithmetic>,
-          .place_pairs = place_pairs<V, arithmetic>,
-          .place_lines = place_lines<V, arithmetic>,
-          .carry_pairs = carry_pairs<V, arithmetic>,
-          .carry_lines = carry_lines<V, arithmetic>,
-          .turn_pairs = turn_pairs<V, arithmetic>,
-          .turn_lines = turn_lines<V, arithmetic>};
 }
 
 }  // namespace

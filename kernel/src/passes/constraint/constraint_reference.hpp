@@ -43,7 +43,7 @@ T kept_sign(T sum, bool is_pull) noexcept {
   return (is_pull ? sum < 0 : sum > 0) ? sum : T(0);
 }
 
-template <class T, Arithmetic arithmetic>
+template <class T>
 void aim_pairs(const PairTerms<T>& terms, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) put(terms.n, s, between(terms, x, s));
 }
@@ -193,17 +193,6 @@ void turn_lines(const LineTerms<T>& terms, const Axes<T>& v, std::size_t from, s
       v[axis][a] = subtract_product<arithmetic>(without_1, t2, terms.n2[axis][s]);
     }
   }
-}
-
-template <class T, Arithmetic arithmetic>
-constexpr ConstraintKernels<T> constraint_kernels() noexcept {
-  return {.aim_pairs = aim_pairs<T, arithmetic>,
-          .place_pairs = place_pairs<T, arithmetic>,
-          .place_lines = place_lines<T, arithmetic>,
-          .carry_pairs = carry_pairs<T, arithmetic>,
-          .carry_lines = carry_lines<T, arithmetic>,
-          .turn_pairs = turn_pairs<T, arithmetic>,
-          .turn_lines = turn_lines<T, arithmetic>};
 }
 
 }  // namespace dvdx::reference
