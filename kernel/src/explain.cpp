@@ -226,6 +226,23 @@ std::string describe_network(const NetworkProgram<T>& network) {
   return text + describe_other_schemes(network);
 }
 
+template <class T>
+std::string describe_constraints(const NetworkProgram<T>& network) {
+  const ConstraintProgram<T>* constraints = network.constraints();
+  if (constraints == nullptr) return "";
+  const NetworkLimit& limit = network.limit();
+  std::string text = format("constraints  %zu in %zu colours", constraints->constraints(), constraints->colours());
+  if (constraints->chains() != 0) text += format(", %zu chains solved whole", constraints->chains());
+  text += format("; %d sweeps over them in each of %d sub-steps; %zu bytes\n", constraints->sweeps(), limit.substeps,
+                 constraints->bytes());
+  if (constraints->sweeps() > 1) {
+    text +=
+        "             those that share particles are solved one after the other: more sub-steps bring them nearer than more "
+        "sweeps\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 template <class T>
@@ -251,7 +268,7 @@ std::string Plan<T>::explain() const {
                  program.column_bytes(), count);
   text += has_radial || !program.scene.contacts.empty() ? " before contacts and radial springs\n" : "\n";
   text += describe_stability(program);
-  if (program.network) text += describe_network(*program.network);
+  if (program.network) text += describe_network(*program.network) + describe_constraints(*program.network);
   const bool is_seekable = !program.network && program.scene.contacts.empty() && !has_radial && program.scene.fixed.empty();
   text += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");
   return text;

@@ -28,12 +28,19 @@
 // Bounds (<= l, >= l) act where they are violated: the sum of a constraint's pulses keeps the sign in which it can pull (or
 // push), and the velocity pulse acts where the position pulse did. Where the bound was free at x_n, the violation began at the
 // part f of the sub-step: |n + f (d - n)| = l on the straight way from n to d (the seed's line); then n is that direction, and
-// the velocity takes s / ((1 - f) h).
+// the velocity takes s / ((1 - f) h). A bob thrown until its rope of 1 m goes taut, 200 throws at 60 Hz: rms error of the
+// energy after it 1.11e-2 J/kg and of the position 7.1e-4 m, against 1.28e-2 and 8.4e-4 with n at x_n.
+//
 // Chain: links d_k between particles k and k+1, each of which joins two at most, so that only neighbours meet in
 //   d_k + (w_k + w_{k+1}) s_k n_k - w_k s_{k-1} n_{k-1} - w_{k+1} s_{k+1} n_{k+1},   of length l_k
 // Newton's step for all s is one tridiagonal system, solved by elimination; the velocity pulse is another. A rope of 100 links
-// of 1 cm, 16 sub-steps of 1/960 s over 4 s: lengths to 2e-12, where 8 sweeps over its links leave 1.5e-1 and take longer.
+// of 1 cm swinging from the horizontal, 16 sub-steps of 1/960 s over 4 s: lengths to 1e-14, where 8 sweeps over its links leave
+// 1.5e-1. Where a link turns by more than 45 degrees in a sub-step, or Newton's steps come to nothing, the sub-step is too long
+// for the chain's fast motion (of the order of sqrt(tension / (mass length)) of a link): its particles then follow each other
+// from the fixed end, which keeps lengths and loses energy.
+//
 // Line: e = x - p, and the pulses take away what e and v have along two unit vectors across the line. Point: x = at, v = 0.
+//
 //
 // Limits: several constraints at a particle are visited one after the other (Gauss-Seidel), forwards and backwards. A
 // constraint both of whose ends are fixed, or whose ends coincide, or that has an end which is not finite, contributes nothing.
