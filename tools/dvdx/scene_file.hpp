@@ -40,4 +40,9 @@ struct SceneFile {
   Topology topology{};  // of the networks and constraints
 };
 
+// Whether networks or constraints join particles: such a scene runs whole or not at all.
+[[nodiscard]] inline bool is_joined(const Scene& scene) noexcept {
+  return !scene.networks.empty() || !scene.constraints.empty();
+}
+
 }  // namespace dvdx::tool

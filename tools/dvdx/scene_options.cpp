@@ -45,10 +45,10 @@ std::optional<int> substeps_of(const std::string& word) {
   throw Fault(Exit::usage, fmt::format("--substeps {}: must be auto or a whole number from 1 to {}", word, most_substeps));
 }
 
-// What only networks have cannot go with a scene that has none.
+// What only joined particles have cannot go with a scene without.
 void couple(SceneFile& file, const SceneOptions& options) {
   for (const auto& [option, value] : {std::pair("--scheme", options.scheme), std::pair("--substeps", options.substeps)}) {
-    if (!value.empty() && file.scene.networks.empty()) {
+    if (!value.empty() && !is_joined(file.scene)) {
       throw Fault(Exit::usage, fmt::format("{} {}: belongs to networks, and {} has none", option, value, options.scene));
     }
   }

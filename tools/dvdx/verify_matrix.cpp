@@ -259,9 +259,6 @@ void verify_contracted(Subject<T>& subject, Verdict& verdict) {
   }
 }
 
-// Particles that networks and constraints join move one another: none can be left out.
-bool are_joined(const Scene& scene) { return !scene.networks.empty() || !scene.constraints.empty(); }
-
 // What a step of all particles costs, in particle-steps.
 template <class T>
 std::uint64_t work_of(const Plan<T>& plan, std::size_t count) {
@@ -290,7 +287,7 @@ void verify(const SceneFile& file, std::uint64_t steps, Verdict& verdict) {
   State<T> everyone = memory.view();
   place_at_start(file, everyone);
 
-  const bool joined = are_joined(file.scene);
+  const bool joined = is_joined(file.scene);
   const auto work = work_of(compiled(file, file.scene, Way{}, everyone), count);
   constexpr std::uint64_t few = 2;
   verdict.sample_steps = std::min(steps, most_sample_steps);

@@ -145,7 +145,7 @@ double PureSprings::angular_frequency() const {
 
 std::optional<PureSprings> pure_springs_of(const SceneFile& file) {
   const auto& scene = file.scene;
-  if (scene.forces.empty() || !scene.contacts.empty() || !scene.fixed.empty()) return std::nullopt;
+  if (scene.forces.empty() || !scene.contacts.empty() || !scene.fixed.empty() || is_joined(scene)) return std::nullopt;
   PureSprings springs;
   for (const auto& force : scene.forces) {
     const auto* spring = std::get_if<Spring>(&force);

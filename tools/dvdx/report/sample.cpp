@@ -63,7 +63,7 @@ std::vector<std::size_t> places_of(const std::vector<std::size_t>& ids, const Pi
 }  // namespace
 
 SceneFile sample_of(const SceneFile& file, std::size_t most) {
-  if (file.particles.count <= most) return file;
+  if (file.particles.count <= most || is_joined(file.scene)) return file;
   const auto picks = evenly_spread(file.particles.count, most);
   // Field by field: a copy of the whole would hold millions of values for nothing.
   SceneFile sample{.path = file.path,

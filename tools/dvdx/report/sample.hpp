@@ -8,7 +8,7 @@
 namespace dvdx::tool::report {
 
 // The scene with at most `most` of its particles, evenly spread over their numbers. Particles do not act on one another, so
-// each moves as it did among all.
+// each moves as it did among all; where they do, the scene stays whole.
 [[nodiscard]] SceneFile sample_of(const SceneFile& file, std::size_t most);
 
 // The scene with one method for all forces.
