@@ -48,7 +48,12 @@ std::vector<Cheapest> cheapest_of(const SceneReport& scene) {
     auto found = std::find_if(all.begin(), all.end(), is_same);
     if (found == all.end()) {
       constexpr double none = std::numeric_limits<double>::infinity();
-      all.push_back({.method = run.method, .precision = run.precision, .runs = {}, .best_error = none, .diverged_steps = {}});
+      all.push_back({.method = run.method,
+                     .precision = run.precision,
+                     .runs = {},
+                     .best_error = none,
+                     .best_energy_drift = none,
+                     .diverged_steps = {}});
       found = all.end() - 1;
     }
     take(run, *found);
