@@ -17,6 +17,9 @@ namespace {
 // Elements before and after a working column: slots at one offset read so far beyond the particles.
 constexpr std::size_t margin = slice;
 
+// Springs turn, and their frequency with them: what may be asked for leaves so much between the start's and the limit.
+constexpr double start_margin = 1 / 0.93;
+
 // Rows of a grid that a sweep takes together, all springs of one direction before the next: enough independent work for a core,
 // and little enough to stay in first-level cache. A multiple of 4, so that rows of equal number mod 4 mean the same in each.
 std::size_t rows_of_band(std::size_t columns) { return std::clamp<std::size_t>(512 / columns / 4 * 4, 4, 32); }
@@ -74,11 +77,16 @@ NetworkLimit limit_of(const Coupling& coupling, const Frequencies& frequencies, 
   NetworkLimit limit;
   limit.frequency = frequencies.start;
   limit.bound = frequencies.bound;
-  limit.limit = scheme_limit(coupling);
-  limit.fewest = substeps_for(coupling, h, frequencies.start, 0);
-  limit.safe = substeps_for(coupling, h, frequencies.bound, frequencies.damping);
-  limit.substeps = coupling.substeps.value_or(limit.safe);
   limit.particle = frequencies.particle;
+  limit.limit = scheme_limit(coupling);
+  // A pair's own contribution stands any step where its particles have no other.
+  const bool is_alone = coupling.scheme == Scheme::accumulate && frequencies.is_isolated;
+  if (is_alone) limit.limit = std::numeric_limits<double>::infinity();
+  if (is_alone) limit.substeps = coupling.substeps.value_or(1);
+  if (is_alone) return limit;
+  limit.safe = substeps_for(coupling, h, frequencies.bound, frequencies.damping);
+  limit.fewest = std::min(limit.safe, substeps_for(coupling, h, frequencies.start * start_margin, 0));
+  limit.substeps = coupling.substeps.value_or(limit.safe);
   return limit;
 }
 
@@ -232,8 +240,11 @@ void NetworkProgram<T>::make_grid(const Grid& grid) {
   grid_.columns = grid.columns;
   grid_.pitch = places_.pitch;
   for (const GridDirection& d : directions_of(grid)) {
-    grid_.families[grid_.family_count++] = {
-        .down = d.down, .right = d.right, .k = static_cast<T>(d.k), .kl = static_cast<T>(d.k * d.l)};
+    const Family<T> family{.k = static_cast<T>(d.k), .kl = static_cast<T>(d.k * d.l)};
+    auto& along = grid_.along;
+    if (d.down == 0) (d.right == 1 ? along.right : along.right2) = family;
+    if (d.down == 1) (d.right < 0 ? along.left_below : (d.right == 0 ? along.below : along.right_below)) = family;
+    if (d.down == 2) along.below2 = family;
   }
   grid_.c = static_cast<T>(grid.damping);
   grid_.damping = grid.damping != 0 ? Damping::along : Damping::none;

@@ -69,7 +69,8 @@ struct Coupling {
   std::optional<int> substeps{};  // 1..1000000 a step; none: the fewest that the scheme's limit allows (sequential: 1)
   double theta = 0.55;            // 0.5..1, sequential: where in the sub-step the springs act; 0.5 is second order
   Sweeps sweeps = Sweeps::symmetric;
-  Method method = Method::exact;  // of accumulate; combined: the filtered kick, exact for an isolated pair along its axis
+  Method method = Method::exact;  // of accumulate; combined: one pulse at the middle, filtered so that an isolated pair
+                                  // swings at its own frequency at any stiffness
   PairAxis axis = PairAxis::midpoint;
   int iterations = 8;  // 1..1000 a sub-step: sweeps forwards and backwards over constraints that share particles
   bool operator==(const Coupling&) const = default;

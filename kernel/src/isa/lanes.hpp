@@ -162,6 +162,43 @@ void scatter_lanes(Scalar<V>* base, const std::int32_t* index, V value) noexcept
   for (std::size_t k = 0; k < V::size; ++k) base[index[k]] = lanes[k];
 }
 
+// The lanes of a register moved up by `by` = 1 or 2, the last ones of the register before it moving in.
+template <int by, class V>
+V moved_up(V before, V now) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64) {
+    constexpr int lanes = static_cast<int>(V::size);
+    const __m512i last = xsimd::bitwise_cast<xsimd::batch<std::int32_t, typename V::arch_type>>(before);
+    const __m512i next = xsimd::bitwise_cast<xsimd::batch<std::int32_t, typename V::arch_type>>(now);
+    if constexpr (sizeof(Scalar<V>) == 4)
+      return V(_mm512_castsi512_ps(_mm512_maskz_alignr_epi32(0xffff, next, last, lanes - by)));
+    if constexpr (sizeof(Scalar<V>) == 8)
+      return V(_mm512_castsi512_pd(_mm512_maskz_alignr_epi64(0xff, next, last, lanes - by)));
+  }
+#endif
+#if defined(__AVX2__)
+  if constexpr (sizeof(V) == 32 && sizeof(Scalar<V>) == 4) {
+    const __m256 middle = _mm256_permute2f128_ps(before, now, 0x21);
+    return V(_mm256_castsi256_ps(_mm256_alignr_epi8(_mm256_castps_si256(now), _mm256_castps_si256(middle), 16 - 4 * by)));
+  } else if constexpr (sizeof(V) == 32) {
+    const __m256d middle = _mm256_permute2f128_pd(before, now, 0x21);
+    return by == 2 ? V(middle) : V(_mm256_shuffle_pd(middle, now, 0b0101));
+  }
+#endif
+#if defined(__SSE2__)
+  if constexpr (sizeof(V) == 16 && sizeof(Scalar<V>) == 4) {
+    if constexpr (by == 2) return V(_mm_shuffle_ps(before, now, _MM_SHUFFLE(1, 0, 3, 2)));
+    const __m128 middle = _mm_shuffle_ps(before, now, _MM_SHUFFLE(0, 0, 3, 3));
+    return V(_mm_shuffle_ps(middle, now, _MM_SHUFFLE(2, 1, 2, 0)));
+  } else if constexpr (sizeof(V) == 16) {
+    return by == 2 ? before : V(_mm_shuffle_pd(before, now, 1));
+  }
+#elif defined(__aarch64__)
+  if constexpr (sizeof(Scalar<V>) == 4) return V(vextq_f32(before, now, 4 - by));
+  if constexpr (sizeof(Scalar<V>) == 8) return by == 2 ? before : V(vextq_f64(before, now, 1));
+#endif
+}
+
 // Lanes below n.
 template <class V>
 Mask<V> first_lanes(std::size_t n) noexcept {

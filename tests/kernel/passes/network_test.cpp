@@ -598,7 +598,7 @@ TEST_CASE("network: the plan knows the highest frequency and refuses fewer sub-s
   CHECK(limit->bound >= omega);
   CHECK(limit->bound < 1.02 * omega);
   CHECK(limit->limit == doctest::Approx(2).epsilon(1e-3));
-  CHECK(limit->fewest == 2);  // 199.4 / 60 / 2 = 1.66
+  CHECK(limit->fewest == 2);  // 199.4 / 60 / 1.86 = 1.79
   joined.scene.coupling.substeps = 1;
   const auto refused = compile<double>(joined.scene, {.step = joined.step}, batch.view());
   REQUIRE(!refused.has_value());

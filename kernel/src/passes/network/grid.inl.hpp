@@ -2,157 +2,207 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 
 #include "passes/network/pull.inl.hpp"
 
 namespace dvdx {
 namespace {
 
-// Every spring is worked out once, along the row of its first end; its two ends read the force from there, each at its own
-// column. The rows of forces that are still wanted stay in first-level cache: a grid wider than `chunk` is taken in upright
-// stripes, each of which works out the springs across its left border again.
-template <class T>
-class PulledRows {
- public:
-  static constexpr std::size_t chunk = 512 / sizeof(T);
-  static constexpr std::size_t margin = 16;  // columns before and after, which hold zeros where there is no spring
-  static constexpr std::size_t width = chunk + 3 * margin;
+// Which springs a grid has besides those between neighbours of a row or a column.
+enum class Weave : std::uint8_t { plain, shear, bend, shear_bend };
+constexpr bool has_shear(Weave weave) noexcept { return weave == Weave::shear || weave == Weave::shear_bend; }
+constexpr bool has_bend(Weave weave) noexcept { return weave == Weave::bend || weave == Weave::shear_bend; }
 
-  // The force of column `from - margin` of a row's springs; there are three such columns, one an axis, `width` apart.
-  [[nodiscard]] T* row(std::size_t family, std::size_t row) noexcept {
-    return forces_.data() + (family * kept + row % kept) * 3 * width;
-  }
-
- private:
-  static constexpr std::size_t kept = 3;
-  alignas(
-      64) std::array<T, max_families * kept * 3 * width> forces_;  // left uninitialised: rows are filled before they are read
-};
-
-template <class V>
-void fill_zeros(Scalar<V>* out, std::size_t count) noexcept {
-  for (std::size_t k = 0; k < count; ++k) out[k] = 0;
-}
-
-// Forces of the springs a + k -- b + k, k from `from` to `to`, into out[k - from]; those from `count` on are no springs.
-template <class V, Damping damping, Arithmetic arithmetic>
-void pull_row(const Sheet<Scalar<V>>& sheet, const Family<Scalar<V>>& family, Scalar<V> damping_rate, std::size_t a,
-              std::size_t b, std::array<std::size_t, 3> from_to_count, Scalar<V>* out) noexcept {
-  using T = Scalar<V>;
-  constexpr std::size_t width = PulledRows<T>::width;
-  const auto [from, to, count] = from_to_count;
-  const V k(family.k);
-  const V kl(family.kl);
-  const V c(damping_rate);
-  for (std::size_t i = from; i < to; i += V::size) {
-    const Three<V> d = load_three<V>(sheet.x, b + i) - load_three<V>(sheet.x, a + i);
-    Three<V> F;
-    if constexpr (damping == Damping::along) {
-      const Three<V> u = load_three<V>(sheet.v, b + i) - load_three<V>(sheet.v, a + i);
-      F = damped_pull<arithmetic>(d, u, k, kl, c);
-    } else {
-      F = pull<arithmetic>(d, k, kl);
-    }
-    if (i + V::size > count) F = select(first_lanes<V>(i < count ? count - i : 0), F, three<V>(V(T(0))));
-    for (std::size_t axis = 0; axis < 3; ++axis) store_lanes(out + axis * width + (i - from), F[axis]);
-  }
-}
-
-template <class V, Damping damping, Arithmetic arithmetic>
+// Every spring is worked out once. Its first end is in the register at hand; what its second end, one column on, gets is moved
+// up by a lane, and what the row below gets is kept until that row comes. A particle's sum runs in the order of its neighbours'
+// numbers: first what the row above has left, negated as one sum, which rounds like one subtraction after the other.
+//
+// Columns [from, to) of a grid; wider grids are taken in stripes whose kept rows stay in first-level cache.
+template <class V, Weave weave, Damping damping, Arithmetic arithmetic>
 class GridStripe {
   using T = Scalar<V>;
-  static constexpr std::size_t margin = PulledRows<T>::margin;
-  static constexpr std::size_t width = PulledRows<T>::width;
 
  public:
-  // Columns [from, to): `from` a multiple of the chunk.
+  static constexpr std::size_t width = 2048 / sizeof(T);  // columns
+
   GridStripe(const GridTerms<T>& grid, const Sheet<T>& sheet, std::size_t from, std::size_t to) noexcept
-      : grid_(grid), sheet_(sheet), from_(from), to_(to), start_(from == 0 ? 0 : from - margin) {}
+      : grid_(grid), sheet_(sheet), from_(from), to_(to) {}
 
   void run(T pulse, std::size_t from_row, std::size_t to_row) noexcept {
-    const std::size_t above = std::min<std::size_t>(from_row, 2);
+    // The rows above only for what they leave to the first ones here.
+    const std::size_t above = std::min<std::size_t>(from_row, has_bend(weave) ? 2 : 1);
     for (std::size_t row = from_row - above; row < to_row; ++row) {
-      for (std::size_t f = 0; f < grid_.family_count; ++f) {
-        const bool is_wanted = row >= from_row || row + grid_.families[f].down >= from_row;
-        if (is_wanted) pull_family(f, row);
+      if (row < from_row) {
+        sweep_row<Row::above>(pulse, row, row + above == from_row);
+      } else {
+        sweep_row<Row::own>(pulse, row, row == 0);
       }
-      if (row >= from_row) kick_row(pulse, row);
     }
   }
 
  private:
-  // Nothing at the left border of the grid, where the sums read up to two columns too far.
-  void pull_family(std::size_t f, std::size_t row) noexcept {
-    const Family<T>& family = grid_.families[f];
-    T* const out = pulled_.row(f, row);
-    const std::size_t end = (to_ + margin - 1) / margin * margin;
-    if (start_ == from_) {
-      for (std::size_t axis = 0; axis < 3; ++axis) fill_zeros<V>(out + axis * width, margin);
-    }
-    T* const first = out + (start_ == from_ ? margin : 0);
-    if (row + family.down >= grid_.rows) {
-      for (std::size_t axis = 0; axis < 3; ++axis) fill_zeros<V>(first + axis * width, end - start_);
-      return;
-    }
-    const std::size_t left = family.right < 0 ? 1 : 0;
-    const std::size_t right = family.right > 0 ? static_cast<std::size_t>(family.right) : 0;
-    const std::size_t a = row * grid_.pitch + left;
-    const std::size_t b = (row + family.down) * grid_.pitch + right;
-    pull_row<V, damping, arithmetic>(sheet_, family, grid_.c, a, b, {start_, end, grid_.columns - left - right}, first);
+  enum class Row { above, own };
+
+  // Springs from the register at hand, by where they lead.
+  struct Forces {
+    Three<V> right, right2, left_below, below, right_below, below2;
+  };
+
+  [[gnu::always_inline]] Three<V> pulled(const Family<T>& f, const Three<V>& d, const Three<V>& u) const noexcept {
+    if constexpr (damping == Damping::along) return damped_pull<arithmetic>(d, u, V(f.k), V(f.kl), V(grid_.c));
+    return pull<arithmetic>(d, V(f.k), V(f.kl));
   }
 
-  // The force that column `column` of a row reads, shifted by the end's place in the spring.
-  [[nodiscard]] const T* shifted(std::size_t f, std::size_t row, std::size_t column, std::size_t shift) noexcept {
-    return pulled_.row(f, row) + margin + (column - from_) - shift;
+  // Positions (or velocities) of the springs' ends; beyond the last row there is nothing: NaN, which no spring pulls at.
+  struct Ends {
+    Three<V> own, right, right2, below, right_below, below2;
+  };
+  [[gnu::always_inline]] Ends load_ends(const std::array<T*, 3>& columns, std::size_t row, std::size_t column) const noexcept {
+    const std::size_t i = row * grid_.pitch + column;
+    const Three<V> nothing = three<V>(V(std::numeric_limits<T>::quiet_NaN()));
+    Ends ends;
+    ends.own = load_three<V>(columns, i);
+    ends.right = load_three<V>(columns, i + 1);
+    if constexpr (has_bend(weave)) ends.right2 = load_three<V>(columns, i + 2);
+    const bool has_below = row + 1 < grid_.rows;
+    ends.below = has_below ? load_three<V>(columns, i + grid_.pitch) : nothing;
+    if constexpr (has_shear(weave)) ends.right_below = has_below ? load_three<V>(columns, i + grid_.pitch + 1) : nothing;
+    if constexpr (has_bend(weave)) ends.below2 = row + 2 < grid_.rows ? load_three<V>(columns, i + 2 * grid_.pitch) : nothing;
+    return ends;
   }
 
-  void kick_row(T pulse, std::size_t row) noexcept {
-    std::array<const T*, max_families> plus, minus;
-    std::size_t minus_count = 0;
-    for (std::size_t f = 0; f < grid_.family_count; ++f) {
-      const Family<T>& family = grid_.families[f];
-      plus[f] = shifted(f, row, from_, family.right < 0 ? 1 : 0);
+  [[gnu::always_inline]] Forces pull_all(std::size_t row, std::size_t column) const noexcept {
+    const Ends x = load_ends(sheet_.x, row, column);
+    Ends v = x;  // not read where nothing damps
+    if constexpr (damping == Damping::along) v = load_ends(sheet_.v, row, column);
+    const GridFamilies<T>& f = grid_.along;
+    Forces F;
+    F.right = pulled(f.right, x.right - x.own, v.right - v.own);
+    F.below = pulled(f.below, x.below - x.own, v.below - v.own);
+    if constexpr (has_shear(weave)) {
+      F.left_below = pulled(f.left_below, x.below - x.right, v.below - v.right);
+      F.right_below = pulled(f.right_below, x.right_below - x.own, v.right_below - v.own);
     }
-    for (std::size_t f = grid_.family_count; f-- > 0;) {  // the furthest neighbour behind comes first
-      const Family<T>& family = grid_.families[f];
-      if (row < family.down) continue;
-      minus[minus_count++] =
-          shifted(f, row - family.down, from_, family.right > 0 ? static_cast<std::size_t>(family.right) : 0);
+    if constexpr (has_bend(weave)) {
+      F.right2 = pulled(f.right2, x.right2 - x.own, v.right2 - v.own);
+      F.below2 = pulled(f.below2, x.below2 - x.own, v.below2 - v.own);
+    }
+    return F;
+  }
+
+  // Springs that would lead beyond the last column.
+  [[gnu::always_inline]] void cut_border(std::size_t column, Forces& F) const noexcept {
+    const auto keep = [&](std::size_t columns, Three<V>& force) {
+      const Mask<V> is_inside = first_lanes<V>(columns > column ? columns - column : 0);
+      force = select(is_inside, force, three<V>(V(T(0))));
+    };
+    keep(grid_.columns - 1, F.right);
+    if constexpr (has_shear(weave)) {
+      keep(grid_.columns - 1, F.left_below);
+      keep(grid_.columns - 1, F.right_below);
+    }
+    if constexpr (has_bend(weave)) keep(grid_.columns - 2, F.right2);
+  }
+
+  template <int by>
+  [[gnu::always_inline]] static Three<V> moved(const Three<V>& before, const Three<V>& now) noexcept {
+    return {{moved_up<by>(before[0], now[0]), moved_up<by>(before[1], now[1]), moved_up<by>(before[2], now[2])}};
+  }
+
+  template <Row kind>
+  void sweep_row(T pulse, std::size_t row, bool is_first) noexcept {
+    const Three<V> zero = three<V>(V(T(0)));
+    Forces before{zero, zero, zero, zero, zero, zero};
+    if (from_ != 0) {
+      before = pull_all(row, from_ - V::size);
+      cut_border(from_ - V::size, before);
     }
     for (std::size_t column = from_; column < to_; column += V::size) {
-      Three<V> F = three<V>(V(T(0)));
-      for (std::size_t t = 0; t < minus_count; ++t) F = F - load_force(minus[t], column - from_);
-      for (std::size_t t = 0; t < grid_.family_count; ++t) F = F + load_force(plus[t], column - from_);
-      const std::size_t i = row * grid_.pitch + column;
-      const V w = V(pulse) * load_lanes<V>(sheet_.w + i);
-      store_three<V>(sheet_.v_next, i, multiply_add<arithmetic>(w, F, load_three<V>(sheet_.v, i)));
+      Forces F = pull_all(row, column);
+      if (column + V::size + 2 > grid_.columns) cut_border(column, F);
+      const std::size_t at = column - from_;
+      Three<V> right_below = zero;
+      if constexpr (has_shear(weave)) right_below = moved<1>(before.right_below, F.right_below);
+      if constexpr (kind == Row::own) {
+        const Three<V> left = is_first ? zero : load_three<V>(left_for_below(), at);
+        kick(pulse, row * grid_.pitch + column, zero - left, before, F);
+      }
+      leave_for_below(row, at, is_first, right_below, F);
+      before = F;
     }
   }
 
-  static Three<V> load_force(const T* force, std::size_t at) noexcept {
-    return {{load_lanes<V>(force + at), load_lanes<V>(force + width + at), load_lanes<V>(force + 2 * width + at)}};
+  [[gnu::always_inline]] void kick(T pulse, std::size_t i, Three<V> sum, const Forces& before, const Forces& F) const noexcept {
+    if constexpr (has_bend(weave)) sum = sum - moved<2>(before.right2, F.right2);
+    sum = sum - moved<1>(before.right, F.right);
+    sum = sum + F.right;
+    if constexpr (has_bend(weave)) sum = sum + F.right2;
+    if constexpr (has_shear(weave)) sum = sum + moved<1>(before.left_below, F.left_below);
+    sum = sum + F.below;
+    if constexpr (has_shear(weave)) sum = sum + F.right_below;
+    if constexpr (has_bend(weave)) sum = sum + F.below2;
+    const V w = V(pulse) * load_lanes<V>(sheet_.w + i);
+    store_three<V>(sheet_.v_next, i, multiply_add<arithmetic>(w, sum, load_three<V>(sheet_.v, i)));
   }
+
+  // What the row below takes off: the spring from two rows above it first, then those of this row in its columns' order.
+  [[gnu::always_inline]] void leave_for_below(std::size_t row, std::size_t at, bool is_first, const Three<V>& right_below,
+                                              const Forces& F) noexcept {
+    Three<V> sum = F.below;
+    if constexpr (has_shear(weave)) sum = (right_below + F.below) + F.left_below;
+    if constexpr (has_bend(weave)) {
+      const Three<V> from_above = is_first ? three<V>(V(T(0))) : load_three<V>(kept(left2_[(row + 1) % 2]), at);
+      if constexpr (has_shear(weave)) {
+        sum = ((from_above + right_below) + F.below) + F.left_below;
+      } else {
+        sum = from_above + F.below;
+      }
+      store_three<V>(kept(left2_[row % 2]), at, F.below2);
+    }
+    store_three<V>(left_for_below(), at, sum);
+  }
+
+  struct Kept {  // the padding keeps the columns off each other's lines of the cache
+    alignas(64) std::array<T, 3 * (width + 16)> force;
+  };
+  [[nodiscard]] static std::array<T*, 3> kept(Kept& row) noexcept {
+    return {row.force.data(), row.force.data() + (width + 16), row.force.data() + 2 * (width + 16)};
+  }
+  [[nodiscard]] std::array<T*, 3> left_for_below() noexcept { return kept(left_); }
 
   const GridTerms<T>& grid_;
   const Sheet<T>& sheet_;
-  std::size_t from_, to_, start_;
-  PulledRows<T> pulled_;
+  std::size_t from_, to_;
+  Kept left_;  // left uninitialised: the first row does not read it
+  std::array<Kept, has_bend(weave) ? 2 : 1> left2_;
 };
 
-template <class V, Damping damping, Arithmetic arithmetic>
+template <class V, Weave weave, Damping damping, Arithmetic arithmetic>
 void kick_grid_by(const GridTerms<Scalar<V>>& grid, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
                   std::size_t to) noexcept {
-  constexpr std::size_t chunk = PulledRows<Scalar<V>>::chunk;
-  for (std::size_t column = 0; column < grid.columns; column += chunk) {
-    GridStripe<V, damping, arithmetic>(grid, sheet, column, std::min(column + chunk, grid.columns)).run(pulse, from, to);
+  using Stripe = GridStripe<V, weave, damping, arithmetic>;
+  for (std::size_t column = 0; column < grid.columns; column += Stripe::width) {
+    Stripe(grid, sheet, column, std::min(column + Stripe::width, grid.columns)).run(pulse, from, to);
   }
+}
+
+template <class V, Weave weave, Arithmetic arithmetic>
+void kick_woven(const GridTerms<Scalar<V>>& grid, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+                std::size_t to) noexcept {
+  if (grid.damping == Damping::along) return kick_grid_by<V, weave, Damping::along, arithmetic>(grid, sheet, pulse, from, to);
+  kick_grid_by<V, weave, Damping::none, arithmetic>(grid, sheet, pulse, from, to);
 }
 
 template <class V, Arithmetic arithmetic>
 void kick_grid(const GridTerms<Scalar<V>>& grid, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
                std::size_t to) noexcept {
-  if (grid.damping == Damping::along) return kick_grid_by<V, Damping::along, arithmetic>(grid, sheet, pulse, from, to);
-  kick_grid_by<V, Damping::none, arithmetic>(grid, sheet, pulse, from, to);
+  const bool is_sheared = grid.along.right_below.k != 0;
+  const bool is_bent = grid.along.right2.k != 0;
+  if (is_sheared && is_bent) return kick_woven<V, Weave::shear_bend, arithmetic>(grid, sheet, pulse, from, to);
+  if (is_sheared) return kick_woven<V, Weave::shear, arithmetic>(grid, sheet, pulse, from, to);
+  if (is_bent) return kick_woven<V, Weave::bend, arithmetic>(grid, sheet, pulse, from, to);
+  kick_woven<V, Weave::plain, arithmetic>(grid, sheet, pulse, from, to);
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ struct Frequencies {
   double bound = 0;    // rad/s, anywhere
   double damping = 0;  // 1/s, bound of lambda(M^-1 G)
   std::uint32_t particle = 0;
+  bool is_isolated = true;  // no movable particle has two springs
 };
 
 // w: 1/kg of each particle, 0 where fixed.

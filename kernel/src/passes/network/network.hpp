@@ -59,22 +59,23 @@ enum class Origin : std::uint8_t { zero, step };
 
 // ---- grid: neighbours at fixed offsets ---------------------------------------------------------------------------------
 
-inline constexpr std::size_t max_families = 6;
-
-// All springs of one direction: from (row, column) to (row + down, column + right).
+// All springs of one direction.
 template <class T>
 struct Family {
-  std::size_t down = 0;    // 0..2
-  std::ptrdiff_t right{};  // -1..2
-  T k{}, kl{};             // k l
+  T k{}, kl{};  // k l; 0: none
+};
+
+// By where they lead from (row, column).
+template <class T>
+struct GridFamilies {
+  Family<T> right, right2, left_below, below, right_below, below2;
 };
 
 template <class T>
 struct GridTerms {
   std::size_t rows = 0, columns = 0;
-  std::size_t pitch = 0;                           // elements from a row to the next, a multiple of 16
-  std::array<Family<T>, max_families> families{};  // in the order of the neighbour's number
-  std::size_t family_count = 0;
+  std::size_t pitch = 0;  // elements from a row to the next, a multiple of 16
+  GridFamilies<T> along;
   T c{};
   Damping damping = Damping::none;
 };
