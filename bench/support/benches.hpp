@@ -7,6 +7,7 @@ void register_affine();
 void register_rate();
 void register_contact();
 void register_radial();
+void register_network();
 void register_constraint();
 void register_step();
 void register_layout();

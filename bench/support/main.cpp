@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   dvdx::bench::register_rate();
   dvdx::bench::register_contact();
   dvdx::bench::register_radial();
+  dvdx::bench::register_network();
   dvdx::bench::register_constraint();
   dvdx::bench::register_step();
   dvdx::bench::register_layout();

@@ -127,6 +127,56 @@ void scale_in_place(const PlainArrays<T>& arrays, T factor, std::size_t first, s
   }
 }
 
+template <class T>
+PlainSprings<T> plain_sheet(std::size_t side) {
+  PlainSprings<T> sheet;
+  const T space = T(2) / static_cast<T>(side - 1);
+  for (std::size_t i = 0; i < side * side; ++i) {
+    const bool is_fixed = i == 0 || i == side - 1;
+    sheet.bodies.push_back(
+        {.x = {space * static_cast<T>(i % side), T(0.001) * static_cast<T>(i % 7), space * static_cast<T>(i / side)},
+         .v = {},
+         .force = {},
+         .inverse_mass = is_fixed ? T(0) : static_cast<T>(side * side)});
+  }
+  const auto join = [&](std::size_t a, std::size_t b, T length) { sheet.springs.push_back({a, b, T(100), length}); };
+  for (std::size_t i = 0; i < side * side; ++i) {
+    const bool has_right = i % side + 1 < side;
+    const bool has_below = i / side + 1 < side;
+    if (has_right) join(i, i + 1, space);
+    if (has_below) join(i, i + side, space);
+    if (has_right && has_below) join(i, i + side + 1, space * std::sqrt(T(2)));
+    if (has_right && has_below) join(i + 1, i + side, space * std::sqrt(T(2)));
+  }
+  return sheet;
+}
+
+template <class T>
+void plain_spring_step(PlainSprings<T>& plain, T h) {
+  for (auto& body : plain.bodies) body.force = {};
+  for (const auto& spring : plain.springs) {
+    auto& a = plain.bodies[spring.a];
+    auto& b = plain.bodies[spring.b];
+    std::array<T, 3> d;
+    T square = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      d[axis] = b.x[axis] - a.x[axis];
+      square += d[axis] * d[axis];
+    }
+    const T pull = spring.stiffness * (1 - spring.rest_length / std::sqrt(square));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      a.force[axis] += pull * d[axis];
+      b.force[axis] -= pull * d[axis];
+    }
+  }
+  for (auto& body : plain.bodies) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      body.v[axis] += h * (body.inverse_mass * body.force[axis] + (body.inverse_mass != 0 && axis == 1 ? T(-9.81) : T(0)));
+      body.x[axis] += h * body.v[axis];
+    }
+  }
+}
+
 template void plain_aos_step(std::vector<PlainParticle<float>>&, const PlainForces<float>&, float);
 template void plain_aos_step(std::vector<PlainParticle<double>>&, const PlainForces<double>&, double);
 template void plain_soa_step(const PlainArrays<float>&, float, const PlainForces<float>&, float);
@@ -141,5 +191,8 @@ template void plain_runge_kutta(const PlainArrays<float>&, float, float, float, 
 template void plain_runge_kutta(const PlainArrays<double>&, double, double, double, std::size_t);
 template void scale_in_place(const PlainArrays<float>&, float, std::size_t, std::size_t);
 template void scale_in_place(const PlainArrays<double>&, double, std::size_t, std::size_t);
+
+template PlainSprings<float> plain_sheet<float>(std::size_t);
+template void plain_spring_step<float>(PlainSprings<float>&, float);
 
 }  // namespace dvdx::bench

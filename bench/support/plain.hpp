@@ -54,6 +54,29 @@ void plain_coefficients(const double* W, const double* g, double h, std::size_t 
 template <class T>
 void plain_runge_kutta(const PlainArrays<T>& arrays, T W, T g, T h, std::size_t steps);
 
+// Particles joined by springs.
+template <class T>
+struct PlainSprings {
+  struct Body {
+    std::array<T, 3> x, v, force;
+    T inverse_mass;
+  };
+  struct Spring {
+    std::size_t a, b;
+    T stiffness, rest_length;
+  };
+  std::vector<Body> bodies;
+  std::vector<Spring> springs;
+};
+
+// A square sheet of `side` by `side` particles with shear, 2 m and 1 kg, hung by two corners.
+template <class T>
+PlainSprings<T> plain_sheet(std::size_t side);
+
+// One step: clear the forces, add every spring to both its ends, kick, move.
+template <class T>
+void plain_spring_step(PlainSprings<T>& plain, T h);
+
 // x *= factor in place over six arrays, elements [first, last): the memory traffic of a step and nothing else.
 template <class T>
 void scale_in_place(const PlainArrays<T>& arrays, T factor, std::size_t first, std::size_t last);

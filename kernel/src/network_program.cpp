@@ -73,7 +73,9 @@ std::vector<double> weights(const Scene& scene, std::size_t count) {
   return w;
 }
 
-NetworkLimit limit_of(const Coupling& coupling, const Frequencies& frequencies, double h) {
+// A sheet that hangs free reaches its bound only where it folds onto a line, and is left to its user below that; sheets that
+// land and other springs are not (curtain and net-stiff blew up between the two).
+NetworkLimit limit_of(const Coupling& coupling, const Frequencies& frequencies, double h, bool hangs_free) {
   NetworkLimit limit;
   limit.frequency = frequencies.start;
   limit.bound = frequencies.bound;
@@ -85,7 +87,8 @@ NetworkLimit limit_of(const Coupling& coupling, const Frequencies& frequencies, 
   if (is_alone) limit.substeps = coupling.substeps.value_or(1);
   if (is_alone) return limit;
   limit.safe = substeps_for(coupling, h, frequencies.bound, frequencies.damping);
-  limit.fewest = std::min(limit.safe, substeps_for(coupling, h, frequencies.start * start_margin, 0));
+  limit.fewest = limit.safe;
+  if (hangs_free) limit.fewest = std::min(limit.safe, substeps_for(coupling, h, frequencies.start * start_margin, 0));
   limit.substeps = coupling.substeps.value_or(limit.safe);
   return limit;
 }
@@ -108,7 +111,7 @@ NetworkProgram<T>::NetworkProgram(const Scene& scene, const Options& options, Is
       splitting_(!scene.networks.empty() ? splitting(coupling_) : Splitting{.a = {1.0}, .b = {}}) {
   const Grid* grid = only_grid(scene, particles_);
   frequencies_ = frequencies(pairs_, grid, w_, start);
-  limit_ = limit_of(coupling_, frequencies_, h_);
+  limit_ = limit_of(coupling_, frequencies_, h_, grid != nullptr && scene.contacts.empty());
   const bool is_sequential = coupling_.scheme == Scheme::sequential;
   const bool is_filtered = coupling_.scheme == Scheme::accumulate && coupling_.method == Method::combined;
   const bool is_summed = coupling_.scheme == Scheme::accumulate && !is_filtered;
@@ -145,7 +148,7 @@ std::optional<Error> NetworkProgram<T>::refusal() const {
   }
   if (limit_.substeps >= limit_.fewest) return std::nullopt;
   return Error{field, std::to_string(limit_.substeps),
-               "at least " + std::to_string(limit_.fewest) + " for this scheme, or the springs are unstable from the start (" +
+               "at least " + std::to_string(limit_.fewest) + " for this scheme, or the springs are unstable (" +
                    std::to_string(limit_.safe) + " are stable in any position); scheme sequential takes any"};
 }
 

@@ -295,12 +295,14 @@ void read_fixed(const Fields& fields, SceneFile& file, const Population& populat
   fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
 }
 
+constexpr std::uint64_t most_iterations = 1000;
+
 SceneFile scene_of(const std::string& path, const json& root, const ReadOptions& options) {
   const Node node(root, "", path);
   check_format(node);
   const Fields fields(node, "a scene",
                       {"format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network",
-                       "constraints", "fixed"});
+                       "constraints", "constraint_iterations", "fixed"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -318,6 +320,9 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
     for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact));
   }
   if (const auto constraints = fields.optional("constraints")) read_constraints(*constraints, file, population);
+  if (const auto node = fields.optional("constraint_iterations")) {
+    file.scene.coupling.iterations = static_cast<int>(node->whole(1, most_iterations));
+  }
   read_fixed(fields, file, population);
   return file;
 }

@@ -43,12 +43,13 @@ enum class StepResult {
 
 // What limits the sub-steps of a scene's networks.
 struct NetworkLimit {
-  int substeps = 1;      // a step, chosen or asked for
-  double frequency = 0;  // rad/s: the highest of the springs as they stand at the start, by power iteration
-  double bound = 0;      // rad/s: no position of the particles has a higher one
-  double limit = 0;      // frequency times sub-step that the scheme takes without damping; infinite for sequential
-  int fewest = 1;        // sub-steps a step below which compile() refuses: the start's frequency and 7 % more are unstable
-  int safe = 1;          // sub-steps a step that are stable in any position; what "auto" chooses
+  int substeps = 1;            // a step, chosen or asked for
+  double frequency = 0;        // rad/s: the highest of the springs as they stand at the start, by power iteration
+  double bound = 0;            // rad/s: no position of the particles has a higher one
+  double limit = 0;            // frequency times sub-step that the scheme takes without damping; infinite for sequential
+  int fewest = 1;              // sub-steps a step below which compile() refuses: of a grid without contacts, where the start's
+                               // frequency and 7 % more are unstable; else `safe`
+  int safe = 1;                // sub-steps a step that are stable in any position; what "auto" chooses
   std::uint32_t particle = 0;  // whose springs set the bound
 };
 

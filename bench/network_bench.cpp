@@ -1,0 +1,143 @@
+// The network pass: a hanging sheet with shear, as a grid and as a list of springs, by pulses and by sweeps. An item is a
+// spring in a sub-step, whatever the sub-step does with it: flows, one pulse or a forward and a backward sweep.
+#include <benchmark/benchmark.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "dvdx/plan.hpp"
+#include "support/benches.hpp"
+#include "support/plain.hpp"
+#include "support/plan_bench.hpp"
+
+namespace dvdx::bench {
+namespace {
+
+constexpr int substeps = 20;
+constexpr double step = 1e-4;  // s, so that a soft sheet is stable at any size here
+
+enum class Lie { grid, list };
+
+struct Sheet {
+  std::string name;
+  Coupling coupling;
+  Lie lie = Lie::grid;
+  double damping = 0;
+};
+
+Grid grid_of(std::size_t side, double damping) {
+  return {.rows = side,
+          .columns = side,
+          .edge_u = {2, 0, 0},
+          .edge_v = {0, 0, 2},
+          .structural = 100,
+          .shear = 100,
+          .damping = damping};
+}
+
+Scene scene_of(const Sheet& sheet, std::size_t side) {
+  Scene scene;
+  scene.mass = 1.0 / static_cast<double>(side * side);
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.fixed = {0, side - 1};
+  const Grid grid = grid_of(side, sheet.damping);
+  scene.add(sheet.lie == Lie::grid ? Network(grid) : Network(springs_of(grid)));
+  scene.coupling = sheet.coupling;
+  scene.coupling.substeps = substeps;
+  return scene;
+}
+
+template <class T>
+void lay_flat(State<T>& state, std::size_t side) {
+  for (std::size_t i = 0; i < state.count; ++i) {
+    state.x[0][i] = static_cast<T>(2.0 * static_cast<double>(i % side) / static_cast<double>(side - 1));
+    state.x[1][i] = static_cast<T>(0.001 * static_cast<double>(i % 7));
+    state.x[2][i] = static_cast<T>(2.0 * static_cast<double>(i / side) / static_cast<double>(side - 1));
+    for (std::size_t axis = 0; axis < 3; ++axis) state.v[axis][i] = 0;
+  }
+}
+
+std::size_t springs_in(std::size_t side) { return 2 * side * (side - 1) + 2 * (side - 1) * (side - 1); }
+
+template <class T>
+bool is_right(const Sheet& sheet, const How& how, std::size_t side) {
+  Held<T> got = hold_padded<T>(side * side);
+  Held<T> wanted = hold_padded<T>(side * side);
+  for (const auto& [held, isa] : {std::pair{&got, how.isa}, std::pair{&wanted, Isa::reference}}) {
+    lay_flat(held->state, side);
+    const Options options{.step = step, .isa = isa, .arithmetic = how.arithmetic};
+    const auto plan = compile<T>(scene_of(sheet, side), options, held->state);
+    if (!plan) return false;
+    plan->step(held->state, 1, isa == Isa::reference ? ParallelFor{} : on_threads(how.threads));
+  }
+  return is_same_bits(got.state, wanted.state, side * side);
+}
+
+template <class T>
+void time_sheet(benchmark::State& timing, const Sheet& sheet, const How& how, std::size_t side) {
+  Held<T> held = hold_padded<T>(side * side);
+  lay_flat(held.state, side);
+  const auto plan = compile<T>(scene_of(sheet, side), {.step = step, .isa = how.isa, .arithmetic = how.arithmetic}, held.state);
+  if (!plan) return timing.SkipWithError(plan.error().message().c_str());
+  for (auto _ : timing) plan->step(held.state, 1, on_threads(how.threads));
+  timing.SetItemsProcessed(timing.iterations() * static_cast<std::int64_t>(springs_in(side)) * substeps);
+  if (!is_right<T>(sheet, how, side)) timing.SkipWithError("differs from the reference");
+}
+
+template <class T>
+void add_sheet(const Sheet& sheet, const How& how, std::size_t side) {
+  const std::string name = "network/" + sheet.name + "/" + scalar_name<T>() + "/" + std::string(dvdx::name(how.isa)) + "/" +
+                           std::string(dvdx::name(how.arithmetic)) + "/" + std::to_string(side) + "x" + std::to_string(side) +
+                           "/threads:" + std::to_string(how.threads);
+  add(
+      name, [sheet, how, side](benchmark::State& timing) { time_sheet<T>(timing, sheet, how, side); }, how.threads);
+}
+
+const std::vector<Sheet>& sheets() {
+  static const std::vector<Sheet> all = {
+      {"grid", {.scheme = Scheme::leapfrog}},
+      {"grid_damped", {.scheme = Scheme::leapfrog}, Lie::grid, 0.001},
+      {"graph", {.scheme = Scheme::leapfrog}, Lie::list},
+      {"grid_sequential", {.scheme = Scheme::sequential, .theta = 0.5}},
+      {"graph_sequential", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::list},
+      {"pairs", {.scheme = Scheme::accumulate, .method = Method::average_acceleration}, Lie::list},
+  };
+  return all;
+}
+
+template <class T>
+void add_sheets() {
+  for (const Sheet& sheet : sheets()) {
+    for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+      for (const Isa isa : available_isas(arithmetic)) add_sheet<T>(sheet, {isa, arithmetic}, 64);
+    }
+    add_sheet<T>(sheet, {best_isa(), Arithmetic::separate}, 32);
+    for (int threads = 1; threads <= most_threads(); ++threads) {
+      add_sheet<T>(sheet, {best_isa(), Arithmetic::separate, threads}, 1024);
+    }
+  }
+}
+
+// Springs as a list over an array of structs, as a text book has it.
+void time_plain_springs(benchmark::State& timing, std::size_t side) {
+  PlainSprings<float> plain = plain_sheet<float>(side);
+  for (auto _ : timing) {
+    plain_spring_step(plain, 5e-6F);
+    benchmark::ClobberMemory();
+  }
+  timing.SetItemsProcessed(timing.iterations() * static_cast<std::int64_t>(springs_in(side)));
+}
+
+}  // namespace
+
+void register_network() {
+  add_sheets<float>();
+  add_sheets<double>();
+  for (const std::size_t side : {32U, 64U, 1024U}) {
+    add("network/plain/float32/array_of_structs/" + std::to_string(side) + "x" + std::to_string(side) + "/threads:1",
+        [side](benchmark::State& timing) { time_plain_springs(timing, side); });
+  }
+}
+
+}  // namespace dvdx::bench
