@@ -320,8 +320,8 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
     for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact));
   }
   if (const auto constraints = fields.optional("constraints")) read_constraints(*constraints, file, population);
-  if (const auto node = fields.optional("constraint_iterations")) {
-    file.scene.coupling.iterations = static_cast<int>(node->whole(1, most_iterations));
+  if (const auto iterations = fields.optional("constraint_iterations")) {
+    file.scene.coupling.iterations = static_cast<int>(iterations->whole(1, most_iterations));
   }
   read_fixed(fields, file, population);
   return file;
