@@ -230,9 +230,20 @@ void NetworkProgram<T>::make_flows(const Scene& scene, const Options& options, I
   const bool is_free = std::all_of(flows_.begin(), flows_.end(),
                                    [](const auto& flow) { return is_drift(flow->flow) && flow->extra == Extras::none; });
   // Where nothing asks for the position itself, it is counted from the step's start.
-  if (coupling_.scheme != Scheme::sequential || !is_free || constraints_ != nullptr) return;
+  is_relative_ = coupling_.scheme == Scheme::sequential && is_free && constraints_ == nullptr;
+  if (!is_relative_ || origin_[0] != nullptr) return;
   origin_ = columns(0);
   sheet_.origin = {origin_[0], origin_[1], origin_[2]};
+}
+
+template <class T>
+bool NetworkProgram<T>::replace_forces(const Scene& scene, const Options& options, Isa isa, const std::vector<Vec3>& start) {
+  const bool was_relative = is_relative_;
+  flows_.clear();
+  durations_.clear();
+  first_.clear();
+  make_flows(scene, options, isa, start);
+  return is_relative_ == was_relative;
 }
 
 // ---- springs by owner --------------------------------------------------------------------------------------------------

@@ -38,6 +38,9 @@ class NetworkProgram {
   // Where the scene asks for fewer sub-steps than the start's springs allow.
   [[nodiscard]] std::optional<Error> refusal() const;
 
+  // Makes the flows again and nothing else. False where the springs must be made again too: the program is then of no use.
+  [[nodiscard]] bool replace_forces(const Scene& scene, const Options& options, Isa isa, const std::vector<Vec3>& start);
+
   StepResult step(State<T>& state, std::size_t steps, const ParallelFor& parallel) noexcept;
 
   // How the springs lie and who works them out.
@@ -108,7 +111,8 @@ class NetworkProgram {
   std::size_t bytes_ = 0;
   Sheet<T> sheet_;
   std::array<T*, 3> origin_{};
-  std::vector<Held> fixed_;  // by element
+  bool is_relative_ = false;  // positions are counted from the step's start
+  std::vector<Held> fixed_;   // by element
 
   std::vector<std::unique_ptr<Program<T>>> flows_;
   std::vector<double> durations_;           // s, of each flow

@@ -82,16 +82,29 @@ std::optional<Error> check_sources(const System& system) {
                "at most " + std::to_string(max_sources) + " (a sinusoid counts two, a polynomial one a term, a wind one)"};
 }
 
-// The program of a scene that has been checked.
+// The program of a scene that has been checked, but for what joins its particles.
 template <class T>
-Expected<std::unique_ptr<Program<T>>> build(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
-                                            std::vector<Vec3> start) {
+Expected<std::unique_ptr<Program<T>>> build_alone(Scene scene, const Options& options, Isa isa,
+                                                  std::optional<std::size_t> count, std::vector<Vec3> start) {
   if (auto error = check_sources(System(scene, start, options.step))) return tl::unexpected(*error);
   auto program = std::make_unique<Program<T>>(std::move(scene), options, isa, count, std::move(start));
   if (auto error = check_coefficients(*program)) return tl::unexpected(*error);
-  if (!joins_particles(program->scene)) return program;
-  program->network = std::make_unique<NetworkProgram<T>>(program->scene, options, isa, program->start);
-  if (auto error = program->network->refusal()) return tl::unexpected(*error);
+  return program;
+}
+
+template <class T>
+std::optional<Error> add_network(Program<T>& program) {
+  if (!joins_particles(program.scene)) return std::nullopt;
+  program.network = std::make_unique<NetworkProgram<T>>(program.scene, program.options, program.isa, program.start);
+  return program.network->refusal();
+}
+
+template <class T>
+Expected<std::unique_ptr<Program<T>>> build(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
+                                            std::vector<Vec3> start) {
+  auto program = build_alone<T>(std::move(scene), options, isa, count, std::move(start));
+  if (!program) return program;
+  if (auto error = add_network(**program)) return tl::unexpected(*error);
   return program;
 }
 
@@ -171,8 +184,17 @@ Expected<void> Plan<T>::replace(std::size_t index, const Force& force) {
     return tl::unexpected(
         Error{"forces[" + std::to_string(index) + "].anchor", "at_start", "given, or at the start from the first"});
   }
-  auto changed = build<T>(std::move(scene), program_->options, program_->isa, program_->count, program_->start);
+  auto changed = build_alone<T>(std::move(scene), program_->options, program_->isa, program_->count, program_->start);
   if (!changed) return tl::unexpected(changed.error());
+  Program<T>& after = **changed;
+  // A gust each frame must not look for the springs' frequency again.
+  const bool keeps_springs =
+      program_->network && program_->network->replace_forces(after.scene, after.options, after.isa, after.start);
+  if (keeps_springs) {
+    after.network = std::move(program_->network);
+  } else if (auto error = add_network(after)) {
+    return tl::unexpected(*error);
+  }
   program_ = std::move(*changed);
   return {};
 }

@@ -579,6 +579,24 @@ TEST_CASE("network: a plan that another thread steps says so") {
   CHECK(within.result == StepResult::count_differs);
 }
 
+TEST_CASE("network: a plan whose wind is replaced steps as one that was compiled with it") {
+  for (const Coupling& coupling : all_schemes) {
+    Joined before = with(test::sheet(9, 20, 50, 0.001), coupling);
+    before.scene.add(Drag{.coefficient = 0.001, .wind = {1, 0, 0}});
+    for (const Force& replaced :
+         {Force(Drag{.coefficient = 0.002, .wind = {-3, 0, 1}}), Force(Spring{.stiffness = 0.5, .anchor = Vec3{0, 1, 0}})}) {
+      Joined after = before;
+      after.scene.forces[1] = replaced;
+      Batch<float> batch(Layout::soa, before.x.size());
+      test::place(before, batch.view());
+      Plan<float> plan = plan_of(before, {.isa = best_isa()}, batch.view());
+      REQUIRE(plan.replace(1, replaced).has_value());
+      REQUIRE(plan.step(batch.view(), 3) == StepResult::done);
+      CHECK(test::difference(stepped<float>(after, {.isa = best_isa()}, 3), test::values_of(batch.view())) == "");
+    }
+  }
+}
+
 TEST_CASE("network: the plan knows the highest frequency and refuses fewer sub-steps than the start allows") {
   // A chain of equal masses and springs, both ends fixed: omega_max = 2 sqrt(k/m) sin(n pi / (2 (n+1)))
   constexpr std::size_t n = 20;
