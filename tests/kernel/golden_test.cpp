@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dvdx/plan.hpp"
+#include "kernel/passes/cloths.hpp"
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 
@@ -18,6 +19,7 @@ using namespace dvdx;
 // Where a change of the arithmetic is meant, the test's message has the new numbers.
 constexpr std::uint64_t golden_separate = 14074368256531695617U;
 constexpr std::uint64_t golden_contracted = 11338898546252447323U;
+constexpr std::uint64_t golden_networks = 3101404560911529308U;
 
 // FNV-1a over the little-endian bytes.
 template <class T>
@@ -50,7 +52,42 @@ std::uint64_t golden(Isa isa, Arithmetic arithmetic) {
   return sum;
 }
 
+template <class T>
+std::vector<T> stepped(const test::Joined& joined, Isa isa) {
+  test::Batch<T> batch(test::Layout::soa, joined.x.size());
+  test::place(joined, batch.view());
+  const auto plan = compile<T>(joined.scene, {.step = joined.step, .isa = isa}, batch.view());
+  REQUIRE(plan.has_value());
+  REQUIRE(plan->step(batch.view(), 10) == StepResult::done);
+  return test::values_of(batch.view());
+}
+
+// Sub-steps are given: the chosen number depends on an eigenvalue, which need not be the same to its last bit.
+std::uint64_t golden_of_networks(Isa isa) {
+  std::uint64_t sum = 0xCBF29CE484222325U;
+  for (const Coupling& coupling :
+       {Coupling{.scheme = Scheme::leapfrog, .substeps = 30}, Coupling{.scheme = Scheme::fourth_order, .substeps = 20},
+        Coupling{.scheme = Scheme::sequential, .substeps = 3},
+        Coupling{.scheme = Scheme::accumulate, .substeps = 40, .method = Method::average_acceleration},
+        Coupling{.scheme = Scheme::accumulate, .substeps = 40, .method = Method::combined}}) {
+    test::Joined sheet = test::sheet(9, 20, 50, 0.001);
+    sheet.scene.coupling = coupling;
+    for (const test::Joined& joined : {sheet, test::as_list(sheet)}) {
+      sum = hash(sum, stepped<float>(joined, isa));
+      sum = hash(sum, stepped<double>(joined, isa));
+    }
+  }
+  return sum;
+}
+
 }  // namespace
+
+TEST_CASE("golden: the hash of all networks is the committed one on every ISA") {
+  for (const Isa isa : available_isas()) {
+    CAPTURE(name(isa));
+    CHECK(golden_of_networks(isa) == golden_networks);
+  }
+}
 
 TEST_CASE("golden: the hash of all scenes is the committed one on every ISA") {
   for (const Isa isa : available_isas()) {

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "dvdx/plan.hpp"
+#include "kernel/passes/cloths.hpp"
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 
@@ -64,6 +65,24 @@ TEST_CASE_TEMPLATE("no scene allocates in a step, in any layout", T, float, doub
         const int made = allocations_of_steps<T>(scene, layout, count);
         CHECK_MESSAGE(made == 0, scene.name << ", " << test::name(layout) << ", count " << count);
       }
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("no scene whose particles are joined allocates in a step", T, float, double) {
+  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::sequential, Scheme::accumulate}) {
+    test::Joined sheet = test::sheet(12, 20, 50);
+    sheet.scene.coupling.scheme = scheme;
+    test::Joined held = sheet;
+    held.scene.add(Constraint(Distance{.pairs = {{40, 41}, {41, 42}, {60, 80}}}));
+    for (const test::Joined& joined : {sheet, test::as_list(sheet), held}) {
+      test::Batch<T> batch(test::Layout::aos, joined.x.size());
+      test::place(joined, batch.view());
+      const auto plan = compile<T>(joined.scene, {.step = joined.step}, batch.view());
+      REQUIRE(plan.has_value());
+      const int before = allocations;
+      (void)plan->step(batch.view(), 5);
+      CHECK_MESSAGE(allocations == before, joined.name << ", scheme " << static_cast<int>(scheme));
     }
   }
 }
