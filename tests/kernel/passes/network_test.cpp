@@ -398,7 +398,6 @@ double fitted_order(const Joined& joined, Coupling coupling, int substeps) {
     coupling.substeps = n;
     return stepped<double>(with(joined, coupling), {.isa = best_isa()}, 6);
   };
-  coupling.scheme = coupling.scheme;
   const auto coarse = run(substeps);
   const auto middle = run(2 * substeps);
   const auto fine = run(4 * substeps);
