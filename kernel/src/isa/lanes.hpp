@@ -135,10 +135,10 @@ template <class V>
 V gather_lanes(const Scalar<V>* base, const std::int32_t* index) noexcept {
 #if defined(__AVX512F__)
   if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
-    return V(_mm512_mask_i32gather_ps(_mm512_setzero_ps(), __mmask16{0xffff}, _mm512_loadu_si512(index), base, 4));
+    return V(_mm512_i32gather_ps(_mm512_loadu_si512(index), base, 4));
   } else if constexpr (sizeof(V) == 64) {
     const __m256i at = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index));
-    return V(_mm512_mask_i32gather_pd(_mm512_setzero_pd(), __mmask8{0xff}, at, base, 8));
+    return V(_mm512_i32gather_pd(at, base, 8));
   }
 #elif defined(__AVX2__)
   if constexpr (sizeof(V) == 32 && sizeof(Scalar<V>) == 4) {
@@ -170,10 +170,8 @@ V moved_up(V before, V now) noexcept {
     constexpr int lanes = static_cast<int>(V::size);
     const __m512i last = xsimd::bitwise_cast<xsimd::batch<std::int32_t, typename V::arch_type>>(before);
     const __m512i next = xsimd::bitwise_cast<xsimd::batch<std::int32_t, typename V::arch_type>>(now);
-    if constexpr (sizeof(Scalar<V>) == 4)
-      return V(_mm512_castsi512_ps(_mm512_maskz_alignr_epi32(0xffff, next, last, lanes - by)));
-    if constexpr (sizeof(Scalar<V>) == 8)
-      return V(_mm512_castsi512_pd(_mm512_maskz_alignr_epi64(0xff, next, last, lanes - by)));
+    if constexpr (sizeof(Scalar<V>) == 4) return V(_mm512_castsi512_ps(_mm512_alignr_epi32(next, last, lanes - by)));
+    if constexpr (sizeof(Scalar<V>) == 8) return V(_mm512_castsi512_pd(_mm512_alignr_epi64(next, last, lanes - by)));
   }
 #endif
 #if defined(__AVX2__)
