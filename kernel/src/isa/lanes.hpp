@@ -130,6 +130,10 @@ V magic_guess(V x, Bits magic) noexcept {
   return xsimd::bitwise_cast<V>(B(magic) - (xsimd::bitwise_cast<B>(x) >> 1));
 }
 
+// Where nothing is optimised, g++'s gathers and shifts are macros, whose full masks it takes for a mistake of ours.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wsign-conversion"
+
 // base[index[0]], base[index[1]], ... and back.
 template <class V>
 V gather_lanes(const Scalar<V>* base, const std::int32_t* index) noexcept {
@@ -196,6 +200,8 @@ V moved_up(V before, V now) noexcept {
   if constexpr (sizeof(Scalar<V>) == 8) return by == 2 ? before : V(vextq_f64(before, now, 1));
 #endif
 }
+
+#pragma GCC diagnostic pop
 
 // Lanes below n.
 template <class V>
