@@ -7,7 +7,7 @@
 
 namespace dvdx::bench {
 
-std::vector<int> any_ladder(const Cloth& /*cloth*/) { return {5, 10, 20, 50, 100, 200, 500}; }
+std::vector<int> any_ladder(const Cloth& /*cloth*/) { return {2, 3, 5, 7, 10, 14, 20, 30, 50, 100, 200, 500}; }
 
 std::vector<int> explicit_ladder(const Cloth& cloth, double reach) {
   const double fewest = std::max(1.0, std::ceil(cloth.limit() / reach));
