@@ -10,13 +10,15 @@
 #include <utility>
 #include <vector>
 
+#include "support/paths.hpp"
+
 namespace dvdx::test {
 
 class Oracle {
  public:
   // `file` is a name in tests/oracles.
   explicit Oracle(const std::string& file) {
-    std::ifstream in(std::string(DVDX_ORACLES) + "/" + file);
+    std::ifstream in(oracles() + "/" + file);
     if (!in) throw std::runtime_error("no oracle " + file);
     std::string line;
     std::getline(in, line);

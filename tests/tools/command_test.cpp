@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "support/paths.hpp"
 #include "tools/scratch_folder.hpp"
 
 namespace {
@@ -23,8 +24,8 @@ struct Result {
 // Everything a command prints goes to files beside `folder`, so that a count of what is in the folder stays true.
 Result run(const ScratchFolder& folder, const std::string& arguments, const std::string& environment = "") {
   const auto beside = folder.path().string();
-  const std::string line = "cd '" + beside + "' && " + environment + " '" DVDX_COMMAND "' " + arguments + " >'" + beside +
-                           ".out' 2>'" + beside + ".err' </dev/null";
+  const std::string line = "cd '" + beside + "' && " + environment + " '" + dvdx::test::command() + "' " + arguments + " >'" +
+                           beside + ".out' 2>'" + beside + ".err' </dev/null";
   const int status = std::system(line.c_str());
   const auto take = [&](const char* extension) {
     const std::string name = folder.path().filename().string() + extension;

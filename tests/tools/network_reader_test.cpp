@@ -6,6 +6,7 @@
 
 #include "fault.hpp"
 #include "scene_reader.hpp"
+#include "support/paths.hpp"
 #include "tools/schema.hpp"
 #include "tools/scratch_folder.hpp"
 
@@ -19,7 +20,7 @@ using nlohmann::json;
 const ReadOptions plenty{.memory_bytes = 1000000000};
 
 Schema scene_schema() {
-  std::ifstream file(DVDX_SCHEMA);
+  std::ifstream file(dvdx::test::schema());
   return Schema(json::parse(file));
 }
 

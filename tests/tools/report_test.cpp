@@ -15,13 +15,14 @@
 #include "report/summary.hpp"
 #include "report/table.hpp"
 #include "scene_reader.hpp"
+#include "support/paths.hpp"
 
 namespace {
 
 using namespace dvdx::tool;
 using namespace dvdx::tool::report;
 
-SceneFile shipped(const std::string& name) { return read_scene(std::string(DVDX_SCENES) + "/" + name + ".json"); }
+SceneFile shipped(const std::string& name) { return read_scene(dvdx::test::scenes() + "/" + name + ".json"); }
 
 Setup setup() { return {.engine = {.isa = dvdx::best_isa()}, .parallel = {}}; }
 

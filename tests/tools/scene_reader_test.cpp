@@ -8,6 +8,7 @@
 #include "dvdx/layouts/soa.hpp"
 #include "fault.hpp"
 #include "start.hpp"
+#include "support/paths.hpp"
 #include "tools/schema.hpp"
 #include "tools/scratch_folder.hpp"
 
@@ -57,13 +58,13 @@ std::string message_of(std::string_view text, const ReadOptions& options = plent
 }
 
 Schema scene_schema() {
-  std::ifstream file(DVDX_SCHEMA);
+  std::ifstream file(dvdx::test::schema());
   return Schema(json::parse(file));
 }
 
 std::vector<std::filesystem::path> shipped_scenes() {
   std::vector<std::filesystem::path> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(DVDX_SCENES)) {
+  for (const auto& entry : std::filesystem::directory_iterator(dvdx::test::scenes())) {
     if (entry.path().extension() == ".json") paths.push_back(entry.path());
   }
   return paths;
