@@ -11,6 +11,7 @@ void add_run(CLI::App& app, Exit& exit);
 void add_report(CLI::App& app, Exit& exit);
 void add_explain(CLI::App& app, Exit& exit);
 void add_verify(CLI::App& app, Exit& exit);
+void add_stability(CLI::App& app, Exit& exit);
 void add_info(CLI::App& app, Exit& exit);
 
 }  // namespace dvdx::tool

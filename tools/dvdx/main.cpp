@@ -32,6 +32,7 @@ int run(int argc, char** argv) {
   dvdx::tool::add_report(app, exit);
   dvdx::tool::add_explain(app, exit);
   dvdx::tool::add_verify(app, exit);
+  dvdx::tool::add_stability(app, exit);
   dvdx::tool::add_info(app, exit);
   try {
     app.parse(argc, argv);

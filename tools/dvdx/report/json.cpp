@@ -11,12 +11,6 @@ using Json = nlohmann::ordered_json;  // numbers that are not finite become null
 
 Json optional_number(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
 
-Json json_of(const Machine& machine) {
-  return {{"cpu", machine.cpu},         {"cores", machine.cores},   {"threads", machine.threads},   {"isa", machine.isa},
-          {"isas", machine.isas},       {"system", machine.system}, {"compiler", machine.compiler}, {"flags", machine.flags},
-          {"version", machine.version}, {"date", machine.date}};
-}
-
 Json json_of(const Run& run, std::size_t particles) {
   const auto& errors = run.errors;
   const double ns = run.timing.ns_per_particle_step;
@@ -129,8 +123,14 @@ Json json_of(const SceneReport& scene) {
 
 }  // namespace
 
+nlohmann::ordered_json to_json(const Machine& machine) {
+  return {{"cpu", machine.cpu},         {"cores", machine.cores},   {"threads", machine.threads},   {"isa", machine.isa},
+          {"isas", machine.isas},       {"system", machine.system}, {"compiler", machine.compiler}, {"flags", machine.flags},
+          {"version", machine.version}, {"date", machine.date}};
+}
+
 nlohmann::ordered_json to_json(const Report& report) {
-  return {{"machine", json_of(report.machine)}, {"scenes", list_of(report.scenes)}};
+  return {{"machine", to_json(report.machine)}, {"scenes", list_of(report.scenes)}};
 }
 
 }  // namespace dvdx::tool::report

@@ -7,5 +7,6 @@
 namespace dvdx::tool::report {
 
 [[nodiscard]] nlohmann::ordered_json to_json(const Report& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const Machine& machine);
 
 }  // namespace dvdx::tool::report

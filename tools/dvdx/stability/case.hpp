@@ -1,0 +1,60 @@
+// What a hard case is: a number, what makes it hard, and its bars. A bar holds one figure, the worst over the case's
+// parameters, against a limit, in one precision; the same check runs on every instruction set.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dvdx/isa.hpp"
+#include "engine.hpp"
+
+namespace dvdx::tool::stability {
+
+// On what a check runs, and the bits that its trials leave: they must be alike on every instruction set.
+struct Way {
+  Isa isa = Isa::reference;
+  std::uint64_t bits = 0xCBF29CE484222325U;
+};
+
+// The largest value seen, and where.
+struct Worst {
+  double value = 0;   // once it is not a number it stays so
+  std::string where;  // "omega h = 3"; empty where the check has one place alone
+
+  void see(double seen, std::string_view at = {}) {
+    if (std::isnan(value) || seen <= value) return;
+    value = seen;
+    where = at;
+  }
+};
+
+using Check = Worst (*)(Way& way);
+
+// Met where the check's figure is at most `limit`.
+struct Bar {
+  Precision precision = Precision::float64;
+  Check check = nullptr;
+  double limit = 0;
+  std::string_view unit;      // "m", "A" (amplitudes), "" where the figure has none
+  std::string_view expected;  // what should come out
+  std::string_view reason{};  // of a bar that is known to be missed
+};
+
+struct Case {
+  int number = 0;
+  std::string_view name;
+  std::string_view hard;  // what is
+  std::vector<Bar> bars;
+};
+
+// The same check in either precision, a limit each.
+template <Check in_float64, Check in_float32>
+[[nodiscard]] std::vector<Bar> both(double limit64, double limit32, std::string_view unit, std::string_view expected) {
+  return {{.precision = Precision::float64, .check = in_float64, .limit = limit64, .unit = unit, .expected = expected},
+          {.precision = Precision::float32, .check = in_float32, .limit = limit32, .unit = unit, .expected = expected}};
+}
+
+}  // namespace dvdx::tool::stability

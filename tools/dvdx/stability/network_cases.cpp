@@ -1,0 +1,7 @@
+#include "stability/cases.hpp"
+
+namespace dvdx::tool::stability {
+
+std::vector<Case> network_cases() { return {}; }
+
+}  // namespace dvdx::tool::stability
