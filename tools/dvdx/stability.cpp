@@ -70,9 +70,10 @@ void write_all(const fs::path& folder, const std::string& json) {
 Exit run(const StabilityOptions& options) {
   if (!options.out.empty()) make_place(options.out);
   const auto rows = run_cases(options);
-  const nlohmann::ordered_json found{{"machine", report::to_json(report::this_machine({.engine = engine_of({}), .parallel = {}}))},
-                                     {"cases", stability::to_json(rows)},
-                                     {"maps", nlohmann::ordered_json::array()}};
+  const nlohmann::ordered_json found{
+      {"machine", report::to_json(report::this_machine({.engine = engine_of({}), .parallel = {}}))},
+      {"cases", stability::to_json(rows)},
+      {"maps", nlohmann::ordered_json::array()}};
   const auto json = found.dump(1) + "\n";
   if (!options.out.empty()) write_all(options.out, json);
   fmt::print("{}", options.json ? json : stability::to_text(rows, colour_here()));

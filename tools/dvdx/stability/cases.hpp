@@ -7,10 +7,10 @@
 
 namespace dvdx::tool::stability {
 
-[[nodiscard]] std::vector<Case> linear_cases();      // single particles under linear forces
-[[nodiscard]] std::vector<Case> contact_cases();     // impacts, rest, friction
-[[nodiscard]] std::vector<Case> network_cases();     // springs between particles
-[[nodiscard]] std::vector<Case> input_cases();       // steps, masses and numbers that are no plain ones; the same bits
+[[nodiscard]] std::vector<Case> linear_cases();   // single particles under linear forces
+[[nodiscard]] std::vector<Case> contact_cases();  // impacts, rest, friction
+[[nodiscard]] std::vector<Case> network_cases();  // springs between particles
+[[nodiscard]] std::vector<Case> input_cases();    // steps, masses and numbers that are no plain ones; the same bits
 
 inline constexpr int last_case = 42;
 

@@ -22,7 +22,8 @@ Scene spring_scene(double omega) {
 // One more particle than a register of 16 holds, each an amplitude of 1 m in another phase.
 std::vector<Start> phases(double omega) {
   std::vector<Start> starts;
-  for (int i = 0; i < 17; ++i) starts.push_back({{std::cos(i), std::sin(i), 0}, {-omega * std::sin(i), omega * std::cos(i), 0}});
+  for (int i = 0; i < 17; ++i)
+    starts.push_back({{std::cos(i), std::sin(i), 0}, {-omega * std::sin(i), omega * std::cos(i), 0}});
   return starts;
 }
 

@@ -55,7 +55,8 @@ std::string last_line(const std::vector<Row>& rows) {
 std::string to_text(const std::vector<Row>& rows, Colour colour) {
   if (rows.empty()) return "";
   std::vector<Cells> lines{{"case", "name", "what is hard", "precision", "expected", "bar", "got", ""}};
-  for (std::size_t i = 0; i < rows.size(); ++i) lines.push_back(cells_of(rows[i], i == 0 || rows[i - 1].number != rows[i].number));
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    lines.push_back(cells_of(rows[i], i == 0 || rows[i - 1].number != rows[i].number));
   std::array<std::size_t, columns> widths{};
   for (const Cells& cells : lines) {
     for (std::size_t c = 0; c < columns; ++c) widths[c] = std::max(widths[c], cells[c].size());

@@ -27,7 +27,10 @@ template <class T>
 class Trial {
  public:
   Trial(Way& way, const Scene& scene, double step, std::span<const Start> starts)
-      : way_(way), memory_(starts.size()), state_(memory_.view()), plan_(placed(scene, {.step = step, .isa = way.isa}, starts)) {}
+      : way_(way),
+        memory_(starts.size()),
+        state_(memory_.view()),
+        plan_(placed(scene, {.step = step, .isa = way.isa}, starts)) {}
   Trial(Way& way, const Scene& scene, double step, const Start& start) : Trial(way, scene, step, std::span(&start, 1)) {}
   Trial(const Trial&) = delete;
   Trial& operator=(const Trial&) = delete;
