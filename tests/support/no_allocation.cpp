@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "dvdx/live.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "support/batch.hpp"
@@ -84,5 +85,26 @@ TEST_CASE_TEMPLATE("no scene whose particles are joined allocates in a step", T,
       (void)plan->step(batch.view(), 5);
       CHECK_MESSAGE(allocations == before, joined.name << ", scheme " << static_cast<int>(scheme));
     }
+  }
+}
+
+TEST_CASE_TEMPLATE("no scene whose particles come and go allocates in a step", T, float, double) {
+  constexpr std::size_t capacity = 40'000;
+  for (const test::Layout layout : {test::Layout::soa, test::Layout::aosoa16}) {
+    test::Batch<T> batch(layout, capacity), lives(layout, capacity);
+    const Turnover turnover{.emitters = {{.rate = 600'000, .velocity = {0, 1, 0}, .least_lifetime = 0.03, .most_lifetime = 1}},
+                            .removal = {.boundaries = {{.normal = {0, -1, 0}, .offset = -0.5}}},
+                            .capacity = capacity};
+    const auto plan = compile<T>(Scene{}, turnover, Options{});
+    REQUIRE(plan.has_value());
+    LiveState<T> live{.state = batch.view(), .age = lives.view().x[0], .lifetime = lives.view().x[1]};
+    live.state.count = 0;
+    const ParallelFor one_by_one{.run = [](void*, std::size_t count, ParallelFor::Body body, void* task) {
+      for (std::size_t i = 0; i < count; ++i) body(task, i);
+    }};
+    const int before = allocations;
+    for (int call = 0; call < 6; ++call) (void)plan->step(live, 3, one_by_one);
+    CHECK(allocations == before);
+    CHECK(live.removed > 0);
   }
 }

@@ -4,9 +4,9 @@
 
 #include <limits>
 
-using dvdx::tool::philox4x32;
+using dvdx::philox4x32;
+using dvdx::unit_value;
 using dvdx::tool::uniform_value;
-using dvdx::tool::unit_value;
 
 namespace {
 

@@ -1,0 +1,75 @@
+// A plan for particles that come and go.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "dvdx/layouts/state.hpp"
+#include "dvdx/plan.hpp"
+#include "dvdx/turnover.hpp"
+
+namespace dvdx {
+
+// A column of the caller's own that removal moves along with the particles: an id, a colour. Element i stands at
+// base + i * stride bytes. What is born gets zeros.
+struct Carried {
+  void* base = nullptr;
+  std::ptrdiff_t stride = 0;  // bytes from an element to the next
+  std::size_t bytes = 0;      // of an element; 4 and 8 side by side move fastest
+};
+
+// The live particles are the first state.count; every column must have room for the turnover's capacity. Only pointers and
+// counts: copying it copies no particle.
+template <class T>
+struct LiveState {
+  State<T> state;
+  Column<T> age{};       // s since birth; without a base: not kept
+  Column<T> lifetime{};  // s; without a base: none dies of age. Needs `age`
+  std::span<const Carried> carried{};
+  std::uint64_t born = 0;     // so far, by the emitters
+  std::uint64_t removed = 0;  // so far
+  std::uint64_t dropped = 0;  // births that found no room
+};
+
+template <class T>
+class LiveProgram;
+
+// Steps as Plan does, lets particles age, removes those that are to go and keeps the order of all others, and lets the births
+// of each step follow behind them, emitter by emitter. The bits do not depend on the instruction set, on threads, on the layout
+// or on how many steps a call takes. All memory that it works in is reserved here, so it steps one state at a time.
+template <class T>
+class LivePlan {
+ public:
+  explicit LivePlan(std::unique_ptr<LiveProgram<T>> program) noexcept;
+  LivePlan(LivePlan&&) noexcept;
+  LivePlan& operator=(LivePlan&&) noexcept;
+  ~LivePlan();
+
+  // capacity_too_small where a column has less room than the turnover's capacity, or the state holds more particles than that;
+  // in_use where another thread steps this plan. Then nothing was stepped. Allocates nothing, throws nothing, locks nothing.
+  StepResult step(LiveState<T>& live, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
+
+  // Removes what is to go as the particles stand, and moves nothing on. To remove one of your own choice, make its age
+  // infinite.
+  StepResult remove(LiveState<T>& live, const ParallelFor& parallel = {}) const noexcept;
+
+  [[nodiscard]] const Plan<T>& plan() const noexcept;  // that steps them
+  [[nodiscard]] const Turnover& turnover() const noexcept;
+  [[nodiscard]] std::string explain() const;  // what coming and going costs, in words
+
+ private:
+  std::unique_ptr<LiveProgram<T>> program_;
+};
+
+// A plan for particles that are all alike: values each, anchors at the start, networks, constraints and fixed particles are
+// errors that name their field, and so is a step that is not > 0.
+template <class T>
+Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
+
+extern template class LivePlan<float>;
+extern template class LivePlan<double>;
+
+}  // namespace dvdx

@@ -1,0 +1,72 @@
+// Particles that come and go: what makes them, what removes them. Plain values in SI units; nothing is checked before
+// compile().
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "dvdx/values.hpp"
+
+namespace dvdx {
+
+struct Disc {
+  Vec3 center{};         // m
+  Vec3 normal{0, 1, 0};  // of any finite length > 0
+  double radius = 1;     // m, >= 0
+  bool operator==(const Disc&) const = default;
+};
+
+struct Box {
+  Vec3 min{};  // m
+  Vec3 max{};  // m, >= min on every axis
+  bool operator==(const Box&) const = default;
+};
+
+// Makes particles one after another, 1/rate apart: the n-th of them (from 1) at the time start + n/rate, whatever the steps
+// are. From there to the end of the step it moves in a straight line; forces and contacts act from the next step on. All that
+// is drawn for it is a function of (seed, n - 1) alone, by the generator that docs/scene.md describes: axes 0 to 2 are of its
+// position, 3 to 7 of its velocity, 8 of its lifetime.
+struct Emitter {
+  std::variant<Vec3, Disc, Box> shape = Vec3{};          // a point, or evenly over a disc or in a box
+  double rate = 0;                                       // particles/s, >= 0
+  double start = 0;                                      // s, finite: scene time from which on the emitter works
+  double end = std::numeric_limits<double>::infinity();  // s, >= start: it makes rate (end - start) particles, rounded down
+  Vec3 velocity{};                                       // m/s
+  std::variant<double, Vec3> spread = 0.0;  // m/s, >= 0: to the velocity is added what lies evenly in a ball of this radius,
+                                            // or in a box of these half sides
+  double least_lifetime = std::numeric_limits<double>::infinity();  // s, > 0
+  double most_lifetime = std::numeric_limits<double>::infinity();   // s, >= least: evenly between the two
+  std::uint64_t seed = 0;
+  bool operator==(const Emitter&) const = default;
+};
+
+// Where particles are removed: where normal . x < offset (m, for the normal made a unit vector).
+struct Boundary {
+  Vec3 normal{0, 1, 0};
+  double offset = 0;
+  bool operator==(const Boundary&) const = default;
+};
+
+enum class NotFinite { kept, removed };
+
+// Looked at after every step; a particle whose age has reached its lifetime is removed besides. A comparison with what is not
+// a number does not hold: such a particle stays unless not_finite says otherwise.
+struct Removal {
+  std::vector<Boundary> boundaries{};  // at most 8
+  std::optional<Box> outside{};        // removed where x < min or x > max on any axis
+  NotFinite not_finite = NotFinite::kept;
+  bool operator==(const Removal&) const = default;
+};
+
+struct Turnover {
+  std::vector<Emitter> emitters{};
+  Removal removal{};
+  std::size_t capacity = 0;  // particles: most that live at once. What would be born beyond is dropped and counted.
+  bool operator==(const Turnover&) const = default;
+};
+
+}  // namespace dvdx

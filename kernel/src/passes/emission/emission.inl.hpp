@@ -1,0 +1,163 @@
+// The emission pass over registers of doubles, operation by operation as in emission_reference.hpp.
+#pragma once
+
+#include "isa/lanes.hpp"
+#include "passes/emission/emission.hpp"
+#include "passes/rate/rate.inl.hpp"
+
+namespace dvdx {
+namespace {
+
+template <class V>
+using Words = xsimd::batch<std::uint64_t, typename V::arch_type>;
+
+// The product of the lower 32 bits of each lane with `factor`, of which no bit is lost.
+template <class W>
+W times(W lanes, std::uint32_t factor) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(W) == 64) return W(_mm512_mul_epu32(lanes, _mm512_set1_epi64(factor)));
+#elif defined(__AVX2__)
+  if constexpr (sizeof(W) == 32) return W(_mm256_mul_epu32(lanes, _mm256_set1_epi64x(factor)));
+#elif defined(__SSE2__)
+  if constexpr (sizeof(W) == 16) return W(_mm_mul_epu32(lanes, _mm_set1_epi64x(factor)));
+#elif defined(__aarch64__)
+  return W(vmull_u32(vmovn_u64(lanes), vdup_n_u32(factor)));
+#endif
+}
+
+// Philox as in dvdx/counter_random.hpp, a counter a lane, each word in the lower half of its lane; what is in the upper halves
+// reaches no product.
+template <class W>
+W random_word(W particle, std::uint32_t axis, std::uint64_t seed) noexcept {
+  W c0 = particle, c1 = particle >> 32, c2(std::uint64_t{axis}), c3(std::uint64_t{0});
+  auto k0 = static_cast<std::uint32_t>(seed), k1 = static_cast<std::uint32_t>(seed >> 32U);
+  for (int round = 0; round < 10; ++round) {
+    const W a = times(c0, 0xD2511F53U);
+    const W b = times(c2, 0xCD9E8D57U);
+    c0 = (b >> 32) ^ c1 ^ W(std::uint64_t{k0});
+    c1 = b;
+    c2 = (a >> 32) ^ c3 ^ W(std::uint64_t{k1});
+    c3 = a;
+    k0 += 0x9E3779B9U;
+    k1 += 0xBB67AE85U;
+  }
+  return (c0 & W(std::uint64_t{0xffffffff})) | (c1 << 32);
+}
+
+// A whole number below 2^52 as a double: it is the mantissa of 2^52 and itself.
+template <class V>
+V whole(Words<V> number) noexcept {
+  return xsimd::bitwise_cast<V>(number | Words<V>(std::uint64_t{0x4330000000000000})) - V(0x1p52);
+}
+
+// Draws for the lanes' births.
+template <class V>
+class Draw {
+ public:
+  Draw(std::uint64_t seed, std::uint64_t first) noexcept : seed_(seed), birth_(numbers(first)) {}
+
+  // In [0, 1), a multiple of 2^-53: the word's upper 53 bits in two parts that are exact, and so is their sum.
+  [[nodiscard]] V unit(std::uint32_t axis) const noexcept {
+    const Words<V> word = random_word(birth_, axis, seed_);
+    const V high = whole<V>(word >> 37);
+    const V low = whole<V>((word >> 11) & Words<V>(std::uint64_t{0x3ffffff}));
+    return high * V(0x1p-27) + low * V(0x1p-53);
+  }
+
+ private:
+  static Words<V> numbers(std::uint64_t first) noexcept {
+    alignas(64) std::array<std::uint64_t, V::size> lanes;
+    for (std::size_t k = 0; k < V::size; ++k) lanes[k] = first + k;
+    return Words<V>::load_unaligned(lanes.data());
+  }
+
+  std::uint64_t seed_;
+  Words<V> birth_;
+};
+
+template <class V>
+struct Three {
+  V x, y, z;
+};
+
+template <class V>
+V in_box(double least, double most, V u) noexcept {
+  const V x = V(least) + V(most - least) * u;
+  return select<V>(x > V(most), V(most), x);
+}
+
+template <class V>
+Three<V> birth_place(const EmissionTerms& terms, const Draw<V>& draw) noexcept {
+  const auto& [x, y, z] = terms.origin;
+  if (terms.shape == EmissionShape::disc) {
+    const V r = square_root(draw.unit(0));
+    const auto turn = sincos_lanes(V(two_pi) * draw.unit(1));
+    const V a = r * turn.cos, b = r * turn.sin;
+    const auto& [p, q] = terms.radii;
+    return {V(x) + (a * V(p[0]) + b * V(q[0])), V(y) + (a * V(p[1]) + b * V(q[1])), V(z) + (a * V(p[2]) + b * V(q[2]))};
+  }
+  if (terms.shape == EmissionShape::box) {
+    return {in_box(x, terms.most[0], draw.unit(0)), in_box(y, terms.most[1], draw.unit(1)),
+            in_box(z, terms.most[2], draw.unit(2))};
+  }
+  return {V(x), V(y), V(z)};
+}
+
+template <class V>
+V off_middle(double half_side, V u) noexcept {
+  return V(half_side) * (V(2.0) * u - V(1.0));
+}
+
+template <class V>
+Three<V> birth_velocity(const EmissionTerms& terms, const Draw<V>& draw) noexcept {
+  const auto& [x, y, z] = terms.velocity;
+  if (terms.spread == EmissionSpread::ball) {
+    const V c = V(2.0) * draw.unit(3) - V(1.0);
+    const auto turn = sincos_lanes(V(two_pi) * draw.unit(4));
+    V u = draw.unit(5);
+    for (const std::uint32_t axis : {6U, 7U}) {
+      const V other = draw.unit(axis);
+      u = select<V>(other > u, other, u);
+    }
+    const V r = V(terms.radius) * u;
+    const V s = r * square_root(V(1.0) - c * c);
+    return {V(x) + s * turn.cos, V(y) + s * turn.sin, V(z) + r * c};
+  }
+  if (terms.spread == EmissionSpread::box) {
+    const auto& [a, b, c] = terms.half_sides;
+    return {V(x) + off_middle(a, draw.unit(3)), V(y) + off_middle(b, draw.unit(4)), V(z) + off_middle(c, draw.unit(5))};
+  }
+  return {V(x), V(y), V(z)};
+}
+
+// What is left of the step for the lanes' births, number i of this call and those after it.
+template <class V>
+V rest_of_step(const EmissionTerms& terms, const Births& births, std::size_t i) noexcept {
+  alignas(64) std::array<double, V::size> numbers;
+  for (std::size_t k = 0; k < V::size; ++k) numbers[k] = static_cast<double>(i + k);
+  V rest = (V(births.lead) - load_lanes<V>(numbers.data())) * V(terms.interval);
+  rest = select<V>(rest < V(0.0), V(0.0), rest);
+  return select<V>(rest > V(births.step), V(births.step), rest);
+}
+
+template <class V>
+void emit(const EmissionTerms& terms, const Births& births, Born& born) noexcept {
+  for (std::size_t i = 0; i < births.count; i += V::size) {
+    const Draw<V> draw(terms.seed, births.first + i);
+    const Three<V> x = birth_place(terms, draw), v = birth_velocity(terms, draw);
+    const V rest = rest_of_step<V>(terms, births, i);
+    store_lanes(&born.x[0][i], x.x + v.x * rest);
+    store_lanes(&born.x[1][i], x.y + v.y * rest);
+    store_lanes(&born.x[2][i], x.z + v.z * rest);
+    store_lanes(&born.v[0][i], v.x);
+    store_lanes(&born.v[1][i], v.y);
+    store_lanes(&born.v[2][i], v.z);
+    store_lanes(&born.age[i], rest);
+    V lifetime(terms.lifetime);
+    if (terms.lifetime_range > 0) lifetime = lifetime + V(terms.lifetime_range) * draw.unit(8);
+    store_lanes(&born.lifetime[i], lifetime);
+  }
+}
+
+}  // namespace
+}  // namespace dvdx

@@ -1,0 +1,50 @@
+// The removal pass: which particles of a block go, and the others moved together in their order.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace dvdx {
+
+inline constexpr std::size_t max_boundaries = 8;
+
+// What is looked at, rounded once to the state's type.
+template <class T>
+struct RemovalTerms {
+  struct Plane {
+    std::array<T, 3> normal;
+    T offset;
+  };
+  std::array<Plane, max_boundaries> planes{};
+  std::size_t plane_count = 0;
+  bool has_box = false;
+  std::array<T, 3> min{}, max{};
+  bool removes_not_finite = false;
+
+  [[nodiscard]] bool looks_at_places() const noexcept { return plane_count != 0 || has_box || removes_not_finite; }
+};
+
+// Particles in contiguous memory.
+template <class T>
+struct RemovalBlock {
+  std::array<const T*, 3> x{}, v{};
+  std::size_t count = 0;
+};
+
+// `gone` is a bit a particle, 64 of them a word, the first the lowest; marking sets bits and clears none.
+template <class T>
+struct RemovalKernels {
+  // age[i] += h, so many times.
+  void (*grow_old)(T* age, std::size_t count, T h, std::size_t steps) noexcept;
+  void (*mark_aged)(const T* age, const T* lifetime, std::size_t count, std::uint64_t* gone) noexcept;
+  // How many mark_aged() will find after grow_old(): age is not changed.
+  std::size_t (*count_aged)(const T* age, const T* lifetime, std::size_t count, T h, std::size_t steps) noexcept;
+  void (*mark_placed)(const RemovalTerms<T>& terms, const RemovalBlock<T>& block, std::uint64_t* gone) noexcept;
+};
+
+// The elements of 4 or 8 bytes that are not gone, from `in` to `out` in their order; how many they are. out may be in, or
+// overlap it from below. Up to as many elements as `count` may be overwritten at out.
+using Compact = std::size_t (*)(const std::byte* in, const std::uint64_t* gone, std::size_t count, std::byte* out) noexcept;
+
+}  // namespace dvdx

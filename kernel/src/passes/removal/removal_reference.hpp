@@ -1,0 +1,74 @@
+// The removal pass, scalar: written by hand beside removal.inl.hpp.
+#pragma once
+
+#include <cstring>
+
+#include "passes/removal/removal.hpp"
+
+namespace dvdx::reference {
+
+inline void mark(std::uint64_t* gone, std::size_t i, bool is_gone) noexcept {
+  if (is_gone) gone[i / 64] |= std::uint64_t{1} << (i % 64);
+}
+
+template <class T>
+void grow_old(T* age, std::size_t count, T h, std::size_t steps) noexcept {
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t n = 0; n < steps; ++n) age[i] = age[i] + h;
+  }
+}
+
+template <class T>
+void mark_aged(const T* age, const T* lifetime, std::size_t count, std::uint64_t* gone) noexcept {
+  for (std::size_t i = 0; i < count; ++i) mark(gone, i, age[i] >= lifetime[i]);
+}
+
+template <class T>
+std::size_t count_aged(const T* age, const T* lifetime, std::size_t count, T h, std::size_t steps) noexcept {
+  std::size_t aged = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    T at = age[i];
+    for (std::size_t n = 0; n < steps; ++n) at = at + h;
+    if (at >= lifetime[i]) ++aged;
+  }
+  return aged;
+}
+
+// x - x is 0 where x is finite, else not a number.
+template <class T>
+bool is_finite(T x) noexcept {
+  return x - x == T(0);
+}
+
+template <class T>
+void mark_placed(const RemovalTerms<T>& terms, const RemovalBlock<T>& block, std::uint64_t* gone) noexcept {
+  for (std::size_t i = 0; i < block.count; ++i) {
+    const T x = block.x[0][i], y = block.x[1][i], z = block.x[2][i];
+    for (std::size_t p = 0; p < terms.plane_count; ++p) {
+      const auto& plane = terms.planes[p];
+      mark(gone, i, plane.normal[0] * x + plane.normal[1] * y + plane.normal[2] * z < plane.offset);
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (terms.has_box) mark(gone, i, block.x[axis][i] < terms.min[axis] || block.x[axis][i] > terms.max[axis]);
+      if (terms.removes_not_finite) mark(gone, i, !is_finite(block.x[axis][i]) || !is_finite(block.v[axis][i]));
+    }
+  }
+}
+
+template <std::size_t bytes>
+std::size_t compact(const std::byte* in, const std::uint64_t* gone, std::size_t count, std::byte* out) noexcept {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if ((gone[i / 64] >> (i % 64) & 1) != 0) continue;
+    std::memmove(out + kept * bytes, in + i * bytes, bytes);
+    ++kept;
+  }
+  return kept;
+}
+
+template <class T>
+constexpr RemovalKernels<T> removal_kernels() noexcept {
+  return {.grow_old = grow_old<T>, .mark_aged = mark_aged<T>, .count_aged = count_aged<T>, .mark_placed = mark_placed<T>};
+}
+
+}  // namespace dvdx::reference

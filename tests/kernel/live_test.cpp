@@ -1,0 +1,449 @@
+// Particles that come and go: against a plain model, whatever the instruction set, layout, threads and batching.
+#include "dvdx/live.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dvdx/counter_random.hpp"
+#include "live_program.hpp"
+#include "support/batch.hpp"
+#include "support/threads.hpp"
+
+namespace {
+
+using namespace dvdx;
+using test::Batch;
+using test::Layout;
+
+constexpr double h = 1.0 / 64;
+
+Scene fountain() {
+  Scene scene;
+  scene.mass = 0.01;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Drag{.coefficient = 0.002, .wind = {1, 0, 0}});
+  scene.add(Sinusoid{.acceleration = {0, 0, 2}, .angular_frequency = 3});
+  scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.4});
+  return scene;
+}
+
+Emitter jet(double rate, std::uint64_t seed) {
+  return {.shape = Disc{.center = {0, 0.1, 0}, .radius = 0.05},
+          .rate = rate,
+          .velocity = {0, 3, 0},
+          .spread = 0.5,
+          .least_lifetime = 0.1,
+          .most_lifetime = 0.4,
+          .seed = seed};
+}
+
+// A state with its memory, and a number for each particle that goes with it.
+template <class T>
+class Living {
+ public:
+  Living(Layout layout, std::size_t capacity)
+      : batch_(layout, capacity),
+        lives_(layout == Layout::aos ? Layout::aos : layout, capacity),
+        ids_(capacity),
+        marks_(capacity) {
+    live.state = batch_.view();
+    live.state.count = 0;
+    live.age = lives_.view().x[0];
+    live.lifetime = lives_.view().v[1];
+    carried_ = {Carried{ids_.data(), sizeof(std::uint32_t), sizeof(std::uint32_t)}, Carried{marks_.data(), 3, 3}};
+    live.carried = carried_;
+  }
+  Living(const Living&) = delete;
+  Living& operator=(const Living&) = delete;
+
+  // At rest at places that are drawn, with lifetimes from 0.05 s on, or none.
+  void fill(std::size_t count) {
+    live.state.count = count;
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        live.state.x[axis][i] = static_cast<T>(2 * unit_value(5, i, static_cast<std::uint32_t>(axis)) - 0.5);
+        live.state.v[axis][i] = T(0);
+      }
+      live.age[i] = T(0);
+      live.lifetime[i] = i % 3 == 0 ? std::numeric_limits<T>::infinity() : static_cast<T>(0.05 + unit_value(5, i, 3));
+      ids_[i] = static_cast<std::uint32_t>(i + 1);
+      marks_[i] = {static_cast<char>(i), static_cast<char>(i / 7), 'x'};
+    }
+  }
+  [[nodiscard]] bool is_clean() const { return batch_.is_clean(); }
+  [[nodiscard]] std::uint32_t id(std::size_t i) const { return ids_[i]; }
+  [[nodiscard]] std::array<char, 3> mark(std::size_t i) const { return marks_[i]; }
+
+  // All numbers of the live particles as bytes.
+  [[nodiscard]] std::string bytes() const {
+    std::string all;
+    const auto add = [&all](const auto& value) { all.append(reinterpret_cast<const char*>(&value), sizeof value); };
+    for (std::size_t i = 0; i < live.state.count; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) add(live.state.x[axis][i]);
+      for (std::size_t axis = 0; axis < 3; ++axis) add(live.state.v[axis][i]);
+      add(live.age[i]);
+      add(live.lifetime[i]);
+      add(ids_[i]);
+      add(marks_[i]);
+    }
+    add(live.born);
+    add(live.removed);
+    add(live.dropped);
+    add(live.state.clock.seconds);
+    return all;
+  }
+
+  LiveState<T> live;
+
+ private:
+  Batch<T> batch_, lives_;
+  std::vector<std::uint32_t> ids_;
+  std::vector<std::array<char, 3>> marks_;
+  std::array<Carried, 2> carried_{};
+};
+
+template <class T>
+LivePlan<T> make(const Scene& scene, const Turnover& turnover, Isa isa = Isa::reference) {
+  auto plan = compile<T>(scene, turnover, {.step = h, .isa = isa});
+  REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
+  return std::move(*plan);
+}
+
+template <class T>
+void step_all(const LivePlan<T>& plan, LiveState<T>& live, std::size_t steps, std::size_t threads = 1) {
+  test::Threads workers(threads);
+  REQUIRE(plan.step(live, steps, threads > 1 ? workers.parallel_for() : ParallelFor{}) == StepResult::done);
+}
+
+Turnover everything(std::size_t capacity, double rate) {
+  Turnover turnover{.emitters = {jet(rate, 1), jet(rate / 3, 2)}, .removal = {}, .capacity = capacity};
+  turnover.emitters[1].shape = Box{.min = {-1, 0, -1}, .max = {-0.5, 1, -1}};
+  turnover.emitters[1].start = 5 * h;
+  turnover.removal = {.boundaries = {{.normal = {1, 0, 0}, .offset = -0.7}},
+                      .outside = Box{.min = {-9, -9, -9}, .max = {9, 1.2, 9}},
+                      .not_finite = NotFinite::removed};
+  return turnover;
+}
+
+// ---- a plain model: one step after another, one particle after another --------------------------------------------------
+
+template <class T>
+struct One {
+  std::array<T, 3> x{}, v{};
+  T age{}, lifetime{};
+  std::uint32_t id = 0;
+};
+
+template <class T>
+class Model {
+ public:
+  Model(const Scene& scene, const Turnover& turnover)
+      : plan_(*compile<T>(scene, {.step = h, .isa = Isa::reference})),
+        turnover_(turnover),
+        program_(*compile<T>(scene, {.step = h}), turnover) {}
+
+  std::vector<One<T>> all;
+  std::uint64_t dropped = 0;
+
+  void step() {
+    Clock next = clock_;
+    next.advance(h, 1);
+    move();
+    std::erase_if(all, [&](const One<T>& one) { return is_to_go(one); });
+    for (std::size_t e = 0; e < turnover_.emitters.size(); ++e) bear(e, next);
+    std::erase_if(all, [&](const One<T>& one) { return is_to_go(one); });
+    clock_ = next;
+  }
+
+ private:
+  void move() {
+    for (One<T>& one : all) {
+      State<T> state = soa(&one.x[0], &one.x[1], &one.x[2], &one.v[0], &one.v[1], &one.v[2], 1);
+      state.clock = clock_;
+      REQUIRE(plan_.step(state) == StepResult::done);
+      one.age += static_cast<T>(h);
+    }
+  }
+  [[nodiscard]] bool is_to_go(const One<T>& one) const {
+    bool goes = one.age >= one.lifetime;
+    for (const auto& [normal, offset] : turnover_.removal.boundaries) {
+      T at = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) at += static_cast<T>(normal[axis]) * one.x[axis];
+      goes = goes || at < static_cast<T>(offset);
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (const auto& box = turnover_.removal.outside) {
+        goes = goes || one.x[axis] < static_cast<T>(box->min[axis]) || one.x[axis] > static_cast<T>(box->max[axis]);
+      }
+      const bool is_finite = std::isfinite(one.x[axis]) && std::isfinite(one.v[axis]);
+      goes = goes || (turnover_.removal.not_finite == NotFinite::removed && !is_finite);
+    }
+    return goes;
+  }
+  void bear(std::size_t e, const Clock& end) {
+    const Emitter& emitter = turnover_.emitters[e];
+    const double since = std::max(0.0, end.seconds - emitter.start);
+    const auto until = static_cast<std::uint64_t>(since * emitter.rate);
+    for (std::uint64_t& n = born_[e]; n < until; ++n) {
+      if (all.size() == turnover_.capacity) {
+        ++dropped;
+        continue;
+      }
+      auto born = std::make_unique<Born>();
+      const double lead = since * emitter.rate - (static_cast<double>(n) + 1);
+      turnover_reference.emit(program_.emitters[e], {.first = n, .count = 1, .lead = lead, .step = h}, *born);
+      One<T> one;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        one.x[axis] = static_cast<T>(born->x[axis][0]);
+        one.v[axis] = static_cast<T>(born->v[axis][0]);
+      }
+      one.age = static_cast<T>(born->age[0]);
+      one.lifetime = static_cast<T>(born->lifetime[0]);
+      all.push_back(one);
+    }
+  }
+
+  Plan<T> plan_;
+  Turnover turnover_;
+  LiveProgram<T> program_;
+  Clock clock_{};
+  std::array<std::uint64_t, 2> born_{};
+};
+
+template <class T>
+void check_same(const Model<T>& model, const Living<T>& living, std::size_t step) {
+  CAPTURE(step);
+  REQUIRE(living.live.state.count == model.all.size());
+  for (std::size_t i = 0; i < model.all.size(); ++i) {
+    const One<T>& one = model.all[i];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      CHECK(living.live.state.x[axis][i] == one.x[axis]);
+      CHECK(living.live.state.v[axis][i] == one.v[axis]);
+    }
+    CHECK(living.live.age[i] == one.age);
+    CHECK(living.live.lifetime[i] == one.lifetime);
+    CHECK(living.id(i) == one.id);
+  }
+  CHECK(living.live.dropped == model.dropped);
+}
+
+// Rates of which a step holds a whole number of 64ths, so that the model's plain products are exact.
+void check_against_model(std::size_t capacity, double rate) {
+  const Turnover turnover = everything(capacity, rate);
+  Model<float> model(fountain(), turnover);
+  Living<float> living(Layout::soa, capacity);
+  living.fill(capacity / 2);
+  for (std::size_t i = 0; i < capacity / 2; ++i) {
+    One<float> one{.x = {}, .v = {}, .age = living.live.age[i], .lifetime = living.live.lifetime[i], .id = living.id(i)};
+    for (std::size_t axis = 0; axis < 3; ++axis) one.x[axis] = living.live.state.x[axis][i];
+    model.all.push_back(one);
+  }
+  const auto plan = make<float>(fountain(), turnover);
+  for (std::size_t step = 0; step < 40; ++step) {
+    model.step();
+    step_all(plan, living.live, 1);
+    check_same(model, living, step);
+  }
+  CHECK(living.live.removed > 0);
+}
+
+// All numbers after 24 steps, in calls of so many.
+template <class T>
+std::string after(Isa isa, Layout layout, std::size_t capacity, std::size_t call, std::size_t threads, double rate) {
+  Living<T> living(layout, capacity);
+  living.fill(capacity * 2 / 3);
+  if (capacity > 20) living.live.state.v[1][17] = std::numeric_limits<T>::quiet_NaN();
+  const auto plan = make<T>(fountain(), everything(capacity, rate), isa);
+  for (std::size_t done = 0; done < 24; done += call) step_all(plan, living.live, std::min(call, 24 - done), threads);
+  CHECK(living.is_clean());
+  return living.bytes();
+}
+
+}  // namespace
+
+TEST_CASE("what comes and goes is what a plain model says, with room and without") {
+  check_against_model(600, 192);
+  check_against_model(100, 384);
+}
+
+TEST_CASE_TEMPLATE("same bits on every ISA, in every layout and in every batch of steps", T, float, double) {
+  for (const std::size_t capacity : {std::size_t{1}, std::size_t{40}, std::size_t{333}}) {
+    const double rate = 4.0 * static_cast<double>(capacity);
+    const std::string wanted = after<T>(Isa::reference, Layout::soa, capacity, 1, 1, rate);
+    for (const Isa isa : available_isas()) {
+      for (const Layout layout : test::layouts) {
+        for (const std::size_t call : {std::size_t{1}, std::size_t{5}, std::size_t{24}}) {
+          CAPTURE(name(isa));
+          CAPTURE(test::name(layout));
+          CAPTURE(call);
+          CHECK(after<T>(isa, layout, capacity, call, 1, rate) == wanted);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("same bits on any number of threads", T, float, double) {
+  constexpr std::size_t capacity = 100'003;
+  for (const bool is_of_age_alone : {true, false}) {
+    Turnover turnover = everything(capacity, 300'000);
+    if (is_of_age_alone) turnover.removal = {};
+    const auto bytes = [&](Layout layout, std::size_t call, std::size_t threads) {
+      Living<T> living(layout, capacity);
+      living.fill(capacity * 3 / 4);
+      const auto plan = make<T>(fountain(), turnover, best_isa());
+      for (std::size_t done = 0; done < 16; done += call) step_all(plan, living.live, call, threads);
+      CHECK(living.live.removed > 1000);
+      CHECK(living.live.born > 10000);
+      return living.bytes();
+    };
+    const std::string wanted = bytes(Layout::soa, 1, 1);
+    CHECK(bytes(Layout::soa, 1, 2) == wanted);
+    CHECK(bytes(Layout::soa, 8, 3) == wanted);
+    CHECK(bytes(Layout::aosoa16, 4, 2) == wanted);
+    CHECK(bytes(Layout::aos, 4, 5) == wanted);
+  }
+}
+
+TEST_CASE("most that go at once find the spill too small, and the bits are the same") {
+  constexpr std::size_t capacity = 120'000;
+  const auto bytes = [&](std::size_t threads) {
+    Living<float> living(Layout::soa, capacity);
+    living.fill(capacity);
+    for (std::size_t i = 0; i < capacity; ++i) living.live.lifetime[i] = i % 4 == 3 ? 1.0F : 0.001F;
+    const auto plan = make<float>(fountain(), {.emitters = {}, .removal = {}, .capacity = capacity});
+    step_all(plan, living.live, 1, threads);
+    CHECK(living.live.state.count == capacity / 4);
+    CHECK(living.id(5) == 4 * 5 + 4);
+    CHECK(living.mark(5) == std::array{char{23}, char{3}, 'x'});
+    return living.bytes();
+  };
+  CHECK(bytes(2) == bytes(1));
+}
+
+TEST_CASE("births are exact over long times, whatever the decimals of rate and step") {
+  struct Case {
+    double rate, step;
+    std::uint64_t steps, births;
+  };
+  for (const auto& [rate, step, steps, births] :
+       {Case{60, 1.0 / 60, 1'000'000, 1'000'000}, Case{0.1, 0.001, 30'000'000, 3'000}, Case{1.0 / 3, 0.1, 3'000'000, 100'000},
+        Case{1e6, 0.01, 777, 7'770'000}, Case{0, 0.01, 1000, 0}, Case{7, 1.0 / 60, 3600, 420}}) {
+    Clock clock;
+    clock.advance(step, static_cast<double>(steps));
+    CHECK(births_by({.rate = rate}, clock).whole == births);
+    Clock before;
+    before.advance(step, static_cast<double>(steps) - 1);
+    CHECK((rate == 0 || births_by({.rate = rate}, before).whole < births));
+  }
+}
+
+TEST_CASE("an emitter works from its start to its end") {
+  const Emitter emitter{.rate = 10, .start = 1, .end = 2.55};
+  const auto by = [&](double seconds) { return births_by(emitter, {.seconds = seconds, .carry = 0}).whole; };
+  CHECK(by(0) == 0);
+  CHECK(by(1) == 0);
+  CHECK(by(1.1) == 1);
+  CHECK(by(2.5) == 15);
+  CHECK(by(1e9) == 15);
+}
+
+TEST_CASE("a full state drops births and counts them") {
+  const auto plan = make<float>({}, {.emitters = {{.rate = 640, .seed = 3}}, .removal = {}, .capacity = 25});
+  Living<float> living(Layout::soa, 25);
+  step_all(plan, living.live, 10);
+  CHECK(living.live.state.count == 25);
+  CHECK(living.live.born == 25);
+  CHECK(living.live.dropped == 75);
+}
+
+TEST_CASE("births within a step stand as far apart as the time between them") {
+  const auto plan = make<double>({}, {.emitters = {{.rate = 256, .velocity = {2, 0, 0}}}, .removal = {}, .capacity = 100});
+  Living<double> living(Layout::soa, 100);
+  step_all(plan, living.live, 5);
+  REQUIRE(living.live.state.count == 20);
+  for (std::size_t i = 0; i < 20; ++i) {
+    const double age = (19 - static_cast<double>(i)) / 256;
+    CHECK(living.live.age[i] == doctest::Approx(age));
+    CHECK(living.live.state.x[0][i] == doctest::Approx(2 * age));
+  }
+}
+
+TEST_CASE("particles that are not finite stay unless they are to be removed, and others are as they were") {
+  for (const auto treatment : {NotFinite::kept, NotFinite::removed}) {
+    const auto plan = make<float>({}, {.emitters = {}, .removal = {.not_finite = treatment}, .capacity = 50});
+    Living<float> living(Layout::soa, 50);
+    living.fill(50);
+    for (std::size_t i = 0; i < 50; ++i) living.live.lifetime[i] = std::numeric_limits<float>::infinity();
+    living.live.state.x[2][7] = std::numeric_limits<float>::quiet_NaN();
+    living.live.state.v[0][31] = std::numeric_limits<float>::infinity();
+    living.live.age[40] = std::numeric_limits<float>::quiet_NaN();
+    step_all(plan, living.live, 1);
+    CHECK(living.live.state.count == (treatment == NotFinite::kept ? 50 : 48));
+    CHECK(living.id(6) == 7);
+    CHECK(living.id(treatment == NotFinite::kept ? 49 : 47) == 50);
+  }
+}
+
+TEST_CASE("remove takes away what the caller marked, and moves nothing on") {
+  const auto plan = make<float>(fountain(), {.emitters = {jet(100, 1)}, .removal = {}, .capacity = 40});
+  Living<float> living(Layout::aos, 40);
+  living.fill(40);
+  living.live.age[0] = living.live.age[39] = std::numeric_limits<float>::infinity();
+  const float x = living.live.state.x[1][1];
+  REQUIRE(plan.remove(living.live) == StepResult::done);
+  CHECK(living.live.state.count == 38);
+  CHECK(living.live.removed == 2);
+  CHECK(living.id(0) == 2);
+  CHECK(living.live.state.x[1][0] == x);
+  CHECK(living.live.state.clock.seconds == 0);
+}
+
+TEST_CASE("a column without room for all is said, and nothing is stepped") {
+  const auto plan = make<float>({}, {.emitters = {}, .removal = {}, .capacity = 41});
+  Living<float> living(Layout::soa, 40);
+  living.fill(40);
+  CHECK(plan.step(living.live) == StepResult::capacity_too_small);
+  CHECK(living.live.state.clock.seconds == 0);
+}
+
+TEST_CASE("what cannot come and go is an error that names its field") {
+  const auto message = [](const Scene& scene, const Turnover& turnover, double step = h) {
+    const auto plan = compile<float>(scene, turnover, {.step = step});
+    REQUIRE_FALSE(plan.has_value());
+    return plan.error().message();
+  };
+  const Turnover some{.emitters = {jet(10, 1)}, .removal = {}, .capacity = 10};
+  Scene masses;
+  masses.mass = std::vector<double>{1, 2};
+  CHECK(message(masses, some) == "mass is given for each particle: must be alike for all particles where they come and go");
+  CHECK(message(Scene{}.add(Spring{.stiffness = 1.0, .anchor = at_start}), some).starts_with("forces[0].anchor is given"));
+  CHECK(message(Scene{}.add(Drag{.coefficient = std::vector<double>{1}}), some).starts_with("forces[0].coefficient is given"));
+  CHECK(message(Scene{}.add(Network(Grid{})), some).starts_with("network is there"));
+  CHECK(message(Scene{}, some, -0.1).starts_with("step is -0.1"));
+  CHECK(message(Scene{}, {}).starts_with("capacity is 0"));
+  const auto with = [&](auto change) {
+    Turnover turnover = some;
+    change(turnover);
+    return message(Scene{}, turnover);
+  };
+  CHECK(with([](Turnover& t) { t.emitters[0].rate = -1; }) == "emitters[0].rate is -1: must be a finite number >= 0");
+  CHECK(with([](Turnover& t) {
+          t.emitters[0].shape = Disc{.normal = {}};
+        }).starts_with("emitters[0].shape.normal is of length 0"));
+  CHECK(with([](Turnover& t) { t.emitters[0].least_lifetime = 0; }).starts_with("emitters[0].least_lifetime is 0"));
+  CHECK(with([](Turnover& t) { t.emitters[0].most_lifetime = 0.01; }).starts_with("emitters[0].most_lifetime is 0.01"));
+  CHECK(with([](Turnover& t) { t.emitters[0].end = -1; }).starts_with("emitters[0].end is -1"));
+  CHECK(with([](Turnover& t) { t.emitters[0].spread = -1.0; }).starts_with("emitters[0].spread is -1"));
+  CHECK(with([](Turnover& t) { t.removal.boundaries.resize(9); }).starts_with("removal.boundaries is 9 of them"));
+  CHECK(with([](Turnover& t) {
+          t.removal.outside = Box{.min = {1, 0, 0}, .max = {}};
+        }).starts_with("removal.outside.min[0] is 1"));
+}

@@ -1,0 +1,174 @@
+// The removal pass of every instruction set against std::remove_if and against the scalar twin.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "dvdx/counter_random.hpp"
+#include "isa/turnover.hpp"
+
+namespace {
+
+using namespace dvdx;
+
+constexpr std::size_t most = 70;  // more than two registers of 16, and more than a word of marks
+constexpr std::size_t guard = 3;
+
+using Gone = std::array<std::uint64_t, 2>;
+
+// Marks that keep none, all, every second, the ends, and some drawn.
+std::vector<Gone> all_marks() {
+  std::vector<Gone> marks = {{0, 0},
+                             {~std::uint64_t{0}, ~std::uint64_t{0}},
+                             {0x5555555555555555, 0xaaaaaaaaaaaaaaaa},
+                             {1, 1},
+                             {std::uint64_t{1} << 63U, std::uint64_t{1} << 5U}};
+  for (std::uint64_t n = 0; n < 20; ++n) {
+    const auto [a, b, c, d] = philox4x32({static_cast<std::uint32_t>(n), 0, 0, 0}, {7, 0});
+    marks.push_back({a | std::uint64_t{b} << 32U, c | std::uint64_t{d} << 32U});
+  }
+  return marks;
+}
+
+bool is_gone(const Gone& gone, std::size_t i) { return (gone[i / 64] >> (i % 64) & 1) != 0; }
+
+// Numbers that differ in every byte; among them bits that are signalling NaN as floats.
+template <class Word>
+std::vector<Word> numbers(std::size_t count) {
+  std::vector<Word> all(count + 2 * guard);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i] = static_cast<Word>(0x7fa0000100000000U * (sizeof(Word) == 8 ? 1U : 0U) + 0x7f800001U + 0x01010101U * i);
+  }
+  return all;
+}
+
+template <class Word>
+std::vector<Word> expected(const std::vector<Word>& from, const Gone& gone, std::size_t count) {
+  std::vector<Word> kept;
+  for (std::size_t i = 0; i < count; ++i) kept.push_back(from[guard + i]);
+  std::size_t i = 0;
+  kept.erase(std::remove_if(kept.begin(), kept.end(), [&](Word) { return is_gone(gone, i++); }), kept.end());
+  return kept;
+}
+
+template <class Word>
+void check_compact(Compact compact, const Gone& gone, std::size_t count) {
+  const std::vector<Word> from = numbers<Word>(count);
+  const std::vector<Word> wanted = expected(from, gone, count);
+  const auto bytes_at = [](std::vector<Word>& v, std::size_t i) { return reinterpret_cast<std::byte*>(v.data() + i); };
+  // in place, and from 0 to 3 elements below
+  for (std::size_t below = 0; below <= guard; ++below) {
+    std::vector<Word> moved = from;
+    const std::size_t to = guard - below;
+    REQUIRE(compact(bytes_at(moved, guard), gone.data(), count, bytes_at(moved, to)) == wanted.size());
+    CHECK(std::equal(wanted.begin(), wanted.end(), moved.begin() + static_cast<std::ptrdiff_t>(to)));
+    CHECK(std::equal(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(to), moved.begin()));
+    CHECK(std::equal(from.end() - guard, from.end(), moved.end() - guard));
+  }
+}
+
+std::string words(Isa isa, std::size_t count) { return std::string(name(isa)) + ", count " + std::to_string(count); }
+
+// Finite numbers, and at some places what is not.
+template <class T>
+std::vector<T> values(std::size_t count, std::uint64_t seed) {
+  constexpr std::array odd = {std::numeric_limits<T>::quiet_NaN(), std::numeric_limits<T>::infinity(),
+                              -std::numeric_limits<T>::infinity(), T(0), -T(0)};
+  std::vector<T> all(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    all[i] = static_cast<T>(4 * unit_value(seed, i, 0) - 2);
+    if (i % 7 == seed % 7) all[i] = odd[i / 7 % odd.size()];
+  }
+  return all;
+}
+
+template <class T>
+RemovalTerms<T> all_terms() {
+  RemovalTerms<T> terms;
+  terms.plane_count = 2;
+  terms.planes[0] = {{T(0), T(1), T(0)}, T(-1)};
+  terms.planes[1] = {{T(0.6), T(0), T(-0.8)}, T(-1.5)};
+  terms.has_box = true;
+  terms.min = {T(-1.9), T(-2), T(-1)};
+  terms.max = {T(1.5), T(2), T(1.75)};
+  terms.removes_not_finite = true;
+  return terms;
+}
+
+template <class T>
+Gone placed(const RemovalKernels<T>& kernels, const RemovalTerms<T>& terms, std::size_t count) {
+  std::array<std::vector<T>, 6> columns;
+  for (std::size_t c = 0; c < 6; ++c) columns[c] = values<T>(count, c);
+  const RemovalBlock<T> block{.x = {columns[0].data(), columns[1].data(), columns[2].data()},
+                              .v = {columns[3].data(), columns[4].data(), columns[5].data()},
+                              .count = count};
+  Gone gone{};
+  kernels.mark_placed(terms, block, gone.data());
+  return gone;
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("removal keeps what std::remove_if keeps, and touches nothing else, at every count", Word, std::uint32_t,
+                   std::uint64_t) {
+  for (const Isa isa : available_isas()) {
+    const TurnoverTable& passes = turnover_table(isa);
+    for (std::size_t count = 0; count <= most; ++count) {
+      CAPTURE(words(isa, count));
+      for (const Gone& gone : all_marks())
+        check_compact<Word>(sizeof(Word) == 4 ? passes.compact4 : passes.compact8, gone, count);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("removal marks what the scalar twin marks, whatever is not finite", T, float, double) {
+  const RemovalTerms<T> all = all_terms<T>();
+  RemovalTerms<T> planes = all, box, bad;
+  planes.has_box = planes.removes_not_finite = false;
+  box.has_box = true;
+  box.min = all.min;
+  box.max = all.max;
+  bad.removes_not_finite = true;
+  for (const RemovalTerms<T>& terms : {all, planes, box, bad}) {
+    std::uint64_t some = 0;
+    for (std::size_t count = 0; count <= most; ++count) {
+      const Gone wanted = placed(turnover_reference.of<T>(), terms, count);
+      some |= wanted[0];
+      for (const Isa isa : available_isas()) {
+        CAPTURE(words(isa, count));
+        CHECK(placed(turnover_table(isa).of<T>(), terms, count) == wanted);
+      }
+    }
+    CHECK(some != 0);
+    CHECK(some != ~std::uint64_t{0});
+  }
+}
+
+TEST_CASE_TEMPLATE("ages grow, and who has reached its lifetime is marked and counted alike", T, float, double) {
+  constexpr T h = T(0.1);
+  for (const Isa isa : available_isas()) {
+    const RemovalKernels<T>& kernels = turnover_table(isa).of<T>();
+    for (std::size_t count = 0; count <= most; ++count) {
+      CAPTURE(words(isa, count));
+      const std::vector<T> start = values<T>(count, 1), lifetime = values<T>(count, 2);
+      std::vector<T> age = start;
+      const std::size_t counted = kernels.count_aged(age.data(), lifetime.data(), count, h, 3);
+      kernels.grow_old(age.data(), count, h, 3);
+      Gone gone{};
+      kernels.mark_aged(age.data(), lifetime.data(), count, gone.data());
+      std::size_t marked = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        const T wanted = ((start[i] + h) + h) + h;
+        CHECK((age[i] == wanted || wanted != wanted));
+        CHECK(is_gone(gone, i) == (wanted >= lifetime[i]));
+        marked += is_gone(gone, i) ? 1U : 0U;
+      }
+      CHECK(counted == marked);
+    }
+  }
+}
