@@ -319,6 +319,22 @@ void check_fixed(Checker& check, const std::vector<std::size_t>& fixed) {
   }
 }
 
+void check_origin(Checker& check, const Scene& scene) {
+  const Origin& origin = scene.origin;
+  if (!origin.is_each()) return check.numbers("origin", origin.at(0), Range::finite);
+  if (!scene.contacts.empty() || joins_particles(scene)) {
+    return check.fail("origin", "one for each particle", "one for all in a scene with contacts, networks or constraints");
+  }
+  if (!check.count()) return check.fail("origin", "one for each particle", "compiled with a state, whose particles they are");
+  if (origin.each().size() != *check.count()) {
+    return check.fail("origin", std::to_string(origin.each().size()) + " points",
+                      "one for each of the " + std::to_string(*check.count()) + " particles");
+  }
+  for (std::size_t i = 0; i < origin.each().size() && !check.error; ++i) {
+    check.numbers(element("origin", i), origin.each()[i], Range::finite);
+  }
+}
+
 }  // namespace
 
 std::string Error::message() const { return field + " is " + value + ": must be " + valid; }
@@ -333,6 +349,7 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
     std::visit(ContactChecker{check, element("contacts", i)}, scene.contacts[i]);
   }
   check_fixed(check, scene.fixed);
+  check_origin(check, scene);
   check_networks(check, scene);
   check_constraints(check, scene);
   check_substeps(check, scene);

@@ -106,11 +106,17 @@ void ConstraintProgram<T>::add(const Scene& scene, std::span<const Vec3> start, 
     } else if (const auto* point = std::get_if<OnPoint>(&constraint)) {
       if (w[point->particle] == 0) continue;
       points_.push_back({.a = places.of[point->particle]});
-      for (std::size_t axis = 0; axis < 3; ++axis) points_.back().at[axis] = static_cast<T>(point->at[axis]);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        points_.back().at[axis] = static_cast<T>(point->at[axis] - scene.origin.at(0)[axis]);
     } else if (const auto* line = std::get_if<OnLine>(&constraint)) {
       if (movable[line->particle] == 0) continue;
       const auto [n1, n2] = across(line->direction);
-      ones_.push_back({.kind = Kind::line, .a = places.of[line->particle], .w_a = 1, .p = line->through, .n1 = n1, .n2 = n2});
+      ones_.push_back({.kind = Kind::line,
+                       .a = places.of[line->particle],
+                       .w_a = 1,
+                       .p = scene.origin.from(line->through, 0),
+                       .n1 = n1,
+                       .n2 = n2});
     }
   }
 }

@@ -243,18 +243,29 @@ std::string describe_constraints(const NetworkProgram<T>& network) {
   return text;
 }
 
-}  // namespace
+std::string_view name(Rounding how, bool is_float32) {
+  if (how == Rounding::compensated) return "float32 compensated (worked out in float64)";
+  return is_float32 ? "float32" : "float64";
+}
+
+std::string describe_origin(const Origin& origin) {
+  if (origin.is_world()) return "";
+  if (origin.is_each()) return "origin       one for each particle\n";
+  const Vec3& o = origin.at(0);
+  return format("origin       [%g, %g, %g] m\n", o[0], o[1], o[2]);
+}
 
 template <class T>
-std::string Plan<T>::explain() const {
-  const Program<T>& program = *program_;
+std::string explain(const Program<T>& program) {
   const System& system = program.system;
   const bool has_radial = !system.radial().empty();
   std::string text =
-      format("step         %g s, %s, %s arithmetic, %s", program.options.step, sizeof(T) == 4 ? "float32" : "float64",
+      format("step         %g s, %s, %s arithmetic, %s", program.options.step,
+             std::string(name(program.options.rounding, sizeof(T) == 4)).c_str(),
              std::string(dvdx::name(program.options.arithmetic)).c_str(), std::string(dvdx::name(program.isa)).c_str());
   text += format(", %zu lanes, blocks of %zu particles\n", program.kernels->lanes, program.block);
   text += describe_forces(program);
+  text += describe_origin(program.scene.origin);
   text += "passes       affine";
   if (!system.is_uniform()) text += ", rate (made once, kept while nothing changes)";
   if (has_radial) text += ", radial (" + std::to_string(system.radial().size()) + " springs)";
@@ -272,6 +283,13 @@ std::string Plan<T>::explain() const {
   const bool is_seekable = !program.network && program.scene.contacts.empty() && !has_radial && program.scene.fixed.empty();
   text += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");
   return text;
+}
+
+}  // namespace
+
+template <class T>
+std::string Plan<T>::explain() const {
+  return std::visit([](const auto& program) { return dvdx::explain(*program); }, program_);
 }
 
 template std::string Plan<float>::explain() const;

@@ -418,7 +418,7 @@ void NetworkProgram<T>::make_sweeps() {
   const double h = theta * substep();
   sweep_.h = static_cast<T>(h);
   sweep_.damping = is_any_damped(pairs_) ? Damping::along : Damping::none;
-  sweep_.origin = origin_[0] != nullptr ? Origin::step : Origin::zero;
+  sweep_.origin = origin_[0] != nullptr ? CountedFrom::step : CountedFrom::zero;
   shift_to_v_ = static_cast<T>(1 / (theta * theta * substep()));
   shift_to_x_ = static_cast<T>((2 * theta - 1) / (theta * theta));
 }

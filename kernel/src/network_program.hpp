@@ -41,7 +41,9 @@ class NetworkProgram {
   // Makes the flows again and nothing else. False where the springs must be made again too: the program is then of no use.
   [[nodiscard]] bool replace_forces(const Scene& scene, const Options& options, Isa isa, const std::vector<Vec3>& start);
 
-  StepResult step(State<T>& state, std::size_t steps, const ParallelFor& parallel) noexcept;
+  // Of states kept in T, or in float32 and rests where T is float64.
+  template <class Kept>
+  StepResult step(State<Kept>& state, std::size_t steps, const ParallelFor& parallel) noexcept;
 
   // How the springs lie and who works them out.
   enum class Form {

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <utility>
 
-#include "dvdx/layouts/convert.hpp"
 #include "environment.hpp"
 #include "network_program.hpp"
+#include "stored.hpp"
 
 namespace dvdx {
 namespace {
@@ -34,15 +34,15 @@ void for_each_task(const ParallelFor& parallel, std::size_t count, const Body& b
 }
 
 // The particles of a run, in the state and in a working column.
-template <class T>
-void fetch(const Column<T>& from, const Run& run, T* to) noexcept {
-  if (run.every == 1) return gather(from, run.particle, run.count, to + run.element);
-  for (std::size_t k = 0; k < run.count; ++k) to[run.element + k] = from[run.particle + k * run.every];
+template <class A, class T>
+void fetch(const Column<T>& from, const Column<T>& rest, const Run& run, A* to) noexcept {
+  if (run.every == 1) return load(from, rest, run.particle, run.count, to + run.element);
+  for (std::size_t k = 0; k < run.count; ++k) load(from, rest, run.particle + k * run.every, 1, to + run.element + k);
 }
-template <class T>
-void put_back(const T* from, const Run& run, const Column<T>& to) noexcept {
-  if (run.every == 1) return scatter(from + run.element, run.particle, run.count, to);
-  for (std::size_t k = 0; k < run.count; ++k) to[run.particle + k * run.every] = from[run.element + k];
+template <class A, class T>
+void put_back(const A* from, const Run& run, const Column<T>& to, const Column<T>& rest) noexcept {
+  if (run.every == 1) return store(from + run.element, run.particle, run.count, to, rest);
+  for (std::size_t k = 0; k < run.count; ++k) store(from + run.element + k, run.particle + k * run.every, 1, to, rest);
 }
 
 }  // namespace
@@ -58,20 +58,21 @@ class NetworkRun {
     for (std::size_t f = 0; f < p_.flows_.size(); ++f) make_offsets(f, Clock{});
   }
 
-  void load(const State<T>& state) noexcept {
+  template <class Kept>
+  void fetch_all(const State<Kept>& state) noexcept {
     for_each_task(parallel_, run_tasks(), [&](std::size_t task) {
       for_runs(task, [&](const Run& run) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          fetch(state.x[axis], run, position(axis));
-          fetch(state.v[axis], run, p_.sheet_.v[axis]);
+          fetch(state.x[axis], state.x_rest[axis], run, position(axis));
+          fetch(state.v[axis], state.v_rest[axis], run, p_.sheet_.v[axis]);
           if (p_.origin_[axis] != nullptr) std::fill_n(p_.sheet_.x[axis] + run.element, run.count, T(0));
         }
       });
     });
     for (auto& held : p_.fixed_) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        held.x[axis] = state.x[axis][held.particle];
-        held.v[axis] = state.v[axis][held.particle];
+        load(state.x[axis], state.x_rest[axis], held.particle, 1, &held.x[axis]);
+        load(state.v[axis], state.v_rest[axis], held.particle, 1, &held.v[axis]);
       }
     }
     hold_fixed(0, p_.places_.size);
@@ -79,19 +80,20 @@ class NetworkRun {
   }
 
   // Fixed particles' columns are not written to.
-  void store(State<T>& state) noexcept {
+  template <class Kept>
+  void put_back_all(State<Kept>& state) noexcept {
     for_each_task(parallel_, run_tasks(), [&](std::size_t task) {
       for_runs(task, [&](const Run& run) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          put_back<T>(position(axis), run, state.x[axis]);
-          put_back<T>(p_.sheet_.v[axis], run, state.v[axis]);
+          put_back<T>(position(axis), run, state.x[axis], state.x_rest[axis]);
+          put_back<T>(p_.sheet_.v[axis], run, state.v[axis], state.v_rest[axis]);
         }
       });
     });
     for (const auto& held : p_.fixed_) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        state.x[axis][held.particle] = held.x[axis];
-        state.v[axis][held.particle] = held.v[axis];
+        store(&held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
+        store(&held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
       }
     }
   }
@@ -304,20 +306,22 @@ class NetworkRun {
 };
 
 template <class T>
-StepResult NetworkProgram<T>::step(State<T>& state, std::size_t steps, const ParallelFor& parallel) noexcept {
+template <class Kept>
+StepResult NetworkProgram<T>::step(State<Kept>& state, std::size_t steps, const ParallelFor& parallel) noexcept {
   if (is_stepping_.test_and_set(std::memory_order_acquire)) return StepResult::in_use;
   NetworkRun<T> run(*this, parallel);
-  run.load(state);
+  run.fetch_all(state);
   for (std::size_t n = 0; n < steps; ++n) {
     run.step(state.clock);
     state.clock.advance(h_, 1);
   }
-  run.store(state);
+  run.put_back_all(state);
   is_stepping_.clear(std::memory_order_release);
   return StepResult::done;
 }
 
 template StepResult NetworkProgram<float>::step(State<float>&, std::size_t, const ParallelFor&) noexcept;
 template StepResult NetworkProgram<double>::step(State<double>&, std::size_t, const ParallelFor&) noexcept;
+template StepResult NetworkProgram<double>::step(State<float>&, std::size_t, const ParallelFor&) noexcept;
 
 }  // namespace dvdx

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <type_traits>
 #include <utility>
 
 #include "check.hpp"
@@ -37,7 +38,7 @@ bool has_values_each(const Scene& scene) {
     if constexpr (requires { f.rest_length; }) is_each = is_each || !f.rest_length.is_uniform();
     return is_each;
   };
-  return !scene.mass.is_uniform() ||
+  return !scene.mass.is_uniform() || scene.origin.is_each() ||
          std::any_of(scene.forces.begin(), scene.forces.end(), [&](const Force& f) { return std::visit(each, f); });
 }
 
@@ -109,29 +110,99 @@ Expected<std::unique_ptr<Program<T>>> build(Scene scene, const Options& options,
 }
 
 template <class T>
-Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T>* state) {
-  const StepEnvironment environment;  // coefficients do not depend on the caller's rounding mode either
-  if (auto error = check(options)) return tl::unexpected(*error);
-  const auto count = state != nullptr ? std::optional(state->count) : std::nullopt;
-  if (auto error = check(scene, count)) return tl::unexpected(*error);
+std::optional<Error> check_rounding(const Options& options, const State<T>* state) {
+  if (options.rounding == Rounding::plain) return std::nullopt;
+  if (std::is_same_v<T, double>) return Error{"rounding", "compensated", "plain for float64 states"};
+  if (state == nullptr || state->has_rests()) return std::nullopt;
+  return Error{"state.x_rest", "absent", "columns for what float32 cannot hold, where rounding is compensated"};
+}
 
+template <class T>
+std::vector<Vec3> positions(const State<T>& state, Rounding rounding) {
+  std::vector<Vec3> start(state.count);
+  for (std::size_t i = 0; i < state.count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      start[i][axis] = static_cast<double>(state.x[axis][i]);
+      if (rounding == Rounding::compensated) start[i][axis] += static_cast<double>(state.x_rest[axis][i]);
+    }
+  }
+  return start;
+}
+
+// A plan for states of T that is worked out in A.
+template <class A, class T>
+Expected<Plan<T>> make_in(const Scene& scene, const Options& options, const State<T>* state) {
+  const auto count = state != nullptr ? std::optional(state->count) : std::nullopt;
   const Isa isa = options.isa.value_or(best_isa(options.arithmetic));
-  if (find_kernels<T>(isa, options.arithmetic) == nullptr) {
+  if (find_kernels<A>(isa, options.arithmetic) == nullptr) {
     return tl::unexpected(Error{"isa", std::string(name(isa)),
                                 "one of " + list(available_isas(options.arithmetic)) + " (with " +
                                     std::string(name(options.arithmetic)) + " arithmetic on this machine)"});
   }
   std::vector<Vec3> start;
-  if (stands_at_start(scene) || joins_particles(scene)) {
-    start.resize(state->count);
-    for (std::size_t i = 0; i < state->count; ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) start[i][axis] = static_cast<double>(state->x[axis][i]);
-    }
-  }
+  if (stands_at_start(scene) || joins_particles(scene)) start = positions(*state, options.rounding);
   const bool is_counted = has_values_each(scene) || joins_particles(scene);
-  auto program = build<T>(scene, options, isa, is_counted ? count : std::nullopt, std::move(start));
+  auto program = build<A>(scene, options, isa, is_counted ? count : std::nullopt, std::move(start));
   if (!program) return tl::unexpected(program.error());
   return Plan<T>(std::move(*program));
+}
+
+template <class T>
+Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T>* state) {
+  const StepEnvironment environment;  // coefficients do not depend on the caller's rounding mode either
+  if (auto error = check(options)) return tl::unexpected(*error);
+  if (auto error = check_rounding(options, state)) return tl::unexpected(*error);
+  if (auto error = check(scene, state != nullptr ? std::optional(state->count) : std::nullopt)) return tl::unexpected(*error);
+  if (options.rounding == Rounding::compensated) return make_in<double>(scene, options, state);
+  return make_in<T>(scene, options, state);
+}
+
+template <class A>
+Expected<void> change_step(std::unique_ptr<Program<A>>& program, double h) {
+  Options options = program->options;
+  options.step = h;
+  if (auto error = check(options)) return tl::unexpected(*error);
+  if (program->network) {  // another number of sub-steps, perhaps, and other flows between them
+    auto changed = build<A>(program->scene, options, program->isa, program->count, program->start);
+    if (!changed) return tl::unexpected(changed.error());
+    program = std::move(*changed);
+    return {};
+  }
+  const double before = std::exchange(program->options.step, h);
+  program->make_coefficients();
+  const auto error = check_coefficients(*program);
+  if (!error) return {};
+  program->options.step = before;
+  program->make_coefficients();
+  return tl::unexpected(*error);
+}
+
+template <class A>
+Expected<void> change_force(std::unique_ptr<Program<A>>& program, std::size_t index, const Force& force) {
+  if (index >= program->scene.forces.size()) {
+    return tl::unexpected(Error{"forces[" + std::to_string(index) + "]", "no force",
+                                "an index below " + std::to_string(program->scene.forces.size())});
+  }
+  Scene scene = program->scene;
+  scene.forces[index] = force;
+  if (auto error = check(scene, program->count)) return tl::unexpected(*error);
+  if (is_at_start(force) && program->start.empty()) {
+    return tl::unexpected(
+        Error{"forces[" + std::to_string(index) + "].anchor", "at_start", "given, or at the start from the first"});
+  }
+  auto changed = build_alone<A>(std::move(scene), program->options, program->isa, program->count, program->start);
+  if (!changed) return tl::unexpected(changed.error());
+  Program<A>& after = **changed;
+  // A gust each frame must not look for the springs' frequency again.
+  const bool keeps_springs =
+      program->network && program->network->replace_forces(after.scene, after.options, after.isa, after.start);
+  if (keeps_springs) {
+    after.network = std::move(program->network);
+  } else if (auto error = add_network(after)) {
+    return tl::unexpected(*error);
+  }
+  program = std::move(*changed);
+  return {};
 }
 
 }  // namespace
@@ -141,7 +212,7 @@ bool joins_particles(const Scene& scene) { return !scene.networks.empty() || !sc
 bool stands_at_start(const Scene& scene) { return std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start); }
 
 template <class T>
-Plan<T>::Plan(std::unique_ptr<Program<T>> program) noexcept : program_(std::move(program)) {}
+Plan<T>::Plan(AnyProgram program) noexcept : program_(std::move(program)) {}
 template <class T>
 Plan<T>::Plan(Plan&&) noexcept = default;
 template <class T>
@@ -152,78 +223,47 @@ Plan<T>::~Plan() = default;
 template <class T>
 Expected<void> Plan<T>::set_step(double h) {
   const StepEnvironment environment;
-  Options options = program_->options;
-  options.step = h;
-  if (auto error = check(options)) return tl::unexpected(*error);
-  if (program_->network) {  // another number of sub-steps, perhaps, and other flows between them
-    auto changed = build<T>(program_->scene, options, program_->isa, program_->count, program_->start);
-    if (!changed) return tl::unexpected(changed.error());
-    program_ = std::move(*changed);
-    return {};
-  }
-  const double before = std::exchange(program_->options.step, h);
-  program_->make_coefficients();
-  const auto error = check_coefficients(*program_);
-  if (!error) return {};
-  program_->options.step = before;
-  program_->make_coefficients();
-  return tl::unexpected(*error);
+  return std::visit([h](auto& program) { return change_step(program, h); }, program_);
 }
 
 template <class T>
 Expected<void> Plan<T>::replace(std::size_t index, const Force& force) {
   const StepEnvironment environment;
-  if (index >= program_->scene.forces.size()) {
-    return tl::unexpected(Error{"forces[" + std::to_string(index) + "]", "no force",
-                                "an index below " + std::to_string(program_->scene.forces.size())});
-  }
-  Scene scene = program_->scene;
-  scene.forces[index] = force;
-  if (auto error = check(scene, program_->count)) return tl::unexpected(*error);
-  if (is_at_start(force) && program_->start.empty()) {
-    return tl::unexpected(
-        Error{"forces[" + std::to_string(index) + "].anchor", "at_start", "given, or at the start from the first"});
-  }
-  auto changed = build_alone<T>(std::move(scene), program_->options, program_->isa, program_->count, program_->start);
-  if (!changed) return tl::unexpected(changed.error());
-  Program<T>& after = **changed;
-  // A gust each frame must not look for the springs' frequency again.
-  const bool keeps_springs =
-      program_->network && program_->network->replace_forces(after.scene, after.options, after.isa, after.start);
-  if (keeps_springs) {
-    after.network = std::move(program_->network);
-  } else if (auto error = add_network(after)) {
-    return tl::unexpected(*error);
-  }
-  program_ = std::move(*changed);
-  return {};
+  return std::visit([&](auto& program) { return change_force(program, index, force); }, program_);
 }
 
 template <class T>
 const Scene& Plan<T>::scene() const noexcept {
-  return program_->scene;
+  return std::visit([](const auto& program) -> const Scene& { return program->scene; }, program_);
 }
 template <class T>
 double Plan<T>::step_size() const noexcept {
-  return program_->options.step;
+  return std::visit([](const auto& program) { return program->options.step; }, program_);
 }
 template <class T>
 Isa Plan<T>::isa() const noexcept {
-  return program_->isa;
+  return std::visit([](const auto& program) { return program->isa; }, program_);
 }
 template <class T>
 Arithmetic Plan<T>::arithmetic() const noexcept {
-  return program_->options.arithmetic;
+  return std::visit([](const auto& program) { return program->options.arithmetic; }, program_);
+}
+template <class T>
+Rounding Plan<T>::rounding() const noexcept {
+  return std::visit([](const auto& program) { return program->options.rounding; }, program_);
 }
 template <class T>
 std::size_t Plan<T>::block() const noexcept {
-  return program_->block;
+  return std::visit([](const auto& program) { return program->block; }, program_);
 }
 
 template <class T>
 std::optional<NetworkLimit> Plan<T>::network_limit() const {
-  if (!program_->network) return std::nullopt;
-  return program_->network->limit();
+  const auto limit = [](const auto& program) -> std::optional<NetworkLimit> {
+    if (!program->network) return std::nullopt;
+    return program->network->limit();
+  };
+  return std::visit(limit, program_);
 }
 
 template <class T>

@@ -269,7 +269,7 @@ void Program<T>::make_radial() {
       for (std::size_t i = 0; i < *count; ++i) column(out.rest_length_each)[i] = static_cast<T>(spring.rest_length[i]);
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (std::holds_alternative<Vec3>(spring.anchor)) {
+      if (std::holds_alternative<Vec3>(spring.anchor) && !scene.origin.is_each()) {
         out.anchor[axis] = static_cast<T>(system.anchor(spring.anchor, 0)[axis]);
       } else {
         for (std::size_t i = 0; i < *count; ++i) {
@@ -296,7 +296,8 @@ void Program<T>::make_surfaces() {
     }
   }
   surfaces_.clear();
-  for (const Contact& contact : scene.contacts) surfaces_.push_back(make_surface<T>(contact, q < 1 && z < 2));
+  for (const Contact& contact : scene.contacts)
+    surfaces_.push_back(make_surface<T>(contact, scene.origin.at(0), q < 1 && z < 2));
   terms.surfaces = surfaces_.data();
   terms.surface_count = surfaces_.size();
 }

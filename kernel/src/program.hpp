@@ -32,6 +32,8 @@ bool joins_particles(const Scene& scene);
 template <class T>
 class Program {
  public:
+  using Scalar = T;
+
   // The scene and the options have been checked. count: none where all particles are alike.
   Program(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count, std::vector<Vec3> start);
   Program(const Program&) = delete;

@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <type_traits>
 
+#include "dvdx/layouts/convert.hpp"
 #include "environment.hpp"
 #include "forces/elementary.hpp"
 #include "program.hpp"
@@ -112,11 +114,21 @@ Vector start_vector(const System& system, std::size_t axis, const Clock& clock) 
   return u;
 }
 
-}  // namespace
-
+// One number of the state, rest and all.
 template <class T>
-Expected<void> Plan<T>::seek(State<T>& state, std::uint64_t steps) const {
-  const Program<T>& program = *program_;
+double load(const Column<T>& column, const Column<T>& rest, std::size_t i) noexcept {
+  return static_cast<double>(column[i]) + (rest.base != nullptr ? static_cast<double>(rest[i]) : 0);
+}
+template <class T>
+void store(double number, const Column<T>& column, const Column<T>& rest, std::size_t i) noexcept {
+  column[i] = static_cast<T>(number);
+  if constexpr (std::is_same_v<T, float>) {
+    if (rest.base != nullptr) rest[i] = rest_of(number, column[i]);
+  }
+}
+
+template <class A, class T>
+Expected<void> seek_by(const Program<A>& program, State<T>& state, std::uint64_t steps) {
   const System& system = program.system;
   const auto refuse = [](std::string field, std::string value) {
     return tl::unexpected(Error{std::move(field), std::move(value), "absent: seek only follows affine motion"});
@@ -149,14 +161,21 @@ Expected<void> Plan<T>::seek(State<T>& state, std::uint64_t steps) const {
         M = to_the_power(step_matrix(program.scene, system, axis, i, system.motion(axis, i)), steps);
       }
       const double c = system.common_anchor(axis, i);
-      u(0) = static_cast<double>(state.x[axis][i]) - c;
-      u(1) = static_cast<double>(state.v[axis][i]);
-      state.x[axis][i] = static_cast<T>(c + M.row(0).dot(u));
-      state.v[axis][i] = static_cast<T>(M.row(1).dot(u));
+      u(0) = load(state.x[axis], state.x_rest[axis], i) - c;
+      u(1) = load(state.v[axis], state.v_rest[axis], i);
+      store(c + M.row(0).dot(u), state.x[axis], state.x_rest[axis], i);
+      store(M.row(1).dot(u), state.v[axis], state.v_rest[axis], i);
     }
   }
   state.clock.advance(program.options.step, static_cast<double>(steps));
   return {};
+}
+
+}  // namespace
+
+template <class T>
+Expected<void> Plan<T>::seek(State<T>& state, std::uint64_t steps) const {
+  return std::visit([&](const auto& program) { return seek_by(*program, state, steps); }, program_);
 }
 
 template Expected<void> Plan<float>::seek(State<float>&, std::uint64_t) const;

@@ -2,11 +2,12 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <type_traits>
 
-#include "dvdx/layouts/convert.hpp"
 #include "environment.hpp"
 #include "network_program.hpp"
 #include "program.hpp"
+#include "stored.hpp"
 
 namespace dvdx {
 namespace {
@@ -18,27 +19,28 @@ constexpr std::size_t blocks_per_task = 4;
 // Below so many particle-steps, waking a thread costs more than it saves.
 constexpr std::size_t parallel_from = std::size_t{1} << 16;
 
-template <class T>
+// A: what the step is worked out in; T: what the state is kept in. They differ where float32 is compensated.
+template <class A, class T>
 struct Batch {
-  const Program<T>& program;
+  const Program<A>& program;
   const State<T>& state;
-  Steps<T> steps;
+  Steps<A> steps;
 };
 
 // A block's columns in contiguous memory, its last register filled up with copies of the last particle.
-template <class T>
+template <class A, class T>
 class Stage {
  public:
   Stage(const State<T>& state, std::size_t first, std::size_t n) noexcept : state_(state), first_(first), n_(n) {
     const std::size_t filled = (n + block_unit - 1) / block_unit * block_unit;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      fetch(state.x[axis], x_[axis], filled);
-      fetch(state.v[axis], v_[axis], filled);
+      fetch(state.x[axis], state.x_rest[axis], x_[axis], filled);
+      fetch(state.v[axis], state.v_rest[axis], v_[axis], filled);
     }
   }
 
-  [[nodiscard]] Block<T> block() noexcept {
-    Block<T> block;
+  [[nodiscard]] Block<A> block() noexcept {
+    Block<A> block;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       block.x[axis] = x_[axis].data();
       block.v[axis] = v_[axis].data();
@@ -51,17 +53,21 @@ class Stage {
   // Writes particles [from, to) of the batch back.
   void write(std::size_t from, std::size_t to) const noexcept {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      scatter(x_[axis].data() + (from - first_), from, to - from, state_.x[axis]);
-      scatter(v_[axis].data() + (from - first_), from, to - from, state_.v[axis]);
+      put_back(x_[axis], from, to, state_.x[axis], state_.x_rest[axis]);
+      put_back(v_[axis], from, to, state_.v[axis], state_.v_rest[axis]);
     }
   }
 
  private:
-  using Memory = std::array<T, column_pitch<T>(max_block)>;
+  using Memory = std::array<A, column_pitch<A>(max_block)>;
 
-  void fetch(const Column<T>& column, Memory& memory, std::size_t filled) noexcept {
-    gather(column, first_, n_, memory.data());
+  void fetch(const Column<T>& column, const Column<T>& rest, Memory& memory, std::size_t filled) noexcept {
+    load(column, rest, first_, n_, memory.data());
     std::fill(memory.data() + n_, memory.data() + filled, memory[n_ - 1]);
+  }
+  void put_back(const Memory& memory, std::size_t from, std::size_t to, const Column<T>& column,
+                const Column<T>& rest) const noexcept {
+    store(memory.data() + (from - first_), from, to - from, column, rest);
   }
 
   const State<T>& state_;
@@ -76,25 +82,32 @@ bool may_step_in_place(const State<T>& state, std::size_t first, std::size_t n) 
   return std::all_of(state.x.begin(), state.x.end(), is_fit) && std::all_of(state.v.begin(), state.v.end(), is_fit);
 }
 
-template <class T>
-void step_one_block(const Batch<T>& batch, std::size_t first, std::size_t n) noexcept {
-  const Program<T>& program = batch.program;
-  const StepBlock<T> run = program.kernels->at(program.flow, program.extra);
-  const auto& fixed = program.scene.fixed;
-  auto next_fixed = std::lower_bound(fixed.begin(), fixed.end(), first);
-  const bool has_fixed = next_fixed != fixed.end() && *next_fixed < first + n;
-
-  if (!has_fixed && may_step_in_place(batch.state, first, n)) {
+template <class A, class T>
+bool step_in_place(const Batch<A, T>& batch, StepBlock<A> run, std::size_t first, std::size_t n) noexcept {
+  if constexpr (std::is_same_v<A, T>) {
+    if (!may_step_in_place(batch.state, first, n)) return false;
     Block<T> block{.x = {}, .v = {}, .first = first, .count = (n + block_unit - 1) / block_unit * block_unit};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       block.x[axis] = batch.state.x[axis].base + first;
       block.v[axis] = batch.state.v[axis].base + first;
     }
-    run(block, program.terms, batch.steps);
-    return;
+    run(block, batch.program.terms, batch.steps);
+    return true;
   }
+  return false;
+}
 
-  Stage<T> stage(batch.state, first, n);
+template <class A, class T>
+void step_one_block(const Batch<A, T>& batch, std::size_t first, std::size_t n) noexcept {
+  const Program<A>& program = batch.program;
+  const StepBlock<A> run = program.kernels->at(program.flow, program.extra);
+  const auto& fixed = program.scene.fixed;
+  auto next_fixed = std::lower_bound(fixed.begin(), fixed.end(), first);
+  const bool has_fixed = next_fixed != fixed.end() && *next_fixed < first + n;
+
+  if (!has_fixed && step_in_place(batch, run, first, n)) return;
+
+  Stage<A, T> stage(batch.state, first, n);
   run(stage.block(), program.terms, batch.steps);
   std::size_t from = first;
   for (; next_fixed != fixed.end() && *next_fixed < first + n; ++next_fixed) {
@@ -104,10 +117,10 @@ void step_one_block(const Batch<T>& batch, std::size_t first, std::size_t n) noe
   stage.write(from, first + n);
 }
 
-template <class T>
+template <class A, class T>
 void step_blocks(void* context, std::size_t task) noexcept {
   const StepEnvironment environment;
-  const auto& batch = *static_cast<const Batch<T>*>(context);
+  const auto& batch = *static_cast<const Batch<A, T>*>(context);
   const std::size_t block = batch.program.block;
   const std::size_t end = std::min(batch.state.count, (task + 1) * blocks_per_task * block);
   for (std::size_t first = task * blocks_per_task * block; first < end; first += block) {
@@ -115,32 +128,32 @@ void step_blocks(void* context, std::size_t task) noexcept {
   }
 }
 
-template <class T>
-void run(const Batch<T>& batch, const ParallelFor& parallel) noexcept {
+template <class A, class T>
+void run(const Batch<A, T>& batch, const ParallelFor& parallel) noexcept {
   const std::size_t per_task = blocks_per_task * batch.program.block;
   const std::size_t tasks = (batch.state.count + per_task - 1) / per_task;
-  auto* context = const_cast<Batch<T>*>(&batch);  // the callback's signature; nothing writes to it
+  auto* context = const_cast<Batch<A, T>*>(&batch);  // the callback's signature; nothing writes to it
   if (parallel.run != nullptr && tasks > 1 && batch.state.count * batch.steps.count >= parallel_from) {
-    parallel.run(parallel.context, tasks, step_blocks<T>, context);
+    parallel.run(parallel.context, tasks, step_blocks<A, T>, context);
     return;
   }
-  for (std::size_t task = 0; task < tasks; ++task) step_blocks<T>(context, task);
+  for (std::size_t task = 0; task < tasks; ++task) step_blocks<A, T>(context, task);
 }
 
-template <class T>
-StepResult check_state(const Program<T>& program, const State<T>& state) noexcept {
+template <class A, class T>
+StepResult check_state(const Program<A>& program, const State<T>& state) noexcept {
   if (program.count && *program.count != state.count) return StepResult::count_differs;
-  const auto is_small = [&](const Column<T>& column) { return column.capacity < state.count; };
+  const auto is_small = [&](const std::array<Column<T>, 3>& columns) {
+    return std::any_of(columns.begin(), columns.end(), [&](const Column<T>& c) { return c.capacity < state.count; });
+  };
+  const bool needs_rests = !std::is_same_v<A, T>;
   const bool is_any_small =
-      std::any_of(state.x.begin(), state.x.end(), is_small) || std::any_of(state.v.begin(), state.v.end(), is_small);
+      is_small(state.x) || is_small(state.v) || (needs_rests && (is_small(state.x_rest) || is_small(state.v_rest)));
   return is_any_small ? StepResult::capacity_too_small : StepResult::done;
 }
 
-}  // namespace
-
-template <class T>
-StepResult Plan<T>::step(State<T>& state, std::size_t steps, const ParallelFor& parallel) const noexcept {
-  const Program<T>& program = *program_;
+template <class A, class T>
+StepResult step_by(const Program<A>& program, State<T>& state, std::size_t steps, const ParallelFor& parallel) noexcept {
   if (const StepResult result = check_state(program, state); result != StepResult::done) return result;
 
   const StepEnvironment environment;  // the offsets are made here, whatever the caller's rounding mode
@@ -148,7 +161,7 @@ StepResult Plan<T>::step(State<T>& state, std::size_t steps, const ParallelFor& 
   const std::size_t per_step = program.offsets_per_step();
   const bool is_timed = program.system.depends_on_time();
   const double h = program.options.step;
-  std::array<Offsets<T>, max_offsets> offsets;
+  std::array<Offsets<A>, max_offsets> offsets;
   for (std::size_t left = steps; left != 0;) {
     const std::size_t now = is_timed ? std::min(left, max_offsets / per_step) : left;
     const std::size_t made = is_timed ? now * per_step : per_step;
@@ -157,12 +170,27 @@ StepResult Plan<T>::step(State<T>& state, std::size_t steps, const ParallelFor& 
       program.offsets_at(clock, offsets[k]);
       clock.advance(h / static_cast<double>(per_step), 1);
     }
-    const Steps<T> run_of{.offsets = offsets.data(), .offsets_per_step = is_timed ? per_step : 0, .count = now};
-    run(Batch<T>{program, state, run_of}, parallel);
+    const Steps<A> run_of{.offsets = offsets.data(), .offsets_per_step = is_timed ? per_step : 0, .count = now};
+    run(Batch<A, T>{program, state, run_of}, parallel);
     state.clock.advance(h, static_cast<double>(now));
     left -= now;
   }
   return StepResult::done;
+}
+
+}  // namespace
+
+template <class T>
+StepResult Plan<T>::step(State<T>& state, std::size_t steps, const ParallelFor& parallel) const noexcept {
+  const auto step = [&](const auto& program) noexcept {
+    using A = typename std::decay_t<decltype(*program)>::Scalar;
+    if constexpr (sizeof(A) < sizeof(T)) {
+      return StepResult::done;  // no plan for float64 states is worked out in float32
+    } else {
+      return step_by(*program, state, steps, parallel);
+    }
+  };
+  return std::visit(step, program_);
 }
 
 template StepResult Plan<float>::step(State<float>&, std::size_t, const ParallelFor&) const noexcept;

@@ -38,10 +38,15 @@ Method System::method(std::size_t force) const noexcept {
 }
 
 Vec3 System::anchor(const Anchor& anchor, std::size_t particle) const {
-  if (const auto* all = std::get_if<Vec3>(&anchor)) return *all;
-  const auto* each = std::get_if<std::vector<Vec3>>(&anchor);
-  const std::span<const Vec3> points = each != nullptr ? *each : start_;
-  return particle < points.size() ? points[particle] : Vec3{};  // a plan for no particles asks for the first one's
+  const Origin& origin = scene_->origin;
+  // a plan for no particles asks for the first one's
+  const auto is_there = [particle](std::span<const Vec3> points) { return particle < points.size(); };
+  if (origin.is_each() && !is_there(origin.each())) return {};
+  if (const auto* all = std::get_if<Vec3>(&anchor)) return origin.from(*all, particle);
+  if (const auto* each = std::get_if<std::vector<Vec3>>(&anchor)) {
+    return is_there(*each) ? origin.from((*each)[particle], particle) : Vec3{};
+  }
+  return is_there(start_) ? start_[particle] : Vec3{};
 }
 
 void System::sort_forces() {
@@ -56,7 +61,7 @@ void System::sort_forces() {
       needs(spring->stiffness);
       has_springs_ = has_springs_ || !is_zero(spring->stiffness);
       is_damped_ = is_damped_ || spring->damping != 0;
-      has_anchor_each_ = has_anchor_each_ || !std::holds_alternative<Vec3>(spring->anchor);
+      has_anchor_each_ = has_anchor_each_ || !std::holds_alternative<Vec3>(spring->anchor) || scene_->origin.is_each();
     } else if (const auto* drag = std::get_if<Drag>(&force)) {
       needs(drag->coefficient);
       is_damped_ = is_damped_ || !is_zero(drag->coefficient);

@@ -4,13 +4,23 @@
 #include <CLI/App.hpp>
 #include <string>
 
-#include "dvdx/isa.hpp"
+#include "dvdx/plan.hpp"
 #include "state_memory.hpp"
 
 namespace dvdx::tool {
 
-enum class Precision { float32, float64 };
-inline constexpr std::array<Named<Precision>, 2> precisions{{{"float32", Precision::float32}, {"float64", Precision::float64}}};
+enum class Precision { float32, float64, float32_compensated };
+inline constexpr std::array<Named<Precision>, 3> precisions{{{"float32", Precision::float32},
+                                                             {"float64", Precision::float64},
+                                                             {"float32_compensated", Precision::float32_compensated}}};
+[[nodiscard]] constexpr bool is_kept_in_float64(Precision precision) noexcept { return precision == Precision::float64; }
+[[nodiscard]] constexpr Rounding rounding_of(Precision precision) noexcept {
+  return precision == Precision::float32_compensated ? Rounding::compensated : Rounding::plain;
+}
+// Bytes that one number of a state takes.
+[[nodiscard]] constexpr std::size_t bytes_of(Precision precision) noexcept {
+  return precision == Precision::float32 ? sizeof(float) : sizeof(double);
+}
 inline constexpr std::array<Named<Arithmetic>, 2> arithmetics{
     {{"separate", Arithmetic::separate}, {"contracted", Arithmetic::contracted}}};
 

@@ -13,6 +13,7 @@
 #include "engine.hpp"
 #include "health.hpp"
 #include "names.hpp"
+#include "origin.hpp"
 #include "output/writer.hpp"
 #include "progress.hpp"
 #include "scene_options.hpp"
@@ -52,35 +53,76 @@ std::uint64_t states_written(std::uint64_t steps, std::uint64_t every) {
   return every == 0 ? 1 : steps / every + (steps % every == 0 ? 1 : 2);
 }
 
+// Writes, weighs and hashes states as the world sees them: in float64 where their own columns are counted from an origin of
+// their own or carry rests, else as they are.
+template <class T>
+class Observer {
+ public:
+  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output) : file_(loaded.file) {
+    if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
+    if (!output) return;
+    if (world_) {
+      world_writer_ = make_writer<double>(*output);
+    } else {
+      writer_ = make_writer<T>(*output);
+    }
+  }
+
+  void write(const Moment& moment, const State<T>& state) {
+    if (writer_ != nullptr) writer_->write(moment, state);
+    if (world_writer_ != nullptr) world_writer_->write(moment, seen(state));
+  }
+  void finish() {
+    if (writer_ != nullptr) writer_->finish();
+    if (world_writer_ != nullptr) world_writer_->finish();
+  }
+
+  [[nodiscard]] double energy(const State<T>& state) {
+    return world_ ? tool::energy(file_, seen(state)) : tool::energy(file_, state);
+  }
+  [[nodiscard]] std::uint64_t hash(const State<T>& state) { return world_ ? state_hash(seen(state)) : state_hash(state); }
+  [[nodiscard]] Health health(const State<T>& state) { return world_ ? health_of(seen(state)) : health_of(state); }
+
+ private:
+  [[nodiscard]] State<double> seen(const State<T>& state) {
+    State<double> world = world_->view();
+    to_world(file_.scene, state, world);
+    return world;
+  }
+
+  const SceneFile& file_;
+  std::optional<Soa<double>> world_;
+  std::unique_ptr<Writer<T>> writer_;
+  std::unique_ptr<Writer<double>> world_writer_;
+};
+
 template <class T>
 class Simulation {
  public:
   Simulation(const LoadedScene& loaded, const Engine& engine)
       : loaded_(loaded),
-        memory_(engine.layout, loaded.file.particles.count),
+        memory_(engine.layout, loaded.file.particles.count, rounding_of(engine.precision)),
         state_(started(loaded.file, memory_.view())),
         plan_(made(loaded.file, engine, state_)),
         parallel_(parallel(engine.threads)) {}
 
-  Outcome run(Writer<T>* writer, std::uint64_t every) {
+  Outcome run(Observer<T>& observer, std::uint64_t every) {
     outcome_.network = plan_.network_limit();
-    const auto start = health_of(state_);
-    outcome_.energy_start = energy(loaded_.file, state_);
-    if (writer != nullptr && every > 0 && loaded_.steps > 0) writer->write(moment(), state_);
+    const auto start = observer.health(state_);
+    outcome_.energy_start = observer.energy(state_);
+    if (every > 0 && loaded_.steps > 0) observer.write(moment(), state_);
     {
       Progress progress(loaded_.steps);
       while (done_ < loaded_.steps) {
         advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), progress);
-        if (writer != nullptr && every > 0 && done_ < loaded_.steps) writer->write(moment(), state_);
+        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), state_);
       }
     }
-    if (writer != nullptr) {
-      writer->write(moment(), state_);
-      writer->finish();
-    }
-    outcome_.energy_end = energy(loaded_.file, state_);
-    outcome_.hash = state_hash(state_);
-    const auto end = health_of(state_);
+    observer.write(moment(), state_);
+    observer.finish();
+    outcome_.energy_end = observer.energy(state_);
+    outcome_.hash = observer.hash(state_);
+    const auto end = observer.health(state_);
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
     return outcome_;
@@ -93,7 +135,9 @@ class Simulation {
   }
 
   static Plan<T> made(const SceneFile& file, const Engine& engine, const State<T>& state) {
-    auto plan = compile<T>(file.scene, {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic}, state);
+    const Options options{
+        .step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
+    auto plan = compile<T>(file.scene, options, state);
     if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
     return std::move(*plan);
   }
@@ -124,14 +168,15 @@ class Simulation {
 template <class T>
 Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
   Simulation<T> simulation(loaded, engine);
-  std::unique_ptr<Writer<T>> writer;
+  std::optional<Output> output;
   if (!options.out.empty()) {
-    writer = make_writer<T>({.target = options.out,
-                             .particles = loaded.file.particles.count,
-                             .states = states_written(loaded.steps, options.every),
-                             .topology = &loaded.file.topology});
+    output = {.target = options.out,
+              .particles = loaded.file.particles.count,
+              .states = states_written(loaded.steps, options.every),
+              .topology = &loaded.file.topology};
   }
-  return simulation.run(writer.get(), options.every);
+  Observer<T> observer(loaded, engine, output);
+  return simulation.run(observer, options.every);
 }
 
 double particle_steps_per_second(const LoadedScene& loaded, const Outcome& outcome) {
@@ -185,8 +230,8 @@ Exit run(const RunOptions& options) {
   if (!options.out.empty()) check_extension(options.out);
   const auto engine = engine_of(options.engine);
   const auto loaded = load_scene(options.scene, engine.precision);
-  const auto outcome = engine.precision == Precision::float32 ? simulate<float>(options, loaded, engine)
-                                                              : simulate<double>(options, loaded, engine);
+  const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine)
+                                                            : simulate<float>(options, loaded, engine);
   (options.json ? print_json : print_table)(loaded, engine, outcome);
   if (!outcome.diverged) return Exit::done;
   fmt::print(stderr, "dvdx: {}: the simulation diverged: {} of {} particles are not finite\n", options.scene.scene,

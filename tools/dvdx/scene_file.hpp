@@ -36,8 +36,9 @@ struct SceneFile {
   double step = 0;      // s
   double duration = 0;  // s
   Particles particles;
-  Scene scene;          // masses, forces, contacts, networks, constraints, fixed particles
-  Topology topology{};  // of the networks and constraints
+  Scene scene;                 // masses, forces, contacts, networks, constraints, fixed particles
+  Topology topology{};         // of the networks and constraints
+  bool is_origin_free = true;  // the file leaves the origin to whoever runs the scene
 };
 
 // Whether networks or constraints join particles: such a scene runs whole or not at all.

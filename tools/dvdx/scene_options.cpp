@@ -8,6 +8,7 @@
 
 #include "fault.hpp"
 #include "names.hpp"
+#include "origin.hpp"
 #include "scene_reader.hpp"
 #include "steps.hpp"
 
@@ -74,8 +75,7 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
 }
 
 LoadedScene load_scene(const SceneOptions& options, Precision precision) {
-  const ReadOptions read{.overrides = options.overrides,
-                         .scalar_bytes = precision == Precision::float32 ? sizeof(float) : sizeof(double)};
+  const ReadOptions read{.overrides = options.overrides, .scalar_bytes = bytes_of(precision)};
   LoadedScene loaded{.file = read_scene(options.scene, read)};
   auto& file = loaded.file;
   if (options.step) file.step = checked("--step", *options.step, *options.step != 0, "a finite number other than 0");
@@ -84,6 +84,7 @@ LoadedScene load_scene(const SceneOptions& options, Precision precision) {
   }
   if (!options.method.empty()) use_method(file.scene, named(methods, options.method));
   couple(file, options);
+  choose_origin(file, precision);
   loaded.steps = steps_of(file, options);
   return loaded;
 }

@@ -295,6 +295,13 @@ void read_fixed(const Fields& fields, SceneFile& file, const Population& populat
   fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
 }
 
+void read_origin(const Node& node, SceneFile& file) {
+  if (node.json() == "auto") return;
+  if (node.json().is_string()) node.refuse("\"auto\" or [x, y, z]");
+  file.scene.origin = node.vector();
+  file.is_origin_free = false;
+}
+
 constexpr std::uint64_t most_iterations = 1000;
 
 SceneFile scene_of(const std::string& path, const json& root, const ReadOptions& options) {
@@ -302,7 +309,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   check_format(node);
   const Fields fields(node, "a scene",
                       {"format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network",
-                       "constraints", "constraint_iterations", "fixed"});
+                       "constraints", "constraint_iterations", "fixed", "origin"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -324,6 +331,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
     file.scene.coupling.iterations = static_cast<int>(iterations->whole(1, most_iterations));
   }
   read_fixed(fields, file, population);
+  if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
   return file;
 }
 

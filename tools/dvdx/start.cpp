@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
+#include "dvdx/layouts/convert.hpp"
 #include "fault.hpp"
 
 namespace dvdx::tool {
@@ -23,15 +25,23 @@ T rounded(double value, const SceneFile& file, const char* field, std::size_t pa
 template <class T>
 void place_at_start(const SceneFile& file, State<T>& state) {
   for (std::size_t i = 0; i < state.count; ++i) {
-    const auto position = value_of(file.particles.position, i);
+    const auto position = file.scene.origin.from(value_of(file.particles.position, i), i);
     const auto velocity = value_of(file.particles.velocity, i);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       state.x[axis][i] = rounded<T>(position[axis], file, "position", i);
       state.v[axis][i] = rounded<T>(velocity[axis], file, "velocity", i);
+      if constexpr (std::is_same_v<T, float>) {
+        if (!state.has_rests()) continue;
+        state.x_rest[axis][i] = rest_of(position[axis], state.x[axis][i]);
+        state.v_rest[axis][i] = rest_of(velocity[axis], state.v[axis][i]);
+      }
     }
   }
   for (const auto id : file.scene.fixed) {
-    for (const auto& column : state.v) column[id] = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      state.v[axis][id] = 0;
+      if (state.has_rests()) state.v_rest[axis][id] = 0;
+    }
   }
   state.clock = {};
 }

@@ -6,7 +6,8 @@
 
 namespace dvdx::tool {
 
-// Writes position and velocity of every particle, rounded once to T; fixed particles get velocity zero. Throws Fault
+// Writes position (from the scene's origin) and velocity of every particle, rounded once to T or to T and its rest; fixed
+// particles get velocity zero. Throws Fault
 // (bad_scene) where a value is beyond T. state.count must be the scene's.
 template <class T>
 void place_at_start(const SceneFile& file, State<T>& state);

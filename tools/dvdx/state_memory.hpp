@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string_view>
 #include <variant>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "dvdx/layouts/aos.hpp"
 #include "dvdx/layouts/aosoa.hpp"
 #include "dvdx/layouts/soa.hpp"
+#include "dvdx/plan.hpp"
 #include "fields.hpp"
 
 namespace dvdx::tool {
@@ -20,9 +22,15 @@ inline constexpr std::array<Named<Layout>, 3> layouts{{{"soa", Layout::soa}, {"a
 template <class T>
 class StateMemory {
  public:
-  StateMemory(Layout layout, std::size_t count) : memory_(make(layout, count)) {}
+  // Rests, where they are carried, lie beside the layout in columns of their own.
+  StateMemory(Layout layout, std::size_t count, Rounding rounding = Rounding::plain) : memory_(make(layout, count)) {
+    if (rounding == Rounding::compensated) rests_.emplace(count);
+  }
 
-  [[nodiscard]] State<T> view() {
+  [[nodiscard]] State<T> view() { return rests_ ? compensated(values(), rests_->view()) : values(); }
+
+ private:
+  [[nodiscard]] State<T> values() {
     if (auto* structs = std::get_if<Structs>(&memory_)) {
       return aos((*structs)[0].position.data(), (*structs)[0].velocity.data(), sizeof(Particle), structs->size());
     }
@@ -30,7 +38,6 @@ class StateMemory {
     return std::get<Soa<T>>(memory_).view();
   }
 
- private:
   struct Particle {
     std::array<T, 3> position{};
     std::array<T, 3> velocity{};
@@ -46,6 +53,7 @@ class StateMemory {
   }
 
   Memory memory_;
+  std::optional<Soa<T>> rests_;
 };
 
 }  // namespace dvdx::tool

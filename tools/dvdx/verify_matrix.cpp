@@ -13,6 +13,7 @@
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/plan.hpp"
 #include "fault.hpp"
+#include "origin.hpp"
 #include "start.hpp"
 #include "state_memory.hpp"
 #include "threads.hpp"
@@ -20,7 +21,8 @@
 namespace dvdx::tool {
 namespace {
 
-constexpr std::array<const char*, 6> fields = {"x", "y", "z", "vx", "vy", "vz"};
+constexpr std::array<const char*, 12> fields = {
+    "x", "y", "z", "vx", "vy", "vz", "rest of x", "rest of y", "rest of z", "rest of vx", "rest of vy", "rest of vz"};
 constexpr std::array thread_counts = {1, 2, 3, 5};
 constexpr std::array<std::size_t, 5> blocks = {0, 16, 32, 336, 1024};
 // What a scene may cost: particle-steps of one run of all its particles, and of one run of the sample, which is run hundreds
@@ -34,6 +36,7 @@ class Picked {
  public:
   Picked(const Scene& scene, std::vector<std::size_t> particles) : scene_(scene), particles_(std::move(particles)) {
     pick(scene_.mass);
+    if (scene_.origin.is_each()) scene_.origin = picked(scene_.origin.each());
     for (Force& force : scene_.forces) {
       std::visit([this](auto& each) { pick_force(each); }, force);
     }
@@ -81,9 +84,11 @@ class Picked {
 
 template <class T>
 std::vector<T> values_of(const State<T>& state) {
-  std::vector<T> values(6 * state.count);
-  for (std::size_t c = 0; c < 6; ++c) {
-    gather(c < 3 ? state.x[c] : state.v[c - 3], 0, state.count, values.data() + c * state.count);
+  const std::array columns = {&state.x, &state.v, &state.x_rest, &state.v_rest};
+  const std::size_t groups = state.has_rests() ? 4 : 2;
+  std::vector<T> values(3 * groups * state.count);
+  for (std::size_t c = 0; c < 3 * groups; ++c) {
+    gather((*columns[c / 3])[c % 3], 0, state.count, values.data() + c * state.count);
   }
   return values;
 }
@@ -95,7 +100,11 @@ bool is_same(T a, T b) noexcept {
 
 template <class T>
 Plan<T> compiled(const SceneFile& file, const Scene& scene, const Way& way, const State<T>& start) {
-  const Options options{.step = file.step, .isa = way.isa, .arithmetic = way.arithmetic, .block = way.block};
+  const Options options{.step = file.step,
+                        .isa = way.isa,
+                        .arithmetic = way.arithmetic,
+                        .block = way.block,
+                        .rounding = start.has_rests() ? Rounding::compensated : Rounding::plain};
   auto made = compile<T>(scene, options, start);
   if (!made) throw Fault(Exit::bad_scene, file.path + ": " + made.error().message());
   return std::move(*made);
@@ -106,12 +115,20 @@ template <class T>
 class Subject {
  public:
   Subject(const SceneFile& file, Picked picked, const State<T>& everyone, std::uint64_t steps)
-      : file_(file), picked_(std::move(picked)), steps_(steps), start_(picked_.particles().size()) {
+      : file_(file),
+        picked_(std::move(picked)),
+        steps_(steps),
+        rounding_(everyone.has_rests() ? Rounding::compensated : Rounding::plain),
+        start_(Layout::soa, picked_.particles().size(), rounding_) {
     State<T> start = start_.view();
     for (std::size_t k = 0; k < start.count; ++k) {
+      const std::size_t i = picked_.particles()[k];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        start.x[axis][k] = everyone.x[axis][picked_.particles()[k]];
-        start.v[axis][k] = everyone.v[axis][picked_.particles()[k]];
+        start.x[axis][k] = everyone.x[axis][i];
+        start.v[axis][k] = everyone.v[axis][i];
+        if (!everyone.has_rests()) continue;
+        start.x_rest[axis][k] = everyone.x_rest[axis][i];
+        start.v_rest[axis][k] = everyone.v_rest[axis][i];
       }
     }
     wanted_ = result(plan(Way{}), Way{}, steps_);
@@ -120,7 +137,7 @@ class Subject {
   [[nodiscard]] Plan<T> plan(const Way& way) { return compiled(file_, picked_.scene(), way, start_.view()); }
 
   [[nodiscard]] std::vector<T> result(const Plan<T>& plan, const Way& way, std::uint64_t steps) {
-    StateMemory<T> memory(way.layout, count());
+    StateMemory<T> memory(way.layout, count(), rounding_);
     State<T> state = memory.view();
     copy(start_.view(), state);
     if (plan.step(state, steps, parallel(way.threads)) != StepResult::done)
@@ -177,7 +194,7 @@ class Subject {
  private:
   [[nodiscard]] std::optional<Difference> describe(const std::vector<T>& reference, const std::vector<T>& values) const {
     for (std::size_t i = 0; i < count(); ++i) {
-      for (std::size_t c = 0; c < 6; ++c) {
+      for (std::size_t c = 0; c * count() < reference.size(); ++c) {
         const T a = reference[c * count() + i];
         const T b = values[c * count() + i];
         if (is_same(a, b)) continue;
@@ -195,7 +212,8 @@ class Subject {
   const SceneFile& file_;
   Picked picked_;
   std::uint64_t steps_;
-  Soa<T> start_;
+  Rounding rounding_;
+  StateMemory<T> start_;
   std::vector<T> wanted_;
 };
 
@@ -281,9 +299,10 @@ std::vector<std::size_t> all_of(std::size_t count) {
 }
 
 template <class T>
-void verify(const SceneFile& file, std::uint64_t steps, Verdict& verdict) {
+void verify(SceneFile file, std::uint64_t steps, Verdict& verdict) {
   const std::size_t count = file.particles.count;
-  Soa<T> memory(count);
+  choose_origin(file, verdict.precision);
+  StateMemory<T> memory(Layout::soa, count, rounding_of(verdict.precision));
   State<T> everyone = memory.view();
   place_at_start(file, everyone);
 
@@ -319,10 +338,10 @@ Verdict verify_scene(const SceneFile& file, std::uint64_t steps, Precision preci
   verdict.precision = precision;
   verdict.particles = file.particles.count;
   verdict.isas = with(Arithmetic::separate);
-  if (precision == Precision::float32) {
-    verify<float>(file, steps, verdict);
-  } else {
+  if (is_kept_in_float64(precision)) {
     verify<double>(file, steps, verdict);
+  } else {
+    verify<float>(file, steps, verdict);
   }
   return verdict;
 }

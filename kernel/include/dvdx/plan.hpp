@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <tl/expected.hpp>
+#include <variant>
 
 #include "dvdx/isa.hpp"
 #include "dvdx/layouts/state.hpp"
@@ -26,18 +27,28 @@ struct Error {
 template <class T>
 using Expected = tl::expected<T, Error>;
 
+// What becomes of the digits of a step's result that the state's scalar type cannot hold.
+enum class Rounding {
+  plain,  // they are lost
+  // They are carried in the state's rest columns, and the step is worked out in float64: of float32 states alone. Costs what a
+  // float64 step costs (time and memory), and leaves x and v float32 columns that anybody can read.
+  compensated,
+};
+
 struct Options {
   double step = 1.0 / 60;    // s, finite, not 0; negative runs time backwards
   std::optional<Isa> isa{};  // the best where none is asked for
   Arithmetic arithmetic = Arithmetic::separate;
   std::size_t block = 0;  // particles that stay in first-level cache together: a multiple of 16, at most 1024; 0: chosen
-  int impacts = 32;       // 1..1000: impacts of one particle that one step resolves in time order; what is left is clamped
+  Rounding rounding = Rounding::plain;
+  int impacts = 32;  // 1..1000: impacts of one particle that one step resolves in time order; what is left is clamped
 };
 
 enum class StepResult {
   done,
   count_differs,       // the plan holds values per particle, and the state has another count: nothing was stepped
-  capacity_too_small,  // a column's capacity is below the state's count: nothing was stepped
+  capacity_too_small,  // a column's capacity is below the state's count (a compensated plan: its rests' too): nothing was
+                       // stepped
   in_use,              // another thread steps this plan, whose networks have working memory of their own: nothing was stepped
 };
 
@@ -62,7 +73,10 @@ class Program;  // what a scene compiles to
 template <class T>
 class Plan {
  public:
-  explicit Plan(std::unique_ptr<Program<T>> program) noexcept;
+  // In float64 where T is, or where float32 is compensated.
+  using AnyProgram = std::variant<std::unique_ptr<Program<float>>, std::unique_ptr<Program<double>>>;
+
+  explicit Plan(AnyProgram program) noexcept;
   Plan(Plan&&) noexcept;
   Plan& operator=(Plan&&) noexcept;
   ~Plan();
@@ -85,6 +99,7 @@ class Plan {
   [[nodiscard]] double step_size() const noexcept;  // s
   [[nodiscard]] Isa isa() const noexcept;
   [[nodiscard]] Arithmetic arithmetic() const noexcept;
+  [[nodiscard]] Rounding rounding() const noexcept;
   [[nodiscard]] std::size_t block() const noexcept;  // particles
   // Of a scene with networks.
   [[nodiscard]] std::optional<NetworkLimit> network_limit() const;
@@ -92,7 +107,7 @@ class Plan {
   [[nodiscard]] std::string explain() const;
 
  private:
-  std::unique_ptr<Program<T>> program_;
+  AnyProgram program_;
 };
 
 // A plan for a scene in which all particles are alike (no values each, no anchors at the start).

@@ -105,6 +105,9 @@ struct Scene {
   Coupling coupling;  // of all networks
   std::vector<Constraint> constraints;
   std::vector<std::size_t> fixed;  // particles that never move
+  // Positions of a state are measured from here; what the scene itself names (anchors, surfaces, points, lines) stays in the
+  // world's coordinates. One for each particle only where nothing joins particles and there are no contacts.
+  Origin origin{};
 
   Scene& add(Force force) {
     forces.push_back(std::move(force));

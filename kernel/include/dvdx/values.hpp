@@ -60,4 +60,28 @@ inline constexpr AtStart at_start;
 
 using Anchor = std::variant<Vec3, std::vector<Vec3>, AtStart>;  // m: one for all, one each, or the start
 
+// Where a state's positions are measured from, m: one point for all particles, or one for each. Far from home float32 then
+// keeps the accuracy it has there.
+class Origin {
+ public:
+  Origin() = default;
+  Origin(const Vec3& all) : all_(all) {}                                      // NOLINT(google-explicit-constructor)
+  Origin(std::vector<Vec3> each) : each_(std::move(each)), is_each_(true) {}  // NOLINT(google-explicit-constructor)
+
+  [[nodiscard]] bool is_each() const noexcept { return is_each_; }
+  [[nodiscard]] bool is_world() const noexcept { return !is_each_ && all_ == Vec3{}; }
+  [[nodiscard]] const std::vector<Vec3>& each() const noexcept { return each_; }
+  [[nodiscard]] const Vec3& at(std::size_t particle) const noexcept { return is_each_ ? each_[particle] : all_; }
+  [[nodiscard]] Vec3 from(const Vec3& point, std::size_t particle) const noexcept {
+    const Vec3& o = at(particle);
+    return {point[0] - o[0], point[1] - o[1], point[2] - o[2]};
+  }
+  bool operator==(const Origin&) const = default;
+
+ private:
+  Vec3 all_{};
+  std::vector<Vec3> each_;
+  bool is_each_ = false;
+};
+
 }  // namespace dvdx

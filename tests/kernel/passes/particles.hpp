@@ -50,7 +50,7 @@ class Particles {
   Particles& operator=(const Particles&) = delete;
   ~Particles() = default;
 
-  void add(const Contact& contact, bool finds_dips = true) { surfaces.push_back(make_surface<T>(contact, finds_dips)); }
+  void add(const Contact& contact, bool finds_dips = true) { surfaces.push_back(make_surface<T>(contact, Vec3{}, finds_dips)); }
   void set(std::size_t i, const State3<T>& state) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       columns_[axis][i] = state.x[axis];

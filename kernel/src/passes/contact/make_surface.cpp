@@ -23,17 +23,19 @@ Vec3 unit(const Vec3& v) noexcept {
 }
 
 template <class T>
-void set_shape(Surface<T>& surface, const Plane& plane) noexcept {
+void set_shape(Surface<T>& surface, const Plane& plane, const Vec3& origin) noexcept {
   surface.shape = Shape::plane;
-  surface.n = rounded<T>(unit(plane.normal));
-  surface.d = static_cast<T>(plane.offset);
+  const Vec3 n = unit(plane.normal);
+  surface.n = rounded<T>(n);
+  surface.d = static_cast<T>(plane.offset - (n[0] * origin[0] + n[1] * origin[1] + n[2] * origin[2]));
 }
 
 template <class T>
-void set_shape(Surface<T>& surface, const Sphere& sphere) noexcept {
+void set_shape(Surface<T>& surface, const Sphere& sphere, const Vec3& origin) noexcept {
   const double side = sphere.side == Side::outside ? 1 : -1;
   surface.shape = Shape::sphere;
-  surface.center = rounded<T>(sphere.center);
+  const Vec3& c = sphere.center;
+  surface.center = rounded<T>({c[0] - origin[0], c[1] - origin[1], c[2] - origin[2]});
   surface.radius = static_cast<T>(sphere.radius);
   surface.side = static_cast<T>(side);
   surface.half_curvature = static_cast<T>(side / (2 * sphere.radius));
@@ -53,11 +55,11 @@ void set_impact(Surface<T>& surface, double restitution, double friction, double
 }  // namespace
 
 template <class T>
-Surface<T> make_surface(const Contact& contact, bool finds_dips) noexcept {
+Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_dips) noexcept {
   Surface<T> surface;
   std::visit(
       [&](const auto& c) {
-        set_shape(surface, c);
+        set_shape(surface, c, origin);
         set_impact(surface, c.restitution, c.friction, c.viscosity, c.normal_viscosity);
         surface.sweep = c.sweep;
         surface.response = c.response;
@@ -67,7 +69,7 @@ Surface<T> make_surface(const Contact& contact, bool finds_dips) noexcept {
   return surface;
 }
 
-template Surface<float> make_surface<float>(const Contact&, bool) noexcept;
-template Surface<double> make_surface<double>(const Contact&, bool) noexcept;
+template Surface<float> make_surface<float>(const Contact&, const Vec3&, bool) noexcept;
+template Surface<double> make_surface<double>(const Contact&, const Vec3&, bool) noexcept;
 
 }  // namespace dvdx

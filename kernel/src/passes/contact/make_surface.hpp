@@ -7,11 +7,11 @@
 namespace dvdx {
 
 // `finds_dips`: whether a parabola is close to the particles' paths (damping q < 1 and angle z < 2 in a step). Ignored for a
-// line.
+// line. The surface counts positions from `origin`.
 template <class T>
-Surface<T> make_surface(const Contact& contact, bool finds_dips) noexcept;
+Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_dips) noexcept;
 
-extern template Surface<float> make_surface<float>(const Contact&, bool) noexcept;
-extern template Surface<double> make_surface<double>(const Contact&, bool) noexcept;
+extern template Surface<float> make_surface<float>(const Contact&, const Vec3&, bool) noexcept;
+extern template Surface<double> make_surface<double>(const Contact&, const Vec3&, bool) noexcept;
 
 }  // namespace dvdx

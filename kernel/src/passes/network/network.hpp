@@ -55,7 +55,7 @@ struct Sheet {
 
 enum class Damping : std::uint8_t { none, along };
 // Whether positions are counted from the step's start: small steps then lose no digit of x.
-enum class Origin : std::uint8_t { zero, step };
+enum class CountedFrom : std::uint8_t { zero, step };
 
 // ---- grid: neighbours at fixed offsets ---------------------------------------------------------------------------------
 
@@ -131,7 +131,7 @@ struct SweepTerms {
   std::array<T*, 3> apart{};  // x_b - x_a before the sweeps, kept by the first visit for the second
   T h{};                      // theta times the sub-step
   Damping damping = Damping::none;
-  Origin origin = Origin::zero;
+  CountedFrom origin = CountedFrom::zero;
 };
 
 // ---- the passes --------------------------------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ template <class V>
 }
 
 // (Two independent strands at a time, to hide the latency of one spring's chain, gained 5 % on AVX-512, 15 % on SSE2.)
-template <class V, Damping damping, Origin origin, Visit visit, Arithmetic arithmetic>
+template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
 void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, const Strand& strand) noexcept {
   using T = Scalar<V>;
   const StrandFamily<T>& family = sweep.families[strand.family];
@@ -60,7 +60,7 @@ void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sh
       apart = kept_apart<V>(sweep, s);
     } else {
       apart = load_three<V>(sheet.x, b) - load_three<V>(sheet.x, a);
-      if constexpr (origin == Origin::step) {
+      if constexpr (origin == CountedFrom::step) {
         apart = (load_three<V>(sheet.origin, b) - load_three<V>(sheet.origin, a)) + apart;
       }
       if (sweep.apart[0] != nullptr) store_three<V>(sweep.apart, s, apart);
@@ -87,7 +87,7 @@ template <class V, class Columns>
   return {{gather_lanes<V>(columns[0], index), gather_lanes<V>(columns[1], index), gather_lanes<V>(columns[2], index)}};
 }
 
-template <class V, Damping damping, Origin origin, Visit visit, Arithmetic arithmetic>
+template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
 void sweep_colour_by(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, std::size_t from,
                      std::size_t to) noexcept {
   using T = Scalar<V>;
@@ -100,7 +100,7 @@ void sweep_colour_by(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>&
       apart = kept_apart<V>(sweep, s);
     } else {
       apart = gather_three<V>(sheet.x, b) - gather_three<V>(sheet.x, a);
-      if constexpr (origin == Origin::step)
+      if constexpr (origin == CountedFrom::step)
         apart = (gather_three<V>(sheet.origin, b) - gather_three<V>(sheet.origin, a)) + apart;
       if (sweep.apart[0] != nullptr) store_three<V>(sweep.apart, s, apart);
     }
@@ -121,14 +121,14 @@ void sweep_colour_by(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>&
 
 // Calls with the template arguments that the terms ask for.
 template <class Call>
-void by_kind(Damping damping, Origin origin, Visit visit, const Call& call) noexcept {
-  const auto with_visit = [&]<Damping d, Origin o>() {
+void by_kind(Damping damping, CountedFrom origin, Visit visit, const Call& call) noexcept {
+  const auto with_visit = [&]<Damping d, CountedFrom o>() {
     if (visit == Visit::first) return call.template operator()<d, o, Visit::first>();
     call.template operator()<d, o, Visit::again>();
   };
   const auto with_origin = [&]<Damping d>() {
-    if (origin == Origin::step) return with_visit.template operator()<d, Origin::step>();
-    with_visit.template operator()<d, Origin::zero>();
+    if (origin == CountedFrom::step) return with_visit.template operator()<d, CountedFrom::step>();
+    with_visit.template operator()<d, CountedFrom::zero>();
   };
   if (damping == Damping::along) return with_origin.template operator()<Damping::along>();
   with_origin.template operator()<Damping::none>();
@@ -137,7 +137,7 @@ void by_kind(Damping damping, Origin origin, Visit visit, const Call& call) noex
 template <class V, Arithmetic arithmetic>
 void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, Visit visit, std::size_t from,
                    std::size_t to) noexcept {
-  by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, Origin origin, Visit v>() {
+  by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
     for (std::size_t n = from; n < to; ++n) sweep_strand<V, damping, origin, v, arithmetic>(sweep, sheet, sweep.strands[n]);
     for (std::size_t n = from; n > to; --n) sweep_strand<V, damping, origin, v, arithmetic>(sweep, sheet, sweep.strands[n - 1]);
   });
@@ -146,7 +146,7 @@ void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& s
 template <class V, Arithmetic arithmetic>
 void sweep_colour(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, Visit visit, std::size_t from,
                   std::size_t to) noexcept {
-  by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, Origin origin, Visit v>() {
+  by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
     sweep_colour_by<V, damping, origin, v, arithmetic>(sweep, sheet, from, to);
   });
 }

@@ -17,7 +17,7 @@ void visit_spring(const SweepTerms<T>& sweep, const Sheet<T>& sheet, const Compl
   const Vector<T> shift_b = at(sheet.shift, b);
   const Vector<T> shift = minus(shift_b, shift_a);
   Vector<T> x = minus(at(sheet.x, b), at(sheet.x, a));
-  if (sweep.origin == Origin::step) x = plus(minus(at(sheet.origin, b), at(sheet.origin, a)), x);
+  if (sweep.origin == CountedFrom::step) x = plus(minus(at(sheet.origin, b), at(sheet.origin, a)), x);
   const Vector<T> d = plus(x, shift);
 
   const auto [is_long, r2, y] = length<arithmetic>(d);

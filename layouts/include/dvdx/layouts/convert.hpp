@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <type_traits>
 
@@ -39,7 +40,19 @@ void scatter(const From* in, std::size_t first, std::size_t n, const Column<To>&
   for_each_element(column, first, n, [in](To& element, std::size_t k) { element = static_cast<To>(in[k]); });
 }
 
-// Copies all particles and the clock. Both states must hold the same count; the layouts and scalar types may differ.
+// What float32 cannot hold of a number, itself a float32; 0 beside a value that is not finite.
+inline float rest_of(double number, float value) noexcept {
+  const double rest = number - static_cast<double>(value);
+  return std::isfinite(value) ? static_cast<float>(rest) : 0.0F;
+}
+
+// out[k] = column[first + k] + rest[first + k] for k < n, and back.
+void gather_sum(const Column<float>& column, const Column<float>& rest, std::size_t first, std::size_t n, double* out) noexcept;
+void scatter_sum(const double* in, std::size_t first, std::size_t n, const Column<float>& column,
+                 const Column<float>& rest) noexcept;
+
+// Copies all particles and the clock. Both states must hold the same count; the layouts and scalar types may differ. Rests are
+// added where only `from` has them, and made where only `to` has.
 template <class To, class From>
 void copy(const State<From>& from, State<To>& to) noexcept {
   const auto copy_column = [n = from.count](const Column<From>& source, const Column<To>& target) {
@@ -51,9 +64,26 @@ void copy(const State<From>& from, State<To>& to) noexcept {
       for_each_element(source, 0, n, [&](const From& element, std::size_t i) { target[i] = static_cast<To>(element); });
     }
   };
+  const auto copy_sum = [n = from.count](const Column<From>& source, const Column<From>& source_rest, const Column<To>& target,
+                                         const Column<To>& target_rest) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const double rest = source_rest.base != nullptr ? static_cast<double>(source_rest[i]) : 0;
+      const double number = static_cast<double>(source[i]) + rest;
+      target[i] = static_cast<To>(number);
+      if constexpr (std::is_same_v<To, float>) {
+        if (target_rest.base != nullptr) target_rest[i] = rest_of(number, target[i]);
+      }
+    }
+  };
+  const bool is_sum = from.has_rests() || to.has_rests();
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    copy_column(from.x[axis], to.x[axis]);
-    copy_column(from.v[axis], to.v[axis]);
+    if (is_sum) {
+      copy_sum(from.x[axis], from.x_rest[axis], to.x[axis], to.x_rest[axis]);
+      copy_sum(from.v[axis], from.v_rest[axis], to.v[axis], to.v_rest[axis]);
+    } else {
+      copy_column(from.x[axis], to.x[axis]);
+      copy_column(from.v[axis], to.v[axis]);
+    }
   }
   to.clock = from.clock;
 }

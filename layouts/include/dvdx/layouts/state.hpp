@@ -20,10 +20,25 @@ struct Clock {
 // Six columns (m and m/s) of one scalar type. Only pointers: copying a State copies no particle.
 template <class T>
 struct State {
-  std::array<Column<T>, 3> x;  // position, m
+  std::array<Column<T>, 3> x;  // position, m, from the scene's origin
   std::array<Column<T>, 3> v;  // velocity, m/s
   std::size_t count = 0;       // particles; every column's capacity must be at least this
   Clock clock{};
+  // For compensated plans alone (capacity 0 elsewhere): what the value beside it could not hold. The number meant is the sum,
+  // to 48 bits where T is float.
+  std::array<Column<T>, 3> x_rest{};
+  std::array<Column<T>, 3> v_rest{};
+
+  [[nodiscard]] bool has_rests() const noexcept { return x_rest[0].base != nullptr; }
 };
+
+// `state` with the columns of `rests` for what its own cannot hold. Both must have the same count; rests start at zero where
+// the state holds its numbers exactly.
+template <class T>
+[[nodiscard]] State<T> compensated(State<T> state, const State<T>& rests) noexcept {
+  state.x_rest = rests.x;
+  state.v_rest = rests.v;
+  return state;
+}
 
 }  // namespace dvdx
