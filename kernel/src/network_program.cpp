@@ -141,12 +141,12 @@ NetworkProgram<T>::NetworkProgram(const Scene& scene, const Options& options, Is
 }
 
 template <class T>
-std::optional<Error> NetworkProgram<T>::refusal() const {
+std::optional<Error> NetworkProgram<T>::refusal(Unstable unstable) const {
   const std::string field = "network.substeps";
   if (limit_.substeps > 1000000) {
     return Error{field, std::to_string(limit_.safe), "at most 1000000: a smaller step, less stiffness, or scheme sequential"};
   }
-  if (limit_.substeps >= limit_.fewest) return std::nullopt;
+  if (limit_.substeps >= limit_.fewest || unstable == Unstable::allowed) return std::nullopt;
   return Error{field, std::to_string(limit_.substeps),
                "at least " + std::to_string(limit_.fewest) + " for this scheme, or the springs are unstable (" +
                    std::to_string(limit_.safe) + " are stable in any position); scheme sequential takes any"};

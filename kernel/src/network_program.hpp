@@ -36,7 +36,7 @@ class NetworkProgram {
   NetworkProgram& operator=(const NetworkProgram&) = delete;
 
   // Where the scene asks for fewer sub-steps than the start's springs allow.
-  [[nodiscard]] std::optional<Error> refusal() const;
+  [[nodiscard]] std::optional<Error> refusal(Unstable unstable) const;
 
   // Makes the flows again and nothing else. False where the springs must be made again too: the program is then of no use.
   [[nodiscard]] bool replace_forces(const Scene& scene, const Options& options, Isa isa, const std::vector<Vec3>& start);

@@ -97,7 +97,7 @@ template <class T>
 std::optional<Error> add_network(Program<T>& program) {
   if (!joins_particles(program.scene)) return std::nullopt;
   program.network = std::make_unique<NetworkProgram<T>>(program.scene, program.options, program.isa, program.start);
-  return program.network->refusal();
+  return program.network->refusal(program.options.unstable);
 }
 
 template <class T>

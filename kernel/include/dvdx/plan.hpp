@@ -35,6 +35,12 @@ enum class Rounding {
   compensated,
 };
 
+// What becomes of springs between particles that are asked for in fewer sub-steps than they stand.
+enum class Unstable {
+  refused,  // compile() and set_step() name the fewest
+  allowed,  // they are stepped, and may grow beyond all bounds: for those who study that
+};
+
 struct Options {
   double step = 1.0 / 60;    // s, finite, not 0; negative runs time backwards
   std::optional<Isa> isa{};  // the best where none is asked for
@@ -42,6 +48,7 @@ struct Options {
   std::size_t block = 0;  // particles that stay in first-level cache together: a multiple of 16, at most 1024; 0: chosen
   Rounding rounding = Rounding::plain;
   int impacts = 32;  // 1..1000: impacts of one particle that one step resolves in time order; what is left is clamped
+  Unstable unstable = Unstable::refused;
 };
 
 enum class StepResult {

@@ -621,6 +621,7 @@ TEST_CASE("network: the plan knows the highest frequency and refuses fewer sub-s
   const auto refused = compile<double>(joined.scene, {.step = joined.step}, batch.view());
   REQUIRE(!refused.has_value());
   CHECK(refused.error().field == "network.substeps");
+  CHECK(compile<double>(joined.scene, {.step = joined.step, .unstable = Unstable::allowed}, batch.view()).has_value());
   joined.scene.coupling.scheme = Scheme::sequential;
   CHECK(compile<double>(joined.scene, {.step = joined.step}, batch.view()).has_value());
 }

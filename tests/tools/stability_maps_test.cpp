@@ -1,0 +1,154 @@
+// The stability maps: analysis against what is known on paper, measurement against analysis, and that a disagreement shows.
+#include <doctest/doctest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <string>
+
+#include "stability/analysis.hpp"
+#include "stability/bounce.hpp"
+#include "stability/growth_map.hpp"
+#include "stability/maps.hpp"
+#include "stability/measurement.hpp"
+
+namespace {
+
+using namespace dvdx;
+using namespace dvdx::tool::stability;
+
+double sum_of_fourth_powers(const Anchored& particle) {
+  return std::accumulate(particle.W.begin(), particle.W.end(), 0.0, [](double sum, double W) { return sum + W * W; });
+}
+
+double determinant(const Anchored& particle, Method method) { return step_matrix(particle, method, 1).determinant(); }
+
+// The largest omega h that a method takes of one particle on springs of these shares, by bisection between 0.1 and 3.5.
+double limit_of(const std::vector<double>& shares, Method method) {
+  const auto growth = [&](double z) {
+    Anchored particle;
+    for (const double share : shares) particle.W.push_back(share * z * z);
+    return spectral_radius(step_matrix(particle, method, 1));
+  };
+  return bisected(0.1, 3.5, growth);
+}
+
+TEST_CASE("stability analysis: determinants of summed contributions are those on paper") {
+  const double z2 = 0.01;
+  for (const Anchored& particle :
+       {Anchored{.W = {z2}}, Anchored{.W = {z2 / 2, z2 / 2}}, Anchored{.W = {z2 / 11, 10 * z2 / 11}}}) {
+    const double S4 = sum_of_fourth_powers(particle);
+    CHECK(determinant(particle, Method::exact) - 1 == doctest::Approx((z2 * z2 - S4) / 12).epsilon(0.01));
+    CHECK(determinant(particle, Method::average_acceleration) - 1 == doctest::Approx(-S4 / 24).epsilon(0.01));
+    double left = 1;
+    for (const double W : particle.W) left -= 1 - std::cos(std::sqrt(W));
+    CHECK(determinant(particle, Method::pulse) == doctest::Approx(left).epsilon(1e-12));
+    CHECK(determinant(particle, Method::symplectic_euler) == doctest::Approx(1).epsilon(1e-14));
+    CHECK(determinant(particle, Method::combined) == doctest::Approx(1).epsilon(1e-14));
+  }
+}
+
+TEST_CASE("stability analysis: limits of one particle are those on paper") {
+  CHECK(limit_of({1}, Method::symplectic_euler) == doctest::Approx(2).epsilon(1e-6));
+  CHECK(limit_of({0.25, 0.75}, Method::symplectic_euler) == doctest::Approx(2).epsilon(1e-6));
+  CHECK(limit_of({1}, Method::average_acceleration) == doctest::Approx(std::numbers::pi).epsilon(1e-6));
+  CHECK(limit_of({0.5, 0.5}, Method::pulse) < limit_of({1}, Method::pulse));
+  CHECK(spectral_radius(step_matrix(Anchored{.W = {49}}, Method::combined, 1)) == doctest::Approx(1).epsilon(1e-12));
+  // exact contributions of two springs gain energy at any step
+  CHECK(spectral_radius(step_matrix(Anchored{.W = {5e-3, 5e-3}}, Method::exact, 1)) > 1 + 1e-6);
+}
+
+TEST_CASE("stability analysis: joined particles") {
+  const Line pair{.mass = {1, 1000}, .pairs = {{0, 1}}, .stiffness = {1}};
+  CHECK(highest_frequency(pair) == doctest::Approx(std::sqrt(1.001)).epsilon(1e-12));
+  const auto radius = [&](Coupling coupling, double z) {
+    return spectral_radius(step_matrix(pair, coupling, z / highest_frequency(pair)));
+  };
+  const Coupling leapfrog{.scheme = Scheme::leapfrog};
+  CHECK(bisected(1, 3, [&](double z) { return radius(leapfrog, z); }) == doctest::Approx(2).epsilon(1e-6));
+  // beyond its limit leapfrog's trace is 2 - z^2, and its larger eigenvalue follows from that alone
+  const double half = (9.0 - 2) / 2;
+  CHECK(radius(leapfrog, 3) == doctest::Approx(half + std::sqrt(half * half - 1)).epsilon(1e-9));
+  CHECK(radius({.scheme = Scheme::sequential, .theta = 0.5}, 7) == doctest::Approx(1).epsilon(1e-9));
+  CHECK(radius({.scheme = Scheme::sequential, .theta = 0.55}, 7) < 0.9);
+  CHECK(radius({.scheme = Scheme::accumulate, .method = Method::combined}, 3) == doctest::Approx(1).epsilon(1e-9));
+}
+
+TEST_CASE("stability analysis: the pulse of an impact keeps energy under a constant acceleration, the text's own does not") {
+  const Pulling gravity{.gravity = 1};
+  for (const double part : {0.1, 0.5, 0.9}) {
+    const double speed = 3;
+    const Motion start = flowed(gravity, {0, -speed}, -part);
+    const double before = energy_of(gravity, start);
+    for (const Sweep sweep : {Sweep::curve, Sweep::line}) {
+      const Motion end = bounced(gravity, start, 1, {.sweep = sweep});
+      CHECK(energy_of(gravity, end) == doctest::Approx(before).epsilon(1e-13));
+    }
+    const double lost = 1 - (1 - part) / speed;
+    const Motion ended = bounced(gravity, start, 1, {.response = Response::seed});
+    CHECK(energy_of(gravity, ended) / before == doctest::Approx(lost * lost).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("stability measurement: what runs of the library grow by is what the analysis says") {
+  const std::vector<Anchored> particles{
+      {.W = {0.02, 0.02}, .drag = 0.1}, {.W = {1, 2}, .drag = 0.5}, {.W = {9, 1}, .drag = 1e-3}};
+  for (const Method method :
+       {Method::combined, Method::exact, Method::average_acceleration, Method::pulse, Method::symplectic_euler}) {
+    const auto measured = measured_growth(particles, method);
+    for (std::size_t k = 0; k < particles.size(); ++k) {
+      CHECK(measured[k] == doctest::Approx(spectral_radius(step_matrix(particles[k], method, 1))).epsilon(1e-9));
+    }
+  }
+  const std::vector<Line> lines{
+      {.mass = {1, 50, 2}, .pairs = {{0, 1}, {0, 2}, {1, 2}}, .stiffness = {0.3, 0.1, 0.2}, .damping = 0.01},
+      {.mass = {1, 1, 1}, .pairs = {{0, 1}, {0, 2}, {1, 2}}, .stiffness = {2, 3, 4}, .damping = 0.1}};
+  for (const Coupling& coupling : {Coupling{.scheme = Scheme::leapfrog}, Coupling{.scheme = Scheme::fourth_order},
+                                   Coupling{.scheme = Scheme::sequential, .theta = 0.55},
+                                   Coupling{.scheme = Scheme::sequential, .theta = 1, .sweeps = Sweeps::forward},
+                                   Coupling{.scheme = Scheme::accumulate, .method = Method::average_acceleration}}) {
+    const auto measured = measured_growth(lines, coupling);
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      CHECK(measured[k] == doctest::Approx(spectral_radius(step_matrix(lines[k], coupling, 1))).epsilon(1e-7));
+    }
+  }
+}
+
+TEST_CASE("stability maps: all of them agree, on a coarse grid") {
+  std::size_t told = 0;
+  const auto maps = make_maps(Detail::coarse, [&](std::size_t, std::size_t, const std::string&) { ++told; });
+  CHECK(told == maps.size());
+  for (const GrowthMap& map : maps) {
+    const std::string name = map.name + ", " + map.method;
+    CAPTURE(name);
+    const Agreement agreement = agreement_of(map);
+    CHECK(agreement.boundary_cells <= 1);
+    CHECK(agreement.growth_difference <= growth_within);
+    CHECK(map.limits.size() == map.y.values.size());
+  }
+  CHECK(all_agree(maps));
+}
+
+TEST_CASE("stability maps: a disagreement shows") {
+  GrowthMap map;
+  map.x = spread("x", 1, 4, 4, Spacing::linear);
+  map.y = spread("y", 1, 2, 2, Spacing::linear);
+  map.analysed = {1, 1, 1.5, 2, 1, 1, 1, 2};
+  map.measured = map.analysed;
+  CHECK(agreement_of(map).is_good());
+  map.measured[5] = 1.5;  // two cells early
+  CHECK(agreement_of(map).boundary_cells == 2);
+  CHECK(agreement_of(map).boundary_y == 2);
+  CHECK(!all_agree({map}));
+  map.measured = map.analysed;
+  map.measured[3] = 2.1;  // the boundary is right, what is beyond it is not
+  CHECK(agreement_of(map).boundary_cells == 0);
+  CHECK(agreement_of(map).growth_difference == doctest::Approx(0.05));
+  CHECK(agreement_of(map).growth_x == 4);
+  CHECK(!agreement_of(map).is_good());
+  map.measured[3] = std::nan("");
+  CHECK(!agreement_of(map).is_good());
+}
+
+}  // namespace

@@ -1,0 +1,51 @@
+// An impact by analysis: what a step with a bounce makes of a particle's energy, by the text's pulse alone. One particle above
+// a plane at x = 0, under a force that draws it there; the flow between impacts is exact.
+#pragma once
+
+#include <vector>
+
+#include "dvdx/method.hpp"
+
+namespace dvdx::tool::stability {
+
+struct Motion {
+  double x = 0, v = 0;  // m, m/s
+};
+
+// What acts between impacts: a constant acceleration, a spring whose anchor is in the plane, a drag.
+struct Pulling {
+  double gravity = 0;  // m/s^2, towards the plane
+  double W = 0;        // 1/s^2
+  double drag = 0;     // 1/s; not with a spring
+};
+
+[[nodiscard]] Motion flowed(const Pulling& pulling, Motion start, double t);
+
+// Of one kilogram: kinetic, of the spring and of gravity.
+[[nodiscard]] double energy_of(const Pulling& pulling, Motion at);
+
+struct Impact {
+  double restitution = 1;
+  Response response = Response::resume;
+  Sweep sweep = Sweep::curve;
+};
+
+// One step h from a start above the plane, by the flow and the pulses of however many impacts.
+[[nodiscard]] Motion bounced(const Pulling& pulling, Motion start, double h, const Impact& impact);
+
+// A particle that meets the plane within a step.
+struct Bounce {
+  Pulling pulling;
+  double speed = 1;  // m/s, with which the exact flow arrives at the plane
+  Impact impact;
+};
+
+// Starts from which the exact flow meets the plane after so many equal parts of a step h, in their middles. Each must lie above
+// the plane: h no longer than the flight that ends there. Starts that the text's response leaves on the plane with a velocity
+// into it are not among them: rounding decides whether they are then inside, where that velocity is taken away.
+[[nodiscard]] std::vector<Motion> starts_of(const Bounce& bounce, double h);
+
+// The energy after the step over that before it, the mean over starts_of.
+[[nodiscard]] double energy_growth(const Bounce& bounce, double h);
+
+}  // namespace dvdx::tool::stability
