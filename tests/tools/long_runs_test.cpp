@@ -14,7 +14,7 @@ using stability::LongRun;
 
 TEST_CASE("long runs: energy walks as theory says, compensated states keep both, and a row stands for each decade") {
   constexpr std::uint64_t steps = 100000;
-  const auto runs = stability::measure_long_runs(steps, [](std::size_t, std::size_t) {});
+  const auto runs = stability::measure_long_runs(steps, [](std::size_t) {});
   REQUIRE(runs.size() == 3 * 3 * 4);
   for (const LongRun& run : runs) {
     CAPTURE(run.z);

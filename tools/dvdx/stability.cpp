@@ -17,6 +17,7 @@
 #include "report/json.hpp"
 #include "report/machine.hpp"
 #include "stability/cases.hpp"
+#include "stability/long_runs.hpp"
 #include "stability/show.hpp"
 #include "stability/suite.hpp"
 
@@ -33,7 +34,7 @@ struct StabilityOptions {
 };
 
 std::vector<stability::Case> chosen_cases(const StabilityOptions& options) {
-  if (options.only == "maps") return {};
+  if (options.only != "all" && options.only != "cases") return {};
   auto cases = stability::all_cases();
   std::erase_if(cases, [&](const stability::Case& c) {
     return !options.cases.empty() && std::find(options.cases.begin(), options.cases.end(), c.number) == options.cases.end();
@@ -45,6 +46,13 @@ std::vector<stability::Row> run_cases(const StabilityOptions& options) {
   const auto cases = chosen_cases(options);
   Progress progress(stability::bars_in(cases));
   return stability::run_cases(cases, [&](std::size_t done) { progress.at(done); });
+}
+
+std::vector<stability::LongRun> long_runs(const StabilityOptions& options) {
+  const bool is_wanted = options.only == "long" || (options.only == "all" && options.cases.empty());
+  if (!is_wanted) return {};
+  Progress progress(stability::long_run_curves);
+  return stability::measure_long_runs(stability::ten_million, [&](std::size_t done) { progress.at(done); });
 }
 
 stability::Colour colour_here() {
@@ -70,13 +78,15 @@ void write_all(const fs::path& folder, const std::string& json) {
 Exit run(const StabilityOptions& options) {
   if (!options.out.empty()) make_place(options.out);
   const auto rows = run_cases(options);
+  const auto runs = long_runs(options);
   const nlohmann::ordered_json found{
       {"machine", report::to_json(report::this_machine({.engine = engine_of({}), .parallel = {}}))},
       {"cases", stability::to_json(rows)},
+      {"long_runs", stability::to_json(runs)},
       {"maps", nlohmann::ordered_json::array()}};
   const auto json = found.dump(1) + "\n";
   if (!options.out.empty()) write_all(options.out, json);
-  fmt::print("{}", options.json ? json : stability::to_text(rows, colour_here()));
+  fmt::print("{}", options.json ? json : stability::to_text(rows, colour_here()) + stability::to_text(runs));
   return stability::all_passed(rows) ? Exit::done : Exit::verification_failed;
 }
 
@@ -91,7 +101,7 @@ void add_stability(CLI::App& app, Exit& exit) {
       ->delimiter(',')
       ->check(CLI::Range(1, stability::last_case));
   command->add_option("--only", options->only, "one part alone")
-      ->check(CLI::IsMember(std::vector<std::string>{"all", "cases", "maps"}))
+      ->check(CLI::IsMember(std::vector<std::string>{"all", "cases", "maps", "long"}))
       ->capture_default_str();
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &exit] { exit = run(*options); });

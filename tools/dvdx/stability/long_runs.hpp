@@ -24,9 +24,10 @@ struct LongRun {
   double walk_phase = 0;  // rad, the same of the phase
 };
 
-// tell(runs done, of how many) after each. `steps` is the longest run; one row a decade below it, too.
-[[nodiscard]] std::vector<LongRun> measure_long_runs(std::uint64_t steps,
-                                                     const std::function<void(std::size_t, std::size_t)>& tell);
+// `steps` is the longest run: a row for it, and one for each of three decades below. tell(curves done) after each angle and
+// precision.
+inline constexpr std::size_t long_run_curves = 9;
+[[nodiscard]] std::vector<LongRun> measure_long_runs(std::uint64_t steps, const std::function<void(std::size_t)>& tell);
 
 [[nodiscard]] std::string to_text(const std::vector<LongRun>& runs);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<LongRun>& runs);
