@@ -11,5 +11,6 @@ void register_network();
 void register_constraint();
 void register_step();
 void register_layout();
+void register_compensated();
 
 }  // namespace dvdx::bench

@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   dvdx::bench::register_constraint();
   dvdx::bench::register_step();
   dvdx::bench::register_layout();
+  dvdx::bench::register_compensated();
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   return 0;

@@ -33,6 +33,25 @@ void plain_soa_step(const PlainArrays<T>& arrays, T mass, const PlainForces<T>& 
   }
 }
 
+void plain_kahan_step(const PlainArrays<float>& arrays, const PlainArrays<float>& rests, float A, float B, float C, float S) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    float* __restrict x = arrays.x[axis];
+    float* __restrict v = arrays.v[axis];
+    float* __restrict x_rest = rests.x[axis];
+    float* __restrict v_rest = rests.v[axis];
+    for (std::size_t i = 0; i < arrays.count; ++i) {
+      const float dx = (S * v[i] - C * x[i]) + x_rest[i];
+      const float dv = v_rest[i] - (A * x[i] + B * v[i]);
+      const float x1 = x[i] + dx;
+      const float v1 = v[i] + dv;
+      x_rest[i] = dx - (x1 - x[i]);
+      v_rest[i] = dv - (v1 - v[i]);
+      x[i] = x1;
+      v[i] = v1;
+    }
+  }
+}
+
 template <class T>
 void plain_masses_step(const PlainArrays<T>& arrays, const T* __restrict mass, const PlainForces<T>& forces, T h) {
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -50,6 +50,9 @@ void plain_radial_step(const PlainArrays<T>& arrays, T rate, T l, T h);
 // Underdamped coefficients each, from the text book's formulas: x1 = a x0 + b v0, v1 = c x0 + a v0 - g b v0.
 void plain_coefficients(const double* W, const double* g, double h, std::size_t n, double* a, double* b, double* c);
 
+// One fused step x += S v - C x, v -= A x + B v with Kahan's sum: what each column loses is kept in `rests` and given back.
+void plain_kahan_step(const PlainArrays<float>& arrays, const PlainArrays<float>& rests, float A, float B, float C, float S);
+
 // Runge-Kutta's fourth order on x'' = -W x - g v, all steps of a block of arrays while it is in cache.
 template <class T>
 void plain_runge_kutta(const PlainArrays<T>& arrays, T W, T g, T h, std::size_t steps);

@@ -35,14 +35,14 @@ void for_each_task(const ParallelFor& parallel, std::size_t count, const Body& b
 
 // The particles of a run, in the state and in a working column.
 template <class A, class T>
-void fetch(const Column<T>& from, const Column<T>& rest, const Run& run, A* to) noexcept {
-  if (run.every == 1) return load(from, rest, run.particle, run.count, to + run.element);
-  for (std::size_t k = 0; k < run.count; ++k) load(from, rest, run.particle + k * run.every, 1, to + run.element + k);
+void fetch(const RestTable& table, const Column<T>& from, const Column<T>& rest, const Run& run, A* to) noexcept {
+  if (run.every == 1) return load(table, from, rest, run.particle, run.count, to + run.element);
+  for (std::size_t k = 0; k < run.count; ++k) load(table, from, rest, run.particle + k * run.every, 1, to + run.element + k);
 }
 template <class A, class T>
-void put_back(const A* from, const Run& run, const Column<T>& to, const Column<T>& rest) noexcept {
-  if (run.every == 1) return store(from + run.element, run.particle, run.count, to, rest);
-  for (std::size_t k = 0; k < run.count; ++k) store(from + run.element + k, run.particle + k * run.every, 1, to, rest);
+void put_back(const RestTable& table, const A* from, const Run& run, const Column<T>& to, const Column<T>& rest) noexcept {
+  if (run.every == 1) return store(table, from + run.element, run.particle, run.count, to, rest);
+  for (std::size_t k = 0; k < run.count; ++k) store(table, from + run.element + k, run.particle + k * run.every, 1, to, rest);
 }
 
 }  // namespace
@@ -54,7 +54,10 @@ class NetworkRun {
 
  public:
   NetworkRun(NetworkProgram<T>& program, const ParallelFor& parallel) noexcept
-      : p_(program), kernels_(*program.kernels_), parallel_(program.particles_ < parallel_from ? ParallelFor{} : parallel) {
+      : p_(program),
+        kernels_(*program.kernels_),
+        rests_(rest_table(program.flows_.front()->isa)),
+        parallel_(program.particles_ < parallel_from ? ParallelFor{} : parallel) {
     for (std::size_t f = 0; f < p_.flows_.size(); ++f) make_offsets(f, Clock{});
   }
 
@@ -63,16 +66,16 @@ class NetworkRun {
     for_each_task(parallel_, run_tasks(), [&](std::size_t task) {
       for_runs(task, [&](const Run& run) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          fetch(state.x[axis], state.x_rest[axis], run, position(axis));
-          fetch(state.v[axis], state.v_rest[axis], run, p_.sheet_.v[axis]);
+          fetch(rests_, state.x[axis], state.x_rest[axis], run, position(axis));
+          fetch(rests_, state.v[axis], state.v_rest[axis], run, p_.sheet_.v[axis]);
           if (p_.origin_[axis] != nullptr) std::fill_n(p_.sheet_.x[axis] + run.element, run.count, T(0));
         }
       });
     });
     for (auto& held : p_.fixed_) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        load(state.x[axis], state.x_rest[axis], held.particle, 1, &held.x[axis]);
-        load(state.v[axis], state.v_rest[axis], held.particle, 1, &held.v[axis]);
+        load(rests_, state.x[axis], state.x_rest[axis], held.particle, 1, &held.x[axis]);
+        load(rests_, state.v[axis], state.v_rest[axis], held.particle, 1, &held.v[axis]);
       }
     }
     hold_fixed(0, p_.places_.size);
@@ -85,15 +88,15 @@ class NetworkRun {
     for_each_task(parallel_, run_tasks(), [&](std::size_t task) {
       for_runs(task, [&](const Run& run) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          put_back<T>(position(axis), run, state.x[axis], state.x_rest[axis]);
-          put_back<T>(p_.sheet_.v[axis], run, state.v[axis], state.v_rest[axis]);
+          put_back<T>(rests_, position(axis), run, state.x[axis], state.x_rest[axis]);
+          put_back<T>(rests_, p_.sheet_.v[axis], run, state.v[axis], state.v_rest[axis]);
         }
       });
     });
     for (const auto& held : p_.fixed_) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        store(&held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
-        store(&held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
+        store(rests_, &held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
+        store(rests_, &held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
       }
     }
   }
@@ -299,6 +302,7 @@ class NetworkRun {
 
   NetworkProgram<T>& p_;
   const NetworkKernels<T>& kernels_;
+  const RestTable& rests_;
   ParallelFor parallel_;
   Clock clock_;
   bool has_shift_ = false;

@@ -31,7 +31,8 @@ struct Batch {
 template <class A, class T>
 class Stage {
  public:
-  Stage(const State<T>& state, std::size_t first, std::size_t n) noexcept : state_(state), first_(first), n_(n) {
+  Stage(const RestTable& table, const State<T>& state, std::size_t first, std::size_t n) noexcept
+      : table_(table), state_(state), first_(first), n_(n) {
     const std::size_t filled = (n + block_unit - 1) / block_unit * block_unit;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       fetch(state.x[axis], state.x_rest[axis], x_[axis], filled);
@@ -62,14 +63,15 @@ class Stage {
   using Memory = std::array<A, column_pitch<A>(max_block)>;
 
   void fetch(const Column<T>& column, const Column<T>& rest, Memory& memory, std::size_t filled) noexcept {
-    load(column, rest, first_, n_, memory.data());
+    load(table_, column, rest, first_, n_, memory.data());
     std::fill(memory.data() + n_, memory.data() + filled, memory[n_ - 1]);
   }
   void put_back(const Memory& memory, std::size_t from, std::size_t to, const Column<T>& column,
                 const Column<T>& rest) const noexcept {
-    store(memory.data() + (from - first_), from, to - from, column, rest);
+    store(table_, memory.data() + (from - first_), from, to - from, column, rest);
   }
 
+  const RestTable& table_;
   const State<T>& state_;
   std::size_t first_, n_;
   alignas(64) std::array<Memory, 3> x_, v_;  // left uninitialised: only what is fetched is read
@@ -107,7 +109,7 @@ void step_one_block(const Batch<A, T>& batch, std::size_t first, std::size_t n) 
 
   if (!has_fixed && step_in_place(batch, run, first, n)) return;
 
-  Stage<A, T> stage(batch.state, first, n);
+  Stage<A, T> stage(rest_table(program.isa), batch.state, first, n);
   run(stage.block(), program.terms, batch.steps);
   std::size_t from = first;
   for (; next_fixed != fixed.end() && *next_fixed < first + n; ++next_fixed) {

@@ -30,8 +30,10 @@ using Expected = tl::expected<T, Error>;
 // What becomes of the digits of a step's result that the state's scalar type cannot hold.
 enum class Rounding {
   plain,  // they are lost
-  // They are carried in the state's rest columns, and the step is worked out in float64: of float32 states alone. Costs what a
-  // float64 step costs (time and memory), and leaves x and v float32 columns that anybody can read.
+  // They are carried in the state's rest columns, and the step is worked out in float64: of float32 states alone. The numbers are
+  // those of a float64 step to 48 bits; x and v stay float32 columns that anybody can read. Costs a float64 step and, once a
+  // call, the way there and back (bench/compensated_bench.cpp). Kahan's sums in float32 lanes would cost less where a call is one
+  // step, and leave the coefficients' rounding, which grows faster than the state's (docs/stability.md).
   compensated,
 };
 
