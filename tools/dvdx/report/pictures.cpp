@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "gnuplot.hpp"
 #include "names.hpp"
-#include "report/gnuplot.hpp"
 #include "report/summary.hpp"
 
 namespace dvdx::tool::report {
@@ -49,12 +49,6 @@ const Style& style_of(std::string_view method) {
   return styles.back();
 }
 
-std::string literal(std::string_view text) {
-  std::string safe;
-  for (const char c : text) safe += c == '\'' ? std::string("''") : std::string(1, c);
-  return "'" + safe + "'";
-}
-
 std::string head(const std::string& title, const std::string& x, const std::string& y) {
   return fmt::format(
       "set terminal svg size 820,460 font 'sans-serif,13' background '#ffffff' linewidth 1.3 dynamic\n"
@@ -62,7 +56,7 @@ std::string head(const std::string& title, const std::string& x, const std::stri
       "set key outside right center Left reverse width -6 samplen 2.4 spacing 1.3 noenhanced\nset border lw 0.8\nset tics "
       "nomirror\n"
       "set grid lc rgb '#bbbbbb' lw 0.5 lt 1 dt 3\nset pointsize 0.7\n",
-      literal(title), literal(x), literal(y));
+      gnuplot_literal(title), gnuplot_literal(x), gnuplot_literal(y));
 }
 
 enum class Marks { none, points };
@@ -80,7 +74,7 @@ class Plot {
                           plots_.empty() ? "plot " : ", \\\n     ", block, has_points ? "linespoints" : "lines", style.colour,
                           style.dash, std::max(has_points ? 2.4 - thinner : 3.4 - thinner, 0.8),
                           has_points ? fmt::format("pt {} ps {:.2f}", style.marker, std::max(0.95 - thinner / 4, 0.55)) : "",
-                          literal(label));
+                          gnuplot_literal(label));
   }
   [[nodiscard]] bool is_empty() const { return lines_ == 0; }
   [[nodiscard]] std::string text() const { return data_ + plots_ + "\n"; }

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <tl/expected.hpp>
 #include <vector>
 
-namespace dvdx::tool::report {
+namespace dvdx::tool {
+
+// Text as gnuplot takes it word for word.
+[[nodiscard]] std::string gnuplot_literal(std::string_view text);
 
 // Runs the scripts, each of which draws to its standard output, and returns what they drew; or why that failed.
 [[nodiscard]] tl::expected<std::vector<std::string>, std::string> run_gnuplot(const std::vector<std::string>& scripts);
 
-}  // namespace dvdx::tool::report
+}  // namespace dvdx::tool

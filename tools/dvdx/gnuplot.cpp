@@ -1,4 +1,4 @@
-#include "report/gnuplot.hpp"
+#include "gnuplot.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 
 #include "file_text.hpp"
 
-namespace dvdx::tool::report {
+namespace dvdx::tool {
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,7 +23,7 @@ class Workshop {
  public:
   Workshop() {
     std::error_code error;
-    auto pattern = (fs::temp_directory_path(error) / "dvdx-report-XXXXXX").string();
+    auto pattern = (fs::temp_directory_path(error) / "dvdx-pictures-XXXXXX").string();
     if (!error && mkdtemp(pattern.data()) != nullptr) path_ = pattern;
   }
   Workshop(const Workshop&) = delete;
@@ -78,6 +78,12 @@ tl::expected<std::string, std::string> draw(const fs::path& folder, const std::s
 
 }  // namespace
 
+std::string gnuplot_literal(std::string_view text) {
+  std::string safe;
+  for (const char c : text) safe += c == '\'' ? std::string("''") : std::string(1, c);
+  return "'" + safe + "'";
+}
+
 tl::expected<std::vector<std::string>, std::string> run_gnuplot(const std::vector<std::string>& scripts) {
   const Workshop workshop;
   if (workshop.path().empty()) return tl::unexpected(std::string("gnuplot: there is no place for temporary files"));
@@ -90,4 +96,4 @@ tl::expected<std::vector<std::string>, std::string> run_gnuplot(const std::vecto
   return pictures;
 }
 
-}  // namespace dvdx::tool::report
+}  // namespace dvdx::tool
