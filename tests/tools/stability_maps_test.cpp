@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
 #include <string>
@@ -11,6 +12,7 @@
 #include "stability/bounce.hpp"
 #include "stability/growth_map.hpp"
 #include "stability/maps.hpp"
+#include "stability/maps_show.hpp"
 #include "stability/measurement.hpp"
 
 namespace {
@@ -149,6 +151,35 @@ TEST_CASE("stability maps: a disagreement shows") {
   CHECK(!agreement_of(map).is_good());
   map.measured[3] = std::nan("");
   CHECK(!agreement_of(map).is_good());
+}
+
+TEST_CASE("stability maps: the table, the JSON and the pictures say what the maps hold") {
+  GrowthMap map;
+  map.name = "made-up";
+  map.title = "a made-up family";
+  map.method = "pulse";
+  map.x = spread("x", 0.1, 10, 3, Spacing::logarithmic);
+  map.y = spread("y", 1, 2, 2, Spacing::linear);
+  map.analysed = {0.5, 1, 2, 1, 1, 1};
+  map.measured = map.analysed;
+  map.limits = {4.25, std::nan("")};
+  CHECK(to_text({map}).find("4.25, nowhere in 1 of 2 rows") != std::string::npos);
+  CHECK(to_text({map}).find("agree on all 1 maps") != std::string::npos);
+  const auto json = to_json({map});
+  CHECK(json[0]["method"] == "pulse");
+  CHECK(json[0]["measured"][0][2] == 2);
+  CHECK(json[0]["limits"][0] == 4.25);
+  CHECK(json[0]["agreement"]["agrees"] == true);
+  CHECK(nlohmann::json::parse(json.dump())[0]["limits"][1].is_null());
+  const auto pictures = draw_maps({map});
+  if (pictures.warning.empty()) {  // gnuplot is there
+    REQUIRE(pictures.all.size() == 1);
+    CHECK(pictures.all[0].file == "made-up.svg");
+    CHECK(pictures.all[0].svg.find("<image style='image-rendering:pixelated' ") != std::string::npos);
+  }
+  map.measured[2] = 3;
+  CHECK(to_text({map}).find("DISAGREE") != std::string::npos);
+  CHECK(to_text({map}).find("FAILED: analysis and measurement disagree on 1 of 1 maps") != std::string::npos);
 }
 
 }  // namespace
