@@ -113,13 +113,14 @@ void print_difference(const Verdict& verdict) {
 }
 
 void print_table(const std::vector<Verdict>& verdicts) {
-  fmt::print("{:<18} {:<8} {:>22} {:>20} {:>6} {:>10} {:>16}\n", "scene", "", "all: particles, steps",
+  fmt::print("{:<18} {:<20} {:>22} {:>24} {:>6} {:>10} {:>16}\n", "scene", "", "all: particles, steps",
              "sample: particles, steps", "runs", "differing", "contracted, ulp");
   std::size_t runs = 0;
   std::size_t differing = 0;
   for (const Verdict& v : verdicts) {
-    fmt::print("{:<18} {:<8} {:>12} x {:>7} {:>14} x {:>7} {:>6} {:>10} {:>16.3g}\n", v.scene, name_in(precisions, v.precision),
-               v.particles, v.steps, v.sample, v.sample_steps, v.runs, v.differing, v.contracted.ulps);
+    fmt::print("{:<18} {:<20} {:>12} x {:>7} {:>14} x {:>7} {:>6} {:>10} {:>16.3g}\n", v.scene,
+               name_in(precisions, v.precision), v.particles, v.steps, v.sample, v.sample_steps, v.runs, v.differing,
+               v.contracted.ulps);
     runs += v.runs;
     differing += v.differing;
   }
