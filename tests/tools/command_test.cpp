@@ -274,7 +274,7 @@ TEST_CASE("verify holds a scene with a network against the reference") {
   CHECK(result.exit == 0);
   const auto report = json::parse(result.out);
   CHECK(report["passed"] == true);
-  REQUIRE(report["scenes"].size() == 2);
+  REQUIRE(report["scenes"].size() == 3);
   CHECK(report["scenes"][0]["steps"] == 16);
   CHECK(report["scenes"][0]["sample"]["particles"] == 30);  // all: each moves the others
 }
