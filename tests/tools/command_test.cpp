@@ -279,12 +279,30 @@ TEST_CASE("verify holds a scene with a network against the reference") {
   CHECK(report["scenes"][0]["sample"]["particles"] == 30);  // all: each moves the others
 }
 
-TEST_CASE("help starts with an example and is no error") {
+// What `dvdx --help` lists after "Subcommands:", a line each: two spaces, the name, what it does.
+std::vector<std::string> subcommands(const std::string& help) {
+  const std::string heading = "Subcommands:\n";
+  REQUIRE(help.find(heading) != std::string::npos);
+  std::istringstream lines(help.substr(help.find(heading) + heading.size()));
+  std::vector<std::string> names;
+  for (std::string line; std::getline(lines, line) && line.starts_with("  ");) {
+    names.push_back(line.substr(2, line.find(' ', 2) - 2));
+  }
+  return names;
+}
+
+TEST_CASE("help of every subcommand starts with an example of it and is no error") {
   const Folder folder("help");
-  for (const char* arguments : {"--help", "run --help", "explain --help", "info --help"}) {
-    const auto result = run(folder, arguments);
+  const auto help = run(folder, "--help");
+  CHECK(help.exit == 0);
+  CHECK(help.out.starts_with("Example:\n  dvdx "));
+  const auto names = subcommands(help.out);
+  CHECK(names.size() >= 6);
+  for (const auto& name : names) {
+    CAPTURE(name);
+    const auto result = run(folder, name + " --help");
     CHECK(result.exit == 0);
-    CHECK(result.out.starts_with("Example:\n  dvdx "));
+    CHECK(result.out.starts_with("Example:\n  dvdx " + name + " "));
   }
   CHECK(run(folder, "--version").exit == 0);
 }
