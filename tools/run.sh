@@ -5,6 +5,7 @@
 #   tools/run.sh bench [OPTION...]   the bars in one table, then every benchmark (options of Google Benchmark: those alone)
 #   tools/run.sh peers [OPTION...]   hanging cloth beside Bullet, boost::odeint, SUNDIALS and plain loops (--quick, --all, --help)
 #   tools/run.sh verify [SCENE...]   every instruction set, layout and thread count against the scalar reference
+#   tools/run.sh fuzz [SECONDS | --executions N] [TARGET...]   libFuzzer on readers and steps: 60 s a target, or so long, or N in all
 # Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -14,7 +15,7 @@ packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcl
 
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf 'tools/run.sh: %s\n' "$*" >&2; exit 2; }
-usage() { sed -n '2,8s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
+usage() { sed -n '2,9s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
 
 is_installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 
@@ -65,6 +66,19 @@ build() {
   cmake --build "build/$preset" --parallel "$(nproc)" --target "$@" >&2
 }
 
+# fuzz_target TARGET LIMIT: from the committed corpus and from what earlier runs found, which stays in build/fuzz/corpus. What
+# breaks a promise is left in build/fuzz/findings.
+fuzz_target() {
+  local target=$1 limit=$2 log=build/fuzz/$1.log options=()
+  mkdir -p "build/fuzz/corpus/$target" build/fuzz/findings
+  [ ! -e "tests/fuzz/$target.dict" ] || options+=("-dict=tests/fuzz/$target.dict")
+  build/fuzz/tests/fuzz/dvdx_fuzz "$target" "$limit" -max_len=1024 -timeout=20 -malloc_limit_mb=256 -print_final_stats=1 \
+    "-artifact_prefix=build/fuzz/findings/$target-" "${options[@]}" "build/fuzz/corpus/$target" "tests/fuzz/corpus/$target" \
+    >"$log" 2>&1 || { tail -n 40 "$log" >&2; printf 'tools/run.sh: %s, see build/fuzz/findings\n' "$target" >&2; return 1; }
+  awk -v target="$target" '/number_of_executed_units/ {units = $2} /^Done/ {seconds = $5}
+    END {printf "%-14s %9d executions in %5d s\n", target, units, seconds}' "$log"
+}
+
 [ $# -ge 1 ] || usage
 action=$1
 shift
@@ -103,6 +117,27 @@ case $action in
     [ $# -ge 1 ] || set -- tools/scenes/*.json
     say "dvdx verify $*"
     build/release/tools/dvdx verify "$@"
+    ;;
+  fuzz)
+    packages+=(clang libclang-rt-14-dev)
+    seconds=60 executions=
+    if [ "${1:-}" = --executions ]; then
+      executions=${2:-}
+      [[ $executions =~ ^[0-9]+$ ]] || usage
+      shift 2
+    elif [[ ${1:-} =~ ^[0-9]+$ ]]; then
+      seconds=$1
+      shift
+    fi
+    install_missing
+    build fuzz dvdx_fuzz
+    [ $# -ge 1 ] || set -- $(ls tests/fuzz/corpus)
+    limit=-max_total_time=$seconds
+    [ -z "$executions" ] || limit=-runs=$((executions / $#))
+    say "fuzzing $*, each with $limit"
+    found=0
+    for target in "$@"; do fuzz_target "$target" "$limit" || found=1; done
+    exit $found
     ;;
   install) # PACKAGE...: what continuous integration needs besides
     packages+=("$@")

@@ -187,11 +187,13 @@ struct NetworkChecker {
     for (const auto& [name, size] : {std::pair{".rows", g.rows}, std::pair{".columns", g.columns}}) {
       if (size < 2 || size > most_particles) check.fail(at + name, std::to_string(size), "a whole number from 2 to 4294967295");
     }
-    if (!check.error && (g.rows > most_particles / g.columns || g.first + g.rows * g.columns > *check.count())) {
+    const std::size_t count = *check.count();
+    const bool is_too_large = !check.error && (g.rows > count / g.columns || g.first > count - g.rows * g.columns);
+    if (is_too_large) {
       check.fail(
           at + ".rows",
           std::to_string(g.rows) + " of " + std::to_string(g.columns) + " columns from particle " + std::to_string(g.first),
-          "at most the " + std::to_string(*check.count()) + " particles");
+          "at most the " + std::to_string(count) + " particles");
     }
     for (const auto& [name, edge] : {std::pair{".edge_u", g.edge_u}, std::pair{".edge_v", g.edge_v}}) {
       check.numbers(at + name, edge, Range::finite);

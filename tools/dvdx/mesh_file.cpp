@@ -132,7 +132,9 @@ std::vector<Side> sides_of(const MeshFile& mesh) {
 
 }  // namespace
 
-MeshFile read_mesh(const std::filesystem::path& path) { return MeshReader(contents(path)).read(); }
+MeshFile parse_mesh(std::string_view text) { return MeshReader(text).read(); }
+
+MeshFile read_mesh(const std::filesystem::path& path) { return parse_mesh(contents(path)); }
 
 std::vector<Pair> edges_of(const MeshFile& mesh) {
   std::vector<Pair> edges;

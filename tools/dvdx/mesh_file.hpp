@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 #include "dvdx/scene.hpp"
@@ -18,6 +19,7 @@ struct MeshFile {
 // The statements v, f and l; all others are passed over. Indices are from 1 on, or count back from the last vertex read so far;
 // what follows a slash is not looked at. Throws FileFault.
 [[nodiscard]] MeshFile read_mesh(const std::filesystem::path& path);
+[[nodiscard]] MeshFile parse_mesh(std::string_view text);
 
 // All lists: each pair once, its smaller end first, sorted.
 

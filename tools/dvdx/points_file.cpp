@@ -284,23 +284,50 @@ Table read_npy(std::string_view text, std::size_t width) {
 
 // ---- any of them -------------------------------------------------------------------------------------------------------
 
+std::optional<PointsFormat> format_of(const std::filesystem::path& path) {
+  const auto extension = path.extension();
+  if (extension == ".csv") return PointsFormat::csv;
+  if (extension == ".ply") return PointsFormat::ply;
+  if (extension == ".npy") return PointsFormat::npy;
+  return std::nullopt;
+}
+
+Table table_of(std::string_view text, PointsFormat format) {
+  switch (format) {
+    case PointsFormat::csv:
+      return read_csv(text, 3);
+    case PointsFormat::ply:
+      return read_ply(text);
+    case PointsFormat::npy:
+      return read_npy(text, 3);
+  }
+  return {};
+}
+
 }  // namespace
 
-std::vector<Vec3> read_points(const std::filesystem::path& path) {
-  const auto extension = path.extension();
-  if (extension != ".csv" && extension != ".ply" && extension != ".npy") fail("must end in .csv, .ply or .npy");
-  const auto text = contents(path);
-  const auto table = extension == ".csv" ? read_csv(text, 3) : extension == ".ply" ? read_ply(text) : read_npy(text, 3);
+std::vector<Vec3> parse_points(std::string_view text, PointsFormat format) {
+  const auto table = table_of(text, format);
   std::vector<Vec3> points(table.size() / 3);
   for (std::size_t i = 0; i < points.size(); ++i) points[i] = {table[3 * i], table[3 * i + 1], table[3 * i + 2]};
   return points;
 }
 
+std::vector<double> parse_numbers(std::string_view text, PointsFormat format) {
+  if (format == PointsFormat::ply) fail("must end in .csv or .npy");
+  return format == PointsFormat::csv ? read_csv(text, 1) : read_npy(text, 1);
+}
+
+std::vector<Vec3> read_points(const std::filesystem::path& path) {
+  const auto format = format_of(path);
+  if (!format) fail("must end in .csv, .ply or .npy");
+  return parse_points(contents(path), *format);
+}
+
 std::vector<double> read_numbers(const std::filesystem::path& path) {
-  const auto extension = path.extension();
-  if (extension != ".csv" && extension != ".npy") fail("must end in .csv or .npy");
-  const auto text = contents(path);
-  return extension == ".csv" ? read_csv(text, 1) : read_npy(text, 1);
+  const auto format = format_of(path);
+  if (!format || format == PointsFormat::ply) fail("must end in .csv or .npy");
+  return parse_numbers(contents(path), *format);
 }
 
 }  // namespace dvdx::tool

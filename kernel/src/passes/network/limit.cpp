@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -132,13 +133,19 @@ bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w
 
 double symbol_bound(const Grid& grid, std::span<const double> w) {
   constexpr int samples = 128;
+  constexpr int farthest = 3 * samples;  // two rows down and one column across, or two columns
+  std::array<double, 2 * farthest + 1> rise{};
+  for (int n = -farthest; n <= farthest; ++n) {
+    rise[static_cast<std::size_t>(n + farthest)] = 1 - std::cos(std::numbers::pi * n / samples);
+  }
+  const std::vector<GridDirection> directions = directions_of(grid);
   double largest = 0;
   for (int p = 0; p <= samples; ++p) {
     for (int q = -samples; q <= samples; ++q) {
       double sum = 0;
-      for (const GridDirection& d : directions_of(grid)) {
-        const double angle = std::numbers::pi * (p * static_cast<double>(d.down) + q * static_cast<double>(d.right)) / samples;
-        sum += 2 * d.k * (1 - std::cos(angle));
+      for (const GridDirection& d : directions) {
+        const int n = p * static_cast<int>(d.down) + q * static_cast<int>(d.right);
+        sum += 2 * d.k * rise[static_cast<std::size_t>(n + farthest)];
       }
       largest = std::max(largest, sum);
     }

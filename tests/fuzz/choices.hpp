@@ -1,0 +1,45 @@
+// A fuzzer's bytes as choices, each byte a small decision of its own, so that a mutation changes little. Zeros when they run
+// out. (clang++'s FuzzedDataProvider, which does the same, is not there for other compilers.)
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+namespace dvdx::fuzz {
+
+class Choices {
+ public:
+  explicit Choices(std::string_view bytes) noexcept : rest_(bytes) {}
+
+  [[nodiscard]] bool is_over() const noexcept { return rest_.empty(); }
+
+  std::uint8_t byte() noexcept {
+    if (rest_.empty()) return 0;
+    const auto value = static_cast<std::uint8_t>(rest_.front());
+    rest_.remove_prefix(1);
+    return value;
+  }
+  std::size_t below(std::size_t n) noexcept { return byte() % n; }  // n <= 256
+  bool flip() noexcept { return (byte() & 1U) != 0; }
+
+  template <class T>
+  T raw() noexcept {
+    T value{};
+    const std::size_t n = rest_.size() < sizeof value ? rest_.size() : sizeof value;
+    std::memcpy(&value, rest_.data(), n);
+    rest_.remove_prefix(n);
+    return value;
+  }
+
+  template <class List>
+  auto one_of(const List& list) noexcept {
+    return list[below(list.size())];
+  }
+
+ private:
+  std::string_view rest_;
+};
+
+}  // namespace dvdx::fuzz

@@ -1,0 +1,14 @@
+// Where the scenes that are tried find their files, and how much memory they may ask for.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace dvdx::fuzz {
+
+[[nodiscard]] std::string files();   // the folder with a mesh, points and numbers
+[[nodiscard]] std::string corpus();  // the folder with a folder of inputs for each target
+
+inline constexpr std::uint64_t most_bytes = 1 << 20;
+
+}  // namespace dvdx::fuzz

@@ -1,0 +1,191 @@
+// Scenes within the documented ranges, stepped by every instruction set in some layout, block size and number of threads: the
+// bits of the scalar reference, or the same error.
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fuzz/random_scene.hpp"
+#include "fuzz/targets.hpp"
+#include "support/batch.hpp"
+#include "support/threads.hpp"
+
+namespace dvdx::fuzz {
+namespace {
+
+using test::Batch;
+
+// What is done with a plan, and how.
+struct Deeds {
+  Arithmetic arithmetic = Arithmetic::separate;
+  std::size_t steps = 1;
+  double start_time = 0;               // s
+  std::optional<double> other_step{};  // s, after half of it
+  std::optional<Constant> other_force{};
+  int impacts = 32;
+  std::size_t spoilt = 0;  // particles of which a number is replaced before the first step
+  std::array<double, 2> spoil{};
+};
+
+struct Way {
+  Isa isa = Isa::reference;
+  std::size_t layout = 0;  // of test::layouts; beyond: columns of just the size, whose ends the sanitizer guards
+  std::size_t block = 0;
+  ParallelFor parallel{};
+};
+
+Deeds deeds(Choices& choices) {
+  Deeds deeds;
+  if (choices.below(3) == 2) deeds.arithmetic = Arithmetic::contracted;
+  deeds.steps = 1 + choices.below(5);
+  if (choices.below(128) == 127) deeds.steps = 1000;  // enough to call for threads
+  if (choices.below(4) == 3) deeds.start_time = 16 * static_cast<double>(choices.byte());
+  if (choices.below(8) == 7) deeds.other_step = (1 + choices.byte()) / 512.0;
+  if (choices.below(8) == 7) deeds.other_force = Constant{.acceleration = {1, static_cast<double>(choices.byte()), -9.8125}};
+  if (choices.below(8) == 7) deeds.impacts = static_cast<int>(1 + choices.below(4));
+  if (choices.below(4) == 3) deeds.spoilt = 1 + choices.below(3);
+  deeds.spoil = {random_number(choices), random_number(choices)};
+  return deeds;
+}
+
+template <class T>
+struct Columns {
+  explicit Columns(std::size_t count) {
+    for (auto& column : values) column.resize(count);
+  }
+  State<T> view() {
+    auto& c = values;
+    return soa(c[0].data(), c[1].data(), c[2].data(), c[3].data(), c[4].data(), c[5].data(), c[0].size());
+  }
+  std::array<std::vector<T>, 6> values;
+};
+
+template <class T>
+struct Outcome {
+  std::string error{};  // empty: done
+  std::vector<T> values{};
+  double seconds = 0;
+};
+
+template <class T>
+std::string step_all(Plan<T>& plan, State<T>& state, const Deeds& deeds, const ParallelFor& parallel) {
+  const auto step = [&] { expect(plan.step(state, deeds.steps, parallel) == StepResult::done, "a plan steps its state"); };
+  step();
+  if (deeds.other_step) {
+    if (const auto changed = plan.set_step(*deeds.other_step); !changed) return changed.error().message();
+  }
+  if (deeds.other_force && !plan.scene().forces.empty()) {
+    if (const auto changed = plan.replace(0, *deeds.other_force); !changed) return changed.error().message();
+  }
+  if (deeds.other_step || deeds.other_force) step();
+  return "";
+}
+
+// Sub-steps, impacts and sweeps that one input may take.
+template <class T>
+bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds) {
+  const auto limit = plan.network_limit();
+  const bool is_slow = limit || !random.scene.contacts.empty() || !random.scene.constraints.empty();
+  return !is_slow || (deeds.steps < 10 && (!limit || limit->substeps <= 64));
+}
+
+template <class T>
+Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Deeds& deeds, const Way& way) {
+  place(random, state);
+  state.clock.seconds = deeds.start_time;
+  const Options options{
+      .step = random.step, .isa = way.isa, .arithmetic = deeds.arithmetic, .block = way.block, .impacts = deeds.impacts};
+  auto plan = compile<T>(random.scene, options, state);
+  if (!plan) return {.error = plan.error().message()};
+  if (!is_short(*plan, random, deeds)) return {.error = "takes too long"};
+  for (std::size_t k = 0; k < deeds.spoilt; ++k) {
+    const std::size_t i = (7 * k + 3) % state.count;
+    (k % 2 == 0 ? state.x : state.v)[k % 3][i] = static_cast<T>(deeds.spoil[k % 2]);
+  }
+  Outcome<T> outcome;
+  outcome.error = step_all(*plan, state, deeds, way.parallel);
+  outcome.values = test::values_of(state);
+  outcome.seconds = state.clock.seconds;
+  return outcome;
+}
+
+template <class T>
+Outcome<T> outcome(const RandomScene& random, const Deeds& deeds, const Way& way) {
+  if (way.layout >= test::layouts.size()) {
+    Columns<T> columns(random.x.size());
+    State<T> state = columns.view();
+    return outcome_in(state, random, deeds, way);
+  }
+  Batch<T> batch(test::layouts[way.layout], random.x.size());
+  auto outcome = outcome_in(batch.view(), random, deeds, way);
+  expect(batch.is_clean(), "no byte outside the columns is written");
+  return outcome;
+}
+
+// Bit by bit; a NaN equals a NaN.
+template <class T>
+bool is_same(T a, T b) {
+  return std::memcmp(&a, &b, sizeof a) == 0 || (std::isnan(a) && std::isnan(b));
+}
+
+template <class T>
+void expect_same(const Outcome<T>& wanted, const Outcome<T>& got, const Way& way) {
+  const std::string where = std::string(name(way.isa)) + ", " + std::to_string(8 * sizeof(T)) + " bits, layout " +
+                            std::to_string(way.layout) + ", block " + std::to_string(way.block);
+  expect(wanted.error == got.error, where + ": the reference says '" + wanted.error + "', and this '" + got.error + "'");
+  expect(is_same(wanted.seconds, got.seconds), where + ": the clock differs");
+  for (std::size_t i = 0; i < wanted.values.size(); ++i) {
+    if (is_same(wanted.values[i], got.values[i])) continue;
+    throw Finding(where + ": particle " + std::to_string(i / 6) + ", number " + std::to_string(i % 6) + ": the reference has " +
+                  std::to_string(wanted.values[i]) + ", and this " + std::to_string(got.values[i]));
+  }
+}
+
+// What a scene within the documented ranges may be refused for.
+void expect_allowed(const std::string& error) {
+  for (const std::string_view reason : {"", "step is ", "network.substeps is ", "forces is ", "takes too long"}) {
+    if (reason.empty() ? error.empty() : error.starts_with(reason)) return;
+  }
+  throw Finding("a legal scene was refused: " + error);
+}
+
+// Each index in turn, from the last to the first.
+void backwards(void* /*context*/, std::size_t count, ParallelFor::Body body, void* task) {
+  for (std::size_t i = count; i-- > 0;) body(task, i);
+}
+
+template <class T>
+void compare(const RandomScene& random, const Deeds& deeds, std::size_t turn) {
+  constexpr std::array<std::size_t, 4> blocks = {0, 16, 32, 1024};
+  const Outcome<T> wanted = outcome<T>(random, deeds, {.layout = test::layouts.size()});
+  expect_allowed(wanted.error);
+  test::Threads threads(2);
+  for (const Isa isa : available_isas(deeds.arithmetic)) {
+    Way way{.isa = isa, .layout = turn % (test::layouts.size() + 1), .block = blocks[turn % blocks.size()]};
+    if (turn % 3 == 1) way.parallel = {.run = backwards};
+    if (turn % 3 == 2) way.parallel = threads.parallel_for();
+    expect_same(wanted, outcome<T>(random, deeds, way), way);
+    ++turn;
+  }
+}
+
+}  // namespace
+
+void plan_step(std::string_view bytes) {
+  Choices choices(bytes);
+  const bool is_double = choices.flip();
+  const std::size_t turn = choices.byte();
+  const Deeds what = deeds(choices);
+  const RandomScene random = random_scene(choices, Legality::legal);
+  if (is_double) {
+    compare<double>(random, what, turn);
+  } else {
+    compare<float>(random, what, turn);
+  }
+}
+
+}  // namespace dvdx::fuzz

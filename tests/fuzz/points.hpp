@@ -1,0 +1,33 @@
+// What holds for the points and numbers of any file that is not refused.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <vector>
+
+#include "file_text.hpp"
+#include "fuzz/targets.hpp"
+#include "points_file.hpp"
+
+namespace dvdx::fuzz {
+
+inline void try_points(std::string_view bytes, tool::PointsFormat format) {
+  try {
+    for (const Vec3& point : tool::parse_points(bytes, format)) {
+      for (const double value : point) expect(std::isfinite(value), "points are finite");
+    }
+  } catch (const tool::FileFault&) {
+  }
+}
+
+inline void try_numbers(std::string_view bytes, tool::PointsFormat format) {
+  try {
+    const std::vector<double> numbers = tool::parse_numbers(bytes, format);
+    expect(std::all_of(numbers.begin(), numbers.end(), [](double value) { return std::isfinite(value); }),
+           "numbers are finite");
+  } catch (const tool::FileFault&) {
+  }
+}
+
+}  // namespace dvdx::fuzz
