@@ -638,6 +638,9 @@ TEST_CASE("network: what is wrong is named") {
   const auto grid = [](Scene& scene) -> Grid& { return std::get<Grid>(scene.networks[0]); };
   CHECK(error_of([&](Scene& s) { grid(s).rows = 1; }).starts_with("network.rows is 1: must be"));
   CHECK(error_of([&](Scene& s) { grid(s).rows = 5; }).starts_with("network.rows is 5 of 5 columns"));
+  CHECK(error_of([&](Scene& s) {
+          grid(s).first = std::numeric_limits<std::size_t>::max() - 19;  // its last particle's number wraps around to 0
+        }).starts_with("network.rows is 4 of 5 columns from particle 18446744073709551596"));
   CHECK(error_of([&](Scene& s) { grid(s).edge_u = {}; }).starts_with("network.edge_u is [0, 0, 0]"));
   CHECK(error_of([&](Scene& s) { grid(s).shear = -1; }) == "network.shear is -1: must be a finite number >= 0");
   CHECK(error_of([&](Scene& s) { s.coupling.theta = 0.4; }) == "network.theta is 0.4: must be a number from 0.5 to 1");
