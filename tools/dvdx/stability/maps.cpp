@@ -168,11 +168,12 @@ std::vector<LineFamily> line_families(Detail detail) {
   const Axis damped_x = spread(x.name, 0.05, 4, cells(detail, 54), Spacing::logarithmic);
   const Axis masses = spread("mass ratio", 1, 1e6, cells(detail, 19), Spacing::logarithmic);
   const Axis damping = spread("damping ratio", 0.01, 0.9, cells(detail, 19), Spacing::logarithmic);
-  return {
-      {"pair", "a spring between two particles", x, masses, pair_of},
-      {"chain", "a chain of six, every second one heavier", x, masses, chain_of},
-      {"ring", "eight particles, equal springs on each", x, whole_numbers("springs on a particle", 1, ring_size - 1), ring_of},
-      {"damped-pair", "a damped spring between two particles", damped_x, damping, damped_pair}};
+  return {{"pair", "a spring between two particles", x, masses, pair_of},
+          {"chain", "a chain of six, every second one heavier", x, masses, chain_of},
+          {"ring", "eight particles, equal springs on each", x,
+           spread("springs on a particle", 1, ring_size - 1, detail == Detail::whole ? ring_size - 1 : 3, Spacing::linear),
+           ring_of},
+          {"damped-pair", "a damped spring between two particles", damped_x, damping, damped_pair}};
 }
 
 GrowthMap map_of(const LineFamily& family, const NamedCoupling& named) {

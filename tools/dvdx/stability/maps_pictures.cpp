@@ -47,14 +47,14 @@ std::string tics_of(const Axis& axis) {
     return tics;
   }
   const double decades = std::log10(values.back() / values.front());
-  for (double power = std::pow(10, std::ceil(std::log10(values.front()) - 1e-9)); power <= values.back() * 1.0001;
-       power *= 10) {
-    if (decades < 4 || static_cast<int>(std::lround(std::log10(power))) % 2 == 0) add(power);
-    if (decades < 3) {
-      for (const double more : {2.0, 5.0}) {
-        if (more * power <= values.back() * 1.0001) add(more * power);
-      }
-    }
+  const auto add_inside = [&](double value) {
+    if (value >= values.front() * 0.9999 && value <= values.back() * 1.0001) add(value);
+  };
+  const int first = static_cast<int>(std::floor(std::log10(values.front()) + 1e-9));
+  for (int power = first; std::pow(10, power) <= values.back(); ++power) {
+    if (decades < 4 || power % 2 == 0) add_inside(std::pow(10, power));
+    if (decades < 3) add_inside(2 * std::pow(10, power));
+    if (decades < 2) add_inside(5 * std::pow(10, power));
   }
   return tics;
 }
@@ -124,19 +124,20 @@ std::string panel(const GrowthMap& map, std::size_t number) {
 
 // The colours, in a panel's place.
 std::string legend_at(double x, double y, double width) {
-  std::string data;
-  for (int k = 0; k <= 72; ++k) data += fmt::format("{0} 0.5 {0}\n", k / 4.0 - 9);
+  std::string row;
+  for (int quarters = -36; quarters <= 36; ++quarters) row += fmt::format("{} ", quarters / 4.0);
   return fmt::format(
-      "$scale << EOD\n{}EOD\nset title 'growth less one' noenhanced\nset xrange [-9:9]\nset yrange [0:1]\nunset ytics\nunset "
-      "ylabel\n"
-      "unset xlabel\nset xtics ('−1' -9, '−10^{{-3}}' -6, '−10^{{-6}}' -3, '0' 0, '10^{{-6}}' 3, '10^{{-3}}' 6, '1' 9)\n"
-      "set size {},{}\nset origin {},{}\nplot $scale using 1:2:3 with image notitle\n",
-      data, width, 0.2, x, y);
+      "$scale << EOD\n{0}\n{0}\nEOD\nset title 'growth less one' noenhanced\nset xrange [-9:9]\nset yrange [-0.5:1.5]\nunset "
+      "ytics\n"
+      "unset ylabel\nunset xlabel\n"
+      "set xtics ('−1' -9, '−10^{{-3}}' -6, '−10^{{-6}}' -3, '0' 0, '10^{{-6}}' 3, '10^{{-3}}' 6, '1' 9)\n"
+      "set size {1},0.2\nset origin {2},{3}\nplot $scale matrix using ($1 / 4 - 9):2:3 with image notitle\n",
+      row, width, x, y);
 }
 
 std::string script_of(std::span<const GrowthMap> family) {
   const std::size_t places = family.size() + 1;
-  const std::size_t columns = std::min<std::size_t>(places, family.size() > 6 ? 4 : 3);
+  const std::size_t columns = places > 6 ? 4 : (places > 4 ? 3 : 2);
   const std::size_t rows = (places + columns - 1) / columns;
   const GrowthMap& first = family.front();
   std::string text = fmt::format(
