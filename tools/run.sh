@@ -4,6 +4,7 @@
 #   tools/run.sh test                every test, and what it covers
 #   tools/run.sh bench [OPTION...]   the bars in one table, then every benchmark (options of Google Benchmark: those alone)
 #   tools/run.sh peers [OPTION...]   hanging cloth beside Bullet, boost::odeint, SUNDIALS and plain loops (--quick, --all, --help)
+#   tools/run.sh page                builds the pages that play and report, and tries them in headless Chromium
 #   tools/run.sh verify [SCENE...]   every instruction set, layout and thread count against the scalar reference
 #   tools/run.sh fuzz [SECONDS | --executions N] [TARGET...]   libFuzzer on readers and steps: 60 s a target, or so long, or N in all
 # Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing.
@@ -11,7 +12,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcli11-dev nlohmann-json3-dev libfmt-dev
-          libzip-dev libpugixml-dev doctest-dev libbenchmark-dev gnuplot-nox)
+          libzip-dev zlib1g-dev libpugixml-dev doctest-dev libbenchmark-dev gnuplot-nox)
 
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf 'tools/run.sh: %s\n' "$*" >&2; exit 2; }
@@ -85,7 +86,7 @@ shift
 case $action in
   report)
     install_missing
-    build release dvdx_command
+    build release dvdx_command dvdx_viewer
     [ $# -ge 1 ] || set -- tools/scenes/two-springs.json tools/scenes/bouncing.json tools/scenes/meadow.json --quick
     say "dvdx report $*"
     build/release/tools/dvdx report "$@"
@@ -95,8 +96,21 @@ case $action in
     install_missing
     build developer all
     say "tests"
-    ctest --test-dir build/developer --output-on-failure
+    ctest --test-dir build/developer --output-on-failure --label-exclude page
     grep -ha '^\[doctest\] \(test cases\|assertions\)' build/developer/Testing/Temporary/LastTest.log
+    ;;
+  page) # exit 3: the pages cannot be built here
+    [ $# -eq 0 ] || usage
+    install_missing
+    command -v npm >/dev/null || install_wanted nodejs npm
+    command -v chromium >/dev/null || install_wanted chromium
+    build developer dvdx_command dvdx_viewer
+    if ! [ -e build/developer/tools/viewer/playback.html ]; then
+      say "the pages cannot be built here: see above"
+      exit 3
+    fi
+    say "pages"
+    ctest --test-dir build/developer --output-on-failure --label-regex page
     ;;
   bench)
     install_missing

@@ -28,7 +28,7 @@ struct RunOptions {
   SceneOptions scene;
   EngineOptions engine;
   std::string out;
-  std::uint64_t every = 0;  // 0: the last state alone
+  std::optional<std::uint64_t> every{};  // 0: the last state alone; where not given, as the file's kind has it
   bool json = false;
 };
 
@@ -95,6 +95,15 @@ class Observer {
   std::unique_ptr<Writer<T>> writer_;
   std::unique_ptr<Writer<double>> world_writer_;
 };
+
+// A page plays what it holds, so it holds many states; but not more than play well.
+std::uint64_t every_of(const RunOptions& options, const LoadedScene& loaded) {
+  if (options.every) return *options.every;
+  if (!is_page(options.out)) return 0;
+  constexpr std::uint64_t particle_states = 15'000'000;
+  const auto states = std::clamp<std::uint64_t>(particle_states / loaded.file.particles.count, 300, 3600);
+  return std::max<std::uint64_t>(1, (loaded.steps + states - 1) / states);
+}
 
 template <class T>
 class Simulation {
@@ -168,15 +177,17 @@ class Simulation {
 template <class T>
 Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
   Simulation<T> simulation(loaded, engine);
+  const auto every = every_of(options, loaded);
   std::optional<Output> output;
   if (!options.out.empty()) {
     output = {.target = options.out,
               .particles = loaded.file.particles.count,
-              .states = states_written(loaded.steps, options.every),
-              .topology = &loaded.file.topology};
+              .states = states_written(loaded.steps, every),
+              .topology = &loaded.file.topology,
+              .scene = &loaded.file};
   }
   Observer<T> observer(loaded, engine, output);
-  return simulation.run(observer, options.every);
+  return simulation.run(observer, every);
 }
 
 double particle_steps_per_second(const LoadedScene& loaded, const Outcome& outcome) {
@@ -247,10 +258,12 @@ void add_run(CLI::App& app, Exit& exit) {
   command->footer("dvdx run hail.json --duration 5 --out hail.vtp --every 6");
   add_scene_options(*command, options->scene);
   add_engine_options(*command, options->engine);
-  command->add_option("--out", options->out, "write states to a .csv, .npz, .ply, .vtp or .pc2 file");
-  command->add_option("--every", options->every, "write step 0, every so many steps and the last; 0: the last alone")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  command->add_option("--out", options->out, "write states to a .csv, .npz, .ply, .vtp, .pc2 or .html file");
+  command
+      ->add_option("--every", options->every,
+                   "write step 0, every so many steps and the last; 0: the last alone. Where not given: 0, and for an .html as "
+                   "many as play well")
+      ->check(CLI::NonNegativeNumber);
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &exit] { exit = run(*options); });
 }

@@ -19,11 +19,12 @@ struct Format {
 };
 
 template <class T>
-constexpr std::array<Format<T>, 5> formats{{{".csv", make_csv_writer<T>},
+constexpr std::array<Format<T>, 6> formats{{{".csv", make_csv_writer<T>},
                                             {".npz", make_npz_writer<T>},
                                             {".ply", make_ply_writer<T>},
                                             {".vtp", make_vtp_writer<T>},
-                                            {".pc2", make_pc2_writer<T>}}};
+                                            {".pc2", make_pc2_writer<T>},
+                                            {".html", make_html_writer<T>}}};
 
 template <class T>
 const Format<T>* format_for(const std::filesystem::path& target) {
@@ -36,11 +37,10 @@ const Format<T>* format_for(const std::filesystem::path& target) {
 
 void check_extension(const std::filesystem::path& target) {
   if (format_for<float>(target) != nullptr) return;
-  const auto extension = target.extension();
-  std::string why = "must end in .csv, .npz, .ply, .vtp or .pc2";
-  if (extension == ".html") why = ".html comes with the viewer, which is not in this version: " + why;
-  throw Fault(Exit::usage, "--out " + target.string() + ": " + why);
+  throw Fault(Exit::usage, "--out " + target.string() + ": must end in .csv, .npz, .ply, .vtp, .pc2 or .html");
 }
+
+bool is_page(const std::filesystem::path& target) { return target.extension() == ".html"; }
 
 template <class T>
 std::unique_ptr<Writer<T>> make_writer(const Output& output) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +13,8 @@
 #include "topology.hpp"
 
 namespace dvdx::tool {
+
+struct SceneFile;
 
 struct Moment {
   std::uint64_t step = 0;
@@ -32,16 +35,26 @@ class Writer {
 
 inline const Topology no_topology{};
 
+// x, y, z of all particles at a moment, m.
+using ReferencePositions = std::function<std::vector<double>(const Moment&)>;
+
 // What will be written, known beforehand.
 struct Output {
   std::filesystem::path target;
   std::size_t particles = 0;
   std::uint64_t states = 0;
   const Topology* topology = &no_topology;  // never null, and outlives the writer
+  // What a page tells and shows besides; other writers pass over it.
+  const SceneFile* scene = nullptr;
+  ReferencePositions reference{};  // where the states should be
+  std::string reference_text{};    // what that is
 };
 
 // Throws Fault (usage) where no writer knows the extension.
 void check_extension(const std::filesystem::path& target);
+
+// Whether states are written there to be played, not to be read.
+[[nodiscard]] bool is_page(const std::filesystem::path& target);
 
 // By the target's extension. Throws Fault: usage as above, input_output where the target cannot be written.
 template <class T>
@@ -57,6 +70,8 @@ template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_vtp_writer(const Output& output);
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_pc2_writer(const Output& output);
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_html_writer(const Output& output);
 
 // fall.ply, 12 -> fall-000012.ply
 [[nodiscard]] std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index);

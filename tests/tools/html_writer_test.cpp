@@ -1,0 +1,304 @@
+#include <doctest/doctest.h>
+#include <zlib.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <pugixml.hpp>
+#include <vector>
+
+#include "dvdx/layouts/soa.hpp"
+#include "fault.hpp"
+#include "output/html_page.hpp"
+#include "output/writer.hpp"
+#include "scene_file.hpp"
+#include "tools/scratch_folder.hpp"
+
+namespace {
+
+using namespace dvdx;
+using namespace dvdx::tool;
+using dvdx::test::ScratchFolder;
+
+// A folder with a page that XML readers read, which DVDX_VIEWER names as long as this lives.
+class PageFolder : public ScratchFolder {
+ public:
+  explicit PageFolder(const std::string& name) : ScratchFolder("html-" + name) {
+    write("playback.html", "<html><p>before</p><!-- dvdx data --><p>after</p></html>");
+    setenv("DVDX_VIEWER", path().c_str(), 1);
+  }
+  ~PageFolder() { unsetenv("DVDX_VIEWER"); }
+  PageFolder(const PageFolder&) = delete;
+  PageFolder& operator=(const PageFolder&) = delete;
+};
+
+std::string unpacked(std::string_view text, std::size_t most) {
+  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::vector<Bytef> bytes;
+  std::uint32_t word = 0;
+  unsigned bits = 0;
+  for (const char c : text.substr(0, text.find('='))) {
+    word = (word << 6U) | static_cast<std::uint32_t>(digits.find(c));
+    bits += 6;
+    if (bits >= 8) bytes.push_back(static_cast<Bytef>((word >> (bits -= 8)) & 0xFFU));
+  }
+  std::vector<Bytef> out(most);
+  auto size = static_cast<uLongf>(most);
+  REQUIRE(uncompress(out.data(), &size, bytes.data(), static_cast<uLong>(bytes.size())) == Z_OK);
+  return {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+// What a reader of a page gets.
+struct Decoded {
+  double time = 0;
+  double spacing = 0;
+  std::vector<float> x;  // x0 y0 z0 x1 ...
+  std::vector<double> speed;
+  std::vector<double> error;
+};
+
+// Written by the format's description in output/frame_coder.hpp, not by its code.
+Decoded decoded(const pugi::xml_node& frame, const std::vector<Decoded>& earlier) {
+  const auto count = frame.attribute("data-count").as_ullong();
+  const auto planes = frame.attribute("data-planes").as_ullong();
+  const int order = frame.attribute("data-order").as_int();
+  const auto bytes = unpacked(frame.text().get(), (3 * planes + 2) * count + 1);
+  REQUIRE(bytes.size() >= (3 * planes + 1) * count);
+  const auto byte = [&](std::size_t at) { return static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[at])); };
+  Decoded result{.time = frame.attribute("data-time").as_double(),
+                 .spacing = std::ldexp(1.0, frame.attribute("data-exponent").as_int()),
+                 .x = std::vector<float>(3 * count),
+                 .speed = {},
+                 .error = {}};
+  const auto past = [&](std::size_t back, std::size_t at) {
+    const bool is_there = earlier.size() >= back && earlier[earlier.size() - back].x.size() > at;
+    return is_there ? static_cast<double>(earlier[earlier.size() - back].x[at]) : 0.0;
+  };
+  double sum = 0;
+  for (std::size_t k = 0; k < 3 * count; ++k) {
+    std::uint64_t code = 0;
+    for (std::size_t plane = 0; plane < planes; ++plane) code |= byte(plane * 3 * count + k) << (8 * plane);
+    const double number = code % 2 == 0 ? static_cast<double>(code / 2) : -static_cast<double>((code + 1) / 2);
+    sum = frame.attribute("data-across").as_int() == 1 ? sum + number : number;
+    const auto at = 3 * (k % count) + k / count;
+    const double predicted = order == 0 ? 0.0 : order == 1 ? past(1, at) : 2 * past(1, at) - past(2, at);
+    result.x[at] = static_cast<float>(predicted + sum * result.spacing);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    result.speed.push_back(frame.attribute("data-speed").as_double() * static_cast<double>(byte(3 * planes * count + i)) / 255);
+  }
+  for (std::size_t i = (3 * planes + 1) * count; i < bytes.size(); ++i) {
+    const auto code = static_cast<double>(byte(i));
+    result.error.push_back(code == 0 ? 0 : frame.attribute("data-error").as_double() * std::exp2((code - 255) / 8));
+  }
+  return result;
+}
+
+pugi::xml_document read_page(const ScratchFolder& folder, const char* name) {
+  pugi::xml_document document;
+  REQUIRE(document.load_string(folder.read(name).c_str()));
+  return document;
+}
+
+std::vector<pugi::xml_node> elements(const pugi::xml_document& document, const std::string& name) {
+  std::vector<pugi::xml_node> found;
+  for (const auto& node : document.child("html").children("script")) {
+    if (node.attribute("type").value() == "text/x-dvdx-" + name) found.push_back(node);
+  }
+  return found;
+}
+
+std::vector<Decoded> frames_of(const pugi::xml_document& document) {
+  std::vector<Decoded> frames;
+  for (const auto& node : elements(document, "frame")) frames.push_back(decoded(node, frames));
+  return frames;
+}
+
+// Thrown up from places of their own, and the later ones not there at first.
+template <class T>
+class Fountain {
+ public:
+  explicit Fountain(std::size_t most) : memory_(most) {}
+  State<T> at(std::size_t index, std::size_t count) {
+    auto state = memory_.view();
+    state.count = count;
+    const double t = 0.05 * static_cast<double>(index);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto k = static_cast<double>(i);
+      const std::array<double, 3> v{std::sin(k), 5 + std::cos(3 * k) - 9.81 * t, std::sin(7 * k)};
+      const std::array<double, 3> x{v[0] * t + 0.01 * k, (5 + std::cos(3 * k)) * t - 4.905 * t * t, v[2] * t};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        state.x[axis][i] = static_cast<T>(x[axis]);
+        state.v[axis][i] = static_cast<T>(v[axis]);
+      }
+    }
+    return state;
+  }
+
+ private:
+  Soa<T> memory_;
+};
+
+template <class T>
+void check_frame(const Decoded& frame, const State<T>& state) {
+  REQUIRE(frame.x.size() == 3 * state.count);
+  double speed_scale = 0;
+  for (std::size_t i = 0; i < state.count; ++i) {
+    speed_scale = std::max(speed_scale, std::hypot(double(state.v[0][i]), double(state.v[1][i]), double(state.v[2][i])));
+  }
+  for (std::size_t i = 0; i < state.count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double off = static_cast<double>(frame.x[3 * i + axis]) - static_cast<double>(state.x[axis][i]);
+      CHECK(std::abs(off) <= 0.5001 * frame.spacing + 1e-6);
+    }
+    const double speed = std::hypot(double(state.v[0][i]), double(state.v[1][i]), double(state.v[2][i]));
+    CHECK(std::abs(frame.speed[i] - speed) <= 0.51 * speed_scale / 255);
+  }
+}
+
+TEST_CASE_TEMPLATE("an .html holds every state to half a lattice spacing, however many particles each has", T, float, double) {
+  const PageFolder folder("states");
+  constexpr std::array<std::size_t, 6> counts{1200, 1200, 1200, 1500, 900, 1100};
+  Fountain<T> fountain(1500);
+  const auto writer = make_writer<T>({.target = folder / "a.html", .particles = 1200, .states = counts.size()});
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    writer->write({.step = 3 * k, .time = 0.1 * static_cast<double>(k)}, fountain.at(k, counts[k]));
+  }
+  writer->finish();
+  const auto document = read_page(folder, "a.html");
+  const auto frames = frames_of(document);
+  REQUIRE(frames.size() == counts.size());
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    CHECK(frames[k].time == 0.1 * static_cast<double>(k));
+    CHECK(frames[k].spacing < 2e-3);  // of some 15 m
+    check_frame(frames[k], fountain.at(k, counts[k]));
+  }
+  CHECK(elements(document, "frame")[5].attribute("data-step").as_int() == 15);
+  CHECK(document.child("html").first_child().text().get() == std::string("before"));
+  CHECK(document.child("html").last_child().text().get() == std::string("after"));
+}
+
+TEST_CASE("few particles far from the origin are held to what float32 is there") {
+  const PageFolder folder("far");
+  Soa<float> memory(2);
+  auto state = memory.view();
+  const auto writer = make_writer<float>({.target = folder / "a.html", .particles = 2, .states = 40});
+  std::vector<float> x;
+  for (std::size_t k = 0; k < 40; ++k) {
+    x.push_back(10000 + std::sin(0.1F * static_cast<float>(k)));
+    state.x[0][1] = x.back();
+    writer->write({.step = k, .time = 0}, state);
+  }
+  writer->finish();
+  const auto frames = frames_of(read_page(folder, "a.html"));
+  REQUIRE(frames.size() == 40);
+  for (std::size_t k = 0; k < 40; ++k) CHECK(std::abs(frames[k].x[3] - x[k]) <= 2e-3);
+}
+
+TEST_CASE("a particle that is not finite stays where it was, and is counted") {
+  const PageFolder folder("bad");
+  Soa<float> memory(3);
+  auto state = memory.view();
+  const auto writer = make_writer<float>({.target = folder / "a.html", .particles = 3, .states = 2});
+  state.x[1][2] = 4;
+  writer->write({.step = 0, .time = 0}, state);
+  state.x[1][1] = 2;
+  state.x[1][2] = std::numeric_limits<float>::quiet_NaN();
+  state.v[0][0] = std::numeric_limits<float>::infinity();
+  writer->write({.step = 1, .time = 1}, state);
+  writer->finish();
+  const auto document = read_page(folder, "a.html");
+  const auto frames = frames_of(document);
+  CHECK(frames[1].x[4] == doctest::Approx(2));
+  CHECK(frames[1].x[7] == doctest::Approx(4));
+  CHECK(elements(document, "frame")[0].attribute("data-bad").as_int() == 0);
+  CHECK(elements(document, "frame")[1].attribute("data-bad").as_int() == 1);
+}
+
+TEST_CASE("of many particles that nothing joins a page shows some, and says so") {
+  const PageFolder folder("many");
+  Soa<float> memory(120001);
+  auto state = memory.view();
+  for (std::size_t i = 0; i < state.count; ++i) state.x[0][i] = static_cast<float>(i);
+  const auto writer = make_writer<float>({.target = folder / "a.html", .particles = state.count, .states = 1});
+  writer->write({}, state);
+  writer->finish();
+  const auto document = read_page(folder, "a.html");
+  const auto scene = nlohmann::json::parse(elements(document, "scene")[0].text().get());
+  CHECK(scene["particles"] == 120001);
+  CHECK(scene["every"] == 3);
+  const auto frames = frames_of(document);
+  REQUIRE(frames[0].x.size() == 3 * 40001);
+  CHECK(frames[0].x[3 * 40000] == doctest::Approx(120000).epsilon(1e-4));
+}
+
+TEST_CASE("distances to a reference are held to an eighth of an octave") {
+  const PageFolder folder("errors");
+  Soa<float> memory(4);
+  auto state = memory.view();
+  for (std::size_t i = 0; i < 4; ++i) state.x[2][i] = static_cast<float>(std::pow(10.0, -2.0 * static_cast<double>(i)));
+  const ReferencePositions zero = [](const Moment&) { return std::vector<double>(12); };
+  const auto writer = make_writer<float>({.target = folder / "a.html", .particles = 4, .states = 1, .reference = zero});
+  writer->write({}, state);
+  writer->finish();
+  const auto frames = frames_of(read_page(folder, "a.html"));
+  REQUIRE(frames[0].error.size() == 4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(frames[0].error[i] == doctest::Approx(std::pow(10.0, -2.0 * static_cast<double>(i))).epsilon(0.05));
+  }
+}
+
+TEST_CASE("a page tells of the scene, whatever its name has in it") {
+  const PageFolder folder("scene");
+  SceneFile file{
+      .path = "a.json", .name = "</script> & <b>", .about = "", .step = 0.1, .duration = 1, .particles = {}, .scene = {}};
+  file.scene.add(Plane{.normal = {0, 2, 0}, .offset = -1});
+  file.scene.add(Spring{.stiffness = 1.0, .anchor = Vec3{1, 2, 3}});
+  const Topology topology{.lines = {{2, 1}}, .faces = {{0, 1, 2}}};
+  Soa<float> memory(3);
+  const auto writer =
+      make_writer<float>({.target = folder / "a.html", .particles = 3, .states = 1, .topology = &topology, .scene = &file});
+  writer->write({}, memory.view());
+  writer->finish();
+  const auto document = read_page(folder, "a.html");
+  const std::string text = elements(document, "scene")[0].text().get();
+  CHECK(text.find('<') == std::string::npos);
+  const auto scene = nlohmann::json::parse(text);
+  CHECK(scene["name"] == "</script> & <b>");
+  CHECK(scene["contacts"][0]["type"] == "plane");
+  CHECK(scene["contacts"][0]["offset"] == -1);
+  CHECK(scene["anchors"][0] == nlohmann::json{1, 2, 3});
+  CHECK(unpacked(elements(document, "lines")[0].text().get(), 100).size() == 8);
+  CHECK(unpacked(elements(document, "faces")[0].text().get(), 100) == std::string("\3\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0", 16));
+}
+
+TEST_CASE("without its page an .html is refused before anything is written, and the message says how to get it") {
+  const PageFolder folder("missing");
+  std::filesystem::remove(folder / "playback.html");
+  try {
+    const auto writer = make_writer<float>({.target = folder / "a.html", .particles = 1, .states = 1});
+    FAIL("an .html without a page");
+  } catch (const Fault& fault) {
+    CHECK(fault.exit() == Exit::input_output);
+    const std::string message = fault.what();
+    CHECK(message.find(folder / "playback.html") != std::string::npos);
+    CHECK(message.find("tools/run.sh page") != std::string::npos);
+  }
+  CHECK(folder.entries() == 0);
+  folder.write("playback.html", "<html></html>");
+  CHECK_THROWS_AS(make_writer<float>({.target = folder / "a.html", .particles = 1, .states = 1}), Fault);
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("nothing is left of an .html that is not finished") {
+  const PageFolder folder("unfinished");
+  {
+    Soa<float> memory(1);
+    const auto writer = make_writer<float>({.target = folder / "a.html", .particles = 1, .states = 2});
+    writer->write({}, memory.view());
+  }
+  CHECK(folder.entries() == 1);
+}
+
+}  // namespace

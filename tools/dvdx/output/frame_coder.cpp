@@ -1,0 +1,180 @@
+#include "output/frame_coder.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "output/deflate.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+constexpr std::size_t few_particles = 1000;
+constexpr int bits_of_few = 22;
+constexpr int bits = 16;
+constexpr int bits_of_float = 23;
+constexpr int finest_exponent = -100;
+
+// 2^(the result - 1) <= value < 2^(the result)
+int exponent_of(double value) {
+  int exponent = 0;
+  std::frexp(value, &exponent);
+  return exponent;
+}
+
+std::uint32_t zigzag(std::int64_t number) { return static_cast<std::uint32_t>(number < 0 ? -2 * number - 1 : 2 * number); }
+
+// How the residuals of a state may be coded, and about how many bits that takes.
+struct Coding {
+  int order = 0;
+  Difference difference = Difference::none;
+  std::uint64_t cost = 0;
+  std::vector<std::uint32_t> numbers{};
+};
+
+Coding coded(int order, Difference difference, const std::vector<std::int64_t>& residuals) {
+  Coding coding{.order = order, .difference = difference};
+  coding.numbers.reserve(residuals.size());
+  std::int64_t before = 0;
+  for (const auto residual : residuals) {
+    const auto number = zigzag(difference == Difference::across ? residual - before : residual);
+    coding.cost += static_cast<std::uint64_t>(std::bit_width(number));
+    coding.numbers.push_back(number);
+    before = residual;
+  }
+  return coding;
+}
+
+int planes_for(const std::vector<std::uint32_t>& numbers) {
+  std::uint32_t all = 0;
+  for (const auto number : numbers) all |= number;
+  return std::max(1, (static_cast<int>(std::bit_width(all)) + 7) / 8);
+}
+
+void append_planes(std::string& bytes, const std::vector<std::uint32_t>& numbers, int planes) {
+  for (int plane = 0; plane < planes; ++plane) {
+    for (const auto number : numbers) bytes += static_cast<char>((number >> (8 * plane)) & 0xFFU);
+  }
+}
+
+template <class T>
+double append_speeds(std::string& bytes, const State<T>& state, std::size_t stride) {
+  std::vector<double> speeds;
+  for (std::size_t i = 0; i < state.count; i += stride) {
+    const auto v = [&](std::size_t axis) { return static_cast<double>(state.v[axis][i]); };
+    const double speed = std::hypot(v(0), v(1), v(2));
+    speeds.push_back(std::isfinite(speed) ? speed : 0);
+  }
+  const double highest = speeds.empty() ? 0 : *std::max_element(speeds.begin(), speeds.end());
+  for (const double speed : speeds) bytes += static_cast<char>(highest > 0 ? std::lround(255 * (speed / highest)) : 0);
+  return highest;
+}
+
+template <class T>
+double append_errors(std::string& bytes, const State<T>& state, std::span<const double> reference, std::size_t stride) {
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < state.count; i += stride) {
+    const auto d = [&](std::size_t axis) { return static_cast<double>(state.x[axis][i]) - reference[3 * i + axis]; };
+    const double error = std::hypot(d(0), d(1), d(2));
+    errors.push_back(std::isfinite(error) ? error : 0);
+  }
+  const double largest = errors.empty() ? 0 : *std::max_element(errors.begin(), errors.end());
+  for (const double error : errors) {
+    bytes += static_cast<char>(error > 0 ? std::max(1L, 255 + std::lround(8 * std::log2(error / largest))) : 0);
+  }
+  return largest;
+}
+
+}  // namespace
+
+// Positions of the state as float32, the box of everything so far, and how many are not finite: those stay where they were.
+template <class T>
+std::size_t FrameCoder<T>::take(const State<T>& state) {
+  const std::size_t count = (state.count + stride_ - 1) / stride_;
+  for (auto& axis : now_) axis.assign(count, 0.0F);
+  std::size_t bad = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::array<float, 3> x{static_cast<float>(state.x[0][i * stride_]), static_cast<float>(state.x[1][i * stride_]),
+                                 static_cast<float>(state.x[2][i * stride_])};
+    const bool is_good = std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]);
+    bad += is_good ? 0 : 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float value = is_good ? x[axis] : i < last_[axis].size() ? last_[axis][i] : 0.0F;
+      now_[axis][i] = value;
+      bounds_.low[axis] = is_first_ && i == 0 ? value : std::min<double>(bounds_.low[axis], value);
+      bounds_.high[axis] = is_first_ && i == 0 ? value : std::max<double>(bounds_.high[axis], value);
+    }
+  }
+  is_first_ = is_first_ && count == 0;
+  return bad;
+}
+
+template <class T>
+int FrameCoder<T>::exponent() const {
+  double extent = 0;
+  double farthest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    extent = std::max(extent, bounds_.high[axis] - bounds_.low[axis]);
+    farthest = std::max({farthest, bounds_.high[axis], -bounds_.low[axis]});
+  }
+  const int finest = std::max(finest_exponent, exponent_of(farthest) - bits_of_float);
+  if (extent == 0) return finest;
+  return std::max(finest, exponent_of(extent) - (now_[0].size() <= few_particles ? bits_of_few : bits));
+}
+
+template <class T>
+double FrameCoder<T>::predicted(int order, std::size_t axis, std::size_t i) const {
+  const double a = i < last_[axis].size() ? last_[axis][i] : 0.0F;
+  const double b = i < before_[axis].size() ? before_[axis][i] : 0.0F;
+  return order == 0 ? 0 : order == 1 ? a : 2 * a - b;
+}
+
+template <class T>
+Frame FrameCoder<T>::code(const State<T>& state, std::span<const double> reference) {
+  Frame frame;
+  frame.bad = take(state);
+  frame.count = now_[0].size();
+  frame.exponent = exponent();
+  const double spacing = std::ldexp(1.0, frame.exponent);
+  Coding best;
+  std::vector<std::int64_t> residuals(3 * frame.count);
+  std::vector<std::int64_t> kept;
+  for (int order = 0; order <= 2; ++order) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = 0; i < frame.count; ++i) {
+        residuals[axis * frame.count + i] = std::llround((now_[axis][i] - predicted(order, axis, i)) / spacing);
+      }
+    }
+    for (const auto difference : {Difference::none, Difference::across}) {
+      auto coding = coded(order, difference, residuals);
+      if (!best.numbers.empty() && coding.cost >= best.cost) continue;
+      best = std::move(coding);
+      kept = residuals;
+    }
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < frame.count; ++i) {
+      const auto number = static_cast<double>(kept[axis * frame.count + i]);
+      now_[axis][i] = static_cast<float>(predicted(best.order, axis, i) + number * spacing);
+    }
+  }
+  std::swap(before_, last_);
+  std::swap(last_, now_);
+  frame.order = best.order;
+  frame.difference = best.difference;
+  frame.planes = planes_for(best.numbers);
+  std::string bytes;
+  append_planes(bytes, best.numbers, frame.planes);
+  frame.speed = append_speeds(bytes, state, stride_);
+  if (!reference.empty()) frame.error = append_errors(bytes, state, reference, stride_);
+  frame.bytes = deflated(bytes);
+  bounds_.speed = std::max(bounds_.speed, frame.speed);
+  bounds_.error = std::max(bounds_.error, frame.error);
+  return frame;
+}
+
+template class FrameCoder<float>;
+template class FrameCoder<double>;
+
+}  // namespace dvdx::tool

@@ -1,0 +1,76 @@
+// States as few bytes for a page that plays them: positions on a lattice, each predicted from the states before.
+//
+// The lattice's spacing is a power of two, 2^exponent m: so that 2^16 points (2^22 for a thousand particles and fewer) span
+// everything there was so far, but no finer than float32 is there. A position is predicted from the ones that a reader has read
+// before, p = 0, a or 2 a - b (order 0, 1, 2: a the last state's and b the one's before it, 0 where the particle was not
+// there), and read back as float32(p + r 2^exponent): half a spacing from the true one at most, in every state. What is stored
+// are the whole numbers r; or, where `difference` is across, each less the one of the particle before it.
+//
+// The bytes, packed by zlib: `planes` planes of 3 count bytes, the lowest first; in each the numbers of all x, then y, then z,
+// zigzag coded (0, -1, 1, -2, ... as 0, 1, 2, 3, ...). Then count bytes of speed, in 255ths of the state's highest. Then, with
+// a reference, count bytes of the distance to it: 0 is none, b is highest 2^((b - 255) / 8).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dvdx/layouts/state.hpp"
+
+namespace dvdx::tool {
+
+enum class Difference { none, across };
+
+struct Frame {
+  std::size_t count = 0;
+  std::size_t bad = 0;  // not finite: stay where they were
+  int exponent = 0;
+  int order = 0;  // 0, 1 or 2
+  Difference difference = Difference::none;
+  int planes = 1;
+  double speed = 0;  // the highest, m/s
+  double error = 0;  // the largest, m; 0 without a reference
+  std::string bytes;
+};
+
+// Of everything so far.
+struct Bounds {
+  std::array<double, 3> low{};  // m
+  std::array<double, 3> high{};
+  double speed = 0;  // the highest, m/s
+  double error = 0;  // the largest, m
+};
+
+template <class T>
+class FrameCoder {
+ public:
+  // Every stride-th particle is taken.
+  explicit FrameCoder(std::size_t stride) : stride_(stride) {}
+
+  // `reference`: x, y, z of all particles of the state, m; or empty.
+  [[nodiscard]] Frame code(const State<T>& state, std::span<const double> reference = {});
+
+  [[nodiscard]] const Bounds& bounds() const noexcept { return bounds_; }
+
+ private:
+  using Positions = std::array<std::vector<float>, 3>;
+
+  std::size_t take(const State<T>& state);
+  [[nodiscard]] int exponent() const;
+  [[nodiscard]] double predicted(int order, std::size_t axis, std::size_t i) const;
+
+  std::size_t stride_;
+  Positions now_;  // true, then as a reader has them
+  Positions last_;
+  Positions before_;
+  Bounds bounds_;
+  bool is_first_ = true;
+};
+
+extern template class FrameCoder<float>;
+extern template class FrameCoder<double>;
+
+}  // namespace dvdx::tool

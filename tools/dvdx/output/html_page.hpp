@@ -1,0 +1,25 @@
+// The pages that tools/viewer builds: HTML files, whole but for the data that they show.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+namespace dvdx::tool {
+
+// A page cut where its data goes.
+struct HtmlPage {
+  std::string before;
+  std::string after;
+};
+
+// "playback" or "report", from the folder that the environment variable DVDX_VIEWER names, or from viewer/ beside the program,
+// or from ../share/dvdx/viewer (installed). The error says what is missing and how to get it.
+[[nodiscard]] tl::expected<HtmlPage, std::string> find_page(std::string_view name);
+
+// <script type="text/x-dvdx-NAME">, whose text a browser leaves alone.
+[[nodiscard]] std::string json_element(std::string_view name, const nlohmann::ordered_json& json);
+
+}  // namespace dvdx::tool

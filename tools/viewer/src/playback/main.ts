@@ -1,0 +1,150 @@
+// The page that plays what `dvdx run --out scene.html` wrote.
+import './playback.css';
+import { unpacked } from '../shared/bytes';
+import { dataElements, element } from '../shared/page';
+import { isDark } from '../shared/palette';
+import { Controls } from './controls';
+import { type Frame, type FrameFacts, decodeFrame, frameFacts } from './frames';
+import { Player } from './player';
+import { type Scene, readBounds, readJoints, readScene } from './scene';
+import { type Inks, View, hasWebGl } from './view';
+
+// What the page shows at the moment, for those who drive it from outside.
+interface Shown {
+  frames: number;
+  loaded: number;
+  frame: number;
+  step: number;
+  time: number; // s
+  count: number;
+  drawn: number; // pictures so far
+  isPlaying: boolean;
+  positions: Float32Array; // of the frame, m
+}
+
+declare global {
+  interface Window {
+    dvdx?: () => Shown;
+  }
+}
+
+const inks = (): Inks =>
+  isDark() ? { plain: [0.79, 0.82, 0.87], line: 0x8d97a5 } : { plain: [0.2, 0.31, 0.42], line: 0x66707d };
+
+function countText(scene: Scene, frame: FrameFacts): string {
+  const number = new Intl.NumberFormat('en').format;
+  const all = scene.every === 1 ? frame.count : scene.particles;
+  const text = `${number(all)} particle${all === 1 ? '' : 's'}`;
+  const bad = frame.bad > 0 ? `, ${number(frame.bad)} not finite` : '';
+  return (scene.every === 1 ? text : `${text}, ${number(frame.count)} of them shown`) + bad;
+}
+
+// Nine frames in ten go no faster: a jolt must not leave the rest without colour.
+function usualSpeed(facts: readonly FrameFacts[]): number {
+  const speeds = facts.map(({ speed }) => speed).sort((a, b) => a - b);
+  return speeds[Math.floor(0.9 * (speeds.length - 1))]!;
+}
+
+function say(text: string): void {
+  element('message', HTMLParagraphElement).textContent = text;
+}
+
+// Frames one after another, each from the ones before; the page lives on meanwhile.
+class Frames {
+  readonly all: Frame[] = [];
+  readonly facts: FrameFacts[];
+
+  constructor(private readonly elements: HTMLScriptElement[]) {
+    this.facts = elements.map(({ dataset }) => frameFacts(dataset));
+  }
+
+  async load(loaded: (count: number) => void): Promise<void> {
+    for (const [i, source] of this.elements.entries()) {
+      const bytes = await unpacked(source.textContent ?? '');
+      source.remove();
+      this.all.push(decodeFrame(bytes, this.facts[i]!, this.all[i - 1], this.all[i - 2]));
+      loaded(i + 1);
+    }
+  }
+}
+
+async function start(): Promise<void> {
+  const scene = readScene();
+  const bounds = readBounds();
+  const name = scene.name ?? 'dvdx';
+  document.title = `${name} – dvdx`;
+  element('name', HTMLHeadingElement).textContent = name;
+  element('about', HTMLParagraphElement).textContent = scene.about ?? '';
+  const frames = new Frames(dataElements('frame'));
+  const first = frames.facts[0];
+  if (!first) throw new Error('this file holds no state: it is not whole');
+  element('count', HTMLSpanElement).textContent = countText(scene, first);
+  if (!hasWebGl()) {
+    say(
+      'This browser offers no WebGL 2, which the picture is drawn with.\n' +
+        'Turn on hardware acceleration in its settings, or open the file in another browser; ' +
+        'or write the states for ParaView (--out scene.vtp) or Blender (--out scene.pc2).',
+    );
+    return;
+  }
+
+  const player = new Player(frames.facts.map(({ time }) => time));
+  const isSteady = frames.facts.every(({ count }) => count === first.count); // else a place may pass from one particle to another
+  let onFirst = (): void => {};
+  const hasFirst = new Promise<void>((resolve) => (onFirst = resolve));
+  const loading = element('loading', HTMLSpanElement);
+  const whole = frames.load((count) => {
+    player.loadedFrames = count;
+    const isAll = count === frames.facts.length;
+    loading.textContent = isAll ? '' : `Loading ${Math.floor((100 * count) / frames.facts.length)} %`;
+    onFirst();
+  });
+  await Promise.race([hasFirst, whole]);
+
+  const capacity = Math.max(...frames.facts.map(({ count }) => count));
+  const canvas = element('picture', HTMLCanvasElement);
+  const view = new View(canvas, scene, bounds, await readJoints(), frames.all[0]!, capacity, inks());
+  view.highestSpeed = usualSpeed(frames.facts);
+  const controls = new Controls(player, view, scene, bounds, bounds.error > 0);
+  say('');
+  player.isPlaying = player.span > 0 && !matchMedia('(prefers-reduced-motion: reduce)').matches;
+
+  let drawn = 0;
+  let before = performance.now();
+  let shown = -1;
+  const tick = (now: number): void => {
+    player.advance(Math.min(0.25, (now - before) / 1000));
+    before = now;
+    const { index, blend } = player.place();
+    const frame = frames.all[index]!;
+    view.show(frame, frames.all[index + 1] ?? frame, isSteady ? blend : 0);
+    if (view.draw()) ++drawn;
+    controls.update();
+    if (shown !== index) element('count', HTMLSpanElement).textContent = countText(scene, frame);
+    shown = index;
+    requestAnimationFrame(tick);
+  };
+  requestAnimationFrame(tick);
+
+  window.dvdx = () => {
+    const { index } = player.place();
+    const { step, count, positions } = frames.all[index]!;
+    return {
+      frames: frames.facts.length,
+      loaded: player.loadedFrames,
+      frame: index,
+      step,
+      time: player.time(),
+      count,
+      drawn,
+      isPlaying: player.isPlaying,
+      positions,
+    };
+  };
+  await whole;
+}
+
+start().catch((reason: unknown) => {
+  say(`This page cannot show its scene: ${reason instanceof Error ? reason.message : String(reason)}`);
+  console.error(reason);
+});

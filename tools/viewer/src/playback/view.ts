@@ -1,0 +1,233 @@
+// The picture: camera, particles, what joins them and what they meet.
+import * as THREE from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import type { Colour } from '../shared/palette';
+import { AnchoredSprings } from './anchored';
+import type { Frame } from './frames';
+import { type Colouring, type Look, makeLook } from './materials';
+import type { Bounds, Joints, Scene } from './scene';
+import { surroundings } from './surroundings';
+
+export type Part = 'points' | 'springs' | 'faces' | 'contacts';
+
+const errorOctaves = 27; // eight powers of ten
+const colourings: readonly Colouring[] = ['plain', 'speed', 'error'];
+
+export interface Inks {
+  plain: Colour;
+  line: THREE.ColorRepresentation;
+}
+
+export const hasWebGl = (): boolean => document.createElement('canvas').getContext('webgl2') !== null;
+
+// Drawn by the processor: without smoothing, which would take several times as long.
+function isSoftware(): boolean {
+  const gl = document.createElement('canvas').getContext('webgl2');
+  const facts = gl?.getExtension('WEBGL_debug_renderer_info');
+  const name = facts ? String(gl?.getParameter(facts.UNMASKED_RENDERER_WEBGL)) : '';
+  gl?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
+export class View {
+  colouring: Colouring = 'speed';
+  highestSpeed: number; // at the palette's end, m/s
+  private readonly renderer: THREE.WebGLRenderer;
+  private readonly world = new THREE.Scene();
+  private readonly camera = new THREE.PerspectiveCamera(40, 1, 0.1, 100);
+  private readonly controls: OrbitControls;
+  private readonly look: Look;
+  private readonly position: THREE.BufferAttribute;
+  private readonly next: THREE.BufferAttribute;
+  private readonly shade: THREE.BufferAttribute;
+  private readonly parts: Partial<Record<Part, THREE.Object3D>> = {};
+  private readonly anchored: AnchoredSprings | undefined;
+  private readonly center: THREE.Vector3;
+  private readonly size: number;
+  private readonly up: THREE.Vector3;
+  private shown: { now: Frame; next: Frame; colouring: Colouring } | undefined;
+  private isStale = true;
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly scene: Scene,
+    private readonly bounds: Bounds,
+    joints: Joints,
+    first: Frame,
+    capacity: number,
+    inks: Inks,
+  ) {
+    this.highestSpeed = bounds.speed;
+    const isPlain = isSoftware();
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !isPlain, alpha: true });
+    this.renderer.setPixelRatio(isPlain ? 1 : Math.min(devicePixelRatio, 2));
+    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace; // the palettes' colours are as the screen's
+    const low = new THREE.Vector3(...bounds.low);
+    const high = new THREE.Vector3(...bounds.high);
+    this.center = low.clone().add(high).multiplyScalar(0.5);
+    this.size = Math.max(low.distanceTo(high), 1e-6 * this.center.length(), 1e-9);
+    this.up = this.upward();
+
+    this.look = makeLook(inks.plain);
+    const attribute = (array: Float32Array | Uint8Array, items: number): THREE.BufferAttribute =>
+      new THREE.BufferAttribute(array, items, array instanceof Uint8Array).setUsage(THREE.DynamicDrawUsage);
+    this.position = attribute(new Float32Array(3 * capacity), 3);
+    this.next = attribute(new Float32Array(3 * capacity), 3);
+    this.shade = attribute(new Uint8Array(capacity), 1);
+    this.addParticles(joints);
+    const springs = scene.anchors ?? [];
+    if (springs.length > 0) {
+      this.anchored = new AnchoredSprings(springs, first, inks.line);
+      this.add('springs', this.anchored.object);
+    }
+    if (scene.contacts?.length) {
+      this.add('contacts', surroundings(scene.contacts, this.center, 1.4 * this.size, inks.line));
+    }
+
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = !matchMedia('(prefers-reduced-motion: reduce)').matches;
+    this.controls.addEventListener('change', () => (this.isStale = true));
+    this.lookFromStart();
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+  }
+
+  has(part: Part): boolean {
+    return this.parts[part] !== undefined;
+  }
+
+  isVisible(part: Part): boolean {
+    return this.parts[part]?.visible ?? false;
+  }
+
+  toggle(part: Part): void {
+    const object = this.parts[part];
+    if (object) object.visible = !object.visible;
+    this.isStale = true;
+  }
+
+  // `blend` of the way from one frame to the next.
+  show(now: Frame, next: Frame, blend: number): void {
+    const { uniforms } = this.look;
+    const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
+    if (isNew) {
+      this.upload(this.position, now.positions);
+      const shades = this.colouring === 'error' ? now.errors : now.speeds;
+      if (shades) this.upload(this.shade, shades);
+      uniforms['colouring']!.value = colourings.indexOf(this.colouring);
+      uniforms['shadeScale']!.value = this.shadeScale(now);
+    }
+    if (this.shown?.next !== next) this.upload(this.next, next.positions);
+    if (!isNew && this.shown?.next === next && uniforms['blend']!.value === blend) return;
+    uniforms['blend']!.value = blend;
+    this.setCount(now.count);
+    this.anchored?.move(now, next, blend);
+    this.shown = { now, next, colouring: this.colouring };
+    this.isStale = true;
+  }
+
+  // Whether anything was drawn: not where the picture is as it was.
+  draw(): boolean {
+    this.controls.update();
+    if (!this.isStale) return false;
+    this.isStale = false;
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    this.look.uniforms['focus']!.value = distance;
+    this.camera.near = Math.max(1e-3 * distance, 1e-9);
+    this.camera.far = distance + 20 * this.size;
+    this.camera.updateProjectionMatrix();
+    this.renderer.render(this.world, this.camera);
+    return true;
+  }
+
+  lookFromStart(): void {
+    const extent = new THREE.Vector3(...this.bounds.high).sub(new THREE.Vector3(...this.bounds.low));
+    const isFlat = extent.z < 0.05 * this.size && this.up.y === 1;
+    const side = this.up.z === 1 ? new THREE.Vector3(0.55, -0.75, 0.35) : new THREE.Vector3(0.5, 0.38, 0.78);
+    const direction = isFlat ? new THREE.Vector3(0, 0, 1) : side.normalize();
+    this.camera.up.copy(this.up);
+    const distance = (0.46 * this.size) / Math.sin((Math.PI / 360) * this.camera.fov);
+    this.controls.target.copy(this.center);
+    this.camera.position.copy(this.center).addScaledVector(direction, distance);
+    this.controls.update();
+    this.isStale = true;
+  }
+
+  turn(across: number, upwards: number): void {
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    offset.applyAxisAngle(this.up, -across);
+    const axis = new THREE.Vector3().crossVectors(this.up, offset).normalize();
+    offset.applyAxisAngle(axis, -upwards);
+    if (offset.angleTo(this.up) > 0.05 && offset.angleTo(this.up) < Math.PI - 0.05) {
+      this.camera.position.copy(this.controls.target).add(offset);
+    }
+    this.isStale = true;
+  }
+
+  zoom(factor: number): void {
+    this.camera.position.lerpVectors(this.controls.target, this.camera.position, factor);
+    this.isStale = true;
+  }
+
+  private upward(): THREE.Vector3 {
+    const [x, y, z] = this.scene.gravity ?? [0, 0, 0];
+    if (Math.abs(z) > Math.abs(y) && Math.abs(z) >= Math.abs(x)) return new THREE.Vector3(0, 0, 1);
+    return new THREE.Vector3(0, 1, 0);
+  }
+
+  private addParticles(joints: Joints): void {
+    const geometry = (index?: Uint32Array<ArrayBuffer>): THREE.BufferGeometry => {
+      const made = new THREE.BufferGeometry();
+      made.setAttribute('position', this.position);
+      made.setAttribute('next', this.next);
+      made.setAttribute('shade', this.shade);
+      if (index) made.setIndex(new THREE.BufferAttribute(index, 1));
+      return made;
+    };
+    this.add('points', new THREE.Points(geometry(), this.look.points));
+    if (joints.lines.length > 0) this.add('springs', new THREE.LineSegments(geometry(joints.lines), this.look.lines));
+    if (joints.triangles.length > 0) {
+      this.add('faces', new THREE.Mesh(geometry(joints.triangles), this.look.faces));
+      this.toggle('points');
+      if (this.has('springs')) this.toggle('springs');
+    }
+    this.look.uniforms['pointSize']!.value = Math.min(14, Math.max(2, 16 * this.position.count ** -0.19));
+  }
+
+  private add(part: Part, object: THREE.Object3D): void {
+    object.traverse((each) => (each.frustumCulled = false)); // the particles leave the box that they started in
+    const there = this.parts[part];
+    if (there) there.add(object);
+    else this.world.add((this.parts[part] = object));
+  }
+
+  private setCount(count: number): void {
+    const points = this.parts.points;
+    if (points instanceof THREE.Points) (points.geometry as THREE.BufferGeometry).setDrawRange(0, count);
+  }
+
+  private shadeScale(frame: Frame): number {
+    const { uniforms } = this.look;
+    if (this.colouring !== 'error') return this.highestSpeed > 0 ? frame.speed / this.highestSpeed : 0;
+    uniforms['shadeSpan']!.value = errorOctaves;
+    return frame.error > 0 ? Math.log2(frame.error / this.bounds.error) : 0;
+  }
+
+  private upload(attribute: THREE.BufferAttribute, values: Float32Array | Uint8Array): void {
+    (attribute.array as Float32Array).set(values);
+    attribute.clearUpdateRanges();
+    attribute.addUpdateRange(0, values.length);
+    attribute.needsUpdate = true;
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.canvas;
+    if (clientWidth === 0 || clientHeight === 0) return;
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+    this.isStale = true;
+  }
+}
+
+export { errorOctaves };

@@ -1,0 +1,119 @@
+// Real scenes, run, opened from disk, played and scrubbed.
+import { readFileSync } from 'node:fs';
+import type { Browser, Page } from 'playwright-core';
+import { afterAll, beforeAll, describe, expect, test } from 'vitest';
+import { Scratch, colours, launched, opened, settings } from './browser';
+
+interface Shown {
+  frames: number;
+  loaded: number;
+  frame: number;
+  step: number;
+  time: number;
+  count: number;
+  drawn: number;
+  isPlaying: boolean;
+  positions: number[];
+}
+
+const shown = (page: Page): Promise<Shown> =>
+  page.evaluate(() => {
+    const state = window.dvdx!();
+    return { ...state, positions: [...state.positions.slice(0, 30)] };
+  });
+
+const whole = (page: Page): Promise<unknown> =>
+  page.waitForFunction(() => {
+    const state = window.dvdx?.();
+    return state !== undefined && state.loaded === state.frames && state.drawn > 0;
+  }, undefined, { timeout: 60000 });
+
+// step -> x, y, z of the first particles, as the run wrote them.
+function csvPositions(file: string): Map<number, number[]> {
+  const states = new Map<number, number[]>();
+  for (const row of readFileSync(file, 'utf8').trim().split('\n').slice(1)) {
+    const cells = row.split(',').map(Number);
+    const state = states.get(cells[0]!) ?? [];
+    if (cells[2]! < 10) state.push(...cells.slice(3, 6));
+    states.set(cells[0]!, state);
+  }
+  return states;
+}
+
+describe.skipIf(settings.program === undefined)('the playback page', () => {
+  const scratch = new Scratch();
+  let browser: Browser;
+  beforeAll(async () => {
+    browser = await launched('with WebGL');
+  });
+  afterAll(async () => {
+    await browser.close();
+    scratch.remove();
+  });
+
+  const scenes = [
+    { name: 'flag', count: 6144, spacing: 2e-4, options: ['--duration', '0.5'], says: '6,144 particles' },
+    { name: 'hail', count: 20000, spacing: 5e-3, options: ['--set', 'particles.count=20000', '--duration', '1'], says: '20,000 particles' },
+    { name: 'two-springs', count: 1, spacing: 1e-6, options: ['--every', '20'], says: '1 particle' },
+  ];
+
+  test.each(scenes)('$name loads, plays and scrubs', async ({ name, count, spacing, options, says }) => {
+    const run = ['run', `${settings.scenes}/${name}.json`, ...options];
+    const every = name === 'two-springs' ? [] : ['--every', '10'];
+    scratch.dvdx(...run, ...every, '--out', scratch.path(`${name}.html`));
+    scratch.dvdx(...run, ...every, '--out', scratch.path(`${name}.csv`));
+    const states = csvPositions(scratch.path(`${name}.csv`));
+    const { page, complaints } = await opened(browser, scratch.path(`${name}.html`));
+    await whole(page);
+    expect(await page.locator('#count').textContent()).toBe(says);
+    expect((await shown(page)).count).toBe(count);
+    expect((await shown(page)).frames).toBe(states.size);
+
+    // It plays by itself, and stops.
+    const before = await shown(page);
+    expect(before.isPlaying).toBe(true);
+    await page.waitForFunction((time) => window.dvdx!().time !== time, before.time);
+    await page.keyboard.press(' ');
+    expect((await shown(page)).isPlaying).toBe(false);
+
+    // Every state that is scrubbed to is the run's own.
+    for (const part of [0, 0.5, 1]) {
+      await page.locator('#scrub').evaluate((slider: HTMLInputElement, at: number) => {
+        slider.value = String(at * Number(slider.max));
+        slider.dispatchEvent(new Event('input'));
+      }, part);
+      const state = await shown(page);
+      const expected = states.get(state.step)!;
+      if (part === 0) expect(state.step).toBe(0);
+      if (part === 1) expect(state.step).toBe([...states.keys()].at(-1));
+      expected.forEach((x, i) => expect(Math.abs(state.positions[i]! - x)).toBeLessThan(spacing));
+    }
+
+    // Keys: a frame back, the view turned; the picture is a picture.
+    const last = await shown(page);
+    await page.keyboard.press('ArrowLeft');
+    await page.waitForFunction((frame) => window.dvdx!().frame === frame - 1, last.frame);
+    const drawn = (await shown(page)).drawn;
+    await page.keyboard.press('d');
+    await page.waitForFunction((pictures) => window.dvdx!().drawn > pictures, drawn);
+    const hidden = '#message, header, footer, aside { visibility: hidden }';
+    const ground = await page.screenshot({ style: `${hidden} canvas { visibility: hidden }` });
+    const picture = await page.screenshot({ style: hidden });
+    expect(picture.equals(ground)).toBe(false);
+    expect(colours(picture)).toBeGreaterThan(colours(ground) + 10);
+    expect(complaints).toEqual([]);
+    await page.close();
+  }, 120000);
+
+  test('without WebGL the page says so and what to do', async () => {
+    const blind = await launched('without WebGL');
+    scratch.dvdx('run', `${settings.scenes}/one-spring.json`, '--out', scratch.path('blind.html'));
+    const { page, complaints } = await opened(blind, scratch.path('blind.html'));
+    const message = page.locator('#message');
+    await message.getByText('WebGL 2').waitFor();
+    expect(await message.textContent()).toContain('hardware acceleration');
+    expect(await page.locator('#name').textContent()).toBe('one spring');
+    expect(complaints).toEqual([]);
+    await blind.close();
+  }, 60000);
+});
