@@ -16,7 +16,7 @@ packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcl
 
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf 'tools/run.sh: %s\n' "$*" >&2; exit 2; }
-usage() { sed -n '2,9s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
+usage() { sed -n '2,10s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
 
 is_installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 
@@ -105,7 +105,7 @@ case $action in
     command -v npm >/dev/null || install_wanted nodejs npm
     command -v chromium >/dev/null || install_wanted chromium
     build developer dvdx_command dvdx_viewer
-    if ! [ -e build/developer/tools/viewer/playback.html ]; then
+    if ! [ -e build/developer/tools/viewer/report.html ]; then
       say "the pages cannot be built here: see above"
       exit 3
     fi

@@ -238,7 +238,7 @@ TEST_CASE("distances to a reference are held to an eighth of an octave") {
   Soa<float> memory(4);
   auto state = memory.view();
   for (std::size_t i = 0; i < 4; ++i) state.x[2][i] = static_cast<float>(std::pow(10.0, -2.0 * static_cast<double>(i)));
-  const ReferencePositions zero = [](const Moment&) { return std::vector<double>(12); };
+  const ReferencePositions zero = [](const Moment&, std::size_t) { return std::vector<double>(12); };
   const auto writer = make_writer<float>({.target = folder / "a.html", .particles = 4, .states = 1, .reference = zero});
   writer->write({}, state);
   writer->finish();

@@ -10,6 +10,7 @@
 #include "commands.hpp"
 #include "output/part_file.hpp"
 #include "report/build.hpp"
+#include "report/interactive.hpp"
 #include "report/json.hpp"
 #include "report/machine.hpp"
 #include "report/page.hpp"
@@ -116,8 +117,11 @@ void run(const ReportOptions& options) {
   }
   const auto pictures = report::draw_pictures(report);
   if (!pictures.warning.empty()) fmt::print(stderr, "dvdx: no pictures: {}\n", pictures.warning);
-  const auto json = report::to_json(report).dump(1) + "\n";
-  write_all(options.out, pictures, json, report::to_html(report, pictures));
+  const auto found = report::to_json(report);
+  const auto json = found.dump(1) + "\n";
+  const auto page = report::to_interactive_html(found, options.out);
+  if (!page) fmt::print(stderr, "dvdx: report.html has no charts to point at: {}\n", page.error());
+  write_all(options.out, pictures, json, page ? *page : report::to_html(report, pictures, page.error()));
   fmt::print("{}", options.json ? json : report::to_text(report));
   fmt::print(stderr, "dvdx: written to {}: report.html, report.json{}\n", options.out,
              pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size()));

@@ -16,6 +16,7 @@
 #include "origin.hpp"
 #include "output/writer.hpp"
 #include "progress.hpp"
+#include "run_reference.hpp"
 #include "scene_options.hpp"
 #include "start.hpp"
 #include "state_hash.hpp"
@@ -29,6 +30,7 @@ struct RunOptions {
   EngineOptions engine;
   std::string out;
   std::optional<std::uint64_t> every{};  // 0: the last state alone; where not given, as the file's kind has it
+  bool error = false;                    // a page is coloured by it
   bool json = false;
 };
 
@@ -186,6 +188,11 @@ Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Eng
               .topology = &loaded.file.topology,
               .scene = &loaded.file};
   }
+  if (options.error) {
+    const auto reference = reference_of(loaded, engine);
+    output->reference = reference.positions;
+    output->reference_text = reference.text;
+  }
   Observer<T> observer(loaded, engine, output);
   return simulation.run(observer, every);
 }
@@ -239,6 +246,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
 
 Exit run(const RunOptions& options) {
   if (!options.out.empty()) check_extension(options.out);
+  if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
   const auto engine = engine_of(options.engine);
   const auto loaded = load_scene(options.scene, engine.precision);
   const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine)
@@ -264,6 +272,9 @@ void add_run(CLI::App& app, Exit& exit) {
                    "write step 0, every so many steps and the last; 0: the last alone. Where not given: 0, and for an .html as "
                    "many as play well")
       ->check(CLI::NonNegativeNumber);
+  command->add_flag(
+      "--error", options->error,
+      "with --out of an .html: hold each state against the closed form, or against steps of an eighth in float64");
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &exit] { exit = run(*options); });
 }

@@ -7,7 +7,7 @@ import { viteSingleFile } from 'vite-plugin-singlefile';
 const root = fileURLToPath(new URL('.', import.meta.url));
 const outDir = resolve(process.argv[2] ?? `${root}/dist`);
 
-for (const page of ['playback']) {
+for (const page of ['playback', 'report']) {
   await build({
     root,
     configFile: false,

@@ -75,7 +75,7 @@ template <class T>
 double append_errors(std::string& bytes, const State<T>& state, std::span<const double> reference, std::size_t stride) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < state.count; i += stride) {
-    const auto d = [&](std::size_t axis) { return static_cast<double>(state.x[axis][i]) - reference[3 * i + axis]; };
+    const auto d = [&](std::size_t axis) { return static_cast<double>(state.x[axis][i]) - reference[3 * (i / stride) + axis]; };
     const double error = std::hypot(d(0), d(1), d(2));
     errors.push_back(std::isfinite(error) ? error : 0);
   }

@@ -50,7 +50,7 @@ class FrameCoder {
   // Every stride-th particle is taken.
   explicit FrameCoder(std::size_t stride) : stride_(stride) {}
 
-  // `reference`: x, y, z of all particles of the state, m; or empty.
+  // `reference`: x, y, z of the particles that are taken, m; or empty.
   [[nodiscard]] Frame code(const State<T>& state, std::span<const double> reference = {});
 
   [[nodiscard]] const Bounds& bounds() const noexcept { return bounds_; }

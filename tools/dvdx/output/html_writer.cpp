@@ -124,7 +124,11 @@ template <class T>
 class HtmlWriter final : public Writer<T> {
  public:
   HtmlWriter(const Output& output, HtmlPage page)
-      : after_(std::move(page.after)), reference_(output.reference), coder_(stride_of(output)), file_(output.target) {
+      : after_(std::move(page.after)),
+        reference_(output.reference),
+        stride_(stride_of(output)),
+        coder_(stride_),
+        file_(output.target) {
     file_.write(page.before);
     file_.write(json_element("scene", json_of(output)));
     file_.write(lines_element(*output.topology));
@@ -132,7 +136,7 @@ class HtmlWriter final : public Writer<T> {
   }
 
   void write(const Moment& moment, const State<T>& state) override {
-    const auto reference = reference_ ? reference_(moment) : std::vector<double>();
+    const auto reference = reference_ ? reference_(moment, stride_) : std::vector<double>();
     file_.write(frame_element(moment, coder_.code(state, reference)));
   }
 
@@ -145,6 +149,7 @@ class HtmlWriter final : public Writer<T> {
  private:
   std::string after_;
   ReferencePositions reference_;
+  std::size_t stride_;
   FrameCoder<T> coder_;
   PartFile file_;
 };

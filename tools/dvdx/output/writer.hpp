@@ -35,8 +35,8 @@ class Writer {
 
 inline const Topology no_topology{};
 
-// x, y, z of all particles at a moment, m.
-using ReferencePositions = std::function<std::vector<double>(const Moment&)>;
+// x, y, z of each stride-th particle at a moment, m; asked for moments that rise.
+using ReferencePositions = std::function<std::vector<double>(const Moment&, std::size_t stride)>;
 
 // What will be written, known beforehand.
 struct Output {

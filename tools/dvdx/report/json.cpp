@@ -63,6 +63,8 @@ Json json_of(const Order& order) {
           {"note", order.note}};
 }
 
+Json json_of(const EnergyCurve& curve) { return {{"method", curve.method}, {"times", curve.times}, {"energy", curve.energy}}; }
+
 Json json_of(const LongRun& run) {
   return {{"method", run.method},
           {"omega_h", run.z},
@@ -72,7 +74,8 @@ Json json_of(const LongRun& run) {
           {"energy_ratio_by_formula", run.by_formula},
           {"determinant", run.formula},
           {"verdict", run.verdict},
-          {"agrees_within_1_percent", run.agrees}};
+          {"agrees_within_1_percent", run.agrees},
+          {"curve", {{"steps", run.curve_steps}, {"energy_ratio", run.curve}}}};
 }
 
 Json json_of(const Claim& claim) {
@@ -103,6 +106,7 @@ Json json_of(const SceneReport& scene) {
     reference["settled"] = scene.reference.settled;
   }
   Json json{{"scene", scene.scene},
+            {"about", scene.about},
             {"path", scene.path},
             {"particles", scene.particles},
             {"error_particles", scene.error_particles},
@@ -114,7 +118,8 @@ Json json_of(const SceneReport& scene) {
             {"energy_scale", scene.energy_scale},
             {"energy_drift_against", scene.keeps_energy ? "start" : "reference"},
             {"runs", runs},
-            {"orders", list_of(scene.orders)}};
+            {"orders", list_of(scene.orders)},
+            {"energy_curves", list_of(scene.energy_curves)}};
   if (!scene.left_out.empty()) json["left_out"] = list_of(scene.left_out);
   if (!scene.long_run.empty()) json["long_run"] = list_of(scene.long_run);
   if (!scene.claims.empty()) json["claims"] = list_of(scene.claims);

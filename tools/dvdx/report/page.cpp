@@ -193,8 +193,9 @@ std::string footer(const Machine& machine) {
 
 }  // namespace
 
-std::string to_html(const Report& report, const Pictures& pictures) {
+std::string to_html(const Report& report, const Pictures& pictures, std::string_view notice) {
   std::string body;
+  if (!notice.empty()) body += "<p class=\"facts\">" + escaped(notice) + "</p>\n";
   if (!pictures.warning.empty()) body += "<p class=\"facts\">No pictures: " + escaped(pictures.warning) + "</p>\n";
   for (std::size_t s = 0; s < report.scenes.size(); ++s) body += section(report, s, pictures);
   auto page = replaced(std::string(page_template), "{{footer}}", footer(report.machine));

@@ -17,7 +17,7 @@ endif()
 
 add_library(dvdx_report STATIC
             dvdx/closed_form.cpp dvdx/report/baseline.cpp dvdx/report/build.cpp dvdx/report/claims.cpp dvdx/report/compare.cpp
-            dvdx/report/curves.cpp dvdx/report/grid.cpp dvdx/report/json.cpp dvdx/report/long_run.cpp dvdx/report/machine.cpp
+            dvdx/report/curves.cpp dvdx/report/grid.cpp dvdx/report/interactive.cpp dvdx/report/json.cpp dvdx/report/long_run.cpp dvdx/report/machine.cpp
             dvdx/report/measure.cpp dvdx/report/network_runs.cpp dvdx/report/orders.cpp dvdx/report/page.cpp dvdx/report/pictures.cpp
             dvdx/report/reference.cpp dvdx/report/sample.cpp dvdx/report/summary.cpp dvdx/report/table.cpp ${DVDX_PLAIN_LOOPS}
             ${CMAKE_CURRENT_BINARY_DIR}/report_build_facts.cpp ${CMAKE_CURRENT_BINARY_DIR}/version.cpp)

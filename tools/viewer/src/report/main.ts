@@ -1,0 +1,50 @@
+// The page of `dvdx report`.
+import './report.css';
+import { element, takenText } from '../shared/page';
+import type { Machine, Report, Stability } from './data';
+import { bytesText } from './format';
+import { make } from './html';
+import { sceneSection } from './sceneSection';
+import { stabilitySection } from './stability';
+
+function footer(machine: Machine): HTMLElement {
+  const caches = (machine.caches ?? []).map(({ level, bytes, shared_by: cores }) => `L${level} ${bytesText(bytes)}${cores > 1 ? ` for ${cores} cores` : ''}`);
+  const rows: [string, string][] = [
+    ['dvdx', machine.version],
+    ['Processor', `${machine.cpu}, ${machine.cores} cores${caches.length > 0 ? `; ${caches.join(', ')}` : ''}`],
+    ['Run with', `${machine.isa} on ${machine.threads} thread${machine.threads === 1 ? '' : 's'} (there are ${machine.isas.join(', ')})`],
+    ['System', machine.system],
+    ['Compiler', `${machine.compiler}, flags ${machine.flags}`],
+    ['Date', machine.date],
+  ];
+  return make('footer', {},
+    make('dl', {}, ...rows.flatMap(([what, said]) => [make('dt', {}, what), make('dd', {}, said)])),
+    make('p', {}, 'Times: one warm-up, then the least of at least five repeats (one where a run takes over 2 s); plans and errors are not timed. Plain loops run on one thread.'));
+}
+
+function start(): void {
+  const text = takenText('report');
+  if (text === undefined) throw new Error('this file holds no report: it is not whole');
+  const report = JSON.parse(text) as Report;
+  const stability = takenText('stability');
+  const sections = report.scenes.map((scene, i) => sceneSection(scene, report.machine, `scene-${i + 1}`));
+  const links = report.scenes.map(({ scene }, i) => make('a', { href: `#scene-${i + 1}` }, scene));
+  if (stability !== undefined) {
+    sections.push(stabilitySection(JSON.parse(stability) as Partial<Stability>));
+    links.push(make('a', { href: '#stability' }, 'stability'));
+  }
+  element('report', HTMLElement).replaceChildren(
+    make('h1', {}, 'Speed against error'),
+    make('p', { class: 'lead' }, 'What a simulated second costs, and how far it ends up from the exact motion: every method, over a range of steps. Further right is more exact, further down is faster. Point at a mark for its numbers.'),
+    ...(links.length > 1 ? [make('nav', { 'aria-label': 'Scenes' }, ...links)] : []),
+    ...sections,
+    footer(report.machine),
+  );
+}
+
+try {
+  start();
+} catch (reason) {
+  element('report', HTMLElement).textContent = `This page cannot show its report: ${reason instanceof Error ? reason.message : String(reason)}`;
+  console.error(reason);
+}
