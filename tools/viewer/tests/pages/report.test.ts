@@ -72,7 +72,7 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
     const marks = chart.locator('svg path[fill="#0072b2"]');
     const box = (await marks.last().boundingBox())!;
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
-    await chart.getByText('relative').waitFor();
+    await chart.getByRole('cell', { name: 'error, relative' }).waitFor();
     expect(complaints).toEqual([]);
     await page.close();
   }, 60000);
