@@ -8,6 +8,8 @@
 #include <numeric>
 #include <string>
 
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/plan.hpp"
 #include "stability/analysis.hpp"
 #include "stability/bounce.hpp"
 #include "stability/growth_map.hpp"
@@ -90,6 +92,37 @@ TEST_CASE("stability analysis: the pulse of an impact keeps energy under a const
     const double lost = 1 - (1 - part) / speed;
     const Motion ended = bounced(gravity, start, 1, {.response = Response::seed});
     CHECK(energy_of(gravity, ended) / before == doctest::Approx(lost * lost).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("stability analysis: no plan takes more of the highest frequency than its scheme stands") {
+  Line all;  // eight particles, each joined to every other one: the summed contributions stand least here
+  all.mass.assign(8, 1.0);
+  for (std::uint32_t a = 0; a < 8; ++a) {
+    for (std::uint32_t b = a + 1; b < 8; ++b) all.pairs.push_back({a, b});
+  }
+  all.stiffness.assign(all.pairs.size(), 1.0);
+  const double omega = highest_frequency(all);
+  CHECK(omega == doctest::Approx(std::sqrt(8)).epsilon(1e-12));
+
+  Soa<double> memory(8);
+  State<double> state = memory.view();
+  for (std::size_t i = 0; i < 8; ++i) state.x[0][i] = static_cast<double>(i);
+  for (const Coupling& coupling : {Coupling{.scheme = Scheme::leapfrog}, Coupling{.scheme = Scheme::fourth_order},
+                                   Coupling{.scheme = Scheme::accumulate, .method = Method::combined},
+                                   Coupling{.scheme = Scheme::accumulate, .method = Method::average_acceleration},
+                                   Coupling{.scheme = Scheme::accumulate, .method = Method::pulse},
+                                   Coupling{.scheme = Scheme::accumulate, .method = Method::symplectic_euler}}) {
+    Scene scene;
+    scene.coupling = coupling;
+    scene.add(Network(Springs{.pairs = all.pairs, .stiffness = 1.0}));
+    const auto plan = compile<double>(scene, {.step = 0.01}, state);
+    REQUIRE(plan.has_value());
+    const double taken = plan->network_limit()->limit;
+    CHECK(spectral_radius(step_matrix(all, coupling, 0.999 * taken / omega)) <= 1 + one_within);
+    // nor much less than it could: the fourth order's window is a hundredth wide
+    const double beyond = (coupling.scheme == Scheme::accumulate ? 1.06 : 1.004) * taken;
+    CHECK(spectral_radius(step_matrix(all, coupling, beyond / omega)) > 1 + one_within);
   }
 }
 
