@@ -2,9 +2,11 @@
 
 #include <cmath>
 
+#include "dvdx/export.h"
+
 namespace dvdx {
 
-void Clock::advance(double h, double steps) noexcept {
+DVDX_EXPORT void Clock::advance(double h, double steps) noexcept {
   const double move = h * steps;
   const double move_rest = std::fma(h, steps, -move);
   const double sum = seconds + move;

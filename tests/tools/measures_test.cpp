@@ -7,8 +7,8 @@
 
 #include "dvdx/layouts/aosoa.hpp"
 #include "dvdx/layouts/soa.hpp"
+#include "dvdx/layouts/state_hash.hpp"
 #include "energy.hpp"
-#include "state_hash.hpp"
 #include "steps.hpp"
 
 namespace {

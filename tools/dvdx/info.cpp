@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "dvdx/build_info.hpp"
 #include "engine.hpp"
 #include "threads.hpp"
-#include "version.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -33,8 +33,8 @@ std::vector<std::string_view> names(const std::vector<Isa>& isas) {
 
 void print_json() {
   nlohmann::ordered_json info;
-  info["version"] = version;
-  info["compiler"] = compiler;
+  info["version"] = build_info().version;
+  info["compiler"] = build_info().compiler;
   info["cpu"] = cpu_model();
   info["threads"] = all_cores();
   for (const auto& [text, arithmetic] : arithmetics) {
@@ -49,8 +49,8 @@ void print_json() {
 
 void print_table() {
   const auto row = [](std::string_view name, const std::string& value) { fmt::print("{:<12} {}\n", name, value); };
-  row("dvdx", std::string(version));
-  row("compiler", std::string(compiler));
+  row("dvdx", std::string(build_info().version));
+  row("compiler", std::string(build_info().compiler));
   row("cpu", cpu_model());
   row("threads", std::to_string(all_cores()));
   for (const auto& [text, arithmetic] : arithmetics) {

@@ -4,7 +4,7 @@
 #include <new>
 
 #include "commands.hpp"
-#include "version.hpp"
+#include "dvdx/build_info.hpp"
 
 namespace {
 
@@ -26,7 +26,7 @@ int run(int argc, char** argv) {
   CLI::App app("Runs particle scenes and tells how fast and how right they are.", "dvdx");
   app.formatter(std::make_shared<ExampleFirst>());
   app.footer("dvdx run scene.json --duration 10 --out states.csv --every 60");
-  app.set_version_flag("--version", std::string(dvdx::tool::version));
+  app.set_version_flag("--version", std::string(dvdx::build_info().version));
   app.require_subcommand(1);
   dvdx::tool::add_run(app, exit);
   dvdx::tool::add_report(app, exit);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "commands.hpp"
+#include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
 #include "energy.hpp"
 #include "engine.hpp"
@@ -19,7 +20,6 @@
 #include "run_reference.hpp"
 #include "scene_options.hpp"
 #include "start.hpp"
-#include "state_hash.hpp"
 #include "threads.hpp"
 
 namespace dvdx::tool {

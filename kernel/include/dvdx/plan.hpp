@@ -9,6 +9,7 @@
 #include <tl/expected.hpp>
 #include <variant>
 
+#include "dvdx/export.h"
 #include "dvdx/isa.hpp"
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/parallel.hpp"
@@ -21,7 +22,7 @@ struct Error {
   std::string field;
   std::string value;
   std::string valid;
-  [[nodiscard]] std::string message() const;
+  [[nodiscard]] DVDX_EXPORT std::string message() const;
 };
 
 template <class T>
@@ -80,7 +81,7 @@ class Program;  // what a scene compiles to
 // at once, none of them while set_step or replace runs. A plan with networks or constraints has working memory of its own and
 // steps one state at a time.
 template <class T>
-class Plan {
+class DVDX_EXPORT Plan {
  public:
   // In float64 where T is, or where float32 is compensated.
   using AnyProgram = std::variant<std::unique_ptr<Program<float>>, std::unique_ptr<Program<double>>>;
@@ -121,11 +122,11 @@ class Plan {
 
 // A plan for a scene in which all particles are alike (no values each, no anchors at the start).
 template <class T>
-Expected<Plan<T>> compile(const Scene& scene, const Options& options);
+DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options);
 
 // A plan for the particles of a state: its count, and its positions where anchors stand at the start.
 template <class T>
-Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start);
+DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start);
 
 extern template class Plan<float>;
 extern template class Plan<double>;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdlib>
 
+#include "dvdx/export.h"
 #include "isa/tables.hpp"
 #include "passes/network/network.hpp"
 
@@ -65,7 +66,7 @@ const Entry* find(Isa isa, Arithmetic arithmetic) noexcept {
 
 }  // namespace
 
-std::vector<Isa> built_isas(Arithmetic arithmetic) {
+DVDX_EXPORT std::vector<Isa> built_isas(Arithmetic arithmetic) {
   std::vector<Isa> isas;
   for (const Entry& entry : entries) {
     if (entry.arithmetic == arithmetic) isas.push_back(entry.isa);
@@ -73,13 +74,13 @@ std::vector<Isa> built_isas(Arithmetic arithmetic) {
   return isas;
 }
 
-std::vector<Isa> available_isas(Arithmetic arithmetic) {
+DVDX_EXPORT std::vector<Isa> available_isas(Arithmetic arithmetic) {
   std::vector<Isa> isas = built_isas(arithmetic);
   std::erase_if(isas, [&](Isa isa) { return !find(isa, arithmetic)->runs_here(); });
   return isas;
 }
 
-Isa best_isa(Arithmetic arithmetic) {
+DVDX_EXPORT Isa best_isa(Arithmetic arithmetic) {
   const auto isas = available_isas(arithmetic);
   if (const char* wanted = std::getenv("DVDX_ISA")) {  // NOLINT(concurrency-mt-unsafe): read only
     const auto isa = isa_from_name(wanted);
@@ -88,11 +89,13 @@ Isa best_isa(Arithmetic arithmetic) {
   return isas.back();
 }
 
-std::string_view name(Isa isa) noexcept { return names[static_cast<std::size_t>(isa)]; }
+DVDX_EXPORT std::string_view name(Isa isa) noexcept { return names[static_cast<std::size_t>(isa)]; }
 
-std::string_view name(Arithmetic arithmetic) noexcept { return arithmetic == Arithmetic::separate ? "separate" : "contracted"; }
+DVDX_EXPORT std::string_view name(Arithmetic arithmetic) noexcept {
+  return arithmetic == Arithmetic::separate ? "separate" : "contracted";
+}
 
-std::optional<Isa> isa_from_name(std::string_view name) noexcept {
+DVDX_EXPORT std::optional<Isa> isa_from_name(std::string_view name) noexcept {
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == name) return static_cast<Isa>(i);
   }

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <thread>
 
+#include "dvdx/build_info.hpp"
 #include "report/build_facts.hpp"
-#include "version.hpp"
 
 namespace dvdx::tool::report {
 namespace {
@@ -37,9 +37,9 @@ Machine this_machine(const Setup& setup) {
                   .isa = std::string(name(setup.engine.isa)),
                   .isas = {},
                   .system = system_name(),
-                  .compiler = std::string(compiler),
+                  .compiler = std::string(build_info().compiler),
                   .flags = std::string(compiler_flags),
-                  .version = std::string(version),
+                  .version = std::string(build_info().version),
                   .date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::now()))};
   for (const auto isa : available_isas(setup.engine.arithmetic)) machine.isas.emplace_back(name(isa));
   return machine;

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "dvdx/export.h"
 #include "passes/network/network.hpp"
 
 namespace dvdx {
@@ -129,7 +130,7 @@ std::vector<GridDirection> directions_of(const Grid& grid) {
   return directions;
 }
 
-Springs springs_of(const Grid& grid) {
+DVDX_EXPORT Springs springs_of(const Grid& grid) {
   std::vector<JoinedPair> joined;
   append(grid, joined);
   std::sort(joined.begin(), joined.end(),

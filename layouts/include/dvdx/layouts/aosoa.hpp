@@ -24,7 +24,7 @@ State<T> aosoa(T* tiles, std::size_t n) noexcept {
 
 // Owning tiles, aligned to 64 bytes.
 template <class T, std::size_t Tile>
-class Aosoa {
+class DVDX_EXPORT Aosoa {
  public:
   explicit Aosoa(std::size_t count);
   [[nodiscard]] State<T> view() noexcept { return aosoa<Tile>(memory_.get(), count_); }

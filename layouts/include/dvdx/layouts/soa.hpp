@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 
+#include "dvdx/export.h"
 #include "dvdx/layouts/state.hpp"
 
 namespace dvdx {
@@ -36,7 +37,7 @@ using AlignedArray = std::unique_ptr<T[], AlignedDelete>;
 
 // count zeros, aligned to 64 bytes. Throws std::bad_alloc where there is no memory: for set-up code, never inside a step.
 template <class T>
-AlignedArray<T> aligned_array(std::size_t count);
+DVDX_EXPORT AlignedArray<T> aligned_array(std::size_t count);
 
 // A view of the caller's six arrays of n elements. Nothing beyond element n-1 is touched.
 template <class T>
@@ -50,7 +51,7 @@ State<T> soa(T* x, T* y, T* z, T* vx, T* vy, T* vz, std::size_t n) noexcept {
 
 // Owning buffers, aligned and padded; the padding may be touched by a step.
 template <class T>
-class Soa {
+class DVDX_EXPORT Soa {
  public:
   explicit Soa(std::size_t count);
   [[nodiscard]] State<T> view() noexcept;

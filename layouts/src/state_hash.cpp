@@ -1,11 +1,12 @@
-#include "state_hash.hpp"
+#include "dvdx/layouts/state_hash.hpp"
 
-#include <fmt/format.h>
-
+#include <array>
 #include <bit>
+#include <cinttypes>
+#include <cstdio>
 #include <type_traits>
 
-namespace dvdx::tool {
+namespace dvdx {
 namespace {
 
 template <class T>
@@ -30,9 +31,13 @@ std::uint64_t state_hash(const State<T>& state) noexcept {
   return hash;
 }
 
-std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+std::string hash_text(std::uint64_t hash) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016" PRIx64, hash);
+  return text.data();
+}
 
 template std::uint64_t state_hash(const State<float>&) noexcept;
 template std::uint64_t state_hash(const State<double>&) noexcept;
 
-}  // namespace dvdx::tool
+}  // namespace dvdx

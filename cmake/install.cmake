@@ -1,0 +1,33 @@
+# What `cmake --install` puts where. Components: library (the shared one), development (all that a consumer compiles and links
+# with), tools (the command).
+include(CMakePackageConfigHelpers)
+
+set(DVDX_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/dvdx)
+install(DIRECTORY layouts/include/dvdx kernel/include/dvdx ${CMAKE_CURRENT_BINARY_DIR}/kernel/include/dvdx
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
+
+install(TARGETS dvdx_shared EXPORT dvdx-shared
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development)
+install(TARGETS dvdx EXPORT dvdx-static ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+if(TARGET dvdx_openmp)
+  install(TARGETS dvdx_openmp EXPORT dvdx-openmp ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+  set(DVDX_EXPORT_OPENMP dvdx-openmp)
+endif()
+foreach(set dvdx-shared dvdx-static ${DVDX_EXPORT_OPENMP})
+  install(EXPORT ${set} NAMESPACE dvdx:: DESTINATION ${DVDX_CMAKEDIR} COMPONENT development)
+endforeach()
+
+set(DVDX_DEFAULT_FORM static)
+if(BUILD_SHARED_LIBS)
+  set(DVDX_DEFAULT_FORM shared)
+endif()
+configure_package_config_file(cmake/dvdx-config.cmake.in dvdx-config.cmake INSTALL_DESTINATION ${DVDX_CMAKEDIR}
+                              NO_SET_AND_CHECK_MACRO)
+# Below 1.0 any minor version may change what a consumer compiles against.
+write_basic_package_version_file(dvdx-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dvdx-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/dvdx-config-version.cmake
+        DESTINATION ${DVDX_CMAKEDIR} COMPONENT development)
+
+file(RELATIVE_PATH DVDX_PREFIX_FROM_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+configure_file(cmake/dvdx.pc.in dvdx.pc @ONLY)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dvdx.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)

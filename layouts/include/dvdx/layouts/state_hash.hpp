@@ -1,0 +1,23 @@
+// A fingerprint of a state.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "dvdx/export.h"
+#include "dvdx/layouts/state.hpp"
+
+namespace dvdx {
+
+// FNV-1a, 64 bits, over the little-endian bytes of x, y, z, vx, vy, vz, particle by particle: the same for every layout. What
+// `dvdx run --json` prints.
+template <class T>
+[[nodiscard]] DVDX_EXPORT std::uint64_t state_hash(const State<T>& state) noexcept;
+
+// 16 hexadecimal digits.
+[[nodiscard]] DVDX_EXPORT std::string hash_text(std::uint64_t hash);
+
+extern template std::uint64_t state_hash(const State<float>&) noexcept;
+extern template std::uint64_t state_hash(const State<double>&) noexcept;
+
+}  // namespace dvdx
