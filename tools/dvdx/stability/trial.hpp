@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "dvdx/layouts/soa.hpp"
+#include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
 #include "stability/case.hpp"
-#include "state_hash.hpp"
 
 namespace dvdx::tool::stability {
 
