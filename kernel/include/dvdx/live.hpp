@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "dvdx/export.h"
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/plan.hpp"
 #include "dvdx/turnover.hpp"
@@ -41,7 +42,7 @@ class LiveProgram;
 // of each step follow behind them, emitter by emitter. The bits do not depend on the instruction set, on threads, on the layout
 // or on how many steps a call takes. All memory that it works in is reserved here, so it steps one state at a time.
 template <class T>
-class LivePlan {
+class DVDX_EXPORT LivePlan {
  public:
   explicit LivePlan(std::unique_ptr<LiveProgram<T>> program) noexcept;
   LivePlan(LivePlan&&) noexcept;
@@ -67,7 +68,7 @@ class LivePlan {
 // A plan for particles that are all alike: values each, anchors at the start, networks, constraints and fixed particles are
 // errors that name their field, and so is a step that is not > 0.
 template <class T>
-Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
+DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
 
 extern template class LivePlan<float>;
 extern template class LivePlan<double>;
