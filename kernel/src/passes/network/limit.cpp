@@ -157,12 +157,13 @@ double symbol_bound(const Grid& grid, std::span<const double> w) {
 double oscillator_limit(const Splitting& s) {
   constexpr double resolution = 1e-3;
   for (double z = resolution; z < 10; z += resolution) {
-    Eigen::Matrix2d step = Eigen::Matrix2d::Identity();
+    std::array<double, 2> x{1, 0};  // the step's matrix, row by row
+    std::array<double, 2> v{0, 1};
     for (std::size_t k = 0; k < s.a.size(); ++k) {
-      step = Eigen::Matrix2d{{1, s.a[k] * z}, {0, 1}} * step;
-      if (k < s.b.size()) step = Eigen::Matrix2d{{1, 0}, {-s.b[k] * z, 1}} * step;
+      for (std::size_t i = 0; i < 2; ++i) x[i] += s.a[k] * z * v[i];
+      for (std::size_t i = 0; i < 2 && k < s.b.size(); ++i) v[i] -= s.b[k] * z * x[i];
     }
-    if (std::abs(step.trace()) > 2 * (1 + 1e-12)) return z - resolution;
+    if (std::abs(x[0] + v[1]) > 2 * (1 + 1e-12)) return z - resolution;
   }
   return 10;
 }

@@ -20,16 +20,24 @@ void add_pair(const GraphTerms<T>& graph, const Vector<T>& d, const Vector<T>& u
   sum_dx = plus(sum_dx, times(dx, m));
 }
 
+// A lane of a slot that holds no spring: its offset may lead to before the first particle.
+template <class T>
+bool is_empty(const GraphTerms<T>& graph, std::size_t lane) noexcept {
+  return graph.A[lane] == 0 && graph.B[lane] == 0 && graph.C[lane] == 0 && graph.D[lane] == 0;
+}
+
 template <class T, Arithmetic arithmetic>
 void sum_pairs(const GraphTerms<T>& graph, const Sheet<T>& sheet, std::size_t from, std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; ++i) {
     Vector<T> dx{};
     Vector<T> dv{};
     for (std::size_t s = graph.first_slot[i / slice]; s < graph.first_slot[i / slice + 1]; ++s) {
+      const std::size_t lane = s * slice + i % slice;
+      if (is_empty(graph, lane)) continue;
       const std::size_t j = neighbour(graph, s, i);
       const Vector<T> d = minus(at(sheet.x, j), at(sheet.x, i));
       const Vector<T> u = minus(at(sheet.v, j), at(sheet.v, i));
-      add_pair<T, arithmetic>(graph, d, u, s * slice + i % slice, dx, dv);
+      add_pair<T, arithmetic>(graph, d, u, lane, dx, dv);
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       sheet.dx[axis][i] = dx[axis];
