@@ -18,7 +18,7 @@ namespace {
 constexpr double h = 1;  // s; the maps' x is frequency times it
 
 std::size_t cells(Detail detail, std::size_t whole) {
-  return detail == Detail::whole ? whole : std::max<std::size_t>(whole / 6, 3);
+  return detail == Detail::whole ? whole : std::max<std::size_t>(whole / 9, 3);
 }
 
 Axis frequency_axis(Detail detail) {
@@ -171,7 +171,7 @@ std::vector<LineFamily> line_families(Detail detail) {
   return {{"pair", "a spring between two particles", x, masses, pair_of},
           {"chain", "a chain of six, every second one heavier", x, masses, chain_of},
           {"ring", "eight particles, equal springs on each", x,
-           spread("springs on a particle", 1, ring_size - 1, detail == Detail::whole ? ring_size - 1 : 3, Spacing::linear),
+           spread("springs on a particle", 1, ring_size - 1, detail == Detail::whole ? ring_size - 1 : 2, Spacing::linear),
            ring_of},
           {"damped-pair", "a damped spring between two particles", damped_x, damping, damped_pair}};
 }

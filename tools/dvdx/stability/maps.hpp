@@ -13,7 +13,7 @@ namespace dvdx::tool::stability {
 
 enum class Detail {
   whole,
-  coarse,  // every fourth cell and fewer: for tests
+  coarse,  // a ninth of the cells along each axis: for tests
 };
 
 // tell(done, of how many maps, which comes next) is called before each map.
