@@ -1,10 +1,10 @@
 // Buttons, sliders and keys.
 import { element } from '../shared/page';
 import { cssGradient, rising } from '../shared/palette';
-import type { Colouring } from './materials';
 import type { Player } from './player';
 import type { Bounds, Scene } from './scene';
-import { type Part, type View, errorOctaves } from './view';
+import { type Colouring, errorOctaves } from './tints';
+import type { Part, View } from './view';
 
 const speeds = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10] as const;
 const turn = Math.PI / 36;

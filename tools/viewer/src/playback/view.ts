@@ -4,14 +4,12 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Colour } from '../shared/palette';
 import { AnchoredSprings } from './anchored';
 import type { Frame } from './frames';
-import { type Colouring, type Look, makeLook } from './materials';
+import { type Look, makeLook } from './materials';
 import type { Bounds, Joints, Scene } from './scene';
 import { surroundings } from './surroundings';
+import { type Colouring, fillTints } from './tints';
 
 export type Part = 'points' | 'springs' | 'faces' | 'contacts';
-
-const errorOctaves = 27; // eight powers of ten
-const colourings: readonly Colouring[] = ['plain', 'speed', 'error'];
 
 export interface Inks {
   plain: Colour;
@@ -39,7 +37,7 @@ export class View {
   private readonly look: Look;
   private readonly position: THREE.BufferAttribute;
   private readonly next: THREE.BufferAttribute;
-  private readonly shade: THREE.BufferAttribute;
+  private readonly tint: THREE.BufferAttribute;
   private readonly parts: Partial<Record<Part, THREE.Object3D>> = {};
   private readonly anchored: AnchoredSprings | undefined;
   private readonly center: THREE.Vector3;
@@ -55,7 +53,7 @@ export class View {
     joints: Joints,
     first: Frame,
     capacity: number,
-    inks: Inks,
+    private readonly inks: Inks,
   ) {
     this.highestSpeed = bounds.speed;
     const isPlain = isSoftware();
@@ -68,12 +66,12 @@ export class View {
     this.size = Math.max(low.distanceTo(high), 1e-6 * this.center.length(), 1e-9);
     this.up = this.upward();
 
-    this.look = makeLook(inks.plain);
+    this.look = makeLook(Math.min(14, Math.max(2, 16 * capacity ** -0.19)));
     const attribute = (array: Float32Array | Uint8Array, items: number): THREE.BufferAttribute =>
       new THREE.BufferAttribute(array, items, array instanceof Uint8Array).setUsage(THREE.DynamicDrawUsage);
     this.position = attribute(new Float32Array(3 * capacity), 3);
     this.next = attribute(new Float32Array(3 * capacity), 3);
-    this.shade = attribute(new Uint8Array(capacity), 1);
+    this.tint = attribute(new Uint8Array(4 * capacity), 4);
     this.addParticles(joints);
     const springs = scene.anchors ?? [];
     if (springs.length > 0) {
@@ -112,14 +110,13 @@ export class View {
     const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
     if (isNew) {
       this.upload(this.position, now.positions);
-      const shades = this.colouring === 'error' ? now.errors : now.speeds;
-      if (shades) this.upload(this.shade, shades);
-      uniforms['colouring']!.value = colourings.indexOf(this.colouring);
-      uniforms['shadeScale']!.value = this.shadeScale(now);
+      const highest = { speed: this.highestSpeed, error: this.bounds.error };
+      fillTints(this.tint.array as Uint8Array, now, this.colouring, highest, this.inks.plain);
+      this.mark(this.tint, 4 * now.count);
     }
     if (this.shown?.next !== next) this.upload(this.next, next.positions);
-    if (!isNew && this.shown?.next === next && uniforms['blend']!.value === blend) return;
-    uniforms['blend']!.value = blend;
+    if (!isNew && this.shown?.next === next && uniforms.blend.value === blend) return;
+    uniforms.blend.value = blend;
     this.setCount(now.count);
     this.anchored?.move(now, next, blend);
     this.shown = { now, next, colouring: this.colouring };
@@ -132,7 +129,7 @@ export class View {
     if (!this.isStale) return false;
     this.isStale = false;
     const distance = this.camera.position.distanceTo(this.controls.target);
-    this.look.uniforms['focus']!.value = distance;
+    this.look.uniforms.focus.value = distance;
     this.camera.near = Math.max(1e-3 * distance, 1e-9);
     this.camera.far = distance + 20 * this.size;
     this.camera.updateProjectionMatrix();
@@ -180,7 +177,7 @@ export class View {
       const made = new THREE.BufferGeometry();
       made.setAttribute('position', this.position);
       made.setAttribute('next', this.next);
-      made.setAttribute('shade', this.shade);
+      made.setAttribute('tint', this.tint);
       if (index) made.setIndex(new THREE.BufferAttribute(index, 1));
       return made;
     };
@@ -191,7 +188,6 @@ export class View {
       this.toggle('points');
       if (this.has('springs')) this.toggle('springs');
     }
-    this.look.uniforms['pointSize']!.value = Math.min(14, Math.max(2, 16 * this.position.count ** -0.19));
   }
 
   private add(part: Part, object: THREE.Object3D): void {
@@ -206,17 +202,15 @@ export class View {
     if (points instanceof THREE.Points) (points.geometry as THREE.BufferGeometry).setDrawRange(0, count);
   }
 
-  private shadeScale(frame: Frame): number {
-    const { uniforms } = this.look;
-    if (this.colouring !== 'error') return this.highestSpeed > 0 ? frame.speed / this.highestSpeed : 0;
-    uniforms['shadeSpan']!.value = errorOctaves;
-    return frame.error > 0 ? Math.log2(frame.error / this.bounds.error) : 0;
+  private upload(attribute: THREE.BufferAttribute, values: Float32Array): void {
+    (attribute.array as Float32Array).set(values);
+    this.mark(attribute, values.length);
   }
 
-  private upload(attribute: THREE.BufferAttribute, values: Float32Array | Uint8Array): void {
-    (attribute.array as Float32Array).set(values);
+  // The first so many numbers are new.
+  private mark(attribute: THREE.BufferAttribute, count: number): void {
     attribute.clearUpdateRanges();
-    attribute.addUpdateRange(0, values.length);
+    attribute.addUpdateRange(0, count);
     attribute.needsUpdate = true;
   }
 
@@ -229,5 +223,3 @@ export class View {
     this.isStale = true;
   }
 }
-
-export { errorOctaves };

@@ -1,5 +1,5 @@
 // Charts of curves that the reader turns on and off together.
-import { type Option, axis, inks, tooltip } from './chart';
+import { type Option, tooltip } from './chart';
 import type { Style } from './style';
 
 export interface Point {
@@ -20,21 +20,18 @@ export interface Frame {
   y: Record<string, unknown>;
 }
 
-const symbol = { circle: 'circle', rect: 'rect', triangle: 'triangle', diamond: 'diamond', pin: 'pin', arrow: 'arrow' } as const;
-
-export function curvesOption(frame: Frame, curves: readonly Curve[], extra: Record<string, unknown> = {}): Option {
-  const series = curves.map(({ style, points, hasMarks, name }, i) => ({
+export function curvesOption(frame: Frame, curves: readonly Curve[]): Option {
+  const series = curves.map(({ style, points, hasMarks, name }) => ({
     type: 'line' as const,
     name,
     data: points.map(({ x, y }) => [x, y]),
-    symbol: hasMarks ? symbol[style.mark] : 'none',
+    symbol: hasMarks ? style.mark : 'none',
     symbolSize: 9,
     showAllSymbol: true,
     triggerLineEvent: true,
     itemStyle: { color: style.colour },
     lineStyle: { color: style.colour, width: 2, type: style.isDashed ? ('dashed' as const) : ('solid' as const) },
     emphasis: { focus: 'series' as const },
-    ...(i === 0 ? extra : {}),
   }));
   const formatter = (at: unknown): string => {
     const { seriesIndex, dataIndex } = at as { seriesIndex: number; dataIndex: number };
@@ -42,5 +39,3 @@ export function curvesOption(frame: Frame, curves: readonly Curve[], extra: Reco
   };
   return { xAxis: frame.x, yAxis: frame.y, series, tooltip: { ...tooltip(), trigger: 'item', formatter } } as Option;
 }
-
-export { axis, inks };

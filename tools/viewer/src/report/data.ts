@@ -59,20 +59,6 @@ export interface Claim {
   verdict: string;
 }
 
-export interface SizedThroughput {
-  particles: number;
-  bytes: number; // of the state
-  ns_per_particle_step: number;
-}
-
-export interface Throughput {
-  method: string;
-  precision: string;
-  steps_per_call: number;
-  threads: number;
-  sizes: SizedThroughput[];
-}
-
 export interface SceneReport {
   scene: string;
   about: string;
@@ -90,7 +76,6 @@ export interface SceneReport {
   left_out?: { curve: string; precision: string; why: string }[];
   long_run?: LongRun[];
   claims?: Claim[];
-  throughput?: Throughput[];
 }
 
 export interface Machine {
@@ -104,7 +89,6 @@ export interface Machine {
   flags: string;
   version: string;
   date: string;
-  caches?: { level: number; bytes: number; shared_by: number }[];
 }
 
 export interface Report {

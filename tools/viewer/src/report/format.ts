@@ -23,9 +23,3 @@ export function power(value: number): string {
   if (Math.abs(exponent - Math.round(exponent)) > 1e-6) return text(value);
   return Math.abs(exponent) < 3 ? String(Number(value.toPrecision(1))) : `10${raised(Math.round(exponent))}`;
 }
-
-export function bytesText(bytes: number): string {
-  const units = ['B', 'KiB', 'MiB', 'GiB'];
-  const step = Math.min(units.length - 1, Math.floor(Math.log2(Math.max(1, bytes)) / 10));
-  return `${text(bytes / 1024 ** step)} ${units[step]}`;
-}

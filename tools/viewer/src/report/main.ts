@@ -2,16 +2,14 @@
 import './report.css';
 import { element, takenText } from '../shared/page';
 import type { Machine, Report, Stability } from './data';
-import { bytesText } from './format';
 import { make } from './html';
 import { sceneSection } from './sceneSection';
 import { stabilitySection } from './stability';
 
 function footer(machine: Machine): HTMLElement {
-  const caches = (machine.caches ?? []).map(({ level, bytes, shared_by: cores }) => `L${level} ${bytesText(bytes)}${cores > 1 ? ` for ${cores} cores` : ''}`);
   const rows: [string, string][] = [
     ['dvdx', machine.version],
-    ['Processor', `${machine.cpu}, ${machine.cores} cores${caches.length > 0 ? `; ${caches.join(', ')}` : ''}`],
+    ['Processor', `${machine.cpu}, ${machine.cores} cores`],
     ['Run with', `${machine.isa} on ${machine.threads} thread${machine.threads === 1 ? '' : 's'} (there are ${machine.isas.join(', ')})`],
     ['System', machine.system],
     ['Compiler', `${machine.compiler}, flags ${machine.flags}`],
@@ -27,7 +25,7 @@ function start(): void {
   if (text === undefined) throw new Error('this file holds no report: it is not whole');
   const report = JSON.parse(text) as Report;
   const stability = takenText('stability');
-  const sections = report.scenes.map((scene, i) => sceneSection(scene, report.machine, `scene-${i + 1}`));
+  const sections = report.scenes.map((scene, i) => sceneSection(scene, `scene-${i + 1}`));
   const links = report.scenes.map(({ scene }, i) => make('a', { href: `#scene-${i + 1}` }, scene));
   if (stability !== undefined) {
     sections.push(stabilitySection(JSON.parse(stability) as Partial<Stability>));
