@@ -13,6 +13,8 @@ namespace {
 constexpr std::array methods = {Method::combined, Method::exact, Method::average_acceleration, Method::pulse,
                                 Method::symplectic_euler};
 
+constexpr double least = std::numeric_limits<double>::min();  // > 0: denormals are zeros to a plan
+
 class Maker {
  public:
   Maker(Choices& choices, Legality legality) : choose_(choices), legality_(legality) {}
@@ -48,14 +50,14 @@ class Maker {
   double not_negative() { return is_legal() ? std::abs(finite()) : finite(); }
   double positive() {
     const double value = not_negative();
-    return is_legal() && value == 0 ? 1 : value;
+    return is_legal() && value < least ? 1 : value;
   }
   double unit() { return is_legal() ? choose_.byte() / 255.0 : finite(); }
   Vec3 vector() { return {finite(), finite(), finite()}; }
   Vec3 direction() {
     const Vec3 v = vector();
     const double length = std::hypot(v[0], v[1], v[2]);
-    return is_legal() && !(length > 0 && std::isfinite(length)) ? Vec3{1, 0, 0} : v;
+    return is_legal() && !(length >= least && std::isfinite(length)) ? Vec3{1, 0, 0} : v;
   }
   double step() {
     constexpr std::array common = {1.0 / 60, -1.0 / 60, 1e-3, 0.5};
