@@ -16,7 +16,7 @@ constexpr std::size_t most_particles = 0xffffffff;
 constexpr int most_substeps = 1000000;
 constexpr int most_iterations = 1000;
 
-enum class Range { finite, non_negative, positive, unit };
+enum class Range { finite, non_negative, non_negative_or_infinite, positive, unit };
 
 std::string text(double value) {
   char buffer[32];
@@ -38,6 +38,8 @@ constexpr std::string_view words(Range range) {
       return "a finite number";
     case Range::non_negative:
       return "a finite number >= 0";
+    case Range::non_negative_or_infinite:
+      return "a number >= 0";
     case Range::positive:
       return "a finite number > 0";
     case Range::unit:
@@ -47,11 +49,13 @@ constexpr std::string_view words(Range range) {
 }
 
 bool holds(Range range, double value) {
+  if (range == Range::non_negative_or_infinite) return value >= 0;
   if (!std::isfinite(value)) return false;
   switch (range) {
     case Range::finite:
       return true;
     case Range::non_negative:
+    case Range::non_negative_or_infinite:
       return value >= 0;
     case Range::positive:
       return value > 0;
@@ -173,9 +177,9 @@ struct ContactChecker {
   template <class Contact>
   void material(const Contact& c) const {
     check.number(at + ".restitution", c.restitution, Range::unit);
-    check.number(at + ".friction", c.friction, Range::non_negative);
-    check.number(at + ".viscosity", c.viscosity, Range::non_negative);
-    check.number(at + ".normal_viscosity", c.normal_viscosity, Range::non_negative);
+    check.number(at + ".friction", c.friction, Range::non_negative_or_infinite);
+    check.number(at + ".viscosity", c.viscosity, Range::non_negative_or_infinite);
+    check.number(at + ".normal_viscosity", c.normal_viscosity, Range::non_negative_or_infinite);
   }
 };
 
@@ -359,7 +363,7 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
 }
 
 std::optional<Error> check(const Options& options) {
-  if (!std::isfinite(options.step) || options.step == 0) return Error{"step", text(options.step), "a finite number, not 0"};
+  if (!std::isfinite(options.step)) return Error{"step", text(options.step), "a finite number"};
   if (options.block % block_unit != 0 || options.block > max_block) {
     return Error{"block", std::to_string(options.block), "a multiple of 16 up to 1024, or 0"};
   }

@@ -83,10 +83,22 @@ std::optional<Error> check_sources(const System& system) {
                "at most " + std::to_string(max_sources) + " (a sinusoid counts two, a polynomial one a term, a wind one)"};
 }
 
+// Radial springs without a rest length pull alike in every direction: they are linear, and exact as such. (Their damping is
+// not: it brakes along the line alone.)
+Scene with_linear_springs(Scene scene) {
+  for (Force& force : scene.forces) {
+    const auto* radial = std::get_if<RadialSpring>(&force);
+    if (radial == nullptr || radial->damping != 0 || radial->rest_length != Scalars(0.0)) continue;
+    force = Spring{.stiffness = radial->stiffness, .damping = 0, .anchor = radial->anchor, .method = radial->method};
+  }
+  return scene;
+}
+
 // The program of a scene that has been checked, but for what joins its particles.
 template <class T>
-Expected<std::unique_ptr<Program<T>>> build_alone(Scene scene, const Options& options, Isa isa,
+Expected<std::unique_ptr<Program<T>>> build_alone(Scene given, const Options& options, Isa isa,
                                                   std::optional<std::size_t> count, std::vector<Vec3> start) {
+  Scene scene = with_linear_springs(std::move(given));
   if (auto error = check_sources(System(scene, start, options.step))) return tl::unexpected(*error);
   auto program = std::make_unique<Program<T>>(std::move(scene), options, isa, count, std::move(start));
   if (auto error = check_coefficients(*program)) return tl::unexpected(*error);

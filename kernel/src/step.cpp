@@ -157,6 +157,7 @@ StepResult check_state(const Program<A>& program, const State<T>& state) noexcep
 template <class A, class T>
 StepResult step_by(const Program<A>& program, State<T>& state, std::size_t steps, const ParallelFor& parallel) noexcept {
   if (const StepResult result = check_state(program, state); result != StepResult::done) return result;
+  if (program.options.step == 0) return StepResult::done;
 
   const StepEnvironment environment;  // the offsets are made here, whatever the caller's rounding mode
   if (program.network) return program.network->step(state, steps, parallel);

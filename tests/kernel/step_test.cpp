@@ -182,3 +182,20 @@ TEST_CASE("no steps change nothing, not even the bits of zeros and denormals") {
   CHECK(test::difference(before, still.values()).empty());
   CHECK(still.state().clock.seconds == 0);
 }
+
+TEST_CASE_TEMPLATE("a step of no time changes no bit, in every scene", T, float, double) {
+  constexpr std::size_t count = 20;
+  for (const test::NamedScene& scene : test::all_scenes(count)) {
+    CAPTURE(scene.name);
+    test::Batch<T> batch(test::Layout::soa, count);
+    test::place(batch.view());
+    batch.view().x[0][0] = T(-0.0);
+    batch.view().v[0][1] = std::numeric_limits<T>::denorm_min();
+    const std::vector<T> before = test::values_of(batch.view());
+    const auto plan = compile<T>(scene.scene, {.step = 0}, batch.view());
+    REQUIRE(plan.has_value());
+    CHECK(plan->step(batch.view(), 3) == StepResult::done);
+    CHECK(test::difference(before, test::values_of(batch.view())).empty());
+    CHECK(batch.view().clock.seconds == 0);
+  }
+}

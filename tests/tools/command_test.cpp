@@ -279,6 +279,30 @@ TEST_CASE("verify holds a scene with a network against the reference") {
   CHECK(report["scenes"][0]["sample"]["particles"] == 30);  // all: each moves the others
 }
 
+TEST_CASE("stability runs the cases that it is asked for, and writes what it found") {
+  const Folder folder("stability");
+  const auto result = run(folder, "stability --only cases --cases 25,24 --json --out found");
+  CHECK(result.exit == 0);
+  const auto found = json::parse(result.out);
+  CHECK(found["machine"]["isas"].size() >= 1);
+  REQUIRE(found["cases"].size() == 4);
+  CHECK(found["cases"][0]["number"] == 24);
+  CHECK(found["cases"][3]["number"] == 25);
+  CHECK(found["cases"][3]["precision"] == "float32");
+  CHECK(found["cases"][3]["isas"] == found["machine"]["isas"]);
+  CHECK(json::parse(folder.read("found/stability.json")) == found);
+  CHECK(folder.entries() == 2);
+}
+
+TEST_CASE("stability refuses cases that there are not, and a place that it cannot write to") {
+  const Folder folder("stability-usage");
+  for (const char* arguments : {"--cases 0", "--cases 43", "--cases some", "--only pictures"}) {
+    CAPTURE(arguments);
+    CHECK(run(folder, std::string("stability ") + arguments).exit == 2);
+  }
+  CHECK(run(folder, "stability --cases 25 --only cases --out fall.json").exit == 4);
+}
+
 // What `dvdx --help` lists after "Subcommands:", a line each: two spaces, the name, what it does.
 std::vector<std::string> subcommands(const std::string& help) {
   const std::string heading = "Subcommands:\n";

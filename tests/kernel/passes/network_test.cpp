@@ -520,6 +520,96 @@ TEST_CASE("network: a bad particle stays alone, its neighbours go on without its
   }
 }
 
+namespace {
+
+constexpr std::size_t half = 63;  // particles of each of two sheets that nothing joins
+
+Joined two_sheets() {
+  Joined joined = test::sheet(7, 9, 50, 0.001);
+  Grid second = std::get<Grid>(joined.scene.networks[0]);
+  second.first = half;
+  joined.scene.add(Network(second));
+  for (std::size_t i = 0; i < half; ++i) {
+    joined.x.push_back({joined.x[i][0], joined.x[i][1] + 1, joined.x[i][2]});
+    joined.v.push_back(joined.v[i]);
+  }
+  return joined;
+}
+
+Joined two_lists() {
+  Joined joined = two_sheets();
+  for (Network& network : joined.scene.networks) network = springs_of(std::get<Grid>(network));
+  joined.name += ", as lists";
+  return joined;
+}
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
+
+template <class T>
+void check_other_sheet(const Joined& joined, Isa isa) {
+  const std::vector<T> wanted = stepped<T>(joined, {.isa = isa}, 4);
+  for (const auto& [bad_x, bad_v] : {std::pair{not_a_number, 0.0}, {0.0, not_a_number}, {infinite, 1.0}, {1.0, -infinite}}) {
+    for (const std::size_t bad : {std::size_t{31}, half + 31}) {
+      Joined ill = joined;
+      ill.x[bad][1] = bad_x;
+      ill.v[bad][0] = bad_v;
+      std::vector<T> got = stepped<T>(ill, {.isa = isa}, 4);
+      const auto own = static_cast<std::ptrdiff_t>(bad < half ? 0 : 6 * half);
+      std::copy_n(wanted.begin() + own, 6 * half, got.begin() + own);
+      const std::string difference = test::difference(wanted, got);
+      CHECK_MESSAGE(difference.empty(), joined.name << ", scheme " << static_cast<int>(joined.scene.coupling.scheme) << ", "
+                                                    << name(isa) << ": " << difference);
+    }
+  }
+}
+
+// Springs to one particle are taken away.
+Joined without_springs_of(Joined joined, std::uint32_t particle) {
+  for (Network& network : joined.scene.networks) {
+    auto& springs = std::get<Springs>(network);
+    Springs left{.pairs = {}, .stiffness = 0.0, .rest_length = std::nullopt, .damping = springs.damping};
+    std::vector<double> k;
+    std::vector<double> l;
+    for (std::size_t s = 0; s < springs.pairs.size(); ++s) {
+      if (springs.pairs[s][0] == particle || springs.pairs[s][1] == particle) continue;
+      left.pairs.push_back(springs.pairs[s]);
+      k.push_back(springs.stiffness[s]);
+      l.push_back((*springs.rest_length)[s]);
+    }
+    left.stiffness = Scalars(k);
+    left.rest_length = Scalars(l);
+    springs = left;
+  }
+  return joined;
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("network: a bad particle changes no bit of what is not joined with it, in any scheme", T, float, double) {
+  for (const Coupling& coupling : all_schemes) {
+    for (const Isa isa : available_isas()) {
+      check_other_sheet<T>(with(two_sheets(), coupling), isa);
+      check_other_sheet<T>(with(two_lists(), coupling), isa);
+    }
+  }
+}
+
+TEST_CASE_TEMPLATE("network: neighbours of a bad particle go on as if its springs were cut, bit by bit", T, float, double) {
+  constexpr std::size_t bad = 31;
+  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::accumulate}) {
+    Joined joined = with(two_lists(), {.scheme = scheme, .substeps = 8});
+    for (const Isa isa : available_isas()) {
+      const std::vector<T> wanted = stepped<T>(without_springs_of(joined, bad), {.isa = isa}, 4);
+      Joined ill = joined;
+      ill.x[bad][1] = not_a_number;
+      std::vector<T> got = stepped<T>(ill, {.isa = isa}, 4);
+      std::copy_n(wanted.begin() + 6 * bad, 6, got.begin() + 6 * bad);
+      const std::string difference = test::difference(wanted, got);
+      CHECK_MESSAGE(difference.empty(), "scheme " << static_cast<int>(scheme) << ", " << name(isa) << ": " << difference);
+    }
+  }
+}
+
 TEST_CASE("network: coincident ends contribute nothing, and what passes through them stays finite") {
   for (const Coupling& coupling : all_schemes) {
     Joined still = with(on_a_line({0.5, 0.5}, {0.25, 0.25}, 0), coupling);

@@ -9,9 +9,13 @@
 #include <vector>
 
 #include "dvdx/isa.hpp"
-#include "engine.hpp"
 
 namespace dvdx::tool::stability {
+
+// Precisions, as the command line calls them.
+inline constexpr std::string_view float64 = "float64";
+inline constexpr std::string_view float32 = "float32";
+inline constexpr std::string_view float32_compensated = "float32_compensated";
 
 // On what a check runs, and the bits that its trials leave: they must be alike on every instruction set.
 struct Way {
@@ -35,7 +39,7 @@ using Check = Worst (*)(Way& way);
 
 // Met where the check's figure is at most `limit`.
 struct Bar {
-  Precision precision = Precision::float64;
+  std::string_view precision = float64;
   Check check = nullptr;
   double limit = 0;
   std::string_view unit;      // "m", "A" (amplitudes), "" where the figure has none
@@ -53,8 +57,8 @@ struct Case {
 // The same check in either precision, a limit each.
 template <Check in_float64, Check in_float32>
 [[nodiscard]] std::vector<Bar> both(double limit64, double limit32, std::string_view unit, std::string_view expected) {
-  return {{.precision = Precision::float64, .check = in_float64, .limit = limit64, .unit = unit, .expected = expected},
-          {.precision = Precision::float32, .check = in_float32, .limit = limit32, .unit = unit, .expected = expected}};
+  return {{.precision = float64, .check = in_float64, .limit = limit64, .unit = unit, .expected = expected},
+          {.precision = float32, .check = in_float32, .limit = limit32, .unit = unit, .expected = expected}};
 }
 
 }  // namespace dvdx::tool::stability

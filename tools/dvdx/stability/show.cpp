@@ -6,8 +6,6 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "names.hpp"
-
 namespace dvdx::tool::stability {
 namespace {
 
@@ -22,7 +20,7 @@ Cells cells_of(const Row& row, bool is_first) {
   return {is_first ? std::to_string(row.number) : "",
           is_first ? row.name : "",
           is_first ? row.hard : "",
-          std::string(name_in(precisions, row.precision)),
+          row.precision,
           row.expected,
           figure_text(row.bar, row.unit),
           figure_text(row.got, row.unit),
@@ -76,7 +74,7 @@ nlohmann::ordered_json to_json(const std::vector<Row>& rows) {
     json.push_back({{"number", row.number},
                     {"name", row.name},
                     {"hard", row.hard},
-                    {"precision", name_in(precisions, row.precision)},
+                    {"precision", row.precision},
                     {"expected", row.expected},
                     {"bar", row.bar},
                     {"got", row.got},

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <exception>
+#include <functional>
+#include <future>
 #include <limits>
 #include <numeric>
 
@@ -50,15 +52,17 @@ std::string note_of(const Outcome& worst, const std::string& differs, bool is_me
 }
 
 Row run_bar(const Case& hard_case, const Bar& bar) {
+  std::vector<std::future<Outcome>> runs;
+  for (const Isa isa : available_isas()) runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), isa));
   std::vector<Outcome> outcomes;
-  for (const Isa isa : available_isas()) outcomes.push_back(outcome_of(bar, isa));
+  for (auto& run : runs) outcomes.push_back(run.get());
   const Outcome& worst = *std::max_element(outcomes.begin(), outcomes.end(), is_worse);
   const std::string differs = differing(outcomes);
   const bool is_met = worst.worst.value <= bar.limit;
   Row row{.number = hard_case.number,
           .name = std::string(hard_case.name),
           .hard = std::string(hard_case.hard),
-          .precision = bar.precision,
+          .precision = std::string(bar.precision),
           .expected = std::string(bar.expected),
           .bar = bar.limit,
           .got = worst.worst.value,

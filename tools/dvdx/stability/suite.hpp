@@ -15,7 +15,7 @@ struct Row {
   int number = 0;
   std::string name;
   std::string hard;
-  Precision precision = Precision::float64;
+  std::string precision;
   std::string expected;
   double bar = 0;
   double got = 0;  // not a number where a state was not, or where the library refused

@@ -1,0 +1,127 @@
+// The hard cases' frame: that none is missing, and that what is missed, refused or not the same everywhere is seen. The cases
+// themselves run in `dvdx stability`.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+
+#include "engine.hpp"
+#include "stability/cases.hpp"
+#include "stability/show.hpp"
+#include "stability/suite.hpp"
+
+namespace {
+
+using namespace dvdx::tool;
+using namespace dvdx::tool::stability;
+
+std::vector<Row> run(const std::vector<Case>& cases) {
+  return run_cases(cases, [](std::size_t) {});
+}
+
+std::vector<Case> numbered(int number) {
+  auto cases = all_cases();
+  std::erase_if(cases, [&](const Case& c) { return c.number != number; });
+  REQUIRE(cases.size() == 1);
+  return cases;
+}
+
+Row run_check(Check check, double limit) {
+  return run({{.number = 1,
+               .name = "name",
+               .hard = "hard",
+               .bars = {{.check = check, .limit = limit, .unit = "m", .expected = "something", .reason = "known"}}}})
+      .front();
+}
+
+Worst of(double value) {
+  Worst worst;
+  worst.see(value, "there");
+  return worst;
+}
+
+TEST_CASE("stability: the hard cases are 1 to 42, each once, with names and bars of their own") {
+  const auto cases = all_cases();
+  REQUIRE(cases.size() == last_case);
+  std::set<std::string_view> names;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    CAPTURE(cases[i].number);
+    CHECK(cases[i].number == static_cast<int>(i + 1));
+    CHECK_FALSE(cases[i].name.empty());
+    CHECK_FALSE(cases[i].hard.empty());
+    CHECK_FALSE(cases[i].bars.empty());
+    names.insert(cases[i].name);
+    for (const Bar& bar : cases[i].bars) {
+      CHECK(bar.check != nullptr);
+      CHECK_NOTHROW(named(precisions, bar.precision));
+      CHECK(std::isfinite(bar.limit));
+      CHECK_FALSE(bar.expected.empty());
+    }
+  }
+  CHECK(names.size() == cases.size());
+}
+
+TEST_CASE("stability: a case meets its bars, and misses one that nothing can meet") {
+  for (const int number : {1, 24, 25, 29}) {
+    auto cases = numbered(number);
+    CHECK(all_passed(run(cases)));
+    for (Bar& bar : cases.front().bars) bar.limit = -1;
+    for (const Row& row : run(cases)) CHECK_FALSE(row.passed);
+  }
+}
+
+TEST_CASE("stability: a figure at its bar is met; one that is no number is not, nor what is refused") {
+  const auto one = [](Way&) { return of(1); };
+  CHECK(run_check(one, 1).passed);
+  CHECK(run_check(one, 1).note == "there");
+  CHECK(run_check(one, 0.999).note == "there; known");
+  CHECK_FALSE(run_check([](Way&) { return of(std::numeric_limits<double>::quiet_NaN()); }, 1).passed);
+  const Row refused = run_check([](Way&) -> Worst { throw std::runtime_error("mass is 0"); }, 1);
+  CHECK_FALSE(refused.passed);
+  CHECK(refused.note == "refused: mass is 0; known");
+}
+
+TEST_CASE("stability: what is no number stays the worst") {
+  Worst worst;
+  worst.see(1, "first");
+  worst.see(std::numeric_limits<double>::quiet_NaN(), "second");
+  worst.see(2, "third");
+  CHECK(std::isnan(worst.value));
+  CHECK(worst.where == "second");
+}
+
+TEST_CASE("stability: an instruction set that leaves other bits, or is alone in missing the bar, is seen") {
+  if (dvdx::available_isas().size() < 2) return;
+  const dvdx::Isa best = dvdx::available_isas().back();
+  const auto other_bits = [](Way& way) {
+    if (way.isa == dvdx::available_isas().back()) ++way.bits;
+    return of(0);
+  };
+  const Row row = run_check(other_bits, 1);
+  CHECK_FALSE(row.passed);
+  CHECK(row.note.find(std::string(name(best))) != std::string::npos);
+  CHECK(row.isas.size() == dvdx::available_isas().size());
+  CHECK_FALSE(run_check([](Way& way) { return of(way.isa == dvdx::Isa::reference ? 5 : 0); }, 1).passed);
+}
+
+TEST_CASE("stability: a row as JSON and as text") {
+  const Row row = run_check([](Way&) { return of(2); }, 1);
+  const auto json = to_json(std::vector{row});
+  std::vector<std::string> keys;
+  for (const auto& item : json.at(0).items()) keys.push_back(item.key());
+  CHECK(keys == std::vector<std::string>{"number", "name", "hard", "precision", "expected", "bar", "got", "unit", "passed",
+                                         "isas", "note"});
+  CHECK(json[0]["got"] == 2);
+  CHECK(json[0]["passed"] == false);
+  const auto plain = to_text({row}, Colour::plain);
+  CHECK(plain.find("FAIL  there; known") != std::string::npos);
+  CHECK(plain.find("FAILED: 1 of 1 bars missed") != std::string::npos);
+  CHECK(plain.find('\x1b') == std::string::npos);
+  CHECK(to_text({row}, Colour::coloured).find("\x1b[31mFAIL\x1b[0m") != std::string::npos);
+}
+
+}  // namespace
