@@ -153,12 +153,9 @@ TEST_CASE("bad options are refused in the same way") {
   constexpr const char* step = "a finite number";
   constexpr const char* block = "a multiple of 16 up to 1024, or 0";
   constexpr const char* impacts = "a whole number from 1 to 1000";
-  const BadOptions bads[] = {{"step", "nan", step, {.step = nan}},
-                             {"step", "-inf", step, {.step = -inf}},
-                             {"block", "8", block, {.block = 8}},
-                             {"block", "1040", block, {.block = 1040}},
-                             {"impacts", "0", impacts, {.impacts = 0}},
-                             {"impacts", "1001", impacts, {.impacts = 1001}}};
+  const BadOptions bads[] = {{"step", "nan", step, {.step = nan}},      {"step", "-inf", step, {.step = -inf}},
+                             {"block", "8", block, {.block = 8}},       {"block", "1040", block, {.block = 1040}},
+                             {"impacts", "0", impacts, {.impacts = 0}}, {"impacts", "1001", impacts, {.impacts = 1001}}};
   for (const BadOptions& bad : bads) {
     const auto plan = compiled<float>(Scene{}, bad.options);
     REQUIRE_FALSE(plan.has_value());
