@@ -88,6 +88,7 @@ class Checker {
 std::optional<Error> check(const Turnover& turnover, const Options& options) {
   Checker check;
   check.require(options.step > 0, "step", text(options.step), "a finite number > 0 where particles come and go");
+  check.require(options.rounding == Rounding::plain, "rounding", "compensated", "plain where particles come and go");
   check.require(turnover.capacity > 0 && turnover.capacity <= most_particles, "capacity", std::to_string(turnover.capacity),
                 "a whole number from 1 to 4294967295");
   for (std::size_t i = 0; i < turnover.emitters.size(); ++i) {
@@ -125,6 +126,7 @@ std::optional<Error> check_alike(const Scene& scene) {
   if (!scene.networks.empty()) return Error{"network", "there", absent};
   if (!scene.constraints.empty()) return Error{"constraints", "there", absent};
   if (!scene.fixed.empty()) return Error{"fixed", "there", absent};
+  if (!scene.origin.is_world()) return Error{"origin", "there", absent};
   return std::nullopt;
 }
 
@@ -208,6 +210,7 @@ LiveProgram<T>::LiveProgram(Plan<T> steps, Turnover values)
       turnover(std::move(values)),
       passes(turnover_table(plan.isa())),
       removal(terms_of<T>(turnover.removal)),
+      scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk)),
       spill(turnover.capacity / 4 * bytes_each<T>) {
   for (const Emitter& emitter : turnover.emitters) emitters.push_back(terms_of(emitter));
   for (auto& by : births) by.resize(emitters.size());

@@ -17,8 +17,9 @@ namespace dvdx {
 // Steps that are taken while a chunk is in cache: what dies on the way is stepped to their end, which of a life of 50 steps is
 // one in 14.
 inline constexpr std::size_t batch_steps = 8;
-inline constexpr std::size_t live_chunk = 4096;  // particles that are stepped, marked and moved while they are in cache
-inline constexpr std::size_t live_segments = 8;  // pieces that the particles are cut into for threads
+inline constexpr std::size_t live_chunk = 2048;    // particles that are stepped, marked and moved while they are in cache
+inline constexpr std::size_t live_segments = 8;    // pieces that the particles are cut into for threads
+inline constexpr std::size_t scratch_columns = 8;  // of a state, age and lifetime
 inline constexpr std::size_t most_groups = batch_steps + live_segments;
 
 // Births of one emitter until some time, as many as are whole, and as a number.
@@ -51,6 +52,7 @@ class LiveProgram {
   std::array<std::vector<BirthsBy>, batch_steps + 1>
       births;                                 // of each emitter, by the start of each step and by the last's end
   std::array<Clock, batch_steps + 1> clocks;  // of the same times
+  AlignedArray<T> scratch;                    // a chunk for each thread
   std::vector<std::byte> spill;               // survivors that must wait until another thread has read where they belong
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 };

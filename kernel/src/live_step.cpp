@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <span>
 
 #include "dvdx/layouts/convert.hpp"
@@ -79,16 +80,49 @@ std::size_t kept_of(const Gone& gone, std::size_t count) noexcept {
   return count - removed;
 }
 
-void compact_strip(const TurnoverTable& passes, const Strip& from, std::size_t first, std::size_t count, const Gone& gone,
-                   const Strip& to, std::size_t at) noexcept {
-  if (from.is_side_by_side && to.is_side_by_side && (from.bytes == 4 || from.bytes == 8)) {
-    (from.bytes == 4 ? passes.compact4 : passes.compact8)(from.at(first), gone.data(), count, to.at(at));
-    return;
+// Moves a chunk's survivors strip by strip: those whose elements are alike and lie side by side together.
+class Compacting {
+ public:
+  Compacting(const TurnoverTable& passes, std::size_t count, const Gone& gone) noexcept
+      : passes_(passes), count_(count), gone_(gone) {}
+  Compacting(const Compacting&) = delete;
+  Compacting& operator=(const Compacting&) = delete;
+  ~Compacting() {
+    run(four_, passes_.compact4);
+    run(eight_, passes_.compact8);
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!is_gone(gone.data(), i)) std::memmove(to.at(at++), from.at(first + i), from.bytes);
+
+  void add(const Strip& from, std::size_t first, const Strip& to, std::size_t at) noexcept {
+    const bool is_side_by_side = from.is_side_by_side && to.is_side_by_side;
+    if (is_side_by_side && from.bytes == 4) return add(four_, passes_.compact4, from.at(first), to.at(at));
+    if (is_side_by_side && from.bytes == 8) return add(eight_, passes_.compact8, from.at(first), to.at(at));
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (!is_gone(gone_.data(), i)) std::memmove(to.at(at++), from.at(first + i), from.bytes);
+    }
   }
-}
+
+ private:
+  struct Alike {
+    std::array<const std::byte*, compact_columns> in;
+    std::array<std::byte*, compact_columns> out;
+    std::size_t columns = 0;
+  };
+
+  void add(Alike& alike, Compact compact, const std::byte* in, std::byte* out) const noexcept {
+    alike.in[alike.columns] = in;
+    alike.out[alike.columns] = out;
+    if (++alike.columns == compact_columns) run(alike, compact);
+  }
+  void run(Alike& alike, Compact compact) const noexcept {
+    if (alike.columns != 0) compact(alike.in.data(), alike.out.data(), alike.columns, gone_.data(), count_);
+    alike.columns = 0;
+  }
+
+  const TurnoverTable& passes_;
+  std::size_t count_;
+  const Gone& gone_;
+  Alike four_{}, eight_{};
+};
 
 void move_strip(const Strip& from, std::size_t first, std::size_t count, const Strip& to, std::size_t at) noexcept {
   if (from.is_side_by_side && to.is_side_by_side) {
@@ -146,6 +180,14 @@ class LiveRun {
     std::size_t at = 0;
     std::size_t pieces = 0;  // of born_together
   };
+
+  // A chunk after its steps: where its columns are, and how many of its particles stay.
+  struct Stepped {
+    LiveState<T> at{};
+    bool is_apart = false;  // in the plan's own memory, from its first element on
+    std::size_t kept = 0;
+  };
+  static constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();  // a place where no particle is
 
   // ---- how many steps at once ---------------------------------------------------------------------------------------------
 
@@ -256,12 +298,9 @@ class LiveRun {
     for (const LiveGroup& group : groups) {
       for_each_chunk(group, [&](const LiveGroup& chunk) {
         Gone gone{};
-        const std::size_t kept = step_chunk(chunk, gone);
-        if (kept != chunk.count || to != chunk.first) {
-          for_each_strip(
-              live_, [&](const Strip& strip) { compact_strip(p_.passes, strip, chunk.first, chunk.count, gone, strip, to); });
-        }
-        to += kept;
+        const Stepped stepped = step_chunk(chunk, to, 0, gone);
+        if (stepped.is_apart || stepped.kept != chunk.count) move_survivors(stepped, chunk, gone, to);
+        to += stepped.kept;
       });
     }
     return to;
@@ -377,6 +416,7 @@ class LiveRun {
     return bytes;
   }
 
+  // What a segment's spill holds, and the column it belongs to.
   template <class Use>
   void for_each_spill(const Segment& segment, const Use& use) const noexcept {
     std::byte* next = segment.spill;
@@ -392,31 +432,33 @@ class LiveRun {
     std::size_t kept = 0;
     for_each_chunk(segment.group, [&](const LiveGroup& chunk) {
       Gone gone{};
-      const std::size_t kept_here = step_chunk(chunk, gone);
-      move_chunk(segment, chunk, gone, kept, kept_here);
-      kept += kept_here;
+      const std::size_t to = segment.spilled == 0 ? segment.group.first + kept : nowhere;
+      const Stepped stepped = step_chunk(chunk, to, s, gone);
+      move_chunk(segment, chunk, gone, kept, stepped);
+      kept += stepped.kept;
     });
     segment.kept = kept;
   }
 
   // The segment's survivors number `kept` and on: the first of them into the spill, the others to the segment's own front.
   void move_chunk(const Segment& segment, const LiveGroup& chunk, const Gone& gone, std::size_t kept,
-                  std::size_t kept_here) noexcept {
-    const std::size_t waiting = segment.spilled > kept ? std::min(segment.spilled - kept, kept_here) : 0;
+                  const Stepped& stepped) noexcept {
+    const std::size_t waiting = segment.spilled > kept ? std::min(segment.spilled - kept, stepped.kept) : 0;
     if (waiting != 0) {
       Gone not_waiting = gone;
       hide(not_waiting, chunk.count, waiting, Side::behind);
-      for_each_spill(segment, [&](const Strip& strip, const Strip& spill) {
-        compact_strip(p_.passes, strip, chunk.first, chunk.count, not_waiting, spill, kept);
+      Compacting compacting(p_.passes, chunk.count, not_waiting);
+      std::byte* next = segment.spill;
+      for_each_source(stepped, chunk, [&](const Strip& from, std::size_t first, const Strip&) {
+        compacting.add(from, first, Strip{next, 0, 1, from.bytes, true}, kept);
+        next += (segment.spilled + live_chunk) * from.bytes;
       });
     }
-    if (waiting == kept_here) return;
+    if (waiting == stepped.kept) return;
     Gone others = gone;
     if (waiting != 0) hide(others, chunk.count, waiting, Side::before);
     const std::size_t to = segment.group.first + kept + waiting - segment.spilled;
-    if (kept_here == chunk.count && waiting == 0 && to == chunk.first) return;
-    for_each_strip(live_,
-                   [&](const Strip& strip) { compact_strip(p_.passes, strip, chunk.first, chunk.count, others, strip, to); });
+    if (stepped.is_apart || stepped.kept != chunk.count) move_survivors(stepped, chunk, others, to);
   }
 
   enum class Side { before, behind };
@@ -450,20 +492,77 @@ class LiveRun {
 
   [[nodiscard]] T step_size() const noexcept { return static_cast<T>(p_.plan.step_size()); }
 
-  // All its steps; what is to go after any of them is marked. How many stay.
-  std::size_t step_chunk(const LiveGroup& chunk, Gone& gone) noexcept {
-    if (!p_.removal.looks_at_places()) {
-      step_plan(chunk, chunk.steps);
+  // All its steps; what is to go after any of them is marked. Where the survivors stay where they are, so do the particles;
+  // else they are stepped in a place of their own, from which they go to where they belong: each line of the state's memory is
+  // then read once and written once.
+  [[nodiscard]] Stepped step_chunk(const LiveGroup& chunk, std::size_t to, std::size_t scratch, Gone& gone) noexcept {
+    Stepped stepped;
+    LiveGroup here = chunk;
+    if (to == chunk.first && can_be_viewed(chunk.first)) {
+      stepped.at = live_;
     } else {
-      LiveGroup at = chunk;
-      if (chunk.is_new || chunk.steps == 0) mark_placed(chunk, gone);
+      stepped.at = scratch_of(scratch);
+      stepped.is_apart = true;
+      here.first = 0;
+      for_each_pair(live_, stepped.at,
+                    [&](const Strip& from, const Strip& aside) { move_strip(from, chunk.first, chunk.count, aside, 0); });
+    }
+    step_all(stepped.at, here, gone);
+    stepped.kept = kept_of(gone, chunk.count);
+    return stepped;
+  }
+
+  void step_all(const LiveState<T>& at, const LiveGroup& chunk, Gone& gone) const noexcept {
+    if (!p_.removal.looks_at_places()) {
+      step_plan(at, chunk, chunk.steps);
+    } else {
+      LiveGroup now = chunk;
+      if (chunk.is_new || chunk.steps == 0) mark_placed(at, chunk, gone);
       for (std::size_t n = 0; n < chunk.steps; ++n) {
-        at.clock = step_plan(at, 1);
-        mark_placed(chunk, gone);
+        now.clock = step_plan(at, now, 1);
+        mark_placed(at, chunk, gone);
       }
     }
-    grow_old(chunk, gone);
-    return kept_of(gone, chunk.count);
+    grow_old(at, chunk, gone);
+  }
+
+  // Six columns of the state, age and lifetime, side by side in the plan's own memory.
+  [[nodiscard]] LiveState<T> scratch_of(std::size_t scratch) const noexcept {
+    T* const base = p_.scratch.get() + scratch * scratch_columns * live_chunk;
+    const auto column = [base](std::size_t c) {
+      return Column<T>{base + c * live_chunk, 0, Column<T>::contiguous, live_chunk};
+    };
+    LiveState<T> at;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      at.state.x[axis] = column(axis);
+      at.state.v[axis] = column(3 + axis);
+    }
+    if (live_.age.base != nullptr) at.age = column(6);
+    if (live_.lifetime.base != nullptr) at.lifetime = column(7);
+    return at;
+  }
+
+  // The columns of two states that are alike, but for the caller's own.
+  template <class Use>
+  static void for_each_pair(const LiveState<T>& a, const LiveState<T>& b, const Use& use) noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) use(strip_of(a.state.x[axis]), strip_of(b.state.x[axis]));
+    for (std::size_t axis = 0; axis < 3; ++axis) use(strip_of(a.state.v[axis]), strip_of(b.state.v[axis]));
+    if (a.age.base != nullptr) use(strip_of(a.age), strip_of(b.age));
+    if (a.lifetime.base != nullptr) use(strip_of(a.lifetime), strip_of(b.lifetime));
+  }
+
+  // use(where a chunk's column is, its first element there, the live column), in the order of for_each_strip.
+  template <class Use>
+  void for_each_source(const Stepped& stepped, const LiveGroup& chunk, const Use& use) const noexcept {
+    const std::size_t first = stepped.is_apart ? 0 : chunk.first;
+    for_each_pair(stepped.at, live_, [&](const Strip& from, const Strip& live) { use(from, first, live); });
+    for (const Carried& carried : live_.carried) use(strip_of(carried), chunk.first, strip_of(carried));
+  }
+
+  void move_survivors(const Stepped& stepped, const LiveGroup& chunk, const Gone& gone, std::size_t to) const noexcept {
+    Compacting compacting(p_.passes, chunk.count, gone);
+    for_each_source(stepped, chunk,
+                    [&](const Strip& from, std::size_t first, const Strip& live) { compacting.add(from, first, live, to); });
   }
 
   // Where particles lie in tiles, a view cannot start within one.
@@ -474,10 +573,9 @@ class LiveRun {
   }
 
   // Returns the clock after the steps.
-  Clock step_plan(const LiveGroup& chunk, std::size_t steps) noexcept {
+  Clock step_plan(const LiveState<T>& at, const LiveGroup& chunk, std::size_t steps) const noexcept {
     if (steps == 0) return chunk.clock;
-    if (!can_be_viewed(chunk.first)) return step_copies(chunk, steps);
-    State<T> view = live_.state;
+    State<T> view = at.state;
     view.count = chunk.count;
     view.clock = chunk.clock;
     for (auto* columns : {&view.x, &view.v}) {
@@ -490,31 +588,9 @@ class LiveRun {
     return view.clock;
   }
 
-  Clock step_copies(const LiveGroup& chunk, std::size_t steps) noexcept {
-    constexpr std::size_t few = 256;
-    alignas(64) std::array<std::array<T, few>, 6> copies;
-    auto [x, y, z, vx, vy, vz] =
-        std::array{copies[0].data(), copies[1].data(), copies[2].data(), copies[3].data(), copies[4].data(), copies[5].data()};
-    Clock end = chunk.clock;
-    for (std::size_t from = 0; from < chunk.count; from += few) {
-      State<T> view = soa(x, y, z, vx, vy, vz, std::min(few, chunk.count - from));
-      view.clock = chunk.clock;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        gather(live_.state.x[axis], chunk.first + from, view.count, view.x[axis].base);
-        gather(live_.state.v[axis], chunk.first + from, view.count, view.v[axis].base);
-      }
-      p_.plan.step(view, steps);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        scatter(view.x[axis].base, chunk.first + from, view.count, live_.state.x[axis]);
-        scatter(view.v[axis].base, chunk.first + from, view.count, live_.state.v[axis]);
-      }
-      end = view.clock;
-    }
-    return end;
-  }
-
-  void mark_placed(const LiveGroup& chunk, Gone& gone) const noexcept {
-    const auto& [x, v] = std::pair(live_.state.x, live_.state.v);
+  void mark_placed(const LiveState<T>& of, const LiveGroup& chunk, Gone& gone) const noexcept {
+    const auto& x = of.state.x;
+    const auto& v = of.state.v;
     for (std::size_t from = 0; from < chunk.count; from += staged) {
       const std::size_t n = std::min(staged, chunk.count - from), first = chunk.first + from;
       std::array<Gathered<T>, 3> at{{{x[0], first, n}, {x[1], first, n}, {x[2], first, n}}};
@@ -526,17 +602,17 @@ class LiveRun {
     }
   }
 
-  void grow_old(const LiveGroup& chunk, Gone& gone) const noexcept {
-    if (live_.age.base == nullptr) return;
+  void grow_old(const LiveState<T>& of, const LiveGroup& chunk, Gone& gone) const noexcept {
+    if (of.age.base == nullptr) return;
     for (std::size_t from = 0; from < chunk.count; from += staged) {
       const std::size_t n = std::min(staged, chunk.count - from), first = chunk.first + from;
-      Gathered<T> age(live_.age, first, n);
+      Gathered<T> age(of.age, first, n);
       if (chunk.steps != 0) {
         kernels_.grow_old(age.data(), n, step_size(), chunk.steps);
         age.put_back();
       }
-      if (live_.lifetime.base == nullptr) continue;
-      Gathered<T> lifetime(live_.lifetime, first, n);
+      if (of.lifetime.base == nullptr) continue;
+      Gathered<T> lifetime(of.lifetime, first, n);
       kernels_.mark_aged(age.data(), lifetime.data(), n, &gone[from / 64]);
     }
   }

@@ -428,6 +428,10 @@ TEST_CASE("what cannot come and go is an error that names its field") {
   CHECK(message(Scene{}.add(Drag{.coefficient = std::vector<double>{1}}), some).starts_with("forces[0].coefficient is given"));
   CHECK(message(Scene{}.add(Network(Grid{})), some).starts_with("network is there"));
   CHECK(message(Scene{}, some, -0.1).starts_with("step is -0.1"));
+  Scene far;
+  far.origin = Vec3{1e6, 0, 0};
+  CHECK(message(far, some).starts_with("origin is there"));
+  CHECK_FALSE(compile<float>(Scene{}, some, {.step = h, .rounding = Rounding::compensated}).has_value());
   CHECK(message(Scene{}, {}).starts_with("capacity is 0"));
   const auto with = [&](auto change) {
     Turnover turnover = some;

@@ -56,19 +56,26 @@ std::vector<Word> expected(const std::vector<Word>& from, const Gone& gone, std:
   return kept;
 }
 
+// Some columns at once, in place and from 0 to 3 elements below.
 template <class Word>
-void check_compact(Compact compact, const Gone& gone, std::size_t count) {
+void check_compact(Compact compact, const Gone& gone, std::size_t count, std::size_t columns) {
   const std::vector<Word> from = numbers<Word>(count);
   const std::vector<Word> wanted = expected(from, gone, count);
-  const auto bytes_at = [](std::vector<Word>& v, std::size_t i) { return reinterpret_cast<std::byte*>(v.data() + i); };
-  // in place, and from 0 to 3 elements below
   for (std::size_t below = 0; below <= guard; ++below) {
-    std::vector<Word> moved = from;
+    std::vector<std::vector<Word>> moved(columns, from);
+    std::array<const std::byte*, compact_columns> in{};
+    std::array<std::byte*, compact_columns> out{};
     const std::size_t to = guard - below;
-    REQUIRE(compact(bytes_at(moved, guard), gone.data(), count, bytes_at(moved, to)) == wanted.size());
-    CHECK(std::equal(wanted.begin(), wanted.end(), moved.begin() + static_cast<std::ptrdiff_t>(to)));
-    CHECK(std::equal(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(to), moved.begin()));
-    CHECK(std::equal(from.end() - guard, from.end(), moved.end() - guard));
+    for (std::size_t c = 0; c < columns; ++c) {
+      in[c] = reinterpret_cast<const std::byte*>(moved[c].data() + guard);
+      out[c] = reinterpret_cast<std::byte*>(moved[c].data() + to);
+    }
+    REQUIRE(compact(in.data(), out.data(), columns, gone.data(), count) == wanted.size());
+    for (const std::vector<Word>& column : moved) {
+      CHECK(std::equal(wanted.begin(), wanted.end(), column.begin() + static_cast<std::ptrdiff_t>(to)));
+      CHECK(std::equal(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(to), column.begin()));
+      CHECK(std::equal(from.end() - guard, from.end(), column.end() - guard));
+    }
   }
 }
 
@@ -120,8 +127,9 @@ TEST_CASE_TEMPLATE("removal keeps what std::remove_if keeps, and touches nothing
     const TurnoverTable& passes = turnover_table(isa);
     for (std::size_t count = 0; count <= most; ++count) {
       CAPTURE(words(isa, count));
-      for (const Gone& gone : all_marks())
-        check_compact<Word>(sizeof(Word) == 4 ? passes.compact4 : passes.compact8, gone, count);
+      for (const Gone& gone : all_marks()) {
+        check_compact<Word>(sizeof(Word) == 4 ? passes.compact4 : passes.compact8, gone, count, 1 + count % compact_columns);
+      }
     }
   }
 }

@@ -1,6 +1,8 @@
 // The emission pass over registers of doubles, operation by operation as in emission_reference.hpp.
 #pragma once
 
+#include <array>
+
 #include "isa/lanes.hpp"
 #include "passes/emission/emission.hpp"
 #include "passes/rate/rate.inl.hpp"
@@ -25,11 +27,18 @@ W times(W lanes, std::uint32_t factor) noexcept {
 #endif
 }
 
-// Philox as in dvdx/counter_random.hpp, a counter a lane, each word in the lower half of its lane; what is in the upper halves
-// reaches no product.
-template <class W>
-W random_word(W particle, std::uint32_t axis, std::uint64_t seed) noexcept {
-  W c0 = particle, c1 = particle >> 32, c2(std::uint64_t{axis}), c3(std::uint64_t{0});
+// A whole number below 2^52 as a double: it is the mantissa of 2^52 and itself.
+template <class V>
+V whole(Words<V> number) noexcept {
+  return xsimd::bitwise_cast<V>(number | Words<V>(std::uint64_t{0x4330000000000000})) - V(0x1p52);
+}
+
+// Four numbers in [0, 1) of the lanes' births: Philox as in dvdx/counter_random.hpp, a counter a lane, each word in the lower
+// half of its lane; what is in the upper halves reaches no product.
+template <class V>
+std::array<V, 4> draw(std::uint64_t seed, Words<V> birth, std::uint32_t group) noexcept {
+  using W = Words<V>;
+  W c0 = birth, c1 = birth >> 32, c2(std::uint64_t{group}), c3(std::uint64_t{1});
   auto k0 = static_cast<std::uint32_t>(seed), k1 = static_cast<std::uint32_t>(seed >> 32U);
   for (int round = 0; round < 10; ++round) {
     const W a = times(c0, 0xD2511F53U);
@@ -41,39 +50,16 @@ W random_word(W particle, std::uint32_t axis, std::uint64_t seed) noexcept {
     k0 += 0x9E3779B9U;
     k1 += 0xBB67AE85U;
   }
-  return (c0 & W(std::uint64_t{0xffffffff})) | (c1 << 32);
+  const auto unit = [](W word) { return whole<V>(word & W(std::uint64_t{0xffffffff})) * V(0x1p-32); };
+  return {unit(c0), unit(c1), unit(c2), unit(c3)};
 }
 
-// A whole number below 2^52 as a double: it is the mantissa of 2^52 and itself.
 template <class V>
-V whole(Words<V> number) noexcept {
-  return xsimd::bitwise_cast<V>(number | Words<V>(std::uint64_t{0x4330000000000000})) - V(0x1p52);
+Words<V> numbers_from(std::uint64_t first) noexcept {
+  alignas(64) std::array<std::uint64_t, V::size> lanes;
+  for (std::size_t k = 0; k < V::size; ++k) lanes[k] = first + k;
+  return Words<V>::load_unaligned(lanes.data());
 }
-
-// Draws for the lanes' births.
-template <class V>
-class Draw {
- public:
-  Draw(std::uint64_t seed, std::uint64_t first) noexcept : seed_(seed), birth_(numbers(first)) {}
-
-  // In [0, 1), a multiple of 2^-53: the word's upper 53 bits in two parts that are exact, and so is their sum.
-  [[nodiscard]] V unit(std::uint32_t axis) const noexcept {
-    const Words<V> word = random_word(birth_, axis, seed_);
-    const V high = whole<V>(word >> 37);
-    const V low = whole<V>((word >> 11) & Words<V>(std::uint64_t{0x3ffffff}));
-    return high * V(0x1p-27) + low * V(0x1p-53);
-  }
-
- private:
-  static Words<V> numbers(std::uint64_t first) noexcept {
-    alignas(64) std::array<std::uint64_t, V::size> lanes;
-    for (std::size_t k = 0; k < V::size; ++k) lanes[k] = first + k;
-    return Words<V>::load_unaligned(lanes.data());
-  }
-
-  std::uint64_t seed_;
-  Words<V> birth_;
-};
 
 template <class V>
 struct Three {
@@ -87,18 +73,17 @@ V in_box(double least, double most, V u) noexcept {
 }
 
 template <class V>
-Three<V> birth_place(const EmissionTerms& terms, const Draw<V>& draw) noexcept {
+Three<V> birth_place(const EmissionTerms& terms, const std::array<V, 4>& u) noexcept {
   const auto& [x, y, z] = terms.origin;
   if (terms.shape == EmissionShape::disc) {
-    const V r = square_root(draw.unit(0));
-    const auto turn = sincos_lanes(V(two_pi) * draw.unit(1));
+    const V r = square_root(u[0]);
+    const auto turn = sincos_lanes(V(two_pi) * u[1]);
     const V a = r * turn.cos, b = r * turn.sin;
     const auto& [p, q] = terms.radii;
     return {V(x) + (a * V(p[0]) + b * V(q[0])), V(y) + (a * V(p[1]) + b * V(q[1])), V(z) + (a * V(p[2]) + b * V(q[2]))};
   }
   if (terms.shape == EmissionShape::box) {
-    return {in_box(x, terms.most[0], draw.unit(0)), in_box(y, terms.most[1], draw.unit(1)),
-            in_box(z, terms.most[2], draw.unit(2))};
+    return {in_box(x, terms.most[0], u[0]), in_box(y, terms.most[1], u[1]), in_box(z, terms.most[2], u[2])};
   }
   return {V(x), V(y), V(z)};
 }
@@ -109,25 +94,21 @@ V off_middle(double half_side, V u) noexcept {
 }
 
 template <class V>
-Three<V> birth_velocity(const EmissionTerms& terms, const Draw<V>& draw) noexcept {
+Three<V> birth_velocity(const EmissionTerms& terms, Words<V> birth) noexcept {
   const auto& [x, y, z] = terms.velocity;
+  if (terms.spread == EmissionSpread::none) return {V(x), V(y), V(z)};
+  const std::array<V, 4> u = draw<V>(terms.seed, birth, 1);
   if (terms.spread == EmissionSpread::ball) {
-    const V c = V(2.0) * draw.unit(3) - V(1.0);
-    const auto turn = sincos_lanes(V(two_pi) * draw.unit(4));
-    V u = draw.unit(5);
-    for (const std::uint32_t axis : {6U, 7U}) {
-      const V other = draw.unit(axis);
-      u = select<V>(other > u, other, u);
-    }
-    const V r = V(terms.radius) * u;
+    const V c = V(2.0) * u[0] - V(1.0);
+    const auto turn = sincos_lanes(V(two_pi) * u[1]);
+    V most = u[2];
+    for (const V other : {u[3], draw<V>(terms.seed, birth, 2)[0]}) most = select<V>(other > most, other, most);
+    const V r = V(terms.radius) * most;
     const V s = r * square_root(V(1.0) - c * c);
     return {V(x) + s * turn.cos, V(y) + s * turn.sin, V(z) + r * c};
   }
-  if (terms.spread == EmissionSpread::box) {
-    const auto& [a, b, c] = terms.half_sides;
-    return {V(x) + off_middle(a, draw.unit(3)), V(y) + off_middle(b, draw.unit(4)), V(z) + off_middle(c, draw.unit(5))};
-  }
-  return {V(x), V(y), V(z)};
+  const auto& [a, b, c] = terms.half_sides;
+  return {V(x) + off_middle(a, u[0]), V(y) + off_middle(b, u[1]), V(z) + off_middle(c, u[2])};
 }
 
 // What is left of the step for the lanes' births, number i of this call and those after it.
@@ -143,8 +124,9 @@ V rest_of_step(const EmissionTerms& terms, const Births& births, std::size_t i) 
 template <class V>
 void emit(const EmissionTerms& terms, const Births& births, Born& born) noexcept {
   for (std::size_t i = 0; i < births.count; i += V::size) {
-    const Draw<V> draw(terms.seed, births.first + i);
-    const Three<V> x = birth_place(terms, draw), v = birth_velocity(terms, draw);
+    const Words<V> birth = numbers_from<V>(births.first + i);
+    const std::array<V, 4> u = draw<V>(terms.seed, birth, 0);
+    const Three<V> x = birth_place(terms, u), v = birth_velocity<V>(terms, birth);
     const V rest = rest_of_step<V>(terms, births, i);
     store_lanes(&born.x[0][i], x.x + v.x * rest);
     store_lanes(&born.x[1][i], x.y + v.y * rest);
@@ -153,9 +135,8 @@ void emit(const EmissionTerms& terms, const Births& births, Born& born) noexcept
     store_lanes(&born.v[1][i], v.y);
     store_lanes(&born.v[2][i], v.z);
     store_lanes(&born.age[i], rest);
-    V lifetime(terms.lifetime);
-    if (terms.lifetime_range > 0) lifetime = lifetime + V(terms.lifetime_range) * draw.unit(8);
-    store_lanes(&born.lifetime[i], lifetime);
+    const V lifetime(terms.lifetime);
+    store_lanes(&born.lifetime[i], terms.lifetime_range > 0 ? lifetime + V(terms.lifetime_range) * u[3] : lifetime);
   }
 }
 

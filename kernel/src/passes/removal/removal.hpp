@@ -43,8 +43,11 @@ struct RemovalKernels {
   void (*mark_placed)(const RemovalTerms<T>& terms, const RemovalBlock<T>& block, std::uint64_t* gone) noexcept;
 };
 
-// The elements of 4 or 8 bytes that are not gone, from `in` to `out` in their order; how many they are. out may be in, or
-// overlap it from below. Up to as many elements as `count` may be overwritten at out.
-using Compact = std::size_t (*)(const std::byte* in, const std::uint64_t* gone, std::size_t count, std::byte* out) noexcept;
+inline constexpr std::size_t compact_columns = 8;  // at most, in one call
+
+// From each of some columns of 4 or 8 bytes an element, those that are not gone, from in[c] to out[c] in their order; how many
+// they are. out[c] may be in[c], or overlap it from below. Up to `count` elements may be overwritten at out[c].
+using Compact = std::size_t (*)(const std::byte* const* in, std::byte* const* out, std::size_t columns,
+                                const std::uint64_t* gone, std::size_t count) noexcept;
 
 }  // namespace dvdx

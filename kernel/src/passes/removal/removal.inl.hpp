@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <type_traits>
 
 #include "isa/lanes.hpp"
 #include "passes/removal/removal.hpp"
@@ -29,6 +30,16 @@ struct Part {
     return load_lanes<V>(lanes.data());
   }
 };
+
+// The same lanes of the particles from `by` on.
+template <class V>
+Whole<V> moved(Whole<V> load, std::size_t by) noexcept {
+  return {load.i + by};
+}
+template <class V>
+Part<V> moved(Part<V> load, std::size_t by) noexcept {
+  return {load.i + by, load.count};
+}
 
 constexpr std::uint64_t low_bits(std::size_t count) noexcept { return (std::uint64_t{1} << count) - 1; }
 
@@ -62,9 +73,18 @@ template <class V, class Test, class Take>
   if (i < count) take(i, bits_of<V>(test(Part<V>{i, count - i})) & low_bits(count - i));
 }
 
+// Whole words of marks are put together in a register.
 template <class V, class Test>
 [[gnu::always_inline]] inline void mark(std::size_t count, std::uint64_t* gone, const Test& test) noexcept {
-  for_each_register<V>(count, test, [gone](std::size_t i, std::uint64_t bits) { gone[i / 64] |= bits << (i % 64); });
+  const std::size_t words = count / 64;
+  for (std::size_t w = 0; w < words; ++w) {
+    std::uint64_t bits = 0;
+    for (std::size_t k = 0; k < 64; k += V::size) bits |= bits_of<V>(test(Whole<V>{64 * w + k})) << k;
+    gone[w] |= bits;
+  }
+  const auto behind = [&test, words](auto load) { return test(moved(load, 64 * words)); };
+  for_each_register<V>(count - 64 * words, behind,
+                       [gone, words](std::size_t i, std::uint64_t bits) { gone[words] |= bits << i; });
 }
 
 template <class V>
@@ -127,35 +147,39 @@ void mark_placed(const RemovalTerms<Scalar<V>>& terms, const RemovalBlock<Scalar
   }
 }
 
-// The bytes of the lanes whose bits are set, to the front of a register.
+// Moves the elements of a register whose bits are set to its front.
 #if defined(__AVX512F__)
-template <std::size_t bytes>
-inline constexpr std::size_t compact_lanes = 64 / bytes;
+inline constexpr std::size_t compact_bytes = 64;  // of a register
 
 template <std::size_t bytes>
-__m512i packed(__m512i lanes, std::uint64_t keep) noexcept {
-  if constexpr (bytes == 4) return _mm512_maskz_compress_epi32(static_cast<__mmask16>(keep), lanes);
-  if constexpr (bytes == 8) return _mm512_maskz_compress_epi64(static_cast<__mmask8>(keep), lanes);
-}
+class Packing {
+ public:
+  explicit Packing(std::uint64_t keep) noexcept : keep_(static_cast<Bits>(keep)) {}
+  void operator()(const std::byte* in, std::byte* out) const noexcept {
+    _mm512_storeu_si512(out, front(_mm512_loadu_si512(in)));
+  }
 
-template <std::size_t bytes>
-void pack(const std::byte* in, std::uint64_t keep, std::byte* out) noexcept {
-  _mm512_storeu_si512(out, packed<bytes>(_mm512_loadu_si512(in), keep));
-}
+ private:
+  using Bits = std::conditional_t<bytes == 4, __mmask16, __mmask8>;
+  [[nodiscard]] __m512i front(__m512i all) const noexcept {
+    if constexpr (bytes == 4) return _mm512_maskz_compress_epi32(keep_, all);
+    if constexpr (bytes == 8) return _mm512_maskz_compress_epi64(keep_, all);
+  }
+  Bits keep_;
+};
 #elif defined(__AVX2__)
-template <std::size_t bytes>
-inline constexpr std::size_t compact_lanes = 32 / bytes;
+inline constexpr std::size_t compact_bytes = 32;
 
-// For each set of lanes, which 4-byte words of a register go to its front.
+// For each set of elements, which 4-byte words of a register go to its front.
 template <std::size_t bytes>
 constexpr auto make_packings() noexcept {
-  constexpr std::size_t lanes = compact_lanes<bytes>, words = bytes / 4;
-  std::array<std::array<std::uint8_t, 8>, std::size_t{1} << lanes> packings{};
+  constexpr std::size_t elements = compact_bytes / bytes, words = bytes / 4;
+  std::array<std::array<std::uint8_t, 8>, std::size_t{1} << elements> packings{};
   for (std::size_t keep = 0; keep < packings.size(); ++keep) {
     std::size_t to = 0;
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      if ((keep >> lane & 1) == 0) continue;
-      for (std::size_t word = 0; word < words; ++word) packings[keep][to++] = static_cast<std::uint8_t>(lane * words + word);
+    for (std::size_t i = 0; i < elements; ++i) {
+      if ((keep >> i & 1) == 0) continue;
+      for (std::size_t word = 0; word < words; ++word) packings[keep][to++] = static_cast<std::uint8_t>(i * words + word);
     }
   }
   return packings;
@@ -164,42 +188,85 @@ template <std::size_t bytes>
 constexpr auto packings = make_packings<bytes>();
 
 template <std::size_t bytes>
-void pack(const std::byte* in, std::uint64_t keep, std::byte* out) noexcept {
-  const auto* which = reinterpret_cast<const __m128i*>(packings<bytes>[keep].data());
-  const __m256i from = _mm256_cvtepu8_epi32(_mm_loadl_epi64(which));
-  const __m256i lanes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(in));
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), _mm256_permutevar8x32_epi32(lanes, from));
-}
+class Packing {
+ public:
+  explicit Packing(std::uint64_t keep) noexcept
+      : from_(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(packings<bytes>[keep].data())))) {}
+  void operator()(const std::byte* in, std::byte* out) const noexcept {
+    const __m256i all = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(in));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), _mm256_permutevar8x32_epi32(all, from_));
+  }
+
+ private:
+  __m256i from_;
+};
 #else
+// No instruction moves by a mask: one element after another, without a branch. Where one is gone, the next takes its place.
+inline constexpr std::size_t compact_bytes = 0;
 template <std::size_t bytes>
-inline constexpr std::size_t compact_lanes = 1;
+class Packing;
 #endif
 
-// One element after another, without a branch: where one is gone, the next takes its place.
 template <std::size_t bytes>
-std::size_t compact_one_by_one(const std::byte* in, const std::uint64_t* gone, std::size_t from, std::size_t count,
-                               std::byte* out, std::size_t kept) noexcept {
-  for (std::size_t i = from; i < count; ++i) {
-    std::memmove(out + kept * bytes, in + i * bytes, bytes);
-    kept += (gone[i / 64] >> (i % 64) & 1) ^ 1;
-  }
-  return kept;
+[[gnu::always_inline]] inline void move_element(const std::byte* in, std::byte* out) noexcept {
+  std::array<std::byte, bytes> element;
+  std::memcpy(element.data(), in, bytes);
+  std::memcpy(out, element.data(), bytes);
 }
 
-// A register is stored whole behind what is kept so far: that is at most as far as what has been loaded, so that in place, or
-// from above, it overwrites nothing that is still to be read.
+// The columns of one call and how far they are.
 template <std::size_t bytes>
-std::size_t compact(const std::byte* in, const std::uint64_t* gone, std::size_t count, std::byte* out) noexcept {
-  constexpr std::size_t lanes = compact_lanes<bytes>;
-  std::size_t i = 0, kept = 0;
-  if constexpr (lanes > 1) {
-    for (; i + lanes <= count; i += lanes) {
-      const std::uint64_t keep = ~(gone[i / 64] >> (i % 64)) & low_bits(lanes);
-      pack<bytes>(in + i * bytes, keep, out + kept * bytes);
-      kept += static_cast<std::size_t>(std::popcount(keep));
+struct Compaction {
+  const std::byte* const* in;
+  std::byte* const* out;
+  std::size_t columns;
+  std::size_t kept = 0;
+
+  // A register is stored whole behind what is kept so far: that is at most as far as what has been loaded, so that in place,
+  // or from above, it overwrites nothing that is still to be read. `all` is `columns`, known to the compiler where it can be.
+  template <class Columns>
+  [[gnu::always_inline]] void some(std::size_t i, std::uint64_t keep, std::size_t count, Columns all) noexcept {
+    std::size_t k = 0;
+    if constexpr (compact_bytes != 0) {
+      constexpr std::size_t elements = compact_bytes / bytes;
+      for (; k + elements <= count; k += elements) {
+        const std::uint64_t here = keep >> k & low_bits(elements);
+        const Packing<bytes> pack(here);
+        for (std::size_t c = 0; c < all; ++c) pack(in[c] + (i + k) * bytes, out[c] + kept * bytes);
+        kept += static_cast<std::size_t>(std::popcount(here));
+      }
+    }
+    for (; k < count; ++k) {
+      for (std::size_t c = 0; c < all; ++c) move_element<bytes>(in[c] + (i + k) * bytes, out[c] + kept * bytes);
+      kept += keep >> k & 1;
     }
   }
-  return compact_one_by_one<bytes>(in, gone, i, count, out, kept);
+  void some(std::size_t i, std::uint64_t keep, std::size_t count) noexcept {
+    if (columns == compact_columns) return some(i, keep, count, std::integral_constant<std::size_t, compact_columns>());
+    some(i, keep, count, columns);
+  }
+
+  void all(std::size_t i, std::size_t count) noexcept {
+    for (std::size_t c = 0; c < columns; ++c) {
+      if (in[c] + i * bytes != out[c] + kept * bytes) std::memmove(out[c] + kept * bytes, in[c] + i * bytes, count * bytes);
+    }
+    kept += count;
+  }
+};
+
+template <std::size_t bytes>
+std::size_t compact(const std::byte* const* in, std::byte* const* out, std::size_t columns, const std::uint64_t* gone,
+                    std::size_t count) noexcept {
+  Compaction<bytes> compaction{in, out, columns};
+  for (std::size_t i = 0; i < count; i += 64) {
+    const std::size_t now = std::min<std::size_t>(64, count - i);
+    if (gone[i / 64] == 0) {
+      compaction.all(i, now);
+    } else {
+      compaction.some(i, ~gone[i / 64], now);
+    }
+  }
+  return compaction.kept;
 }
 
 template <class T, class Arch>

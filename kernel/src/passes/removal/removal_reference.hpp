@@ -56,11 +56,12 @@ void mark_placed(const RemovalTerms<T>& terms, const RemovalBlock<T>& block, std
 }
 
 template <std::size_t bytes>
-std::size_t compact(const std::byte* in, const std::uint64_t* gone, std::size_t count, std::byte* out) noexcept {
+std::size_t compact(const std::byte* const* in, std::byte* const* out, std::size_t columns, const std::uint64_t* gone,
+                    std::size_t count) noexcept {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
     if ((gone[i / 64] >> (i % 64) & 1) != 0) continue;
-    std::memmove(out + kept * bytes, in + i * bytes, bytes);
+    for (std::size_t c = 0; c < columns; ++c) std::memmove(out[c] + kept * bytes, in[c] + i * bytes, bytes);
     ++kept;
   }
   return kept;
