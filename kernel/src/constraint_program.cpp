@@ -57,8 +57,9 @@ std::vector<JoinedPair> constrained_pairs(const Scene& scene) {
 
 template <class T>
 ConstraintProgram<T>::ConstraintProgram(const Scene& scene, std::span<const Vec3> start, std::span<const double> w,
-                                        const Places& places, double h, const ConstraintKernels<T>& kernels)
-    : kernels_(kernels), time_(h > 0 ? Time::forwards : Time::backwards) {
+                                        const Places& places, double h, const ConstraintKernels<T>& kernels,
+                                        const Memory& memory)
+    : kernels_(kernels), source_(memory), time_(h > 0 ? Time::forwards : Time::backwards) {
   add(scene, start, w, places);
   count_ = ones_.size() + points_.size();
   const auto colours = coloured(blocks(places.size), places.size);
@@ -73,7 +74,7 @@ ConstraintProgram<T>::ConstraintProgram(const Scene& scene, std::span<const Vec3
 
 template <class T>
 T* ConstraintProgram<T>::column(std::size_t size) {
-  memory_.push_back(aligned_array<T>(size));
+  memory_.push_back(aligned_array<T>(size, source_));
   bytes_ += size * sizeof(T);
   return memory_.back().get();
 }

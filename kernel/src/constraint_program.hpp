@@ -25,7 +25,7 @@ class ConstraintProgram {
  public:
   // The scene has been checked; start: the particles' positions; w: 1/kg of each particle, 0 where fixed; h: s, a sub-step.
   ConstraintProgram(const Scene& scene, std::span<const Vec3> start, std::span<const double> w, const Places& places, double h,
-                    const ConstraintKernels<T>& kernels);
+                    const ConstraintKernels<T>& kernels, const Memory& memory);
 
   [[nodiscard]] std::size_t constraints() const noexcept { return count_; }
   [[nodiscard]] std::size_t colours() const noexcept { return colours_.size(); }
@@ -146,6 +146,7 @@ class ConstraintProgram {
   }
 
   const ConstraintKernels<T>& kernels_;
+  Memory source_;         // of the columns
   std::deque<One> ones_;  // only while the program is made
   std::size_t count_ = 0, chain_count_ = 0;
   int sweeps_ = 1;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "forces/elementary.hpp"
@@ -103,6 +104,7 @@ template <class T>
 NetworkProgram<T>::NetworkProgram(const Scene& scene, const Options& options, Isa isa, const std::vector<Vec3>& start)
     : coupling_(scene.coupling),
       h_(options.step),
+      source_(options.memory),
       kernels_(find_network_kernels<T>(isa, options.arithmetic)),
       pairs_(joined_pairs(scene, start)),
       spring_count_(pairs_.size()),
@@ -128,7 +130,7 @@ NetworkProgram<T>::NetworkProgram(const Scene& scene, const Options& options, Is
     places_ = places_in_graph(near, particles_);
   }
   if (!scene.constraints.empty()) {
-    constraints_ = std::make_unique<ConstraintProgram<T>>(scene, start, w_, places_, substep(), kernels_->constraint);
+    constraints_ = std::make_unique<ConstraintProgram<T>>(scene, start, w_, places_, substep(), kernels_->constraint, source_);
     bytes_ += constraints_->bytes();
   }
   make_sheet(scene.fixed);
@@ -155,7 +157,7 @@ std::optional<Error> NetworkProgram<T>::refusal(Unstable unstable) const {
 template <class T>
 T* NetworkProgram<T>::column(std::size_t size, T fill) {
   const std::size_t elements = size + 2 * margin;
-  memory_.push_back(aligned_array<T>(elements));
+  memory_.push_back(aligned_array<T>(elements, source_));
   bytes_ += elements * sizeof(T);
   std::fill_n(memory_.back().get(), elements, fill);
   return memory_.back().get() + margin;
@@ -164,7 +166,7 @@ T* NetworkProgram<T>::column(std::size_t size, T fill) {
 template <class T>
 std::array<T*, 3> NetworkProgram<T>::columns(T fill) {
   const std::size_t pitch = column_pitch<T>(places_.size + 2 * margin);
-  memory_.push_back(aligned_array<T>(3 * pitch));
+  memory_.push_back(aligned_array<T>(3 * pitch, source_));
   bytes_ += 3 * pitch * sizeof(T);
   std::fill_n(memory_.back().get(), 3 * pitch, fill);
   T* const first = memory_.back().get() + margin;
@@ -239,10 +241,14 @@ void NetworkProgram<T>::make_flows(const Scene& scene, const Options& options, I
 template <class T>
 bool NetworkProgram<T>::replace_forces(const Scene& scene, const Options& options, Isa isa, const std::vector<Vec3>& start) {
   const bool was_relative = is_relative_;
-  flows_.clear();
-  durations_.clear();
-  first_.clear();
-  make_flows(scene, options, isa, start);
+  auto kept = std::tuple(std::exchange(flows_, {}), std::exchange(durations_, {}), std::exchange(first_, {}), again_, last_);
+  try {
+    make_flows(scene, options, isa, start);
+  } catch (...) {  // no memory: the plan goes on as it was
+    std::tie(flows_, durations_, first_, again_, last_) = std::move(kept);
+    is_relative_ = was_relative;
+    throw;
+  }
   return is_relative_ == was_relative;
 }
 

@@ -97,7 +97,8 @@ class NetworkProgram {
   [[nodiscard]] double substep() const noexcept { return h_ / limit_.substeps; }
 
   Coupling coupling_;
-  double h_;  // s, the step
+  double h_;       // s, the step
+  Memory source_;  // of the columns
   const NetworkKernels<T>* kernels_;
   std::vector<JoinedPair> pairs_;  // only while the program is made
   std::size_t spring_count_;

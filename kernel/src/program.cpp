@@ -140,7 +140,7 @@ template <class T>
 AxisColumns<T> Program<T>::make_columns(std::size_t axes) {
   AxisColumns<T> view{};
   for (std::size_t axis = 0; axis < axes; ++axis) {
-    memory_.push_back(aligned_array<T>(column_length()));
+    memory_.push_back(aligned_array<T>(column_length(), options.memory));
     view[axis] = memory_.back().get();
   }
   for (std::size_t axis = axes; axis < 3; ++axis) view[axis] = view[0];
@@ -237,7 +237,7 @@ void Program<T>::make_radial() {
     const bool is_each = !spring.stiffness.is_uniform() || (!scene.mass.is_uniform());
     const auto column = [&](const T*& view) {
       if (view == nullptr) {
-        memory_.push_back(aligned_array<T>(column_length()));
+        memory_.push_back(aligned_array<T>(column_length(), options.memory));
         view = memory_.back().get();
       }
       return writable(view);

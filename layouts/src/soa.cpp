@@ -7,11 +7,24 @@
 
 namespace dvdx {
 
+void* allocate(const Memory& memory, std::size_t bytes, std::size_t boundary) {
+  if (memory.allocate == nullptr) return ::operator new (bytes, std::align_val_t{boundary});
+  void* const p = memory.allocate(memory.context, bytes, boundary);
+  if (p == nullptr) throw std::bad_alloc();
+  return p;
+}
+
+void release(const Memory& memory, void* p, std::size_t bytes, std::size_t boundary) noexcept {
+  if (memory.allocate == nullptr) return ::operator delete (p, std::align_val_t{boundary});
+  if (memory.release != nullptr) memory.release(memory.context, p, bytes, boundary);
+}
+
 template <class T>
-AlignedArray<T> aligned_array(std::size_t count) {
-  auto* memory = static_cast<T*>(::operator new (std::max<std::size_t>(count, 1) * sizeof(T), std::align_val_t{alignment}));
-  std::fill_n(memory, count, T{0});
-  return AlignedArray<T>(memory);
+AlignedArray<T> aligned_array(std::size_t count, const Memory& memory) {
+  const std::size_t bytes = std::max<std::size_t>(count, 1) * sizeof(T);
+  auto* first = static_cast<T*>(allocate(memory, bytes, alignment));
+  std::fill_n(first, count, T{0});
+  return AlignedArray<T>(first, AlignedDelete{memory, bytes});
 }
 
 template <class T>
@@ -32,8 +45,8 @@ State<T> Soa<T>::view() noexcept {
 template <class T, std::size_t Tile>
 Aosoa<T, Tile>::Aosoa(std::size_t count) : count_(count), memory_(aligned_array<T>(6 * ((count + Tile - 1) / Tile * Tile))) {}
 
-template AlignedArray<float> aligned_array<float>(std::size_t);
-template AlignedArray<double> aligned_array<double>(std::size_t);
+template AlignedArray<float> aligned_array<float>(std::size_t, const Memory&);
+template AlignedArray<double> aligned_array<double>(std::size_t, const Memory&);
 template class Soa<float>;
 template class Soa<double>;
 template class Aosoa<float, 8>;

@@ -11,6 +11,7 @@
 
 #include "dvdx/export.h"
 #include "dvdx/isa.hpp"
+#include "dvdx/layouts/memory.hpp"
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/parallel.hpp"
 #include "dvdx/scene.hpp"
@@ -31,10 +32,10 @@ using Expected = tl::expected<T, Error>;
 // What becomes of the digits of a step's result that the state's scalar type cannot hold.
 enum class Rounding {
   plain,  // they are lost
-  // They are carried in the state's rest columns, and the step is worked out in float64: of float32 states alone. The numbers are
-  // those of a float64 step to 48 bits; x and v stay float32 columns that anybody can read. Costs a float64 step and, once a
-  // call, the way there and back (bench/compensated_bench.cpp). Kahan's sums in float32 lanes would cost less where a call is one
-  // step, and leave the coefficients' rounding, which grows faster than the state's (docs/stability.md).
+  // They are carried in the state's rest columns, and the step is worked out in float64: of float32 states alone. The numbers
+  // are those of a float64 step to 48 bits; x and v stay float32 columns that anybody can read. Costs a float64 step and, once
+  // a call, the way there and back (bench/compensated_bench.cpp). Kahan's sums in float32 lanes would cost less where a call is
+  // one step, and leave the coefficients' rounding, which grows faster than the state's (docs/stability.md).
   compensated,
 };
 
@@ -52,6 +53,9 @@ struct Options {
   Rounding rounding = Rounding::plain;
   int impacts = 32;  // 1..1000: impacts of one particle that one step resolves in time order; what is left is clamped
   Unstable unstable = Unstable::refused;
+  // Where the plan's columns come from: what holds a number for each particle, spring or constraint and is read or worked in by
+  // a step. The scene's copy and its lists come from operator new. Where either has none left, std::bad_alloc is thrown.
+  Memory memory{};
 };
 
 enum class StepResult {

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "dvdx/export.h"
+#include "dvdx/layouts/memory.hpp"
 #include "dvdx/layouts/state.hpp"
 
 namespace dvdx {
@@ -30,14 +31,16 @@ constexpr std::size_t column_pitch(std::size_t count) noexcept {
 }
 
 struct AlignedDelete {
-  void operator()(void* p) const noexcept { ::operator delete (p, std::align_val_t{alignment}); }
+  Memory memory{};
+  std::size_t bytes = 0;
+  void operator()(void* p) const noexcept { release(memory, p, bytes, alignment); }
 };
 template <class T>
 using AlignedArray = std::unique_ptr<T[], AlignedDelete>;
 
 // count zeros, aligned to 64 bytes. Throws std::bad_alloc where there is no memory: for set-up code, never inside a step.
 template <class T>
-DVDX_EXPORT AlignedArray<T> aligned_array(std::size_t count);
+DVDX_EXPORT AlignedArray<T> aligned_array(std::size_t count, const Memory& memory = {});
 
 // A view of the caller's six arrays of n elements. Nothing beyond element n-1 is touched.
 template <class T>

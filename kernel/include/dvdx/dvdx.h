@@ -1,0 +1,415 @@
+// dvdx for C99, and for everything that calls C: scenes are built up by functions, plans are made of them, and plans step the
+// caller's own memory. No exception leaves these functions, none of them ends the program, and errors lie in the caller's
+// memory.
+//
+// Units are SI. Every struct may be filled with zeros first: a zero is what most scenes want, or is refused with a message.
+// Whatever a pointer points to is read during the call alone, but for the particles, which are always the caller's.
+// Handles may be used by any number of threads, where none of them changes the handle or destroys it meanwhile.
+#ifndef DVDX_DVDX_H
+#define DVDX_DVDX_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "dvdx/export.h"
+#include "dvdx/version.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- Errors ------------------------------------------------------------------------------------------------------------
+
+// How a call ended. Whatever is not DVDX_DONE has done nothing: scenes, plans and particles are as they were.
+typedef enum dvdx_status {
+  DVDX_DONE = 0,
+  DVDX_INVALID,             // a value is out of its range; the error names the field, the value and the range
+  DVDX_OUT_OF_MEMORY,       // the allocator, or the program, had none left
+  DVDX_COUNT_DIFFERS,       // the plan holds values for each particle, and the state has another count
+  DVDX_CAPACITY_TOO_SMALL,  // a column's capacity is below the state's count
+  DVDX_IN_USE,              // another thread steps this plan, whose networks have working memory of their own
+  DVDX_PRECISION_DIFFERS,   // the state's numbers are of another type than the plan's
+  DVDX_ABI_DIFFERS,         // the caller was compiled for another DVDX_ABI_VERSION than this library's
+  DVDX_FAILED,              // what nobody thought of; the message says what is known
+} dvdx_status;
+
+// What went wrong, in the caller's memory; texts that do not fit are cut. Written by every call that takes it, also by one that
+// is done: then all texts are empty. Functions take a null pointer where nobody asks.
+typedef struct dvdx_error {
+  dvdx_status status;
+  char field[96];     // "forces[2].stiffness"; empty where no field is to blame
+  char value[96];     // "-40"
+  char valid[192];    // "a finite number >= 0"
+  char message[400];  // all of it in a sentence
+} dvdx_error;
+
+// A status in a few words, in static memory.
+DVDX_EXPORT const char* dvdx_status_text(dvdx_status status);
+
+// ---- The library -------------------------------------------------------------------------------------------------------
+
+// DVDX_VERSION and DVDX_ABI_VERSION of the library that the program runs with.
+DVDX_EXPORT const char* dvdx_version(void);
+DVDX_EXPORT int dvdx_abi_version(void);
+
+// Version, compiler and instruction sets in a line. Writes at most capacity bytes with the ending zero, and returns how many
+// the whole text has without it; 0: out of memory. text may be null where capacity is 0.
+DVDX_EXPORT size_t dvdx_build_info(char* text, size_t capacity);
+
+// ---- Particles ---------------------------------------------------------------------------------------------------------
+
+typedef enum dvdx_precision { DVDX_FLOAT32 = 0, DVDX_FLOAT64 = 1 } dvdx_precision;
+
+// One number per particle: element i stands at base + (i / run) * stride + (i % run) * size bytes, size being 4 or 8.
+//   arrays (SoA)    run 0: all elements side by side; stride unused
+//   structs (AoS)   run 1, stride the struct's size
+//   tiles (AoSoA)   run the tile's width, stride a tile's bytes
+// Elements from the count up to `capacity` are padding that a step may overwrite; nothing behind it is read or written.
+typedef struct dvdx_column {
+  void* base;        // aligned as its type needs, as is every element
+  ptrdiff_t stride;  // bytes from a run to the next
+  size_t run;        // 0, or a power of two
+  size_t capacity;   // elements
+} dvdx_column;
+
+// The scene's time in s, as a sum of two.
+typedef struct dvdx_clock {
+  double seconds;
+  double carry;
+} dvdx_clock;
+
+// Where the particles lie, how many there are and what time it is.
+typedef struct dvdx_state {
+  dvdx_precision precision;
+  dvdx_column x[3];  // m
+  dvdx_column v[3];  // m/s
+  size_t count;
+  dvdx_clock clock;
+  dvdx_column x_rest[3];  // of compensated plans alone: what the value beside could not hold
+  dvdx_column v_rest[3];
+} dvdx_state;
+
+// Six arrays of count numbers.
+DVDX_EXPORT dvdx_state dvdx_soa(dvdx_precision precision, void* x, void* y, void* z, void* vx, void* vy, void* vz,
+                                size_t count);
+
+// Structs that hold a position and a velocity as three numbers side by side each:
+//   dvdx_aos(DVDX_FLOAT32, p->position, p->velocity, sizeof *p, count)
+DVDX_EXPORT dvdx_state dvdx_aos(dvdx_precision precision, void* first_position, void* first_velocity, size_t struct_bytes,
+                                size_t count);
+
+// FNV-1a over x, y, z, vx, vy, vz, particle by particle: what `dvdx run --json` prints.
+DVDX_EXPORT uint64_t dvdx_state_hash(const dvdx_state* state);
+
+// ---- Scenes ------------------------------------------------------------------------------------------------------------
+
+typedef struct dvdx_scene dvdx_scene;
+
+// How a force's contribution is worked out.
+typedef enum dvdx_method {
+  DVDX_METHOD_DEFAULT = 0,  // of a force: the scene's; of a scene: combined; of a coupling: exact
+  DVDX_COMBINED,            // all affine forces of a particle integrated as one system: exact for any step
+  DVDX_EXACT,               // each force alone
+  DVDX_AVERAGE_ACCELERATION,
+  DVDX_PULSE,
+  DVDX_SYMPLECTIC_EULER,
+} dvdx_method;
+
+typedef enum dvdx_expansion { DVDX_EXPANSION_EXACT = 0, DVDX_EXPANSION_FIRST_ORDER } dvdx_expansion;
+typedef enum dvdx_sweep { DVDX_SWEEP_CURVE = 0, DVDX_SWEEP_LINE } dvdx_sweep;
+typedef enum dvdx_response { DVDX_RESPONSE_RESUME = 0, DVDX_RESPONSE_SEED } dvdx_response;
+typedef enum dvdx_side { DVDX_OUTSIDE = 0, DVDX_INSIDE } dvdx_side;
+
+// One number for all, or one for each: particle, or pair of a network.
+typedef struct dvdx_scalars {
+  double all;
+  const double* each;  // null: `all`
+  size_t count;        // of `each`
+} dvdx_scalars;
+
+// One number for all axes, for all particles or for each; or one for each axis.
+typedef struct dvdx_per_axis {
+  double all;
+  const double* each;  // null: `all`
+  size_t count;        // of `each`
+  const double* axes;  // null, or three numbers that stand in place of the others
+} dvdx_per_axis;
+
+typedef enum dvdx_anchoring {
+  DVDX_ANCHOR_AT = 0,    // one point for all
+  DVDX_ANCHOR_EACH,      // a point for each particle
+  DVDX_ANCHOR_AT_START,  // where each particle is when the plan is made
+} dvdx_anchoring;
+
+typedef struct dvdx_anchor {
+  dvdx_anchoring from;
+  double at[3];        // m
+  const double* each;  // m: x y z of the first particle, x y z of the second, ...
+  size_t count;        // of particles in `each`
+} dvdx_anchor;
+
+// a = acceleration, m/s^2
+typedef struct dvdx_constant {
+  double acceleration[3];
+  dvdx_method method;
+} dvdx_constant;
+
+// a = sum of acceleration[k] t^k, t the scene's time; m/s^2, m/s^3, ...
+typedef struct dvdx_polynomial {
+  const double* acceleration;  // x y z of the first term, x y z of the second, ...
+  size_t terms;                // 1 to 8
+  dvdx_method method;
+} dvdx_polynomial;
+
+// a = acceleration sin(angular_frequency t + phase); m/s^2, rad/s, rad
+typedef struct dvdx_sinusoid {
+  double acceleration[3];
+  double angular_frequency;
+  double phase;
+  dvdx_method method;
+} dvdx_sinusoid;
+
+// m a = -stiffness (x - anchor) - damping v, for each axis; N/m >= 0, kg/s >= 0, m
+typedef struct dvdx_spring {
+  dvdx_per_axis stiffness;
+  double damping;
+  dvdx_anchor anchor;
+  dvdx_method method;
+} dvdx_spring;
+
+// m a = -(stiffness (r - rest_length) + damping r') n along the line from the anchor; N/m >= 0, kg/s >= 0, m, m >= 0
+typedef struct dvdx_radial_spring {
+  dvdx_scalars stiffness;
+  double damping;
+  dvdx_anchor anchor;
+  dvdx_scalars rest_length;
+  dvdx_method method;
+} dvdx_radial_spring;
+
+// m a = -coefficient (v - wind); kg/s >= 0, m/s
+typedef struct dvdx_drag {
+  dvdx_per_axis coefficient;
+  double wind[3];
+  dvdx_expansion expansion;
+  dvdx_method method;
+} dvdx_drag;
+
+// What a surface does to whoever meets it.
+typedef struct dvdx_surface {
+  double restitution;       // 0..1
+  double friction;          // Coulomb's coefficient, >= 0
+  double viscosity;         // >= 0: an impact multiplies the tangential velocity by exp(-viscosity)
+  double normal_viscosity;  // >= 0: and the normal one by exp(-normal_viscosity)
+  dvdx_response response;
+  dvdx_sweep sweep;
+} dvdx_surface;
+
+// Particles may be where normal . x >= offset, the normal taken to unit length.
+typedef struct dvdx_plane {
+  double normal[3];  // not zero
+  double offset;     // m
+  dvdx_surface surface;
+} dvdx_plane;
+
+// Particles may be outside or inside.
+typedef struct dvdx_sphere {
+  double center[3];  // m
+  double radius;     // m, > 0
+  dvdx_side side;
+  dvdx_surface surface;
+} dvdx_sphere;
+
+// A rectangular sheet of springs: the particle at (row, column) is first + row * columns + column.
+typedef struct dvdx_grid {
+  size_t rows, columns;  // >= 2 each
+  size_t first;
+  double edge_u[3];   // m, spanned by a row's columns in the flat sheet
+  double edge_v[3];   // m, spanned by the rows
+  double structural;  // N/m >= 0: between neighbours of a row or a column
+  double shear;       // N/m >= 0: along both diagonals
+  double bend;        // N/m >= 0: between every second particle of a row or a column
+  double damping;     // kg/s >= 0, along each spring
+} dvdx_grid;
+
+// Springs between any particles.
+typedef struct dvdx_springs {
+  const uint32_t* pairs;            // both ends of the first spring, both of the second, ...
+  size_t count;                     // springs
+  dvdx_scalars stiffness;           // N/m >= 0
+  const dvdx_scalars* rest_length;  // m >= 0; null: each pair's distance when the plan is made
+  double damping;                   // kg/s >= 0, along each spring
+} dvdx_springs;
+
+typedef enum dvdx_bound { DVDX_EQUAL = 0, DVDX_AT_MOST, DVDX_AT_LEAST } dvdx_bound;
+
+// The distance of pairs is held to a length: rods, ropes, strain limits.
+typedef struct dvdx_distance {
+  const uint32_t* pairs;
+  size_t count;                // pairs
+  const dvdx_scalars* length;  // m > 0; null: each pair's distance when the plan is made
+  dvdx_bound bound;
+} dvdx_distance;
+
+typedef struct dvdx_on_point {
+  uint32_t particle;
+  double at[3];  // m
+} dvdx_on_point;
+
+typedef struct dvdx_on_line {
+  uint32_t particle;
+  double through[3];    // m
+  double direction[3];  // not zero
+} dvdx_on_line;
+
+typedef enum dvdx_scheme {
+  DVDX_LEAPFROG = 0,
+  DVDX_FOURTH_ORDER,
+  DVDX_SEQUENTIAL,
+  DVDX_ACCUMULATE,
+} dvdx_scheme;
+typedef enum dvdx_sweeps { DVDX_SWEEPS_SYMMETRIC = 0, DVDX_SWEEPS_FORWARD } dvdx_sweeps;
+typedef enum dvdx_pair_axis { DVDX_PAIR_AXIS_MIDPOINT = 0, DVDX_PAIR_AXIS_START } dvdx_pair_axis;
+
+// How all networks and constraints of a scene are stepped.
+typedef struct dvdx_coupling {
+  dvdx_scheme scheme;
+  int substeps;  // 1..1000000 a step; 0: the fewest that the scheme's limit allows
+  double theta;  // 0.5..1 of sequential; 0: 0.55
+  dvdx_sweeps sweeps;
+  dvdx_method method;  // of accumulate
+  dvdx_pair_axis axis;
+  int iterations;  // 1..1000 a sub-step, of constraints that share particles; 0: 8
+} dvdx_coupling;
+
+// An empty scene. Pass DVDX_ABI_VERSION: DVDX_ABI_DIFFERS where the library is another than the header.
+DVDX_EXPORT dvdx_status dvdx_scene_create(int abi_version, dvdx_scene** scene, dvdx_error* error);
+// A null pointer is fine.
+DVDX_EXPORT void dvdx_scene_destroy(dvdx_scene* scene);
+
+// Values are checked when a plan is made, choices and null pointers at once.
+DVDX_EXPORT dvdx_status dvdx_scene_set_method(dvdx_scene* scene, dvdx_method method, dvdx_error* error);
+// kg > 0; 1 where never set
+DVDX_EXPORT dvdx_status dvdx_scene_set_mass(dvdx_scene* scene, const dvdx_scalars* mass, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_set_coupling(dvdx_scene* scene, const dvdx_coupling* coupling, dvdx_error* error);
+// Particles that never move, in ascending order.
+DVDX_EXPORT dvdx_status dvdx_scene_set_fixed(dvdx_scene* scene, const size_t* particles, size_t count, dvdx_error* error);
+
+// Where a state's positions are measured from, m: three numbers for all (count 1), or three for each particle.
+DVDX_EXPORT dvdx_status dvdx_scene_set_origin(dvdx_scene* scene, const double* origin, size_t count, dvdx_error* error);
+
+DVDX_EXPORT dvdx_status dvdx_scene_add_constant(dvdx_scene* scene, const dvdx_constant* force, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_polynomial(dvdx_scene* scene, const dvdx_polynomial* force, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_sinusoid(dvdx_scene* scene, const dvdx_sinusoid* force, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_spring(dvdx_scene* scene, const dvdx_spring* force, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_radial_spring(dvdx_scene* scene, const dvdx_radial_spring* force, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_drag(dvdx_scene* scene, const dvdx_drag* force, dvdx_error* error);
+
+DVDX_EXPORT dvdx_status dvdx_scene_add_plane(dvdx_scene* scene, const dvdx_plane* contact, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_sphere(dvdx_scene* scene, const dvdx_sphere* contact, dvdx_error* error);
+
+DVDX_EXPORT dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* network, dvdx_error* error);
+
+DVDX_EXPORT dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_on_point(dvdx_scene* scene, const dvdx_on_point* constraint, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_on_line(dvdx_scene* scene, const dvdx_on_line* constraint, dvdx_error* error);
+
+// ---- Plans -------------------------------------------------------------------------------------------------------------
+
+typedef struct dvdx_plan dvdx_plan;
+
+typedef enum dvdx_isa {
+  DVDX_ISA_BEST = 0,  // of this machine, or the one that the environment variable DVDX_ISA names
+  DVDX_ISA_REFERENCE,
+  DVDX_ISA_SSE2,
+  DVDX_ISA_AVX2,
+  DVDX_ISA_AVX512,
+  DVDX_ISA_NEON64,
+} dvdx_isa;
+
+typedef enum dvdx_arithmetic {
+  DVDX_SEPARATE = 0,  // multiply, then add: the same bits on every instruction set
+  DVDX_CONTRACTED,    // fused multiply-add
+} dvdx_arithmetic;
+
+// Where a plan's memory comes from: all columns with a number for each particle, spring or constraint, which a step reads or
+// works in, and the handle. The copy of the scene and its lists come from the C++ library's operator new. Called while a plan
+// is made, changed or destroyed, never by a step, and on the thread that calls.
+typedef struct dvdx_allocator {
+  // Memory aligned to `alignment` bytes, a power of two; null: there is none.
+  void* (*allocate)(void* context, size_t bytes, size_t alignment);  // null: the C++ library's
+  void (*release)(void* context, void* memory, size_t bytes, size_t alignment);
+  void* context;  // must live as long as the plan
+} dvdx_allocator;
+
+typedef enum dvdx_rounding {
+  DVDX_PLAIN = 0,
+  DVDX_COMPENSATED,  // of float32 alone: digits that do not fit are kept in the state's rest columns
+} dvdx_rounding;
+
+typedef struct dvdx_options {
+  double step;  // s, finite, not 0; negative runs time backwards
+  dvdx_precision precision;
+  dvdx_isa isa;
+  dvdx_arithmetic arithmetic;
+  size_t block;  // particles that stay in first-level cache together: a multiple of 16, at most 1024; 0: chosen
+  dvdx_rounding rounding;
+  int impacts;  // 1..1000: impacts of one particle that one step resolves; 0: 32
+  dvdx_allocator allocator;
+} dvdx_options;
+
+// The caller's threads: run() calls body(task, index) for every index below count, on any threads, and returns when all are
+// done. body allocates nothing and throws nothing, and results never depend on who runs what.
+typedef void (*dvdx_body)(void* task, size_t index);
+typedef struct dvdx_parallel {
+  void (*run)(void* context, size_t count, dvdx_body body, void* task);
+  void* context;
+} dvdx_parallel;
+
+// What limits the sub-steps of a scene's networks: see NetworkLimit in plan.hpp.
+typedef struct dvdx_network_limit {
+  int substeps;       // a step, chosen or asked for
+  double frequency;   // rad/s: the highest of the springs as they stand at the start
+  double bound;       // rad/s: no position has a higher one
+  double limit;       // frequency times sub-step that the scheme takes; infinite for sequential
+  int fewest;         // sub-steps below which no plan is made
+  int safe;           // sub-steps that are stable in any position
+  uint32_t particle;  // whose springs set the bound
+} dvdx_network_limit;
+
+// A plan for the scene as it is now; the scene may be destroyed after it. start: the particles, whose count and places the plan
+// takes where the scene has values for each or joins particles; null where it has none of these.
+DVDX_EXPORT dvdx_status dvdx_plan_create(const dvdx_scene* scene, const dvdx_options* options, const dvdx_state* start,
+                                         dvdx_plan** plan, dvdx_error* error);
+// A null pointer is fine.
+DVDX_EXPORT void dvdx_plan_destroy(dvdx_plan* plan);
+
+// Moves every particle by `steps` steps, and the state's clock with them. Allocates nothing, locks nothing, and leaves the
+// caller's floating-point environment as it was. parallel: null, or the caller's threads. Several threads may step different
+// states with one plan, but for plans with networks or constraints, which step one state at a time.
+DVDX_EXPORT dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,
+                                       dvdx_error* error);
+
+// The same motion by powers of the step's matrix: for scenes without networks, constraints, contacts, radial springs and fixed
+// particles; else DVDX_INVALID names what is in the way.
+DVDX_EXPORT dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state, uint64_t steps, dvdx_error* error);
+
+// Another step, in s. Not while another thread steps with this plan.
+DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_error* error);
+// The plan's force `index` becomes force `from` of a scene. Not while another thread steps with this plan.
+DVDX_EXPORT dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
+                                          dvdx_error* error);
+
+DVDX_EXPORT double dvdx_plan_step_size(const dvdx_plan* plan);  // s
+DVDX_EXPORT dvdx_isa dvdx_plan_isa(const dvdx_plan* plan);
+DVDX_EXPORT dvdx_precision dvdx_plan_precision(const dvdx_plan* plan);
+// 1, and the limit, where the scene has networks or constraints; else 0.
+DVDX_EXPORT int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limit* limit);
+// What the scene needs, in words: passes, forces, bytes, operations, what is unstable. As dvdx_build_info().
+DVDX_EXPORT size_t dvdx_plan_explain(const dvdx_plan* plan, char* text, size_t capacity);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,62 @@
+// Between C++ and C: errors into the caller's memory, and no exception further.
+#pragma once
+
+#include <cstddef>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <string>
+#include <string_view>
+
+#include "dvdx/dvdx.h"
+#include "dvdx/plan.hpp"
+
+namespace dvdx::c_api {
+
+// Texts in `error` that do not fit are cut. None of these allocates; error may be null.
+dvdx_status report(dvdx_error* error, dvdx_status status) noexcept;
+dvdx_status report(dvdx_error* error, dvdx_status status, std::string_view field, std::string_view value,
+                   std::string_view valid) noexcept;
+dvdx_status report(dvdx_error* error, const Error& fault) noexcept;
+dvdx_status failed(dvdx_error* error, const char* what) noexcept;
+
+// A pointer that may not be null.
+inline dvdx_status missing(dvdx_error* error, std::string_view argument) noexcept {
+  return report(error, DVDX_INVALID, argument, "null", "a pointer to what the name says");
+}
+
+// A status from `work`, or from what it throws.
+template <class Work>
+dvdx_status guarded(dvdx_error* error, const Work& work) noexcept {
+  try {
+    return work();
+  } catch (const Error& fault) {
+    return report(error, fault);
+  } catch (const std::bad_alloc&) {
+    return report(error, DVDX_OUT_OF_MEMORY);
+  } catch (const std::exception& fault) {
+    return failed(error, fault.what());
+  } catch (...) {
+    return failed(error, "an exception of an unknown type");
+  }
+}
+
+inline dvdx_status done_or(dvdx_error* error, const Expected<void>& result) noexcept {
+  return result ? report(error, DVDX_DONE) : report(error, result.error());
+}
+
+// As many bytes of text as fit, ended by a zero; the length of all of it.
+std::size_t copy_text(std::string_view text, char* to, std::size_t capacity) noexcept;
+
+// A choice of C as one of C++ whose enumerators count in the same order; throws Error where it is none of the
+// `count`. Read as bytes: a caller may have written anything.
+template <class To, class From>
+To choice(const From& from, int count, const std::string& field) {
+  static_assert(sizeof(From) == sizeof(int));
+  int value = 0;
+  std::memcpy(&value, &from, sizeof value);
+  if (value >= 0 && value < count) return static_cast<To>(value);
+  throw Error{field, std::to_string(value), "a choice from 0 to " + std::to_string(count - 1)};
+}
+
+}  // namespace dvdx::c_api

@@ -1,0 +1,270 @@
+// Scenes by C: each struct becomes the value of the same name. What they hold is checked by compile().
+#include "c_api/scene.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "c_api/guard.hpp"
+
+namespace dvdx::c_api {
+namespace {
+
+constexpr int methods = 6, expansions = 2, path_sweeps = 2, responses = 2, sides = 2, anchorings = 3, bounds = 3, schemes = 4,
+              sweep_orders = 2, pair_axes = 2;
+
+Vec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+// Throws where `count` numbers are said to stand behind a null pointer.
+void need(const void* pointer, std::size_t count, const std::string& field) {
+  if (pointer == nullptr && count != 0) throw Error{field, "null", "a pointer to " + std::to_string(count) + " elements"};
+}
+
+std::vector<Vec3> vectors(const double* xyz, std::size_t count, const std::string& field) {
+  need(xyz, count, field);
+  std::vector<Vec3> list(count);
+  for (std::size_t i = 0; i < count; ++i) list[i] = {xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]};
+  return list;
+}
+
+std::vector<Pair> pairs(const std::uint32_t* ends, std::size_t count, const std::string& field) {
+  need(ends, count, field);
+  std::vector<Pair> list(count);
+  for (std::size_t k = 0; k < count; ++k) list[k] = {ends[2 * k], ends[2 * k + 1]};
+  return list;
+}
+
+Scalars scalars(const dvdx_scalars& from) {
+  if (from.each == nullptr) return from.all;
+  return std::vector<double>(from.each, from.each + from.count);
+}
+
+std::optional<Scalars> scalars(const dvdx_scalars* from) {
+  return from == nullptr ? std::nullopt : std::optional(scalars(*from));
+}
+
+PerAxis per_axis(const dvdx_per_axis& from) {
+  if (from.axes != nullptr) return {from.axes[0], from.axes[1], from.axes[2]};
+  return scalars(dvdx_scalars{from.all, from.each, from.count});
+}
+
+Anchor anchor(const dvdx_anchor& from, const std::string& field) {
+  switch (choice<dvdx_anchoring>(from.from, anchorings, field + ".from")) {
+    case DVDX_ANCHOR_EACH:
+      return vectors(from.each, from.count, field + ".each");
+    case DVDX_ANCHOR_AT_START:
+      return at_start;
+    case DVDX_ANCHOR_AT:
+      break;
+  }
+  return vec3(from.at);
+}
+
+// None where the default stands.
+std::optional<Method> method(const dvdx_method& from, const std::string& field) {
+  const auto chosen = choice<dvdx_method>(from, methods, field);
+  if (chosen == DVDX_METHOD_DEFAULT) return std::nullopt;
+  return static_cast<Method>(static_cast<int>(chosen) - 1);
+}
+
+template <class Surface>
+Surface with(Surface to, const dvdx_surface& from, const std::string& at) {
+  to.restitution = from.restitution;
+  to.friction = from.friction;
+  to.viscosity = from.viscosity;
+  to.normal_viscosity = from.normal_viscosity;
+  to.response = choice<Response>(from.response, responses, at + ".surface.response");
+  to.sweep = choice<Sweep>(from.sweep, path_sweeps, at + ".surface.sweep");
+  return to;
+}
+
+Force value(const dvdx_constant& from, const std::string& at) {
+  return Constant{.acceleration = vec3(from.acceleration), .method = method(from.method, at + ".method")};
+}
+Force value(const dvdx_polynomial& from, const std::string& at) {
+  return Polynomial{.acceleration = vectors(from.acceleration, from.terms, at + ".acceleration"),
+                    .method = method(from.method, at + ".method")};
+}
+Force value(const dvdx_sinusoid& from, const std::string& at) {
+  return Sinusoid{.acceleration = vec3(from.acceleration),
+                  .angular_frequency = from.angular_frequency,
+                  .phase = from.phase,
+                  .method = method(from.method, at + ".method")};
+}
+Force value(const dvdx_spring& from, const std::string& at) {
+  return Spring{.stiffness = per_axis(from.stiffness),
+                .damping = from.damping,
+                .anchor = anchor(from.anchor, at + ".anchor"),
+                .method = method(from.method, at + ".method")};
+}
+Force value(const dvdx_radial_spring& from, const std::string& at) {
+  return RadialSpring{.stiffness = scalars(from.stiffness),
+                      .damping = from.damping,
+                      .anchor = anchor(from.anchor, at + ".anchor"),
+                      .rest_length = scalars(from.rest_length),
+                      .method = method(from.method, at + ".method")};
+}
+Force value(const dvdx_drag& from, const std::string& at) {
+  return Drag{.coefficient = per_axis(from.coefficient),
+              .wind = vec3(from.wind),
+              .expansion = choice<Expansion>(from.expansion, expansions, at + ".expansion"),
+              .method = method(from.method, at + ".method")};
+}
+
+Contact value(const dvdx_plane& from, const std::string& at) {
+  return with(Plane{.normal = vec3(from.normal), .offset = from.offset}, from.surface, at);
+}
+Contact value(const dvdx_sphere& from, const std::string& at) {
+  return with(Sphere{.center = vec3(from.center), .radius = from.radius, .side = choice<Side>(from.side, sides, at + ".side")},
+              from.surface, at);
+}
+
+Network value(const dvdx_grid& from, const std::string& /*at*/) {
+  return Grid{.rows = from.rows,
+              .columns = from.columns,
+              .first = from.first,
+              .edge_u = vec3(from.edge_u),
+              .edge_v = vec3(from.edge_v),
+              .structural = from.structural,
+              .shear = from.shear,
+              .bend = from.bend,
+              .damping = from.damping};
+}
+Network value(const dvdx_springs& from, const std::string& at) {
+  return Springs{.pairs = pairs(from.pairs, from.count, at + ".pairs"),
+                 .stiffness = scalars(from.stiffness),
+                 .rest_length = scalars(from.rest_length),
+                 .damping = from.damping};
+}
+
+Constraint value(const dvdx_distance& from, const std::string& at) {
+  return Distance{.pairs = pairs(from.pairs, from.count, at + ".pairs"),
+                  .length = scalars(from.length),
+                  .bound = choice<Bound>(from.bound, bounds, at + ".bound")};
+}
+Constraint value(const dvdx_on_point& from, const std::string& /*at*/) {
+  return OnPoint{.particle = from.particle, .at = vec3(from.at)};
+}
+Constraint value(const dvdx_on_line& from, const std::string& /*at*/) {
+  return OnLine{.particle = from.particle, .through = vec3(from.through), .direction = vec3(from.direction)};
+}
+
+Coupling value(const dvdx_coupling& from) {
+  Coupling to;
+  to.scheme = choice<Scheme>(from.scheme, schemes, "coupling.scheme");
+  if (from.substeps != 0) to.substeps = from.substeps;
+  if (from.theta != 0) to.theta = from.theta;
+  to.sweeps = choice<Sweeps>(from.sweeps, sweep_orders, "coupling.sweeps");
+  to.method = method(from.method, "coupling.method").value_or(to.method);
+  to.axis = choice<PairAxis>(from.axis, pair_axes, "coupling.axis");
+  if (from.iterations != 0) to.iterations = from.iterations;
+  return to;
+}
+
+// change(scene, *what), with both pointers looked at first.
+template <class What, class Change>
+dvdx_status changed(dvdx_scene* scene, const What* what, const char* name, dvdx_error* error, const Change& change) noexcept {
+  if (scene == nullptr) return missing(error, "scene");
+  if (what == nullptr) return missing(error, name);
+  return guarded(error, [&] {
+    change(scene->scene, *what);
+    return report(error, DVDX_DONE);
+  });
+}
+
+// Adds a value to one of a scene's lists, whose name stands in front of its fields in messages.
+template <class What, class List>
+dvdx_status added(dvdx_scene* scene, const What* what, List Scene::*list, const char* name, dvdx_error* error) noexcept {
+  return changed(scene, what, name, error, [&](Scene& to, const What& from) {
+    const std::string at = std::string(name) + "[" + std::to_string((to.*list).size()) + "]";
+    (to.*list).push_back(value(from, at));
+  });
+}
+
+}  // namespace
+}  // namespace dvdx::c_api
+
+using namespace dvdx::c_api;
+using dvdx::Scene;
+
+dvdx_status dvdx_scene_create(int abi_version, dvdx_scene** scene, dvdx_error* error) {
+  if (scene == nullptr) return missing(error, "scene");
+  *scene = nullptr;
+  if (abi_version != DVDX_ABI_VERSION) return report(error, DVDX_ABI_DIFFERS);
+  return guarded(error, [&] {
+    *scene = new dvdx_scene;
+    return report(error, DVDX_DONE);
+  });
+}
+
+void dvdx_scene_destroy(dvdx_scene* scene) { delete scene; }
+
+dvdx_status dvdx_scene_set_method(dvdx_scene* scene, dvdx_method method, dvdx_error* error) {
+  return changed(scene, &method, "method", error, [](Scene& to, const dvdx_method& from) {
+    to.method = dvdx::c_api::method(from, "method").value_or(dvdx::Method::combined);
+  });
+}
+dvdx_status dvdx_scene_set_mass(dvdx_scene* scene, const dvdx_scalars* mass, dvdx_error* error) {
+  return changed(scene, mass, "mass", error, [](Scene& to, const dvdx_scalars& from) { to.mass = scalars(from); });
+}
+dvdx_status dvdx_scene_set_coupling(dvdx_scene* scene, const dvdx_coupling* coupling, dvdx_error* error) {
+  return changed(scene, coupling, "coupling", error, [](Scene& to, const dvdx_coupling& from) { to.coupling = value(from); });
+}
+dvdx_status dvdx_scene_set_fixed(dvdx_scene* scene, const size_t* particles, size_t count, dvdx_error* error) {
+  return changed(scene, &count, "fixed", error, [&](Scene& to, std::size_t) {
+    need(particles, count, "fixed");
+    to.fixed = count == 0 ? std::vector<std::size_t>{} : std::vector<std::size_t>(particles, particles + count);
+  });
+}
+
+dvdx_status dvdx_scene_set_origin(dvdx_scene* scene, const double* origin, size_t count, dvdx_error* error) {
+  return changed(scene, origin, "origin", error, [&](Scene& to, const double&) {
+    auto points = vectors(origin, count, "origin");
+    to.origin = count == 1 ? dvdx::Origin(points[0]) : dvdx::Origin(std::move(points));
+  });
+}
+
+dvdx_status dvdx_scene_add_constant(dvdx_scene* scene, const dvdx_constant* force, dvdx_error* error) {
+  return added(scene, force, &Scene::forces, "forces", error);
+}
+dvdx_status dvdx_scene_add_polynomial(dvdx_scene* scene, const dvdx_polynomial* force, dvdx_error* error) {
+  return added(scene, force, &Scene::forces, "forces", error);
+}
+dvdx_status dvdx_scene_add_sinusoid(dvdx_scene* scene, const dvdx_sinusoid* force, dvdx_error* error) {
+  return added(scene, force, &Scene::forces, "forces", error);
+}
+dvdx_status dvdx_scene_add_spring(dvdx_scene* scene, const dvdx_spring* force, dvdx_error* error) {
+  return added(scene, force, &Scene::forces, "forces", error);
+}
+dvdx_status dvdx_scene_add_radial_spring(dvdx_scene* scene, const dvdx_radial_spring* force, dvdx_error* error) {
+  return added(scene, force, &Scene::forces, "forces", error);
+}
+dvdx_status dvdx_scene_add_drag(dvdx_scene* scene, const dvdx_drag* force, dvdx_error* error) {
+  return added(scene, force, &Scene::forces, "forces", error);
+}
+
+dvdx_status dvdx_scene_add_plane(dvdx_scene* scene, const dvdx_plane* contact, dvdx_error* error) {
+  return added(scene, contact, &Scene::contacts, "contacts", error);
+}
+dvdx_status dvdx_scene_add_sphere(dvdx_scene* scene, const dvdx_sphere* contact, dvdx_error* error) {
+  return added(scene, contact, &Scene::contacts, "contacts", error);
+}
+
+dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error) {
+  return added(scene, network, &Scene::networks, "network", error);
+}
+dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* network, dvdx_error* error) {
+  return added(scene, network, &Scene::networks, "network", error);
+}
+
+dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error) {
+  return added(scene, constraint, &Scene::constraints, "constraints", error);
+}
+dvdx_status dvdx_scene_add_on_point(dvdx_scene* scene, const dvdx_on_point* constraint, dvdx_error* error) {
+  return added(scene, constraint, &Scene::constraints, "constraints", error);
+}
+dvdx_status dvdx_scene_add_on_line(dvdx_scene* scene, const dvdx_on_line* constraint, dvdx_error* error) {
+  return added(scene, constraint, &Scene::constraints, "constraints", error);
+}

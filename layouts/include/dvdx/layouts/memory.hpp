@@ -1,0 +1,25 @@
+// Where buffers of ours come from.
+#pragma once
+
+#include <cstddef>
+
+#include "dvdx/export.h"
+
+namespace dvdx {
+
+// The caller's allocator; without functions, the C++ library's. `context` must live as long as what was allocated.
+struct Memory {
+  // bytes > 0, boundary a power of two; null where there is no memory: whoever asked then fails with out of memory.
+  using Allocate = void* (*)(void* context, std::size_t bytes, std::size_t boundary);
+  using Release = void (*)(void* context, void* memory, std::size_t bytes, std::size_t boundary);
+
+  Allocate allocate = nullptr;
+  Release release = nullptr;
+  void* context = nullptr;
+};
+
+// bytes aligned to `boundary`. Throws std::bad_alloc where there are none.
+[[nodiscard]] DVDX_EXPORT void* allocate(const Memory& memory, std::size_t bytes, std::size_t boundary);
+DVDX_EXPORT void release(const Memory& memory, void* p, std::size_t bytes, std::size_t boundary) noexcept;
+
+}  // namespace dvdx

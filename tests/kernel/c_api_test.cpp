@@ -1,0 +1,392 @@
+// The functions of dvdx.h: what they step, what they refuse and in which words, and whose memory they use.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "dvdx/dvdx.h"
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/layouts/state_hash.hpp"
+#include "dvdx/plan.hpp"
+
+namespace {
+
+struct Handles {  // a scene, a plan, and what was last said
+  dvdx_scene* scene = nullptr;
+  dvdx_plan* plan = nullptr;
+  dvdx_error error{};
+
+  Handles() { REQUIRE(dvdx_scene_create(DVDX_ABI_VERSION, &scene, &error) == DVDX_DONE); }
+  Handles(const Handles&) = delete;
+  Handles& operator=(const Handles&) = delete;
+  ~Handles() {
+    dvdx_plan_destroy(plan);
+    dvdx_scene_destroy(scene);
+  }
+  [[nodiscard]] std::string field() const { return &error.field[0]; }
+  [[nodiscard]] std::string message() const { return &error.message[0]; }
+  dvdx_status make(const dvdx_options& options, const dvdx_state* start = nullptr) {
+    return dvdx_plan_create(scene, &options, start, &plan, &error);
+  }
+};
+
+dvdx_options options_of(double step, dvdx_precision precision = DVDX_FLOAT32) {
+  dvdx_options options{};
+  options.step = step;
+  options.precision = precision;
+  return options;
+}
+
+// Six arrays, started alike each time.
+template <class T>
+struct Arrays {
+  std::vector<T> memory;
+  std::size_t count;
+
+  explicit Arrays(std::size_t n) : memory(6 * n), count(n) {
+    for (std::size_t i = 0; i < n; ++i) {
+      memory[i] = static_cast<T>(0.01 * static_cast<double>(i));
+      memory[n + i] = 1;
+      memory[3 * n + i] = static_cast<T>(0.5);
+    }
+  }
+  T* column(std::size_t k) { return memory.data() + k * count; }
+  dvdx_state c() {
+    return dvdx_soa(sizeof(T) == 4 ? DVDX_FLOAT32 : DVDX_FLOAT64, column(0), column(1), column(2), column(3), column(4),
+                    column(5), count);
+  }
+  dvdx::State<T> cpp() { return dvdx::soa(column(0), column(1), column(2), column(3), column(4), column(5), count); }
+};
+
+// Every force and contact, by C and by C++.
+void add_forces(Handles& h) {
+  dvdx_constant gravity{};
+  gravity.acceleration[1] = -9.81;
+  dvdx_sinusoid shake{};
+  shake.acceleration[0] = 1;
+  shake.angular_frequency = 3;
+  shake.phase = 0.5;
+  const double terms[] = {0.1, 0, 0, 0, 0, 0.2};
+  const dvdx_polynomial push{terms, 2, DVDX_METHOD_DEFAULT};
+  const double axes[] = {10, 20, 30};
+  dvdx_spring spring{};
+  spring.stiffness.axes = &axes[0];
+  spring.damping = 0.3;
+  spring.anchor.from = DVDX_ANCHOR_AT_START;
+  dvdx_radial_spring radial{};
+  radial.stiffness.all = 5;
+  radial.rest_length.all = 0.5;
+  dvdx_drag drag{};
+  drag.coefficient.all = 0.02;
+  drag.wind[0] = 3;
+  drag.method = DVDX_EXACT;
+  dvdx_plane plane{};
+  plane.normal[1] = 1;
+  plane.surface.restitution = 0.4;
+  dvdx_sphere sphere{};
+  sphere.radius = 50;
+  sphere.side = DVDX_INSIDE;
+  CHECK(dvdx_scene_add_constant(h.scene, &gravity, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_polynomial(h.scene, &push, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_sinusoid(h.scene, &shake, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_spring(h.scene, &spring, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_radial_spring(h.scene, &radial, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_drag(h.scene, &drag, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_plane(h.scene, &plane, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_sphere(h.scene, &sphere, &h.error) == DVDX_DONE);
+}
+
+dvdx::Scene same_forces() {
+  using namespace dvdx;
+  Scene scene;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Polynomial{.acceleration = {{0.1, 0, 0}, {0, 0, 0.2}}});
+  scene.add(Sinusoid{.acceleration = {1, 0, 0}, .angular_frequency = 3, .phase = 0.5});
+  scene.add(Spring{.stiffness = {10, 20, 30}, .damping = 0.3, .anchor = at_start});
+  scene.add(RadialSpring{.stiffness = 5.0, .rest_length = 0.5});
+  scene.add(Drag{.coefficient = 0.02, .wind = {3, 0, 0}, .method = Method::exact});
+  scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.4});
+  scene.add(Sphere{.radius = 50, .side = Side::inside});
+  return scene;
+}
+
+TEST_CASE_TEMPLATE("c: every force and contact moves particles as C++ does, bit by bit", T, float, double) {
+  Handles h;
+  add_forces(h);
+  Arrays<T> by_c(100);
+  Arrays<T> by_cpp(100);
+  dvdx_state state = by_c.c();
+  const auto options = options_of(1.0 / 60, state.precision);
+  REQUIRE(h.make(options, &state) == DVDX_DONE);
+  REQUIRE(dvdx_plan_step(h.plan, &state, 30, nullptr, &h.error) == DVDX_DONE);
+  auto same = by_cpp.cpp();
+  const auto plan = dvdx::compile<T>(same_forces(), {.step = 1.0 / 60}, same);
+  REQUIRE(plan.has_value());
+  (void)plan->step(same, 30);
+  CHECK(by_c.memory == by_cpp.memory);
+  CHECK(state.clock.seconds == same.clock.seconds);
+  CHECK(dvdx_state_hash(&state) == dvdx::state_hash(same));
+}
+
+// A hanging row of springs, and what holds some of its particles.
+void add_joints(Handles& h) {
+  const std::uint32_t pairs[] = {0, 1, 1, 2, 2, 3};
+  dvdx_springs springs{};
+  springs.pairs = &pairs[0];
+  springs.count = 3;
+  springs.stiffness.all = 100;
+  springs.damping = 0.1;
+  dvdx_distance rod{};
+  rod.pairs = &pairs[0];
+  rod.count = 1;
+  const dvdx_on_point point{4, {0.04, 1, 0}};
+  const dvdx_on_line line{5, {0, 1, 0}, {1, 0, 0}};
+  dvdx_coupling coupling{};
+  coupling.substeps = 10;
+  const std::size_t fixed[] = {3};
+  CHECK(dvdx_scene_add_springs(h.scene, &springs, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_distance(h.scene, &rod, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_on_point(h.scene, &point, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_on_line(h.scene, &line, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_set_coupling(h.scene, &coupling, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_set_fixed(h.scene, &fixed[0], 1, &h.error) == DVDX_DONE);
+}
+
+TEST_CASE("c: networks, constraints and fixed particles move as C++ moves them, and their limit is told") {
+  Handles h;
+  add_joints(h);
+  Arrays<double> by_c(6);
+  Arrays<double> by_cpp(6);
+  dvdx_state state = by_c.c();
+  REQUIRE(h.make(options_of(1.0 / 60, DVDX_FLOAT64), &state) == DVDX_DONE);
+  REQUIRE(dvdx_plan_step(h.plan, &state, 20, nullptr, &h.error) == DVDX_DONE);
+  using namespace dvdx;
+  Scene scene;
+  scene.add(Network(Springs{.pairs = {{0, 1}, {1, 2}, {2, 3}}, .stiffness = 100.0, .damping = 0.1}));
+  scene.add(Constraint(Distance{.pairs = {{0, 1}}})).add(Constraint(OnPoint{.particle = 4, .at = {0.04, 1, 0}}));
+  scene.add(Constraint(OnLine{.particle = 5, .through = {0, 1, 0}}));
+  scene.coupling.substeps = 10;
+  scene.fixed = {3};
+  auto same = by_cpp.cpp();
+  const auto plan = compile<double>(scene, {.step = 1.0 / 60}, same);
+  REQUIRE(plan.has_value());
+  (void)plan->step(same, 20);
+  CHECK(by_c.memory == by_cpp.memory);
+  dvdx_network_limit limit{};
+  CHECK(dvdx_plan_network_limit(h.plan, &limit) == 1);
+  CHECK(limit.substeps == 10);
+  CHECK(limit.bound == plan->network_limit()->bound);
+}
+
+TEST_CASE("c: a grid, values each and an origin") {
+  Handles h;
+  dvdx_grid grid{};
+  grid.rows = grid.columns = 2;
+  grid.edge_u[0] = grid.edge_v[2] = 1;
+  grid.structural = 10;
+  const std::vector<double> masses = {1, 2, 3, 4};
+  const dvdx_scalars mass{0, masses.data(), masses.size()};
+  const double origin[] = {100, 0, 0};
+  CHECK(dvdx_scene_add_grid(h.scene, &grid, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_set_mass(h.scene, &mass, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_set_origin(h.scene, &origin[0], 1, &h.error) == DVDX_DONE);
+  Arrays<float> arrays(4);
+  dvdx_state state = arrays.c();
+  REQUIRE(h.make(options_of(0.01), &state) == DVDX_DONE);
+  CHECK(dvdx_plan_step(h.plan, &state, 3, nullptr, &h.error) == DVDX_DONE);
+  CHECK(std::isfinite(arrays.memory[0]));
+  state.count = 3;
+  CHECK(dvdx_plan_step(h.plan, &state, 1, nullptr, &h.error) == DVDX_COUNT_DIFFERS);
+}
+
+TEST_CASE("c: seek, another step, another force, and what a plan says of itself") {
+  Handles h;
+  dvdx_spring spring{};
+  spring.stiffness.all = 40;
+  CHECK(dvdx_scene_add_spring(h.scene, &spring, &h.error) == DVDX_DONE);
+  REQUIRE(h.make(options_of(0.01, DVDX_FLOAT64)) == DVDX_DONE);
+  Arrays<double> walked(3);
+  Arrays<double> sought(3);
+  dvdx_state a = walked.c();
+  dvdx_state b = sought.c();
+  CHECK(dvdx_plan_step(h.plan, &a, 100, nullptr, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_seek(h.plan, &b, 100, &h.error) == DVDX_DONE);
+  for (std::size_t i = 0; i < walked.memory.size(); ++i) CHECK(std::abs(walked.memory[i] - sought.memory[i]) < 1e-12);
+  CHECK(b.clock.seconds == a.clock.seconds);
+  CHECK(dvdx_plan_set_step(h.plan, 0.02, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_step_size(h.plan) == 0.02);
+  CHECK(dvdx_plan_precision(h.plan) == DVDX_FLOAT64);
+  CHECK(dvdx_plan_isa(h.plan) != DVDX_ISA_BEST);
+  CHECK(dvdx_plan_replace(h.plan, 0, h.scene, 0, &h.error) == DVDX_DONE);
+  dvdx_network_limit limit{};
+  CHECK(dvdx_plan_network_limit(h.plan, &limit) == 0);
+  const std::size_t length = dvdx_plan_explain(h.plan, nullptr, 0);
+  std::string text(length + 1, '?');
+  CHECK(dvdx_plan_explain(h.plan, text.data(), text.size()) == length);
+  CHECK(text.back() == '\0');
+  char few[5];
+  CHECK(dvdx_build_info(&few[0], sizeof few) > 20);
+  CHECK(std::string(&few[0]) == "dvdx");
+  CHECK(dvdx_abi_version() == DVDX_ABI_VERSION);
+  CHECK(std::string(dvdx_version()) == DVDX_VERSION);
+}
+
+TEST_CASE("c: an error names the field, the value and the range, and changes nothing") {
+  Handles h;
+  dvdx_spring spring{};
+  spring.stiffness.all = -40;
+  CHECK(dvdx_scene_add_spring(h.scene, &spring, &h.error) == DVDX_DONE);
+  CHECK(h.make(options_of(0.01)) == DVDX_INVALID);
+  CHECK(h.plan == nullptr);
+  CHECK(h.message() == "forces[0].stiffness is -40: must be a finite number >= 0");
+  CHECK(h.field() == "forces[0].stiffness");
+  CHECK(std::string(&h.error.value[0]) == "-40");
+  CHECK(std::string(&h.error.valid[0]) == "a finite number >= 0");
+  CHECK(dvdx_plan_create(h.scene, nullptr, nullptr, &h.plan, &h.error) == DVDX_INVALID);
+  CHECK(h.field() == "options");
+  CHECK(h.make(options_of(0.01), nullptr) == DVDX_INVALID);
+  dvdx_options options = options_of(0.01);
+  options.isa = static_cast<dvdx_isa>(7);
+  CHECK(h.make(options) == DVDX_INVALID);
+  CHECK(h.field() == "isa");
+}
+
+TEST_CASE("c: choices that do not exist and pointers to nothing are refused at once") {
+  Handles h;
+  dvdx_drag drag{};
+  drag.method = static_cast<dvdx_method>(7);
+  CHECK(dvdx_scene_add_drag(h.scene, &drag, &h.error) == DVDX_INVALID);
+  CHECK(h.message() == "forces[0].method is 7: must be a choice from 0 to 5");
+  CHECK(dvdx_scene_add_drag(h.scene, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(h.field() == "forces");
+  CHECK(dvdx_scene_add_drag(nullptr, &drag, &h.error) == DVDX_INVALID);
+  CHECK(h.field() == "scene");
+  dvdx_springs springs{};
+  springs.count = 2;
+  CHECK(dvdx_scene_add_springs(h.scene, &springs, &h.error) == DVDX_INVALID);
+  CHECK(h.field() == "network[0].pairs");
+  CHECK(dvdx_scene_set_fixed(h.scene, nullptr, 2, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_scene_set_mass(h.scene, nullptr, nullptr) == DVDX_INVALID);  // an error that nobody asks for
+  dvdx_scene* other = nullptr;
+  CHECK(dvdx_scene_create(DVDX_ABI_VERSION + 1, &other, &h.error) == DVDX_ABI_DIFFERS);
+  CHECK(other == nullptr);
+  CHECK(h.message() == dvdx_status_text(DVDX_ABI_DIFFERS));
+}
+
+TEST_CASE("c: a state that does not fit is refused, and not stepped") {
+  Handles h;
+  REQUIRE(h.make(options_of(0.01)) == DVDX_DONE);
+  Arrays<float> arrays(4);
+  const auto before = arrays.memory;
+  const auto step = [&](dvdx_state state) { return dvdx_plan_step(h.plan, &state, 1, nullptr, &h.error); };
+  dvdx_state state = arrays.c();
+  state.precision = DVDX_FLOAT64;
+  CHECK(step(state) == DVDX_PRECISION_DIFFERS);
+  state = arrays.c();
+  state.v[2].base = nullptr;
+  CHECK(step(state) == DVDX_INVALID);
+  CHECK(h.field() == "v[2]");
+  state = arrays.c();
+  state.x[0].base = reinterpret_cast<char*>(arrays.column(0)) + 1;
+  CHECK(step(state) == DVDX_INVALID);
+  state = arrays.c();
+  state.x[1].run = 3;
+  CHECK(step(state) == DVDX_INVALID);
+  state = arrays.c();
+  state.x[1].run = 1;
+  state.x[1].stride = 3;
+  CHECK(step(state) == DVDX_INVALID);
+  state = arrays.c();
+  state.x[1].capacity = 3;
+  CHECK(step(state) == DVDX_CAPACITY_TOO_SMALL);
+  CHECK(dvdx_plan_step(nullptr, &state, 1, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_step(h.plan, nullptr, 1, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_set_step(h.plan, 0, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_replace(h.plan, 0, h.scene, 0, &h.error) == DVDX_INVALID);
+  CHECK(arrays.memory == before);
+}
+
+TEST_CASE("c: structs of the caller's and the caller's threads") {
+  struct Particle {
+    char name;
+    double position[3];
+    float age;
+    double velocity[3];
+  };
+  std::vector<Particle> particles(100'000, Particle{'p', {1, 2, 3}, 4, {0, 0, 0}});
+  Handles h;
+  dvdx_constant gravity{};
+  gravity.acceleration[1] = -10;
+  CHECK(dvdx_scene_add_constant(h.scene, &gravity, &h.error) == DVDX_DONE);
+  REQUIRE(h.make(options_of(0.5, DVDX_FLOAT64)) == DVDX_DONE);
+  dvdx_state state =
+      dvdx_aos(DVDX_FLOAT64, &particles[0].position[0], &particles[0].velocity[0], sizeof(Particle), particles.size());
+  std::size_t calls = 0;
+  dvdx_parallel backwards{};
+  backwards.context = &calls;
+  backwards.run = [](void* context, std::size_t count, dvdx_body body, void* task) {
+    ++*static_cast<std::size_t*>(context);
+    for (std::size_t i = count; i-- > 0;) body(task, i);
+  };
+  CHECK(dvdx_plan_step(h.plan, &state, 2, &backwards, &h.error) == DVDX_DONE);
+  CHECK(calls == 1);
+  const bool is_right = std::all_of(particles.begin(), particles.end(), [](const Particle& p) {
+    return p.name == 'p' && p.age == 4 && p.position[1] == -3 && p.velocity[1] == -10;
+  });
+  CHECK(is_right);
+}
+
+// Gives memory out until it is told to stop, and counts what is out.
+struct Heap {
+  long left;
+  long out = 0, most = 0;
+  static void* allocate(void* context, std::size_t bytes, std::size_t alignment) {
+    auto& heap = *static_cast<Heap*>(context);
+    if (heap.left-- <= 0) return nullptr;
+    heap.most = std::max(heap.most, ++heap.out);
+    return std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  }
+  static void release(void* context, void* memory, std::size_t /*bytes*/, std::size_t /*alignment*/) {
+    --static_cast<Heap*>(context)->out;
+    std::free(memory);
+  }
+};
+
+TEST_CASE("c: wherever the allocator has no memory left, making a plan fails and leaks nothing") {
+  Handles h;
+  add_forces(h);
+  add_joints(h);
+  Arrays<float> arrays(6);
+  const dvdx_state state = arrays.c();
+  for (long given = 0;; ++given) {
+    REQUIRE(given < 1000);
+    Heap heap{given};
+    dvdx_options options = options_of(1.0 / 60);
+    options.allocator = {Heap::allocate, Heap::release, &heap};
+    const dvdx_status status = h.make(options, &state);
+    if (status == DVDX_DONE) {
+      CHECK(given > 5);
+      CHECK(heap.out == given);
+      // Nor does a change that fails for want of memory: the plan steps on as it was.
+      heap.left = 0;
+      CHECK(dvdx_plan_set_step(h.plan, 0.01, &h.error) == DVDX_OUT_OF_MEMORY);
+      CHECK(dvdx_plan_replace(h.plan, 0, h.scene, 0, &h.error) == DVDX_OUT_OF_MEMORY);
+      CHECK(heap.out == given);
+      dvdx_state moving = arrays.c();
+      CHECK(dvdx_plan_step(h.plan, &moving, 1, nullptr, &h.error) == DVDX_DONE);
+      dvdx_plan_destroy(h.plan);
+      h.plan = nullptr;
+      CHECK(heap.out == 0);
+      return;
+    }
+    CHECK(status == DVDX_OUT_OF_MEMORY);
+    CHECK(h.plan == nullptr);
+    CHECK(heap.out == 0);
+  }
+}
+
+}  // namespace
