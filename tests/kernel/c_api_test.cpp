@@ -305,7 +305,7 @@ TEST_CASE("c: a state that does not fit is refused, and not stepped") {
   CHECK(step(state) == DVDX_CAPACITY_TOO_SMALL);
   CHECK(dvdx_plan_step(nullptr, &state, 1, nullptr, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_step(h.plan, nullptr, 1, nullptr, &h.error) == DVDX_INVALID);
-  CHECK(dvdx_plan_set_step(h.plan, 0, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_set_step(h.plan, HUGE_VAL, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_replace(h.plan, 0, h.scene, 0, &h.error) == DVDX_INVALID);
   CHECK(arrays.memory == before);
 }

@@ -348,7 +348,7 @@ typedef enum dvdx_rounding {
 } dvdx_rounding;
 
 typedef struct dvdx_options {
-  double step;  // s, finite, not 0; negative runs time backwards
+  double step;  // s, finite; negative runs time backwards
   dvdx_precision precision;
   dvdx_isa isa;
   dvdx_arithmetic arithmetic;
