@@ -46,7 +46,7 @@ enum class Unstable {
 };
 
 struct Options {
-  double step = 1.0 / 60;    // s, finite, not 0; negative runs time backwards
+  double step = 1.0 / 60;    // s, finite; negative runs time backwards, and a step of 0 changes no bit
   std::optional<Isa> isa{};  // the best where none is asked for
   Arithmetic arithmetic = Arithmetic::separate;
   std::size_t block = 0;  // particles that stay in first-level cache together: a multiple of 16, at most 1024; 0: chosen

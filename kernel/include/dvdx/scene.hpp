@@ -46,7 +46,7 @@ struct Spring {
 };
 
 // m a = -(stiffness (r - rest_length) + damping r') n along the line n from the anchor; N/m >= 0, kg/s >= 0, m, m >= 0.
-// At r = 0 the direction is undefined and the spring contributes nothing.
+// At r = 0 there is no direction: the spring contributes nothing. Without rest length and damping it is stepped as a Spring.
 struct RadialSpring {
   Scalars stiffness = 0.0;
   double damping = 0;
@@ -72,7 +72,7 @@ struct Plane {
   Vec3 normal{0, 1, 0};
   double offset = 0;            // m
   double restitution = 0;       // 0..1
-  double friction = 0;          // Coulomb's coefficient, >= 0
+  double friction = 0;          // Coulomb's coefficient, >= 0; infinite: what touches sticks. So may both viscosities be.
   double viscosity = 0;         // >= 0: an impact multiplies the tangential velocity by exp(-viscosity)
   double normal_viscosity = 0;  // >= 0: and the normal one by exp(-normal_viscosity)
   Response response = Response::resume;
