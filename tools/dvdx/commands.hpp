@@ -9,6 +9,7 @@ namespace dvdx::tool {
 
 void add_run(CLI::App& app, Exit& exit);
 void add_report(CLI::App& app, Exit& exit);
+void add_tune(CLI::App& app, Exit& exit);
 void add_explain(CLI::App& app, Exit& exit);
 void add_verify(CLI::App& app, Exit& exit);
 void add_stability(CLI::App& app, Exit& exit);

@@ -51,6 +51,10 @@ void add_engine_options(CLI::App& app, EngineOptions& options) {
   app.add_option("--precision", options.precision, "of the state; float32_compensated carries what float32 rounds away")
       ->check(CLI::IsMember(names_of(precisions)))
       ->capture_default_str();
+  add_machine_options(app, options);
+}
+
+void add_machine_options(CLI::App& app, EngineOptions& options) {
   app.add_option("--isa", options.isa, "instruction set: best, reference, sse2, avx2, avx512 or neon64")->capture_default_str();
   app.add_option("--arithmetic", options.arithmetic, "contracted fuses multiply and add")
       ->check(CLI::IsMember(names_of(arithmetics)))

@@ -41,6 +41,8 @@ struct Engine {
 };
 
 void add_engine_options(CLI::App& app, EngineOptions& options);
+// The same without the precision.
+void add_machine_options(CLI::App& app, EngineOptions& options);
 
 // Throws Fault (usage) for an instruction set that this binary or this machine lacks.
 [[nodiscard]] Engine engine_of(const EngineOptions& options);

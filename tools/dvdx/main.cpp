@@ -30,6 +30,7 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   dvdx::tool::add_run(app, exit);
   dvdx::tool::add_report(app, exit);
+  dvdx::tool::add_tune(app, exit);
   dvdx::tool::add_explain(app, exit);
   dvdx::tool::add_verify(app, exit);
   dvdx::tool::add_stability(app, exit);

@@ -1,9 +1,7 @@
 // dvdx report: speed against error, by every method and over a range of steps.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -17,6 +15,7 @@
 #include "report/table.hpp"
 #include "scene_reader.hpp"
 #include "threads.hpp"
+#include "told.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -30,38 +29,6 @@ struct ReportOptions {
   EngineOptions engine;
   bool quick = false;
   bool json = false;
-};
-
-// Where the report is, on stderr: over one line on a terminal, else a line every ten seconds.
-class Told {
- public:
-  explicit Told(std::size_t scenes) : scenes_(scenes) {}
-  Told(const Told&) = delete;
-  Told& operator=(const Told&) = delete;
-  ~Told() {
-    if (is_terminal_) fmt::print(stderr, "\r\x1b[K");
-  }
-
-  void scene(std::size_t index, const std::string& name) {
-    index_ = index;
-    name_ = name;
-  }
-  void at(double part, const std::string& what) {
-    using namespace std::chrono_literals;
-    const auto now = std::chrono::steady_clock::now();
-    if (now < next_) return;
-    next_ = now + (is_terminal_ ? 100ms : 10000ms);
-    const double whole = (static_cast<double>(index_) + part) / static_cast<double>(scenes_);
-    fmt::print(stderr, "{}{:3.0f} %  {}: {}{}", is_terminal_ ? "\r" : "", 100 * whole, name_, what,
-               is_terminal_ ? "\x1b[K" : "\n");
-  }
-
- private:
-  std::size_t scenes_;
-  std::size_t index_ = 0;
-  std::string name_;
-  bool is_terminal_ = isatty(STDERR_FILENO) != 0;
-  std::chrono::steady_clock::time_point next_ = std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
 };
 
 std::vector<Precision> precisions_of(const std::string& word) {
@@ -140,15 +107,7 @@ void add_report(CLI::App& app, Exit& /*exit*/) {
       ->check(CLI::IsMember(std::vector<std::string>{"float32", "float64", "both"}))
       ->capture_default_str();
   command->add_flag("--quick", options->quick, "fewer steps, fewer particles for the errors, shorter times");
-  command->add_option("--isa", options->engine.isa, "instruction set: best, reference, sse2, avx2, avx512 or neon64")
-      ->capture_default_str();
-  command->add_option("--arithmetic", options->engine.arithmetic, "contracted fuses multiply and add")
-      ->check(CLI::IsMember(names_of(arithmetics)))
-      ->capture_default_str();
-  command->add_option("--layout", options->engine.layout, "how the particles lie in memory")
-      ->check(CLI::IsMember(names_of(layouts)))
-      ->capture_default_str();
-  command->add_option("--threads", options->engine.threads, "all cores where not given")->check(CLI::Range(1, 1024));
+  add_machine_options(*command, options->engine);
   command->add_flag("--json", options->json, "print the report as one JSON object");
   command->callback([options] { run(*options); });
 }

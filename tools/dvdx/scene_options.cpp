@@ -62,12 +62,17 @@ void couple(SceneFile& file, const SceneOptions& options) {
 void add_scene_options(CLI::App& app, SceneOptions& options) {
   app.add_option("SCENE", options.scene, "a scene file (JSON)")->required();
   app.add_option("--step", options.step, "s, in place of the scene's; negative runs time backwards");
-  app.add_option("--duration", options.duration, "s, in place of the scene's");
   app.add_option("--method", options.method, "in place of the scene's, of every force's own and of the networks'")
       ->check(CLI::IsMember(names_of(methods)));
   app.add_option("--scheme", options.scheme, "of the networks, in place of the scene's")
       ->check(CLI::IsMember(names_of(schemes)));
   app.add_option("--substeps", options.substeps, "of the networks in a step: a whole number, or auto");
+  add_scene_replacements(app, options);
+}
+
+void add_scene_replacements(CLI::App& app, SceneOptions& options) {
+  app.add_option("--duration", options.duration, "s, in place of the scene's");
+  app.add_option("--seed", options.seed, "draws other values than the scene's own seeds: 0 to 2^64 - 1");
   app.add_option("--set", options.overrides, "path=value, such as forces[0].stiffness=40: replaces a value of the scene")
       ->expected(1)
       ->take_all()
@@ -75,7 +80,7 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
 }
 
 LoadedScene load_scene(const SceneOptions& options, Precision precision) {
-  const ReadOptions read{.overrides = options.overrides, .scalar_bytes = bytes_of(precision)};
+  const ReadOptions read{.overrides = options.overrides, .seed = options.seed, .scalar_bytes = bytes_of(precision)};
   LoadedScene loaded{.file = read_scene(options.scene, read)};
   auto& file = loaded.file;
   if (options.step) file.step = checked("--step", *options.step, *options.step != 0, "a finite number other than 0");

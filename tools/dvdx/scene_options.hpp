@@ -18,10 +18,13 @@ struct SceneOptions {
   std::string method{};              // of every force and pair
   std::string scheme{};              // of the networks
   std::string substeps{};            // of the networks: a whole number or "auto"
+  std::optional<std::uint64_t> seed{};
   std::vector<std::string> overrides{};
 };
 
 void add_scene_options(CLI::App& app, SceneOptions& options);
+// Of these, what replaces something in a scene without saying how it is stepped.
+void add_scene_replacements(CLI::App& app, SceneOptions& options);
 
 struct LoadedScene {
   SceneFile file;

@@ -15,6 +15,7 @@
 #include "network_reader.hpp"
 #include "overrides.hpp"
 #include "particle_values.hpp"
+#include "seeds.hpp"
 #include "steps.hpp"
 
 namespace dvdx::tool {
@@ -369,6 +370,7 @@ SceneFile parse_scene(const std::string& path, std::string_view text, const Read
   check_encoding(path, text);
   json root = parse_json(path, text);
   for (const auto& assignment : options.overrides) apply_override(root, path, assignment);
+  if (options.seed) reseed(root, *options.seed);
   return scene_of(path, root, options);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@ namespace dvdx::tool {
 
 struct ReadOptions {
   std::vector<std::string> overrides{};             // of --set
+  std::optional<std::uint64_t> seed{};              // draws other values than the scene's own seeds
   std::size_t scalar_bytes = sizeof(float);         // of a number of the state
   std::uint64_t memory_bytes = available_memory();  // that the particles may take
 };

@@ -17,13 +17,6 @@
 namespace dvdx::tool::report {
 namespace {
 
-// Errors are measured on so many particles at most. Where the reference is stepped it costs far more than the runs.
-std::size_t most_error_particles(const SceneFile& file, Effort effort) {
-  const bool is_stepped = closed_form_of(file) == ClosedForm::none;
-  if (effort == Effort::quick) return is_stepped ? 128 : 1024;
-  return is_stepped ? 1024 : 4096;
-}
-
 class SceneMeasurement {
  public:
   SceneMeasurement(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell)
@@ -40,10 +33,7 @@ class SceneMeasurement {
     measure_all_errors();
     if (refine(reference_, sample_, grid_, setup_, smallest_error(), wish_.effort)) measure_all_errors();
     for (const auto precision : wish_.precisions) {
-      if (precision == Precision::float32)
-        time_all<float>(precision);
-      else
-        time_all<double>(precision);
+      with_scalar(precision, [&](auto zero) { time_all<decltype(zero)>(precision); });
     }
     return finished();
   }
@@ -53,10 +43,7 @@ class SceneMeasurement {
     runs_.clear();
     curves_.clear();
     for (const auto precision : wish_.precisions) {
-      if (precision == Precision::float32)
-        measure_precision<float>(precision);
-      else
-        measure_precision<double>(precision);
+      with_scalar(precision, [&](auto zero) { measure_precision<decltype(zero)>(precision); });
     }
   }
 
@@ -66,7 +53,8 @@ class SceneMeasurement {
       for (int halving = 0; halving <= grid_.halvings; ++halving) {
         tell_(0.3 * static_cast<double>(halving) / (grid_.halvings + 1),
               fmt::format("{} {}, errors", name_in(precisions, precision), name));
-        const auto measured = measure_errors<T>(sample_, method, grid_, halving, reference_, setup_);
+        const auto parts = std::uint64_t{1} << static_cast<unsigned>(halving);
+        const auto measured = measure_errors<T>(sample_, with_method(sample_.scene, method), grid_, parts, reference_, setup_);
         add(std::string(name), precision, halving, measured);
       }
     }

@@ -19,10 +19,11 @@ void Comparison::take(const State<T>& state, std::size_t time, double energy) {
   for (std::size_t i = 0; i < path.particles; ++i) {
     long double position = 0;
     long double velocity = 0;
+    const auto particle = reference_.picks[i];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto at = path.index(time, i, axis);
-      const auto dx = static_cast<long double>(state.x[axis][i]) - path.x[at];
-      const auto dv = static_cast<long double>(state.v[axis][i]) - path.v[at];
+      const auto dx = static_cast<long double>(state.x[axis][particle]) - path.x[at];
+      const auto dv = static_cast<long double>(state.v[axis][particle]) - path.v[at];
       position += dx * dx;
       velocity += dv * dv;
     }

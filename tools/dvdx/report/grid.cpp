@@ -30,13 +30,17 @@ std::vector<std::uint64_t> spread(std::uint64_t steps) {
 
 double Grid::step(int halving) const { return std::ldexp(coarsest, -halving); }
 
-Grid grid_of(const SceneFile& file, std::size_t error_particles, Effort effort) {
+std::uint64_t steps_of(const SceneFile& file) {
   const auto steps = steps_in(file.duration, file.step);
   if (!steps) throw Fault(Exit::bad_scene, file.path + ": duration must be " + steps.error());
-  if (*steps == 0) throw Fault(Exit::bad_scene, file.path + ": duration must be at least one step to report on");
+  if (*steps == 0) throw Fault(Exit::bad_scene, file.path + ": duration must be at least one step to measure errors of");
+  return *steps;
+}
+
+Grid grid_of(const SceneFile& file, std::size_t error_particles, Effort effort) {
   const auto range = range_for(effort);
   constexpr std::uint64_t few = 12;
-  Grid grid{.coarsest = file.step, .coarse_steps = *steps, .halvings = 0, .counts = {}};
+  Grid grid{.coarsest = file.step, .coarse_steps = steps_of(file), .halvings = 0, .counts = {}};
   int doublings = 0;
   while (doublings < range.doublings && grid.coarse_steps % 2 == 0 && grid.coarse_steps / 2 >= few) {
     grid.coarse_steps /= 2;

@@ -6,7 +6,7 @@
 
 namespace dvdx::tool::report {
 
-[[nodiscard]] nlohmann::ordered_json to_json(const Report& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const Machine& machine);
+[[nodiscard]] nlohmann::ordered_json to_json(const Report& report);
 
 }  // namespace dvdx::tool::report

@@ -3,23 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "origin.hpp"
 #include "report/sample.hpp"
 #include "report/stopwatch.hpp"
 
 namespace dvdx::tool::report {
 
 template <class T>
-Measured measure_errors(const SceneFile& sample, Method method, const Grid& grid, int halving, const Reference& reference,
-                        const Setup& setup) {
-  Soa<T> memory(sample.particles.count);
+Measured measure_errors(const SceneFile& sample, const Scene& scene, const Grid& grid, std::uint64_t parts,
+                        const Reference& reference, const Setup& setup) {
+  const auto rounding = rounding_of(setup.engine.precision);
+  StateMemory<T> memory(Layout::soa, sample.particles.count, rounding);
   auto state = memory.view();
   place_at_start(sample, state);
-  const auto plan = compiled(sample, with_method(sample.scene, method), grid.step(halving), setup.engine, state);
+  const auto plan = compiled(sample, scene, grid.part(parts), setup.engine, state);
   Comparison comparison(reference, sample);
-  comparison.take(state, 0);
+  std::optional<Soa<double>> world;
+  if (is_seen_from_elsewhere(scene, rounding)) world.emplace(sample.particles.count);
+  const auto take = [&](std::size_t k) {
+    if (!world) return comparison.take(state, k);
+    auto seen = world->view();
+    to_world(scene, state, seen);
+    comparison.take(seen, k);
+  };
+  take(0);
   for (std::size_t k = 1; k < grid.counts.size(); ++k) {
-    advance(plan, state, (grid.counts[k] - grid.counts[k - 1]) << static_cast<unsigned>(halving), setup.parallel);
-    comparison.take(state, k);
+    advance(plan, state, (grid.counts[k] - grid.counts[k - 1]) * parts, setup.parallel);
+    take(k);
   }
   return {.errors = comparison.errors(), .energy = comparison.energy()};
 }
@@ -30,8 +40,8 @@ Timer<T>::Timer(const SceneFile& file, const Grid& grid, const Setup& setup, Eff
       grid_(grid),
       setup_(setup),
       effort_(effort),
-      start_(setup.engine.layout, file.particles.count),
-      work_(setup.engine.layout, file.particles.count) {
+      start_(setup.engine.layout, file.particles.count, rounding_of(setup.engine.precision)),
+      work_(setup.engine.layout, file.particles.count, rounding_of(setup.engine.precision)) {
   auto state = start_.view();
   place_at_start(file, state);
 }
@@ -57,6 +67,9 @@ void Timer<T>::copy(const State<T>& from, State<T>& to) const {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     copy_column(from.x[axis], to.x[axis]);
     copy_column(from.v[axis], to.v[axis]);
+    if (!from.has_rests()) continue;
+    copy_column(from.x_rest[axis], to.x_rest[axis]);
+    copy_column(from.v_rest[axis], to.v_rest[axis]);
   }
   to.clock = from.clock;
 }
@@ -84,7 +97,7 @@ void Timer<T>::make_moments() {
     const auto until = (2 * p + 1) * grid_.coarse_steps / (2 * pieces);
     const auto before = p == 0 ? 0 : (2 * p - 1) * grid_.coarse_steps / (2 * pieces);
     if (until > before) advance(plan, state, until - before, setup_.parallel);
-    auto moment = std::make_unique<Buffer>(setup_.engine.layout, state.count);
+    auto moment = std::make_unique<Buffer>(setup_.engine.layout, state.count, rounding_of(setup_.engine.precision));
     auto view = moment->view();
     copy(state, view);
     moments_.push_back(std::move(moment));
@@ -160,8 +173,10 @@ Timing Timer<T>::time(const Plan<T>& plan, std::uint64_t steps) {
   return whole <= most ? time_whole(plan, steps) : time_pieces(plan, seconds_per_step, steps);
 }
 
-template Measured measure_errors<float>(const SceneFile&, Method, const Grid&, int, const Reference&, const Setup&);
-template Measured measure_errors<double>(const SceneFile&, Method, const Grid&, int, const Reference&, const Setup&);
+template Measured measure_errors<float>(const SceneFile&, const Scene&, const Grid&, std::uint64_t, const Reference&,
+                                        const Setup&);
+template Measured measure_errors<double>(const SceneFile&, const Scene&, const Grid&, std::uint64_t, const Reference&,
+                                         const Setup&);
 template class Timer<float>;
 template class Timer<double>;
 

@@ -13,9 +13,10 @@ struct Measured {
   std::vector<double> energy;  // J, at every sample time
 };
 
-// Errors of one run on the sample's particles.
+// Errors of one run on the sample's particles by `scene`, which is the sample's with another method or scheme; its step is the
+// grid's coarsest divided by `parts`. Throws Fault (bad_scene) where the scene cannot be run so.
 template <class T>
-[[nodiscard]] Measured measure_errors(const SceneFile& sample, Method method, const Grid& grid, int halving,
+[[nodiscard]] Measured measure_errors(const SceneFile& sample, const Scene& scene, const Grid& grid, std::uint64_t parts,
                                       const Reference& reference, const Setup& setup);
 
 // Times runs on all particles of a scene: the whole run where that is short, else pieces of it from several moments, because
@@ -53,8 +54,10 @@ class Timer {
   std::vector<Clock> clocks_;
 };
 
-extern template Measured measure_errors<float>(const SceneFile&, Method, const Grid&, int, const Reference&, const Setup&);
-extern template Measured measure_errors<double>(const SceneFile&, Method, const Grid&, int, const Reference&, const Setup&);
+extern template Measured measure_errors<float>(const SceneFile&, const Scene&, const Grid&, std::uint64_t, const Reference&,
+                                               const Setup&);
+extern template Measured measure_errors<double>(const SceneFile&, const Scene&, const Grid&, std::uint64_t, const Reference&,
+                                                const Setup&);
 extern template class Timer<float>;
 extern template class Timer<double>;
 

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "dvdx/layouts/soa.hpp"
-#include "energy.hpp"
 #include "names.hpp"
 #include "report/curves.hpp"
 #include "report/measure.hpp"
@@ -16,63 +15,6 @@
 
 namespace dvdx::tool::report {
 namespace {
-
-using Picks = std::vector<std::size_t>;
-
-// Particles whose paths are kept. The golden ratio spreads them over a grid, where a whole stride could follow a column.
-Picks picks_of(std::size_t count, std::size_t most) {
-  constexpr double golden = 0.6180339887498949;
-  Picks picks;
-  if (count <= most) {
-    for (std::size_t i = 0; i < count; ++i) picks.push_back(i);
-    return picks;
-  }
-  for (std::size_t k = 1; k <= most; ++k) {
-    const double part = static_cast<double>(k) * golden;
-    picks.push_back(static_cast<std::size_t>((part - std::floor(part)) * static_cast<double>(count)));
-  }
-  std::sort(picks.begin(), picks.end());
-  picks.erase(std::unique(picks.begin(), picks.end()), picks.end());
-  return picks;
-}
-
-// One run, at its sample times.
-struct Trace {
-  std::vector<double> x, v;     // of the picked particles: [time][particle][axis]
-  std::vector<double> energy;   // J, of all particles
-  std::vector<double> kinetic;  // J
-  double seconds = 0;           // of the steps
-};
-
-template <class T>
-double kinetic_energy(const Scene& scene, const State<T>& state) {
-  double sum = 0;
-  for (std::size_t i = 0; i < state.count; ++i) {
-    for (const auto& column : state.v) {
-      sum += 0.5 * scene.mass[i] * static_cast<double>(column[i]) * static_cast<double>(column[i]);
-    }
-  }
-  return sum;
-}
-
-template <class T>
-void record(const SceneFile& file, const Picks& picks, const State<T>& state, Trace& trace) {
-  for (const auto i : picks) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      trace.x.push_back(static_cast<double>(state.x[axis][i]));
-      trace.v.push_back(static_cast<double>(state.v[axis][i]));
-    }
-  }
-  trace.energy.push_back(energy(file, state));
-  trace.kinetic.push_back(kinetic_energy(file.scene, state));
-}
-
-Path path_of(const Trace& trace, std::size_t particles, std::size_t times) {
-  Path path(particles, times);
-  std::copy(trace.x.begin(), trace.x.end(), path.x.begin());
-  std::copy(trace.v.begin(), trace.v.end(), path.v.begin());
-  return path;
-}
 
 Scene with_coupling(const SceneFile& file, Coupling coupling, std::optional<int> substeps) {
   Scene scene = file.scene;
@@ -94,13 +36,12 @@ class NetworkMeasurement {
   SceneReport measure() {
     const auto curves = curves_of(file_);
     for (std::size_t c = 0; c < curves.size(); ++c) {
-      for (const auto& [word, precision] : precisions) {
+      for (const auto& entry : precisions) {
+        const auto precision = entry.value;
         if (std::find(wish_.precisions.begin(), wish_.precisions.end(), precision) == wish_.precisions.end()) continue;
-        tell_(0.8 * static_cast<double>(c) / static_cast<double>(curves.size()), fmt::format("{} {}", word, curves[c].name));
-        if (precision == Precision::float32)
-          run_curve<float>(curves[c], precision);
-        else
-          run_curve<double>(curves[c], precision);
+        tell_(0.8 * static_cast<double>(c) / static_cast<double>(curves.size()),
+              fmt::format("{} {}", entry.name, curves[c].name));
+        with_scalar(precision, [&](auto zero) { run_curve<decltype(zero)>(curves[c], precision); });
       }
     }
     tell_(0.8, "reference");
@@ -113,11 +54,10 @@ class NetworkMeasurement {
  private:
   // The step stays the scene's own; the sub-steps are what varies.
   static Grid own_step(const SceneFile& file) {
-    auto grid = grid_of(file, file.particles.count, Effort::quick);
-    const auto steps = static_cast<std::uint64_t>(std::llround(file.duration / file.step));
+    const auto steps = steps_of(file);
     constexpr std::uint64_t most = 60;
     const auto samples = std::min(most, steps);
-    grid = {.coarsest = file.step, .coarse_steps = steps, .halvings = 0, .counts = {}};
+    Grid grid{.coarsest = file.step, .coarse_steps = steps, .halvings = 0, .counts = {}};
     for (std::uint64_t k = 0; k <= samples; ++k) grid.counts.push_back(k * steps / samples);
     return grid;
   }
@@ -129,22 +69,6 @@ class NetworkMeasurement {
   [[nodiscard]] double predicted(const Coupling& coupling, int substeps, double own) const {
     const double each = own > 0 ? own : pulses_of(coupling) * seconds_per_pulse_;
     return each * substeps * static_cast<double>(grid_.coarse_steps);
-  }
-
-  template <class T>
-  Trace trace(const Plan<T>& plan) const {
-    Soa<T> memory(file_.particles.count);
-    auto state = memory.view();
-    place_at_start(file_, state);
-    Trace made;
-    record(file_, picks_, state, made);
-    for (std::size_t k = 1; k < grid_.counts.size(); ++k) {
-      const auto before = std::chrono::steady_clock::now();
-      advance(plan, state, grid_.counts[k] - grid_.counts[k - 1], setup_.parallel);
-      made.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
-      record(file_, picks_, state, made);
-    }
-    return made;
   }
 
   template <class T>
@@ -176,7 +100,7 @@ class NetworkMeasurement {
         leave_out(plan.error().message());
         continue;
       }
-      auto made = trace(*plan);
+      auto made = traced(file_, *plan, 1, grid_, picks_, setup_);
       const auto spent = made.seconds / substeps / static_cast<double>(grid_.coarse_steps);
       seconds_each = spent;
       seconds_per_pulse_ = std::max(seconds_per_pulse_, spent / pulses_of(curve.coupling));
@@ -226,89 +150,24 @@ class NetworkMeasurement {
 
   // ---- the reference ---------------------------------------------------------------------------------------------------
 
+  // With sub-steps below the finest shown.
   void make_reference() {
-    reference_.keeps_energy = keeps_energy(file_.scene);
-    if (closed_form_of(file_) != ClosedForm::none) {
-      use_closed_form();
-    } else {
-      step_reference();
-    }
-    reference_.amplitude = amplitude_of(reference_.path);
-  }
-
-  void use_closed_form() {
-    reference_.path = exact_path(file_, grid_.coarsest, grid_.counts);
-    const auto& path = reference_.path;
-    Soa<double> memory(path.particles);
-    auto state = memory.view();
-    for (std::size_t k = 0; k < path.times; ++k) {
-      put(path.x, path.v, k, state);
-      reference_.energy.push_back(energy(file_, state));
-      reference_.energy_scale = std::max(reference_.energy_scale, kinetic_energy(file_.scene, state));
-    }
-    // Long double, straight from the start: a few units in its last place for every radian.
-    double largest = 0;
-    for (const auto each : path.x) largest = std::max(largest, static_cast<double>(std::abs(each)));
-    const double units = static_cast<double>(grid_.coarse_steps);
-    reference_.facts = {.kind = "closed_form",
-                        .self_error = largest * units * static_cast<double>(std::numeric_limits<long double>::epsilon()),
-                        .step = 0,
-                        .settled = true};
-  }
-
-  // Fourth order with sub-steps below the finest shown, halved while that moves it by more than a hundredth of the smallest
-  // error, is affordable and helps.
-  void step_reference() {
-    Coupling coupling = file_.scene.coupling;
-    coupling.scheme = Scheme::fourth_order;
     int substeps = 1;
     for (const auto& run : runs_) {
       if (run.method == "fourth_order") substeps = std::max(substeps, run.substeps);
     }
-    if (const auto own = compiled_with<double>(coupling, std::nullopt); own && own->network_limit()) {
-      substeps = std::max(substeps, own->network_limit()->fewest);
-    }
-    const double most = wish_.effort == Effort::full ? 300 : 10;  // s
-    auto coarser = reference_trace(coupling, substeps);
-    double spent = coarser.seconds;
-    double moved = std::numeric_limits<double>::infinity();
-    bool is_settled = false;
-    do {
-      auto finer = reference_trace(coupling, 2 * substeps);
-      spent += finer.seconds;
-      const double last = moved;
-      moved = distance(path(coarser), path(finer));
-      substeps *= 2;
-      take(finer);
-      reference_.facts = {
-          .kind = "extrapolated", .self_error = moved, .step = file_.step, .substeps = substeps, .settled = false};
-      is_settled = moved < smallest_error() / 100;
-      const bool helps = moved < last / 2;
-      if (!helps || substeps > 500000) break;
-      coarser = std::move(finer);
-    } while (!is_settled && spent + 2 * coarser.seconds < most);
-    reference_.facts.settled = is_settled;
-  }
-
-  Trace reference_trace(const Coupling& coupling, int substeps) const {
-    const auto plan = compiled_with<double>(coupling, substeps);
-    if (!plan) throw Fault(Exit::bad_scene, file_.path + ": " + plan.error().message());
-    return trace(*plan);
-  }
-
-  [[nodiscard]] Path path(const Trace& made) const { return path_of(made, picks_.size(), grid_.counts.size()); }
-
-  void take(const Trace& made) {
-    reference_.path = path(made);
-    reference_.energy = made.energy;
-    reference_.energy_scale = *std::max_element(made.kinetic.begin(), made.kinetic.end());
+    reference_ = joined_reference(file_, grid_, picks_,
+                                  {.substeps = substeps,
+                                   .most_seconds = wish_.effort == Effort::full ? 300.0 : 10.0,
+                                   .smallest_error = [this](const Reference& reference) { return smallest_error(reference); }},
+                                  setup_);
   }
 
   // Of the runs against the reference as it stands.
-  [[nodiscard]] double smallest_error() const {
+  [[nodiscard]] double smallest_error(const Reference& reference) const {
     double smallest = std::numeric_limits<double>::infinity();
     for (const auto& made : traces_) {
-      const double error = distance(path(made), reference_.path);
+      const double error = distance(path_of(made, picks_.size(), grid_.counts.size()), reference.path);
       if (std::isfinite(error)) smallest = std::min(smallest, error);
     }
     return smallest;
@@ -316,24 +175,19 @@ class NetworkMeasurement {
 
   // ---- errors ----------------------------------------------------------------------------------------------------------
 
-  template <class Numbers>
-  void put(const Numbers& x, const Numbers& v, std::size_t time, State<double>& state) const {
-    for (std::size_t i = 0; i < state.count; ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto at = (time * state.count + i) * 3 + axis;
-        state.x[axis][i] = static_cast<double>(x[at]);
-        state.v[axis][i] = static_cast<double>(v[at]);
-      }
-    }
-  }
-
   void compare(std::size_t r) {
     const auto& made = traces_[r];
     Comparison comparison(reference_, file_);
-    Soa<double> memory(picks_.size());
+    Soa<double> memory(file_.particles.count);
     auto state = memory.view();
     for (std::size_t k = 0; k < grid_.counts.size(); ++k) {
-      put(made.x, made.v, k, state);
+      for (std::size_t n = 0; n < picks_.size(); ++n) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const auto at = (k * picks_.size() + n) * 3 + axis;
+          state.x[axis][picks_[n]] = made.x[at];
+          state.v[axis][picks_[n]] = made.v[at];
+        }
+      }
       comparison.take(state, k, made.energy[k]);
     }
     runs_[r].errors = comparison.errors();

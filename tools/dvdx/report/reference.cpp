@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "energy.hpp"
 #include "report/sample.hpp"
@@ -62,27 +63,38 @@ double rounding_of(const Path& path, const SceneFile& sample, const Grid& grid) 
   return count == 0 ? 0 : static_cast<double>(std::sqrt(sum / static_cast<long double>(count)));
 }
 
-void keep(const State<double>& state, std::size_t time, Path& path) {
-  for (std::size_t i = 0; i < path.particles; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      path.x[path.index(time, i, axis)] = state.x[axis][i];
-      path.v[path.index(time, i, axis)] = state.v[axis][i];
-    }
-  }
+Path stepped_path(const SceneFile& sample, const Grid& grid, int halving, const Setup& setup) {
+  Soa<double> memory(sample.particles.count);
+  auto start = memory.view();
+  place_at_start(sample, start);
+  const auto plan = compiled(sample, with_method(sample.scene, Method::combined), grid.step(halving), setup.engine, start);
+  const auto picks = picks_of(sample.particles.count, sample.particles.count);
+  return path_of(traced(sample, plan, std::uint64_t{1} << static_cast<unsigned>(halving), grid, picks, setup), picks.size(),
+                 grid.counts.size());
 }
 
-Path stepped_path(const SceneFile& sample, const Grid& grid, int halving, const Setup& setup) {
-  Path path(sample.particles.count, grid.counts.size());
-  Soa<double> memory(path.particles);
-  auto state = memory.view();
-  place_at_start(sample, state);
-  const auto plan = compiled(sample, with_method(sample.scene, Method::combined), grid.step(halving), setup.engine, state);
-  keep(state, 0, path);
-  for (std::size_t k = 1; k < path.times; ++k) {
-    advance(plan, state, (grid.counts[k] - grid.counts[k - 1]) << static_cast<unsigned>(halving), setup.parallel);
-    keep(state, k, path);
-  }
-  return path;
+// Fourth order with so many sub-steps in a coarsest step; an error where the scheme refuses them.
+Expected<Plan<double>> fourth_order(const SceneFile& file, const Grid& grid, std::optional<int> substeps, const Setup& setup) {
+  Scene scene = file.scene;
+  scene.coupling.scheme = Scheme::fourth_order;
+  scene.coupling.substeps = substeps;
+  Soa<double> memory(file.particles.count);
+  auto start = memory.view();
+  place_at_start(file, start);
+  return compile<double>(scene, {.step = grid.coarsest, .isa = setup.engine.isa, .arithmetic = setup.engine.arithmetic}, start);
+}
+
+Trace fourth_order_trace(const SceneFile& file, const Grid& grid, int substeps, const Picks& picks, const Setup& setup) {
+  const auto plan = fourth_order(file, grid, substeps, setup);
+  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  return traced(file, *plan, 1, grid, picks, setup);
+}
+
+void take(const Trace& trace, const Grid& grid, Reference& reference) {
+  reference.path = path_of(trace, reference.picks.size(), grid.counts.size());
+  reference.energy = trace.energy;
+  reference.energy_scale = *std::max_element(trace.kinetic.begin(), trace.kinetic.end());
+  reference.amplitude = amplitude_of(reference.path);
 }
 
 int halving_of(const Reference& reference, const Grid& grid) {
@@ -129,6 +141,7 @@ bool keeps_energy(const Scene& scene) {
 
 Reference first_reference(const SceneFile& sample, const Grid& grid, const Setup& setup) {
   Reference reference;
+  reference.picks = picks_of(sample.particles.count, sample.particles.count);
   if (closed_form_of(sample) != ClosedForm::none) {
     reference.path = exact_path(sample, grid.coarsest, grid.counts);
     reference.facts = {
@@ -167,6 +180,37 @@ bool refine(Reference& reference, const SceneFile& sample, const Grid& grid, con
   }
   if (changed) describe(reference, sample);
   return changed;
+}
+
+Reference joined_reference(const SceneFile& file, const Grid& grid, const Picks& picks, const Fineness& fineness,
+                           const Setup& setup) {
+  if (closed_form_of(file) != ClosedForm::none) return first_reference(file, grid, setup);
+  constexpr int most_substeps = 500000;
+  Reference reference;
+  reference.keeps_energy = keeps_energy(file.scene);
+  reference.picks = picks;
+  int substeps = fineness.substeps;
+  if (const auto own = fourth_order(file, grid, std::nullopt, setup); own && own->network_limit()) {
+    substeps = std::max(substeps, own->network_limit()->fewest);
+  }
+  auto last = fourth_order_trace(file, grid, substeps, picks, setup);
+  take(last, grid, reference);
+  double spent = last.seconds;
+  double moved = std::numeric_limits<double>::infinity();
+  bool helps = true;
+  do {
+    substeps *= 2;
+    last = fourth_order_trace(file, grid, substeps, picks, setup);
+    spent += last.seconds;
+    const auto coarser = std::exchange(reference.path, {});
+    take(last, grid, reference);
+    helps = distance(coarser, reference.path) < moved / 2;
+    moved = distance(coarser, reference.path);
+    reference.facts = {
+        .kind = "extrapolated", .self_error = moved, .step = grid.coarsest, .substeps = substeps, .settled = false};
+    reference.facts.settled = moved < fineness.smallest_error(reference) / 100;
+  } while (!reference.facts.settled && helps && substeps <= most_substeps && spent + 2 * last.seconds < fineness.most_seconds);
+  return reference;
 }
 
 }  // namespace dvdx::tool::report

@@ -7,11 +7,13 @@
 #include "report/grid.hpp"
 #include "report/results.hpp"
 #include "report/simulation.hpp"
+#include "report/trace.hpp"
 
 namespace dvdx::tool::report {
 
 struct Reference {
   ReferenceFacts facts;
+  Picks picks;  // whose paths they are
   Path path;
   std::vector<double> energy;  // J, at every sample time
   double amplitude = 0;        // m
@@ -26,6 +28,18 @@ struct Reference {
 // until the work is out of proportion, and says which. Returns whether the path changed.
 bool refine(Reference& reference, const SceneFile& sample, const Grid& grid, const Setup& setup, double smallest_error,
             Effort effort);
+
+// How fine a stepped reference of joined particles is to be.
+struct Fineness {
+  int substeps = 1;                                        // of the coarsest step, to begin with
+  double most_seconds = 0;                                 // that its runs may take
+  std::function<double(const Reference&)> smallest_error;  // m, of what is shown, against the reference as it stands
+};
+
+// For particles that are joined: the closed form where the scene has one; else scheme fourth_order in float64, with sub-steps
+// halved while that moves it by more than a hundredth of the smallest error, is affordable and helps.
+[[nodiscard]] Reference joined_reference(const SceneFile& file, const Grid& grid, const Picks& picks, const Fineness& fineness,
+                                         const Setup& setup);
 
 // Of each particle from its own mean position over the path, root mean square; m.
 [[nodiscard]] double amplitude_of(const Path& path);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "closed_form.hpp"
+
 namespace dvdx::tool::report {
 namespace {
 
@@ -42,6 +44,10 @@ Vectors picked(const Vectors& vectors, const Picks& picks) {
   return values;
 }
 
+Origin picked(const Origin& origin, const Picks& picks) {
+  return origin.is_each() ? Origin(picked(origin.each(), picks)) : origin;
+}
+
 void pick_values(Force& force, const Picks& picks) {
   const auto pick = [&](auto& f) {
     if constexpr (requires { f.anchor; }) f.anchor = picked(f.anchor, picks);
@@ -78,11 +84,19 @@ SceneFile sample_of(const SceneFile& file, std::size_t most) {
                    .topology = {}};
   sample.scene.method = file.scene.method;
   sample.scene.mass = picked(file.scene.mass, picks);
+  sample.scene.origin = picked(file.scene.origin, picks);
+  sample.is_origin_free = file.is_origin_free;
   sample.scene.contacts = file.scene.contacts;
   sample.scene.forces = file.scene.forces;
   for (auto& force : sample.scene.forces) pick_values(force, picks);
   sample.scene.fixed = places_of(file.scene.fixed, picks);
   return sample;
+}
+
+std::size_t most_error_particles(const SceneFile& file, Effort effort) {
+  const bool is_stepped = closed_form_of(file) == ClosedForm::none;
+  if (effort == Effort::quick) return is_stepped ? 128 : 1024;
+  return is_stepped ? 1024 : 4096;
 }
 
 Scene with_method(Scene scene, Method method) {

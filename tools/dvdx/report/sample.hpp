@@ -3,6 +3,7 @@
 
 #include <cstddef>
 
+#include "report/results.hpp"
 #include "scene_file.hpp"
 
 namespace dvdx::tool::report {
@@ -10,6 +11,9 @@ namespace dvdx::tool::report {
 // The scene with at most `most` of its particles, evenly spread over their numbers. Particles do not act on one another, so
 // each moves as it did among all; where they do, the scene stays whole.
 [[nodiscard]] SceneFile sample_of(const SceneFile& file, std::size_t most);
+
+// Errors are measured on so many particles at most. Where the reference is stepped it costs far more than the runs.
+[[nodiscard]] std::size_t most_error_particles(const SceneFile& file, Effort effort);
 
 // The scene with one method for all forces.
 [[nodiscard]] Scene with_method(Scene scene, Method method);

@@ -18,10 +18,19 @@ struct Setup {
   ParallelFor parallel{};
 };
 
+// Calls `use` with a zero of the type that states of this precision hold.
+template <class Use>
+decltype(auto) with_scalar(Precision precision, const Use& use) {
+  if (is_kept_in_float64(precision)) return use(double{});
+  return use(float{});
+}
+
 template <class T>
 [[nodiscard]] Plan<T> compiled(const SceneFile& file, const Scene& scene, double step, const Engine& engine,
                                const State<T>& start) {
-  auto plan = compile<T>(scene, {.step = step, .isa = engine.isa, .arithmetic = engine.arithmetic}, start);
+  const Options options{
+      .step = step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
+  auto plan = compile<T>(scene, options, start);
   if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
   return std::move(*plan);
 }

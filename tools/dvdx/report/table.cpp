@@ -6,41 +6,13 @@
 
 #include "names.hpp"
 #include "report/summary.hpp"
+#include "report/text_table.hpp"
 
 namespace dvdx::tool::report {
 namespace {
 
-// Columns as wide as their widest cell; the first `left` of them aligned to the left.
-class Table {
- public:
-  explicit Table(std::size_t left) : left_(left) {}
-  void row(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
-  [[nodiscard]] std::string text() const {
-    std::vector<std::size_t> widths;
-    for (const auto& cells : rows_) {
-      widths.resize(std::max(widths.size(), cells.size()));
-      for (std::size_t c = 0; c < cells.size(); ++c) widths[c] = std::max(widths[c], cells[c].size());
-    }
-    std::string text;
-    for (const auto& cells : rows_) {
-      std::string line;
-      for (std::size_t c = 0; c < cells.size(); ++c) {
-        line += (c == 0 ? "  " : "   ");
-        line += c < left_ ? fmt::format("{:<{}}", cells[c], widths[c]) : fmt::format("{:>{}}", cells[c], widths[c]);
-      }
-      line.erase(line.find_last_not_of(' ') + 1);
-      text += line + "\n";
-    }
-    return text;
-  }
-
- private:
-  std::size_t left_;
-  std::vector<std::vector<std::string>> rows_;
-};
-
 std::string runs_table(const SceneReport& scene) {
-  Table table(2);
+  TextTable table(2);
   std::vector<std::string> head{"method", "precision", "order", "theory"};
   for (const double goal : error_goals) head.push_back(fmt::format("{:.0e}", goal));
   head.emplace_back("least error");
@@ -81,7 +53,7 @@ std::string left_out_text(const SceneReport& scene) {
 std::string long_run_table(const SceneReport& scene) {
   if (scene.long_run.empty()) return "";
   const auto& first = scene.long_run.front();
-  Table table(1);
+  TextTable table(1);
   table.row({"method", "E/E0", "det^n", "by formula", "agrees", "verdict"});
   for (const auto& run : scene.long_run) {
     table.row({run.method, fmt::format("{:.4g}", run.measured), fmt::format("{:.4g}", run.by_matrix),
@@ -92,7 +64,7 @@ std::string long_run_table(const SceneReport& scene) {
 
 std::string claims_table(const SceneReport& scene) {
   if (scene.claims.empty()) return "";
-  Table table(2);
+  TextTable table(2);
   table.row({"claim of the text", "where", "analysis", "measured", "verdict"});
   std::string last;
   for (const auto& claim : scene.claims) {

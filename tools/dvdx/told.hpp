@@ -1,0 +1,29 @@
+// How far a measurement is, on stderr: over one line on a terminal, else a line every ten seconds.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+namespace dvdx::tool {
+
+class Told {
+ public:
+  explicit Told(std::size_t scenes);
+  Told(const Told&) = delete;
+  Told& operator=(const Told&) = delete;
+  ~Told();  // takes the line away
+
+  void scene(std::size_t index, const std::string& name);
+  // `part` of the scene is done, 0 to 1.
+  void at(double part, const std::string& what);
+
+ private:
+  std::size_t scenes_;
+  std::size_t index_ = 0;
+  std::string name_;
+  bool is_terminal_;
+  std::chrono::steady_clock::time_point next_;
+};
+
+}  // namespace dvdx::tool

@@ -1,0 +1,38 @@
+// What each part of a scene may be done without, or more simply, measured by runs in which that part alone is changed.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tune/search.hpp"
+
+namespace dvdx::tool::tune {
+
+struct Change {
+  std::string name;  // left_out, first_order, line, or a method's
+  Outcome outcome;
+  double cost_ratio = 0;  // to the choice, where that was measured
+};
+
+struct Part {
+  std::size_t index = 0;
+  std::string type;
+  std::string advice;  // the boldest change that keeps the goal (leave_out for left_out), or what it must stay
+  std::vector<Change> changes;
+};
+
+struct Advice {
+  std::vector<Part> forces;
+  std::vector<Part> contacts;
+  std::vector<Part> networks;
+};
+
+// The choice's run with a change of the scene besides.
+using ErrorsOf = std::function<Outcome(const std::function<void(Scene&)>& change)>;
+using CostRatioOf = std::function<double(const std::function<void(Scene&)>& change)>;
+
+[[nodiscard]] Advice advise(const Scene& scene, const Candidate& choice, double goal, const ErrorsOf& errors,
+                            const CostRatioOf& cost_ratio);
+
+}  // namespace dvdx::tool::tune

@@ -1,0 +1,75 @@
+// What measures for a search: errors on a sample of a scene, times on all of it.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+
+#include "report/measure.hpp"
+#include "tune/search.hpp"
+
+namespace dvdx::tool::tune {
+
+// Holds runs of a scene against its reference.
+class Judge {
+ public:
+  // The reference is made so fine that an error of `goal` (relative) can be told, where `seconds` suffice for that.
+  Judge(const SceneFile& file, double goal, double seconds, const report::Setup& setup);
+
+  // `change` is made to the scene besides what the candidate asks for.
+  using Change = std::function<void(Scene&)>;
+  [[nodiscard]] Outcome errors(const Candidate& candidate, const Change& change = {}) const;
+  [[nodiscard]] std::optional<int> fewest_substeps(const Coupling& coupling, std::uint64_t parts) const;
+
+  [[nodiscard]] const SceneFile& sample() const noexcept { return sample_; }
+  [[nodiscard]] const report::Grid& grid() const noexcept { return grid_; }
+  [[nodiscard]] const report::Reference& reference() const noexcept { return reference_; }
+  [[nodiscard]] double self_error() const;  // of the reference, relative
+
+ private:
+  const report::Setup& setup_;
+  SceneFile sample_;
+  report::Grid grid_;
+  report::Reference reference_;
+};
+
+// Times runs of a whole scene.
+class Watch {
+ public:
+  Watch(const SceneFile& file, const report::Grid& grid, const report::Setup& setup);
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+  ~Watch();
+
+  [[nodiscard]] Cost time(const Candidate& candidate, const Judge::Change& change = {});
+
+ private:
+  class Track;  // the scene in one precision
+
+  const SceneFile& file_;
+  const report::Grid& grid_;
+  const report::Setup& setup_;
+  std::map<Precision, std::unique_ptr<Track>> tracks_;  // laid where they are first needed
+};
+
+class Bench final : public Probe {
+ public:
+  using Clock = std::chrono::steady_clock;
+  using Tell = std::function<void(const std::string& what)>;
+
+  Bench(const Judge& judge, Watch& watch, Clock::time_point end, Tell tell);
+
+  Outcome errors(const Candidate& candidate) override;
+  Cost rough_cost(const Candidate& candidate) override;
+  std::vector<Cost> race(const std::vector<Candidate>& candidates) override;
+  bool is_over() override { return Clock::now() >= end_; }
+
+ private:
+  const Judge& judge_;
+  Watch& watch_;
+  Clock::time_point end_;
+  Tell tell_;
+};
+
+}  // namespace dvdx::tool::tune

@@ -1,0 +1,73 @@
+// Finds the cheapest candidate that keeps an error, measuring as few as it can.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "report/results.hpp"
+#include "tune/candidates.hpp"
+
+namespace dvdx::tool::tune {
+
+// What a run gave: errors, or why there was none.
+struct Outcome {
+  report::Errors errors;
+  std::string refused{};  // why the plan could not be made; empty where it ran
+
+  [[nodiscard]] bool ran() const noexcept { return refused.empty() && !errors.diverged; }
+  [[nodiscard]] bool keeps(double goal) const noexcept { return ran() && errors.relative <= goal; }
+};
+
+struct Cost {
+  double ns_per_particle_step = 0;
+  double seconds_per_simulated_second = 0;  // of all particles
+};
+
+// Who measures for a search. Tests answer with formulas.
+class Probe {
+ public:
+  Probe() = default;
+  Probe(const Probe&) = delete;
+  Probe& operator=(const Probe&) = delete;
+  virtual ~Probe() = default;
+
+  virtual Outcome errors(const Candidate& candidate) = 0;
+  // Within a few tens of per cent. The candidate must run.
+  virtual Cost rough_cost(const Candidate& candidate) = 0;
+  // In alternation, the least of several each.
+  virtual std::vector<Cost> race(const std::vector<Candidate>& candidates) = 0;
+  virtual bool is_over() = 0;  // the time that the search may take
+};
+
+struct Trial {
+  std::string ladder;
+  Candidate candidate;
+  Outcome outcome;
+  Cost cost;              // estimated from another rung of the ladder where it was not timed; zero where nothing of it was
+  bool is_timed = false;  // in the race
+};
+
+struct Findings {
+  std::vector<Trial> trials;             // all that was measured
+  std::optional<std::size_t> choice;     // the cheapest that keeps the goal; of those within a few per cent the most accurate
+  std::optional<std::size_t> cheaper;    // the next cheaper, which misses
+  std::optional<std::size_t> finer;      // the cheapest of those that are more accurate than the choice
+  std::vector<std::string> not_reached;  // ladders that the time did not suffice for
+};
+
+enum class Thoroughness {
+  search,      // brackets the goal in each ladder, and leaves a ladder where it can only cost more
+  exhaustive,  // every rung of every ladder
+};
+
+[[nodiscard]] Findings search(const std::vector<Ladder>& ladders, double goal, Thoroughness thoroughness, Probe& probe);
+
+// The cheapest again, among those for which `accepts` says so; it is asked from the cheapest on.
+void choose(Findings& findings, double goal, const std::function<bool(const Candidate&)>& accepts);
+
+// The trial with the least error of those that ran.
+[[nodiscard]] const Trial* most_accurate(const Findings& findings);
+
+}  // namespace dvdx::tool::tune

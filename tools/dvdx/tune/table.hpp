@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "tune/tuning.hpp"
+
+namespace dvdx::tool::tune {
+
+// What was found, for a terminal.
+[[nodiscard]] std::string to_text(const Tuning& tuning);
+
+}  // namespace dvdx::tool::tune

@@ -1,0 +1,148 @@
+#include "tune/tune_scene.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+#include "tune/bench.hpp"
+#include "tune/words.hpp"
+
+namespace dvdx::tool::tune {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+Clock::time_point after(Clock::time_point start, double seconds) {
+  return start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+class SceneTuner {
+ public:
+  SceneTuner(const SceneOptions& options, const Wish& wish, const report::Setup& setup, const Tell& tell)
+      : options_(options),
+        wish_(wish),
+        setup_(setup),
+        tell_(tell),
+        start_(Clock::now()),
+        file_(load_scene(options, Precision::float64).file),
+        judge_(file_, wish.goal, reference_part * wish.seconds, setup),
+        watch_(file_, judge_.grid(), setup),
+        bench_(judge_, watch_, after(start_, search_part * wish.seconds), [this](const auto& what) { say(what); }) {}
+
+  Tuning tune() {
+    Tuning tuning = described();
+    if (tuning.is_judged()) {
+      const auto ladders = ladders_of(file_, judge_.grid(), [this](const Coupling& coupling, std::uint64_t parts) {
+        return judge_.fewest_substeps(coupling, parts);
+      });
+      tuning.findings = search(ladders, wish_.goal, Thoroughness::search, bench_);
+      if (tuning.seeds > 0) hold_out(tuning);
+      if (const auto* choice = tuning.choice()) {
+        put_in_words(*choice, tuning);
+        give_advice(*choice, tuning);
+        if (wish_.thoroughness == Thoroughness::exhaustive) compare_with_all(ladders, *choice, tuning);
+      }
+    }
+    tuning.seconds = seconds_since(start_);
+    return tuning;
+  }
+
+ private:
+  // Of the time: what is left is for the last race and the advice.
+  static constexpr double reference_part = 0.3;
+  static constexpr double search_part = 0.75;
+
+  void say(const std::string& what) { tell_(std::min(0.99, seconds_since(start_) / wish_.seconds), what); }
+
+  [[nodiscard]] Tuning described() const {
+    const auto& grid = judge_.grid();
+    return {.scene = file_.name,
+            .particles = file_.particles.count,
+            .error_particles = judge_.reference().path.particles,
+            .duration = file_.duration,
+            .amplitude = judge_.reference().amplitude,
+            .goal = wish_.goal,
+            .coarsest = grid.coarsest,
+            .finest = grid.step(grid.halvings),
+            .seeds = seeds_in(options_),
+            .reference = judge_.reference().facts,
+            .findings = {},
+            .run_options = {},
+            .scene_lines = {},
+            .budget = wish_.seconds};
+  }
+
+  // The cheapest that keeps the goal with other drawn values too: an error just below the goal may be luck.
+  void hold_out(Tuning& tuning) {
+    auto other = options_;
+    other.seed = options_.seed.value_or(0) + 1;
+    const auto file = load_scene(other, Precision::float64).file;
+    const Judge judge(file, wish_.goal, reference_part * wish_.seconds, setup_);
+    choose(tuning.findings, wish_.goal, [&](const Candidate& candidate) {
+      say("error of " + text_of(candidate) + " with other seeds");
+      tuning.other_seed = OtherSeed{.seed = *other.seed, .outcome = judge.errors(candidate)};
+      return tuning.other_seed->outcome.keeps(wish_.goal);
+    });
+  }
+
+  void put_in_words(const Trial& choice, Tuning& tuning) const {
+    tuning.run_options = run_options(options_, file_, choice.candidate);
+    tuning.scene_lines = scene_lines(options_, file_, choice.candidate);
+  }
+
+  void give_advice(const Trial& choice, Tuning& tuning) {
+    const auto& candidate = choice.candidate;
+    const auto errors = [&](const Judge::Change& change) {
+      say("advice");
+      return judge_.errors(candidate, change);
+    };
+    const auto cost_ratio = [&](const Judge::Change& change) {
+      constexpr int rounds = 3;
+      double own = std::numeric_limits<double>::infinity();
+      double changed = own;
+      for (int round = 0; round < rounds; ++round) {
+        own = std::min(own, watch_.time(candidate).ns_per_particle_step);
+        changed = std::min(changed, watch_.time(candidate, change).ns_per_particle_step);
+      }
+      return changed / own;
+    };
+    tuning.advice = advise(file_.scene, candidate, wish_.goal, errors, cost_ratio);
+  }
+
+  // The cheapest of all in the search's own race, and then once more beside the choice.
+  void compare_with_all(const std::vector<Ladder>& ladders, const Trial& choice, Tuning& tuning) {
+    const auto all = search(ladders, wish_.goal, Thoroughness::exhaustive, bench_);
+    std::vector<Trial> racers{choice};
+    for (const auto& trial : all.trials) {
+      if (trial.is_timed && trial.candidate != choice.candidate) racers.push_back(trial);
+    }
+    std::vector<Candidate> candidates;
+    for (const auto& racer : racers) candidates.push_back(racer.candidate);
+    const auto costs = bench_.race(candidates);
+    for (std::size_t k = 0; k < racers.size(); ++k) racers[k].cost = costs[k];
+    const auto best = std::min_element(racers.begin(), racers.end(), [](const Trial& a, const Trial& b) {
+      return a.cost.seconds_per_simulated_second < b.cost.seconds_per_simulated_second;
+    });
+    tuning.exhaustive = Exhaustive{.candidates = all.trials.size(), .best = *best, .choice = costs.front()};
+  }
+
+  const SceneOptions& options_;
+  const Wish& wish_;
+  const report::Setup& setup_;
+  const Tell& tell_;
+  Clock::time_point start_;
+  SceneFile file_;
+  Judge judge_;
+  Watch watch_;
+  Bench bench_;
+};
+
+}  // namespace
+
+Tuning tune_scene(const SceneOptions& options, const Wish& wish, const report::Setup& setup, const Tell& tell) {
+  return SceneTuner(options, wish, setup, tell).tune();
+}
+
+}  // namespace dvdx::tool::tune

@@ -1,0 +1,54 @@
+// What a tuning of a scene found. Plain values.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "report/results.hpp"
+#include "tune/advice.hpp"
+
+namespace dvdx::tool::tune {
+
+// The choice with other drawn values.
+struct OtherSeed {
+  std::uint64_t seed = 0;
+  Outcome outcome;
+};
+
+// Every candidate measured, beside the choice.
+struct Exhaustive {
+  std::size_t candidates = 0;
+  Trial best;
+  Cost choice;  // in the race with the best
+  [[nodiscard]] double ratio() const { return choice.seconds_per_simulated_second / best.cost.seconds_per_simulated_second; }
+};
+
+struct Tuning {
+  std::string scene;
+  std::size_t particles = 0;
+  std::size_t error_particles = 0;
+  double duration = 0;   // s
+  double amplitude = 0;  // m
+  double goal = 0;       // relative
+  double coarsest = 0;   // s, of the steps looked at
+  double finest = 0;     // s
+  std::size_t seeds = 0;
+  report::ReferenceFacts reference;
+  Findings findings;
+  std::vector<std::string> run_options;  // of the choice
+  std::vector<std::string> scene_lines;
+  std::optional<OtherSeed> other_seed{};
+  Advice advice{};
+  std::optional<Exhaustive> exhaustive{};
+  double seconds = 0;  // that all took
+  double budget = 0;   // s
+
+  [[nodiscard]] const Trial* choice() const { return trial(findings.choice); }
+  [[nodiscard]] const Trial* trial(const std::optional<std::size_t>& index) const {
+    return index ? &findings.trials[*index] : nullptr;
+  }
+  // Whether the reference tells a run that keeps the goal from one that does not.
+  [[nodiscard]] bool is_judged() const { return amplitude > 0 && reference.self_error <= 0.1 * goal * amplitude; }
+};
+
+}  // namespace dvdx::tool::tune
