@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dvdx/plan.hpp"
+#include "engine.hpp"
 #include "fault.hpp"
 #include "start.hpp"
 #include "state_memory.hpp"

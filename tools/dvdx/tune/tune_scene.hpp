@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "report/simulation.hpp"
 #include "scene_options.hpp"
 #include "tune/tuning.hpp"
 
