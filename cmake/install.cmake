@@ -17,6 +17,9 @@ foreach(set dvdx-shared dvdx-static ${DVDX_EXPORT_OPENMP})
   install(EXPORT ${set} NAMESPACE dvdx:: DESTINATION ${DVDX_CMAKEDIR} COMPONENT development)
 endforeach()
 
+# Reads the header beside it, so it belongs to who develops.
+install(FILES tools/python/dvdx.py DESTINATION ${CMAKE_INSTALL_DATADIR}/dvdx/python COMPONENT development)
+
 set(DVDX_DEFAULT_FORM static)
 if(BUILD_SHARED_LIBS)
   set(DVDX_DEFAULT_FORM shared)

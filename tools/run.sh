@@ -94,6 +94,7 @@ case $action in
   test)
     [ $# -eq 0 ] || usage
     install_missing
+    install_wanted python3-cffi python3-numpy python3-matplotlib # else the test of the Python module is skipped
     build developer all
     say "tests"
     ctest --test-dir build/developer --output-on-failure --label-exclude page

@@ -1,0 +1,386 @@
+"""The Python module: memory that is not copied, bits, errors, strides and lifetimes. Run by ctest, which says where dvdx is."""
+
+import gc
+import importlib.util
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+try:
+    import cffi  # noqa: F401
+    import numpy as np
+except ImportError as missing:
+    print(f"skipped: {missing} (Debian: python3-cffi python3-numpy)")
+    sys.exit(77)
+
+import dvdx
+
+COMMAND = os.environ.get("DVDX_COMMAND", "")
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def lattice(count, dtype=np.float32):
+    """Positions and velocities of so many particles above the ground, of shape (count, 3)."""
+    numbers = np.arange(3 * count, dtype=dtype).reshape(count, 3)
+    return numbers % 7 + 1, numbers % 5 - 2
+
+
+def rich_scene():
+    scene = dvdx.Scene()
+    scene.constant(acceleration=(0, -9.81, 0))
+    scene.sinusoid(acceleration=(1, 0, 0), angular_frequency=3, phase=0.5)
+    scene.spring(stiffness=4, damping=0.1, anchor="start")
+    scene.drag(coefficient=0.2, wind=(1, 0, 0.5))
+    scene.plane(normal=(0, 1, 0), restitution=0.5, friction=0.2)
+    return scene
+
+
+def views(positions, velocities):
+    """States of the same particles in memory of every kind, each with the whole memory that it lies in."""
+    count, dtype = len(positions), positions.dtype
+    rows = np.full((count, 8), 7, dtype)
+    rows[:, 1:4], rows[:, 5:8] = positions, velocities
+    gaps = np.full((6, 3 * count), 7, dtype)
+    gaps[:, 1::3] = *positions.T, *velocities.T
+    backwards = np.full((6, count + 2), 7, dtype)
+    backwards[:, -2:0:-1] = *positions.T, *velocities.T
+    named = np.zeros(count, [(name, dtype) for name in ("age", *dvdx.COLUMNS)])
+    for name, column in zip(dvdx.COLUMNS, (*positions.T, *velocities.T)):
+        named[name] = column
+    record = np.zeros(count, [("velocity", dtype, 3), ("tint", "u1", 8), ("position", dtype, 3)])
+    record["position"], record["velocity"] = positions, velocities
+    return {
+        "rows with padding": (dvdx.State(rows[:, 1:4], rows[:, 5:8]), rows),
+        "every third": (dvdx.State(*gaps[:, 1::3]), gaps),
+        "backwards": (dvdx.State(*backwards[:, -2:0:-1]), backwards),
+        "fields of numbers": (dvdx.State(named), named),
+        "fields of vectors": (dvdx.State(record), record),
+    }
+
+
+def addresses(*arrays):
+    return [array.__array_interface__["data"][0] for array in arrays]
+
+
+class Memory(unittest.TestCase):
+    def test_a_step_moves_the_arrays_themselves(self):
+        positions, velocities = lattice(100)
+        before, start = addresses(positions, velocities), positions.copy()
+        state = dvdx.State(positions, velocities)
+        self.assertEqual(addresses(*state.arrays.values()), addresses(*positions.T, *velocities.T))
+        dvdx.compile(rich_scene(), state).step(state, 10)
+        self.assertEqual(addresses(positions, velocities), before)
+        self.assertTrue((positions[:, 0] != start[:, 0]).all())
+
+    def test_every_stride_gives_the_bits_of_contiguous_columns(self):
+        for dtype in (np.float32, np.float64):
+            positions, velocities = lattice(77, dtype)
+            state = dvdx.State(*positions.T.copy(), *velocities.T.copy())
+            dvdx.compile(rich_scene(), state, step=1 / 50).step(state, 20)
+            for name, (view, _) in views(positions, velocities).items():
+                with self.subTest(name, dtype=dtype):
+                    dvdx.compile(rich_scene(), view, step=1 / 50).step(view, 20)
+                    self.assertEqual(view.hash(), state.hash())
+
+    def test_nothing_between_the_elements_is_touched(self):
+        positions, velocities = lattice(50)
+        for name, (view, memory) in views(positions, velocities).items():
+            with self.subTest(name):
+                used = np.zeros(memory.nbytes, bool)
+                first = memory.__array_interface__["data"][0]
+                for column in view.arrays.values():
+                    for i in range(len(column)):
+                        at = column[i : i + 1].__array_interface__["data"][0] - first
+                        used[at : at + column.itemsize] = True
+                before = np.frombuffer(memory.tobytes(), np.uint8)
+                dvdx.compile(rich_scene(), view).step(view, 5)
+                after = np.frombuffer(memory.tobytes(), np.uint8)
+                self.assertTrue((before[~used] == after[~used]).all())
+                self.assertFalse((before[used] == after[used]).all())
+
+    def test_a_state_keeps_its_arrays_alive(self):
+        def orphan():
+            positions, velocities = lattice(1000)
+            state = dvdx.State(positions[::2], velocities[::2])
+            return state, dvdx.compile(rich_scene(), state)
+
+        state, plan = orphan()
+        positions, velocities = lattice(1000)
+        other = dvdx.State(positions[::2], velocities[::2])
+        gc.collect()
+        for _ in range(20):
+            plan.step(state)
+            plan.step(other)
+        self.assertEqual(state.hash(), other.hash())
+
+    def test_a_plan_outlives_its_scene(self):
+        positions, velocities = lattice(30)
+        state = dvdx.State(positions, velocities)
+        scene = dvdx.Scene(mass=np.linspace(1, 2, 30))
+        scene.spring(stiffness=np.linspace(3, 4, 30), anchor=positions.astype(float))
+        plan = dvdx.compile(scene, state)
+        del scene
+        gc.collect()
+        plan.step(state, 3)
+        self.assertTrue(np.isfinite(positions).all())
+
+
+class Bits(unittest.TestCase):
+    @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
+    def test_the_hash_is_the_commands(self):
+        count = 40
+        for precision in ("float32", "float64"):
+            positions, velocities = lattice(count, precision)
+            with self.subTest(precision):
+                hash_of_command, steps = run(free_file(positions, velocities), precision)
+                scene = scene_of(free_file(positions, velocities))
+                state = dvdx.State(positions, velocities)
+                dvdx.compile(scene, state, step=0.0625).step(state, steps)
+                self.assertEqual(state.hash(), hash_of_command)
+
+    @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
+    def test_the_hash_of_a_network_is_the_commands(self):
+        count = 5
+        positions = np.array([[i, 0, 0] for i in range(count)], np.float64)
+        velocities = np.zeros_like(positions)
+        velocities[:, 1] = np.arange(count)
+        file = rope_file(positions, velocities)
+        hash_of_command, steps = run(file, "float64")
+        scene = dvdx.Scene(fixed=[0])
+        scene.constant(acceleration=(0, -9.81, 0))
+        scene.springs(pairs=file["network"]["pairs"], stiffness=30, rest_length="start", damping=0.01)
+        state = dvdx.State(positions, velocities)
+        plan = dvdx.compile(scene, state, step=0.0625)
+        plan.step(state, steps)
+        self.assertEqual(state.hash(), hash_of_command)
+        self.assertGreaterEqual(plan.network_limit()["substeps"], 1)
+
+    def test_every_instruction_set_gives_the_references_bits(self):
+        hashes = set()
+        for isa in ("reference", None):
+            state = dvdx.State(*lattice(200))
+            dvdx.compile(rich_scene(), state, isa=isa).step(state, 30)
+            hashes.add(state.hash())
+        self.assertEqual(len(hashes), 1)
+
+    def test_slices_of_a_state_on_threads_give_the_bits_of_the_whole(self):
+        scene = dvdx.Scene()
+        scene.constant(acceleration=(0, -9.81, 0))
+        scene.plane(normal=(0, 1, 0), restitution=0.5)
+        whole = dvdx.State(*lattice(4000))
+        plan = dvdx.compile(scene, whole)
+        plan.step(whole, 50)
+        positions, velocities = lattice(4000)
+        slices = [slice(at, at + 1000) for at in range(0, 4000, 1000)]
+        workers = [
+            threading.Thread(target=plan.step, args=(dvdx.State(positions[part], velocities[part]), 50)) for part in slices
+        ]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        self.assertEqual(dvdx.State(positions, velocities).hash(), whole.hash())
+
+
+def free_file(positions, velocities):
+    return {
+        "format": "dvdx-scene/1", "name": "free", "step": 0.0625, "duration": 2,
+        "particles": {"count": len(positions), "mass": 2, "position": {"values": positions.tolist()},
+                      "velocity": {"values": velocities.tolist()}},
+        "forces": [
+            {"type": "constant", "acceleration": [0, -9.81, 0]},
+            {"type": "polynomial", "acceleration": [[0.5, 0, 0], [0, 0.25, 0.125]]},
+            {"type": "sinusoid", "acceleration": [1, 0, 2], "angular_frequency": 3, "phase": 0.5},
+            {"type": "spring", "stiffness": [4, 5, 6], "damping": 0.1, "anchor": "start"},
+            {"type": "radial_spring", "stiffness": 3, "damping": 0.1, "anchor": [0, 1, 0], "rest_length": 0.5},
+            {"type": "drag", "coefficient": 0.2, "wind": [1, 0, 0.5], "method": "exact"},
+        ],
+        "contacts": [
+            {"type": "plane", "normal": [0, 1, 0], "offset": -1, "restitution": 0.5, "friction": 0.2},
+            {"type": "sphere", "center": [0, 0, 0], "radius": 0.75, "viscosity": 0.1, "sweep": "line"},
+        ],
+    }  # fmt: skip
+
+
+def rope_file(positions, velocities):
+    return {
+        "format": "dvdx-scene/1", "name": "rope", "step": 0.0625, "duration": 2,
+        "particles": {"count": len(positions), "position": {"values": positions.tolist()},
+                      "velocity": {"values": velocities.tolist()}},
+        "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
+        "network": {"type": "springs", "pairs": [[i, i + 1] for i in range(len(positions) - 1)], "stiffness": 30, "rest_length": "start",
+                    "damping": 0.01, "fixed": [0]},
+    }  # fmt: skip
+
+
+def scene_of(file):
+    """The scene of a file's forces and contacts, whose keys are the module's keywords."""
+    scene = dvdx.Scene(mass=file["particles"]["mass"])
+    for item in file["forces"] + file["contacts"]:
+        getattr(scene, item["type"])(**{key: value for key, value in item.items() if key != "type"})
+    return scene
+
+
+def run(file, precision):
+    """The state's hash at the end of `dvdx run`, and how many steps it took."""
+    with tempfile.TemporaryDirectory() as folder:
+        name = os.path.join(folder, "scene.json")
+        with open(name, "w", encoding="utf-8") as out:
+            json.dump(file, out)
+        told = subprocess.run([COMMAND, "run", name, "--precision", precision, "--json"], check=True, stdout=subprocess.PIPE)
+    report = json.loads(told.stdout)
+    return report["state_hash"], report["steps"]
+
+
+class Faults(unittest.TestCase):
+    def test_a_bad_scene_names_the_field_its_value_and_what_is_valid(self):
+        state = dvdx.State(*lattice(3))
+        scene = dvdx.Scene()
+        scene.constant(acceleration=(0, -9.81, 0))
+        scene.spring(stiffness=-40)
+        with self.assertRaises(dvdx.DvdxError) as caught:
+            dvdx.compile(scene, state)
+        fault = caught.exception
+        self.assertEqual((fault.field, fault.value), ("forces[1].stiffness", "-40"))
+        self.assertIn(">= 0", fault.valid)
+        self.assertEqual(str(fault), "forces[1].stiffness is -40: must be a finite number >= 0")
+        with self.assertRaises(dvdx.DvdxError) as caught:
+            dvdx.compile(dvdx.Scene(), state, step=float("nan"))
+        self.assertEqual(caught.exception.field, "step")
+
+    def test_a_word_that_is_none_of_a_choice_is_refused_with_the_choice(self):
+        with self.assertRaisesRegex(ValueError, "verlet.*symplectic_euler"):
+            dvdx.Scene().spring(stiffness=1, method="verlet")
+        with self.assertRaisesRegex(TypeError, "no stif: .*stiffness"):
+            dvdx.Scene().spring(stif=1)
+        with self.assertRaisesRegex(ValueError, "acceleration: .*three numbers"):
+            dvdx.Scene().constant(acceleration=(1, 2))
+        with self.assertRaisesRegex(ValueError, "mmx.*reference"):
+            dvdx.compile(dvdx.Scene(), dvdx.State(*lattice(1)), isa="mmx")
+
+    def test_numbers_of_another_kind_are_refused(self):
+        positions, velocities = lattice(4)
+        for bad in (positions.astype(int), positions.astype(np.float16), positions.astype(">f4"), positions.astype(complex)):
+            with self.subTest(bad.dtype), self.assertRaisesRegex(TypeError, "float32 or float64"):
+                dvdx.State(bad, velocities)
+        with self.assertRaisesRegex(TypeError, "numpy.ndarray"):
+            dvdx.State(positions.tolist(), velocities)
+        with self.assertRaisesRegex(TypeError, "must be float32"):
+            dvdx.State(positions, velocities.astype(np.float64))
+
+    def test_memory_that_cannot_be_stepped_is_refused(self):
+        positions, velocities = lattice(4)
+        with self.assertRaisesRegex(ValueError, r"\(n, 3\)"):
+            dvdx.State(positions.T, velocities.T)
+        with self.assertRaisesRegex(ValueError, "one number a particle"):
+            dvdx.State(positions, velocities[:3])
+        with self.assertRaisesRegex(ValueError, "share memory"):
+            dvdx.State(positions, positions)
+        with self.assertRaisesRegex(ValueError, "share memory"):
+            dvdx.State(np.lib.stride_tricks.as_strided(positions, (4, 3), (0, 4)), velocities)
+        frozen = positions.copy()
+        frozen.flags.writeable = False
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            dvdx.State(frozen, velocities)
+        crooked = np.frombuffer(bytearray(4 * 12 + 1), np.float32, offset=1).reshape(4, 3)
+        with self.assertRaisesRegex(ValueError, "aligned"):
+            dvdx.State(crooked, velocities)
+
+    def test_a_state_of_another_kind_than_the_plans_is_refused(self):
+        scene = dvdx.Scene(mass=[1, 2, 3])
+        scene.spring(stiffness=1)
+        plan = dvdx.compile(scene, dvdx.State(*lattice(3)))
+        with self.assertRaises(dvdx.DvdxError):
+            plan.step(dvdx.State(*lattice(4)))
+        with self.assertRaisesRegex(dvdx.DvdxError, "type"):
+            plan.step(dvdx.State(*lattice(3, np.float64)))
+
+
+class Plans(unittest.TestCase):
+    def test_seek_is_where_steps_lead(self):
+        def swinging():
+            state = dvdx.State(*lattice(9, np.float64))
+            scene = dvdx.Scene()
+            scene.spring(stiffness=4, damping=0.1)
+            return state, dvdx.compile(scene, state, step=1 / 64)
+
+        stepped, plan = swinging()
+        plan.step(stepped, 640)
+        sought, plan = swinging()
+        plan.seek(sought, 640)
+        np.testing.assert_allclose(sought.arrays["x"], stepped.arrays["x"], rtol=0, atol=1e-12)
+        self.assertEqual((stepped.time, sought.time), (10, 10))
+
+    def test_set_step_changes_the_step(self):
+        state = dvdx.State(*lattice(2, np.float64))
+        plan = dvdx.compile(dvdx.Scene(), state, step=0.5)
+        plan.set_step(0.25)
+        plan.step(state)
+        self.assertEqual((plan.step_size, state.time), (0.25, 0.25))
+        with self.assertRaises(dvdx.DvdxError):
+            plan.set_step(float("nan"))
+
+    def test_explain_speaks_of_the_scene(self):
+        plan = dvdx.compile(rich_scene(), dvdx.State(*lattice(2)))
+        self.assertIn("contact", plan.explain())
+        self.assertIsNone(plan.network_limit())
+
+    def test_constraints_hold(self):
+        positions = np.array([[0, 0, 0], [1, 0, 0], [5, 5, 5]], np.float64)
+        velocities = np.array([[0, 0, 0], [0, 2, 0], [1, 1, 1]], np.float64)
+        scene = dvdx.Scene()
+        scene.constant(acceleration=(0, -9.81, 0))
+        scene.distance(pairs=[(0, 1)], length=1)
+        scene.on_point(particle=0, at=(0, 0, 0))
+        scene.on_line(particle=2, through=(5, 5, 5), direction=(1, 0, 0))
+        state = dvdx.State(positions, velocities)
+        dvdx.compile(scene, state, step=1 / 240).step(state, 240)
+        self.assertAlmostEqual(np.linalg.norm(positions[1] - positions[0]), 1, delta=1e-6)
+        np.testing.assert_allclose(positions[0], 0, atol=1e-9)
+        np.testing.assert_allclose(positions[2, 1:], 5, atol=1e-9)
+
+    def test_a_grid_hangs_from_what_is_fixed(self):
+        rows, columns = 4, 5
+        positions = np.array([[c / 4, -r / 3, 0] for r in range(rows) for c in range(columns)], np.float32)
+        start = positions.copy()
+        scene = dvdx.Scene(mass=0.01, fixed=[0, columns - 1])
+        scene.constant(acceleration=(0, -9.81, 0))
+        scene.grid(rows=rows, columns=columns, edge_u=(1, 0, 0), edge_v=(0, -1, 0), structural=40, shear=10, damping=0.01)
+        state = dvdx.State(positions, np.zeros_like(positions))
+        plan = dvdx.compile(scene, state, step=1 / 60)
+        plan.step(state, 30)
+        self.assertTrue((positions[[0, columns - 1]] == start[[0, columns - 1]]).all())
+        self.assertLess(positions[-1, 1], start[-1, 1])
+        self.assertGreater(plan.network_limit()["frequency"], 0)
+
+
+class Command(unittest.TestCase):
+    @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
+    def test_a_fault_of_the_command_is_an_error(self):
+        with self.assertRaisesRegex(dvdx.DvdxError, "none.json"):
+            dvdx.report("none.json")
+
+    @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
+    def test_a_report_is_a_dict(self):
+        told = dvdx.report(ROOT / "tools/scenes/two-springs.json", quick=True, precision="float64")
+        runs = told["scenes"][0]["runs"]
+        self.assertIn("combined", {run["method"] for run in runs})
+        self.assertEqual({run["precision"] for run in runs}, {"float64"})
+
+    @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "no matplotlib")
+    def test_the_example_draws_a_picture(self):
+        with tempfile.TemporaryDirectory() as folder:
+            picture = os.path.join(folder, "trajectory.png")
+            subprocess.run([sys.executable, "-B", ROOT / "tools/python/plot_trajectory.py", picture], check=True)
+            from matplotlib import image
+
+            self.assertGreater(len(np.unique(image.imread(picture).reshape(-1, 4), axis=0)), 20)  # colours
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,393 @@
+"""Steps particles that lie in NumPy arrays, by dvdx's C API; nothing is copied.
+
+    scene = dvdx.Scene()
+    scene.constant(acceleration=(0, -9.81, 0))
+    scene.plane(normal=(0, 1, 0), restitution=0.4)
+    state = dvdx.State(positions, velocities)  # two (n, 3) arrays, six columns or one structured array
+    plan = dvdx.compile(scene, state, step=1 / 60)
+    plan.step(state, 60)                       # positions and velocities have moved
+
+SI units; names, units and ranges are those of dvdx/scene.hpp. Needs Debian's python3-cffi and python3-numpy, and an installed
+dvdx (header and shared library): the one under DVDX_PREFIX, else the one that this file was installed with, else the system's.
+"""
+
+import itertools
+import json
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+
+import cffi
+import numpy as np
+
+COLUMNS = ("x", "y", "z", "vx", "vy", "vz")
+
+
+def _load():
+    """The installed header and library, in cffi's hands, and the number of the binary interface that they speak."""
+    own = pathlib.Path(__file__).resolve().parents
+    prefixes = [pathlib.Path(p) for p in (os.environ.get("DVDX_PREFIX"), *own[3:4], "/usr/local", "/usr") if p]
+    for prefix in prefixes:
+        include = prefix / "include/dvdx"
+        libraries = [*prefix.glob("lib*/libdvdx.so"), *prefix.glob("lib/*/libdvdx.so")]
+        if (include / "dvdx.h").exists() and libraries:
+            header = (include / "dvdx.h").read_text(encoding="utf-8")
+            version = (include / "version.h").read_text(encoding="utf-8")
+            ffi = cffi.FFI()
+            ffi.cdef(_declarations(header))
+            return ffi, ffi.dlopen(str(libraries[0])), header, int(re.search(r"DVDX_ABI_VERSION (\d+)", version)[1])
+    raise ImportError(f"no include/dvdx/dvdx.h and libdvdx.so under {', '.join(map(str, prefixes))}: set DVDX_PREFIX")
+
+
+def _declarations(header):
+    """What cffi can read of a C header: no comments, no preprocessor, nothing for C++."""
+    text = re.sub(r"//[^\n]*", "", header)
+    text = re.sub(r"^#ifdef __cplusplus.*?^#endif", "", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"^#[^\n]*", "", text, flags=re.MULTILINE)
+    return text.replace("DVDX_EXPORT", "")
+
+
+_ffi, _lib, _header, _abi_version = _load()
+
+
+class DvdxError(Exception):
+    """What is wrong with a scene, an option or a state: the field ("forces[2].stiffness"), its value, and what is valid."""
+
+    def __init__(self, message, field="", value="", valid=""):
+        super().__init__(message)
+        self.field, self.value, self.valid = field, value, valid
+
+
+def _call(function, *arguments):
+    error = _ffi.new("dvdx_error*")
+    if function(*arguments, error) != _lib.DVDX_DONE:
+        raise DvdxError(*(_ffi.string(getattr(error, name)).decode() for name in ("message", "field", "value", "valid")))
+
+
+def _text(function, *arguments):
+    size = function(*arguments, _ffi.NULL, 0) + 1
+    text = _ffi.new("char[]", size)
+    function(*arguments, text, size)
+    return _ffi.string(text).decode()
+
+
+# ---- Python's values to C's structs, by the types that the header gives to their fields ------------------------------------
+
+
+def _words(enum):
+    """{"curve": 0, "line": 1} of dvdx_sweep {DVDX_SWEEP_CURVE, DVDX_SWEEP_LINE}"""
+    prefix = f"{enum.cname.removeprefix('enum ')}_".upper()
+    return {name.removeprefix(prefix).removeprefix("DVDX_").lower(): value for value, name in sorted(enum.elements.items())}
+
+
+def _choice(enum, word):
+    words = _words(enum)
+    if word not in words:
+        raise ValueError(f"{word!r}: must be one of {', '.join(words)}")
+    return words[word]
+
+
+def _rows(value, kind, width, keep):
+    """A C array of rows of so many numbers, and how many rows."""
+    rows = np.asarray(value)
+    if kind == "uint32_t" and (rows.dtype.kind not in "iu" or (rows < 0).any()):
+        raise ValueError("numbers of particles must be whole and not negative")
+    if width and (rows.ndim != 2 or rows.shape[1] != width):
+        raise ValueError(f"shape {rows.shape}: must be (n, {width})")
+    if not width and rows.ndim != 1:
+        raise ValueError(f"shape {rows.shape}: must be (n,)")
+    rows = np.ascontiguousarray(rows, {"double": np.float64, "uint32_t": np.uint32, "size_t": np.uintp}[kind])
+    keep.append(_ffi.from_buffer(f"{kind}[]", rows))
+    return keep[-1], len(rows)
+
+
+def _vector(value):
+    if np.shape(value) != (3,):
+        raise ValueError(f"shape {np.shape(value)}: must be three numbers")
+    return [float(number) for number in value]
+
+
+def _fill_scalars(struct, value, keep):
+    if np.ndim(value) == 0:
+        struct.all = value
+    else:
+        struct.each, struct.count = _rows(value, "double", None, keep)
+
+
+def _fill_per_axis(struct, value, keep):
+    if isinstance(value, (tuple, list)):
+        struct.axes, count = _rows(value, "double", None, keep)
+        if count != 3:
+            raise ValueError(f"{count} numbers: must be one, three (one an axis) or an array with one a particle")
+    else:
+        _fill_scalars(struct, value, keep)
+
+
+def _fill_anchor(struct, value, keep):
+    if isinstance(value, str):
+        if value != "start":
+            raise ValueError(f"{value!r}: must be a point, a point for each particle, or 'start'")
+        setattr(struct, "from", _lib.DVDX_ANCHOR_AT_START)
+    elif np.ndim(value) == 1:
+        struct.at = _vector(value)
+    else:
+        setattr(struct, "from", _lib.DVDX_ANCHOR_EACH)
+        struct.each, struct.count = _rows(value, "double", 3, keep)
+
+
+_FILL = {"dvdx_scalars": _fill_scalars, "dvdx_per_axis": _fill_per_axis, "dvdx_anchor": _fill_anchor}
+
+
+def _fill_field(struct, name, field, value, keep):
+    if field.kind == "enum":
+        setattr(struct, name, _choice(field, value))
+    elif field.cname in _FILL:
+        _FILL[field.cname](getattr(struct, name), value, keep)
+    elif field.kind == "array":
+        setattr(struct, name, _vector(value))
+    elif field.kind != "pointer":
+        setattr(struct, name, value)
+    elif field.item.cname == "dvdx_scalars":
+        if value is not None and not isinstance(value, str):  # else the distances at the start
+            keep.append(_ffi.new("dvdx_scalars*"))
+            setattr(struct, name, keep[-1])
+            _fill_scalars(getattr(struct, name), value, keep)
+        elif value not in (None, "start"):
+            raise ValueError(f"{value!r}: must be a number, one a pair, or 'start'")
+    else:
+        rows, count = _rows(value, field.item.cname, 2 if field.item.cname == "uint32_t" else 3, keep)
+        setattr(struct, name, rows)
+        setattr(struct, "terms" if hasattr(struct, "terms") else "count", count)
+
+
+def _fields(kind):
+    """Every keyword of a struct, with the types on the way to it: a surface's are those of the contact that has it."""
+    fields = {}
+    for name, field in _ffi.typeof(kind).fields:
+        if name == "surface":
+            fields |= {inner: ("surface", type_) for inner, (_, type_) in _fields(field.type.cname).items()}
+        elif name not in ("count", "terms"):
+            fields[name] = (None, field.type)
+    return fields
+
+
+def _struct(kind, keywords, keep):
+    struct, fields = _ffi.new(f"{kind}*"), _fields(kind)
+    for name, value in keywords.items():
+        if name not in fields:
+            raise TypeError(f"{kind.removeprefix('dvdx_')} has no {name}: there are {', '.join(fields)}")
+        inside, field = fields[name]
+        try:
+            _fill_field(getattr(struct, inside) if inside else struct, name, field, value, keep)
+        except (ValueError, TypeError, OverflowError) as fault:
+            raise type(fault)(f"{name}: {fault}") from None
+    return struct
+
+
+# ---- Scenes ----------------------------------------------------------------------------------------------------------------
+
+
+class Scene:
+    """What the world holds. One method for each force, contact, network and constraint of dvdx.h, with the names of its fields:
+
+    constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere; grid, springs; distance, on_point, on_line.
+    Choices are words (method="pulse", sweep="line"). A stiffness, a mass or another number that particles may have each their
+    own of is a number or an array; one for each axis is a tuple of three. An anchor is a point, an array of them, or "start".
+    coupling(...) says how networks and constraints are stepped.
+    """
+
+    def __init__(self, method=None, mass=None, fixed=()):
+        keep, handle = [], _ffi.new("dvdx_scene**")
+        _call(_lib.dvdx_scene_create, _abi_version, handle)
+        self._handle = _ffi.gc(handle[0], _lib.dvdx_scene_destroy)
+        if method is not None:
+            _call(_lib.dvdx_scene_set_method, self._handle, _choice(_ffi.typeof("dvdx_method"), method))
+        if mass is not None:
+            scalars = _ffi.new("dvdx_scalars*")
+            _fill_scalars(scalars, mass, keep)
+            _call(_lib.dvdx_scene_set_mass, self._handle, scalars)
+        if len(fixed):
+            _call(_lib.dvdx_scene_set_fixed, self._handle, *_rows(np.unique(fixed), "size_t", None, keep))
+
+
+def _scene_method(function, kind):
+    def add(self, **keywords):
+        keep = []
+        _call(getattr(_lib, function), self._handle, _struct(kind, keywords, keep))
+        return self
+
+    add.__name__ = kind.removeprefix("dvdx_")
+    add.__qualname__ = f"Scene.{add.__name__}"
+    add.__doc__ = f"{add.__name__}({', '.join(_fields(kind))}), by keywords; what is left out is 0 or the default."
+    return add
+
+
+for _function, _kind in re.findall(r"(dvdx_scene_(?:add_|set_)\w+)\(dvdx_scene\* scene, const (dvdx_\w+)\* (?!mass)", _header):
+    setattr(Scene, _kind.removeprefix("dvdx_"), _scene_method(_function, _kind))
+
+
+# ---- Particles -------------------------------------------------------------------------------------------------------------
+
+
+def _numbers(array, what):
+    """What dvdx reads as a column must be float32 or float64 in memory, writable and aligned."""
+    if not isinstance(array, np.ndarray):
+        raise TypeError(f"{what} is {type(array).__name__}: must be a numpy.ndarray, whose memory is stepped")
+    if array.dtype not in (np.float32, np.float64):
+        raise TypeError(f"{what} is of {array.dtype}: must be float32 or float64 in native byte order")
+    if not array.flags.writeable or not array.flags.aligned:
+        raise ValueError(f"{what} is read-only or not aligned: its memory cannot be stepped")
+    return array
+
+
+def _columns_of(arrays):
+    """The six columns (1-D, views) of whatever a state was made of, named."""
+    if len(arrays) == 6:
+        return dict(zip(COLUMNS, arrays))
+    if len(arrays) == 2:
+        for array, what in zip(arrays, ("positions", "velocities")):
+            if _numbers(array, what).ndim != 2 or array.shape[1] != 3:
+                raise ValueError(f"{what} is of shape {array.shape}: must be (n, 3)")
+        return {name: arrays[i // 3][:, i % 3] for i, name in enumerate(COLUMNS)}
+    if len(arrays) == 1 and getattr(arrays[0], "dtype", None) is not None and arrays[0].dtype.names:
+        (record,) = arrays
+        if {"position", "velocity"} <= set(record.dtype.names):
+            return _columns_of((record["position"], record["velocity"]))
+        if set(COLUMNS) <= set(record.dtype.names):
+            return {name: record[name] for name in COLUMNS}
+        raise ValueError(f"fields {record.dtype.names}: must hold position and velocity, or {', '.join(COLUMNS)}")
+    raise TypeError("a state is six columns, positions and velocities of shape (n, 3), or one structured array")
+
+
+class State:
+    """A view of particles: State(x, y, z, vx, vy, vz), State(positions, velocities) or State(structured).
+
+    Six 1-D arrays; two of shape (n, 3); or one structured array with the fields position and velocity (3 numbers each) or x, y,
+    z, vx, vy, vz. m and m/s, float32 or float64, all alike; any strides. The arrays are kept, and are what a step writes.
+    """
+
+    def __init__(self, *arrays, time=0.0):
+        columns = _columns_of(arrays)
+        first = next(iter(columns.values()))
+        for name, column in columns.items():
+            if _numbers(column, name).ndim != 1 or column.shape != first.shape:
+                raise ValueError(f"{name} is of shape {column.shape}: must be one number a particle, {first.shape}")
+            if column.dtype != first.dtype:
+                raise TypeError(f"{name} is of {column.dtype}: must be {first.dtype}, as {COLUMNS[0]} is")
+            if column.strides[0] == 0 and len(column) > 1:
+                raise ValueError(f"{name}: its elements share memory")
+        for one, other in itertools.combinations(columns, 2):
+            if np.shares_memory(columns[one], columns[other]):
+                raise ValueError(f"{one} and {other} share memory: each needs its own")
+        self.arrays = columns
+        self._struct = _ffi.new("dvdx_state*", {"count": len(first)})
+        self._struct.precision = _lib.DVDX_FLOAT32 if first.dtype == np.float32 else _lib.DVDX_FLOAT64
+        self._struct.clock.seconds = time
+        for i, column in enumerate(columns.values()):
+            in_c = (self._struct.x if i < 3 else self._struct.v)[i % 3]
+            in_c.base = _ffi.cast("void*", column.__array_interface__["data"][0])
+            in_c.stride, in_c.run, in_c.capacity = column.strides[0], 1, len(column)
+            if column.strides[0] == column.itemsize:
+                in_c.run = 0  # side by side
+
+    def __len__(self):
+        return self._struct.count
+
+    @property
+    def time(self):
+        """The scene's time, s."""
+        return self._struct.clock.seconds
+
+    def hash(self):
+        """FNV-1a over all numbers' bits, 64 bits: the state_hash of `dvdx run --json`, as 16 hexadecimal digits."""
+        return f"{_lib.dvdx_state_hash(self._struct):016x}"
+
+
+# ---- Plans -----------------------------------------------------------------------------------------------------------------
+
+
+class Plan:
+    """A scene compiled for one step size, one precision and one instruction set; made by compile().
+
+    Steps are serial and run without Python's lock. For more threads, give each its own slice of the particles: a state of
+    x[a:b], ... and the same plan, where the scene has neither networks nor constraints nor values for each particle. The bits
+    are those of one call.
+    """
+
+    def __init__(self, handle):
+        self._handle = _ffi.gc(handle, _lib.dvdx_plan_destroy)
+
+    def step(self, state, steps=1):
+        """Moves every particle of the state by so many steps, where it lies, and the state's time."""
+        _call(_lib.dvdx_plan_step, self._handle, state._struct, steps, _ffi.NULL)
+
+    def seek(self, state, steps):
+        """The same motion by powers of the step's matrix, where the scene allows it."""
+        _call(_lib.dvdx_plan_seek, self._handle, state._struct, steps)
+
+    def set_step(self, step):
+        """Another step, s."""
+        _call(_lib.dvdx_plan_set_step, self._handle, step)
+
+    def replace(self, index, scene, force=0):
+        """The plan's force `index` becomes force `force` of a scene."""
+        _call(_lib.dvdx_plan_replace, self._handle, index, scene._handle, force)
+
+    @property
+    def step_size(self):
+        """s"""
+        return _lib.dvdx_plan_step_size(self._handle)
+
+    @property
+    def isa(self):
+        """The instruction set, in a word."""
+        words = {value: word for word, value in _words(_ffi.typeof("dvdx_isa")).items()}
+        return words[_lib.dvdx_plan_isa(self._handle)]
+
+    def explain(self):
+        """What the scene needs, in words."""
+        return _text(_lib.dvdx_plan_explain, self._handle)
+
+    def network_limit(self):
+        """What limits the sub-steps of networks, as a dict of dvdx_network_limit; None for a scene without."""
+        limit = _ffi.new("dvdx_network_limit*")
+        if not _lib.dvdx_plan_network_limit(self._handle, limit):
+            return None
+        return {name: getattr(limit, name) for name, _ in _ffi.typeof("dvdx_network_limit").fields}
+
+
+def compile(scene, state, step=1 / 60, **options):  # noqa: A001: the library's own word
+    """A plan for a scene and the particles of a state, in the precision of its arrays; step in s, negative runs time backwards.
+
+    options: isa ("reference", "sse2", "avx2", "avx512", "neon64"; the best where none is named), arithmetic ("separate" or
+    "contracted"), block and impacts, as in dvdx_options.
+    """
+    keywords = {name: value for name, value in options.items() if value is not None}
+    in_c = _struct("dvdx_options", {"step": step, **keywords}, [])
+    in_c.precision = state._struct.precision
+    handle = _ffi.new("dvdx_plan**")
+    _call(_lib.dvdx_plan_create, scene._handle, in_c, state._struct, handle)
+    return Plan(handle[0])
+
+
+def build_info():
+    """Version, compiler and instruction sets of the library, in a line."""
+    return _text(_lib.dvdx_build_info)
+
+
+def report(*scenes, quick=False, precision=None, threads=None):
+    """What `dvdx report SCENE... --json` measures, as a dict: speed against error of every method.
+
+    The command is the one that DVDX_COMMAND names, else `dvdx` on PATH. precision: float32, float64 or both.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        line = [os.environ.get("DVDX_COMMAND") or "dvdx", "report", *map(os.fspath, scenes), "--json", "--out", folder]
+        line += ["--quick"] if quick else []
+        line += ["--precision", precision] if precision else []
+        line += ["--threads", str(threads)] if threads else []
+        told = subprocess.run(line, capture_output=True, text=True, check=False)
+    if told.returncode != 0:
+        raise DvdxError(told.stderr.strip())
+    return json.loads(told.stdout)
