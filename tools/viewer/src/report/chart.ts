@@ -54,6 +54,7 @@ type Scale = { kind: 'value' | 'log'; isInverse?: boolean; low?: number; high?: 
 
 export function axis(name: string, gap: number, scale: Scale): Record<string, unknown> {
   const { ink, soft, line } = inks();
+  const marks = scale.marks ?? (scale.kind === 'log' ? power : undefined);
   return {
     type: scale.kind,
     name,
@@ -64,7 +65,7 @@ export function axis(name: string, gap: number, scale: Scale): Record<string, un
     min: scale.low,
     max: scale.high,
     scale: true,
-    axisLabel: { color: soft, formatter: scale.marks ?? (scale.kind === 'log' ? power : undefined), hideOverlap: true },
+    axisLabel: { color: soft, formatter: marks && ((value: number) => marks(value)), hideOverlap: true },
     axisLine: { show: true, onZero: false, lineStyle: { color: soft } },
     axisTick: { show: true, lineStyle: { color: soft } },
     splitLine: { lineStyle: { color: line } },
