@@ -213,8 +213,8 @@ def rope_file(positions, velocities):
         "particles": {"count": len(positions), "position": {"values": positions.tolist()},
                       "velocity": {"values": velocities.tolist()}},
         "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
-        "network": {"type": "springs", "pairs": [[i, i + 1] for i in range(len(positions) - 1)], "stiffness": 30, "rest_length": "start",
-                    "damping": 0.01, "fixed": [0]},
+        "network": {"type": "springs", "pairs": [[i, i + 1] for i in range(len(positions) - 1)], "stiffness": 30,
+                    "rest_length": "start", "damping": 0.01, "fixed": [0]},
     }  # fmt: skip
 
 
@@ -253,13 +253,18 @@ class Faults(unittest.TestCase):
             dvdx.compile(dvdx.Scene(), state, step=float("nan"))
         self.assertEqual(caught.exception.field, "step")
 
-    def test_a_word_that_is_none_of_a_choice_is_refused_with_the_choice(self):
+    def test_a_value_that_no_scene_can_hold_is_refused_at_once(self):
         with self.assertRaisesRegex(ValueError, "verlet.*symplectic_euler"):
             dvdx.Scene().spring(stiffness=1, method="verlet")
         with self.assertRaisesRegex(TypeError, "no stif: .*stiffness"):
             dvdx.Scene().spring(stif=1)
         with self.assertRaisesRegex(ValueError, "acceleration: .*three numbers"):
             dvdx.Scene().constant(acceleration=(1, 2))
+        for pairs in ([[0, -1]], [[0, 1.5]], [[0, 2**32]]):
+            with self.subTest(pairs), self.assertRaisesRegex(ValueError, "pairs: .*whole"):
+                dvdx.Scene().springs(pairs=pairs, stiffness=1)
+        with self.assertRaisesRegex(ValueError, "whole"):
+            dvdx.Scene(fixed=[-1])
         with self.assertRaisesRegex(ValueError, "mmx.*reference"):
             dvdx.compile(dvdx.Scene(), dvdx.State(*lattice(1)), isa="mmx")
 

@@ -92,13 +92,14 @@ def _choice(enum, word):
 def _rows(value, kind, width, keep):
     """A C array of rows of so many numbers, and how many rows."""
     rows = np.asarray(value)
-    if kind == "uint32_t" and (rows.dtype.kind not in "iu" or (rows < 0).any()):
-        raise ValueError("numbers of particles must be whole and not negative")
+    type_ = {"double": np.float64, "uint32_t": np.uint32, "size_t": np.uintp}[kind]
+    if kind != "double" and (rows.dtype.kind not in "iu" or (rows < 0).any() or (rows > np.iinfo(type_).max).any()):
+        raise ValueError(f"numbers of particles must be whole, from 0 to {np.iinfo(type_).max}")
     if width and (rows.ndim != 2 or rows.shape[1] != width):
         raise ValueError(f"shape {rows.shape}: must be (n, {width})")
     if not width and rows.ndim != 1:
         raise ValueError(f"shape {rows.shape}: must be (n,)")
-    rows = np.ascontiguousarray(rows, {"double": np.float64, "uint32_t": np.uint32, "size_t": np.uintp}[kind])
+    rows = np.ascontiguousarray(rows, type_)
     keep.append(_ffi.from_buffer(f"{kind}[]", rows))
     return keep[-1], len(rows)
 
