@@ -104,7 +104,7 @@ void add_report(CLI::App& app, Exit& /*exit*/) {
   command->add_option("--out", options->out, "a directory for report.html, report.json and the pictures")
       ->capture_default_str();
   command->add_option("--precision", options->precision, "of the states")
-      ->check(CLI::IsMember(std::vector<std::string>{"float32", "float64", "both"}))
+      ->check(CLI::IsMember(std::vector<std::string>{"float32", "float64", "float32_compensated", "both"}))
       ->capture_default_str();
   command->add_flag("--quick", options->quick, "fewer steps, fewer particles for the errors, shorter times");
   add_machine_options(*command, options->engine);

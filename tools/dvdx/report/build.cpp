@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "names.hpp"
+#include "origin.hpp"
 #include "report/baseline.hpp"
 #include "report/claims.hpp"
 #include "report/long_run.hpp"
@@ -17,6 +18,12 @@
 namespace dvdx::tool::report {
 namespace {
 
+// References and plain loops count from the world's origin.
+SceneFile seen_by_all(SceneFile file) {
+  file.scene.origin = {};
+  return file;
+}
+
 class SceneMeasurement {
  public:
   SceneMeasurement(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell)
@@ -24,7 +31,7 @@ class SceneMeasurement {
         wish_(wish),
         setup_(setup),
         tell_(tell),
-        sample_(sample_of(file, most_error_particles(file, wish.effort))),
+        sample_(seen_by_all(sample_of(file, most_error_particles(file, wish.effort)))),
         grid_(grid_of(file, sample_.particles.count, wish.effort)) {}
 
   SceneReport measure() {
@@ -47,18 +54,32 @@ class SceneMeasurement {
     }
   }
 
+  // As `dvdx run` runs it in this precision, and counted from where it counts.
+  [[nodiscard]] Setup setup_in(Precision precision) const {
+    Setup setup = setup_;
+    setup.engine.precision = precision;
+    return setup;
+  }
+  [[nodiscard]] SceneFile counted(SceneFile file, Precision precision) const {
+    file.scene.origin = file_.scene.origin;
+    choose_origin(file, precision);
+    return file;
+  }
+
   template <class T>
   void measure_precision(Precision precision) {
+    const auto sample = counted(sample_, precision);
+    const auto setup = setup_in(precision);
     for (const auto& [name, method] : methods) {
       for (int halving = 0; halving <= grid_.halvings; ++halving) {
         tell_(0.3 * static_cast<double>(halving) / (grid_.halvings + 1),
               fmt::format("{} {}, errors", name_in(precisions, precision), name));
         const auto parts = std::uint64_t{1} << static_cast<unsigned>(halving);
-        const auto measured = measure_errors<T>(sample_, with_method(sample_.scene, method), grid_, parts, reference_, setup_);
+        const auto measured = measure_errors<T>(sample, with_method(sample.scene, method), grid_, parts, reference_, setup);
         add(std::string(name), precision, halving, measured);
       }
     }
-    if (!has_baselines(file_)) return;
+    if (!has_baselines(file_) || precision == Precision::float32_compensated) return;
     for (const auto& [name, baseline] : baselines) {
       for (int halving = 0; halving <= grid_.halvings; ++halving) {
         const auto measured = measure_baseline_errors<T>(sample_, baseline, grid_, halving, reference_, setup_);
@@ -90,7 +111,9 @@ class SceneMeasurement {
 
   template <class T>
   void time_all(Precision precision) {
-    Timer<T> timer(file_, grid_, setup_, wish_.effort);
+    const auto file = counted(file_, precision);
+    const auto setup = setup_in(precision);
+    Timer<T> timer(file, grid_, setup, wish_.effort);
     const auto total = static_cast<double>(runs_.size());
     for (std::size_t r = 0; r < runs_.size(); ++r) {
       auto& run = runs_[r];
@@ -163,7 +186,7 @@ class SceneMeasurement {
 }  // namespace
 
 SceneReport measure_scene(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell) {
-  if (!file.scene.networks.empty()) return measure_network_scene(file, wish, setup, tell);
+  if (!file.scene.networks.empty()) return measure_network_scene(seen_by_all(file), wish, setup, tell);
   return SceneMeasurement(file, wish, setup, tell).measure();
 }
 

@@ -85,6 +85,7 @@ class NetworkMeasurement {
     const auto leave_out = [&](const std::string& why) {
       left_out_.push_back({.method = curve.name, .precision = precision, .why = why});
     };
+    if (precision == Precision::float32_compensated) return leave_out("joined particles are reported in float32 and float64");
     const auto own = compiled_with<T>(curve.coupling, std::nullopt);
     if (!own) return leave_out(own.error().message());
     const auto limit = own->network_limit();
