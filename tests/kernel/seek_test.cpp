@@ -88,7 +88,7 @@ TEST_CASE("seek refuses what is not affine, names it, and moves nothing") {
   bouncing.add(Plane{});
   CHECK(refusal(bouncing).field == "contacts");
   Scene radial = scene;
-  radial.add(RadialSpring{.stiffness = 3.0});
+  radial.add(RadialSpring{.stiffness = 3.0, .rest_length = 0.5});
   CHECK(refusal(radial).field == "forces[1]");
   Scene fixed = scene;
   fixed.fixed = {2};

@@ -597,7 +597,7 @@ TEST_CASE_TEMPLATE("network: a bad particle changes no bit of what is not joined
 TEST_CASE_TEMPLATE("network: neighbours of a bad particle go on as if its springs were cut, bit by bit", T, float, double) {
   constexpr std::size_t bad = 31;
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::accumulate}) {
-    Joined joined = with(two_lists(), {.scheme = scheme, .substeps = 8});
+    Joined joined = with(two_lists(), {.scheme = scheme, .substeps = 12});
     for (const Isa isa : available_isas()) {
       const std::vector<T> wanted = stepped<T>(without_springs_of(joined, bad), {.isa = isa}, 4);
       Joined ill = joined;
