@@ -20,6 +20,7 @@
 #include "support/scenes.hpp"
 #include "support/starts.hpp"
 #include "support/threads.hpp"
+#include "support/turnover.hpp"
 
 namespace dvdx::bench {
 namespace {
@@ -444,6 +445,28 @@ void layouts(Report& report, const Run& run) {
   }
 }
 
+// One step a call: more steps a call leave the particles in cache, and then the births are most of the work.
+void turnover(Report& report, const Run& run) {
+  constexpr std::size_t million = 1'000'000;
+  for (const auto& [name, scene] :
+       {std::pair{"falling", fall()}, std::pair{"with a floor to look for", with(fall(), far_floor({0, 1, 0}))}}) {
+    for (int threads = 1; threads <= most_threads(); ++threads) {
+      const Jet jet = make_jet(scene, million, 0.02, 1, threads);
+      Held<float> same = hold_padded<float>(million);  // as the jet stands, so that as many touch the ground
+      for (std::size_t i = 0; i < million; ++i) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          same.state.x[axis][i] = jet.live->state.x[axis][i % jet.live->state.count];
+          same.state.v[axis][i] = jet.live->state.v[axis][i % jet.live->state.count];
+        }
+      }
+      const auto stays = stepper(scene, same, 1, threads);
+      report.bar("2 % of a million come and go each step, " + std::string(name) + ", " + std::to_string(threads) + " thread" +
+                     (threads > 1 ? "s" : "") + " / none do",
+                 {.at_least = false, .bound = 1.5}, race(run.in_memory_on(threads), jet, stays));
+    }
+  }
+}
+
 void run_all(Report& report, const Run& run) {
   const Held<float> held = scattered<float>(in_memory);
   report.heading("Affine pass");
@@ -469,6 +492,8 @@ void run_all(Report& report, const Run& run) {
   overheads(report, run, held);
   report.heading("Layouts");
   layouts(report, run);
+  report.heading("Turnover");
+  turnover(report, run);
   report.table();
 }
 

@@ -9,6 +9,7 @@ void register_contact();
 void register_radial();
 void register_network();
 void register_constraint();
+void register_removal();
 void register_step();
 void register_layout();
 void register_compensated();

@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   dvdx::bench::register_radial();
   dvdx::bench::register_network();
   dvdx::bench::register_constraint();
+  dvdx::bench::register_removal();
   dvdx::bench::register_step();
   dvdx::bench::register_layout();
   dvdx::bench::register_compensated();

@@ -353,6 +353,8 @@ TEST_CASE("an emitter works from its start to its end") {
   CHECK(by(1.1) == 1);
   CHECK(by(2.5) == 15);
   CHECK(by(1e9) == 15);
+  const Emitter burst{.rate = 160'000, .start = 1.2, .end = 1.25};  // the difference of which is not what its decimals say
+  CHECK(births_by(burst, {.seconds = 2, .carry = 0}).whole == 8000);
 }
 
 TEST_CASE("a full state drops births and counts them") {

@@ -279,6 +279,53 @@ TEST_CASE("verify holds a scene with a network against the reference") {
   CHECK(report["scenes"][0]["sample"]["particles"] == 30);  // all: each moves the others
 }
 
+constexpr const char* jet = R"({
+  "format": "dvdx-scene/1", "name": "jet", "step": 0.015625, "duration": 2, "capacity": 70,
+  "emitters": [{"type": "disc", "center": [0, 0.1, 0], "normal": [0, 1, 0], "radius": 0.1, "rate": 100, "velocity": [0, 4, 0],
+                "spread": 0.5, "lifetime": {"min": 0.2, "max": 0.9}, "seed": 4}],
+  "removal": {"boundaries": [{"normal": [0, 1, 0], "offset": 0}]},
+  "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]
+})";
+
+TEST_CASE("run of a scene whose particles come and go tells how many, the same however it is run") {
+  const ScratchFolder folder("command-jet");
+  folder.write("jet.json", jet);
+  const auto report_of = [&](const std::string& options) {
+    const auto result = run(folder, "run jet.json --json " + options);
+    CAPTURE(result.err);
+    REQUIRE(result.exit == 0);
+    return json::parse(result.out);
+  };
+  const auto own = report_of("");
+  CHECK(own["born"] == 200);
+  CHECK(own["dropped"] == 0);
+  CHECK(own["particles"].get<int>() + own["removed"].get<int>() == 200);
+  CHECK(own["particles"].get<int>() > 20);
+  for (const char* options : {"--layout aos --threads 1 --isa reference", "--layout aosoa", "--every 3 --out a.csv"}) {
+    CHECK(report_of(options)["state_hash"] == own["state_hash"]);
+  }
+  CHECK(report_of("--set emitters[0].seed=5")["state_hash"] != own["state_hash"]);
+  CHECK(report_of("--set capacity=20")["dropped"].get<int>() > 0);
+  CHECK(report_of("--set emitters[0].rate=0")["particles"] == 0);
+  CHECK(run(folder, "run jet.json").out.find("200 born") != std::string::npos);
+  CHECK(run(folder, "run jet.json --out a.pc2").exit == 2);
+  CHECK(run(folder, "run jet.json --step -0.015625").exit == 3);
+  CHECK(run(folder, "explain jet.json").out.find("at most 70 particles live at once") != std::string::npos);
+  CHECK(run(folder, "report jet.json").exit == 3);
+}
+
+TEST_CASE("verify holds particles that come and go against the reference") {
+  const ScratchFolder folder("command-verify-jet");
+  folder.write("jet.json", jet);
+  const auto result = run(folder, "verify jet.json --json");
+  CAPTURE(result.err);
+  CHECK(result.exit == 0);
+  const auto report = json::parse(result.out);
+  CHECK(report["passed"] == true);
+  CHECK(report["scenes"][0]["steps"] == 128);
+  CHECK(report["scenes"][0]["particles"].get<int>() > 20);
+}
+
 TEST_CASE("stability runs the cases that it is asked for, and writes what it found") {
   const Folder folder("stability");
   const auto result = run(folder, "stability --only cases --cases 25,24 --json --out found");

@@ -36,6 +36,12 @@ const std::map<std::string, Check>& checks() {
       {"const", [](const json& a, const json& v) { return a == v; }},
       {"enum", [](const json& a, const json& v) { return std::find(a.begin(), a.end(), v) != a.end(); }},
       {"required", [](const json& a, const json& v) { return !v.is_object() || has_all(a, v); }},
+      {"dependentRequired",
+       [](const json& a, const json& v) {
+         return std::all_of(a.items().begin(), a.items().end(), [&](const auto& item) {
+           return !v.is_object() || !v.contains(item.key()) || has_all(item.value(), v);
+         });
+       }},
       {"minItems", [](const json& a, const json& v) { return !v.is_array() || v.size() >= a.get<std::size_t>(); }},
       {"maxItems", [](const json& a, const json& v) { return !v.is_array() || v.size() <= a.get<std::size_t>(); }},
       {"uniqueItems", [](const json& a, const json& v) { return !v.is_array() || !a.get<bool>() || all_different(v); }},

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <zip.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -452,6 +453,43 @@ TEST_CASE("a target that cannot be written is known before the run") {
     CHECK(exit_of(folder / name) == Exit::input_output);
   }
   CHECK(folder.entries() == 7);
+}
+
+// Two states, of three particles and of one.
+void write_changing(const std::filesystem::path& target) {
+  const auto writer = make_writer<float>({.target = target, .particles = particles, .states = 2, .counts = Counts::changing});
+  States<float> states;
+  auto state = states.at(0);
+  writer->write({}, state);
+  state.count = 1;
+  writer->write({.step = 5, .time = 0.5}, state);
+  writer->finish();
+}
+
+TEST_CASE(
+    "counts that change from state to state are written where the format has one for each, else refused with the reason") {
+  const ScratchFolder folder("changing");
+  write_changing(folder / "a.csv");
+  const auto rows = folder.read("a.csv");
+  CHECK(std::count(rows.begin(), rows.end(), '\n') == 1 + 3 + 1);
+  write_changing(folder / "a.ply");
+  CHECK(read_points(folder / "a-000001.ply").size() == 1);
+  write_changing(folder / "a.vtp");
+  const auto counts = [&](const char* name) {
+    pugi::xml_document document;
+    REQUIRE(document.load_file((folder / name).c_str()));
+    const auto piece = document.child("VTKFile").child("PolyData").child("Piece");
+    return std::pair(piece.attribute("NumberOfPoints").as_int(), piece.attribute("NumberOfVerts").as_int());
+  };
+  CHECK(counts("a-000000.vtp") == std::pair(3, 3));
+  CHECK(counts("a-000001.vtp") == std::pair(1, 1));
+  for (const char* name : {"a.npz", "a.pc2"}) {
+    CHECK_THROWS_AS(write_changing(folder / name), Fault);
+  }
+  CHECK_THROWS_WITH_AS(write_changing("a.pc2"),
+                       "--out a.pc2: a .pc2 holds as many particles in every state, and those of this scene come and go: "
+                       ".csv, .ply and .vtp hold them",
+                       Fault);
 }
 
 TEST_CASE("an extension that nothing writes is a matter of usage, and the known ones are listed") {

@@ -6,6 +6,7 @@
 
 #include "commands.hpp"
 #include "dvdx/plan.hpp"
+#include "live_memory.hpp"
 #include "names.hpp"
 #include "scene_options.hpp"
 #include "start.hpp"
@@ -22,13 +23,21 @@ void print_summary(const LoadedScene& loaded) {
   const auto& file = loaded.file;
   fmt::print("scene        {}\n", file.name);
   if (!file.about.empty()) fmt::print("             {}\n", file.about);
-  fmt::print("particles    {}, {} of them fixed\n", file.particles.count, file.scene.fixed.size());
+  if (is_live(file)) {
+    fmt::print("particles    {} at the start, at most {}\n", file.particles.count, file.turnover.capacity);
+  } else {
+    fmt::print("particles    {}, {} of them fixed\n", file.particles.count, file.scene.fixed.size());
+  }
   fmt::print("duration     {} s in {} steps\n", file.duration, loaded.steps);
   fmt::print("method       {}\n", name_in(methods, file.scene.method));
 }
 
 template <class T>
 std::string explained(const SceneFile& file, const Engine& engine) {
+  if (is_live(file)) {
+    const auto plan = live_plan<T>(file, {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic});
+    return plan.plan().explain() + plan.explain();
+  }
   StateMemory<T> memory(engine.layout, file.particles.count);
   auto state = memory.view();
   place_at_start(file, state);

@@ -16,6 +16,7 @@
 #include "scene_reader.hpp"
 #include "threads.hpp"
 #include "told.hpp"
+#include "turnover_reader.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -47,7 +48,10 @@ report::Setup setup_of(const ReportOptions& options) {
 // All scenes are read, and the place of the report is looked at, before any work is done.
 std::vector<SceneFile> read_scenes(const ReportOptions& options) {
   std::vector<SceneFile> files;
-  for (const auto& path : options.scenes) files.push_back(read_scene(path, {.overrides = {}, .scalar_bytes = sizeof(double)}));
+  for (const auto& path : options.scenes) {
+    files.push_back(read_scene(path, {.overrides = {}, .scalar_bytes = sizeof(double)}));
+    refuse_turnover(files.back(), "report");
+  }
   return files;
 }
 

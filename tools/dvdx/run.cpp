@@ -13,8 +13,10 @@
 #include "energy.hpp"
 #include "engine.hpp"
 #include "health.hpp"
+#include "live_simulation.hpp"
 #include "names.hpp"
 #include "origin.hpp"
+#include "outcome.hpp"
 #include "output/writer.hpp"
 #include "progress.hpp"
 #include "run_reference.hpp"
@@ -32,16 +34,6 @@ struct RunOptions {
   std::optional<std::uint64_t> every{};  // 0: the last state alone; where not given, as the file's kind has it
   bool error = false;                    // a page is coloured by it
   bool json = false;
-};
-
-struct Outcome {
-  double wall_seconds = 0;  // of the steps: neither of making the plan nor of writing
-  std::uint64_t hash = 0;
-  double energy_start = 0;
-  double energy_end = 0;
-  bool diverged = false;
-  std::size_t bad_particles = 0;
-  std::optional<NetworkLimit> network;
 };
 
 // Steps that one call takes: many, so that a block stays in cache for them, but not so many that progress stands still. A
@@ -176,9 +168,9 @@ class Simulation {
   Outcome outcome_;
 };
 
-template <class T>
-Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
-  Simulation<T> simulation(loaded, engine);
+template <class T, class Simulated>
+Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
+  Simulated simulation(loaded, engine);
   const auto every = every_of(options, loaded);
   std::optional<Output> output;
   if (!options.out.empty()) {
@@ -186,6 +178,7 @@ Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Eng
               .particles = loaded.file.particles.count,
               .states = states_written(loaded.steps, every),
               .topology = &loaded.file.topology,
+              .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
               .scene = &loaded.file};
   }
   if (options.error) {
@@ -197,15 +190,32 @@ Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Eng
   return simulation.run(observer, every);
 }
 
+template <class T>
+Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
+  return is_live(loaded.file) ? run_all<T, LiveSimulation<T>>(options, loaded, engine)
+                              : run_all<T, Simulation<T>>(options, loaded, engine);
+}
+
 double particle_steps_per_second(const LoadedScene& loaded, const Outcome& outcome) {
-  const auto all = static_cast<double>(loaded.file.particles.count) * static_cast<double>(loaded.steps);
+  const auto all = outcome.turned ? static_cast<double>(outcome.turned->particle_steps)
+                                  : static_cast<double>(loaded.file.particles.count) * static_cast<double>(loaded.steps);
   return outcome.wall_seconds > 0 ? all / outcome.wall_seconds : 0;
+}
+
+// At the end.
+std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome) {
+  return outcome.turned ? outcome.turned->live : loaded.file.particles.count;
 }
 
 void print_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
   nlohmann::ordered_json report;
   report["scene"] = loaded.file.name;
-  report["particles"] = loaded.file.particles.count;
+  report["particles"] = particles_of(loaded, outcome);
+  if (outcome.turned) {
+    report["born"] = outcome.turned->born;
+    report["removed"] = outcome.turned->removed;
+    report["dropped"] = outcome.turned->dropped;
+  }
   report["steps"] = loaded.steps;
   report["method"] = name_in(methods, loaded.file.scene.method);
   report["scheme"] = nullptr;
@@ -228,7 +238,12 @@ void print_json(const LoadedScene& loaded, const Engine& engine, const Outcome& 
 void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
   const auto row = [](std::string_view name, const std::string& value) { fmt::print("{:<12} {}\n", name, value); };
   const auto& file = loaded.file;
-  row("scene", fmt::format("{}, {} particle{}", file.name, file.particles.count, file.particles.count == 1 ? "" : "s"));
+  const std::size_t particles = particles_of(loaded, outcome);
+  row("scene", fmt::format("{}, {} particle{}", file.name, particles, particles == 1 ? "" : "s"));
+  if (outcome.turned) {
+    row("turnover", fmt::format("{} born, {} removed, {} found no room", outcome.turned->born, outcome.turned->removed,
+                                outcome.turned->dropped));
+  }
   row("steps", fmt::format("{} of {} s, method {}", loaded.steps, file.step, name_in(methods, file.scene.method)));
   if (outcome.network) {
     row("networks", fmt::format("{}, {} sub-step{} a step", name_in(schemes, file.scene.coupling.scheme),
@@ -254,7 +269,7 @@ Exit run(const RunOptions& options) {
   (options.json ? print_json : print_table)(loaded, engine, outcome);
   if (!outcome.diverged) return Exit::done;
   fmt::print(stderr, "dvdx: {}: the simulation diverged: {} of {} particles are not finite\n", options.scene.scene,
-             outcome.bad_particles, loaded.file.particles.count);
+             outcome.bad_particles, particles_of(loaded, outcome));
   return Exit::diverged;
 }
 

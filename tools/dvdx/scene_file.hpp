@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dvdx/scene.hpp"
+#include "dvdx/turnover.hpp"
 #include "topology.hpp"
 
 namespace dvdx::tool {
@@ -39,7 +40,11 @@ struct SceneFile {
   Scene scene;                 // masses, forces, contacts, networks, constraints, fixed particles
   Topology topology{};         // of the networks and constraints
   bool is_origin_free = true;  // the file leaves the origin to whoever runs the scene
+  Turnover turnover{};         // capacity 0: no particle comes or goes
 };
+
+// Whether particles come and go: such a scene needs a plan of its own (dvdx/live.hpp).
+[[nodiscard]] inline bool is_live(const SceneFile& file) noexcept { return file.turnover.capacity != 0; }
 
 // Whether networks or constraints join particles: such a scene runs whole or not at all.
 [[nodiscard]] inline bool is_joined(const Scene& scene) noexcept {

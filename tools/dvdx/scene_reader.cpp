@@ -17,6 +17,7 @@
 #include "particle_values.hpp"
 #include "seeds.hpp"
 #include "steps.hpp"
+#include "turnover_reader.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -211,6 +212,11 @@ Room room_for(const json& scene, const ReadOptions& options) {
   return {.bytes_each = bytes_each(scene, options.scalar_bytes), .bytes = options.memory_bytes};
 }
 
+// Where particles come and go, each has an age and a lifetime besides, and the plan a quarter of all again to work in.
+Room room_for_live(const ReadOptions& options) {
+  return {.bytes_each = 10 * options.scalar_bytes, .bytes = options.memory_bytes};
+}
+
 // What a network's particle takes besides: its own position, mass and face, the forces on it, and its springs, of which a grid
 // has six a particle.
 Room room_for_networks(const json& scene, const ReadOptions& options) {
@@ -245,8 +251,11 @@ double read_duration(const Node& node, double step) {
 
 // The particles that the scene lists itself.
 void read_own_particles(const Fields& fields, SceneFile& file, Population& population, const ReadOptions& options) {
+  const bool may_be_none = fields.optional("emitters").has_value();
+  if (may_be_none && !fields.optional("particles")) return;
   const Fields particles(fields.required("particles"), "particles", {"count", "mass", "position", "velocity"});
-  population.count = read_count(particles.required("count"), fields.node().json(), options);
+  const auto count = may_be_none ? particles.optional("count") : particles.required("count");
+  population.count = count ? read_count(*count, fields.node().json(), options) : 0;
   file.particles.count = population.count;
   if (const auto mass = particles.optional("mass")) file.scene.mass = read_scalars(*mass, population, positive);
   if (const auto node = particles.optional("position")) file.particles.position = read_vectors(*node, population);
@@ -310,7 +319,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   check_format(node);
   const Fields fields(node, "a scene",
                       {"format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network",
-                       "constraints", "constraint_iterations", "fixed", "origin"});
+                       "constraints", "constraint_iterations", "fixed", "origin", "emitters", "capacity", "removal"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -333,6 +342,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   }
   read_fixed(fields, file, population);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
+  read_turnover(fields, file, room_for_live(options));
   return file;
 }
 

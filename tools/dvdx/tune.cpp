@@ -12,6 +12,7 @@
 #include "tune/json.hpp"
 #include "tune/table.hpp"
 #include "tune/tune_scene.hpp"
+#include "turnover_reader.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -44,7 +45,7 @@ Exit run(TuneOptions options) {
   for (const auto& path : options.scenes) {
     scenes.push_back(options.scene);
     scenes.back().scene = path;
-    (void)load_scene(scenes.back(), Precision::float64);  // all are read before any work is done
+    refuse_turnover(load_scene(scenes.back(), Precision::float64), "tune");  // all are read before any work is done
   }
   std::vector<tune::Tuning> tunings;
   {

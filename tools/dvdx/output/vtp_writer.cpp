@@ -37,7 +37,7 @@ void add_array(pugi::xml_node parent, const char* name, std::string_view type, i
   array.text() = encoded.c_str();
 }
 
-// Cells of one kind, which are the same in every state: encoded once.
+// Cells of one kind. Where the count of particles is, they are the same in every state: encoded once.
 struct Cells {
   const char* element;
   const char* count_name;
@@ -58,14 +58,14 @@ Cells cells_of(const char* element, const char* count_name, const Shapes& shapes
 }
 
 // ParaView draws only what is in a cell: a particle that nothing joins is one of its own.
-std::vector<Cells> all_cells(const Output& output) {
+std::vector<Cells> all_cells(const Topology& topology, std::size_t particles) {
   std::vector<Cells> cells;
   const auto add = [&](const char* element, const char* count_name, const auto& shapes) {
     if (!shapes.empty()) cells.push_back(cells_of(element, count_name, shapes));
   };
-  add("Verts", "NumberOfVerts", loose_particles(*output.topology, output.particles));
-  add("Lines", "NumberOfLines", output.topology->lines);
-  add("Polys", "NumberOfPolys", output.topology->faces);
+  add("Verts", "NumberOfVerts", loose_particles(topology, particles));
+  add("Lines", "NumberOfLines", topology.lines);
+  add("Polys", "NumberOfPolys", topology.faces);
   return cells;
 }
 
@@ -111,12 +111,17 @@ std::string poly_data(const Moment& moment, const State<T>& state, const std::ve
 template <class T>
 class VtpWriter final : public Writer<T> {
  public:
-  explicit VtpWriter(const Output& output) : target_(output.target), cells_(all_cells(output)) {
+  explicit VtpWriter(const Output& output)
+      : target_(output.target),
+        topology_(*output.topology),
+        particles_(output.particles),
+        cells_(all_cells(topology_, particles_)) {
     for (std::uint64_t i = 0; i < output.states; ++i) check_target(numbered(target_, i));
     const PartFile probe(series());
   }
 
   void write(const Moment& moment, const State<T>& state) override {
+    if (state.count != particles_) cells_ = all_cells(topology_, particles_ = state.count);
     files_.emplace_back(numbered(target_, files_.size()));
     files_.back().write(poly_data(moment, state, cells_));
     files_.back().close();
@@ -144,6 +149,8 @@ class VtpWriter final : public Writer<T> {
   }
 
   std::filesystem::path target_;
+  const Topology& topology_;
+  std::size_t particles_;  // of which cells_ are
   std::vector<Cells> cells_;
   std::vector<PartFile> files_;
   std::vector<double> times_;

@@ -16,15 +16,16 @@ template <class T>
 struct Format {
   std::string_view extension;
   std::unique_ptr<Writer<T>> (*make)(const Output&);
+  Counts counts = Counts::changing;  // that it can hold
 };
 
 template <class T>
 constexpr std::array<Format<T>, 6> formats{{{".csv", make_csv_writer<T>},
-                                            {".npz", make_npz_writer<T>},
+                                            {".npz", make_npz_writer<T>, Counts::fixed},
                                             {".ply", make_ply_writer<T>},
                                             {".vtp", make_vtp_writer<T>},
-                                            {".pc2", make_pc2_writer<T>},
-                                            {".html", make_html_writer<T>}}};
+                                            {".pc2", make_pc2_writer<T>, Counts::fixed},
+                                            {".html", make_html_writer<T>, Counts::fixed}}};
 
 template <class T>
 const Format<T>* format_for(const std::filesystem::path& target) {
@@ -45,7 +46,14 @@ bool is_page(const std::filesystem::path& target) { return target.extension() ==
 template <class T>
 std::unique_ptr<Writer<T>> make_writer(const Output& output) {
   check_extension(output.target);
-  return format_for<T>(output.target)->make(output);
+  const Format<T>& format = *format_for<T>(output.target);
+  if (output.counts == Counts::changing && format.counts == Counts::fixed) {
+    throw Fault(Exit::usage,
+                fmt::format("--out {}: a {} holds as many particles in every state, and those of this scene come and "
+                            "go: .csv, .ply and .vtp hold them",
+                            output.target.string(), format.extension));
+  }
+  return format.make(output);
 }
 
 std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index) {

@@ -38,12 +38,15 @@ inline const Topology no_topology{};
 // x, y, z of each stride-th particle at a moment, m; asked for moments that rise.
 using ReferencePositions = std::function<std::vector<double>(const Moment&, std::size_t stride)>;
 
+enum class Counts { fixed, changing };
+
 // What will be written, known beforehand.
 struct Output {
   std::filesystem::path target;
-  std::size_t particles = 0;
+  std::size_t particles = 0;  // of every state, or of the first where counts change
   std::uint64_t states = 0;
   const Topology* topology = &no_topology;  // never null, and outlives the writer
+  Counts counts = Counts::fixed;            // changing: nothing joins the particles
   // What a page tells and shows besides; other writers pass over it.
   const SceneFile* scene = nullptr;
   ReferencePositions reference{};  // where the states should be
@@ -56,7 +59,8 @@ void check_extension(const std::filesystem::path& target);
 // Whether states are written there to be played, not to be read.
 [[nodiscard]] bool is_page(const std::filesystem::path& target);
 
-// By the target's extension. Throws Fault: usage as above, input_output where the target cannot be written.
+// By the target's extension. Throws Fault: usage as above, or where the format holds one count for all states and they change;
+// input_output where the target cannot be written.
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_writer(const Output& output);
 

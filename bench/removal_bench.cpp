@@ -1,0 +1,90 @@
+// The removal pass in cache, the emission pass, and what coming and going costs a step of a million particles.
+#include <array>
+#include <memory>
+
+#include "isa/turnover.hpp"
+#include "support/benches.hpp"
+#include "support/plan_bench.hpp"
+#include "support/turnover.hpp"
+
+namespace dvdx::bench {
+namespace {
+
+constexpr std::size_t in_cache = 1024, many = 1'000'000;
+
+// Eight columns of 4 bytes, every so manieth particle gone, copied to a place of their own so that each turn has as much to do.
+void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
+  std::vector<std::uint64_t> gone(in_cache / 64);
+  for (std::size_t i = 0; i < in_cache; i += every) gone[i / 64] |= std::uint64_t{1} << (i % 64);
+  std::array<std::vector<std::uint32_t>, compact_columns> from, to;
+  std::array<const std::byte*, compact_columns> in{};
+  std::array<std::byte*, compact_columns> out{};
+  for (std::size_t c = 0; c < compact_columns; ++c) {
+    from[c].assign(in_cache, static_cast<std::uint32_t>(c));
+    to[c].assign(in_cache, 0);
+    in[c] = reinterpret_cast<const std::byte*>(from[c].data());
+    out[c] = reinterpret_cast<std::byte*>(to[c].data());
+  }
+  const Compact compact = turnover_table(isa).compact4;
+  for (auto _ : timing) {
+    benchmark::DoNotOptimize(compact(in.data(), out.data(), compact_columns, gone.data(), in_cache));
+    benchmark::ClobberMemory();
+  }
+  timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(in_cache));
+}
+
+void time_emission(benchmark::State& timing, Isa isa) {
+  EmissionTerms terms;
+  terms.shape = EmissionShape::disc;
+  terms.spread = EmissionSpread::ball;
+  terms.radii = {Vec3{1, 0, 0}, Vec3{0, 1, 0}};
+  terms.radius = 1;
+  terms.lifetime = terms.lifetime_range = 1;
+  terms.interval = 1e-3;
+  const auto born = std::make_unique<Born>();
+  Births births{.first = 0, .count = born_together, .lead = born_together, .step = 1};
+  for (auto _ : timing) {
+    turnover_table(isa).emit(terms, births, *born);
+    benchmark::ClobberMemory();
+    births.first += born_together;
+  }
+  timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(born_together));
+}
+
+void time_jet(benchmark::State& timing, const Scene& scene, std::size_t steps, int threads) {
+  const Jet made = make_jet(scene, many, 0.02, steps, threads);
+  if (made.plan == nullptr) return timing.SkipWithError("no plan");
+  for (auto _ : timing) made();
+  count_work<float>(timing, many, steps);
+}
+
+void add_jet(const std::string& name, const Scene& scene) {
+  for (const std::size_t steps : {std::size_t{1}, std::size_t{8}}) {
+    const Case<float> stays{.name = "turnover/" + name + "/none/steps:" + std::to_string(steps),
+                            .scene = [scene](std::size_t) { return scene; },
+                            .steps = steps};
+    for (int threads = 1; threads <= most_threads(); ++threads) {
+      add_plan(stays, {best_isa(), Arithmetic::separate, threads}, {"million", many});
+      add(
+          "turnover/" + name + "/2%/steps:" + std::to_string(steps) + "/million/threads:" + std::to_string(threads),
+          [=](benchmark::State& timing) { time_jet(timing, scene, steps, threads); }, threads);
+    }
+  }
+}
+
+}  // namespace
+
+void register_removal() {
+  for (const Isa isa : available_isas()) {
+    const std::string isa_name(name(isa));
+    for (const std::size_t every : {std::size_t{2}, std::size_t{50}}) {
+      add("removal/eight_columns/1_in_" + std::to_string(every) + "/" + isa_name,
+          [=](benchmark::State& timing) { time_compaction(timing, isa, every); });
+    }
+    add("emission/disc_and_ball/" + isa_name, [=](benchmark::State& timing) { time_emission(timing, isa); });
+  }
+  add_jet("fall", fall());
+  add_jet("fall_with_far_floor", with(fall(), far_floor({0, 1, 0})));
+}
+
+}  // namespace dvdx::bench

@@ -1,0 +1,46 @@
+// A state of particles that come and go, with its memory: as many as may live at once, of which those of the scene are there.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "dvdx/live.hpp"
+#include "fault.hpp"
+#include "scene_file.hpp"
+#include "start.hpp"
+#include "state_memory.hpp"
+
+namespace dvdx::tool {
+
+template <class T>
+class LiveMemory {
+ public:
+  // The scene's own particles have age 0 and die of no age.
+  LiveMemory(const SceneFile& file, Layout layout)
+      : state_(layout, file.turnover.capacity), lives_(layout, file.turnover.capacity) {
+    live_.state = state_.view();
+    live_.state.count = file.particles.count;
+    place_at_start(file, live_.state);
+    live_.age = lives_.view().x[0];
+    live_.lifetime = lives_.view().x[1];
+    for (std::size_t i = 0; i < file.particles.count; ++i) live_.lifetime[i] = std::numeric_limits<T>::infinity();
+  }
+  LiveMemory(const LiveMemory&) = delete;
+  LiveMemory& operator=(const LiveMemory&) = delete;
+
+  [[nodiscard]] LiveState<T>& live() noexcept { return live_; }
+
+ private:
+  StateMemory<T> state_, lives_;
+  LiveState<T> live_;
+};
+
+// Throws Fault (bad_scene) where the scene's particles cannot come and go.
+template <class T>
+[[nodiscard]] LivePlan<T> live_plan(const SceneFile& file, const Options& options) {
+  auto plan = compile<T>(file.scene, file.turnover, options);
+  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  return std::move(*plan);
+}
+
+}  // namespace dvdx::tool

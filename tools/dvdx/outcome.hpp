@@ -1,0 +1,32 @@
+// What a run came to.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "dvdx/plan.hpp"
+
+namespace dvdx::tool {
+
+// Of a scene whose particles come and go.
+struct Turned {
+  std::size_t live = 0;
+  std::uint64_t born = 0;
+  std::uint64_t removed = 0;
+  std::uint64_t dropped = 0;         // births that found no room
+  std::uint64_t particle_steps = 0;  // of those that lived after each call
+};
+
+struct Outcome {
+  double wall_seconds = 0;  // of the steps: neither of making the plan nor of writing
+  std::uint64_t hash = 0;
+  double energy_start = 0;
+  double energy_end = 0;
+  bool diverged = false;
+  std::size_t bad_particles = 0;
+  std::optional<NetworkLimit> network{};
+  std::optional<Turned> turned{};
+};
+
+}  // namespace dvdx::tool
