@@ -38,7 +38,7 @@ class SceneTuner {
         return judge_.fewest_substeps(coupling, parts);
       });
       tuning.findings = search(ladders, wish_.goal, Thoroughness::search, bench_);
-      if (tuning.seeds > 0) hold_out(tuning);
+      if (tuning.seeds > 0 && tuning.choice() != nullptr) hold_out(ladders, tuning);
       if (const auto* choice = tuning.choice()) {
         put_in_words(*choice, tuning);
         give_advice(*choice, tuning);
@@ -74,17 +74,25 @@ class SceneTuner {
             .budget = wish_.seconds};
   }
 
-  // The cheapest that keeps the goal with other drawn values too: an error just below the goal may be luck.
-  void hold_out(Tuning& tuning) {
+  // The cheapest that keeps the goal with other drawn values too: an error just below the goal may be luck. Where all that was
+  // raced fails, the search aims lower.
+  void hold_out(const std::vector<Ladder>& ladders, Tuning& tuning) {
     auto other = options_;
     other.seed = options_.seed.value_or(0) + 1;
     const auto file = load_scene(other, Precision::float64).file;
     const Judge judge(file, wish_.goal, reference_part * wish_.seconds, setup_);
-    choose(tuning.findings, wish_.goal, [&](const Candidate& candidate) {
+    const auto holds = [&](const Candidate& candidate) {
       say("error of " + text_of(candidate) + " with other seeds");
       tuning.other_seed = OtherSeed{.seed = *other.seed, .outcome = judge.errors(candidate)};
       return tuning.other_seed->outcome.keeps(wish_.goal);
-    });
+    };
+    choose(tuning.findings, wish_.goal, holds);
+    constexpr double lower = 0.7;
+    constexpr double lowest = 0.1;
+    for (double part = lower; tuning.choice() == nullptr && part > lowest && !bench_.is_over(); part *= lower) {
+      tuning.findings = search(ladders, part * wish_.goal, Thoroughness::search, bench_);
+      choose(tuning.findings, wish_.goal, holds);
+    }
   }
 
   void put_in_words(const Trial& choice, Tuning& tuning) const {
