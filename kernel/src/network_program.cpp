@@ -94,6 +94,8 @@ NetworkLimit limit_of(const Coupling& coupling, const Frequencies& frequencies, 
   return limit;
 }
 
+bool is_linear(const JoinedPair& s) { return s.l == 0 && s.c == 0; }
+
 bool is_any_damped(const std::vector<JoinedPair>& pairs) {
   return std::any_of(pairs.begin(), pairs.end(), [](const JoinedPair& s) { return s.c != 0; });
 }
@@ -343,6 +345,7 @@ void NetworkProgram<T>::make_graph() {
           .C = slot_column(graph_.C),
           .D = slot_column(graph_.D),
           .l = slot_column(graph_.l)};
+    if (std::any_of(pairs_.begin(), pairs_.end(), is_linear)) to.linear = slot_column(graph_.linear);
   } else {
     to = {.k = slot_column(graph_.k), .kl = slot_column(graph_.kl)};
   }
@@ -392,6 +395,7 @@ void NetworkProgram<T>::put_spring(const JoinedPair& s, double w, std::size_t la
     to.C[lane] = static_cast<T>(share * alone.C);
     to.D[lane] = static_cast<T>(share * alone.D);
     to.l[lane] = static_cast<T>(s.l);
+    if (to.linear != nullptr) to.linear[lane] = is_linear(s) ? T(1) : T(0);
     return;
   }
   double k = s.k;

@@ -71,7 +71,7 @@ class NetworkProgram {
 
   struct SlotColumns {
     T *k = nullptr, *kl = nullptr, *c = nullptr;
-    T *A = nullptr, *B = nullptr, *C = nullptr, *D = nullptr, *l = nullptr;
+    T *A = nullptr, *B = nullptr, *C = nullptr, *D = nullptr, *l = nullptr, *linear = nullptr;
   };
   struct Held {
     std::uint32_t particle = 0, element = 0;

@@ -1,9 +1,11 @@
 // The subcommands: each adds itself to the command line and, where the user asks for it, does its work and sets the exit code.
 #pragma once
 
-#include <CLI/App.hpp>
-
 #include "fault.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace dvdx::tool {
 

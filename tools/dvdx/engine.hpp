@@ -1,11 +1,14 @@
 // How a scene is run: precision, instruction set, arithmetic, layout, threads; and the options that choose them.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <string>
 
 #include "dvdx/plan.hpp"
 #include "state_memory.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace dvdx::tool {
 

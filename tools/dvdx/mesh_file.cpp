@@ -110,13 +110,13 @@ std::vector<Pair> unique(std::vector<Pair> pairs) {
 }
 
 // A side of a face, and the face's vertices next to it.
-struct Side {
+struct HalfEdge {
   Pair ends;
   Pair next;  // to either end
 };
 
-std::vector<Side> sides_of(const MeshFile& mesh) {
-  std::vector<Side> sides;
+std::vector<HalfEdge> sides_of(const MeshFile& mesh) {
+  std::vector<HalfEdge> sides;
   for (const auto& face : mesh.faces) {
     const auto n = face.size();
     for (std::size_t k = 0; k < n; ++k) {
@@ -126,7 +126,7 @@ std::vector<Side> sides_of(const MeshFile& mesh) {
       sides.push_back({.ends = ordered(a, b), .next = a < b ? next : Pair{next[1], next[0]}});
     }
   }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.ends < b.ends; });
+  std::stable_sort(sides.begin(), sides.end(), [](const HalfEdge& a, const HalfEdge& b) { return a.ends < b.ends; });
   return sides;
 }
 

@@ -13,8 +13,6 @@
 namespace dvdx::tool {
 namespace {
 
-constexpr std::uint64_t any_seed = std::numeric_limits<std::uint64_t>::max();
-
 // The single key of {"values": ...}, {"uniform": ...} or {"file": ...}.
 Node form_of(const Node& node, std::string_view valid) {
   if (!node.json().is_object()) node.refuse(valid);

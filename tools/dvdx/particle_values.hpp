@@ -1,7 +1,9 @@
 // The forms in which a scene gives a value for each particle: alike, listed, drawn, or from a file.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,6 +11,9 @@
 #include "scene_file.hpp"
 
 namespace dvdx::tool {
+
+// A seed may be any number of 64 bits: the most that one can be.
+inline constexpr std::uint64_t any_seed = std::numeric_limits<std::uint64_t>::max();
 
 // Where values per particle come from, and for how many particles.
 struct Population {

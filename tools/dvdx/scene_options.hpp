@@ -1,13 +1,16 @@
 // Which scene, and what of it the command line replaces.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine.hpp"
 #include "scene_file.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace dvdx::tool {
 

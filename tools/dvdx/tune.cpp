@@ -45,7 +45,7 @@ Exit run(TuneOptions options) {
   for (const auto& path : options.scenes) {
     scenes.push_back(options.scene);
     scenes.back().scene = path;
-    refuse_turnover(load_scene(scenes.back(), Precision::float64), "tune");  // all are read before any work is done
+    refuse_turnover(load_scene(scenes.back(), Precision::float64).file, "tune");  // all are read before any work is done
   }
   std::vector<tune::Tuning> tunings;
   {

@@ -12,8 +12,7 @@
 namespace dvdx::tool {
 namespace {
 
-constexpr std::uint64_t most_particles = 0xffffffff;
-constexpr std::uint64_t any_seed = std::numeric_limits<std::uint64_t>::max();
+constexpr std::uint64_t most_alive = 0xffffffff;
 constexpr std::size_t most_boundaries = 8;
 
 enum class Shape { point, disc, box };
@@ -137,7 +136,7 @@ void read_turnover(const Fields& scene, SceneFile& file, const Room& room) {
   if (!has_turnover(scene)) return;
   file.is_origin_free = false;  // what is born is measured from the world's
   const auto capacity = scene.required("capacity");
-  file.turnover.capacity = capacity.whole(std::max<std::uint64_t>(file.particles.count, 1), most_particles);
+  file.turnover.capacity = capacity.whole(std::max<std::uint64_t>(file.particles.count, 1), most_alive);
   if (file.turnover.capacity > room.most()) capacity.refuse(room.limit());
   if (const auto emitters = scene.optional("emitters")) {
     for (const auto& emitter : emitters->elements("a list of emitters")) {

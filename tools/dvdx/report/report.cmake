@@ -22,3 +22,6 @@ add_library(dvdx_report STATIC
             dvdx/report/reference.cpp dvdx/report/sample.cpp dvdx/report/summary.cpp dvdx/report/table.cpp dvdx/report/trace.cpp ${DVDX_PLAIN_LOOPS}
             ${CMAKE_CURRENT_BINARY_DIR}/report_build_facts.cpp)
 target_link_libraries(dvdx_report PUBLIC dvdx_scene CLI11::CLI11 PRIVATE dvdx_tool_options fmt::fmt)
+compiled_together(dvdx_report)
+# g++ wants what a lambda of a template holds to be declared in the file that is compiled.
+set_source_files_properties(dvdx/report/baseline.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

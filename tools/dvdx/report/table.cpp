@@ -50,7 +50,7 @@ std::string left_out_text(const SceneReport& scene) {
   return text;
 }
 
-std::string long_run_table(const SceneReport& scene) {
+std::string long_run_text(const SceneReport& scene) {
   if (scene.long_run.empty()) return "";
   const auto& first = scene.long_run.front();
   TextTable table(1);
@@ -62,7 +62,7 @@ std::string long_run_table(const SceneReport& scene) {
   return fmt::format("energy after {} steps of Omega h = {}, float64\n{}", first.steps, first.z, table.text());
 }
 
-std::string claims_table(const SceneReport& scene) {
+std::string claims_text(const SceneReport& scene) {
   if (scene.claims.empty()) return "";
   TextTable table(2);
   table.row({"claim of the text", "where", "analysis", "measured", "verdict"});
@@ -83,7 +83,7 @@ std::string scene_text(const SceneReport& scene) {
     text += fmt::format("errors on {} evenly spread particles, times on all\n", scene.error_particles);
   }
   text += "ns per particle and simulated second of the cheapest run whose relative error is at most\n";
-  text += runs_table(scene) + diverged_text(scene) + left_out_text(scene) + long_run_table(scene) + claims_table(scene);
+  text += runs_table(scene) + diverged_text(scene) + left_out_text(scene) + long_run_text(scene) + claims_text(scene);
   return text;
 }
 

@@ -100,6 +100,9 @@ struct GraphTerms {
   Damping damping = Damping::none;
   // accumulate: what each pair's own contribution leaves at its owner, 16 a slot: dv = (A e + B u) n, dx = (C e + D u) n
   const T *A = nullptr, *B = nullptr, *C = nullptr, *D = nullptr, *l = nullptr;
+  // null, or not 0 where a spring has neither rest length nor damping: its force k d has no axis, and it pulls each component
+  // of d by itself: dv = A d + B u, dx = C d + D u
+  const T* linear = nullptr;
   T drift{};  // s: how far the axis drifts ahead: h/2, or 0
 };
 

@@ -11,10 +11,13 @@ struct PairSum {
   Three<V> dx, dv;
 };
 
+// Whether some springs are linear: those of other scenes look for none.
+enum class PairForces : std::uint8_t { axial, some_linear };
+
 // Along n, the line between the ends after the time `drift`:  e = r - l - drift n.u
 template <class V, Arithmetic arithmetic>
-[[gnu::always_inline]] inline void add_pair(const GraphTerms<Scalar<V>>& graph, const Three<V>& d, const Three<V>& u,
-                                            std::size_t lane, PairSum<V>& sum) noexcept {
+[[gnu::always_inline]] inline PairSum<V> along_line(const GraphTerms<Scalar<V>>& graph, const Three<V>& d, const Three<V>& u,
+                                                    std::size_t lane) noexcept {
   using T = Scalar<V>;
   const V drift(graph.drift);
   const auto load = [lane](const T* column) { return load_lanes<V>(column + lane); };
@@ -25,12 +28,36 @@ template <class V, Arithmetic arithmetic>
   const V e = subtract_product<arithmetic>(r2 * y - load(graph.l), drift, un);
   const V dv = y * multiply_add<arithmetic>(load(graph.B), un, load(graph.A) * e);
   const V dx = y * multiply_add<arithmetic>(load(graph.D), un, load(graph.C) * e);
-  sum.dv = sum.dv + product_where(is_sound, dv, m);
-  sum.dx = sum.dx + product_where(is_sound, dx, m);
+  return {product_where(is_sound, dx, m), product_where(is_sound, dv, m)};
 }
 
 template <class V, Arithmetic arithmetic>
-void sum_pairs(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
+[[gnu::always_inline]] inline PairSum<V> linear(const GraphTerms<Scalar<V>>& graph, const Three<V>& d, const Three<V>& u,
+                                                std::size_t lane) noexcept {
+  using T = Scalar<V>;
+  const auto load = [lane](const T* column) { return load_lanes<V>(column + lane); };
+  const Three<V> zero = three<V>(V(T(0)));
+  const Mask<V> is_sound = (dot<arithmetic>(d, d) < V(most_square<T>)) & (dot<arithmetic>(u, u) < V(most_square<T>));
+  return {select(is_sound, multiply_add<arithmetic>(load(graph.D), u, load(graph.C) * d), zero),
+          select(is_sound, multiply_add<arithmetic>(load(graph.B), u, load(graph.A) * d), zero)};
+}
+
+template <class V, Arithmetic arithmetic, PairForces forces>
+[[gnu::always_inline]] inline void add_pair(const GraphTerms<Scalar<V>>& graph, const Three<V>& d, const Three<V>& u,
+                                            std::size_t lane, PairSum<V>& sum) noexcept {
+  PairSum<V> pair = along_line<V, arithmetic>(graph, d, u, lane);
+  if constexpr (forces == PairForces::some_linear) {
+    const PairSum<V> other = linear<V, arithmetic>(graph, d, u, lane);
+    const Mask<V> is_linear = load_lanes<V>(graph.linear + lane) != V(Scalar<V>(0));
+    pair = {select(is_linear, other.dx, pair.dx), select(is_linear, other.dv, pair.dv)};
+  }
+  sum.dv = sum.dv + pair.dv;
+  sum.dx = sum.dx + pair.dx;
+}
+
+template <class V, Arithmetic arithmetic, PairForces forces>
+void sum_pairs_of(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t from,
+                  std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; i += V::size) {
     const Three<V> x = load_three<V>(sheet.x, i);
     const Three<V> v = load_three<V>(sheet.v, i);
@@ -39,10 +66,19 @@ void sum_pairs(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet
     for (std::size_t s = graph.first_slot[i / slice]; s < end; ++s) {
       const Three<V> d = at_neighbours<V>(graph, graph.slots[s], sheet.x, i) - x;
       const Three<V> u = at_neighbours<V>(graph, graph.slots[s], sheet.v, i) - v;
-      add_pair<V, arithmetic>(graph, d, u, s * slice + i % slice, sum);
+      add_pair<V, arithmetic, forces>(graph, d, u, s * slice + i % slice, sum);
     }
     store_three<V>(sheet.dx, i, sum.dx);
     store_three<V>(sheet.dv, i, sum.dv);
+  }
+}
+
+template <class V, Arithmetic arithmetic>
+void sum_pairs(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
+  if (graph.linear != nullptr) {
+    sum_pairs_of<V, arithmetic, PairForces::some_linear>(graph, sheet, from, to);
+  } else {
+    sum_pairs_of<V, arithmetic, PairForces::axial>(graph, sheet, from, to);
   }
 }
 

@@ -6,8 +6,8 @@
 namespace dvdx::reference {
 
 template <class T, Arithmetic arithmetic>
-void add_pair(const GraphTerms<T>& graph, const Vector<T>& d, const Vector<T>& u, std::size_t lane, Vector<T>& sum_dx,
-              Vector<T>& sum_dv) noexcept {
+void add_along_line(const GraphTerms<T>& graph, const Vector<T>& d, const Vector<T>& u, std::size_t lane, Vector<T>& sum_dx,
+                    Vector<T>& sum_dv) noexcept {
   Vector<T> m;
   for (std::size_t axis = 0; axis < 3; ++axis) m[axis] = multiply_add<arithmetic>(graph.drift, u[axis], d[axis]);
   const auto [is_long, r2, y] = length<arithmetic>(m);
@@ -18,6 +18,16 @@ void add_pair(const GraphTerms<T>& graph, const Vector<T>& d, const Vector<T>& u
   const T dx = y * multiply_add<arithmetic>(graph.D[lane], un, graph.C[lane] * e);
   sum_dv = plus(sum_dv, times(dv, m));
   sum_dx = plus(sum_dx, times(dx, m));
+}
+
+template <class T, Arithmetic arithmetic>
+void add_linear(const GraphTerms<T>& graph, const Vector<T>& d, const Vector<T>& u, std::size_t lane, Vector<T>& sum_dx,
+                Vector<T>& sum_dv) noexcept {
+  if (!(inner<arithmetic>(d, d) < most_square<T>) || !(inner<arithmetic>(u, u) < most_square<T>)) return;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    sum_dv[axis] += multiply_add<arithmetic>(graph.B[lane], u[axis], graph.A[lane] * d[axis]);
+    sum_dx[axis] += multiply_add<arithmetic>(graph.D[lane], u[axis], graph.C[lane] * d[axis]);
+  }
 }
 
 // A lane of a slot that holds no spring: its offset may lead to before the first particle.
@@ -37,7 +47,8 @@ void sum_pairs(const GraphTerms<T>& graph, const Sheet<T>& sheet, std::size_t fr
       const std::size_t j = neighbour(graph, s, i);
       const Vector<T> d = minus(at(sheet.x, j), at(sheet.x, i));
       const Vector<T> u = minus(at(sheet.v, j), at(sheet.v, i));
-      add_pair<T, arithmetic>(graph, d, u, lane, dx, dv);
+      const bool is_linear = graph.linear != nullptr && graph.linear[lane] != 0;
+      (is_linear ? add_linear<T, arithmetic> : add_along_line<T, arithmetic>)(graph, d, u, lane, dx, dv);
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       sheet.dx[axis][i] = dx[axis];
