@@ -116,6 +116,14 @@ std::vector<Joined> bit_scenes() {
   anywhere.scene.networks = {springs};
   anywhere.name = "neighbours anywhere";
   scenes.push_back(anywhere);
+
+  std::vector<double> lengths;
+  for (std::size_t n = 0; n < springs.pairs.size(); ++n) lengths.push_back(n % 3 == 0 ? 0 : 0.3);
+  springs.rest_length = Scalars(lengths);
+  springs.damping = 0;
+  anywhere.scene.networks = {springs};
+  anywhere.name = "neighbours anywhere, a third of them without rest length";
+  scenes.push_back(anywhere);
   return scenes;
 }
 
@@ -148,6 +156,27 @@ TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in e
       check_bits<float>(scene, Arithmetic::contracted);
     }
   }
+}
+
+TEST_CASE(
+    "network: a spring without rest length pulls its turning ends as two harmonic oscillators, beside others along lines") {
+  Joined joined;
+  joined.x = {{-0.5, 0, 0}, {0.5, 0, 0}, {10, 0, 0}, {12, 0, 0}};
+  joined.v = {{0, -7, 0}, {0, 7, 0}, {0, 0, 0}, {0, 0, 0}};
+  joined.step = 1.0 / 60;
+  constexpr double k = 5000;  // N/m, Omega = 100 rad/s of masses of 1 kg
+  joined.scene.add(
+      Network(Springs{.pairs = {{0, 1}, {2, 3}}, .stiffness = k, .rest_length = Scalars(std::vector<double>{0, 2})}));
+  joined.scene.coupling = {.scheme = Scheme::accumulate, .substeps = 1, .method = Method::exact};
+  const auto after = stepped<double>(joined, {}, 1);
+  const double Omega = std::sqrt(2 * k);
+  const double angle = Omega * joined.step;
+  CHECK(x(after, 1, 0) == doctest::Approx(0.5 * std::cos(angle)).epsilon(1e-13));
+  CHECK(x(after, 1, 1) == doctest::Approx(7 / Omega * std::sin(angle)).epsilon(1e-13));
+  CHECK(v(after, 1, 0) == doctest::Approx(-0.5 * Omega * std::sin(angle)).epsilon(1e-13));
+  CHECK(v(after, 1, 1) == doctest::Approx(7 * std::cos(angle)).epsilon(1e-13));
+  CHECK(x(after, 2, 0) == 10);
+  CHECK(x(after, 3, 0) == 12);
 }
 
 TEST_CASE("network: contacts in every flow give the scalar reference's bits") {
