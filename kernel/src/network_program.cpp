@@ -87,10 +87,11 @@ NetworkLimit limit_of(const Coupling& coupling, const Frequencies& frequencies, 
   if (is_alone) limit.limit = std::numeric_limits<double>::infinity();
   if (is_alone) limit.substeps = coupling.substeps.value_or(1);
   if (is_alone) return limit;
-  limit.safe = substeps_for(coupling, h, frequencies.bound, frequencies.damping);
+  limit.safe = substeps_for(limit.limit, h, frequencies.bound, frequencies.damping);
   limit.fewest = limit.safe;
-  if (hangs_free) limit.fewest = std::min(limit.safe, substeps_for(coupling, h, frequencies.start * start_margin, 0));
-  limit.substeps = coupling.substeps.value_or(limit.safe);
+  if (hangs_free) limit.fewest = std::min(limit.safe, substeps_for(limit.limit, h, frequencies.start * start_margin, 0));
+  const int calm = substeps_for(calm_limit(coupling), h, frequencies.bound, frequencies.damping);
+  limit.substeps = coupling.substeps.value_or(calm);
   return limit;
 }
 

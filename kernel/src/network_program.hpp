@@ -59,7 +59,7 @@ class NetworkProgram {
   [[nodiscard]] double step_size() const noexcept { return h_; }  // s
   // What another scheme would need to be stable in any position.
   [[nodiscard]] int safe_substeps(const Coupling& other) const {
-    return substeps_for(other, h_, frequencies_.bound, frequencies_.damping);
+    return substeps_for(scheme_limit(other), h_, frequencies_.bound, frequencies_.damping);
   }
   [[nodiscard]] std::size_t springs() const noexcept { return spring_count_; }
   [[nodiscard]] std::size_t colours() const noexcept { return colours_.empty() ? 0 : colours_.size() - 1; }

@@ -158,6 +158,35 @@ TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in e
   }
 }
 
+// A row has one direction that springs act along, and as many motions that stretch none of them as there are particles.
+TEST_CASE("network: the highest frequency of rows is found, whatever the stiffness; sub-steps keep their energy within twice") {
+  for (const std::size_t count : {2U, 3U, 8U, 20U}) {
+    for (int n = 0; n < 40; ++n) {
+      const double k = 1000 * std::pow(1.37, n);
+      Joined joined;
+      joined.step = 1.0 / 60;
+      Springs springs{.pairs = {}, .stiffness = k, .rest_length = Scalars(1.0)};
+      for (std::size_t i = 0; i < count; ++i) {
+        const auto at = static_cast<double>(i);
+        joined.x.push_back({at + 0.05 * std::sin(3 * at + 1), 0, 0});
+        joined.v.push_back({});
+        if (i > 0) springs.pairs.push_back({static_cast<std::uint32_t>(i - 1), static_cast<std::uint32_t>(i)});
+      }
+      joined.scene.add(Network(springs));
+      Batch<double> batch(Layout::soa, count);
+      test::place(joined, batch.view());
+      const auto limit = *plan_of(joined, {}, batch.view()).network_limit();
+      const double last = std::acos(-1.0) * static_cast<double>(count - 1) / static_cast<double>(count);
+      const double omega = std::sqrt(k * (2 - 2 * std::cos(last)));
+      CHECK(limit.frequency == doctest::Approx(omega).epsilon(1e-3));
+      CHECK(limit.bound >= omega * (1 - 1e-9));
+      CHECK(limit.bound <= omega * 1.02);
+      CHECK(limit.substeps == std::ceil(limit.bound * joined.step / 1.414));
+      CHECK(limit.safe <= limit.substeps);
+    }
+  }
+}
+
 TEST_CASE(
     "network: a spring without rest length pulls its turning ends as two harmonic oscillators, beside others along lines") {
   Joined joined;

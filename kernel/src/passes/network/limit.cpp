@@ -69,7 +69,7 @@ Eigen::Matrix3Xd scattered(std::size_t count) {
 }
 
 // The largest eigenvalue by Lanczos' iteration, from below: to 1e-3 in some tens of steps where power iteration takes
-// thousands.
+// thousands. Infinite where it cannot be found.
 double largest_eigenvalue(const Stiffness& K, std::size_t count, int iterations) {
   std::vector<double> diagonal;
   std::vector<double> beside;
@@ -81,17 +81,22 @@ double largest_eigenvalue(const Stiffness& K, std::size_t count, int iterations)
     next -= diagonal.back() * now;
     if (!beside.empty()) next -= beside.back() * before;
     const double norm = next.norm();
-    if (!(norm > 1e-12 * std::abs(diagonal.front())) || step + 1 == iterations) break;
+    // What follows the last direction that the start has a part in is rounding.
+    if (!(norm > 1e-8 * *std::max_element(diagonal.begin(), diagonal.end())) || step + 1 == iterations) break;
     beside.push_back(norm);
     before = std::move(now);
     now = next / norm;
   }
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+  // Moved away from 0, where the solver finds no end among the motions that stretch no spring. It scales a whole matrix to its
+  // own tolerance, and three diagonals it does not.
+  const double shift = *std::max_element(diagonal.begin(), diagonal.end());
   const auto size = static_cast<Eigen::Index>(diagonal.size());
-  beside.resize(diagonal.size() - 1);
-  solver.computeFromTridiagonal(Eigen::Map<const Eigen::VectorXd>(diagonal.data(), size),
-                                Eigen::Map<const Eigen::VectorXd>(beside.data(), size - 1), Eigen::EigenvaluesOnly);
-  return std::max(0.0, solver.eigenvalues()[size - 1]);
+  Eigen::MatrixXd T = shift * Eigen::MatrixXd::Identity(size, size);
+  T.diagonal() += Eigen::Map<const Eigen::VectorXd>(diagonal.data(), size);
+  T.diagonal(-1) = Eigen::Map<const Eigen::VectorXd>(beside.data(), size - 1);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(T, Eigen::EigenvaluesOnly);
+  if (solver.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  return std::max(0.0, solver.eigenvalues()[size - 1] - shift);
 }
 
 int affordable_iterations(std::size_t springs) {
@@ -153,19 +158,38 @@ double symbol_bound(const Grid& grid, std::span<const double> w) {
   return largest * *std::max_element(w.begin(), w.end());
 }
 
-// Of one oscillator x'' = -x under a splitting, the largest frequency * h up to which |trace| <= 2.
-double oscillator_limit(const Splitting& s) {
+// The matrix of a splitting's step of one oscillator x'' = -x, row by row.
+struct Oscillation {
+  std::array<double, 2> x{1, 0};
+  std::array<double, 2> v{0, 1};
+};
+
+Oscillation oscillation(const Splitting& s, double z) {
+  Oscillation step;
+  for (std::size_t k = 0; k < s.a.size(); ++k) {
+    for (std::size_t i = 0; i < 2; ++i) step.x[i] += s.a[k] * z * step.v[i];
+    for (std::size_t i = 0; i < 2 && k < s.b.size(); ++i) step.v[i] -= s.b[k] * z * step.x[i];
+  }
+  return step;
+}
+
+// The largest frequency * h up to which it is so.
+template <class IsSo>
+double oscillator_limit(const Splitting& s, const IsSo& is_so) {
   constexpr double resolution = 1e-3;
   for (double z = resolution; z < 10; z += resolution) {
-    std::array<double, 2> x{1, 0};  // the step's matrix, row by row
-    std::array<double, 2> v{0, 1};
-    for (std::size_t k = 0; k < s.a.size(); ++k) {
-      for (std::size_t i = 0; i < 2; ++i) x[i] += s.a[k] * z * v[i];
-      for (std::size_t i = 0; i < 2 && k < s.b.size(); ++i) v[i] -= s.b[k] * z * x[i];
-    }
-    if (std::abs(x[0] + v[1]) > 2 * (1 + 1e-12)) return z - resolution;
+    if (!is_so(oscillation(s, z))) return z - resolution;
   }
   return 10;
+}
+
+bool is_stable(const Oscillation& step) { return std::abs(step.x[0] + step.v[1]) <= 2 * (1 + 1e-12); }
+
+// A step that is its own inverse has x[0] = v[1] and keeps  x[1] v^2 - v[0] x^2:  x^2 + v^2 swings between that over x[1] and
+// that over -v[0].
+bool is_calm(const Oscillation& step) {
+  const double ratio = -step.v[0] / step.x[1];
+  return is_stable(step) && ratio > 0.5 && ratio < 2;
 }
 
 // What the seed's sum stands of the highest frequency before it grows, the least over chains, rings and cloth (`dvdx
@@ -232,13 +256,17 @@ Splitting splitting(const Coupling& coupling) {
 double scheme_limit(const Coupling& coupling) {
   if (coupling.scheme == Scheme::sequential) return std::numeric_limits<double>::infinity();
   if (coupling.scheme == Scheme::accumulate) return accumulate_limit(coupling.method);
-  return oscillator_limit(splitting(coupling));
+  return oscillator_limit(splitting(coupling), is_stable);
+}
+
+double calm_limit(const Coupling& coupling) {
+  if (coupling.scheme == Scheme::sequential || coupling.scheme == Scheme::accumulate) return scheme_limit(coupling);
+  return oscillator_limit(splitting(coupling), is_calm);
 }
 
 // Damped, leapfrog's step has trace 2 - z^2 - q and determinant 1 - q with q = damping h: stable while z^2 + 2 q <= 4. The
 // same share of the limit is taken for the others, whose pulses are no longer than its.
-int substeps_for(const Coupling& coupling, double h, double frequency, double damping) {
-  const double limit = scheme_limit(coupling);
+int substeps_for(double limit, double h, double frequency, double damping) {
   if (std::isinf(limit)) return 1;
   const double z = frequency * std::abs(h) / limit;  // of one sub-step; divided by n below
   const double q = damping * std::abs(h) / 2;

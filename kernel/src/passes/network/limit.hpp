@@ -32,8 +32,12 @@ Frequencies frequencies(std::span<const JoinedPair> springs, const Grid* grid, s
 // frequency * sub-step up to which the scheme is stable without damping; infinite where any is.
 double scheme_limit(const Coupling& coupling);
 
-// Sub-steps of a step h that keep frequency and damping within the limit.
-int substeps_for(const Coupling& coupling, double h, double frequency, double damping);
+// The same up to which the energy of linear springs stays within half and twice of what it is: leapfrog's swings by
+// 1/(1 - z^2/4), without bound towards the limit.
+double calm_limit(const Coupling& coupling);
+
+// Sub-steps of a step h that keep frequency and damping within such a limit.
+int substeps_for(double limit, double h, double frequency, double damping);
 
 // The splitting of a scheme: flows over a[0] h, a[1] h, ... with a pulse b[k] h after each but the last.
 struct Splitting {
