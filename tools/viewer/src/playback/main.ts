@@ -28,8 +28,10 @@ declare global {
   }
 }
 
-const inks = (): Inks =>
-  isDark() ? { plain: [0.79, 0.82, 0.87], line: 0x8d97a5 } : { plain: [0.2, 0.31, 0.42], line: 0x66707d };
+function inks(): Inks {
+  const ground = getComputedStyle(document.documentElement).getPropertyValue('--ground');
+  return isDark() ? { plain: [0.79, 0.82, 0.87], line: 0x8d97a5, ground } : { plain: [0.2, 0.31, 0.42], line: 0x66707d, ground };
+}
 
 function countText(scene: Scene, frame: FrameFacts): string {
   const number = new Intl.NumberFormat('en').format;
@@ -44,6 +46,8 @@ function usualSpeed(facts: readonly FrameFacts[]): number {
   const speeds = facts.map(({ speed }) => speed).sort((a, b) => a - b);
   return speeds[Math.floor(0.9 * (speeds.length - 1))]!;
 }
+
+const toldEvery = 60; // ms, while it plays: a text that changes with every picture cannot be read, and costs as much as one
 
 function say(text: string): void {
   element('message', HTMLParagraphElement).textContent = text;
@@ -112,6 +116,7 @@ async function start(): Promise<void> {
   let drawn = 0;
   let before = performance.now();
   let shown = -1;
+  let told = -Infinity;
   const tick = (now: number): void => {
     player.advance(Math.min(0.25, (now - before) / 1000));
     before = now;
@@ -119,7 +124,10 @@ async function start(): Promise<void> {
     const frame = frames.all[index]!;
     view.show(frame, frames.all[index + 1] ?? frame, isSteady ? blend : 0);
     if (view.draw()) ++drawn;
-    controls.update();
+    if (!player.isPlaying || now - told > toldEvery) {
+      controls.update();
+      told = now;
+    }
     if (shown !== index) element('count', HTMLSpanElement).textContent = countText(scene, frame);
     shown = index;
     requestAnimationFrame(tick);

@@ -18,17 +18,6 @@ const vertexShader = /* glsl */ `
     colour = tint;
   }`;
 
-const smallVertexShader = /* glsl */ `
-  attribute vec3 next;
-  attribute vec3 tint;
-  uniform float blend;
-  varying vec3 colour;
-  void main() {
-    gl_Position = projectionMatrix * (modelViewMatrix * vec4(mix(position, next, blend), 1.0));
-    gl_PointSize = 2.0;
-    colour = tint;
-  }`;
-
 const ballShader = /* glsl */ `
   varying vec3 colour;
   void main() {
@@ -51,8 +40,6 @@ const faceShader = /* glsl */ `
     gl_FragColor = vec4(colour * (0.42 + 0.58 * facing), 1.0);
   }`;
 
-const smallPoints = 2.5; // pixels: below them a ball is not told from a square
-
 export interface Look {
   points: THREE.ShaderMaterial;
   lines: THREE.ShaderMaterial;
@@ -64,10 +51,9 @@ export function makeLook(pointSize: number): Look {
   const uniforms = { blend: { value: 0 }, pointSize: { value: pointSize }, focus: { value: 1 } };
   const material = (vertex: string, fragment: string, side: THREE.Side = THREE.FrontSide): THREE.ShaderMaterial =>
     new THREE.ShaderMaterial({ uniforms, vertexShader: vertex, fragmentShader: fragment, side });
-  const points = pointSize < smallPoints ? material(smallVertexShader, plainShader) : material(vertexShader, ballShader);
   const faces = material(vertexShader, faceShader, THREE.DoubleSide);
   faces.polygonOffset = true; // so that the springs in a face are seen
   faces.polygonOffsetFactor = 1;
   faces.polygonOffsetUnits = 1;
-  return { points, lines: material(vertexShader, plainShader), faces, uniforms };
+  return { points: material(vertexShader, ballShader), lines: material(vertexShader, plainShader), faces, uniforms };
 }

@@ -2,12 +2,14 @@
 import * as THREE from 'three';
 import type { Contact, PlaneContact, SphereContact } from './scene';
 
-function plane(contact: PlaneContact, center: THREE.Vector3, size: number, ink: THREE.ColorRepresentation): THREE.Object3D {
+export type Drawn = 'grids' | 'grids and sheets';
+
+function plane(contact: PlaneContact, center: THREE.Vector3, size: number, ink: THREE.ColorRepresentation, drawn: Drawn): THREE.Object3D {
   const normal = new THREE.Vector3(...contact.normal);
   const length = normal.length();
   normal.divideScalar(length);
   const group = new THREE.Group();
-  const grid = new THREE.GridHelper(size, 20, ink, ink);
+  const grid = new THREE.GridHelper(size, 10, ink, ink);
   grid.material.transparent = true;
   grid.material.opacity = 0.28;
   const sheet = new THREE.Mesh(
@@ -15,7 +17,8 @@ function plane(contact: PlaneContact, center: THREE.Vector3, size: number, ink: 
     new THREE.MeshBasicMaterial({ color: ink, transparent: true, opacity: 0.06, side: THREE.DoubleSide, depthWrite: false }),
   );
   sheet.rotateX(-Math.PI / 2);
-  group.add(grid, sheet);
+  group.add(grid);
+  if (drawn === 'grids and sheets') group.add(sheet);
   group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), normal);
   const distance = normal.dot(center) - contact.offset;
   group.position.copy(center).addScaledVector(normal, -distance - 1e-3 * size);
@@ -41,10 +44,11 @@ export function surroundings(
   center: THREE.Vector3,
   size: number,
   ink: THREE.ColorRepresentation,
+  drawn: Drawn,
 ): THREE.Group {
   const group = new THREE.Group();
   for (const contact of contacts) {
-    group.add(contact.type === 'plane' ? plane(contact, center, size, ink) : sphere(contact, ink));
+    group.add(contact.type === 'plane' ? plane(contact, center, size, ink, drawn) : sphere(contact, ink));
   }
   const light = new THREE.HemisphereLight(0xffffff, 0x666666, 2.2);
   group.add(light);

@@ -28,14 +28,22 @@ function errorPart(byte: number, frame: Frame, highest: Highest): number {
   return byte === 0 ? 0 : 1 + (Math.log2(frame.error / highest.error) + (byte - 255) / 8) / errorOctaves;
 }
 
+const isByError = (frame: Frame, colouring: Colouring): boolean => colouring === 'error' && frame.errors !== undefined;
+
+// What the particles' colours stand for.
+export const valuesOf = (frame: Frame, colouring: Colouring): Uint8Array => (isByError(frame, colouring) ? frame.errors! : frame.speeds);
+
+// The colours of values 0 to 255 in a frame.
+export function colourTable(frame: Frame, colouring: Colouring, highest: Highest, plain: Colour): Colour[] {
+  const part = isByError(frame, colouring) ? errorPart : speedPart;
+  const all = plain.map((each) => Math.round(255 * each)) as unknown as Colour;
+  return Array.from({ length: 256 }, (_, byte) => (colouring === 'plain' ? all : coloured(part(byte, frame, highest))));
+}
+
 // Red, green, blue and a spare byte of each particle into `tints`.
 export function fillTints(tints: Uint8Array, frame: Frame, colouring: Colouring, highest: Highest, plain: Colour): void {
-  const isError = colouring === 'error' && frame.errors !== undefined;
-  const values = isError ? frame.errors! : frame.speeds;
-  const part = isError ? errorPart : speedPart;
-  const colours = Array.from({ length: 256 }, (_, byte) =>
-    colouring === 'plain' ? plain.map((each) => Math.round(255 * each)) : coloured(part(byte, frame, highest)),
-  );
+  const values = valuesOf(frame, colouring);
+  const colours = colourTable(frame, colouring, highest, plain);
   for (let i = 0; i < frame.count; ++i) {
     const [red, green, blue] = colours[values[i]!]!;
     tints[4 * i] = red!;

@@ -3,22 +3,24 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Colour } from '../shared/palette';
 import { AnchoredSprings } from './anchored';
+import { Dots, type Shown } from './dots';
 import type { Frame } from './frames';
 import { type Look, makeLook } from './materials';
 import type { Bounds, Joints, Scene } from './scene';
 import { surroundings } from './surroundings';
-import { type Colouring, fillTints } from './tints';
+import { type Colouring, type Highest, fillTints } from './tints';
 
 export type Part = 'points' | 'springs' | 'faces' | 'contacts';
 
 export interface Inks {
   plain: Colour;
   line: THREE.ColorRepresentation;
+  ground: string; // the page's, which the picture covers
 }
 
 export const hasWebGl = (): boolean => document.createElement('canvas').getContext('webgl2') !== null;
 
-// Drawn by the processor: without smoothing, which would take several times as long.
+// Drawn by the processor: every pixel that is blended or smoothed costs time then.
 function isSoftware(): boolean {
   const gl = document.createElement('canvas').getContext('webgl2');
   const facts = gl?.getExtension('WEBGL_debug_renderer_info');
@@ -26,6 +28,8 @@ function isSoftware(): boolean {
   gl?.getExtension('WEBGL_lose_context')?.loseContext();
   return /swiftshader|llvmpipe|software/i.test(name);
 }
+
+const largestDots = 2.5; // pixels: below them a ball is not told from a square
 
 export class View {
   colouring: Colouring = 'speed';
@@ -38,12 +42,14 @@ export class View {
   private readonly position: THREE.BufferAttribute;
   private readonly next: THREE.BufferAttribute;
   private readonly tint: THREE.BufferAttribute;
+  private hasCorners = false; // something is drawn from the three
   private readonly parts: Partial<Record<Part, THREE.Object3D>> = {};
   private readonly anchored: AnchoredSprings | undefined;
+  private readonly dots: Dots | undefined; // the points, where the processor draws them and they are small
   private readonly center: THREE.Vector3;
   private readonly size: number;
   private readonly up: THREE.Vector3;
-  private shown: { now: Frame; next: Frame; colouring: Colouring } | undefined;
+  private shown: Shown | undefined;
   private isStale = true;
 
   constructor(
@@ -57,7 +63,8 @@ export class View {
   ) {
     this.highestSpeed = bounds.speed;
     const isPlain = isSoftware();
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !isPlain, alpha: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !isPlain, alpha: false });
+    this.renderer.setClearColor(new THREE.Color().setStyle(inks.ground, THREE.LinearSRGBColorSpace));
     this.renderer.setPixelRatio(isPlain ? 1 : Math.min(devicePixelRatio, 2));
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace; // the palettes' colours are as the screen's
     const low = new THREE.Vector3(...bounds.low);
@@ -66,7 +73,9 @@ export class View {
     this.size = Math.max(low.distanceTo(high), 1e-6 * this.center.length(), 1e-9);
     this.up = this.upward();
 
-    this.look = makeLook(Math.min(14, Math.max(2, 16 * capacity ** -0.19)));
+    const pointSize = Math.min(14, Math.max(2, 16 * capacity ** -0.19));
+    this.look = makeLook(pointSize);
+    if (isPlain && pointSize < largestDots) this.dots = new Dots(Math.round(pointSize));
     const attribute = (array: Float32Array | Uint8Array, items: number): THREE.BufferAttribute =>
       new THREE.BufferAttribute(array, items, array instanceof Uint8Array).setUsage(THREE.DynamicDrawUsage);
     this.position = attribute(new Float32Array(3 * capacity), 3);
@@ -79,7 +88,7 @@ export class View {
       this.add('springs', this.anchored.object);
     }
     if (scene.contacts?.length) {
-      this.add('contacts', surroundings(scene.contacts, this.center, 1.4 * this.size, inks.line));
+      this.add('contacts', surroundings(scene.contacts, this.center, 1.4 * this.size, inks.line, isPlain ? 'grids' : 'grids and sheets'));
     }
 
     this.controls = new OrbitControls(this.camera, canvas);
@@ -108,18 +117,19 @@ export class View {
   show(now: Frame, next: Frame, blend: number): void {
     const { uniforms } = this.look;
     const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
-    if (isNew) {
+    const highest: Highest = { speed: this.highestSpeed, error: this.bounds.error };
+    if (isNew) this.dots?.colour(now, this.colouring, highest, this.inks.plain);
+    if (isNew && this.hasCorners) {
       this.upload(this.position, now.positions);
-      const highest = { speed: this.highestSpeed, error: this.bounds.error };
       fillTints(this.tint.array as Uint8Array, now, this.colouring, highest, this.inks.plain);
       this.mark(this.tint, 4 * now.count);
     }
-    if (this.shown?.next !== next) this.upload(this.next, next.positions);
+    if (this.shown?.next !== next && this.hasCorners) this.upload(this.next, next.positions);
     if (!isNew && this.shown?.next === next && uniforms.blend.value === blend) return;
     uniforms.blend.value = blend;
     this.setCount(now.count);
     this.anchored?.move(now, next, blend);
-    this.shown = { now, next, colouring: this.colouring };
+    this.shown = { now, next, blend, colouring: this.colouring };
     this.isStale = true;
   }
 
@@ -133,6 +143,8 @@ export class View {
     this.camera.near = Math.max(1e-3 * distance, 1e-9);
     this.camera.far = distance + 20 * this.size;
     this.camera.updateProjectionMatrix();
+    this.camera.updateMatrixWorld();
+    if (this.dots?.object.visible && this.shown) this.dots.draw(this.camera, this.shown);
     this.renderer.render(this.world, this.camera);
     return true;
   }
@@ -174,6 +186,7 @@ export class View {
 
   private addParticles(joints: Joints): void {
     const geometry = (index?: Uint32Array<ArrayBuffer>): THREE.BufferGeometry => {
+      this.hasCorners = true;
       const made = new THREE.BufferGeometry();
       made.setAttribute('position', this.position);
       made.setAttribute('next', this.next);
@@ -181,7 +194,7 @@ export class View {
       if (index) made.setIndex(new THREE.BufferAttribute(index, 1));
       return made;
     };
-    this.add('points', new THREE.Points(geometry(), this.look.points));
+    this.add('points', this.dots?.object ?? new THREE.Points(geometry(), this.look.points));
     if (joints.lines.length > 0) this.add('springs', new THREE.LineSegments(geometry(joints.lines), this.look.lines));
     if (joints.triangles.length > 0) {
       this.add('faces', new THREE.Mesh(geometry(joints.triangles), this.look.faces));
@@ -218,6 +231,7 @@ export class View {
     const { clientWidth, clientHeight } = this.canvas;
     if (clientWidth === 0 || clientHeight === 0) return;
     this.renderer.setSize(clientWidth, clientHeight, false);
+    this.dots?.resize(this.canvas.width, this.canvas.height);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
     this.isStale = true;
