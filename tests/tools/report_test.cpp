@@ -9,6 +9,7 @@
 #include "report/claims.hpp"
 #include "report/json.hpp"
 #include "report/long_run.hpp"
+#include "report/machine.hpp"
 #include "report/orders.hpp"
 #include "report/page.hpp"
 #include "report/sample.hpp"
@@ -16,6 +17,7 @@
 #include "report/table.hpp"
 #include "scene_reader.hpp"
 #include "support/paths.hpp"
+#include "tools/scratch_folder.hpp"
 
 namespace {
 
@@ -223,6 +225,61 @@ TEST_CASE("a sample moves as its particles do among all") {
     CHECK(std::get<dvdx::Spring>(sample.scene.forces[0]).stiffness.at(0, k) ==
           std::get<dvdx::Spring>(file.scene.forces[0]).stiffness.at(0, i));
   }
+}
+
+TEST_CASE("a scene with more particles has each of its own several times") {
+  const auto file = sample_of(shipped("meadow"), 100);
+  const auto larger = resized(file, 250);
+  REQUIRE(larger.particles.count == 250);
+  for (const std::size_t k : {0U, 2U, 3U, 249U}) {
+    const auto i = k * 100 / 250;
+    CHECK(value_of(larger.particles.position, k) == value_of(file.particles.position, i));
+    CHECK(larger.scene.mass[k] == file.scene.mass[i]);
+  }
+}
+
+TEST_CASE("throughput is measured over sizes, a step and many a call, and stands in the report") {
+  const auto report = measured(shipped("two-springs"));
+  REQUIRE(report.throughput.size() >= 4);
+  CHECK(report.throughput.size() % 2 == 0);
+  std::size_t particles = 16;
+  for (std::size_t k = 0; k < report.throughput.size(); ++k) {
+    const auto& one = report.throughput[k];
+    if (k % 2 == 0) particles *= 16;
+    CHECK(one.particles == particles);
+    CHECK(one.state_bytes == 6 * sizeof(double) * particles);
+    CHECK(one.steps_per_call == (k % 2 == 0 ? 1 : 16));
+    CHECK(one.ns_per_particle_step > 0);
+    CHECK(one.repeats >= 5);
+  }
+  const auto json = to_json(Report{.machine = {}, .scenes = {report}});
+  CHECK(json["scenes"][0]["throughput"][1]["ns_per_particle_step"] == report.throughput[1].ns_per_particle_step);
+  CHECK(measured(shipped("seed-pair")).throughput.empty());  // what is joined has one size
+}
+
+TEST_CASE("caches of data are those that the system tells of") {
+  const dvdx::test::ScratchFolder folder("caches");
+  const auto tell = [&](const std::string& index, const char* level, const char* type, const char* size,
+                        const char* processors) {
+    std::filesystem::create_directory(folder.path() / index);
+    folder.write(index + "/level", level);
+    folder.write(index + "/type", type);
+    folder.write(index + "/size", size);
+    folder.write(index + "/shared_cpu_list", processors);
+  };
+  tell("index0", "1", "Data\n", "48K\n", "0\n");
+  tell("index1", "1", "Instruction\n", "32K\n", "0\n");
+  tell("index2", "2", "Unified\n", "2M\n", "0,4\n");
+  tell("index3", "3", "Unified\n", "36864K\n", "0-7,16-19\n");
+  const auto caches = caches_in(folder.path());
+  REQUIRE(caches.size() == 3);
+  CHECK(caches[0].bytes == 49152);
+  CHECK(caches[0].processors == 1);
+  CHECK(caches[1].bytes == 2097152);
+  CHECK(caches[1].processors == 2);
+  CHECK(caches[2].level == 3);
+  CHECK(caches[2].processors == 12);
+  CHECK(caches_in(folder.path() / "none").empty());
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "report/network_runs.hpp"
 #include "report/orders.hpp"
 #include "report/sample.hpp"
+#include "report/throughput.hpp"
 
 namespace dvdx::tool::report {
 namespace {
@@ -164,7 +165,8 @@ class SceneMeasurement {
                        .orders = {},
                        .energy_curves = {},
                        .long_run = measure_long_runs(file_, setup_),
-                       .claims = {}};
+                       .claims = {},
+                       .throughput = measure_throughput(file_, wish_, setup_, tell_)};
     report.orders = fit_orders(sample_, reference_, report.runs);
     report.energy_curves.push_back({.method = "reference", .times = sample_times(), .energy = reference_.energy});
     for (auto& curve : curves_) report.energy_curves.push_back(std::move(curve));

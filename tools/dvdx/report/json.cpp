@@ -86,6 +86,17 @@ Json json_of(const Claim& claim) {
           {"verdict", claim.verdict}};
 }
 
+Json json_of(const Throughput& throughput) {
+  return {{"precision", name_in(precisions, throughput.precision)},
+          {"particles", throughput.particles},
+          {"state_bytes", throughput.state_bytes},
+          {"steps_per_call", throughput.steps_per_call},
+          {"ns_per_particle_step", throughput.ns_per_particle_step},
+          {"repeats", throughput.repeats}};
+}
+
+Json json_of(const Cache& cache) { return {{"level", cache.level}, {"bytes", cache.bytes}, {"processors", cache.processors}}; }
+
 Json json_of(const SceneReport& scene);
 
 template <class T>
@@ -123,15 +134,17 @@ Json json_of(const SceneReport& scene) {
   if (!scene.left_out.empty()) json["left_out"] = list_of(scene.left_out);
   if (!scene.long_run.empty()) json["long_run"] = list_of(scene.long_run);
   if (!scene.claims.empty()) json["claims"] = list_of(scene.claims);
+  if (!scene.throughput.empty()) json["throughput"] = list_of(scene.throughput);
   return json;
 }
 
 }  // namespace
 
 nlohmann::ordered_json to_json(const Machine& machine) {
-  return {{"cpu", machine.cpu},         {"cores", machine.cores},   {"threads", machine.threads},   {"isa", machine.isa},
-          {"isas", machine.isas},       {"system", machine.system}, {"compiler", machine.compiler}, {"flags", machine.flags},
-          {"version", machine.version}, {"date", machine.date}};
+  return {
+      {"cpu", machine.cpu},         {"cores", machine.cores},   {"threads", machine.threads},       {"isa", machine.isa},
+      {"isas", machine.isas},       {"system", machine.system}, {"compiler", machine.compiler},     {"flags", machine.flags},
+      {"version", machine.version}, {"date", machine.date},     {"caches", list_of(machine.caches)}};
 }
 
 nlohmann::ordered_json to_json(const Report& report) {

@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
+#include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <fstream>
+#include <string_view>
 #include <thread>
 
 #include "dvdx/build_info.hpp"
@@ -28,7 +31,47 @@ std::string system_name() {
   return uname(&names) == 0 ? fmt::format("{} {} {}", &names.sysname[0], &names.release[0], &names.machine[0]) : "unknown";
 }
 
+std::string line_of(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+int number_in(std::string_view text) {
+  int number = 0;
+  std::from_chars(text.data(), text.data() + text.size(), number);
+  return number;
+}
+
+// Of a list such as "0-3,8".
+int processors_in(std::string_view list) {
+  int count = 0;
+  while (!list.empty()) {
+    const auto part = list.substr(0, list.find(','));
+    const auto dash = part.find('-');
+    count += dash == std::string_view::npos ? 1 : 1 + number_in(part.substr(dash + 1)) - number_in(part);
+    list.remove_prefix(std::min(list.size(), part.size() + 1));
+  }
+  return count;
+}
+
 }  // namespace
+
+std::vector<Cache> caches_in(const std::filesystem::path& folder) {
+  std::vector<Cache> caches;
+  for (int index = 0;; ++index) {
+    const auto place = folder / fmt::format("index{}", index);
+    const auto size = line_of(place / "size");  // "32K"
+    if (size.empty()) break;
+    if (line_of(place / "type") == "Instruction") continue;
+    const std::size_t unit = size.ends_with('M') ? 1024U * 1024U : size.ends_with('K') ? 1024U : 1U;
+    caches.push_back({.level = number_in(line_of(place / "level")),
+                      .bytes = unit * static_cast<std::size_t>(number_in(size)),
+                      .processors = std::max(1, processors_in(line_of(place / "shared_cpu_list")))});
+  }
+  return caches;
+}
 
 Machine this_machine(const Setup& setup) {
   Machine machine{.cpu = cpu_model(),
@@ -40,7 +83,8 @@ Machine this_machine(const Setup& setup) {
                   .compiler = std::string(build_info().compiler),
                   .flags = std::string(compiler_flags),
                   .version = std::string(build_info().version),
-                  .date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::now()))};
+                  .date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::now())),
+                  .caches = caches_in("/sys/devices/system/cpu/cpu0/cache")};
   for (const auto isa : available_isas(setup.engine.arithmetic)) machine.isas.emplace_back(name(isa));
   return machine;
 }

@@ -56,25 +56,6 @@ template <class T>
 Timer<T>::~Timer() = default;
 
 template <class T>
-void Timer<T>::copy(const State<T>& from, State<T>& to) const {
-  const auto copy_column = [&](const Column<T>& source, const Column<T>& target) {
-    if (source.is_contiguous() && target.is_contiguous()) {
-      std::copy_n(source.base, from.count, target.base);
-      return;
-    }
-    for (std::size_t i = 0; i < from.count; ++i) target[i] = source[i];
-  };
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    copy_column(from.x[axis], to.x[axis]);
-    copy_column(from.v[axis], to.v[axis]);
-    if (!from.has_rests()) continue;
-    copy_column(from.x_rest[axis], to.x_rest[axis]);
-    copy_column(from.v_rest[axis], to.v_rest[axis]);
-  }
-  to.clock = from.clock;
-}
-
-template <class T>
 void Timer<T>::run(const Plan<T>& plan, std::uint64_t steps) {
   auto state = work_.view();
   const auto most = steps_per_call(state.count);
@@ -89,7 +70,7 @@ template <class T>
 void Timer<T>::make_moments() {
   const std::size_t pieces = effort_ == Effort::full ? 4 : 2;
   auto state = work_.view();
-  copy(start_.view(), state);
+  copy_state(start_.view(), state);
   const auto scene = moments_scene_ ? *moments_scene_ : with_method(file_.scene, Method::combined);
   const auto plan = compiled(file_, scene, grid_.coarsest, setup_.engine, state);
   for (std::size_t p = 0; p < pieces; ++p) {
@@ -99,7 +80,7 @@ void Timer<T>::make_moments() {
     if (until > before) advance(plan, state, until - before, setup_.parallel);
     auto moment = std::make_unique<Buffer>(setup_.engine.layout, state.count, rounding_of(setup_.engine.precision));
     auto view = moment->view();
-    copy(state, view);
+    copy_state(state, view);
     moments_.push_back(std::move(moment));
     clocks_.push_back(state.clock);
   }
@@ -109,7 +90,7 @@ template <class T>
 Timing Timer<T>::time_whole(const Plan<T>& plan, std::uint64_t steps) {
   const auto prepare = [&] {
     auto state = work_.view();
-    copy(start_.view(), state);
+    copy_state(start_.view(), state);
   };
   prepare();
   run(plan, steps);  // warm-up
@@ -134,7 +115,7 @@ Timing Timer<T>::time_pieces(const Plan<T>& plan, double seconds_per_step, std::
   for (std::size_t p = 0; p < moments_.size(); ++p) {
     auto state = work_.view();
     const auto prepare = [&] {
-      copy(moments_[p]->view(), state);
+      copy_state(moments_[p]->view(), state);
       state.clock = clocks_[p];
     };
     prepare();
@@ -153,7 +134,7 @@ Timing Timer<T>::time_pieces(const Plan<T>& plan, double seconds_per_step, std::
 template <class T>
 Timing Timer<T>::time(Method method, int halving) {
   auto state = work_.view();
-  copy(start_.view(), state);
+  copy_state(start_.view(), state);
   return time(compiled(file_, with_method(file_.scene, method), grid_.step(halving), setup_.engine, state),
               grid_.steps(halving));
 }
@@ -161,7 +142,7 @@ Timing Timer<T>::time(Method method, int halving) {
 template <class T>
 Timing Timer<T>::time(const Plan<T>& plan, std::uint64_t steps) {
   auto state = work_.view();
-  copy(start_.view(), state);
+  copy_state(start_.view(), state);
   // How long a step takes, roughly.
   const auto trial = std::clamp<std::uint64_t>((std::uint64_t{1} << 20U) / state.count, 1, steps);
   const auto before = std::chrono::steady_clock::now();

@@ -38,7 +38,6 @@ class Timer {
   using Buffer = StateMemory<T>;
 
   void make_moments();
-  void copy(const State<T>& from, State<T>& to) const;
   [[nodiscard]] Timing time_whole(const Plan<T>& plan, std::uint64_t steps);
   [[nodiscard]] Timing time_pieces(const Plan<T>& plan, double seconds_per_step, std::uint64_t steps);
   void run(const Plan<T>& plan, std::uint64_t steps);

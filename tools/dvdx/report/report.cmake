@@ -19,7 +19,7 @@ add_library(dvdx_report STATIC
             dvdx/closed_form.cpp dvdx/report/baseline.cpp dvdx/report/build.cpp dvdx/report/claims.cpp dvdx/report/compare.cpp
             dvdx/report/curves.cpp dvdx/report/grid.cpp dvdx/report/interactive.cpp dvdx/report/json.cpp dvdx/report/long_run.cpp dvdx/report/machine.cpp
             dvdx/report/measure.cpp dvdx/report/network_runs.cpp dvdx/report/orders.cpp dvdx/report/page.cpp dvdx/report/pictures.cpp
-            dvdx/report/reference.cpp dvdx/report/sample.cpp dvdx/report/summary.cpp dvdx/report/table.cpp dvdx/report/trace.cpp ${DVDX_PLAIN_LOOPS}
+            dvdx/report/reference.cpp dvdx/report/sample.cpp dvdx/report/summary.cpp dvdx/report/table.cpp dvdx/report/throughput.cpp dvdx/report/trace.cpp ${DVDX_PLAIN_LOOPS}
             ${CMAKE_CURRENT_BINARY_DIR}/report_build_facts.cpp)
 target_link_libraries(dvdx_report PUBLIC dvdx_scene CLI11::CLI11 PRIVATE dvdx_tool_options fmt::fmt)
 compiled_together(dvdx_report)

@@ -109,6 +109,16 @@ struct Claim {
   std::string verdict;
 };
 
+// The scene's start with so many particles, at its own step and by its own methods.
+struct Throughput {
+  Precision precision = Precision::float64;
+  std::size_t particles = 0;
+  std::size_t state_bytes = 0;       // of all particles
+  std::uint64_t steps_per_call = 0;  // a block of particles stays in the nearest cache for all steps of a call
+  double ns_per_particle_step = 0;
+  int repeats = 0;
+};
+
 struct SceneReport {
   std::string scene;
   std::string path;
@@ -128,6 +138,13 @@ struct SceneReport {
   std::vector<EnergyCurve> energy_curves;  // float64, at the scene's own step; the reference's first
   std::vector<LongRun> long_run;
   std::vector<Claim> claims;
+  std::vector<Throughput> throughput{};  // of scenes whose particles nothing joins
+};
+
+struct Cache {  // of data
+  int level = 1;
+  std::size_t bytes = 0;
+  int processors = 1;  // that share it
 };
 
 struct Machine {
@@ -141,6 +158,7 @@ struct Machine {
   std::string flags;
   std::string version;
   std::string date;
+  std::vector<Cache> caches{};  // from the nearest on; none where the system does not tell
 };
 
 struct Report {

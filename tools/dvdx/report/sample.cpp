@@ -9,8 +9,8 @@ namespace {
 
 using Picks = std::vector<std::size_t>;
 
-Picks evenly_spread(std::size_t count, std::size_t most) {
-  Picks picks(std::min(count, most));
+Picks evenly_spread(std::size_t count, std::size_t wanted) {
+  Picks picks(wanted);
   for (std::size_t k = 0; k < picks.size(); ++k) picks[k] = k * count / picks.size();
   return picks;
 }
@@ -58,10 +58,11 @@ void pick_values(Force& force, const Picks& picks) {
   std::visit(pick, force);
 }
 
-std::vector<std::size_t> places_of(const std::vector<std::size_t>& ids, const Picks& picks) {
+std::vector<std::size_t> places_of(std::vector<std::size_t> ids, const Picks& picks) {
+  std::sort(ids.begin(), ids.end());
   std::vector<std::size_t> places;
   for (std::size_t k = 0; k < picks.size(); ++k) {
-    if (std::find(ids.begin(), ids.end(), picks[k]) != ids.end()) places.push_back(k);
+    if (std::binary_search(ids.begin(), ids.end(), picks[k])) places.push_back(k);
   }
   return places;
 }
@@ -69,8 +70,11 @@ std::vector<std::size_t> places_of(const std::vector<std::size_t>& ids, const Pi
 }  // namespace
 
 SceneFile sample_of(const SceneFile& file, std::size_t most) {
-  if (file.particles.count <= most || is_joined(file.scene)) return file;
-  const auto picks = evenly_spread(file.particles.count, most);
+  return file.particles.count <= most || is_joined(file.scene) ? file : resized(file, most);
+}
+
+SceneFile resized(const SceneFile& file, std::size_t count) {
+  const auto picks = evenly_spread(file.particles.count, count);
   // Field by field: a copy of the whole would hold millions of values for nothing.
   SceneFile sample{.path = file.path,
                    .name = file.name,

@@ -1,6 +1,7 @@
 // A scene on the library, from its start, as the report runs it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <stdexcept>
 #include <utility>
@@ -34,6 +35,26 @@ template <class T>
   auto plan = compile<T>(scene, options, start);
   if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
   return std::move(*plan);
+}
+
+// Both of the same layout and count.
+template <class T>
+void copy_state(const State<T>& from, State<T>& to) {
+  const auto copy_column = [&](const Column<T>& source, const Column<T>& target) {
+    if (source.is_contiguous() && target.is_contiguous()) {
+      std::copy_n(source.base, from.count, target.base);
+      return;
+    }
+    for (std::size_t i = 0; i < from.count; ++i) target[i] = source[i];
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    copy_column(from.x[axis], to.x[axis]);
+    copy_column(from.v[axis], to.v[axis]);
+    if (!from.has_rests()) continue;
+    copy_column(from.x_rest[axis], to.x_rest[axis]);
+    copy_column(from.v_rest[axis], to.v_rest[axis]);
+  }
+  to.clock = from.clock;
 }
 
 template <class T>

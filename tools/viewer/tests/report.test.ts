@@ -1,7 +1,8 @@
 import { expect, test } from 'vitest';
-import { type Run, type SceneReport, cheapestOf } from '../src/report/data';
+import { type Cache, type Machine, type Run, type SceneReport, cheapestOf } from '../src/report/data';
 import { power, text } from '../src/report/format';
 import { colourOf, edgesOf } from '../src/report/stability';
+import { bandsOf } from '../src/report/throughput';
 
 test('numbers are short, and their powers readable', () => {
   expect(text(12.345)).toBe('12.3');
@@ -37,4 +38,17 @@ test('what grows has other colours than what stays', () => {
   expect(colourOf(1)).toBe(colourOf(1 + 1e-10));
   expect(colourOf(1)).not.toBe(colourOf(1 + 1e-6));
   expect(colourOf(null)).toBe('#3b0f05');
+});
+
+test('bands of caches lie side by side, each as wide as its state fits', () => {
+  const caches = [
+    { level: 1, bytes: 32768, processors: 1 }, { level: 2, bytes: 524288, processors: 1 }, { level: 3, bytes: 2 ** 25, processors: 4 },
+  ];
+  const machine = { threads: 2, caches } as Machine;
+  expect(bandsOf(machine, 32, 256, 2 ** 22)).toEqual([
+    { name: 'L1', from: 256, to: 2048 }, { name: 'L2', from: 2048, to: 32768 }, { name: 'L3', from: 32768, to: 2 ** 20 },
+    { name: 'memory', from: 2 ** 20, to: 2 ** 22 },
+  ]);
+  expect(bandsOf(machine, 32, 4096, 8192)).toEqual([{ name: 'L2', from: 4096, to: 8192 }]);
+  expect(bandsOf({ threads: 2, caches: [] as Cache[] } as Machine, 32, 256, 1024)).toEqual([]);
 });

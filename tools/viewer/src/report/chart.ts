@@ -1,13 +1,13 @@
 // ECharts with what the page draws, in the page's colours.
 import { CustomChart, LineChart } from 'echarts/charts';
-import { GridComponent, TooltipComponent } from 'echarts/components';
+import { GridComponent, MarkAreaComponent, TooltipComponent } from 'echarts/components';
 import { type ECharts, init, use } from 'echarts/core';
 import { SVGRenderer } from 'echarts/renderers';
 import type { EChartsOption } from 'echarts/types/dist/shared';
 import { isDark } from '../shared/palette';
 import { power } from './format';
 
-use([CustomChart, LineChart, GridComponent, TooltipComponent, SVGRenderer]);
+use([CustomChart, LineChart, GridComponent, MarkAreaComponent, TooltipComponent, SVGRenderer]);
 
 export type Option = EChartsOption;
 

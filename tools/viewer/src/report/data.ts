@@ -59,6 +59,15 @@ export interface Claim {
   verdict: string;
 }
 
+export interface Throughput {
+  precision: string;
+  particles: number;
+  state_bytes: number; // of all particles
+  steps_per_call: number;
+  ns_per_particle_step: number;
+  repeats: number;
+}
+
 export interface SceneReport {
   scene: string;
   about: string;
@@ -76,6 +85,13 @@ export interface SceneReport {
   left_out?: { curve: string; precision: string; why: string }[];
   long_run?: LongRun[];
   claims?: Claim[];
+  throughput?: Throughput[];
+}
+
+export interface Cache {
+  level: number;
+  bytes: number;
+  processors: number; // that share it
 }
 
 export interface Machine {
@@ -89,6 +105,7 @@ export interface Machine {
   flags: string;
   version: string;
   date: string;
+  caches: Cache[];
 }
 
 export interface Report {

@@ -6,11 +6,17 @@ import { make } from './html';
 import { sceneSection } from './sceneSection';
 import { stabilitySection } from './stability';
 
+function cachesText({ caches }: Machine): string {
+  const each = caches.map(({ level, bytes, processors }) => `L${level} ${bytes / 1024} KiB for ${processors === 1 ? 'each core' : `${processors} cores`}`);
+  return each.length > 0 ? each.join(', ') : 'unknown';
+}
+
 function footer(machine: Machine): HTMLElement {
   const rows: [string, string][] = [
     ['dvdx', machine.version],
     ['Processor', `${machine.cpu}, ${machine.cores} cores`],
     ['Run with', `${machine.isa} on ${machine.threads} thread${machine.threads === 1 ? '' : 's'} (there are ${machine.isas.join(', ')})`],
+    ['Caches', cachesText(machine)],
     ['System', machine.system],
     ['Compiler', `${machine.compiler}, flags ${machine.flags}`],
     ['Date', machine.date],
@@ -25,7 +31,7 @@ function start(): void {
   if (text === undefined) throw new Error('this file holds no report: it is not whole');
   const report = JSON.parse(text) as Report;
   const stability = takenText('stability');
-  const sections = report.scenes.map((scene, i) => sceneSection(scene, `scene-${i + 1}`));
+  const sections = report.scenes.map((scene, i) => sceneSection(scene, report.machine, `scene-${i + 1}`));
   const links = report.scenes.map(({ scene }, i) => make('a', { href: `#scene-${i + 1}` }, scene));
   if (stability !== undefined) {
     sections.push(stabilitySection(JSON.parse(stability) as Partial<Stability>));

@@ -1,10 +1,11 @@
 // One scene of the report: its charts, which methods they show, and its tables.
 import { Chart, type Option } from './chart';
-import { type SceneReport, namesIn, precisionsIn, readableName } from './data';
+import { type Machine, type SceneReport, namesIn, precisionsIn, readableName } from './data';
 import { energyOverTime, longRunOption } from './energy';
 import { make } from './html';
 import { key, stylesOf } from './style';
 import { allRuns, cheapestTable, claimsTable, facts, leftOut, longRunTable } from './tables';
+import { throughputKeys, throughputOption, throughputTable } from './throughput';
 import { workPrecision } from './workPrecision';
 
 // Boxes that turn things on and off; `changed` gets what is on.
@@ -28,7 +29,7 @@ function chart(label: string, kind: string, option: () => Option): { place: HTML
   return { place, chart: new Chart(place, option) };
 }
 
-export function sceneSection(scene: SceneReport, id: string): HTMLElement {
+export function sceneSection(scene: SceneReport, machine: Machine, id: string): HTMLElement {
   const names = namesIn(scene);
   const precisions = precisionsIn(scene);
   const styles = stylesOf(names);
@@ -59,12 +60,17 @@ export function sceneSection(scene: SceneReport, id: string): HTMLElement {
     section.append(make('h3', {}, 'Energy over time'), make('p', { class: 'hint' }, `In float64, at the scene's own step; dashed grey is the reference. The boxes above choose the methods.`),
       make('div', { class: 'card' }, draw('energy over time', 'low', () => energyOverTime(scene, styles, shownNames))));
   }
-  const { long_run: longRun = [], claims = [] } = scene;
+  const { long_run: longRun = [], claims = [], throughput = [] } = scene;
   const [longest] = longRun;
   if (longest) {
     section.append(make('h3', {}, 'Energy in the long run'),
       make('p', { class: 'hint' }, `${longest.steps} steps of Ωh = ${longest.omega_h} in float64, energies averaged over five periods.`),
       make('div', { class: 'card' }, draw('energy in the long run', 'low', () => longRunOption(longRun, styles, shownNames))), longRunTable(longRun));
+  }
+  if (throughput.length > 0) {
+    section.append(make('h3', {}, 'Throughput over size'),
+      make('p', { class: 'hint' }, 'The scene with fewer or more particles, from its start and at its own step and methods. Bands: the caches that positions and velocities fit into, of all threads together, in the first precision shown.'),
+      make('div', { class: 'card' }, draw('throughput over size', 'low', () => throughputOption(machine, throughput, shownPrecisions)), throughputKeys(throughput)), throughputTable(throughput));
   }
   if (claims.length > 0) section.append(claimsTable(claims));
   section.append(allRuns(scene), leftOut(scene));

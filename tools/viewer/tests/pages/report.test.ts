@@ -3,6 +3,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import type { Browser, Page } from 'playwright-core';
 import { afterAll, beforeAll, describe, expect, test } from 'vitest';
 import { type GrowthMap, type Report, cheapestOf, nsPerParticleSecond } from '../../src/report/data';
+import { bandsOf } from '../../src/report/throughput';
 import { Scratch, launched, opened, settings } from './browser';
 
 // Values in full of the first table after a heading, a row each.
@@ -54,6 +55,11 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
     });
     const claims = await tableValues(page, 'What the text claims');
     expect(claims.map((row) => row[3])).toEqual(scene.claims!.map(({ measured }) => measured));
+    const throughput = await tableValues(page, `Throughput at ${scene.throughput!.length} sizes and calls`);
+    expect(throughput.map((row) => row.slice(1, 5))).toEqual(
+      scene.throughput!.map((one) => [one.particles, one.state_bytes, one.steps_per_call, one.ns_per_particle_step]),
+    );
+    expect(throughput.length).toBeGreaterThanOrEqual(4); // two sizes, each by two kinds of calls
     const footer = await page.locator('footer').textContent();
     for (const said of [report.machine.cpu, report.machine.compiler, report.machine.date]) expect(footer).toContain(said);
     expect(complaints).toEqual([]);
@@ -73,6 +79,21 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
     const box = (await marks.last().boundingBox())!;
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await chart.getByRole('cell', { name: 'error, relative' }).waitFor();
+    expect(complaints).toEqual([]);
+    await page.close();
+  }, 60000);
+
+  test('draws throughput over size with a band for each cache that is in reach', async () => {
+    const { page, complaints } = await opened(browser, scratch.path('report.html'));
+    const place = page.locator('.chart[aria-label$="throughput over size"]');
+    await place.scrollIntoViewIfNeeded();
+    await place.locator('svg path[stroke="#d55e00"]').first().waitFor({ state: 'attached' });
+    const { throughput } = report.scenes[0]!;
+    const sizes = throughput!.map(({ particles }) => particles);
+    const [one] = throughput!;
+    for (const { name } of bandsOf(report.machine, one!.state_bytes / one!.particles, Math.min(...sizes), Math.max(...sizes))) {
+      await place.locator('svg text', { hasText: name }).waitFor({ state: 'attached' });
+    }
     expect(complaints).toEqual([]);
     await page.close();
   }, 60000);
