@@ -16,6 +16,18 @@ const tableValues = (page: Page, heading: string): Promise<(number | null)[][]> 
     );
   }, heading);
 
+// Pairs of a chart's labels that lie on one another; their boxes are some pixels higher than the letters.
+function overlaps(chart: Element): string[] {
+  const margin = 4;
+  const labels = [...chart.querySelectorAll('svg text')].map((label) => ({ text: label.textContent, box: label.getBoundingClientRect() }));
+  return labels.flatMap(({ text, box: a }, i) =>
+    labels
+      .slice(i + 1)
+      .filter(({ box: b }) => a.right - b.left > 1 && b.right - a.left > 1 && a.bottom - b.top > margin && b.bottom - a.top > margin)
+      .map((other) => `${text} on ${other.text}`),
+  );
+}
+
 const map: GrowthMap = {
   name: 'springs', title: 'equal springs on one particle', method: 'exact',
   x: { name: 'frequency x step', values: [0.1, 1, 10], spacing: 'logarithmic' },
@@ -93,6 +105,23 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
     const [one] = throughput!;
     for (const { name } of bandsOf(report.machine, one!.state_bytes / one!.particles, Math.min(...sizes), Math.max(...sizes))) {
       await place.locator('svg text', { hasText: name }).waitFor({ state: 'attached' });
+    }
+    expect(complaints).toEqual([]);
+    await page.close();
+  }, 60000);
+
+  test('no label of a chart lies on another, and nothing goes beyond the page', async () => {
+    const { page, complaints } = await opened(browser, scratch.path('report.html'));
+    for (const width of [1280, 420]) {
+      await page.setViewportSize({ width, height: 800 });
+      const charts = await page.locator('.chart').all();
+      expect(charts.length).toBeGreaterThan(2);
+      for (const chart of charts) {
+        await chart.scrollIntoViewIfNeeded();
+        await chart.locator('svg text').first().waitFor({ state: 'attached' });
+        expect(await chart.evaluate(overlaps)).toEqual([]);
+      }
+      expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(width);
     }
     expect(complaints).toEqual([]);
     await page.close();
