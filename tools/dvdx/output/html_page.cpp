@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view mark = "<!-- dvdx data -->";
+constexpr std::string_view data_mark = "<!-- dvdx data -->";
 
 std::vector<fs::path> page_folders() {
   const char* named = std::getenv("DVDX_VIEWER");  // NOLINT(concurrency-mt-unsafe): read only
@@ -26,9 +26,9 @@ std::vector<fs::path> page_folders() {
 }
 
 std::optional<HtmlPage> cut(const std::string& text) {
-  const auto at = text.find(mark);
+  const auto at = text.find(data_mark);
   if (at == std::string::npos) return std::nullopt;
-  return HtmlPage{.before = text.substr(0, at), .after = text.substr(at + mark.size())};
+  return HtmlPage{.before = text.substr(0, at), .after = text.substr(at + data_mark.size())};
 }
 
 }  // namespace
