@@ -95,7 +95,8 @@ std::uint64_t every_of(const RunOptions& options, const LoadedScene& loaded) {
   if (options.every) return *options.every;
   if (!is_page(options.out)) return 0;
   constexpr std::uint64_t particle_states = 15'000'000;
-  const auto states = std::clamp<std::uint64_t>(particle_states / loaded.file.particles.count, 300, 3600);
+  const auto most_particles = std::max(loaded.file.particles.count, loaded.file.turnover.capacity);
+  const auto states = std::clamp<std::uint64_t>(particle_states / most_particles, 300, 3600);
   return std::max<std::uint64_t>(1, (loaded.steps + states - 1) / states);
 }
 
