@@ -1,6 +1,6 @@
 // Every bar that dvdx's speed is held to, in one run. A bar is a ratio of two pieces of work that are timed in turn; the table
 // shows the median of the rounds and their span, so that what else the machine does can be seen.
-//   dvdx_bars [--quick] [--json FILE]
+//   dvdx_bars [--quick] [--only HEADING] [--json FILE]
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -460,41 +460,64 @@ void turnover(Report& report, const Run& run) {
         }
       }
       const auto stays = stepper(scene, same, 1, threads);
+      const Race race = bench::race(run.in_memory_on(threads), jet, stays);
       report.bar("2 % of a million come and go each step, " + std::string(name) + ", " + std::to_string(threads) + " thread" +
                      (threads > 1 ? "s" : "") + " / none do",
-                 {.at_least = false, .bound = 1.5}, race(run.in_memory_on(threads), jet, stays));
+                 {.at_least = false, .bound = 1.5}, race, against(race, million, million));
     }
   }
 }
 
-void run_all(Report& report, const Run& run) {
-  const Held<float> held = scattered<float>(in_memory);
-  report.heading("Affine pass");
-  affine_in_memory(report, run, held);
-  affine_in_cache(report, run);
-  report.heading("Steps a call");
-  steps_per_call(report, run, held);
-  report.heading("Plain loops");
-  against_plain_loops(report, run, held);
-  report.heading("Threads");
-  two_threads(report, run, held);
-  report.heading("Decay to rest");
-  decay(report, run);
-  report.heading("Contact");
-  contact(report, run, held);
-  hits(report, run);
-  report.heading("Coefficients that differ");
-  rates(report, run);
-  report.heading("A damped 2 Hz spring for 10 s, 1000 particles: microseconds a particle");
-  work_precision<float>(report, run, "float32");
-  work_precision<double>(report, run, "float64");
-  report.heading("Overheads and flows");
-  overheads(report, run, held);
-  report.heading("Layouts");
-  layouts(report, run);
-  report.heading("Turnover");
-  turnover(report, run);
+struct Section {
+  std::string name;
+  void (*run)(Report&, const Run&);
+};
+
+template <auto Time>
+void in_memory_too(Report& report, const Run& run) {
+  Time(report, run, scattered<float>(in_memory));
+}
+
+const std::vector<Section>& sections() {
+  static const std::vector<Section> all{
+      {"Affine pass",
+       [](Report& report, const Run& run) {
+         in_memory_too<affine_in_memory>(report, run);
+         affine_in_cache(report, run);
+       }},
+      {"Steps a call", in_memory_too<steps_per_call>},
+      {"Plain loops", in_memory_too<against_plain_loops>},
+      {"Threads", in_memory_too<two_threads>},
+      {"Decay to rest", decay},
+      {"Contact",
+       [](Report& report, const Run& run) {
+         in_memory_too<contact>(report, run);
+         hits(report, run);
+       }},
+      {"Coefficients that differ", rates},
+      {"A damped 2 Hz spring for 10 s, 1000 particles: microseconds a particle",
+       [](Report& report, const Run& run) {
+         work_precision<float>(report, run, "float32");
+         work_precision<double>(report, run, "float64");
+       }},
+      {"Overheads and flows", in_memory_too<overheads>},
+      {"Layouts", layouts},
+      {"Turnover", turnover},
+  };
+  return all;
+}
+
+// Those whose heading contains the text.
+bool run_sections(Report& report, const Run& run, const std::string& text) {
+  bool is_any = false;
+  for (const Section& section : sections()) {
+    if (section.name.find(text) == std::string::npos) continue;
+    is_any = true;
+    report.heading(section.name);
+    section.run(report, run);
+  }
   report.table();
+  return is_any;
 }
 
 }  // namespace
@@ -503,7 +526,7 @@ void run_all(Report& report, const Run& run) {
 int main(int argc, char** argv) {
   using namespace dvdx::bench;
   Run run{.effort = {}, .memory_effort = {.rounds = 9, .samples = 2, .seconds = 0}};
-  std::string json;
+  std::string json, only;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     if (argument == "--quick") {
@@ -511,13 +534,18 @@ int main(int argc, char** argv) {
              .memory_effort = {.rounds = 3, .samples = 1, .seconds = 0}};
     } else if (argument == "--json" && i + 1 < argc) {
       json = argv[++i];
+    } else if (argument == "--only" && i + 1 < argc) {
+      only = argv[++i];
     } else {
-      std::fprintf(stderr, "usage: dvdx_bars [--quick] [--json FILE]\n");
+      std::fprintf(stderr, "usage: dvdx_bars [--quick] [--only HEADING] [--json FILE]\n");
       return 2;
     }
   }
   Report report;
-  run_all(report, run);
+  if (!run_sections(report, run, only)) {
+    std::fprintf(stderr, "--only %s: no heading contains it\n", only.c_str());
+    return 2;
+  }
   if (!json.empty()) report.write_json(json);
   return 0;
 }

@@ -17,7 +17,7 @@ namespace dvdx {
 // Steps that are taken while a chunk is in cache: what dies on the way is stepped to their end, which of a life of 50 steps is
 // one in 14.
 inline constexpr std::size_t batch_steps = 8;
-inline constexpr std::size_t live_chunk = 2048;    // particles that are stepped, marked and moved while they are in cache
+inline constexpr std::size_t live_chunk = 1024;    // particles that are stepped, marked and moved while they are in cache
 inline constexpr std::size_t live_segments = 8;    // pieces that the particles are cut into for threads
 inline constexpr std::size_t scratch_columns = 8;  // of a state, age and lifetime
 inline constexpr std::size_t most_groups = batch_steps + live_segments;

@@ -408,6 +408,27 @@ TEST_CASE("remove takes away what the caller marked, and moves nothing on") {
   CHECK(living.live.state.clock.seconds == 0);
 }
 
+TEST_CASE("one that goes is closed up behind, far from where it was and where no other goes, on any number of threads") {
+  constexpr std::size_t capacity = 300'000;
+  const auto plan = make<float>({}, {.emitters = {}, .removal = {}, .capacity = capacity});
+  for (const std::size_t threads : {std::size_t{1}, std::size_t{3}}) {
+    Living<float> living(Layout::soa, capacity);
+    living.fill(capacity);
+    for (std::size_t i = 0; i < capacity; ++i) living.live.lifetime[i] = std::numeric_limits<float>::infinity();
+    living.live.lifetime[2] = 0;
+    step_all(plan, living.live, 1, threads);
+    REQUIRE(living.live.state.count == capacity - 1);
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < capacity - 1; ++i) {
+      const std::size_t was = i < 2 ? i : i + 1;
+      const bool is_right = living.id(i) == was + 1 && living.mark(i)[1] == static_cast<char>(was / 7) &&
+                            living.live.state.x[1][i] == static_cast<float>(2 * unit_value(5, was, 1) - 0.5);
+      wrong += is_right ? 0U : 1U;
+    }
+    CHECK(wrong == 0);
+  }
+}
+
 TEST_CASE("a column without room for all is said, and nothing is stepped") {
   const auto plan = make<float>({}, {.emitters = {}, .removal = {}, .capacity = 41});
   Living<float> living(Layout::soa, 40);

@@ -164,15 +164,16 @@ TEST_CASE_TEMPLATE("ages grow, and who has reached its lifetime is marked and co
     for (std::size_t count = 0; count <= most; ++count) {
       CAPTURE(words(isa, count));
       const std::vector<T> start = values<T>(count, 1), lifetime = values<T>(count, 2);
-      std::vector<T> age = start;
+      std::vector<T> age = start, grown = start;
       const std::size_t counted = kernels.count_aged(age.data(), lifetime.data(), count, h, 3);
-      kernels.grow_old(age.data(), count, h, 3);
+      kernels.grow_old(grown.data(), count, h, 3);
       Gone gone{};
-      kernels.mark_aged(age.data(), lifetime.data(), count, gone.data());
+      kernels.grow_old_and_mark(age.data(), lifetime.data(), count, h, 3, gone.data());
       std::size_t marked = 0;
       for (std::size_t i = 0; i < count; ++i) {
         const T wanted = ((start[i] + h) + h) + h;
         CHECK((age[i] == wanted || wanted != wanted));
+        CHECK((grown[i] == wanted || wanted != wanted));
         CHECK(is_gone(gone, i) == (wanted >= lifetime[i]));
         marked += is_gone(gone, i) ? 1U : 0U;
       }

@@ -37,8 +37,9 @@ template <class T>
 struct RemovalKernels {
   // age[i] += h, so many times.
   void (*grow_old)(T* age, std::size_t count, T h, std::size_t steps) noexcept;
-  void (*mark_aged)(const T* age, const T* lifetime, std::size_t count, std::uint64_t* gone) noexcept;
-  // How many mark_aged() will find after grow_old(): age is not changed.
+  // And marks those that are then at least as old as their lifetime.
+  void (*grow_old_and_mark)(T* age, const T* lifetime, std::size_t count, T h, std::size_t steps, std::uint64_t* gone) noexcept;
+  // How many of them there will be: age is not changed.
   std::size_t (*count_aged)(const T* age, const T* lifetime, std::size_t count, T h, std::size_t steps) noexcept;
   void (*mark_placed)(const RemovalTerms<T>& terms, const RemovalBlock<T>& block, std::uint64_t* gone) noexcept;
 };

@@ -19,6 +19,7 @@ template <class V>
 struct Whole {
   std::size_t i;
   V operator()(const Scalar<V>* p) const noexcept { return load_lanes<V>(p + i); }
+  void put(V lanes, Scalar<V>* p) const noexcept { store_lanes(p + i, lanes); }
 };
 template <class V>
 struct Part {
@@ -28,6 +29,11 @@ struct Part {
     lanes.fill(p[i]);
     std::copy_n(p + i, count, lanes.begin());
     return load_lanes<V>(lanes.data());
+  }
+  void put(V all, Scalar<V>* p) const noexcept {
+    alignas(64) std::array<Scalar<V>, V::size> lanes;
+    store_lanes(lanes.data(), all);
+    std::copy_n(lanes.begin(), count, p + i);
   }
 };
 
@@ -95,17 +101,20 @@ V grown_old(V age, V h, std::size_t steps) noexcept {
 
 template <class V>
 void grow_old(Scalar<V>* age, std::size_t count, Scalar<V> h, std::size_t steps) noexcept {
+  const auto grow = [=](auto lanes) { lanes.put(grown_old<V>(lanes(age), V(h), steps), age); };
   std::size_t i = 0;
-  for (; i + V::size <= count; i += V::size) store_lanes(age + i, grown_old<V>(load_lanes<V>(age + i), V(h), steps));
-  if (i == count) return;
-  alignas(64) std::array<Scalar<V>, V::size> lanes;
-  store_lanes(lanes.data(), grown_old<V>(Part<V>{i, count - i}(age), V(h), steps));
-  std::copy_n(lanes.begin(), count - i, age + i);
+  for (; i + V::size <= count; i += V::size) grow(Whole<V>{i});
+  if (i < count) grow(Part<V>{i, count - i});
 }
 
 template <class V>
-void mark_aged(const Scalar<V>* age, const Scalar<V>* lifetime, std::size_t count, std::uint64_t* gone) noexcept {
-  mark<V>(count, gone, [=](auto load) { return load(age) >= load(lifetime); });
+void grow_old_and_mark(Scalar<V>* age, const Scalar<V>* lifetime, std::size_t count, Scalar<V> h, std::size_t steps,
+                       std::uint64_t* gone) noexcept {
+  mark<V>(count, gone, [=](auto lanes) {
+    const V grown = grown_old<V>(lanes(age), V(h), steps);
+    lanes.put(grown, age);
+    return grown >= lanes(lifetime);
+  });
 }
 
 template <class V>
@@ -247,10 +256,21 @@ struct Compaction {
   }
 
   void all(std::size_t i, std::size_t count) noexcept {
-    for (std::size_t c = 0; c < columns; ++c) {
-      if (in[c] + i * bytes != out[c] + kept * bytes) std::memmove(out[c] + kept * bytes, in[c] + i * bytes, count * bytes);
-    }
+    for (std::size_t c = 0; c < columns; ++c) move_down(in[c] + i * bytes, out[c] + kept * bytes, count);
     kept += count;
+  }
+
+ private:
+  // As std::memmove, where `to` is not above `from`. What is moved is a word of marks at most, too short for a call to pay.
+  static void move_down(const std::byte* from, std::byte* to, std::size_t count) noexcept {
+    if (from == to) return;
+    std::size_t k = 0;
+    if constexpr (compact_bytes != 0) {
+      constexpr std::size_t elements = compact_bytes / bytes;
+      const Packing<bytes> as_it_is(low_bits(elements));
+      for (; k + elements <= count; k += elements) as_it_is(from + k * bytes, to + k * bytes);
+    }
+    if (k < count) std::memmove(to + k * bytes, from + k * bytes, (count - k) * bytes);
   }
 };
 
@@ -272,7 +292,10 @@ std::size_t compact(const std::byte* const* in, std::byte* const* out, std::size
 template <class T, class Arch>
 constexpr RemovalKernels<T> removal_kernels() noexcept {
   using V = Lanes<T, Arch>;
-  return {.grow_old = grow_old<V>, .mark_aged = mark_aged<V>, .count_aged = count_aged<V>, .mark_placed = mark_placed<V>};
+  return {.grow_old = grow_old<V>,
+          .grow_old_and_mark = grow_old_and_mark<V>,
+          .count_aged = count_aged<V>,
+          .mark_placed = mark_placed<V>};
 }
 
 }  // namespace

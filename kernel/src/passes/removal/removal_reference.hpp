@@ -19,7 +19,8 @@ void grow_old(T* age, std::size_t count, T h, std::size_t steps) noexcept {
 }
 
 template <class T>
-void mark_aged(const T* age, const T* lifetime, std::size_t count, std::uint64_t* gone) noexcept {
+void grow_old_and_mark(T* age, const T* lifetime, std::size_t count, T h, std::size_t steps, std::uint64_t* gone) noexcept {
+  grow_old(age, count, h, steps);
   for (std::size_t i = 0; i < count; ++i) mark(gone, i, age[i] >= lifetime[i]);
 }
 
@@ -69,7 +70,10 @@ std::size_t compact(const std::byte* const* in, std::byte* const* out, std::size
 
 template <class T>
 constexpr RemovalKernels<T> removal_kernels() noexcept {
-  return {.grow_old = grow_old<T>, .mark_aged = mark_aged<T>, .count_aged = count_aged<T>, .mark_placed = mark_placed<T>};
+  return {.grow_old = grow_old<T>,
+          .grow_old_and_mark = grow_old_and_mark<T>,
+          .count_aged = count_aged<T>,
+          .mark_placed = mark_placed<T>};
 }
 
 }  // namespace dvdx::reference
