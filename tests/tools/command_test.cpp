@@ -309,7 +309,7 @@ TEST_CASE("run of a scene whose particles come and go tells how many, the same h
   CHECK(report_of("--set emitters[0].rate=0")["particles"] == 0);
   CHECK(run(folder, "run jet.json").out.find("200 born") != std::string::npos);
   CHECK(run(folder, "run jet.json --out a.pc2").exit == 2);
-  CHECK(run(folder, "run jet.json --out a.html").exit == 2);
+  CHECK(run(folder, "run jet.json --out a.html --error").exit == 2);
   CHECK(run(folder, "run jet.json --step -0.015625").exit == 3);
   CHECK(run(folder, "explain jet.json").out.find("at most 70 particles live at once") != std::string::npos);
   CHECK(run(folder, "report jet.json").exit == 3);

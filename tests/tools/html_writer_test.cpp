@@ -56,6 +56,7 @@ struct Decoded {
   std::vector<float> x;  // x0 y0 z0 x1 ...
   std::vector<double> speed;
   std::vector<double> error;
+  std::vector<std::size_t> was;  // the place of each particle in the frame before, where it was there
 };
 
 // Written by the format's description in output/frame_coder.hpp, not by its code.
@@ -63,17 +64,31 @@ Decoded decoded(const pugi::xml_node& frame, const std::vector<Decoded>& earlier
   const auto count = frame.attribute("data-count").as_ullong();
   const auto planes = frame.attribute("data-planes").as_ullong();
   const int order = frame.attribute("data-order").as_int();
-  const auto bytes = unpacked(frame.text().get(), (3 * planes + 2) * count + 1);
+  const auto held = earlier.empty() ? 0 : earlier.back().x.size() / 3;
+  const auto gone = frame.attribute("data-gone").as_ullong();
+  const auto bytes = unpacked(frame.text().get(), (3 * planes + 2) * count + 1 + held);
+  const auto marks = gone > 0 ? bytes.size() - (held + 7) / 8 : bytes.size();
   REQUIRE(bytes.size() >= (3 * planes + 1) * count);
   const auto byte = [&](std::size_t at) { return static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[at])); };
   Decoded result{.time = frame.attribute("data-time").as_double(),
                  .spacing = std::ldexp(1.0, frame.attribute("data-exponent").as_int()),
                  .x = std::vector<float>(3 * count),
                  .speed = {},
-                 .error = {}};
-  const auto past = [&](std::size_t back, std::size_t at) {
-    const bool is_there = earlier.size() >= back && earlier[earlier.size() - back].x.size() > at;
-    return is_there ? static_cast<double>(earlier[earlier.size() - back].x[at]) : 0.0;
+                 .error = {},
+                 .was = {}};
+  for (std::size_t k = 0; k < held; ++k) {
+    if (gone == 0 || (byte(marks + k / 8) >> (k % 8) & 1) == 0) result.was.push_back(k);
+  }
+  REQUIRE(held - result.was.size() == gone);
+  const auto past = [&](std::size_t back, std::size_t at, double otherwise) {
+    std::size_t i = at / 3;
+    const Decoded* frame_after = &result;
+    for (std::size_t n = 1; n <= back; ++n) {
+      if (i >= frame_after->was.size()) return otherwise;
+      i = frame_after->was[i];
+      frame_after = &earlier[earlier.size() - n];
+    }
+    return static_cast<double>(frame_after->x[3 * i + at % 3]);
   };
   double sum = 0;
   for (std::size_t k = 0; k < 3 * count; ++k) {
@@ -82,13 +97,14 @@ Decoded decoded(const pugi::xml_node& frame, const std::vector<Decoded>& earlier
     const double number = code % 2 == 0 ? static_cast<double>(code / 2) : -static_cast<double>((code + 1) / 2);
     sum = frame.attribute("data-across").as_int() == 1 ? sum + number : number;
     const auto at = 3 * (k % count) + k / count;
-    const double predicted = order == 0 ? 0.0 : order == 1 ? past(1, at) : 2 * past(1, at) - past(2, at);
+    const double last = past(1, at, 0);
+    const double predicted = order == 0 ? 0.0 : order == 1 ? last : 2 * last - past(2, at, last);
     result.x[at] = static_cast<float>(predicted + sum * result.spacing);
   }
   for (std::size_t i = 0; i < count; ++i) {
     result.speed.push_back(frame.attribute("data-speed").as_double() * static_cast<double>(byte(3 * planes * count + i)) / 255);
   }
-  for (std::size_t i = (3 * planes + 1) * count; i < bytes.size(); ++i) {
+  for (std::size_t i = (3 * planes + 1) * count; i < marks; ++i) {
     const auto code = static_cast<double>(byte(i));
     result.error.push_back(code == 0 ? 0 : frame.attribute("data-error").as_double() * std::exp2((code - 255) / 8));
   }
@@ -157,9 +173,9 @@ void check_frame(const Decoded& frame, const State<T>& state) {
   }
 }
 
-TEST_CASE_TEMPLATE("an .html holds every state to half a lattice spacing, however many particles each has", T, float, double) {
+TEST_CASE_TEMPLATE("an .html holds every state to half a lattice spacing, though particles come", T, float, double) {
   const PageFolder folder("states");
-  constexpr std::array<std::size_t, 6> counts{1200, 1200, 1200, 1500, 900, 1100};
+  constexpr std::array<std::size_t, 6> counts{1100, 1100, 1200, 1200, 1200, 1500};
   Fountain<T> fountain(1500);
   const auto writer = make_writer<T>({.target = folder / "a.html", .particles = 1200, .states = counts.size()});
   for (std::size_t k = 0; k < counts.size(); ++k) {
@@ -177,6 +193,105 @@ TEST_CASE_TEMPLATE("an .html holds every state to half a lattice spacing, howeve
   CHECK(elements(document, "frame")[5].attribute("data-step").as_int() == 15);
   CHECK(document.child("html").first_child().text().get() == std::string("before"));
   CHECK(document.child("html").last_child().text().get() == std::string("after"));
+}
+
+// Particle number n moves from a place of its own with a velocity of its own.
+class Crowd {
+ public:
+  explicit Crowd(std::size_t most) : memory_(most) {}
+  State<float> at(double t, const std::vector<std::uint32_t>& numbers) {
+    auto state = memory_.view();
+    state.count = numbers.size();
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const double n = numbers[i];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double v = std::sin(n * (2 + static_cast<double>(axis)));
+        state.v[axis][i] = static_cast<float>(v);
+        state.x[axis][i] = static_cast<float>(5 * std::cos(n * (3 + static_cast<double>(axis))) + v * t);
+      }
+    }
+    return state;
+  }
+
+ private:
+  Soa<float> memory_;
+};
+
+// Numbers first to last but for each so manieth.
+std::vector<std::uint32_t> without(std::uint32_t first, std::uint32_t last, std::uint32_t every) {
+  std::vector<std::uint32_t> numbers;
+  for (std::uint32_t n = first; n <= last; ++n) {
+    if (n % every != 0) numbers.push_back(n);
+  }
+  return numbers;
+}
+
+TEST_CASE("particles that come and go are followed from state to state") {
+  const PageFolder folder("follow");
+  const std::vector<std::vector<std::uint32_t>> moments{{},
+                                                        without(1, 1500, 2000),
+                                                        without(1, 1500, 2000),
+                                                        without(3, 1700, 7),
+                                                        without(3, 1700, 7),
+                                                        without(3, 1700, 7),
+                                                        without(1400, 1800, 7),
+                                                        {},
+                                                        {1900}};
+  Crowd crowd(1700);
+  std::vector<std::uint32_t> now;
+  const auto writer = make_writer<float>({.target = folder / "a.html",
+                                          .particles = 1700,
+                                          .states = moments.size(),
+                                          .counts = Counts::changing,
+                                          .ids = [&](std::size_t) { return std::span<const std::uint32_t>(now); }});
+  for (std::size_t k = 0; k < moments.size(); ++k) {
+    now = moments[k];
+    writer->write({.step = k, .time = 0.1 * static_cast<double>(k)}, crowd.at(0.1 * static_cast<double>(k), now));
+  }
+  writer->finish();
+  const auto document = read_page(folder, "a.html");
+  const auto frames = frames_of(document);
+  REQUIRE(frames.size() == moments.size());
+  for (std::size_t k = 0; k < moments.size(); ++k) {
+    CAPTURE(k);
+    check_frame(frames[k], crowd.at(0.1 * static_cast<double>(k), moments[k]));
+    for (std::size_t i = 0; i < frames[k].was.size(); ++i) CHECK(moments[k][i] == moments[k - 1][frames[k].was[i]]);
+  }
+  const auto nodes = elements(document, "frame");
+  CHECK(nodes[3].attribute("data-gone").as_int() == 2 + 214);
+  CHECK(nodes[5].attribute("data-planes").as_int() == 1);  // two states tell the third
+  CHECK(nodes[7].attribute("data-gone").as_int() == 343);
+}
+
+TEST_CASE("of many particles that come and go a page shows the same ones as long as they live") {
+  const PageFolder folder("some");
+  Crowd crowd(60'000);
+  std::vector<std::uint32_t> now;
+  const auto writer = make_writer<float>(
+      {.target = folder / "a.html", .particles = 60'000, .states = 2, .counts = Counts::changing, .ids = [&](std::size_t) {
+         return std::span<const std::uint32_t>(now);
+       }});
+  const auto shown = [&] {
+    std::vector<std::uint32_t> even;
+    for (const auto n : now) {
+      if (n % 2 == 0) even.push_back(n);
+    }
+    return even;
+  };
+  now = without(1, 10'000, 20'000);
+  const auto first = shown();
+  writer->write({}, crowd.at(0, now));
+  now = without(2, 12'000, 3);
+  writer->write({.step = 1, .time = 1}, crowd.at(1, now));
+  writer->finish();
+  const auto document = read_page(folder, "a.html");
+  const auto frames = frames_of(document);
+  CHECK(elements(document, "frame")[1].attribute("data-all").as_ullong() == now.size());
+  REQUIRE(frames[1].x.size() == 3 * shown().size());
+  check_frame(frames[0], crowd.at(0, first));
+  const auto second = shown();
+  const auto wanted = crowd.at(1, second);
+  for (std::size_t i = 0; i < second.size(); ++i) CHECK(std::abs(frames[1].x[3 * i] - wanted.x[0][i]) <= frames[1].spacing);
 }
 
 TEST_CASE("few particles far from the origin are held to what float32 is there") {
@@ -226,7 +341,7 @@ TEST_CASE("of many particles that nothing joins a page shows some, and says so")
   writer->finish();
   const auto document = read_page(folder, "a.html");
   const auto scene = nlohmann::json::parse(elements(document, "scene")[0].text().get());
-  CHECK(scene["particles"] == 120001);
+  CHECK(elements(document, "frame")[0].attribute("data-all").as_int() == 120001);
   CHECK(scene["every"] == 3);
   const auto frames = frames_of(document);
   REQUIRE(frames[0].x.size() == 3 * 40001);

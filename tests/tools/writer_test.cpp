@@ -488,7 +488,7 @@ TEST_CASE(
   }
   CHECK_THROWS_WITH_AS(write_changing("a.pc2"),
                        "--out a.pc2: a .pc2 holds as many particles in every state, and those of this scene come and go: "
-                       ".csv, .ply and .vtp hold them",
+                       ".csv, .ply, .vtp and .html hold them",
                        Fault);
 }
 

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "dvdx/live.hpp"
 #include "fault.hpp"
@@ -30,9 +33,26 @@ class LiveMemory {
 
   [[nodiscard]] LiveState<T>& live() noexcept { return live_; }
 
+  // Who each particle is goes along with it from now on.
+  void carry_ids() {
+    ids_.assign(live_.state.x[0].capacity, 0);
+    carried_ = {ids_.data(), sizeof(std::uint32_t), sizeof(std::uint32_t)};
+    live_.carried = {&carried_, 1};
+  }
+  // From 1 on, in the order of births; those that came and went between two calls have none.
+  [[nodiscard]] std::span<const std::uint32_t> ids(std::size_t count) noexcept {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (ids_[i] == 0) ids_[i] = ++last_id_;
+    }
+    return {ids_.data(), count};
+  }
+
  private:
   StateMemory<T> state_, lives_;
   LiveState<T> live_;
+  std::vector<std::uint32_t> ids_;
+  Carried carried_{};
+  std::uint32_t last_id_ = 0;
 };
 
 // Throws Fault (bad_scene) where the scene's particles cannot come and go.

@@ -29,6 +29,12 @@ class LiveSimulation {
                                          .rounding = rounding_of(engine.precision)})),
         parallel_(parallel(engine.threads)) {}
 
+  // Who the particles are, from now on.
+  [[nodiscard]] ParticleIds ids() {
+    memory_.carry_ids();
+    return [this](std::size_t count) { return memory_.ids(count); };
+  }
+
   // The observer writes, weighs and hashes.
   template <class Observer>
   Outcome run(Observer& observer, std::uint64_t every) {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <type_traits>
 
 #include "commands.hpp"
 #include "dvdx/layouts/state_hash.hpp"
@@ -90,13 +91,14 @@ class Observer {
   std::unique_ptr<Writer<double>> world_writer_;
 };
 
+std::size_t most_particles(const SceneFile& file) { return std::max(file.particles.count, file.turnover.capacity); }
+
 // A page plays what it holds, so it holds many states; but not more than play well.
 std::uint64_t every_of(const RunOptions& options, const LoadedScene& loaded) {
   if (options.every) return *options.every;
   if (!is_page(options.out)) return 0;
   constexpr std::uint64_t particle_states = 15'000'000;
-  const auto most_particles = std::max(loaded.file.particles.count, loaded.file.turnover.capacity);
-  const auto states = std::clamp<std::uint64_t>(particle_states / most_particles, 300, 3600);
+  const auto states = std::clamp<std::uint64_t>(particle_states / most_particles(loaded.file), 300, 3600);
   return std::max<std::uint64_t>(1, (loaded.steps + states - 1) / states);
 }
 
@@ -176,11 +178,14 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
   std::optional<Output> output;
   if (!options.out.empty()) {
     output = {.target = options.out,
-              .particles = loaded.file.particles.count,
+              .particles = most_particles(loaded.file),
               .states = states_written(loaded.steps, every),
               .topology = &loaded.file.topology,
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
               .scene = &loaded.file};
+  }
+  if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
+    if (is_page(options.out)) output->ids = simulation.ids();
   }
   if (options.error) {
     const auto reference = reference_of(loaded, engine);
@@ -265,6 +270,9 @@ Exit run(const RunOptions& options) {
   if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
   const auto engine = engine_of(options.engine);
   const auto loaded = load_scene(options.scene, engine.precision);
+  if (options.error && is_live(loaded.file)) {
+    throw Fault(Exit::usage, "--error: there is no reference for particles that come and go");
+  }
   const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine)
                                                             : simulate<float>(options, loaded, engine);
   (options.json ? print_json : print_table)(loaded, engine, outcome);

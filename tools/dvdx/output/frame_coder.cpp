@@ -59,9 +59,9 @@ void append_planes(std::string& bytes, const std::vector<std::uint32_t>& numbers
 }
 
 template <class T>
-double append_speeds(std::string& bytes, const State<T>& state, std::size_t stride) {
+double append_speeds(std::string& bytes, const State<T>& state, const std::vector<std::size_t>& taken) {
   std::vector<double> speeds;
-  for (std::size_t i = 0; i < state.count; i += stride) {
+  for (const auto i : taken) {
     const auto v = [&](std::size_t axis) { return static_cast<double>(state.v[axis][i]); };
     const double speed = std::hypot(v(0), v(1), v(2));
     speeds.push_back(std::isfinite(speed) ? speed : 0);
@@ -72,10 +72,11 @@ double append_speeds(std::string& bytes, const State<T>& state, std::size_t stri
 }
 
 template <class T>
-double append_errors(std::string& bytes, const State<T>& state, std::span<const double> reference, std::size_t stride) {
+double append_errors(std::string& bytes, const State<T>& state, std::span<const double> reference,
+                     const std::vector<std::size_t>& taken) {
   std::vector<double> errors;
-  for (std::size_t i = 0; i < state.count; i += stride) {
-    const auto d = [&](std::size_t axis) { return static_cast<double>(state.x[axis][i]) - reference[3 * (i / stride) + axis]; };
+  for (std::size_t k = 0; k < taken.size(); ++k) {
+    const auto d = [&](std::size_t axis) { return static_cast<double>(state.x[axis][taken[k]]) - reference[3 * k + axis]; };
     const double error = std::hypot(d(0), d(1), d(2));
     errors.push_back(std::isfinite(error) ? error : 0);
   }
@@ -88,15 +89,56 @@ double append_errors(std::string& bytes, const State<T>& state, std::span<const 
 
 }  // namespace
 
+template <class T>
+void FrameCoder<T>::choose(std::size_t count, std::span<const std::uint32_t> ids) {
+  taken_.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    if ((ids.empty() ? i : ids[i]) % stride_ == 0) taken_.push_back(i);
+  }
+}
+
+// Marks the last state's particles that are not there any more, and forgets where they were. Returns how many.
+template <class T>
+std::size_t FrameCoder<T>::leave(std::span<const std::uint32_t> ids) {
+  std::vector<std::uint32_t> now_ids;
+  for (const auto i : taken_) now_ids.push_back(ids[i]);
+  gone_.assign(last_ids_.size(), false);
+  auto now = now_ids.begin();
+  for (std::size_t k = 0; k < last_ids_.size(); ++k) {
+    gone_[k] = now == now_ids.end() || *now != last_ids_[k];
+    if (!gone_[k]) ++now;
+  }
+  for (auto* positions : {&last_, &before_}) {
+    for (auto& axis : *positions) {
+      std::size_t kept = 0;
+      for (std::size_t k = 0; k < axis.size(); ++k) {
+        if (!gone_[k]) axis[kept++] = axis[k];
+      }
+      axis.resize(kept);
+    }
+  }
+  last_ids_ = std::move(now_ids);
+  return static_cast<std::size_t>(std::count(gone_.begin(), gone_.end(), true));
+}
+
+template <class T>
+void FrameCoder<T>::append_gone(std::string& bytes) const {
+  for (std::size_t k = 0; k < gone_.size(); k += 8) {
+    unsigned byte = 0;
+    for (std::size_t bit = 0; bit < 8 && k + bit < gone_.size(); ++bit) byte |= (gone_[k + bit] ? 1U : 0U) << bit;
+    bytes += static_cast<char>(byte);
+  }
+}
+
 // Positions of the state as float32, the box of everything so far, and how many are not finite: those stay where they were.
 template <class T>
 std::size_t FrameCoder<T>::take(const State<T>& state) {
-  const std::size_t count = (state.count + stride_ - 1) / stride_;
+  const std::size_t count = taken_.size();
   for (auto& axis : now_) axis.assign(count, 0.0F);
   std::size_t bad = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const std::array<float, 3> x{static_cast<float>(state.x[0][i * stride_]), static_cast<float>(state.x[1][i * stride_]),
-                                 static_cast<float>(state.x[2][i * stride_])};
+    const std::array<float, 3> x{static_cast<float>(state.x[0][taken_[i]]), static_cast<float>(state.x[1][taken_[i]]),
+                                 static_cast<float>(state.x[2][taken_[i]])};
     const bool is_good = std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]);
     bad += is_good ? 0 : 1;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -126,13 +168,16 @@ int FrameCoder<T>::exponent() const {
 template <class T>
 double FrameCoder<T>::predicted(int order, std::size_t axis, std::size_t i) const {
   const double a = i < last_[axis].size() ? last_[axis][i] : 0.0F;
-  const double b = i < before_[axis].size() ? before_[axis][i] : 0.0F;
+  const double b = i < before_[axis].size() ? before_[axis][i] : a;
   return order == 0 ? 0 : order == 1 ? a : 2 * a - b;
 }
 
 template <class T>
-Frame FrameCoder<T>::code(const State<T>& state, std::span<const double> reference) {
+Frame FrameCoder<T>::code(const State<T>& state, std::span<const double> reference, std::span<const std::uint32_t> ids) {
   Frame frame;
+  choose(state.count, ids);
+  frame.all = state.count;
+  if (!ids.empty() || !last_ids_.empty()) frame.gone = leave(ids);
   frame.bad = take(state);
   frame.count = now_[0].size();
   frame.exponent = exponent();
@@ -166,8 +211,9 @@ Frame FrameCoder<T>::code(const State<T>& state, std::span<const double> referen
   frame.planes = planes_for(best.numbers);
   std::string bytes;
   append_planes(bytes, best.numbers, frame.planes);
-  frame.speed = append_speeds(bytes, state, stride_);
-  if (!reference.empty()) frame.error = append_errors(bytes, state, reference, stride_);
+  frame.speed = append_speeds(bytes, state, taken_);
+  if (!reference.empty()) frame.error = append_errors(bytes, state, reference, taken_);
+  if (frame.gone > 0) append_gone(bytes);
   frame.bytes = deflated(bytes);
   bounds_.speed = std::max(bounds_.speed, frame.speed);
   bounds_.error = std::max(bounds_.error, frame.error);

@@ -2,13 +2,15 @@
 //
 // The lattice's spacing is a power of two, 2^exponent m: so that 2^16 points (2^22 for a thousand particles and fewer) span
 // everything there was so far, but no finer than float32 is there. A position is predicted from the ones that a reader has read
-// before, p = 0, a or 2 a - b (order 0, 1, 2: a the last state's and b the one's before it, 0 where the particle was not
-// there), and read back as float32(p + r 2^exponent): half a spacing from the true one at most, in every state. What is stored
-// are the whole numbers r; or, where `difference` is across, each less the one of the particle before it.
+// before, p = 0, a or 2 a - b (order 0, 1, 2: a the last state's and b the one's before it; for a particle that was
+// not there a is 0 and b is a), and read back as float32(p + r 2^exponent): half a spacing from the true one at most, in every state. What is
+// stored are the whole numbers r; or, where `difference` is across, each less the one of the particle before it.
 //
 // The bytes, packed by zlib: `planes` planes of 3 count bytes, the lowest first; in each the numbers of all x, then y, then z,
 // zigzag coded (0, -1, 1, -2, ... as 0, 1, 2, 3, ...). Then count bytes of speed, in 255ths of the state's highest. Then, with
-// a reference, count bytes of the distance to it: 0 is none, b is highest 2^((b - 255) / 8).
+// a reference, count bytes of the distance to it: 0 is none, b is highest 2^((b - 255) / 8). Then, where `gone` is not 0, a bit
+// for each particle of the last state, eight a byte, the first the lowest: whether it is no longer there. All others are still
+// there, in their order, and what is new stands behind them.
 #pragma once
 
 #include <array>
@@ -25,8 +27,10 @@ namespace dvdx::tool {
 enum class Difference { none, across };
 
 struct Frame {
-  std::size_t count = 0;
-  std::size_t bad = 0;  // not finite: stay where they were
+  std::size_t all = 0;    // particles of the state
+  std::size_t count = 0;  // of them that are taken
+  std::size_t gone = 0;   // since the last state
+  std::size_t bad = 0;    // not finite: stay where they were
   int exponent = 0;
   int order = 0;  // 0, 1 or 2
   Difference difference = Difference::none;
@@ -47,23 +51,31 @@ struct Bounds {
 template <class T>
 class FrameCoder {
  public:
-  // Every stride-th particle is taken.
+  // Every stride-th particle is taken; of particles that come and go those whose number divides by it.
   explicit FrameCoder(std::size_t stride) : stride_(stride) {}
 
-  // `reference`: x, y, z of the particles that are taken, m; or empty.
-  [[nodiscard]] Frame code(const State<T>& state, std::span<const double> reference = {});
+  // `reference`: x, y, z of the particles that are taken, m; or empty. `ids`: who each particle of the state is, by numbers
+  // that rise; or empty, where particle i is the same in every state and only the last ones may be new.
+  [[nodiscard]] Frame code(const State<T>& state, std::span<const double> reference = {},
+                           std::span<const std::uint32_t> ids = {});
 
   [[nodiscard]] const Bounds& bounds() const noexcept { return bounds_; }
 
  private:
   using Positions = std::array<std::vector<float>, 3>;
 
+  void choose(std::size_t count, std::span<const std::uint32_t> ids);
+  std::size_t leave(std::span<const std::uint32_t> ids);
   std::size_t take(const State<T>& state);
+  void append_gone(std::string& bytes) const;
   [[nodiscard]] int exponent() const;
   [[nodiscard]] double predicted(int order, std::size_t axis, std::size_t i) const;
 
   std::size_t stride_;
-  Positions now_;  // true, then as a reader has them
+  std::vector<std::size_t> taken_;       // places in the state
+  std::vector<std::uint32_t> last_ids_;  // of the last state's particles that were taken
+  std::vector<bool> gone_;               // of the same: no longer there
+  Positions now_;                        // true, then as a reader has them
   Positions last_;
   Positions before_;
   Bounds bounds_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -67,7 +68,7 @@ Vec3 gravity_of(const Scene& scene) {
 }
 
 Json json_of(const Output& output) {
-  Json json{{"particles", output.particles}, {"every", stride_of(output)}, {"states", output.states}};
+  Json json{{"every", stride_of(output)}, {"states", output.states}};
   if (output.scene == nullptr) return json;
   const auto& file = *output.scene;
   json["name"] = file.name;
@@ -80,7 +81,7 @@ Json json_of(const Output& output) {
   json["contacts"] = Json::array();
   for (const auto& contact : file.scene.contacts) json["contacts"].push_back(json_of(contact));
   json["anchors"] = Json::array();
-  if (output.particles <= most_anchored) {
+  if (output.counts == Counts::fixed && output.particles <= most_anchored) {
     for (const auto& force : file.scene.forces) {
       if (const auto anchor = anchor_of(force)) json["anchors"].push_back(json_of(*anchor));
     }
@@ -113,10 +114,11 @@ std::string bounds_element(const Bounds& bounds) {
 
 std::string frame_element(const Moment& moment, const Frame& frame) {
   return fmt::format(
-      "<script type=\"text/x-dvdx-frame\" data-step=\"{}\" data-time=\"{}\" data-count=\"{}\" data-bad=\"{}\" "
+      "<script type=\"text/x-dvdx-frame\" data-step=\"{}\" data-time=\"{}\" data-all=\"{}\" data-count=\"{}\" "
+      "data-gone=\"{}\" data-bad=\"{}\" "
       "data-exponent=\"{}\" data-order=\"{}\" data-across=\"{}\" data-planes=\"{}\" data-speed=\"{}\" data-error=\"{}\">{}"
       "</script>\n",
-      moment.step, moment.time, frame.count, frame.bad, frame.exponent, frame.order,
+      moment.step, moment.time, frame.all, frame.count, frame.gone, frame.bad, frame.exponent, frame.order,
       frame.difference == Difference::across ? 1 : 0, frame.planes, frame.speed, frame.error, base64(frame.bytes));
 }
 
@@ -126,6 +128,7 @@ class HtmlWriter final : public Writer<T> {
   HtmlWriter(const Output& output, HtmlPage page)
       : after_(std::move(page.after)),
         reference_(output.reference),
+        ids_(output.ids),
         stride_(stride_of(output)),
         coder_(stride_),
         file_(output.target) {
@@ -137,7 +140,8 @@ class HtmlWriter final : public Writer<T> {
 
   void write(const Moment& moment, const State<T>& state) override {
     const auto reference = reference_ ? reference_(moment, stride_) : std::vector<double>();
-    file_.write(frame_element(moment, coder_.code(state, reference)));
+    const auto ids = ids_ ? ids_(state.count) : std::span<const std::uint32_t>();
+    file_.write(frame_element(moment, coder_.code(state, reference, ids)));
   }
 
   void finish() override {
@@ -149,6 +153,7 @@ class HtmlWriter final : public Writer<T> {
  private:
   std::string after_;
   ReferencePositions reference_;
+  ParticleIds ids_;
   std::size_t stride_;
   FrameCoder<T> coder_;
   PartFile file_;

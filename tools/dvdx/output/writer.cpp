@@ -25,7 +25,7 @@ constexpr std::array<Format<T>, 6> formats{{{".csv", make_csv_writer<T>},
                                             {".ply", make_ply_writer<T>},
                                             {".vtp", make_vtp_writer<T>},
                                             {".pc2", make_pc2_writer<T>, Counts::fixed},
-                                            {".html", make_html_writer<T>, Counts::fixed}}};
+                                            {".html", make_html_writer<T>}}};
 
 template <class T>
 const Format<T>* format_for(const std::filesystem::path& target) {
@@ -50,7 +50,7 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
   if (output.counts == Counts::changing && format.counts == Counts::fixed) {
     throw Fault(Exit::usage,
                 fmt::format("--out {}: a {} holds as many particles in every state, and those of this scene come and "
-                            "go: .csv, .ply and .vtp hold them",
+                            "go: .csv, .ply, .vtp and .html hold them",
                             output.target.string(), format.extension));
   }
   return format.make(output);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,12 +39,15 @@ inline const Topology no_topology{};
 // x, y, z of each stride-th particle at a moment, m; asked for moments that rise.
 using ReferencePositions = std::function<std::vector<double>(const Moment&, std::size_t stride)>;
 
+// Who each of so many particles that come and go is, by numbers that rise and never come again.
+using ParticleIds = std::function<std::span<const std::uint32_t>(std::size_t count)>;
+
 enum class Counts { fixed, changing };
 
 // What will be written, known beforehand.
 struct Output {
   std::filesystem::path target;
-  std::size_t particles = 0;  // of every state, or of the first where counts change
+  std::size_t particles = 0;  // of every state, or the most there may be where counts change
   std::uint64_t states = 0;
   const Topology* topology = &no_topology;  // never null, and outlives the writer
   Counts counts = Counts::fixed;            // changing: nothing joins the particles
@@ -51,6 +55,7 @@ struct Output {
   const SceneFile* scene = nullptr;
   ReferencePositions reference{};  // where the states should be
   std::string reference_text{};    // what that is
+  ParticleIds ids{};               // where counts change; asked for after each state
 };
 
 // Throws Fault (usage) where no writer knows the extension.

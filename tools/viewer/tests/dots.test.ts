@@ -4,10 +4,15 @@ import type { Frame } from '../src/playback/frames';
 
 const asItIs = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]; // places are those of the cube
 
-const frame = (positions: number[], speeds: number[]): Frame =>
-  ({ count: speeds.length, positions: new Float32Array(positions), speeds: Uint8Array.from(speeds) }) as Frame;
+const frame = (positions: number[], speeds: number[], onward = positions): Frame =>
+  ({
+    count: speeds.length,
+    positions: new Float32Array(positions),
+    speeds: Uint8Array.from(speeds),
+    onward: new Float32Array(onward),
+  }) as Frame;
 
-const still = (now: Frame): Shown => ({ now, next: now, blend: 0, colouring: 'speed' });
+const still = (now: Frame): Shown => ({ now, blend: 0, colouring: 'speed' });
 
 // Pixel -> the place of its colour.
 const found = ({ pixels }: Picture): Map<number, number> =>
@@ -22,7 +27,7 @@ test('a particle is a square of pixels around its place, and its band knows from
 
 test('between two frames it is between two places', () => {
   const picture = new Picture(8, 8);
-  const shown: Shown = { ...still(frame([-0.875, 0.125, 0], [1])), next: frame([0.625, 0.125, 0], [1]), blend: 0.5 };
+  const shown: Shown = { ...still(frame([-0.875, 0.125, 0], [1], [0.625, 0.125, 0])), blend: 0.5 };
   drawDots(picture, 1, asItIs, shown);
   expect([...found(picture).keys()]).toEqual([4 * 8 + 3]);
 });

@@ -1,11 +1,11 @@
 import { deflateSync } from 'node:zlib';
 import { describe, expect, test } from 'vitest';
 import { unpacked } from '../src/shared/bytes';
-import { type FrameFacts, decodeFrame } from '../src/playback/frames';
+import { FrameDecoder, type FrameFacts } from '../src/playback/frames';
 import { edges, triangles } from '../src/playback/scene';
 
 const facts = (changes: Partial<FrameFacts>): FrameFacts => ({
-  step: 0, time: 0, count: 2, bad: 0, exponent: -2, order: 0, isAcross: false, planes: 1, speed: 1, error: 0, ...changes,
+  step: 0, time: 0, all: 2, count: 2, gone: 0, bad: 0, exponent: -2, order: 0, isAcross: false, planes: 1, speed: 1, error: 0, ...changes,
 });
 
 // x of both particles, then y, then z.
@@ -14,6 +14,8 @@ const frame = (numbers: number[], changes: Partial<FrameFacts> = {}, planes = 1)
   const bytes = Array.from({ length: planes }, (_, plane) => codes.map((code) => (code >> (8 * plane)) & 255)).flat();
   return [new Uint8Array([...bytes, 255, 51]), facts({ planes, ...changes })] as const;
 };
+
+const decodeFrame = (bytes: Uint8Array<ArrayBuffer>, of: FrameFacts) => new FrameDecoder().decode(bytes, of);
 
 describe('a frame', () => {
   test('holds numbers of a lattice, x of all particles first', () => {
@@ -33,12 +35,31 @@ describe('a frame', () => {
     expect([...decoded.positions]).toEqual([1, 1.5, 2, 1.25, 1.75, 2.25]);
   });
 
-  test('goes on from the frames before, and from 0 for particles that were not there', () => {
-    const first = decodeFrame(new Uint8Array([8, 0, 0, 9]), facts({ count: 1 }));
-    const second = decodeFrame(...frame([1, 4, 0, 0, 0, 0], { order: 1 }), first);
+  test('goes on from the frames before, and for new particles from 0, then from where they were', () => {
+    const decoder = new FrameDecoder();
+    const first = decoder.decode(new Uint8Array([8, 0, 0, 9]), facts({ count: 1 }));
+    const second = decoder.decode(...frame([1, 4, 0, 0, 0, 0], { order: 1 }));
     expect([...second.positions]).toEqual([1.25, 0, 0, 1, 0, 0]);
-    const third = decodeFrame(...frame([0, 0, 0, 0, 0, 4], { order: 2 }), second, first);
-    expect([...third.positions]).toEqual([1.5, 0, 0, 2, 0, 1]);
+    const third = decoder.decode(...frame([0, 0, 0, 0, 0, 4], { order: 2 }));
+    expect([...third.positions]).toEqual([1.5, 0, 0, 1, 0, 1]);
+    expect(first.onward).toBe(second.positions);
+    expect(second.onward).toBe(third.positions);
+  });
+
+  test('that lost a particle goes on with the others, and lets the lost one fly on', () => {
+    const decoder = new FrameDecoder();
+    const start = decoder.decode(...frame([0, 4, 0, 0, 0, 0]));
+    const moved = decoder.decode(...frame([4, 4, 0, 0, 0, 0], { order: 1 }));
+    expect([...moved.positions]).toEqual([1, 0, 0, 2, 0, 0]);
+    // The first is gone; the second goes on as it did, and a third comes at x = 3.
+    const [bytes, about] = frame([0, 12, 0, 0, 0, 0], { order: 2, gone: 1, all: 2 });
+    const left = decoder.decode(new Uint8Array([...bytes, 0b01]), about);
+    expect([...left.positions]).toEqual([3, 0, 0, 3, 0, 0]);
+    expect(left.errors).toBeUndefined();
+    expect([...moved.onward]).toEqual([2, 0, 0, 3, 0, 0]);
+    expect(start.onward).toBe(moved.positions);
+    const end = decoder.decode(...frame([0, 0, 0, 0, 0, 0], { order: 2 }));
+    expect([...end.positions]).toEqual([4, 0, 0, 3, 0, 0]);
   });
 
   test('has errors behind its speeds where there is a reference', () => {

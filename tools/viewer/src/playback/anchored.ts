@@ -35,11 +35,11 @@ export class AnchoredSprings {
     this.object.add(lines, dots);
   }
 
-  move(now: Frame, next: Frame, blend: number): void {
+  move({ positions, onward }: Frame, blend: number): void {
     this.springs.forEach(({ particle, anchor }, i) => {
       const at = (axis: number): number => {
-        const a = now.positions[3 * particle + axis] ?? anchor[axis]!;
-        return a + blend * ((next.positions[3 * particle + axis] ?? a) - a);
+        const a = positions[3 * particle + axis] ?? anchor[axis]!;
+        return a + blend * ((onward[3 * particle + axis] ?? a) - a);
       };
       this.ends.setXYZ(2 * i, ...anchor);
       this.ends.setXYZ(2 * i + 1, at(0), at(1), at(2));

@@ -31,10 +31,9 @@ const fragmentShader = /* glsl */ `
 const nothing = 0xffffffff;
 const depths = 2 ** 24 - 1; // below that of nothing
 
-// What there is to see: `blend` of the way from one frame to the next.
+// What there is to see: `blend` of the way from a frame to the next.
 export interface Shown {
   now: Frame;
-  next: Frame;
   blend: number;
   colouring: Colouring;
 }
@@ -76,11 +75,11 @@ type N = number;
 type Sixteen = [N, N, N, N, N, N, N, N, N, N, N, N, N, N, N, N];
 
 // All particles as squares of `size` pixels. `seen` takes places to the cube of what is seen, its columns one after another.
-export function drawDots(picture: Picture, size: number, seen: readonly number[], { now, next, blend, colouring }: Shown): void {
+export function drawDots(picture: Picture, size: number, seen: readonly number[], { now, blend, colouring }: Shown): void {
   const [ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw] = seen as Sixteen;
   const values = valuesOf(now, colouring);
   const from = now.positions;
-  const to = next.positions;
+  const to = now.onward;
   picture.clear();
   for (let i = 0, at = 0; i < now.count; ++i, at += 3) {
     const x = from[at]! + blend * (to[at]! - from[at]!);

@@ -3,7 +3,9 @@
 export interface FrameFacts {
   step: number;
   time: number; // s
-  count: number;
+  all: number; // particles
+  count: number; // of them that are shown
+  gone: number; // since the frame before
   bad: number; // particles that were not finite, and stay where they were
   exponent: number;
   order: number;
@@ -17,6 +19,7 @@ export interface Frame extends FrameFacts {
   positions: Float32Array<ArrayBuffer>; // x, y, z of each particle, m
   speeds: Uint8Array<ArrayBuffer>; // in 255ths of the highest
   errors: Uint8Array<ArrayBuffer> | undefined; // 0 is none, b is the largest times 2^((b - 255) / 8)
+  onward: Float32Array<ArrayBuffer>; // where its particles are in the next frame; those that are gone by then, as far on as they came
 }
 
 export function frameFacts(data: DOMStringMap): FrameFacts {
@@ -24,7 +27,9 @@ export function frameFacts(data: DOMStringMap): FrameFacts {
   return {
     step: number('step'),
     time: number('time'),
+    all: number('all'),
     count: number('count'),
+    gone: number('gone'),
     bad: number('bad'),
     exponent: number('exponent'),
     order: number('order'),
@@ -54,24 +59,61 @@ function residuals(bytes: Uint8Array, facts: FrameFacts): Int32Array {
   return numbers;
 }
 
-// `last` and `before` are the frames before this one.
-export function decodeFrame(bytes: Uint8Array<ArrayBuffer>, facts: FrameFacts, last?: Frame, before?: Frame): Frame {
-  const { count, order } = facts;
-  const numbers = residuals(bytes, facts);
-  const spacing = 2 ** facts.exponent;
-  const positions = new Float32Array(3 * count);
-  const a = order > 0 ? last?.positions : undefined;
-  const b = order > 1 ? before?.positions : undefined;
-  const held = a?.length ?? 0;
-  const heldBefore = b?.length ?? 0;
-  for (let axis = 0; axis < 3; ++axis) {
-    for (let i = 0, at = axis; i < count; ++i, at += 3) {
-      let predicted = at < held ? a![at]! : 0;
-      if (order === 2) predicted = 2 * predicted - (at < heldBefore ? b![at]! : 0);
-      positions[at] = predicted + numbers[axis * count + i]! * spacing;
-    }
+const isMarked = (marks: Uint8Array, i: number): boolean => ((marks[i >> 3]! >> (i & 7)) & 1) === 1;
+
+function withoutMarked(positions: Float32Array, marks: Uint8Array): Float32Array {
+  const left = new Float32Array(positions.length);
+  let kept = 0;
+  for (let at = 0; at < positions.length; at += 3) {
+    if (isMarked(marks, at / 3)) continue;
+    left.set(positions.subarray(at, at + 3), kept);
+    kept += 3;
   }
-  const start = facts.planes * 3 * count;
-  const errors = bytes.length > start + count ? bytes.slice(start + count, start + 2 * count) : undefined;
-  return { ...facts, positions, speeds: bytes.slice(start, start + count), errors };
+  return left.subarray(0, kept);
+}
+
+// Where the particles of a frame go until the next, which has lost those that are marked.
+function landed(from: Float32Array, before: Float32Array, next: Float32Array, marks: Uint8Array): Float32Array<ArrayBuffer> {
+  const to = new Float32Array(from.length);
+  for (let at = 0, kept = 0; at < from.length; at += 3) {
+    const isGone = isMarked(marks, at / 3);
+    for (let axis = 0; axis < 3; ++axis) {
+      const x = from[at + axis]!;
+      to[at + axis] = isGone ? 2 * x - (before[at + axis] ?? x) : next[kept + axis]!;
+    }
+    if (!isGone) kept += 3;
+  }
+  return to;
+}
+
+// Frames one after another, each from those before it.
+export class FrameDecoder {
+  private last: Frame | undefined;
+  private before: Float32Array = new Float32Array(); // where the last frame's particles were in the one before it
+
+  decode(bytes: Uint8Array<ArrayBuffer>, facts: FrameFacts): Frame {
+    const { count, order, gone } = facts;
+    const held: Float32Array = this.last?.positions ?? new Float32Array();
+    const marks = bytes.subarray(bytes.length - (gone > 0 ? Math.ceil(held.length / 24) : 0));
+    const a = gone > 0 ? withoutMarked(held, marks) : held;
+    const b = gone > 0 ? withoutMarked(this.before, marks) : this.before;
+    const numbers = residuals(bytes, facts);
+    const spacing = 2 ** facts.exponent;
+    const positions = new Float32Array(3 * count);
+    for (let axis = 0; axis < 3; ++axis) {
+      for (let i = 0, at = axis; i < count; ++i, at += 3) {
+        let predicted = order > 0 ? (a[at] ?? 0) : 0;
+        if (order === 2) predicted = 2 * predicted - (b[at] ?? predicted);
+        positions[at] = predicted + numbers[axis * count + i]! * spacing;
+      }
+    }
+    const start = facts.planes * 3 * count;
+    const hasErrors = bytes.length - marks.length > start + count;
+    const errors = hasErrors ? bytes.slice(start + count, start + 2 * count) : undefined;
+    const frame = { ...facts, positions, speeds: bytes.slice(start, start + count), errors, onward: positions };
+    if (this.last) this.last.onward = gone > 0 ? landed(held, this.before, positions, marks) : positions;
+    this.last = frame;
+    this.before = a;
+    return frame;
+  }
 }

@@ -4,9 +4,9 @@ import { unpacked } from '../shared/bytes';
 import { dataElements, element } from '../shared/page';
 import { isDark } from '../shared/palette';
 import { Controls } from './controls';
-import { type Frame, type FrameFacts, decodeFrame, frameFacts } from './frames';
+import { type Frame, FrameDecoder, type FrameFacts, frameFacts } from './frames';
 import { Player } from './player';
-import { type Scene, readBounds, readJoints, readScene } from './scene';
+import { readBounds, readJoints, readScene } from './scene';
 import { type Inks, View, hasWebGl } from './view';
 
 // What the page shows at the moment, for those who drive it from outside.
@@ -33,12 +33,11 @@ function inks(): Inks {
   return isDark() ? { plain: [0.79, 0.82, 0.87], line: 0x8d97a5, ground } : { plain: [0.2, 0.31, 0.42], line: 0x66707d, ground };
 }
 
-function countText(scene: Scene, frame: FrameFacts): string {
+function countText(frame: FrameFacts): string {
   const number = new Intl.NumberFormat('en').format;
-  const all = scene.every === 1 ? frame.count : scene.particles;
-  const text = `${number(all)} particle${all === 1 ? '' : 's'}`;
+  const text = `${number(frame.all)} particle${frame.all === 1 ? '' : 's'}`;
   const bad = frame.bad > 0 ? `, ${number(frame.bad)} not finite` : '';
-  return (scene.every === 1 ? text : `${text}, ${number(frame.count)} of them shown`) + bad;
+  return (frame.count === frame.all ? text : `${text}, ${number(frame.count)} of them shown`) + bad;
 }
 
 // Nine frames in ten go no faster: a jolt must not leave the rest without colour.
@@ -57,6 +56,7 @@ function say(text: string): void {
 class Frames {
   readonly all: Frame[] = [];
   readonly facts: FrameFacts[];
+  private readonly decoder = new FrameDecoder();
 
   constructor(private readonly elements: HTMLScriptElement[]) {
     this.facts = elements.map(({ dataset }) => frameFacts(dataset));
@@ -66,7 +66,7 @@ class Frames {
     for (const [i, source] of this.elements.entries()) {
       const bytes = await unpacked(source.textContent ?? '');
       source.remove();
-      this.all.push(decodeFrame(bytes, this.facts[i]!, this.all[i - 1], this.all[i - 2]));
+      this.all.push(this.decoder.decode(bytes, this.facts[i]!));
       loaded(i + 1);
     }
   }
@@ -82,7 +82,7 @@ async function start(): Promise<void> {
   const frames = new Frames(dataElements('frame'));
   const first = frames.facts[0];
   if (!first) throw new Error('this file holds no state: it is not whole');
-  element('count', HTMLSpanElement).textContent = countText(scene, first);
+  element('count', HTMLSpanElement).textContent = countText(first);
   if (!hasWebGl()) {
     say(
       'This browser offers no WebGL 2, which the picture is drawn with.\n' +
@@ -93,7 +93,6 @@ async function start(): Promise<void> {
   }
 
   const player = new Player(frames.facts.map(({ time }) => time));
-  const isSteady = frames.facts.every(({ count }) => count === first.count); // else a place may pass from one particle to another
   let onFirst = (): void => {};
   const hasFirst = new Promise<void>((resolve) => (onFirst = resolve));
   const loading = element('loading', HTMLSpanElement);
@@ -105,7 +104,7 @@ async function start(): Promise<void> {
   });
   await Promise.race([hasFirst, whole]);
 
-  const capacity = Math.max(...frames.facts.map(({ count }) => count));
+  const capacity = Math.max(1, ...frames.facts.map(({ count }) => count));
   const canvas = element('picture', HTMLCanvasElement);
   const view = new View(canvas, scene, bounds, await readJoints(), frames.all[0]!, capacity, inks());
   view.highestSpeed = usualSpeed(frames.facts);
@@ -122,13 +121,13 @@ async function start(): Promise<void> {
     before = now;
     const { index, blend } = player.place();
     const frame = frames.all[index]!;
-    view.show(frame, frames.all[index + 1] ?? frame, isSteady ? blend : 0);
+    view.show(frame, blend);
     if (view.draw()) ++drawn;
     if (!player.isPlaying || now - told > toldEvery) {
       controls.update();
       told = now;
     }
-    if (shown !== index) element('count', HTMLSpanElement).textContent = countText(scene, frame);
+    if (shown !== index) element('count', HTMLSpanElement).textContent = countText(frame);
     shown = index;
     requestAnimationFrame(tick);
   };

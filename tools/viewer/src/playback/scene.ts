@@ -21,7 +21,6 @@ export type Contact = PlaneContact | SphereContact;
 export type Anchors = 'start' | Vector | Vector[]; // one for all particles, or one each
 
 export interface Scene {
-  particles: number;
   every: number; // each so-manieth particle is shown
   states: number;
   name?: string;

@@ -50,6 +50,7 @@ export class View {
   private readonly size: number;
   private readonly up: THREE.Vector3;
   private shown: Shown | undefined;
+  private onward: Float32Array | undefined; // of the frame that is shown
   private isStale = true;
 
   constructor(
@@ -113,8 +114,8 @@ export class View {
     this.isStale = true;
   }
 
-  // `blend` of the way from one frame to the next.
-  show(now: Frame, next: Frame, blend: number): void {
+  // `blend` of the way from a frame to the next.
+  show(now: Frame, blend: number): void {
     const { uniforms } = this.look;
     const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
     const highest: Highest = { speed: this.highestSpeed, error: this.bounds.error };
@@ -124,12 +125,14 @@ export class View {
       fillTints(this.tint.array as Uint8Array, now, this.colouring, highest, this.inks.plain);
       this.mark(this.tint, 4 * now.count);
     }
-    if (this.shown?.next !== next && this.hasCorners) this.upload(this.next, next.positions);
-    if (!isNew && this.shown?.next === next && uniforms.blend.value === blend) return;
+    const isOnward = this.onward !== now.onward; // or its frame has loaded since
+    if (isOnward && this.hasCorners) this.upload(this.next, now.onward);
+    if (!isNew && !isOnward && uniforms.blend.value === blend) return;
     uniforms.blend.value = blend;
     this.setCount(now.count);
-    this.anchored?.move(now, next, blend);
-    this.shown = { now, next, blend, colouring: this.colouring };
+    this.anchored?.move(now, blend);
+    this.shown = { now, blend, colouring: this.colouring };
+    this.onward = now.onward;
     this.isStale = true;
   }
 

@@ -28,14 +28,15 @@ const whole = (page: Page): Promise<unknown> =>
     return state !== undefined && state.loaded === state.frames && state.drawn > 0;
   }, undefined, { timeout: 60000 });
 
-// step -> x, y, z of the first particles, as the run wrote them.
-function csvPositions(file: string): Map<number, number[]> {
-  const states = new Map<number, number[]>();
+// step -> how many particles, and x, y, z of the first of them, as the run wrote them; a state without particles has no rows.
+function csvPositions(file: string): Map<number, number[]> & { counts: Map<number, number> } {
+  const states = Object.assign(new Map<number, number[]>(), { counts: new Map<number, number>() });
   for (const row of readFileSync(file, 'utf8').trim().split('\n').slice(1)) {
     const cells = row.split(',').map(Number);
     const state = states.get(cells[0]!) ?? [];
     if (cells[2]! < 10) state.push(...cells.slice(3, 6));
     states.set(cells[0]!, state);
+    states.counts.set(cells[0]!, cells[2]! + 1);
   }
   return states;
 }
@@ -101,6 +102,31 @@ describe.skipIf(settings.program === undefined)('the playback page', () => {
     const picture = await page.screenshot({ style: hidden });
     expect(picture.equals(ground)).toBe(false);
     expect(colours(picture)).toBeGreaterThan(colours(ground) + 10);
+    expect(complaints).toEqual([]);
+    await page.close();
+  }, 120000);
+
+  test('particles that come and go are counted, and each is followed', async () => {
+    const run = ['run', `${settings.scenes}/fountain.json`, '--duration', '3', '--every', '6'];
+    scratch.dvdx(...run, '--out', scratch.path('fountain.html'));
+    scratch.dvdx(...run, '--out', scratch.path('fountain.csv'));
+    const states = csvPositions(scratch.path('fountain.csv'));
+    const { page, complaints } = await opened(browser, scratch.path('fountain.html'));
+    await whole(page);
+    await page.keyboard.press(' ');
+    for (const part of [0, 0.1, 0.7, 1]) {
+      await page.locator('#scrub').evaluate((slider: HTMLInputElement, at: number) => {
+        slider.value = String(at * Number(slider.max));
+        slider.dispatchEvent(new Event('input'));
+      }, part);
+      const state = await shown(page);
+      expect(state.count).toBe(states.counts.get(state.step) ?? 0);
+      (states.get(state.step) ?? []).forEach((x, i) => expect(Math.abs(state.positions[i]! - x)).toBeLessThan(1e-3));
+      const says = `${new Intl.NumberFormat('en').format(state.count)} particles`;
+      await page.waitForFunction((text) => document.querySelector('#count')?.textContent === text, says);
+    }
+    expect((await shown(page)).count).toBeGreaterThan(15000);
+    expect(colours(await page.screenshot({ style: '#message, header, footer, aside { visibility: hidden }' }))).toBeGreaterThan(50);
     expect(complaints).toEqual([]);
     await page.close();
   }, 120000);
