@@ -198,20 +198,19 @@ RemovalTerms<T> terms_of(const Removal& removal) {
   return terms;
 }
 
-// State, age and lifetime.
-template <class T>
-constexpr std::size_t bytes_each = 8 * sizeof(T);
+constexpr std::size_t numbers_each = 8;  // state, age and lifetime
 
 }  // namespace
 
 template <class T>
-LiveProgram<T>::LiveProgram(Plan<T> steps, Turnover values)
+LiveProgram<T>::LiveProgram(Plan<T> steps, Turnover values, const Memory& memory)
     : plan(std::move(steps)),
       turnover(std::move(values)),
       passes(turnover_table(plan.isa())),
       removal(terms_of<T>(turnover.removal)),
-      scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk)),
-      spill(turnover.capacity / 4 * bytes_each<T>) {
+      scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk, memory)),
+      spill_bytes((turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
+      spill(aligned_array<T>(spill_bytes / sizeof(T), memory)) {
   for (const Emitter& emitter : turnover.emitters) emitters.push_back(terms_of(emitter));
   for (auto& by : births) by.resize(emitters.size());
 }
@@ -254,7 +253,7 @@ std::string LivePlan<T>::explain() const {
   words +=
       "\n             what stays is moved together in its order: each column is read and written once more where anything "
       "before it goes, in the same pass as the steps\n";
-  words += "             " + std::to_string(p.spill.size()) + " bytes of the plan's own, for threads\n";
+  words += "             " + std::to_string(p.spill_bytes) + " bytes of the plan's own, for threads\n";
   return words;
 }
 
@@ -265,7 +264,7 @@ Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, cons
   if (auto error = check_alike(scene)) return tl::unexpected(*error);
   auto plan = compile<T>(scene, options);
   if (!plan) return tl::unexpected(plan.error());
-  return LivePlan<T>(std::make_unique<LiveProgram<T>>(std::move(*plan), turnover));
+  return LivePlan<T>(std::make_unique<LiveProgram<T>>(std::move(*plan), turnover, options.memory));
 }
 
 template class LiveProgram<float>;

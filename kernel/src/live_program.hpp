@@ -40,7 +40,7 @@ struct LiveGroup {
 template <class T>
 class LiveProgram {
  public:
-  LiveProgram(Plan<T> steps, Turnover values);
+  LiveProgram(Plan<T> steps, Turnover values, const Memory& memory);
 
   Plan<T> plan;
   Turnover turnover;
@@ -53,7 +53,8 @@ class LiveProgram {
       births;                                 // of each emitter, by the start of each step and by the last's end
   std::array<Clock, batch_steps + 1> clocks;  // of the same times
   AlignedArray<T> scratch;                    // a chunk for each thread
-  std::vector<std::byte> spill;               // survivors that must wait until another thread has read where they belong
+  std::size_t spill_bytes;
+  AlignedArray<T> spill;  // survivors that must wait until another thread has read where they belong
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 };
 

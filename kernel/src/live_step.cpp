@@ -391,8 +391,8 @@ class LiveRun {
 
   // Room for the survivors that must wait, if there is enough.
   void spill() noexcept {
-    std::byte* next = p_.spill.data();
-    std::size_t left = p_.spill.size();
+    auto* next = reinterpret_cast<std::byte*>(p_.spill.get());
+    std::size_t left = p_.spill_bytes;
     for (std::size_t s = 0; s < segment_count_; ++s) {
       Segment& segment = segments_[s];
       segment.spilled = std::min(segment.group.first - segment.to, segment.kept);

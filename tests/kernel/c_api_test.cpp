@@ -11,6 +11,7 @@
 #include "dvdx/dvdx.h"
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/layouts/state_hash.hpp"
+#include "dvdx/live.hpp"
 #include "dvdx/plan.hpp"
 
 namespace {
@@ -355,6 +356,209 @@ struct Heap {
     std::free(memory);
   }
 };
+
+// A live plan by C, with memory for its particles: structs with an age, and a name that goes along with each.
+class Living {
+ public:
+  static constexpr std::size_t capacity = 3000;
+  struct Drop {
+    double position[3], velocity[3], age, lifetime;
+    std::uint32_t name;
+  };
+
+  explicit Living(Handles& handles) : h(handles), drops(capacity) {
+    live.state = dvdx_aos(DVDX_FLOAT64, &drops[0].position[0], &drops[0].velocity[0], sizeof(Drop), capacity);
+    live.state.count = 0;
+    live.age = {&drops[0].age, sizeof(Drop), 1, capacity};
+    live.lifetime = {&drops[0].lifetime, sizeof(Drop), 1, capacity};
+    live.carried = &carried;
+    live.carried_count = 1;
+    emitters[0].shape = DVDX_EMIT_DISC;
+    emitters[0].normal[1] = emitters[0].radius = emitters[0].at[1] = 1;
+    emitters[0].rate = 2000;
+    emitters[0].velocity[1] = 3;
+    emitters[0].spread = 0.5;
+    emitters[0].least_lifetime = 0.2;
+    emitters[0].most_lifetime = 0.6;
+    emitters[0].seed = 7;
+    emitters[1].shape = DVDX_EMIT_BOX;
+    emitters[1].most[0] = emitters[1].most[1] = 2;
+    emitters[1].rate = 500;
+    emitters[1].start = 0.1;
+    emitters[1].duration = 0.25;
+    emitters[1].spread_box = &sides[0];
+    turnover.emitters = &emitters[0];
+    turnover.emitter_count = 2;
+    turnover.boundaries = &ground;
+    turnover.boundary_count = 1;
+    turnover.inside = &inside[0];
+    turnover.capacity = capacity;
+  }
+  Living(const Living&) = delete;
+  Living& operator=(const Living&) = delete;
+  ~Living() { dvdx_live_plan_destroy(plan); }
+
+  dvdx_status make() {
+    const dvdx_options options = options_of(1.0 / 64, DVDX_FLOAT64);
+    return dvdx_live_plan_create(h.scene, &turnover, &options, &plan, &h.error);
+  }
+  dvdx_status step(std::size_t steps) { return dvdx_live_plan_step(plan, &live, steps, nullptr, &h.error); }
+
+  Handles& h;
+  std::vector<Drop> drops;
+  dvdx_carried carried{&drops[0].name, sizeof(Drop), sizeof(std::uint32_t)};
+  dvdx_emitter emitters[2]{};
+  dvdx_boundary ground{{0, 2, 0}, -0.5};
+  double sides[3] = {1, 0, 1}, inside[6] = {-9, -9, -9, 1.75, 9, 9};
+  dvdx_turnover turnover{};
+  dvdx_live live{};
+  dvdx_live_plan* plan = nullptr;
+};
+
+TEST_CASE("c: particles come and go as they do by C++, bit by bit") {
+  using namespace dvdx;
+  Handles h;
+  dvdx_constant gravity{};
+  gravity.acceleration[1] = -9.81;
+  CHECK(dvdx_scene_add_constant(h.scene, &gravity, &h.error) == DVDX_DONE);
+  Living by_c(h);
+  REQUIRE_MESSAGE(by_c.make() == DVDX_DONE, h.message());
+  for (int call = 0; call < 5; ++call) REQUIRE(by_c.step(10) == DVDX_DONE);
+
+  Scene scene;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  const Turnover turnover{.emitters = {{.shape = Disc{.center = {0, 1, 0}, .normal = {0, 1, 0}, .radius = 1},
+                                        .rate = 2000,
+                                        .velocity = {0, 3, 0},
+                                        .spread = 0.5,
+                                        .least_lifetime = 0.2,
+                                        .most_lifetime = 0.6,
+                                        .seed = 7},
+                                       {.shape = Box{.min = {0, 0, 0}, .max = {2, 2, 0}},
+                                        .rate = 500,
+                                        .start = 0.1,
+                                        .end = 0.1 + 0.25,
+                                        .spread = Vec3{1, 0, 1}}},
+                          .removal = {.boundaries = {{.normal = {0, 2, 0}, .offset = -0.5}},
+                                      .outside = Box{.min = {-9, -9, -9}, .max = {1.75, 9, 9}}},
+                          .capacity = Living::capacity};
+  const auto plan = compile<double>(scene, turnover, {.step = 1.0 / 64});
+  REQUIRE(plan.has_value());
+  Soa<double> memory(Living::capacity), lives(Living::capacity);
+  LiveState<double> live{.state = memory.view(), .age = lives.view().x[0], .lifetime = lives.view().x[1]};
+  live.state.count = 0;
+  REQUIRE(plan->step(live, 50) == StepResult::done);
+
+  CHECK(by_c.live.state.count == live.state.count);
+  CHECK(by_c.live.born == live.born);
+  CHECK(by_c.live.removed == live.removed);
+  CHECK(by_c.live.state.clock.seconds == live.state.clock.seconds);
+  CHECK(live.removed > 300);
+  CHECK(live.state.count > 300);
+  CHECK(dvdx_state_hash(&by_c.live.state) == state_hash(live.state));
+  CHECK(by_c.drops[0].age == live.age[0]);
+  const std::size_t length = dvdx_live_plan_explain(by_c.plan, nullptr, 0);
+  std::string text(length + 1, '?');
+  CHECK(dvdx_live_plan_explain(by_c.plan, text.data(), text.size()) == length);
+  CHECK(text.find("at most 3000 particles live at once; 2 emitters") != std::string::npos);
+}
+
+TEST_CASE("c: a column of the caller's goes along, and what the caller marks is removed") {
+  Handles h;
+  Living living(h);
+  living.turnover.emitter_count = living.turnover.boundary_count = 0;
+  living.turnover.inside = nullptr;
+  REQUIRE(living.make() == DVDX_DONE);
+  living.live.state.count = 5;
+  for (std::uint32_t i = 0; i < 5; ++i) living.drops[i] = {{0, 0, 0}, {0, 0, 0}, i == 2 ? HUGE_VAL : 0, HUGE_VAL, i};
+  CHECK(dvdx_live_plan_remove(living.plan, &living.live, nullptr, &h.error) == DVDX_DONE);
+  CHECK(living.live.state.count == 4);
+  CHECK(living.live.removed == 1);
+  CHECK(living.drops[2].name == 3);
+  CHECK(living.drops[3].name == 4);
+}
+
+TEST_CASE("c: what cannot come and go is refused, and nothing is stepped") {
+  Handles h;
+  Living living(h);
+  living.emitters[0].rate = -1;
+  CHECK(living.make() == DVDX_INVALID);
+  CHECK(h.message() == "emitters[0].rate is -1: must be a finite number >= 0");
+  CHECK(living.plan == nullptr);
+  living.emitters[0].rate = 2000;
+  living.emitters[1].duration = -1;
+  CHECK(living.make() == DVDX_INVALID);
+  CHECK(h.field() == "emitters[1].duration");
+  living.emitters[1].duration = 0;
+  living.emitters[1].shape = static_cast<dvdx_emit>(3);
+  CHECK(living.make() == DVDX_INVALID);
+  CHECK(h.field() == "emitters[1].shape");
+  living.emitters[1].shape = DVDX_EMIT_POINT;
+  living.turnover.emitters = nullptr;
+  CHECK(living.make() == DVDX_INVALID);
+  CHECK(h.field() == "emitters");
+  living.turnover.emitters = &living.emitters[0];
+  living.turnover.capacity = 0;
+  CHECK(living.make() == DVDX_INVALID);
+  CHECK(h.field() == "capacity");
+  living.turnover.capacity = Living::capacity;
+  REQUIRE(living.make() == DVDX_DONE);
+
+  const dvdx_live good = living.live;
+  const auto step = [&](dvdx_live live) { return dvdx_live_plan_step(living.plan, &live, 1, nullptr, &h.error); };
+  dvdx_live live = good;
+  live.state.x[1].base = nullptr;  // although there is no particle yet
+  CHECK(step(live) == DVDX_INVALID);
+  CHECK(h.field() == "x[1]");
+  live = good;
+  live.age.base = nullptr;
+  CHECK(step(live) == DVDX_INVALID);
+  CHECK(h.field() == "age");
+  live = good;
+  live.lifetime.capacity = Living::capacity - 1;
+  CHECK(step(live) == DVDX_CAPACITY_TOO_SMALL);
+  live = good;
+  live.carried = nullptr;
+  CHECK(step(live) == DVDX_INVALID);
+  CHECK(h.field() == "carried");
+  live = good;
+  live.carried_count = 33;
+  CHECK(step(live) == DVDX_INVALID);
+  live = good;
+  live.state.precision = DVDX_FLOAT32;
+  CHECK(step(live) == DVDX_PRECISION_DIFFERS);
+  CHECK(dvdx_live_plan_step(nullptr, &live, 1, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_live_plan_remove(living.plan, nullptr, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(living.live.born == 0);
+}
+
+TEST_CASE("c: digits that float32 cannot hold are kept in the rests, and rests without memory are refused") {
+  Handles h;
+  const double origin[] = {10'000, 0, 0};
+  CHECK(dvdx_scene_set_origin(h.scene, &origin[0], 1, &h.error) == DVDX_DONE);
+  dvdx_options options = options_of(1e-3);
+  options.rounding = DVDX_COMPENSATED;
+  REQUIRE(h.make(options) == DVDX_DONE);
+  Arrays<float> arrays(4), rests(4);
+  std::fill(rests.memory.begin(), rests.memory.end(), 0.0F);
+  dvdx_state state = arrays.c();
+  CHECK(dvdx_plan_step(h.plan, &state, 1, nullptr, &h.error) == DVDX_CAPACITY_TOO_SMALL);
+  const dvdx_state of_rests = rests.c();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    state.x_rest[axis] = of_rests.x[axis];
+    state.v_rest[axis] = of_rests.v[axis];
+  }
+  state.v_rest[1].base = nullptr;
+  CHECK(dvdx_plan_step(h.plan, &state, 1, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(h.field() == "v_rest[1]");
+  state.v_rest[1] = of_rests.v[1];
+  CHECK(dvdx_plan_step(h.plan, &state, 1'000'000, nullptr, &h.error) == DVDX_DONE);
+  // x + v t over 1000 s: 0.01 i + 500.
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double x = static_cast<double>(arrays.column(0)[i]) + static_cast<double>(rests.column(0)[i]);
+    CHECK(std::abs(x - (static_cast<double>(static_cast<float>(0.01 * static_cast<double>(i))) + 500)) < 1e-7);
+  }
+}
 
 TEST_CASE("c: wherever the allocator has no memory left, making a plan fails and leaks nothing") {
   Handles h;

@@ -147,7 +147,7 @@ class Model {
   Model(const Scene& scene, const Turnover& turnover)
       : plan_(*compile<T>(scene, {.step = h, .isa = Isa::reference})),
         turnover_(turnover),
-        program_(*compile<T>(scene, {.step = h}), turnover) {}
+        program_(*compile<T>(scene, {.step = h}), turnover, Memory{}) {}
 
   std::vector<One<T>> all;
   std::uint64_t dropped = 0;

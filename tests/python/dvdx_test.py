@@ -364,6 +364,78 @@ class Plans(unittest.TestCase):
         self.assertGreater(plan.network_limit()["frequency"], 0)
 
 
+    def test_what_float32_cannot_hold_is_kept_in_the_rests(self):
+        def end(**options):
+            positions, velocities = np.full((2, 3), 0.1, np.float32), np.full((2, 3), 0.3, np.float32)
+            rests = (np.zeros_like(positions), np.zeros_like(velocities))
+            state = dvdx.State(positions, velocities, rests=rests)
+            dvdx.compile(dvdx.Scene(origin=(10000, 0, 0)), state, step=1e-3, **options).step(state, 100000)
+            return abs(positions.astype(np.float64) + rests[0] - (np.float32(0.1) + 100.0 * np.float32(0.3).item())).max()
+
+        self.assertLess(end(rounding="compensated"), 1e-6)
+        self.assertGreater(end(), 1e-4)
+        state = dvdx.State(*lattice(2))
+        with self.assertRaises(dvdx.DvdxError):
+            dvdx.compile(dvdx.Scene(), state, rounding="compensated").step(state)
+
+
+def fountain(**arrays):
+    """A jet of 600 drops a second that live for half a second to a whole one, for at most 1000 drops."""
+    positions, velocities, age, lifetime = (np.zeros((1000, 3)), np.zeros((1000, 3)), np.zeros(1000), np.zeros(1000))
+    state = dvdx.LiveState(positions, velocities, age=age, lifetime=lifetime, **arrays)
+    scene = dvdx.Scene().constant(acceleration=(0, -9.81, 0))
+    jet = {"shape": "disc", "at": (0, 1, 0), "normal": (0, 1, 0), "radius": 0.1, "rate": 600, "velocity": (0, 5, 0)}
+    jet |= {"spread_box": (0.5, 0.2, 0.5), "least_lifetime": 0.5, "most_lifetime": 1, "seed": 3}
+    ground = {"normal": (0, 1, 0), "offset": 0}
+    plan = dvdx.compile_live(scene, state, [jet], [ground], inside=((-9, -9, -9), (9, 9, 9)), not_finite="removed", step=1 / 64)
+    return state, plan
+
+
+class Turnover(unittest.TestCase):
+    def test_particles_come_and_go_in_the_arrays_themselves(self):
+        state, plan = fountain()
+        plan.step(state, 16)
+        self.assertEqual((len(state), state.born, state.removed, state.time), (150, 150, 0, 0.25))
+        plan.step(state, 112)
+        self.assertEqual(state.born, 1200)
+        self.assertEqual(len(state), state.born - state.removed)
+        live = slice(0, len(state))
+        self.assertTrue((state.arrays["age"][live] < state.arrays["lifetime"][live]).all())
+        self.assertTrue((np.diff(state.arrays["age"][live]) < 0).all())  # in the order of their births
+        self.assertTrue((state.arrays["y"][live] >= 0).all())
+        self.assertEqual(state.dropped, 0)
+        self.assertIn("1 emitter", plan.explain())
+
+    def test_columns_of_any_kind_go_along(self):
+        names = np.zeros(1000, "S5")
+        numbers = np.zeros((1000, 2), np.uint16)[:, 1]
+        state, plan = fountain(carried=(names, numbers))
+        plan.step(state, 8)
+        names[: len(state)], numbers[: len(state)] = b"first", np.arange(len(state))
+        state.arrays["age"][10] = np.inf
+        plan.remove(state)
+        self.assertEqual((len(state), state.removed), (74, 1))
+        self.assertEqual((numbers[9], numbers[10], names[73]), (9, 11, b"first"))
+        plan.step(state)
+        self.assertEqual(names[len(state) - 1], b"")
+
+    def test_what_cannot_come_and_go_is_refused(self):
+        state, _ = fountain()
+        scene = dvdx.Scene()
+        with self.assertRaisesRegex(ValueError, "emitter 0: shape: 'ring': must be one of point, disc, box"):
+            dvdx.compile_live(scene, state, [{"shape": "ring"}])
+        with self.assertRaisesRegex(dvdx.DvdxError, r"emitters\[0\].rate is -1"):
+            dvdx.compile_live(scene, state, [{"rate": -1}])
+        with self.assertRaisesRegex(ValueError, "inside: 3 numbers: must be 6"):
+            dvdx.compile_live(scene, state, inside=(1, 2, 3))
+        with self.assertRaisesRegex(ValueError, "age is of shape"):
+            dvdx.LiveState(*lattice(4), age=np.zeros(3, np.float32))
+        with self.assertRaisesRegex(ValueError, "count 5: must be from 0 to 4"):
+            dvdx.LiveState(*lattice(4), count=5)
+        with self.assertRaisesRegex(TypeError, "objects"):
+            dvdx.LiveState(*lattice(4), carried=[np.empty(4, object)])
+
+
 class Command(unittest.TestCase):
     @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
     def test_a_fault_of_the_command_is_an_error(self):

@@ -138,6 +138,7 @@ def _fill_anchor(struct, value, keep):
         struct.each, struct.count = _rows(value, "double", 3, keep)
 
 
+_LENGTHS = {"spread_box": 3, "inside": 6}
 _FILL = {"dvdx_scalars": _fill_scalars, "dvdx_per_axis": _fill_per_axis, "dvdx_anchor": _fill_anchor}
 
 
@@ -157,6 +158,11 @@ def _fill_field(struct, name, field, value, keep):
             _fill_scalars(getattr(struct, name), value, keep)
         elif value not in (None, "start"):
             raise ValueError(f"{value!r}: must be a number, one a pair, or 'start'")
+    elif name in _LENGTHS:
+        rows, count = _rows(np.ravel(value), "double", None, keep)
+        if count != _LENGTHS[name]:
+            raise ValueError(f"{count} numbers: must be {_LENGTHS[name]}")
+        setattr(struct, name, rows)
     else:
         rows, count = _rows(value, field.item.cname, 2 if field.item.cname == "uint32_t" else 3, keep)
         setattr(struct, name, rows)
@@ -196,10 +202,11 @@ class Scene:
     constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere; grid, springs; distance, on_point, on_line.
     Choices are words (method="pulse", sweep="line"). A stiffness, a mass or another number that particles may have each their
     own of is a number or an array; one for each axis is a tuple of three. An anchor is a point, an array of them, or "start".
-    coupling(...) says how networks and constraints are stepped.
+    coupling(...) says how networks and constraints are stepped. origin, a point or one for each particle: where a state's
+    positions are measured from.
     """
 
-    def __init__(self, method=None, mass=None, fixed=()):
+    def __init__(self, method=None, mass=None, fixed=(), origin=None):
         keep, handle = [], _ffi.new("dvdx_scene**")
         _call(_lib.dvdx_scene_create, _abi_version, handle)
         self._handle = _ffi.gc(handle[0], _lib.dvdx_scene_destroy)
@@ -211,6 +218,8 @@ class Scene:
             _call(_lib.dvdx_scene_set_mass, self._handle, scalars)
         if len(fixed):
             _call(_lib.dvdx_scene_set_fixed, self._handle, *_rows(np.unique(fixed), "size_t", None, keep))
+        if origin is not None:
+            _call(_lib.dvdx_scene_set_origin, self._handle, *_rows(np.atleast_2d(origin), "double", 3, keep))
 
 
 def _scene_method(function, kind):
@@ -262,15 +271,26 @@ def _columns_of(arrays):
     raise TypeError("a state is six columns, positions and velocities of shape (n, 3), or one structured array")
 
 
+def _column(in_c, column):
+    """Makes a dvdx_column of a 1-D array."""
+    in_c.base = _ffi.cast("void*", column.__array_interface__["data"][0])
+    in_c.stride, in_c.run, in_c.capacity = column.strides[0], 1, len(column)
+    if column.strides[0] == column.itemsize:
+        in_c.run = 0  # side by side
+
+
 class State:
     """A view of particles: State(x, y, z, vx, vy, vz), State(positions, velocities) or State(structured).
 
     Six 1-D arrays; two of shape (n, 3); or one structured array with the fields position and velocity (3 numbers each) or x, y,
     z, vx, vy, vz. m and m/s, float32 or float64, all alike; any strides. The arrays are kept, and are what a step writes.
+    rests: as many arrays of the same kind, zero at first, where plans with rounding="compensated" keep what does not fit.
     """
 
-    def __init__(self, *arrays, time=0.0):
+    def __init__(self, *arrays, time=0.0, rests=()):
         columns = _columns_of(arrays)
+        if len(rests):
+            columns |= {f"{name}_rest": column for name, column in _columns_of(tuple(rests)).items()}
         first = next(iter(columns.values()))
         for name, column in columns.items():
             if _numbers(column, name).ndim != 1 or column.shape != first.shape:
@@ -287,11 +307,7 @@ class State:
         self._struct.precision = _lib.DVDX_FLOAT32 if first.dtype == np.float32 else _lib.DVDX_FLOAT64
         self._struct.clock.seconds = time
         for i, column in enumerate(columns.values()):
-            in_c = (self._struct.x if i < 3 else self._struct.v)[i % 3]
-            in_c.base = _ffi.cast("void*", column.__array_interface__["data"][0])
-            in_c.stride, in_c.run, in_c.capacity = column.strides[0], 1, len(column)
-            if column.strides[0] == column.itemsize:
-                in_c.run = 0  # side by side
+            _column(getattr(self._struct, ("x", "v", "x_rest", "v_rest")[i // 3])[i % 3], column)
 
     def __len__(self):
         return self._struct.count
@@ -304,6 +320,56 @@ class State:
     def hash(self):
         """FNV-1a over all numbers' bits, 64 bits: the state_hash of `dvdx run --json`, as 16 hexadecimal digits."""
         return f"{_lib.dvdx_state_hash(self._struct):016x}"
+
+
+class LiveState(State):
+    """Particles that come and go: arrays as long as the most that may live at once, of which the first len(state) live.
+
+    LiveState(positions, velocities, count=0, age=..., lifetime=..., carried=(ids, ...)): age and lifetime (s) are 1-D arrays of
+    the same kind as the columns, or left out; carried are 1-D arrays of any kind whose elements go along with the particles.
+    """
+
+    def __init__(self, *arrays, count=0, age=None, lifetime=None, carried=(), time=0.0):
+        super().__init__(*arrays, time=time)
+        capacity, dtype = len(self.arrays["x"]), self.arrays["x"].dtype
+        if not 0 <= count <= capacity:
+            raise ValueError(f"count {count}: must be from 0 to {capacity}, as long as the arrays are")
+        self._live = _ffi.new("dvdx_live*")
+        self._live.state = self._struct[0]
+        self._struct = _ffi.addressof(self._live, "state")
+        self._struct.count = count
+        for name, column in (("age", age), ("lifetime", lifetime)):
+            if column is None:
+                continue
+            if _numbers(column, name).shape != (capacity,) or column.dtype != dtype:
+                raise ValueError(f"{name} is of shape {column.shape} and {column.dtype}: must be ({capacity},) and {dtype}")
+            self.arrays[name] = column
+            _column(getattr(self._live, name), column)
+        self.carried = tuple(carried)
+        self._carried = _ffi.new("dvdx_carried[]", len(self.carried))
+        for in_c, column in zip(self._carried, self.carried):
+            if not isinstance(column, np.ndarray) or column.shape != (capacity,) or not column.flags.writeable:
+                raise ValueError(f"carried: each must be a writable numpy.ndarray of shape ({capacity},)")
+            if column.dtype.hasobject:
+                raise TypeError("carried: Python's objects cannot be moved as bytes")
+            in_c.base = _ffi.cast("void*", column.__array_interface__["data"][0])
+            in_c.stride, in_c.bytes = column.strides[0], column.itemsize
+        self._live.carried, self._live.carried_count = self._carried, len(self.carried)
+
+    @property
+    def born(self):
+        """So far, by the emitters."""
+        return self._live.born
+
+    @property
+    def removed(self):
+        """So far."""
+        return self._live.removed
+
+    @property
+    def dropped(self):
+        """Births that found no room."""
+        return self._live.dropped
 
 
 # ---- Plans -----------------------------------------------------------------------------------------------------------------
@@ -359,17 +425,68 @@ class Plan:
         return {name: getattr(limit, name) for name, _ in _ffi.typeof("dvdx_network_limit").fields}
 
 
+class LivePlan:
+    """A plan for particles that come and go; made by compile_live(). Steps one state at a time."""
+
+    def __init__(self, handle):
+        self._handle = _ffi.gc(handle, _lib.dvdx_live_plan_destroy)
+
+    def step(self, state, steps=1):
+        """Moves, removes and makes particles for so many steps: len(state) is then how many live."""
+        _call(_lib.dvdx_live_plan_step, self._handle, state._live, steps, _ffi.NULL)
+
+    def remove(self, state):
+        """Removes what is to go as it stands; to remove one of your own choice, make its age infinite."""
+        _call(_lib.dvdx_live_plan_remove, self._handle, state._live, _ffi.NULL)
+
+    def explain(self):
+        """What the scene needs, and what coming and going costs, in words."""
+        return _text(_lib.dvdx_live_plan_explain, self._handle)
+
+
+def _structs(kind, dicts, keep):
+    """A C array of structs."""
+    array = _ffi.new(f"{kind}[]", len(dicts))
+    for i, keywords in enumerate(dicts):
+        try:
+            array[i] = _struct(kind, keywords, keep)[0]
+        except (ValueError, TypeError, OverflowError) as fault:
+            raise type(fault)(f"{kind.removeprefix('dvdx_')} {i}: {fault}") from None
+    keep.append(array)
+    return array, len(dicts)
+
+
+def compile_live(scene, state, emitters=(), boundaries=(), inside=None, not_finite="kept", step=1 / 60, **options):
+    """A plan for particles that come and go, at most as many as the arrays of the LiveState have room for.
+
+    emitters: dicts with the fields of dvdx_emitter (shape="disc", at=(0, 1, 0), normal=(0, 1, 0), radius=0.1, rate=1000, ...).
+    boundaries: dicts with normal and offset: particles are removed where normal . x < offset. inside: ((x, y, z) least, (x, y,
+    z) most): they are removed outside of it. not_finite: "kept" or "removed". options as those of compile().
+    """
+    keep = []
+    turnover = _struct("dvdx_turnover", {"not_finite": not_finite, **({} if inside is None else {"inside": inside})}, keep)
+    turnover.emitters, turnover.emitter_count = _structs("dvdx_emitter", emitters, keep)
+    turnover.boundaries, turnover.boundary_count = _structs("dvdx_boundary", boundaries, keep)
+    turnover.capacity = len(state.arrays["x"])
+    handle = _ffi.new("dvdx_live_plan**")
+    _call(_lib.dvdx_live_plan_create, scene._handle, turnover, _options(state, step, options), handle)
+    return LivePlan(handle[0])
+
+
+def _options(state, step, options):
+    in_c = _struct("dvdx_options", {"step": step, **{name: value for name, value in options.items() if value is not None}}, [])
+    in_c.precision = state._struct.precision
+    return in_c
+
+
 def compile(scene, state, step=1 / 60, **options):  # noqa: A001: the library's own word
     """A plan for a scene and the particles of a state, in the precision of its arrays; step in s, negative runs time backwards.
 
     options: isa ("reference", "sse2", "avx2", "avx512", "neon64"; the best where none is named), arithmetic ("separate" or
-    "contracted"), block and impacts, as in dvdx_options.
+    "contracted"), block, impacts and rounding ("compensated", for states with rests), as in dvdx_options.
     """
-    keywords = {name: value for name, value in options.items() if value is not None}
-    in_c = _struct("dvdx_options", {"step": step, **keywords}, [])
-    in_c.precision = state._struct.precision
     handle = _ffi.new("dvdx_plan**")
-    _call(_lib.dvdx_plan_create, scene._handle, in_c, state._struct, handle)
+    _call(_lib.dvdx_plan_create, scene._handle, _options(state, step, options), state._struct, handle)
     return Plan(handle[0])
 
 

@@ -27,7 +27,7 @@ typedef enum dvdx_status {
   DVDX_OUT_OF_MEMORY,       // the allocator, or the program, had none left
   DVDX_COUNT_DIFFERS,       // the plan holds values for each particle, and the state has another count
   DVDX_CAPACITY_TOO_SMALL,  // a column's capacity is below the state's count
-  DVDX_IN_USE,              // another thread steps this plan, whose networks have working memory of their own
+  DVDX_IN_USE,              // another thread steps this plan, which has working memory of its own: networks, live plans
   DVDX_PRECISION_DIFFERS,   // the state's numbers are of another type than the plan's
   DVDX_ABI_DIFFERS,         // the caller was compiled for another DVDX_ABI_VERSION than this library's
   DVDX_FAILED,              // what nobody thought of; the message says what is known
@@ -407,6 +407,84 @@ DVDX_EXPORT dvdx_precision dvdx_plan_precision(const dvdx_plan* plan);
 DVDX_EXPORT int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limit* limit);
 // What the scene needs, in words: passes, forces, bytes, operations, what is unstable. As dvdx_build_info().
 DVDX_EXPORT size_t dvdx_plan_explain(const dvdx_plan* plan, char* text, size_t capacity);
+
+// ---- Particles that come and go ------------------------------------------------------------------------------------------
+
+typedef enum dvdx_emit { DVDX_EMIT_POINT = 0, DVDX_EMIT_DISC, DVDX_EMIT_BOX } dvdx_emit;
+
+// Makes particles one after another, 1/rate apart: see Emitter in turnover.hpp.
+typedef struct dvdx_emitter {
+  dvdx_emit shape;
+  double at[3];              // m: the point, the disc's centre, or the box's least corner
+  double most[3];            // m: the box's other corner, >= at
+  double normal[3];          // of the disc, not zero
+  double radius;             // m >= 0, of the disc
+  double rate;               // particles/s >= 0
+  double start;              // s: scene time from which on it works
+  double duration;           // s > 0 for which it works; 0: for ever
+  double velocity[3];        // m/s
+  double spread;             // m/s >= 0: to the velocity is added what lies evenly in a ball of this radius,
+  const double* spread_box;  // or in a box of these three half sides, m/s >= 0; null: in the ball
+  double least_lifetime;     // s > 0; both 0: none dies of age
+  double most_lifetime;      // s >= least: evenly between the two
+  uint64_t seed;
+} dvdx_emitter;
+
+// Particles are removed where normal . x < offset, the normal taken to unit length.
+typedef struct dvdx_boundary {
+  double normal[3];  // not zero
+  double offset;     // m
+} dvdx_boundary;
+
+typedef enum dvdx_not_finite { DVDX_NOT_FINITE_KEPT = 0, DVDX_NOT_FINITE_REMOVED } dvdx_not_finite;
+
+// What makes particles, and what removes them besides their age.
+typedef struct dvdx_turnover {
+  const dvdx_emitter* emitters;
+  size_t emitter_count;
+  const dvdx_boundary* boundaries;
+  size_t boundary_count;  // at most 8
+  const double* inside;   // m: particles outside of this box are removed, min x y z, max x y z; null: none
+  dvdx_not_finite not_finite;
+  size_t capacity;  // particles, 1 to 4294967295: most that live at once; further births are dropped and counted
+} dvdx_turnover;
+
+// A column of the caller's own that goes along with the particles: element i stands at base + i * stride bytes. What is born
+// gets zeros.
+typedef struct dvdx_carried {
+  void* base;
+  ptrdiff_t stride;  // bytes from an element to the next
+  size_t bytes;      // of an element
+} dvdx_carried;
+
+// The live particles are the first state.count; every column must have room for the turnover's capacity.
+typedef struct dvdx_live {
+  dvdx_state state;
+  dvdx_column age;                  // s since birth; base null: not kept
+  dvdx_column lifetime;             // s; base null: none dies of age. Needs age
+  const dvdx_carried* carried;      // null where carried_count is 0
+  size_t carried_count;             // at most 32
+  uint64_t born, removed, dropped;  // so far; dropped: births that found no room
+} dvdx_live;
+
+typedef struct dvdx_live_plan dvdx_live_plan;
+
+// A plan for a scene whose particles are all alike, with neither networks, constraints, fixed particles nor an origin, and a
+// step > 0; the scene may be destroyed after it.
+DVDX_EXPORT dvdx_status dvdx_live_plan_create(const dvdx_scene* scene, const dvdx_turnover* turnover,
+                                              const dvdx_options* options, dvdx_live_plan** plan, dvdx_error* error);
+// A null pointer is fine.
+DVDX_EXPORT void dvdx_live_plan_destroy(dvdx_live_plan* plan);
+
+// As dvdx_plan_step(); after each step those that are to go are removed, the others keep their order, and the births of the
+// step follow behind them. Steps one state at a time: else DVDX_IN_USE.
+DVDX_EXPORT dvdx_status dvdx_live_plan_step(const dvdx_live_plan* plan, dvdx_live* live, size_t steps,
+                                            const dvdx_parallel* parallel, dvdx_error* error);
+// Removes what is to go as the particles stand, and moves nothing on. To remove one of your own choice, make its age infinite.
+DVDX_EXPORT dvdx_status dvdx_live_plan_remove(const dvdx_live_plan* plan, dvdx_live* live, const dvdx_parallel* parallel,
+                                              dvdx_error* error);
+// What coming and going costs, in words, behind what the scene needs. As dvdx_build_info().
+DVDX_EXPORT size_t dvdx_live_plan_explain(const dvdx_live_plan* plan, char* text, size_t capacity);
 
 #ifdef __cplusplus
 }

@@ -25,6 +25,11 @@ inline dvdx_status missing(dvdx_error* error, std::string_view argument) noexcep
   return report(error, DVDX_INVALID, argument, "null", "a pointer to what the name says");
 }
 
+// Throws where `count` elements are said to stand behind a null pointer.
+inline void need(const void* pointer, std::size_t count, const std::string& field) {
+  if (pointer == nullptr && count != 0) throw Error{field, "null", "a pointer to " + std::to_string(count) + " elements"};
+}
+
 // A status from `work`, or from what it throws.
 template <class Work>
 dvdx_status guarded(dvdx_error* error, const Work& work) noexcept {
@@ -47,6 +52,8 @@ inline dvdx_status done_or(dvdx_error* error, const Expected<void>& result) noex
 
 // As many bytes of text as fit, ended by a zero; the length of all of it.
 std::size_t copy_text(std::string_view text, char* to, std::size_t capacity) noexcept;
+
+inline Vec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
 // A choice of C as one of C++ whose enumerators count in the same order; throws Error where it is none of the
 // `count`. Read as bytes: a caller may have written anything.

@@ -1,12 +1,10 @@
 // Plans by C: a handle that holds a plan of either precision, in the caller's memory.
-#include <array>
-#include <bit>
 #include <cstdint>
-#include <new>
 #include <string>
 #include <utility>
 #include <variant>
 
+#include "c_api/convert.hpp"
 #include "c_api/guard.hpp"
 #include "c_api/scene.hpp"
 #include "dvdx/build_info.hpp"
@@ -20,109 +18,30 @@ struct dvdx_plan {
 namespace dvdx::c_api {
 namespace {
 
-constexpr int precisions = 2, isas = 6, arithmetics = 2, roundings = 2;
-
-template <class T>
-constexpr dvdx_precision precision_of = sizeof(T) == sizeof(float) ? DVDX_FLOAT32 : DVDX_FLOAT64;
-
-template <class T>
-Column<T> column(const dvdx_column& from) noexcept {
-  const std::size_t run = from.run == 0 ? Column<T>::contiguous : from.run;
-  return {.base = static_cast<T*>(from.base), .stride = from.stride, .run = run, .capacity = from.capacity};
-}
-
-template <class T>
-State<T> view(const dvdx_state& from) noexcept {
-  State<T> to{
-      .x = {}, .v = {}, .count = from.count, .clock = {from.clock.seconds, from.clock.carry}, .x_rest = {}, .v_rest = {}};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    to.x[axis] = column<T>(from.x[axis]);
-    to.v[axis] = column<T>(from.v[axis]);
-    to.x_rest[axis] = column<T>(from.x_rest[axis]);
-    to.v_rest[axis] = column<T>(from.v_rest[axis]);
-  }
-  return to;
-}
-
-void put_clock(const Clock& clock, dvdx_state& state) noexcept { state.clock = {clock.seconds, clock.carry}; }
-
-// What no column may be, before anything reads it: a pointer to nothing, or numbers at odd places.
-template <class T>
-dvdx_status check_columns(const dvdx_state& state, dvdx_error* error) noexcept {
-  constexpr std::array names = {"x[0]", "x[1]", "x[2]", "v[0]", "v[1]", "v[2]"};
-  if (state.precision != precision_of<T>) return report(error, DVDX_PRECISION_DIFFERS);
-  if (state.count == 0) return DVDX_DONE;
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    const dvdx_column& c = k < 3 ? state.x[k] : state.v[k - 3];
-    const auto fail = [&](const char* value, const char* valid) { return report(error, DVDX_INVALID, names[k], value, valid); };
-    if (c.base == nullptr) return fail("a null pointer", "memory of the caller's");
-    if (reinterpret_cast<std::uintptr_t>(c.base) % alignof(T) != 0) return fail("not aligned", "aligned as its type");
-    if (c.run == 0) continue;
-    if (!std::has_single_bit(c.run)) return fail("no power of two long", "0, or elements side by side, a power of two");
-    if (c.stride % static_cast<std::ptrdiff_t>(alignof(T)) != 0) return fail("of an odd stride", "aligned in each run");
-  }
-  return DVDX_DONE;
-}
-
-dvdx_status status_of(StepResult result) noexcept {
-  switch (result) {
-    case StepResult::done:
-      return DVDX_DONE;
-    case StepResult::count_differs:
-      return DVDX_COUNT_DIFFERS;
-    case StepResult::capacity_too_small:
-      return DVDX_CAPACITY_TOO_SMALL;
-    case StepResult::in_use:
-      return DVDX_IN_USE;
-  }
-  return DVDX_FAILED;
-}
-
-Options options_of(const dvdx_options& from) {
-  Options to;
-  to.step = from.step;
-  const auto isa = choice<dvdx_isa>(from.isa, isas, "isa");
-  if (isa != DVDX_ISA_BEST) to.isa = static_cast<Isa>(static_cast<int>(isa) - 1);
-  to.arithmetic = choice<Arithmetic>(from.arithmetic, arithmetics, "arithmetic");
-  to.block = from.block;
-  to.rounding = choice<Rounding>(from.rounding, roundings, "rounding");
-  if (from.impacts != 0) to.impacts = from.impacts;
-  to.memory = {.allocate = from.allocator.allocate, .release = from.allocator.release, .context = from.allocator.context};
-  return to;
-}
-
-void destroy(dvdx_plan* plan) noexcept {
-  const Memory memory = plan->memory;
-  plan->~dvdx_plan();
-  release(memory, plan, sizeof(dvdx_plan), alignof(dvdx_plan));
-}
-
 template <class T>
 dvdx_status create(const Scene& scene, const Options& options, const dvdx_state* start, dvdx_plan** plan, dvdx_error* error) {
   if (start != nullptr) {
-    if (const dvdx_status status = check_columns<T>(*start, error); status != DVDX_DONE) return status;
+    if (const dvdx_status status = check_columns<T>(*start, start->count, error); status != DVDX_DONE) return status;
   }
   auto made = start == nullptr ? compile<T>(scene, options) : compile<T>(scene, options, view<T>(*start));
   if (!made) return report(error, made.error());
-  void* const place = allocate(options.memory, sizeof(dvdx_plan), alignof(dvdx_plan));
-  *plan = new (place) dvdx_plan{std::move(*made), options.memory};
+  *plan = make_handle<dvdx_plan>(std::move(*made), options.memory);
   return report(error, DVDX_DONE);
 }
 
 template <class T>
 dvdx_status step(const Plan<T>& plan, dvdx_state& state, std::size_t steps, const dvdx_parallel* parallel,
                  dvdx_error* error) noexcept {
-  if (const dvdx_status status = check_columns<T>(state, error); status != DVDX_DONE) return status;
+  if (const dvdx_status status = check_columns<T>(state, state.count, error); status != DVDX_DONE) return status;
   State<T> particles = view<T>(state);
-  const ParallelFor threads = parallel == nullptr ? ParallelFor{} : ParallelFor{parallel->run, parallel->context};
-  const StepResult result = plan.step(particles, steps, threads);
+  const StepResult result = plan.step(particles, steps, threads_of(parallel));
   if (result == StepResult::done) put_clock(particles.clock, state);
   return report(error, status_of(result));
 }
 
 template <class T>
 dvdx_status seek(const Plan<T>& plan, dvdx_state& state, std::uint64_t steps, dvdx_error* error) {
-  if (const dvdx_status status = check_columns<T>(state, error); status != DVDX_DONE) return status;
+  if (const dvdx_status status = check_columns<T>(state, state.count, error); status != DVDX_DONE) return status;
   State<T> particles = view<T>(state);
   const auto result = plan.seek(particles, steps);
   if (result) put_clock(particles.clock, state);
@@ -142,16 +61,14 @@ dvdx_status dvdx_plan_create(const dvdx_scene* scene, const dvdx_options* option
   if (options == nullptr) return missing(error, "options");
   return guarded(error, [&] {
     const dvdx::Options chosen = options_of(*options);
-    if (choice<dvdx_precision>(options->precision, precisions, "precision") == DVDX_FLOAT32) {
+    if (precision_of(*options) == DVDX_FLOAT32) {
       return create<float>(scene->scene, chosen, start, plan, error);
     }
     return create<double>(scene->scene, chosen, start, plan, error);
   });
 }
 
-void dvdx_plan_destroy(dvdx_plan* plan) {
-  if (plan != nullptr) destroy(plan);
-}
+void dvdx_plan_destroy(dvdx_plan* plan) { destroy_handle(plan); }
 
 dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,
                            dvdx_error* error) {

@@ -15,13 +15,6 @@ namespace {
 constexpr int methods = 6, expansions = 2, path_sweeps = 2, responses = 2, sides = 2, anchorings = 3, bounds = 3, schemes = 4,
               sweep_orders = 2, pair_axes = 2;
 
-Vec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
-
-// Throws where `count` numbers are said to stand behind a null pointer.
-void need(const void* pointer, std::size_t count, const std::string& field) {
-  if (pointer == nullptr && count != 0) throw Error{field, "null", "a pointer to " + std::to_string(count) + " elements"};
-}
-
 std::vector<Vec3> vectors(const double* xyz, std::size_t count, const std::string& field) {
   need(xyz, count, field);
   std::vector<Vec3> list(count);

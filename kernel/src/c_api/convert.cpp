@@ -1,0 +1,81 @@
+#include "c_api/convert.hpp"
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+#include "c_api/guard.hpp"
+
+namespace dvdx::c_api {
+namespace {
+
+constexpr int precisions = 2, isas = 6, arithmetics = 2, roundings = 2;
+
+}  // namespace
+
+template <class T>
+dvdx_status check_column(const dvdx_column& c, const char* name, dvdx_error* error) noexcept {
+  const auto fail = [&](const char* value, const char* valid) { return report(error, DVDX_INVALID, name, value, valid); };
+  if (c.base == nullptr) return fail("a null pointer", "memory of the caller's");
+  if (reinterpret_cast<std::uintptr_t>(c.base) % alignof(T) != 0) return fail("not aligned", "aligned as its type");
+  if (c.run == 0) return DVDX_DONE;
+  if (!std::has_single_bit(c.run)) return fail("no power of two long", "0, or elements side by side, a power of two");
+  if (c.stride % static_cast<std::ptrdiff_t>(alignof(T)) != 0) return fail("of an odd stride", "aligned in each run");
+  return DVDX_DONE;
+}
+
+template <class T>
+dvdx_status check_columns(const dvdx_state& state, std::size_t needed, dvdx_error* error) noexcept {
+  constexpr std::array names = {"x[0]", "x[1]", "x[2]", "v[0]", "v[1]", "v[2]"};
+  constexpr std::array rests = {"x_rest[0]", "x_rest[1]", "x_rest[2]", "v_rest[0]", "v_rest[1]", "v_rest[2]"};
+  if (state.precision != (sizeof(T) == sizeof(float) ? DVDX_FLOAT32 : DVDX_FLOAT64)) {
+    return report(error, DVDX_PRECISION_DIFFERS);
+  }
+  if (needed == 0) return DVDX_DONE;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const dvdx_column& c = k < 3 ? state.x[k] : state.v[k - 3];
+    if (const dvdx_status status = check_column<T>(c, names[k], error); status != DVDX_DONE) return status;
+    const dvdx_column& rest = k < 3 ? state.x_rest[k] : state.v_rest[k - 3];
+    if (rest.capacity == 0) continue;  // there is none
+    if (const dvdx_status status = check_column<T>(rest, rests[k], error); status != DVDX_DONE) return status;
+  }
+  return DVDX_DONE;
+}
+
+template dvdx_status check_column<float>(const dvdx_column&, const char*, dvdx_error*) noexcept;
+template dvdx_status check_column<double>(const dvdx_column&, const char*, dvdx_error*) noexcept;
+template dvdx_status check_columns<float>(const dvdx_state&, std::size_t, dvdx_error*) noexcept;
+template dvdx_status check_columns<double>(const dvdx_state&, std::size_t, dvdx_error*) noexcept;
+
+dvdx_status status_of(StepResult result) noexcept {
+  switch (result) {
+    case StepResult::done:
+      return DVDX_DONE;
+    case StepResult::count_differs:
+      return DVDX_COUNT_DIFFERS;
+    case StepResult::capacity_too_small:
+      return DVDX_CAPACITY_TOO_SMALL;
+    case StepResult::in_use:
+      return DVDX_IN_USE;
+  }
+  return DVDX_FAILED;
+}
+
+Options options_of(const dvdx_options& from) {
+  Options to;
+  to.step = from.step;
+  const auto isa = choice<dvdx_isa>(from.isa, isas, "isa");
+  if (isa != DVDX_ISA_BEST) to.isa = static_cast<Isa>(static_cast<int>(isa) - 1);
+  to.arithmetic = choice<Arithmetic>(from.arithmetic, arithmetics, "arithmetic");
+  to.block = from.block;
+  to.rounding = choice<Rounding>(from.rounding, roundings, "rounding");
+  if (from.impacts != 0) to.impacts = from.impacts;
+  to.memory = {.allocate = from.allocator.allocate, .release = from.allocator.release, .context = from.allocator.context};
+  return to;
+}
+
+dvdx_precision precision_of(const dvdx_options& from) {
+  return choice<dvdx_precision>(from.precision, precisions, "precision");
+}
+
+}  // namespace dvdx::c_api

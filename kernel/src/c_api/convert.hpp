@@ -1,0 +1,67 @@
+// What plans of either kind take by C, as C++ has it: particles, options, threads; and their handles.
+#pragma once
+
+#include <cstddef>
+#include <new>
+#include <utility>
+
+#include "dvdx/dvdx.h"
+#include "dvdx/plan.hpp"
+
+namespace dvdx::c_api {
+
+template <class T>
+Column<T> column(const dvdx_column& from) noexcept {
+  const std::size_t run = from.run == 0 ? Column<T>::contiguous : from.run;
+  return {.base = static_cast<T*>(from.base), .stride = from.stride, .run = run, .capacity = from.capacity};
+}
+
+template <class T>
+State<T> view(const dvdx_state& from) noexcept {
+  State<T> to{
+      .x = {}, .v = {}, .count = from.count, .clock = {from.clock.seconds, from.clock.carry}, .x_rest = {}, .v_rest = {}};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    to.x[axis] = column<T>(from.x[axis]);
+    to.v[axis] = column<T>(from.v[axis]);
+    to.x_rest[axis] = column<T>(from.x_rest[axis]);
+    to.v_rest[axis] = column<T>(from.v_rest[axis]);
+  }
+  return to;
+}
+
+inline void put_clock(const Clock& clock, dvdx_state& state) noexcept { state.clock = {clock.seconds, clock.carry}; }
+
+// What no column may be, before anything reads it: a pointer to nothing, or numbers at odd places. DVDX_DONE, or what is
+// reported.
+template <class T>
+dvdx_status check_column(const dvdx_column& column, const char* name, dvdx_error* error) noexcept;
+// Of a state in which nothing is looked at below `needed` particles.
+template <class T>
+dvdx_status check_columns(const dvdx_state& state, std::size_t needed, dvdx_error* error) noexcept;
+
+dvdx_status status_of(StepResult result) noexcept;
+
+inline ParallelFor threads_of(const dvdx_parallel* parallel) noexcept {
+  return parallel == nullptr ? ParallelFor{} : ParallelFor{parallel->run, parallel->context};
+}
+
+// Throw Error where a choice is none.
+Options options_of(const dvdx_options& from);
+dvdx_precision precision_of(const dvdx_options& from);
+
+// A handle {plan, memory} in the caller's memory, that it was made in. Throws std::bad_alloc.
+template <class Handle, class Plan>
+Handle* make_handle(Plan&& plan, const Memory& memory) {
+  void* const place = allocate(memory, sizeof(Handle), alignof(Handle));
+  return new (place) Handle{std::forward<Plan>(plan), memory};
+}
+
+template <class Handle>
+void destroy_handle(Handle* handle) noexcept {
+  if (handle == nullptr) return;
+  const Memory memory = handle->memory;
+  handle->~Handle();
+  release(memory, handle, sizeof(Handle), alignof(Handle));
+}
+
+}  // namespace dvdx::c_api
