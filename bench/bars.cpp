@@ -8,9 +8,11 @@
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "dvdx/dvdx.h"
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/plan.hpp"
 #include "isa/kernels.hpp"
@@ -468,6 +470,63 @@ void turnover(Report& report, const Run& run) {
   }
 }
 
+// The meadow by C's functions, over arrays of the caller's.
+class SteppedByC {
+ public:
+  SteppedByC(float* const (&columns)[6], std::size_t count, int threads)
+      : threads_(on_threads(threads)), parallel_{threads_.run, threads_.context} {
+    dvdx_scene* scene = nullptr;
+    dvdx_constant gravity{};
+    gravity.acceleration[1] = -9.81;
+    dvdx_drag air{};
+    air.coefficient.all = 0.02;
+    air.wind[0] = 3;
+    dvdx_options options{};
+    options.step = frame;
+    dvdx_plan* plan = nullptr;
+    const bool is_made = dvdx_scene_create(DVDX_ABI_VERSION, &scene, nullptr) == DVDX_DONE &&
+                         dvdx_scene_add_constant(scene, &gravity, nullptr) == DVDX_DONE &&
+                         dvdx_scene_add_drag(scene, &air, nullptr) == DVDX_DONE &&
+                         dvdx_plan_create(scene, &options, nullptr, &plan, nullptr) == DVDX_DONE;
+    dvdx_scene_destroy(scene);
+    if (!is_made) std::exit(1);
+    plan_ = {plan, dvdx_plan_destroy};
+    state_ = dvdx_soa(DVDX_FLOAT32, columns[0], columns[1], columns[2], columns[3], columns[4], columns[5], count);
+  }
+  void operator()() { dvdx_plan_step(plan_.get(), &state_, 1, parallel_.run == nullptr ? nullptr : &parallel_, &error_); }
+
+ private:
+  std::shared_ptr<dvdx_plan> plan_;
+  dvdx_state state_{};
+  dvdx_error error_{};
+  ParallelFor threads_;
+  dvdx_parallel parallel_;
+};
+
+void c_api(Report& report, const Run& run) {
+  constexpr std::size_t million = 1'000'000;
+  Scene scene;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}}).add(Drag{.coefficient = 0.02, .wind = {3, 0, 0}});
+  const Held<float> ours = scattered<float>(million);
+  std::array<std::vector<float>, 6> theirs;
+  for (std::size_t k = 0; k < 6; ++k) {
+    const Column<float>& from = k < 3 ? ours.state.x[k] : ours.state.v[k - 3];
+    theirs[k].assign(from.base, from.base + million);
+  }
+  for (int threads = 1; threads <= most_threads(); ++threads) {
+    const auto by_cpp = stepper(scene, ours, 1, threads);
+    const auto bar = [&](const std::string& whose, float* const(&columns)[6]) {
+      const Race race = bench::race(run.in_memory_on(threads), SteppedByC(columns, million, threads), by_cpp);
+      report.bar("a million by C in " + whose + " / by C++ in our buffers" + threads_of(threads), {false, 1.02}, race,
+                 against(race, million, million));
+    };
+    bar("six vectors",
+        {theirs[0].data(), theirs[1].data(), theirs[2].data(), theirs[3].data(), theirs[4].data(), theirs[5].data()});
+    const auto& [x, v] = std::tie(ours.state.x, ours.state.v);
+    bar("the same buffers", {x[0].base, x[1].base, x[2].base, v[0].base, v[1].base, v[2].base});
+  }
+}
+
 struct Section {
   std::string name;
   void (*run)(Report&, const Run&);
@@ -502,6 +561,7 @@ const std::vector<Section>& sections() {
        }},
       {"Overheads and flows", in_memory_too<overheads>},
       {"Layouts", layouts},
+      {"C API", c_api},
       {"Turnover", turnover},
   };
   return all;
