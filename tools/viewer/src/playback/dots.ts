@@ -1,35 +1,9 @@
-// Points of few pixels, put into a picture of depths one by one: where the processor draws, WebGL takes a hundred times as long
-// for a point.
+// Points of few pixels, put into the page's picture one by one: where the processor draws, WebGL takes a hundred times as long for
+// a point, and three times as long for a picture.
 import * as THREE from 'three';
 import type { Colour } from '../shared/palette';
 import type { Frame } from './frames';
-import { type Colouring, type Highest, colourTable, valuesOf } from './tints';
-
-const bandHeight = 8; // pixels
-
-// Each band of the picture from its first pixel with a point to behind its last: the rest costs nothing.
-const vertexShader = /* glsl */ `
-  in vec2 span;
-  uniform vec2 size; // of the picture, pixels
-  void main() {
-    vec2 corner = vec2(mix(span.x, span.y, position.x), ${bandHeight}.0 * (float(gl_InstanceID) + position.y));
-    gl_Position = vec4(2.0 * corner / size - 1.0, 0.0, 1.0);
-  }`;
-
-const fragmentShader = /* glsl */ `
-  precision highp usampler2D;
-  uniform usampler2D picture;
-  uniform sampler2D colours;
-  layout(location = 0) out vec4 colour;
-  void main() {
-    uint found = texelFetch(picture, ivec2(gl_FragCoord.xy), 0).r;
-    if (found == 0xffffffffu) discard;
-    gl_FragDepth = float(found >> 8) / 16777215.0;
-    colour = vec4(texelFetch(colours, ivec2(int(found & 255u), 0), 0).rgb, 1.0);
-  }`;
-
-const nothing = 0xffffffff;
-const depths = 2 ** 24 - 1; // below that of nothing
+import { type Colouring, valuesOf } from './tints';
 
 // What there is to see: `blend` of the way from a frame to the next.
 export interface Shown {
@@ -38,49 +12,53 @@ export interface Shown {
   colouring: Colouring;
 }
 
+export const farthest = 2; // behind everything: depths are from -1 to 1
+
+// Rows of pixels from the top down, and how deep in it what they show lies.
 export class Picture {
-  readonly pixels: Uint32Array<ArrayBuffer>; // rows from the bottom up; a pixel is its depth over the place of its colour
-  readonly spans: Float32Array<ArrayBuffer>; // of each band, from and to; nothing where they are the same
+  readonly pixels: Uint32Array<ArrayBuffer>; // red in the lowest byte, then green, blue, 255
+  readonly depths: Float32Array<ArrayBuffer>;
 
   constructor(
     readonly width: number,
     readonly height: number,
   ) {
     this.pixels = new Uint32Array(width * height);
-    this.spans = new Float32Array(2 * Math.ceil(height / bandHeight));
-    this.clear();
+    this.depths = new Float32Array(width * height).fill(farthest);
   }
 
-  clear(): void {
-    this.pixels.fill(nothing);
-    for (let i = 0; i < this.spans.length; ++i) this.spans[i] = i % 2 === 0 ? this.width : 0;
+  // Begins anew with what is there besides the points.
+  begin(ground: Picture): void {
+    this.pixels.set(ground.pixels);
+    this.depths.set(ground.depths);
   }
 
-  // A square that hides what is farther.
-  put(left: number, low: number, size: number, word: number): void {
-    const { width, height, pixels, spans } = this;
-    if (!(left >= 0 && low >= 0 && left + size <= width && low + size <= height)) return;
-    for (let y = low; y < low + size; ++y) {
-      const band = 2 * Math.floor(y / bandHeight);
-      if (left < spans[band]!) spans[band] = left;
-      if (left + size > spans[band + 1]!) spans[band + 1] = left + size;
+  // A square that hides what is deeper.
+  put(left: number, top: number, size: number, depth: number, colour: number): void {
+    const { width, height, pixels, depths } = this;
+    if (!(left >= 0 && top >= 0 && left + size <= width && top + size <= height)) return;
+    for (let y = top; y < top + size; ++y) {
       for (let pixel = y * width + left; pixel < y * width + left + size; ++pixel) {
-        if (word < pixels[pixel]!) pixels[pixel] = word;
+        if (depth >= depths[pixel]!) continue;
+        depths[pixel] = depth;
+        pixels[pixel] = colour;
       }
     }
   }
 }
 
+export const packed = ([red, green, blue]: Colour): number => (0xff000000 | (blue << 16) | (green << 8) | red) >>> 0;
+
 type N = number;
 type Sixteen = [N, N, N, N, N, N, N, N, N, N, N, N, N, N, N, N];
 
-// All particles as squares of `size` pixels. `seen` takes places to the cube of what is seen, its columns one after another.
-export function drawDots(picture: Picture, size: number, seen: readonly number[], { now, blend, colouring }: Shown): void {
+// All particles as squares of `size` pixels. `seen` takes places to the cube of what is seen, its columns one after another;
+// `colours` are those of the values that the colouring stands for.
+export function drawDots(picture: Picture, size: number, seen: readonly number[], { now, blend, colouring }: Shown, colours: Uint32Array): void {
   const [ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw] = seen as Sixteen;
   const values = valuesOf(now, colouring);
   const from = now.positions;
   const to = now.onward;
-  picture.clear();
   for (let i = 0, at = 0; i < now.count; ++i, at += 3) {
     const x = from[at]! + blend * (to[at]! - from[at]!);
     const y = from[at + 1]! + blend * (to[at + 1]! - from[at + 1]!);
@@ -89,55 +67,113 @@ export function drawDots(picture: Picture, size: number, seen: readonly number[]
     const depth = (az * x + bz * y + cz * z + dz) / w;
     if (!(w > 0 && depth > -1 && depth < 1)) continue;
     const across = (1 + (ax * x + bx * y + cx * z + dx) / w) * picture.width;
-    const upwards = (1 + (ay * x + by * y + cy * z + dy) / w) * picture.height;
-    const word = (((0.5 + 0.5 * depth) * depths) << 8) | values[i]!;
-    picture.put(Math.round(0.5 * (across - size)), Math.round(0.5 * (upwards - size)), size, word >>> 0);
+    const down = (1 - (ay * x + by * y + cy * z + dy) / w) * picture.height;
+    picture.put(Math.round(0.5 * (across - size)), Math.round(0.5 * (down - size)), size, depth, colours[values[i]!]!);
   }
 }
 
-export class Dots {
-  readonly object: THREE.Mesh;
-  private readonly colours = new THREE.DataTexture(new Uint8Array(4 * 256), 256, 1);
-  private readonly uniforms = {
-    picture: { value: new THREE.DataTexture() },
-    colours: { value: this.colours },
-    size: { value: new THREE.Vector2() },
-  };
-  private readonly geometry = new THREE.InstancedBufferGeometry();
-  private picture = new Picture(1, 1);
-  private spans = new THREE.InstancedBufferAttribute(this.picture.spans, 2);
+// Depths as three bytes.
+const depthLook = new THREE.ShaderMaterial({
+  glslVersion: THREE.GLSL3,
+  vertexShader: /* glsl */ `
+    void main() { gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }`,
+  fragmentShader: /* glsl */ `
+    layout(location = 0) out vec4 bytes;
+    void main() {
+      uint depth = uint(gl_FragCoord.z * 16777214.0);
+      bytes = vec4(uvec4(depth >> 16, depth >> 8 & 255u, depth & 255u, 255u)) / 255.0;
+    }`,
+});
 
-  constructor(private readonly size: number) {
-    this.geometry.setAttribute('position', new THREE.Float32BufferAttribute([0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0], 3));
-    this.geometry.setIndex([0, 1, 2, 0, 2, 3]);
-    const { uniforms } = this;
-    this.resize(1, 1);
-    this.object = new THREE.Mesh(this.geometry, new THREE.ShaderMaterial({ uniforms, vertexShader, fragmentShader, glslVersion: THREE.GLSL3 }));
+// What stands still between the points, drawn by WebGL when the camera has moved and read back.
+class Ground {
+  readonly picture: Picture;
+  private readonly target: THREE.WebGLRenderTarget;
+  private readonly bytes: Uint8Array<ArrayBuffer>;
+
+  constructor(width: number, height: number) {
+    this.picture = new Picture(width, height);
+    this.target = new THREE.WebGLRenderTarget(width, height);
+    this.bytes = new Uint8Array(4 * width * height);
+  }
+
+  dispose(): void {
+    this.target.dispose();
+  }
+
+  draw(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera): void {
+    const { pixels, depths } = this.picture;
+    const clear: THREE.Object3D[] = []; // one sees through them
+    world.traverse((object) => {
+      if ('material' in object && (object.material as THREE.Material).transparent && object.visible) clear.push(object);
+    });
+    this.read(renderer, world, camera, (pixel, word) => (pixels[pixel] = (0xff000000 | word) >>> 0));
+    for (const object of clear) object.visible = false;
+    world.overrideMaterial = depthLook;
+    renderer.setClearColor(0xffffff);
+    this.read(renderer, world, camera, (pixel, word) => {
+      const depth = ((word & 255) << 16) | (word & 0xff00) | ((word >> 16) & 255);
+      depths[pixel] = depth === 0xffffff ? farthest : (2 * depth) / 16777214 - 1;
+    });
+    world.overrideMaterial = null;
+    for (const object of clear) object.visible = true;
+  }
+
+  // WebGL's rows are from the bottom up.
+  private read(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera, take: (pixel: number, word: number) => void): void {
+    const { width, height } = this.picture;
+    renderer.setRenderTarget(this.target);
+    renderer.render(world, camera);
+    renderer.readRenderTargetPixels(this.target, 0, 0, width, height, this.bytes);
+    renderer.setRenderTarget(null);
+    const words = new Uint32Array(this.bytes.buffer);
+    for (let y = 0; y < height; ++y) {
+      for (let x = 0; x < width; ++x) take((height - 1 - y) * width + x, words[y * width + x]!);
+    }
+  }
+}
+
+// The points of a scene in which nothing else moves, and all around them, in a picture that the page shows as it is.
+export class DottedPicture {
+  private readonly context: CanvasRenderingContext2D;
+  private image = new ImageData(1, 1);
+  private picture = new Picture(1, 1);
+  private ground = new Ground(1, 1);
+  private groundSeen = ''; // from where
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly size: number, // of a point, pixels
+    private readonly paper: THREE.Color,
+  ) {
+    this.context = canvas.getContext('2d', { alpha: false })!;
   }
 
   resize(width: number, height: number): void {
+    this.canvas.width = width;
+    this.canvas.height = height;
     this.picture = new Picture(width, height);
-    this.spans = new THREE.InstancedBufferAttribute(this.picture.spans, 2);
-    this.geometry.dispose();
-    this.geometry.setAttribute('span', this.spans);
-    this.geometry.instanceCount = this.spans.count;
-    const { picture, size } = this.uniforms;
-    picture.value.dispose();
-    picture.value = new THREE.DataTexture(this.picture.pixels, width, height, THREE.RedIntegerFormat, THREE.UnsignedIntType);
-    picture.value.internalFormat = 'R32UI';
-    size.value.set(width, height);
+    this.image = new ImageData(new Uint8ClampedArray(this.picture.pixels.buffer), width, height);
+    this.ground.dispose();
+    this.ground = new Ground(width, height);
+    this.groundSeen = '';
   }
 
-  colour(frame: Frame, colouring: Colouring, highest: Highest, plain: Colour): void {
-    const bytes = this.colours.image.data as Uint8Array;
-    colourTable(frame, colouring, highest, plain).forEach((colour, i) => bytes.set(colour, 4 * i));
-    this.colours.needsUpdate = true;
+  // What is in the world has changed, not only the camera.
+  forgetGround(): void {
+    this.groundSeen = '';
   }
 
-  draw(camera: THREE.Camera, shown: Shown): void {
-    const seen = new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
-    drawDots(this.picture, this.size, seen.elements, shown);
-    this.uniforms.picture.value.needsUpdate = true;
-    this.spans.needsUpdate = true;
+  draw(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera, shown: Shown | undefined, colours: Uint32Array): void {
+    const seen = new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements;
+    const from = seen.join();
+    if (from !== this.groundSeen) {
+      renderer.setClearColor(this.paper);
+      this.ground.draw(renderer, world, camera);
+      this.groundSeen = from;
+    }
+    this.picture.begin(this.ground.picture);
+    if (shown) drawDots(this.picture, this.size, seen, shown, colours);
+    this.context.putImageData(this.image, 0, 0);
   }
 }

@@ -50,7 +50,7 @@ export function surroundings(
   for (const contact of contacts) {
     group.add(contact.type === 'plane' ? plane(contact, center, size, ink, drawn) : sphere(contact, ink));
   }
-  const light = new THREE.HemisphereLight(0xffffff, 0x666666, 2.2);
+  const light = new THREE.HemisphereLight(0xffffff, 0x808080, Math.PI);
   group.add(light);
   return group;
 }

@@ -3,12 +3,12 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Colour } from '../shared/palette';
 import { AnchoredSprings } from './anchored';
-import { Dots, type Shown } from './dots';
+import { DottedPicture, type Shown, packed } from './dots';
 import type { Frame } from './frames';
 import { type Look, makeLook } from './materials';
 import type { Bounds, Joints, Scene } from './scene';
 import { surroundings } from './surroundings';
-import { type Colouring, type Highest, fillTints } from './tints';
+import { type Colouring, type Highest, colourTable, fillTints } from './tints';
 
 export type Part = 'points' | 'springs' | 'faces' | 'contacts';
 
@@ -45,7 +45,8 @@ export class View {
   private hasCorners = false; // something is drawn from the three
   private readonly parts: Partial<Record<Part, THREE.Object3D>> = {};
   private readonly anchored: AnchoredSprings | undefined;
-  private readonly dots: Dots | undefined; // the points, where the processor draws them and they are small
+  private readonly dotted: DottedPicture | undefined; // in place of WebGL's: the processor draws, and points alone move
+  private dotColours = new Uint32Array(256);
   private readonly center: THREE.Vector3;
   private readonly size: number;
   private readonly up: THREE.Vector3;
@@ -64,19 +65,22 @@ export class View {
   ) {
     this.highestSpeed = bounds.speed;
     const isPlain = isSoftware();
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !isPlain, alpha: false });
-    this.renderer.setClearColor(new THREE.Color().setStyle(inks.ground, THREE.LinearSRGBColorSpace));
+    const pointSize = Math.min(14, Math.max(2, 16 * capacity ** -0.19));
+    THREE.ColorManagement.enabled = false; // all colours are the screen's
+    const paper = new THREE.Color(inks.ground);
+    const arePointsAlone = joints.lines.length === 0 && joints.triangles.length === 0 && !scene.anchors?.length;
+    if (isPlain && arePointsAlone && pointSize < largestDots) this.dotted = new DottedPicture(canvas, Math.round(pointSize), paper);
+    this.renderer = new THREE.WebGLRenderer({ ...(this.dotted ? {} : { canvas }), antialias: !isPlain, alpha: false });
+    this.renderer.setClearColor(paper);
     this.renderer.setPixelRatio(isPlain ? 1 : Math.min(devicePixelRatio, 2));
-    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace; // the palettes' colours are as the screen's
+    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     const low = new THREE.Vector3(...bounds.low);
     const high = new THREE.Vector3(...bounds.high);
     this.center = low.clone().add(high).multiplyScalar(0.5);
     this.size = Math.max(low.distanceTo(high), 1e-6 * this.center.length(), 1e-9);
     this.up = this.upward();
 
-    const pointSize = Math.min(14, Math.max(2, 16 * capacity ** -0.19));
     this.look = makeLook(pointSize);
-    if (isPlain && pointSize < largestDots) this.dots = new Dots(Math.round(pointSize));
     const attribute = (array: Float32Array | Uint8Array, items: number): THREE.BufferAttribute =>
       new THREE.BufferAttribute(array, items, array instanceof Uint8Array).setUsage(THREE.DynamicDrawUsage);
     this.position = attribute(new Float32Array(3 * capacity), 3);
@@ -111,6 +115,7 @@ export class View {
   toggle(part: Part): void {
     const object = this.parts[part];
     if (object) object.visible = !object.visible;
+    this.dotted?.forgetGround();
     this.isStale = true;
   }
 
@@ -119,7 +124,7 @@ export class View {
     const { uniforms } = this.look;
     const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
     const highest: Highest = { speed: this.highestSpeed, error: this.bounds.error };
-    if (isNew) this.dots?.colour(now, this.colouring, highest, this.inks.plain);
+    if (isNew && this.dotted) this.dotColours = Uint32Array.from(colourTable(now, this.colouring, highest, this.inks.plain), packed);
     if (isNew && this.hasCorners) {
       this.upload(this.position, now.positions);
       fillTints(this.tint.array as Uint8Array, now, this.colouring, highest, this.inks.plain);
@@ -147,8 +152,8 @@ export class View {
     this.camera.far = distance + 20 * this.size;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
-    if (this.dots?.object.visible && this.shown) this.dots.draw(this.camera, this.shown);
-    this.renderer.render(this.world, this.camera);
+    if (this.dotted) this.dotted.draw(this.renderer, this.world, this.camera, this.isVisible('points') ? this.shown : undefined, this.dotColours);
+    else this.renderer.render(this.world, this.camera);
     return true;
   }
 
@@ -197,7 +202,7 @@ export class View {
       if (index) made.setIndex(new THREE.BufferAttribute(index, 1));
       return made;
     };
-    this.add('points', this.dots?.object ?? new THREE.Points(geometry(), this.look.points));
+    this.add('points', this.dotted ? new THREE.Group() : new THREE.Points(geometry(), this.look.points));
     if (joints.lines.length > 0) this.add('springs', new THREE.LineSegments(geometry(joints.lines), this.look.lines));
     if (joints.triangles.length > 0) {
       this.add('faces', new THREE.Mesh(geometry(joints.triangles), this.look.faces));
@@ -233,8 +238,8 @@ export class View {
   private resize(): void {
     const { clientWidth, clientHeight } = this.canvas;
     if (clientWidth === 0 || clientHeight === 0) return;
-    this.renderer.setSize(clientWidth, clientHeight, false);
-    this.dots?.resize(this.canvas.width, this.canvas.height);
+    if (this.dotted) this.dotted.resize(clientWidth, clientHeight);
+    else this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
     this.isStale = true;

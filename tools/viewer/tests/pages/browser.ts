@@ -6,16 +6,13 @@ import { join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { inflateSync } from 'node:zlib';
 import { type Browser, type Page, chromium } from 'playwright-core';
+import flags from './chromium.json' with { type: 'json' };
 
 export const settings = { program: process.env['DVDX_PROGRAM'], scenes: process.env['DVDX_SCENES'] ?? '' };
 
-const quiet = ['--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'];
-const drawn = ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'];
-const blind = ['--disable-gpu', '--disable-3d-apis'];
-
 export function launched(webGl: 'with WebGL' | 'without WebGL'): Promise<Browser> {
   const executablePath = process.env['DVDX_CHROMIUM'] ?? '/usr/bin/chromium';
-  return chromium.launch({ executablePath, args: [...quiet, ...(webGl === 'with WebGL' ? drawn : blind)] });
+  return chromium.launch({ executablePath, args: [...flags.quiet, ...(webGl === 'with WebGL' ? flags.drawn : flags.blind)] });
 }
 
 export class Scratch {
