@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -184,9 +185,9 @@ std::string describe_other_schemes(const NetworkProgram<T>& network) {
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
     if (network.coupling().scheme == scheme) continue;
     const int substeps = network.safe_substeps({.scheme = scheme});
-    const int pulses = scheme == Scheme::fourth_order ? 6 : 1;
-    text += format("             %s would take %d sub-steps, %d pulses a step\n", std::string(name(scheme)).c_str(), substeps,
-                   substeps * pulses);
+    const std::int64_t pulses = scheme == Scheme::fourth_order ? 6 : 1;
+    text += format("             %s would take %d sub-steps, %lld pulses a step\n", std::string(name(scheme)).c_str(), substeps,
+                   static_cast<long long>(substeps * pulses));
   }
   if (network.coupling().scheme != Scheme::sequential) {
     text += "             sequential would take any number of sub-steps, 2 sweeps each (a sweep costs about 2 pulses)\n";

@@ -263,13 +263,12 @@ void NetworkProgram<T>::make_grid(const Grid& grid) {
   grid_.columns = grid.columns;
   grid_.pitch = places_.pitch;
   for (const GridDirection& d : directions_of(grid)) {
-    const Family<T> family{.k = static_cast<T>(d.k), .kl = static_cast<T>(d.k * d.l)};
+    const Family<T> family{.k = static_cast<T>(d.k), .kl = static_cast<T>(d.k * d.l), .c = static_cast<T>(grid.damping)};
     auto& along = grid_.along;
     if (d.down == 0) (d.right == 1 ? along.right : along.right2) = family;
     if (d.down == 1) (d.right < 0 ? along.left_below : (d.right == 0 ? along.below : along.right_below)) = family;
     if (d.down == 2) along.below2 = family;
   }
-  grid_.c = static_cast<T>(grid.damping);
   grid_.damping = grid.damping != 0 ? Damping::along : Damping::none;
 }
 

@@ -79,6 +79,16 @@ constexpr std::array all_schemes = {
     Coupling{.scheme = Scheme::accumulate, .method = Method::combined},
 };
 
+// A damped sheet whose rows and columns are joined by springs of stiffness 0, which are none, or of one that is 0 in float32.
+Joined damped_diagonals(double structural) {
+  Joined sheet = test::sheet(9, 20, 50, 0.02);
+  auto& grid = std::get<Grid>(sheet.scene.networks[0]);
+  grid.structural = structural;
+  grid.shear = 20;
+  sheet.name += ", structural " + std::to_string(structural * 1e60) + "e-60";
+  return sheet;
+}
+
 // Every way in which springs lie: one register, several, a border in each place, wider than a stripe, neighbours at two,
 // damping, masses and springs of their own, neighbours anywhere.
 std::vector<Joined> bit_scenes() {
@@ -105,6 +115,8 @@ std::vector<Joined> bit_scenes() {
   heavy.scene.add(Sinusoid{.acceleration = {0, 0, 3}, .angular_frequency = 5});
   heavy.name += ", masses each, wind and a gust";
   scenes.push_back(heavy);
+
+  for (const double structural : {0.0, 1e-60}) scenes.push_back(damped_diagonals(structural));
 
   Joined anywhere = test::sheet(6, 20, 50);
   Springs springs{.pairs = {}, .stiffness = 30.0, .rest_length = std::nullopt, .damping = 0.0005};
@@ -239,7 +251,8 @@ TEST_CASE("network: any number of threads gives the same bits, many particles") 
 
 TEST_CASE("network: a grid and the list of its springs give the same bits where particles sum their springs") {
   // A list whose own order is far from its neighbours' is stepped in another one: there the sums' order differs (5 x 300).
-  for (const Joined& joined : {test::sheet(17, 33, 50), test::sheet(9, 20, 50, 0.001), test::sheet(60, 140, 5)}) {
+  for (const Joined& joined : {test::sheet(17, 33, 50), test::sheet(9, 20, 50, 0.001), test::sheet(60, 140, 5),
+                               damped_diagonals(0), damped_diagonals(1e-60)}) {
     for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
       const Joined grid = with(joined, {.scheme = scheme, .substeps = 40});
       const Run run{.isa = best_isa()};

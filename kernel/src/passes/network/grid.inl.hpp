@@ -50,7 +50,7 @@ class GridStripe {
   };
 
   [[gnu::always_inline]] Three<V> pulled(const Family<T>& f, const Three<V>& d, const Three<V>& u) const noexcept {
-    if constexpr (damping == Damping::along) return damped_pull<arithmetic>(d, u, V(f.k), V(f.kl), V(grid_.c));
+    if constexpr (damping == Damping::along) return damped_pull<arithmetic>(d, u, V(f.k), V(f.kl), V(f.c));
     return pull<arithmetic>(d, V(f.k), V(f.kl));
   }
 
@@ -197,8 +197,8 @@ void kick_woven(const GridTerms<Scalar<V>>& grid, const Sheet<Scalar<V>>& sheet,
 template <class V, Arithmetic arithmetic>
 void kick_grid(const GridTerms<Scalar<V>>& grid, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
                std::size_t to) noexcept {
-  const bool is_sheared = grid.along.right_below.k != 0;
-  const bool is_bent = grid.along.right2.k != 0;
+  const bool is_sheared = grid.along.right_below.is_there();
+  const bool is_bent = grid.along.right2.is_there();
   if (is_sheared && is_bent) return kick_woven<V, Weave::shear_bend, arithmetic>(grid, sheet, pulse, from, to);
   if (is_sheared) return kick_woven<V, Weave::shear, arithmetic>(grid, sheet, pulse, from, to);
   if (is_bent) return kick_woven<V, Weave::bend, arithmetic>(grid, sheet, pulse, from, to);

@@ -10,7 +10,7 @@ Vector<T> pull_between(const GridTerms<T>& grid, const Sheet<T>& sheet, const Fa
                        std::size_t b) noexcept {
   const Vector<T> d = minus(at(sheet.x, b), at(sheet.x, a));
   if (grid.damping == Damping::none) return pull<arithmetic>(d, family.k, family.kl);
-  return damped_pull<arithmetic>(d, minus(at(sheet.v, b), at(sheet.v, a)), family.k, family.kl, grid.c);
+  return damped_pull<arithmetic>(d, minus(at(sheet.v, b), at(sheet.v, a)), family.k, family.kl, family.c);
 }
 
 // One direction of a grid's springs, from (row, column) to (row + down, column + right).
@@ -36,7 +36,7 @@ enum class End { near, far };  // which end of the spring the particle is
 template <Arithmetic arithmetic, class T>
 void add_neighbour(const GridTerms<T>& grid, const Sheet<T>& sheet, const Lead<T>& lead, End end, std::size_t row,
                    std::size_t column, Vector<T>& F) noexcept {
-  if (lead.family->k == 0) return;
+  if (!lead.family->is_there()) return;
   const std::ptrdiff_t sign = end == End::near ? 1 : -1;
   const std::ptrdiff_t other_row = static_cast<std::ptrdiff_t>(row) + sign * lead.down;
   const std::ptrdiff_t other_column = static_cast<std::ptrdiff_t>(column) + sign * lead.right;

@@ -59,10 +59,11 @@ enum class CountedFrom : std::uint8_t { zero, step };
 
 // ---- grid: neighbours at fixed offsets ---------------------------------------------------------------------------------
 
-// All springs of one direction.
+// All springs of one direction; where there are none nothing damps either.
 template <class T>
 struct Family {
-  T k{}, kl{};  // k l; 0: none
+  T k{}, kl{}, c{};  // kl: k l
+  [[nodiscard]] bool is_there() const noexcept { return k != 0 || c != 0; }
 };
 
 // By where they lead from (row, column).
@@ -76,7 +77,6 @@ struct GridTerms {
   std::size_t rows = 0, columns = 0;
   std::size_t pitch = 0;  // elements from a row to the next, a multiple of 16
   GridFamilies<T> along;
-  T c{};
   Damping damping = Damping::none;
 };
 
