@@ -144,9 +144,12 @@ case $action in
       seconds=$1
       shift
     fi
+    [ $# -ge 1 ] || set -- $(ls tests/fuzz/corpus)
+    for target in "$@"; do
+      [ -d "tests/fuzz/corpus/$target" ] || fail "there is no target $target: $(ls -x -w 0 tests/fuzz/corpus)"
+    done
     install_missing
     build fuzz dvdx_fuzz
-    [ $# -ge 1 ] || set -- $(ls tests/fuzz/corpus)
     limit=-max_total_time=$seconds
     [ -z "$executions" ] || limit=-runs=$((executions / $#))
     say "fuzzing $*, each with $limit"
