@@ -34,6 +34,11 @@ template <class V>
 V select(Mask<V> where, V a, V b) noexcept {
   return xsimd::select(where, a, b);
 }
+// As the scalar !=, which holds where either is NaN: what xsimd's says of that differs from ISA to ISA.
+template <class V>
+Mask<V> differ(V a, V b) noexcept {
+  return ~(a == b);
+}
 template <class V>
 bool any_lane(Mask<V> mask) noexcept {
   return xsimd::any(mask);

@@ -52,7 +52,7 @@ BothEnds<V> gather_ends(const PairTerms<Scalar<V>>& terms, const Axes<Scalar<V>>
 template <class V, Arithmetic arithmetic>
 void push_ends(const PairTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& columns, std::size_t s, const BothEnds<V>& ends, V t,
                const Three<V>& n) noexcept {
-  const Mask<V> is_any = t != V(Scalar<V>(0));
+  const Mask<V> is_any = differ(t, V(Scalar<V>(0)));
   const V t_a = load_lanes<V>(terms.share_a + s) * t;
   const V t_b = load_lanes<V>(terms.share_b + s) * t;
   scatter_movable<V>(columns, terms.a + s, select(is_any, subtract_product<arithmetic>(ends.a, t_a, n), ends.a),
@@ -212,7 +212,7 @@ void carry_pairs(const PairTerms<Scalar<V>>& terms, Bound bound, const Axes<Scal
     const Three<V> d = b - a;
     const V dd = dot<arithmetic>(d, d);
     Mask<V> acts = is_sound_square(dd);
-    if (bound != Bound::equal) acts = acts & (sum != zero);
+    if (bound != Bound::equal) acts = acts & differ(sum, zero);
     store_axes<V>(terms.n, s, d);
     store_lanes(terms.inverse + s, select<V>(acts, quotient(V(T(1)), select<V>(acts, dd, V(T(1)))), zero));
   }
@@ -242,7 +242,7 @@ void turn_pairs(const PairTerms<Scalar<V>>& terms, Bound bound, Time time, Round
     const Three<V> d = load_axes<V>(terms.n, s);
     const V du = dot<arithmetic>(d, ends.b - ends.a);
     const V inverse = load_lanes<V>(terms.inverse + s);
-    const Mask<V> acts = (magnitude(du) < V(most_square<T>)) & (inverse != zero);
+    const Mask<V> acts = (magnitude(du) < V(most_square<T>)) & differ(inverse, zero);
     V t = select<V>(acts, zero - du * inverse, zero);
     if (bound != Bound::equal) {
       const V sum = round == Round::first ? zero : load_lanes<V>(terms.m + s);

@@ -48,7 +48,7 @@ template <class V, Arithmetic arithmetic, PairForces forces>
   PairSum<V> pair = along_line<V, arithmetic>(graph, d, u, lane);
   if constexpr (forces == PairForces::some_linear) {
     const PairSum<V> other = linear<V, arithmetic>(graph, d, u, lane);
-    const Mask<V> is_linear = load_lanes<V>(graph.linear + lane) != V(Scalar<V>(0));
+    const Mask<V> is_linear = differ(load_lanes<V>(graph.linear + lane), V(Scalar<V>(0)));
     pair = {select(is_linear, other.dx, pair.dx), select(is_linear, other.dv, pair.dv)};
   }
   sum.dv = sum.dv + pair.dv;

@@ -127,10 +127,10 @@ std::size_t count_aged(const Scalar<V>* age, const Scalar<V>* lifetime, std::siz
   return aged;
 }
 
-// x - x is 0 where x is finite, else not a number; what xsimd's != says of that differs from ISA to ISA.
+// x - x is 0 where x is finite, else not a number.
 template <class V>
 Mask<V> is_not_finite(V x) noexcept {
-  return ~(x - x == V(Scalar<V>(0)));
+  return differ(x - x, V(Scalar<V>(0)));
 }
 
 template <class V>
