@@ -29,6 +29,7 @@ struct Deeds {
   int impacts = 32;
   std::size_t spoilt = 0;  // particles of which a number is replaced before the first step
   std::array<double, 2> spoil{};
+  Unstable unstable = Unstable::refused;
 };
 
 struct Way {
@@ -50,6 +51,22 @@ Deeds deeds(Choices& choices) {
   if (choices.below(4) == 3) deeds.spoilt = 1 + choices.below(3);
   deeds.spoil = {random_number(choices), random_number(choices)};
   return deeds;
+}
+
+double place_of(Choices& choices) {
+  const double number = random_number(choices);
+  return std::isfinite(number) ? number : 1000;
+}
+
+// Behind all else, so that inputs of before mean what they meant.
+void choose_more(Choices& choices, Deeds& deeds, RandomScene& random) {
+  if (choices.below(4) == 3) deeds.unstable = Unstable::allowed;
+  if (choices.below(4) != 3) return;
+  Scene& scene = random.scene;
+  const bool may_be_each = scene.contacts.empty() && scene.networks.empty() && scene.constraints.empty();
+  std::vector<Vec3> origins(may_be_each && choices.flip() ? random.x.size() : 1);
+  for (Vec3& origin : origins) origin = {place_of(choices), place_of(choices), place_of(choices)};
+  scene.origin = origins.size() == 1 ? Origin(origins[0]) : Origin(origins);
 }
 
 template <class T>
@@ -97,8 +114,12 @@ template <class T>
 Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Deeds& deeds, const Way& way) {
   place(random, state);
   state.clock.seconds = deeds.start_time;
-  const Options options{
-      .step = random.step, .isa = way.isa, .arithmetic = deeds.arithmetic, .block = way.block, .impacts = deeds.impacts};
+  const Options options{.step = random.step,
+                        .isa = way.isa,
+                        .arithmetic = deeds.arithmetic,
+                        .block = way.block,
+                        .impacts = deeds.impacts,
+                        .unstable = deeds.unstable};
   auto plan = compile<T>(random.scene, options, state);
   if (!plan) return {.error = plan.error().message()};
   if (!is_short(*plan, random, deeds)) return {.error = "takes too long"};
@@ -179,8 +200,9 @@ void plan_step(std::string_view bytes) {
   Choices choices(bytes);
   const bool is_double = choices.flip();
   const std::size_t turn = choices.byte();
-  const Deeds what = deeds(choices);
-  const RandomScene random = random_scene(choices, Legality::legal);
+  Deeds what = deeds(choices);
+  RandomScene random = random_scene(choices, Legality::legal);
+  choose_more(choices, what, random);
   if (is_double) {
     compare<double>(random, what, turn);
   } else {
