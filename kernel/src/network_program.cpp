@@ -263,7 +263,8 @@ void NetworkProgram<T>::make_grid(const Grid& grid) {
   grid_.columns = grid.columns;
   grid_.pitch = places_.pitch;
   for (const GridDirection& d : directions_of(grid)) {
-    const Family<T> family{.k = static_cast<T>(d.k), .kl = static_cast<T>(d.k * d.l), .c = static_cast<T>(grid.damping)};
+    Family<T> family{.k = static_cast<T>(d.k), .kl = static_cast<T>(d.k * d.l), .c = static_cast<T>(grid.damping)};
+    if (!family.is_there()) family = {};  // in T
     auto& along = grid_.along;
     if (d.down == 0) (d.right == 1 ? along.right : along.right2) = family;
     if (d.down == 1) (d.right < 0 ? along.left_below : (d.right == 0 ? along.below : along.right_below)) = family;
@@ -382,6 +383,16 @@ void NetworkProgram<T>::add_slot(std::size_t first, const auto& lanes, bool is_a
   slots_.push_back(slot);
 }
 
+namespace {
+
+// What T cannot tell from no spring is none, in every loop: a length that is infinite in T would make 0 times it not a number.
+template <class T>
+T unless_empty(bool is_empty, double value) noexcept {
+  return is_empty ? T(0) : static_cast<T>(value);
+}
+
+}  // namespace
+
 // The seed's methods and the filtered pulse treat each pair as if it were alone: W = k (w_a + w_b), of whose motion the owner
 // has the share w / (w_a + w_b).
 template <class T>
@@ -394,7 +405,8 @@ void NetworkProgram<T>::put_spring(const JoinedPair& s, double w, std::size_t la
     to.B[lane] = static_cast<T>(share * alone.B);
     to.C[lane] = static_cast<T>(share * alone.C);
     to.D[lane] = static_cast<T>(share * alone.D);
-    to.l[lane] = static_cast<T>(s.l);
+    const bool is_empty = to.A[lane] == 0 && to.B[lane] == 0 && to.C[lane] == 0 && to.D[lane] == 0;
+    to.l[lane] = unless_empty<T>(is_empty, s.l);
     if (to.linear != nullptr) to.linear[lane] = is_linear(s) ? T(1) : T(0);
     return;
   }
@@ -406,8 +418,8 @@ void NetworkProgram<T>::put_spring(const JoinedPair& s, double w, std::size_t la
     c = (1 - kick.E * kick.E) / (both * substep());
   }
   to.k[lane] = static_cast<T>(k);
-  to.kl[lane] = static_cast<T>(k * s.l);
   if (to.c != nullptr) to.c[lane] = static_cast<T>(c);
+  to.kl[lane] = unless_empty<T>(to.k[lane] == 0 && (to.c == nullptr || to.c[lane] == 0), k * s.l);
 }
 
 // ---- springs in sweeps -------------------------------------------------------------------------------------------------
