@@ -12,6 +12,7 @@
 #include "dvdx/constrain.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
+#include "kernel/passes/joined_run.hpp"
 #include "support/batch.hpp"
 #include "support/oracle.hpp"
 #include "support/threads.hpp"
@@ -22,32 +23,9 @@ using namespace dvdx;
 using test::Batch;
 using test::Joined;
 using test::Layout;
-
-struct Run {
-  Isa isa = Isa::reference;
-  Arithmetic arithmetic = Arithmetic::separate;
-  Layout layout = Layout::soa;
-  std::size_t threads = 1;
-};
-
-template <class T>
-Plan<T> plan_of(const Joined& joined, const Run& run, const State<T>& start) {
-  auto plan = compile<T>(joined.scene, {.step = joined.step, .isa = run.isa, .arithmetic = run.arithmetic}, start);
-  REQUIRE_MESSAGE(plan.has_value(), joined.name << ": " << plan.error().message());
-  return std::move(*plan);
-}
-
-template <class T>
-std::vector<T> stepped(const Joined& joined, const Run& run, std::size_t steps) {
-  Batch<T> batch(run.layout, joined.x.size());
-  test::place(joined, batch.view());
-  const Plan<T> plan = plan_of(joined, run, batch.view());
-  test::Threads workers(run.threads);
-  const ParallelFor parallel = run.threads > 1 ? workers.parallel_for() : ParallelFor{};
-  REQUIRE(plan.step(batch.view(), steps, parallel) == StepResult::done);
-  CHECK(batch.is_clean());
-  return test::values_of(batch.view());
-}
+using test::plan_of;
+using test::Run;
+using test::stepped;
 
 double x(const std::vector<double>& values, std::size_t i, std::size_t axis) { return values[6 * i + axis]; }
 double v(const std::vector<double>& values, std::size_t i, std::size_t axis) { return values[6 * i + 3 + axis]; }
