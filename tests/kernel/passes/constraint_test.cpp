@@ -15,7 +15,6 @@
 #include "kernel/passes/joined_run.hpp"
 #include "support/batch.hpp"
 #include "support/oracle.hpp"
-#include "support/threads.hpp"
 
 namespace {
 
