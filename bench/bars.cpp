@@ -470,7 +470,7 @@ void turnover(Report& report, const Run& run) {
   }
 }
 
-// The meadow by C's functions, over arrays of the caller's.
+// Gravity and drag by C's functions, over arrays of the caller's.
 class SteppedByC {
  public:
   SteppedByC(float* const (&columns)[6], std::size_t count, int threads)

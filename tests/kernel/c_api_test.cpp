@@ -524,6 +524,7 @@ TEST_CASE("c: what cannot come and go is refused, and nothing is stepped") {
   live = good;
   live.carried_count = 33;
   CHECK(step(live) == DVDX_INVALID);
+  CHECK(h.message() == "carried_count is 33: must be at most 32");
   live = good;
   live.state.precision = DVDX_FLOAT32;
   CHECK(step(live) == DVDX_PRECISION_DIFFERS);

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <limits>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <variant>
-#include <vector>
 
 #include "c_api/convert.hpp"
 #include "c_api/guard.hpp"
@@ -76,6 +78,22 @@ dvdx_status create(const Scene& scene, const Turnover& turnover, const Options& 
   return report(error, DVDX_DONE);
 }
 
+// Columns of the caller's that one call may carry: their list is made anew for each, on the stack.
+constexpr std::size_t most_carried = 32;
+
+dvdx_status check_carried(const dvdx_live& live, dvdx_error* error) noexcept {
+  if (live.carried_count > most_carried) {
+    std::array<char, 24> digits{};
+    const char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), live.carried_count).ptr;
+    return report(error, DVDX_INVALID, "carried_count", std::string_view(digits.data(), end), "at most 32");
+  }
+  if (live.carried_count == 0) return DVDX_DONE;
+  if (live.carried == nullptr) return missing(error, "carried");
+  const auto is_nowhere = [](const dvdx_carried& c) { return c.base == nullptr && c.bytes != 0; };
+  if (std::any_of(live.carried, live.carried + live.carried_count, is_nowhere)) return missing(error, "carried");
+  return DVDX_DONE;
+}
+
 template <class T>
 dvdx_status check_live(const dvdx_live& live, std::size_t capacity, dvdx_error* error) noexcept {
   if (const dvdx_status status = check_columns<T>(live.state, capacity, error); status != DVDX_DONE) return status;
@@ -86,23 +104,13 @@ dvdx_status check_live(const dvdx_live& live, std::size_t capacity, dvdx_error* 
     if (const dvdx_status status = check_column<T>(live.lifetime, "lifetime", error); status != DVDX_DONE) return status;
     if (live.age.base == nullptr) return report(error, DVDX_INVALID, "age", "a null pointer", "there where lifetime is");
   }
-  if (live.carried_count == 0) return DVDX_DONE;
-  if (live.carried == nullptr) return missing(error, "carried");
-  const auto is_nowhere = [](const dvdx_carried& c) { return c.base == nullptr && c.bytes != 0; };
-  if (std::any_of(live.carried, live.carried + live.carried_count, is_nowhere)) return missing(error, "carried");
-  return DVDX_DONE;
+  return check_carried(live, error);
 }
-
-// Columns of the caller's that one call may carry: their list is made anew for each, on the stack.
-constexpr std::size_t most_carried = 32;
 
 // work(the plan, the particles as C++ has them), and what came of them.
 template <class T, class Work>
 dvdx_status stepped(const LivePlan<T>& plan, dvdx_live& live, dvdx_error* error, const Work& work) noexcept {
   if (const dvdx_status status = check_live<T>(live, plan.turnover().capacity, error); status != DVDX_DONE) return status;
-  if (live.carried_count > most_carried) {
-    return report(error, DVDX_INVALID, "carried_count", "too large", "at most 32");
-  }
   std::array<Carried, most_carried> carried{};
   for (std::size_t i = 0; i < live.carried_count; ++i) {
     carried[i] = {live.carried[i].base, live.carried[i].stride, live.carried[i].bytes};

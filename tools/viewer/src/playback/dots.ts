@@ -1,5 +1,5 @@
 // Points of few pixels, put into the page's picture one by one: where the processor draws, WebGL takes a hundred times as long for
-// a point, and three times as long for a picture.
+// a point.
 import * as THREE from 'three';
 import type { Colour } from '../shared/palette';
 import type { Frame } from './frames';
