@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
+#include "compile/free_motion.hpp"
 #include "dvdx/dvdx.h"
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/plan.hpp"
 #include "isa/kernels.hpp"
-#include "program.hpp"
 #include "support/race.hpp"
 #include "support/report.hpp"
 #include "support/scenes.hpp"

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "network_program.hpp"
-#include "program.hpp"
+#include "compile/free_motion.hpp"
+#include "compile/joined_motion.hpp"
 
 namespace dvdx {
 namespace {

@@ -7,10 +7,10 @@
 #include <type_traits>
 #include <utility>
 
-#include "check.hpp"
-#include "environment.hpp"
-#include "network_program.hpp"
-#include "program.hpp"
+#include "compile/free_motion.hpp"
+#include "compile/joined_motion.hpp"
+#include "compile/validate.hpp"
+#include "execute/environment.hpp"
 
 namespace dvdx {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "fuzz/files.hpp"
 #include "fuzz/targets.hpp"
-#include "text_lines.hpp"
+#include "scene_io/text_lines.hpp"
 
 using namespace dvdx;
 

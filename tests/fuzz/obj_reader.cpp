@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "file_text.hpp"
 #include "fuzz/targets.hpp"
-#include "mesh_file.hpp"
+#include "scene_io/file_text.hpp"
+#include "scene_io/mesh_file.hpp"
 
 namespace dvdx::fuzz {
 namespace {

@@ -2,11 +2,11 @@
 #include <string>
 #include <vector>
 
-#include "fault.hpp"
 #include "fuzz/files.hpp"
 #include "fuzz/targets.hpp"
-#include "scene_reader.hpp"
-#include "text_lines.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/scene_reader.hpp"
+#include "scene_io/text_lines.hpp"
 
 namespace dvdx::fuzz {
 namespace {

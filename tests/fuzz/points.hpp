@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "file_text.hpp"
 #include "fuzz/targets.hpp"
-#include "points_file.hpp"
+#include "scene_io/file_text.hpp"
+#include "scene_io/points_file.hpp"
 
 namespace dvdx::fuzz {
 

@@ -1,12 +1,12 @@
 // Scene files, from their text to particles at their start and a plan: a scene, or a fault that says what is wrong.
-#include "scene_reader.hpp"
+#include "scene_io/scene_reader.hpp"
 
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
-#include "fault.hpp"
 #include "fuzz/files.hpp"
 #include "fuzz/targets.hpp"
-#include "start.hpp"
+#include "run/start.hpp"
+#include "scene_io/fault.hpp"
 
 namespace dvdx::fuzz {
 namespace {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "compile/free_motion.hpp"
 #include "dvdx/plan.hpp"
-#include "program.hpp"
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 #include "support/threads.hpp"

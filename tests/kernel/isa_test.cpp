@@ -6,8 +6,8 @@
 #include <set>
 #include <string>
 
+#include "compile/free_motion.hpp"
 #include "dvdx/plan.hpp"
-#include "program.hpp"
 
 namespace {
 

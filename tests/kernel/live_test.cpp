@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "compile/lifecycle.hpp"
 #include "dvdx/counter_random.hpp"
-#include "live_program.hpp"
 #include "support/batch.hpp"
 #include "support/threads.hpp"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "compile/free_motion.hpp"
 #include "dvdx/plan.hpp"
-#include "program.hpp"
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 

@@ -1,5 +1,5 @@
 // The report's own reference against answers of 20 digits that came from elsewhere.
-#include "closed_form.hpp"
+#include "closed_form/closed_form.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "counter_random.hpp"
+#include "scene_io/counter_random.hpp"
 
 #include <doctest/doctest.h>
 

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "dvdx/layouts/soa.hpp"
-#include "fault.hpp"
 #include "output/html_page.hpp"
 #include "output/writer.hpp"
-#include "scene_file.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/scene_file.hpp"
 #include "tools/scratch_folder.hpp"
 
 namespace {

@@ -1,5 +1,5 @@
 // Rounding over many steps: energy and phase against the random walk that theory expects.
-#include "stability/long_runs.hpp"
+#include "hard_cases/long_runs.hpp"
 
 #include <doctest/doctest.h>
 

@@ -8,8 +8,8 @@
 #include "dvdx/layouts/aosoa.hpp"
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/layouts/state_hash.hpp"
-#include "energy.hpp"
-#include "steps.hpp"
+#include "run/energy.hpp"
+#include "scene_io/steps.hpp"
 
 namespace {
 

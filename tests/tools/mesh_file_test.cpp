@@ -1,8 +1,8 @@
-#include "mesh_file.hpp"
+#include "scene_io/mesh_file.hpp"
 
 #include <doctest/doctest.h>
 
-#include "file_text.hpp"
+#include "scene_io/file_text.hpp"
 #include "tools/scratch_folder.hpp"
 
 namespace {

@@ -4,8 +4,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "fault.hpp"
-#include "scene_reader.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/scene_reader.hpp"
 #include "support/paths.hpp"
 #include "tools/schema.hpp"
 #include "tools/scratch_folder.hpp"

@@ -1,11 +1,11 @@
 // Where float32 states are measured from.
-#include "origin.hpp"
+#include "run/origin.hpp"
 
 #include <doctest/doctest.h>
 
-#include "scene_reader.hpp"
-#include "start.hpp"
-#include "state_memory.hpp"
+#include "run/start.hpp"
+#include "run/state_memory.hpp"
+#include "scene_io/scene_reader.hpp"
 
 namespace {
 

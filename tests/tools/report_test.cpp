@@ -15,7 +15,7 @@
 #include "report/sample.hpp"
 #include "report/summary.hpp"
 #include "report/table.hpp"
-#include "scene_reader.hpp"
+#include "scene_io/scene_reader.hpp"
 #include "support/paths.hpp"
 #include "tools/scratch_folder.hpp"
 

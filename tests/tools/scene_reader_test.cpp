@@ -1,4 +1,4 @@
-#include "scene_reader.hpp"
+#include "scene_io/scene_reader.hpp"
 
 #include <doctest/doctest.h>
 
@@ -6,8 +6,8 @@
 #include <span>
 
 #include "dvdx/layouts/soa.hpp"
-#include "fault.hpp"
-#include "start.hpp"
+#include "run/start.hpp"
+#include "scene_io/fault.hpp"
 #include "support/paths.hpp"
 #include "tools/schema.hpp"
 #include "tools/scratch_folder.hpp"

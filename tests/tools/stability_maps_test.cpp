@@ -10,12 +10,12 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
-#include "stability/analysis.hpp"
-#include "stability/bounce.hpp"
-#include "stability/growth_map.hpp"
-#include "stability/maps.hpp"
-#include "stability/maps_show.hpp"
-#include "stability/measurement.hpp"
+#include "maps/analysis.hpp"
+#include "maps/bounce.hpp"
+#include "maps/growth_map.hpp"
+#include "maps/maps.hpp"
+#include "maps/maps_show.hpp"
+#include "maps/measurement.hpp"
 
 namespace {
 

@@ -9,10 +9,10 @@
 #include <set>
 #include <stdexcept>
 
-#include "engine.hpp"
-#include "stability/cases.hpp"
-#include "stability/show.hpp"
-#include "stability/suite.hpp"
+#include "hard_cases/cases.hpp"
+#include "hard_cases/show.hpp"
+#include "hard_cases/suite.hpp"
+#include "run/engine.hpp"
 
 namespace {
 

@@ -8,8 +8,8 @@
 
 #include "dvdx/isa.hpp"
 #include "report/machine.hpp"
-#include "scene_reader.hpp"
-#include "seeds.hpp"
+#include "scene_io/scene_reader.hpp"
+#include "scene_io/seeds.hpp"
 #include "support/paths.hpp"
 #include "tools/scratch_folder.hpp"
 #include "tune/bench.hpp"

@@ -1,5 +1,5 @@
 // Scenes whose particles come and go: what is read, and what is refused.
-#include "turnover_reader.hpp"
+#include "scene_io/turnover_reader.hpp"
 
 #include <doctest/doctest.h>
 
@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "fault.hpp"
-#include "live_memory.hpp"
-#include "scene_reader.hpp"
+#include "run/live_memory.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/scene_reader.hpp"
 #include "support/paths.hpp"
 #include "tools/schema.hpp"
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "dvdx/layouts/soa.hpp"
-#include "fault.hpp"
-#include "points_file.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/points_file.hpp"
 #include "tools/scratch_folder.hpp"
 
 namespace {

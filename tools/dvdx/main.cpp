@@ -3,7 +3,7 @@
 #include <memory>
 #include <new>
 
-#include "commands.hpp"
+#include "commands/commands.hpp"
 #include "dvdx/build_info.hpp"
 
 namespace {

@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "forces/flow.hpp"
-#include "forces/psi.hpp"
+#include "math/psi.hpp"
 
 // Equation      x'' = f - W (x - c) - g x' + a(tau);  w = W h^2, q = g h;  e = x - c
 //               W, g, c and f gather every spring, drag, wind and constant acceleration of the particle before integration.

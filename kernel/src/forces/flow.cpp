@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "forces/elementary.hpp"
+#include "math/elementary.hpp"
 
 // Equation   y'' + q y' + w y = s^(k-2)/(k-2)!, s = 0..1, from rest: y(1) = psi_k, y'(1) = psi_{k-1}  (psi.hpp).
 // Solution   scaling and doubling (Higham, Functions of Matrices, 2008, section 10.3, for the exponential): on a step of 2^-m

@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "forces/psi.hpp"
-#include "forces/two_double.hpp"
+#include "math/psi.hpp"
+#include "math/two_double.hpp"
 
 namespace dvdx {
 

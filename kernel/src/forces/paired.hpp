@@ -2,7 +2,7 @@
 #pragma once
 
 #include "forces/combined.hpp"
-#include "forces/shear.hpp"
+#include "math/shear.hpp"
 
 namespace dvdx {
 

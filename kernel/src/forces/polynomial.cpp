@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "forces/two_double.hpp"
+#include "math/two_double.hpp"
 
 // Equation      x'' = tau^k, tau the time since the step's start
 // Solution      v = tau^(k+1)/(k+1),  x = tau^(k+2)/((k+1)(k+2))

@@ -1,8 +1,8 @@
 #include "forces/radial_spring.hpp"
 
-#include "forces/elementary.hpp"
 #include "forces/flow.hpp"
 #include "forces/spring.hpp"
+#include "math/elementary.hpp"
 
 // Equation      x'' = -(W (r - l) + g r') n,  n = (x - c)/r, r = |x - c|, l the rest length
 // Solution      none in closed form in space: the direction n turns. Along a direction that did not turn it would be a

@@ -1,8 +1,8 @@
 #include "forces/sinusoid.hpp"
 
 #include "forces/combined.hpp"
-#include "forces/elementary.hpp"
-#include "forces/two_double.hpp"
+#include "math/elementary.hpp"
+#include "math/two_double.hpp"
 
 // Equation      x'' = sin(Omega tau + phi), phi the phase at the step's start, theta = Omega h
 // Solution      dv = h (sin(phi) sin(theta)/theta + cos(phi) (1 - cos theta)/theta)

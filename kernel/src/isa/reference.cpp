@@ -1,5 +1,5 @@
 #include "isa/tables.hpp"
-#include "passes/sweep_reference.hpp"
+#include "passes/block_loop_reference.hpp"
 
 namespace dvdx {
 

@@ -1,5 +1,5 @@
 #include "isa/tables.hpp"
-#include "passes/sweep.inl.hpp"
+#include "passes/block_loop.inl.hpp"
 
 namespace dvdx {
 

@@ -1,4 +1,4 @@
-#include "forces/elementary.hpp"
+#include "math/elementary.hpp"
 
 #include <doctest/doctest.h>
 

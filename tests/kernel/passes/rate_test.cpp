@@ -12,9 +12,9 @@
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
 #include "forces/combined.hpp"
-#include "forces/elementary.hpp"
-#include "forces/psi.hpp"
 #include "isa/kernels.hpp"
+#include "math/elementary.hpp"
+#include "math/psi.hpp"
 
 using namespace dvdx;
 

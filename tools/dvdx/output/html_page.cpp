@@ -8,7 +8,7 @@
 #include <system_error>
 #include <vector>
 
-#include "file_text.hpp"
+#include "scene_io/file_text.hpp"
 
 namespace dvdx::tool {
 namespace {

@@ -9,8 +9,6 @@
 #include <variant>
 #include <vector>
 
-#include "fault.hpp"
-#include "names.hpp"
 #include "output/base64.hpp"
 #include "output/bytes.hpp"
 #include "output/deflate.hpp"
@@ -18,7 +16,9 @@
 #include "output/html_page.hpp"
 #include "output/part_file.hpp"
 #include "output/writer.hpp"
-#include "scene_file.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/names.hpp"
+#include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
 namespace {

@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "fault.hpp"
+#include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
 namespace {

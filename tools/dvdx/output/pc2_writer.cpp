@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "fault.hpp"
 #include "output/bytes.hpp"
 #include "output/part_file.hpp"
 #include "output/writer.hpp"
+#include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
 namespace {

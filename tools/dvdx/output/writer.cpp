@@ -7,7 +7,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "fault.hpp"
+#include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "dvdx/layouts/state.hpp"
-#include "topology.hpp"
+#include "scene_io/topology.hpp"
 
 namespace dvdx::tool {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "forces/elementary.hpp"
+#include "math/elementary.hpp"
 
 namespace dvdx {
 namespace {

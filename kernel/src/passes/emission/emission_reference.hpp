@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "dvdx/counter_random.hpp"
-#include "forces/elementary.hpp"
+#include "math/elementary.hpp"
 #include "passes/emission/emission.hpp"
 
 namespace dvdx::reference {

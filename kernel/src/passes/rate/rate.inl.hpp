@@ -4,9 +4,9 @@
 
 #include <cstddef>
 
-#include "forces/elementary.hpp"
-#include "forces/psi.hpp"
 #include "isa/lanes.hpp"
+#include "math/elementary.hpp"
+#include "math/psi.hpp"
 #include "passes/rate/rate.hpp"
 
 namespace dvdx {

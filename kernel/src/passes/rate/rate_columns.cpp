@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 
-#include "forces/elementary.hpp"
 #include "forces/paired.hpp"
-#include "forces/psi.hpp"
-#include "forces/shear.hpp"
 #include "forces/spring.hpp"
+#include "math/elementary.hpp"
+#include "math/psi.hpp"
+#include "math/shear.hpp"
 
 namespace dvdx {
 namespace {

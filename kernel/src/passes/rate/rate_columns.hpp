@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <span>
 
+#include "compile/system.hpp"
 #include "isa/kernels.hpp"
 #include "passes/terms.hpp"
-#include "system.hpp"
 
 namespace dvdx {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "forces/combined.hpp"
-#include "forces/psi.hpp"
+#include "math/psi.hpp"
 #include "passes/rate/rate.hpp"
 
 namespace dvdx::reference {

@@ -1,0 +1,331 @@
+#include "compile/free_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include "compile/joined_motion.hpp"
+#include "forces/paired.hpp"
+#include "forces/radial_spring.hpp"
+#include "math/shear.hpp"
+#include "passes/contact/make_surface.hpp"
+#include "passes/rate/rate_columns.hpp"
+
+namespace dvdx {
+namespace {
+
+// What first-level cache holds besides the plan's own constants; 24 KiB of 32 leaves room for the stack.
+constexpr std::size_t block_bytes = 24 * 1024;
+
+enum class Drive { none, offsets };
+
+// Below this angle of a step the fused form rounds less than the state itself; above, its trace has too coarse a grid.
+constexpr double shear_from = 0.15;
+
+// Whether one axis of one exact system does better in three shears than in the fused form: undamped (energy is then kept over
+// any number of steps, whatever the rounding of the coefficients), or weakly damped and turning by more than `shear_from` a
+// step. Damped, t1 and t2 have poles where the angle is a multiple of pi, and would carry the rounding of v into x.
+bool gains_by_shears(const AxisMotion& motion, double h) {
+  if (motion.g == 0) return true;
+  const double omega = std::sqrt(motion.W);
+  const bool is_weak = std::abs(motion.g * h) <= 0.5 && motion.g < omega;
+  if (!is_weak || omega * std::abs(h) < shear_from) return false;
+  const Shear k = shear(motion.combined, motion.g, h);
+  return k.kick > 0 && std::abs(k.t1) * omega <= 2 && std::abs(k.t2) * omega <= 2;
+}
+
+template <class T>
+bool is_sheared(const System& system) {
+  // In float64 the coefficients' rounding is too small to matter.
+  if (!std::is_same_v<T, float> || !system.has_springs() || !system.is_one_system()) return false;
+  if (!system.is_uniform()) return !system.is_damped();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!gains_by_shears(system.motion(axis, 0), system.flow_step())) return false;
+  }
+  return true;
+}
+
+template <class T>
+Flow choose_flow(const System& system, Drive drive) {
+  if (!system.is_uniform()) {
+    if (!system.has_springs()) return Flow::rate_drift;
+    return is_sheared<T>(system) ? Flow::rate_shear : Flow::rate_fused;
+  }
+  if (!system.has_springs()) return Flow::drift;
+  const bool is_driven = drive == Drive::offsets;
+  if (is_sheared<T>(system) && system.has_anchor_each()) return is_driven ? Flow::driven_shear_each : Flow::shear_each;
+  if (is_sheared<T>(system)) return is_driven ? Flow::driven_shear : Flow::shear;
+  if (system.has_anchor_each()) return is_driven ? Flow::driven_fused_each : Flow::fused_each;
+  return is_driven ? Flow::driven_fused : Flow::fused;
+}
+
+// How far constant forces shift the anchor of one exact system to its equilibrium, f/W by axis: a step then needs no offsets.
+// Nothing where that would cost a digit: the shifted anchor, rounded, must hold the shift to its last bit or so. And nothing
+// where time, separate forces or anchors each make offsets of their own.
+template <class T>
+std::optional<Vec3> equilibrium_shift(const System& system) {
+  if (!system.is_uniform() || !system.has_springs() || system.depends_on_time() || !system.is_one_system()) return std::nullopt;
+  Vec3 shift{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double f = 0;
+    for (const Source& source : system.sources()) {
+      if (source.is_alike()) return std::nullopt;
+      const double share = source.kind == Source::Kind::wind ? system.rate(source.force, axis, 0).g : 1;
+      f += share * system.amplitude(source, Clock{})[axis];
+    }
+    if (f == 0) continue;
+    const double c = system.common_anchor(axis, 0);
+    shift[axis] = f / system.combined_rate(axis, 0).W;
+    const double there = c + shift[axis];
+    const double lost = std::abs((static_cast<double>(static_cast<T>(there)) - c) - shift[axis]);
+    const bool is_held = lost <= static_cast<double>(std::numeric_limits<T>::epsilon()) * std::abs(shift[axis]);
+    if (!is_held || system.has_anchor_each()) return std::nullopt;
+  }
+  return shift;
+}
+
+template <class T>
+FusedAxis<T> rounded(const AxisMotion& motion) {
+  return {static_cast<T>(motion.A), static_cast<T>(motion.B), static_cast<T>(motion.C), static_cast<T>(motion.S)};
+}
+
+// Rounded together where the motion is one exact system: see forces/paired.hpp.
+template <class T>
+FusedAxis<T> rounded_together(const AxisMotion& motion) {
+  if constexpr (std::is_same_v<T, float>) {
+    const FusedF k = paired(motion.combined);
+    return {k.A, k.B, k.C, k.S};
+  } else {
+    return rounded<T>(motion);
+  }
+}
+
+template <class T>
+ShearAxis<T> rounded(const Shear& exact) {
+  const ShearF k = paired(exact);
+  return {static_cast<T>(k.sign), static_cast<T>(k.t1), static_cast<T>(k.s), static_cast<T>(k.t2), static_cast<T>(k.kappa)};
+}
+
+}  // namespace
+
+template <class T>
+Program<T>::Program(Scene scene_, const Options& options_, Isa isa_, std::optional<std::size_t> count_,
+                    std::vector<Vec3> start_)
+    : scene(std::move(scene_)),
+      options(options_),
+      isa(isa_),
+      count(count_),
+      start(std::move(start_)),
+      system(scene, start, options.step),
+      kernels(find_kernels<T>(isa, options.arithmetic)),
+      equilibrium(equilibrium_shift<T>(system)),
+      flow(choose_flow<T>(system, equilibrium ? Drive::none : Drive::offsets)),
+      extra(extras_of(system.radial().size(), scene.contacts.size())),
+      block(0) {
+  reserve();
+  make_coefficients();
+}
+
+template <class T>
+Program<T>::~Program() = default;
+
+template <class T>
+std::size_t Program<T>::column_length() const noexcept {
+  return (count.value_or(0) + max_block - 1) / max_block * max_block;
+}
+
+template <class T>
+AxisColumns<T> Program<T>::make_columns(std::size_t axes) {
+  AxisColumns<T> view{};
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    memory_.push_back(aligned_array<T>(column_length(), options.memory));
+    view[axis] = memory_.back().get();
+  }
+  for (std::size_t axis = axes; axis < 3; ++axis) view[axis] = view[0];
+  return view;
+}
+
+// Memory for everything that differs from particle to particle, and nothing else.
+template <class T>
+void Program<T>::reserve() {
+  const std::size_t axes = system.is_isotropic() ? 1 : 3;
+  Rates<T>& rates = terms.rates;
+  if (flow == Flow::rate_shear) {
+    for (auto* columns : {&rates.sign, &rates.t1, &rates.s, &rates.t2}) *columns = make_columns(axes);
+  } else if (is_rate(flow)) {
+    for (auto* columns : {&rates.B, &rates.S}) *columns = make_columns(axes);
+    if (flow == Flow::rate_fused) {
+      for (auto* columns : {&rates.A, &rates.C}) *columns = make_columns(axes);
+    }
+  }
+  if (dvdx::has_anchor_each(flow)) {
+    terms.anchor_each = make_columns(3);
+  }
+  for (std::size_t k = 0; k < system.sources().size(); ++k) {
+    const Source& source = system.sources()[k];
+    if (!is_rate(flow) || source.is_alike()) continue;
+    const std::size_t source_axes = source.kind == Source::Kind::anchors ? 3 : axes;
+    rates.gain_v[rates.sources] = make_columns(source_axes);
+    rates.gain_x[rates.sources] = make_columns(source_axes);
+    ++rates.sources;
+    columns_of_.push_back(k);
+  }
+  const std::size_t bytes = 6 * sizeof(T) + memory_.size() * sizeof(T);
+  const std::size_t chosen = std::clamp(block_bytes / bytes / block_unit * block_unit, 4 * block_unit, max_block);
+  block = options.block != 0 ? options.block : chosen;
+}
+
+template <class T>
+void Program<T>::make_coefficients() {
+  system = System(scene, start, options.step);
+  terms.h = static_cast<T>(options.step);
+  terms.impacts = options.impacts;
+  equilibrium = equilibrium_shift<T>(system);
+  flow = choose_flow<T>(system, equilibrium ? Drive::none : Drive::offsets);
+  terms.turn = flow == Flow::rate_shear ? Turn::turned : Turn::none;
+  gains_.assign(system.sources().size(), {});
+  if (is_rate(flow)) {
+    make_rates();
+  } else {
+    make_uniform();
+  }
+  make_anchors();
+  make_radial();
+  make_surfaces();
+}
+
+template <class T>
+void Program<T>::make_uniform() {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const AxisMotion motion = system.motion(axis, 0);
+    terms.anchor[axis] = static_cast<T>(motion.c + (equilibrium ? (*equilibrium)[axis] : 0));
+    terms.fused[axis] = system.is_one_system() ? rounded_together<T>(motion) : rounded<T>(motion);
+    if (is_shear(flow)) {
+      terms.shear[axis] = rounded<T>(shear(motion.combined, motion.g, system.flow_step()));
+      if (terms.shear[axis].sign < 0) terms.turn = Turn::turned;
+    }
+    for (std::size_t k = 0; k < gains_.size(); ++k) gains_[k][axis] = system.gain(system.sources()[k], axis, 0, motion);
+  }
+}
+
+template <class T>
+void Program<T>::make_rates() {
+  dvdx::make_rates<T>(system, *kernels, flow, *count, columns_of_, terms.rates);
+  for (std::size_t k = 0; k < gains_.size(); ++k) {
+    const Source& source = system.sources()[k];
+    if (source.is_alike()) gains_[k].fill(system.gain(source, 0, 0, AxisMotion{}));
+  }
+}
+
+template <class T>
+void Program<T>::make_anchors() {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (terms.anchor_each[axis] == nullptr) continue;
+    T* column = writable(terms.anchor_each[axis]);
+    for (std::size_t i = 0; i < *count; ++i) column[i] = static_cast<T>(system.common_anchor(axis, i));
+  }
+}
+
+template <class T>
+void Program<T>::make_radial() {
+  radial_.resize(system.radial().size());
+  for (std::size_t k = 0; k < radial_.size(); ++k) {
+    const auto& spring = std::get<RadialSpring>(scene.forces[system.radial()[k]]);
+    RadialTerms<T>& out = radial_[k];
+    const bool is_each = !spring.stiffness.is_uniform() || (!scene.mass.is_uniform());
+    const auto column = [&](const T*& view) {
+      if (view == nullptr) {
+        memory_.push_back(aligned_array<T>(column_length(), options.memory));
+        view = memory_.back().get();
+      }
+      return writable(view);
+    };
+    const auto put = [&](std::size_t i, double value, T& all, const T*& each) {
+      if (is_each) {
+        column(each)[i] = static_cast<T>(value);
+      } else {
+        all = static_cast<T>(value);
+      }
+    };
+    for (std::size_t i = 0; i < (is_each ? *count : 1); ++i) {
+      const double W = spring.stiffness[i] / scene.mass[i];
+      const double g = spring.damping / scene.mass[i];
+      if (k < system.kicks()) {
+        const RadialKick kick = radial_kick(W, g, options.step);
+        put(i, kick.kappa, out.kappa, out.kappa_each);
+        put(i, kick.E, out.E, out.E_each);
+      } else {
+        const Contribution c = radial_spring(W, g, options.step, system.method(system.radial()[k]));
+        put(i, c.A, out.A, out.A_each);
+        put(i, c.B, out.B, out.B_each);
+        put(i, c.C, out.C, out.C_each);
+        put(i, c.D, out.D, out.D_each);
+      }
+    }
+    out.rest_length = static_cast<T>(spring.rest_length[0]);
+    if (!spring.rest_length.is_uniform()) {
+      for (std::size_t i = 0; i < *count; ++i) column(out.rest_length_each)[i] = static_cast<T>(spring.rest_length[i]);
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (std::holds_alternative<Vec3>(spring.anchor) && !scene.origin.is_each()) {
+        out.anchor[axis] = static_cast<T>(system.anchor(spring.anchor, 0)[axis]);
+      } else {
+        for (std::size_t i = 0; i < *count; ++i) {
+          column(out.anchor_each[axis])[i] = static_cast<T>(system.anchor(spring.anchor, i)[axis]);
+        }
+      }
+    }
+  }
+  terms.radial = radial_.data();
+  terms.radial_count = radial_.size();
+  terms.kicks = system.kicks();
+}
+
+template <class T>
+void Program<T>::make_surfaces() {
+  // A parabola through a path that bends back within a step invents dips (math: it is trusted below these bounds).
+  double q = 0;
+  double z = 0;
+  for (std::size_t i = 0; i < (system.is_uniform() ? 1 : *count); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Rate total = system.total_rate(axis, i);
+      q = std::max(q, total.g * std::abs(options.step));
+      z = std::max(z, std::sqrt(total.W) * std::abs(options.step));
+    }
+  }
+  surfaces_.clear();
+  for (const Contact& contact : scene.contacts)
+    surfaces_.push_back(make_surface<T>(contact, scene.origin.at(0), q < 1 && z < 2));
+  terms.surfaces = surfaces_.data();
+  terms.surface_count = surfaces_.size();
+}
+
+template <class T>
+void Program<T>::offsets_at(const Clock& clock, Offsets<T>& offsets) const noexcept {
+  Vec3 P{};
+  Vec3 Q{};
+  std::size_t column = 0;
+  for (std::size_t k = 0; k < gains_.size(); ++k) {
+    const Vec3 amplitude = system.amplitude(system.sources()[k], clock);
+    if (column < columns_of_.size() && columns_of_[column] == k) {
+      for (std::size_t axis = 0; axis < 3; ++axis) offsets.amplitude[column][axis] = static_cast<T>(amplitude[axis]);
+      ++column;
+      continue;
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      P[axis] += gains_[k][axis].v * amplitude[axis];
+      Q[axis] += gains_[k][axis].x * amplitude[axis];
+    }
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    offsets.P[axis] = static_cast<T>(P[axis]);
+    offsets.Q[axis] = static_cast<T>(Q[axis]);
+  }
+}
+
+template class Program<float>;
+template class Program<double>;
+
+}  // namespace dvdx

@@ -1,0 +1,290 @@
+// Compiling what comes and goes, and saying what is wrong with it.
+#include "compile/lifecycle.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "dvdx/live.hpp"
+#include "execute/environment.hpp"
+
+namespace dvdx {
+namespace {
+
+constexpr std::size_t most_particles = 0xffffffff;
+
+std::string text(double value) {
+  char buffer[32];
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
+}
+
+double length_of(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+
+// Collects the first error; later checks are skipped.
+class Checker {
+ public:
+  std::optional<Error> error;
+
+  void require(bool holds, const std::string& field, const std::string& value, const std::string& valid) {
+    if (!holds && !error) error = Error{field, value, valid};
+  }
+  void finite(const std::string& field, double value) { require(std::isfinite(value), field, text(value), "a finite number"); }
+  void finite(const std::string& field, const Vec3& value) {
+    for (std::size_t axis = 0; axis < 3; ++axis) finite(field + "[" + std::to_string(axis) + "]", value[axis]);
+  }
+  void not_negative(const std::string& field, double value) {
+    require(std::isfinite(value) && value >= 0, field, text(value), "a finite number >= 0");
+  }
+  void direction(const std::string& field, const Vec3& value) {
+    finite(field, value);
+    const double length = length_of(value);
+    require(length > 0 && std::isfinite(length), field, "of length " + text(length), "a vector of finite length > 0");
+  }
+  void box(const std::string& field, const Box& box) {
+    finite(field + ".min", box.min);
+    finite(field + ".max", box.max);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      require(box.min[axis] <= box.max[axis], field + ".min[" + std::to_string(axis) + "]", text(box.min[axis]),
+              "at most max, which is " + text(box.max[axis]));
+    }
+  }
+
+  void shape(const std::string& field, const std::variant<Vec3, Disc, Box>& shape) {
+    if (const auto* point = std::get_if<Vec3>(&shape)) finite(field, *point);
+    if (const auto* bounds = std::get_if<Box>(&shape)) box(field, *bounds);
+    if (const auto* disc = std::get_if<Disc>(&shape)) {
+      finite(field + ".center", disc->center);
+      direction(field + ".normal", disc->normal);
+      not_negative(field + ".radius", disc->radius);
+    }
+  }
+  void emitter(const std::string& at, const Emitter& e) {
+    shape(at + ".shape", e.shape);
+    not_negative(at + ".rate", e.rate);
+    finite(at + ".start", e.start);
+    require(e.end >= e.start, at + ".end", text(e.end), "at least start, which is " + text(e.start));
+    finite(at + ".velocity", e.velocity);
+    if (const auto* radius = std::get_if<double>(&e.spread)) not_negative(at + ".spread", *radius);
+    if (const auto* sides = std::get_if<Vec3>(&e.spread)) {
+      for (std::size_t axis = 0; axis < 3; ++axis) not_negative(at + ".spread[" + std::to_string(axis) + "]", (*sides)[axis]);
+    }
+    require(e.least_lifetime > 0, at + ".least_lifetime", text(e.least_lifetime), "a number > 0");
+    require(e.most_lifetime >= e.least_lifetime, at + ".most_lifetime", text(e.most_lifetime),
+            "at least least_lifetime, which is " + text(e.least_lifetime));
+    require(std::isfinite(e.most_lifetime) || !std::isfinite(e.least_lifetime), at + ".most_lifetime", text(e.most_lifetime),
+            "a finite number, as least_lifetime is one");
+  }
+  void removal(const Removal& r) {
+    require(r.boundaries.size() <= max_boundaries, "removal.boundaries", std::to_string(r.boundaries.size()) + " of them",
+            "at most " + std::to_string(max_boundaries));
+    for (std::size_t i = 0; i < r.boundaries.size(); ++i) {
+      const std::string at = "removal.boundaries[" + std::to_string(i) + "]";
+      direction(at + ".normal", r.boundaries[i].normal);
+      finite(at + ".offset", r.boundaries[i].offset);
+    }
+    if (r.outside) box("removal.outside", *r.outside);
+  }
+};
+
+std::optional<Error> check(const Turnover& turnover, const Options& options) {
+  Checker check;
+  check.require(options.step > 0, "step", text(options.step), "a finite number > 0 where particles come and go");
+  check.require(options.rounding == Rounding::plain, "rounding", "compensated", "plain where particles come and go");
+  check.require(turnover.capacity > 0 && turnover.capacity <= most_particles, "capacity", std::to_string(turnover.capacity),
+                "a whole number from 1 to 4294967295");
+  for (std::size_t i = 0; i < turnover.emitters.size(); ++i) {
+    check.emitter("emitters[" + std::to_string(i) + "]", turnover.emitters[i]);
+  }
+  check.removal(turnover.removal);
+  return check.error;
+}
+
+// Values that belong to one particle would have to move with it.
+std::optional<Error> check_alike(const Scene& scene) {
+  const std::string valid = "alike for all particles where they come and go";
+  if (!scene.mass.is_uniform()) return Error{"mass", "given for each particle", valid};
+  for (std::size_t i = 0; i < scene.forces.size(); ++i) {
+    const std::string at = "forces[" + std::to_string(i) + "]";
+    const auto different = [&](const auto& f) -> std::string {
+      if constexpr (requires { f.stiffness; }) {
+        if (!f.stiffness.is_uniform()) return ".stiffness";
+      }
+      if constexpr (requires { f.coefficient; }) {
+        if (!f.coefficient.is_uniform()) return ".coefficient";
+      }
+      if constexpr (requires { f.rest_length; }) {
+        if (!f.rest_length.is_uniform()) return ".rest_length";
+      }
+      if constexpr (requires { f.anchor; }) {
+        if (!std::holds_alternative<Vec3>(f.anchor)) return ".anchor";
+      }
+      return "";
+    };
+    const std::string field = std::visit(different, scene.forces[i]);
+    if (!field.empty()) return Error{at + field, "given for each particle", valid};
+  }
+  const std::string absent = "left out where particles come and go";
+  if (!scene.networks.empty()) return Error{"network", "there", absent};
+  if (!scene.constraints.empty()) return Error{"constraints", "there", absent};
+  if (!scene.fixed.empty()) return Error{"fixed", "there", absent};
+  if (!scene.origin.is_world()) return Error{"origin", "there", absent};
+  return std::nullopt;
+}
+
+Vec3 scaled(const Vec3& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
+Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+// Without a math library, whose hypot need not be the same everywhere.
+Vec3 unit(const Vec3& v) {
+  const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+  const Vec3 w = scaled(v, 1 / largest);
+  return scaled(w, 1 / std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]));
+}
+
+// Two vectors of the disc's radius, at right angles to its normal and to each other.
+std::array<Vec3, 2> radii_of(const Disc& disc) {
+  const Vec3 n = unit(disc.normal);
+  Vec3 other{};  // the axis that is farthest from the normal
+  other[static_cast<std::size_t>(
+      std::min_element(n.begin(), n.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }) - n.begin())] = 1;
+  const Vec3 first = unit(cross(n, other));
+  return {scaled(first, disc.radius), scaled(cross(n, first), disc.radius)};
+}
+
+EmissionTerms terms_of(const Emitter& e) {
+  EmissionTerms terms;
+  if (const auto* point = std::get_if<Vec3>(&e.shape)) terms.origin = *point;
+  if (const auto* disc = std::get_if<Disc>(&e.shape)) {
+    terms.shape = EmissionShape::disc;
+    terms.origin = disc->center;
+    terms.radii = radii_of(*disc);
+  }
+  if (const auto* box = std::get_if<Box>(&e.shape)) {
+    terms.shape = EmissionShape::box;
+    terms.origin = box->min;
+    terms.most = box->max;
+  }
+  terms.velocity = e.velocity;
+  if (const auto* radius = std::get_if<double>(&e.spread); radius != nullptr && *radius > 0) {
+    terms.spread = EmissionSpread::ball;
+    terms.radius = *radius;
+  }
+  if (const auto* sides = std::get_if<Vec3>(&e.spread)) {
+    terms.spread = EmissionSpread::box;
+    terms.half_sides = *sides;
+  }
+  terms.lifetime = e.least_lifetime;
+  terms.lifetime_range = e.most_lifetime > e.least_lifetime ? e.most_lifetime - e.least_lifetime : 0;
+  terms.interval = e.rate > 0 ? 1 / e.rate : 0;
+  terms.seed = e.seed;
+  return terms;
+}
+
+template <class T>
+RemovalTerms<T> terms_of(const Removal& removal) {
+  RemovalTerms<T> terms;
+  const auto rounded = [](const Vec3& v) {
+    return std::array<T, 3>{static_cast<T>(v[0]), static_cast<T>(v[1]), static_cast<T>(v[2])};
+  };
+  for (const auto& boundary : removal.boundaries) {
+    terms.planes[terms.plane_count++] = {rounded(unit(boundary.normal)), static_cast<T>(boundary.offset)};
+  }
+  if (removal.outside) {
+    terms.has_box = true;
+    terms.min = rounded(removal.outside->min);
+    terms.max = rounded(removal.outside->max);
+  }
+  terms.removes_not_finite = removal.not_finite == NotFinite::removed;
+  return terms;
+}
+
+constexpr std::size_t numbers_each = 8;  // state, age and lifetime
+
+}  // namespace
+
+template <class T>
+LiveProgram<T>::LiveProgram(Plan<T> steps, Turnover values, const Memory& memory)
+    : plan(std::move(steps)),
+      turnover(std::move(values)),
+      passes(turnover_table(plan.isa())),
+      removal(terms_of<T>(turnover.removal)),
+      scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk, memory)),
+      spill_bytes((turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
+      spill(aligned_array<T>(spill_bytes / sizeof(T), memory)) {
+  for (const Emitter& emitter : turnover.emitters) emitters.push_back(terms_of(emitter));
+  for (auto& by : births) by.resize(emitters.size());
+}
+
+template <class T>
+LivePlan<T>::LivePlan(std::unique_ptr<LiveProgram<T>> program) noexcept : program_(std::move(program)) {}
+template <class T>
+LivePlan<T>::LivePlan(LivePlan&&) noexcept = default;
+template <class T>
+LivePlan<T>& LivePlan<T>::operator=(LivePlan&&) noexcept = default;
+template <class T>
+LivePlan<T>::~LivePlan() = default;
+
+template <class T>
+const Plan<T>& LivePlan<T>::plan() const noexcept {
+  return program_->plan;
+}
+template <class T>
+const Turnover& LivePlan<T>::turnover() const noexcept {
+  return program_->turnover;
+}
+
+template <class T>
+std::string LivePlan<T>::explain() const {
+  const auto& p = *program_;
+  const double step = p.plan.step_size();
+  double rate = 0;
+  for (const Emitter& emitter : p.turnover.emitters) rate += emitter.rate;
+  std::string words = "turnover     at most " + std::to_string(p.turnover.capacity) + " particles live at once; " +
+                      std::to_string(p.emitters.size()) + (p.emitters.size() == 1 ? " emitter" : " emitters");
+  if (rate > 0) words += ", up to " + text(rate * step) + " births a step";
+  words += "\n             up to " + std::to_string(batch_steps) + " steps while a chunk of " + std::to_string(live_chunk) +
+           " particles is in cache; fewer where the births of so many might find no room\n";
+  words += "removal      of age (2 columns more), once a call";
+  if (p.removal.looks_at_places()) {
+    words += "; by place, looked at after every step: " + std::to_string(p.removal.plane_count) + " boundaries";
+    if (p.removal.has_box) words += ", a box";
+    if (p.removal.removes_not_finite) words += ", what is not finite";
+  }
+  words +=
+      "\n             what stays is moved together in its order: each column is read and written once more where anything "
+      "before it goes, in the same pass as the steps\n";
+  words += "             " + std::to_string(p.spill_bytes) + " bytes of the plan's own, for threads\n";
+  return words;
+}
+
+template <class T>
+Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options) {
+  const StepEnvironment environment;  // what is made here does not depend on the caller's rounding mode
+  if (auto error = check(turnover, options)) return tl::unexpected(*error);
+  if (auto error = check_alike(scene)) return tl::unexpected(*error);
+  auto plan = compile<T>(scene, options);
+  if (!plan) return tl::unexpected(plan.error());
+  return LivePlan<T>(std::make_unique<LiveProgram<T>>(std::move(*plan), turnover, options.memory));
+}
+
+template class LiveProgram<float>;
+template class LiveProgram<double>;
+template LivePlan<float>::LivePlan(std::unique_ptr<LiveProgram<float>>) noexcept;
+template LivePlan<double>::LivePlan(std::unique_ptr<LiveProgram<double>>) noexcept;
+template LivePlan<float>::LivePlan(LivePlan&&) noexcept;
+template LivePlan<double>::LivePlan(LivePlan&&) noexcept;
+template LivePlan<float>& LivePlan<float>::operator=(LivePlan&&) noexcept;
+template LivePlan<double>& LivePlan<double>::operator=(LivePlan&&) noexcept;
+template LivePlan<float>::~LivePlan();
+template LivePlan<double>::~LivePlan();
+template const Plan<float>& LivePlan<float>::plan() const noexcept;
+template const Plan<double>& LivePlan<double>::plan() const noexcept;
+template const Turnover& LivePlan<float>::turnover() const noexcept;
+template const Turnover& LivePlan<double>::turnover() const noexcept;
+template std::string LivePlan<float>::explain() const;
+template std::string LivePlan<double>::explain() const;
+template Expected<LivePlan<float>> compile<float>(const Scene&, const Turnover&, const Options&);
+template Expected<LivePlan<double>> compile<double>(const Scene&, const Turnover&, const Options&);
+
+}  // namespace dvdx

@@ -1,0 +1,61 @@
+// What particles that come and go compile to: a plan that steps them, the tables of the passes, and memory to work in.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/live.hpp"
+#include "isa/turnover.hpp"
+#include "math/two_double.hpp"
+
+namespace dvdx {
+
+// Steps that are taken while a chunk is in cache: what dies on the way is stepped to their end, which of a life of 50 steps is
+// one in 14.
+inline constexpr std::size_t batch_steps = 8;
+inline constexpr std::size_t live_chunk = 1024;    // particles that are stepped, marked and moved while they are in cache
+inline constexpr std::size_t live_segments = 8;    // pieces that the particles are cut into for threads
+inline constexpr std::size_t scratch_columns = 8;  // of a state, age and lifetime
+inline constexpr std::size_t most_groups = batch_steps + live_segments;
+
+// Births of one emitter until some time, as many as are whole, and as a number.
+struct BirthsBy {
+  std::uint64_t whole = 0;
+  TwoDouble number{};
+};
+BirthsBy births_by(const Emitter& emitter, const Clock& clock) noexcept;
+
+// Particles side by side that are stepped alike.
+struct LiveGroup {
+  std::size_t first = 0, count = 0;
+  std::size_t steps = 0;
+  Clock clock{};
+  bool is_new = false;  // born in this batch: looked at before the first step too
+};
+
+template <class T>
+class LiveProgram {
+ public:
+  LiveProgram(Plan<T> steps, Turnover values, const Memory& memory);
+
+  Plan<T> plan;
+  Turnover turnover;
+  const TurnoverTable& passes;
+  RemovalTerms<T> removal;
+  std::vector<EmissionTerms> emitters;
+
+  // Of one call: only one state is stepped at a time.
+  std::array<std::vector<BirthsBy>, batch_steps + 1>
+      births;                                 // of each emitter, by the start of each step and by the last's end
+  std::array<Clock, batch_steps + 1> clocks;  // of the same times
+  AlignedArray<T> scratch;                    // a chunk for each thread
+  std::size_t spill_bytes;
+  AlignedArray<T> spill;  // survivors that must wait until another thread has read where they belong
+  std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
+};
+
+}  // namespace dvdx

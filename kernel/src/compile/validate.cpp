@@ -1,0 +1,376 @@
+#include "compile/validate.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "compile/free_motion.hpp"
+#include "forces/polynomial.hpp"
+
+namespace dvdx {
+namespace {
+
+constexpr std::size_t most_particles = 0xffffffff;
+constexpr int most_substeps = 1000000;
+constexpr int most_iterations = 1000;
+
+enum class Range { finite, non_negative, non_negative_or_infinite, positive, unit };
+
+std::string text(double value) {
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  return {buffer, end};
+}
+
+std::string text(const Vec3& value) {
+  std::string list = "[";
+  for (const double component : value) list.append(list.size() > 1 ? ", " : "").append(text(component));
+  return list.append("]");
+}
+
+std::string element(std::string name, std::size_t i) { return name.append("[").append(std::to_string(i)).append("]"); }
+
+constexpr std::string_view words(Range range) {
+  switch (range) {
+    case Range::finite:
+      return "a finite number";
+    case Range::non_negative:
+      return "a finite number >= 0";
+    case Range::non_negative_or_infinite:
+      return "a number >= 0";
+    case Range::positive:
+      return "a finite number > 0";
+    case Range::unit:
+      return "a number from 0 to 1";
+  }
+  return "";
+}
+
+bool holds(Range range, double value) {
+  if (range == Range::non_negative_or_infinite) return value >= 0;
+  if (!std::isfinite(value)) return false;
+  switch (range) {
+    case Range::finite:
+      return true;
+    case Range::non_negative:
+    case Range::non_negative_or_infinite:
+      return value >= 0;
+    case Range::positive:
+      return value > 0;
+    case Range::unit:
+      return value >= 0 && value <= 1;
+  }
+  return false;
+}
+
+// Collects the first error; later checks are skipped.
+class Checker {
+ public:
+  explicit Checker(std::optional<std::size_t> count) : count_(count) {}
+  std::optional<Error> error;
+
+  void fail(std::string field, std::string value, std::string valid) {
+    if (!error) error = Error{std::move(field), std::move(value), std::move(valid)};
+  }
+  void number(const std::string& field, double value, Range range) {
+    if (!holds(range, value)) fail(field, text(value), std::string(words(range)));
+  }
+  void numbers(const std::string& field, const Vec3& value, Range range) {
+    for (std::size_t axis = 0; axis < 3; ++axis) number(element(field, axis), value[axis], range);
+  }
+  void scalars(const std::string& field, const Scalars& value, Range range) {
+    if (value.is_uniform()) return number(field, value[0], range);
+    length(field, value.each().size());
+    for (std::size_t i = 0; i < value.each().size() && !error; ++i) {
+      if (!holds(range, value[i])) number(element(field, i), value[i], range);
+    }
+  }
+  void per_axis(const std::string& field, const PerAxis& value, Range range) {
+    if (value.axes()) {
+      numbers(field, *value.axes(), range);
+    } else {
+      scalars(field, value.scalars(), range);
+    }
+  }
+  void anchor(const std::string& field, const Anchor& value) {
+    if (const auto* all = std::get_if<Vec3>(&value)) return numbers(field, *all, Range::finite);
+    if (const auto* each = std::get_if<std::vector<Vec3>>(&value)) {
+      length(field, each->size());
+      for (std::size_t i = 0; i < each->size() && !error; ++i) {
+        for (const double c : (*each)[i]) {
+          if (!std::isfinite(c)) numbers(element(field, i), (*each)[i], Range::finite);
+        }
+      }
+    } else if (!count_) {
+      fail(field, "at_start", "anchors at the start need the state: compile(scene, options, state)");
+    }
+  }
+  void length(const std::string& field, std::size_t size) {
+    if (!count_)
+      return fail(field, std::to_string(size) + " values", "values each need the state: compile(scene, options, state)");
+    if (size != *count_) {
+      fail(field, std::to_string(size) + " values", "one for each of the " + std::to_string(*count_) + " particles");
+    }
+  }
+  [[nodiscard]] const std::optional<std::size_t>& count() const { return count_; }
+
+ private:
+  std::optional<std::size_t> count_;
+};
+
+struct ForceChecker {
+  Checker& check;
+  std::string at;
+
+  void operator()(const Constant& f) const { check.numbers(at + ".acceleration", f.acceleration, Range::finite); }
+  void operator()(const Polynomial& f) const {
+    const std::size_t terms = f.acceleration.size();
+    if (terms < 1 || terms > static_cast<std::size_t>(polynomial_terms)) {
+      check.fail(at + ".acceleration", std::to_string(terms) + " terms", "1 to " + std::to_string(polynomial_terms) + " terms");
+    }
+    for (std::size_t k = 0; k < terms; ++k) {
+      check.numbers(element(at + ".acceleration", k), f.acceleration[k], Range::finite);
+    }
+  }
+  void operator()(const Sinusoid& f) const {
+    check.numbers(at + ".acceleration", f.acceleration, Range::finite);
+    check.number(at + ".angular_frequency", f.angular_frequency, Range::finite);
+    check.number(at + ".phase", f.phase, Range::finite);
+  }
+  void operator()(const Spring& f) const {
+    check.per_axis(at + ".stiffness", f.stiffness, Range::non_negative);
+    check.number(at + ".damping", f.damping, Range::non_negative);
+    check.anchor(at + ".anchor", f.anchor);
+  }
+  void operator()(const RadialSpring& f) const {
+    check.scalars(at + ".stiffness", f.stiffness, Range::non_negative);
+    check.number(at + ".damping", f.damping, Range::non_negative);
+    check.anchor(at + ".anchor", f.anchor);
+    check.scalars(at + ".rest_length", f.rest_length, Range::non_negative);
+  }
+  void operator()(const Drag& f) const {
+    check.per_axis(at + ".coefficient", f.coefficient, Range::non_negative);
+    check.numbers(at + ".wind", f.wind, Range::finite);
+  }
+};
+
+struct ContactChecker {
+  Checker& check;
+  std::string at;
+
+  void operator()(const Plane& c) const {
+    check.numbers(at + ".normal", c.normal, Range::finite);
+    const double length = std::hypot(c.normal[0], c.normal[1], c.normal[2]);
+    if (!(length > 0) || !std::isfinite(length)) {
+      check.fail(at + ".normal", text(c.normal), "a vector of finite length > 0");
+    }
+    check.number(at + ".offset", c.offset, Range::finite);
+    material(c);
+  }
+  void operator()(const Sphere& c) const {
+    check.numbers(at + ".center", c.center, Range::finite);
+    check.number(at + ".radius", c.radius, Range::positive);
+    material(c);
+  }
+  template <class Contact>
+  void material(const Contact& c) const {
+    check.number(at + ".restitution", c.restitution, Range::unit);
+    check.number(at + ".friction", c.friction, Range::non_negative_or_infinite);
+    check.number(at + ".viscosity", c.viscosity, Range::non_negative_or_infinite);
+    check.number(at + ".normal_viscosity", c.normal_viscosity, Range::non_negative_or_infinite);
+  }
+};
+
+struct NetworkChecker {
+  Checker& check;
+  std::string at;
+
+  void operator()(const Grid& g) const {
+    for (const auto& [name, size] : {std::pair{".rows", g.rows}, std::pair{".columns", g.columns}}) {
+      if (size < 2 || size > most_particles) check.fail(at + name, std::to_string(size), "a whole number from 2 to 4294967295");
+    }
+    const std::size_t count = *check.count();
+    const bool is_too_large = !check.error && (g.rows > count / g.columns || g.first > count - g.rows * g.columns);
+    if (is_too_large) {
+      check.fail(
+          at + ".rows",
+          std::to_string(g.rows) + " of " + std::to_string(g.columns) + " columns from particle " + std::to_string(g.first),
+          "at most the " + std::to_string(count) + " particles");
+    }
+    for (const auto& [name, edge] : {std::pair{".edge_u", g.edge_u}, std::pair{".edge_v", g.edge_v}}) {
+      check.numbers(at + name, edge, Range::finite);
+      if (!(std::hypot(edge[0], edge[1], edge[2]) > 0)) check.fail(at + name, text(edge), "a vector of finite length > 0");
+    }
+    check.number(at + ".structural", g.structural, Range::non_negative);
+    check.number(at + ".shear", g.shear, Range::non_negative);
+    check.number(at + ".bend", g.bend, Range::non_negative);
+    check.number(at + ".damping", g.damping, Range::non_negative);
+  }
+  void operator()(const Springs& s) const {
+    pairs(s.pairs);
+    each_pair(".stiffness", s.stiffness, s.pairs.size(), Range::non_negative);
+    if (s.rest_length) each_pair(".rest_length", *s.rest_length, s.pairs.size(), Range::non_negative);
+    check.number(at + ".damping", s.damping, Range::non_negative);
+  }
+
+  void pairs(const std::vector<Pair>& list) const {
+    for (std::size_t k = 0; k < list.size() && !check.error; ++k) {
+      const auto [i, j] = list[k];
+      const bool is_there = i < *check.count() && j < *check.count();
+      if (is_there && i != j) continue;
+      check.fail(element(at + ".pairs", k), element("", i).append(" and ").append(element("", j)),
+                 "two different particle ids below " + std::to_string(*check.count()));
+    }
+  }
+  void each_pair(const std::string& name, const Scalars& values, std::size_t count, Range range) const {
+    if (values.is_uniform()) return check.number(at + name, values[0], range);
+    if (values.each().size() != count) {
+      check.fail(at + name, std::to_string(values.each().size()) + " values",
+                 "one for each of the " + std::to_string(count) + " pairs");
+    }
+    for (std::size_t k = 0; k < count && !check.error; ++k) {
+      if (!holds(range, values[k])) check.number(element(at + name, k), values[k], range);
+    }
+  }
+};
+
+struct ConstraintChecker {
+  Checker& check;
+  std::string at;
+
+  void operator()(const Distance& c) const {
+    const NetworkChecker list{check, at};
+    list.pairs(c.pairs);
+    if (c.length) list.each_pair(".length", *c.length, c.pairs.size(), Range::positive);
+  }
+  void operator()(const OnPoint& c) const {
+    particle(c.particle);
+    check.numbers(at + ".at", c.at, Range::finite);
+  }
+  void operator()(const OnLine& c) const {
+    particle(c.particle);
+    check.numbers(at + ".through", c.through, Range::finite);
+    check.numbers(at + ".direction", c.direction, Range::finite);
+    const double length = std::hypot(c.direction[0], c.direction[1], c.direction[2]);
+    if (!(length > 0) || !std::isfinite(length)) {
+      check.fail(at + ".direction", text(c.direction), "a vector of finite length > 0");
+    }
+  }
+  void particle(std::uint32_t i) const {
+    if (i < *check.count()) return;
+    check.fail(at + ".particle", std::to_string(i), "a particle id below " + std::to_string(*check.count()));
+  }
+};
+
+void check_constraints(Checker& check, const Scene& scene) {
+  if (scene.constraints.empty()) return;
+  if (!check.count()) {
+    return check.fail("constraints", "without a state",
+                      "compiled with one, whose particles they hold: compile(scene, options, state)");
+  }
+  std::map<std::uint32_t, std::size_t> point_of;
+  for (std::size_t i = 0; i < scene.constraints.size() && !check.error; ++i) {
+    const std::string at = element("constraints", i);
+    std::visit(ConstraintChecker{check, at}, scene.constraints[i]);
+    const auto* point = std::get_if<OnPoint>(&scene.constraints[i]);
+    if (point == nullptr) continue;
+    const auto [before, is_first] = point_of.emplace(point->particle, i);
+    if (!is_first) {
+      check.fail(at + ".particle", std::to_string(point->particle),
+                 "a particle that " + element("constraints", before->second) + " does not already hold at a point");
+    }
+  }
+}
+
+void check_networks(Checker& check, const Scene& scene) {
+  if (scene.networks.empty()) return;
+  if (!check.count()) {
+    return check.fail("network", "without a state",
+                      "compiled with one, whose particles it joins: compile(scene, options, state)");
+  }
+  for (std::size_t i = 0; i < scene.networks.size() && !check.error; ++i) {
+    std::visit(NetworkChecker{check, scene.networks.size() == 1 ? "network" : element("network", i)}, scene.networks[i]);
+  }
+  const Coupling& coupling = scene.coupling;
+  if (!(coupling.theta >= 0.5 && coupling.theta <= 1))
+    check.fail("network.theta", text(coupling.theta), "a number from 0.5 to 1");
+  if (coupling.scheme == Scheme::accumulate && coupling.method != Method::combined && !scene.contacts.empty()) {
+    check.fail("network.scheme", "accumulate",
+               "another one where there are contacts: the pairs' sum is added after the impact");
+  }
+}
+
+void check_substeps(Checker& check, const Scene& scene) {
+  if (scene.networks.empty() && scene.constraints.empty()) return;
+  const Coupling& coupling = scene.coupling;
+  if (coupling.substeps && (*coupling.substeps < 1 || *coupling.substeps > most_substeps)) {
+    check.fail("network.substeps", std::to_string(*coupling.substeps),
+               "a whole number from 1 to " + std::to_string(most_substeps));
+  }
+  if (coupling.iterations < 1 || coupling.iterations > most_iterations) {
+    check.fail("constraint_iterations", std::to_string(coupling.iterations),
+               "a whole number from 1 to " + std::to_string(most_iterations));
+  }
+}
+
+void check_fixed(Checker& check, const std::vector<std::size_t>& fixed) {
+  for (std::size_t k = 0; k < fixed.size(); ++k) {
+    const std::string at = element("fixed", k);
+    if (k != 0 && fixed[k] <= fixed[k - 1]) check.fail(at, std::to_string(fixed[k]), "particle ids in ascending order");
+    if (check.count() && fixed[k] >= *check.count()) {
+      check.fail(at, std::to_string(fixed[k]), "a particle id below " + std::to_string(*check.count()));
+    }
+  }
+}
+
+void check_origin(Checker& check, const Scene& scene) {
+  const Origin& origin = scene.origin;
+  if (!origin.is_each()) return check.numbers("origin", origin.at(0), Range::finite);
+  if (!scene.contacts.empty() || joins_particles(scene)) {
+    return check.fail("origin", "one for each particle", "one for all in a scene with contacts, networks or constraints");
+  }
+  if (!check.count()) return check.fail("origin", "one for each particle", "compiled with a state, whose particles they are");
+  if (origin.each().size() != *check.count()) {
+    return check.fail("origin", std::to_string(origin.each().size()) + " points",
+                      "one for each of the " + std::to_string(*check.count()) + " particles");
+  }
+  for (std::size_t i = 0; i < origin.each().size() && !check.error; ++i) {
+    check.numbers(element("origin", i), origin.each()[i], Range::finite);
+  }
+}
+
+}  // namespace
+
+std::string Error::message() const { return field + " is " + value + ": must be " + valid; }
+
+std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count) {
+  Checker check(count);
+  check.scalars("mass", scene.mass, Range::positive);
+  for (std::size_t i = 0; i < scene.forces.size(); ++i) {
+    std::visit(ForceChecker{check, element("forces", i)}, scene.forces[i]);
+  }
+  for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
+    std::visit(ContactChecker{check, element("contacts", i)}, scene.contacts[i]);
+  }
+  check_fixed(check, scene.fixed);
+  check_origin(check, scene);
+  check_networks(check, scene);
+  check_constraints(check, scene);
+  check_substeps(check, scene);
+  return check.error;
+}
+
+std::optional<Error> check(const Options& options) {
+  if (!std::isfinite(options.step)) return Error{"step", text(options.step), "a finite number"};
+  if (options.block % block_unit != 0 || options.block > max_block) {
+    return Error{"block", std::to_string(options.block), "a multiple of 16 up to 1024, or 0"};
+  }
+  if (options.impacts < 1 || options.impacts > 1000) {
+    return Error{"impacts", std::to_string(options.impacts), "a whole number from 1 to 1000"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace dvdx

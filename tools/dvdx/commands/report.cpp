@@ -1,0 +1,119 @@
+// dvdx report: speed against error, by every method and over a range of steps.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "commands/commands.hpp"
+#include "commands/told.hpp"
+#include "output/part_file.hpp"
+#include "report/build.hpp"
+#include "report/interactive.hpp"
+#include "report/json.hpp"
+#include "report/machine.hpp"
+#include "report/page.hpp"
+#include "report/table.hpp"
+#include "run/threads.hpp"
+#include "scene_io/scene_reader.hpp"
+#include "scene_io/turnover_reader.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ReportOptions {
+  std::vector<std::string> scenes;
+  std::string out = "report";
+  std::string precision = "both";
+  EngineOptions engine;
+  bool quick = false;
+  bool json = false;
+};
+
+std::vector<Precision> precisions_of(const std::string& word) {
+  if (word == "both") return {Precision::float32, Precision::float64};
+  return {named(precisions, word)};
+}
+
+report::Setup setup_of(const ReportOptions& options) {
+  auto engine = options.engine;
+  engine.precision = "float64";
+  report::Setup setup{.engine = engine_of(engine), .parallel = {}};
+  setup.parallel = parallel(setup.engine.threads);
+  return setup;
+}
+
+// All scenes are read, and the place of the report is looked at, before any work is done.
+std::vector<SceneFile> read_scenes(const ReportOptions& options) {
+  std::vector<SceneFile> files;
+  for (const auto& path : options.scenes) {
+    files.push_back(read_scene(path, {.overrides = {}, .scalar_bytes = sizeof(double)}));
+    refuse_turnover(files.back(), "report");
+  }
+  return files;
+}
+
+void make_place(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw Fault(Exit::input_output, fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
+  check_target(folder / "report.json");
+}
+
+void write_all(const fs::path& folder, const report::Pictures& pictures, const std::string& json, const std::string& page) {
+  std::vector<PartFile> files;
+  const auto add = [&](const std::string& name, const std::string& bytes) { files.emplace_back(folder / name).write(bytes); };
+  add("report.json", json);
+  add("report.html", page);
+  for (const auto& picture : pictures.all) add(picture.file, picture.svg);
+  commit_all(files);
+}
+
+void run(const ReportOptions& options) {
+  const auto setup = setup_of(options);
+  const auto files = read_scenes(options);
+  make_place(options.out);
+  const report::Wish wish{.precisions = precisions_of(options.precision),
+                          .effort = options.quick ? report::Effort::quick : report::Effort::full};
+  report::Report report{.machine = report::this_machine(setup), .scenes = {}};
+  {
+    Told told(files.size());
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      told.scene(i, files[i].name);
+      const auto tell = [&](double part, const std::string& what) { told.at(part, what); };
+      report.scenes.push_back(report::measure_scene(files[i], wish, setup, tell));
+    }
+  }
+  const auto pictures = report::draw_pictures(report);
+  if (!pictures.warning.empty()) fmt::print(stderr, "dvdx: no pictures: {}\n", pictures.warning);
+  const auto found = report::to_json(report);
+  const auto json = found.dump(1) + "\n";
+  const auto page = report::to_interactive_html(found, options.out);
+  if (!page) fmt::print(stderr, "dvdx: report.html has no charts to point at: {}\n", page.error());
+  write_all(options.out, pictures, json, page ? *page : report::to_html(report, pictures, page.error()));
+  fmt::print("{}", options.json ? json : report::to_text(report));
+  fmt::print(stderr, "dvdx: written to {}: report.html, report.json{}\n", options.out,
+             pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size()));
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, Exit& /*exit*/) {
+  auto options = std::make_shared<ReportOptions>();
+  auto* command = app.add_subcommand("report", "Measure speed against error, by every method and over a range of steps");
+  command->footer("dvdx report two-springs.json meadow.json --out report");
+  command->add_option("SCENE", options->scenes, "scene files (JSON)")->required();
+  command->add_option("--out", options->out, "a directory for report.html, report.json and the pictures")
+      ->capture_default_str();
+  command->add_option("--precision", options->precision, "of the states")
+      ->check(CLI::IsMember(std::vector<std::string>{"float32", "float64", "float32_compensated", "both"}))
+      ->capture_default_str();
+  command->add_flag("--quick", options->quick, "fewer steps, fewer particles for the errors, shorter times");
+  add_machine_options(*command, options->engine);
+  command->add_flag("--json", options->json, "print the report as one JSON object");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace dvdx::tool

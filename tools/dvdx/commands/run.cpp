@@ -1,0 +1,306 @@
+// dvdx run: a scene from its start to its end.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <type_traits>
+
+#include "commands/commands.hpp"
+#include "commands/progress.hpp"
+#include "commands/run_reference.hpp"
+#include "commands/scene_options.hpp"
+#include "dvdx/layouts/state_hash.hpp"
+#include "dvdx/plan.hpp"
+#include "output/writer.hpp"
+#include "run/energy.hpp"
+#include "run/engine.hpp"
+#include "run/health.hpp"
+#include "run/live_simulation.hpp"
+#include "run/origin.hpp"
+#include "run/outcome.hpp"
+#include "run/start.hpp"
+#include "run/threads.hpp"
+#include "scene_io/names.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+struct RunOptions {
+  SceneOptions scene;
+  EngineOptions engine;
+  std::string out;
+  std::optional<std::uint64_t> every{};  // 0: the last state alone; where not given, as the file's kind has it
+  bool error = false;                    // a page is coloured by it
+  bool json = false;
+};
+
+// Steps that one call takes: many, so that a block stays in cache for them, but not so many that progress stands still. A
+// function of the scene alone, so that a run does not depend on the machine's speed.
+std::uint64_t batch_for(std::size_t particles) {
+  constexpr std::uint64_t particle_steps = std::uint64_t{1} << 24U;
+  return std::clamp<std::uint64_t>(particle_steps / particles, 8, 4096);
+}
+
+std::uint64_t states_written(std::uint64_t steps, std::uint64_t every) {
+  return every == 0 ? 1 : steps / every + (steps % every == 0 ? 1 : 2);
+}
+
+// Writes, weighs and hashes states as the world sees them: in float64 where their own columns are counted from an origin of
+// their own or carry rests, else as they are.
+template <class T>
+class Observer {
+ public:
+  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output) : file_(loaded.file) {
+    if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
+    if (!output) return;
+    if (world_) {
+      world_writer_ = make_writer<double>(*output);
+    } else {
+      writer_ = make_writer<T>(*output);
+    }
+  }
+
+  void write(const Moment& moment, const State<T>& state) {
+    if (writer_ != nullptr) writer_->write(moment, state);
+    if (world_writer_ != nullptr) world_writer_->write(moment, seen(state));
+  }
+  void finish() {
+    if (writer_ != nullptr) writer_->finish();
+    if (world_writer_ != nullptr) world_writer_->finish();
+  }
+
+  [[nodiscard]] double energy(const State<T>& state) {
+    return world_ ? tool::energy(file_, seen(state)) : tool::energy(file_, state);
+  }
+  [[nodiscard]] std::uint64_t hash(const State<T>& state) { return world_ ? state_hash(seen(state)) : state_hash(state); }
+  [[nodiscard]] Health health(const State<T>& state) { return world_ ? health_of(seen(state)) : health_of(state); }
+
+ private:
+  [[nodiscard]] State<double> seen(const State<T>& state) {
+    State<double> world = world_->view();
+    to_world(file_.scene, state, world);
+    return world;
+  }
+
+  const SceneFile& file_;
+  std::optional<Soa<double>> world_;
+  std::unique_ptr<Writer<T>> writer_;
+  std::unique_ptr<Writer<double>> world_writer_;
+};
+
+std::size_t most_particles(const SceneFile& file) { return std::max(file.particles.count, file.turnover.capacity); }
+
+// A page plays what it holds, so it holds many states; but not more than play well.
+std::uint64_t every_of(const RunOptions& options, const LoadedScene& loaded) {
+  if (options.every) return *options.every;
+  if (!is_page(options.out)) return 0;
+  constexpr std::uint64_t particle_states = 15'000'000;
+  const auto states = std::clamp<std::uint64_t>(particle_states / most_particles(loaded.file), 300, 3600);
+  return std::max<std::uint64_t>(1, (loaded.steps + states - 1) / states);
+}
+
+template <class T>
+class Simulation {
+ public:
+  Simulation(const LoadedScene& loaded, const Engine& engine)
+      : loaded_(loaded),
+        memory_(engine.layout, loaded.file.particles.count, rounding_of(engine.precision)),
+        state_(started(loaded.file, memory_.view())),
+        plan_(made(loaded.file, engine, state_)),
+        parallel_(parallel(engine.threads)) {}
+
+  Outcome run(Observer<T>& observer, std::uint64_t every) {
+    outcome_.network = plan_.network_limit();
+    const auto start = observer.health(state_);
+    outcome_.energy_start = observer.energy(state_);
+    if (every > 0 && loaded_.steps > 0) observer.write(moment(), state_);
+    {
+      Progress progress(loaded_.steps);
+      while (done_ < loaded_.steps) {
+        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), progress);
+        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), state_);
+      }
+    }
+    observer.write(moment(), state_);
+    observer.finish();
+    outcome_.energy_end = observer.energy(state_);
+    outcome_.hash = observer.hash(state_);
+    const auto end = observer.health(state_);
+    outcome_.bad_particles = end.bad_particles;
+    outcome_.diverged = has_diverged(start, end);
+    return outcome_;
+  }
+
+ private:
+  static State<T> started(const SceneFile& file, State<T> state) {
+    place_at_start(file, state);
+    return state;
+  }
+
+  static Plan<T> made(const SceneFile& file, const Engine& engine, const State<T>& state) {
+    const Options options{
+        .step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
+    auto plan = compile<T>(file.scene, options, state);
+    if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+    return std::move(*plan);
+  }
+
+  [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
+
+  void advance(std::uint64_t until, Progress& progress) {
+    const auto most = batch_for(state_.count);
+    while (done_ < until) {
+      const auto steps = std::min(most, until - done_);
+      const auto before = std::chrono::steady_clock::now();
+      if (plan_.step(state_, steps, parallel_) != StepResult::done) throw std::logic_error("the plan is for another state");
+      outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+      done_ += steps;
+      progress.at(done_);
+    }
+  }
+
+  const LoadedScene& loaded_;
+  StateMemory<T> memory_;
+  State<T> state_;
+  Plan<T> plan_;
+  ParallelFor parallel_;
+  std::uint64_t done_ = 0;
+  Outcome outcome_;
+};
+
+template <class T, class Simulated>
+Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
+  Simulated simulation(loaded, engine);
+  const auto every = every_of(options, loaded);
+  std::optional<Output> output;
+  if (!options.out.empty()) {
+    output = {.target = options.out,
+              .particles = most_particles(loaded.file),
+              .states = states_written(loaded.steps, every),
+              .topology = &loaded.file.topology,
+              .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
+              .scene = &loaded.file};
+  }
+  if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
+    if (is_page(options.out)) output->ids = simulation.ids();
+  }
+  if (options.error) {
+    const auto reference = reference_of(loaded, engine);
+    output->reference = reference.positions;
+    output->reference_text = reference.text;
+  }
+  Observer<T> observer(loaded, engine, output);
+  return simulation.run(observer, every);
+}
+
+template <class T>
+Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
+  return is_live(loaded.file) ? run_all<T, LiveSimulation<T>>(options, loaded, engine)
+                              : run_all<T, Simulation<T>>(options, loaded, engine);
+}
+
+double particle_steps_per_second(const LoadedScene& loaded, const Outcome& outcome) {
+  const auto all = outcome.turned ? static_cast<double>(outcome.turned->particle_steps)
+                                  : static_cast<double>(loaded.file.particles.count) * static_cast<double>(loaded.steps);
+  return outcome.wall_seconds > 0 ? all / outcome.wall_seconds : 0;
+}
+
+// At the end.
+std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome) {
+  return outcome.turned ? outcome.turned->live : loaded.file.particles.count;
+}
+
+void print_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
+  nlohmann::ordered_json report;
+  report["scene"] = loaded.file.name;
+  report["particles"] = particles_of(loaded, outcome);
+  if (outcome.turned) {
+    report["born"] = outcome.turned->born;
+    report["removed"] = outcome.turned->removed;
+    report["dropped"] = outcome.turned->dropped;
+  }
+  report["steps"] = loaded.steps;
+  report["method"] = name_in(methods, loaded.file.scene.method);
+  report["scheme"] = nullptr;
+  if (outcome.network) report["scheme"] = name_in(schemes, loaded.file.scene.coupling.scheme);
+  report["substeps"] = outcome.network ? outcome.network->substeps : 1;
+  report["precision"] = name_in(precisions, engine.precision);
+  report["isa"] = name(engine.isa);
+  report["threads"] = engine.threads;
+  report["layout"] = name_in(layouts, engine.layout);
+  report["arithmetic"] = name(engine.arithmetic);
+  report["wall_seconds"] = outcome.wall_seconds;
+  report["particle_steps_per_second"] = particle_steps_per_second(loaded, outcome);
+  report["state_hash"] = hash_text(outcome.hash);
+  report["energy"] = {{"start", outcome.energy_start}, {"end", outcome.energy_end}};
+  report["diverged"] = outcome.diverged;
+  report["bad_particles"] = outcome.bad_particles;
+  fmt::print("{}\n", report.dump(2));
+}
+
+void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
+  const auto row = [](std::string_view name, const std::string& value) { fmt::print("{:<12} {}\n", name, value); };
+  const auto& file = loaded.file;
+  const std::size_t particles = particles_of(loaded, outcome);
+  row("scene", fmt::format("{}, {} particle{}", file.name, particles, particles == 1 ? "" : "s"));
+  if (outcome.turned) {
+    row("turnover", fmt::format("{} born, {} removed, {} found no room", outcome.turned->born, outcome.turned->removed,
+                                outcome.turned->dropped));
+  }
+  row("steps", fmt::format("{} of {} s, method {}", loaded.steps, file.step, name_in(methods, file.scene.method)));
+  if (outcome.network) {
+    row("networks", fmt::format("{}, {} sub-step{} a step", name_in(schemes, file.scene.coupling.scheme),
+                                outcome.network->substeps, outcome.network->substeps == 1 ? "" : "s"));
+  }
+  row("engine",
+      fmt::format("{}, {}, {} arithmetic, {}, {} thread{}", name_in(precisions, engine.precision), name(engine.isa),
+                  name(engine.arithmetic), name_in(layouts, engine.layout), engine.threads, engine.threads == 1 ? "" : "s"));
+  row("time",
+      fmt::format("{:.3g} s, {:.3g} particle-steps/s", outcome.wall_seconds, particle_steps_per_second(loaded, outcome)));
+  row("energy", fmt::format("{:.9g} J at the start, {:.9g} J at the end", outcome.energy_start, outcome.energy_end));
+  row("state hash", hash_text(outcome.hash));
+  row("diverged", outcome.diverged ? fmt::format("YES, {} particles are not finite", outcome.bad_particles) : "no");
+}
+
+Exit run(const RunOptions& options) {
+  if (!options.out.empty()) check_extension(options.out);
+  if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
+  const auto engine = engine_of(options.engine);
+  const auto loaded = load_scene(options.scene, engine.precision);
+  if (options.error && is_live(loaded.file)) {
+    throw Fault(Exit::usage, "--error: there is no reference for particles that come and go");
+  }
+  const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine)
+                                                            : simulate<float>(options, loaded, engine);
+  (options.json ? print_json : print_table)(loaded, engine, outcome);
+  if (!outcome.diverged) return Exit::done;
+  fmt::print(stderr, "dvdx: {}: the simulation diverged: {} of {} particles are not finite\n", options.scene.scene,
+             outcome.bad_particles, particles_of(loaded, outcome));
+  return Exit::diverged;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<RunOptions>();
+  auto* command = app.add_subcommand("run", "Run a scene");
+  command->footer("dvdx run hail.json --duration 5 --out hail.vtp --every 6");
+  add_scene_options(*command, options->scene);
+  add_engine_options(*command, options->engine);
+  command->add_option("--out", options->out, "write states to a .csv, .npz, .ply, .vtp, .pc2 or .html file");
+  command
+      ->add_option("--every", options->every,
+                   "write step 0, every so many steps and the last; 0: the last alone. Where not given: 0, and for an .html as "
+                   "many as play well")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag(
+      "--error", options->error,
+      "with --out of an .html: hold each state against the closed form, or against steps of an eighth in float64");
+  command->add_flag("--json", options->json, "print one JSON object");
+  command->callback([options, &exit] { exit = run(*options); });
+}
+
+}  // namespace dvdx::tool

@@ -1,0 +1,97 @@
+#include "commands/scene_options.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+
+#include "run/origin.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/names.hpp"
+#include "scene_io/scene_reader.hpp"
+#include "scene_io/steps.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+// The default, every force's own and that of the networks: what is asked for on the command line is what runs.
+void use_method(Scene& scene, Method method) {
+  scene.method = method;
+  scene.coupling.method = method;
+  for (auto& force : scene.forces) {
+    std::visit([](auto& each) { each.method.reset(); }, force);
+  }
+}
+
+double checked(const char* option, double value, bool is_valid, const char* valid) {
+  if (std::isfinite(value) && is_valid) return value;
+  throw Fault(Exit::usage, fmt::format("{} {}: must be {}", option, value, valid));
+}
+
+std::uint64_t steps_of(const SceneFile& file, const SceneOptions& options) {
+  const auto steps = steps_in(file.duration, file.step);
+  if (steps) return *steps;
+  const char* option = options.duration ? "--duration" : "--step";
+  throw Fault(Exit::usage, fmt::format("{} {}: the duration {} must be {}", option,
+                                       options.duration ? file.duration : file.step, file.duration, steps.error()));
+}
+
+std::optional<int> substeps_of(const std::string& word) {
+  if (word == "auto") return std::nullopt;
+  int substeps = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), substeps);
+  const bool is_whole = error == std::errc{} && end == word.data() + word.size();
+  if (is_whole && substeps >= 1 && substeps <= static_cast<int>(most_substeps)) return substeps;
+  throw Fault(Exit::usage, fmt::format("--substeps {}: must be auto or a whole number from 1 to {}", word, most_substeps));
+}
+
+// What only joined particles have cannot go with a scene without.
+void couple(SceneFile& file, const SceneOptions& options) {
+  for (const auto& [option, value] : {std::pair("--scheme", options.scheme), std::pair("--substeps", options.substeps)}) {
+    if (!value.empty() && !is_joined(file.scene)) {
+      throw Fault(Exit::usage, fmt::format("{} {}: belongs to networks, and {} has none", option, value, options.scene));
+    }
+  }
+  if (!options.scheme.empty()) file.scene.coupling.scheme = named(schemes, options.scheme);
+  if (!options.substeps.empty()) file.scene.coupling.substeps = substeps_of(options.substeps);
+}
+
+}  // namespace
+
+void add_scene_options(CLI::App& app, SceneOptions& options) {
+  app.add_option("SCENE", options.scene, "a scene file (JSON)")->required();
+  app.add_option("--step", options.step, "s, in place of the scene's; negative runs time backwards");
+  app.add_option("--method", options.method, "in place of the scene's, of every force's own and of the networks'")
+      ->check(CLI::IsMember(names_of(methods)));
+  app.add_option("--scheme", options.scheme, "of the networks, in place of the scene's")
+      ->check(CLI::IsMember(names_of(schemes)));
+  app.add_option("--substeps", options.substeps, "of the networks in a step: a whole number, or auto");
+  add_scene_replacements(app, options);
+}
+
+void add_scene_replacements(CLI::App& app, SceneOptions& options) {
+  app.add_option("--duration", options.duration, "s, in place of the scene's");
+  app.add_option("--seed", options.seed, "draws other values than the scene's own seeds: 0 to 2^64 - 1");
+  app.add_option("--set", options.overrides, "path=value, such as forces[0].stiffness=40: replaces a value of the scene")
+      ->expected(1)
+      ->take_all()
+      ->allow_extra_args(false);
+}
+
+LoadedScene load_scene(const SceneOptions& options, Precision precision) {
+  const ReadOptions read{.overrides = options.overrides, .seed = options.seed, .scalar_bytes = bytes_of(precision)};
+  LoadedScene loaded{.file = read_scene(options.scene, read)};
+  auto& file = loaded.file;
+  if (options.step) file.step = checked("--step", *options.step, *options.step != 0, "a finite number other than 0");
+  if (options.duration) {
+    file.duration = checked("--duration", *options.duration, *options.duration >= 0, "a finite number >= 0");
+  }
+  if (!options.method.empty()) use_method(file.scene, named(methods, options.method));
+  couple(file, options);
+  choose_origin(file, precision);
+  loaded.steps = steps_of(file, options);
+  return loaded;
+}
+
+}  // namespace dvdx::tool

@@ -1,0 +1,40 @@
+// Which scene, and what of it the command line replaces.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "run/engine.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace dvdx::tool {
+
+struct SceneOptions {
+  std::string scene;
+  std::optional<double> step{};      // s; negative runs time backwards
+  std::optional<double> duration{};  // s
+  std::string method{};              // of every force and pair
+  std::string scheme{};              // of the networks
+  std::string substeps{};            // of the networks: a whole number or "auto"
+  std::optional<std::uint64_t> seed{};
+  std::vector<std::string> overrides{};
+};
+
+void add_scene_options(CLI::App& app, SceneOptions& options);
+// Of these, what replaces something in a scene without saying how it is stepped.
+void add_scene_replacements(CLI::App& app, SceneOptions& options);
+
+struct LoadedScene {
+  SceneFile file;
+  std::uint64_t steps = 0;
+};
+
+// Throws Fault: usage where an option cannot go with the scene, and all that read_scene throws.
+[[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision);
+
+}  // namespace dvdx::tool

@@ -1,0 +1,135 @@
+// dvdx stability: where the methods stop working. The hard cases, each with its bar, and the maps of what grows.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "commands/progress.hpp"
+#include "hard_cases/cases.hpp"
+#include "hard_cases/long_runs.hpp"
+#include "hard_cases/show.hpp"
+#include "hard_cases/suite.hpp"
+#include "maps/maps.hpp"
+#include "maps/maps_show.hpp"
+#include "output/part_file.hpp"
+#include "report/json.hpp"
+#include "report/machine.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct StabilityOptions {
+  std::string out;  // nothing is written where it is empty
+  std::string only = "all";
+  std::vector<int> cases;  // all where it is empty
+  bool json = false;
+};
+
+std::vector<stability::Case> chosen_cases(const StabilityOptions& options) {
+  if (options.only != "all" && options.only != "cases") return {};
+  auto cases = stability::all_cases();
+  std::erase_if(cases, [&](const stability::Case& c) {
+    return !options.cases.empty() && std::find(options.cases.begin(), options.cases.end(), c.number) == options.cases.end();
+  });
+  return cases;
+}
+
+// Cases that are picked by number are run alone.
+bool is_wanted(const StabilityOptions& options, std::string_view part) {
+  return options.only == part || (options.only == "all" && options.cases.empty());
+}
+
+std::vector<stability::Row> run_cases(const StabilityOptions& options) {
+  const auto cases = chosen_cases(options);
+  Progress progress(stability::bars_in(cases));
+  return stability::run_cases(cases, [&](std::size_t done) { progress.at(done); });
+}
+
+std::vector<stability::LongRun> long_runs(const StabilityOptions& options) {
+  if (!is_wanted(options, "long")) return {};
+  Progress progress(stability::long_run_curves);
+  return stability::measure_long_runs(stability::ten_million, [&](std::size_t done) { progress.at(done); });
+}
+
+std::vector<stability::GrowthMap> make_maps(const StabilityOptions& options) {
+  if (!is_wanted(options, "maps")) return {};
+  std::optional<Progress> progress;
+  return stability::make_maps(stability::Detail::whole, [&](std::size_t done, std::size_t of, const std::string& /*next*/) {
+    if (!progress) progress.emplace(of);
+    progress->at(done);
+  });
+}
+
+stability::Colour colour_here() {
+  const char* plain = std::getenv("NO_COLOR");  // NOLINT(concurrency-mt-unsafe): read only
+  const bool is_plain = isatty(STDOUT_FILENO) == 0 || (plain != nullptr && *plain != '\0');
+  return is_plain ? stability::Colour::plain : stability::Colour::coloured;
+}
+
+void make_place(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw Fault(Exit::input_output, fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
+  check_target(folder / "stability.json");
+}
+
+void write_all(const fs::path& folder, const std::string& json, const stability::MapPictures& pictures) {
+  std::vector<PartFile> files;
+  files.emplace_back(folder / "stability.json").write(json);
+  for (const auto& picture : pictures.all) files.emplace_back(folder / picture.file).write(picture.svg);
+  commit_all(files);
+  fmt::print(stderr, "dvdx: written to {}: stability.json{}\n", folder.string(),
+             pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size()));
+}
+
+Exit run(const StabilityOptions& options) {
+  if (!options.out.empty()) make_place(options.out);
+  const auto rows = run_cases(options);
+  const auto runs = long_runs(options);
+  const auto maps = make_maps(options);
+  const nlohmann::ordered_json found{
+      {"machine", report::to_json(report::this_machine({.engine = engine_of({}), .parallel = {}}))},
+      {"cases", stability::to_json(rows)},
+      {"long_runs", stability::to_json(runs)},
+      {"maps", stability::to_json(maps)}};
+  const auto json = found.dump(1) + "\n";
+  if (!options.out.empty()) {
+    const auto pictures = stability::draw_maps(maps);
+    if (!pictures.warning.empty()) fmt::print(stderr, "dvdx: no pictures: {}\n", pictures.warning);
+    write_all(options.out, json, pictures);
+  }
+  const auto text = stability::to_text(rows, colour_here()) + stability::to_text(runs) + stability::to_text(maps);
+  fmt::print("{}", options.json ? json : text);
+  return stability::all_passed(rows) && stability::all_agree(maps) ? Exit::done : Exit::verification_failed;
+}
+
+}  // namespace
+
+void add_stability(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<StabilityOptions>();
+  auto* command = app.add_subcommand("stability", "Run the hard cases against their bars, and map where each method grows");
+  command->footer("dvdx stability --cases 3,10,12 --out stability");
+  command->add_option("--out", options->out, "a directory for stability.json and the maps' pictures");
+  command->add_option("--cases", options->cases, "numbers of the hard cases to run, without the maps; all where not given")
+      ->delimiter(',')
+      ->check(CLI::Range(1, stability::last_case));
+  command->add_option("--only", options->only, "one part alone")
+      ->check(CLI::IsMember(std::vector<std::string>{"all", "cases", "maps", "long"}))
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "print one JSON object");
+  command->callback([options, &exit] { exit = run(*options); });
+}
+
+}  // namespace dvdx::tool

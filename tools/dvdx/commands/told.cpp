@@ -1,0 +1,31 @@
+#include "commands/told.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace dvdx::tool {
+
+using namespace std::chrono_literals;
+
+Told::Told(std::size_t scenes)
+    : scenes_(scenes), is_terminal_(isatty(STDERR_FILENO) != 0), next_(std::chrono::steady_clock::now() + 500ms) {}
+
+Told::~Told() {
+  if (is_terminal_) fmt::print(stderr, "\r\x1b[K");
+}
+
+void Told::scene(std::size_t index, const std::string& name) {
+  index_ = index;
+  name_ = name;
+}
+
+void Told::at(double part, const std::string& what) {
+  const auto now = std::chrono::steady_clock::now();
+  if (now < next_) return;
+  next_ = now + (is_terminal_ ? 100ms : 10000ms);
+  const double whole = (static_cast<double>(index_) + part) / static_cast<double>(scenes_);
+  fmt::print(stderr, "{}{:3.0f} %  {}: {}{}", is_terminal_ ? "\r" : "", 100 * whole, name_, what,
+             is_terminal_ ? "\x1b[K" : "\n");
+}
+
+}  // namespace dvdx::tool

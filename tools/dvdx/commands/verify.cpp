@@ -1,0 +1,220 @@
+// dvdx verify: every way to run a scene against the scalar reference, bit by bit.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "commands/progress.hpp"
+#include "scene_io/names.hpp"
+#include "scene_io/scene_reader.hpp"
+#include "scene_io/steps.hpp"
+#include "verify/verify_live.hpp"
+#include "verify/verify_matrix.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+// Where no scene is named: one for each kind of pass.
+constexpr std::array built_in = {
+    R"({"format": "dvdx-scene/1", "name": "springs", "step": 0.01, "duration": 4,
+        "particles": {"count": 1000, "position": {"uniform": {"min": [-1, -1, -1], "max": [1, 1, 1], "seed": 1}}},
+        "forces": [{"type": "spring", "stiffness": 40, "anchor": "start"}, {"type": "constant", "acceleration": [0, -9.81, 0]},
+                   {"type": "spring", "stiffness": [3, 5, 9], "anchor": [0.1, 0.2, 0.3]}]})",
+    R"({"format": "dvdx-scene/1", "name": "wind", "step": 0.01, "duration": 4,
+        "particles": {"count": 3000, "mass": {"uniform": {"min": 0.5, "max": 2, "seed": 2}},
+                      "position": {"uniform": {"min": [-1, -1, -1], "max": [1, 1, 1], "seed": 3}}},
+        "forces": [{"type": "spring", "stiffness": {"uniform": {"min": 1, "max": 90, "seed": 4}}, "damping": 0.3, "anchor": "start"},
+                   {"type": "drag", "coefficient": 0.2, "wind": [3, 0, 1]},
+                   {"type": "sinusoid", "acceleration": [2, 0, 0.6], "angular_frequency": 4.1},
+                   {"type": "polynomial", "acceleration": [[0, 1, 0], [0, 0, 0.2]]}]})",
+    R"({"format": "dvdx-scene/1", "name": "bounces", "step": 0.01, "duration": 4,
+        "particles": {"count": 1000, "position": {"uniform": {"min": [-1, 0.1, -1], "max": [1, 2, 1], "seed": 5}},
+                      "velocity": {"uniform": {"min": [-3, -3, -3], "max": [3, 3, 3], "seed": 6}}},
+        "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.05}],
+        "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0, "restitution": 0.6, "friction": 0.3},
+                     {"type": "plane", "normal": [1, 0, 0], "offset": -1, "restitution": 1, "sweep": "line"},
+                     {"type": "sphere", "center": [0, 0, 0], "radius": 3, "side": "inside", "restitution": 0.5}]})",
+    R"({"format": "dvdx-scene/1", "name": "radial springs", "step": 0.01, "duration": 4,
+        "particles": {"count": 1000, "position": {"uniform": {"min": [-1, -1, -1], "max": [1, 1, 1], "seed": 7}}},
+        "forces": [{"type": "radial_spring", "stiffness": 40, "damping": 0.1, "anchor": [0, 1, 0], "rest_length": 0.5},
+                   {"type": "radial_spring", "stiffness": 5, "anchor": "start", "rest_length": 0.2, "method": "exact"},
+                   {"type": "constant", "acceleration": [0, -9.81, 0]}]})",
+    R"({"format": "dvdx-scene/1", "name": "separate methods", "step": 0.01, "duration": 4, "method": "average_acceleration",
+        "particles": {"count": 1000, "position": {"uniform": {"min": [-1, -1, -1], "max": [1, 1, 1], "seed": 8}}},
+        "forces": [{"type": "spring", "stiffness": 40, "damping": 0.5, "anchor": [0, 0, 0]},
+                   {"type": "spring", "stiffness": 9, "anchor": [0.2, 0, 0], "method": "pulse"},
+                   {"type": "drag", "coefficient": 0.3, "expansion": "first_order", "wind": [1, 0, 0]},
+                   {"type": "sinusoid", "acceleration": [1, 0, 0], "angular_frequency": 3, "method": "symplectic_euler"}]})",
+    R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.02, "duration": 2,
+        "network": {"type": "grid", "rows": 61, "columns": 67, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+                    "mass": 0.5, "structural": 40, "shear": 10, "bend": 1, "damping": 0.001, "fixed": "corners_top"},
+        "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.0005, "wind": [2, 0, 1]}],
+        "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": -0.2, "friction": 0.3}]})",
+    R"({"format": "dvdx-scene/1", "name": "sheet in sweeps", "step": 0.02, "duration": 2,
+        "network": {"type": "grid", "rows": 61, "columns": 67, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+                    "mass": 0.5, "structural": 400, "shear": 100, "bend": 10, "scheme": "sequential", "fixed": "edge_top"},
+        "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "sinusoid", "acceleration": [3, 0, 0], "angular_frequency": 5}]})",
+    R"({"format": "dvdx-scene/1", "name": "two sheets", "step": 0.02, "duration": 2,
+        "network": [{"type": "grid", "rows": 9, "columns": 17, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+                     "mass": 0.5, "structural": 40, "shear": 10, "bend": 1, "scheme": "fourth_order", "fixed": "edge_top"},
+                    {"type": "grid", "rows": 1, "columns": 30, "origin": [0, 0, 1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 0],
+                     "mass": 0.1, "structural": 90, "bend": 2, "scheme": "fourth_order"},
+                    {"type": "springs", "pairs": [[140, 153], [152, 182], [145, 168]], "stiffness": {"values": [5, 50, 9]},
+                     "rest_length": "start", "scheme": "fourth_order"}],
+        "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]})",
+    R"({"format": "dvdx-scene/1", "name": "two sheets, swept", "step": 0.02, "duration": 2,
+        "network": [{"type": "grid", "rows": 9, "columns": 17, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+                     "mass": 0.5, "structural": 40, "shear": 10, "damping": 0.01, "scheme": "sequential", "fixed": "edge_top"},
+                    {"type": "grid", "rows": 8, "columns": 8, "origin": [0, -1, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+                     "mass": 0.2, "structural": 90, "scheme": "sequential"}],
+        "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
+        "contacts": [{"type": "sphere", "center": [0.5, -1.5, 0.5], "radius": 0.4}]})",
+    R"({"format": "dvdx-scene/1", "name": "pair by pair", "step": 0.01, "duration": 1,
+        "network": {"type": "grid", "rows": 9, "columns": 17, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+                    "mass": 0.5, "structural": 40, "shear": 10, "bend": 1, "scheme": "accumulate", "method": "average_acceleration",
+                    "fixed": "edge_top"},
+        "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]})",
+    R"({"format": "dvdx-scene/1", "name": "coming and going", "step": 0.01, "duration": 1, "capacity": 20000,
+        "particles": {"count": 1500, "position": {"uniform": {"min": [-1, 0, -1], "max": [1, 2, 1], "seed": 9}}},
+        "emitters": [{"type": "disc", "center": [0, 0.1, 0], "normal": [0, 1, 0], "radius": 0.1, "rate": 40000,
+                      "velocity": [0, 5, 0], "spread": 1, "lifetime": {"min": 0.1, "max": 0.5}, "seed": 10},
+                     {"type": "box", "min": [-1, 1, -1], "max": [1, 2, 1], "rate": 7777.7, "spread": [1, 0, 1], "seed": 11}],
+        "removal": {"boundaries": [{"normal": [1, 0, 0], "offset": -0.9}], "not_finite": "removed"},
+        "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.5, "wind": [2, 0, 0]}],
+        "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0, "restitution": 0.4}]})"};
+
+struct VerifyOptions {
+  std::vector<std::string> scenes;
+  bool json = false;
+};
+
+std::vector<SceneFile> scenes_of(const VerifyOptions& options) {
+  std::vector<SceneFile> scenes;
+  const ReadOptions read{.scalar_bytes = sizeof(double)};
+  for (const auto& path : options.scenes) scenes.push_back(read_scene(path, read));
+  if (!scenes.empty()) return scenes;
+  for (const char* text : built_in) scenes.push_back(parse_scene("built-in", text, read));
+  return scenes;
+}
+
+std::uint64_t steps_of(const SceneFile& file) {
+  const auto steps = steps_in(file.duration, file.step);
+  if (!steps) throw Fault(Exit::bad_scene, fmt::format("{}: duration {}: must be {}", file.path, file.duration, steps.error()));
+  return *steps;
+}
+
+std::string words(const Way& way) {
+  const std::string block = way.block == 0 ? "the plan's own blocks" : fmt::format("blocks of {}", way.block);
+  return fmt::format("{}, {} arithmetic, {}, {} thread{}, {}", name(way.isa), name(way.arithmetic),
+                     name_in(layouts, way.layout), way.threads, way.threads == 1 ? "" : "s", block);
+}
+
+void print_difference(const Verdict& verdict) {
+  const Difference& d = *verdict.first;
+  fmt::print("DIFFERENT    {}, {}: {}: particle {}, step {}, {}: the reference has {}, this {}\n", verdict.scene,
+             name_in(precisions, verdict.precision), words(d.way), d.particle, d.step, d.field, d.reference, d.value);
+}
+
+void print_table(const std::vector<Verdict>& verdicts) {
+  fmt::print("{:<18} {:<20} {:>22} {:>24} {:>6} {:>10} {:>16}\n", "scene", "", "all: particles, steps",
+             "sample: particles, steps", "runs", "differing", "contracted, ulp");
+  std::size_t runs = 0;
+  std::size_t differing = 0;
+  for (const Verdict& v : verdicts) {
+    fmt::print("{:<18} {:<20} {:>12} x {:>7} {:>14} x {:>7} {:>6} {:>10} {:>16.3g}\n", v.scene,
+               name_in(precisions, v.precision), v.particles, v.steps, v.sample, v.sample_steps, v.runs, v.differing,
+               v.contracted.ulps);
+    runs += v.runs;
+    differing += v.differing;
+  }
+  fmt::print("separate     {}; contracted {}; layouts soa, aos, aosoa; 1, 2, 3, 5 threads; 5 block sizes\n",
+             listed(verdicts.front().isas), listed(verdicts.front().contracted.isas));
+  for (const Verdict& v : verdicts) {
+    if (v.first) print_difference(v);
+  }
+  fmt::print("{}\n", differing == 0 ? fmt::format("same bits    in all {} runs", runs)
+                                    : fmt::format("FAILED       {} numbers differ in {} runs", differing, runs));
+}
+
+std::vector<std::string> names_of_isas(const std::vector<Isa>& isas) {
+  std::vector<std::string> names;
+  for (const Isa isa : isas) names.emplace_back(name(isa));
+  return names;
+}
+
+nlohmann::ordered_json json_of(const Difference& d) {
+  return {{"isa", name(d.way.isa)},
+          {"arithmetic", name(d.way.arithmetic)},
+          {"layout", name_in(layouts, d.way.layout)},
+          {"threads", d.way.threads},
+          {"block", d.way.block},
+          {"particle", d.particle},
+          {"step", d.step},
+          {"field", d.field},
+          {"reference", d.reference},
+          {"value", d.value}};
+}
+
+nlohmann::ordered_json json_of(const Verdict& v) {
+  nlohmann::ordered_json json = {{"scene", v.scene},
+                                 {"precision", name_in(precisions, v.precision)},
+                                 {"particles", v.particles},
+                                 {"steps", v.steps},
+                                 {"sample", {{"particles", v.sample}, {"steps", v.sample_steps}}},
+                                 {"isas", names_of_isas(v.isas)},
+                                 {"runs", v.runs},
+                                 {"differing", v.differing},
+                                 {"first_difference", nullptr},
+                                 {"contracted", {{"isas", names_of_isas(v.contracted.isas)}, {"ulps", v.contracted.ulps}}}};
+  if (v.first) json["first_difference"] = json_of(*v.first);
+  return json;
+}
+
+void print_json(const std::vector<Verdict>& verdicts, bool is_same) {
+  nlohmann::ordered_json json = {{"passed", is_same}, {"scenes", nlohmann::ordered_json::array()}};
+  for (const Verdict& verdict : verdicts) json["scenes"].push_back(json_of(verdict));
+  fmt::print("{}\n", json.dump(2));
+}
+
+Exit verify(const VerifyOptions& options) {
+  const auto scenes = scenes_of(options);
+  std::vector<Verdict> verdicts;
+  {
+    Progress progress(precisions.size() * scenes.size());
+    for (const SceneFile& scene : scenes) {
+      for (const auto& precision : precisions) {
+        if (is_live(scene) && rounding_of(precision.value) == Rounding::compensated) continue;  // which they cannot be
+        const auto verify_one = is_live(scene) ? verify_live : verify_scene;
+        verdicts.push_back(verify_one(scene, steps_of(scene), precision.value));
+        progress.at(verdicts.size());
+      }
+    }
+  }
+  const bool is_same = std::all_of(verdicts.begin(), verdicts.end(), [](const Verdict& v) { return v.differing == 0; });
+  if (options.json) {
+    print_json(verdicts, is_same);
+  } else {
+    print_table(verdicts);
+  }
+  return is_same ? Exit::done : Exit::verification_failed;
+}
+
+}  // namespace
+
+void add_verify(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<VerifyOptions>();
+  auto* command =
+      app.add_subcommand("verify", "Hold every instruction set, layout, thread count and block against the reference");
+  command->footer("dvdx verify tools/scenes/*.json");
+  command->add_option("SCENE", options->scenes, "scene files (JSON); a built-in set where none is given");
+  command->add_flag("--json", options->json, "print one JSON object");
+  command->callback([options, &exit] { exit = verify(*options); });
+}
+
+}  // namespace dvdx::tool

@@ -1,0 +1,78 @@
+#include "run/engine.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+
+#include "run/threads.hpp"
+#include "scene_io/fault.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+Isa isa_named(const std::string& option, const std::string& wanted, Arithmetic arithmetic) {
+  const auto available = available_isas(arithmetic);
+  const auto isa = isa_from_name(wanted);
+  if (isa && std::find(available.begin(), available.end(), *isa) != available.end()) return *isa;
+  const auto built = built_isas(arithmetic);
+  const bool is_built = isa && std::find(built.begin(), built.end(), *isa) != built.end();
+  throw Fault(Exit::usage, fmt::format("{} {}: {}: with {} arithmetic there are best, {}", option, wanted,
+                                       !isa       ? "no such instruction set"
+                                       : is_built ? "this machine lacks it"
+                                                  : "this binary lacks it",
+                                       name(arithmetic), listed(available)));
+}
+
+// DVDX_ISA forces a choice too, so a word there that cannot be followed is an error and not passed over.
+Isa isa_of(const std::string& wanted, Arithmetic arithmetic) {
+  if (wanted != "best") return isa_named("--isa", wanted, arithmetic);
+  const char* forced = std::getenv("DVDX_ISA");  // NOLINT(concurrency-mt-unsafe): read only
+  if (forced != nullptr && *forced != '\0') return isa_named("DVDX_ISA", forced, arithmetic);
+  return best_isa(arithmetic);
+}
+
+int threads_of(int wanted) {
+  if (wanted == 0) return all_cores();
+  if (wanted <= most_threads()) return wanted;
+  throw Fault(Exit::usage, fmt::format("--threads {}: must be at most {} in this build", wanted, most_threads()));
+}
+
+}  // namespace
+
+std::string listed(const std::vector<Isa>& isas) {
+  std::string text;
+  for (const auto isa : isas) text += (text.empty() ? "" : ", ") + std::string(name(isa));
+  return text;
+}
+
+void add_engine_options(CLI::App& app, EngineOptions& options) {
+  app.add_option("--precision", options.precision, "of the state; float32_compensated carries what float32 rounds away")
+      ->check(CLI::IsMember(names_of(precisions)))
+      ->capture_default_str();
+  add_machine_options(app, options);
+}
+
+void add_machine_options(CLI::App& app, EngineOptions& options) {
+  app.add_option("--isa", options.isa, "instruction set: best, reference, sse2, avx2, avx512 or neon64")->capture_default_str();
+  app.add_option("--arithmetic", options.arithmetic, "contracted fuses multiply and add")
+      ->check(CLI::IsMember(names_of(arithmetics)))
+      ->capture_default_str();
+  app.add_option("--layout", options.layout, "how the particles lie in memory")
+      ->check(CLI::IsMember(names_of(layouts)))
+      ->capture_default_str();
+  app.add_option("--threads", options.threads, "all cores where not given")->check(CLI::Range(1, 1024));
+}
+
+Engine engine_of(const EngineOptions& options) {
+  Engine engine;
+  engine.precision = named(precisions, options.precision);
+  engine.arithmetic = named(arithmetics, options.arithmetic);
+  engine.layout = named(layouts, options.layout);
+  engine.isa = isa_of(options.isa, engine.arithmetic);
+  engine.threads = threads_of(options.threads);
+  return engine;
+}
+
+}  // namespace dvdx::tool

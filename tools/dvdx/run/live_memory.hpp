@@ -1,0 +1,66 @@
+// A state of particles that come and go, with its memory: as many as may live at once, of which those of the scene are there.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "dvdx/live.hpp"
+#include "run/start.hpp"
+#include "run/state_memory.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool {
+
+template <class T>
+class LiveMemory {
+ public:
+  // The scene's own particles have age 0 and die of no age.
+  LiveMemory(const SceneFile& file, Layout layout)
+      : state_(layout, file.turnover.capacity), lives_(layout, file.turnover.capacity) {
+    live_.state = state_.view();
+    live_.state.count = file.particles.count;
+    place_at_start(file, live_.state);
+    live_.age = lives_.view().x[0];
+    live_.lifetime = lives_.view().x[1];
+    for (std::size_t i = 0; i < file.particles.count; ++i) live_.lifetime[i] = std::numeric_limits<T>::infinity();
+  }
+  LiveMemory(const LiveMemory&) = delete;
+  LiveMemory& operator=(const LiveMemory&) = delete;
+
+  [[nodiscard]] LiveState<T>& live() noexcept { return live_; }
+
+  // Who each particle is goes along with it from now on.
+  void carry_ids() {
+    ids_.assign(live_.state.x[0].capacity, 0);
+    carried_ = {ids_.data(), sizeof(std::uint32_t), sizeof(std::uint32_t)};
+    live_.carried = {&carried_, 1};
+  }
+  // From 1 on, in the order of births; those that came and went between two calls have none.
+  [[nodiscard]] std::span<const std::uint32_t> ids(std::size_t count) noexcept {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (ids_[i] == 0) ids_[i] = ++last_id_;
+    }
+    return {ids_.data(), count};
+  }
+
+ private:
+  StateMemory<T> state_, lives_;
+  LiveState<T> live_;
+  std::vector<std::uint32_t> ids_;
+  Carried carried_{};
+  std::uint32_t last_id_ = 0;
+};
+
+// Throws Fault (bad_scene) where the scene's particles cannot come and go.
+template <class T>
+[[nodiscard]] LivePlan<T> live_plan(const SceneFile& file, const Options& options) {
+  auto plan = compile<T>(file.scene, file.turnover, options);
+  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  return std::move(*plan);
+}
+
+}  // namespace dvdx::tool

@@ -1,0 +1,94 @@
+// dvdx run of a scene whose particles come and go.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+#include "commands/progress.hpp"
+#include "commands/scene_options.hpp"
+#include "output/writer.hpp"
+#include "run/engine.hpp"
+#include "run/health.hpp"
+#include "run/live_memory.hpp"
+#include "run/outcome.hpp"
+#include "run/threads.hpp"
+
+namespace dvdx::tool {
+
+template <class T>
+class LiveSimulation {
+ public:
+  LiveSimulation(const LoadedScene& loaded, const Engine& engine)
+      : loaded_(loaded),
+        memory_(loaded.file, engine.layout),
+        live_(memory_.live()),
+        plan_(live_plan<T>(loaded.file, {.step = loaded.file.step,
+                                         .isa = engine.isa,
+                                         .arithmetic = engine.arithmetic,
+                                         .rounding = rounding_of(engine.precision)})),
+        parallel_(parallel(engine.threads)) {}
+
+  // Who the particles are, from now on.
+  [[nodiscard]] ParticleIds ids() {
+    memory_.carry_ids();
+    return [this](std::size_t count) { return memory_.ids(count); };
+  }
+
+  // The observer writes, weighs and hashes.
+  template <class Observer>
+  Outcome run(Observer& observer, std::uint64_t every) {
+    const auto start = observer.health(live_.state);
+    outcome_.energy_start = observer.energy(live_.state);
+    if (every > 0 && loaded_.steps > 0) observer.write(moment(), live_.state);
+    {
+      Progress progress(loaded_.steps);
+      while (done_ < loaded_.steps) {
+        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), progress);
+        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), live_.state);
+      }
+    }
+    observer.write(moment(), live_.state);
+    observer.finish();
+    outcome_.energy_end = observer.energy(live_.state);
+    outcome_.hash = observer.hash(live_.state);
+    const auto end = observer.health(live_.state);
+    outcome_.bad_particles = end.bad_particles;
+    outcome_.diverged = has_diverged(start, end);
+    turned_.live = live_.state.count;
+    turned_.born = live_.born;
+    turned_.removed = live_.removed;
+    turned_.dropped = live_.dropped;
+    outcome_.turned = turned_;
+    return outcome_;
+  }
+
+ private:
+  // Steps that one call takes, so that progress does not stand still.
+  static constexpr std::uint64_t together = 8;
+
+  [[nodiscard]] Moment moment() const { return {.step = done_, .time = live_.state.clock.seconds}; }
+
+  void advance(std::uint64_t until, Progress& progress) {
+    while (done_ < until) {
+      const auto steps = std::min(together, until - done_);
+      const auto before = std::chrono::steady_clock::now();
+      if (plan_.step(live_, steps, parallel_) != StepResult::done) throw std::logic_error("the plan is for another state");
+      outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+      turned_.particle_steps += live_.state.count * steps;
+      done_ += steps;
+      progress.at(done_);
+    }
+  }
+
+  const LoadedScene& loaded_;
+  LiveMemory<T> memory_;
+  LiveState<T>& live_;
+  LivePlan<T> plan_;
+  ParallelFor parallel_;
+  std::uint64_t done_ = 0;
+  Outcome outcome_{};
+  Turned turned_{};
+};
+
+}  // namespace dvdx::tool

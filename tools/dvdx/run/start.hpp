@@ -1,0 +1,18 @@
+// How the particles of a scene stand at time 0.
+#pragma once
+
+#include "dvdx/layouts/state.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool {
+
+// Writes position (from the scene's origin) and velocity of every particle, rounded once to T or to T and its rest; fixed
+// particles get velocity zero. Throws Fault
+// (bad_scene) where a value is beyond T. state.count must be the scene's.
+template <class T>
+void place_at_start(const SceneFile& file, State<T>& state);
+
+extern template void place_at_start(const SceneFile&, State<float>&);
+extern template void place_at_start(const SceneFile&, State<double>&);
+
+}  // namespace dvdx::tool

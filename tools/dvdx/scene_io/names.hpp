@@ -1,0 +1,41 @@
+// The words that scenes and the command line use for the choices of the library.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "dvdx/method.hpp"
+#include "dvdx/network.hpp"
+#include "scene_io/fields.hpp"
+
+namespace dvdx::tool {
+
+inline constexpr std::array<Named<Method>, 5> methods{{{"combined", Method::combined},
+                                                       {"exact", Method::exact},
+                                                       {"average_acceleration", Method::average_acceleration},
+                                                       {"pulse", Method::pulse},
+                                                       {"symplectic_euler", Method::symplectic_euler}}};
+inline constexpr std::array<Named<Expansion>, 2> expansions{
+    {{"exact", Expansion::exact}, {"first_order", Expansion::first_order}}};
+inline constexpr std::array<Named<Sweep>, 2> sweeps{{{"curve", Sweep::curve}, {"line", Sweep::line}}};
+inline constexpr std::array<Named<Response>, 2> responses{{{"resume", Response::resume}, {"seed", Response::seed}}};
+inline constexpr std::array<Named<Side>, 2> sides{{{"outside", Side::outside}, {"inside", Side::inside}}};
+inline constexpr std::array<Named<Scheme>, 4> schemes{{{"leapfrog", Scheme::leapfrog},
+                                                       {"fourth_order", Scheme::fourth_order},
+                                                       {"sequential", Scheme::sequential},
+                                                       {"accumulate", Scheme::accumulate}}};
+inline constexpr std::array<Named<Sweeps>, 2> sweep_orders{{{"symmetric", Sweeps::symmetric}, {"forward", Sweeps::forward}}};
+inline constexpr std::array<Named<PairAxis>, 2> pair_axes{{{"midpoint", PairAxis::midpoint}, {"start", PairAxis::start}}};
+inline constexpr std::array<Named<Bound>, 3> bounds{
+    {{"equal", Bound::equal}, {"at_most", Bound::at_most}, {"at_least", Bound::at_least}}};
+inline constexpr std::uint64_t most_substeps = 1000000;  // a step
+
+template <class E, std::size_t N>
+[[nodiscard]] constexpr std::string_view name_in(const std::array<Named<E>, N>& table, E value) noexcept {
+  for (const auto& entry : table) {
+    if (entry.value == value) return entry.name;
+  }
+  return "?";
+}
+
+}  // namespace dvdx::tool

@@ -1,0 +1,424 @@
+#include "scene_io/network_reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "scene_io/file_text.hpp"
+#include "scene_io/json_text.hpp"
+#include "scene_io/mesh_file.hpp"
+#include "scene_io/names.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+enum class Kind { grid, mesh, springs };
+enum class Joint { distance, point, line };
+
+constexpr std::array<Named<Kind>, 3> kinds{{{"grid", Kind::grid}, {"mesh", Kind::mesh}, {"springs", Kind::springs}}};
+constexpr std::array<Named<Joint>, 3> joints{{{"distance", Joint::distance}, {"point", Joint::point}, {"line", Joint::line}}};
+constexpr std::array<std::string_view, 2> grid_groups{"corners_top", "edge_top"};
+constexpr std::uint64_t most_rows = 1 << 20;
+
+// ---- keys --------------------------------------------------------------------------------------------------------------
+
+Kind kind_of(const Node& network) {
+  if (!network.json().is_object()) network.refuse("an object, or a list of objects");
+  if (!network.json().contains("type")) network.fail("has no type: must be a grid, a mesh or springs");
+  return network.at("type").choice(kinds);
+}
+
+Fields fields_of(const Node& network) {
+  const auto kind = kind_of(network);
+  std::vector<std::string_view> keys{"type", "damping", "fixed", "scheme", "substeps", "method", "theta", "sweep", "axis"};
+  const auto add = [&](std::initializer_list<std::string_view> more) { keys.insert(keys.end(), more); };
+  if (kind == Kind::grid) add({"rows", "columns", "origin", "edge_u", "edge_v", "mass", "structural", "shear", "bend"});
+  if (kind == Kind::mesh) add({"file", "mass", "edge", "bend"});
+  if (kind == Kind::springs) add({"pairs", "stiffness", "rest_length"});
+  return {network, "a network of type " + std::string(name_in(kinds, kind)), std::move(keys)};
+}
+
+double length(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+
+Vec3 direction_of(const Node& node) {
+  const auto direction = node.vector();
+  if (direction == Vec3{}) node.refuse("a vector that is not zero");
+  return direction;
+}
+
+// The last particle that a pair may name.
+std::uint64_t last_of(const Population& population) {
+  return std::min<std::uint64_t>(population.count - 1, std::numeric_limits<std::uint32_t>::max());
+}
+
+std::vector<Pair> read_pairs(const Node& node, const Population& population) {
+  const auto last = last_of(population);
+  std::vector<Pair> pairs;
+  for (const auto& element : node.elements("a list of pairs [i, j]")) {
+    const auto ids = element.elements("a pair [i, j]");
+    if (ids.size() != 2) element.refuse("a pair [i, j]");
+    const Pair pair{static_cast<std::uint32_t>(ids[0].whole(0, last)), static_cast<std::uint32_t>(ids[1].whole(0, last))};
+    if (pair[0] == pair[1]) ids[1].refuse("another particle than the pair's first");
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+// One for each pair, or none where they are those of the start.
+std::optional<Scalars> read_lengths(const Node& node, const Population& pairs, const Range& range) {
+  if (node.json() == "start") return std::nullopt;
+  if (node.json().is_string()) node.refuse("\"start\", a number or an object with one of values, uniform, file");
+  return read_scalars(node, pairs, range);
+}
+
+Population population_of(const std::vector<Pair>& pairs, const Population& population) {
+  return {.count = pairs.size(), .folder = population.folder, .of = "pair"};
+}
+
+void add_lines(const std::vector<Pair>& pairs, Topology& topology) {
+  topology.lines.insert(topology.lines.end(), pairs.begin(), pairs.end());
+}
+
+// ---- grids -------------------------------------------------------------------------------------------------------------
+
+struct GridKeys {
+  Grid grid;
+  Vec3 origin{};
+  double mass = 0;
+};
+
+// One row needs no second edge.
+Vec3 edge_of(const Node& node, std::size_t points) { return points > 1 ? direction_of(node) : node.vector(); }
+
+GridKeys read_grid(const Fields& fields) {
+  GridKeys keys;
+  auto& grid = keys.grid;
+  grid.rows = fields.required("rows").whole(1, most_rows);
+  grid.columns = fields.required("columns").whole(1, most_rows);
+  keys.origin = fields.required("origin").vector();
+  grid.edge_u = edge_of(fields.required("edge_u"), grid.columns);
+  grid.edge_v = edge_of(fields.required("edge_v"), grid.rows);
+  keys.mass = fields.required("mass").number(positive);
+  grid.structural = fields.number("structural", not_negative, 0);
+  grid.shear = fields.number("shear", not_negative, 0);
+  grid.bend = fields.number("bend", not_negative, 0);
+  grid.damping = fields.number("damping", not_negative, 0);
+  return keys;
+}
+
+std::vector<Vec3> positions_of(const GridKeys& keys) {
+  const auto& grid = keys.grid;
+  const auto part = [](std::size_t i, std::size_t points) {
+    return points > 1 ? static_cast<double>(i) / static_cast<double>(points - 1) : 0;
+  };
+  std::vector<Vec3> positions;
+  positions.reserve(grid.rows * grid.columns);
+  for (std::size_t r = 0; r < grid.rows; ++r) {
+    for (std::size_t c = 0; c < grid.columns; ++c) {
+      const double u = part(c, grid.columns);
+      const double v = part(r, grid.rows);
+      Vec3 position{};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        position[axis] = keys.origin[axis] + u * grid.edge_u[axis] + v * grid.edge_v[axis];
+      }
+      positions.push_back(position);
+    }
+  }
+  return positions;
+}
+
+// A grid of one row or one column, as the list of its springs.
+Springs rope_of(const Grid& grid) {
+  const std::size_t points = grid.rows * grid.columns;
+  const double piece = length(grid.rows == 1 ? grid.edge_u : grid.edge_v) / static_cast<double>(points - 1);
+  Springs rope{.pairs = {}, .damping = grid.damping};
+  std::vector<double> stiffness;
+  std::vector<double> rest_length;
+  const auto join = [&](std::size_t every, double k) {
+    for (std::size_t i = 0; k > 0 && i + every < points; ++i) {
+      rope.pairs.push_back({static_cast<std::uint32_t>(grid.first + i), static_cast<std::uint32_t>(grid.first + i + every)});
+      stiffness.push_back(k);
+      rest_length.push_back(static_cast<double>(every) * piece);
+    }
+  };
+  join(1, grid.structural);
+  join(2, grid.bend);
+  rope.stiffness = std::move(stiffness);
+  rope.rest_length = Scalars(std::move(rest_length));
+  return rope;
+}
+
+bool is_rope(const Grid& grid) { return grid.rows == 1 || grid.columns == 1; }
+
+Topology topology_of(const Grid& grid) {
+  Topology topology;
+  const auto at = [&](std::size_t r, std::size_t c) { return static_cast<std::uint32_t>(grid.first + r * grid.columns + c); };
+  if (is_rope(grid)) {
+    for (std::size_t i = 1; i < grid.rows * grid.columns; ++i) topology.lines.push_back({at(0, i - 1), at(0, i)});
+    return topology;
+  }
+  topology.faces.reserve((grid.rows - 1) * (grid.columns - 1));
+  for (std::size_t r = 1; r < grid.rows; ++r) {
+    for (std::size_t c = 1; c < grid.columns; ++c) {
+      topology.faces.push_back({at(r - 1, c - 1), at(r - 1, c), at(r, c), at(r, c - 1)});
+    }
+  }
+  return topology;
+}
+
+// ---- meshes ------------------------------------------------------------------------------------------------------------
+
+MeshFile mesh_of(const Node& node, const std::filesystem::path& folder) {
+  if (!node.text().ends_with(".obj")) node.refuse("the name of an .obj file");
+  try {
+    return read_mesh(folder / node.text());
+  } catch (const FileFault& fault) {
+    node.fail("is " + shown(node.json()) + ": " + fault.what());
+  }
+}
+
+// The sides and, of four-sided faces, the diagonals with one stiffness; the bends with another.
+Springs springs_of(const MeshFile& mesh, std::size_t first, double edge, double bend) {
+  Springs springs;
+  std::vector<double> stiffness;
+  const auto add = [&](const std::vector<Pair>& pairs, double k) {
+    if (k == 0) return;
+    for (const auto& [i, j] : pairs) {
+      springs.pairs.push_back({static_cast<std::uint32_t>(first + i), static_cast<std::uint32_t>(first + j)});
+    }
+    stiffness.resize(springs.pairs.size(), k);
+  };
+  add(edges_of(mesh), edge);
+  add(diagonals_of(mesh), edge);
+  add(bends_of(mesh), bend);
+  springs.stiffness = std::move(stiffness);
+  return springs;
+}
+
+Topology topology_of(const MeshFile& mesh, std::size_t first) {
+  Topology topology{.lines = mesh.lines, .faces = mesh.faces};
+  for (auto& [i, j] : topology.lines) {
+    i += static_cast<std::uint32_t>(first);
+    j += static_cast<std::uint32_t>(first);
+  }
+  for (auto& face : topology.faces) {
+    for (auto& vertex : face) vertex += static_cast<std::uint32_t>(first);
+  }
+  return topology;
+}
+
+// ---- springs -----------------------------------------------------------------------------------------------------------
+
+Springs read_springs(const Fields& fields, const Population& population) {
+  auto pairs = read_pairs(fields.required("pairs"), population);
+  const auto of_pairs = population_of(pairs, population);
+  return {.pairs = std::move(pairs),
+          .stiffness = read_scalars(fields.required("stiffness"), of_pairs, not_negative),
+          .rest_length = read_lengths(fields.required("rest_length"), of_pairs, not_negative),
+          .damping = fields.number("damping", not_negative, 0)};
+}
+
+// ---- what is fixed -----------------------------------------------------------------------------------------------------
+
+void fix_group(const Node& group, Kind kind, const MadeNetwork& made, std::vector<std::size_t>& fixed) {
+  if (kind != Kind::grid) group.refuse("a particle id");
+  const bool is_edge = group.choice(std::span<const std::string_view>(grid_groups)) == 1;
+  const auto last = made.columns - 1;
+  for (std::size_t c = 0; c <= last; ++c) {
+    if (is_edge || c == 0 || c == last) fixed.push_back(made.first + c);
+  }
+}
+
+void read_fixed(const Node& node, Kind kind, const MadeNetwork& made, const Population& population,
+                std::vector<std::size_t>& fixed) {
+  if (node.json().is_string()) return fix_group(node, kind, made, fixed);
+  for (const auto& element : node.elements("a list of particle ids")) {
+    if (element.json().is_string()) {
+      fix_group(element, kind, made, fixed);
+    } else {
+      fixed.push_back(element.whole(0, population.count - 1));
+    }
+  }
+}
+
+// ---- how they are stepped ----------------------------------------------------------------------------------------------
+
+std::optional<int> read_substeps(const Node& node) {
+  if (node.json() == "auto") return std::nullopt;
+  if (node.json().is_string()) node.refuse("\"auto\" or a whole number");
+  return static_cast<int>(node.whole(1, most_substeps));
+}
+
+Coupling read_coupling(const Fields& fields, Method method) {
+  Coupling coupling;
+  coupling.scheme = fields.choice("scheme", schemes, Scheme::leapfrog);
+  if (const auto substeps = fields.optional("substeps")) coupling.substeps = read_substeps(*substeps);
+  coupling.theta = fields.number("theta", half_to_one, 0.55);
+  coupling.sweeps = fields.choice("sweep", sweep_orders, Sweeps::symmetric);
+  coupling.method = fields.choice("method", methods, method);
+  coupling.axis = fields.choice("axis", pair_axes, PairAxis::midpoint);
+  return coupling;
+}
+
+std::string words_of(const std::optional<int>& substeps) { return substeps ? std::to_string(*substeps) : "auto"; }
+
+// All networks of a scene are stepped together.
+void check_alike(const Node& node, const Coupling& first, const Coupling& own) {
+  const auto check = [&](const char* key, const std::string& wanted, const std::string& is) {
+    if (wanted == is) return;
+    const std::string path = node.path() + "." + key;
+    const bool given = node.json().contains(key);
+    const Node at(given ? node.json()[key] : node.json(), path, node.file());
+    at.fail("is " + is + (given ? "" : " where left out") + " and " + wanted +
+            " in the first network: must be alike in all, for they are stepped together");
+  };
+  check("scheme", std::string(name_in(schemes, first.scheme)), std::string(name_in(schemes, own.scheme)));
+  check("substeps", words_of(first.substeps), words_of(own.substeps));
+  check("theta", fmt::format("{}", first.theta), fmt::format("{}", own.theta));
+  check("sweep", std::string(name_in(sweep_orders, first.sweeps)), std::string(name_in(sweep_orders, own.sweeps)));
+  check("method", std::string(name_in(methods, first.method)), std::string(name_in(methods, own.method)));
+  check("axis", std::string(name_in(pair_axes, first.axis)), std::string(name_in(pair_axes, own.axis)));
+}
+
+// ---- constraints -------------------------------------------------------------------------------------------------------
+
+Distance read_distance(const Node& node, const Population& population) {
+  const Fields fields(node, "a distance constraint", {"type", "pairs", "length", "bound"});
+  auto pairs = read_pairs(fields.required("pairs"), population);
+  const auto of_pairs = population_of(pairs, population);
+  return {.pairs = std::move(pairs),
+          .length = read_lengths(fields.required("length"), of_pairs, positive),
+          .bound = fields.choice("bound", bounds, Bound::equal)};
+}
+
+std::uint32_t particle_of(const Fields& fields, const Population& population) {
+  return static_cast<std::uint32_t>(fields.required("particle").whole(0, last_of(population)));
+}
+
+OnPoint read_point(const Node& node, const Population& population) {
+  const Fields fields(node, "a point constraint", {"type", "particle", "at"});
+  return {.particle = particle_of(fields, population), .at = fields.required("at").vector()};
+}
+
+OnLine read_line(const Node& node, const Population& population) {
+  const Fields fields(node, "a line constraint", {"type", "particle", "through", "direction"});
+  return {.particle = particle_of(fields, population),
+          .through = fields.required("through").vector(),
+          .direction = direction_of(fields.required("direction"))};
+}
+
+Constraint read_constraint(const Node& node, const Population& population) {
+  if (!node.json().is_object()) node.refuse("an object");
+  if (!node.json().contains("type")) node.fail("has no type: must be a distance, a point or a line");
+  switch (node.at("type").choice(joints)) {
+    case Joint::distance:
+      return read_distance(node, population);
+    case Joint::point:
+      return read_point(node, population);
+    case Joint::line:
+      return read_line(node, population);
+  }
+  node.refuse("a constraint");
+}
+
+void check_room(const Node& node, std::uint64_t count, const Room& room) {
+  if (count > room.most()) node.fail(fmt::format("brings the scene to {} particles: must be {}", count, room.limit()));
+}
+
+void append(const Topology& more, Topology& topology) {
+  topology.lines.insert(topology.lines.end(), more.lines.begin(), more.lines.end());
+  topology.faces.insert(topology.faces.end(), more.faces.begin(), more.faces.end());
+}
+
+}  // namespace
+
+NetworkReader::NetworkReader(const Node& network, std::filesystem::path folder, const Room& room)
+    : nodes_(network.json().is_array() ? network.elements("") : std::vector<Node>{network}),
+      folder_(std::move(folder)),
+      room_(room) {
+  for (const auto& node : nodes_) {
+    auto& made = made_.emplace_back();
+    made.first = positions_.size();
+    const auto kind = kind_of(node);
+    if (kind == Kind::grid) make_grid(node, made);
+    if (kind == Kind::mesh) make_mesh(node, made);
+  }
+}
+
+Scalars NetworkReader::masses() const {
+  const bool alike = std::all_of(masses_.begin(), masses_.end(), [&](double mass) { return mass == masses_.front(); });
+  return alike && !masses_.empty() ? Scalars(masses_.front()) : Scalars(masses_);
+}
+
+void NetworkReader::add_particles(const Node& node, std::vector<Vec3> positions, double mass) {
+  for (const auto& position : positions) {
+    const bool finite = std::isfinite(position[0]) && std::isfinite(position[1]) && std::isfinite(position[2]);
+    if (!finite) node.fail("puts particles beyond double precision: must have finite positions");
+  }
+  const double each = mass / static_cast<double>(positions.size());
+  if (!(each > 0)) node.at("mass").fail("leaves each particle a mass of zero: must be larger");
+  masses_.insert(masses_.end(), positions.size(), each);
+  positions_.insert(positions_.end(), positions.begin(), positions.end());
+}
+
+void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
+  auto keys = read_grid(fields_of(node));
+  auto& grid = keys.grid;
+  grid.first = made.first;
+  made.columns = grid.columns;
+  check_room(node, made.first + grid.rows * grid.columns, room_);
+  add_particles(node, positions_of(keys), keys.mass);
+  if (!is_rope(grid)) {
+    made.network = grid;
+  } else if (auto rope = rope_of(grid); !rope.pairs.empty()) {
+    made.network = std::move(rope);
+  }
+  made.topology = topology_of(grid);
+}
+
+void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
+  const auto fields = fields_of(node);
+  const double mass = fields.required("mass").number(positive);
+  const double edge = fields.number("edge", not_negative, 0);
+  const double bend = fields.number("bend", not_negative, 0);
+  auto mesh = mesh_of(fields.required("file"), folder_);
+  check_room(node, made.first + mesh.vertices.size(), room_);
+  auto springs = springs_of(mesh, made.first, edge, bend);
+  springs.damping = fields.number("damping", not_negative, 0);
+  if (!springs.pairs.empty()) made.network = std::move(springs);
+  made.topology = topology_of(mesh, made.first);
+  add_particles(node, std::move(mesh.vertices), mass);
+}
+
+void NetworkReader::add_to(SceneFile& file, const Population& population) const {
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    const auto& node = nodes_[n];
+    const auto& made = made_[n];
+    const auto kind = kind_of(node);
+    const auto fields = fields_of(node);
+    const auto coupling = read_coupling(fields, file.scene.method);
+    if (n == 0) file.scene.coupling = coupling;
+    check_alike(node, file.scene.coupling, coupling);
+    if (made.network) file.scene.add(*made.network);
+    append(made.topology, file.topology);
+    if (kind == Kind::springs) {
+      auto springs = read_springs(fields, population);
+      add_lines(springs.pairs, file.topology);
+      if (!springs.pairs.empty()) file.scene.add(Network(std::move(springs)));
+    }
+    if (const auto fixed = fields.optional("fixed")) read_fixed(*fixed, kind, made, population, file.scene.fixed);
+  }
+}
+
+void read_constraints(const Node& constraints, SceneFile& file, const Population& population) {
+  for (const auto& node : constraints.elements("a list of constraints")) {
+    auto constraint = read_constraint(node, population);
+    if (const auto* distance = std::get_if<Distance>(&constraint)) add_lines(distance->pairs, file.topology);
+    file.scene.add(std::move(constraint));
+  }
+}
+
+}  // namespace dvdx::tool

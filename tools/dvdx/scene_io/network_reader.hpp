@@ -1,0 +1,51 @@
+// Networks and constraints: what they join, the particles that they make, what of them is fixed, and how they are stepped.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "scene_io/particle_values.hpp"
+
+namespace dvdx::tool {
+
+// What a network makes: a grid or a mesh its own particles, springs none.
+struct MadeNetwork {
+  std::size_t first = 0;             // of its particles
+  std::size_t columns = 0;           // of a grid
+  std::optional<Network> network{};  // none where nothing is joined
+  Topology topology{};
+};
+
+class NetworkReader {
+ public:
+  // Reads the grids and meshes of `network`, one object or a list of them. Their particles are numbered on from one another,
+  // and must find room.
+  NetworkReader(const Node& network, std::filesystem::path folder, const Room& room);
+
+  [[nodiscard]] bool makes_particles() const noexcept { return !positions_.empty(); }
+  [[nodiscard]] const std::vector<Vec3>& positions() const noexcept { return positions_; }
+  [[nodiscard]] Scalars masses() const;
+
+  // Reads the rest, which may name any of a scene's particles, and adds all networks, their coupling, their fixed particles
+  // and their topology to the scene. A network's method is the scene's where it names none.
+  void add_to(SceneFile& file, const Population& population) const;
+
+ private:
+  void make_grid(const Node& node, MadeNetwork& made);
+  void make_mesh(const Node& node, MadeNetwork& made);
+  void add_particles(const Node& node, std::vector<Vec3> positions, double mass);
+
+  std::vector<Node> nodes_;
+  std::filesystem::path folder_;
+  Room room_;
+  std::vector<MadeNetwork> made_;  // one for each node
+  std::vector<Vec3> positions_;
+  std::vector<double> masses_;
+};
+
+// Adds constraints to the scene.
+void read_constraints(const Node& constraints, SceneFile& file, const Population& population);
+
+}  // namespace dvdx::tool

@@ -1,0 +1,163 @@
+#include "scene_io/particle_values.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+
+#include "scene_io/counter_random.hpp"
+#include "scene_io/file_text.hpp"
+#include "scene_io/json_text.hpp"
+#include "scene_io/points_file.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+// The single key of {"values": ...}, {"uniform": ...} or {"file": ...}.
+Node form_of(const Node& node, std::string_view valid) {
+  if (!node.json().is_object()) node.refuse(valid);
+  const Fields fields(node, "a value for each particle", {"values", "uniform", "file"});
+  if (node.json().size() != 1) node.refuse(valid);
+  return fields.required(node.json().begin().key());
+}
+
+bool is_form(const Node& form, std::string_view key) { return form.path().ends_with("." + std::string(key)); }
+
+void check_length(const Node& node, std::size_t length, const Population& population) {
+  if (population.count == length) return;
+  node.fail("has " + std::to_string(length) + " entries: must have " + std::to_string(population.count) + ", one for each " +
+            std::string(population.of));
+}
+
+std::filesystem::path file_of(const Node& node, const Population& population) { return population.folder / node.text(); }
+
+[[noreturn]] void fail_file(const Node& node, const std::string& what) { node.fail("is " + shown(node.json()) + ": " + what); }
+
+// Reads a file by `read` and says where a fault in it came from.
+template <class Read>
+auto from_file(const Node& node, const Population& population, std::string_view what, const Read& read) {
+  const auto path = file_of(node, population);
+  try {
+    auto values = read(path);
+    if (values.size() != population.count) {
+      fail_file(node, "holds " + std::to_string(values.size()) + " " + std::string(what) + ": must hold " +
+                          std::to_string(population.count) + ", one for each " + std::string(population.of));
+    }
+    return values;
+  } catch (const FileFault& fault) {
+    fail_file(node, fault.what());
+  }
+}
+
+void check_order(const Node& min, const Node& max, const std::string& max_name) {
+  const auto least = min.json().get<double>();
+  const auto most = max.json().get<double>();
+  if (least > most) min.refuse("at most " + max_name + ", which is " + shown(max.json()));
+  if (!std::isfinite(most - least)) max.refuse("so close to min that max - min is finite");
+}
+
+std::uint64_t seed_of(const Fields& fields) { return fields.required("seed").whole(0, any_seed); }
+
+UniformVectors uniform_vectors(const Node& node) {
+  const Fields fields(node, "a uniform distribution", {"min", "max", "seed"});
+  const auto min = fields.required("min");
+  const auto max = fields.required("max");
+  const UniformVectors uniform{.min = min.vector(), .max = max.vector(), .seed = seed_of(fields)};
+  for (std::size_t axis = 0; axis < 3; ++axis) check_order(min.at(axis), max.at(axis), "max[" + std::to_string(axis) + "]");
+  return uniform;
+}
+
+std::vector<double> uniform_scalars(const Node& node, const Population& population, const Range& range) {
+  const Fields fields(node, "a uniform distribution", {"min", "max", "seed"});
+  const auto min = fields.required("min");
+  const auto max = fields.required("max");
+  const double least = min.number(range);
+  const double most = max.number(range);
+  const auto seed = seed_of(fields);
+  check_order(min, max, "max");
+  std::vector<double> values(population.count);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = uniform_value(least, most, seed, i, 0);
+  return values;
+}
+
+std::vector<Vec3> listed_vectors(const Node& node, const Population& population) {
+  const auto elements = node.elements("a list of [x, y, z]");
+  check_length(node, elements.size(), population);
+  std::vector<Vec3> values;
+  values.reserve(elements.size());
+  for (const auto& element : elements) values.push_back(element.vector());
+  return values;
+}
+
+std::vector<double> listed_scalars(const Node& node, const Population& population, const Range& range) {
+  const auto elements = node.elements("a list of numbers");
+  check_length(node, elements.size(), population);
+  std::vector<double> values;
+  values.reserve(elements.size());
+  for (const auto& element : elements) values.push_back(element.number(range));
+  return values;
+}
+
+std::vector<double> scalars_from_file(const Node& node, const Population& population, const Range& range) {
+  auto values = from_file(node, population, "numbers", read_numbers);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const nlohmann::json value = values[i];
+    const bool valid = range.least == Range::Least::included ? values[i] >= range.min : values[i] > range.min;
+    if (valid && values[i] <= range.max) continue;
+    fail_file(node, "number " + std::to_string(i) + " is " + shown(value) + ": must be " + std::string(range.text));
+  }
+  return values;
+}
+
+}  // namespace
+
+Vec3 value_of(const Vectors& vectors, std::size_t particle) {
+  if (const auto* all = std::get_if<Vec3>(&vectors)) return *all;
+  if (const auto* each = std::get_if<std::vector<Vec3>>(&vectors)) return (*each)[particle];
+  const auto& uniform = std::get<UniformVectors>(vectors);
+  Vec3 value{};
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    value[axis] = uniform_value(uniform.min[axis], uniform.max[axis], uniform.seed, particle, axis);
+  }
+  return value;
+}
+
+std::string Room::limit() const {
+  return fmt::format("at most {}: a particle of this scene takes {} bytes, and {:.1f} GB of memory are available", most(),
+                     bytes_each, static_cast<double>(bytes) * 1e-9);
+}
+
+Vectors read_vectors(const Node& node, const Population& population) {
+  if (node.json().is_array()) return node.vector();
+  const auto form = form_of(node, "[x, y, z] or an object with one of values, uniform, file");
+  if (is_form(form, "values")) return listed_vectors(form, population);
+  if (is_form(form, "uniform")) return uniform_vectors(form);
+  return from_file(form, population, "points", read_points);
+}
+
+Scalars read_scalars(const Node& node, const Population& population, const Range& range) {
+  if (node.json().is_number()) return node.number(range);
+  const auto form = form_of(node, std::string(range.text) + " or an object with one of values, uniform, file");
+  if (is_form(form, "values")) return listed_scalars(form, population, range);
+  if (is_form(form, "uniform")) return uniform_scalars(form, population, range);
+  return scalars_from_file(form, population, range);
+}
+
+std::vector<std::size_t> read_ids(const Node& node, const Population& population) {
+  std::vector<std::size_t> ids;
+  std::set<std::size_t> seen;
+  for (const auto& element : node.elements("a list of particle ids")) {
+    ids.push_back(element.whole(0, population.count - 1));
+    if (!seen.insert(ids.back()).second)
+      element.fail("is " + std::to_string(ids.back()) + " a second time: an id may stand once");
+  }
+  return ids;
+}
+
+std::vector<Vec3> each_of(const Vectors& vectors, std::size_t count) {
+  std::vector<Vec3> values(count);
+  for (std::size_t i = 0; i < count; ++i) values[i] = value_of(vectors, i);
+  return values;
+}
+
+}  // namespace dvdx::tool

@@ -1,0 +1,42 @@
+// The forms in which a scene gives a value for each particle: alike, listed, drawn, or from a file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "scene_io/fields.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool {
+
+// A seed may be any number of 64 bits: the most that one can be.
+inline constexpr std::uint64_t any_seed = std::numeric_limits<std::uint64_t>::max();
+
+// Where values per particle come from, and for how many particles.
+struct Population {
+  std::size_t count = 0;
+  std::filesystem::path folder;      // of the scene, which files are relative to
+  std::string_view of = "particle";  // what the values are of
+};
+
+// The memory that the particles may take.
+struct Room {
+  std::uint64_t bytes_each = 1;
+  std::uint64_t bytes = 0;  // in all
+
+  [[nodiscard]] std::uint64_t most() const noexcept { return bytes / bytes_each; }
+  // "at most 10: a particle of this scene takes ..."
+  [[nodiscard]] std::string limit() const;
+};
+
+[[nodiscard]] Vectors read_vectors(const Node& node, const Population& population);
+[[nodiscard]] Scalars read_scalars(const Node& node, const Population& population, const Range& range);
+[[nodiscard]] std::vector<std::size_t> read_ids(const Node& node, const Population& population);
+
+// Every particle's own vector.
+[[nodiscard]] std::vector<Vec3> each_of(const Vectors& vectors, std::size_t count);
+
+}  // namespace dvdx::tool

@@ -1,0 +1,333 @@
+#include "scene_io/points_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "scene_io/text_lines.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the binary files read here are little endian");
+
+using Table = std::vector<double>;  // rows of a known width, one after another
+
+// ---- .csv --------------------------------------------------------------------------------------------------------------
+
+using Columns = std::vector<std::size_t>;
+
+// Which columns of a header hold what is wanted: by name where they are three, the only one where it is one.
+Columns columns_of(const std::vector<std::string_view>& header, std::size_t width) {
+  if (width == 1) {
+    if (header.size() != 1) fail("line 1 names " + std::to_string(header.size()) + " columns: must be 1");
+    return {0};
+  }
+  Columns columns;
+  for (const std::string_view name : {"x", "y", "z"}) {
+    const auto found = std::find(header.begin(), header.end(), name);
+    if (found == header.end()) fail("line 1 names no column " + std::string(name) + ": must name x, y and z");
+    columns.push_back(static_cast<std::size_t>(found - header.begin()));
+  }
+  return columns;
+}
+
+Table read_csv(std::string_view text, std::size_t width) {
+  Lines lines(text);
+  Table table;
+  Columns columns;
+  std::size_t cells = 0;
+  while (lines.more()) {
+    const auto line = lines.next();
+    if (line.empty() || line.starts_with('#')) continue;
+    const auto row = split(line, ',');
+    if (columns.empty()) {
+      cells = row.size();
+      if (!number_in(row[0])) {
+        columns = columns_of(row, width);
+        continue;
+      }
+      if (cells != width) {
+        fail(line_name(lines.number()) + " has " + std::to_string(cells) + " numbers: must have " + std::to_string(width));
+      }
+      for (std::size_t i = 0; i < width; ++i) columns.push_back(i);
+    }
+    if (row.size() != cells) {
+      fail(line_name(lines.number()) + " has " + std::to_string(row.size()) + " numbers: must have " + std::to_string(cells));
+    }
+    for (const auto column : columns) table.push_back(finite_number(row[column], lines.number()));
+  }
+  return table;
+}
+
+// ---- binary numbers ----------------------------------------------------------------------------------------------------
+
+template <class T>
+double number_at(const char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return static_cast<double>(value);
+}
+
+struct NumberType {
+  std::string_view name;
+  std::string_view alias;
+  std::size_t bytes;
+  double (*read)(const char*);
+};
+
+constexpr std::array<NumberType, 8> number_types{{{"char", "int8", 1, number_at<std::int8_t>},
+                                                  {"uchar", "uint8", 1, number_at<std::uint8_t>},
+                                                  {"short", "int16", 2, number_at<std::int16_t>},
+                                                  {"ushort", "uint16", 2, number_at<std::uint16_t>},
+                                                  {"int", "int32", 4, number_at<std::int32_t>},
+                                                  {"uint", "uint32", 4, number_at<std::uint32_t>},
+                                                  {"float", "float32", 4, number_at<float>},
+                                                  {"double", "float64", 8, number_at<double>}}};
+
+double finite_value(const NumberType& type, const char* bytes, std::size_t index) {
+  const double value = type.read(bytes);
+  if (!std::isfinite(value)) fail("number " + std::to_string(index) + " is not finite");
+  return value;
+}
+
+// ---- .ply --------------------------------------------------------------------------------------------------------------
+
+struct PlyHeader {
+  enum class Form { ascii, little_endian } form = Form::ascii;
+  std::size_t vertices = 0;
+  std::vector<const NumberType*> types;  // of the vertex's properties
+  std::array<std::size_t, 3> xyz{};      // which of them are x, y, z
+};
+
+const NumberType& type_named(std::string_view name) {
+  for (const auto& type : number_types) {
+    if (name == type.name || name == type.alias) return type;
+  }
+  fail("property type " + std::string(name) + " is not known to PLY");
+}
+
+PlyHeader::Form ply_form(const std::vector<std::string_view>& line) {
+  if (line.size() == 3 && line[2] == "1.0") {
+    if (line[1] == "ascii") return PlyHeader::Form::ascii;
+    if (line[1] == "binary_little_endian") return PlyHeader::Form::little_endian;
+  }
+  fail("must be of format ascii 1.0 or binary_little_endian 1.0");
+}
+
+PlyHeader read_ply_header(Lines& lines) {
+  if (!lines.more() || lines.next() != "ply") fail("is not a PLY file");
+  PlyHeader header;
+  std::array<std::size_t, 3> found{};
+  std::size_t elements = 0;
+  bool format_seen = false;
+  while (lines.more()) {
+    const auto line = words(lines.next());
+    if (line.empty() || line[0] == "comment" || line[0] == "obj_info") continue;
+    if (line[0] == "format") {
+      header.form = ply_form(line);
+      format_seen = true;
+    } else if (line[0] == "element" && line.size() == 3) {
+      ++elements;
+      if (elements == 1) {
+        const auto count = number_in(line[2]);
+        if (line[1] != "vertex" || !count || !(*count >= 0 && *count <= 0x1p53)) fail("the first element must be the vertices");
+        header.vertices = static_cast<std::size_t>(*count);
+      }
+    } else if (line[0] == "property" && elements == 1) {
+      if (line.size() != 3 || line[1] == "list") fail("a vertex must have plain numbers as properties");
+      const auto axis = std::string_view("xyz").find(line[2]);
+      if (line[2].size() == 1 && axis != std::string_view::npos) {
+        header.xyz[axis] = header.types.size();
+        ++found[axis];
+      }
+      header.types.push_back(&type_named(line[1]));
+    } else if (line[0] == "end_header") {
+      if (!format_seen) fail("must be of format ascii 1.0 or binary_little_endian 1.0");
+      if (found != std::array<std::size_t, 3>{1, 1, 1}) fail("a vertex must have the properties x, y and z");
+      return header;
+    }
+  }
+  fail("ends inside its header: is it cut off?");
+}
+
+std::string cut_off(std::size_t held, std::size_t promised, std::string_view what) {
+  return "holds " + std::to_string(held) + " of the " + std::to_string(promised) + " " + std::string(what) +
+         " that its header promises: is it cut off?";
+}
+
+Table read_ply_ascii(const PlyHeader& header, Lines& lines) {
+  Table table;
+  for (std::size_t vertex = 0; vertex < header.vertices; ++vertex) {
+    if (!lines.more()) fail(cut_off(vertex, header.vertices, "vertices"));
+    const auto row = words(lines.next());
+    if (row.size() != header.types.size()) {
+      fail(line_name(lines.number()) + " has " + std::to_string(row.size()) + " numbers: must have " +
+           std::to_string(header.types.size()));
+    }
+    for (const auto property : header.xyz) table.push_back(finite_number(row[property], lines.number()));
+  }
+  return table;
+}
+
+Table read_ply_binary(const PlyHeader& header, std::string_view data) {
+  std::array<std::size_t, 3> offsets{};
+  std::size_t row_bytes = 0;
+  for (std::size_t property = 0; property < header.types.size(); ++property) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (header.xyz[axis] == property) offsets[axis] = row_bytes;
+    }
+    row_bytes += header.types[property]->bytes;
+  }
+  if (data.size() / row_bytes < header.vertices) fail(cut_off(data.size() / row_bytes, header.vertices, "vertices"));
+  Table table;
+  table.reserve(3 * header.vertices);
+  for (std::size_t vertex = 0; vertex < header.vertices; ++vertex) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const char* bytes = data.data() + vertex * row_bytes + offsets[axis];
+      table.push_back(finite_value(*header.types[header.xyz[axis]], bytes, table.size()));
+    }
+  }
+  return table;
+}
+
+Table read_ply(std::string_view text) {
+  Lines lines(text);
+  const auto header = read_ply_header(lines);
+  return header.form == PlyHeader::Form::ascii ? read_ply_ascii(header, lines) : read_ply_binary(header, lines.rest());
+}
+
+// ---- .npy --------------------------------------------------------------------------------------------------------------
+
+struct NpyHeader {
+  const NumberType* type = nullptr;
+  std::vector<std::size_t> shape;
+};
+
+// The text of a key of the header, which is a Python literal: {'descr': '<f4', 'fortran_order': False, 'shape': (5, 3), }
+std::string_view npy_field(std::string_view header, std::string_view key) {
+  const auto at = header.find("'" + std::string(key) + "':");
+  if (at == std::string_view::npos) fail("has a header without " + std::string(key));
+  return trimmed(header.substr(at + key.size() + 3));
+}
+
+std::vector<std::size_t> npy_shape(std::string_view text) {
+  const auto end = text.find(')');
+  if (!text.starts_with('(') || end == std::string_view::npos) fail("has a header without a shape");
+  std::vector<std::size_t> shape;
+  for (const auto part : split(text.substr(1, end - 1), ',')) {
+    if (part.empty()) continue;
+    std::size_t size = 0;
+    const auto [last, error] = std::from_chars(part.data(), part.data() + part.size(), size);
+    if (error != std::errc{} || last != part.data() + part.size()) fail("has a header without a shape");
+    shape.push_back(size);
+  }
+  return shape;
+}
+
+NpyHeader parse_npy_header(std::string_view text) {
+  NpyHeader header;
+  const auto descr = npy_field(text, "descr");
+  if (descr.starts_with("'<f4'")) header.type = &type_named("float");
+  if (descr.starts_with("'<f8'")) header.type = &type_named("double");
+  if (header.type == nullptr) fail("must hold little-endian float32 or float64 ('<f4' or '<f8')");
+  if (!npy_field(text, "fortran_order").starts_with("False")) fail("must be in C order, and is in Fortran order");
+  header.shape = npy_shape(npy_field(text, "shape"));
+  return header;
+}
+
+std::string shape_text(const std::vector<std::size_t>& shape) {
+  std::string text = "(";
+  for (const auto size : shape) text += (text.size() > 1 ? ", " : "") + std::to_string(size);
+  return text + (shape.size() == 1 ? ",)" : ")");
+}
+
+std::size_t npy_rows(const NpyHeader& header, std::size_t width) {
+  const auto& shape = header.shape;
+  const bool matches =
+      width == 1 ? shape.size() == 1 || (shape.size() == 2 && shape[1] == 1) : shape.size() == 2 && shape[1] == width;
+  if (!matches) {
+    fail("has the shape " + shape_text(shape) + ": must be " + (width == 1 ? "(n,)" : "(n, " + std::to_string(width) + ")"));
+  }
+  return shape[0];
+}
+
+Table read_npy(std::string_view text, std::size_t width) {
+  constexpr std::string_view magic = "\x93NUMPY";
+  if (!text.starts_with(magic)) fail("is not a NumPy array file");
+  const auto ends = [] { fail("ends inside its header: is it cut off?"); };
+  if (text.size() < 12) ends();
+  const int version = text[6];
+  if (version != 1 && version != 2) fail("must be of format version 1 or 2");
+  const std::size_t start = version == 1 ? 10 : 12;
+  const double length = version == 1 ? number_at<std::uint16_t>(&text[8]) : number_at<std::uint32_t>(&text[8]);
+  const std::size_t data_start = start + static_cast<std::size_t>(length);
+  if (text.size() < data_start) ends();
+  const auto header = parse_npy_header(text.substr(start, data_start - start));
+  const auto rows = npy_rows(header, width);
+  const auto data = text.substr(data_start);
+  const std::size_t row_bytes = width * header.type->bytes;
+  if (data.size() / row_bytes < rows) fail(cut_off(data.size() / row_bytes, rows, "rows"));
+  if (data.size() != rows * row_bytes) fail("holds more than the " + std::to_string(rows) + " rows that its header promises");
+  Table table(rows * width);
+  for (std::size_t i = 0; i < table.size(); ++i) table[i] = finite_value(*header.type, &data[i * header.type->bytes], i);
+  return table;
+}
+
+// ---- any of them -------------------------------------------------------------------------------------------------------
+
+std::optional<PointsFormat> format_of(const std::filesystem::path& path) {
+  const auto extension = path.extension();
+  if (extension == ".csv") return PointsFormat::csv;
+  if (extension == ".ply") return PointsFormat::ply;
+  if (extension == ".npy") return PointsFormat::npy;
+  return std::nullopt;
+}
+
+Table table_of(std::string_view text, PointsFormat format) {
+  switch (format) {
+    case PointsFormat::csv:
+      return read_csv(text, 3);
+    case PointsFormat::ply:
+      return read_ply(text);
+    case PointsFormat::npy:
+      return read_npy(text, 3);
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<Vec3> parse_points(std::string_view text, PointsFormat format) {
+  const auto table = table_of(text, format);
+  std::vector<Vec3> points(table.size() / 3);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] = {table[3 * i], table[3 * i + 1], table[3 * i + 2]};
+  return points;
+}
+
+std::vector<double> parse_numbers(std::string_view text, PointsFormat format) {
+  if (format == PointsFormat::ply) fail("must end in .csv or .npy");
+  return format == PointsFormat::csv ? read_csv(text, 1) : read_npy(text, 1);
+}
+
+std::vector<Vec3> read_points(const std::filesystem::path& path) {
+  const auto format = format_of(path);
+  if (!format) fail("must end in .csv, .ply or .npy");
+  return parse_points(contents(path), *format);
+}
+
+std::vector<double> read_numbers(const std::filesystem::path& path) {
+  const auto format = format_of(path);
+  if (!format || format == PointsFormat::ply) fail("must end in .csv or .npy");
+  return parse_numbers(contents(path), *format);
+}
+
+}  // namespace dvdx::tool

@@ -1,0 +1,54 @@
+// What a scene file holds: the library's scene, and how the particles start.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "dvdx/scene.hpp"
+#include "dvdx/turnover.hpp"
+#include "scene_io/topology.hpp"
+
+namespace dvdx::tool {
+
+struct UniformVectors {
+  Vec3 min{};
+  Vec3 max{};
+  std::uint64_t seed = 0;
+  bool operator==(const UniformVectors&) const = default;
+};
+
+using Vectors = std::variant<Vec3, std::vector<Vec3>, UniformVectors>;  // one for all, one each, or drawn for each
+
+[[nodiscard]] Vec3 value_of(const Vectors& vectors, std::size_t particle);
+
+struct Particles {
+  std::size_t count = 0;
+  Vectors position = Vec3{};  // m
+  Vectors velocity = Vec3{};  // m/s
+};
+
+struct SceneFile {
+  std::string path;  // as the user named it
+  std::string name;
+  std::string about;
+  double step = 0;      // s
+  double duration = 0;  // s
+  Particles particles;
+  Scene scene;                 // masses, forces, contacts, networks, constraints, fixed particles
+  Topology topology{};         // of the networks and constraints
+  bool is_origin_free = true;  // the file leaves the origin to whoever runs the scene
+  Turnover turnover{};         // capacity 0: no particle comes or goes
+};
+
+// Whether particles come and go: such a scene needs a plan of its own (dvdx/live.hpp).
+[[nodiscard]] inline bool is_live(const SceneFile& file) noexcept { return file.turnover.capacity != 0; }
+
+// Whether networks or constraints join particles: such a scene runs whole or not at all.
+[[nodiscard]] inline bool is_joined(const Scene& scene) noexcept {
+  return !scene.networks.empty() || !scene.constraints.empty();
+}
+
+}  // namespace dvdx::tool

@@ -1,0 +1,393 @@
+#include "scene_io/scene_reader.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "scene_io/fault.hpp"
+#include "scene_io/file_text.hpp"
+#include "scene_io/json_text.hpp"
+#include "scene_io/names.hpp"
+#include "scene_io/network_reader.hpp"
+#include "scene_io/overrides.hpp"
+#include "scene_io/particle_values.hpp"
+#include "scene_io/seeds.hpp"
+#include "scene_io/steps.hpp"
+#include "scene_io/turnover_reader.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view format = "dvdx-scene/1";
+constexpr std::size_t most_terms = 8;  // of a polynomial
+constexpr std::uint64_t most_particles = std::uint64_t{1} << 53U;
+
+// ---- forces ------------------------------------------------------------------------------------------------------------
+
+enum class ForceType { constant, polynomial, sinusoid, spring, radial_spring, drag };
+constexpr std::array<Named<ForceType>, 6> force_types{{{"constant", ForceType::constant},
+                                                       {"polynomial", ForceType::polynomial},
+                                                       {"sinusoid", ForceType::sinusoid},
+                                                       {"spring", ForceType::spring},
+                                                       {"radial_spring", ForceType::radial_spring},
+                                                       {"drag", ForceType::drag}}};
+
+std::optional<Method> own_method(const Fields& fields) {
+  const auto field = fields.optional("method");
+  return field ? std::optional(field->choice(methods)) : std::nullopt;
+}
+
+PerAxis per_axis(const Node& node, const Population& population) {
+  if (node.json().is_array()) return PerAxis(node.vector(not_negative));
+  return read_scalars(node, population, not_negative);
+}
+
+Anchor anchor_of(const Node& node, const Population& population) {
+  if (node.json().is_string()) {
+    if (node.json() != "start") node.refuse("\"start\", [x, y, z] or an object with one of values, uniform, file");
+    return at_start;
+  }
+  auto vectors = read_vectors(node, population);
+  if (const auto* all = std::get_if<Vec3>(&vectors)) return *all;
+  if (auto* each = std::get_if<std::vector<Vec3>>(&vectors)) return std::move(*each);
+  return each_of(vectors, population.count);
+}
+
+Force read_constant(const Node& node) {
+  const Fields fields(node, "a constant force", {"type", "method", "acceleration"});
+  return Constant{.acceleration = fields.required("acceleration").vector(), .method = own_method(fields)};
+}
+
+Force read_polynomial(const Node& node) {
+  const Fields fields(node, "a polynomial force", {"type", "method", "acceleration"});
+  const auto field = fields.required("acceleration");
+  const auto terms = field.elements("a list of 1 to 8 terms [x, y, z]");
+  if (terms.empty() || terms.size() > most_terms) {
+    field.fail("has " + std::to_string(terms.size()) + " terms: must have 1 to " + std::to_string(most_terms));
+  }
+  Polynomial force{.acceleration = {}, .method = own_method(fields)};
+  for (const auto& term : terms) force.acceleration.push_back(term.vector());
+  return force;
+}
+
+Force read_sinusoid(const Node& node) {
+  const Fields fields(node, "a sinusoid force", {"type", "method", "acceleration", "angular_frequency", "phase"});
+  return Sinusoid{.acceleration = fields.required("acceleration").vector(),
+                  .angular_frequency = fields.required("angular_frequency").number(),
+                  .phase = fields.number("phase", any_number, 0),
+                  .method = own_method(fields)};
+}
+
+Force read_spring(const Node& node, const Population& population) {
+  const Fields fields(node, "a spring", {"type", "method", "stiffness", "damping", "anchor"});
+  return Spring{.stiffness = per_axis(fields.required("stiffness"), population),
+                .damping = fields.number("damping", not_negative, 0),
+                .anchor = anchor_of(fields.required("anchor"), population),
+                .method = own_method(fields)};
+}
+
+Force read_radial_spring(const Node& node, const Population& population) {
+  const Fields fields(node, "a radial spring", {"type", "method", "stiffness", "damping", "anchor", "rest_length"});
+  return RadialSpring{.stiffness = read_scalars(fields.required("stiffness"), population, not_negative),
+                      .damping = fields.number("damping", not_negative, 0),
+                      .anchor = anchor_of(fields.required("anchor"), population),
+                      .rest_length = read_scalars(fields.required("rest_length"), population, not_negative),
+                      .method = own_method(fields)};
+}
+
+Force read_drag(const Node& node, const Population& population) {
+  const Fields fields(node, "a drag", {"type", "method", "coefficient", "wind", "expansion"});
+  return Drag{.coefficient = per_axis(fields.required("coefficient"), population),
+              .wind = fields.vector("wind", {}),
+              .expansion = fields.choice("expansion", expansions, Expansion::exact),
+              .method = own_method(fields)};
+}
+
+// The type of a force or a contact, on which its other keys hang.
+template <class E, std::size_t N>
+E type_of(const Node& node, const std::array<Named<E>, N>& table, std::string_view what) {
+  if (!node.json().is_object()) node.refuse("an object");
+  if (!node.json().contains("type")) {
+    throw Fault(Exit::bad_scene, node.file() + ": " + node.path() + ".type is missing: a " + std::string(what) + " needs it");
+  }
+  return node.at("type").choice(table);
+}
+
+Force read_force(const Node& node, const Population& population) {
+  switch (type_of(node, force_types, "force")) {
+    case ForceType::constant:
+      return read_constant(node);
+    case ForceType::polynomial:
+      return read_polynomial(node);
+    case ForceType::sinusoid:
+      return read_sinusoid(node);
+    case ForceType::spring:
+      return read_spring(node, population);
+    case ForceType::radial_spring:
+      return read_radial_spring(node, population);
+    case ForceType::drag:
+      return read_drag(node, population);
+  }
+  node.refuse("a force");
+}
+
+// ---- contacts ----------------------------------------------------------------------------------------------------------
+
+enum class ContactType { plane, sphere };
+constexpr std::array<Named<ContactType>, 2> contact_types{{{"plane", ContactType::plane}, {"sphere", ContactType::sphere}}};
+
+std::vector<std::string_view> contact_keys(std::initializer_list<std::string_view> own) {
+  std::vector<std::string_view> keys{"type"};
+  keys.insert(keys.end(), own);
+  keys.insert(keys.end(), {"restitution", "friction", "viscosity", "normal_viscosity", "response", "sweep"});
+  return keys;
+}
+
+template <class C>
+C with_surface(C contact, const Fields& fields) {
+  contact.restitution = fields.number("restitution", zero_to_one, 0);
+  contact.friction = fields.number("friction", not_negative, 0);
+  contact.viscosity = fields.number("viscosity", not_negative, 0);
+  contact.normal_viscosity = fields.number("normal_viscosity", not_negative, 0);
+  contact.response = fields.choice("response", responses, Response::resume);
+  contact.sweep = fields.choice("sweep", sweeps, Sweep::curve);
+  return contact;
+}
+
+Vec3 unit_vector(const Node& node) {
+  const auto normal = node.vector();
+  const double length = std::hypot(normal[0], normal[1], normal[2]);
+  if (!(length > 0) || !std::isfinite(length)) node.refuse("a vector of finite length > 0");
+  return {normal[0] / length, normal[1] / length, normal[2] / length};
+}
+
+Contact read_plane(const Node& node) {
+  const Fields fields(node, "a plane", contact_keys({"normal", "offset"}));
+  Plane plane;
+  plane.normal = unit_vector(fields.required("normal"));
+  plane.offset = fields.required("offset").number();
+  return with_surface(plane, fields);
+}
+
+Contact read_sphere(const Node& node) {
+  const Fields fields(node, "a sphere", contact_keys({"center", "radius", "side"}));
+  Sphere sphere;
+  sphere.center = fields.required("center").vector();
+  sphere.radius = fields.required("radius").number(positive);
+  sphere.side = fields.choice("side", sides, Side::outside);
+  return with_surface(sphere, fields);
+}
+
+Contact read_contact(const Node& node) {
+  return type_of(node, contact_types, "contact") == ContactType::plane ? read_plane(node) : read_sphere(node);
+}
+
+// ---- particles ---------------------------------------------------------------------------------------------------------
+
+// What a particle takes at least: its state, and what the scene gives for it alone.
+std::uint64_t bytes_each(const json& scene, std::size_t scalar_bytes) {
+  std::uint64_t bytes = 6 * scalar_bytes;
+  const json& particles = scene.contains("particles") ? scene["particles"] : scene;  // which has no such keys
+  const auto is_each = [](const json& object, const char* key) { return object.contains(key) && object[key].is_object(); };
+  const auto is_held = [&](const char* key) { return is_each(particles, key) && !particles[key].contains("uniform"); };
+  if (is_each(particles, "mass")) bytes += sizeof(double);
+  for (const char* key : {"position", "velocity"}) bytes += is_held(key) ? sizeof(Vec3) : 0;
+  if (!scene.contains("forces") || !scene["forces"].is_array()) return bytes;
+  for (const auto& force : scene["forces"]) {
+    if (!force.is_object()) continue;
+    for (const char* key : {"stiffness", "coefficient", "rest_length"}) bytes += is_each(force, key) ? sizeof(double) : 0;
+    if (is_each(force, "anchor")) bytes += sizeof(Vec3);
+    if (force.contains("anchor") && force["anchor"] == "start") bytes += 3 * scalar_bytes;
+  }
+  return bytes;
+}
+
+Room room_for(const json& scene, const ReadOptions& options) {
+  return {.bytes_each = bytes_each(scene, options.scalar_bytes), .bytes = options.memory_bytes};
+}
+
+// Where particles come and go, each has an age and a lifetime besides, and the plan a quarter of all again to work in.
+Room room_for_live(const ReadOptions& options) {
+  return {.bytes_each = 10 * options.scalar_bytes, .bytes = options.memory_bytes};
+}
+
+// What a network's particle takes besides: its own position, mass and face, the forces on it, and its springs, of which a grid
+// has six a particle.
+Room room_for_networks(const json& scene, const ReadOptions& options) {
+  constexpr std::uint64_t springs = 6 * (sizeof(Pair) + 2 * sizeof(double));
+  constexpr std::uint64_t face = 64;
+  auto room = room_for(scene, options);
+  room.bytes_each += sizeof(Vec3) + sizeof(double) + face + 3 * options.scalar_bytes + springs;
+  return room;
+}
+
+std::size_t read_count(const Node& node, const json& scene, const ReadOptions& options) {
+  const auto count = node.whole(1, most_particles);
+  const auto room = room_for(scene, options);
+  if (count > room.most()) node.refuse(room.limit());
+  return count;
+}
+
+// ---- the scene ---------------------------------------------------------------------------------------------------------
+
+void check_format(const Node& root) {
+  if (!root.json().is_object() || !root.json().contains("format")) return;  // said with the other keys
+  const auto field = root.at("format");
+  if (field.json() != std::string(format)) field.refuse('"' + std::string(format) + '"');
+}
+
+double read_duration(const Node& node, double step) {
+  const double duration = node.number(not_negative);
+  const auto steps = steps_in(duration, step);
+  if (!steps) node.refuse(steps.error());
+  return duration;
+}
+
+// The particles that the scene lists itself.
+void read_own_particles(const Fields& fields, SceneFile& file, Population& population, const ReadOptions& options) {
+  const bool may_be_none = fields.optional("emitters").has_value();
+  if (may_be_none && !fields.optional("particles")) return;
+  const Fields particles(fields.required("particles"), "particles", {"count", "mass", "position", "velocity"});
+  const auto count = may_be_none ? particles.optional("count") : particles.required("count");
+  population.count = count ? read_count(*count, fields.node().json(), options) : 0;
+  file.particles.count = population.count;
+  if (const auto mass = particles.optional("mass")) file.scene.mass = read_scalars(*mass, population, positive);
+  if (const auto node = particles.optional("position")) file.particles.position = read_vectors(*node, population);
+  if (const auto node = particles.optional("velocity")) file.particles.velocity = read_vectors(*node, population);
+}
+
+// Those that its networks make, of which the scene may give the velocity.
+void take_made_particles(const Fields& fields, const NetworkReader& networks, SceneFile& file, Population& population) {
+  population.count = networks.positions().size();
+  file.particles.count = population.count;
+  file.particles.position = networks.positions();
+  file.scene.mass = networks.masses();
+  const auto node = fields.optional("particles");
+  if (!node) return;
+  const Fields particles(*node, "particles", {"count", "mass", "position", "velocity"});
+  if (const auto count = particles.optional("count"); count && count->whole(1, most_particles) != population.count) {
+    count->refuse(fmt::format("left out, or {}, which is how many the network makes", population.count));
+  }
+  for (const char* key : {"mass", "position"}) {
+    if (const auto given = particles.optional(key)) given->fail("is there, and the network gives it: must be left out");
+  }
+  if (const auto velocity = particles.optional("velocity")) file.particles.velocity = read_vectors(*velocity, population);
+}
+
+void read_particles_and_networks(const Fields& fields, SceneFile& file, Population& population, const ReadOptions& options) {
+  population.folder = std::filesystem::path(file.path).parent_path();
+  std::optional<NetworkReader> networks;
+  if (const auto node = fields.optional("network")) {
+    networks.emplace(*node, population.folder, room_for_networks(fields.node().json(), options));
+  }
+  if (networks && networks->makes_particles()) {
+    take_made_particles(fields, *networks, file, population);
+  } else {
+    read_own_particles(fields, file, population, options);
+  }
+  if (networks) networks->add_to(file, population);
+}
+
+// Those of the scene and those of its networks, each once and in order.
+void read_fixed(const Fields& fields, SceneFile& file, const Population& population) {
+  auto& fixed = file.scene.fixed;
+  if (const auto node = fields.optional("fixed")) {
+    const auto own = read_ids(*node, population);
+    fixed.insert(fixed.end(), own.begin(), own.end());
+  }
+  std::sort(fixed.begin(), fixed.end());
+  fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());
+}
+
+void read_origin(const Node& node, SceneFile& file) {
+  if (node.json() == "auto") return;
+  if (node.json().is_string()) node.refuse("\"auto\" or [x, y, z]");
+  file.scene.origin = node.vector();
+  file.is_origin_free = false;
+}
+
+constexpr std::uint64_t most_iterations = 1000;
+
+SceneFile scene_of(const std::string& path, const json& root, const ReadOptions& options) {
+  const Node node(root, "", path);
+  check_format(node);
+  const Fields fields(node, "a scene",
+                      {"format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network",
+                       "constraints", "constraint_iterations", "fixed", "origin", "emitters", "capacity", "removal"});
+  SceneFile file;
+  file.path = path;
+  (void)fields.required("format");
+  file.name = fields.required("name").text();
+  if (const auto about = fields.optional("about")) file.about = about->text();
+  file.step = fields.required("step").number(positive);
+  file.duration = read_duration(fields.required("duration"), file.step);
+  file.scene.method = fields.choice("method", methods, Method::combined);
+  Population population;
+  read_particles_and_networks(fields, file, population, options);
+  if (const auto forces = fields.optional("forces")) {
+    for (const auto& force : forces->elements("a list of forces")) file.scene.add(read_force(force, population));
+  }
+  if (const auto contacts = fields.optional("contacts")) {
+    for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact));
+  }
+  if (const auto constraints = fields.optional("constraints")) read_constraints(*constraints, file, population);
+  if (const auto iterations = fields.optional("constraint_iterations")) {
+    file.scene.coupling.iterations = static_cast<int>(iterations->whole(1, most_iterations));
+  }
+  read_fixed(fields, file, population);
+  if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
+  read_turnover(fields, file, room_for_live(options));
+  return file;
+}
+
+void check_encoding(const std::string& path, std::string_view text) {
+  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
+    throw Fault(Exit::bad_scene, path + ": the file is empty: must be a JSON object of the format " + std::string(format));
+  }
+  for (const std::string_view mark : {"\xEF\xBB\xBF", "\xFF\xFE", "\xFE\xFF"}) {
+    if (text.starts_with(mark)) {
+      throw Fault(Exit::bad_scene, path + ": the file starts with a byte order mark: must be UTF-8 without one");
+    }
+  }
+}
+
+// What Linux says is free without swapping; elsewhere all there is.
+std::uint64_t linux_available_memory() {
+  std::ifstream meminfo("/proc/meminfo");
+  std::string key;
+  std::uint64_t kilobytes = 0;
+  std::string unit;
+  while (meminfo >> key >> kilobytes >> unit) {
+    if (key == "MemAvailable:") return kilobytes * 1024;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::uint64_t available_memory() {
+  if (const auto bytes = linux_available_memory(); bytes > 0) return bytes;
+  return static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+SceneFile parse_scene(const std::string& path, std::string_view text, const ReadOptions& options) {
+  check_encoding(path, text);
+  json root = parse_json(path, text);
+  for (const auto& assignment : options.overrides) apply_override(root, path, assignment);
+  if (options.seed) reseed(root, *options.seed);
+  return scene_of(path, root, options);
+}
+
+SceneFile read_scene(const std::string& path, const ReadOptions& options) {
+  const auto text = read_file(path);
+  if (!text) throw Fault(Exit::input_output, path + ": " + text.error());
+  return parse_scene(path, *text, options);
+}
+
+}  // namespace dvdx::tool

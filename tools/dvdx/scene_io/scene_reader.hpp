@@ -1,0 +1,30 @@
+// From a scene file, format "dvdx-scene/1", to a scene. docs/scene.md is the format's description.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool {
+
+[[nodiscard]] std::uint64_t available_memory();  // bytes
+
+struct ReadOptions {
+  std::vector<std::string> overrides{};             // of --set
+  std::optional<std::uint64_t> seed{};              // draws other values than the scene's own seeds
+  std::size_t scalar_bytes = sizeof(float);         // of a number of the state
+  std::uint64_t memory_bytes = available_memory();  // that the particles may take
+};
+
+// Throws Fault: input_output where the file cannot be read, bad_scene where what it holds is not a scene. The message names
+// the file, the path of the key, the value, and what is valid.
+[[nodiscard]] SceneFile read_scene(const std::string& path, const ReadOptions& options = {});
+
+// The same from text; files that it refers to are looked for beside `path`.
+[[nodiscard]] SceneFile parse_scene(const std::string& path, std::string_view text, const ReadOptions& options = {});
+
+}  // namespace dvdx::tool

@@ -1,0 +1,531 @@
+// One particle and the surfaces that it meets.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "closed_form/closed_form.hpp"
+#include "hard_cases/cases.hpp"
+#include "hard_cases/trial.hpp"
+
+namespace dvdx::tool::stability {
+namespace {
+
+constexpr double hz60 = 1.0 / 60;
+constexpr double gravity = 9.81;
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+double product(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double length(const Vec3& a) { return std::sqrt(product(a, a)); }
+Vec3 scaled(const Vec3& a, double s) { return {s * a[0], s * a[1], s * a[2]}; }
+
+template <class T>
+Vec3 position(const Trial<T>& trial, std::size_t i = 0) {
+  return {trial.x(0, i), trial.x(1, i), trial.x(2, i)};
+}
+template <class T>
+Vec3 velocity(const Trial<T>& trial, std::size_t i = 0) {
+  return {trial.v(0, i), trial.v(1, i), trial.v(2, i)};
+}
+
+Plane wall(const Vec3& normal, double offset, double restitution) {
+  return {.normal = normal, .offset = offset, .restitution = restitution};
+}
+Plane ground(double restitution) { return wall({0, 1, 0}, 0, restitution); }
+
+Scene scene_of(const std::vector<Plane>& planes, const Vec3& acceleration = {}) {
+  Scene scene;
+  if (acceleration != Vec3{}) scene.add(Constant{.acceleration = acceleration});
+  for (const Plane& plane : planes) scene.add(Contact(plane));
+  return scene;
+}
+Scene falling(const std::vector<Plane>& planes) { return scene_of(planes, {0, -gravity, 0}); }
+
+// --- 20: rest
+// -----------------------------------------------------------------------------------------------------------------
+
+template <class T>
+Worst rest_on_axis(Way& way) {
+  Worst worst;
+  for (const double offset : {0.0, 7.3, -0.1}) {
+    for (const double restitution : {0.0, 0.5, 1.0}) {
+      const double y = static_cast<double>(static_cast<T>(offset));
+      Trial<T> trial(way, falling({wall({0, 1, 0}, offset, restitution)}), hz60, Start{{3, y, -2}, {}});
+      trial.step(restitution == 0.5 && offset == 7.3 ? 1000000 : 100000);
+      const auto where = fmt::format("offset {:g} m, e = {:g}", offset, restitution);
+      worst.see(length({trial.x(0) - 3, trial.x(1) - y, trial.x(2) + 2}), where);
+      worst.see(length(velocity(trial)), where);
+    }
+  }
+  return worst;
+}
+
+// What a particle at rest on an oblique plane does in 1e6 steps after it has settled, each over its own bar: how far it is from
+// the plane (4 eps of its distance from the origin), how fast along the normal (1e-6 m/s), how far it creeps (not at all).
+template <class T>
+Worst rest_on_oblique(Way& way) {
+  constexpr double offset = 7.3;
+  Worst worst;
+  for (const Vec3& direction : {Vec3{0.3, 0.8, -0.2}, Vec3{-1, 1, 1}, Vec3{0.01, 1, 0.02}}) {
+    const Vec3 n = scaled(direction, 1 / length(direction));
+    const Vec3 start{offset * n[0] + 2 * n[1], offset * n[1] - 2 * n[0], offset * n[2]};
+    Trial<T> trial(way, scene_of({wall(n, offset, 0.5)}, scaled(n, -gravity)), hz60, Start{start, {}});
+    trial.step(100);
+    const Vec3 settled = position(trial);
+    trial.step(1000000);
+    const Vec3 end = position(trial);
+    const double creep = length({end[0] - settled[0], end[1] - settled[1], end[2] - settled[2]});
+    const auto where = [&](const char* what) {
+      return fmt::format("{}, normal ({:g}, {:g}, {:g})", what, direction[0], direction[1], direction[2]);
+    };
+    worst.see(std::abs(product(n, end) - offset) / (4 * epsilon<T> * length(end)), where("distance"));
+    worst.see(std::abs(product(n, velocity(trial))) / 1e-6, where("speed"));
+    worst.see(creep > 0 ? infinite : creep, where("creep"));
+  }
+  return worst;
+}
+
+// --- 21, 22: bounces
+// ----------------------------------------------------------------------------------------------------------
+
+// Of a ball dropped from 1 m: bounce k comes at first (1 + 2 (e + ... + e^k)).
+long double first_bounce() { return std::sqrt(2.0L / static_cast<long double>(gravity)); }
+
+template <class T>
+Worst rest_time(Way& way) {
+  Worst worst;
+  for (const double e : {0.3, 0.5, 0.7}) {
+    Trial<T> trial(way, falling({ground(e)}), hz60, Start{{0, 1, 0}, {}});
+    const auto rest = static_cast<double>(first_bounce()) * (1 + 2 * e / (1 - e));
+    int n = 0;
+    do {
+      trial.step();
+      ++n;
+    } while (n < 1000 && (trial.v(1) != 0 || trial.x(1) != 0));
+    worst.see(std::abs(n * hz60 - 0.5 * hz60 - rest) / (0.5 * hz60), fmt::format("e = {:g}", e));
+  }
+  return worst;
+}
+
+template <class T>
+Worst rest_energy(Way& way) {
+  Worst worst;
+  for (const double e : {0.3, 0.5, 0.7}) {
+    Trial<T> trial(way, falling({ground(e)}), hz60, Start{{0, 1, 0}, {}});
+    trial.step(600);
+    worst.see(std::abs(trial.v(1)) + std::abs(trial.x(1)), fmt::format("e = {:g}", e));
+  }
+  return worst;
+}
+
+// When the last impact was, as the parabola since then tells.
+template <class T>
+double seconds_since_impact(const Trial<T>& trial) {
+  return 2 * trial.x(1) / (trial.v(1) + std::sqrt(trial.v(1) * trial.v(1) + 2 * gravity * trial.x(1)));
+}
+
+template <class T, Sweep sweep, int bounces>
+Worst bounce_times(Way& way) {
+  constexpr double e = 0.5;
+  Plane floor = ground(e);
+  floor.sweep = sweep;
+  Trial<T> trial(way, falling({floor}), hz60, Start{{0, 1, 0}, {}});
+  Worst worst;
+  long double at = first_bounce();
+  int n = 0;
+  for (int bounce = 0; bounce < bounces; ++bounce) {
+    while (n * hz60 <= static_cast<double>(at)) {
+      trial.step();
+      ++n;
+    }
+    const long double got = static_cast<long double>(n) * hz60 - seconds_since_impact(trial);
+    worst.see(static_cast<double>(std::abs(got - at)), fmt::format("bounce {}", bounce + 1));
+    at += 2 * first_bounce() * std::pow(static_cast<long double>(e), bounce + 1);
+  }
+  return worst;
+}
+
+template <class T>
+Worst elastic_energy(Way& way) {
+  Trial<T> trial(way, falling({ground(1)}), hz60, Start{{0, 1, 0}, {}});
+  Worst worst;
+  for (int n = 0; n < 60000; ++n) {
+    trial.step();
+    worst.see(std::abs(trial.x(1) + trial.v(1) * trial.v(1) / (2 * gravity) - 1));
+  }
+  return worst;
+}
+
+// --- 23 to 26: at the surface
+// -------------------------------------------------------------------------------------------------
+
+template <class T>
+Worst grazing(Way& way) {
+  Worst worst;
+  for (const double y : {0.0, 1e-7}) {
+    Plane floor = ground(0.5);
+    floor.friction = 0.3;
+    floor.viscosity = 1;
+    Trial<T> trial(way, scene_of({floor}), hz60, Start{{0.1, y, 0.2}, {1.1, 0, -2.3}});
+    const Vec3 before = velocity(trial);
+    trial.step(1000);
+    const Vec3 after = velocity(trial);
+    for (std::size_t axis = 0; axis < 3; ++axis) worst.see(std::abs(after[axis] - before[axis]), fmt::format("y = {:g} m", y));
+  }
+  return worst;
+}
+
+template <class T>
+Worst start_inside(Way& way) {
+  const std::vector<Start> starts{{{0, -0.1, 0}, {0, -5, 0}}, {{0, -0.1, 0}, {}}, {{0, -0.1, 0}, {0, 5, 0}}};
+  Trial<T> trial(way, scene_of({ground(0.5)}), hz60, starts);
+  trial.step();
+  Worst worst;
+  for (const auto& [i, speed] : {std::pair{0U, 2.5}, {1U, 0.0}, {2U, 5.0}}) {
+    const auto where = fmt::format("v_n = {:g} m/s", starts[i].v[1]);
+    worst.see(std::abs(trial.v(1, i) - speed), where);
+    worst.see(-trial.x(1, i), where);
+  }
+  return worst;
+}
+
+template <class T>
+Worst start_on_plane(Way& way) {
+  Trial<T> trial(way, scene_of({ground(0.5)}), hz60, std::vector<Start>{{{}, {0, 3, 0}}, {{}, {0, -3, 0}}});
+  trial.step();
+  Worst worst;
+  worst.see(std::abs(trial.x(1, 0) / 0.05 - 1) / epsilon<T>, "v_n = 3 m/s");
+  worst.see(std::abs(trial.x(1, 1) / 0.025 - 1) / epsilon<T>, "v_n = -3 m/s");
+  return worst;
+}
+
+// Position over |v| h and speed over itself, in eps.
+template <class T>
+Worst corners(Way& way) {
+  Worst worst;
+  for (const std::size_t walls : {2U, 3U}) {
+    std::vector<Plane> planes{wall({1, 0, 0}, 0, 1), wall({0, 1, 0}, 0, 1), wall({0, 0, 1}, 0, 1)};
+    planes.resize(walls);
+    const double near = 0.5 * hz60;
+    const bool is_three = walls == 3;
+    Trial<T> trial(way, scene_of(planes), hz60, Start{{near, near, is_three ? near : 1}, {-1, -1, is_three ? -1.0 : 0.0}});
+    const double speed = length(velocity(trial));
+    const double start = trial.x(0);
+    trial.step();
+    const auto where = fmt::format("{} planes", walls);
+    for (std::size_t axis = 0; axis < walls; ++axis) {
+      worst.see(std::abs(trial.x(axis) - (hz60 - start)) / (epsilon<T> * speed * hz60), where);
+    }
+    worst.see(std::abs(length(velocity(trial)) / speed - 1) / epsilon<T>, where);
+  }
+  return worst;
+}
+
+// --- 27 to 29: many impacts in a step, fast particles
+// -------------------------------------------------------------------------
+
+// What 16 particles do in a wedge of 20 degrees, closed by a wall.
+struct Wedge {
+  double deepest = 0;  // m, in eps of the wedge's 2 m
+  double gain = 0;     // of kinetic energy, in one step
+};
+
+template <class T>
+Wedge in_wedge(Way& way) {
+  const double angle = 20 * std::numbers::pi / 180;
+  const std::vector<Vec3> normals{{0, 1, 0}, {std::sin(angle), -std::cos(angle), 0}, {-1, 0, 0}};
+  const std::vector<double> offsets{0, 0, -2};
+  std::vector<Plane> planes;
+  for (std::size_t k = 0; k < 3; ++k) planes.push_back(wall(normals[k], offsets[k], 1));
+  std::vector<Start> starts;
+  for (int i = 0; i < 16; ++i) starts.push_back({{1.2, 0.2, 0}, {3 * std::cos(0.37 * i), 3 * std::sin(0.37 * i), 0}});
+  Trial<T> trial(way, scene_of(planes), hz60, starts);
+  Worst deepest;
+  Worst gain;
+  for (int n = 0; n < 5000; ++n) {
+    std::vector<double> before;
+    for (std::size_t i = 0; i < 16; ++i) before.push_back(product(velocity(trial, i), velocity(trial, i)));
+    trial.step();
+    for (std::size_t i = 0; i < 16; ++i) {
+      gain.see(product(velocity(trial, i), velocity(trial, i)) / before[i] - 1);
+      for (std::size_t k = 0; k < 3; ++k) {
+        // the plane as the particle's precision holds it
+        const Vec3 held{static_cast<T>(normals[k][0]), static_cast<T>(normals[k][1]), static_cast<T>(normals[k][2])};
+        deepest.see((offsets[k] - product(held, position(trial, i))) / (2 * epsilon<T>));
+      }
+    }
+  }
+  return {deepest.value, gain.value};
+}
+
+template <class T, double Wedge::*what>
+Worst wedge(Way& way) {
+  Worst worst;
+  worst.see(in_wedge<T>(way).*what);
+  return worst;
+}
+
+// A step between two walls 1/16 m apart that a particle crosses `bounces` times.
+template <class T>
+struct Channel {
+  static constexpr double width = 0.0625;
+  Channel(Way& way, int bounces)
+      : trial(way, scene_of({ground(1), wall({0, -1, 0}, -width, 1)}), hz60, Start{{}, {0.7, (bounces + 0.3) * width * 60, 0}}),
+        speed(length(velocity(trial))) {
+    trial.step();
+  }
+  Trial<T> trial;
+  double speed;
+};
+
+template <class T>
+Worst folded_path(Way& way) {
+  Worst worst;
+  for (const int bounces : {2, 17, 30}) {
+    const Channel<T> channel(way, bounces);
+    const double exact = (bounces % 2 == 0 ? 0.3 : 0.7) * Channel<T>::width;
+    worst.see(std::abs(channel.trial.x(1) - exact), fmt::format("{} bounces", bounces));
+  }
+  return worst;
+}
+
+// Beyond as many impacts as a step resolves.
+template <class T>
+Worst contained(Way& way) {
+  Worst worst;
+  for (const int bounces : {33, 167, 4000}) {
+    const Channel<T> channel(way, bounces);
+    const double y = channel.trial.x(1);
+    const auto where = fmt::format("{} bounces", bounces);
+    worst.see(std::max(-y, y - Channel<T>::width), where);
+    worst.see(length(velocity(channel.trial)) / channel.speed - (1 + 4 * epsilon<T>), where);
+  }
+  return worst;
+}
+
+template <class T>
+Worst tunnelling(Way& way) {
+  Worst worst;
+  for (const double speed : {1e3, 1e5, 1e7}) {
+    for (const Sweep sweep : {Sweep::curve, Sweep::line}) {
+      Plane floor = ground(1);
+      floor.sweep = sweep;
+      Trial<T> trial(way, scene_of({floor}), hz60, Start{{0, 10, 0}, {0, -speed, 0}});
+      trial.step();
+      const double exact = speed / 60 - 10;
+      worst.see(std::abs(trial.x(1) - exact) / (epsilon<T> * std::abs(exact)), fmt::format("{:g} m/s", speed));
+    }
+  }
+  return worst;
+}
+
+// --- 30, 42: what an impact leaves
+// --------------------------------------------------------------------------------------------
+
+template <class T>
+Vec3 left_of(Way& way, double restitution, double viscosity, double friction) {
+  Plane floor = ground(restitution);
+  floor.viscosity = viscosity;
+  floor.friction = friction;
+  Trial<T> trial(way, scene_of({floor}), hz60, Start{{0, 0.01, 0}, {3, -1, 4}});
+  trial.step();
+  return velocity(trial);
+}
+
+// v_n' = -e v_n; v_t' = tau v_t less Coulomb's mu (1 + e) |v_n|, but not below 0.
+template <class T>
+Worst impact_laws(Way& way) {
+  Worst worst;
+  for (const double e : {0.0, 0.5, 1.0}) {
+    for (const double tau : {1.0, 0.25, 0.0}) {
+      for (const double mu : {0.0, 0.3, 2.0, 1e30, infinite}) {
+        const Vec3 got = left_of<T>(way, e, tau > 0 ? -std::log(tau) : infinite, mu);
+        const double slid = tau > 0 ? std::max(0.0, 5 * tau - mu * (1 + e)) / 5 : 0;
+        const auto where = fmt::format("e = {:g}, tau = {:g}, mu = {:g}", e, tau, mu);
+        for (const auto& [axis, exact] : {std::pair{0U, 3 * slid}, {1U, e}, {2U, 4 * slid}}) {
+          worst.see(std::abs(got[axis] - exact) / (5 * epsilon<T>), where);
+        }
+      }
+    }
+  }
+  return worst;
+}
+
+// What must be 0 is.
+template <class T>
+Worst impact_zeros(Way& way) {
+  Worst worst;
+  for (const double e : {0.0, 1.0}) {
+    const Vec3 sticky = left_of<T>(way, e, infinite, 0);
+    const Vec3 rough = left_of<T>(way, e, 0, infinite);
+    for (const Vec3& v : {sticky, rough})
+      worst.see(std::abs(v[0]) + std::abs(v[2]), fmt::format("tau = 0 or mu infinite, e = {:g}", e));
+  }
+  worst.see(std::abs(left_of<T>(way, 0, 0, 0)[1]), "e = 0");
+  return worst;
+}
+
+template <class T>
+Worst sticks_in_corner(Way& way) {
+  Worst worst;
+  for (const bool is_viscous : {false, true}) {
+    std::vector<Plane> planes{ground(0), wall({1, 0, 0}, 0, 0)};
+    for (Plane& plane : planes) (is_viscous ? plane.viscosity : plane.friction) = infinite;
+    Trial<T> trial(way, scene_of(planes, {-2, -gravity, 1}), hz60, Start{{}, {-1, -2, 3}});
+    const auto where = is_viscous ? "infinite viscosity" : "infinite friction";
+    trial.step(2);
+    worst.see(length(velocity(trial)), where);
+    const Vec3 held = position(trial);
+    trial.step(100000);
+    worst.see(length(velocity(trial)), where);
+    const Vec3 end = position(trial);
+    worst.see(length({end[0] - held[0], end[1] - held[1], end[2] - held[2]}), where);
+  }
+  return worst;
+}
+
+// --- 39: the time of impact
+// ---------------------------------------------------------------------------------------------------
+
+struct Flight {
+  double W = 0, g = 0, a = 0;  // about the origin
+  double wall = 0;             // m: the plane y >= wall
+  double y = 0, v = 0;
+
+  [[nodiscard]] AxisState motion(long double t) const {
+    return solve({.W = W, .g = g, .polynomial = {a}, .sines = {}}, {y, v}, t);
+  }
+  [[nodiscard]] long double height(long double t) const { return motion(t).x - wall; }
+  // The fraction of the step at which it passes the wall, where it ends below and does not meet the wall twice.
+  [[nodiscard]] std::optional<double> impact() const {
+    if (height(hz60) >= 0) return std::nullopt;
+    long double above = 0;
+    long double below = hz60;
+    for (int i = 0; i < 60; ++i) {
+      const long double middle = (above + below) / 2;
+      (height(middle) >= 0 ? above : below) = middle;
+    }
+    const long double speed = std::abs(motion(above).v);
+    const long double back = std::abs(W * y) + std::abs(a) + g * speed;  // m/s^2, towards the wall
+    if (back * (hz60 - above) > speed) return std::nullopt;
+    return static_cast<double>(above / hz60);
+  }
+};
+
+// |f - exact|, f from what the pulse of an elastic impact did to the step: dx = (1 - f) h dv.
+double impact_error(Way& way, const Flight& flight, double exact) {
+  Scene scene;
+  if (flight.W != 0) scene.add(Spring{.stiffness = flight.W});
+  if (flight.g != 0) scene.add(Drag{.coefficient = flight.g});
+  if (flight.a != 0) scene.add(Constant{.acceleration = {0, flight.a, 0}});
+  Trial<double> free(way, scene, hz60, Start{{0, flight.y, 0}, {0, flight.v, 0}});
+  scene.add(Contact(wall({0, 1, 0}, flight.wall, 1)));
+  Trial<double> hit(way, scene, hz60, Start{{0, flight.y, 0}, {0, flight.v, 0}});
+  free.step();
+  hit.step();
+  const double f = 1 - (hit.x(1) - free.x(1)) / (hz60 * (hit.v(1) - free.v(1)));
+  return std::abs(f - exact);
+}
+
+template <class Use>
+void for_each_flight(double W, double g, double a, const Use& use) {
+  for (const double speed : {0.3, 1.0, 4.0, 9.0}) {
+    for (const double part : {0.1, 0.35, 0.6, 0.9}) {
+      for (const double y : {0.2, 1.0}) {
+        use(Flight{.W = W, .g = g, .a = a, .wall = y - part * speed * hz60, .y = y, .v = -speed});
+      }
+    }
+  }
+}
+
+Worst parabola_impacts(Way& way) {
+  Worst worst;
+  for_each_flight(0, 0, -gravity, [&](const Flight& flight) {
+    const auto exact = flight.impact();
+    if (exact) worst.see(impact_error(way, flight, *exact), fmt::format("{:g} m/s, f = {:.3g}", -flight.v, *exact));
+  });
+  return worst;
+}
+
+Worst curved_impacts(Way& way) {
+  Worst worst;
+  for (const double strength : {0.01, 0.03, 0.1, 0.3}) {
+    const auto see = [&](const char* what) {
+      return [&worst, &way, strength, what](const Flight& flight) {
+        const auto exact = flight.impact();
+        if (exact) worst.see(impact_error(way, flight, *exact), fmt::format("{} = {:g}, {:g} m/s", what, strength, -flight.v));
+      };
+    };
+    if (strength <= 0.1) for_each_flight(0, strength / hz60, -gravity, see("gamma h"));
+    for_each_flight(strength * strength / (hz60 * hz60), 0, 0, see("omega h"));
+  }
+  return worst;
+}
+
+}  // namespace
+
+std::vector<Case> contact_cases() {
+  return {
+      {20,
+       "rest on a plane",
+       "1e6 steps of gravity into the plane; oblique, 7.3 m from the origin: rounding pushes in and along",
+       {{float64, rest_on_axis<double>, 0, "m, m/s", "axis-aligned: y = offset and v = 0 exactly"},
+        {float32, rest_on_axis<float>, 0, "m, m/s", "axis-aligned: y = offset and v = 0 exactly"},
+        {float64, rest_on_oblique<double>, 1, "bars", "oblique: within 4 eps |x|, 1e-6 m/s, no creep"},
+        {float32, rest_on_oblique<float>, 1, "bars", "oblique: within 4 eps |x|, 1e-6 m/s, no creep"}}},
+      {21,
+       "settling",
+       "a ball of restitution 0.5 bounces infinitely often in 1.354571 s",
+       {{float64, rest_time<double>, 1, "half steps", "rest within the step of t_rest"},
+        {float32, rest_time<float>, 1, "half steps", "rest within the step of t_rest"},
+        {float64, rest_energy<double>, 0, "m, m/s", "y = 0 and v = 0 exactly"},
+        {float32, rest_energy<float>, 0, "m, m/s", "y = 0 and v = 0 exactly"},
+        {float64, bounce_times<double, Sweep::curve, 5>, 1e-12, "s", "times of 5 bounces, curve"},
+        {float64, bounce_times<double, Sweep::line, 3>, 1e-3, "s", "times of 3 bounces, line (0.34 mm off)"}}},
+      {22, "elastic bounces", "1 m, 1000 s at 60 Hz: each bounce falls anywhere in a step",
+       both<elastic_energy<double>, elastic_energy<float>>(1e-10, 1e-3, "E0", "energy constant")},
+      {23, "grazing", "v_n = 0 at the surface and 1e-7 m above it, with friction",
+       both<grazing<double>, grazing<float>>(0, 0, "m/s", "no impact: v as it was")},
+      {24, "start inside", "0.1 m deep with v_n = -5, 0 and 5 m/s, e = 0.5",
+       both<start_inside<double>, start_inside<float>>(0, 0, "m, m/s", "at the plane, v_n = 2.5, 0 and 5")},
+      {25, "start on the plane", "v_n = 3 leaves, v_n = -3 bounces at once",
+       both<start_on_plane<double>, start_on_plane<float>>(4, 4, "eps", "y = 0.05 and 0.025 m")},
+      {26, "corners", "2 and 3 planes hit at the same moment",
+       both<corners<double>, corners<float>>(4, 4, "eps |v| h, eps |v|", "reflected in all, speed kept")},
+      {27,
+       "wedge of 20 degrees",
+       "elastic, 16 particles, 5000 steps: several impacts in a step",
+       {{float64, wedge<double, &Wedge::deepest>, 4, "eps of 2 m", "inside"},
+        {float32, wedge<float, &Wedge::deepest>, 4, "eps of 2 m", "inside"},
+        {float64, wedge<double, &Wedge::gain>, 1e-14, "E a step", "no energy gained"},
+        {float32, wedge<float, &Wedge::gain>, 2e-6, "E a step", "no energy gained"}}},
+      {28,
+       "channel",
+       "2 to 4000 bounces between two walls in one step, 32 of which are resolved",
+       {{float64, folded_path<double>, 1e-6, "m", "to 30: the folded path"},
+        {float32, folded_path<float>, 1e-6, "m", "to 30: the folded path"},
+        {float64, contained<double>, 1e-6, "m", "beyond: contained, no faster"},
+        {float32, contained<float>, 1e-6, "m", "beyond: contained, no faster"}}},
+      {29, "tunnelling", "1e3 to 1e7 m/s at a plane 10 m away",
+       both<tunnelling<double>, tunnelling<float>>(4, 4, "eps y", "reflected")},
+      {30,
+       "restitution, viscosity, friction",
+       "e = 0, 0.5, 1; tau = 1, 0.25, 0; mu = 0 to infinite",
+       {{float64, impact_laws<double>, 4, "eps |v|", "the laws of impact"},
+        {float32, impact_laws<float>, 4, "eps |v|", "the laws of impact"},
+        {float64, impact_zeros<double>, 0, "m/s", "tau = 0: v_t = 0 exactly; e = 0: v_n = 0"},
+        {float32, impact_zeros<float>, 0, "m/s", "tau = 0: v_t = 0 exactly; e = 0: v_n = 0"}}},
+      {39,
+       "time of impact",
+       "a parabola taken through a step of drag (to q = 0.1) and of a spring (to z = 0.3)",
+       {{float64, parabola_impacts, 1e-12, "of the step", "free fall"},
+        {float64, curved_impacts, 3e-3, "of the step", "drag and springs"}}},
+      {42, "infinite friction in a corner", "gravity into and along both planes, e = 0",
+       both<sticks_in_corner<double>, sticks_in_corner<float>>(0, 0, "m, m/s", "v = 0 exactly within 2 steps, and stays")},
+  };
+}
+
+}  // namespace dvdx::tool::stability

@@ -1,0 +1,741 @@
+// One particle under linear forces: its step is exact on paper, so that what is left is rounding.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "closed_form/closed_form.hpp"
+#include "hard_cases/cases.hpp"
+#include "hard_cases/trial.hpp"
+
+namespace dvdx::tool::stability {
+namespace {
+
+constexpr double hz60 = 1.0 / 60;
+
+// x'' = a - W (x - c) - g (v - u) along each axis: 1/s^2, 1/s, m/s^2, m, m/s
+struct Motion {
+  double W = 0, g = 0, a = 0, c = 0, u = 0;
+
+  [[nodiscard]] Scene scene() const {
+    Scene scene;
+    if (W != 0) scene.add(Spring{.stiffness = W, .anchor = Vec3{c, c, c}});
+    if (g != 0) scene.add(Drag{.coefficient = g, .wind = {u, u, u}});
+    if (a != 0) scene.add(Constant{.acceleration = {a, a, a}});
+    return scene;
+  }
+  [[nodiscard]] AxisState after(AxisState start, long double t) const {
+    const long double force = static_cast<long double>(a) + static_cast<long double>(g) * static_cast<long double>(u);
+    AxisState end = solve({.W = W, .g = g, .polynomial = {force}, .sines = {}}, {start.x - c, start.v}, t);
+    end.x += c;
+    return end;
+  }
+};
+
+// 16 particles, each an amplitude of 1 m about c in another phase.
+std::vector<Start> phases(double omega, double c = 0) {
+  std::vector<Start> starts;
+  for (int i = 0; i < 16; ++i) {
+    const double turn = 0.37 * i;
+    starts.push_back({{c + std::cos(turn), c + std::sin(turn), c}, {-omega * std::sin(turn), omega * std::cos(turn), omega}});
+  }
+  return starts;
+}
+
+template <class T>
+std::vector<AxisState> axes_of(const Trial<T>& trial) {
+  std::vector<AxisState> axes;
+  for (std::size_t i = 0; i < trial.count(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) axes.push_back({trial.x(axis, i), trial.v(axis, i)});
+  }
+  return axes;
+}
+
+// Errors of position and of velocity, each over its own scale; the worse of both.
+struct Scale {
+  double x = 1;  // m
+  double v = 1;  // m/s
+};
+
+double error_of(const AxisState& got, const AxisState& exact, const Scale& scale) {
+  const auto x = static_cast<double>(std::abs(got.x - exact.x)) / scale.x;
+  const auto v = static_cast<double>(std::abs(got.v - exact.v)) / scale.v;
+  return std::isnan(x) || x > v ? x : v;
+}
+
+// The worst error of all particles after n steps of h.
+template <class T>
+double error_after(Way& way, const Motion& motion, double h, std::size_t n, const std::vector<Start>& starts,
+                   const Scale& scale) {
+  Trial<T> trial(way, motion.scene(), h, starts);
+  const auto start = axes_of(trial);
+  trial.step(n);
+  const auto end = axes_of(trial);
+  const long double t = static_cast<long double>(h) * static_cast<long double>(n);
+  Worst worst;
+  for (std::size_t i = 0; i < end.size(); ++i) worst.see(error_of(end[i], motion.after(start[i], t), scale));
+  return worst.value;
+}
+
+// --- 1, 2: large angles
+// -------------------------------------------------------------------------------------------------------
+
+template <class T>
+double turning_error(Way& way, double z, std::size_t n) {
+  const double omega = z / hz60;
+  return error_after<T>(way, {.W = omega * omega}, hz60, n, phases(omega), {.x = 1, .v = omega});
+}
+
+template <class T>
+Worst one_large_step(Way& way) {
+  Worst worst;
+  for (const double z : {3.0, 10.0, 1e2, 1e3, 1e5}) {
+    const double unit = sizeof(T) == 8 ? epsilon<T> * z : 1;
+    worst.see(turning_error<T>(way, z, 1) / unit, fmt::format("omega h = {:g}", z));
+  }
+  return worst;
+}
+
+template <class T>
+Worst many_large_steps(Way& way) {
+  Worst worst;
+  for (const double z : {3.0, 10.0, 1e2, 1e3}) worst.see(turning_error<T>(way, z, 1000), fmt::format("omega h = {:g}", z));
+  return worst;
+}
+
+// --- 3, 11, 38: energy over long runs
+// -----------------------------------------------------------------------------------------
+
+// |E/E0 - 1| of particles that swing about c with an amplitude of 1 m.
+template <class T>
+class EnergyDrift {
+ public:
+  EnergyDrift(const Trial<T>& trial, double omega, double c = 0) : trial_(trial), omega_(omega), c_(c), start_(energies()) {}
+
+  [[nodiscard]] std::vector<double> now() const {
+    auto drifts = energies();
+    for (std::size_t i = 0; i < drifts.size(); ++i) drifts[i] = std::abs(drifts[i] / start_[i] - 1);
+    return drifts;
+  }
+
+ private:
+  [[nodiscard]] std::vector<double> energies() const {
+    std::vector<double> list;
+    for (const AxisState& axis : axes_of(trial_)) {
+      const auto x = omega_ * (axis.x - c_);
+      list.push_back(static_cast<double>((x * x + axis.v * axis.v) / 2));
+    }
+    return list;
+  }
+
+  const Trial<T>& trial_;
+  long double omega_, c_;
+  std::vector<double> start_;
+};
+
+// Looked at a hundred times on the way.
+template <class T>
+std::vector<double> worst_drifts(Trial<T>& trial, double omega, double c, std::size_t steps) {
+  const EnergyDrift<T> drift(trial, omega, c);
+  std::vector<double> worst(3 * trial.count());
+  for (int look = 0; look < 100; ++look) {
+    trial.step(steps / 100);
+    const auto now = drift.now();
+    for (std::size_t i = 0; i < now.size(); ++i) worst[i] = now[i] <= worst[i] ? worst[i] : now[i];
+  }
+  return worst;
+}
+
+template <class T>
+Worst quarter_turns(Way& way) {
+  Worst worst;
+  for (const double z : {std::numbers::pi / 2, std::numbers::pi, 2 * std::numbers::pi}) {
+    const double omega = z / hz60;
+    Trial<T> trial(way, Motion{.W = omega * omega}.scene(), hz60, phases(omega));
+    for (const double drift : worst_drifts(trial, omega, 0, 100000)) worst.see(drift, fmt::format("omega h = {:.4g}", z));
+  }
+  return worst;
+}
+
+template <class T>
+Worst several_springs(Way& way) {
+  Worst worst;
+  for (const int springs : {2, 12}) {
+    for (const double z : {0.1, 1.0, 2.5}) {
+      const double square = z * z / (hz60 * hz60);
+      Scene scene;
+      double sum = 0;
+      double moment = 0;
+      for (int k = 0; k < springs; ++k) {
+        const double stiffness = square * (k + 1) * 2 / (springs * (springs + 1));
+        const double anchor = 0.25 * k - 1;
+        sum += stiffness;
+        moment += stiffness * anchor;
+        scene.add(Spring{.stiffness = stiffness, .anchor = Vec3{anchor, anchor, anchor}});
+      }
+      Trial<T> trial(way, scene, hz60, phases(std::sqrt(sum), moment / sum));
+      const auto where = fmt::format("{} springs, Omega h = {:g}", springs, z);
+      for (const double drift : worst_drifts(trial, std::sqrt(sum), moment / sum, 10000000)) worst.see(drift, where);
+    }
+  }
+  return worst;
+}
+
+constexpr std::array long_run_angles = {1e-3, 1e-2, 0.1, 0.3, 0.7, 1.0, 1.7, 2.9};
+
+std::vector<double> long_run_drifts(Way& way, double z) {
+  const double omega = z / hz60;
+  Trial<float> trial(way, Motion{.W = omega * omega}.scene(), hz60, phases(omega));
+  return worst_drifts(trial, omega, 0, 10000000);
+}
+
+Worst long_run(Way& way) {
+  Worst worst;
+  for (const double z : long_run_angles) {
+    for (const double drift : long_run_drifts(way, z)) worst.see(drift, fmt::format("omega h = {:g}", z));
+  }
+  return worst;
+}
+
+Worst long_run_rms(Way& way) {
+  Worst worst;
+  for (const double z : long_run_angles) {
+    double squares = 0;
+    const auto drifts = long_run_drifts(way, z);
+    for (const double drift : drifts) squares += drift * drift;
+    worst.see(std::sqrt(squares / static_cast<double>(drifts.size())), fmt::format("omega h = {:g}", z));
+  }
+  return worst;
+}
+
+// --- 11: the separate methods lose or gain what their determinants say -------------------------------------------------------
+
+// The determinant of a step of springs z_i = omega_i h, each integrated alone, in closed form.
+long double determinant_of(Method method, const std::vector<double>& angles) {
+  long double A = 0;  // of dv = -A x - B v, dx = -C x - D v, in units of h = 1
+  long double B = 0;
+  long double C = 0;
+  long double D = 0;
+  for (const long double z : angles) {
+    const long double half = std::sin(z / 2);
+    const long double a = z * std::sin(z);
+    const long double b = 2 * half * half;
+    A += a;
+    B += b;
+    C += method == Method::exact ? b : method == Method::average_acceleration ? a / 2 : a;
+    D += method == Method::exact ? 1 - std::sin(z) / z : method == Method::average_acceleration ? b / 2 : b;
+  }
+  return (1 - C) * (1 - B) + (1 - D) * A;
+}
+
+double mean_energy(Trial<double>& trial, double omega) {
+  constexpr int window = 314;  // steps of Omega h = 0.1: five periods, over which the energy's own swing averages out
+  double sum = 0;
+  for (int n = 0; n < window; ++n) {
+    const double x = omega * trial.x(0);
+    sum += (x * x + trial.v(0) * trial.v(0)) / 2;
+    trial.step();
+  }
+  return sum / window;
+}
+
+Worst separate_methods(Way& way) {
+  Worst worst;
+  const double omega = 0.1 / hz60;
+  for (const std::size_t springs : {1U, 2U, 12U}) {
+    for (const auto& [method, method_name, steps] : {std::tuple{Method::exact, "exact", 100000},
+                                                     {Method::average_acceleration, "average_acceleration", 100000},
+                                                     {Method::pulse, "pulse", 10000}}) {
+      const std::vector<double> angles(springs, 0.1 / std::sqrt(static_cast<double>(springs)));
+      Scene scene;
+      scene.method = method;
+      for (std::size_t k = 0; k < springs; ++k) scene.add(Spring{.stiffness = omega * omega / static_cast<double>(springs)});
+      Trial<double> trial(way, scene, hz60, Start{{1, 0, 0}, {}});
+      const double before = mean_energy(trial, omega);
+      trial.step(static_cast<std::size_t>(steps - 314));
+      const double got = mean_energy(trial, omega) / before;
+      const auto formula = std::pow(determinant_of(method, angles), static_cast<long double>(steps));
+      worst.see(static_cast<double>(std::abs(got / formula - 1)), fmt::format("{}, {} springs", method_name, springs));
+    }
+  }
+  return worst;
+}
+
+// --- 5: tiny steps
+// ------------------------------------------------------------------------------------------------------------
+
+template <class T>
+Worst tiny_steps(Way& way) {
+  constexpr double h = 1e-9;
+  Trial<T> trial(way, Motion{.W = 100}.scene(), h, Start{{1, 1, 1}, {2, 2, 2}});
+  trial.step(1000000);
+  const auto exact = Motion{.W = 100}.after({1, 2}, 1000000.0L * h);
+  Worst worst;
+  worst.see(static_cast<double>(std::abs((trial.x(0) - exact.x) / (exact.x - 1))));
+  return worst;
+}
+
+// --- 6, 7: coefficients
+// -------------------------------------------------------------------------------------------------------
+
+// What a step makes of a displacement, a velocity and a wind of 1: -C and -A, S, and what the wind adds to both.
+template <class T>
+Worst spring_coefficients(Way& way) {
+  Worst worst;
+  for (int decade = -8; decade < 4; ++decade) {
+    for (const double digit : {1.0, 1.7, 3.1, 5.9, 8.3}) {
+      const double omega = digit * std::pow(10.0, decade) / hz60;
+      const double square = omega * omega;
+      const long double exact_omega = std::sqrt(static_cast<long double>(square));
+      const long double z = exact_omega * hz60;
+      const auto where = fmt::format("omega h = {:.3g}", static_cast<double>(z));
+      const auto see = [&](double got, long double exact) {
+        worst.see(static_cast<double>(std::abs(got / exact - 1)) / epsilon<T>, where);
+      };
+      const long double half = std::sin(z / 2);
+      Trial<T> pulled(way, Motion{.W = square, .c = -1}.scene(), hz60, Start{});
+      Trial<T> kicked(way, Motion{.W = square}.scene(), hz60, Start{{}, {1, 1, 1}});
+      pulled.step();
+      kicked.step();
+      if (std::abs(half) > 0.1L || z < 1) see(pulled.x(0), -2 * half * half);
+      if (std::abs(std::sin(z)) > 0.1L || z < 1) {
+        see(pulled.v(0), -exact_omega * std::sin(z));
+        see(kicked.x(0), std::sin(z) / exact_omega);
+      }
+    }
+  }
+  return worst;
+}
+
+template <class T>
+Worst drag_coefficients(Way& way) {
+  Worst worst;
+  for (int decade = -8; decade < 4; ++decade) {
+    for (const double digit : {1.0, 1.7, 3.1, 5.9, 8.3}) {
+      const double g = digit * std::pow(10.0, decade) / hz60;
+      Trial<T> blown(way, Motion{.g = g, .u = 1}.scene(), hz60, Start{});
+      Trial<T> braked(way, Motion{.g = g}.scene(), hz60, Start{{}, {1, 1, 1}});
+      blown.step();
+      braked.step();
+      const auto gains = Motion{.g = g, .u = 1}.after({}, hz60);
+      const long double way_left = -std::expm1(-static_cast<long double>(g) * hz60) / g;
+      for (const auto& [got, exact] : {std::pair{blown.v(0), gains.v}, {blown.x(0), gains.x}, {braked.x(0), way_left}}) {
+        worst.see(static_cast<double>(std::abs(got / exact - 1)) / epsilon<T>, fmt::format("gamma h = {:.3g}", g * hz60));
+      }
+    }
+  }
+  return worst;
+}
+
+// --- 7: every damping and stiffness at once
+// -----------------------------------------------------------------------------------
+
+// Of x'' = -w x - q x' after 1 s:
+struct Response {
+  AxisState kicked;  // from x(0) = 0, v(0) = 1:          psi_1, psi_0
+  AxisState pushed;  // by an acceleration of 1 from rest: psi_2, psi_1
+};
+
+// exp(-l1) and exp(-l2) of the two rates l1 <= l2, or of an oscillation's shared one, where both have died away: there they
+// need a form of their own.
+Response died_away(long double w, long double b) {
+  const long double square = b * b - w;
+  const long double root = std::sqrt(std::abs(square));
+  long double sine = std::exp(-b);  // exp(-b) sinh(root) / root, or with sin
+  long double cosine = std::exp(-b);
+  if (square > 0) {
+    const long double slow = std::exp(-w / (b + root));
+    const long double fast = std::exp(-(b + root));
+    sine = (slow - fast) / (2 * root);
+    cosine = (slow + fast) / 2;
+  } else if (square < 0) {
+    sine *= std::sin(root) / root;
+    cosine *= std::cos(root);
+  }
+  return {{sine, cosine - b * sine}, {(1 - cosine - b * sine) / w, sine}};
+}
+
+Response response(double w, double q) {
+  const double b = q / 2;
+  const double slower = b * b > w ? w / (b + std::sqrt(b * b - w)) : b;
+  if (slower > 20) return died_away(w, b);
+  return {solve({.W = w, .g = q, .polynomial = {}, .sines = {}}, {0, 1}, 1),
+          solve({.W = w, .g = q, .polynomial = {1}, .sines = {}}, {0, 0}, 1)};
+}
+
+// The size around which psi_k swings: its own value, or where it oscillates through zero, its amplitude exp(-q/2)/z^k. A
+// response that has died away to nothing is measured by a trace of its largest value, which is below 1/q.
+double envelope(int k, long double exact, double w, double q) {
+  if (k == 0) return 1;
+  const double swing = 4 * w > q * q ? std::exp(-q / 2) * std::pow(w, -0.5 * k) : 0.0;
+  return std::max({std::abs(static_cast<double>(exact)), swing, 1e-20 / std::max(1.0, q)});
+}
+
+struct Grid2 {
+  std::vector<double> w, q;
+};
+
+Grid2 damping_grid() {
+  Grid2 grid;
+  const auto add = [&](double w, double q) {
+    grid.w.push_back(w);
+    grid.q.push_back(q);
+  };
+  for (const double w : {0.0, 1e-16, 1e-12, 1e-8, 1e-6, 1e-4, 0.01, 1.0, 2.1, 44.9, 100.0, 504.0, 4727.0, 1e4, 1e6}) {
+    for (const double q : {0.0, 1e-12, 1e-8, 1e-4, 0.01, 1.0, 1.97, 2.03, 14.1, 100.0, 1e4, 1e6, 1e8}) add(w, q);
+  }
+  for (const double q : {0.02, 1.3, 2.0, 20.0, 140.0}) {  // around critical damping
+    for (const double off : {-1e-3, -1e-7, -1e-13, 0.0, 1e-13, 1e-7, 1e-3}) add(q * q / 4 * (1 + off), q);
+  }
+  return grid;
+}
+
+// Each pair is a particle with a stiffness and a drag of its own.
+Scene grid_scene(const Grid2& grid, double acceleration) {
+  Scene scene;
+  scene.add(Spring{.stiffness = grid.w});
+  scene.add(Drag{.coefficient = grid.q});
+  scene.add(Constant{.acceleration = {acceleration, acceleration, acceleration}});
+  return scene;
+}
+
+// Over max(16, z) eps of the envelope.
+Worst all_dampings(Way& way) {
+  const Grid2 grid = damping_grid();
+  Trial<double> kicked(way, grid_scene(grid, 0), 1, std::vector<Start>(grid.w.size(), {{}, {1, 1, 1}}));
+  Trial<double> pushed(way, grid_scene(grid, 1), 1, std::vector<Start>(grid.w.size()));
+  kicked.step();
+  pushed.step();
+  Worst worst;
+  for (std::size_t i = 0; i < grid.w.size(); ++i) {
+    const double w = grid.w[i];
+    const double q = grid.q[i];
+    const Response exact = response(w, q);
+    const double unit = epsilon<double> * std::max(16.0, std::sqrt(w));
+    const auto see = [&](int k, double got, long double value) {
+      worst.see(static_cast<double>(std::abs(got - value)) / (unit * envelope(k, value, w, q)),
+                fmt::format("psi_{} at w = {:g}, q = {:g}", k, w, q));
+    };
+    see(0, kicked.v(0, i), exact.kicked.v);
+    see(1, kicked.x(0, i), exact.kicked.x);
+    see(1, pushed.v(0, i), exact.pushed.v);
+    see(2, pushed.x(0, i), exact.pushed.x);
+  }
+  return worst;
+}
+
+// --- 8, 9, 10: damping
+// --------------------------------------------------------------------------------------------------------
+
+template <class T>
+Worst nearly_critical(Way& way) {
+  Worst worst;
+  for (const double g : {1.0, 8.0, 40.0, 256.0}) {
+    for (const double off : {0.0, 1e-13, -1e-13, 1e-10, 1e-7, -1e-7, 1e-5, 1e-3, -1e-3}) {
+      const Motion motion{.W = g * g / 4 * (1 + off), .g = g};
+      for (const double h : {hz60, 0.1, 1.0}) {
+        for (const std::size_t n : {1U, 60U}) {
+          worst.see(error_after<T>(way, motion, h, n, phases(g / 2), {.x = 1, .v = g / 2}),
+                    fmt::format("g = {:g}, W/(g/2)^2 - 1 = {:g}, {} steps of {:.3g} s", g, off, n, h));
+        }
+      }
+    }
+  }
+  return worst;
+}
+
+template <class T>
+Worst overdamped(Way& way) {
+  Worst worst;
+  for (const auto& [q, w] :
+       {std::pair{20.0, 1.0}, {1e3, 10.0}, {1e3, 2e5}, {2e5, 1e-3}, {1e5, 3e8}, {1.6e7, 3e8}, {1.6e7, 1e-3}}) {
+    const Motion motion{.W = w / (hz60 * hz60), .g = q / hz60};
+    const double omega = std::sqrt(motion.W);
+    // In float32 a slow creep of many steps stands still: each is less than the position's rounding.
+    for (const std::size_t n : {1U, sizeof(T) == 8 ? 1000U : 1U}) {
+      worst.see(error_after<T>(way, motion, hz60, n, phases(omega), {.x = 1, .v = omega}),
+                fmt::format("g h = {:g}, W h^2 = {:g}, {} steps", q, w, n));
+    }
+  }
+  return worst;
+}
+
+// From rest; over the way and the speed themselves.
+template <class T>
+Worst falling_in_drag(Way& way) {
+  Worst worst;
+  for (int decade = -12; decade <= 6; ++decade) {
+    const double q = std::pow(10.0, decade);
+    const Motion motion{.g = q / hz60, .a = -9.81};
+    for (const std::size_t n : {1U, 1000U}) {
+      const auto exact = motion.after({}, static_cast<long double>(hz60) * static_cast<long double>(n));
+      const Scale scale{std::abs(static_cast<double>(exact.x)), std::abs(static_cast<double>(exact.v))};
+      worst.see(error_after<T>(way, motion, hz60, n, {Start{}}, scale), fmt::format("gamma h = {:g}, {} steps", q, n));
+    }
+  }
+  return worst;
+}
+
+Worst terminal_velocity_apart(Way& way) {
+  Worst worst;
+  for (const double q : {1e-3, 0.1, 1.0, 10.0}) {
+    Scene scene = Motion{.g = q / hz60, .a = -9.81}.scene();
+    scene.method = Method::exact;
+    Trial<double> trial(way, scene, hz60, Start{});
+    trial.step(static_cast<std::size_t>(50 / std::min(q, 1.0)));
+    const double terminal = -9.81 * hz60 / q;
+    worst.see(std::abs(trial.v(0) / terminal / (q / -std::expm1(-q)) - 1), fmt::format("gamma h = {:g}", q));
+  }
+  return worst;
+}
+
+// --- 12, 13: forcing
+// ----------------------------------------------------------------------------------------------------------
+
+struct Forced {
+  double W, g, frequency, h;
+
+  // Of the steady answer's denominator: 0 at resonance.
+  [[nodiscard]] double nearness() const {
+    const double theta = frequency * h;
+    return std::hypot(W * h * h - theta * theta, g * h * theta);
+  }
+};
+
+// Over the largest amplitude on the way.
+double forced_error(Way& way, const Forced& at) {
+  constexpr std::size_t steps = 64;
+  Scene scene;
+  if (at.W != 0) scene.add(Spring{.stiffness = at.W});
+  if (at.g != 0) scene.add(Drag{.coefficient = at.g});
+  scene.add(Sinusoid{.acceleration = {1, 1, 1}, .angular_frequency = at.frequency, .phase = 0.3});
+  const AxisEquation equation{
+      .W = at.W, .g = at.g, .polynomial = {}, .sines = {{1, at.frequency, static_cast<long double>(0.3)}}};
+  Trial<double> trial(way, scene, at.h, Start{});
+  Scale scale{0, 0};
+  std::vector<double> errors_x;
+  std::vector<double> errors_v;
+  for (std::size_t n = 1; n <= steps; ++n) {
+    trial.step();
+    const auto exact = solve(equation, {}, static_cast<long double>(at.h) * static_cast<long double>(n));
+    errors_x.push_back(static_cast<double>(std::abs(trial.x(0) - exact.x)));
+    errors_v.push_back(static_cast<double>(std::abs(trial.v(0) - exact.v)));
+    scale.x = std::max(scale.x, std::abs(static_cast<double>(exact.x)));
+    scale.v = std::max(scale.v, std::abs(static_cast<double>(exact.v)));
+  }
+  return std::max(*std::max_element(errors_x.begin(), errors_x.end()) / scale.x,
+                  *std::max_element(errors_v.begin(), errors_v.end()) / scale.v);
+}
+
+enum class Resonance { near, far };
+
+template <Resonance which>
+Worst forced(Way& way) {
+  Worst worst;
+  for (const double h : {hz60, 1.0}) {
+    for (const double W : {4.0, 100.0, 1e4}) {
+      for (const double off : {0.0, 1e-13, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 0.5}) {
+        for (const double g : {0.0, 1e-9, 1e-5, 0.1, 3.0}) {
+          const Forced at{W, g, std::sqrt(W) * (1 + off), h};
+          if ((at.nearness() < 1e-6) != (which == Resonance::near)) continue;
+          worst.see(forced_error(way, at),
+                    fmt::format("W = {:g}, g = {:g}, Omega/omega - 1 = {:g}, h = {:.3g} s", W, g, off, h));
+        }
+      }
+    }
+  }
+  return worst;
+}
+
+// The velocity that one step at 1e6 s takes from a forcing, over its largest.
+template <class T>
+Worst late_phase(Way& way) {
+  constexpr double h = 0.9;
+  constexpr std::size_t steps = 1111111;
+  constexpr double frequency = 7;
+  Scene scene;
+  scene.add(Sinusoid{.acceleration = {1, 1, 1}, .angular_frequency = frequency});
+  Trial<T> trial(way, scene, h, Start{});
+  trial.step(steps);
+  trial.state().v[0][0] = 0;
+  trial.step();
+  const long double theta = static_cast<long double>(frequency) * h;
+  const long double most = 2 * std::sin(theta / 2) / frequency;
+  Worst worst;
+  worst.see(static_cast<double>(std::abs(trial.v(0) / most - std::sin((steps + 0.5L) * theta))));
+  return worst;
+}
+
+// --- 14, 15: far away and very small
+// ------------------------------------------------------------------------------------------
+
+enum class Home { world, local };  // where positions are measured from: the world's origin, or the anchor
+
+template <class Kind>
+double far_away_error(Way& way, double far, double z, Home home) {
+  const double omega = z / hz60;
+  const Motion motion{.W = omega * omega, .c = far};
+  Scene scene = motion.scene();
+  if (home == Home::local) scene.origin = Vec3{far, far, far};
+  Trial<Kind> trial(way, scene, hz60, phases(omega, home == Home::local ? 0 : far));
+  const auto start = axes_of(trial);
+  trial.step(10000);
+  const auto end = axes_of(trial);
+  const Motion seen{.W = motion.W, .c = home == Home::local ? 0 : far};
+  Worst worst;
+  for (std::size_t i = 0; i < end.size(); ++i) {
+    worst.see(error_of(end[i], seen.after(start[i], 10000 * static_cast<long double>(hz60)), {.x = 1, .v = omega}));
+  }
+  return worst.value;
+}
+
+enum class Angle { small, one };  // omega h: to 0.1, and 1
+
+template <class Kind, Angle angle, Home home = Home::world>
+Worst far_away(Way& way) {
+  Worst worst;
+  for (const double far : {1e4, 1e6}) {
+    for (const double z : angle == Angle::small ? std::vector{0.01, 0.1} : std::vector{1.0}) {
+      worst.see(far_away_error<Kind>(way, far, z, home), fmt::format("at {:g} m, omega h = {:g}", far, z));
+    }
+  }
+  return worst;
+}
+
+Worst far_away_plain(Way& way) {
+  Worst worst;
+  for (const double z : {0.1, 1.0})
+    worst.see(far_away_error<float>(way, 1e4, z, Home::world), fmt::format("omega h = {:g}", z));
+  return worst;
+}
+
+template <class T>
+constexpr double denormal = sizeof(T) == 4 ? 1e-40 : 1e-310;
+
+template <class T>
+Worst vanishing(Way& way) {
+  Worst worst;
+  for (const double z : {0.01, 0.3, 2.0}) {
+    const double omega = z / hz60;
+    for (const double g : {0.0, 0.5}) {
+      const double amplitude = denormal<T>;
+      Trial<T> trial(way, Motion{.W = omega * omega, .g = g}.scene(), hz60,
+                     Start{{amplitude, amplitude, 0}, {0, amplitude * omega, amplitude * omega}});
+      trial.step(10000);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        worst.see(std::abs(trial.x(axis)), fmt::format("omega h = {:g}, g = {:g}", z, g));
+        worst.see(std::abs(trial.v(axis)) / omega, fmt::format("omega h = {:g}, g = {:g}", z, g));
+      }
+    }
+  }
+  return worst;
+}
+
+// Seconds of 64 steps of 1024 particles of one amplitude.
+template <class T>
+double seconds_of(Way& way, double amplitude) {
+  Trial<T> trial(way, Motion{.W = 36}.scene(), hz60, std::vector<Start>(1024, {{amplitude, 0, amplitude}, {}}));
+  const auto start = std::chrono::steady_clock::now();
+  trial.step(64);
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+template <class T>
+Worst vanishing_time(Way& way) {
+  double small = std::numeric_limits<double>::infinity();
+  double plain = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < 25; ++round) {
+    small = std::min(small, seconds_of<T>(way, denormal<T>));
+    plain = std::min(plain, seconds_of<T>(way, 1));
+  }
+  Worst worst;
+  worst.see(small / plain);
+  return worst;
+}
+
+}  // namespace
+
+std::vector<Case> linear_cases() {
+  return {
+      {1,
+       "many turns in one step",
+       "omega h = 3 to 1e5: the argument of sin and cos has lost its digits",
+       {{float64, one_large_step<double>, 4, "eps omega h A", "exact rotation"},
+        {float32, one_large_step<float>, 3e-7, "A", "exact rotation"}}},
+      {2, "many turns, 1000 steps", "omega h = 3 to 1e3: the error of every step's angle adds up",
+       both<many_large_steps<double>, many_large_steps<float>>(1e-9, 1e-4, "A", "exact rotation")},
+      {3, "quarter, half and full turns", "omega h = pi/2, pi, 2 pi: poles and zeros of tan and sin, 1e5 steps",
+       both<quarter_turns<double>, quarter_turns<float>>(1e-9, 1e-4, "E0", "energy constant")},
+      {5,
+       "tiny steps",
+       "omega = 10, h = 1e-9, 1e6 steps: each moves less than the position's rounding",
+       {{float64, tiny_steps<double>, 1e-10, "of the way", "x - x0 = 1.949967e-3 m"},
+        {float32_compensated, tiny_steps<Compensated>, 1e-7, "of the way", "x - x0 = 1.949967e-3 m"},
+        {float32, tiny_steps<float>, 1, "of the way", "no worse than standing still"}}},
+      {6,
+       "coefficients",
+       "omega h and gamma h from 1e-8 to 1e4: 1 - cos z and 1 - exp(-q) lose their digits",
+       {{float64, spring_coefficients<double>, 4, "eps", "1 - cos z, omega sin z, sin z/omega"},
+        {float32, spring_coefficients<float>, 2, "eps", "1 - cos z, omega sin z, sin z/omega"},
+        {float64, drag_coefficients<double>, 4, "eps", "1 - exp(-q), (1 - exp(-q))/q and what is left of 1"},
+        {float32, drag_coefficients<float>, 2, "eps", "1 - exp(-q), (1 - exp(-q))/q and what is left of 1"}}},
+      {7,
+       "every damping at once",
+       "w = W h^2 from 0 to 1e6 and q = g h from 0 to 1e8, a pair each particle, critical and undamped among them",
+       {{float64, all_dampings, 1, "max(16, z) eps", "the oscillator functions psi_0 to psi_2"}}},
+      {8, "nearly critical damping", "|W/(g/2)^2 - 1| = 0 and 1e-13 to 1e-3: sin and sinh of next to nothing over itself",
+       both<nearly_critical<double>, nearly_critical<float>>(1e-13, 2e-6, "A", "closed form")},
+      {9, "overdamped", "g h to 1.6e7, W h^2 to 3e8: cosh overflows, the slow root cancels",
+       both<overdamped<double>, overdamped<float>>(1e-13, 5e-7, "A", "closed form")},
+      {10,
+       "falling in drag",
+       "gamma h = 1e-12 to 1e6, 1 and 1000 steps: gravity and drag integrated apart miss the terminal velocity",
+       {{float64, falling_in_drag<double>, 1e-13, "of the way", "closed form"},
+        {float32, falling_in_drag<float>, 5e-5, "of the way", "closed form"},
+        {float64, terminal_velocity_apart, 1e-12, "", "integrated apart: too fast by q/(1 - exp(-q))"}}},
+      {11,
+       "several springs on one particle",
+       "2 to 12 anchored springs, Omega h = 0.1 to 2.5, 1e7 steps",
+       {{float64, several_springs<double>, 1e-7, "E0", "energy constant"},
+        {float32, several_springs<float>, 1e-3, "E0", "energy constant"},
+        {float64, separate_methods, 0.01, "E", "separate methods: E/E0 = det^n"}}},
+      {12,
+       "forced at resonance",
+       "Omega = omega and 1e-13 to 0.5 beside it, damped and not: the closed form is 0/0",
+       {{float64, forced<Resonance::near>, 1e-7, "of the amplitude", "closed form, |p| < 1e-6"},
+        {float64, forced<Resonance::far>, 1e-11, "of the amplitude", "closed form, elsewhere"}}},
+      {13,
+       "phase after 1e6 s",
+       "1.1e6 steps of 0.9 s: sin(7 t) of a rounded time",
+       {{float64, late_phase<double>, 1e-9, "", "sin(Omega t)"},
+        {float32, late_phase<float>, 1.2e-7, "", "sin(Omega t), to float32's rounding"}}},
+      {14,
+       "far from the origin",
+       "1 m of amplitude at 1e4 and 1e6 m, 1e4 steps: positions round to mm and to 0.06 m",
+       {{float64, far_away<double, Angle::small>, 1e-5, "A", "exact rotation, omega h to 0.1"},
+        {float64, far_away<double, Angle::one>, 3e-4, "A", "exact rotation, omega h = 1"},
+        {float32_compensated, far_away<Compensated, Angle::small>, 1e-5, "A", "exact rotation, omega h to 0.1"},
+        {float32_compensated, far_away<Compensated, Angle::one>, 3e-4, "A", "exact rotation, omega h = 1"},
+        {float32, far_away<float, Angle::small, Home::local>, 1e-5, "A", "with an origin there: omega h to 0.1"},
+        {float32, far_away<float, Angle::one, Home::local>, 3e-4, "A", "with an origin there: omega h = 1"},
+        {float32, far_away_plain, 0.1, "A", "without, at 1e4 m: what is documented"}}},
+      {15,
+       "denormal amplitudes",
+       "1e-40 m in float32, 1e-310 m in float64: each operation may take 30 times as long",
+       {{float32, vanishing<float>, 1e-37, "m", "about 0"},
+        {float64, vanishing<double>, 1e-307, "m", "about 0"},
+        {float32, vanishing_time<float>, 1.5, "times 1 m's", "as fast"},
+        {float64, vanishing_time<double>, 1.5, "times 1 m's", "as fast"}}},
+      {38,
+       "ten million steps",
+       "omega h = 1e-3 to 2.9 in float32: rounded coefficients gain or lose energy at every step",
+       {{float32, long_run, 1e-3, "E0", "energy constant, worst"},
+        {float32, long_run_rms, 3e-4, "E0", "energy constant, root mean square"}}},
+  };
+}
+
+}  // namespace dvdx::tool::stability

@@ -1,0 +1,419 @@
+// Springs between particles.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "closed_form/closed_form.hpp"
+#include "hard_cases/cases.hpp"
+#include "hard_cases/trial.hpp"
+#include "plain/plain_springs.hpp"
+
+namespace dvdx::tool::stability {
+namespace {
+
+constexpr double hz60 = 1.0 / 60;
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+const Coupling leapfrog{};
+const Coupling by_sum{.scheme = Scheme::accumulate, .substeps = 1, .method = Method::exact};
+const Coupling by_filter{.scheme = Scheme::accumulate, .substeps = 1, .method = Method::combined};
+const Coupling swept{.scheme = Scheme::sequential, .substeps = 1, .theta = 0.5};
+
+struct NamedCoupling {
+  const char* name;
+  Coupling coupling;
+};
+
+const std::array<NamedCoupling, 6> couplings{
+    {{"leapfrog", leapfrog},
+     {"fourth_order", {.scheme = Scheme::fourth_order}},
+     {"sequential 0.5", swept},
+     {"sequential 1 forward", {.scheme = Scheme::sequential, .theta = 1, .sweeps = Sweeps::forward}},
+     {"accumulate exact", by_sum},
+     {"accumulate combined", by_filter}}};
+
+template <class T>
+std::vector<Start> bodies_of(const Trial<T>& trial) {
+  std::vector<Start> bodies;
+  for (std::size_t i = 0; i < trial.count(); ++i) {
+    bodies.push_back({{trial.x(0, i), trial.x(1, i), trial.x(2, i)}, {trial.v(0, i), trial.v(1, i), trial.v(2, i)}});
+  }
+  return bodies;
+}
+
+template <class T>
+double energy_now(const Trial<T>& trial, PlainSprings system) {
+  system.bodies = bodies_of(trial);
+  return system.energy();
+}
+
+double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
+
+// Not a number where any coordinate or velocity is none.
+template <class T>
+double farthest(const Trial<T>& trial) {
+  Worst worst;
+  for (const Start& body : bodies_of(trial)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      worst.see(std::isfinite(body.v[axis]) ? std::abs(body.x[axis]) : not_a_number);
+    }
+  }
+  return worst.value;
+}
+
+// --- 4: the limit of leapfrog
+// -------------------------------------------------------------------------------------------------
+
+// `count` bodies of 1 kg in a row, 1 m apart, a little disturbed; the highest frequency of so many springs in a row.
+PlainSprings row_of(std::size_t count, double omega) {
+  const auto n = static_cast<double>(count);
+  const double k = omega * omega / (2 - 2 * std::cos(std::acos(-1.0) * (n - 1) / n));
+  PlainSprings system;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto at = static_cast<double>(i);
+    system.bodies.push_back({{at + 0.05 * std::sin(3 * at + 1), 0, 0}, {0, 0.1 * std::cos(2 * at), 0}});
+    system.mass.push_back(1);
+    if (i > 0) system.links.push_back({i - 1, i, k, 1});
+  }
+  return system;
+}
+
+template <class T>
+Worst limit_of_leapfrog(Way& way) {
+  Worst worst;
+  for (const std::size_t count : {2U, 8U}) {
+    for (const double z : {1.8, 1.99, 2.01, 2.2, 7.0}) {
+      const PlainSprings system = row_of(count, z / hz60);
+      Trial<T> trial(way, scene_of(system, leapfrog), hz60, system.bodies);
+      const double start = energy_now(trial, system);
+      for (int look = 0; look < 20; ++look) {
+        trial.step(50000);
+        worst.see(std::abs(energy_now(trial, system) / start - 1), fmt::format("{} bodies, omega h = {:g}", count, z));
+      }
+    }
+  }
+  return worst;
+}
+
+// --- 16: unequal masses
+// -------------------------------------------------------------------------------------------------------
+
+template <class T>
+Worst unequal_masses(Way& way) {
+  Worst worst;
+  for (const double drift : {0.0, 1e-3}) {
+    PlainSprings system;
+    system.mass = {1, 1e6};
+    system.bodies = {{{0, 0, 0}, {drift - 0.7, 0.4, 0}}, {{1.1, 0, 0}, {drift + 0.7e-6, -0.4e-6, 0}}};
+    system.links = {{0, 1, 100, 1}};
+    Trial<T> trial(way, scene_of(system, leapfrog), hz60, system.bodies);
+    const auto momentum = [&](std::size_t axis) { return trial.v(axis, 0) + 1e6 * trial.v(axis, 1); };
+    const Vec3 start{momentum(0), momentum(1), 0};
+    const double scale = 1 + 1e6 * drift;  // kg m/s that go to and fro
+    for (int look = 0; look < 100; ++look) {
+      trial.step(10000);
+      for (const std::size_t axis : {0U, 1U}) {
+        worst.see(std::abs(momentum(axis) - start[axis]) / scale, fmt::format("drifting at {:g} m/s", drift));
+      }
+    }
+  }
+  return worst;
+}
+
+// --- 17, 18: springs without a direction
+// --------------------------------------------------------------------------------------
+
+// A spring of no rest length to a point is the linear one in every direction, and so is one between two bodies, on their line
+// and where they turn about each other.
+enum class Ends { to_a_point, on_a_line, turning };
+
+template <class T>
+double turned(Way& way, double z, Ends ends) {
+  const double omega = z / hz60;
+  const double k = omega * omega;
+  const bool is_pair = ends != Ends::to_a_point;
+  const Vec3 v0 = ends == Ends::on_a_line ? Vec3{-0.6 * omega, 0, 0.8 * omega} : Vec3{0, omega, 0};
+  Scene scene;
+  std::vector<Start> starts{{{0.6, 0, -0.8}, v0}};
+  if (is_pair) {
+    scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = k / 2, .rest_length = Scalars(0.0)}));
+    scene.coupling = by_sum;
+    starts = {{{-0.3, 0, 0.4}, {-v0[0] / 2, -v0[1] / 2, -v0[2] / 2}}, {{0.3, 0, -0.4}, {v0[0] / 2, v0[1] / 2, v0[2] / 2}}};
+  } else {
+    scene.add(RadialSpring{.stiffness = k});
+  }
+  Trial<T> trial(way, scene, hz60, starts);
+  const auto axis_now = [&](std::size_t axis) -> AxisState {
+    if (!is_pair) return {trial.x(axis), trial.v(axis)};
+    return {trial.x(axis, 1) - trial.x(axis, 0), trial.v(axis, 1) - trial.v(axis, 0)};
+  };
+  const std::array start{axis_now(0), axis_now(1), axis_now(2)};
+  trial.step();
+  Worst worst;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const AxisState exact = solve({.W = k, .g = 0, .polynomial = {}, .sines = {}}, start[axis], hz60);
+    worst.see(static_cast<double>(std::abs(axis_now(axis).x - exact.x)));
+    worst.see(static_cast<double>(std::abs(axis_now(axis).v - exact.v)) / omega);
+  }
+  return worst.value;
+}
+
+template <class T, Ends ends>
+Worst no_rest_length(Way& way) {
+  Worst worst;
+  for (const double z : {0.1, 3.0, 10.0, 100.0}) {
+    worst.see(turned<T>(way, z, ends) / (epsilon<T> * std::max(z, 1.0)), fmt::format("omega h = {:g}", z));
+  }
+  return worst;
+}
+
+// Two bodies at one place, and one at its anchor: how fast they become.
+template <class T>
+Worst coincident(Way& way) {
+  Worst worst;
+  for (const double rest_length : {0.0, 1.0}) {
+    for (const auto& [name, coupling] : couplings) {
+      Scene scene;
+      scene.add(RadialSpring{.stiffness = 100.0, .anchor = Vec3{0.25, 0.5, 0.75}, .rest_length = rest_length});
+      scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 100.0, .rest_length = Scalars(rest_length)}));
+      scene.coupling = coupling;
+      Trial<T> trial(way, scene, hz60, std::vector<Start>(2, {{0.25, 0.5, 0.75}, {}}));
+      trial.step(100);
+      for (const Start& body : bodies_of(trial)) {
+        for (const double v : body.v) worst.see(std::abs(v), fmt::format("{}, rest length {:g} m", name, rest_length));
+      }
+    }
+  }
+  return worst;
+}
+
+// Through each other and from one place apart: the worst change of momentum in three steps.
+template <class T>
+Worst passage(Way& way) {
+  Worst worst;
+  const std::vector<std::array<Start, 2>> starts{
+      {{{{-1.5 * hz60, 0, 0}, {1, 0, 0}}, {{1.5 * hz60, 0, 0}, {-1, 0, 0}}}},        // meet in the middle of a step
+      {{{{-hz60, 0, 0}, {1, 0, 0}}, {{hz60, 0, 0}, {-1, 0, 0}}}},                    // meet where a step ends
+      {{{{0.5, 0, 0}, {0.3, 0.1, 0}}, {{0.5, 0, 0}, {-0.2, 0, 0.4}}}},               // start at one place
+      {{{{0.5, 0, 0}, {1, 2, 3}}, {{0.5, 0, 0}, {1, 2, 3}}}},                        // and stay together
+      {{{{-1.5 * hz60, 1e-9, 0}, {1, 0, 0}}, {{1.5 * hz60, -1e-9, 0}, {-1, 0, 0}}}}  // all but meet
+  };
+  for (const auto& [name, coupling] : couplings) {
+    for (std::size_t s = 0; s < starts.size(); ++s) {
+      Scene scene;
+      scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 100.0, .rest_length = Scalars(0.7)}));
+      scene.coupling = coupling;
+      Trial<T> trial(way, scene, hz60, starts[s]);
+      for (std::size_t n = 0; n < 3; ++n) {
+        const auto before = bodies_of(trial);
+        trial.step();
+        const auto after = bodies_of(trial);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const double change = (after[0].v[axis] + after[1].v[axis]) - (before[0].v[axis] + before[1].v[axis]);
+          const double scale = 1 + std::abs(after[0].v[axis]) + std::abs(after[1].v[axis]);
+          worst.see(std::abs(change) / (epsilon<T> * scale), fmt::format("{}, start {}", name, s + 1));
+        }
+      }
+    }
+  }
+  return worst;
+}
+
+// --- 19: a spinning pair
+// ------------------------------------------------------------------------------------------------------
+
+// omega h = 0.19
+PlainSprings spinning_pair() {
+  PlainSprings system;
+  system.mass = {1.54, 1.54};
+  const double spin = 2;      // rad/s
+  const double half = 0.525;  // m
+  system.bodies = {{{-half, 0, 0}, {0, -half * spin, 0}}, {{half, 0, 0}, {0, half * spin, 0}}};
+  system.links = {{0, 1, 100, 1}};
+  return system;
+}
+
+template <class T>
+Worst spinning(Way& way) {
+  const PlainSprings system = spinning_pair();
+  const auto exact = run_plain(system, 3, 30000);
+  Worst worst;
+  for (const auto& [name, coupling] :
+       {NamedCoupling{"leapfrog", leapfrog}, {"accumulate exact", by_sum}, {"accumulate combined", by_filter}}) {
+    Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
+    trial.step(180);
+    for (std::size_t i = 0; i < 2; ++i) worst.see(distance(bodies_of(trial)[i].x, exact[i].x), name);
+  }
+  return worst;
+}
+
+template <class T>
+Worst spinning_energy(Way& way) {
+  const PlainSprings system = spinning_pair();
+  Worst worst;
+  for (const auto& [name, coupling] :
+       {NamedCoupling{"leapfrog", leapfrog}, {"accumulate exact", by_sum}, {"accumulate combined", by_filter}}) {
+    Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
+    trial.step(180);
+    worst.see(std::abs(energy_now(trial, system) / system.energy() - 1), name);
+  }
+  return worst;
+}
+
+// --- 36: a stiff rod and a soft spring
+// ----------------------------------------------------------------------------------------
+
+PlainSprings rod_and_spring(double k) {
+  PlainSprings system;
+  system.mass = {0, 1, 1};
+  system.bodies = {{}, {{1, 0, 0}, {}}, {{2, 0, 0}, {}}};
+  system.links = {{0, 1, k, 1}, {1, 2, 50, 1}};
+  system.gravity = {0, -9.81, 0};
+  return system;
+}
+
+template <class T>
+Worst stiff_rod(Way& way) {
+  Worst worst;
+  for (const double k : {1e4, 1e6, 1e8}) {
+    const PlainSprings system = rod_and_spring(k);
+    const auto exact = run_plain(system, 2, k > 1e7 ? 1000000 : 100000);
+    for (const auto& [name, coupling] : {NamedCoupling{"sequential 0.5", swept}}) {
+      Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
+      trial.step(120);
+      for (std::size_t i = 1; i < 3; ++i) {
+        worst.see(distance(bodies_of(trial)[i].x, exact[i].x), fmt::format("{}, {:g} N/m", name, k));
+      }
+    }
+  }
+  return worst;
+}
+
+// --- 37: cloth
+// ----------------------------------------------------------------------------------------------------------------
+
+// 16 x 16 bodies, 1 m by 1 m and 0.3 kg, hung by the two corners of its first row.
+PlainSprings cloth(double k) {
+  constexpr std::size_t side = 16;
+  PlainSprings system;
+  system.gravity = {0, 0, -9.81};
+  const auto at = [](std::size_t i) { return static_cast<double>(i) / (side - 1); };
+  const auto join = [&](std::size_t a, std::size_t b, double stiffness) {
+    system.links.push_back({a, b, stiffness, distance(system.bodies[a].x, system.bodies[b].x)});
+  };
+  for (std::size_t i = 0; i < side * side; ++i) {
+    system.bodies.push_back({{at(i / side), at(i % side), 0}, {}});
+    system.mass.push_back(i == 0 || i == side - 1 ? 0 : 0.3 / (side * side));
+  }
+  for (std::size_t row = 0; row < side; ++row) {
+    for (std::size_t column = 0; column < side; ++column) {
+      const std::size_t i = row * side + column;
+      if (column + 1 < side) join(i, i + 1, k);
+      if (row + 1 < side) join(i, i + side, k);
+      if (column + 1 < side && row + 1 < side) join(i, i + side + 1, k / 2);
+      if (column > 0 && row + 1 < side) join(i, i + side - 1, k / 2);
+      if (column + 2 < side) join(i, i + 2, k / 10);
+      if (row + 2 < side) join(i, i + 2 * side, k / 10);
+    }
+  }
+  return system;
+}
+
+// Root mean square over the bodies at 0.5 s, over the side of 1 m.
+template <class T>
+double cloth_error(Way& way, const PlainSprings& system, const std::vector<Start>& exact, const Coupling& coupling) {
+  Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
+  trial.step(30);
+  double squares = 0;
+  for (std::size_t i = 0; i < exact.size(); ++i) squares += std::pow(distance(bodies_of(trial)[i].x, exact[i].x), 2);
+  return std::sqrt(squares / static_cast<double>(exact.size()));
+}
+
+template <class T>
+Worst hanging_cloth(Way& way) {
+  Worst worst;
+  for (const auto& [k, steps] : {std::pair{50.0, 1000U}, {500.0, 3000U}, {5000.0, 8000U}}) {
+    const PlainSprings system = cloth(k);
+    worst.see(cloth_error<T>(way, system, run_plain(system, 0.5, steps), leapfrog), fmt::format("{:g} N/m", k));
+  }
+  return worst;
+}
+
+template <class T>
+Worst swept_cloth(Way& way) {
+  const PlainSprings system = cloth(500);
+  Coupling coupling = swept;
+  coupling.substeps = 32;  // 64 walks over the springs in a step
+  Worst worst;
+  worst.see(cloth_error<T>(way, system, run_plain(system, 0.5, 3000), coupling));
+  return worst;
+}
+
+// The largest coordinate after 1e5 sub-steps, of a sheet that hangs 1 m down. (Its speeds are another matter: at 5e4 N/m, omega
+// h = 300, one sweep to and fro leaves 850 m/s in the shortest waves, and two sub-steps 8.)
+template <class T>
+Worst lasting_cloth(Way& way) {
+  Worst worst;
+  for (const double k : {50.0, 50000.0}) {
+    const PlainSprings system = cloth(k);
+    for (const auto& [name, coupling] :
+         {NamedCoupling{"leapfrog", leapfrog}, {"sequential 0.55", {.scheme = Scheme::sequential}}}) {
+      Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
+      trial.step(static_cast<std::size_t>(100000 / trial.plan().network_limit()->substeps));
+      const double far = farthest(trial);
+      worst.see(std::isfinite(far) ? far : not_a_number, fmt::format("{}, {:g} N/m", name, k));
+    }
+  }
+  return worst;
+}
+
+}  // namespace
+
+std::vector<Case> network_cases() {
+  return {
+      {4, "the limit of leapfrog", "omega h = 1.8 to 7 in a row of 2 and of 8 bodies, 1e6 steps, sub-steps by themselves",
+       both<limit_of_leapfrog<double>, limit_of_leapfrog<float>>(1, 1, "E0", "no blow-up: |E/E0 - 1| <= 1")},
+      {16,
+       "mass ratio of a million",
+       "a pair of 1 kg and 1e6 kg, 1e6 steps: what the heavy one gains is below its rounding",
+       {{float64, unequal_masses<double>, 1e-12, "sum m |v|", "momentum constant"},
+        {float32_compensated, unequal_masses<Compensated>, 1e-8, "sum m |v|", "momentum constant"},
+        {float32, unequal_masses<float>, 1e-4, "sum m |v|", "momentum constant"}}},
+      {17,
+       "no rest length",
+       "linear in every direction; both ends at one place have none",
+       {{float64, no_rest_length<double, Ends::to_a_point>, 4, "eps max(z, 1) A", "to a point: exact rotation"},
+        {float32, no_rest_length<float, Ends::to_a_point>, 2, "eps max(z, 1) A", "to a point: exact rotation"},
+        {float64, no_rest_length<double, Ends::on_a_line>, 4, "eps max(z, 1) A", "a pair on its line: exact"},
+        {float32, no_rest_length<float, Ends::on_a_line>, 2, "eps max(z, 1) A", "a pair on its line: exact"},
+        {float64, no_rest_length<double, Ends::turning>, 4, "eps max(z, 1) A", "a pair that turns: exact"},
+        {float32, no_rest_length<float, Ends::turning>, 2, "eps max(z, 1) A", "a pair that turns: exact"},
+        {float64, coincident<double>, 0, "m/s", "ends at one place stay there"},
+        {float32, coincident<float>, 0, "m/s", "ends at one place stay there"}}},
+      {18, "through a spring's end", "r = 0 in a step, at its end, from its start, with a rest length; every scheme",
+       both<passage<double>, passage<float>>(4, 4, "eps sum |v|", "finite, momentum kept")},
+      {19,
+       "spinning pair",
+       "2 rad/s at 60 Hz, k = 100 N/m, 3 s: the axis turns within a step",
+       {{float64, spinning<double>, 1e-3, "m", "the path"},
+        {float32, spinning<float>, 1e-3, "m", "the path"},
+        {float64, spinning_energy<double>, 1e-3, "E0", "energy constant"},
+        {float32, spinning_energy<float>, 1e-3, "E0", "energy constant"}}},
+      {36, "stiff rod, soft spring", "1e4 to 1e8 N/m beside 50 N/m at 60 Hz: omega h to 170, one sweep to and fro a step",
+       both<stiff_rod<double>, stiff_rod<float>>(3e-2, 3e-2, "m", "the path for 2 s")},
+      {37,
+       "hanging cloth",
+       "16 x 16 bodies, k = 50 to 5e4 N/m at 60 Hz",
+       {{float64, hanging_cloth<double>, 2e-4, "of 1 m", "leapfrog: the path for 0.5 s"},
+        {float32, hanging_cloth<float>, 2e-4, "of 1 m", "leapfrog: the path for 0.5 s"},
+        {float64, swept_cloth<double>, 1e-3, "of 1 m", "sequential, 64 sweeps: the path for 0.5 s"},
+        {float32, swept_cloth<float>, 1e-3, "of 1 m", "sequential, 64 sweeps: the path for 0.5 s"},
+        {float64, lasting_cloth<double>, 10, "m", "stays a sheet for 1e5 sub-steps"},
+        {float32, lasting_cloth<float>, 10, "m", "stays a sheet for 1e5 sub-steps"}}},
+  };
+}
+
+}  // namespace dvdx::tool::stability

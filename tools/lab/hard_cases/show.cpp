@@ -1,0 +1,89 @@
+#include "hard_cases/show.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+namespace dvdx::tool::stability {
+namespace {
+
+constexpr std::size_t columns = 8;
+using Cells = std::array<std::string, columns>;
+
+std::string figure_text(double value, const std::string& unit) {
+  return fmt::format("{:.3g}{}{}", value, unit.empty() ? "" : " ", unit);
+}
+
+Cells cells_of(const Row& row, bool is_first) {
+  return {is_first ? std::to_string(row.number) : "",
+          is_first ? row.name : "",
+          is_first ? row.hard : "",
+          row.precision,
+          row.expected,
+          figure_text(row.bar, row.unit),
+          figure_text(row.got, row.unit),
+          row.passed ? "pass" : "FAIL"};
+}
+
+std::string line_of(const Cells& cells, const std::array<std::size_t, columns>& widths) {
+  std::string line;
+  for (std::size_t c = 0; c < columns; ++c) line += fmt::format("{}{:<{}}", c == 0 ? "" : "  ", cells[c], widths[c]);
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line;
+}
+
+std::string_view colour_of(const Row& row) { return row.passed ? "\x1b[32m" : "\x1b[31m"; }
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& one : names) text += (text.empty() ? "" : ", ") + one;
+  return text;
+}
+
+std::string last_line(const std::vector<Row>& rows) {
+  const auto missed = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return !row.passed; });
+  if (missed == 0) return fmt::format("all {} bars met, the same bits on {}\n", rows.size(), listed(rows.front().isas));
+  return fmt::format("FAILED: {} of {} bars missed, on {}\n", missed, rows.size(), listed(rows.front().isas));
+}
+
+}  // namespace
+
+std::string to_text(const std::vector<Row>& rows, Colour colour) {
+  if (rows.empty()) return "";
+  std::vector<Cells> lines{{"case", "name", "what is hard", "precision", "expected", "bar", "got", ""}};
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    lines.push_back(cells_of(rows[i], i == 0 || rows[i - 1].number != rows[i].number));
+  std::array<std::size_t, columns> widths{};
+  for (const Cells& cells : lines) {
+    for (std::size_t c = 0; c < columns; ++c) widths[c] = std::max(widths[c], cells[c].size());
+  }
+  std::string text = line_of(lines.front(), widths) + "\n";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    Cells& cells = lines[i + 1];
+    if (colour == Colour::coloured) cells.back() = fmt::format("{}{}\x1b[0m", colour_of(rows[i]), cells.back());
+    text += fmt::format("{}{}{}\n", line_of(cells, widths), rows[i].note.empty() ? "" : "  ", rows[i].note);
+  }
+  return text + last_line(rows);
+}
+
+nlohmann::ordered_json to_json(const std::vector<Row>& rows) {
+  auto json = nlohmann::ordered_json::array();  // numbers that are not finite become null
+  for (const Row& row : rows) {
+    json.push_back({{"number", row.number},
+                    {"name", row.name},
+                    {"hard", row.hard},
+                    {"precision", row.precision},
+                    {"expected", row.expected},
+                    {"bar", row.bar},
+                    {"got", row.got},
+                    {"unit", row.unit},
+                    {"passed", row.passed},
+                    {"isas", row.isas},
+                    {"note", row.note}});
+  }
+  return json;
+}
+
+}  // namespace dvdx::tool::stability

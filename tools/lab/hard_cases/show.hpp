@@ -1,0 +1,17 @@
+// What came of the hard cases, for a terminal and for machines.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "hard_cases/suite.hpp"
+
+namespace dvdx::tool::stability {
+
+enum class Colour { plain, coloured };
+
+[[nodiscard]] std::string to_text(const std::vector<Row>& rows, Colour colour);
+[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<Row>& rows);
+
+}  // namespace dvdx::tool::stability

@@ -1,0 +1,108 @@
+// A scene on one instruction set from a given start, as the hard cases run it.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/layouts/state_hash.hpp"
+#include "dvdx/plan.hpp"
+#include "hard_cases/case.hpp"
+
+namespace dvdx::tool::stability {
+
+struct Start {
+  Vec3 x{};  // m
+  Vec3 v{};  // m/s
+};
+
+// How a trial keeps its numbers: float, double, or float32 with what it cannot hold in columns beside it.
+struct Compensated {};
+template <class Kind>
+struct Kept {
+  using Scalar = Kind;
+  static constexpr Rounding rounding = Rounding::plain;
+};
+template <>
+struct Kept<Compensated> {
+  using Scalar = float;
+  static constexpr Rounding rounding = Rounding::compensated;
+};
+
+template <class T>
+inline constexpr double epsilon = static_cast<double>(std::numeric_limits<T>::epsilon());
+
+// Throws std::runtime_error where the library refuses; what the last state's bits are goes to the way.
+template <class Kind>
+class Trial {
+  using T = typename Kept<Kind>::Scalar;
+
+ public:
+  Trial(Way& way, const Scene& scene, double step, std::span<const Start> starts)
+      : way_(way),
+        memory_(starts.size()),
+        rests_(starts.size()),
+        state_(viewed()),
+        plan_(placed(scene, {.step = step, .isa = way.isa, .rounding = Kept<Kind>::rounding}, starts)) {}
+  Trial(Way& way, const Scene& scene, double step, const Start& start) : Trial(way, scene, step, std::span(&start, 1)) {}
+  Trial(const Trial&) = delete;
+  Trial& operator=(const Trial&) = delete;
+  ~Trial() {
+    keep_bits_of(state_);
+    if (!state_.has_rests()) return;
+    State<T> rests = state_;
+    rests.x = state_.x_rest;
+    rests.v = state_.v_rest;
+    keep_bits_of(rests);
+  }
+
+  void step(std::size_t steps = 1) {
+    if (plan_.step(state_, steps) != StepResult::done) throw std::runtime_error("the plan is for another state");
+  }
+  void set_step(double step) { check(plan_.set_step(step)); }
+
+  [[nodiscard]] double x(std::size_t axis, std::size_t particle = 0) const {
+    return number(state_.x[axis], state_.x_rest[axis], particle);
+  }
+  [[nodiscard]] double v(std::size_t axis, std::size_t particle = 0) const {
+    return number(state_.v[axis], state_.v_rest[axis], particle);
+  }
+  [[nodiscard]] std::size_t count() const noexcept { return state_.count; }
+  [[nodiscard]] State<T>& state() noexcept { return state_; }
+  [[nodiscard]] const Plan<T>& plan() const noexcept { return plan_; }
+
+ private:
+  [[nodiscard]] double number(const Column<T>& values, const Column<T>& rests, std::size_t particle) const {
+    const double value = values[particle];
+    return state_.has_rests() ? value + static_cast<double>(rests[particle]) : value;
+  }
+  void keep_bits_of(const State<T>& state) { way_.bits = (way_.bits ^ state_hash(state)) * 0x100000001B3U; }
+  [[nodiscard]] State<T> viewed() {
+    return Kept<Kind>::rounding == Rounding::compensated ? compensated(memory_.view(), rests_.view()) : memory_.view();
+  }
+  static void check(const Expected<void>& done) {
+    if (!done) throw std::runtime_error(done.error().message());
+  }
+  Plan<T> placed(const Scene& scene, const Options& options, std::span<const Start> starts) {
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        state_.x[axis][i] = static_cast<T>(starts[i].x[axis]);
+        state_.v[axis][i] = static_cast<T>(starts[i].v[axis]);
+      }
+    }
+    auto plan = compile<T>(scene, options, state_);
+    if (!plan) throw std::runtime_error(plan.error().message());
+    return std::move(*plan);
+  }
+
+  Way& way_;
+  Soa<T> memory_, rests_;
+  State<T> state_;
+  Plan<T> plan_;
+};
+
+}  // namespace dvdx::tool::stability

@@ -1,0 +1,242 @@
+#include "maps/analysis.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <set>
+#include <unsupported/Eigen/MatrixFunctions>
+
+namespace dvdx::tool::stability {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix2d;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// ---- one particle ------------------------------------------------------------------------------------------------------
+
+Matrix2d drift(double h) { return Matrix2d{{1, h}, {0, 1}}; }
+
+// The exact motion of x'' = -W x - g x'.
+Matrix2d motion(double W, double g, double h) { return (Matrix2d{{0, 1}, {-W, -g}} * h).exp(); }
+
+// What a force adds to the free drift, (dx, dv) by (x, v), from its own dv.
+Matrix2d with_dx(const Eigen::RowVector2d& dv, double share_of_h) {
+  Matrix2d contribution;
+  contribution << share_of_h * dv, dv;
+  return contribution;
+}
+
+Matrix2d contribution(double W, double g, Method method, double h) {
+  const Matrix2d exact = motion(W, g, h) - drift(h);
+  switch (method) {
+    case Method::symplectic_euler:
+      return with_dx(Eigen::RowVector2d{-W * h, -g * h}, h);
+    case Method::average_acceleration:
+      return with_dx(exact.row(1), h / 2);
+    case Method::pulse:
+      return with_dx(exact.row(1), h);
+    case Method::combined:
+    case Method::exact:
+      break;
+  }
+  return exact;
+}
+
+// exp(-q) cut to 1 - q, and the velocity's way within the step to match.
+Matrix2d first_order_drag(double g, Method method, double h) {
+  const bool is_pulse = method == Method::pulse || method == Method::symplectic_euler;
+  return with_dx(Eigen::RowVector2d{0, -g * h}, is_pulse ? h : h / 2);
+}
+
+// ---- particles on a line -----------------------------------------------------------------------------------------------
+
+Index index(std::size_t i) { return static_cast<Index>(i); }
+
+// The springs as matrices: stretch = J x, and W the inverse masses.
+struct Springs1d {
+  explicit Springs1d(const Line& line)
+      : n(index(line.mass.size())), J(MatrixXd::Zero(index(line.pairs.size()), n)), w(n), k(J.rows()) {
+    for (std::size_t s = 0; s < line.pairs.size(); ++s) {
+      // along the line a spring's force is k (x_b - x_a - l), whichever end is ahead
+      J(index(s), line.pairs[s][0]) = -1;
+      J(index(s), line.pairs[s][1]) = 1;
+      k[index(s)] = line.stiffness[s];
+    }
+    for (std::size_t i = 0; i < line.mass.size(); ++i) w[index(i)] = 1 / line.mass[i];
+    c = VectorXd::Constant(J.rows(), line.damping);
+  }
+  [[nodiscard]] double both(Index s) const { return (J.row(s).array().square() * w.transpose().array()).sum(); }
+  Index n;
+  MatrixXd J;
+  VectorXd w, k, c;
+};
+
+MatrixXd free_drift(Index n, double h) {
+  MatrixXd step = MatrixXd::Identity(2 * n, 2 * n);
+  step.topRightCorner(n, n) = MatrixXd::Identity(n, n) * h;
+  return step;
+}
+
+// v -= h W (J^T k J x + J^T c J v)
+MatrixXd pulse(const Springs1d& s, const VectorXd& k, const VectorXd& c, double h) {
+  MatrixXd step = MatrixXd::Identity(2 * s.n, 2 * s.n);
+  step.bottomLeftCorner(s.n, s.n) -= h * s.w.asDiagonal() * s.J.transpose() * k.asDiagonal() * s.J;
+  step.bottomRightCorner(s.n, s.n) -= h * s.w.asDiagonal() * s.J.transpose() * c.asDiagonal() * s.J;
+  return step;
+}
+
+MatrixXd leapfrog(const Springs1d& s, const VectorXd& k, const VectorXd& c, double h) {
+  return free_drift(s.n, h / 2) * pulse(s, k, c, h) * free_drift(s.n, h / 2);
+}
+
+// Blanes and Moan (2002), order 4 with six pulses.
+MatrixXd fourth_order(const Springs1d& s, double h) {
+  const std::vector<double> a{0.0792036964311957, 0.353172906049774, -0.0420650803577195};
+  const std::vector<double> b{0.209515106613362, -0.143851773179818};
+  const double a4 = 1 - 2 * (a[0] + a[1] + a[2]);
+  const double b3 = 0.5 - (b[0] + b[1]);
+  const auto drift_by = [&](double part) { return free_drift(s.n, part * h); };
+  const auto pulse_by = [&](double part) { return pulse(s, s.k, s.c, part * h); };
+  const MatrixXd half = pulse_by(b3) * drift_by(a[2]) * pulse_by(b[1]) * drift_by(a[1]) * pulse_by(b[0]) * drift_by(a[0]);
+  return drift_by(a[0]) * pulse_by(b[0]) * drift_by(a[1]) * pulse_by(b[1]) * drift_by(a[2]) * pulse_by(b3) * drift_by(a4) *
+         half;
+}
+
+// Each pair as one oscillator of its own, u its closing speed and e its stretch; its ends take the shares w of what that does.
+MatrixXd sum_of_pairs(const Springs1d& s, Method method, double h) {
+  MatrixXd step = free_drift(s.n, h);
+  for (Index pair = 0; pair < s.J.rows(); ++pair) {
+    const double both = s.both(pair);
+    const Matrix2d alone = contribution(s.k[pair] * both, s.c[pair] * both, method, h);
+    const VectorXd share = s.w.cwiseProduct(s.J.row(pair).transpose()) / both;
+    for (Index row = 0; row < 2; ++row) {
+      for (Index column = 0; column < 2; ++column) {
+        step.block(row * s.n, column * s.n, s.n, s.n) += alone(row, column) * share * s.J.row(pair);
+      }
+    }
+  }
+  return step;
+}
+
+// Leapfrog whose pulse of each pair is filtered: an undamped pair alone then swings at its own frequency.
+MatrixXd filtered(const Springs1d& s, double h) {
+  VectorXd k = s.k;
+  VectorXd c = s.c;
+  for (Index pair = 0; pair < k.size(); ++pair) {
+    const double z = std::sqrt(k[pair] * s.both(pair)) * h;
+    const double sinc = z > 0 ? std::sin(z / 2) / (z / 2) : 1;
+    k[pair] *= sinc * sinc;
+    const double q = c[pair] * s.both(pair) * h;
+    c[pair] *= q > 0 ? -std::expm1(-q) / q : 1;
+  }
+  return leapfrog(s, k, c, h);
+}
+
+// The springs' order in a sweep: each takes the first colour that neither of its ends has yet, and colour follows colour.
+std::vector<Index> sweep_order(const Line& line) {
+  std::vector<std::set<std::size_t>> taken(line.mass.size());
+  std::vector<std::size_t> colour;
+  for (const auto& [a, b] : line.pairs) {
+    std::size_t first = 0;
+    while (taken[a].count(first) != 0 || taken[b].count(first) != 0) ++first;
+    taken[a].insert(first);
+    taken[b].insert(first);
+    colour.push_back(first);
+  }
+  std::vector<Index> order(line.pairs.size());
+  for (std::size_t s = 0; s < order.size(); ++s) order[s] = index(s);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index p, Index q) { return colour[static_cast<std::size_t>(p)] < colour[static_cast<std::size_t>(q)]; });
+  return order;
+}
+
+// With t = theta h the springs' shift S = W J^T lambda solves (J W J^T + 1/(k t^2 + c t)) lambda = -(k t^2 J x + c t^2 J
+// v)/(...), of which sweeps do a triangular part: forwards D + L, and backwards after it (D + L)^T D^-1 (D + L).
+MatrixXd sequential(const Line& line, const Springs1d& in_list, const Coupling& coupling, double h) {
+  Springs1d s = in_list;
+  const std::vector<Index> order = sweep_order(line);
+  for (std::size_t row = 0; row < order.size(); ++row) {
+    s.J.row(index(row)) = in_list.J.row(order[row]);
+    s.k[index(row)] = in_list.k[order[row]];
+  }
+  const double theta = coupling.theta;
+  const double t = theta * h;
+  const VectorXd stiff = s.k * t * t + s.c * t;
+  const MatrixXd WJt = s.w.asDiagonal() * s.J.transpose();
+  MatrixXd A = s.J * WJt;
+  A.diagonal() += stiff.cwiseInverse();
+  MatrixXd by_state(s.J.rows(), 2 * s.n);
+  by_state << -(t * t) * s.k.cwiseQuotient(stiff).asDiagonal() * s.J, -(t * t) * s.c.cwiseQuotient(stiff).asDiagonal() * s.J;
+  MatrixXd lambda = A.triangularView<Eigen::Lower>().solve(by_state);
+  if (coupling.sweeps == Sweeps::symmetric) {
+    const MatrixXd scaled = A.diagonal().asDiagonal() * lambda;
+    lambda = A.transpose().triangularView<Eigen::Upper>().solve(scaled);
+  }
+  const MatrixXd shift = WJt * lambda;
+  MatrixXd kick = MatrixXd::Identity(2 * s.n, 2 * s.n);
+  kick.topRows(s.n) += (2 * theta - 1) / (theta * theta) * shift;
+  kick.bottomRows(s.n) += shift / (theta * theta * h);
+  return free_drift(s.n, (1 - theta) * h) * kick * free_drift(s.n, t);
+}
+
+MatrixXd whole_step(const Line& line, const Coupling& coupling, double h) {
+  const Springs1d springs(line);
+  switch (coupling.scheme) {
+    case Scheme::leapfrog:
+      return leapfrog(springs, springs.k, springs.c, h);
+    case Scheme::fourth_order:
+      return fourth_order(springs, h);
+    case Scheme::sequential:
+      return sequential(line, springs, coupling, h);
+    case Scheme::accumulate:
+      break;
+  }
+  return coupling.method == Method::combined ? filtered(springs, h) : sum_of_pairs(springs, coupling.method, h);
+}
+
+}  // namespace
+
+Matrix2d step_matrix(const Anchored& particle, Method method, double h) {
+  const bool has_exact_drag = particle.expansion == Expansion::exact;
+  Matrix2d step = drift(h);
+  if (method == Method::combined) {
+    double W = 0;
+    for (const double each : particle.W) W += each;
+    step = motion(W, particle.spring_damping + (has_exact_drag ? particle.drag : 0), h);
+  } else {
+    for (std::size_t j = 0; j < particle.W.size(); ++j) {
+      step += contribution(particle.W[j], j == 0 ? particle.spring_damping : 0, method, h);
+    }
+    if (has_exact_drag) step += contribution(0, particle.drag, method, h);
+  }
+  if (!has_exact_drag) step += first_order_drag(particle.drag, method, h);
+  return step;
+}
+
+MatrixXd step_matrix(const Line& line, const Coupling& coupling, double h) {
+  const Index n = index(line.mass.size());
+  const MatrixXd step = whole_step(line, coupling, h);
+  // in: particle 0 at 0; out: less what particle 0 did
+  MatrixXd relative(2 * (n - 1), 2 * (n - 1));
+  for (Index row = 0; row < 2; ++row) {
+    for (Index column = 0; column < 2; ++column) {
+      const auto block = step.block(row * n, column * n + 1, n, n - 1);
+      relative.block(row * (n - 1), column * (n - 1), n - 1, n - 1) = block.bottomRows(n - 1).rowwise() - block.row(0);
+    }
+  }
+  return relative;
+}
+
+double highest_frequency(const Line& line) {
+  const Springs1d s(line);
+  const MatrixXd root = s.k.cwiseSqrt().asDiagonal() * s.J * s.w.cwiseSqrt().asDiagonal();
+  return root.jacobiSvd().singularValues()[0];
+}
+
+double spectral_radius(const MatrixXd& matrix) { return matrix.eigenvalues().cwiseAbs().maxCoeff(); }
+
+}  // namespace dvdx::tool::stability

@@ -1,0 +1,88 @@
+#include "maps/bounce.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+// Equation   x'' = -a - W x - g v above the plane x = 0
+// Path       of a step without impact, from (x0, v0) to (x1, v1) in the time t: the parabola x0 + f t v0 + f^2 (x1 - x0 - t v0)
+// Impact     at its first root f; there v_f = v0 + f (v1 - v0)
+// Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a it acts on the position for the rest of the step: dx = (1 - f) t dv.
+//            The text's own second pulse ends the step on the plane instead.
+// Energy     under a alone, e = 1: E' - E = dv (v1 + dv/2) + a dx = 2 v_f (v_f - v1 - (1-f) t a) = 0, for v1 = v_f - (1-f) t a.
+//            Ended on the plane, the speed is |v_f| less (1-f) t a, and the height is lost: E'/E = (1 - (1-f) t a/|v_f|)^2.
+
+namespace dvdx::tool::stability {
+namespace {
+
+constexpr int most_impacts = 32;
+constexpr int parts = 32;  // of a step
+
+// Of x(f) = x0 + f d + f^2 c, which ends below 0; x0 >= 0.
+double first_root(double x0, double d, double c) {
+  const double root = std::sqrt(std::max(d * d - 4 * c * x0, 0.0));
+  return d < 0 ? 2 * x0 / (root - d) : (d + root) / (-2 * c);
+}
+
+}  // namespace
+
+Motion flowed(const Pulling& pulling, Motion start, double t) {
+  const auto [a, W, g] = pulling;
+  const auto [x, v] = start;
+  if (W > 0) {
+    const double omega = std::sqrt(W);
+    const double c = std::cos(omega * t);
+    const double s = std::sin(omega * t);
+    return {x * c + v / omega * s, v * c - x * omega * s};
+  }
+  if (g > 0) {
+    const double terminal = -a / g;
+    const double lost = -std::expm1(-g * t);
+    return {x + terminal * t + (v - terminal) * lost / g, v - (v - terminal) * lost};
+  }
+  return {x + t * (v - a * t / 2), v - a * t};
+}
+
+double energy_of(const Pulling& pulling, Motion at) {
+  return (at.v * at.v + pulling.W * at.x * at.x) / 2 + pulling.gravity * at.x;
+}
+
+Motion bounced(const Pulling& pulling, Motion start, double h, const Impact& impact) {
+  Motion end = flowed(pulling, start, h);
+  double t = h;
+  for (int n = 0; n < most_impacts && end.x < 0; ++n) {
+    const double d = impact.sweep == Sweep::line ? end.x - start.x : t * start.v;
+    if (n > 0 && d <= 0) break;  // it rests
+    const double f = first_root(start.x, d, end.x - start.x - d);
+    const double v_f = start.v + f * (end.v - start.v);
+    t *= 1 - f;
+    start = {0, v_f};
+    if (v_f > 0) continue;  // the parabola arrives, but by its velocities it leaves
+    const double dv = -(1 + impact.restitution) * v_f;
+    end.v += dv;
+    if (impact.response == Response::seed) return {0, end.v};
+    end.x += t * dv;
+    start.v += dv;
+  }
+  return end.x < 0 ? Motion{0, std::max(end.v, 0.0)} : end;
+}
+
+std::vector<Motion> starts_of(const Bounce& bounce, double h) {
+  std::vector<Motion> starts;
+  for (int part = 0; part < parts; ++part) {
+    const Motion start = flowed(bounce.pulling, {0, -bounce.speed}, -h * (part + 0.5) / parts);
+    const Motion end = bounced(bounce.pulling, start, h, bounce.impact);
+    if (end.x > 0 || end.v >= 0) starts.push_back(start);
+  }
+  return starts;
+}
+
+double energy_growth(const Bounce& bounce, double h) {
+  double sum = 0;
+  const auto starts = starts_of(bounce, h);
+  for (const Motion& start : starts) {
+    sum += energy_of(bounce.pulling, bounced(bounce.pulling, start, h, bounce.impact)) / energy_of(bounce.pulling, start);
+  }
+  return sum / static_cast<double>(starts.size());
+}
+
+}  // namespace dvdx::tool::stability

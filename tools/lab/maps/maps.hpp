@@ -1,0 +1,25 @@
+// The stability maps: each method over the number of springs, damping and step, each scheme over mass ratio, springs and step,
+// and the impact over restitution and step.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "maps/growth_map.hpp"
+
+namespace dvdx::tool::stability {
+
+enum class Detail {
+  whole,
+  coarse,  // a ninth of the cells along each axis: for tests
+};
+
+// tell(done, of how many maps, which comes next) is called before each map.
+using TellMap = std::function<void(std::size_t, std::size_t, const std::string&)>;
+[[nodiscard]] std::vector<GrowthMap> make_maps(Detail detail, const TellMap& tell);
+
+[[nodiscard]] bool all_agree(const std::vector<GrowthMap>& maps);
+
+}  // namespace dvdx::tool::stability

@@ -1,0 +1,77 @@
+#include "report/curves.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene_io/names.hpp"
+
+namespace dvdx::tool::report {
+
+std::vector<Curve> curves_of(const SceneFile& file) {
+  std::vector<Curve> curves;
+  const auto add = [&](const std::string& name, Coupling coupling) {
+    coupling.substeps.reset();
+    curves.push_back({.name = name, .coupling = coupling});
+  };
+  const Coupling base = file.scene.coupling;
+  for (const auto scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
+    auto coupling = base;
+    coupling.scheme = scheme;
+    add(std::string(name_in(schemes, scheme)), coupling);
+  }
+  auto sequential = base;
+  sequential.scheme = Scheme::sequential;
+  sequential.sweeps = Sweeps::symmetric;
+  for (const double theta : {0.5, 0.55}) {
+    sequential.theta = theta;
+    add(theta == 0.5 ? "sequential 0.5" : "sequential 0.55", sequential);
+  }
+  sequential.theta = 1;
+  sequential.sweeps = Sweeps::forward;
+  add("sequential 1 forward", sequential);
+  auto accumulate = base;
+  accumulate.scheme = Scheme::accumulate;
+  accumulate.axis = PairAxis::midpoint;
+  for (const auto& [name, method] : methods) {
+    accumulate.method = method;
+    add("accumulate " + std::string(name), accumulate);
+  }
+  accumulate.method = Method::exact;
+  accumulate.axis = PairAxis::start;
+  add("accumulate exact, start", accumulate);
+  return curves;
+}
+
+std::vector<int> substeps_of(const Curve& curve, const NetworkLimit& limit, Effort effort) {
+  const bool is_full = effort == Effort::full;
+  std::vector<int> counts;
+  if (curve.coupling.scheme == Scheme::sequential) {
+    counts = is_full ? std::vector{1, 2, 5, 10, 20, 50, 100} : std::vector{1, 5, 20};
+  } else {
+    const auto factors = is_full ? std::vector{1.0, 1.25, 2.0, 4.0, 8.0} : std::vector{1.0, 2.0, 4.0};
+    for (const double factor : factors) counts.push_back(static_cast<int>(std::ceil(factor * limit.fewest)));
+    counts.push_back(limit.safe);
+  }
+  std::sort(counts.begin(), counts.end());
+  counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
+  return counts;
+}
+
+double pulses_of(const Coupling& coupling) noexcept {
+  if (coupling.scheme == Scheme::fourth_order) return 6;
+  if (coupling.scheme == Scheme::leapfrog) return 1;
+  return coupling.scheme == Scheme::sequential && coupling.sweeps == Sweeps::symmetric ? 4 : 2;
+}
+
+Coupled described(const SceneFile& file, const Curve& curve) {
+  const auto& coupling = curve.coupling;
+  const bool is_sequential = coupling.scheme == Scheme::sequential;
+  const bool is_accumulate = coupling.scheme == Scheme::accumulate;
+  return {.scheme = std::string(name_in(schemes, coupling.scheme)),
+          .method = std::string(name_in(methods, is_accumulate ? coupling.method : file.scene.method)),
+          .sweep = std::string(is_sequential ? name_in(sweep_orders, coupling.sweeps) : ""),
+          .axis = std::string(is_accumulate ? name_in(pair_axes, coupling.axis) : ""),
+          .theta = is_sequential ? coupling.theta : 0};
+}
+
+}  // namespace dvdx::tool::report

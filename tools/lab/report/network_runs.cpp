@@ -1,0 +1,258 @@
+#include "report/network_runs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "dvdx/layouts/soa.hpp"
+#include "report/curves.hpp"
+#include "report/measure.hpp"
+#include "report/orders.hpp"
+#include "scene_io/names.hpp"
+
+namespace dvdx::tool::report {
+namespace {
+
+Scene with_coupling(const SceneFile& file, Coupling coupling, std::optional<int> substeps) {
+  Scene scene = file.scene;
+  coupling.substeps = substeps;
+  scene.coupling = coupling;
+  return scene;
+}
+
+class NetworkMeasurement {
+ public:
+  NetworkMeasurement(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell)
+      : file_(file),
+        wish_(wish),
+        setup_(setup),
+        tell_(tell),
+        grid_(own_step(file)),
+        picks_(picks_of(file.particles.count, 256)) {}
+
+  SceneReport measure() {
+    const auto curves = curves_of(file_);
+    for (std::size_t c = 0; c < curves.size(); ++c) {
+      for (const auto& entry : precisions) {
+        const auto precision = entry.value;
+        if (std::find(wish_.precisions.begin(), wish_.precisions.end(), precision) == wish_.precisions.end()) continue;
+        tell_(0.8 * static_cast<double>(c) / static_cast<double>(curves.size()),
+              fmt::format("{} {}", entry.name, curves[c].name));
+        with_scalar(precision, [&](auto zero) { run_curve<decltype(zero)>(curves[c], precision); });
+      }
+    }
+    tell_(0.8, "reference");
+    make_reference();
+    for (std::size_t r = 0; r < runs_.size(); ++r) compare(r);
+    refine_note();
+    return finished();
+  }
+
+ private:
+  // The step stays the scene's own; the sub-steps are what varies.
+  static Grid own_step(const SceneFile& file) {
+    const auto steps = steps_of(file);
+    constexpr std::uint64_t most = 60;
+    const auto samples = std::min(most, steps);
+    Grid grid{.coarsest = file.step, .coarse_steps = steps, .halvings = 0, .counts = {}};
+    for (std::uint64_t k = 0; k <= samples; ++k) grid.counts.push_back(k * steps / samples);
+    return grid;
+  }
+
+  // Longer runs are left out.
+  [[nodiscard]] double most_seconds() const { return wish_.effort == Effort::full ? 60 : 3; }
+
+  // What a sub-step of leapfrog takes, s, from the slowest kind of run so far.
+  [[nodiscard]] double predicted(const Coupling& coupling, int substeps, double own) const {
+    const double each = own > 0 ? own : pulses_of(coupling) * seconds_per_pulse_;
+    return each * substeps * static_cast<double>(grid_.coarse_steps);
+  }
+
+  template <class T>
+  [[nodiscard]] Expected<Plan<T>> compiled_with(const Coupling& coupling, std::optional<int> substeps) const {
+    Soa<T> memory(file_.particles.count);
+    auto state = memory.view();
+    place_at_start(file_, state);
+    return compile<T>(with_coupling(file_, coupling, substeps),
+                      {.step = file_.step, .isa = setup_.engine.isa, .arithmetic = setup_.engine.arithmetic}, state);
+  }
+
+  template <class T>
+  void run_curve(const Curve& curve, Precision precision) {
+    const auto leave_out = [&](const std::string& why) {
+      left_out_.push_back({.method = curve.name, .precision = precision, .why = why});
+    };
+    if (precision == Precision::float32_compensated) return leave_out("joined particles are reported in float32 and float64");
+    const auto own = compiled_with<T>(curve.coupling, std::nullopt);
+    if (!own) return leave_out(own.error().message());
+    const auto limit = own->network_limit();
+    if (!limit) return leave_out("nothing is joined");
+    double seconds_each = 0;
+    for (const int substeps : substeps_of(curve, *limit, wish_.effort)) {
+      const double seconds = predicted(curve.coupling, substeps, seconds_each);
+      if (seconds > most_seconds() && !runs_.empty()) {
+        return leave_out(fmt::format("{} sub-steps and more: a run would take {:.0f} s", substeps, seconds));
+      }
+      const auto plan = compiled_with<T>(curve.coupling, substeps);
+      if (!plan) {
+        leave_out(plan.error().message());
+        continue;
+      }
+      auto made = traced(file_, *plan, 1, grid_, picks_, setup_);
+      const auto spent = made.seconds / substeps / static_cast<double>(grid_.coarse_steps);
+      seconds_each = spent;
+      seconds_per_pulse_ = std::max(seconds_per_pulse_, spent / pulses_of(curve.coupling));
+      add(curve, precision, substeps, timing(*plan, made));
+      const bool is_own = substeps == limit->safe || (curve.coupling.scheme == Scheme::sequential && substeps == 5);
+      if (is_own && precision == wish_.precisions.back()) {
+        energy_curves_.push_back({.method = curve.name, .times = sample_times(), .energy = made.energy});
+      }
+      traces_.push_back(std::move(made));
+    }
+  }
+
+  // A long run has been timed by the way.
+  template <class T>
+  [[nodiscard]] Timing timing(const Plan<T>& plan, const Trace& made) const {
+    constexpr double long_run = 2;  // s
+    const auto count = static_cast<double>(file_.particles.count);
+    if (made.seconds > (wish_.effort == Effort::full ? long_run : long_run / 8)) {
+      return {.ns_per_particle_step = 1e9 * made.seconds / (count * static_cast<double>(grid_.coarse_steps)),
+              .steps = grid_.coarse_steps,
+              .repeats = 1,
+              .whole_run = true};
+    }
+    auto moments = with_coupling(file_, file_.scene.coupling, std::nullopt);
+    moments.coupling.scheme = Scheme::leapfrog;
+    Timer<T> timer(file_, std::move(moments), grid_, setup_, wish_.effort);
+    return timer.time(plan, grid_.coarse_steps);
+  }
+
+  void add(const Curve& curve, Precision precision, int substeps, const Timing& timing) {
+    runs_.push_back({.method = curve.name,
+                     .is_baseline = false,
+                     .precision = precision,
+                     .step = file_.step,
+                     .steps = grid_.coarse_steps,
+                     .substeps = substeps,
+                     .coupled = described(file_, curve),
+                     .isa = std::string(dvdx::name(setup_.engine.isa)),
+                     .threads = setup_.engine.threads,
+                     .layout = std::string(name_in(layouts, setup_.engine.layout)),
+                     .arithmetic = std::string(dvdx::name(setup_.engine.arithmetic)),
+                     .errors = {},
+                     .timing = timing,
+                     .in_fit = false,
+                     .order = {}});
+  }
+
+  // ---- the reference ---------------------------------------------------------------------------------------------------
+
+  // With sub-steps below the finest shown.
+  void make_reference() {
+    int substeps = 1;
+    for (const auto& run : runs_) {
+      if (run.method == "fourth_order") substeps = std::max(substeps, run.substeps);
+    }
+    reference_ = joined_reference(file_, grid_, picks_,
+                                  {.substeps = substeps,
+                                   .most_seconds = wish_.effort == Effort::full ? 300.0 : 10.0,
+                                   .smallest_error = [this](const Reference& reference) { return smallest_error(reference); }},
+                                  setup_);
+  }
+
+  // Of the runs against the reference as it stands.
+  [[nodiscard]] double smallest_error(const Reference& reference) const {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const auto& made : traces_) {
+      const double error = distance(path_of(made, picks_.size(), grid_.counts.size()), reference.path);
+      if (std::isfinite(error)) smallest = std::min(smallest, error);
+    }
+    return smallest;
+  }
+
+  // ---- errors ----------------------------------------------------------------------------------------------------------
+
+  void compare(std::size_t r) {
+    const auto& made = traces_[r];
+    Comparison comparison(reference_, file_);
+    Soa<double> memory(file_.particles.count);
+    auto state = memory.view();
+    for (std::size_t k = 0; k < grid_.counts.size(); ++k) {
+      for (std::size_t n = 0; n < picks_.size(); ++n) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const auto at = (k * picks_.size() + n) * 3 + axis;
+          state.x[axis][picks_[n]] = made.x[at];
+          state.v[axis][picks_[n]] = made.v[at];
+        }
+      }
+      comparison.take(state, k, made.energy[k]);
+    }
+    runs_[r].errors = comparison.errors();
+  }
+
+  // The smallest error that is shown may be another than when the reference was made.
+  void refine_note() {
+    if (reference_.facts.kind == "closed_form") return;
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const auto& run : runs_) {
+      if (!run.errors.diverged) smallest = std::min(smallest, run.errors.position_rms);
+    }
+    reference_.facts.settled = reference_.facts.self_error < smallest / 100;
+  }
+
+  [[nodiscard]] std::vector<double> sample_times() const {
+    std::vector<double> times;
+    for (const auto count : grid_.counts) times.push_back(file_.step * static_cast<double>(count));
+    return times;
+  }
+
+  SceneReport finished() {
+    SceneReport report{.scene = file_.name,
+                       .path = file_.path,
+                       .about = file_.about,
+                       .particles = file_.particles.count,
+                       .error_particles = picks_.size(),
+                       .step = file_.step,
+                       .duration = file_.duration,
+                       .sample_times = sample_times(),
+                       .reference = reference_.facts,
+                       .amplitude = reference_.amplitude,
+                       .energy_scale = reference_.energy_scale,
+                       .keeps_energy = reference_.keeps_energy,
+                       .runs = std::move(runs_),
+                       .left_out = std::move(left_out_),
+                       .orders = {},
+                       .energy_curves = {},
+                       .long_run = {},
+                       .claims = {}};
+    report.orders = fit_orders(file_, reference_, report.runs);
+    report.energy_curves.push_back({.method = "reference", .times = sample_times(), .energy = reference_.energy});
+    for (auto& curve : energy_curves_) report.energy_curves.push_back(std::move(curve));
+    return report;
+  }
+
+  const SceneFile& file_;
+  const Wish& wish_;
+  const Setup& setup_;
+  const Tell& tell_;
+  Grid grid_;
+  Picks picks_;
+  double seconds_per_pulse_ = 0;  // of all particles
+  Reference reference_;
+  std::vector<Run> runs_;
+  std::vector<Trace> traces_;  // one a run
+  std::vector<LeftOut> left_out_;
+  std::vector<EnergyCurve> energy_curves_;
+};
+
+}  // namespace
+
+SceneReport measure_network_scene(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell) {
+  return NetworkMeasurement(file, wish, setup, tell).measure();
+}
+
+}  // namespace dvdx::tool::report

@@ -1,0 +1,216 @@
+#include "report/reference.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "report/sample.hpp"
+#include "run/energy.hpp"
+
+namespace dvdx::tool::report {
+namespace {
+
+double rms_distance(const std::vector<long double>& a, const std::vector<long double>& b) {
+  long double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return static_cast<double>(std::sqrt(sum / (static_cast<long double>(a.size()) / 3)));
+}
+
+// Amplitude and energies of the path.
+void describe(Reference& reference, const SceneFile& sample) {
+  const auto& path = reference.path;
+  reference.amplitude = amplitude_of(path);
+  reference.keeps_energy = keeps_energy(sample.scene);
+  reference.energy.clear();
+  reference.energy_scale = 0;
+  Soa<double> memory(path.particles);
+  auto state = memory.view();
+  for (std::size_t k = 0; k < path.times; ++k) {
+    double kinetic = 0;
+    for (std::size_t i = 0; i < path.particles; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        state.x[axis][i] = static_cast<double>(path.x[path.index(k, i, axis)]);
+        state.v[axis][i] = static_cast<double>(path.v[path.index(k, i, axis)]);
+        kinetic += 0.5 * sample.scene.mass[i] * state.v[axis][i] * state.v[axis][i];
+      }
+    }
+    reference.energy.push_back(energy(sample, state));
+    reference.energy_scale = std::max(reference.energy_scale, kinetic);
+  }
+}
+
+// The difference between two ways of rounding, from time to time and straight from the start, of up to 64 particles.
+double rounding_of(const Path& path, const SceneFile& sample, const Grid& grid) {
+  const std::size_t particles = std::min<std::size_t>(64, path.particles);
+  long double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t n = 0; n < particles; ++n) {
+    const std::size_t i = n * path.particles / particles;
+    for (std::size_t k = path.times - 1; k > 0; k /= 2) {
+      const auto state =
+          exact_state(sample, i, static_cast<long double>(grid.coarsest) * static_cast<long double>(grid.counts[k]));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto off = state[axis].x - path.x[path.index(k, i, axis)];
+        sum += off * off;
+        // What the long doubles of the path themselves cannot hold.
+        const auto held = state[axis].x * std::numeric_limits<long double>::epsilon();
+        sum += held * held;
+      }
+      ++count;
+    }
+  }
+  return count == 0 ? 0 : static_cast<double>(std::sqrt(sum / static_cast<long double>(count)));
+}
+
+Path stepped_path(const SceneFile& sample, const Grid& grid, int halving, const Setup& setup) {
+  Soa<double> memory(sample.particles.count);
+  auto start = memory.view();
+  place_at_start(sample, start);
+  const auto plan = compiled(sample, with_method(sample.scene, Method::combined), grid.step(halving), setup.engine, start);
+  const auto picks = picks_of(sample.particles.count, sample.particles.count);
+  return path_of(traced(sample, plan, std::uint64_t{1} << static_cast<unsigned>(halving), grid, picks, setup), picks.size(),
+                 grid.counts.size());
+}
+
+// Fourth order with so many sub-steps in a coarsest step; an error where the scheme refuses them.
+Expected<Plan<double>> fourth_order(const SceneFile& file, const Grid& grid, std::optional<int> substeps, const Setup& setup) {
+  Scene scene = file.scene;
+  scene.coupling.scheme = Scheme::fourth_order;
+  scene.coupling.substeps = substeps;
+  Soa<double> memory(file.particles.count);
+  auto start = memory.view();
+  place_at_start(file, start);
+  return compile<double>(scene, {.step = grid.coarsest, .isa = setup.engine.isa, .arithmetic = setup.engine.arithmetic}, start);
+}
+
+Trace fourth_order_trace(const SceneFile& file, const Grid& grid, int substeps, const Picks& picks, const Setup& setup) {
+  const auto plan = fourth_order(file, grid, substeps, setup);
+  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  return traced(file, *plan, 1, grid, picks, setup);
+}
+
+void take(const Trace& trace, const Grid& grid, Reference& reference) {
+  reference.path = path_of(trace, reference.picks.size(), grid.counts.size());
+  reference.energy = trace.energy;
+  reference.energy_scale = *std::max_element(trace.kinetic.begin(), trace.kinetic.end());
+  reference.amplitude = amplitude_of(reference.path);
+}
+
+int halving_of(const Reference& reference, const Grid& grid) {
+  return static_cast<int>(std::lround(std::log2(grid.coarsest / reference.facts.step)));
+}
+
+constexpr int beyond_the_finest = 2;  // halvings
+
+}  // namespace
+
+double amplitude_of(const Path& path) {
+  long double sum = 0;
+  for (std::size_t i = 0; i < path.particles; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      long double mean = 0;
+      for (std::size_t k = 0; k < path.times; ++k)
+        mean += path.x[path.index(k, i, axis)] / static_cast<long double>(path.times);
+      for (std::size_t k = 0; k < path.times; ++k) {
+        const auto off = path.x[path.index(k, i, axis)] - mean;
+        sum += off * off;
+      }
+    }
+  }
+  return static_cast<double>(std::sqrt(sum / static_cast<long double>(path.particles * path.times)));
+}
+
+double distance(const Path& a, const Path& b) { return rms_distance(a.x, b.x); }
+
+bool keeps_energy(const Scene& scene) {
+  const auto keeps = [](const auto& force) {
+    using Type = std::decay_t<decltype(force)>;
+    if constexpr (requires { force.damping; }) return force.damping == 0;
+    return std::is_same_v<Type, Constant>;
+  };
+  const auto is_undamped = [](const auto& network) { return network.damping == 0; };
+  const auto is_elastic = [](const auto& contact) {
+    return contact.restitution == 1 && contact.friction == 0 && contact.viscosity == 0 && contact.normal_viscosity == 0;
+  };
+  return std::all_of(scene.networks.begin(), scene.networks.end(),
+                     [&](const Network& n) { return std::visit(is_undamped, n); }) &&
+         std::all_of(scene.forces.begin(), scene.forces.end(), [&](const Force& f) { return std::visit(keeps, f); }) &&
+         std::all_of(scene.contacts.begin(), scene.contacts.end(), [&](const Contact& c) { return std::visit(is_elastic, c); });
+}
+
+Reference first_reference(const SceneFile& sample, const Grid& grid, const Setup& setup) {
+  Reference reference;
+  reference.picks = picks_of(sample.particles.count, sample.particles.count);
+  if (closed_form_of(sample) != ClosedForm::none) {
+    reference.path = exact_path(sample, grid.coarsest, grid.counts);
+    reference.facts = {
+        .kind = "closed_form", .self_error = rounding_of(reference.path, sample, grid), .step = 0, .settled = true};
+  } else {
+    const int halving = grid.halvings + beyond_the_finest;
+    const auto coarser = stepped_path(sample, grid, halving - 1, setup);
+    reference.path = stepped_path(sample, grid, halving, setup);
+    reference.facts = {.kind = "extrapolated",
+                       .self_error = rms_distance(coarser.x, reference.path.x),
+                       .step = grid.step(halving),
+                       .settled = false};
+  }
+  describe(reference, sample);
+  return reference;
+}
+
+bool refine(Reference& reference, const SceneFile& sample, const Grid& grid, const Setup& setup, double smallest_error,
+            Effort effort) {
+  if (reference.facts.kind == "closed_form") return false;
+  const double most_work = effort == Effort::full ? 4e8 : 1e8;  // particle-steps
+  const auto work = [&](int halving) {
+    return static_cast<double>(sample.particles.count) * static_cast<double>(grid.steps(halving));
+  };
+  bool changed = false;
+  int halving = halving_of(reference, grid);
+  reference.facts.settled = reference.facts.self_error < smallest_error / 100;
+  while (!reference.facts.settled && work(halving + 1) <= most_work) {
+    ++halving;
+    auto finer = stepped_path(sample, grid, halving, setup);
+    reference.facts.self_error = rms_distance(finer.x, reference.path.x);
+    reference.facts.step = grid.step(halving);
+    reference.facts.settled = reference.facts.self_error < smallest_error / 100;
+    reference.path = std::move(finer);
+    changed = true;
+  }
+  if (changed) describe(reference, sample);
+  return changed;
+}
+
+Reference joined_reference(const SceneFile& file, const Grid& grid, const Picks& picks, const Fineness& fineness,
+                           const Setup& setup) {
+  if (closed_form_of(file) != ClosedForm::none) return first_reference(file, grid, setup);
+  constexpr int most_substeps = 500000;
+  Reference reference;
+  reference.keeps_energy = keeps_energy(file.scene);
+  reference.picks = picks;
+  int substeps = fineness.substeps;
+  if (const auto own = fourth_order(file, grid, std::nullopt, setup); own && own->network_limit()) {
+    substeps = std::max(substeps, own->network_limit()->fewest);
+  }
+  auto last = fourth_order_trace(file, grid, substeps, picks, setup);
+  take(last, grid, reference);
+  double spent = last.seconds;
+  double moved = std::numeric_limits<double>::infinity();
+  bool helps = true;
+  do {
+    substeps *= 2;
+    last = fourth_order_trace(file, grid, substeps, picks, setup);
+    spent += last.seconds;
+    const auto coarser = std::exchange(reference.path, {});
+    take(last, grid, reference);
+    helps = distance(coarser, reference.path) < moved / 2;
+    moved = distance(coarser, reference.path);
+    reference.facts = {
+        .kind = "extrapolated", .self_error = moved, .step = grid.coarsest, .substeps = substeps, .settled = false};
+    reference.facts.settled = moved < fineness.smallest_error(reference) / 100;
+  } while (!reference.facts.settled && helps && substeps <= most_substeps && spent + 2 * last.seconds < fineness.most_seconds);
+  return reference;
+}
+
+}  // namespace dvdx::tool::report

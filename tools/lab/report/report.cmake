@@ -1,0 +1,23 @@
+# What `dvdx report` measures and shows, as a library that the tests share. The plain loops that it is measured against are
+# compiled for the instruction sets that the library has.
+file(READ ${CMAKE_CURRENT_SOURCE_DIR}/report.html.in DVDX_REPORT_PAGE)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS report.html.in)
+string(TOUPPER "${CMAKE_BUILD_TYPE}" DVDX_BUILD_TYPE)
+string(STRIP "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${DVDX_BUILD_TYPE}} -ffp-contract=off" DVDX_COMPILER_FLAGS)
+configure_file(lab/report/build_facts.cpp.in report_build_facts.cpp @ONLY)
+
+set(DVDX_PLAIN_LOOPS lab/plain/plain_loops_default.cpp lab/plain/plain_loops_other.cpp)
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set(DVDX_PLAIN_LOOPS lab/plain/plain_loops_default.cpp lab/plain/plain_loops_x86.cpp lab/plain/plain_loops_avx2.cpp
+                       lab/plain/plain_loops_avx512.cpp)
+  set_source_files_properties(lab/plain/plain_loops_avx2.cpp PROPERTIES COMPILE_OPTIONS "-mavx2")
+  set_source_files_properties(lab/plain/plain_loops_avx512.cpp PROPERTIES
+                              COMPILE_OPTIONS "-mavx512f;-mavx512bw;-mavx512cd;-mavx512dq;-mavx512vl;-mprefer-vector-width=512")
+endif()
+
+file(GLOB DVDX_REPORT_FILES CONFIGURE_DEPENDS lab/report/*.cpp lab/closed_form/*.cpp)
+add_library(dvdx_report STATIC ${DVDX_REPORT_FILES} ${DVDX_PLAIN_LOOPS} ${CMAKE_CURRENT_BINARY_DIR}/report_build_facts.cpp)
+target_link_libraries(dvdx_report PUBLIC dvdx_scene PRIVATE dvdx_tool_options fmt::fmt)
+compiled_together(dvdx_report)
+# g++ wants what a lambda of a template holds to be declared in the file that is compiled.
+set_source_files_properties(lab/report/baseline.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

@@ -1,0 +1,171 @@
+// What a report holds. Plain values: measured in one place, shown in others.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dvdx/isa.hpp"
+#include "dvdx/method.hpp"
+#include "run/engine.hpp"
+
+namespace dvdx::tool::report {
+
+struct Errors {             // over particles and sample times
+  double position_rms = 0;  // m
+  double position_max = 0;  // m
+  double velocity_rms = 0;  // m/s
+  double relative = 0;      // position_rms over the amplitude
+  double energy_drift = 0;  // over the energy scale
+  bool diverged = false;
+  std::size_t bad_particles = 0;
+};
+
+struct Timing {
+  double ns_per_particle_step = 0;
+  std::uint64_t steps = 0;  // of one repeat
+  int repeats = 0;
+  bool whole_run = true;  // else pieces from several moments of the run
+};
+
+struct Coupled {  // how networks were stepped
+  std::string scheme;
+  std::string method;
+  std::string sweep, axis;  // empty where the scheme has none
+  double theta = 0;
+};
+
+struct Run {
+  std::string method;  // or, of networks, the scheme and what it takes: what the runs of a curve have in common
+  bool is_baseline = false;
+  Precision precision = Precision::float64;
+  double step = 0;  // s
+  std::uint64_t steps = 0;
+  int substeps = 1;  // of a step
+  std::optional<Coupled> coupled{};
+  std::string isa;
+  int threads = 1;
+  std::string layout;
+  std::string arithmetic;
+  Errors errors;
+  Timing timing;
+  bool in_fit = false;
+  std::optional<double> order;  // fitted, the same for all runs of a method and precision
+
+  [[nodiscard]] double ns_per_particle_second() const { return timing.ns_per_particle_step / step; }
+  [[nodiscard]] double substep() const { return step / substeps; }  // s
+};
+
+// What a method's order should be here, and which it is.
+struct Order {
+  std::string method;
+  Precision precision = Precision::float64;
+  std::optional<double> fitted;
+  std::optional<double> theory;
+  std::string note;  // "exact", or why there is no theory
+};
+
+struct ReferenceFacts {
+  std::string kind;       // closed_form or extrapolated
+  double self_error = 0;  // m, root mean square
+  double step = 0;        // s, of an extrapolated one
+  int substeps = 1;       // of its step
+  bool settled = true;    // an extrapolated one moved less than a hundredth of the smallest error shown
+};
+
+struct LeftOut {  // a curve or a run that was not measured
+  std::string method;
+  Precision precision = Precision::float64;
+  std::string why;
+};
+
+struct EnergyCurve {
+  std::string method;
+  std::vector<double> times;   // s
+  std::vector<double> energy;  // J
+};
+
+struct LongRun {
+  std::string method;
+  double z = 0;  // Omega h
+  std::uint64_t steps = 0;
+  double measured = 0;    // E/E0, both averaged over periods
+  double by_matrix = 0;   // determinant of the step's matrix to the power of the steps
+  double by_formula = 0;  // the same from the series
+  std::string formula;    // det = ...
+  std::string verdict;    // conserves, grows, damps
+  bool agrees = false;    // within 1 %
+  std::vector<std::uint64_t> curve_steps;
+  std::vector<double> curve;  // E/E0 on the way
+};
+
+struct Claim {
+  std::string claim;
+  std::string where;
+  std::string expected;
+  double measured = 0;
+  std::string verdict;
+};
+
+// The scene's start with so many particles, at its own step and by its own methods.
+struct Throughput {
+  Precision precision = Precision::float64;
+  std::size_t particles = 0;
+  std::size_t state_bytes = 0;       // of all particles
+  std::uint64_t steps_per_call = 0;  // a block of particles stays in the nearest cache for all steps of a call
+  double ns_per_particle_step = 0;
+  int repeats = 0;
+};
+
+struct SceneReport {
+  std::string scene;
+  std::string path;
+  std::string about;
+  std::size_t particles = 0;
+  std::size_t error_particles = 0;
+  double step = 0;
+  double duration = 0;
+  std::vector<double> sample_times;
+  ReferenceFacts reference;
+  double amplitude = 0;       // m
+  double energy_scale = 0;    // J
+  bool keeps_energy = false;  // nothing in the scene takes or gives any
+  std::vector<Run> runs;
+  std::vector<LeftOut> left_out{};
+  std::vector<Order> orders;
+  std::vector<EnergyCurve> energy_curves;  // float64, at the scene's own step; the reference's first
+  std::vector<LongRun> long_run;
+  std::vector<Claim> claims;
+  std::vector<Throughput> throughput{};  // of scenes whose particles nothing joins
+};
+
+struct Cache {  // of data
+  int level = 1;
+  std::size_t bytes = 0;
+  int processors = 1;  // that share it
+};
+
+struct Machine {
+  std::string cpu;
+  int cores = 1;
+  int threads = 1;
+  std::string isa;
+  std::vector<std::string> isas;
+  std::string system;
+  std::string compiler;
+  std::string flags;
+  std::string version;
+  std::string date;
+  std::vector<Cache> caches{};  // from the nearest on; none where the system does not tell
+};
+
+struct Report {
+  Machine machine;
+  std::vector<SceneReport> scenes;
+};
+
+enum class Effort { full, quick };
+
+}  // namespace dvdx::tool::report

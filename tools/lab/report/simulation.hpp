@@ -1,0 +1,72 @@
+// A scene on the library, from its start, as the report runs it.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+
+#include "dvdx/plan.hpp"
+#include "run/engine.hpp"
+#include "run/start.hpp"
+#include "run/state_memory.hpp"
+#include "scene_io/fault.hpp"
+
+namespace dvdx::tool::report {
+
+// How the library is to run.
+struct Setup {
+  Engine engine;
+  ParallelFor parallel{};
+};
+
+// Calls `use` with a zero of the type that states of this precision hold.
+template <class Use>
+decltype(auto) with_scalar(Precision precision, const Use& use) {
+  if (is_kept_in_float64(precision)) return use(double{});
+  return use(float{});
+}
+
+template <class T>
+[[nodiscard]] Plan<T> compiled(const SceneFile& file, const Scene& scene, double step, const Engine& engine,
+                               const State<T>& start) {
+  const Options options{
+      .step = step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
+  auto plan = compile<T>(scene, options, start);
+  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  return std::move(*plan);
+}
+
+// Both of the same layout and count.
+template <class T>
+void copy_state(const State<T>& from, State<T>& to) {
+  const auto copy_column = [&](const Column<T>& source, const Column<T>& target) {
+    if (source.is_contiguous() && target.is_contiguous()) {
+      std::copy_n(source.base, from.count, target.base);
+      return;
+    }
+    for (std::size_t i = 0; i < from.count; ++i) target[i] = source[i];
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    copy_column(from.x[axis], to.x[axis]);
+    copy_column(from.v[axis], to.v[axis]);
+    if (!from.has_rests()) continue;
+    copy_column(from.x_rest[axis], to.x_rest[axis]);
+    copy_column(from.v_rest[axis], to.v_rest[axis]);
+  }
+  to.clock = from.clock;
+}
+
+template <class T>
+void advance(const Plan<T>& plan, State<T>& state, std::uint64_t steps, const ParallelFor& parallel) {
+  if (plan.step(state, steps, parallel) != StepResult::done) throw std::logic_error("the plan is for another state");
+}
+
+// Steps that one call takes: many, so that a block stays in cache for them; as many as `dvdx run` takes.
+[[nodiscard]] inline std::uint64_t steps_per_call(std::size_t particles) {
+  constexpr std::uint64_t particle_steps = std::uint64_t{1} << 24U;
+  const auto steps = particle_steps / particles;
+  return steps < 8 ? 8 : steps > 4096 ? 4096 : steps;
+}
+
+}  // namespace dvdx::tool::report

@@ -1,0 +1,166 @@
+#include "tune/bench.hpp"
+
+#include <algorithm>
+
+#include "report/sample.hpp"
+#include "run/origin.hpp"
+
+namespace dvdx::tool::tune {
+namespace {
+
+report::Setup setup_for(const Candidate& candidate, const report::Setup& setup) {
+  auto own = setup;
+  own.engine.precision = candidate.precision;
+  return own;
+}
+
+Scene changed(const Scene& scene, const Candidate& candidate, const Judge::Change& change) {
+  auto own = scene_of(scene, candidate);
+  if (change) change(own);
+  return own;
+}
+
+// Counted from where `dvdx run` counts it in this precision.
+SceneFile file_for(SceneFile file, Precision precision) {
+  choose_origin(file, precision);
+  return file;
+}
+
+// A reference that is a tenth of the goal off still tells which runs keep it, but not which are far better.
+report::Reference reference_for(SceneFile sample, const report::Grid& grid, double goal, double seconds,
+                                const report::Setup& setup) {
+  sample.scene.origin = {};  // it is compared in the world
+  if (!sample.scene.networks.empty()) {
+    return report::joined_reference(
+        sample, grid, report::picks_of(sample.particles.count, 256),
+        {.substeps = 1,
+         .most_seconds = seconds,
+         .smallest_error = [goal](const report::Reference& reference) { return goal * reference.amplitude; }},
+        setup);
+  }
+  auto reference = report::first_reference(sample, grid, setup);
+  report::refine(reference, sample, grid, setup, goal * reference.amplitude, report::Effort::quick);
+  return reference;
+}
+
+}  // namespace
+
+Judge::Judge(const SceneFile& file, double goal, double seconds, const report::Setup& setup)
+    : setup_(setup),
+      sample_(report::sample_of(file, 1024)),
+      grid_(report::grid_of(file, sample_.particles.count, report::Effort::full)),
+      reference_(reference_for(sample_, grid_, goal, seconds, setup)) {}
+
+Outcome Judge::errors(const Candidate& candidate, const Change& change) const {
+  const auto setup = setup_for(candidate, setup_);
+  const auto file = file_for(sample_, candidate.precision);
+  const auto scene = changed(file.scene, candidate, change);
+  try {
+    return report::with_scalar(candidate.precision, [&](auto zero) -> Outcome {
+      using T = decltype(zero);
+      return {.errors = report::measure_errors<T>(file, scene, grid_, candidate.parts, reference_, setup).errors};
+    });
+  } catch (const Fault& fault) {
+    return {.errors = {}, .refused = fault.what()};
+  }
+}
+
+std::optional<int> Judge::fewest_substeps(const Coupling& coupling, std::uint64_t parts) const {
+  Soa<double> memory(sample_.particles.count);
+  auto start = memory.view();
+  place_at_start(sample_, start);
+  Scene scene = sample_.scene;
+  scene.coupling = coupling;
+  scene.coupling.substeps.reset();
+  const auto& engine = setup_.engine;
+  const auto plan =
+      compile<double>(scene, {.step = grid_.part(parts), .isa = engine.isa, .arithmetic = engine.arithmetic}, start);
+  if (!plan || !plan->network_limit()) return std::nullopt;
+  return plan->network_limit()->fewest;
+}
+
+double Judge::self_error() const { return reference_.facts.self_error / reference_.amplitude; }
+
+class Watch::Track {
+ public:
+  virtual ~Track() = default;
+  virtual Cost time(const Candidate& candidate, const Judge::Change& change) = 0;
+
+  template <class T>
+  class Of;
+};
+
+template <class T>
+class Watch::Track::Of final : public Track {
+ public:
+  Of(const SceneFile& file, const report::Grid& grid, const report::Setup& setup)
+      : file_(file_for(file, setup.engine.precision)),
+        grid_(grid),
+        setup_(setup),
+        timer_(file_, moments_of(file_.scene), grid_, setup_, report::Effort::quick) {}
+
+  Cost time(const Candidate& candidate, const Judge::Change& change) override {
+    StateMemory<T> memory(Layout::soa, file_.particles.count, rounding_of(setup_.engine.precision));
+    auto start = memory.view();
+    place_at_start(file_, start);
+    const auto plan = report::compiled(file_, changed(file_.scene, candidate, change), candidate.step, setup_.engine, start);
+    const double ns = timer_.time(plan, grid_.coarse_steps * candidate.parts).ns_per_particle_step;
+    return {.ns_per_particle_step = ns,
+            .seconds_per_simulated_second = 1e-9 * ns * static_cast<double>(file_.particles.count) / candidate.step};
+  }
+
+ private:
+  static Scene moments_of(const Scene& scene) {
+    Scene moments = report::with_method(scene, Method::combined);
+    moments.coupling.scheme = Scheme::leapfrog;
+    if (!scene.networks.empty()) moments.coupling.substeps.reset();
+    return moments;
+  }
+
+  SceneFile file_;
+  const report::Grid& grid_;
+  report::Setup setup_;
+  report::Timer<T> timer_;
+};
+
+Watch::Watch(const SceneFile& file, const report::Grid& grid, const report::Setup& setup)
+    : file_(file), grid_(grid), setup_(setup) {}
+
+Watch::~Watch() = default;
+
+Cost Watch::time(const Candidate& candidate, const Judge::Change& change) {
+  auto& track = tracks_[candidate.precision];
+  if (track == nullptr) {
+    const auto setup = setup_for(candidate, setup_);
+    report::with_scalar(candidate.precision,
+                        [&](auto zero) { track = std::make_unique<Track::Of<decltype(zero)>>(file_, grid_, setup); });
+  }
+  return track->time(candidate, change);
+}
+
+Bench::Bench(const Judge& judge, Watch& watch, Clock::time_point end, Tell tell)
+    : judge_(judge), watch_(watch), end_(end), tell_(std::move(tell)) {}
+
+Outcome Bench::errors(const Candidate& candidate) {
+  tell_("error of " + text_of(candidate));
+  return judge_.errors(candidate);
+}
+
+Cost Bench::rough_cost(const Candidate& candidate) {
+  tell_("time of " + text_of(candidate));
+  return watch_.time(candidate);
+}
+
+std::vector<Cost> Bench::race(const std::vector<Candidate>& candidates) {
+  constexpr int rounds = 3;
+  std::vector<Cost> least(candidates.size());
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      const auto cost = rough_cost(candidates[k]);
+      if (round == 0 || cost.ns_per_particle_step < least[k].ns_per_particle_step) least[k] = cost;
+    }
+  }
+  return least;
+}
+
+}  // namespace dvdx::tool::tune

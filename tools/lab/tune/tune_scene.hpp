@@ -1,0 +1,23 @@
+// Finds the cheapest way to run a scene within an error.
+#pragma once
+
+#include <functional>
+
+#include "commands/scene_options.hpp"
+#include "report/simulation.hpp"
+#include "tune/tuning.hpp"
+
+namespace dvdx::tool::tune {
+
+struct Wish {
+  double goal = 1e-3;   // relative
+  double seconds = 60;  // that reference and search may take together
+  Thoroughness thoroughness = Thoroughness::search;
+};
+
+using Tell = std::function<void(double part, const std::string& what)>;
+
+// `options` are what the scene was read by.
+[[nodiscard]] Tuning tune_scene(const SceneOptions& options, const Wish& wish, const report::Setup& setup, const Tell& tell);
+
+}  // namespace dvdx::tool::tune

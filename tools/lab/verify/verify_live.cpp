@@ -1,0 +1,205 @@
+#include "verify/verify_live.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "run/live_memory.hpp"
+#include "run/threads.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+constexpr std::array<const char*, 8> fields = {"x", "y", "z", "vx", "vy", "vz", "age", "lifetime"};
+constexpr std::array thread_counts = {1, 2, 3, 5};
+constexpr std::array<std::size_t, 3> blocks = {0, 16, 336};
+constexpr std::array<std::uint64_t, 2> calls = {1, 13};  // steps
+// What one run may cost, of which there are a hundred: as many steps as this has of the capacity, and never fewer than some.
+constexpr std::uint64_t most_particle_steps = 2'000'000;
+constexpr std::uint64_t fewest_steps = 26;
+
+// The eight numbers of every live particle.
+template <class T>
+using Values = std::vector<std::array<T, 8>>;
+
+template <class T>
+Values<T> values_of(const LiveState<T>& live) {
+  Values<T> values(live.state.count);
+  for (std::size_t i = 0; i < live.state.count; ++i) {
+    const auto& [x, v] = std::pair(live.state.x, live.state.v);
+    values[i] = {x[0][i], x[1][i], x[2][i], v[0][i], v[1][i], v[2][i], live.age[i], live.lifetime[i]};
+  }
+  return values;
+}
+
+template <class T>
+class Subject {
+ public:
+  Subject(const SceneFile& file, std::uint64_t steps) : file_(file), steps_(steps) {}
+
+  [[nodiscard]] Values<T> result(const Way& way, std::uint64_t call, std::uint64_t steps) const {
+    LiveMemory<T> memory(file_, way.layout);
+    const auto plan =
+        live_plan<T>(file_, {.step = file_.step, .isa = way.isa, .arithmetic = way.arithmetic, .block = way.block});
+    for (std::uint64_t done = 0; done < steps; done += call) {
+      const auto now = std::min(call, steps - done);
+      if (plan.step(memory.live(), now, parallel(way.threads)) != StepResult::done) {
+        throw std::logic_error("the plan is for another state");
+      }
+    }
+    return values_of(memory.live());
+  }
+  [[nodiscard]] Values<T> result(const Way& way, std::uint64_t call) const { return result(way, call, steps_); }
+
+  // The first step after which anything differs, by halving.
+  [[nodiscard]] Difference find(const Way& way, std::uint64_t call) const {
+    const Way twin{.arithmetic = way.arithmetic};
+    std::uint64_t same = 0;
+    std::uint64_t different = steps_;
+    while (different - same > 1) {
+      const std::uint64_t middle = same + (different - same) / 2;
+      (differing(result(twin, 1, middle), result(way, call, middle)) != 0 ? different : same) = middle;
+    }
+    Difference found = described(result(twin, 1, different), result(way, call, different));
+    found.way = way;
+    found.step = different;
+    return found;
+  }
+
+  // Numbers that differ; of particles that only one of them has, all.
+  [[nodiscard]] static std::size_t differing(const Values<T>& wanted, const Values<T>& values) {
+    const std::size_t both = std::min(wanted.size(), values.size());
+    std::size_t n = (std::max(wanted.size(), values.size()) - both) * fields.size();
+    for (std::size_t i = 0; i < both; ++i) {
+      for (std::size_t f = 0; f < fields.size(); ++f) n += is_same(wanted[i][f], values[i][f]) ? 0U : 1U;
+    }
+    return n;
+  }
+
+ private:
+  [[nodiscard]] static bool is_same(T a, T b) noexcept { return std::memcmp(&a, &b, sizeof(T)) == 0; }
+
+  [[nodiscard]] static Difference described(const Values<T>& wanted, const Values<T>& values) {
+    for (std::size_t i = 0; i < std::min(wanted.size(), values.size()); ++i) {
+      for (std::size_t f = 0; f < fields.size(); ++f) {
+        if (is_same(wanted[i][f], values[i][f])) continue;
+        return {.way = {},
+                .particle = i,
+                .step = 0,
+                .field = fields[f],
+                .reference = fmt::format("{}", wanted[i][f]),
+                .value = fmt::format("{}", values[i][f])};
+      }
+    }
+    return {.way = {},
+            .particle = std::min(wanted.size(), values.size()),
+            .step = 0,
+            .field = "count",
+            .reference = fmt::format("{}", wanted.size()),
+            .value = fmt::format("{}", values.size())};
+  }
+
+  const SceneFile& file_;
+  std::uint64_t steps_;
+};
+
+// The largest distance of a position, in units in the last place of the particle's largest coordinate; not a number where
+// contraction changed who lives.
+template <class T>
+double ulps_between(const Values<T>& wanted, const Values<T>& values) {
+  if (wanted.size() != values.size()) return std::numeric_limits<double>::quiet_NaN();
+  double largest = 0;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    T size = std::numeric_limits<T>::min();
+    double away = 0;
+    for (std::size_t f = 0; f < 3; ++f) {
+      size = std::max(size, std::abs(wanted[i][f]));
+      away = std::max(away, std::abs(static_cast<double>(wanted[i][f]) - static_cast<double>(values[i][f])));
+    }
+    largest = std::max(largest, away / std::ldexp(1.0, std::ilogb(size) - (std::numeric_limits<T>::digits - 1)));
+  }
+  return largest;
+}
+
+template <class T>
+class Matrix {
+ public:
+  Matrix(const Subject<T>& subject, Verdict& verdict) : subject_(subject), verdict_(verdict) {}
+
+  void want(Values<T> wanted) { wanted_ = std::move(wanted); }
+  [[nodiscard]] const Values<T>& wanted() const noexcept { return wanted_; }
+
+  void compare(const Way& way, std::uint64_t call) {
+    const std::size_t differing = Subject<T>::differing(wanted_, subject_.result(way, call));
+    ++verdict_.runs;
+    verdict_.differing += differing;
+    if (differing != 0 && !verdict_.first) verdict_.first = subject_.find(way, call);
+  }
+
+ private:
+  const Subject<T>& subject_;
+  Verdict& verdict_;
+  Values<T> wanted_;
+};
+
+// Blocks and calls turn at different rates, so that each layout with each number of threads meets all of them.
+template <class T>
+void verify_separate(Matrix<T>& matrix, const std::vector<Isa>& isas) {
+  std::size_t turn = 0;
+  for (const Isa isa : isas) {
+    for (const auto& layout : layouts) {
+      for (const int threads : thread_counts) {
+        if (threads > most_threads()) continue;
+        for (const std::uint64_t call : calls) {
+          const Way way{.isa = isa, .layout = layout.value, .threads = threads, .block = blocks[turn++ % blocks.size()]};
+          matrix.compare(way, call);
+        }
+      }
+    }
+  }
+}
+
+template <class T>
+void verify_contracted(const Subject<T>& subject, Matrix<T>& matrix, Verdict& verdict) {
+  verdict.contracted.isas = available_isas(Arithmetic::contracted);
+  Values<T> wanted = subject.result({.arithmetic = Arithmetic::contracted}, 1);
+  verdict.contracted.ulps = ulps_between(matrix.wanted(), wanted);
+  matrix.want(std::move(wanted));
+  for (const Isa isa : verdict.contracted.isas) {
+    for (const std::uint64_t call : calls) matrix.compare({.isa = isa, .arithmetic = Arithmetic::contracted}, call);
+  }
+}
+
+template <class T>
+void verify(const SceneFile& file, Verdict& verdict) {
+  const Subject<T> subject(file, verdict.steps);
+  Matrix<T> matrix(subject, verdict);
+  matrix.want(subject.result({}, 1));
+  verdict.particles = verdict.sample = matrix.wanted().size();
+  verify_separate(matrix, verdict.isas);
+  verify_contracted(subject, matrix, verdict);
+}
+
+}  // namespace
+
+Verdict verify_live(const SceneFile& file, std::uint64_t steps, Precision precision) {
+  Verdict verdict;
+  verdict.scene = file.name;
+  verdict.precision = precision;
+  verdict.steps = verdict.sample_steps = std::min(steps, std::max(most_particle_steps / file.turnover.capacity, fewest_steps));
+  verdict.isas = available_isas();
+  if (precision == Precision::float32) {
+    verify<float>(file, verdict);
+  } else {
+    verify<double>(file, verdict);
+  }
+  return verdict;
+}
+
+}  // namespace dvdx::tool
