@@ -14,7 +14,7 @@ DVDX_EXPORT void scatter_sum(const double* in, std::size_t first, std::size_t n,
                              const Column<float>& rest) noexcept {
   scatter(in, first, n, column);
   for_each_element(rest, first, n,
-                   [in](float& element, std::size_t k) { element = rest_of(in[k], static_cast<float>(in[k])); });
+                   [in](float& element, std::size_t k) { element = residual_of(in[k], static_cast<float>(in[k])); });
 }
 
 }  // namespace dvdx

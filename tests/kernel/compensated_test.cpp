@@ -58,7 +58,7 @@ void check_sum(const std::string& what, Compensated& state, const std::vector<do
   std::vector<float> high, low;
   for (const double number : wanted) {
     high.push_back(static_cast<float>(number));
-    low.push_back(rest_of(number, high.back()));
+    low.push_back(residual_of(number, high.back()));
   }
   CHECK_MESSAGE(test::difference(values, high).empty(), what << ": " << test::difference(values, high));
   CHECK_MESSAGE(test::difference(rests, low).empty(), what << ", rests: " << test::difference(rests, low));
@@ -165,9 +165,9 @@ TEST_CASE("compensated: what cannot be is refused by name, and nothing is steppe
 }
 
 TEST_CASE("compensated: a rest beside a value that is not finite is 0, and a copy splits and sums") {
-  CHECK(rest_of(1e300, static_cast<float>(1e300)) == 0);
-  CHECK(rest_of(std::nan(""), std::nanf("")) == 0);
-  CHECK(static_cast<double>(rest_of(0.1, 0.1F)) == doctest::Approx(0.1 - static_cast<double>(0.1F)));
+  CHECK(residual_of(1e300, static_cast<float>(1e300)) == 0);
+  CHECK(residual_of(std::nan(""), std::nanf("")) == 0);
+  CHECK(static_cast<double>(residual_of(0.1, 0.1F)) == doctest::Approx(0.1 - static_cast<double>(0.1F)));
   Batch<double> numbers(Layout::soa, 9);
   test::place(numbers.view());
   Compensated state(Layout::aosoa8, 9);

@@ -102,23 +102,23 @@ class ConstraintProgram {
 
   void aim(const Colour& c, const Axes<T>& x, std::size_t from, std::size_t to) const noexcept {
     if (c.kind == Kind::line) return;
-    if (c.kind == Kind::chain) return kernels_.aim_chains(chains_, x, from, to);
-    kernels_.aim_pairs(pairs_, x, from, to);
+    if (c.kind == Kind::chain) return kernels_.prepare_chains(chains_, x, from, to);
+    kernels_.prepare_pairs(pairs_, x, from, to);
   }
   void place(const Colour& c, Round round, const Axes<T>& x, std::size_t from, std::size_t to) const noexcept {
-    if (c.kind == Kind::line) return kernels_.place_lines(lines_, round, x, from, to);
-    if (c.kind == Kind::chain) return kernels_.place_chains(chains_, round, x, from, to);
-    kernels_.place_pairs(pairs_, bound_of(c.kind), round, x, from, to);
+    if (c.kind == Kind::line) return kernels_.solve_line_positions(lines_, round, x, from, to);
+    if (c.kind == Kind::chain) return kernels_.solve_chain_positions(chains_, round, x, from, to);
+    kernels_.solve_pair_positions(pairs_, bound_of(c.kind), round, x, from, to);
   }
   void carry(const Colour& c, const Axes<T>& x, const Axes<T>& v, std::size_t from, std::size_t to) const noexcept {
-    if (c.kind == Kind::line) return kernels_.carry_lines(lines_, v, from, to);
-    if (c.kind == Kind::chain) return kernels_.carry_chains(chains_, x, v, from, to);
-    kernels_.carry_pairs(pairs_, bound_of(c.kind), x, v, from, to);
+    if (c.kind == Kind::line) return kernels_.update_line_velocities(lines_, v, from, to);
+    if (c.kind == Kind::chain) return kernels_.update_chain_velocities(chains_, x, v, from, to);
+    kernels_.update_pair_velocities(pairs_, bound_of(c.kind), x, v, from, to);
   }
   void turn(const Colour& c, Round round, const Axes<T>& v, std::size_t from, std::size_t to) const noexcept {
-    if (c.kind == Kind::line) return kernels_.turn_lines(lines_, v, from, to);
-    if (c.kind == Kind::chain) return kernels_.turn_chains(chains_, v, from, to);
-    kernels_.turn_pairs(pairs_, bound_of(c.kind), time_, round, v, from, to);
+    if (c.kind == Kind::line) return kernels_.solve_line_velocities(lines_, v, from, to);
+    if (c.kind == Kind::chain) return kernels_.solve_chain_velocities(chains_, v, from, to);
+    kernels_.solve_pair_velocities(pairs_, bound_of(c.kind), time_, round, v, from, to);
   }
 
   // Constraints of a colour that one task takes: a fixed number, so that nothing depends on threads.

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <type_traits>
 #include <utility>
 
-#include "compile/joined_motion.hpp"
 #include "forces/paired.hpp"
 #include "forces/radial_spring.hpp"
 #include "math/shear.hpp"
@@ -111,45 +111,40 @@ ShearAxis<T> rounded(const Shear& exact) {
 }  // namespace
 
 template <class T>
-Program<T>::Program(Scene scene_, const Options& options_, Isa isa_, std::optional<std::size_t> count_,
-                    std::vector<Vec3> start_)
-    : scene(std::move(scene_)),
-      options(options_),
-      isa(isa_),
-      count(count_),
-      start(std::move(start_)),
-      system(scene, start, options.step),
-      kernels(find_kernels<T>(isa, options.arithmetic)),
+FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Passes& passes, std::optional<std::size_t> count,
+                          std::span<const Vec3> start)
+    : system(scene, start, options.step),
+      kernels(&passes.of<T>()),
       equilibrium(equilibrium_shift<T>(system)),
       flow(choose_flow<T>(system, equilibrium ? Drive::none : Drive::offsets)),
       extra(extras_of(system.radial().size(), scene.contacts.size())),
-      block(0) {
-  reserve();
+      block(0),
+      scene_(scene),
+      passes_(passes),
+      count_(count),
+      step_(options.step),
+      impacts_(options.impacts),
+      columns_(options.memory) {
+  reserve(options.block);
   make_coefficients();
 }
 
 template <class T>
-Program<T>::~Program() = default;
-
-template <class T>
-std::size_t Program<T>::column_length() const noexcept {
-  return (count.value_or(0) + max_block - 1) / max_block * max_block;
+std::size_t FreeMotion<T>::column_length() const noexcept {
+  return (count_.value_or(0) + max_block - 1) / max_block * max_block;
 }
 
 template <class T>
-AxisColumns<T> Program<T>::make_columns(std::size_t axes) {
+AxisColumns<T> FreeMotion<T>::make_columns(std::size_t axes) {
   AxisColumns<T> view{};
-  for (std::size_t axis = 0; axis < axes; ++axis) {
-    memory_.push_back(aligned_array<T>(column_length(), options.memory));
-    view[axis] = memory_.back().get();
-  }
+  for (std::size_t axis = 0; axis < axes; ++axis) view[axis] = make_column();
   for (std::size_t axis = axes; axis < 3; ++axis) view[axis] = view[0];
   return view;
 }
 
 // Memory for everything that differs from particle to particle, and nothing else.
 template <class T>
-void Program<T>::reserve() {
+void FreeMotion<T>::reserve(std::size_t block_asked_for) {
   const std::size_t axes = system.is_isotropic() ? 1 : 3;
   Rates<T>& rates = terms.rates;
   if (flow == Flow::rate_shear) {
@@ -172,18 +167,15 @@ void Program<T>::reserve() {
     ++rates.sources;
     columns_of_.push_back(k);
   }
-  const std::size_t bytes = 6 * sizeof(T) + memory_.size() * sizeof(T);
+  const std::size_t bytes = 6 * sizeof(T) + columns_.count() * sizeof(T);
   const std::size_t chosen = std::clamp(block_bytes / bytes / block_unit * block_unit, 4 * block_unit, max_block);
-  block = options.block != 0 ? options.block : chosen;
+  block = block_asked_for != 0 ? block_asked_for : chosen;
 }
 
 template <class T>
-void Program<T>::make_coefficients() {
-  system = System(scene, start, options.step);
-  terms.h = static_cast<T>(options.step);
-  terms.impacts = options.impacts;
-  equilibrium = equilibrium_shift<T>(system);
-  flow = choose_flow<T>(system, equilibrium ? Drive::none : Drive::offsets);
+void FreeMotion<T>::make_coefficients() {
+  terms.h = static_cast<T>(step_);
+  terms.impacts = impacts_;
   terms.turn = flow == Flow::rate_shear ? Turn::turned : Turn::none;
   gains_.assign(system.sources().size(), {});
   if (is_rate(flow)) {
@@ -197,7 +189,7 @@ void Program<T>::make_coefficients() {
 }
 
 template <class T>
-void Program<T>::make_uniform() {
+void FreeMotion<T>::make_uniform() {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const AxisMotion motion = system.motion(axis, 0);
     terms.anchor[axis] = static_cast<T>(motion.c + (equilibrium ? (*equilibrium)[axis] : 0));
@@ -211,8 +203,8 @@ void Program<T>::make_uniform() {
 }
 
 template <class T>
-void Program<T>::make_rates() {
-  dvdx::make_rates<T>(system, *kernels, flow, *count, columns_of_, terms.rates);
+void FreeMotion<T>::make_rates() {
+  dvdx::make_rates<T>(system, passes_, flow, *count_, columns_of_, terms.rates);
   for (std::size_t k = 0; k < gains_.size(); ++k) {
     const Source& source = system.sources()[k];
     if (source.is_alike()) gains_[k].fill(system.gain(source, 0, 0, AxisMotion{}));
@@ -220,25 +212,24 @@ void Program<T>::make_rates() {
 }
 
 template <class T>
-void Program<T>::make_anchors() {
+void FreeMotion<T>::make_anchors() {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (terms.anchor_each[axis] == nullptr) continue;
     T* column = writable(terms.anchor_each[axis]);
-    for (std::size_t i = 0; i < *count; ++i) column[i] = static_cast<T>(system.common_anchor(axis, i));
+    for (std::size_t i = 0; i < *count_; ++i) column[i] = static_cast<T>(system.common_anchor(axis, i));
   }
 }
 
 template <class T>
-void Program<T>::make_radial() {
+void FreeMotion<T>::make_radial() {
   radial_.resize(system.radial().size());
   for (std::size_t k = 0; k < radial_.size(); ++k) {
-    const auto& spring = std::get<RadialSpring>(scene.forces[system.radial()[k]]);
+    const auto& spring = std::get<RadialSpring>(scene_.forces[system.radial()[k]]);
     RadialTerms<T>& out = radial_[k];
-    const bool is_each = !spring.stiffness.is_uniform() || (!scene.mass.is_uniform());
+    const bool is_each = !spring.stiffness.is_uniform() || (!scene_.mass.is_uniform());
     const auto column = [&](const T*& view) {
       if (view == nullptr) {
-        memory_.push_back(aligned_array<T>(column_length(), options.memory));
-        view = memory_.back().get();
+        view = make_column();
       }
       return writable(view);
     };
@@ -249,15 +240,15 @@ void Program<T>::make_radial() {
         all = static_cast<T>(value);
       }
     };
-    for (std::size_t i = 0; i < (is_each ? *count : 1); ++i) {
-      const double W = spring.stiffness[i] / scene.mass[i];
-      const double g = spring.damping / scene.mass[i];
+    for (std::size_t i = 0; i < (is_each ? *count_ : 1); ++i) {
+      const double W = spring.stiffness[i] / scene_.mass[i];
+      const double g = spring.damping / scene_.mass[i];
       if (k < system.kicks()) {
-        const RadialKick kick = radial_kick(W, g, options.step);
+        const RadialKick kick = radial_kick(W, g, step_);
         put(i, kick.kappa, out.kappa, out.kappa_each);
         put(i, kick.E, out.E, out.E_each);
       } else {
-        const Contribution c = radial_spring(W, g, options.step, system.method(system.radial()[k]));
+        const Contribution c = radial_spring(W, g, step_, system.method(system.radial()[k]));
         put(i, c.A, out.A, out.A_each);
         put(i, c.B, out.B, out.B_each);
         put(i, c.C, out.C, out.C_each);
@@ -266,13 +257,13 @@ void Program<T>::make_radial() {
     }
     out.rest_length = static_cast<T>(spring.rest_length[0]);
     if (!spring.rest_length.is_uniform()) {
-      for (std::size_t i = 0; i < *count; ++i) column(out.rest_length_each)[i] = static_cast<T>(spring.rest_length[i]);
+      for (std::size_t i = 0; i < *count_; ++i) column(out.rest_length_each)[i] = static_cast<T>(spring.rest_length[i]);
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (std::holds_alternative<Vec3>(spring.anchor) && !scene.origin.is_each()) {
+      if (std::holds_alternative<Vec3>(spring.anchor) && !scene_.origin.is_each()) {
         out.anchor[axis] = static_cast<T>(system.anchor(spring.anchor, 0)[axis]);
       } else {
-        for (std::size_t i = 0; i < *count; ++i) {
+        for (std::size_t i = 0; i < *count_; ++i) {
           column(out.anchor_each[axis])[i] = static_cast<T>(system.anchor(spring.anchor, i)[axis]);
         }
       }
@@ -284,26 +275,26 @@ void Program<T>::make_radial() {
 }
 
 template <class T>
-void Program<T>::make_surfaces() {
+void FreeMotion<T>::make_surfaces() {
   // A parabola through a path that bends back within a step invents dips (math: it is trusted below these bounds).
   double q = 0;
   double z = 0;
-  for (std::size_t i = 0; i < (system.is_uniform() ? 1 : *count); ++i) {
+  for (std::size_t i = 0; i < (system.is_uniform() ? 1 : *count_); ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const Rate total = system.total_rate(axis, i);
-      q = std::max(q, total.g * std::abs(options.step));
-      z = std::max(z, std::sqrt(total.W) * std::abs(options.step));
+      q = std::max(q, total.g * std::abs(step_));
+      z = std::max(z, std::sqrt(total.W) * std::abs(step_));
     }
   }
   surfaces_.clear();
-  for (const Contact& contact : scene.contacts)
-    surfaces_.push_back(make_surface<T>(contact, scene.origin.at(0), q < 1 && z < 2));
+  for (const Contact& contact : scene_.contacts)
+    surfaces_.push_back(make_surface<T>(contact, scene_.origin.at(0), q < 1 && z < 2));
   terms.surfaces = surfaces_.data();
   terms.surface_count = surfaces_.size();
 }
 
 template <class T>
-void Program<T>::offsets_at(const Clock& clock, Offsets<T>& offsets) const noexcept {
+void FreeMotion<T>::offsets_at(const Clock& clock, Offsets<T>& offsets) const noexcept {
   Vec3 P{};
   Vec3 Q{};
   std::size_t column = 0;
@@ -325,7 +316,41 @@ void Program<T>::offsets_at(const Clock& clock, Offsets<T>& offsets) const noexc
   }
 }
 
-template class Program<float>;
-template class Program<double>;
+namespace {
+
+template <class T>
+bool is_finite(const T* column, std::size_t count) {
+  return column == nullptr || std::all_of(column, column + count, [](T k) { return std::isfinite(k); });
+}
+
+template <class T>
+bool has_finite_columns(const Rates<T>& rates, std::size_t count) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const auto* columns : {&rates.A, &rates.B, &rates.C, &rates.S, &rates.sign, &rates.t1, &rates.s, &rates.t2}) {
+      if (!is_finite((*columns)[axis], count)) return false;
+    }
+    for (std::size_t k = 0; k < rates.sources; ++k) {
+      if (!is_finite(rates.gain_v[k][axis], count) || !is_finite(rates.gain_x[k][axis], count)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+template <class T>
+std::optional<Error> FreeMotion<T>::refusal() const {
+  const auto is_fit = [](const FusedAxis<T>& k) {
+    return std::isfinite(k.A) && std::isfinite(k.B) && std::isfinite(k.C) && std::isfinite(k.S);
+  };
+  const bool is_sound = std::all_of(terms.fused.begin(), terms.fused.end(), is_fit);
+  if (is_sound && has_finite_columns(terms.rates, count_.value_or(0))) return std::nullopt;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", step_);
+  return Error{"step", text.data(), "a step at which this method's coefficients stay finite"};
+}
+
+template class FreeMotion<float>;
+template class FreeMotion<double>;
 
 }  // namespace dvdx

@@ -1,16 +1,17 @@
-// What a scene compiles to: the sorted forces in float64, and everything rounded that the hot loops read.
+// The motion of particles that nothing joins, over one duration: the sorted forces in float64, and everything rounded that the
+// hot loops read. Immutable.
 #pragma once
 
 #include <array>
 #include <cstddef>
-#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "compile/columns.hpp"
 #include "compile/system.hpp"
-#include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
-#include "isa/kernels.hpp"
+#include "isa/passes.hpp"
 #include "passes/contact/contact.hpp"
 #include "passes/radial/radial.hpp"
 #include "passes/terms.hpp"
@@ -21,42 +22,28 @@ inline constexpr std::size_t block_unit = 16;  // particles: a whole number of r
 inline constexpr std::size_t max_block = 1024;
 
 template <class T>
-class NetworkProgram;
-
-// Whether some force's anchor is where its particle stood at the start.
-bool stands_at_start(const Scene& scene);
-
-// Whether networks or constraints do: their program then does the stepping.
-bool joins_particles(const Scene& scene);
-
-template <class T>
-class Program {
+class FreeMotion {
  public:
-  using Scalar = T;
+  // The scene and the options have been checked; what joins particles is passed over, and so are fixed particles. The scene and
+  // the start must outlive this. count: none where all particles are alike. start: empty where no anchor stands there.
+  FreeMotion(const Scene& scene, const Options& options, const Passes& passes, std::optional<std::size_t> count,
+             std::span<const Vec3> start);
+  FreeMotion(const FreeMotion&) = delete;
+  FreeMotion& operator=(const FreeMotion&) = delete;
 
-  // The scene and the options have been checked. count: none where all particles are alike.
-  Program(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count, std::vector<Vec3> start);
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
-  ~Program();
+  // What overflows in T, or in float64 before: a step of such coefficients would be nonsense, silently.
+  [[nodiscard]] std::optional<Error> refusal() const;
 
-  // Re-makes every coefficient from the scene and the step. Allocates only where it never ran before.
-  void make_coefficients();
-
-  // The offsets of the sub-step that starts at `clock`.
+  // The offsets of the step that starts at `clock`.
   void offsets_at(const Clock& clock, Offsets<T>& offsets) const noexcept;
 
   // Offsets that each step needs: two where springs kick at its middle.
   [[nodiscard]] std::size_t offsets_per_step() const noexcept { return system.kicks() != 0 ? 2 : 1; }
 
   // Bytes of the plan's own columns that a particle-step reads.
-  [[nodiscard]] std::size_t column_bytes() const noexcept { return memory_.size() * sizeof(T); }
+  [[nodiscard]] std::size_t column_bytes() const noexcept { return columns_.count() * sizeof(T); }
+  [[nodiscard]] double step() const noexcept { return step_; }  // s
 
-  Scene scene;
-  Options options;
-  Isa isa;
-  std::optional<std::size_t> count;
-  std::vector<Vec3> start;  // only where anchors stand at the start, or something joins particles
   System system;
   const Kernels<T>* kernels;
   std::optional<Vec3> equilibrium;  // from the anchor to where constant forces hold it, m: where a step needs no offsets
@@ -64,20 +51,26 @@ class Program {
   Extras extra;
   std::size_t block;
   Terms<T> terms;
-  std::unique_ptr<NetworkProgram<T>> network;  // where something joins particles: it then does the stepping
 
  private:
-  void reserve();
+  void reserve(std::size_t block_asked_for);
+  void make_coefficients();
   void make_uniform();
   void make_rates();
   void make_anchors();
   void make_radial();
   void make_surfaces();
   [[nodiscard]] std::size_t column_length() const noexcept;
+  T* make_column() { return columns_.add(column_length()); }
   AxisColumns<T> make_columns(std::size_t axes);
   static T* writable(const T* column) noexcept { return const_cast<T*>(column); }  // our own memory, seen const by the passes
 
-  std::vector<AlignedArray<T>> memory_;
+  const Scene& scene_;
+  const Passes& passes_;
+  std::optional<std::size_t> count_;
+  double step_;  // s
+  int impacts_;
+  Columns<T> columns_;
   std::vector<Surface<T>> surfaces_;
   std::vector<RadialTerms<T>> radial_;
   std::vector<std::array<Gain, 3>> gains_;  // of each source, where it is alike for all particles

@@ -31,7 +31,7 @@ struct Batch {
 template <class A, class T>
 class Stage {
  public:
-  Stage(const RestTable& table, const State<T>& state, std::size_t first, std::size_t n) noexcept
+  Stage(const ResidualKernels& table, const State<T>& state, std::size_t first, std::size_t n) noexcept
       : table_(table), state_(state), first_(first), n_(n) {
     const std::size_t filled = (n + block_unit - 1) / block_unit * block_unit;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -71,7 +71,7 @@ class Stage {
     store(table_, memory.data() + (from - first_), from, to - from, column, rest);
   }
 
-  const RestTable& table_;
+  const ResidualKernels& table_;
   const State<T>& state_;
   std::size_t first_, n_;
   alignas(64) std::array<Memory, 3> x_, v_;  // left uninitialised: only what is fetched is read

@@ -35,12 +35,12 @@ void for_each_task(const ParallelFor& parallel, std::size_t count, const Body& b
 
 // The particles of a run, in the state and in a working column.
 template <class A, class T>
-void fetch(const RestTable& table, const Column<T>& from, const Column<T>& rest, const Run& run, A* to) noexcept {
+void fetch(const ResidualKernels& table, const Column<T>& from, const Column<T>& rest, const Run& run, A* to) noexcept {
   if (run.every == 1) return load(table, from, rest, run.particle, run.count, to + run.element);
   for (std::size_t k = 0; k < run.count; ++k) load(table, from, rest, run.particle + k * run.every, 1, to + run.element + k);
 }
 template <class A, class T>
-void put_back(const RestTable& table, const A* from, const Run& run, const Column<T>& to, const Column<T>& rest) noexcept {
+void put_back(const ResidualKernels& table, const A* from, const Run& run, const Column<T>& to, const Column<T>& rest) noexcept {
   if (run.every == 1) return store(table, from + run.element, run.particle, run.count, to, rest);
   for (std::size_t k = 0; k < run.count; ++k) store(table, from + run.element + k, run.particle + k * run.every, 1, to, rest);
 }
@@ -302,7 +302,7 @@ class NetworkRun {
 
   NetworkProgram<T>& p_;
   const NetworkKernels<T>& kernels_;
-  const RestTable& rests_;
+  const ResidualKernels& rests_;
   ParallelFor parallel_;
   Clock clock_;
   bool has_shift_ = false;

@@ -123,7 +123,7 @@ template <class T>
 void store(double number, const Column<T>& column, const Column<T>& rest, std::size_t i) noexcept {
   column[i] = static_cast<T>(number);
   if constexpr (std::is_same_v<T, float>) {
-    if (rest.base != nullptr) rest[i] = rest_of(number, column[i]);
+    if (rest.base != nullptr) rest[i] = residual_of(number, column[i]);
   }
 }
 

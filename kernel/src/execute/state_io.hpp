@@ -4,29 +4,29 @@
 #include <cstddef>
 
 #include "dvdx/layouts/convert.hpp"
-#include "passes/rest/rest.hpp"
+#include "passes/residual/residual.hpp"
 
 namespace dvdx {
 
 // out[k] = the number of particle first + k, for k < n, and back.
 template <class T>
-void load(const RestTable& /*table*/, const Column<T>& column, const Column<T>& /*rest*/, std::size_t first, std::size_t n,
+void load(const ResidualKernels& /*table*/, const Column<T>& column, const Column<T>& /*rest*/, std::size_t first, std::size_t n,
           T* out) noexcept {
   gather(column, first, n, out);
 }
 template <class T>
-void store(const RestTable& /*table*/, const T* in, std::size_t first, std::size_t n, const Column<T>& column,
+void store(const ResidualKernels& /*table*/, const T* in, std::size_t first, std::size_t n, const Column<T>& column,
            const Column<T>& /*rest*/) noexcept {
   scatter(in, first, n, column);
 }
 
 // Compensated: the number is the sum of both columns.
-inline void load(const RestTable& table, const Column<float>& column, const Column<float>& rest, std::size_t first,
+inline void load(const ResidualKernels& table, const Column<float>& column, const Column<float>& rest, std::size_t first,
                  std::size_t n, double* out) noexcept {
   if (column.is_contiguous() && rest.is_contiguous()) return table.sum(column.at(first), rest.at(first), n, out);
   gather_sum(column, rest, first, n, out);
 }
-inline void store(const RestTable& table, const double* in, std::size_t first, std::size_t n, const Column<float>& column,
+inline void store(const ResidualKernels& table, const double* in, std::size_t first, std::size_t n, const Column<float>& column,
                   const Column<float>& rest) noexcept {
   if (column.is_contiguous() && rest.is_contiguous()) return table.split(in, n, column.at(first), rest.at(first));
   scatter_sum(in, first, n, column, rest);

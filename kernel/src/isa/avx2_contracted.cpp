@@ -1,9 +1,7 @@
-#include "isa/tables.hpp"
-#include "passes/block_loop.inl.hpp"
+#include "isa/wide_passes.inl.hpp"
 
 namespace dvdx {
 
-constinit const Tables avx2_contracted = {kernels<float, xsimd::fma3<xsimd::avx2>, Arithmetic::contracted>(),
-                                          kernels<double, xsimd::fma3<xsimd::avx2>, Arithmetic::contracted>()};
+constinit const Passes avx2_contracted = wide_passes<xsimd::fma3<xsimd::avx2>, Arithmetic::contracted>();
 
 }  // namespace dvdx

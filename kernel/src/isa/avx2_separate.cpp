@@ -1,9 +1,7 @@
-#include "isa/tables.hpp"
-#include "passes/block_loop.inl.hpp"
+#include "isa/wide_passes.inl.hpp"
 
 namespace dvdx {
 
-constinit const Tables avx2_separate = {kernels<float, xsimd::avx2, Arithmetic::separate>(),
-                                        kernels<double, xsimd::avx2, Arithmetic::separate>()};
+constinit const Passes avx2_separate = wide_passes<xsimd::avx2, Arithmetic::separate>();
 
 }  // namespace dvdx

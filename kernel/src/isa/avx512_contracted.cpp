@@ -1,9 +1,7 @@
-#include "isa/tables.hpp"
-#include "passes/block_loop.inl.hpp"
+#include "isa/wide_passes.inl.hpp"
 
 namespace dvdx {
 
-constinit const Tables avx512_contracted = {kernels<float, xsimd::avx512bw, Arithmetic::contracted>(),
-                                            kernels<double, xsimd::avx512bw, Arithmetic::contracted>()};
+constinit const Passes avx512_contracted = wide_passes<xsimd::avx512bw, Arithmetic::contracted>();
 
 }  // namespace dvdx

@@ -1,9 +1,7 @@
-#include "isa/tables.hpp"
-#include "passes/block_loop.inl.hpp"
+#include "isa/wide_passes.inl.hpp"
 
 namespace dvdx {
 
-constinit const Tables avx512_separate = {kernels<float, xsimd::avx512bw, Arithmetic::separate>(),
-                                          kernels<double, xsimd::avx512bw, Arithmetic::separate>()};
+constinit const Passes avx512_separate = wide_passes<xsimd::avx512bw, Arithmetic::separate>();
 
 }  // namespace dvdx

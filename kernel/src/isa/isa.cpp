@@ -5,8 +5,7 @@
 #include <cstdlib>
 
 #include "dvdx/export.h"
-#include "isa/tables.hpp"
-#include "passes/network/network.hpp"
+#include "isa/passes.hpp"
 
 namespace dvdx {
 namespace {
@@ -14,8 +13,7 @@ namespace {
 struct Entry {
   Isa isa;
   Arithmetic arithmetic;
-  const Tables* tables;
-  const NetworkTables* network;
+  const Passes* passes;
   bool (*runs_here)() noexcept;
 };
 
@@ -32,25 +30,25 @@ bool has_avx512() noexcept {
 }
 
 constexpr std::array entries = {
-    Entry{Isa::reference, Arithmetic::separate, &reference_separate, &network_reference_separate, always},
-    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, &network_reference_contracted, always},
-    Entry{Isa::sse2, Arithmetic::separate, &sse2_separate, &network_sse2_separate, always},
-    Entry{Isa::avx2, Arithmetic::separate, &avx2_separate, &network_avx2_separate, has_avx2},
-    Entry{Isa::avx2, Arithmetic::contracted, &avx2_contracted, &network_avx2_contracted, has_avx2_fma},
-    Entry{Isa::avx512, Arithmetic::separate, &avx512_separate, &network_avx512_separate, has_avx512},
-    Entry{Isa::avx512, Arithmetic::contracted, &avx512_contracted, &network_avx512_contracted, has_avx512},
+    Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
+    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
+    Entry{Isa::sse2, Arithmetic::separate, &sse2_separate, always},
+    Entry{Isa::avx2, Arithmetic::separate, &avx2_separate, has_avx2},
+    Entry{Isa::avx2, Arithmetic::contracted, &avx2_contracted, has_avx2_fma},
+    Entry{Isa::avx512, Arithmetic::separate, &avx512_separate, has_avx512},
+    Entry{Isa::avx512, Arithmetic::contracted, &avx512_contracted, has_avx512},
 };
 #elif defined(__aarch64__)
 constexpr std::array entries = {
-    Entry{Isa::reference, Arithmetic::separate, &reference_separate, &network_reference_separate, always},
-    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, &network_reference_contracted, always},
-    Entry{Isa::neon64, Arithmetic::separate, &neon64_separate, &network_neon64_separate, always},
-    Entry{Isa::neon64, Arithmetic::contracted, &neon64_contracted, &network_neon64_contracted, always},
+    Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
+    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
+    Entry{Isa::neon64, Arithmetic::separate, &neon64_separate, always},
+    Entry{Isa::neon64, Arithmetic::contracted, &neon64_contracted, always},
 };
 #else
 constexpr std::array entries = {
-    Entry{Isa::reference, Arithmetic::separate, &reference_separate, &network_reference_separate, always},
-    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, &network_reference_contracted, always},
+    Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
+    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
 };
 #endif
 
@@ -102,24 +100,9 @@ DVDX_EXPORT std::optional<Isa> isa_from_name(std::string_view name) noexcept {
   return std::nullopt;
 }
 
-template <class T>
-const Kernels<T>* find_kernels(Isa isa, Arithmetic arithmetic) noexcept {
+const Passes* find_passes(Isa isa, Arithmetic arithmetic) noexcept {
   const Entry* entry = find(isa, arithmetic);
-  if (entry == nullptr || !entry->runs_here()) return nullptr;
-  return &of<T>(*entry->tables);
+  return entry != nullptr && entry->runs_here() ? entry->passes : nullptr;
 }
-
-template <class T>
-const NetworkKernels<T>* find_network_kernels(Isa isa, Arithmetic arithmetic) noexcept {
-  const Entry* entry = find(isa, arithmetic);
-  if (entry == nullptr || !entry->runs_here()) return nullptr;
-  if constexpr (sizeof(T) == sizeof(float)) return &entry->network->f32;
-  if constexpr (sizeof(T) == sizeof(double)) return &entry->network->f64;
-}
-
-template const Kernels<float>* find_kernels<float>(Isa, Arithmetic) noexcept;
-template const Kernels<double>* find_kernels<double>(Isa, Arithmetic) noexcept;
-template const NetworkKernels<float>* find_network_kernels<float>(Isa, Arithmetic) noexcept;
-template const NetworkKernels<double>* find_network_kernels<double>(Isa, Arithmetic) noexcept;
 
 }  // namespace dvdx

@@ -1,9 +1,7 @@
-#include "isa/tables.hpp"
-#include "passes/block_loop.inl.hpp"
+#include "isa/wide_passes.inl.hpp"
 
 namespace dvdx {
 
-constinit const Tables neon64_contracted = {kernels<float, xsimd::neon64, Arithmetic::contracted>(),
-                                            kernels<double, xsimd::neon64, Arithmetic::contracted>()};
+constinit const Passes neon64_contracted = wide_passes<xsimd::neon64, Arithmetic::contracted>();
 
 }  // namespace dvdx

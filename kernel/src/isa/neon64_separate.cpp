@@ -1,9 +1,7 @@
-#include "isa/tables.hpp"
-#include "passes/block_loop.inl.hpp"
+#include "isa/wide_passes.inl.hpp"
 
 namespace dvdx {
 
-constinit const Tables neon64_separate = {kernels<float, xsimd::neon64, Arithmetic::separate>(),
-                                          kernels<double, xsimd::neon64, Arithmetic::separate>()};
+constinit const Passes neon64_separate = wide_passes<xsimd::neon64, Arithmetic::separate>();
 
 }  // namespace dvdx

@@ -1,11 +1,64 @@
-#include "isa/tables.hpp"
+// The scalar twins: a line for each pass.
+#include <utility>
+
+#include "isa/passes.hpp"
 #include "passes/block_loop_reference.hpp"
+#include "passes/constraint/chain_reference.hpp"
+#include "passes/constraint/constraint_reference.hpp"
+#include "passes/emission/emission_reference.hpp"
+#include "passes/network/grid_reference.hpp"
+#include "passes/network/pairs_reference.hpp"
+#include "passes/network/sequential_reference.hpp"
+#include "passes/removal/removal_reference.hpp"
+#include "passes/residual/residual_reference.hpp"
 
 namespace dvdx {
+namespace {
 
-constinit const Tables reference_separate = {reference::kernels<float, Arithmetic::separate>(),
-                                             reference::kernels<double, Arithmetic::separate>()};
-constinit const Tables reference_contracted = {reference::kernels<float, Arithmetic::contracted>(),
-                                               reference::kernels<double, Arithmetic::contracted>()};
+template <class T, Arithmetic arithmetic>
+constexpr Kernels<T> scalar_kernels() noexcept {
+  using namespace reference;
+  return {.lanes = 1,
+          .step = all_flows<T, arithmetic>(std::make_index_sequence<flows>()),
+          .network = {.grid = kick_grid<T, arithmetic>,
+                      .graph = kick_graph<T, arithmetic>,
+                      .pairs = sum_pairs<T, arithmetic>,
+                      .add_pairs = add_pairs<T>,
+                      .strands = sweep_strands<T, arithmetic>,
+                      .colour = sweep_colour<T, arithmetic>,
+                      .take_shift = take_shift<T, arithmetic>},
+          .constraint = {.prepare_pairs = prepare_pairs<T>,
+                         .prepare_chains = prepare_chains<T, arithmetic>,
+                         .solve_pair_positions = solve_pair_positions<T, arithmetic>,
+                         .solve_chain_positions = solve_chain_positions<T, arithmetic>,
+                         .solve_line_positions = solve_line_positions<T, arithmetic>,
+                         .update_pair_velocities = update_pair_velocities<T, arithmetic>,
+                         .update_chain_velocities = update_chain_velocities<T, arithmetic>,
+                         .update_line_velocities = update_line_velocities<T, arithmetic>,
+                         .solve_pair_velocities = solve_pair_velocities<T, arithmetic>,
+                         .solve_chain_velocities = solve_chain_velocities<T, arithmetic>,
+                         .solve_line_velocities = solve_line_velocities<T, arithmetic>},
+          .removal = {.grow_old = grow_old<T>,
+                      .grow_old_and_mark = grow_old_and_mark<T>,
+                      .count_aged = count_aged<T>,
+                      .mark_placed = mark_placed<T>}};
+}
+
+template <Arithmetic arithmetic>
+constexpr Passes scalar_passes() noexcept {
+  return {.f32 = scalar_kernels<float, arithmetic>(),
+          .f64 = scalar_kernels<double, arithmetic>(),
+          .rate = reference::rate,
+          .rate_sinusoid = reference::rate_sinusoid,
+          .residual = {.sum = reference::sum_residuals, .split = reference::split_residuals},
+          .compact4 = reference::compact<4>,
+          .compact8 = reference::compact<8>,
+          .emit = reference::emit};
+}
+
+}  // namespace
+
+constinit const Passes reference_separate = scalar_passes<Arithmetic::separate>();
+constinit const Passes reference_contracted = scalar_passes<Arithmetic::contracted>();
 
 }  // namespace dvdx

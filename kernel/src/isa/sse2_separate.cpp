@@ -1,9 +1,7 @@
-#include "isa/tables.hpp"
-#include "passes/block_loop.inl.hpp"
+#include "isa/wide_passes.inl.hpp"
 
 namespace dvdx {
 
-constinit const Tables sse2_separate = {kernels<float, xsimd::sse2, Arithmetic::separate>(),
-                                        kernels<double, xsimd::sse2, Arithmetic::separate>()};
+constinit const Passes sse2_separate = wide_passes<xsimd::sse2, Arithmetic::separate>();
 
 }  // namespace dvdx

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "isa/kernels.hpp"
+#include "passes/terms.hpp"
 #include "passes/affine/affine.inl.hpp"
 #include "passes/contact/contact.inl.hpp"
 #include "passes/motion.inl.hpp"
@@ -208,15 +208,6 @@ constexpr std::array<StepBlock<T>, extras> step_blocks() noexcept {
 template <class T, class Arch, Arithmetic arithmetic, std::size_t... flow>
 constexpr std::array<std::array<StepBlock<T>, extras>, flows> all_flows(std::index_sequence<flow...>) noexcept {
   return {step_blocks<T, Arch, static_cast<Flow>(flow), arithmetic>()...};
-}
-
-// What an ISA's file instantiates.
-template <class T, class Arch, Arithmetic arithmetic>
-constexpr Kernels<T> kernels() noexcept {
-  return {.lanes = Lanes<T, Arch>::size,
-          .rate = rate<Lanes<double, Arch>>,
-          .rate_sinusoid = rate_sinusoid<Lanes<double, Arch>>,
-          .step = all_flows<T, Arch, arithmetic>(std::make_index_sequence<flows>())};
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "isa/kernels.hpp"
+#include "passes/terms.hpp"
 #include "passes/affine/affine_reference.hpp"
 #include "passes/contact/contact_reference.hpp"
 #include "passes/particle.hpp"
@@ -55,14 +55,6 @@ constexpr std::array<StepBlock<T>, extras> step_blocks() noexcept {
 template <class T, Arithmetic arithmetic, std::size_t... flow>
 constexpr std::array<std::array<StepBlock<T>, extras>, flows> all_flows(std::index_sequence<flow...>) noexcept {
   return {step_blocks<T, static_cast<Flow>(flow), arithmetic>()...};
-}
-
-template <class T, Arithmetic arithmetic>
-constexpr Kernels<T> kernels() noexcept {
-  return {.lanes = 1,
-          .rate = rate,
-          .rate_sinusoid = rate_sinusoid,
-          .step = all_flows<T, arithmetic>(std::make_index_sequence<flows>())};
 }
 
 }  // namespace dvdx::reference

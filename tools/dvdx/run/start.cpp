@@ -32,8 +32,8 @@ void place_at_start(const SceneFile& file, State<T>& state) {
       state.v[axis][i] = rounded<T>(velocity[axis], file, "velocity", i);
       if constexpr (std::is_same_v<T, float>) {
         if (!state.has_rests()) continue;
-        state.x_rest[axis][i] = rest_of(position[axis], state.x[axis][i]);
-        state.v_rest[axis][i] = rest_of(velocity[axis], state.v[axis][i]);
+        state.x_rest[axis][i] = residual_of(position[axis], state.x[axis][i]);
+        state.v_rest[axis][i] = residual_of(velocity[axis], state.v[axis][i]);
       }
     }
   }

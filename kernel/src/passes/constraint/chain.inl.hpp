@@ -123,7 +123,7 @@ void aim_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std
 }
 
 template <class V, Arithmetic arithmetic>
-void aim_chains(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t from, std::size_t to) noexcept {
+void prepare_chains(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t from, std::size_t to) noexcept {
   const V zero(Scalar<V>(0));
   for (std::size_t bundle = from; bundle < to; ++bundle) {
     for (std::size_t lane = 0; lane < slice; lane += V::size) {
@@ -234,7 +234,7 @@ void place_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, s
 }
 
 template <class V, Arithmetic arithmetic>
-void place_chains(const ChainTerms<Scalar<V>>& terms, Round round, const Axes<Scalar<V>>& x, std::size_t from,
+void solve_chain_positions(const ChainTerms<Scalar<V>>& terms, Round round, const Axes<Scalar<V>>& x, std::size_t from,
                   std::size_t to) noexcept {
   for (std::size_t bundle = from; bundle < to; ++bundle) {
     for (std::size_t lane = 0; lane < slice; lane += V::size) {
@@ -246,7 +246,7 @@ void place_chains(const ChainTerms<Scalar<V>>& terms, Round round, const Axes<Sc
 }
 
 template <class V, Arithmetic arithmetic>
-void carry_chains(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v, std::size_t from,
+void update_chain_velocities(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v, std::size_t from,
                   std::size_t to) noexcept {
   const V zero(Scalar<V>(0));
   const V rate(terms.per_step);
@@ -265,7 +265,7 @@ void carry_chains(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, 
       }
     }
   }
-  aim_chains<V, arithmetic>(terms, x, from, to);
+  prepare_chains<V, arithmetic>(terms, x, from, to);
 }
 
 template <class V, Arithmetic arithmetic>
@@ -295,7 +295,7 @@ void turn_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, st
 }
 
 template <class V, Arithmetic arithmetic>
-void turn_chains(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from, std::size_t to) noexcept {
+void solve_chain_velocities(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from, std::size_t to) noexcept {
   for (std::size_t bundle = from; bundle < to; ++bundle) {
     for (std::size_t lane = 0; lane < slice; lane += V::size) {
       turn_chain<V, arithmetic>(terms, v, terms.first[bundle] + lane, terms.links[bundle]);

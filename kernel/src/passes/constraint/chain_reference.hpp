@@ -106,7 +106,7 @@ void aim_chain(const Chain<T>& chain, const Axes<T>& x) noexcept {
 }
 
 template <class T, Arithmetic arithmetic>
-void aim_chains(const ChainTerms<T>& terms, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
+void prepare_chains(const ChainTerms<T>& terms, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
   for_chains(terms, from, to, [&](const Chain<T>& chain) { aim_chain<arithmetic>(chain, x); });
 }
 
@@ -178,7 +178,7 @@ void place_chain(const Chain<T>& chain, const Axes<T>& x) noexcept {
 }
 
 template <class T, Arithmetic arithmetic>
-void place_chains(const ChainTerms<T>& terms, Round round, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
+void solve_chain_positions(const ChainTerms<T>& terms, Round round, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
   for_chains(terms, from, to, [&](const Chain<T>& chain) {
     begin_chain<arithmetic>(chain, round, x);
     place_chain<arithmetic>(chain, x);
@@ -186,7 +186,7 @@ void place_chains(const ChainTerms<T>& terms, Round round, const Axes<T>& x, std
 }
 
 template <class T, Arithmetic arithmetic>
-void carry_chains(const ChainTerms<T>& terms, const Axes<T>& x, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
+void update_chain_velocities(const ChainTerms<T>& terms, const Axes<T>& x, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
   for_chains(terms, from, to, [&](const Chain<T>& chain) {
     Vector<T> below{};
     for (std::size_t k = 0; k <= chain.links; ++k) {
@@ -196,11 +196,11 @@ void carry_chains(const ChainTerms<T>& terms, const Axes<T>& x, const Axes<T>& v
       below = pull;
     }
   });
-  aim_chains<T, arithmetic>(terms, x, from, to);
+  prepare_chains<T, arithmetic>(terms, x, from, to);
 }
 
 template <class T, Arithmetic arithmetic>
-void turn_chains(const ChainTerms<T>& terms, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
+void solve_chain_velocities(const ChainTerms<T>& terms, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
   for_chains(terms, from, to, [&](const Chain<T>& chain) {
     for (std::size_t k = 0; k < chain.links; ++k) {
       const Vector<T> n = chain.n(k);

@@ -99,21 +99,21 @@ enum class Time : std::uint8_t { forwards, backwards };
 template <class T>
 struct ConstraintKernels {
   // n = d
-  void (*aim_pairs)(const PairTerms<T>&, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
-  void (*aim_chains)(const ChainTerms<T>&, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
+  void (*prepare_pairs)(const PairTerms<T>&, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
+  void (*prepare_chains)(const ChainTerms<T>&, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
   // position pulses
-  void (*place_pairs)(const PairTerms<T>&, Bound, Round, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
-  void (*place_chains)(const ChainTerms<T>&, Round, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
-  void (*place_lines)(const LineTerms<T>&, Round, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
+  void (*solve_pair_positions)(const PairTerms<T>&, Bound, Round, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
+  void (*solve_chain_positions)(const ChainTerms<T>&, Round, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
+  void (*solve_line_positions)(const LineTerms<T>&, Round, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
   // the velocity that the position pulses take; then n = d
-  void (*carry_pairs)(const PairTerms<T>&, Bound, const Axes<T>& x, const Axes<T>& v, std::size_t from,
+  void (*update_pair_velocities)(const PairTerms<T>&, Bound, const Axes<T>& x, const Axes<T>& v, std::size_t from,
                       std::size_t to) = nullptr;
-  void (*carry_chains)(const ChainTerms<T>&, const Axes<T>& x, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
-  void (*carry_lines)(const LineTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
+  void (*update_chain_velocities)(const ChainTerms<T>&, const Axes<T>& x, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
+  void (*update_line_velocities)(const LineTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
   // velocity pulses
-  void (*turn_pairs)(const PairTerms<T>&, Bound, Time, Round, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
-  void (*turn_chains)(const ChainTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
-  void (*turn_lines)(const LineTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
+  void (*solve_pair_velocities)(const PairTerms<T>&, Bound, Time, Round, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
+  void (*solve_chain_velocities)(const ChainTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
+  void (*solve_line_velocities)(const LineTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
 };
 
 // The part of a sub-step that is taken to be left after a bound was reached is at least this: a pulse in a shorter time would

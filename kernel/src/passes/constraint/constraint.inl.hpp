@@ -73,7 +73,7 @@ V kept_sign(V sum, bool is_pull) noexcept {
 }
 
 template <class V>
-void aim_pairs(const PairTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t from, std::size_t to) noexcept {
+void prepare_pairs(const PairTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; s += V::size) {
     const auto [a, b] = gather_ends<V>(terms, x, s);
     store_axes<V>(terms.n, s, b - a);
@@ -169,14 +169,14 @@ void by_round(Round round, const Call& call) noexcept {
 }
 
 template <class V, Arithmetic arithmetic>
-void place_pairs(const PairTerms<Scalar<V>>& terms, Bound bound, Round round, const Axes<Scalar<V>>& x, std::size_t from,
+void solve_pair_positions(const PairTerms<Scalar<V>>& terms, Bound bound, Round round, const Axes<Scalar<V>>& x, std::size_t from,
                  std::size_t to) noexcept {
   by_bound(bound,
            [&]<Bound b>() { by_round(round, [&]<Round r>() { place_pairs_by<V, arithmetic, b, r>(terms, x, from, to); }); });
 }
 
 template <class V, Arithmetic arithmetic>
-void place_lines(const LineTerms<Scalar<V>>& terms, Round round, const Axes<Scalar<V>>& x, std::size_t from,
+void solve_line_positions(const LineTerms<Scalar<V>>& terms, Round round, const Axes<Scalar<V>>& x, std::size_t from,
                  std::size_t to) noexcept {
   const V zero(Scalar<V>(0));
   for (std::size_t s = from; s < to; s += V::size) {
@@ -199,7 +199,7 @@ void place_lines(const LineTerms<Scalar<V>>& terms, Round round, const Axes<Scal
 // ---- the velocity that they take ---------------------------------------------------------------------------------------
 
 template <class V, Arithmetic arithmetic>
-void carry_pairs(const PairTerms<Scalar<V>>& terms, Bound bound, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
+void update_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
                  std::size_t from, std::size_t to) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
@@ -219,7 +219,7 @@ void carry_pairs(const PairTerms<Scalar<V>>& terms, Bound bound, const Axes<Scal
 }
 
 template <class V, Arithmetic arithmetic>
-void carry_lines(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from, std::size_t to) noexcept {
+void update_line_velocities(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from, std::size_t to) noexcept {
   const V rate(terms.per_step);
   for (std::size_t s = from; s < to; s += V::size) {
     const Three<V> at = gather_axes<V>(v, terms.a + s);
@@ -232,7 +232,7 @@ void carry_lines(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, st
 // ---- velocity pulses ---------------------------------------------------------------------------------------------------
 
 template <class V, Arithmetic arithmetic>
-void turn_pairs(const PairTerms<Scalar<V>>& terms, Bound bound, Time time, Round round, const Axes<Scalar<V>>& v,
+void solve_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, Time time, Round round, const Axes<Scalar<V>>& v,
                 std::size_t from, std::size_t to) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
@@ -255,7 +255,7 @@ void turn_pairs(const PairTerms<Scalar<V>>& terms, Bound bound, Time time, Round
 }
 
 template <class V, Arithmetic arithmetic>
-void turn_lines(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from, std::size_t to) noexcept {
+void solve_line_velocities(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; s += V::size) {
     const Three<V> at = gather_axes<V>(v, terms.a + s);
     const Three<V> n1 = load_axes<V>(terms.n1, s);

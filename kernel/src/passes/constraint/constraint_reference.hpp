@@ -44,7 +44,7 @@ T kept_sign(T sum, bool is_pull) noexcept {
 }
 
 template <class T>
-void aim_pairs(const PairTerms<T>& terms, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
+void prepare_pairs(const PairTerms<T>& terms, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) put(terms.n, s, between(terms, x, s));
 }
 
@@ -81,7 +81,7 @@ void reach(const PairTerms<T>& terms, std::size_t s, const Vector<T>& d, T l, Bo
 }
 
 template <class T, Arithmetic arithmetic>
-void place_pairs(const PairTerms<T>& terms, Bound bound, Round round, const Axes<T>& x, std::size_t from,
+void solve_pair_positions(const PairTerms<T>& terms, Bound bound, Round round, const Axes<T>& x, std::size_t from,
                  std::size_t to) noexcept {
   const bool is_pull = bound == Bound::at_most;
   for (std::size_t s = from; s < to; ++s) {
@@ -114,7 +114,7 @@ void place_pairs(const PairTerms<T>& terms, Bound bound, Round round, const Axes
 }
 
 template <class T, Arithmetic arithmetic>
-void place_lines(const LineTerms<T>& terms, Round round, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
+void solve_line_positions(const LineTerms<T>& terms, Round round, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
     const auto a = static_cast<std::size_t>(terms.a[s]);
     if (round == Round::first) terms.s1[s] = terms.s2[s] = T(0);
@@ -134,7 +134,7 @@ void place_lines(const LineTerms<T>& terms, Round round, const Axes<T>& x, std::
 // ---- the velocity that they take ---------------------------------------------------------------------------------------
 
 template <class T, Arithmetic arithmetic>
-void carry_pairs(const PairTerms<T>& terms, Bound bound, const Axes<T>& x, const Axes<T>& v, std::size_t from,
+void update_pair_velocities(const PairTerms<T>& terms, Bound bound, const Axes<T>& x, const Axes<T>& v, std::size_t from,
                  std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
     const T rate = bound == Bound::equal ? terms.per_step : terms.rate[s];
@@ -148,7 +148,7 @@ void carry_pairs(const PairTerms<T>& terms, Bound bound, const Axes<T>& x, const
 }
 
 template <class T, Arithmetic arithmetic>
-void carry_lines(const LineTerms<T>& terms, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
+void update_line_velocities(const LineTerms<T>& terms, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
     const auto a = static_cast<std::size_t>(terms.a[s]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -161,7 +161,7 @@ void carry_lines(const LineTerms<T>& terms, const Axes<T>& v, std::size_t from, 
 // ---- velocity pulses ---------------------------------------------------------------------------------------------------
 
 template <class T, Arithmetic arithmetic>
-void turn_pairs(const PairTerms<T>& terms, Bound bound, Time time, Round round, const Axes<T>& v, std::size_t from,
+void solve_pair_velocities(const PairTerms<T>& terms, Bound bound, Time time, Round round, const Axes<T>& v, std::size_t from,
                 std::size_t to) noexcept {
   const bool is_pull = (bound == Bound::at_most) == (time == Time::forwards);
   for (std::size_t s = from; s < to; ++s) {
@@ -181,7 +181,7 @@ void turn_pairs(const PairTerms<T>& terms, Bound bound, Time time, Round round, 
 }
 
 template <class T, Arithmetic arithmetic>
-void turn_lines(const LineTerms<T>& terms, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
+void solve_line_velocities(const LineTerms<T>& terms, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
     const auto a = static_cast<std::size_t>(terms.a[s]);
     const Vector<T> at_a = at(v, a);

@@ -22,7 +22,7 @@ template <class V>
 }
 
 template <class V, Damping damping, Arithmetic arithmetic>
-[[gnu::always_inline]] inline Three<V> pull_at(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t s,
+[[gnu::always_inline]] inline Three<V> pull_at(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, std::size_t s,
                                                std::size_t i, const Three<V>& x) noexcept {
   const Slot& slot = graph.slots[s];
   const std::size_t lane = s * slice + i % slice;
@@ -38,7 +38,7 @@ template <class V, Damping damping, Arithmetic arithmetic>
 }
 
 template <class V, Damping damping, Arithmetic arithmetic>
-void kick_graph_by(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_graph_by(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
                    std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; i += V::size) {
     const Three<V> x = load_three<V>(sheet.x, i);
@@ -53,7 +53,7 @@ void kick_graph_by(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& s
 }
 
 template <class V, Arithmetic arithmetic>
-void kick_graph(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_graph(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
                 std::size_t to) noexcept {
   if (graph.damping == Damping::along) return kick_graph_by<V, Damping::along, arithmetic>(graph, sheet, pulse, from, to);
   kick_graph_by<V, Damping::none, arithmetic>(graph, sheet, pulse, from, to);

@@ -13,7 +13,7 @@ std::size_t neighbour(const GraphTerms<T>& graph, std::size_t s, std::size_t i) 
 }
 
 template <class T, Arithmetic arithmetic>
-void kick_graph(const GraphTerms<T>& graph, const Sheet<T>& sheet, T pulse, std::size_t from, std::size_t to) noexcept {
+void kick_graph(const GraphTerms<T>& graph, const WorkColumns<T>& sheet, T pulse, std::size_t from, std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; ++i) {
     Vector<T> F{};
     for (std::size_t s = graph.first_slot[i / slice]; s < graph.first_slot[i / slice + 1]; ++s) {

@@ -26,7 +26,7 @@ class GridStripe {
  public:
   static constexpr std::size_t width = 2048 / sizeof(T);  // columns
 
-  GridStripe(const GridTerms<T>& grid, const Sheet<T>& sheet, std::size_t from, std::size_t to) noexcept
+  GridStripe(const GridTerms<T>& grid, const WorkColumns<T>& sheet, std::size_t from, std::size_t to) noexcept
       : grid_(grid), sheet_(sheet), from_(from), to_(to) {}
 
   void run(T pulse, std::size_t from_row, std::size_t to_row) noexcept {
@@ -172,14 +172,14 @@ class GridStripe {
   [[nodiscard]] std::array<T*, 3> left_for_below() noexcept { return kept(left_); }
 
   const GridTerms<T>& grid_;
-  const Sheet<T>& sheet_;
+  const WorkColumns<T>& sheet_;
   std::size_t from_, to_;
   Kept left_;  // left uninitialised: the first row does not read it
   std::array<Kept, has_bend(weave) ? 2 : 1> left2_;
 };
 
 template <class V, Weave weave, Damping damping, Arithmetic arithmetic>
-void kick_grid_by(const GridTerms<Scalar<V>>& grid, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_grid_by(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
                   std::size_t to) noexcept {
   using Stripe = GridStripe<V, weave, damping, arithmetic>;
   for (std::size_t column = 0; column < grid.columns; column += Stripe::width) {
@@ -188,14 +188,14 @@ void kick_grid_by(const GridTerms<Scalar<V>>& grid, const Sheet<Scalar<V>>& shee
 }
 
 template <class V, Weave weave, Arithmetic arithmetic>
-void kick_woven(const GridTerms<Scalar<V>>& grid, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_woven(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
                 std::size_t to) noexcept {
   if (grid.damping == Damping::along) return kick_grid_by<V, weave, Damping::along, arithmetic>(grid, sheet, pulse, from, to);
   kick_grid_by<V, weave, Damping::none, arithmetic>(grid, sheet, pulse, from, to);
 }
 
 template <class V, Arithmetic arithmetic>
-void kick_grid(const GridTerms<Scalar<V>>& grid, const Sheet<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_grid(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
                std::size_t to) noexcept {
   const bool is_sheared = grid.along.right_below.is_there();
   const bool is_bent = grid.along.right2.is_there();

@@ -6,7 +6,7 @@
 namespace dvdx::reference {
 
 template <Arithmetic arithmetic, class T>
-Vector<T> pull_between(const GridTerms<T>& grid, const Sheet<T>& sheet, const Family<T>& family, std::size_t a,
+Vector<T> pull_between(const GridTerms<T>& grid, const WorkColumns<T>& sheet, const Family<T>& family, std::size_t a,
                        std::size_t b) noexcept {
   const Vector<T> d = minus(at(sheet.x, b), at(sheet.x, a));
   if (grid.damping == Damping::none) return pull<arithmetic>(d, family.k, family.kl);
@@ -34,7 +34,7 @@ std::array<Lead<T>, 6> leads(const GridFamilies<T>& f) noexcept {
 enum class End { near, far };  // which end of the spring the particle is
 
 template <Arithmetic arithmetic, class T>
-void add_neighbour(const GridTerms<T>& grid, const Sheet<T>& sheet, const Lead<T>& lead, End end, std::size_t row,
+void add_neighbour(const GridTerms<T>& grid, const WorkColumns<T>& sheet, const Lead<T>& lead, End end, std::size_t row,
                    std::size_t column, Vector<T>& F) noexcept {
   if (!lead.family->is_there()) return;
   const std::ptrdiff_t sign = end == End::near ? 1 : -1;
@@ -49,7 +49,7 @@ void add_neighbour(const GridTerms<T>& grid, const Sheet<T>& sheet, const Lead<T
 }
 
 template <class T, Arithmetic arithmetic>
-void kick_grid(const GridTerms<T>& grid, const Sheet<T>& sheet, T pulse, std::size_t from, std::size_t to) noexcept {
+void kick_grid(const GridTerms<T>& grid, const WorkColumns<T>& sheet, T pulse, std::size_t from, std::size_t to) noexcept {
   const auto directions = leads(grid.along);
   for (std::size_t row = from; row < to; ++row) {
     for (std::size_t column = 0; column < grid.columns; ++column) {

@@ -6,8 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "dvdx/isa.hpp"
-#include "passes/constraint/constraint.hpp"
 
 // Letters of this folder: for a spring from a to b
 //   d = x_b - x_a   u = v_b - v_a   r = |d|   l rest length   k stiffness   c damping   w = 1/m, 0 where fixed
@@ -43,7 +41,7 @@ struct InverseRoot<double> {
 
 // The plan's working columns. Lanes beyond the particles hold NaN, which nothing reads from a particle.
 template <class T>
-struct Sheet {
+struct WorkColumns {
   std::array<T*, 3> x{};             // m, from `origin` where there is one
   std::array<T*, 3> v{};             // m/s
   std::array<T*, 3> v_next{};        // where a pulse puts v: elsewhere with damping, which reads the neighbours' v
@@ -142,33 +140,17 @@ struct SweepTerms {
 template <class T>
 struct NetworkKernels {
   // v_next = v + pulse w F for rows [from, to) of a grid, and for slices [from, to) of a graph
-  void (*grid)(const GridTerms<T>&, const Sheet<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
-  void (*graph)(const GraphTerms<T>&, const Sheet<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
+  void (*grid)(const GridTerms<T>&, const WorkColumns<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
+  void (*graph)(const GraphTerms<T>&, const WorkColumns<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
   // dx, dv of slices [from, to)
-  void (*pairs)(const GraphTerms<T>&, const Sheet<T>&, std::size_t from, std::size_t to) = nullptr;
+  void (*pairs)(const GraphTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
   // x += dx, v += dv for particles [from, to), multiples of 16
-  void (*add_pairs)(const Sheet<T>&, std::size_t from, std::size_t to) = nullptr;
+  void (*add_pairs)(const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
   // strands [from, to), the last first where from > to; springs [from, to) of a colour, multiples of 16
-  void (*strands)(const SweepTerms<T>&, const Sheet<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
-  void (*colour)(const SweepTerms<T>&, const Sheet<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
+  void (*strands)(const SweepTerms<T>&, const WorkColumns<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
+  void (*colour)(const SweepTerms<T>&, const WorkColumns<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
   // x += of_x shift, v += of_v shift, shift = 0 for particles [from, to), multiples of 16
-  void (*take_shift)(const Sheet<T>&, T of_x, T of_v, std::size_t from, std::size_t to) = nullptr;
-  ConstraintKernels<T> constraint;
+  void (*take_shift)(const WorkColumns<T>&, T of_x, T of_v, std::size_t from, std::size_t to) = nullptr;
 };
-
-struct NetworkTables {
-  NetworkKernels<float> f32;
-  NetworkKernels<double> f64;
-};
-
-extern const NetworkTables network_reference_separate, network_reference_contracted;
-extern const NetworkTables network_sse2_separate;
-extern const NetworkTables network_avx2_separate, network_avx2_contracted;
-extern const NetworkTables network_avx512_separate, network_avx512_contracted;
-extern const NetworkTables network_neon64_separate, network_neon64_contracted;
-
-// Null where the binary or the machine lacks it.
-template <class T>
-const NetworkKernels<T>* find_network_kernels(Isa isa, Arithmetic arithmetic) noexcept;
 
 }  // namespace dvdx

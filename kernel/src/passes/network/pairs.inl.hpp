@@ -56,7 +56,7 @@ template <class V, Arithmetic arithmetic, PairForces forces>
 }
 
 template <class V, Arithmetic arithmetic, PairForces forces>
-void sum_pairs_of(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t from,
+void sum_pairs_of(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, std::size_t from,
                   std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; i += V::size) {
     const Three<V> x = load_three<V>(sheet.x, i);
@@ -74,7 +74,7 @@ void sum_pairs_of(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sh
 }
 
 template <class V, Arithmetic arithmetic>
-void sum_pairs(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
+void sum_pairs(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
   if (graph.linear != nullptr) {
     sum_pairs_of<V, arithmetic, PairForces::some_linear>(graph, sheet, from, to);
   } else {
@@ -83,7 +83,7 @@ void sum_pairs(const GraphTerms<Scalar<V>>& graph, const Sheet<Scalar<V>>& sheet
 }
 
 template <class V>
-void add_pairs(const Sheet<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
+void add_pairs(const WorkColumns<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
   for (std::size_t i = from; i < to; i += V::size) {
     store_three<V>(sheet.x, i, load_three<V>(sheet.x, i) + load_three<V>(sheet.dx, i));
     store_three<V>(sheet.v, i, load_three<V>(sheet.v, i) + load_three<V>(sheet.dv, i));

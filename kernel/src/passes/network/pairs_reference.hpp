@@ -37,7 +37,7 @@ bool is_empty(const GraphTerms<T>& graph, std::size_t lane) noexcept {
 }
 
 template <class T, Arithmetic arithmetic>
-void sum_pairs(const GraphTerms<T>& graph, const Sheet<T>& sheet, std::size_t from, std::size_t to) noexcept {
+void sum_pairs(const GraphTerms<T>& graph, const WorkColumns<T>& sheet, std::size_t from, std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; ++i) {
     Vector<T> dx{};
     Vector<T> dv{};
@@ -58,7 +58,7 @@ void sum_pairs(const GraphTerms<T>& graph, const Sheet<T>& sheet, std::size_t fr
 }
 
 template <class T>
-void add_pairs(const Sheet<T>& sheet, std::size_t from, std::size_t to) noexcept {
+void add_pairs(const WorkColumns<T>& sheet, std::size_t from, std::size_t to) noexcept {
   for (std::size_t i = from; i < to; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       sheet.x[axis][i] = sheet.x[axis][i] + sheet.dx[axis][i];

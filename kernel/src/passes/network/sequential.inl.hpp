@@ -44,7 +44,7 @@ template <class V>
 
 // (Two independent strands at a time, to hide the latency of one spring's chain, gained 5 % on AVX-512, 15 % on SSE2.)
 template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
-void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, const Strand& strand) noexcept {
+void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& sheet, const Strand& strand) noexcept {
   using T = Scalar<V>;
   const StrandFamily<T>& family = sweep.families[strand.family];
   const V kappa(family.kappa);
@@ -88,7 +88,7 @@ template <class V, class Columns>
 }
 
 template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
-void sweep_colour_by(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, std::size_t from,
+void sweep_colour_by(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& sheet, std::size_t from,
                      std::size_t to) noexcept {
   using T = Scalar<V>;
   const auto load = [](const T* column, std::size_t s) { return load_lanes<V>(column + s); };
@@ -135,7 +135,7 @@ void by_kind(Damping damping, CountedFrom origin, Visit visit, const Call& call)
 }
 
 template <class V, Arithmetic arithmetic>
-void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, Visit visit, std::size_t from,
+void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& sheet, Visit visit, std::size_t from,
                    std::size_t to) noexcept {
   by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
     for (std::size_t n = from; n < to; ++n) sweep_strand<V, damping, origin, v, arithmetic>(sweep, sheet, sweep.strands[n]);
@@ -144,7 +144,7 @@ void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& s
 }
 
 template <class V, Arithmetic arithmetic>
-void sweep_colour(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sheet, Visit visit, std::size_t from,
+void sweep_colour(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& sheet, Visit visit, std::size_t from,
                   std::size_t to) noexcept {
   by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
     sweep_colour_by<V, damping, origin, v, arithmetic>(sweep, sheet, from, to);
@@ -152,7 +152,7 @@ void sweep_colour(const SweepTerms<Scalar<V>>& sweep, const Sheet<Scalar<V>>& sh
 }
 
 template <class V, Arithmetic arithmetic>
-void take_shift(const Sheet<Scalar<V>>& sheet, Scalar<V> of_x, Scalar<V> of_v, std::size_t from, std::size_t to) noexcept {
+void take_shift(const WorkColumns<Scalar<V>>& sheet, Scalar<V> of_x, Scalar<V> of_v, std::size_t from, std::size_t to) noexcept {
   const V zero(Scalar<V>(0));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::size_t i = from; i < to; i += V::size) {

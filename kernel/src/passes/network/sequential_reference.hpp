@@ -11,7 +11,7 @@ struct Compliance {
 };
 
 template <Arithmetic arithmetic, class T>
-void visit_spring(const SweepTerms<T>& sweep, const Sheet<T>& sheet, const Compliance<T>& spring, Visit visit, std::size_t a,
+void visit_spring(const SweepTerms<T>& sweep, const WorkColumns<T>& sheet, const Compliance<T>& spring, Visit visit, std::size_t a,
                   std::size_t b, T& stored_lambda) noexcept {
   const Vector<T> shift_a = at(sheet.shift, a);
   const Vector<T> shift_b = at(sheet.shift, b);
@@ -44,7 +44,7 @@ void visit_spring(const SweepTerms<T>& sweep, const Sheet<T>& sheet, const Compl
 }
 
 template <class T, Arithmetic arithmetic>
-void sweep_strand(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit, const Strand& strand) noexcept {
+void sweep_strand(const SweepTerms<T>& sweep, const WorkColumns<T>& sheet, Visit visit, const Strand& strand) noexcept {
   const StrandFamily<T>& family = sweep.families[strand.family];
   for (std::size_t k = 0; k < strand.count; ++k) {
     const std::size_t s = strand.springs + k;
@@ -56,13 +56,13 @@ void sweep_strand(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit
 }
 
 template <class T, Arithmetic arithmetic>
-void sweep_strands(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit, std::size_t from, std::size_t to) noexcept {
+void sweep_strands(const SweepTerms<T>& sweep, const WorkColumns<T>& sheet, Visit visit, std::size_t from, std::size_t to) noexcept {
   for (std::size_t n = from; n < to; ++n) sweep_strand<T, arithmetic>(sweep, sheet, visit, sweep.strands[n]);
   for (std::size_t n = from; n > to; --n) sweep_strand<T, arithmetic>(sweep, sheet, visit, sweep.strands[n - 1]);
 }
 
 template <class T, Arithmetic arithmetic>
-void sweep_colour(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit, std::size_t from, std::size_t to) noexcept {
+void sweep_colour(const SweepTerms<T>& sweep, const WorkColumns<T>& sheet, Visit visit, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
     const Compliance<T> spring{sweep.kappa[s], sweep.eta[s], sweep.l[s], sweep.inverse[s], sweep.w_a[s], sweep.w_b[s]};
     visit_spring<arithmetic>(sweep, sheet, spring, visit, static_cast<std::size_t>(sweep.a[s]),
@@ -71,7 +71,7 @@ void sweep_colour(const SweepTerms<T>& sweep, const Sheet<T>& sheet, Visit visit
 }
 
 template <class T, Arithmetic arithmetic>
-void take_shift(const Sheet<T>& sheet, T of_x, T of_v, std::size_t from, std::size_t to) noexcept {
+void take_shift(const WorkColumns<T>& sheet, T of_x, T of_v, std::size_t from, std::size_t to) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::size_t i = from; i < to; ++i) {
       T& shift = sheet.shift[axis][i];

@@ -29,8 +29,8 @@ struct Range {
 template <class T>
 class Maker {
  public:
-  Maker(const System& system, const Kernels<T>& kernels, std::span<const std::size_t> column_sources, const Rates<T>& rates)
-      : system_(system), kernels_(kernels), column_sources_(column_sources), rates_(rates), h_(system.flow_step()) {}
+  Maker(const System& system, const Passes& passes, std::span<const std::size_t> column_sources, const Rates<T>& rates)
+      : system_(system), passes_(passes), column_sources_(column_sources), rates_(rates), h_(system.flow_step()) {}
 
   void make(Flow flow, const Range& range) {
     fill([&](std::size_t i) { return system_.combined_rate(range.axis, i); }, range);
@@ -58,7 +58,7 @@ class Maker {
   }
 
   void run(const Range& range) {
-    kernels_.rate({.count = chunk_size,
+    passes_.rate({.count = chunk_size,
                    .h = h_,
                    .W = group_.W.data(),
                    .g = group_.g.data(),
@@ -132,7 +132,7 @@ class Maker {
   void write_sinusoid(std::size_t k, const Source& source, const Range& range) {
     const double angular_frequency = system_.angular_frequency(source.force);
     Numbers in_v, in_x, quad_v, quad_x;
-    kernels_.rate_sinusoid({.count = chunk_size,
+    passes_.rate_sinusoid({.count = chunk_size,
                             .h = h_,
                             .theta = angular_frequency * h_,
                             .W = group_.W.data(),
@@ -193,7 +193,7 @@ class Maker {
   }
 
   const System& system_;
-  const Kernels<T>& kernels_;
+  const Passes& passes_;
   std::span<const std::size_t> column_sources_;
   const Rates<T>& rates_;
   double h_;
@@ -204,13 +204,13 @@ class Maker {
 }  // namespace
 
 template <class T>
-void make_rates(const System& system, const Kernels<T>& kernels, Flow flow, std::size_t count,
+void make_rates(const System& system, const Passes& passes, Flow flow, std::size_t count,
                 std::span<const std::size_t> column_sources, const Rates<T>& rates) {
   const auto is_anchors = [&](std::size_t k) { return system.sources()[k].kind == Source::Kind::anchors; };
   const bool has_anchors = std::any_of(column_sources.begin(), column_sources.end(), is_anchors);
   // Isotropic columns are shared by the axes, but for those of the anchors.
   const std::size_t axes = system.is_isotropic() && !has_anchors ? 1 : 3;
-  Maker<T> maker(system, kernels, column_sources, rates);
+  Maker<T> maker(system, passes, column_sources, rates);
   for (std::size_t axis = 0; axis < axes; ++axis) {
     for (std::size_t first = 0; first < count; first += chunk_size) {
       maker.make(flow, {.axis = axis, .first = first, .n = std::min(chunk_size, count - first)});
@@ -218,9 +218,9 @@ void make_rates(const System& system, const Kernels<T>& kernels, Flow flow, std:
   }
 }
 
-template void make_rates<float>(const System&, const Kernels<float>&, Flow, std::size_t, std::span<const std::size_t>,
+template void make_rates<float>(const System&, const Passes&, Flow, std::size_t, std::span<const std::size_t>,
                                 const Rates<float>&);
-template void make_rates<double>(const System&, const Kernels<double>&, Flow, std::size_t, std::span<const std::size_t>,
+template void make_rates<double>(const System&, const Passes&, Flow, std::size_t, std::span<const std::size_t>,
                                  const Rates<double>&);
 
 }  // namespace dvdx

@@ -5,14 +5,14 @@
 #include <span>
 
 #include "compile/system.hpp"
-#include "isa/kernels.hpp"
+#include "isa/passes.hpp"
 #include "passes/terms.hpp"
 
 namespace dvdx {
 
 // Fills the columns of `rates` for `count` particles. column_sources[k] is the source whose gains columns k hold.
 template <class T>
-void make_rates(const System& system, const Kernels<T>& kernels, Flow flow, std::size_t count,
+void make_rates(const System& system, const Passes& passes, Flow flow, std::size_t count,
                 std::span<const std::size_t> column_sources, const Rates<T>& rates);
 
 }  // namespace dvdx

@@ -289,14 +289,5 @@ std::size_t compact(const std::byte* const* in, std::byte* const* out, std::size
   return compaction.kept;
 }
 
-template <class T, class Arch>
-constexpr RemovalKernels<T> removal_kernels() noexcept {
-  using V = Lanes<T, Arch>;
-  return {.grow_old = grow_old<V>,
-          .grow_old_and_mark = grow_old_and_mark<V>,
-          .count_aged = count_aged<V>,
-          .mark_placed = mark_placed<V>};
-}
-
 }  // namespace
 }  // namespace dvdx

@@ -68,12 +68,4 @@ std::size_t compact(const std::byte* const* in, std::byte* const* out, std::size
   return kept;
 }
 
-template <class T>
-constexpr RemovalKernels<T> removal_kernels() noexcept {
-  return {.grow_old = grow_old<T>,
-          .grow_old_and_mark = grow_old_and_mark<T>,
-          .count_aged = count_aged<T>,
-          .mark_placed = mark_placed<T>};
-}
-
 }  // namespace dvdx::reference

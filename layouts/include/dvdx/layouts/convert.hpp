@@ -41,7 +41,7 @@ void scatter(const From* in, std::size_t first, std::size_t n, const Column<To>&
 }
 
 // What float32 cannot hold of a number, itself a float32; 0 beside a value that is not finite.
-inline float rest_of(double number, float value) noexcept {
+inline float residual_of(double number, float value) noexcept {
   const double rest = number - static_cast<double>(value);
   return std::isfinite(value) ? static_cast<float>(rest) : 0.0F;
 }
@@ -71,7 +71,7 @@ void copy(const State<From>& from, State<To>& to) noexcept {
       const double number = static_cast<double>(source[i]) + rest;
       target[i] = static_cast<To>(number);
       if constexpr (std::is_same_v<To, float>) {
-        if (target_rest.base != nullptr) target_rest[i] = rest_of(number, target[i]);
+        if (target_rest.base != nullptr) target_rest[i] = residual_of(number, target[i]);
       }
     }
   };

@@ -1,0 +1,51 @@
+// What of a scene may differ from particle to particle. A value that a force gains is named here, and nowhere else.
+#pragma once
+
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include "dvdx/scene.hpp"
+
+namespace dvdx {
+
+// use(name, value) for each such value of a force: Scalars, PerAxis or Anchor.
+template <class AForce, class Use>
+void for_each_particle_value(AForce& force, const Use& use) {
+  if constexpr (requires { force.stiffness; }) use("stiffness", force.stiffness);
+  if constexpr (requires { force.coefficient; }) use("coefficient", force.coefficient);
+  if constexpr (requires { force.rest_length; }) use("rest_length", force.rest_length);
+  if constexpr (requires { force.anchor; }) use("anchor", force.anchor);
+}
+
+// The same for a scene: its mass, and the values of its forces as "forces[i].name". Origins are no value of the particles.
+template <class AScene, class Use>
+void for_each_particle_value_of(AScene& scene, const Use& use) {
+  use(std::string("mass"), scene.mass);
+  for (std::size_t i = 0; i < scene.forces.size(); ++i) {
+    const auto with_path = [&](const char* name, auto& value) { use("forces[" + std::to_string(i) + "]." + name, value); };
+    std::visit([&](auto& force) { for_each_particle_value(force, with_path); }, scene.forces[i]);
+  }
+}
+
+// Whether particles have numbers of their own.
+inline bool is_each(const Scalars& value) noexcept { return !value.is_uniform(); }
+inline bool is_each(const PerAxis& value) noexcept { return !value.is_uniform(); }
+inline bool is_each(const Anchor& value) noexcept { return !std::holds_alternative<Vec3>(value); }
+
+inline bool has_values_each(const Scene& scene) {
+  bool is_any = scene.origin.is_each();
+  for_each_particle_value_of(scene, [&](const std::string&, const auto& value) { is_any = is_any || is_each(value); });
+  return is_any;
+}
+
+inline bool is_at_start(const Force& force) {
+  bool is_any = false;
+  const auto look = [&](const char*, const auto& value) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, Anchor>) is_any = std::holds_alternative<AtStart>(value);
+  };
+  std::visit([&](const auto& f) { for_each_particle_value(f, look); }, force);
+  return is_any;
+}
+
+}  // namespace dvdx

@@ -1,0 +1,59 @@
+// Every pass that one instruction set and arithmetic provides, in one table. Each table is defined in the file of its name and
+// compiled with that instruction set's flags. A new pass is a member here, and a line each in wide_passes.inl.hpp and
+// reference.cpp.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "dvdx/isa.hpp"
+#include "passes/constraint/constraint.hpp"
+#include "passes/emission/emission.hpp"
+#include "passes/network/network.hpp"
+#include "passes/rate/rate.hpp"
+#include "passes/removal/removal.hpp"
+#include "passes/residual/residual.hpp"
+#include "passes/terms.hpp"
+
+namespace dvdx {
+
+template <class T>
+struct Kernels {
+  std::size_t lanes = 1;
+  std::array<std::array<StepBlock<T>, extras>, flows> step{};
+  NetworkKernels<T> network;
+  ConstraintKernels<T> constraint;
+  RemovalKernels<T> removal;
+
+  [[nodiscard]] StepBlock<T> at(Flow flow, Extras extra) const noexcept {
+    return step[static_cast<std::size_t>(flow)][static_cast<std::size_t>(extra)];
+  }
+};
+
+// Residuals, births and removals take no contracted form: they are the same in both arithmetics.
+struct Passes {
+  Kernels<float> f32;
+  Kernels<double> f64;
+  RatePass rate = nullptr;
+  RateSinusoidPass rate_sinusoid = nullptr;
+  ResidualKernels residual;
+  Compact compact4 = nullptr, compact8 = nullptr;
+  Emit emit = nullptr;
+
+  template <class T>
+  [[nodiscard]] const Kernels<T>& of() const noexcept {
+    if constexpr (sizeof(T) == sizeof(float)) return f32;
+    if constexpr (sizeof(T) == sizeof(double)) return f64;
+  }
+};
+
+extern const Passes reference_separate, reference_contracted;
+extern const Passes sse2_separate;
+extern const Passes avx2_separate, avx2_contracted;
+extern const Passes avx512_separate, avx512_contracted;
+extern const Passes neon64_separate, neon64_contracted;
+
+// Null where the binary or the machine lacks it.
+const Passes* find_passes(Isa isa, Arithmetic arithmetic = Arithmetic::separate) noexcept;
+
+}  // namespace dvdx

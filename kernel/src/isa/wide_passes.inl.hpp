@@ -1,0 +1,61 @@
+// What an instruction set's file instantiates: a line for each pass.
+#pragma once
+
+#include "isa/passes.hpp"
+#include "passes/block_loop.inl.hpp"
+#include "passes/constraint/chain.inl.hpp"
+#include "passes/constraint/constraint.inl.hpp"
+#include "passes/emission/emission.inl.hpp"
+#include "passes/network/grid.inl.hpp"
+#include "passes/network/pairs.inl.hpp"
+#include "passes/network/sequential.inl.hpp"
+#include "passes/removal/removal.inl.hpp"
+#include "passes/residual/residual.inl.hpp"
+
+namespace dvdx {
+namespace {
+
+template <class T, class Arch, Arithmetic arithmetic>
+constexpr Kernels<T> wide_kernels() noexcept {
+  using V = Lanes<T, Arch>;
+  return {.lanes = V::size,
+          .step = all_flows<T, Arch, arithmetic>(std::make_index_sequence<flows>()),
+          .network = {.grid = kick_grid<V, arithmetic>,
+                      .graph = kick_graph<V, arithmetic>,
+                      .pairs = sum_pairs<V, arithmetic>,
+                      .add_pairs = add_pairs<V>,
+                      .strands = sweep_strands<V, arithmetic>,
+                      .colour = sweep_colour<V, arithmetic>,
+                      .take_shift = take_shift<V, arithmetic>},
+          .constraint = {.prepare_pairs = prepare_pairs<V>,
+                         .prepare_chains = prepare_chains<V, arithmetic>,
+                         .solve_pair_positions = solve_pair_positions<V, arithmetic>,
+                         .solve_chain_positions = solve_chain_positions<V, arithmetic>,
+                         .solve_line_positions = solve_line_positions<V, arithmetic>,
+                         .update_pair_velocities = update_pair_velocities<V, arithmetic>,
+                         .update_chain_velocities = update_chain_velocities<V, arithmetic>,
+                         .update_line_velocities = update_line_velocities<V, arithmetic>,
+                         .solve_pair_velocities = solve_pair_velocities<V, arithmetic>,
+                         .solve_chain_velocities = solve_chain_velocities<V, arithmetic>,
+                         .solve_line_velocities = solve_line_velocities<V, arithmetic>},
+          .removal = {.grow_old = grow_old<V>,
+                      .grow_old_and_mark = grow_old_and_mark<V>,
+                      .count_aged = count_aged<V>,
+                      .mark_placed = mark_placed<V>}};
+}
+
+template <class Arch, Arithmetic arithmetic>
+constexpr Passes wide_passes() noexcept {
+  using V = Lanes<double, Arch>;
+  return {.f32 = wide_kernels<float, Arch, arithmetic>(),
+          .f64 = wide_kernels<double, Arch, arithmetic>(),
+          .rate = rate<V>,
+          .rate_sinusoid = rate_sinusoid<V>,
+          .residual = {.sum = sum_residuals, .split = split_residuals},
+          .compact4 = compact<4>,
+          .compact8 = compact<8>,
+          .emit = emit<V>};
+}
+
+}  // namespace
+}  // namespace dvdx
