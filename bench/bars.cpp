@@ -16,7 +16,7 @@
 #include "dvdx/dvdx.h"
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/plan.hpp"
-#include "isa/kernels.hpp"
+#include "isa/passes.hpp"
 #include "support/race.hpp"
 #include "support/report.hpp"
 #include "support/scenes.hpp"
@@ -223,7 +223,8 @@ struct FromStart {
 // The longest that any stretch of a decay takes, a step, by the kernel itself in the floating-point environment of the caller.
 double longest_unflushed_step(Isa isa) {
   constexpr std::size_t stretch = 25, until = 1000, tries = 5;
-  const Program<float> program(overdamped(), Options{.isa = isa}, isa, std::nullopt, {});
+  const Scene scene = overdamped();
+  const FreeMotion<float> motion(scene, Options{}, *find_passes(isa), std::nullopt, {});
   const Offsets<float> offsets{};
   std::array<double, until / stretch> shortest{};
   for (std::size_t attempt = 0; attempt < tries; ++attempt) {
@@ -234,7 +235,7 @@ double longest_unflushed_step(Isa isa) {
       block.v[axis] = held.state.v[axis].base;
     }
     block.count = in_cache;
-    auto work = [&] { program.kernels->at(program.flow, program.extra)(block, program.terms, {&offsets, 0, stretch}); };
+    auto work = [&] { motion.kernels->at(motion.flow, motion.extra)(block, motion.terms, {&offsets, 0, stretch}); };
     for (double& seconds : shortest) {
       const double taken = time_of(work, 1, Timer::thread);
       seconds = attempt == 0 ? taken : std::min(seconds, taken);
@@ -313,7 +314,7 @@ void rates(Report& report, const Run& run) {
   }
   const RateRun work{in_cache, frame, W.data(), g.data(), A.data(), B.data(), C.data(), S.data(), X.data()};
   for (const Isa isa : available_isas()) {
-    const double seconds = shortest(run.effort, [&] { find_kernels<double>(isa, Arithmetic::separate)->rate(work); });
+    const double seconds = shortest(run.effort, [&] { find_passes(isa)->rate(work); });
     report.figure("coefficients each, " + std::string(name(isa)), seconds * 1e9 / in_cache, "ns", "a particle, five each");
   }
   const double seconds =

@@ -1,7 +1,7 @@
 // The rate pass: making coefficients each (items are particles), and stepping with them.
 #include <array>
 
-#include "isa/kernels.hpp"
+#include "isa/passes.hpp"
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"
@@ -32,14 +32,14 @@ class RateColumns {
 
 void time_making(benchmark::State& timing, Isa isa, std::size_t count) {
   RateColumns columns(count), expected(count);
-  const RatePass pass = find_kernels<double>(isa, Arithmetic::separate)->rate;
+  const RatePass pass = find_passes(isa)->rate;
   for (auto _ : timing) {
     pass(columns.run());
     benchmark::ClobberMemory();
   }
   timing.SetItemsProcessed(timing.iterations() * static_cast<std::int64_t>(count));
   timing.SetBytesProcessed(timing.iterations() * static_cast<std::int64_t>(count * 7 * sizeof(double)));
-  find_kernels<double>(Isa::reference, Arithmetic::separate)->rate(expected.run());
+  find_passes(Isa::reference)->rate(expected.run());
   if (columns != expected) timing.SkipWithError("differs from the reference");
 }
 

@@ -2,7 +2,7 @@
 #include <array>
 #include <memory>
 
-#include "isa/turnover.hpp"
+#include "isa/passes.hpp"
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/turnover.hpp"
@@ -25,7 +25,7 @@ void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
     in[c] = reinterpret_cast<const std::byte*>(from[c].data());
     out[c] = reinterpret_cast<std::byte*>(to[c].data());
   }
-  const Compact compact = turnover_table(isa).compact4;
+  const Compact compact = find_passes(isa)->compact4;
   for (auto _ : timing) {
     benchmark::DoNotOptimize(compact(in.data(), out.data(), compact_columns, gone.data(), in_cache));
     benchmark::ClobberMemory();
@@ -44,7 +44,7 @@ void time_emission(benchmark::State& timing, Isa isa) {
   const auto born = std::make_unique<Born>();
   Births births{.first = 0, .count = born_together, .lead = born_together, .step = 1};
   for (auto _ : timing) {
-    turnover_table(isa).emit(terms, births, *born);
+    find_passes(isa)->emit(terms, births, *born);
     benchmark::ClobberMemory();
     births.first += born_together;
   }

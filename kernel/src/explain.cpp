@@ -7,8 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "compile/free_motion.hpp"
-#include "compile/joined_motion.hpp"
+#include "execute/plan_parts.hpp"
 #include "math/elementary.hpp"
 
 namespace dvdx {
@@ -123,40 +122,36 @@ double stable_step(const Scene& scene, std::span<const Vec3> start, Worst at, do
   return low;
 }
 
-template <class T>
-std::string describe_forces(const Program<T>& program) {
+std::string describe_forces(const Scene& scene, const System& system) {
   std::string text;
   const auto list = [&](const std::vector<std::size_t>& forces) {
     std::string names;
     for (const std::size_t i : forces) {
-      names +=
-          (names.empty() ? "" : ", ") + ("forces[" + std::to_string(i) + "] " + std::string(kind(program.scene.forces[i])));
+      names += (names.empty() ? "" : ", ") + ("forces[" + std::to_string(i) + "] " + std::string(kind(scene.forces[i])));
     }
     return names;
   };
-  const System& system = program.system;
   if (!system.combined().empty()) text += "combined     as one exact system: " + list(system.combined()) + "\n";
-  for (std::size_t i = 0; i < program.scene.forces.size(); ++i) {
+  for (std::size_t i = 0; i < scene.forces.size(); ++i) {
     const auto& combined = system.combined();
     if (std::find(combined.begin(), combined.end(), i) != combined.end()) continue;
-    const bool is_kick = std::holds_alternative<RadialSpring>(program.scene.forces[i]) && system.method(i) == Method::combined;
-    text += "alone        forces[" + std::to_string(i) + "] " + std::string(kind(program.scene.forces[i])) + " by " +
+    const bool is_kick = std::holds_alternative<RadialSpring>(scene.forces[i]) && system.method(i) == Method::combined;
+    text += "alone        forces[" + std::to_string(i) + "] " + std::string(kind(scene.forces[i])) + " by " +
             (is_kick ? "a kick at the middle of the step" : std::string(name(system.method(i)))) + "\n";
   }
   return text;
 }
 
 template <class T>
-std::string describe_stability(const Program<T>& program) {
-  const System& system = program.system;
-  const double h = program.options.step;
+std::string describe_stability(const CompiledScene<T>& compiled, const System& system) {
+  const double h = compiled.options.step;
   if (system.is_one_system()) return "stability    exact for any step\n";
-  const Worst at = worst(system, system.is_uniform() ? 1 : *program.count);
+  const Worst at = worst(system, system.is_uniform() ? 1 : *compiled.count);
   std::string text = format("stability    spectral radius %.12g at this step of %g s", at.radius, h);
   if (at.radius <= 1 + rounding) return text + ": stable\n";
   text += format(": UNSTABLE, amplitude doubles every %.3g steps", doubling_steps(at.radius));
   if (!system.is_uniform()) text += format(" (particle %zu)", at.particle);
-  const double limit = stable_step(program.scene, program.start, at, h);
+  const double limit = stable_step(compiled.scene, compiled.start, at, h);
   text +=
       limit > 0
           ? format("\n             what to do: a step of at most %.6g s, or method combined\n", limit)
@@ -180,47 +175,51 @@ std::string_view name(Scheme scheme) {
 }
 
 template <class T>
-std::string describe_form(const NetworkProgram<T>& network) {
-  using Form = typename NetworkProgram<T>::Form;
-  switch (network.form()) {
-    case Form::grid:
-      return "as a grid: each spring once, no index loaded";
-    case Form::graph:
-      return "as a graph: each particle sums its own";
-    case Form::pairs:
-      return "as a graph: each particle sums its pairs' own contributions";
-    case Form::strands:
-      return "as a grid in sweeps, in bands of rows";
-    case Form::colours:
-      return "as a graph in sweeps of " + std::to_string(network.colours()) + " colours";
-  }
-  return "";
+std::string describe_form(const GridForm<T>& /*form*/) {
+  return "as a grid: each spring once, no index loaded";
+}
+template <class T>
+std::string describe_form(const GraphForm<T>& /*form*/) {
+  return "as a graph: each particle sums its own";
+}
+template <class T>
+std::string describe_form(const PairsForm<T>& /*form*/) {
+  return "as a graph: each particle sums its pairs' own contributions";
+}
+template <class T>
+std::string describe_form(const StrandsForm<T>& /*form*/) {
+  return "as a grid in sweeps, in bands of rows";
+}
+template <class T>
+std::string describe_form(const ColoursForm<T>& form) {
+  return "as a graph in sweeps of " + std::to_string(form.count()) + " colours";
 }
 
 // What the other schemes would take for the same springs and step.
 template <class T>
-std::string describe_other_schemes(const NetworkProgram<T>& network) {
+std::string describe_other_schemes(const Joints<T>& joints) {
   std::string text;
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
-    if (network.coupling().scheme == scheme) continue;
-    const int substeps = network.safe_substeps({.scheme = scheme});
+    if (joints.coupling.scheme == scheme) continue;
+    const int substeps = joints.safe_substeps({.scheme = scheme});
     const std::int64_t pulses = scheme == Scheme::fourth_order ? 6 : 1;
     text += format("             %s would take %d sub-steps, %lld pulses a step\n", std::string(name(scheme)).c_str(), substeps,
                    static_cast<long long>(substeps * pulses));
   }
-  if (network.coupling().scheme != Scheme::sequential) {
+  if (joints.coupling.scheme != Scheme::sequential) {
     text += "             sequential would take any number of sub-steps, 2 sweeps each (a sweep costs about 2 pulses)\n";
   }
   return text;
 }
 
 template <class T>
-std::string describe_network(const NetworkProgram<T>& network) {
-  if (network.springs() == 0) return "";
-  const NetworkLimit& limit = network.limit();
-  const Coupling& coupling = network.coupling();
-  std::string text = format("springs      %zu, %s; %zu bytes of working memory\n", network.springs(),
-                            describe_form(network).c_str(), network.bytes());
+std::string describe_network(const Joints<T>& joints, std::size_t workspace_bytes) {
+  if (joints.springs == 0) return "";
+  const NetworkLimit& limit = joints.limit;
+  const Coupling& coupling = joints.coupling;
+  std::string text = format("springs      %zu, %s; %zu bytes of its own, %zu of working memory a state\n", joints.springs,
+                            std::visit([](const auto& form) { return describe_form(form); }, joints.form).c_str(),
+                            joints.bytes(), workspace_bytes);
   text += format("scheme       %s, %d sub-steps a step", std::string(name(coupling.scheme)).c_str(), limit.substeps);
   if (coupling.scheme == Scheme::sequential) {
     text += format(", theta %g, %s", coupling.theta, coupling.sweeps == Sweeps::symmetric ? "forward and backward" : "forward");
@@ -228,7 +227,7 @@ std::string describe_network(const NetworkProgram<T>& network) {
   text += coupling.substeps ? " (asked for)\n" : " (chosen)\n";
   text += format("frequency    %.6g rad/s at the start, at most %.6g in any position (the springs of particle %u)\n",
                  limit.frequency, limit.bound, limit.particle);
-  const double h = std::abs(network.step_size()) / limit.substeps;
+  const double h = std::abs(joints.step) / limit.substeps;
   if (std::isinf(limit.limit)) {
     text +=
         "             stable at any sub-step where the springs are linear; position errors grow with frequency x sub-step, ";
@@ -247,11 +246,11 @@ std::string describe_network(const NetworkProgram<T>& network) {
 }
 
 template <class T>
-std::string describe_constraints(const NetworkProgram<T>& network) {
-  const ConstraintProgram<T>* constraints = network.constraints();
-  if (constraints == nullptr) return "";
-  const NetworkLimit& limit = network.limit();
-  std::string text = format("constraints  %zu in %zu colours", constraints->constraints(), constraints->colours());
+std::string describe_constraints(const Joints<T>& joints) {
+  const auto& constraints = joints.constraints;
+  if (!constraints) return "";
+  const NetworkLimit& limit = joints.limit;
+  std::string text = format("constraints  %zu in %zu colours", constraints->count(), constraints->colours().size());
   if (constraints->chains() != 0) text += format(", %zu chains solved whole", constraints->chains());
   text += format("; %d sweeps over them in each of %d sub-steps; %zu bytes\n", constraints->sweeps(), limit.substeps,
                  constraints->bytes());
@@ -276,31 +275,37 @@ std::string describe_origin(const Origin& origin) {
 }
 
 template <class T>
-std::string explain(const Program<T>& program) {
-  const System& system = program.system;
+std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_bytes) {
+  const Scene& scene = compiled.scene;
+  const JoinedMotion<T>* joined = compiled.joined();
+  // Of joined particles: the flow before the first pulse.
+  const FreeMotion<T>& motion = joined != nullptr ? *joined->flows()[0] : *compiled.free();
+  const System system(scene, compiled.start, compiled.options.step);
   const bool has_radial = !system.radial().empty();
   std::string text =
-      format("step         %g s, %s, %s arithmetic, %s", program.options.step,
-             std::string(name(program.options.rounding, sizeof(T) == 4)).c_str(),
-             std::string(dvdx::name(program.options.arithmetic)).c_str(), std::string(dvdx::name(program.isa)).c_str());
-  text += format(", %zu lanes, blocks of %zu particles\n", program.kernels->lanes, program.block);
-  text += describe_forces(program);
-  text += describe_origin(program.scene.origin);
+      format("step         %g s, %s, %s arithmetic, %s", compiled.options.step,
+             std::string(name(compiled.options.rounding, sizeof(T) == 4)).c_str(),
+             std::string(dvdx::name(compiled.options.arithmetic)).c_str(), std::string(dvdx::name(compiled.isa)).c_str());
+  text += format(", %zu lanes, blocks of %zu particles\n", motion.kernels->lanes, motion.block);
+  text += describe_forces(scene, system);
+  text += describe_origin(scene.origin);
   text += "passes       affine";
   if (!system.is_uniform()) text += ", rate (made once, kept while nothing changes)";
   if (has_radial) text += ", radial (" + std::to_string(system.radial().size()) + " springs)";
-  if (!program.scene.contacts.empty()) {
-    text += ", contact (" + std::to_string(program.scene.contacts.size()) + " surfaces, up to " +
-            std::to_string(program.options.impacts) + " impacts a particle and step)";
+  if (!scene.contacts.empty()) {
+    text += ", contact (" + std::to_string(scene.contacts.size()) + " surfaces, up to " +
+            std::to_string(compiled.options.impacts) + " impacts a particle and step)";
   }
-  text += "\nflow         " + describe(program.flow) + "\n";
-  const int count = operations(program.flow, program.terms.rates.sources) * (system.kicks() != 0 ? 2 : 1);
+  text += "\nflow         " + describe(motion.flow) + "\n";
+  const int count = operations(motion.flow, motion.terms.rates.sources) * (system.kicks() != 0 ? 2 : 1);
   text += format("cost         %zu bytes of state, %zu of columns, and %d operations a particle-step", 12 * sizeof(T),
-                 program.column_bytes(), count);
-  text += has_radial || !program.scene.contacts.empty() ? " before contacts and radial springs\n" : "\n";
-  text += describe_stability(program);
-  if (program.network) text += describe_network(*program.network) + describe_constraints(*program.network);
-  const bool is_seekable = !program.network && program.scene.contacts.empty() && !has_radial && program.scene.fixed.empty();
+                 motion.column_bytes(), count);
+  text += has_radial || !scene.contacts.empty() ? " before contacts and radial springs\n" : "\n";
+  text += describe_stability(compiled, system);
+  if (joined != nullptr) {
+    text += describe_network(joined->joints(), workspace_bytes) + describe_constraints(joined->joints());
+  }
+  const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
   text += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");
   return text;
 }
@@ -309,7 +314,10 @@ std::string explain(const Program<T>& program) {
 
 template <class T>
 std::string Plan<T>::explain() const {
-  return std::visit([](const auto& program) { return dvdx::explain(*program); }, program_);
+  const auto text = [](const auto& in) {
+    return dvdx::explain(*in.scene, in.workspace != nullptr ? in.workspace->bytes() : 0);
+  };
+  return std::visit(text, parts_->in);
 }
 
 template std::string Plan<float>::explain() const;

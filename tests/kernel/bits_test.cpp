@@ -142,8 +142,8 @@ std::pair<Flow, Extras> path_of(const NamedScene& scene, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) start[i][axis] = static_cast<double>(batch.view().x[axis][i]);
   }
-  const Program<T> program(scene.scene, {.step = scene.step}, Isa::reference, count, std::move(start));
-  return {program.flow, program.extra};
+  const FreeMotion<T> motion(scene.scene, {.step = scene.step}, *find_passes(Isa::reference), count, start);
+  return {motion.flow, motion.extra};
 }
 
 template <class T>

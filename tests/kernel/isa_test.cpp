@@ -6,8 +6,8 @@
 #include <set>
 #include <string>
 
-#include "compile/free_motion.hpp"
 #include "dvdx/plan.hpp"
+#include "execute/plan_parts.hpp"
 
 namespace {
 
@@ -82,8 +82,9 @@ TEST_CASE_TEMPLATE("every ISA has a table of its own, of its own width and its o
   std::size_t tables = 0;
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
     for (const Isa isa : available_isas(arithmetic)) {
-      const Kernels<T>* kernels = find_kernels<T>(isa, arithmetic);
-      REQUIRE(kernels != nullptr);
+      const Passes* passes = find_passes(isa, arithmetic);
+      REQUIRE(passes != nullptr);
+      const Kernels<T>* kernels = &passes->of<T>();
       CHECK(kernels->lanes == lanes_of<T>(isa));
       ++tables;
       for (const auto& flow : kernels->step) {
@@ -101,14 +102,17 @@ TEST_CASE("a step runs the functions of its program's table and no others") {
   Scene scene;
   scene.add(Spring{.stiffness = 9.0});
   for (const Isa isa : available_isas()) {
-    auto program = std::make_unique<Program<float>>(scene, Options{}, isa, std::nullopt, std::vector<Vec3>{});
-    CHECK(program->kernels == find_kernels<float>(isa, Arithmetic::separate));
-    Kernels<float> table = *program->kernels;
-    spied = table.at(program->flow, program->extra);
+    const Passes& passes = *find_passes(isa);
+    auto compiled = std::make_shared<CompiledScene<float>>(scene, Options{}, isa, passes, std::nullopt, std::vector<Vec3>{});
+    auto motion = std::make_unique<FreeMotion<float>>(compiled->scene, Options{}, passes, std::nullopt, compiled->start);
+    CHECK(motion->kernels == &passes.f32);
+    Kernels<float> table = *motion->kernels;
+    spied = table.at(motion->flow, motion->extra);
     for (auto& flow : table.step) flow.fill(nullptr);
-    table.step[static_cast<std::size_t>(program->flow)][static_cast<std::size_t>(program->extra)] = spy;
-    program->kernels = &table;
-    const Plan<float> plan(std::move(program));
+    table.step[static_cast<std::size_t>(motion->flow)][static_cast<std::size_t>(motion->extra)] = spy;
+    motion->kernels = &table;
+    compiled->motion = std::unique_ptr<const FreeMotion<float>>(std::move(motion));
+    const Plan<float> plan(std::make_unique<Plan<float>::Parts>(SharedScene<float>(compiled)));
     Soa<float> memory(100);
     State<float> state = memory.view();
     calls_of_spy = 0;
@@ -127,7 +131,7 @@ TEST_CASE("an ISA that is not there is an error that says which are") {
       CHECK(plan.error().field == "isa");
       CHECK(plan.error().value == name(isa));
       for (const Isa there : available_isas(arithmetic)) CHECK(plan.error().valid.find(name(there)) != std::string::npos);
-      CHECK(find_kernels<float>(isa, arithmetic) == nullptr);
+      CHECK(find_passes(isa, arithmetic) == nullptr);
     }
   }
 }

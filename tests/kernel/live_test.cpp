@@ -198,7 +198,7 @@ class Model {
       }
       auto born = std::make_unique<Born>();
       const double lead = since * emitter.rate - (static_cast<double>(n) + 1);
-      turnover_reference.emit(program_.emitters[e], {.first = n, .count = 1, .lead = lead, .step = h}, *born);
+      reference_separate.emit(program_.emitters[e], {.first = n, .count = 1, .lead = lead, .step = h}, *born);
       One<T> one;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         one.x[axis] = static_cast<T>(born->x[axis][0]);

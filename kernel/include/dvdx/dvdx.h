@@ -381,12 +381,15 @@ typedef struct dvdx_network_limit {
 // takes where the scene has values for each or joins particles; null where it has none of these.
 DVDX_EXPORT dvdx_status dvdx_plan_create(const dvdx_scene* scene, const dvdx_options* options, const dvdx_state* start,
                                          dvdx_plan** plan, dvdx_error* error);
+// A plan for another state of the same scene: nothing is compiled again, and what was compiled is shared. It has working memory
+// of its own, so that each may be stepped by another thread. A later change of one does not change the other.
+DVDX_EXPORT dvdx_status dvdx_plan_clone(const dvdx_plan* plan, dvdx_plan** clone, dvdx_error* error);
 // A null pointer is fine.
 DVDX_EXPORT void dvdx_plan_destroy(dvdx_plan* plan);
 
 // Moves every particle by `steps` steps, and the state's clock with them. Allocates nothing, locks nothing, and leaves the
 // caller's floating-point environment as it was. parallel: null, or the caller's threads. Several threads may step different
-// states with one plan, but for plans with networks or constraints, which step one state at a time.
+// states with one plan, but for plans with networks or constraints, of which each thread takes a clone.
 DVDX_EXPORT dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,
                                        dvdx_error* error);
 

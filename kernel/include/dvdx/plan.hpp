@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 #include <tl/expected.hpp>
-#include <variant>
 
 #include "dvdx/export.h"
 #include "dvdx/isa.hpp"
@@ -63,7 +62,8 @@ enum class StepResult {
   count_differs,       // the plan holds values per particle, and the state has another count: nothing was stepped
   capacity_too_small,  // a column's capacity is below the state's count (a compensated plan: its rests' too): nothing was
                        // stepped
-  in_use,              // another thread steps this plan, whose networks have working memory of their own: nothing was stepped
+  in_use,              // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
+  workspace_differs,   // the workspace given was made for another scene or number of sub-steps: nothing was stepped
 };
 
 // What limits the sub-steps of a scene's networks.
@@ -80,34 +80,61 @@ struct NetworkLimit {
 };
 
 template <class T>
-class Program;  // what a scene compiles to
+class Plan;
 
-// T is float or double. A plan is immutable but for its coefficients: any number of threads may step different states with it
-// at once, none of them while set_step or replace runs. A plan with networks or constraints has working memory of its own and
-// steps one state at a time.
+// The memory that one state works in while a plan steps it: nothing where a scene joins no particles. Between calls it belongs
+// to nobody, so that one may serve many states, one after the other.
+template <class T>
+class DVDX_EXPORT Workspace {
+ public:
+  Workspace(Workspace&&) noexcept;
+  Workspace& operator=(Workspace&&) noexcept;
+  ~Workspace();
+  [[nodiscard]] std::size_t bytes() const noexcept;
+
+ private:
+  friend class Plan<T>;
+  struct Parts;
+  explicit Workspace(std::unique_ptr<Parts> parts) noexcept;
+  std::unique_ptr<Parts> parts_;
+};
+
+// T is float or double. A plan is a compiled scene, which its clones share, and a workspace of its own. Any number of threads
+// may step different states with it at once, each with its own clone or workspace (a scene that joins no particles needs
+// neither), none of them while set_step or replace runs.
 template <class T>
 class DVDX_EXPORT Plan {
  public:
-  // In float64 where T is, or where float32 is compensated.
-  using AnyProgram = std::variant<std::unique_ptr<Program<float>>, std::unique_ptr<Program<double>>>;
+  struct Parts;  // private to the library
 
-  explicit Plan(AnyProgram program) noexcept;
+  explicit Plan(std::unique_ptr<Parts> parts) noexcept;
   Plan(Plan&&) noexcept;
   Plan& operator=(Plan&&) noexcept;
   ~Plan();
+
+  // The same compiled scene with a workspace of its own, for another state: nothing is compiled again. A later change of one
+  // does not change the other. Throws std::bad_alloc where there is no memory.
+  [[nodiscard]] Plan clone() const;
+  // Working memory for step() below; likewise.
+  [[nodiscard]] Workspace<T> workspace() const;
 
   // Moves every particle by `steps` steps, all of them while its block is in cache, and the state's clock with them.
   // Allocates nothing, throws nothing, locks nothing. Denormals are flushed to zero meanwhile, and the caller's
   // floating-point environment is restored.
   StepResult step(State<T>& state, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
+  // The same in a workspace of the caller's, made by this plan or a clone: workspace_differs where a change since then needs
+  // another. The bits are the same whoever's the workspace is.
+  StepResult step(State<T>& state, Workspace<T>& workspace, std::size_t steps = 1,
+                  const ParallelFor& parallel = {}) const noexcept;
 
   // The same motion `steps` steps ahead by powers of the step's matrix. Only for scenes without networks, constraints,
   // contacts, radial springs and fixed particles; an error names what is in the way.
   Expected<void> seek(State<T>& state, std::uint64_t steps) const;
 
-  // Re-makes the coefficients and nothing else; not while another thread steps with this plan.
+  // Both make what the change touches again, and change nothing where they fail: with an error, or with std::bad_alloc. Not
+  // while another thread steps with this plan; clones keep what they had.
   Expected<void> set_step(double h);
-  // forces[index] becomes `force`. What stood at the start still does.
+  // forces[index] becomes `force`. What stood at the start still does, and springs between particles are not made again.
   Expected<void> replace(std::size_t index, const Force& force);
 
   [[nodiscard]] const Scene& scene() const noexcept;
@@ -122,7 +149,7 @@ class DVDX_EXPORT Plan {
   [[nodiscard]] std::string explain() const;
 
  private:
-  AnyProgram program_;
+  std::unique_ptr<Parts> parts_;
 };
 
 // A plan for a scene in which all particles are alike (no values each, no anchors at the start).
@@ -133,6 +160,8 @@ DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options
 template <class T>
 DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start);
 
+extern template class Workspace<float>;
+extern template class Workspace<double>;
 extern template class Plan<float>;
 extern template class Plan<double>;
 

@@ -68,6 +68,16 @@ dvdx_status dvdx_plan_create(const dvdx_scene* scene, const dvdx_options* option
   });
 }
 
+dvdx_status dvdx_plan_clone(const dvdx_plan* plan, dvdx_plan** clone, dvdx_error* error) {
+  if (clone == nullptr) return missing(error, "clone");
+  *clone = nullptr;
+  if (plan == nullptr) return missing(error, "plan");
+  return guarded(error, [&] {
+    std::visit([&](const auto& p) { *clone = make_handle<dvdx_plan>(p.clone(), plan->memory); }, plan->plan);
+    return report(error, DVDX_DONE);
+  });
+}
+
 void dvdx_plan_destroy(dvdx_plan* plan) { destroy_handle(plan); }
 
 dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,

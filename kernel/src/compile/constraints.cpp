@@ -2,13 +2,36 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <deque>
 
+#include "compile/colouring.hpp"
 #include "math/vec3.hpp"
 #include "passes/network/network.hpp"
 
 namespace dvdx {
+
+struct OneConstraint {
+  ConstraintColour::Kind kind = ConstraintColour::Kind::equal;
+  std::uint32_t a = 0, b = 0;
+  double w_a = 0, w_b = 0;
+  double l = 0;
+  Vec3 p{}, n1{}, n2{};
+};
+
+// One constraint, or a chain of them, end to end.
+struct ConstraintBlock {
+  ConstraintColour::Kind kind = ConstraintColour::Kind::equal;
+  std::vector<const OneConstraint*> links;
+  std::vector<std::uint32_t> particles;  // elements, in the chain's order
+  std::vector<double> w;
+};
+
 namespace {
+
+using Kind = ConstraintColour::Kind;
+using One = OneConstraint;
+using Block = ConstraintBlock;
+using Blocks = std::vector<Block>;
 
 std::size_t filled(std::size_t count) { return (count + slice - 1) / slice * slice; }
 
@@ -33,76 +56,45 @@ std::vector<JoinedPair> constrained_pairs(const Scene& scene) {
   return pairs;
 }
 
-template <class T>
-ConstraintProgram<T>::ConstraintProgram(const Scene& scene, std::span<const Vec3> start, std::span<const double> w,
-                                        const Places& places, double h, const ConstraintKernels<T>& kernels,
-                                        const Memory& memory)
-    : kernels_(kernels), source_(memory), time_(h > 0 ? Time::forwards : Time::backwards) {
-  add(scene, start, w, places);
-  count_ = ones_.size() + points_.size();
-  const auto colours = coloured(blocks(places.size), places.size);
-  if (colours.size() > 1) sweeps_ = scene.coupling.iterations;
-  make_pairs(colours, places.size);
-  make_chains(colours, places.size);
-  make_lines(colours, places.size);
-  pairs_.per_step = chains_.per_step = lines_.per_step = static_cast<T>(1 / h);
-  chains_.newton = scene.coupling.iterations;
-  ones_ = {};
-}
+namespace {
 
-template <class T>
-T* ConstraintProgram<T>::column(std::size_t size) {
-  memory_.push_back(aligned_array<T>(size, source_));
-  bytes_ += size * sizeof(T);
-  return memory_.back().get();
-}
-
-template <class T>
-Axes<T> ConstraintProgram<T>::axes(std::size_t size) {
-  return {column(size), column(size), column(size)};
-}
-
-template <class T>
-void ConstraintProgram<T>::add(const Scene& scene, std::span<const Vec3> start, std::span<const double> w,
-                               const Places& places) {
+// All but the points.
+std::deque<One> ones_of(const Scene& scene, std::span<const Vec3> start, std::span<const double> w,
+                        const ParticleOrder& order) {
+  std::deque<One> ones;
   const std::vector<double> movable = without_points(scene, w);
   constexpr std::array kinds = {Kind::equal, Kind::at_most, Kind::at_least};
   const auto add_pairs = [&](const Distance& d) {
     for (std::size_t k = 0; k < d.pairs.size(); ++k) {
       const auto [i, j] = d.pairs[k];
       if (movable[i] == 0 && movable[j] == 0) continue;
-      ones_.push_back({.kind = kinds[static_cast<std::size_t>(d.bound)],
-                       .a = places.of[i],
-                       .b = places.of[j],
-                       .w_a = movable[i],
-                       .w_b = movable[j],
-                       .l = d.length ? (*d.length)[k] : distance(start[i], start[j])});
+      ones.push_back({.kind = kinds[static_cast<std::size_t>(d.bound)],
+                      .a = order.of[i],
+                      .b = order.of[j],
+                      .w_a = movable[i],
+                      .w_b = movable[j],
+                      .l = d.length ? (*d.length)[k] : distance(start[i], start[j])});
     }
   };
+  const auto add_line = [&](const OnLine& line) {
+    if (movable[line.particle] == 0) return;
+    const auto [n1, n2] = across(line.direction);
+    ones.push_back({.kind = Kind::line,
+                    .a = order.of[line.particle],
+                    .w_a = 1,
+                    .p = scene.origin.from(line.through, 0),
+                    .n1 = n1,
+                    .n2 = n2});
+  };
   for (const Constraint& constraint : scene.constraints) {
-    if (const auto* distances = std::get_if<Distance>(&constraint)) {
-      add_pairs(*distances);
-    } else if (const auto* point = std::get_if<OnPoint>(&constraint)) {
-      if (w[point->particle] == 0) continue;
-      points_.push_back({.a = places.of[point->particle]});
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        points_.back().at[axis] = static_cast<T>(point->at[axis] - scene.origin.at(0)[axis]);
-    } else if (const auto* line = std::get_if<OnLine>(&constraint)) {
-      if (movable[line->particle] == 0) continue;
-      const auto [n1, n2] = across(line->direction);
-      ones_.push_back({.kind = Kind::line,
-                       .a = places.of[line->particle],
-                       .w_a = 1,
-                       .p = scene.origin.from(line->through, 0),
-                       .n1 = n1,
-                       .n2 = n2});
-    }
+    if (const auto* distances = std::get_if<Distance>(&constraint)) add_pairs(*distances);
+    if (const auto* line = std::get_if<OnLine>(&constraint)) add_line(*line);
   }
+  return ones;
 }
 
 // Links through particles that join exactly two of them, end to end.
-template <class T>
-class ConstraintProgram<T>::Chains {
+class Chains {
  public:
   Chains(const std::deque<One>& ones, std::size_t elements) : ones_(ones), links_of_(elements), is_taken_(ones.size(), false) {
     for (std::size_t n = 0; n < ones.size(); ++n) {
@@ -162,10 +154,9 @@ class ConstraintProgram<T>::Chains {
   std::vector<bool> is_taken_;
 };
 
-template <class T>
-typename ConstraintProgram<T>::Blocks ConstraintProgram<T>::blocks(std::size_t elements) const {
-  Blocks all = Chains(ones_, elements).all();
-  for (const One& one : ones_) {
+Blocks blocks_of(const std::deque<One>& ones, std::size_t elements) {
+  Blocks all = Chains(ones, elements).all();
+  for (const One& one : ones) {
     if (one.kind == Kind::equal) continue;
     all.push_back({.kind = one.kind, .links = {&one}, .particles = {one.a, one.b}, .w = {one.w_a, one.w_b}});
   }
@@ -174,37 +165,61 @@ typename ConstraintProgram<T>::Blocks ConstraintProgram<T>::blocks(std::size_t e
   return all;
 }
 
-// Each block gets the first colour of its kind that none of its particles has; particles that cannot move take no colour.
-template <class T>
-std::vector<typename ConstraintProgram<T>::Blocks> ConstraintProgram<T>::coloured(Blocks blocks, std::size_t elements) {
-  std::vector<std::vector<bool>> taken(elements);
+// Blocks of one kind a colour; particles that cannot move take no colour.
+std::vector<Blocks> coloured(Blocks blocks, std::size_t elements) {
+  Colouring colouring(elements);
   std::vector<Blocks> colours;
-  const auto is_free = [&](const Block& block, std::size_t c) {
-    for (std::size_t k = 0; k < block.particles.size(); ++k) {
-      const auto& of = taken[block.particles[k]];
-      if (block.w[k] != 0 && c < of.size() && of[c]) return false;
-    }
-    return true;
-  };
   for (Block& block : blocks) {
-    std::size_t c = 0;
-    while (c < colours.size() && (colours[c][0].kind != block.kind || !is_free(block, c))) ++c;
+    std::vector<std::uint32_t> movable;
     for (std::size_t k = 0; k < block.particles.size(); ++k) {
-      auto& of = taken[block.particles[k]];
-      if (block.w[k] == 0) continue;
-      if (of.size() <= c) of.resize(c + 1, false);
-      of[c] = true;
+      if (block.w[k] != 0) movable.push_back(block.particles[k]);
     }
-    if (colours.size() == c) colours.emplace_back();
-    colours[c].push_back(std::move(block));
+    const std::size_t colour =
+        colouring.add(movable, [&](std::size_t c) { return c >= colours.size() || colours[c][0].kind == block.kind; });
+    if (colour == colours.size()) colours.emplace_back();
+    colours[colour].push_back(std::move(block));
   }
   return colours;
 }
 
+}  // namespace
+
+template <class T>
+Constraints<T>::Constraints(const Scene& scene, std::span<const Vec3> start, std::span<const double> w,
+                            const ParticleOrder& order, double h, const Memory& memory)
+    : time_(h > 0 ? Time::forwards : Time::backwards), columns_(memory) {
+  const std::deque<One> ones = ones_of(scene, start, w, order);
+  make_points(scene, w, order);
+  count_ = ones.size() + points_.size();
+  const auto colours = coloured(blocks_of(ones, order.size), order.size);
+  if (colours.size() > 1) sweeps_ = scene.coupling.iterations;
+  make_pairs(colours, order.size);
+  make_chains(colours, order.size);
+  make_lines(colours, order.size);
+  terms_.pairs.per_step = terms_.chains.per_step = terms_.lines.per_step = static_cast<T>(1 / h);
+  terms_.chains.newton = scene.coupling.iterations;
+}
+
+template <class T>
+std::size_t Constraints<T>::bytes() const noexcept {
+  return columns_.bytes() + (a_.size() + b_.size() + line_a_.size() + chain_a_.size()) * sizeof(std::int32_t) +
+         (first_.size() + links_.size()) * sizeof(std::uint32_t);
+}
+
+template <class T>
+void Constraints<T>::make_points(const Scene& scene, std::span<const double> w, const ParticleOrder& order) {
+  for (const Constraint& constraint : scene.constraints) {
+    const auto* point = std::get_if<OnPoint>(&constraint);
+    if (point == nullptr || w[point->particle] == 0) continue;
+    HeldPoint<T> held{.element = order.of[point->particle]};
+    for (std::size_t axis = 0; axis < 3; ++axis) held.at[axis] = static_cast<T>(point->at[axis] - scene.origin.at(0)[axis]);
+    points_.push_back(held);
+  }
+}
+
 // The single constraints of all colours, each colour filled up to whole registers.
 template <class T>
-std::vector<const typename ConstraintProgram<T>::One*> ConstraintProgram<T>::lanes(const std::vector<Blocks>& colours,
-                                                                                   bool is_line) {
+std::vector<const OneConstraint*> Constraints<T>::lanes(const std::vector<Blocks>& colours, bool is_line) {
   std::vector<const One*> lanes;
   for (const Blocks& list : colours) {
     const Kind kind = list[0].kind;
@@ -218,14 +233,14 @@ std::vector<const typename ConstraintProgram<T>::One*> ConstraintProgram<T>::lan
 }
 
 template <class T>
-void ConstraintProgram<T>::make_pairs(const std::vector<Blocks>& colours, std::size_t beyond) {
+void Constraints<T>::make_pairs(const std::vector<Blocks>& colours, std::size_t beyond) {
   const std::vector<const One*> of = lanes(colours, false);
   const std::size_t size = of.size();
   a_.assign(size, static_cast<std::int32_t>(beyond));
   b_ = a_;
-  T* const l = column(size);
-  T* const share_a = column(size);
-  T* const share_b = column(size);
+  T* const l = columns_.add(size);
+  T* const share_a = columns_.add(size);
+  T* const share_b = columns_.add(size);
   for (std::size_t s = 0; s < size; ++s) {
     const One* const one = of[s];
     if (one == nullptr) continue;
@@ -235,36 +250,31 @@ void ConstraintProgram<T>::make_pairs(const std::vector<Blocks>& colours, std::s
     share_a[s] = static_cast<T>(one->w_a / (one->w_a + one->w_b));
     share_b[s] = static_cast<T>(one->w_b / (one->w_a + one->w_b));
   }
-  pairs_ = {.a = a_.data(), .b = b_.data(), .l = l, .share_a = share_a, .share_b = share_b};
-  pairs_.n = axes(size);
-  pairs_.s = column(size);
-  pairs_.m = column(size);
-  pairs_.inverse = column(size);
-  pairs_.rate = column(size);
-  bytes_ += 2 * size * sizeof(std::int32_t);
+  terms_.pairs = {.a = a_.data(), .b = b_.data(), .l = l, .share_a = share_a, .share_b = share_b};
 }
 
 template <class T>
-void ConstraintProgram<T>::make_lines(const std::vector<Blocks>& colours, std::size_t beyond) {
+void Constraints<T>::make_lines(const std::vector<Blocks>& colours, std::size_t beyond) {
   const std::vector<const One*> of = lanes(colours, true);
   const std::size_t size = of.size();
   line_a_.assign(size, static_cast<std::int32_t>(beyond));
-  lines_ = {.a = line_a_.data(), .p = axes(size), .n1 = axes(size), .n2 = axes(size), .s1 = column(size), .s2 = column(size)};
+  const auto axes = [&]() -> Axes<T> { return {columns_.add(size), columns_.add(size), columns_.add(size)}; };
+  LineTerms<T>& lines = terms_.lines;
+  lines = {.a = line_a_.data(), .p = axes(), .n1 = axes(), .n2 = axes()};
   for (std::size_t s = 0; s < size; ++s) {
     const One* const one = of[s];
     if (one == nullptr) continue;
     line_a_[s] = static_cast<std::int32_t>(one->a);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      lines_.p[axis][s] = static_cast<T>(one->p[axis]);
-      lines_.n1[axis][s] = static_cast<T>(one->n1[axis]);
-      lines_.n2[axis][s] = static_cast<T>(one->n2[axis]);
+      lines.p[axis][s] = static_cast<T>(one->p[axis]);
+      lines.n1[axis][s] = static_cast<T>(one->n1[axis]);
+      lines.n2[axis][s] = static_cast<T>(one->n2[axis]);
     }
   }
-  bytes_ += size * sizeof(std::int32_t);
 }
 
 template <class T>
-void ConstraintProgram<T>::make_chains(const std::vector<Blocks>& colours, std::size_t beyond) {
+void Constraints<T>::make_chains(const std::vector<Blocks>& colours, std::size_t beyond) {
   std::vector<Blocks> of;
   for (const Blocks& list : colours) {
     if (list[0].kind == Kind::chain) of.push_back(list);
@@ -280,23 +290,18 @@ void ConstraintProgram<T>::make_chains(const std::vector<Blocks>& colours, std::
     }
   }
   chain_a_.assign(size, static_cast<std::int32_t>(beyond));
-  T* const l = column(size);
-  T* const w = column(size);
+  T* const l = columns_.add(size);
+  T* const w = columns_.add(size);
   std::size_t bundle = 0;
   for (const Blocks& list : of) {
     for (std::size_t k = 0; k < list.size(); ++k) add_chain(list[k], first_[bundle + k / slice] + k % slice, l, w);
     bundle += filled(list.size()) / slice;
   }
-  chains_ = {.first = first_.data(), .links = links_.data(), .a = chain_a_.data(), .l = l, .w = w, .n = axes(size)};
-  chains_.kept = axes(size);
-  chains_.s = column(size);
-  chains_.over = column(size);
-  chains_.rest = column(size);
-  bytes_ += size * sizeof(std::int32_t);
+  terms_.chains = {.first = first_.data(), .links = links_.data(), .a = chain_a_.data(), .l = l, .w = w};
 }
 
 template <class T>
-void ConstraintProgram<T>::add_chain(const Block& chain, std::size_t first, T* l, T* w) {
+void Constraints<T>::add_chain(const Block& chain, std::size_t first, T* l, T* w) {
   const double largest = *std::max_element(chain.w.begin(), chain.w.end());
   for (std::size_t k = 0; k < chain.particles.size(); ++k) {
     const std::size_t e = first + k * slice;
@@ -306,18 +311,7 @@ void ConstraintProgram<T>::add_chain(const Block& chain, std::size_t first, T* l
   }
 }
 
-template <class T>
-void ConstraintProgram<T>::hold_points(const Axes<T>& x, const Axes<T>& v) const noexcept {
-  for (const Point& point : points_) {
-    const bool is_sound = std::isfinite(x[0][point.a]) && std::isfinite(x[1][point.a]) && std::isfinite(x[2][point.a]);
-    for (std::size_t axis = 0; axis < 3 && is_sound; ++axis) {
-      x[axis][point.a] = point.at[axis];
-      v[axis][point.a] = T(0);
-    }
-  }
-}
-
-template class ConstraintProgram<float>;
-template class ConstraintProgram<double>;
+template class Constraints<float>;
+template class Constraints<double>;
 
 }  // namespace dvdx

@@ -191,7 +191,7 @@ template <class T>
 LiveProgram<T>::LiveProgram(Plan<T> steps, Turnover values, const Memory& memory)
     : plan(std::move(steps)),
       turnover(std::move(values)),
-      passes(turnover_table(plan.isa())),
+      passes(*find_passes(plan.isa())),
       removal(terms_of<T>(turnover.removal)),
       scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk, memory)),
       spill_bytes((turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),

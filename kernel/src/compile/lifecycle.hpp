@@ -9,7 +9,7 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/live.hpp"
-#include "isa/turnover.hpp"
+#include "isa/passes.hpp"
 #include "math/two_double.hpp"
 
 namespace dvdx {
@@ -44,7 +44,7 @@ class LiveProgram {
 
   Plan<T> plan;
   Turnover turnover;
-  const TurnoverTable& passes;
+  const Passes& passes;
   RemovalTerms<T> removal;
   std::vector<EmissionTerms> emitters;
 

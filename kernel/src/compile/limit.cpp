@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "forces/elementary.hpp"
+#include "math/elementary.hpp"
 
 namespace dvdx {
 namespace {

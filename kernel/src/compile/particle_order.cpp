@@ -95,11 +95,11 @@ double spread(std::span<const JoinedPair> springs, std::span<const std::uint32_t
   return springs.empty() ? 0 : sum / static_cast<double>(springs.size());
 }
 
-void fill_places(Places& places, std::size_t count) {
-  places.of.resize(count);
-  for (const Run& run : places.runs) {
+void fill_places(ParticleOrder& order, std::size_t count) {
+  order.of.resize(count);
+  for (const ParticleSpan& run : order.spans) {
     for (std::size_t k = 0; k < run.count; ++k) {
-      places.of[run.particle + k * run.every] = static_cast<std::uint32_t>(run.element + k);
+      order.of[run.particle + k * run.every] = static_cast<std::uint32_t>(run.element + k);
     }
   }
 }
@@ -166,28 +166,28 @@ const Grid* only_grid(const Scene& scene, std::size_t count) {
   return grid != nullptr && grid->first == 0 && grid->rows * grid->columns == count ? grid : nullptr;
 }
 
-Places places_in_grid(const Grid& grid, std::size_t phases) {
-  Places places;
-  places.phases = phases;
+ParticleOrder grid_order(const Grid& grid, std::size_t phases) {
+  ParticleOrder order;
+  order.phases = phases;
   const std::size_t longest = (grid.columns + phases - 1) / phases;
   // Sweeps store whole registers, which may start at a line's second element.
-  places.pitch = filled(longest) + (phases == 1 ? 0 : slice);
-  places.size = grid.rows * phases * places.pitch;
+  order.pitch = filled(longest) + (phases == 1 ? 0 : slice);
+  order.size = grid.rows * phases * order.pitch;
   for (std::size_t row = 0; row < grid.rows; ++row) {
     for (std::size_t phase = 0; phase < std::min(phases, grid.columns); ++phase) {
-      places.runs.push_back({.particle = row * grid.columns + phase,
+      order.spans.push_back({.particle = row * grid.columns + phase,
                              .every = phases,
-                             .element = (row * phases + phase) * places.pitch,
+                             .element = (row * phases + phase) * order.pitch,
                              .count = (grid.columns - phase + phases - 1) / phases});
     }
   }
-  fill_places(places, grid.rows * grid.columns);
-  return places;
+  fill_places(order, grid.rows * grid.columns);
+  return order;
 }
 
-Places places_in_graph(std::span<const JoinedPair> springs, std::size_t count) {
-  Places places;
-  places.size = filled(count);
+ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count) {
+  ParticleOrder order;
+  order.size = filled(count);
   std::vector<std::uint32_t> own(count);
   std::iota(own.begin(), own.end(), 0U);
   const std::vector<std::uint32_t> near = near_order(springs, count);
@@ -198,13 +198,13 @@ Places places_in_graph(std::span<const JoinedPair> springs, std::size_t count) {
   if (!is_worth_it) {
     for (std::size_t first = 0; first < count; first += run_length) {
       const std::size_t now = std::min(run_length, count - first);
-      places.runs.push_back({.particle = first, .every = 1, .element = first, .count = now});
+      order.spans.push_back({.particle = first, .every = 1, .element = first, .count = now});
     }
   } else {
-    for (std::size_t k = 0; k < count; ++k) places.runs.push_back({.particle = near[k], .every = 1, .element = k, .count = 1});
+    for (std::size_t k = 0; k < count; ++k) order.spans.push_back({.particle = near[k], .every = 1, .element = k, .count = 1});
   }
-  fill_places(places, count);
-  return places;
+  fill_places(order, count);
+  return order;
 }
 
 }  // namespace dvdx

@@ -34,22 +34,22 @@ std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> s
 const Grid* only_grid(const Scene& scene, std::size_t count);
 
 // Particles first, first + every, ... stand at elements element, element + 1, ... of the working columns.
-struct Run {
+struct ParticleSpan {
   std::size_t particle = 0, every = 1;
   std::size_t element = 0, count = 0;
 };
 
 // Where particles stand in the working columns. A line of a row holds every `phases`-th of its columns, so that the ends of
 // springs that touch no common particle stand side by side in lines of their own.
-struct Places {
+struct ParticleOrder {
   std::size_t size = 0;               // elements of a working column, a multiple of 16
-  std::vector<Run> runs;              // in the order of the elements
+  std::vector<ParticleSpan> spans;    // in the order of the elements
   std::vector<std::uint32_t> of;      // element of each particle
   std::size_t phases = 1, pitch = 0;  // of a grid: lines a row, elements a line
 };
 
-Places places_in_grid(const Grid& grid, std::size_t phases);
+ParticleOrder grid_order(const Grid& grid, std::size_t phases);
 // In an order of the particles that keeps neighbours near: their own where it does, else reverse Cuthill-McKee.
-Places places_in_graph(std::span<const JoinedPair> springs, std::size_t count);
+ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count);
 
 }  // namespace dvdx

@@ -4,10 +4,11 @@
 #include <cstddef>
 #include <type_traits>
 
-#include "compile/free_motion.hpp"
-#include "compile/joined_motion.hpp"
 #include "execute/environment.hpp"
+#include "execute/joined.hpp"
+#include "execute/plan_parts.hpp"
 #include "execute/state_io.hpp"
+#include "execute/tasks.hpp"
 
 namespace dvdx {
 namespace {
@@ -22,7 +23,8 @@ constexpr std::size_t parallel_from = std::size_t{1} << 16;
 // A: what the step is worked out in; T: what the state is kept in. They differ where float32 is compensated.
 template <class A, class T>
 struct Batch {
-  const Program<A>& program;
+  const CompiledScene<A>& scene;
+  const FreeMotion<A>& motion;
   const State<T>& state;
   Steps<A> steps;
 };
@@ -62,13 +64,13 @@ class Stage {
  private:
   using Memory = std::array<A, column_pitch<A>(max_block)>;
 
-  void fetch(const Column<T>& column, const Column<T>& rest, Memory& memory, std::size_t filled) noexcept {
-    load(table_, column, rest, first_, n_, memory.data());
+  void fetch(const Column<T>& column, const Column<T>& residual, Memory& memory, std::size_t filled) noexcept {
+    load(table_, column, residual, first_, n_, memory.data());
     std::fill(memory.data() + n_, memory.data() + filled, memory[n_ - 1]);
   }
   void put_back(const Memory& memory, std::size_t from, std::size_t to, const Column<T>& column,
-                const Column<T>& rest) const noexcept {
-    store(table_, memory.data() + (from - first_), from, to - from, column, rest);
+                const Column<T>& residual) const noexcept {
+    store(table_, memory.data() + (from - first_), from, to - from, column, residual);
   }
 
   const ResidualKernels& table_;
@@ -93,7 +95,7 @@ bool step_in_place(const Batch<A, T>& batch, StepBlock<A> run, std::size_t first
       block.x[axis] = batch.state.x[axis].base + first;
       block.v[axis] = batch.state.v[axis].base + first;
     }
-    run(block, batch.program.terms, batch.steps);
+    run(block, batch.motion.terms, batch.steps);
     return true;
   }
   return false;
@@ -101,16 +103,16 @@ bool step_in_place(const Batch<A, T>& batch, StepBlock<A> run, std::size_t first
 
 template <class A, class T>
 void step_one_block(const Batch<A, T>& batch, std::size_t first, std::size_t n) noexcept {
-  const Program<A>& program = batch.program;
-  const StepBlock<A> run = program.kernels->at(program.flow, program.extra);
-  const auto& fixed = program.scene.fixed;
+  const FreeMotion<A>& motion = batch.motion;
+  const StepBlock<A> run = motion.kernels->at(motion.flow, motion.extra);
+  const auto& fixed = batch.scene.scene.fixed;
   auto next_fixed = std::lower_bound(fixed.begin(), fixed.end(), first);
   const bool has_fixed = next_fixed != fixed.end() && *next_fixed < first + n;
 
   if (!has_fixed && step_in_place(batch, run, first, n)) return;
 
-  Stage<A, T> stage(rest_table(program.isa), batch.state, first, n);
-  run(stage.block(), program.terms, batch.steps);
+  Stage<A, T> stage(batch.scene.passes->residual, batch.state, first, n);
+  run(stage.block(), motion.terms, batch.steps);
   std::size_t from = first;
   for (; next_fixed != fixed.end() && *next_fixed < first + n; ++next_fixed) {
     stage.write(from, *next_fixed);
@@ -120,31 +122,21 @@ void step_one_block(const Batch<A, T>& batch, std::size_t first, std::size_t n) 
 }
 
 template <class A, class T>
-void step_blocks(void* context, std::size_t task) noexcept {
-  const StepEnvironment environment;
-  const auto& batch = *static_cast<const Batch<A, T>*>(context);
-  const std::size_t block = batch.program.block;
-  const std::size_t end = std::min(batch.state.count, (task + 1) * blocks_per_task * block);
-  for (std::size_t first = task * blocks_per_task * block; first < end; first += block) {
-    step_one_block(batch, first, std::min(block, end - first));
-  }
-}
-
-template <class A, class T>
 void run(const Batch<A, T>& batch, const ParallelFor& parallel) noexcept {
-  const std::size_t per_task = blocks_per_task * batch.program.block;
-  const std::size_t tasks = (batch.state.count + per_task - 1) / per_task;
-  auto* context = const_cast<Batch<A, T>*>(&batch);  // the callback's signature; nothing writes to it
-  if (parallel.run != nullptr && tasks > 1 && batch.state.count * batch.steps.count >= parallel_from) {
-    parallel.run(parallel.context, tasks, step_blocks<A, T>, context);
-    return;
-  }
-  for (std::size_t task = 0; task < tasks; ++task) step_blocks<A, T>(context, task);
+  const std::size_t block = batch.motion.block;
+  const std::size_t per_task = blocks_per_task * block;
+  const bool is_worth_threads = batch.state.count * batch.steps.count >= parallel_from;
+  for_each_task(is_worth_threads ? parallel : ParallelFor{}, tasks_of(batch.state.count, per_task), [&](std::size_t task) {
+    const std::size_t end = std::min(batch.state.count, (task + 1) * per_task);
+    for (std::size_t first = task * per_task; first < end; first += block) {
+      step_one_block(batch, first, std::min(block, end - first));
+    }
+  });
 }
 
 template <class A, class T>
-StepResult check_state(const Program<A>& program, const State<T>& state) noexcept {
-  if (program.count && *program.count != state.count) return StepResult::count_differs;
+StepResult check_state(const CompiledScene<A>& scene, const State<T>& state) noexcept {
+  if (scene.count && *scene.count != state.count) return StepResult::count_differs;
   const auto is_small = [&](const std::array<Column<T>, 3>& columns) {
     return std::any_of(columns.begin(), columns.end(), [&](const Column<T>& c) { return c.capacity < state.count; });
   };
@@ -154,49 +146,70 @@ StepResult check_state(const Program<A>& program, const State<T>& state) noexcep
   return is_any_small ? StepResult::capacity_too_small : StepResult::done;
 }
 
+// Where offsets depend on time they are made for some steps at once; else once.
 template <class A, class T>
-StepResult step_by(const Program<A>& program, State<T>& state, std::size_t steps, const ParallelFor& parallel) noexcept {
-  if (const StepResult result = check_state(program, state); result != StepResult::done) return result;
-  if (program.options.step == 0) return StepResult::done;
-
-  const StepEnvironment environment;  // the offsets are made here, whatever the caller's rounding mode
-  if (program.network) return program.network->step(state, steps, parallel);
-  const std::size_t per_step = program.offsets_per_step();
-  const bool is_timed = program.system.depends_on_time();
-  const double h = program.options.step;
+void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, State<T>& state, std::size_t steps,
+               const ParallelFor& parallel) noexcept {
+  const std::size_t per_step = motion.offsets_per_step();
+  const bool is_timed = motion.system.depends_on_time();
+  const double h = motion.step();
   std::array<Offsets<A>, max_offsets> offsets;
   for (std::size_t left = steps; left != 0;) {
     const std::size_t now = is_timed ? std::min(left, max_offsets / per_step) : left;
     const std::size_t made = is_timed ? now * per_step : per_step;
     Clock clock = state.clock;
     for (std::size_t k = 0; k < made; ++k) {
-      program.offsets_at(clock, offsets[k]);
+      motion.offsets_at(clock, offsets[k]);
       clock.advance(h / static_cast<double>(per_step), 1);
     }
     const Steps<A> run_of{.offsets = offsets.data(), .offsets_per_step = is_timed ? per_step : 0, .count = now};
-    run(Batch<A, T>{program, state, run_of}, parallel);
+    run(Batch<A, T>{scene, motion, state, run_of}, parallel);
     state.clock.advance(h, static_cast<double>(now));
     left -= now;
   }
-  return StepResult::done;
+}
+
+// workspace: null where nothing joins particles.
+template <class A, class T>
+StepResult step_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, State<T>& state, std::size_t steps,
+                   const ParallelFor& parallel) noexcept {
+  if constexpr (sizeof(A) < sizeof(T)) {
+    return StepResult::done;  // no plan for float64 states is worked out in float32
+  } else {
+    if (const StepResult result = check_state(scene, state); result != StepResult::done) return result;
+    const JoinedMotion<A>* joined = scene.joined();
+    if (joined != nullptr && (workspace == nullptr || !workspace->fits(joined->shape()))) return StepResult::workspace_differs;
+    if (scene.options.step == 0) return StepResult::done;
+    const StepEnvironment environment;  // the offsets are made here, whatever the caller's rounding mode
+    if (joined != nullptr) return step_joined(scene, *joined, *workspace, state, steps, parallel);
+    step_free(scene, *scene.free(), state, steps, parallel);
+    return StepResult::done;
+  }
 }
 
 }  // namespace
 
 template <class T>
 StepResult Plan<T>::step(State<T>& state, std::size_t steps, const ParallelFor& parallel) const noexcept {
-  const auto step = [&](const auto& program) noexcept {
-    using A = typename std::decay_t<decltype(*program)>::Scalar;
-    if constexpr (sizeof(A) < sizeof(T)) {
-      return StepResult::done;  // no plan for float64 states is worked out in float32
-    } else {
-      return step_by(*program, state, steps, parallel);
-    }
+  const auto step = [&](const auto& in) noexcept { return step_by(*in.scene, in.workspace.get(), state, steps, parallel); };
+  return std::visit(step, parts_->in);
+}
+
+template <class T>
+StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, std::size_t steps,
+                         const ParallelFor& parallel) const noexcept {
+  const auto step = [&](const auto& in) noexcept {
+    using Own = std::decay_t<decltype(in.workspace)>;
+    const Own* given = std::get_if<Own>(&workspace.parts_->in);
+    if (given == nullptr) return StepResult::workspace_differs;
+    return step_by(*in.scene, given->get(), state, steps, parallel);
   };
-  return std::visit(step, program_);
+  return std::visit(step, parts_->in);
 }
 
 template StepResult Plan<float>::step(State<float>&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult Plan<double>::step(State<double>&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult Plan<float>::step(State<float>&, Workspace<float>&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult Plan<double>::step(State<double>&, Workspace<double>&, std::size_t, const ParallelFor&) const noexcept;
 
 }  // namespace dvdx

@@ -1,12 +1,16 @@
 // A call of step() where springs join particles: copy the state into the working columns, run all steps there, copy it back.
+#include "execute/joined.hpp"
+
 #include <algorithm>
 #include <array>
-#include <cstddef>
+#include <optional>
 #include <utility>
 
-#include "compile/joined_motion.hpp"
+#include "execute/constraints.hpp"
 #include "execute/environment.hpp"
 #include "execute/state_io.hpp"
+#include "execute/stepping.hpp"
+#include "execute/tasks.hpp"
 
 namespace dvdx {
 namespace {
@@ -17,176 +21,162 @@ constexpr std::size_t particles_per_task = 4096;
 constexpr std::size_t parallel_from = 16384;
 constexpr std::size_t max_flows = 8;
 
-std::size_t tasks_of(std::size_t count, std::size_t per_task) { return (count + per_task - 1) / per_task; }
-
-// Runs body(index) for every index below count.
-template <class Body>
-void for_each_task(const ParallelFor& parallel, std::size_t count, const Body& body) noexcept {
-  if (parallel.run == nullptr || count < 2) {
-    for (std::size_t task = 0; task < count; ++task) body(task);
-    return;
-  }
-  const auto run = [](void* context, std::size_t task) noexcept {
-    const StepEnvironment environment;
-    (*static_cast<const Body*>(context))(task);
-  };
-  parallel.run(parallel.context, count, run, const_cast<Body*>(&body));  // the callback's signature; nothing writes to it
-}
-
-// The particles of a run, in the state and in a working column.
+// The particles of a span, in the state and in a working column.
 template <class A, class T>
-void fetch(const ResidualKernels& table, const Column<T>& from, const Column<T>& rest, const Run& run, A* to) noexcept {
-  if (run.every == 1) return load(table, from, rest, run.particle, run.count, to + run.element);
-  for (std::size_t k = 0; k < run.count; ++k) load(table, from, rest, run.particle + k * run.every, 1, to + run.element + k);
+void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const ParticleSpan& span,
+           A* to) noexcept {
+  if (span.every == 1) return load(kernels, from, residual, span.particle, span.count, to + span.element);
+  for (std::size_t k = 0; k < span.count; ++k)
+    load(kernels, from, residual, span.particle + k * span.every, 1, to + span.element + k);
 }
 template <class A, class T>
-void put_back(const ResidualKernels& table, const A* from, const Run& run, const Column<T>& to, const Column<T>& rest) noexcept {
-  if (run.every == 1) return store(table, from + run.element, run.particle, run.count, to, rest);
-  for (std::size_t k = 0; k < run.count; ++k) store(table, from + run.element + k, run.particle + k * run.every, 1, to, rest);
+void put_back(const ResidualKernels& kernels, const A* from, const ParticleSpan& span, const Column<T>& to,
+              const Column<T>& residual) noexcept {
+  if (span.every == 1) return store(kernels, from + span.element, span.particle, span.count, to, residual);
+  for (std::size_t k = 0; k < span.count; ++k)
+    store(kernels, from + span.element + k, span.particle + k * span.every, 1, to, residual);
 }
-
-}  // namespace
 
 // One call.
 template <class T>
-class NetworkRun {
-  using Form = typename NetworkProgram<T>::Form;
-
+class JoinedStep {
  public:
-  NetworkRun(NetworkProgram<T>& program, const ParallelFor& parallel) noexcept
-      : p_(program),
-        kernels_(*program.kernels_),
-        rests_(rest_table(program.flows_.front()->isa)),
-        parallel_(program.particles_ < parallel_from ? ParallelFor{} : parallel) {
-    for (std::size_t f = 0; f < p_.flows_.size(); ++f) make_offsets(f, Clock{});
+  JoinedStep(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace,
+             const ParallelFor& parallel) noexcept
+      : m_(motion),
+        joints_(motion.joints()),
+        ws_(workspace),
+        work_(workspace.work),
+        kernels_(scene.passes->of<T>().network),
+        residuals_(scene.passes->residual),
+        parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel) {
+    work_.w = joints_.w;
+    if (joints_.constraints) {
+      constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
+      constraints_.emplace(*joints_.constraints, scene.passes->of<T>().constraint, constraint_terms_, parallel_);
+    }
+    for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{});
   }
+  JoinedStep(const JoinedStep&) = delete;
+  JoinedStep& operator=(const JoinedStep&) = delete;
 
   template <class Kept>
   void fetch_all(const State<Kept>& state) noexcept {
-    for_each_task(parallel_, run_tasks(), [&](std::size_t task) {
-      for_runs(task, [&](const Run& run) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          fetch(rests_, state.x[axis], state.x_rest[axis], run, position(axis));
-          fetch(rests_, state.v[axis], state.v_rest[axis], run, p_.sheet_.v[axis]);
-          if (p_.origin_[axis] != nullptr) std::fill_n(p_.sheet_.x[axis] + run.element, run.count, T(0));
-        }
-      });
-    });
-    for (auto& held : p_.fixed_) {
+    for_each_span([&](const ParticleSpan& span) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        load(rests_, state.x[axis], state.x_rest[axis], held.particle, 1, &held.x[axis]);
-        load(rests_, state.v[axis], state.v_rest[axis], held.particle, 1, &held.v[axis]);
+        fetch(residuals_, state.x[axis], state.x_rest[axis], span, position(axis));
+        fetch(residuals_, state.v[axis], state.v_rest[axis], span, work_.v[axis]);
+        if (is_relative()) std::fill_n(work_.x[axis] + span.element, span.count, T(0));
+      }
+    });
+    for (std::size_t n = 0; n < joints_.fixed.size(); ++n) {
+      Held<T>& held = ws_.held[n];
+      held.particle = joints_.fixed[n].particle;
+      held.element = joints_.fixed[n].element;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        load(residuals_, state.x[axis], state.x_rest[axis], held.particle, 1, &held.x[axis]);
+        load(residuals_, state.v[axis], state.v_rest[axis], held.particle, 1, &held.v[axis]);
       }
     }
-    hold_fixed(0, p_.places_.size);
-    if (p_.constraints_ != nullptr) p_.constraints_->aim(p_.sheet_.x, in_tasks());
+    hold_fixed(0, size());
+    if (constraints_) constraints_->prepare(work_.x);
   }
 
   // Fixed particles' columns are not written to.
   template <class Kept>
   void put_back_all(State<Kept>& state) noexcept {
-    for_each_task(parallel_, run_tasks(), [&](std::size_t task) {
-      for_runs(task, [&](const Run& run) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          put_back<T>(rests_, position(axis), run, state.x[axis], state.x_rest[axis]);
-          put_back<T>(rests_, p_.sheet_.v[axis], run, state.v[axis], state.v_rest[axis]);
-        }
-      });
-    });
-    for (const auto& held : p_.fixed_) {
+    for_each_span([&](const ParticleSpan& span) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        store(rests_, &held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
-        store(rests_, &held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
+        put_back<T>(residuals_, position(axis), span, state.x[axis], state.x_rest[axis]);
+        put_back<T>(residuals_, work_.v[axis], span, state.v[axis], state.v_rest[axis]);
+      }
+    });
+    for (const Held<T>& held : ws_.held) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        store(residuals_, &held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
+        store(residuals_, &held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
       }
     }
   }
 
   void step(Clock clock) noexcept {
     clock_ = clock;
-    const bool is_constrained = p_.constraints_ != nullptr;
-    for (int substep = 0; substep < p_.limit_.substeps; ++substep) {
-      const auto& before = substep == 0 ? p_.first_ : p_.again_;
+    for (int substep = 0; substep < joints_.limit.substeps; ++substep) {
+      const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
-        if (p_.form_ == Form::pairs) {
-          sum_pairs(before[k]);
-        } else {
-          flow(before[k], After::nothing);
-          pulse(k);
-        }
+        std::visit([&](const auto& form) { flow_and_pulse(form, before[k], k); }, joints_.form);
       }
-      if (is_constrained) constrain();
+      if (constraints_) constrain();
     }
-    if (p_.last_ && !is_constrained) flow(*p_.last_, After::nothing);
+    if (m_.last() && !constraints_) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
-    if (p_.origin_[0] != nullptr) count_from_here();
+    if (is_relative()) count_from_here();
   }
 
  private:
   enum class After { nothing, pairs };  // what joins a flow in the same walk over the particles
 
-  T* position(std::size_t axis) noexcept { return p_.origin_[axis] != nullptr ? p_.origin_[axis] : p_.sheet_.x[axis]; }
+  [[nodiscard]] std::size_t size() const noexcept { return joints_.order.size; }
+  [[nodiscard]] bool is_relative() const noexcept { return ws_.origin[0] != nullptr; }
+  T* position(std::size_t axis) noexcept { return is_relative() ? ws_.origin[axis] : work_.x[axis]; }
 
-  [[nodiscard]] std::size_t run_tasks() const noexcept { return std::min<std::size_t>(p_.places_.runs.size(), 64); }
   template <class Use>
-  void for_runs(std::size_t task, const Use& use) const noexcept {
-    const auto& runs = p_.places_.runs;
-    const std::size_t tasks = run_tasks();
-    for (std::size_t n = runs.size() * task / tasks; n < runs.size() * (task + 1) / tasks; ++n) use(runs[n]);
+  void for_each_span(const Use& use) const noexcept {
+    const auto& spans = joints_.order.spans;
+    const std::size_t tasks = std::min<std::size_t>(spans.size(), 64);
+    for_each_task(parallel_, tasks, [&](std::size_t task) {
+      for (std::size_t n = spans.size() * task / tasks; n < spans.size() * (task + 1) / tasks; ++n) use(spans[n]);
+    });
   }
 
   void hold_fixed(std::size_t from, std::size_t to) noexcept {
-    const bool is_relative = p_.origin_[0] != nullptr;
-    auto held = std::lower_bound(p_.fixed_.begin(), p_.fixed_.end(), from,
-                                 [](const auto& h, std::size_t element) { return h.element < element; });
-    for (; held != p_.fixed_.end() && held->element < to; ++held) {
+    auto held = std::lower_bound(ws_.held.begin(), ws_.held.end(), from,
+                                 [](const Held<T>& h, std::size_t element) { return h.element < element; });
+    for (; held != ws_.held.end() && held->element < to; ++held) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        p_.sheet_.x[axis][held->element] = is_relative ? T(0) : held->x[axis];
-        p_.sheet_.v[axis][held->element] = T(0);
+        work_.x[axis][held->element] = is_relative() ? T(0) : held->x[axis];
+        work_.v[axis][held->element] = T(0);
       }
     }
   }
 
   // Constraints close each sub-step, which therefore ends with a flow of its own.
   void constrain() noexcept {
-    if (p_.last_) flow(*p_.last_, After::nothing);
+    if (m_.last()) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
-    p_.constraints_->constrain(p_.sheet_.x, p_.sheet_.v, in_tasks());
+    constraints_->solve(work_.x, work_.v);
   }
 
-  // Runs body(index) for every index below count.
-  auto in_tasks() const noexcept {
-    return [this](std::size_t count, const auto& body) { for_each_task(parallel_, count, body); };
-  }
+  // ---- flows --------------------------------------------------------------------------------------------------------------
 
   void make_offsets(std::size_t f, Clock clock) noexcept {
-    const Program<T>& flow = *p_.flows_[f];
+    const FreeMotion<T>& flow = *m_.flows()[f];
     const std::size_t parts = flow.offsets_per_step();
     for (std::size_t part = 0; part < parts; ++part) {
       flow.offsets_at(clock, offsets_[f][part]);
-      clock.advance(flow.options.step / static_cast<double>(parts), 1);
+      clock.advance(flow.step() / static_cast<double>(parts), 1);
     }
   }
 
   void flow(std::size_t f, After after) noexcept {
-    const Program<T>& program = *p_.flows_[f];
-    if (program.system.depends_on_time()) make_offsets(f, clock_);
-    clock_.advance(p_.durations_[f], 1);
-    const StepBlock<T> run = program.kernels->at(program.flow, program.extra);
+    const FreeMotion<T>& motion = *m_.flows()[f];
+    if (motion.system.depends_on_time()) make_offsets(f, clock_);
+    clock_.advance(motion.step(), 1);
+    const StepBlock<T> run = motion.kernels->at(motion.flow, motion.extra);
     const Steps<T> once{.offsets = offsets_[f].data(), .offsets_per_step = 0, .count = 1};
-    const std::size_t size = p_.places_.size;
     const bool has_shift = std::exchange(has_shift_, false);
-    for_each_task(parallel_, tasks_of(size, particles_per_task), [&](std::size_t task) {
-      const std::size_t end = std::min(size, (task + 1) * particles_per_task);
-      for (std::size_t first = task * particles_per_task; first < end; first += program.block) {
-        const std::size_t count = std::min(program.block, end - first);
-        if (has_shift) kernels_.take_shift(p_.sheet_, p_.shift_to_x_, p_.shift_to_v_, first, first + count);
+    for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
+      const std::size_t end = std::min(size(), (task + 1) * particles_per_task);
+      for (std::size_t first = task * particles_per_task; first < end; first += motion.block) {
+        const std::size_t count = std::min(motion.block, end - first);
+        if (has_shift) kernels_.take_shift(work_, shift_.to_x, shift_.to_v, first, first + count);
         Block<T> block{.x = {}, .v = {}, .first = first, .count = count};
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          block.x[axis] = p_.sheet_.x[axis] + first;
-          block.v[axis] = p_.sheet_.v[axis] + first;
+          block.x[axis] = work_.x[axis] + first;
+          block.v[axis] = work_.v[axis] + first;
         }
-        run(block, program.terms, once);
-        if (after == After::pairs) kernels_.add_pairs(p_.sheet_, first, first + count);
+        run(block, motion.terms, once);
+        if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);
         hold_fixed(first, first + count);
       }
     });
@@ -195,137 +185,151 @@ class NetworkRun {
   // Theta 1 ends a step with the springs, not with a flow.
   void take_what_the_sweeps_left() noexcept {
     if (!std::exchange(has_shift_, false)) return;
-    const std::size_t size = p_.places_.size;
-    for_each_task(parallel_, tasks_of(size, particles_per_task), [&](std::size_t task) {
+    for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
       const std::size_t first = task * particles_per_task;
-      kernels_.take_shift(p_.sheet_, p_.shift_to_x_, p_.shift_to_v_, first, std::min(size, first + particles_per_task));
+      kernels_.take_shift(work_, shift_.to_x, shift_.to_v, first, std::min(size(), first + particles_per_task));
     });
   }
 
   void count_from_here() noexcept {
-    for_each_task(parallel_, tasks_of(p_.places_.size, particles_per_task), [&](std::size_t task) {
-      const std::size_t end = std::min(p_.places_.size, (task + 1) * particles_per_task);
+    for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
+      const std::size_t end = std::min(size(), (task + 1) * particles_per_task);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         for (std::size_t i = task * particles_per_task; i < end; ++i) {
-          p_.origin_[axis][i] = p_.origin_[axis][i] + p_.sheet_.x[axis][i];
-          p_.sheet_.x[axis][i] = T(0);
+          ws_.origin[axis][i] = ws_.origin[axis][i] + work_.x[axis][i];
+          work_.x[axis][i] = T(0);
         }
       }
     });
   }
 
-  void pulse(std::size_t k) noexcept {
-    switch (p_.form_) {
-      case Form::grid:
-      case Form::graph:
-        return kick(static_cast<T>(p_.splitting_.b[k] * p_.substep()));
-      case Form::strands:
-        return sweep_strands();
-      case Form::colours:
-        return sweep_colours();
-      case Form::pairs:
-        return;
-    }
-  }
+  // ---- pulses, one for each form ------------------------------------------------------------------------------------------
 
-  void kick(T pulse) noexcept {
-    const bool is_grid = p_.form_ == Form::grid;
-    const std::size_t units = is_grid ? p_.grid_.rows : p_.places_.size / slice;
-    const std::size_t per_task =
-        std::max<std::size_t>(1, is_grid ? particles_per_task / p_.grid_.pitch : particles_per_task / slice);
-    for_each_task(parallel_, tasks_of(units, per_task), [&](std::size_t task) {
-      const std::size_t from = task * per_task;
-      const std::size_t to = std::min(units, from + per_task);
-      if (is_grid) {
-        kernels_.grid(p_.grid_, p_.sheet_, pulse, from, to);
-      } else {
-        kernels_.graph(p_.graph_, p_.sheet_, pulse, from, to);
-      }
-    });
-    std::swap(p_.sheet_.v, p_.sheet_.v_next);
+  template <class Form>
+  void flow_and_pulse(const Form& form, std::size_t f, std::size_t k) noexcept {
+    flow(f, After::nothing);
+    pulse(form, k);
   }
-
-  void sum_pairs(std::size_t f) noexcept {
-    const std::size_t units = p_.places_.size / slice;
+  // Brown's contributions are of the whole sub-step, from where it starts.
+  void flow_and_pulse(const PairsForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept {
     constexpr std::size_t per_task = particles_per_task / slice;
-    for_each_task(parallel_, tasks_of(units, per_task), [&](std::size_t task) {
-      kernels_.pairs(p_.graph_, p_.sheet_, task * per_task, std::min(units, (task + 1) * per_task));
+    const std::size_t slices = size() / slice;
+    for_each_task(parallel_, tasks_of(slices, per_task), [&](std::size_t task) {
+      kernels_.pairs(form.terms, work_, task * per_task, std::min(slices, (task + 1) * per_task));
     });
     flow(f, After::pairs);
   }
 
+  void pulse(const GridForm<T>& form, std::size_t k) noexcept {
+    kick(kernels_.grid, form.terms, k, form.terms.rows, particles_per_task / form.terms.pitch);
+  }
+  void pulse(const GraphForm<T>& form, std::size_t k) noexcept {
+    kick(kernels_.graph, form.terms, k, size() / slice, particles_per_task / slice);
+  }
+
+  // units: rows or slices.
+  template <class Pass, class Terms>
+  void kick(const Pass& pass, const Terms& terms, std::size_t k, std::size_t units, std::size_t asked) noexcept {
+    const auto pulse = static_cast<T>(joints_.splitting.b[k] * joints_.substep());
+    const std::size_t per_task = std::max<std::size_t>(1, asked);
+    for_each_task(parallel_, tasks_of(units, per_task), [&](std::size_t task) {
+      const std::size_t from = task * per_task;
+      pass(terms, work_, pulse, from, std::min(units, from + per_task));
+    });
+    std::swap(work_.v, work_.v_next);
+  }
+
   // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order.
-  void sweep_strands() noexcept {
-    sweep_bands(0, Direction::forward, Visit::first);
-    sweep_bands(1, Direction::forward, Visit::first);
-    if (p_.coupling_.sweeps == Sweeps::symmetric) {
-      sweep_bands(1, Direction::backward, Visit::again);
-      sweep_bands(0, Direction::backward, Visit::again);
+  void pulse(const StrandsForm<T>& form, std::size_t /*k*/) noexcept {
+    const SweepTerms<T> terms = ws_.with_columns(form.terms);
+    sweep_bands(form, terms, 0, Direction::forward, Visit::first);
+    sweep_bands(form, terms, 1, Direction::forward, Visit::first);
+    if (joints_.coupling.sweeps == Sweeps::symmetric) {
+      sweep_bands(form, terms, 1, Direction::backward, Visit::again);
+      sweep_bands(form, terms, 0, Direction::backward, Visit::again);
     }
-    has_shift_ = true;
+    leave_shift(form.shift);
   }
 
   enum class Direction { forward, backward };
 
-  void sweep_bands(std::size_t first, Direction direction, Visit visit) noexcept {
-    const std::size_t bands = p_.bands_.size() - 1;
+  void sweep_bands(const StrandsForm<T>& form, const SweepTerms<T>& terms, std::size_t first, Direction direction,
+                   Visit visit) noexcept {
+    const std::size_t bands = form.bands.size() - 1;
     if (first >= bands) return;
     for_each_task(parallel_, (bands - first + 1) / 2, [&](std::size_t task) {
       const std::size_t band = first + 2 * task;
-      const std::size_t from = p_.bands_[band];
-      const std::size_t to = p_.bands_[band + 1];
+      const std::size_t from = form.bands[band];
+      const std::size_t to = form.bands[band + 1];
       if (direction == Direction::forward) {
-        kernels_.strands(p_.sweep_, p_.sheet_, visit, from, to);
+        kernels_.strands(terms, work_, visit, from, to);
       } else {
-        kernels_.strands(p_.sweep_, p_.sheet_, visit, to, from);
+        kernels_.strands(terms, work_, visit, to, from);
       }
     });
   }
 
-  void sweep_colours() noexcept {
-    const std::size_t colours = p_.colours();
-    for (std::size_t c = 0; c < colours; ++c) sweep_colour(c, Visit::first);
-    if (p_.coupling_.sweeps == Sweeps::symmetric) {
-      for (std::size_t c = colours; c-- > 0;) sweep_colour(c, Visit::again);
+  void pulse(const ColoursForm<T>& form, std::size_t /*k*/) noexcept {
+    const SweepTerms<T> terms = ws_.with_columns(form.terms);
+    for (std::size_t c = 0; c < form.count(); ++c) sweep_colour(form, terms, c, Visit::first);
+    if (joints_.coupling.sweeps == Sweeps::symmetric) {
+      for (std::size_t c = form.count(); c-- > 0;) sweep_colour(form, terms, c, Visit::again);
     }
-    has_shift_ = true;
+    leave_shift(form.shift);
   }
 
-  void sweep_colour(std::size_t c, Visit visit) noexcept {
-    const std::size_t from = p_.colours_[c];
-    const std::size_t to = p_.colours_[c + 1];
+  void sweep_colour(const ColoursForm<T>& form, const SweepTerms<T>& terms, std::size_t c, Visit visit) noexcept {
+    const std::size_t from = form.colours[c];
+    const std::size_t to = form.colours[c + 1];
     for_each_task(parallel_, tasks_of(to - from, particles_per_task), [&](std::size_t task) {
       const std::size_t first = from + task * particles_per_task;
-      kernels_.colour(p_.sweep_, p_.sheet_, visit, first, std::min(to, first + particles_per_task));
+      kernels_.colour(terms, work_, visit, first, std::min(to, first + particles_per_task));
     });
   }
 
-  NetworkProgram<T>& p_;
+  // The next flow takes it along.
+  void leave_shift(const ShiftTerms<T>& shift) noexcept {
+    shift_ = shift;
+    has_shift_ = true;
+  }
+
+  const JoinedMotion<T>& m_;
+  const Joints<T>& joints_;
+  JoinedWorkspace<T>& ws_;
+  WorkColumns<T>& work_;
   const NetworkKernels<T>& kernels_;
-  const ResidualKernels& rests_;
+  const ResidualKernels& residuals_;
   ParallelFor parallel_;
+  ConstraintTerms<T> constraint_terms_{};
+  std::optional<ConstraintStep<T>> constraints_;
   Clock clock_;
+  ShiftTerms<T> shift_{};
   bool has_shift_ = false;
   std::array<std::array<Offsets<T>, 2>, max_flows> offsets_;
 };
 
-template <class T>
-template <class Kept>
-StepResult NetworkProgram<T>::step(State<Kept>& state, std::size_t steps, const ParallelFor& parallel) noexcept {
-  if (is_stepping_.test_and_set(std::memory_order_acquire)) return StepResult::in_use;
-  NetworkRun<T> run(*this, parallel);
-  run.fetch_all(state);
+}  // namespace
+
+template <class T, class Kept>
+StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace,
+                       State<Kept>& state, std::size_t steps, const ParallelFor& parallel) noexcept {
+  const Stepping stepping(workspace.is_stepping);
+  if (!stepping) return StepResult::in_use;
+  JoinedStep<T> call(scene, motion, workspace, parallel);
+  call.fetch_all(state);
   for (std::size_t n = 0; n < steps; ++n) {
-    run.step(state.clock);
-    state.clock.advance(h_, 1);
+    call.step(state.clock);
+    state.clock.advance(scene.options.step, 1);
   }
-  run.put_back_all(state);
-  is_stepping_.clear(std::memory_order_release);
+  call.put_back_all(state);
   return StepResult::done;
 }
 
-template StepResult NetworkProgram<float>::step(State<float>&, std::size_t, const ParallelFor&) noexcept;
-template StepResult NetworkProgram<double>::step(State<double>&, std::size_t, const ParallelFor&) noexcept;
-template StepResult NetworkProgram<double>::step(State<float>&, std::size_t, const ParallelFor&) noexcept;
+template StepResult step_joined(const CompiledScene<float>&, const JoinedMotion<float>&, JoinedWorkspace<float>&, State<float>&,
+                                std::size_t, const ParallelFor&) noexcept;
+template StepResult step_joined(const CompiledScene<double>&, const JoinedMotion<double>&, JoinedWorkspace<double>&,
+                                State<double>&, std::size_t, const ParallelFor&) noexcept;
+template StepResult step_joined(const CompiledScene<double>&, const JoinedMotion<double>&, JoinedWorkspace<double>&,
+                                State<float>&, std::size_t, const ParallelFor&) noexcept;
 
 }  // namespace dvdx

@@ -8,7 +8,6 @@
 #include <limits>
 #include <span>
 
-#include "compile/free_motion.hpp"
 #include "dvdx/layouts/convert.hpp"
 #include "execute/environment.hpp"
 
@@ -86,7 +85,7 @@ std::size_t kept_of(const Gone& gone, std::size_t count) noexcept {
 // Moves a chunk's survivors strip by strip: those whose elements are alike and lie side by side together.
 class Compacting {
  public:
-  Compacting(const TurnoverTable& passes, std::size_t count, const Gone& gone) noexcept
+  Compacting(const Passes& passes, std::size_t count, const Gone& gone) noexcept
       : passes_(passes), count_(count), gone_(gone) {}
   Compacting(const Compacting&) = delete;
   Compacting& operator=(const Compacting&) = delete;
@@ -121,7 +120,7 @@ class Compacting {
     alike.columns = 0;
   }
 
-  const TurnoverTable& passes_;
+  const Passes& passes_;
   std::size_t count_;
   const Gone& gone_;
   Alike four_{}, eight_{};
@@ -159,7 +158,7 @@ template <class T>
 class LiveRun {
  public:
   LiveRun(LiveProgram<T>& program, LiveState<T>& live, const ParallelFor& parallel) noexcept
-      : p_(program), kernels_(program.passes.template of<T>()), live_(live), parallel_(parallel) {}
+      : p_(program), kernels_(program.passes.template of<T>().removal), live_(live), parallel_(parallel) {}
 
   // Steps batch by batch.
   void step(std::size_t steps) noexcept {

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <type_traits>
 
-#include "compile/free_motion.hpp"
 #include "dvdx/layouts/convert.hpp"
 #include "execute/environment.hpp"
+#include "execute/plan_parts.hpp"
 #include "math/elementary.hpp"
 
 // One axis of one particle moves by a linear map on the vector
@@ -114,43 +115,49 @@ Vector start_vector(const System& system, std::size_t axis, const Clock& clock) 
   return u;
 }
 
-// One number of the state, rest and all.
+// One number of the state, with its residual.
 template <class T>
-double load(const Column<T>& column, const Column<T>& rest, std::size_t i) noexcept {
-  return static_cast<double>(column[i]) + (rest.base != nullptr ? static_cast<double>(rest[i]) : 0);
+double load(const Column<T>& column, const Column<T>& residual, std::size_t i) noexcept {
+  return static_cast<double>(column[i]) + (residual.base != nullptr ? static_cast<double>(residual[i]) : 0);
 }
 template <class T>
-void store(double number, const Column<T>& column, const Column<T>& rest, std::size_t i) noexcept {
+void store(double number, const Column<T>& column, const Column<T>& residual, std::size_t i) noexcept {
   column[i] = static_cast<T>(number);
   if constexpr (std::is_same_v<T, float>) {
-    if (rest.base != nullptr) rest[i] = residual_of(number, column[i]);
+    if (residual.base != nullptr) residual[i] = residual_of(number, column[i]);
   }
 }
 
+// What is in the way of a power of the step's matrix, or nothing.
 template <class A, class T>
-Expected<void> seek_by(const Program<A>& program, State<T>& state, std::uint64_t steps) {
-  const System& system = program.system;
+std::optional<Error> check_seek(const CompiledScene<A>& compiled, const State<T>& state) {
+  const Scene& scene = compiled.scene;
   const auto refuse = [](std::string field, std::string value) {
-    return tl::unexpected(Error{std::move(field), std::move(value), "absent: seek only follows affine motion"});
+    return Error{std::move(field), std::move(value), "absent: seek only follows affine motion"};
   };
-  if (!program.scene.networks.empty()) return refuse("network", std::to_string(program.scene.networks.size()) + " networks");
-  if (!program.scene.constraints.empty()) {
-    return refuse("constraints", std::to_string(program.scene.constraints.size()) + " constraints");
-  }
-  if (!program.scene.contacts.empty()) return refuse("contacts", std::to_string(program.scene.contacts.size()) + " contacts");
+  if (!scene.networks.empty()) return refuse("network", std::to_string(scene.networks.size()) + " networks");
+  if (!scene.constraints.empty()) return refuse("constraints", std::to_string(scene.constraints.size()) + " constraints");
+  if (!scene.contacts.empty()) return refuse("contacts", std::to_string(scene.contacts.size()) + " contacts");
+  const System& system = compiled.free()->system;
   if (!system.radial().empty()) return refuse("forces[" + std::to_string(system.radial()[0]) + "]", "a radial spring");
-  if (!program.scene.fixed.empty()) return refuse("fixed", std::to_string(program.scene.fixed.size()) + " particles");
+  if (!scene.fixed.empty()) return refuse("fixed", std::to_string(scene.fixed.size()) + " particles");
   if (rows(system) > max_rows) return refuse("forces", std::to_string(rows(system) - 3) + " time-dependent terms");
-  if (program.count && *program.count != state.count) {
-    return tl::unexpected(Error{"state.count", std::to_string(state.count), std::to_string(*program.count)});
+  if (compiled.count && *compiled.count != state.count) {
+    return Error{"state.count", std::to_string(state.count), std::to_string(*compiled.count)};
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::size_t capacity = std::min(state.x[axis].capacity, state.v[axis].capacity);
     if (capacity < state.count) {
-      return tl::unexpected(
-          Error{"state capacity", std::to_string(capacity), "at least the count, " + std::to_string(state.count)});
+      return Error{"state capacity", std::to_string(capacity), "at least the count, " + std::to_string(state.count)};
     }
   }
+  return std::nullopt;
+}
+
+template <class A, class T>
+Expected<void> seek_by(const CompiledScene<A>& compiled, State<T>& state, std::uint64_t steps) {
+  if (auto error = check_seek(compiled, state)) return tl::unexpected(*error);
+  const System& system = compiled.free()->system;
   const StepEnvironment environment;
 
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -158,7 +165,7 @@ Expected<void> seek_by(const Program<A>& program, State<T>& state, std::uint64_t
     Matrix M;
     for (std::size_t i = 0; i < state.count; ++i) {
       if (i == 0 || !system.is_uniform()) {
-        M = to_the_power(step_matrix(program.scene, system, axis, i, system.motion(axis, i)), steps);
+        M = to_the_power(step_matrix(compiled.scene, system, axis, i, system.motion(axis, i)), steps);
       }
       const double c = system.common_anchor(axis, i);
       u(0) = load(state.x[axis], state.x_rest[axis], i) - c;
@@ -167,7 +174,7 @@ Expected<void> seek_by(const Program<A>& program, State<T>& state, std::uint64_t
       store(M.row(1).dot(u), state.v[axis], state.v_rest[axis], i);
     }
   }
-  state.clock.advance(program.options.step, static_cast<double>(steps));
+  state.clock.advance(compiled.options.step, static_cast<double>(steps));
   return {};
 }
 
@@ -175,7 +182,7 @@ Expected<void> seek_by(const Program<A>& program, State<T>& state, std::uint64_t
 
 template <class T>
 Expected<void> Plan<T>::seek(State<T>& state, std::uint64_t steps) const {
-  return std::visit([&](const auto& program) { return seek_by(*program, state, steps); }, program_);
+  return std::visit([&](const auto& in) { return seek_by(*in.scene, state, steps); }, parts_->in);
 }
 
 template Expected<void> Plan<float>::seek(State<float>&, std::uint64_t) const;

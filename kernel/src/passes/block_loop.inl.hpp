@@ -4,12 +4,12 @@
 #include <cstddef>
 #include <utility>
 
-#include "passes/terms.hpp"
 #include "passes/affine/affine.inl.hpp"
 #include "passes/contact/contact.inl.hpp"
 #include "passes/motion.inl.hpp"
 #include "passes/radial/radial.inl.hpp"
 #include "passes/rate/rate.inl.hpp"
+#include "passes/terms.hpp"
 
 namespace dvdx {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 // latency of one step's chain. Of 1024 particles, 16 steps a call, AVX-512, by 1 | 2 | 4 | 8: drift contracted 0.25 | 0.17 |
 // 0.15 | 0.13 ns a particle-step, shear 0.35 | 0.59 | 0.41 | 0.34. With the 16 registers of AVX2 every group was slower than
 // none.
-inline constexpr std::size_t group = 8;
+inline constexpr std::size_t group_registers = 8;
 template <class V>
 inline constexpr bool has_registers_for_groups = sizeof(V) == 64;
 
@@ -26,19 +26,19 @@ inline constexpr bool has_registers_for_groups = sizeof(V) == 64;
 template <class V, class OneAxis>
 [[gnu::always_inline]] inline void run_group(const OneAxis& affine, Scalar<V>* x, Scalar<V>* v, std::size_t i,
                                              std::size_t first, std::size_t steps) noexcept {
-  V at[group], speed[group];
-  for (std::size_t k = 0; k < group; ++k) {
+  V at[group_registers], speed[group_registers];
+  for (std::size_t k = 0; k < group_registers; ++k) {
     at[k] = load_lanes<V>(x + i + k * V::size);
     speed[k] = load_lanes<V>(v + i + k * V::size);
   }
   for (std::size_t n = 0; n < steps; ++n) {
-    for (std::size_t k = 0; k < group; ++k) {
+    for (std::size_t k = 0; k < group_registers; ++k) {
       const Point<V> end = affine(at[k], speed[k], first + i + k * V::size);
       at[k] = end.x;
       speed[k] = end.v;
     }
   }
-  for (std::size_t k = 0; k < group; ++k) {
+  for (std::size_t k = 0; k < group_registers; ++k) {
     store_lanes(x + i + k * V::size, at[k]);
     store_lanes(v + i + k * V::size, speed[k]);
   }
@@ -57,7 +57,7 @@ void run_axes(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, cons
     if (steps.offsets_per_step == 0) {
       const OneAxis affine(terms, steps.offsets[0], axis);
       const std::size_t repeats = steps.count;
-      for (; grouped + group * V::size <= count; grouped += group * V::size) {
+      for (; grouped + group_registers * V::size <= count; grouped += group_registers * V::size) {
         run_group<V>(affine, x, v, grouped, first, repeats);
       }
     }

@@ -647,16 +647,16 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits", T, float, double) {
       return end;
     };
     for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
-      const auto expected = run(*find_kernels<T>(Isa::reference, arithmetic), true);
+      const auto expected = run(find_passes(Isa::reference, arithmetic)->of<T>(), true);
       for (const Isa isa : available_isas(arithmetic)) {
         CAPTURE(name(isa));
         CAPTURE(trial);
-        const auto got = run(*find_kernels<T>(isa, arithmetic), true);
+        const auto got = run(find_passes(isa, arithmetic)->of<T>(), true);
         std::size_t differing = 0;
         for (std::size_t i = 0; i < count; ++i)
           if (!same_bits(got[i], expected[i])) ++differing;
         CHECK(differing == 0);
-        const auto without = run(*find_kernels<T>(isa, arithmetic), false);
+        const auto without = run(find_passes(isa, arithmetic)->of<T>(), false);
         differing = 0;
         for (std::size_t i = 0; i < count; ++i) {
           const bool is_bad = i == 5 || i == 37 || i == 70 || i == 101 || i == 102;

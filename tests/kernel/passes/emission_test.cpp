@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "isa/turnover.hpp"
+#include "isa/passes.hpp"
 
 namespace {
 
@@ -33,7 +33,7 @@ EmissionTerms terms_of(EmissionShape shape, EmissionSpread spread) {
 constexpr std::array shapes = {EmissionShape::point, EmissionShape::disc, EmissionShape::box};
 constexpr std::array spreads = {EmissionSpread::none, EmissionSpread::ball, EmissionSpread::box};
 
-std::unique_ptr<Born> born_of(const TurnoverTable& passes, const EmissionTerms& terms, const Births& births) {
+std::unique_ptr<Born> born_of(const Passes& passes, const EmissionTerms& terms, const Births& births) {
   auto born = std::make_unique<Born>();
   passes.emit(terms, births, *born);
   return born;
@@ -53,10 +53,10 @@ TEST_CASE("births have the same bits on every ISA at every count, beyond 2^32 of
       const EmissionTerms terms = terms_of(shape, spread);
       for (const std::size_t count : {std::size_t{1}, std::size_t{7}, std::size_t{8}, std::size_t{33}, born_together}) {
         const Births births{.first = 0xfffffff0U, .count = count, .lead = 12.25, .step = 0.01};
-        const auto wanted = born_of(turnover_reference, terms, births);
+        const auto wanted = born_of(reference_separate, terms, births);
         for (const Isa isa : available_isas()) {
           CAPTURE(name(isa));
-          const auto born = born_of(turnover_table(isa), terms, births);
+          const auto born = born_of(*find_passes(isa), terms, births);
           for (std::size_t axis = 0; axis < 3; ++axis) {
             CHECK(is_same(born->x[axis], wanted->x[axis], count));
             CHECK(is_same(born->v[axis], wanted->v[axis], count));
@@ -71,8 +71,8 @@ TEST_CASE("births have the same bits on every ISA at every count, beyond 2^32 of
 
 TEST_CASE("a birth depends on its number and not on the call that makes it") {
   const EmissionTerms terms = terms_of(EmissionShape::disc, EmissionSpread::ball);
-  const auto all = born_of(turnover_table(best_isa()), terms, {.first = 100, .count = 40, .lead = 40, .step = 1});
-  const auto last = born_of(turnover_table(best_isa()), terms, {.first = 133, .count = 7, .lead = 7, .step = 1});
+  const auto all = born_of(*find_passes(best_isa()), terms, {.first = 100, .count = 40, .lead = 40, .step = 1});
+  const auto last = born_of(*find_passes(best_isa()), terms, {.first = 133, .count = 7, .lead = 7, .step = 1});
   for (std::size_t i = 0; i < 7; ++i) {
     CHECK(all->x[1][33 + i] == last->x[1][i]);
     CHECK(all->v[2][33 + i] == last->v[2][i]);
@@ -88,7 +88,7 @@ TEST_CASE("what is born lies evenly where it should") {
   std::size_t in_half_radius = 0, in_half_ball = 0;
   for (std::size_t call = 0; call < calls; ++call) {
     const auto born =
-        born_of(turnover_reference, terms, {.first = call * born_together, .count = born_together, .lead = 0, .step = 1});
+        born_of(reference_separate, terms, {.first = call * born_together, .count = born_together, .lead = 0, .step = 1});
     for (std::size_t i = 0; i < born_together; ++i) {
       Vec3 from{}, fast{};
       for (std::size_t k = 0; k < 3; ++k) {
@@ -116,7 +116,7 @@ TEST_CASE("what is born lies evenly where it should") {
 
 TEST_CASE("the rest of the step is gone in a straight line, from no time to a whole step") {
   const EmissionTerms terms = terms_of(EmissionShape::point, EmissionSpread::none);
-  const auto born = born_of(turnover_table(best_isa()), terms, {.first = 0, .count = 8, .lead = 6.5, .step = 0.005});
+  const auto born = born_of(*find_passes(best_isa()), terms, {.first = 0, .count = 8, .lead = 6.5, .step = 0.005});
   for (std::size_t i = 0; i < 8; ++i) {
     const double rest = std::min(0.005, std::max(0.0, (6.5 - static_cast<double>(i)) * 0.001));
     CHECK(born->age[i] == rest);

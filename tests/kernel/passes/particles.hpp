@@ -8,7 +8,7 @@
 
 #include "dvdx/isa.hpp"
 #include "dvdx/scene.hpp"
-#include "isa/kernels.hpp"
+#include "isa/passes.hpp"
 #include "passes/contact/contact.hpp"
 #include "passes/contact/make_surface.hpp"
 #include "passes/radial/radial.hpp"
@@ -26,7 +26,7 @@ template <class T, class F>
 void for_each_kernels(F&& f) {
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
     for (const Isa isa : available_isas(arithmetic)) {
-      f(*find_kernels<T>(isa, arithmetic), std::string(name(isa)) + ' ' + std::string(name(arithmetic)));
+      f(find_passes(isa, arithmetic)->of<T>(), std::string(name(isa)) + ' ' + std::string(name(arithmetic)));
     }
   }
 }

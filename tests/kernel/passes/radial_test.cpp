@@ -213,11 +213,11 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits of radial springs", T
       return end;
     };
     for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
-      const auto expected = run(*find_kernels<T>(Isa::reference, arithmetic));
+      const auto expected = run(find_passes(Isa::reference, arithmetic)->of<T>());
       for (const Isa isa : available_isas(arithmetic)) {
         CAPTURE(name(isa));
         CAPTURE(trial);
-        const auto got = run(*find_kernels<T>(isa, arithmetic));
+        const auto got = run(find_passes(isa, arithmetic)->of<T>());
         std::size_t differing = 0;
         for (std::size_t i = 0; i < count; ++i) {
           for (std::size_t k = 0; k < 3; ++k) {

@@ -12,7 +12,7 @@
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
 #include "forces/combined.hpp"
-#include "isa/kernels.hpp"
+#include "isa/passes.hpp"
 #include "math/elementary.hpp"
 #include "math/psi.hpp"
 
@@ -56,7 +56,7 @@ struct Made {
 Made make(const Regimes& grid, Isa isa, Arithmetic arithmetic, double step) {
   const std::size_t n = grid.W.size();
   Made made(n);
-  find_kernels<float>(isa, arithmetic)
+  find_passes(isa, arithmetic)
       ->rate({.count = n,
               .h = step,
               .W = grid.W.data(),
@@ -78,16 +78,15 @@ struct Driven {
 Driven drive(const Regimes& grid, Isa isa, double theta) {
   const std::size_t n = grid.W.size();
   Driven made(n);
-  find_kernels<float>(isa, Arithmetic::separate)
-      ->rate_sinusoid({.count = n,
-                       .h = h,
-                       .theta = theta,
-                       .W = grid.W.data(),
-                       .g = grid.g.data(),
-                       .in_v = made.in_v.data(),
-                       .in_x = made.in_x.data(),
-                       .quad_v = made.quad_v.data(),
-                       .quad_x = made.quad_x.data()});
+  find_passes(isa)->rate_sinusoid({.count = n,
+                                   .h = h,
+                                   .theta = theta,
+                                   .W = grid.W.data(),
+                                   .g = grid.g.data(),
+                                   .in_v = made.in_v.data(),
+                                   .in_x = made.in_x.data(),
+                                   .quad_v = made.quad_v.data(),
+                                   .quad_x = made.quad_x.data()});
   return made;
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "dvdx/counter_random.hpp"
-#include "isa/turnover.hpp"
+#include "isa/passes.hpp"
 
 namespace {
 
@@ -124,7 +124,7 @@ Gone placed(const RemovalKernels<T>& kernels, const RemovalTerms<T>& terms, std:
 TEST_CASE_TEMPLATE("removal keeps what std::remove_if keeps, and touches nothing else, at every count", Word, std::uint32_t,
                    std::uint64_t) {
   for (const Isa isa : available_isas()) {
-    const TurnoverTable& passes = turnover_table(isa);
+    const Passes& passes = *find_passes(isa);
     for (std::size_t count = 0; count <= most; ++count) {
       CAPTURE(words(isa, count));
       for (const Gone& gone : all_marks()) {
@@ -145,11 +145,11 @@ TEST_CASE_TEMPLATE("removal marks what the scalar twin marks, whatever is not fi
   for (const RemovalTerms<T>& terms : {all, planes, box, bad}) {
     std::uint64_t some = 0;
     for (std::size_t count = 0; count <= most; ++count) {
-      const Gone wanted = placed(turnover_reference.of<T>(), terms, count);
+      const Gone wanted = placed(reference_separate.of<T>(), terms, count);
       some |= wanted[0];
       for (const Isa isa : available_isas()) {
         CAPTURE(words(isa, count));
-        CHECK(placed(turnover_table(isa).of<T>(), terms, count) == wanted);
+        CHECK(placed(find_passes(isa)->of<T>().removal, terms, count) == wanted);
       }
     }
     CHECK(some != 0);
@@ -160,7 +160,7 @@ TEST_CASE_TEMPLATE("removal marks what the scalar twin marks, whatever is not fi
 TEST_CASE_TEMPLATE("ages grow, and who has reached its lifetime is marked and counted alike", T, float, double) {
   constexpr T h = T(0.1);
   for (const Isa isa : available_isas()) {
-    const RemovalKernels<T>& kernels = turnover_table(isa).of<T>();
+    const RemovalKernels<T>& kernels = find_passes(isa)->of<T>().removal;
     for (std::size_t count = 0; count <= most; ++count) {
       CAPTURE(words(isa, count));
       const std::vector<T> start = values<T>(count, 1), lifetime = values<T>(count, 2);

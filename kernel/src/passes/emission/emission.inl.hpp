@@ -6,6 +6,7 @@
 #include "isa/lanes.hpp"
 #include "passes/emission/emission.hpp"
 #include "passes/rate/rate.inl.hpp"
+#include "passes/three.inl.hpp"
 
 namespace dvdx {
 namespace {
@@ -62,11 +63,6 @@ Words<V> numbers_from(std::uint64_t first) noexcept {
 }
 
 template <class V>
-struct Three {
-  V x, y, z;
-};
-
-template <class V>
 V in_box(double least, double most, V u) noexcept {
   const V x = V(least) + V(most - least) * u;
   return select<V>(x > V(most), V(most), x);
@@ -80,12 +76,12 @@ Three<V> birth_place(const EmissionTerms& terms, const std::array<V, 4>& u) noex
     const auto turn = sincos_lanes(V(two_pi) * u[1]);
     const V a = r * turn.cos, b = r * turn.sin;
     const auto& [p, q] = terms.radii;
-    return {V(x) + (a * V(p[0]) + b * V(q[0])), V(y) + (a * V(p[1]) + b * V(q[1])), V(z) + (a * V(p[2]) + b * V(q[2]))};
+    return {{V(x) + (a * V(p[0]) + b * V(q[0])), V(y) + (a * V(p[1]) + b * V(q[1])), V(z) + (a * V(p[2]) + b * V(q[2]))}};
   }
   if (terms.shape == EmissionShape::box) {
-    return {in_box(x, terms.most[0], u[0]), in_box(y, terms.most[1], u[1]), in_box(z, terms.most[2], u[2])};
+    return {{in_box(x, terms.most[0], u[0]), in_box(y, terms.most[1], u[1]), in_box(z, terms.most[2], u[2])}};
   }
-  return {V(x), V(y), V(z)};
+  return {{V(x), V(y), V(z)}};
 }
 
 template <class V>
@@ -96,7 +92,7 @@ V off_middle(double half_side, V u) noexcept {
 template <class V>
 Three<V> birth_velocity(const EmissionTerms& terms, Words<V> birth) noexcept {
   const auto& [x, y, z] = terms.velocity;
-  if (terms.spread == EmissionSpread::none) return {V(x), V(y), V(z)};
+  if (terms.spread == EmissionSpread::none) return {{V(x), V(y), V(z)}};
   const std::array<V, 4> u = draw<V>(terms.seed, birth, 1);
   if (terms.spread == EmissionSpread::ball) {
     const V c = V(2.0) * u[0] - V(1.0);
@@ -105,20 +101,20 @@ Three<V> birth_velocity(const EmissionTerms& terms, Words<V> birth) noexcept {
     for (const V other : {u[3], draw<V>(terms.seed, birth, 2)[0]}) most = select<V>(other > most, other, most);
     const V r = V(terms.radius) * most;
     const V s = r * square_root(V(1.0) - c * c);
-    return {V(x) + s * turn.cos, V(y) + s * turn.sin, V(z) + r * c};
+    return {{V(x) + s * turn.cos, V(y) + s * turn.sin, V(z) + r * c}};
   }
   const auto& [a, b, c] = terms.half_sides;
-  return {V(x) + off_middle(a, u[0]), V(y) + off_middle(b, u[1]), V(z) + off_middle(c, u[2])};
+  return {{V(x) + off_middle(a, u[0]), V(y) + off_middle(b, u[1]), V(z) + off_middle(c, u[2])}};
 }
 
 // What is left of the step for the lanes' births, number i of this call and those after it.
 template <class V>
-V rest_of_step(const EmissionTerms& terms, const Births& births, std::size_t i) noexcept {
+V remaining_step(const EmissionTerms& terms, const Births& births, std::size_t i) noexcept {
   alignas(64) std::array<double, V::size> numbers;
   for (std::size_t k = 0; k < V::size; ++k) numbers[k] = static_cast<double>(i + k);
-  V rest = (V(births.lead) - load_lanes<V>(numbers.data())) * V(terms.interval);
-  rest = select<V>(rest < V(0.0), V(0.0), rest);
-  return select<V>(rest > V(births.step), V(births.step), rest);
+  V remaining = (V(births.lead) - load_lanes<V>(numbers.data())) * V(terms.interval);
+  remaining = select<V>(remaining < V(0.0), V(0.0), remaining);
+  return select<V>(remaining > V(births.step), V(births.step), remaining);
 }
 
 template <class V>
@@ -127,14 +123,12 @@ void emit(const EmissionTerms& terms, const Births& births, Born& born) noexcept
     const Words<V> birth = numbers_from<V>(births.first + i);
     const std::array<V, 4> u = draw<V>(terms.seed, birth, 0);
     const Three<V> x = birth_place(terms, u), v = birth_velocity<V>(terms, birth);
-    const V rest = rest_of_step<V>(terms, births, i);
-    store_lanes(&born.x[0][i], x.x + v.x * rest);
-    store_lanes(&born.x[1][i], x.y + v.y * rest);
-    store_lanes(&born.x[2][i], x.z + v.z * rest);
-    store_lanes(&born.v[0][i], v.x);
-    store_lanes(&born.v[1][i], v.y);
-    store_lanes(&born.v[2][i], v.z);
-    store_lanes(&born.age[i], rest);
+    const V remaining = remaining_step<V>(terms, births, i);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      store_lanes(&born.x[axis][i], x[axis] + v[axis] * remaining);
+      store_lanes(&born.v[axis][i], v[axis]);
+    }
+    store_lanes(&born.age[i], remaining);
     const V lifetime(terms.lifetime);
     store_lanes(&born.lifetime[i], terms.lifetime_range > 0 ? lifetime + V(terms.lifetime_range) * u[3] : lifetime);
   }

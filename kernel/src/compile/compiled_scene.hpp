@@ -1,0 +1,65 @@
+// What a scene compiles to, for one step size, scalar type and instruction set. Immutable, and shared by a plan and its clones.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "compile/free_motion.hpp"
+#include "compile/joined_motion.hpp"
+#include "dvdx/plan.hpp"
+
+namespace dvdx {
+
+template <class T>
+struct CompiledScene {
+  using Scalar = T;
+  using Motion = std::variant<std::unique_ptr<const FreeMotion<T>>, std::unique_ptr<const JoinedMotion<T>>>;
+
+  CompiledScene(Scene scene_, const Options& options_, Isa isa_, const Passes& passes_, std::optional<std::size_t> count_,
+                std::vector<Vec3> start_)
+      : scene(std::move(scene_)), options(options_), isa(isa_), passes(&passes_), count(count_), start(std::move(start_)) {}
+  CompiledScene(const CompiledScene&) = delete;
+  CompiledScene& operator=(const CompiledScene&) = delete;
+
+  [[nodiscard]] const FreeMotion<T>* free() const noexcept {
+    const auto* held = std::get_if<std::unique_ptr<const FreeMotion<T>>>(&motion);
+    return held != nullptr ? held->get() : nullptr;
+  }
+  [[nodiscard]] const JoinedMotion<T>* joined() const noexcept {
+    const auto* held = std::get_if<std::unique_ptr<const JoinedMotion<T>>>(&motion);
+    return held != nullptr ? held->get() : nullptr;
+  }
+  // Particles that stay in first-level cache together.
+  [[nodiscard]] std::size_t block() const noexcept { return free() != nullptr ? free()->block : joined()->flows()[0]->block; }
+
+  Scene scene;
+  Options options;
+  Isa isa;
+  const Passes* passes;
+  std::optional<std::size_t> count;  // none where all particles are alike
+  std::vector<Vec3> start;           // m: only where anchors stand at the start, or something joins particles
+  Motion motion;
+};
+
+template <class T>
+using SharedScene = std::shared_ptr<const CompiledScene<T>>;
+
+// Whether some force's anchor is where its particle stood at the start; whether networks or constraints join particles.
+[[nodiscard]] bool stands_at_start(const Scene& scene);
+[[nodiscard]] bool joins_particles(const Scene& scene);
+
+// The scene, the options and the start have been checked. Reads as contents: which forces combine, what is refused, what joins.
+template <class T>
+Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
+                                       std::vector<Vec3> start);
+
+// The same with another step, or with forces[index] another: what the change does not touch is shared.
+template <class T>
+Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h);
+template <class T>
+Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t index, const Force& force);
+
+}  // namespace dvdx

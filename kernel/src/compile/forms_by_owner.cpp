@@ -1,0 +1,211 @@
+// Springs that each particle sums: a grid by rows, a graph by slots.
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "compile/network_forms.hpp"
+#include "forces/radial_spring.hpp"
+#include "forces/spring.hpp"
+
+namespace dvdx {
+
+bool is_any_damped(std::span<const JoinedPair> springs) noexcept {
+  return std::any_of(springs.begin(), springs.end(), [](const JoinedPair& s) { return s.c != 0; });
+}
+
+template <class T>
+GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid) {
+  GridForm<T> form;
+  GridTerms<T>& terms = form.terms;
+  terms.rows = grid.rows;
+  terms.columns = grid.columns;
+  terms.pitch = in.order.pitch;
+  for (const GridDirection& d : directions_of(grid)) {
+    Family<T> family{.k = static_cast<T>(d.k), .kl = static_cast<T>(d.k * d.l), .c = static_cast<T>(grid.damping)};
+    if (!family.is_there()) family = {};  // in T
+    auto& along = terms.along;
+    if (d.down == 0) (d.right == 1 ? along.right : along.right2) = family;
+    if (d.down == 1) (d.right < 0 ? along.left_below : (d.right == 0 ? along.below : along.right_below)) = family;
+    if (d.down == 2) along.below2 = family;
+  }
+  terms.damping = grid.damping != 0 ? Damping::along : Damping::none;
+  return form;
+}
+
+namespace {
+
+struct Neighbour {
+  std::ptrdiff_t offset;
+  std::size_t nth;     // of the springs that join the same two
+  std::size_t spring;  // index of the list
+  std::size_t owner;   // particle
+};
+
+// One slot of a slice: the neighbours of some of its lanes.
+using SlotLanes = std::array<std::optional<Neighbour>, slice>;
+
+struct SliceSlots {
+  std::vector<SlotLanes> slots;
+  bool is_at_offsets = false;
+};
+
+// At fixed offsets where that takes few slots more than the lane with most neighbours has.
+SliceSlots slots_of(const std::array<std::vector<Neighbour>, slice>& lanes) {
+  std::map<std::pair<std::ptrdiff_t, std::size_t>, SlotLanes> at_offset;
+  std::size_t most = 0;
+  for (std::size_t lane = 0; lane < slice; ++lane) {
+    most = std::max(most, lanes[lane].size());
+    for (const Neighbour& n : lanes[lane]) at_offset[{n.offset, n.nth}][lane] = n;
+  }
+  SliceSlots made;
+  made.is_at_offsets = at_offset.size() <= most + 4;
+  if (made.is_at_offsets) {
+    for (const auto& entry : at_offset) made.slots.push_back(entry.second);
+    return made;
+  }
+  made.slots.resize(most);
+  for (std::size_t lane = 0; lane < slice; ++lane) {
+    for (std::size_t n = 0; n < lanes[lane].size(); ++n) made.slots[n][lane] = lanes[lane][n];
+  }
+  return made;
+}
+
+// The neighbours of each particle that can move, or whose neighbour can, slice by slice.
+std::vector<SliceSlots> slices_of(const NetworkInput& in) {
+  std::vector<std::vector<Neighbour>> of(in.order.size);
+  for (std::size_t s = 0; s < in.springs.size(); ++s) {
+    const JoinedPair& spring = in.springs[s];
+    if (in.w[spring.a] == 0 && in.w[spring.b] == 0) continue;
+    const auto a = static_cast<std::ptrdiff_t>(in.order.of[spring.a]);
+    const auto b = static_cast<std::ptrdiff_t>(in.order.of[spring.b]);
+    of[static_cast<std::size_t>(a)].push_back({b - a, 0, s, spring.a});
+    of[static_cast<std::size_t>(b)].push_back({a - b, 0, s, spring.b});
+  }
+  std::vector<SliceSlots> slices;
+  for (std::size_t first = 0; first < in.order.size; first += slice) {
+    std::array<std::vector<Neighbour>, slice> lanes;
+    for (std::size_t lane = 0; lane < slice; ++lane) {
+      lanes[lane] = std::move(of[first + lane]);
+      std::stable_sort(lanes[lane].begin(), lanes[lane].end(),
+                       [](const Neighbour& m, const Neighbour& n) { return m.offset < n.offset; });
+      for (std::size_t n = 1; n < lanes[lane].size(); ++n) {
+        if (lanes[lane][n].offset == lanes[lane][n - 1].offset) lanes[lane][n].nth = lanes[lane][n - 1].nth + 1;
+      }
+    }
+    slices.push_back(slots_of(lanes));
+  }
+  return slices;
+}
+
+// Fills the slots: put(spring, w of the owner, lane) writes what one lane of a slot's columns holds.
+template <class T, class Put>
+void fill_slots(const NetworkInput& in, const std::vector<SliceSlots>& slices, GraphForm<T>& form, const Put& put) {
+  const auto add = [&](std::size_t first, const SlotLanes& lanes, bool is_at_offset) {
+    const std::size_t s = form.slots.size();
+    Slot slot;
+    if (!is_at_offset) slot.indices = static_cast<std::int32_t>(form.indices.size());
+    for (std::size_t lane = 0; lane < slice; ++lane) {
+      const auto& n = lanes[lane];
+      const std::ptrdiff_t offset = n ? n->offset : 0;
+      if (!is_at_offset) {
+        form.indices.push_back(static_cast<std::int32_t>(static_cast<std::ptrdiff_t>(first + lane) + offset));
+      } else if (n) {
+        slot.offset = static_cast<std::int32_t>(offset);
+      }
+      if (n) put(in.springs[n->spring], in.w[n->owner], s * slice + lane);
+    }
+    form.slots.push_back(slot);
+  };
+  for (std::size_t n = 0; n < slices.size(); ++n) {
+    form.first_slot.push_back(static_cast<std::uint32_t>(form.slots.size()));
+    for (const SlotLanes& lanes : slices[n].slots) add(n * slice, lanes, slices[n].is_at_offsets);
+  }
+  form.first_slot.push_back(static_cast<std::uint32_t>(form.slots.size()));
+  form.terms.first_slot = form.first_slot.data();
+  form.terms.slots = form.slots.data();
+  form.terms.indices = form.indices.data();
+  form.terms.damping = is_any_damped(in.springs) ? Damping::along : Damping::none;
+  form.terms.drift = static_cast<T>(in.coupling.axis == PairAxis::midpoint ? in.substep / 2 : 0);
+}
+
+// A column of 16 elements a slot, which the pass only reads.
+template <class T>
+T* slot_column(const std::vector<SliceSlots>& slices, Columns<T>& columns, const T*& view) {
+  std::size_t slots = 0;
+  for (const SliceSlots& made : slices) slots += made.slots.size();
+  T* const column = columns.add(slots * slice, T(0), column_margin);
+  view = column;
+  return column;
+}
+
+// What T cannot tell from no spring is none, in every loop: a length that is infinite in T would make 0 times it not a number.
+template <class T>
+T unless_empty(bool is_empty, double value) noexcept {
+  return is_empty ? T(0) : static_cast<T>(value);
+}
+
+bool is_linear(const JoinedPair& s) { return s.l == 0 && s.c == 0; }
+
+}  // namespace
+
+// accumulate by `combined` is one filtered pulse, which treats each pair as if it were alone: W = k (w_a + w_b).
+template <class T>
+GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
+  const std::vector<SliceSlots> slices = slices_of(in);
+  GraphForm<T> form;
+  T* const k_of = slot_column(slices, columns, form.terms.k);
+  T* const kl_of = slot_column(slices, columns, form.terms.kl);
+  T* const c_of = is_any_damped(in.springs) ? slot_column(slices, columns, form.terms.c) : nullptr;
+  fill_slots(in, slices, form, [&](const JoinedPair& s, double, std::size_t lane) {
+    double k = s.k;
+    double c = s.c;
+    if (in.coupling.scheme == Scheme::accumulate) {
+      const double both = in.w[s.a] + in.w[s.b];
+      const RadialKick kick = radial_kick(s.k * both, s.c * both, in.substep);
+      k = kick.kappa / (both * in.substep);
+      c = (1 - kick.E * kick.E) / (both * in.substep);
+    }
+    k_of[lane] = static_cast<T>(k);
+    if (c_of != nullptr) c_of[lane] = static_cast<T>(c);
+    kl_of[lane] = unless_empty<T>(k_of[lane] == 0 && (c_of == nullptr || c_of[lane] == 0), k * s.l);
+  });
+  return form;
+}
+
+// Brown's methods treat each pair as if it were alone: W = k (w_a + w_b), of whose motion the owner has the share
+// w / (w_a + w_b).
+template <class T>
+PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns) {
+  const std::vector<SliceSlots> slices = slices_of(in);
+  PairsForm<T> form;
+  T* const A = slot_column(slices, columns, form.terms.A);
+  T* const B = slot_column(slices, columns, form.terms.B);
+  T* const C = slot_column(slices, columns, form.terms.C);
+  T* const D = slot_column(slices, columns, form.terms.D);
+  T* const l = slot_column(slices, columns, form.terms.l);
+  const bool is_any_linear = std::any_of(in.springs.begin(), in.springs.end(), is_linear);
+  T* const linear = is_any_linear ? slot_column(slices, columns, form.terms.linear) : nullptr;
+  fill_slots<T>(in, slices, form, [&](const JoinedPair& s, double w, std::size_t lane) {
+    const double both = in.w[s.a] + in.w[s.b];
+    const Contribution alone = spring(s.k * both, s.c * both, in.substep, in.coupling.method);
+    const double share = w / both;
+    A[lane] = static_cast<T>(share * alone.A);
+    B[lane] = static_cast<T>(share * alone.B);
+    C[lane] = static_cast<T>(share * alone.C);
+    D[lane] = static_cast<T>(share * alone.D);
+    l[lane] = unless_empty<T>(A[lane] == 0 && B[lane] == 0 && C[lane] == 0 && D[lane] == 0, s.l);
+    if (linear != nullptr) linear[lane] = is_linear(s) ? T(1) : T(0);
+  });
+  return form;
+}
+
+template GridForm<float> make_grid_form(const NetworkInput&, const Grid&);
+template GridForm<double> make_grid_form(const NetworkInput&, const Grid&);
+template GraphForm<float> make_graph_form(const NetworkInput&, Columns<float>&);
+template GraphForm<double> make_graph_form(const NetworkInput&, Columns<double>&);
+template PairsForm<float> make_pairs_form(const NetworkInput&, Columns<float>&);
+template PairsForm<double> make_pairs_form(const NetworkInput&, Columns<double>&);
+
+}  // namespace dvdx

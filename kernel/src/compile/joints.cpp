@@ -1,0 +1,149 @@
+#include "compile/joints.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace dvdx {
+namespace {
+
+// Springs turn, and their frequency with them: what may be asked for leaves so much between the start's and the limit.
+constexpr double start_margin = 1 / 0.93;
+
+std::vector<double> inverse_masses(const Scene& scene, std::size_t count) {
+  std::vector<double> w(count);
+  for (std::size_t i = 0; i < count; ++i) w[i] = 1 / scene.mass[i];
+  for (const std::size_t i : scene.fixed) w[i] = 0;
+  return w;
+}
+
+// A sheet that hangs free reaches its bound only where it folds onto a line, and is left to its user below that; sheets that
+// land and other springs are not (curtain and net-stiff blew up between the two).
+NetworkLimit limit_of(const Coupling& coupling, const Frequencies& frequencies, double h, bool hangs_free) {
+  NetworkLimit limit;
+  limit.frequency = frequencies.start;
+  limit.bound = frequencies.bound;
+  limit.particle = frequencies.particle;
+  limit.limit = scheme_limit(coupling);
+  // A pair's own contribution stands any step where its particles have no other.
+  const bool is_alone = coupling.scheme == Scheme::accumulate && frequencies.is_isolated;
+  if (is_alone) limit.limit = std::numeric_limits<double>::infinity();
+  if (is_alone) limit.substeps = coupling.substeps.value_or(1);
+  if (is_alone) return limit;
+  limit.safe = substeps_for(limit.limit, h, frequencies.bound, frequencies.damping);
+  limit.fewest = limit.safe;
+  if (hangs_free) limit.fewest = std::min(limit.safe, substeps_for(limit.limit, h, frequencies.start * start_margin, 0));
+  const int calm = substeps_for(calm_limit(coupling), h, frequencies.bound, frequencies.damping);
+  limit.substeps = coupling.substeps.value_or(calm);
+  return limit;
+}
+
+// A sum of pairs' own contributions takes other coefficients than a pulse; the filtered pulse is one.
+bool sums_pairs(const Coupling& coupling) {
+  return coupling.scheme == Scheme::accumulate && coupling.method != Method::combined;
+}
+
+template <class Element>
+std::size_t bytes_of(const std::vector<Element>& list) {
+  return list.size() * sizeof(Element);
+}
+
+template <class T>
+std::size_t bytes_of(const GridForm<T>& /*form*/) {
+  return 0;
+}
+template <class T>
+std::size_t bytes_of(const GraphForm<T>& form) {
+  return bytes_of(form.first_slot) + bytes_of(form.slots) + bytes_of(form.indices);
+}
+template <class T>
+std::size_t bytes_of(const StrandsForm<T>& form) {
+  return bytes_of(form.strands) + bytes_of(form.families) + bytes_of(form.bands);
+}
+template <class T>
+std::size_t bytes_of(const ColoursForm<T>& form) {
+  return bytes_of(form.a) + bytes_of(form.b) + bytes_of(form.colours);
+}
+
+}  // namespace
+
+template <class T>
+Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start)
+    : coupling(scene.coupling),
+      step(options.step),
+      w_of(inverse_masses(scene, start.size())),
+      splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}}),
+      columns_(options.memory) {
+  const std::vector<JoinedPair> pairs = joined_pairs(scene, start);
+  const Grid* grid = only_grid(scene, particles());
+  springs = pairs.size();
+  is_damped_ = is_any_damped(pairs);
+  frequencies = dvdx::frequencies(pairs, grid, w_of, start);
+  limit = limit_of(coupling, frequencies, step, grid != nullptr && scene.contacts.empty());
+  make_order(scene, pairs, grid);
+  for (const std::size_t i : scene.fixed) fixed.push_back({static_cast<std::uint32_t>(i), order.of[i]});
+  std::sort(fixed.begin(), fixed.end(), [](const FixedParticle& a, const FixedParticle& b) { return a.element < b.element; });
+  make_inverse_masses();
+  make_form(pairs, grid);
+  if (!scene.constraints.empty()) constraints.emplace(scene, start, w_of, order, substep(), options.memory);
+}
+
+template <class T>
+void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid) {
+  if (grid != nullptr && coupling.scheme != Scheme::accumulate) {
+    const std::size_t phases = coupling.scheme != Scheme::sequential ? 1 : (grid->bend != 0 ? 4 : 2);
+    order = grid_order(*grid, phases);
+    return;
+  }
+  std::vector<JoinedPair> near(pairs.begin(), pairs.end());
+  for (const JoinedPair& pair : constrained_pairs(scene)) near.push_back(pair);
+  order = graph_order(near, particles());
+}
+
+template <class T>
+void Joints<T>::make_inverse_masses() {
+  T* const column = columns_.add(order.size, T(0), column_margin);
+  for (std::size_t i = 0; i < particles(); ++i) column[order.of[i]] = static_cast<T>(w_of[i]);
+  w = column;
+}
+
+template <class T>
+void Joints<T>::make_form(std::span<const JoinedPair> pairs, const Grid* grid) {
+  const NetworkInput in{coupling, pairs, w_of, order, substep()};
+  const bool is_sequential = coupling.scheme == Scheme::sequential;
+  if (grid != nullptr && is_sequential) {
+    form = make_strands_form<T>(in, *grid, w, columns_);
+  } else if (grid != nullptr && coupling.scheme != Scheme::accumulate) {
+    form = make_grid_form<T>(in, *grid);
+  } else if (is_sequential) {
+    form = make_colours_form<T>(in, columns_);
+  } else if (sums_pairs(coupling)) {
+    form = make_pairs_form<T>(in, columns_);
+  } else {
+    form = make_graph_form<T>(in, columns_);
+  }
+}
+
+template <class T>
+std::size_t Joints<T>::bytes() const noexcept {
+  const std::size_t of_form = std::visit([](const auto& f) { return bytes_of<T>(f); }, form);
+  return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0);
+}
+
+template <class T>
+std::optional<Error> Joints<T>::refusal(Unstable unstable) const {
+  const std::string field = "network.substeps";
+  if (limit.substeps > 1000000) {
+    return Error{field, std::to_string(limit.safe), "at most 1000000: a smaller step, less stiffness, or scheme sequential"};
+  }
+  if (limit.substeps >= limit.fewest || unstable == Unstable::allowed) return std::nullopt;
+  return Error{field, std::to_string(limit.substeps),
+               "at least " + std::to_string(limit.fewest) + " for this scheme, or the springs are unstable (" +
+                   std::to_string(limit.safe) + " are stable in any position); scheme sequential takes any"};
+}
+
+template class Joints<float>;
+template class Joints<double>;
+
+}  // namespace dvdx

@@ -1,0 +1,96 @@
+// The forms in which a pass may walk a scene's springs. Each is the data of one pass of passes/network: a scene has one of
+// them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "compile/columns.hpp"
+#include "compile/particle_order.hpp"
+#include "dvdx/network.hpp"
+#include "passes/network/network.hpp"
+
+namespace dvdx {
+
+// Elements before and after a working column: slots at one offset read so far beyond the particles.
+inline constexpr std::size_t column_margin = slice;
+
+// A grid, each spring once, by rows: passes/network/grid.
+template <class T>
+struct GridForm {
+  GridTerms<T> terms;
+};
+
+// Any springs, by owner: passes/network/graph.
+template <class T>
+struct GraphForm {
+  GraphTerms<T> terms;
+  std::vector<std::uint32_t> first_slot;
+  std::vector<Slot> slots;
+  std::vector<std::int32_t> indices;
+};
+
+// The same slots, each with its pair's own contribution: passes/network/pairs.
+template <class T>
+struct PairsForm : GraphForm<T> {};
+
+// What theta and the sub-step make of the sweeps' total shift S: x += to_x S, v += to_v S.
+template <class T>
+struct ShiftTerms {
+  T to_x{}, to_v{};
+};
+
+// A grid in sweeps: passes/network/sequential.
+template <class T>
+struct StrandsForm {
+  SweepTerms<T> terms;
+  ShiftTerms<T> shift;
+  std::vector<Strand> strands;
+  std::vector<StrandFamily<T>> families;
+  std::vector<std::size_t> bands;  // first strand of each band, and one more: bands two apart share no particle
+  std::size_t springs = 0;         // columns of lambda
+};
+
+// Any springs in sweeps, by colours: passes/network/sequential.
+template <class T>
+struct ColoursForm {
+  SweepTerms<T> terms;
+  ShiftTerms<T> shift;
+  std::vector<std::int32_t> a, b;
+  std::vector<std::size_t> colours;  // first spring of each colour, a multiple of 16, and one more
+  std::size_t springs = 0;           // columns of lambda
+
+  [[nodiscard]] std::size_t count() const noexcept { return colours.size() - 1; }
+};
+
+template <class T>
+using NetworkForm = std::variant<GridForm<T>, GraphForm<T>, PairsForm<T>, StrandsForm<T>, ColoursForm<T>>;
+
+// What a form is made of.
+struct NetworkInput {
+  const Coupling& coupling;
+  std::span<const JoinedPair> springs;
+  std::span<const double> w;  // 1/kg of each particle, 0 where fixed
+  const ParticleOrder& order;
+  double substep;  // s
+};
+
+[[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;
+
+// Columns that a form refers to come from `columns`, which must live as long.
+template <class T>
+GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid);
+template <class T>
+GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns);
+template <class T>
+PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns);
+// w: the working column of inverse masses.
+template <class T>
+StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, const T* w, Columns<T>& columns);
+template <class T>
+ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns);
+
+}  // namespace dvdx

@@ -1,0 +1,73 @@
+#include "execute/workspace.hpp"
+
+#include <limits>
+
+namespace dvdx {
+
+// Padding holds NaN: nothing may read it, and a test would see who does.
+template <class T>
+JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& memory)
+    : held(shape.fixed), shape_(shape), columns_(memory) {
+  constexpr T nothing = std::numeric_limits<T>::quiet_NaN();
+  const auto of_particles = [&](T fill) { return columns_.add_axes(shape.elements, fill, column_margin); };
+  work.x = of_particles(nothing);
+  work.v = of_particles(nothing);
+  work.v_next = shape.has_second_velocity ? of_particles(nothing) : work.v;
+  if (shape.sweep_springs != 0) work.shift = of_particles(T(0));
+  if (shape.has_pair_sums) {
+    work.dx = of_particles(T(0));
+    work.dv = of_particles(T(0));
+  }
+  if (shape.has_origin) origin = of_particles(T(0));
+  work.origin = {origin[0], origin[1], origin[2]};
+  const auto of_springs = [&] { return columns_.add(shape.sweep_springs, T(0), column_margin); };
+  if (shape.sweep_springs != 0) sweep_.lambda = of_springs();
+  if (shape.keeps_distances) sweep_.apart = {of_springs(), of_springs(), of_springs()};
+
+  const auto axes = [&](std::size_t size) -> Axes<T> { return {columns_.add(size), columns_.add(size), columns_.add(size)}; };
+  if (const std::size_t size = shape.constraints.pairs; size != 0) {
+    PairTerms<T>& pairs = constraints_.pairs;
+    pairs.n = axes(size);
+    for (T** column : {&pairs.s, &pairs.m, &pairs.inverse, &pairs.rate}) *column = columns_.add(size);
+  }
+  if (const std::size_t size = shape.constraints.chains; size != 0) {
+    ChainTerms<T>& chains = constraints_.chains;
+    chains.n = axes(size);
+    chains.kept = axes(size);
+    for (T** column : {&chains.s, &chains.over, &chains.rest}) *column = columns_.add(size);
+  }
+  if (const std::size_t size = shape.constraints.lines; size != 0) {
+    for (T** column : {&constraints_.lines.s1, &constraints_.lines.s2}) *column = columns_.add(size);
+  }
+}
+
+template <class T>
+SweepTerms<T> JoinedWorkspace<T>::with_columns(SweepTerms<T> terms) const noexcept {
+  terms.lambda = sweep_.lambda;
+  terms.apart = sweep_.apart;
+  terms.origin = shape_.has_origin ? CountedFrom::step : CountedFrom::zero;
+  return terms;
+}
+
+template <class T>
+ConstraintTerms<T> JoinedWorkspace<T>::with_columns(ConstraintTerms<T> terms) const noexcept {
+  const auto& [pairs, chains, lines] = constraints_;
+  terms.pairs.n = pairs.n;
+  terms.pairs.s = pairs.s;
+  terms.pairs.m = pairs.m;
+  terms.pairs.inverse = pairs.inverse;
+  terms.pairs.rate = pairs.rate;
+  terms.chains.n = chains.n;
+  terms.chains.kept = chains.kept;
+  terms.chains.s = chains.s;
+  terms.chains.over = chains.over;
+  terms.chains.rest = chains.rest;
+  terms.lines.s1 = lines.s1;
+  terms.lines.s2 = lines.s2;
+  return terms;
+}
+
+template class JoinedWorkspace<float>;
+template class JoinedWorkspace<double>;
+
+}  // namespace dvdx

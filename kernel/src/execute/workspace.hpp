@@ -1,0 +1,51 @@
+// The working memory of one state of joined particles while it is stepped.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <vector>
+
+#include "compile/columns.hpp"
+#include "compile/joined_motion.hpp"
+#include "passes/network/network.hpp"
+
+namespace dvdx {
+
+// A particle that stays where the state has it.
+template <class T>
+struct Held {
+  std::uint32_t particle = 0, element = 0;
+  std::array<T, 3> x{}, v{};
+};
+
+template <class T>
+class JoinedWorkspace {
+ public:
+  JoinedWorkspace(const WorkspaceShape& shape, const Memory& memory);
+  JoinedWorkspace(const JoinedWorkspace&) = delete;
+  JoinedWorkspace& operator=(const JoinedWorkspace&) = delete;
+
+  [[nodiscard]] bool fits(const WorkspaceShape& shape) const noexcept { return shape_ == shape; }
+  [[nodiscard]] std::size_t bytes() const noexcept { return columns_.bytes() + held.capacity() * sizeof(Held<T>); }
+
+  // The plan's terms with this workspace's columns put in.
+  [[nodiscard]] SweepTerms<T> with_columns(SweepTerms<T> terms) const noexcept;
+  [[nodiscard]] ConstraintTerms<T> with_columns(ConstraintTerms<T> terms) const noexcept;
+
+  WorkColumns<T> work;
+  std::array<T*, 3> origin{};  // null, or where each particle was when the step began
+  std::vector<Held<T>> held;   // by element
+  std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
+
+ private:
+  WorkspaceShape shape_;
+  Columns<T> columns_;
+  SweepTerms<T> sweep_{};             // lambda and apart
+  ConstraintTerms<T> constraints_{};  // the columns of sums
+};
+
+extern template class JoinedWorkspace<float>;
+extern template class JoinedWorkspace<double>;
+
+}  // namespace dvdx
