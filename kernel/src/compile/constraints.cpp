@@ -4,33 +4,13 @@
 #include <array>
 #include <cmath>
 
+#include "math/vec3.hpp"
 #include "passes/network/network.hpp"
 
 namespace dvdx {
 namespace {
 
 std::size_t filled(std::size_t count) { return (count + slice - 1) / slice * slice; }
-
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-Vec3 unit(const Vec3& a) {
-  const double length = std::hypot(a[0], a[1], a[2]);
-  return {a[0] / length, a[1] / length, a[2] / length};
-}
-
-// Two unit vectors across a direction. Along an axis they are the other two, without rounding.
-std::array<Vec3, 2> across(const Vec3& direction) {
-  const Vec3 t = unit(direction);
-  Vec3 least{};
-  std::size_t axis = 0;
-  for (std::size_t k = 1; k < 3; ++k) {
-    if (std::abs(t[k]) < std::abs(t[axis])) axis = k;
-  }
-  least[axis] = 1;
-  const Vec3 n1 = unit(cross(t, least));
-  return {n1, cross(t, n1)};
-}
 
 // Particles held at a point: no other constraint moves them, which solves both at once.
 std::vector<double> without_points(const Scene& scene, std::span<const double> w) {
@@ -40,8 +20,6 @@ std::vector<double> without_points(const Scene& scene, std::span<const double> w
   }
   return movable;
 }
-
-double distance(const Vec3& a, const Vec3& b) { return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]); }
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 
 #include "dvdx/live.hpp"
 #include "execute/environment.hpp"
+#include "math/vec3.hpp"
 
 namespace dvdx {
 namespace {
@@ -17,8 +18,6 @@ std::string text(double value) {
   char buffer[32];
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
 }
-
-double length_of(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
 
 // Collects the first error; later checks are skipped.
 class Checker {
@@ -37,8 +36,8 @@ class Checker {
   }
   void direction(const std::string& field, const Vec3& value) {
     finite(field, value);
-    const double length = length_of(value);
-    require(length > 0 && std::isfinite(length), field, "of length " + text(length), "a vector of finite length > 0");
+    const double l = length(value);
+    require(l > 0 && std::isfinite(l), field, "of length " + text(l), "a vector of finite length > 0");
   }
   void box(const std::string& field, const Box& box) {
     finite(field + ".min", box.min);
@@ -131,25 +130,10 @@ std::optional<Error> check_alike(const Scene& scene) {
   return std::nullopt;
 }
 
-Vec3 scaled(const Vec3& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
-Vec3 cross(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-// Without a math library, whose hypot need not be the same everywhere.
-Vec3 unit(const Vec3& v) {
-  const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
-  const Vec3 w = scaled(v, 1 / largest);
-  return scaled(w, 1 / std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]));
-}
-
 // Two vectors of the disc's radius, at right angles to its normal and to each other.
 std::array<Vec3, 2> radii_of(const Disc& disc) {
-  const Vec3 n = unit(disc.normal);
-  Vec3 other{};  // the axis that is farthest from the normal
-  other[static_cast<std::size_t>(
-      std::min_element(n.begin(), n.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }) - n.begin())] = 1;
-  const Vec3 first = unit(cross(n, other));
-  return {scaled(first, disc.radius), scaled(cross(n, first), disc.radius)};
+  const auto [first, second] = across(disc.normal);
+  return {scaled(first, disc.radius), scaled(second, disc.radius)};
 }
 
 EmissionTerms terms_of(const Emitter& e) {

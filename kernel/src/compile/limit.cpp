@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 
+#include "math/elementary.hpp"
+
 namespace dvdx {
 namespace {
 
@@ -141,7 +143,7 @@ double symbol_bound(const Grid& grid, std::span<const double> w) {
   constexpr int farthest = 3 * samples;  // two rows down and one column across, or two columns
   std::array<double, 2 * farthest + 1> rise{};
   for (int n = -farthest; n <= farthest; ++n) {
-    rise[static_cast<std::size_t>(n + farthest)] = 1 - std::cos(std::numbers::pi * n / samples);
+    rise[static_cast<std::size_t>(n + farthest)] = 1 - sincos(std::numbers::pi * n / samples).cos;
   }
   const std::vector<GridDirection> directions = directions_of(grid);
   double largest = 0;

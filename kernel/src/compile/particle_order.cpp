@@ -6,12 +6,11 @@
 #include <utility>
 
 #include "dvdx/export.h"
+#include "math/vec3.hpp"
 #include "passes/network/network.hpp"
 
 namespace dvdx {
 namespace {
-
-double norm(const Vec3& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
 
 Vec3 spanned(const Grid& grid, std::size_t down, std::ptrdiff_t right) {
   Vec3 d{};
@@ -21,8 +20,6 @@ Vec3 spanned(const Grid& grid, std::size_t down, std::ptrdiff_t right) {
   }
   return d;
 }
-
-double distance(const Vec3& a, const Vec3& b) { return norm({b[0] - a[0], b[1] - a[1], b[2] - a[2]}); }
 
 void append(const Grid& grid, std::vector<JoinedPair>& pairs) {
   const std::vector<GridDirection> directions = directions_of(grid);
@@ -118,7 +115,7 @@ std::vector<GridDirection> directions_of(const Grid& grid) {
   const auto add = [&](std::size_t down, std::ptrdiff_t right, double k) {
     if (k == 0) return;
     const Vec3 d = spanned(grid, down, right);
-    const double l = norm(d);
+    const double l = length(d);
     directions.push_back({down, right, k, l, {d[0] / l, d[1] / l, d[2] / l}});
   };
   add(0, 1, grid.structural);

@@ -8,6 +8,7 @@
 
 #include "compile/free_motion.hpp"
 #include "forces/polynomial.hpp"
+#include "math/vec3.hpp"
 
 namespace dvdx {
 namespace {
@@ -162,7 +163,7 @@ struct ContactChecker {
 
   void operator()(const Plane& c) const {
     check.numbers(at + ".normal", c.normal, Range::finite);
-    const double length = std::hypot(c.normal[0], c.normal[1], c.normal[2]);
+    const double length = dvdx::length(c.normal);
     if (!(length > 0) || !std::isfinite(length)) {
       check.fail(at + ".normal", text(c.normal), "a vector of finite length > 0");
     }
@@ -201,7 +202,7 @@ struct NetworkChecker {
     }
     for (const auto& [name, edge] : {std::pair{".edge_u", g.edge_u}, std::pair{".edge_v", g.edge_v}}) {
       check.numbers(at + name, edge, Range::finite);
-      if (!(std::hypot(edge[0], edge[1], edge[2]) > 0)) check.fail(at + name, text(edge), "a vector of finite length > 0");
+      if (!(dvdx::length(edge) > 0)) check.fail(at + name, text(edge), "a vector of finite length > 0");
     }
     check.number(at + ".structural", g.structural, Range::non_negative);
     check.number(at + ".shear", g.shear, Range::non_negative);
@@ -253,7 +254,7 @@ struct ConstraintChecker {
     particle(c.particle);
     check.numbers(at + ".through", c.through, Range::finite);
     check.numbers(at + ".direction", c.direction, Range::finite);
-    const double length = std::hypot(c.direction[0], c.direction[1], c.direction[2]);
+    const double length = dvdx::length(c.direction);
     if (!(length > 0) || !std::isfinite(length)) {
       check.fail(at + ".direction", text(c.direction), "a vector of finite length > 0");
     }

@@ -1,10 +1,10 @@
 #include "passes/contact/make_surface.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "math/elementary.hpp"
+#include "math/vec3.hpp"
 
 namespace dvdx {
 namespace {
@@ -14,28 +14,19 @@ std::array<T, 3> rounded(const Vec3& v) noexcept {
   return {static_cast<T>(v[0]), static_cast<T>(v[1]), static_cast<T>(v[2])};
 }
 
-// Scaled by the largest component first, so that neither a long nor a short normal over- or underflows.
-Vec3 unit(const Vec3& v) noexcept {
-  const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
-  const Vec3 w{v[0] / largest, v[1] / largest, v[2] / largest};
-  const double length = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-  return {w[0] / length, w[1] / length, w[2] / length};
-}
-
 template <class T>
 void set_shape(Surface<T>& surface, const Plane& plane, const Vec3& origin) noexcept {
   surface.shape = Shape::plane;
   const Vec3 n = unit(plane.normal);
   surface.n = rounded<T>(n);
-  surface.d = static_cast<T>(plane.offset - (n[0] * origin[0] + n[1] * origin[1] + n[2] * origin[2]));
+  surface.d = static_cast<T>(plane.offset - dot(n, origin));
 }
 
 template <class T>
 void set_shape(Surface<T>& surface, const Sphere& sphere, const Vec3& origin) noexcept {
   const double side = sphere.side == Side::outside ? 1 : -1;
   surface.shape = Shape::sphere;
-  const Vec3& c = sphere.center;
-  surface.center = rounded<T>({c[0] - origin[0], c[1] - origin[1], c[2] - origin[2]});
+  surface.center = rounded<T>(difference(sphere.center, origin));
   surface.radius = static_cast<T>(sphere.radius);
   surface.side = static_cast<T>(side);
   surface.half_curvature = static_cast<T>(side / (2 * sphere.radius));
