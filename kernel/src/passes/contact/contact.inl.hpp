@@ -275,9 +275,10 @@ V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Motion<V>& m, const
   const V low = V(low_bounce * eps) * (one_norm(m.x0) + V(surface.radius));
   const V out = course.direction * dot<arithmetic>(start.n, m.v0);
   const V own = magnitude(dot<arithmetic>(start.n, gain));
+  const V rounding = V(4 * eps) * one_norm(m.v0);
   const Mask<V> is_out = out > V(T(0));
-  const Mask<V> stays_low = out * out * magnitude(course.t) <= V(T(2)) * own * low;
-  const Mask<V> comes_slow = -out <= own + V(4 * eps) * one_norm(m.v0);
+  const Mask<V> stays_low = (out <= rounding) | (out * out * magnitude(course.t) <= V(T(2)) * own * low);
+  const Mask<V> comes_slow = -out <= own + rounding;
   const Mask<V> rests = (start.s <= V(T(4)) * low) & ((is_out & stays_low) | ((!is_out) & comes_slow));
   return select<V>(rests, one, V(surface.tau));
 }

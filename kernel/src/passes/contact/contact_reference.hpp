@@ -209,8 +209,9 @@ T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Cours
   const T low = low_bounce * eps * (one_norm(p.x0) + surface.radius);
   const T out = course.direction * dot<arithmetic>(start.n, p.v0);
   const T own = std::abs(dot<arithmetic>(start.n, gain));
-  const bool stays_low = out * out * std::abs(course.t) <= 2 * own * low;
-  const bool comes_slow = -out <= own + 4 * eps * one_norm(p.v0);
+  const T rounding = 4 * eps * one_norm(p.v0);
+  const bool stays_low = out <= rounding || out * out * std::abs(course.t) <= 2 * own * low;
+  const bool comes_slow = -out <= own + rounding;
   const bool rests = start.s <= 4 * low && (out > 0 ? stays_low : comes_slow);
   return rests ? T(1) : surface.tau;
 }
