@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <type_traits>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "compile/joined_motion.hpp"
 #include "compile/validate.hpp"
 #include "execute/environment.hpp"
+#include "text.hpp"
 
 namespace dvdx {
 namespace {
@@ -70,9 +70,7 @@ std::optional<Error> check_coefficients(const Program<T>& program) {
   };
   const auto& fused = program.terms.fused;
   if (std::all_of(fused.begin(), fused.end(), is_fit) && has_finite_columns(program)) return std::nullopt;
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", program.options.step);
-  return Error{"step", text.data(), "a step at which this method's coefficients stay finite"};
+  return Error{"step", text(program.options.step), "a step at which this method's coefficients stay finite"};
 }
 
 std::optional<Error> check_sources(const System& system) {
