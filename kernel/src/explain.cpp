@@ -3,12 +3,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <string_view>
 
+#include "compile/accuracy.hpp"
 #include "execute/plan_parts.hpp"
+#include "forces/radial_spring.hpp"
 #include "math/elementary.hpp"
+#include "text.hpp"
 
 namespace dvdx {
 namespace {
@@ -56,15 +58,48 @@ std::string_view kind(const Force& force) {
   return names[force.index()];
 }
 
-template <class... Values>
-std::string format(const char* pattern, Values... values) {
-  std::array<char, 256> line{};
-  std::snprintf(line.data(), line.size(), pattern, values...);
-  return line.data();
+// The step's matrix along one axis, [[1-C, S], [-A, 1-B]].
+struct StepMatrix {
+  double A = 0, B = 0, C = 0, S = 0;
+};
+
+// First b, then a.
+StepMatrix operator*(const StepMatrix& a, const StepMatrix& b) {
+  return {.A = a.A + b.A - a.A * b.C - a.B * b.A,
+          .B = a.B + b.B + a.A * b.S - a.B * b.B,
+          .C = a.C + b.C - a.C * b.C + a.S * b.A,
+          .S = a.S + b.S - a.C * b.S - a.S * b.B};
 }
 
-// Spectral radius of the step's matrix [[1-C, S], [-A, 1-B]].
-double spectral_radius(const AxisMotion& k) {
+// All radial springs act along this axis, near their rest lengths: nowhere is their sum stiffer.
+StepMatrix step_matrix(const Scene& scene, const System& system, std::size_t axis, std::size_t particle, double h) {
+  const AxisMotion motion = system.motion(axis, particle);
+  const StepMatrix flow{.A = motion.A, .B = motion.B, .C = motion.C, .S = motion.S};
+  StepMatrix step = flow;
+  StepMatrix damping;
+  StepMatrix kick;
+  for (std::size_t k = 0; k < system.radial().size(); ++k) {
+    const auto& spring = std::get<RadialSpring>(scene.forces[system.radial()[k]]);
+    const double W = spring.stiffness[particle] / scene.mass[particle];
+    const double g = spring.damping / scene.mass[particle];
+    if (k < system.kicks()) {
+      const RadialKick of_one = radial_kick(W, g, h);
+      kick.A += of_one.kappa;
+      damping.B = 1 - (1 - damping.B) * of_one.E;
+    }
+    if (k + 1 == system.kicks()) step = flow * (damping * kick * damping) * flow;
+    if (k >= system.kicks()) {
+      const Contribution more = radial_spring(W, g, h, system.method(system.radial()[k]));
+      step.A += more.A;
+      step.B += more.B;
+      step.C += more.C;
+      step.S -= more.D;
+    }
+  }
+  return step;
+}
+
+double spectral_radius(const StepMatrix& k) {
   const double half_trace = 1 - (k.B + k.C) / 2;
   const double less = k.B + k.C - k.B * k.C - k.A * k.S;  // 1 - determinant, without cancellation
   const double discriminant = half_trace * half_trace - (1 - less);
@@ -78,11 +113,11 @@ struct Worst {
 };
 
 // The particle and axis whose motion grows most in a step.
-Worst worst(const System& system, std::size_t particles) {
+Worst worst(const Scene& scene, const System& system, std::size_t particles, double h) {
   Worst found;
   for (std::size_t i = 0; i < particles; ++i) {
     for (std::size_t axis = 0; axis < (system.is_isotropic() ? 1 : 3); ++axis) {
-      const double radius = spectral_radius(system.motion(axis, i));
+      const double radius = spectral_radius(step_matrix(scene, system, axis, i, h));
       if (radius > found.radius) found = {radius, i, axis};
     }
   }
@@ -113,7 +148,8 @@ constexpr double rounding = 1e-12;
 // The largest step that does not grow, between h and a thousandth of it; 0 where even that one does.
 double stable_step(const Scene& scene, std::span<const Vec3> start, Worst at, double h) {
   const auto is_stable = [&](double step) {
-    return spectral_radius(System(scene, start, step).motion(at.axis, at.particle)) <= 1 + rounding;
+    const System system(scene, start, step);
+    return spectral_radius(step_matrix(scene, system, at.axis, at.particle, step)) <= 1 + rounding;
   };
   double low = h / 1000;
   if (!is_stable(low)) return 0;
@@ -127,7 +163,8 @@ std::string describe_forces(const Scene& scene, const System& system) {
   const auto list = [&](const std::vector<std::size_t>& forces) {
     std::string names;
     for (const std::size_t i : forces) {
-      names += (names.empty() ? "" : ", ") + ("forces[" + std::to_string(i) + "] " + std::string(kind(scene.forces[i])));
+      names +=
+          (names.empty() ? "" : ", ") + ("forces[" + std::to_string(i) + "] " + std::string(kind(scene.forces[i])));
     }
     return names;
   };
@@ -142,22 +179,67 @@ std::string describe_forces(const Scene& scene, const System& system) {
   return text;
 }
 
+std::string describe_accuracy(const Scene& scene, const System& system, int impacts) {
+  const Accuracy of = accuracy(scene, system);
+  std::string words = "accuracy     ";
+  if (of.order == Accuracy::exact) {
+    words += "exact for any step\n";
+  } else {
+    words += "order " + std::to_string(of.order) + " in the step\n";
+    for (const std::string& reason : of.reasons) words += "             " + reason + "\n";
+  }
+  if (scene.contacts.empty()) return words;
+  words += "             as long as no particle has more than " + std::to_string(impacts) +
+           " impacts in a step; what bounces ever lower rests within a step of its time";
+  const auto is_sphere = [](const Contact& contact) { return std::holds_alternative<Sphere>(contact); };
+  if (std::any_of(scene.contacts.begin(), scene.contacts.end(), is_sphere))
+    words += ", and what slides on a sphere is of order 1";
+  return words + "\n";
+}
+
+// The highest frequency of a radial spring and what the kicks of all come to: a kick of h kappa alone is stable up to 4.
+std::string describe_radial(const Scene& scene, const System& system, std::size_t particles, double h) {
+  double frequency = 0;
+  double kicks = 0;
+  for (std::size_t i = 0; i < particles; ++i) {
+    double sum = 0;
+    for (std::size_t k = 0; k < system.radial().size(); ++k) {
+      const auto& spring = std::get<RadialSpring>(scene.forces[system.radial()[k]]);
+      const double W = spring.stiffness[i] / scene.mass[i];
+      frequency = std::max(frequency, std::sqrt(W));
+      if (k < system.kicks()) sum += std::abs(h) * radial_kick(W, spring.damping / scene.mass[i], h).kappa;
+    }
+    kicks = std::max(kicks, sum);
+  }
+  std::string words = "radial       highest frequency x step is " + text(frequency * std::abs(h), 3);
+  if (system.kicks() != 0) words += "; the kicks along one line come to " + text(kicks, 3) + ", alone they are stable up to 4";
+  return words + "\n";
+}
+
 template <class T>
 std::string describe_stability(const CompiledScene<T>& compiled, const System& system) {
   const double h = compiled.options.step;
-  if (system.is_one_system()) return "stability    exact for any step\n";
-  const Worst at = worst(system, system.is_uniform() ? 1 : *compiled.count);
-  std::string text = format("stability    spectral radius %.12g at this step of %g s", at.radius, h);
-  if (at.radius <= 1 + rounding) return text + ": stable\n";
-  text += format(": UNSTABLE, amplitude doubles every %.3g steps", doubling_steps(at.radius));
-  if (!system.is_uniform()) text += format(" (particle %zu)", at.particle);
+  const bool is_joined = joins_particles(compiled.scene);
+  const std::string of = is_joined ? "of each particle without what joins it to others: " : "";
+  if (system.is_one_system() && system.radial().empty()) return "stability    " + of + "stable at any step\n";
+  const bool is_alike =
+      system.is_uniform() &&
+      std::all_of(system.radial().begin(), system.radial().end(),
+                  [&](std::size_t i) { return std::get<RadialSpring>(compiled.scene.forces[i]).stiffness.is_uniform(); }) &&
+      compiled.scene.mass.is_uniform();
+  const std::size_t particles = is_alike ? 1 : *compiled.count;
+  const Worst at = worst(compiled.scene, system, particles, h);
+  std::string words = system.radial().empty() ? "" : describe_radial(compiled.scene, system, particles, h);
+  words += "stability    " + of + "spectral radius " + text(at.radius, 12) + " at this step of " + text(h, 6) + " s";
+  if (!system.radial().empty()) words += ", where all radial springs pull along one line";
+  if (at.radius <= 1 + rounding) return words + ": stable\n";
+  words += ": UNSTABLE, amplitude doubles every " + text(doubling_steps(at.radius), 3) + " steps";
+  if (!is_alike) words += " (particle " + std::to_string(at.particle) + ")";
+  words += "\n             what to do: ";
   const double limit = stable_step(compiled.scene, compiled.start, at, h);
-  text +=
-      limit > 0
-          ? format("\n             what to do: a step of at most %.6g s, or method combined\n", limit)
-          : "\n             what to do: no smaller step cures it (the separate contributions add energy); method combined is "
-            "exact\n";
-  return text;
+  const std::string_view cure = system.radial().empty() ? "method combined is exact" : "another method";
+  if (limit > 0) return words + "a step of at most " + text(limit, 6) + " s, or method combined\n";
+  return words + "no smaller step cures it (the separate contributions add energy); " + std::string(cure) + "\n";
 }
 
 std::string_view name(Scheme scheme) {
@@ -198,18 +280,18 @@ std::string describe_form(const ColoursForm<T>& form) {
 // What the other schemes would take for the same springs and step.
 template <class T>
 std::string describe_other_schemes(const Joints<T>& joints) {
-  std::string text;
+  std::string words;
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
     if (joints.coupling.scheme == scheme) continue;
     const int substeps = joints.safe_substeps({.scheme = scheme});
     const std::int64_t pulses = scheme == Scheme::fourth_order ? 6 : 1;
-    text += format("             %s would take %d sub-steps, %lld pulses a step\n", std::string(name(scheme)).c_str(), substeps,
-                   static_cast<long long>(substeps * pulses));
+    words += "             " + std::string(name(scheme)) + " would take " + std::to_string(substeps) + " sub-steps, " +
+             std::to_string(substeps * pulses) + " pulses a step\n";
   }
   if (joints.coupling.scheme != Scheme::sequential) {
-    text += "             sequential would take any number of sub-steps, 2 sweeps each (a sweep costs about 2 pulses)\n";
+    words += "             sequential would take any number of sub-steps, 2 sweeps each (a sweep costs about 2 pulses)\n";
   }
-  return text;
+  return words;
 }
 
 template <class T>
@@ -217,32 +299,36 @@ std::string describe_network(const Joints<T>& joints, std::size_t workspace_byte
   if (joints.springs == 0) return "";
   const NetworkLimit& limit = joints.limit;
   const Coupling& coupling = joints.coupling;
-  std::string text = format("springs      %zu, %s; %zu bytes of its own, %zu of working memory a state\n", joints.springs,
-                            std::visit([](const auto& form) { return describe_form(form); }, joints.form).c_str(),
-                            joints.bytes(), workspace_bytes);
-  text += format("scheme       %s, %d sub-steps a step", std::string(name(coupling.scheme)).c_str(), limit.substeps);
+  const std::string form = std::visit([](const auto& of) { return describe_form(of); }, joints.form);
+  std::string words = "springs      " + std::to_string(joints.springs) + ", " + form + "; " +
+                      std::to_string(joints.bytes()) + " bytes, and " + std::to_string(workspace_bytes) +
+                      " of working memory a state\n";
+  words += "scheme       " + std::string(name(coupling.scheme)) + ", " + std::to_string(limit.substeps) + " sub-steps a step";
   if (coupling.scheme == Scheme::sequential) {
-    text += format(", theta %g, %s", coupling.theta, coupling.sweeps == Sweeps::symmetric ? "forward and backward" : "forward");
+    words += ", theta " + text(coupling.theta, 6);
+    words += coupling.sweeps == Sweeps::symmetric ? ", forward and backward" : ", forward";
   }
-  text += coupling.substeps ? " (asked for)\n" : " (chosen)\n";
-  text += format("frequency    %.6g rad/s at the start, at most %.6g in any position (the springs of particle %u)\n",
-                 limit.frequency, limit.bound, limit.particle);
+  words += coupling.substeps ? " (asked for)\n" : " (chosen)\n";
+  words += "frequency    " + text(limit.frequency, 6) + " rad/s at the start, at most " + text(limit.bound, 6) +
+           " in any position (the springs of particle " + std::to_string(limit.particle) + ")\n";
   const double h = std::abs(joints.step) / limit.substeps;
   if (std::isinf(limit.limit)) {
-    text +=
-        "             stable at any sub-step where the springs are linear; position errors grow with frequency x sub-step, ";
-    text += format("here %.3g\n", limit.frequency * h);
+    words +=
+        "             stable at any sub-step where the springs are linear; position errors grow with frequency x sub-step, "
+        "here " +
+        text(limit.frequency * h, 3) + "\n";
   } else {
     const double margin = limit.limit / (limit.bound * h) - 1;
-    text += format("             frequency x sub-step is %.3g at the start and at most %.3g; the scheme takes %.3g: ",
-                   limit.frequency * h, limit.bound * h, limit.limit);
-    text += margin >= -1e-9 ? format("a margin of %.0f %%\n", 100 * std::max(0.0, margin))
-                            : format("MAY GROW where the springs fold onto one line; %d sub-steps are safe\n", limit.safe);
+    words += "             frequency x sub-step is " + text(limit.frequency * h, 3) + " at the start and at most " +
+             text(limit.bound * h, 3) + "; the scheme takes " + text(limit.limit, 3) + ": ";
+    words += margin >= -1e-9
+                 ? "a margin of " + text(std::round(100 * std::max(0.0, margin)), 6) + " %\n"
+                 : "MAY GROW where the springs fold onto one line; " + std::to_string(limit.safe) + " sub-steps are safe\n";
   }
   if (coupling.scheme == Scheme::accumulate && coupling.method == Method::exact) {
-    text += "             exact contributions of springs that share particles gain energy at every step\n";
+    words += "             exact contributions of springs that share particles gain energy at every step\n";
   }
-  return text + describe_other_schemes(network);
+  return words + describe_other_schemes(network);
 }
 
 template <class T>
@@ -250,16 +336,17 @@ std::string describe_constraints(const Joints<T>& joints) {
   const auto& constraints = joints.constraints;
   if (!constraints) return "";
   const NetworkLimit& limit = joints.limit;
-  std::string text = format("constraints  %zu in %zu colours", constraints->count(), constraints->colours().size());
-  if (constraints->chains() != 0) text += format(", %zu chains solved whole", constraints->chains());
-  text += format("; %d sweeps over them in each of %d sub-steps; %zu bytes\n", constraints->sweeps(), limit.substeps,
-                 constraints->bytes());
+  std::string words = "constraints  " + std::to_string(constraints->count()) + " in " +
+                      std::to_string(constraints->colours().size()) + " colours";
+  if (constraints->chains() != 0) words += ", " + std::to_string(constraints->chains()) + " chains solved whole";
+  words += "; " + std::to_string(constraints->sweeps()) + " sweeps over them in each of " + std::to_string(limit.substeps) +
+           " sub-steps; " + std::to_string(constraints->bytes()) + " bytes\n";
   if (constraints->sweeps() > 1) {
-    text +=
+    words +=
         "             those that share particles are solved one after the other: more sub-steps bring them nearer than more "
         "sweeps\n";
   }
-  return text;
+  return words;
 }
 
 std::string_view name(Rounding how, bool is_float32) {
@@ -271,7 +358,7 @@ std::string describe_origin(const Origin& origin) {
   if (origin.is_world()) return "";
   if (origin.is_each()) return "origin       one for each particle\n";
   const Vec3& o = origin.at(0);
-  return format("origin       [%g, %g, %g] m\n", o[0], o[1], o[2]);
+  return "origin       [" + text(o[0], 6) + ", " + text(o[1], 6) + ", " + text(o[2], 6) + "] m\n";
 }
 
 template <class T>
@@ -282,42 +369,43 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   const FreeMotion<T>& motion = joined != nullptr ? *joined->flows()[0] : *compiled.free();
   const System system(scene, compiled.start, compiled.options.step);
   const bool has_radial = !system.radial().empty();
-  std::string text =
-      format("step         %g s, %s, %s arithmetic, %s", compiled.options.step,
-             std::string(name(compiled.options.rounding, sizeof(T) == 4)).c_str(),
-             std::string(dvdx::name(compiled.options.arithmetic)).c_str(), std::string(dvdx::name(compiled.isa)).c_str());
-  text += format(", %zu lanes, blocks of %zu particles\n", motion.kernels->lanes, motion.block);
-  text += describe_forces(scene, system);
-  text += describe_origin(scene.origin);
-  text += "passes       affine";
-  if (!system.is_uniform()) text += ", rate (made once, kept while nothing changes)";
-  if (has_radial) text += ", radial (" + std::to_string(system.radial().size()) + " springs)";
+  std::string words = "step         " + text(compiled.options.step, 6) + " s, ";
+  words.append(name(compiled.options.rounding, sizeof(T) == 4)).append(", ").append(dvdx::name(compiled.options.arithmetic));
+  words.append(" arithmetic, ").append(dvdx::name(compiled.isa));
+  words +=
+      ", " + std::to_string(motion.kernels->lanes) + " lanes, blocks of " + std::to_string(motion.block) + " particles\n";
+  words += describe_forces(scene, system);
+  words += describe_origin(scene.origin);
+  words += "passes       affine";
+  if (!system.is_uniform()) words += ", rate (made once, kept while nothing changes)";
+  if (has_radial) words += ", radial (" + std::to_string(system.radial().size()) + " springs)";
   if (!scene.contacts.empty()) {
-    text += ", contact (" + std::to_string(scene.contacts.size()) + " surfaces, up to " +
-            std::to_string(compiled.options.impacts) + " impacts a particle and step)";
+    words += ", contact (" + std::to_string(scene.contacts.size()) + " surfaces, up to " +
+             std::to_string(compiled.options.impacts) + " impacts a particle and step)";
   }
-  text += "\nflow         " + describe(motion.flow) + "\n";
+  words += "\nflow         " + describe(motion.flow) + "\n";
   const int count = operations(motion.flow, motion.terms.rates.sources) * (system.kicks() != 0 ? 2 : 1);
-  text += format("cost         %zu bytes of state, %zu of columns, and %d operations a particle-step", 12 * sizeof(T),
-                 motion.column_bytes(), count);
-  text += has_radial || !scene.contacts.empty() ? " before contacts and radial springs\n" : "\n";
-  text += describe_stability(compiled, system);
+  words += "cost         " + std::to_string(12 * sizeof(T)) + " bytes of state, " + std::to_string(motion.column_bytes()) +
+           " of columns, and " + std::to_string(count) + " operations a particle-step";
+  words += has_radial || !scene.contacts.empty() ? " before contacts and radial springs\n" : "\n";
+  words += describe_accuracy(scene, system, compiled.options.impacts);
+  words += describe_stability(compiled, system);
   if (joined != nullptr) {
-    text += describe_network(joined->joints(), workspace_bytes) + describe_constraints(joined->joints());
+    words += describe_network(joined->joints(), workspace_bytes) + describe_constraints(joined->joints());
   }
   const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
-  text += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");
-  return text;
+  words += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");
+  return words;
 }
 
 }  // namespace
 
 template <class T>
 std::string Plan<T>::explain() const {
-  const auto text = [](const auto& in) {
+  const auto words = [](const auto& in) {
     return dvdx::explain(*in.scene, in.workspace != nullptr ? in.workspace->bytes() : 0);
   };
-  return std::visit(text, parts_->in);
+  return std::visit(words, parts_->in);
 }
 
 template std::string Plan<float>::explain() const;

@@ -1,9 +1,6 @@
 #include "dvdx/layouts/state_hash.hpp"
 
-#include <array>
 #include <bit>
-#include <cinttypes>
-#include <cstdio>
 #include <type_traits>
 
 namespace dvdx {
@@ -32,9 +29,10 @@ std::uint64_t state_hash(const State<T>& state) noexcept {
 }
 
 std::string hash_text(std::uint64_t hash) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016" PRIx64, hash);
-  return text.data();
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string text(16, '0');
+  for (std::size_t i = text.size(); i-- > 0; hash >>= 4U) text[i] = digits[hash & 15U];
+  return text;
 }
 
 template std::uint64_t state_hash(const State<float>&) noexcept;

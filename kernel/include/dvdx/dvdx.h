@@ -64,7 +64,8 @@ typedef enum dvdx_precision { DVDX_FLOAT32 = 0, DVDX_FLOAT64 = 1 } dvdx_precisio
 //   arrays (SoA)    run 0: all elements side by side; stride unused
 //   structs (AoS)   run 1, stride the struct's size
 //   tiles (AoSoA)   run the tile's width, stride a tile's bytes
-// Elements from the count up to `capacity` are padding that a step may overwrite; nothing behind it is read or written.
+// Elements from the count up to `capacity` are padding that a step may overwrite; nothing behind it is read or written. No two
+// elements of a state's columns may share memory: DVDX_INVALID names the column.
 typedef struct dvdx_column {
   void* base;        // aligned as its type needs, as is every element
   ptrdiff_t stride;  // bytes from a run to the next
@@ -98,7 +99,8 @@ DVDX_EXPORT dvdx_state dvdx_soa(dvdx_precision precision, void* x, void* y, void
 DVDX_EXPORT dvdx_state dvdx_aos(dvdx_precision precision, void* first_position, void* first_velocity, size_t struct_bytes,
                                 size_t count);
 
-// FNV-1a over x, y, z, vx, vy, vz, particle by particle: what `dvdx run --json` prints.
+// FNV-1a over x, y, z, vx, vy, vz, particle by particle: what `dvdx run --json` prints. 0 of a null pointer, and of a state that
+// no plan would step.
 DVDX_EXPORT uint64_t dvdx_state_hash(const dvdx_state* state);
 
 // ---- Scenes ------------------------------------------------------------------------------------------------------------
@@ -338,7 +340,7 @@ typedef enum dvdx_arithmetic {
 typedef struct dvdx_allocator {
   // Memory aligned to `alignment` bytes, a power of two; null: there is none.
   void* (*allocate)(void* context, size_t bytes, size_t alignment);  // null: the C++ library's
-  void (*release)(void* context, void* memory, size_t bytes, size_t alignment);
+  void (*release)(void* context, void* memory, size_t bytes, size_t alignment);  // not null where allocate is not
   void* context;  // must live as long as the plan
 } dvdx_allocator;
 
@@ -403,6 +405,7 @@ DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_er
 DVDX_EXPORT dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
                                           dvdx_error* error);
 
+// Of a null pointer: a step that is not a number, DVDX_ISA_BEST, DVDX_FLOAT32, no limit and no text.
 DVDX_EXPORT double dvdx_plan_step_size(const dvdx_plan* plan);  // s
 DVDX_EXPORT dvdx_isa dvdx_plan_isa(const dvdx_plan* plan);
 DVDX_EXPORT dvdx_precision dvdx_plan_precision(const dvdx_plan* plan);

@@ -23,7 +23,7 @@ enum class Sweep {  // the path that a contact is looked for on
 
 enum class Response {  // what an impact at the fraction f of a step does to the position
   resume,              // the pulse acts for the rest of the step: dx = (1-f) h dv
-  seed,                // two pulses of which the second ends the step on the surface: dx = x(f) - x(h)
+  seed,                // two pulses along the normal, of which the second ends the step on the surface: dx = n n.(x(f) - x(h))
 };
 
 enum class Side { outside, inside };  // of a sphere: where particles may be

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "c_api/guard.hpp"
+#include "c_api/overlap.hpp"
 
 namespace dvdx::c_api {
 namespace {
@@ -28,22 +29,45 @@ template <class T>
 dvdx_status check_columns(const dvdx_state& state, std::size_t needed, dvdx_error* error) noexcept {
   constexpr std::array names = {"x[0]", "x[1]", "x[2]", "v[0]", "v[1]", "v[2]"};
   constexpr std::array rests = {"x_rest[0]", "x_rest[1]", "x_rest[2]", "v_rest[0]", "v_rest[1]", "v_rest[2]"};
-  if (state.precision != (sizeof(T) == sizeof(float) ? DVDX_FLOAT32 : DVDX_FLOAT64)) {
-    return report(error, DVDX_PRECISION_DIFFERS);
+  const int precision = number_of(state.precision);
+  if (precision < 0 || precision >= precisions) {
+    return report(error, DVDX_INVALID, "state.precision", "no precision", "DVDX_FLOAT32 or DVDX_FLOAT64");
   }
+  if (precision != (sizeof(T) == sizeof(float) ? DVDX_FLOAT32 : DVDX_FLOAT64)) return report(error, DVDX_PRECISION_DIFFERS);
   if (needed == 0) return DVDX_DONE;
+  std::array<NamedColumn, 12> columns{};
+  std::size_t count = 0;
   for (std::size_t k = 0; k < names.size(); ++k) {
     const dvdx_column& c = k < 3 ? state.x[k] : state.v[k - 3];
     if (const dvdx_status status = check_column<T>(c, names[k], error); status != DVDX_DONE) return status;
+    columns[count++] = {&c, names[k]};
     const dvdx_column& rest = k < 3 ? state.x_rest[k] : state.v_rest[k - 3];
     if (rest.capacity == 0) continue;  // there is none
     if (const dvdx_status status = check_column<T>(rest, rests[k], error); status != DVDX_DONE) return status;
+    columns[count++] = {&rest, rests[k]};
+  }
+  return check_apart<T>({columns.data(), count}, needed, error);
+}
+
+template <class T>
+dvdx_status check_apart(std::span<const NamedColumn> columns, std::size_t count, dvdx_error* error) noexcept {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const Runs one = runs_of(*columns[i].column, count, sizeof(T));
+    if (overlaps_itself(one)) {
+      return report(error, DVDX_INVALID, columns[i].name, "a column whose elements share memory", "memory for each element");
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!overlap(one, runs_of(*columns[k].column, count, sizeof(T)))) continue;
+      return report(error, DVDX_INVALID, columns[i].name, columns[k].name, "memory of its own: the two columns overlap");
+    }
   }
   return DVDX_DONE;
 }
 
 template dvdx_status check_column<float>(const dvdx_column&, const char*, dvdx_error*) noexcept;
 template dvdx_status check_column<double>(const dvdx_column&, const char*, dvdx_error*) noexcept;
+template dvdx_status check_apart<float>(std::span<const NamedColumn>, std::size_t, dvdx_error*) noexcept;
+template dvdx_status check_apart<double>(std::span<const NamedColumn>, std::size_t, dvdx_error*) noexcept;
 template dvdx_status check_columns<float>(const dvdx_state&, std::size_t, dvdx_error*) noexcept;
 template dvdx_status check_columns<double>(const dvdx_state&, std::size_t, dvdx_error*) noexcept;
 
@@ -72,6 +96,9 @@ Options options_of(const dvdx_options& from) {
   to.block = from.block;
   to.rounding = choice<Rounding>(from.rounding, roundings, "rounding");
   if (from.impacts != 0) to.impacts = from.impacts;
+  if (from.allocator.allocate != nullptr && from.allocator.release == nullptr) {
+    throw Error{"allocator.release", "null", "a function, where allocator.allocate is one"};
+  }
   to.memory = {.allocate = from.allocator.allocate, .release = from.allocator.release, .context = from.allocator.context};
   return to;
 }

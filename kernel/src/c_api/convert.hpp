@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <new>
+#include <span>
 #include <utility>
 
 #include "dvdx/dvdx.h"
@@ -35,9 +36,16 @@ inline void put_clock(const Clock& clock, dvdx_state& state) noexcept { state.cl
 // reported.
 template <class T>
 dvdx_status check_column(const dvdx_column& column, const char* name, dvdx_error* error) noexcept;
-// Of a state in which nothing is looked at below `needed` particles.
+// Of a state in which nothing is looked at from `needed` particles on. No two elements may share memory.
 template <class T>
 dvdx_status check_columns(const dvdx_state& state, std::size_t needed, dvdx_error* error) noexcept;
+// Of these columns, in order, each with its name.
+struct NamedColumn {
+  const dvdx_column* column;
+  const char* name;
+};
+template <class T>
+dvdx_status check_apart(std::span<const NamedColumn> columns, std::size_t count, dvdx_error* error) noexcept;
 
 dvdx_status status_of(StepResult result) noexcept;
 

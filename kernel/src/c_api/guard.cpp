@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <cstring>
 
 namespace dvdx::c_api {
@@ -56,8 +55,14 @@ dvdx_status report(dvdx_error* error, dvdx_status status, std::string_view field
   put(error->field, field);
   put(error->value, value);
   put(error->valid, valid);
-  std::snprintf(&error->message[0], sizeof error->message, "%s is %s: must be %s", &error->field[0], &error->value[0],
-                &error->valid[0]);
+  // What of the sentence fits.
+  std::size_t end = 0;
+  for (const std::string_view part :
+       {std::string_view(&error->field[0]), std::string_view(" is "), std::string_view(&error->value[0]),
+        std::string_view(": must be "), std::string_view(&error->valid[0])}) {
+    end += copy_text(part, &error->message[end], sizeof error->message - end);
+    end = std::min(end, sizeof error->message - 1);
+  }
   return status;
 }
 

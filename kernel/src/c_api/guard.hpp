@@ -25,8 +25,9 @@ inline dvdx_status missing(dvdx_error* error, std::string_view argument) noexcep
   return report(error, DVDX_INVALID, argument, "null", "a pointer to what the name says");
 }
 
-// Throws where `count` elements are said to stand behind a null pointer.
+// Throws where `count` elements are said to stand behind a null pointer, or more than there can be particles.
 inline void need(const void* pointer, std::size_t count, const std::string& field) {
+  if (count > 0xffffffff) throw Error{field, std::to_string(count) + " elements", "at most 4294967295 elements"};
   if (pointer == nullptr && count != 0) throw Error{field, "null", "a pointer to " + std::to_string(count) + " elements"};
 }
 
@@ -57,11 +58,17 @@ inline Vec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
 // A choice of C as one of C++ whose enumerators count in the same order; throws Error where it is none of the
 // `count`. Read as bytes: a caller may have written anything.
-template <class To, class From>
-To choice(const From& from, int count, const std::string& field) {
+template <class From>
+int number_of(const From& from) noexcept {
   static_assert(sizeof(From) == sizeof(int));
   int value = 0;
   std::memcpy(&value, &from, sizeof value);
+  return value;
+}
+
+template <class To, class From>
+To choice(const From& from, int count, const std::string& field) {
+  const int value = number_of(from);
   if (value >= 0 && value < count) return static_cast<To>(value);
   throw Error{field, std::to_string(value), "a choice from 0 to " + std::to_string(count - 1)};
 }

@@ -13,6 +13,7 @@
 #include "c_api/convert.hpp"
 #include "c_api/guard.hpp"
 #include "c_api/scene.hpp"
+#include "text.hpp"
 
 struct dvdx_live_plan {
   std::variant<dvdx::LivePlan<float>, dvdx::LivePlan<double>> plan;
@@ -38,7 +39,7 @@ std::variant<Vec3, Disc, Box> shape_of(const dvdx_emitter& from, const std::stri
 }
 
 Emitter emitter_of(const dvdx_emitter& from, const std::string& at) {
-  if (!(from.duration >= 0)) throw Error{at + ".duration", std::to_string(from.duration), "a number >= 0"};
+  if (!(from.duration >= 0)) throw Error{at + ".duration", text(from.duration), "a number >= 0"};
   Emitter to{.shape = shape_of(from, at), .rate = from.rate, .start = from.start};
   if (from.duration != 0) to.end = from.start + from.duration;
   to.velocity = vec3(from.velocity);
@@ -94,6 +95,22 @@ dvdx_status check_carried(const dvdx_live& live, dvdx_error* error) noexcept {
   return DVDX_DONE;
 }
 
+// That ages and lifetimes have memory of their own.
+template <class T>
+dvdx_status check_ages(const dvdx_live& live, std::size_t capacity, dvdx_error* error) noexcept {
+  if (live.age.base == nullptr || capacity == 0) return DVDX_DONE;
+  const auto& [x, v] = std::pair(&live.state.x[0], &live.state.v[0]);
+  const std::array<NamedColumn, 8> columns = {{{&x[0], "x[0]"},
+                                               {&x[1], "x[1]"},
+                                               {&x[2], "x[2]"},
+                                               {&v[0], "v[0]"},
+                                               {&v[1], "v[1]"},
+                                               {&v[2], "v[2]"},
+                                               {&live.age, "age"},
+                                               {&live.lifetime, "lifetime"}}};
+  return check_apart<T>({columns.data(), live.lifetime.base == nullptr ? 7U : 8U}, capacity, error);
+}
+
 template <class T>
 dvdx_status check_live(const dvdx_live& live, std::size_t capacity, dvdx_error* error) noexcept {
   if (const dvdx_status status = check_columns<T>(live.state, capacity, error); status != DVDX_DONE) return status;
@@ -104,6 +121,7 @@ dvdx_status check_live(const dvdx_live& live, std::size_t capacity, dvdx_error* 
     if (const dvdx_status status = check_column<T>(live.lifetime, "lifetime", error); status != DVDX_DONE) return status;
     if (live.age.base == nullptr) return report(error, DVDX_INVALID, "age", "a null pointer", "there where lifetime is");
   }
+  if (const dvdx_status status = check_ages<T>(live, capacity, error); status != DVDX_DONE) return status;
   return check_carried(live, error);
 }
 
@@ -173,6 +191,7 @@ dvdx_status dvdx_live_plan_remove(const dvdx_live_plan* plan, dvdx_live* live, c
 
 size_t dvdx_live_plan_explain(const dvdx_live_plan* plan, char* text, size_t capacity) {
   std::size_t length = copy_text("", text, capacity);
+  if (plan == nullptr) return length;
   (void)guarded(nullptr, [&] {
     const auto words = [](const auto& p) { return p.plan().explain() + p.explain(); };
     length = copy_text(std::visit(words, plan->plan), text, capacity);

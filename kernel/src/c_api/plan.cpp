@@ -1,5 +1,6 @@
 // Plans by C: a handle that holds a plan of either precision, in the caller's memory.
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <utility>
 #include <variant>
@@ -111,16 +112,21 @@ dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const dvdx_scene* s
 }
 
 double dvdx_plan_step_size(const dvdx_plan* plan) {
+  if (plan == nullptr) return std::numeric_limits<double>::quiet_NaN();
   return std::visit([](const auto& p) { return p.step_size(); }, plan->plan);
 }
 
 dvdx_isa dvdx_plan_isa(const dvdx_plan* plan) {
+  if (plan == nullptr) return DVDX_ISA_BEST;
   return std::visit([](const auto& p) { return static_cast<dvdx_isa>(static_cast<int>(p.isa()) + 1); }, plan->plan);
 }
 
-dvdx_precision dvdx_plan_precision(const dvdx_plan* plan) { return plan->plan.index() == 0 ? DVDX_FLOAT32 : DVDX_FLOAT64; }
+dvdx_precision dvdx_plan_precision(const dvdx_plan* plan) {
+  return plan == nullptr || plan->plan.index() == 0 ? DVDX_FLOAT32 : DVDX_FLOAT64;
+}
 
 int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limit* limit) {
+  if (plan == nullptr || limit == nullptr) return 0;
   const auto found = std::visit([](const auto& p) { return p.network_limit(); }, plan->plan);
   if (!found) return 0;
   *limit = {.substeps = found->substeps,
@@ -135,6 +141,7 @@ int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limit* limit) {
 
 size_t dvdx_plan_explain(const dvdx_plan* plan, char* text, size_t capacity) {
   std::size_t length = copy_text("", text, capacity);
+  if (plan == nullptr) return length;
   (void)guarded(nullptr, [&] {
     length = copy_text(std::visit([](const auto& p) { return p.explain(); }, plan->plan), text, capacity);
     return DVDX_DONE;
@@ -160,7 +167,7 @@ dvdx_state dvdx_soa(dvdx_precision precision, void* x, void* y, void* z, void* v
 }
 
 dvdx_state dvdx_aos(dvdx_precision precision, void* first_position, void* first_velocity, size_t struct_bytes, size_t count) {
-  const std::size_t size = precision == DVDX_FLOAT64 ? sizeof(double) : sizeof(float);
+  const std::size_t size = number_of(precision) == DVDX_FLOAT64 ? sizeof(double) : sizeof(float);
   const auto field = [&](void* first, std::size_t axis) {
     void* const base = first == nullptr ? nullptr : static_cast<char*>(first) + axis * size;
     return dvdx_column{base, static_cast<std::ptrdiff_t>(struct_bytes), 1, count};
@@ -174,5 +181,10 @@ dvdx_state dvdx_aos(dvdx_precision precision, void* first_position, void* first_
 }
 
 uint64_t dvdx_state_hash(const dvdx_state* state) {
-  return state->precision == DVDX_FLOAT64 ? dvdx::state_hash(view<double>(*state)) : dvdx::state_hash(view<float>(*state));
+  if (state == nullptr) return 0;
+  const bool is_float64 = number_of(state->precision) == DVDX_FLOAT64;
+  const dvdx_status status =
+      is_float64 ? check_columns<double>(*state, state->count, nullptr) : check_columns<float>(*state, state->count, nullptr);
+  if (status != DVDX_DONE) return 0;
+  return is_float64 ? dvdx::state_hash(view<double>(*state)) : dvdx::state_hash(view<float>(*state));
 }

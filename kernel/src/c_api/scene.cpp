@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "c_api/guard.hpp"
+#include "forces/polynomial.hpp"
 
 namespace dvdx::c_api {
 namespace {
@@ -29,18 +30,19 @@ std::vector<Pair> pairs(const std::uint32_t* ends, std::size_t count, const std:
   return list;
 }
 
-Scalars scalars(const dvdx_scalars& from) {
+Scalars scalars(const dvdx_scalars& from, const std::string& field) {
   if (from.each == nullptr) return from.all;
+  need(from.each, from.count, field);
   return std::vector<double>(from.each, from.each + from.count);
 }
 
-std::optional<Scalars> scalars(const dvdx_scalars* from) {
-  return from == nullptr ? std::nullopt : std::optional(scalars(*from));
+std::optional<Scalars> scalars(const dvdx_scalars* from, const std::string& field) {
+  return from == nullptr ? std::nullopt : std::optional(scalars(*from, field));
 }
 
-PerAxis per_axis(const dvdx_per_axis& from) {
+PerAxis per_axis(const dvdx_per_axis& from, const std::string& field) {
   if (from.axes != nullptr) return {from.axes[0], from.axes[1], from.axes[2]};
-  return scalars(dvdx_scalars{from.all, from.each, from.count});
+  return scalars(dvdx_scalars{from.all, from.each, from.count}, field);
 }
 
 Anchor anchor(const dvdx_anchor& from, const std::string& field) {
@@ -77,6 +79,9 @@ Force value(const dvdx_constant& from, const std::string& at) {
   return Constant{.acceleration = vec3(from.acceleration), .method = method(from.method, at + ".method")};
 }
 Force value(const dvdx_polynomial& from, const std::string& at) {
+  if (from.terms < 1 || from.terms > static_cast<std::size_t>(polynomial_terms)) {
+    throw Error{at + ".terms", std::to_string(from.terms), "a whole number from 1 to " + std::to_string(polynomial_terms)};
+  }
   return Polynomial{.acceleration = vectors(from.acceleration, from.terms, at + ".acceleration"),
                     .method = method(from.method, at + ".method")};
 }
@@ -87,20 +92,20 @@ Force value(const dvdx_sinusoid& from, const std::string& at) {
                   .method = method(from.method, at + ".method")};
 }
 Force value(const dvdx_spring& from, const std::string& at) {
-  return Spring{.stiffness = per_axis(from.stiffness),
+  return Spring{.stiffness = per_axis(from.stiffness, at + ".stiffness"),
                 .damping = from.damping,
                 .anchor = anchor(from.anchor, at + ".anchor"),
                 .method = method(from.method, at + ".method")};
 }
 Force value(const dvdx_radial_spring& from, const std::string& at) {
-  return RadialSpring{.stiffness = scalars(from.stiffness),
+  return RadialSpring{.stiffness = scalars(from.stiffness, at + ".stiffness"),
                       .damping = from.damping,
                       .anchor = anchor(from.anchor, at + ".anchor"),
-                      .rest_length = scalars(from.rest_length),
+                      .rest_length = scalars(from.rest_length, at + ".rest_length"),
                       .method = method(from.method, at + ".method")};
 }
 Force value(const dvdx_drag& from, const std::string& at) {
-  return Drag{.coefficient = per_axis(from.coefficient),
+  return Drag{.coefficient = per_axis(from.coefficient, at + ".coefficient"),
               .wind = vec3(from.wind),
               .expansion = choice<Expansion>(from.expansion, expansions, at + ".expansion"),
               .method = method(from.method, at + ".method")};
@@ -127,14 +132,14 @@ Network value(const dvdx_grid& from, const std::string& /*at*/) {
 }
 Network value(const dvdx_springs& from, const std::string& at) {
   return Springs{.pairs = pairs(from.pairs, from.count, at + ".pairs"),
-                 .stiffness = scalars(from.stiffness),
-                 .rest_length = scalars(from.rest_length),
+                 .stiffness = scalars(from.stiffness, at + ".stiffness"),
+                 .rest_length = scalars(from.rest_length, at + ".rest_length"),
                  .damping = from.damping};
 }
 
 Constraint value(const dvdx_distance& from, const std::string& at) {
   return Distance{.pairs = pairs(from.pairs, from.count, at + ".pairs"),
-                  .length = scalars(from.length),
+                  .length = scalars(from.length, at + ".length"),
                   .bound = choice<Bound>(from.bound, bounds, at + ".bound")};
 }
 Constraint value(const dvdx_on_point& from, const std::string& /*at*/) {
@@ -200,7 +205,7 @@ dvdx_status dvdx_scene_set_method(dvdx_scene* scene, dvdx_method method, dvdx_er
   });
 }
 dvdx_status dvdx_scene_set_mass(dvdx_scene* scene, const dvdx_scalars* mass, dvdx_error* error) {
-  return changed(scene, mass, "mass", error, [](Scene& to, const dvdx_scalars& from) { to.mass = scalars(from); });
+  return changed(scene, mass, "mass", error, [](Scene& to, const dvdx_scalars& from) { to.mass = scalars(from, "mass"); });
 }
 dvdx_status dvdx_scene_set_coupling(dvdx_scene* scene, const dvdx_coupling* coupling, dvdx_error* error) {
   return changed(scene, coupling, "coupling", error, [](Scene& to, const dvdx_coupling& from) { to.coupling = value(from); });
@@ -214,6 +219,7 @@ dvdx_status dvdx_scene_set_fixed(dvdx_scene* scene, const size_t* particles, siz
 
 dvdx_status dvdx_scene_set_origin(dvdx_scene* scene, const double* origin, size_t count, dvdx_error* error) {
   return changed(scene, origin, "origin", error, [&](Scene& to, const double&) {
+    if (count == 0) throw dvdx::Error{"origin", "0 points", "1 point for all, or one for each particle"};
     auto points = vectors(origin, count, "origin");
     to.origin = count == 1 ? dvdx::Origin(points[0]) : dvdx::Origin(std::move(points));
   });

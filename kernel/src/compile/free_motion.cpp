@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <type_traits>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "math/shear.hpp"
 #include "passes/contact/make_surface.hpp"
 #include "passes/rate/rate_columns.hpp"
+#include "text.hpp"
 
 namespace dvdx {
 namespace {
@@ -345,9 +345,7 @@ std::optional<Error> FreeMotion<T>::refusal() const {
   };
   const bool is_sound = std::all_of(terms.fused.begin(), terms.fused.end(), is_fit);
   if (is_sound && has_finite_columns(terms.rates, count_.value_or(0))) return std::nullopt;
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", step_);
-  return Error{"step", text.data(), "a step at which this method's coefficients stay finite"};
+  return Error{"step", text(step_), "a step at which this method's coefficients stay finite"};
 }
 
 template class FreeMotion<float>;

@@ -1,23 +1,18 @@
 // Compiling what comes and goes, and saying what is wrong with it.
 #include "compile/lifecycle.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <utility>
 
 #include "dvdx/live.hpp"
 #include "execute/environment.hpp"
 #include "math/vec3.hpp"
+#include "text.hpp"
 
 namespace dvdx {
 namespace {
 
 constexpr std::size_t most_particles = 0xffffffff;
-
-std::string text(double value) {
-  char buffer[32];
-  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
-}
 
 // Collects the first error; later checks are skipped.
 class Checker {
@@ -82,6 +77,9 @@ class Checker {
       finite(at + ".offset", r.boundaries[i].offset);
     }
     if (r.outside) box("removal.outside", *r.outside);
+    const auto treatment = static_cast<int>(r.not_finite);
+    require(treatment >= 0 && treatment <= static_cast<int>(NotFinite::removed), "removal.not_finite",
+            std::to_string(treatment), "a choice from 0 to 1");
   }
 };
 

@@ -1,6 +1,5 @@
 #include "compile/validate.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <string>
@@ -9,6 +8,7 @@
 #include "compile/free_motion.hpp"
 #include "forces/polynomial.hpp"
 #include "math/vec3.hpp"
+#include "text.hpp"
 
 namespace dvdx {
 namespace {
@@ -18,18 +18,6 @@ constexpr int most_substeps = 1000000;
 constexpr int most_iterations = 1000;
 
 enum class Range { finite, non_negative, non_negative_or_infinite, positive, unit };
-
-std::string text(double value) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  return {buffer, end};
-}
-
-std::string text(const Vec3& value) {
-  std::string list = "[";
-  for (const double component : value) list.append(list.size() > 1 ? ", " : "").append(text(component));
-  return list.append("]");
-}
 
 std::string element(std::string name, std::size_t i) { return name.append("[").append(std::to_string(i)).append("]"); }
 
@@ -77,6 +65,17 @@ class Checker {
   }
   void number(const std::string& field, double value, Range range) {
     if (!holds(range, value)) fail(field, text(value), std::string(words(range)));
+  }
+  // A choice of an enumeration that counts from 0 to most.
+  template <class Choice>
+  void choice(const std::string& field, Choice value, Choice most) {
+    const auto number = static_cast<int>(value);
+    if (number < 0 || number > static_cast<int>(most)) {
+      fail(field, std::to_string(number), "a choice from 0 to " + std::to_string(static_cast<int>(most)));
+    }
+  }
+  void method(const std::string& at, const std::optional<Method>& value) {
+    if (value) choice(at + ".method", *value, Method::symplectic_euler);
   }
   void numbers(const std::string& field, const Vec3& value, Range range) {
     for (std::size_t axis = 0; axis < 3; ++axis) number(element(field, axis), value[axis], range);
@@ -154,6 +153,7 @@ struct ForceChecker {
   void operator()(const Drag& f) const {
     check.per_axis(at + ".coefficient", f.coefficient, Range::non_negative);
     check.numbers(at + ".wind", f.wind, Range::finite);
+    check.choice(at + ".expansion", f.expansion, Expansion::first_order);
   }
 };
 
@@ -173,6 +173,7 @@ struct ContactChecker {
   void operator()(const Sphere& c) const {
     check.numbers(at + ".center", c.center, Range::finite);
     check.number(at + ".radius", c.radius, Range::positive);
+    check.choice(at + ".side", c.side, Side::inside);
     material(c);
   }
   template <class Contact>
@@ -181,6 +182,8 @@ struct ContactChecker {
     check.number(at + ".friction", c.friction, Range::non_negative_or_infinite);
     check.number(at + ".viscosity", c.viscosity, Range::non_negative_or_infinite);
     check.number(at + ".normal_viscosity", c.normal_viscosity, Range::non_negative_or_infinite);
+    check.choice(at + ".response", c.response, Response::seed);
+    check.choice(at + ".sweep", c.sweep, Sweep::line);
   }
 };
 
@@ -245,6 +248,7 @@ struct ConstraintChecker {
     const NetworkChecker list{check, at};
     list.pairs(c.pairs);
     if (c.length) list.each_pair(".length", *c.length, c.pairs.size(), Range::positive);
+    check.choice(at + ".bound", c.bound, Bound::at_least);
   }
   void operator()(const OnPoint& c) const {
     particle(c.particle);
@@ -283,6 +287,13 @@ void check_constraints(Checker& check, const Scene& scene) {
                  "a particle that " + element("constraints", before->second) + " does not already hold at a point");
     }
   }
+}
+
+void check_coupling(Checker& check, const Coupling& coupling) {
+  check.choice("network.scheme", coupling.scheme, Scheme::accumulate);
+  check.choice("network.sweeps", coupling.sweeps, Sweeps::forward);
+  check.choice("network.method", coupling.method, Method::symplectic_euler);
+  check.choice("network.axis", coupling.axis, PairAxis::start);
 }
 
 void check_networks(Checker& check, const Scene& scene) {
@@ -348,15 +359,19 @@ std::string Error::message() const { return field + " is " + value + ": must be 
 
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count) {
   Checker check(count);
+  check.choice("method", scene.method, Method::symplectic_euler);
   check.scalars("mass", scene.mass, Range::positive);
   for (std::size_t i = 0; i < scene.forces.size(); ++i) {
-    std::visit(ForceChecker{check, element("forces", i)}, scene.forces[i]);
+    const std::string at = element("forces", i);
+    std::visit(ForceChecker{check, at}, scene.forces[i]);
+    std::visit([&](const auto& f) { check.method(at, f.method); }, scene.forces[i]);
   }
   for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
     std::visit(ContactChecker{check, element("contacts", i)}, scene.contacts[i]);
   }
   check_fixed(check, scene.fixed);
   check_origin(check, scene);
+  check_coupling(check, scene.coupling);
   check_networks(check, scene);
   check_constraints(check, scene);
   check_substeps(check, scene);
@@ -364,7 +379,16 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
 }
 
 std::optional<Error> check(const Options& options) {
-  if (!std::isfinite(options.step)) return Error{"step", text(options.step), "a finite number"};
+  Checker check(std::nullopt);
+  check.number("step", options.step, Range::finite);
+  if (options.isa) check.choice("isa", *options.isa, Isa::neon64);
+  check.choice("arithmetic", options.arithmetic, Arithmetic::contracted);
+  check.choice("rounding", options.rounding, Rounding::compensated);
+  check.choice("unstable", options.unstable, Unstable::allowed);
+  if (options.memory.allocate != nullptr && options.memory.release == nullptr) {
+    check.fail("memory.release", "null", "a function, where memory.allocate is one");
+  }
+  if (check.error) return check.error;
   if (options.block % block_unit != 0 || options.block > max_block) {
     return Error{"block", std::to_string(options.block), "a multiple of 16 up to 1024, or 0"};
   }

@@ -20,7 +20,13 @@
 // Pulse.   Brown's contribution of an impact: a velocity pulse at f, which by dx = Int Int a acts on the position for the
 //          rest of the step. With v_f = v0 + f (v1 - v0), v_n = n.v_f <= 0:
 //            v_n' = -e v_n,   v_t' = tau v_t less Coulomb's min(mu (1 + e) |v_n|, |tau v_t|),   dv = v' - v_f
-//            resume:  dx = (1-f) t dv      seed:  dx = x(f) - x1, the second pulse of Brown's text, which ends the step there
+//            resume:  dx = (1-f) t dv      seed:  dx = -n n.(x1 - x(f))
+//          `seed` is the second pulse of Brown's text, in the direction of the first: it ends the step on the surface (on its
+//          tangent plane at x(f)) and leaves the way along it. The same surface is not looked for again in this step.
+//          tau = exp(-viscosity) belongs to an impact. A particle that lay or slid on the surface before the step is held up by
+//          it at every step, with v_n no more than what the forces of a step give: it keeps v_t, else viscosity would brake
+//          by the number of steps. It did so if it starts within rounding of the surface, and is neither thrown off it higher
+//          than rounding (v_n^2 |t| <= 2 |n.(v1 - v0)| low) nor comes faster than by |n.(v1 - v0)|.
 //          Energy with `resume`, e = tau = 1, mu = 0 and constant acceleration a_n: x1 and v1 become x1 + (1-f) t dv and
 //          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
 //          `resume` goes on with the rest of the step as a new path, on which every surface is looked for again; the one just
@@ -47,11 +53,11 @@ struct Surface {
   std::array<T, 3> n{0, 1, 0};  // plane: unit normal
   T d = 0;                      // plane: offset, m
   std::array<T, 3> center{};    // sphere, m
-  T radius = 1;                 // sphere, m
+  T radius = 0;                 // sphere, m; a plane has none
   T side = 1;                   // sphere: 1 where particles are outside, -1 inside
   T half_curvature = T(0.5);    // sphere: side / (2 radius), 1/m
   T e = 0;                      // what an impact leaves of the normal velocity, restitution and normal viscosity together
-  T tau = 1;                    // ... and of the tangential velocity: exp(-viscosity)
+  T tau = 1;                    // ... and of the tangential velocity, unless it rests: exp(-viscosity)
   T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
   T hold = 0;  // at rest, tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
 };

@@ -174,6 +174,13 @@ V first_root(V s0, V d0, V c, V disc) noexcept {
   return quotient<V>(above, below);
 }
 
+// Whether what was hit last is not hit again.
+template <class V>
+Mask<V> stays(const Surface<Scalar<V>>& surface, V d0, V c, V low) noexcept {
+  if (surface.response == Response::seed) return Mask<V>(true);
+  return (d0 <= V(Scalar<V>(0))) | (d0 * d0 <= -(low * c));
+}
+
 template <class V, Arithmetic arithmetic>
 Crossing<V> cross_plane(const Surface<Scalar<V>>& surface, const Motion<V>& m, V t, Mask<V> held, V low) noexcept {
   const V zero(Scalar<V>(0));
@@ -187,7 +194,7 @@ Crossing<V> cross_plane(const Surface<Scalar<V>>& surface, const Motion<V>& m, V
   const V f = first_root(s0, d0, c, disc);
   Mask<V> hits = s1 < zero;
   if (surface.finds_dips) hits = hits | ((d0 < zero) & (disc > zero) & (-d0 < c + c));
-  return {select<V>(f < one, f, one), hits & !(held & ((d0 <= zero) | (d0 * d0 <= -(low * c))))};
+  return {select<V>(f < one, f, one), hits & !(held & stays(surface, d0, c, low))};
 }
 
 template <class V, Arithmetic arithmetic>
@@ -229,7 +236,7 @@ Crossing<V> cross_sphere(const Surface<Scalar<V>>& surface, const Motion<V>& m, 
   }
   const V scale = (one_norm(r0) + one_norm(way.u)) + V(surface.radius);
   const Mask<V> dips = found & (slope < zero) & (g <= V(16 * std::numeric_limits<T>::epsilon()) * scale);
-  return {f, ((g1 < zero) | dips) & !(held & ((d0 <= zero) | (d0 * d0 <= -(low * c))))};
+  return {f, ((g1 < zero) | dips) & !(held & stays(surface, d0, c, low))};
 }
 
 template <class V, Arithmetic arithmetic>
@@ -256,6 +263,26 @@ struct Course {
   Mask<V> active;
 };
 
+// What is left of the tangential velocity at an impact. What lay or slid on the surface before comes to none.
+template <class V, Arithmetic arithmetic>
+V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Motion<V>& m, const Course<V>& course,
+                    const Three<V>& gain) noexcept {
+  using T = Scalar<V>;
+  const V one(T(1));
+  if (surface.tau == 1) return one;
+  constexpr T eps = std::numeric_limits<T>::epsilon();
+  const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
+  const V low = V(low_bounce * eps) * (one_norm(m.x0) + V(surface.radius));
+  const V out = course.direction * dot<arithmetic>(start.n, m.v0);
+  const V own = magnitude(dot<arithmetic>(start.n, gain));
+  const V rounding = V(4 * eps) * one_norm(m.v0);
+  const Mask<V> is_out = out > V(T(0));
+  const Mask<V> stays_low = (out <= rounding) | (out * out * magnitude(course.t) <= V(T(2)) * own * low);
+  const Mask<V> comes_slow = -out <= own + rounding;
+  const Mask<V> rests = (start.s <= V(T(4)) * low) & ((is_out & stays_low) | ((!is_out) & comes_slow));
+  return select<V>(rests, one, V(surface.tau));
+}
+
 template <class V, Arithmetic arithmetic>
 void respond(const Surface<Scalar<V>>& surface, Motion<V>& m, Course<V>& course, V f, Mask<V> hits) noexcept {
   const V one(Scalar<V>(1));
@@ -267,20 +294,22 @@ void respond(const Surface<Scalar<V>>& surface, Motion<V>& m, Course<V>& course,
   const V vn = dot<arithmetic>(n, vf);
   const Mask<V> acts = hits & (course.direction * vn <= V(Scalar<V>(0)));
 
-  const Three<V> vt = V(surface.tau) * subtract_product<arithmetic>(vf, vn, n);
+  const V tau = kept_by_viscosity<V, arithmetic>(surface, m, course, gain);
+  const Three<V> vt = tau * subtract_product<arithmetic>(vf, vn, n);
   const V slide = V(surface.mu) * ((one + e) * magnitude(vn));
   const V kept = kept_by_friction(slide, slide, square_root(dot<arithmetic>(vt, vt)));
   const Three<V> after = subtract_product<arithmetic>(kept * vt, e * vn, n);
   const V rest = one - f;
   const V t = rest * course.t;
-  const Three<V> moved = surface.response == Response::seed ? xf : multiply_add<arithmetic>(t, after - vf, m.x1);
+  const V beyond = dot<arithmetic>(n, m.x1 - xf);
+  const Three<V> moved = surface.response == Response::seed ? subtract_product<arithmetic>(m.x1, beyond, n)
+                                                            : multiply_add<arithmetic>(t, after - vf, m.x1);
 
   m.x1 = select(acts, moved, m.x1);
   m.v1 = select(acts, multiply_add<arithmetic>(rest, gain, after), m.v1);
   m.x0 = select(hits, xf, m.x0);
   m.v0 = select(acts, after, select(hits, vf, m.v0));
   course.t = select<V>(hits, t, course.t);
-  if (surface.response == Response::seed) course.active = course.active & !acts;
 }
 
 // The earliest impact of every lane; false where there is none left.

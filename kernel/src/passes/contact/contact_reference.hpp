@@ -138,7 +138,7 @@ std::optional<T> cross_plane(const Surface<T>& surface, const Particle<T>& p, T 
   const T disc = discriminant<arithmetic>(s0, d0, c);
   const bool dips = surface.finds_dips && d0 < 0 && disc > 0 && -d0 < c + c;
   if (!(s1 < 0 || dips)) return std::nullopt;
-  if (is_held && (d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
+  if (is_held && (surface.response == Response::seed || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
   const T f = first_root(s0, d0, c, disc);
   return f < 1 ? f : T(1);
 }
@@ -158,7 +158,7 @@ std::optional<T> cross_sphere(const Surface<T>& surface, const Particle<T>& p, T
   const T across = dot<arithmetic>(r0, way.a);
   const T b = k * (dot<arithmetic>(way.u, way.u) + (across + across));
   const T c = (g1 - g0) - d0;
-  if (is_held && (d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
+  if (is_held && (surface.response == Response::seed || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
 
   const T disc = discriminant<arithmetic>(g0, d0, b);
   T f = first_root(g0, d0, b, disc);
@@ -200,35 +200,52 @@ struct Course {
   std::size_t last;  // the surface hit last, or the count of surfaces
 };
 
-// Whether the step goes on after the impact at f.
+// What is left of the tangential velocity at an impact. What lay or slid on the surface before comes to none.
 template <Arithmetic arithmetic, class T>
-bool respond(const Surface<T>& surface, Particle<T>& p, Course<T>& course, T f) noexcept {
+T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Course<T>& course, const Vector<T>& gain) noexcept {
+  if (surface.tau == 1) return 1;
+  constexpr T eps = std::numeric_limits<T>::epsilon();
+  const Touch<T> start = touch<arithmetic>(surface, p.x0);
+  const T low = low_bounce * eps * (one_norm(p.x0) + surface.radius);
+  const T out = course.direction * dot<arithmetic>(start.n, p.v0);
+  const T own = std::abs(dot<arithmetic>(start.n, gain));
+  const T rounding = 4 * eps * one_norm(p.v0);
+  const bool stays_low = out <= rounding || out * out * std::abs(course.t) <= 2 * own * low;
+  const bool comes_slow = -out <= own + rounding;
+  const bool rests = start.s <= 4 * low && (out > 0 ? stays_low : comes_slow);
+  return rests ? T(1) : surface.tau;
+}
+
+template <Arithmetic arithmetic, class T>
+void respond(const Surface<T>& surface, Particle<T>& p, Course<T>& course, T f) noexcept {
   const Vector<T> xf = along<arithmetic>(p.x0, path(surface, p, course.t), f);
   const Vector<T> gain = difference(p.v1, p.v0);
   Vector<T> vf;
   for (std::size_t k = 0; k < 3; ++k) vf[k] = multiply_add<arithmetic>(f, gain[k], p.v0[k]);
   const Vector<T> n = touch<arithmetic>(surface, xf).n;
   const T vn = dot<arithmetic>(n, vf);
+  const T tau = kept_by_viscosity<arithmetic>(surface, p, course, gain);
   const T rest = 1 - f;
   course.t = rest * course.t;
   p.x0 = xf;
   p.v0 = vf;
-  if (!(course.direction * vn <= 0)) return true;
+  if (!(course.direction * vn <= 0)) return;
 
   Vector<T> vt;
-  for (std::size_t k = 0; k < 3; ++k) vt[k] = surface.tau * subtract_product<arithmetic>(vf[k], vn, n[k]);
+  for (std::size_t k = 0; k < 3; ++k) vt[k] = tau * subtract_product<arithmetic>(vf[k], vn, n[k]);
   const T slide = surface.mu * ((1 + surface.e) * std::abs(vn));
   const T kept = kept_by_friction(slide, slide, std::sqrt(dot<arithmetic>(vt, vt)));
+  const T beyond = dot<arithmetic>(n, difference(p.x1, xf));
   for (std::size_t k = 0; k < 3; ++k) {
     const T after = subtract_product<arithmetic>(kept * vt[k], surface.e * vn, n[k]);
-    p.x1[k] = surface.response == Response::seed ? xf[k] : multiply_add<arithmetic>(course.t, after - vf[k], p.x1[k]);
+    p.x1[k] = surface.response == Response::seed ? subtract_product<arithmetic>(p.x1[k], beyond, n[k])
+                                                 : multiply_add<arithmetic>(course.t, after - vf[k], p.x1[k]);
     p.v1[k] = multiply_add<arithmetic>(rest, gain[k], after);
     p.v0[k] = after;
   }
-  return surface.response != Response::seed;
 }
 
-// Whether there was an impact after which the step goes on.
+// Whether there was an impact.
 template <Arithmetic arithmetic, class T>
 bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<T>& course) noexcept {
   const T low = 4 * low_bounce * std::numeric_limits<T>::epsilon() * one_norm(p.x0);
@@ -246,7 +263,8 @@ bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<T>& course) 
   }
   if (which == terms.surface_count) return false;
   course.last = which;
-  return respond<arithmetic>(terms.surfaces[which], p, course, earliest);
+  respond<arithmetic>(terms.surfaces[which], p, course, earliest);
+  return true;
 }
 
 template <Arithmetic arithmetic, class T>

@@ -1,0 +1,32 @@
+// Numbers in messages and in `explain`. The only place that writes them: the caller's locale, which may have a decimal comma,
+// must not show (printf and streams follow it).
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <string>
+
+#include "dvdx/values.hpp"
+
+namespace dvdx {
+
+// The shortest that reads back as the same number.
+[[nodiscard]] inline std::string text(double value) {
+  std::array<char, 32> buffer;
+  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
+}
+
+// Rounded to so many significant digits, at most 17, as printf's %.*g writes it.
+[[nodiscard]] inline std::string text(double value, int digits) {
+  std::array<char, 32> buffer;
+  return {buffer.data(),
+          std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::general, digits).ptr};
+}
+
+[[nodiscard]] inline std::string text(const Vec3& value) {
+  std::string list = "[";
+  for (const double component : value) list.append(list.size() > 1 ? ", " : "").append(text(component));
+  return list.append("]");
+}
+
+}  // namespace dvdx
