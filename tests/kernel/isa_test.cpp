@@ -8,6 +8,7 @@
 
 #include "dvdx/plan.hpp"
 #include "execute/plan_parts.hpp"
+#include "support/isas.hpp"
 
 namespace {
 
@@ -69,6 +70,21 @@ TEST_CASE("the reference is always there, and the best ISA stands last") {
     for (const Isa isa : isas) CHECK(contains(built_isas(arithmetic), isa));
     if (std::getenv("DVDX_ISA") == nullptr) CHECK(best_isa(arithmetic) == isas.back());
   }
+}
+
+// Every test that goes through the available instruction sets compares the reference with itself alone where this fails.
+TEST_CASE("there is an instruction set beside the reference, and with each arithmetic that the machine has") {
+  if (!test::has_several_isas()) return;
+  const auto separate = available_isas();
+  const auto contracted = available_isas(Arithmetic::contracted);
+  for (const Isa isa : {Isa::avx2, Isa::avx512, Isa::neon64}) CHECK(contains(separate, isa) == contains(contracted, isa));
+  CHECK_FALSE(contains(contracted, Isa::sse2));
+#if defined(__x86_64__)
+  CHECK(contains(separate, Isa::sse2));
+  CHECK(contains(separate, Isa::avx2) == (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")));
+#elif defined(__aarch64__)
+  CHECK(contains(separate, Isa::neon64));
+#endif
 }
 
 TEST_CASE("names of instruction sets read back") {

@@ -14,12 +14,14 @@
 #include "compile/lifecycle.hpp"
 #include "dvdx/counter_random.hpp"
 #include "support/batch.hpp"
+#include "support/close.hpp"
 #include "support/threads.hpp"
 
 namespace {
 
 using namespace dvdx;
 using test::Batch;
+using test::is_close;
 using test::Layout;
 
 constexpr double h = 1.0 / 64;
@@ -373,8 +375,8 @@ TEST_CASE("births within a step stand as far apart as the time between them") {
   REQUIRE(living.live.state.count == 20);
   for (std::size_t i = 0; i < 20; ++i) {
     const double age = (19 - static_cast<double>(i)) / 256;
-    CHECK(living.live.age[i] == doctest::Approx(age));
-    CHECK(living.live.state.x[0][i] == doctest::Approx(2 * age));
+    CHECK(is_close(living.live.age[i], age, 1e-12));
+    CHECK(is_close(living.live.state.x[0][i], 2 * age, 1e-12));
   }
 }
 

@@ -6,11 +6,13 @@
 
 #include "dvdx/plan.hpp"
 #include "support/batch.hpp"
+#include "support/close.hpp"
 
 namespace {
 
 using namespace dvdx;
 using test::Batch;
+using test::is_close;
 using test::Layout;
 
 constexpr double far = 1e4;  // m
@@ -56,8 +58,8 @@ TEST_CASE("origin: one anchor for all, seen from an origin each") {
   const auto world = moved<double>(orbit(Vec3{1, 0, 0}, {}), origins, {0, 1, 0}, 50);
   for (std::size_t i = 0; i < 2; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      CHECK(local[6 * i + axis] + origins[i][axis] == doctest::Approx(world[6 * i + axis]).epsilon(1e-13));
-      CHECK(local[6 * i + 3 + axis] == doctest::Approx(world[6 * i + 3 + axis]).epsilon(1e-13));
+      CHECK(is_close(local[6 * i + axis] + origins[i][axis], world[6 * i + axis], 1e-13));
+      CHECK(is_close(local[6 * i + 3 + axis], world[6 * i + 3 + axis], 1e-13));
     }
   }
 }

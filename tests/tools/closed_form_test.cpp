@@ -5,10 +5,12 @@
 
 #include <cmath>
 
+#include "support/close.hpp"
 #include "support/oracle.hpp"
 
 namespace {
 
+using dvdx::test::is_close;
 using dvdx::test::Oracle;
 using dvdx::tool::AxisEquation;
 using dvdx::tool::AxisState;
@@ -115,8 +117,7 @@ TEST_CASE("a path from time to time meets the states straight from the start") {
   for (std::size_t k = 0; k < counts.size(); ++k) {
     const auto state = exact_state(file, 0, 0.01L * static_cast<long double>(counts[k]));
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      CHECK(static_cast<double>(path.x[path.index(k, 0, axis)]) ==
-            doctest::Approx(static_cast<double>(state[axis].x)).epsilon(1e-13));
+      CHECK(is_close(static_cast<double>(path.x[path.index(k, 0, axis)]), static_cast<double>(state[axis].x), 1e-13));
     }
   }
 }
@@ -173,10 +174,10 @@ TEST_CASE("two bodies on one spring swing about their centre of mass, which flie
   const double centre = 2.25 - 0.5 * t;
   const auto first = exact_state(file, 0, t);
   const auto second = exact_state(file, 1, t);
-  CHECK(static_cast<double>(first[0].x) == doctest::Approx(1 + 5 * t));
-  CHECK(static_cast<double>(second[1].x) == doctest::Approx(2 - t * t));
-  CHECK(static_cast<double>(first[2].x) == doctest::Approx(centre - 0.75 * r));
-  CHECK(static_cast<double>(second[2].x) == doctest::Approx(centre + 0.25 * r));
+  CHECK(is_close(static_cast<double>(first[0].x), 1 + 5 * t, 1e-12));
+  CHECK(is_close(static_cast<double>(second[1].x), 2 - t * t, 1e-12));
+  CHECK(is_close(static_cast<double>(first[2].x), centre - 0.75 * r, 1e-12));
+  CHECK(is_close(static_cast<double>(second[2].x), centre + 0.25 * r, 1e-12));
 }
 
 TEST_CASE("other networks have no closed form") {

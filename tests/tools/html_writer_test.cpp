@@ -13,12 +13,14 @@
 #include "output/writer.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_file.hpp"
+#include "support/close.hpp"
 #include "tools/scratch_folder.hpp"
 
 namespace {
 
 using namespace dvdx;
 using namespace dvdx::tool;
+using dvdx::test::is_close;
 using dvdx::test::ScratchFolder;
 
 // A folder with a page that XML readers read, which DVDX_VIEWER names as long as this lives.
@@ -325,8 +327,8 @@ TEST_CASE("a particle that is not finite stays where it was, and is counted") {
   writer->finish();
   const auto document = read_page(folder, "a.html");
   const auto frames = frames_of(document);
-  CHECK(frames[1].x[4] == doctest::Approx(2));
-  CHECK(frames[1].x[7] == doctest::Approx(4));
+  CHECK(is_close(frames[1].x[4], 2, 1e-12));
+  CHECK(is_close(frames[1].x[7], 4, 1e-12));
   CHECK(elements(document, "frame")[0].attribute("data-bad").as_int() == 0);
   CHECK(elements(document, "frame")[1].attribute("data-bad").as_int() == 1);
 }
@@ -345,7 +347,7 @@ TEST_CASE("of many particles that nothing joins a page shows some, and says so")
   CHECK(scene["every"] == 3);
   const auto frames = frames_of(document);
   REQUIRE(frames[0].x.size() == 3 * 40001);
-  CHECK(frames[0].x[3 * 40000] == doctest::Approx(120000).epsilon(1e-4));
+  CHECK(is_close(frames[0].x[3 * 40000], 120000, 1e-4));
 }
 
 TEST_CASE("distances to a reference are held to an eighth of an octave") {
@@ -360,7 +362,7 @@ TEST_CASE("distances to a reference are held to an eighth of an octave") {
   const auto frames = frames_of(read_page(folder, "a.html"));
   REQUIRE(frames[0].error.size() == 4);
   for (std::size_t i = 0; i < 4; ++i) {
-    CHECK(frames[0].error[i] == doctest::Approx(std::pow(10.0, -2.0 * static_cast<double>(i))).epsilon(0.05));
+    CHECK(is_close(frames[0].error[i], std::pow(10.0, -2.0 * static_cast<double>(i)), 0.05));
   }
 }
 

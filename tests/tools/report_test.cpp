@@ -16,6 +16,7 @@
 #include "report/summary.hpp"
 #include "report/table.hpp"
 #include "scene_io/scene_reader.hpp"
+#include "support/close.hpp"
 #include "support/paths.hpp"
 #include "tools/scratch_folder.hpp"
 
@@ -23,6 +24,7 @@ namespace {
 
 using namespace dvdx::tool;
 using namespace dvdx::tool::report;
+using dvdx::test::is_close;
 
 SceneFile shipped(const std::string& name) { return read_scene(dvdx::test::scenes() + "/" + name + ".json"); }
 
@@ -43,7 +45,7 @@ TEST_CASE("two equal springs at rest: fitted orders are those of the analysis") 
   const auto report = measured(shipped("two-springs"));
   CHECK(report.reference.kind == "closed_form");
   CHECK(report.reference.self_error < 1e-17);
-  CHECK(report.amplitude == doctest::Approx(std::sqrt(0.5)).epsilon(0.02));
+  CHECK(is_close(report.amplitude, std::sqrt(0.5), 0.02));
   struct Known {
     const char* method;
     double order;
@@ -78,7 +80,7 @@ TEST_CASE("every run of a report has what the contract says, and its own step is
     CHECK(std::abs(steps - std::round(steps)) < 1e-6);
     has_own_step = has_own_step || run["step"] == file.step;
     const double relative = run["error"]["position_rms"].get<double>() / json["scenes"][0]["amplitude"].get<double>();
-    CHECK(run["error"]["relative"].get<double>() == doctest::Approx(relative));
+    CHECK(is_close(run["error"]["relative"].get<double>(), relative, 1e-12));
   }
   CHECK(has_own_step);
   CHECK(to_text(whole).find("two springs") != std::string::npos);
@@ -102,8 +104,8 @@ TEST_CASE("energy over the long run is what the determinants say") {
   CHECK(runs[2].verdict == "damps");
   CHECK(runs[3].verdict == "damps");
   CHECK(runs[4].verdict == "conserves");
-  CHECK(runs[1].measured == doctest::Approx(1.52).epsilon(0.01));
-  CHECK(runs[2].measured == doctest::Approx(0.81).epsilon(0.01));
+  CHECK(is_close(runs[1].measured, 1.52, 0.01));
+  CHECK(is_close(runs[2].measured, 0.81, 0.01));
   CHECK(measure_long_runs(shipped("bouncing"), setup()).empty());
 }
 
@@ -113,7 +115,7 @@ TEST_CASE("the text's claims: where they hold and where not") {
   REQUIRE(claims.size() == 14);
   for (const auto& claim : claims) {
     CAPTURE(claim.where);
-    CHECK(claim.measured == doctest::Approx(std::stod(claim.expected)).epsilon(0.03));
+    CHECK(is_close(claim.measured, std::stod(claim.expected), 0.03));
   }
   CHECK(claims[0].verdict == "holds");
   CHECK(claims[3].verdict == "does not hold");

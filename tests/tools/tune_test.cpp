@@ -10,6 +10,7 @@
 #include "report/machine.hpp"
 #include "scene_io/scene_reader.hpp"
 #include "scene_io/seeds.hpp"
+#include "support/close.hpp"
 #include "support/paths.hpp"
 #include "tools/scratch_folder.hpp"
 #include "tune/bench.hpp"
@@ -23,6 +24,7 @@ namespace {
 using namespace dvdx::tool;
 using namespace dvdx::tool::tune;
 using dvdx::Method;
+using dvdx::test::is_close;
 
 // A ladder whose error is `constant` / steps^order but never below `floor`, and infinite below `stable` steps.
 struct Law {
@@ -114,7 +116,7 @@ TEST_CASE("tune search: the next cheaper misses, the next finer is more accurate
   CHECK(found.trials[*found.choice].candidate.parts == 12);  // 1/144; 8 gives 1/64
   REQUIRE(found.cheaper);
   CHECK(found.trials[*found.cheaper].candidate.parts == 8);
-  CHECK(found.trials[*found.cheaper].outcome.errors.relative == doctest::Approx(1.0 / 64));
+  CHECK(is_close(found.trials[*found.cheaper].outcome.errors.relative, 1.0 / 64, 1e-12));
   if (found.finer) CHECK(found.trials[*found.finer].candidate.parts > 12);
 }
 
@@ -140,7 +142,7 @@ TEST_CASE("tune search: a floor of rounding above the goal, or none that is stab
   CHECK(!found.cheaper);
   const auto* best = most_accurate(found);
   REQUIRE(best != nullptr);
-  CHECK(best->outcome.errors.relative == doctest::Approx(1e-4).epsilon(0.05));
+  CHECK(is_close(best->outcome.errors.relative, 1e-4, 0.05));
   CHECK(found.not_reached.empty());
 }
 

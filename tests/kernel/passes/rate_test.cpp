@@ -15,8 +15,10 @@
 #include "isa/passes.hpp"
 #include "math/elementary.hpp"
 #include "math/psi.hpp"
+#include "support/close.hpp"
 
 using namespace dvdx;
+using dvdx::test::is_close;
 
 namespace {
 
@@ -199,8 +201,8 @@ TEST_CASE("rate: particles that differ move as plans of their own would move the
       plan->step(alone, 3);
       CAPTURE(i);
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        CHECK(state.x[axis][i] == doctest::Approx(alone.x[axis][0]).epsilon(1e-11));
-        CHECK(state.v[axis][i] == doctest::Approx(alone.v[axis][0]).epsilon(1e-11));
+        CHECK(is_close(state.x[axis][i], alone.x[axis][0], 1e-11));
+        CHECK(is_close(state.v[axis][i], alone.v[axis][0], 1e-11));
       }
     }
   }

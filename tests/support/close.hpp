@@ -1,0 +1,33 @@
+// Whether a number is another one but for a relative error. doctest::Approx adds one to the scale of its bound, so that every
+// expected value that is small against the bound passes, whatever was computed.
+#pragma once
+
+#include <cmath>
+#include <ostream>
+
+namespace dvdx::test {
+
+// True where |value - expected| <= bound |expected|; an expected 0 takes 0 alone. Printed by a CHECK that fails.
+struct Closeness {
+  double value, expected, bound;
+
+  [[nodiscard]] double error() const noexcept {
+    return value == expected ? 0 : std::abs(value - expected) / std::abs(expected);
+  }
+  explicit operator bool() const noexcept { return error() <= bound; }
+
+  friend std::ostream& operator<<(std::ostream& out, const Closeness& at) {
+    const auto digits = out.precision(17);
+    out << at.value << " instead of " << at.expected;
+    out.precision(3);
+    out << ", relative error " << at.error() << ", allowed " << at.bound;
+    out.precision(digits);
+    return out;
+  }
+};
+
+[[nodiscard]] inline Closeness is_close(double value, double expected, double bound) noexcept {
+  return {value, expected, bound};
+}
+
+}  // namespace dvdx::test

@@ -1,0 +1,22 @@
+// What a test needs that holds instruction sets against each other.
+#pragma once
+
+#include <doctest/doctest.h>
+
+#include "dvdx/isa.hpp"
+
+namespace dvdx::test {
+
+// Whether there is an instruction set to hold against the reference. Every x86-64 and every AArch64 machine has one, and the
+// test fails where it is not there; on another machine the test says that it has nothing to compare.
+inline bool has_several_isas(Arithmetic arithmetic = Arithmetic::separate) {
+  const bool has = available_isas(arithmetic).size() > 1;
+#if defined(__x86_64__) || defined(__aarch64__)
+  if (arithmetic == Arithmetic::separate)
+    CHECK_MESSAGE(has, "the instruction set that this architecture always has is missing");
+#endif
+  if (!has) MESSAGE(name(arithmetic) << " arithmetic: the reference is the only instruction set here, nothing is compared");
+  return has;
+}
+
+}  // namespace dvdx::test
