@@ -1,40 +1,18 @@
 // The command as a user runs it: exit codes, what goes to stdout and what to stderr, and what is written.
 #include <doctest/doctest.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "support/paths.hpp"
+#include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
 namespace {
 
+using dvdx::test::run;
 using dvdx::test::ScratchFolder;
 using nlohmann::json;
-
-struct Result {
-  int exit;
-  std::string out;
-  std::string err;
-};
-
-// Everything a command prints goes to files beside `folder`, so that a count of what is in the folder stays true.
-Result run(const ScratchFolder& folder, const std::string& arguments, const std::string& environment = "") {
-  const auto beside = folder.path().string();
-  const std::string line = "cd '" + beside + "' && " + environment + " '" + dvdx::test::command() + "' " + arguments + " >'" +
-                           beside + ".out' 2>'" + beside + ".err' </dev/null";
-  const int status = std::system(line.c_str());
-  const auto take = [&](const char* extension) {
-    const std::string name = folder.path().filename().string() + extension;
-    auto text = folder.read("../" + name);
-    std::filesystem::remove(beside + extension);
-    return text;
-  };
-  return {.exit = WEXITSTATUS(status), .out = take(".out"), .err = take(".err")};
-}
 
 constexpr const char* fall = R"({
   "format": "dvdx-scene/1", "name": "fall", "step": 0.125, "duration": 1.25,

@@ -5,6 +5,7 @@
 
 #include "commands/commands.hpp"
 #include "dvdx/build_info.hpp"
+#include "output/temporary.hpp"
 
 namespace {
 
@@ -51,6 +52,7 @@ int failed(Exit exit, const char* message) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  dvdx::tool::remove_temporaries_on_signals();
   try {
     const int code = run(argc, argv);
     return std::fflush(stdout) == 0 ? code : failed(Exit::input_output, "the output cannot be written");

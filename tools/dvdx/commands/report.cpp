@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
@@ -20,8 +19,6 @@
 
 namespace dvdx::tool {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct ReportOptions {
   std::vector<std::string> scenes;
@@ -55,26 +52,23 @@ std::vector<SceneFile> read_scenes(const ReportOptions& options) {
   return files;
 }
 
-void make_place(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw Fault(Exit::input_output, fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
-  check_target(folder / "report.json");
-}
-
-void write_all(const fs::path& folder, const report::Pictures& pictures, const std::string& json, const std::string& page) {
+void write_all(OutputFolder& folder, const report::Pictures& pictures, const std::string& json, const std::string& page) {
   std::vector<PartFile> files;
-  const auto add = [&](const std::string& name, const std::string& bytes) { files.emplace_back(folder / name).write(bytes); };
+  const auto add = [&](const std::string& name, const std::string& bytes) {
+    files.emplace_back(folder.path() / name).write(bytes);
+  };
   add("report.json", json);
   add("report.html", page);
   for (const auto& picture : pictures.all) add(picture.file, picture.svg);
   commit_all(files);
+  folder.keep();
 }
 
 void run(const ReportOptions& options) {
   const auto setup = setup_of(options);
   const auto files = read_scenes(options);
-  make_place(options.out);
+  OutputFolder folder(options.out);
+  check_target(folder.path() / "report.json");
   const report::Wish wish{.precisions = precisions_of(options.precision),
                           .effort = options.quick ? report::Effort::quick : report::Effort::full};
   report::Report report{.machine = report::this_machine(setup), .scenes = {}};
@@ -92,7 +86,7 @@ void run(const ReportOptions& options) {
   const auto json = found.dump(1) + "\n";
   const auto page = report::to_interactive_html(found, options.out);
   if (!page) fmt::print(stderr, "dvdx: report.html has no charts to point at: {}\n", page.error());
-  write_all(options.out, pictures, json, page ? *page : report::to_html(report, pictures, page.error()));
+  write_all(folder, pictures, json, page ? *page : report::to_html(report, pictures, page.error()));
   fmt::print("{}", options.json ? json : report::to_text(report));
   fmt::print(stderr, "dvdx: written to {}: report.html, report.json{}\n", options.out,
              pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size()));

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -27,8 +26,6 @@
 
 namespace dvdx::tool {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct StabilityOptions {
   std::string out;  // nothing is written where it is empty
@@ -78,24 +75,22 @@ stability::Colour colour_here() {
   return is_plain ? stability::Colour::plain : stability::Colour::coloured;
 }
 
-void make_place(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) throw Fault(Exit::input_output, fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
-  check_target(folder / "stability.json");
-}
-
-void write_all(const fs::path& folder, const std::string& json, const stability::MapPictures& pictures) {
+void write_all(OutputFolder& folder, const std::string& json, const stability::MapPictures& pictures) {
   std::vector<PartFile> files;
-  files.emplace_back(folder / "stability.json").write(json);
-  for (const auto& picture : pictures.all) files.emplace_back(folder / picture.file).write(picture.svg);
+  files.emplace_back(folder.path() / "stability.json").write(json);
+  for (const auto& picture : pictures.all) files.emplace_back(folder.path() / picture.file).write(picture.svg);
   commit_all(files);
-  fmt::print(stderr, "dvdx: written to {}: stability.json{}\n", folder.string(),
+  folder.keep();
+  fmt::print(stderr, "dvdx: written to {}: stability.json{}\n", folder.path().string(),
              pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size()));
 }
 
 Exit run(const StabilityOptions& options) {
-  if (!options.out.empty()) make_place(options.out);
+  std::optional<OutputFolder> folder;
+  if (!options.out.empty()) {
+    folder.emplace(options.out);
+    check_target(folder->path() / "stability.json");
+  }
   const auto rows = run_cases(options);
   const auto runs = long_runs(options);
   const auto maps = make_maps(options);
@@ -105,10 +100,10 @@ Exit run(const StabilityOptions& options) {
       {"long_runs", stability::to_json(runs)},
       {"maps", stability::to_json(maps)}};
   const auto json = found.dump(1) + "\n";
-  if (!options.out.empty()) {
+  if (folder) {
     const auto pictures = stability::draw_maps(maps);
     if (!pictures.warning.empty()) fmt::print(stderr, "dvdx: no pictures: {}\n", pictures.warning);
-    write_all(options.out, json, pictures);
+    write_all(*folder, json, pictures);
   }
   const auto text = stability::to_text(rows, colour_here()) + stability::to_text(runs) + stability::to_text(maps);
   fmt::print("{}", options.json ? json : text);

@@ -7,10 +7,13 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
+#include "output/temporary.hpp"
 #include "scene_io/file_text.hpp"
 
 namespace dvdx::tool {
@@ -18,24 +21,31 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A directory that is gone with all that is in it when its owner is.
+// A directory of its own that is gone when its owner is, and the files that a script needs there.
 class Workshop {
  public:
   Workshop() {
     std::error_code error;
-    auto pattern = (fs::temp_directory_path(error) / "dvdx-pictures-XXXXXX").string();
-    if (!error && mkdtemp(pattern.data()) != nullptr) path_ = pattern;
+    const auto temporary = fs::temp_directory_path(error);
+    if (error) return;
+    const SignalsHeld held;  // until the name, which mkdtemp chooses, is known
+    auto path = (temporary / "dvdx-pictures-XXXXXX").string();
+    if (mkdtemp(path.data()) == nullptr) return;
+    folder_.emplace(path, Temporary::Kind::directory);
+    script_.emplace(folder_->path() / "script.gp");
+    drawn_.emplace(folder_->path() / "drawn.svg");
+    said_.emplace(folder_->path() / "said.txt");
   }
-  Workshop(const Workshop&) = delete;
-  Workshop& operator=(const Workshop&) = delete;
-  ~Workshop() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  [[nodiscard]] const fs::path& path() const { return path_; }
+  [[nodiscard]] bool is_there() const { return folder_.has_value(); }
+  [[nodiscard]] const fs::path& script() const { return script_->path(); }
+  [[nodiscard]] const fs::path& drawn() const { return drawn_->path(); }
+  [[nodiscard]] const fs::path& said() const { return said_->path(); }
 
  private:
-  fs::path path_;
+  std::optional<Temporary> folder_;  // goes last
+  std::optional<Temporary> script_;
+  std::optional<Temporary> drawn_;
+  std::optional<Temporary> said_;
 };
 
 class FileActions {
@@ -53,27 +63,46 @@ class FileActions {
   posix_spawn_file_actions_t actions_{};
 };
 
-tl::expected<std::string, std::string> draw(const fs::path& folder, const std::string& script) {
-  const auto script_file = folder / "script.gp";
-  const auto drawn = folder / "drawn.svg";
-  const auto said = folder / "said.txt";
-  if (!(std::ofstream(script_file) << script).flush()) return tl::unexpected(std::string("gnuplot: no room for its script"));
+// What this program ignores, the other would ignore too.
+class SpawnAttributes {
+ public:
+  SpawnAttributes() {
+    sigset_t defaults;
+    sigemptyset(&defaults);
+    sigaddset(&defaults, SIGXFSZ);
+    posix_spawnattr_init(&attributes_);
+    posix_spawnattr_setsigdefault(&attributes_, &defaults);
+    posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGDEF);
+  }
+  SpawnAttributes(const SpawnAttributes&) = delete;
+  SpawnAttributes& operator=(const SpawnAttributes&) = delete;
+  ~SpawnAttributes() { posix_spawnattr_destroy(&attributes_); }
+  [[nodiscard]] const posix_spawnattr_t* get() const { return &attributes_; }
+
+ private:
+  posix_spawnattr_t attributes_{};
+};
+
+tl::expected<std::string, std::string> draw(const Workshop& workshop, const std::string& script) {
+  if (!(std::ofstream(workshop.script()) << script).flush())
+    return tl::unexpected(std::string("gnuplot: no room for its script"));
   FileActions actions;
-  actions.send(STDOUT_FILENO, drawn);
-  actions.send(STDERR_FILENO, said);
+  actions.send(STDOUT_FILENO, workshop.drawn());
+  actions.send(STDERR_FILENO, workshop.said());
+  const SpawnAttributes attributes;
   std::string program = "gnuplot";
-  std::string argument = script_file.string();
+  std::string argument = workshop.script().string();
   std::array<char*, 3> arguments{program.data(), argument.data(), nullptr};
   pid_t child = 0;
-  const int error = posix_spawnp(&child, program.c_str(), actions.get(), nullptr, arguments.data(), environ);
+  const int error = posix_spawnp(&child, program.c_str(), actions.get(), attributes.get(), arguments.data(), environ);
   if (error == ENOENT)
     return tl::unexpected(std::string("gnuplot is not installed (Debian has it in the package gnuplot-nox)"));
   if (error != 0) return tl::unexpected(std::string("gnuplot does not start: ") + std::strerror(error));
   int status = 0;
   if (waitpid(child, &status, 0) != child || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    return tl::unexpected("gnuplot failed: " + read_file(said).value_or(""));
+    return tl::unexpected("gnuplot failed: " + read_file(workshop.said()).value_or(""));
   }
-  return read_file(drawn);
+  return read_file(workshop.drawn());
 }
 
 }  // namespace
@@ -86,10 +115,10 @@ std::string gnuplot_literal(std::string_view text) {
 
 tl::expected<std::vector<std::string>, std::string> run_gnuplot(const std::vector<std::string>& scripts) {
   const Workshop workshop;
-  if (workshop.path().empty()) return tl::unexpected(std::string("gnuplot: there is no place for temporary files"));
+  if (!workshop.is_there()) return tl::unexpected(std::string("gnuplot: there is no place for temporary files"));
   std::vector<std::string> pictures;
   for (const auto& script : scripts) {
-    auto picture = draw(workshop.path(), script);
+    auto picture = draw(workshop, script);
     if (!picture) return tl::unexpected(picture.error());
     pictures.push_back(std::move(*picture));
   }

@@ -7,6 +7,7 @@
 
 #include "output/bytes.hpp"
 #include "output/part_file.hpp"
+#include "output/temporary.hpp"
 #include "output/writer.hpp"
 #include "scene_io/fault.hpp"
 
@@ -48,7 +49,11 @@ class Archive {
     add(name, zip_source_buffer(zip_, bytes.data(), bytes.size(), 0));
   }
 
+  // libzip writes to a file of a name of its own choice, which it removes itself where it is cancelled.
   void close() {
+    const SignalsHeld held;
+    zip_register_cancel_callback_with_state(
+        zip_, [](zip_t*, void*) { return SignalsHeld::is_one_waiting() ? 1 : 0; }, nullptr, nullptr);
     if (zip_close(zip_) != 0) fail();
     zip_ = nullptr;
   }

@@ -36,21 +36,10 @@ void check_target(const fs::path& target) {
   if (access(target.c_str(), W_OK) != 0) refuse(target, std::strerror(errno));
 }
 
-PartFile::PartFile(fs::path target) : target_(std::move(target)) {
+PartFile::PartFile(fs::path target) : target_(std::move(target)), part_(part_of(target_)) {
   check_target(target_);
-  file_.reset(std::fopen(part_of(target_).c_str(), "wb"));
+  file_.reset(std::fopen(part().c_str(), "wb"));
   if (!file_) fail("cannot be written", errno);
-  part_ = part_of(target_);
-}
-
-// A path that was moved from may still name something; only one of the two may remove the file.
-PartFile::PartFile(PartFile&& other) noexcept
-    : target_(std::move(other.target_)), part_(std::exchange(other.part_, {})), file_(std::move(other.file_)) {}
-
-PartFile::~PartFile() {
-  file_.reset();
-  std::error_code ignored;
-  if (!part_.empty()) fs::remove(part_, ignored);
 }
 
 void PartFile::fail(std::string_view what, int error) const {
@@ -68,13 +57,14 @@ void PartFile::close() {
 void PartFile::commit() {
   close();
   std::error_code error;
-  fs::rename(part_, target_, error);
+  fs::rename(part(), target_, error);
   if (error) fail("cannot be put in its place", error.value());
-  part_.clear();
+  part_.keep();
 }
 
 void commit_all(std::vector<PartFile>& files) {
   for (auto& file : files) file.close();
+  const SignalsHeld held;
   for (std::size_t i = 0; i < files.size(); ++i) {
     try {
       files[i].commit();
@@ -84,6 +74,26 @@ void commit_all(std::vector<PartFile>& files) {
       throw;
     }
   }
+}
+
+OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
+  fs::path level;
+  for (const auto& part : path_) {
+    level /= part;
+    std::error_code error;
+    if (fs::exists(level, error)) continue;
+    Temporary made(level, Temporary::Kind::directory);
+    if (fs::create_directory(level, error)) made_.push_back(std::move(made));
+    if (error) throw Fault(Exit::input_output, path_.string() + ": cannot be made: " + error.message());
+  }
+}
+
+OutputFolder::~OutputFolder() {
+  while (!made_.empty()) made_.pop_back();
+}
+
+void OutputFolder::keep() noexcept {
+  for (auto& made : made_) made.keep();
 }
 
 }  // namespace dvdx::tool

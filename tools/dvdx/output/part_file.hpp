@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "output/temporary.hpp"
+
 namespace dvdx::tool {
 
 // Throws Fault (input_output) where something that is no plain file, or may not be written, stands at `target`, or where its
@@ -17,16 +19,13 @@ void check_target(const std::filesystem::path& target);
 class PartFile {
  public:
   explicit PartFile(std::filesystem::path target);
-  PartFile(PartFile&& other) noexcept;
-  PartFile& operator=(PartFile&&) = delete;
-  ~PartFile();
 
   void write(std::string_view bytes);
   void close();   // all bytes are in the file, still under its other name
   void commit();  // closes and renames it into place
 
   [[nodiscard]] const std::filesystem::path& target() const noexcept { return target_; }
-  [[nodiscard]] const std::filesystem::path& part() const noexcept { return part_; }
+  [[nodiscard]] const std::filesystem::path& part() const noexcept { return part_.path(); }  // until it is committed
 
  private:
   struct Close {
@@ -35,11 +34,28 @@ class PartFile {
   [[noreturn]] void fail(std::string_view what, int error) const;
 
   std::filesystem::path target_;
-  std::filesystem::path part_;  // empty once renamed (or moved from)
+  Temporary part_;
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-// Renames all of them into place; where one cannot be, those before it are removed again.
+// Renames all of them into place, and no signal comes between; where one cannot be, those before it are removed again.
 void commit_all(std::vector<PartFile>& files);
+
+// The directory that files are written into. What of it was missing is made, and removed again where it is not kept.
+class OutputFolder {
+ public:
+  // Throws Fault (input_output) where it cannot be made.
+  explicit OutputFolder(std::filesystem::path path);
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+  ~OutputFolder();
+
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+  void keep() noexcept;
+
+ private:
+  std::filesystem::path path_;
+  std::vector<Temporary> made_;  // the innermost last
+};
 
 }  // namespace dvdx::tool

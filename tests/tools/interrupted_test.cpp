@@ -1,0 +1,181 @@
+// What a signal, a full disk or a limit on file sizes leaves behind: nothing but what was there before.
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "support/paths.hpp"
+#include "tools/run_command.hpp"
+#include "tools/scratch_folder.hpp"
+
+namespace {
+
+using dvdx::test::run;
+using dvdx::test::ScratchFolder;
+
+// Runs for hours where nobody ends it.
+constexpr const char* endless = R"({
+  "format": "dvdx-scene/1", "name": "endless", "step": 0.001, "duration": 1000000,
+  "particles": {"count": 50, "position": {"uniform": {"min": [0, 1, 0], "max": [1, 9, 1], "seed": 3}}},
+  "forces": [{"type": "constant", "acceleration": [0, -8, 0]}, {"type": "spring", "stiffness": 2, "anchor": "start"}]
+})";
+
+class EndlessFolder : public ScratchFolder {
+ public:
+  explicit EndlessFolder(const std::string& name) : ScratchFolder("interrupted-" + name) { write("endless.json", endless); }
+
+  [[nodiscard]] std::size_t parts() const {
+    const std::filesystem::directory_iterator all(path());
+    return static_cast<std::size_t>(std::count_if(begin(all), end(all), [](const auto& entry) {
+      return entry.path().filename().string().find(".part-") != std::string::npos;
+    }));
+  }
+};
+
+// The command on its own, with signals as a shell's foreground job has them.
+class Child {
+ public:
+  Child(const ScratchFolder& folder, std::vector<std::string> arguments, int ignored = 0) {
+    arguments.insert(arguments.begin(), dvdx::test::command());
+    std::vector<char*> pointers;
+    for (auto& argument : arguments) pointers.push_back(argument.data());
+    pointers.push_back(nullptr);
+    pid_ = fork();
+    if (pid_ != 0) return;
+    for (const int signal : {SIGHUP, SIGINT, SIGTERM, SIGQUIT, SIGPIPE, SIGXCPU}) std::signal(signal, SIG_DFL);
+    if (ignored != 0) std::signal(ignored, SIG_IGN);
+    const int null = open("/dev/null", O_RDWR);
+    if (chdir(folder.path().c_str()) == 0 && dup2(null, 0) == 0 && dup2(null, 1) == 1 && dup2(null, 2) == 2) {
+      execv(pointers[0], pointers.data());
+    }
+    _exit(127);
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  ~Child() {
+    if (pid_ > 0) (void)end_by(SIGKILL);
+  }
+
+  void send(int signal) const { kill(pid_, signal); }
+
+  // The wait status.
+  int end_by(int signal) {
+    send(signal);
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return status;
+  }
+
+ private:
+  pid_t pid_;
+};
+
+bool comes_true(const std::function<bool()>& condition) {
+  using namespace std::chrono_literals;
+  const auto end = std::chrono::steady_clock::now() + 60s;
+  while (std::chrono::steady_clock::now() < end) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(5ms);
+  }
+  return false;
+}
+
+TEST_CASE("a signal that ends a run leaves no part of any format, and is the exit status") {
+  struct Format {
+    const char* out;
+    std::size_t parts;  // that are there while it is written
+    int signal;
+  };
+  for (const auto& [out, parts, signal] :
+       {Format{"a.csv", 1, SIGINT}, Format{"a.npz", 3, SIGTERM}, Format{"a.ply", 5, SIGHUP}, Format{"a.vtp", 5, SIGINT},
+        Format{"a.pc2", 2, SIGQUIT}, Format{"a.html", 1, SIGINT}, Format{"a.csv", 1, SIGXCPU}}) {
+    CAPTURE(out);
+    CAPTURE(signal);
+    const EndlessFolder folder("run");
+    const ScratchFolder viewer("interrupted-viewer");
+    viewer.write("playback.html", "<!-- dvdx data -->");
+    setenv("DVDX_VIEWER", viewer.path().c_str(), 1);
+    const std::string every = std::string_view(out) == "a.ply" || std::string_view(out) == "a.vtp" ? "100000" : "1000";
+    Child child(folder, {"run", "endless.json", "--every", every, "--out", out, "--threads", "2"});
+    unsetenv("DVDX_VIEWER");
+    REQUIRE(comes_true([&] { return folder.parts() >= parts; }));
+    const int status = child.end_by(signal);
+    CHECK(WIFSIGNALED(status));
+    CHECK(WTERMSIG(status) == signal);
+    CHECK(folder.entries() == 1);
+  }
+}
+
+TEST_CASE("a signal that ends a report or the hard cases leaves no directory that they made") {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    CAPTURE(signal);
+    const EndlessFolder folder("report");
+    const auto is_made = [&] { return std::filesystem::exists(folder / "deep/found"); };
+    {
+      Child child(folder, {"report", "endless.json", "--out", "deep/found"});
+      REQUIRE(comes_true(is_made));
+      CHECK(WTERMSIG(child.end_by(signal)) == signal);
+    }
+    CHECK(folder.entries() == 1);
+    Child child(folder, {"stability", "--out", "deep/found"});
+    REQUIRE(comes_true(is_made));
+    CHECK(WTERMSIG(child.end_by(signal)) == signal);
+    CHECK(folder.entries() == 1);
+  }
+}
+
+TEST_CASE("a signal leaves a directory that was there before, and what is in it") {
+  const EndlessFolder folder("kept");
+  std::filesystem::create_directory(folder / "found");
+  folder.write("found/other.txt", "mine");
+  Child child(folder, {"stability", "--out", "found"});
+  using namespace std::chrono_literals;
+  std::this_thread::sleep_for(100ms);
+  (void)child.end_by(SIGINT);
+  CHECK(folder.read("found/other.txt") == "mine");
+}
+
+TEST_CASE("a signal that the program was started to ignore stays ignored") {
+  const EndlessFolder folder("ignored");
+  Child child(folder, {"run", "endless.json", "--every", "1000", "--out", "a.csv"}, SIGHUP);
+  REQUIRE(comes_true([&] { return folder.parts() == 1; }));
+  child.send(SIGHUP);
+  CHECK(WTERMSIG(child.end_by(SIGTERM)) == SIGTERM);
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a file that grows beyond the limit on file sizes is exit 4, and nothing of it stays") {
+  for (const char* out : {"a.csv", "a.npz", "a.ply", "a.vtp", "a.pc2"}) {
+    CAPTURE(out);
+    const EndlessFolder folder("limit");
+    const auto result =
+        run(folder, std::string("run endless.json --duration 4 --every 4 --set particles.count=5000 --out ") + out,
+            "ulimit -f 16;");
+    CHECK(result.exit == 4);
+    CHECK(result.err.find("File too large") != std::string::npos);
+    CHECK(folder.entries() == 1);
+  }
+}
+
+TEST_CASE("a report that cannot be written is exit 4, and leaves neither a file nor the directory") {
+  const ScratchFolder folder("interrupted-report-limit");
+  folder.write("brief.json", R"({
+    "format": "dvdx-scene/1", "name": "brief", "step": 0.125, "duration": 0.5, "particles": {"count": 2},
+    "forces": [{"type": "constant", "acceleration": [0, -8, 0]}]})");
+  const auto result = run(folder, "report brief.json --quick --precision float64 --out deep/found", "ulimit -f 4;");
+  CHECK(result.exit == 4);
+  CHECK(folder.entries() == 1);
+}
+
+}  // namespace
