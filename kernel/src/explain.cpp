@@ -163,8 +163,7 @@ std::string describe_forces(const Scene& scene, const System& system) {
   const auto list = [&](const std::vector<std::size_t>& forces) {
     std::string names;
     for (const std::size_t i : forces) {
-      names +=
-          (names.empty() ? "" : ", ") + ("forces[" + std::to_string(i) + "] " + std::string(kind(scene.forces[i])));
+      names += (names.empty() ? "" : ", ") + ("forces[" + std::to_string(i) + "] " + std::string(kind(scene.forces[i])));
     }
     return names;
   };
@@ -219,7 +218,7 @@ std::string describe_radial(const Scene& scene, const System& system, std::size_
 template <class T>
 std::string describe_stability(const CompiledScene<T>& compiled, const System& system) {
   const double h = compiled.options.step;
-  const bool is_joined = joins_particles(compiled.scene);
+  const bool is_joined = compiled.joined() != nullptr;
   const std::string of = is_joined ? "of each particle without what joins it to others: " : "";
   if (system.is_one_system() && system.radial().empty()) return "stability    " + of + "stable at any step\n";
   const bool is_alike =
@@ -300,9 +299,8 @@ std::string describe_network(const Joints<T>& joints, std::size_t workspace_byte
   const NetworkLimit& limit = joints.limit;
   const Coupling& coupling = joints.coupling;
   const std::string form = std::visit([](const auto& of) { return describe_form(of); }, joints.form);
-  std::string words = "springs      " + std::to_string(joints.springs) + ", " + form + "; " +
-                      std::to_string(joints.bytes()) + " bytes, and " + std::to_string(workspace_bytes) +
-                      " of working memory a state\n";
+  std::string words = "springs      " + std::to_string(joints.springs) + ", " + form + "; " + std::to_string(joints.bytes()) +
+                      " bytes, and " + std::to_string(workspace_bytes) + " of working memory a state\n";
   words += "scheme       " + std::string(name(coupling.scheme)) + ", " + std::to_string(limit.substeps) + " sub-steps a step";
   if (coupling.scheme == Scheme::sequential) {
     words += ", theta " + text(coupling.theta, 6);
@@ -328,7 +326,7 @@ std::string describe_network(const Joints<T>& joints, std::size_t workspace_byte
   if (coupling.scheme == Scheme::accumulate && coupling.method == Method::exact) {
     words += "             exact contributions of springs that share particles gain energy at every step\n";
   }
-  return words + describe_other_schemes(network);
+  return words + describe_other_schemes(joints);
 }
 
 template <class T>
@@ -372,8 +370,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   std::string words = "step         " + text(compiled.options.step, 6) + " s, ";
   words.append(name(compiled.options.rounding, sizeof(T) == 4)).append(", ").append(dvdx::name(compiled.options.arithmetic));
   words.append(" arithmetic, ").append(dvdx::name(compiled.isa));
-  words +=
-      ", " + std::to_string(motion.kernels->lanes) + " lanes, blocks of " + std::to_string(motion.block) + " particles\n";
+  words += ", " + std::to_string(motion.kernels->lanes) + " lanes, blocks of " + std::to_string(motion.block) + " particles\n";
   words += describe_forces(scene, system);
   words += describe_origin(scene.origin);
   words += "passes       affine";

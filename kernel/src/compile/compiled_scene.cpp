@@ -64,10 +64,6 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
 
 }  // namespace
 
-bool joins_particles(const Scene& scene) { return !scene.networks.empty() || !scene.constraints.empty(); }
-
-bool stands_at_start(const Scene& scene) { return std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start); }
-
 template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
                                        std::vector<Vec3> start) {

@@ -47,10 +47,6 @@ struct CompiledScene {
 template <class T>
 using SharedScene = std::shared_ptr<const CompiledScene<T>>;
 
-// Whether some force's anchor is where its particle stood at the start; whether networks or constraints join particles.
-[[nodiscard]] bool stands_at_start(const Scene& scene);
-[[nodiscard]] bool joins_particles(const Scene& scene);
-
 // The scene, the options and the start have been checked. Reads as contents: which forces combine, what is refused, what joins.
 template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,

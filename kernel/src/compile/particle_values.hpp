@@ -1,6 +1,7 @@
 // What of a scene may differ from particle to particle. A value that a force gains is named here, and nowhere else.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <type_traits>
 #include <variant>
@@ -47,5 +48,11 @@ inline bool is_at_start(const Force& force) {
   std::visit([&](const auto& f) { for_each_particle_value(f, look); }, force);
   return is_any;
 }
+
+// Whether some force's anchor is where its particle stood at the start.
+inline bool stands_at_start(const Scene& scene) { return std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start); }
+
+// Whether networks or constraints join particles.
+inline bool joins_particles(const Scene& scene) { return !scene.networks.empty() || !scene.constraints.empty(); }
 
 }  // namespace dvdx

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "compile/free_motion.hpp"
+#include "compile/particle_values.hpp"
 #include "forces/polynomial.hpp"
 #include "math/vec3.hpp"
 #include "text.hpp"

@@ -47,13 +47,13 @@ class JoinedStep {
         joints_(motion.joints()),
         ws_(workspace),
         work_(workspace.work),
-        kernels_(scene.passes->of<T>().network),
+        kernels_(scene.passes->template of<T>().network),
         residuals_(scene.passes->residual),
         parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel) {
     work_.w = joints_.w;
     if (joints_.constraints) {
       constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
-      constraints_.emplace(*joints_.constraints, scene.passes->of<T>().constraint, constraint_terms_, parallel_);
+      constraints_.emplace(*joints_.constraints, scene.passes->template of<T>().constraint, constraint_terms_, parallel_);
     }
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{});
   }
