@@ -8,6 +8,7 @@
 
 #include "compile/free_motion.hpp"
 #include "compile/joined_motion.hpp"
+#include "compile/range.hpp"
 #include "compile/validate.hpp"
 #include "execute/environment.hpp"
 #include "text.hpp"
@@ -69,7 +70,8 @@ std::optional<Error> check_coefficients(const Program<T>& program) {
     return std::isfinite(k.A) && std::isfinite(k.B) && std::isfinite(k.C) && std::isfinite(k.S);
   };
   const auto& fused = program.terms.fused;
-  if (std::all_of(fused.begin(), fused.end(), is_fit) && has_finite_columns(program)) return std::nullopt;
+  const bool has_anchor = is_finite(program.terms.anchor.data(), program.terms.anchor.size());
+  if (has_anchor && std::all_of(fused.begin(), fused.end(), is_fit) && has_finite_columns(program)) return std::nullopt;
   return Error{"step", text(program.options.step), "a step at which this method's coefficients stay finite"};
 }
 
@@ -98,6 +100,7 @@ Expected<std::unique_ptr<Program<T>>> build_alone(Scene given, const Options& op
                                                   std::optional<std::size_t> count, std::vector<Vec3> start) {
   Scene scene = with_linear_springs(std::move(given));
   if (auto error = check_sources(System(scene, start, options.step))) return tl::unexpected(*error);
+  if (auto error = check_range<T>(scene, options, count, start)) return tl::unexpected(*error);
   auto program = std::make_unique<Program<T>>(std::move(scene), options, isa, count, std::move(start));
   if (auto error = check_coefficients(*program)) return tl::unexpected(*error);
   return program;
@@ -178,6 +181,7 @@ Expected<void> change_step(std::unique_ptr<Program<A>>& program, double h) {
     program = std::move(*changed);
     return {};
   }
+  if (auto error = check_range<A>(program->scene, options, program->count, program->start)) return tl::unexpected(*error);
   const double before = std::exchange(program->options.step, h);
   program->make_coefficients();
   const auto error = check_coefficients(*program);
