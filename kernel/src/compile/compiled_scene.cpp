@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "compile/particle_values.hpp"
+#include "compile/range.hpp"
 #include "compile/validate.hpp"
 
 namespace dvdx {
@@ -57,6 +58,7 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   auto compiled =
       std::make_shared<CompiledScene<T>>(with_linear_springs(std::move(given)), options, isa, *passes, count, std::move(start));
   if (auto error = check_sources(System(compiled->scene, compiled->start, options.step))) return tl::unexpected(*error);
+  if (auto error = check_range<T>(compiled->scene, options, count, compiled->start)) return tl::unexpected(*error);
   const bool is_joined = joins_particles(compiled->scene);
   if (auto error = is_joined ? make_joined(*compiled, std::move(joints)) : make_free(*compiled)) return tl::unexpected(*error);
   return SharedScene<T>(std::move(compiled));

@@ -343,7 +343,8 @@ std::optional<Error> FreeMotion<T>::refusal() const {
   const auto is_fit = [](const FusedAxis<T>& k) {
     return std::isfinite(k.A) && std::isfinite(k.B) && std::isfinite(k.C) && std::isfinite(k.S);
   };
-  const bool is_sound = std::all_of(terms.fused.begin(), terms.fused.end(), is_fit);
+  const bool has_anchor = is_finite(terms.anchor.data(), terms.anchor.size());
+  const bool is_sound = has_anchor && std::all_of(terms.fused.begin(), terms.fused.end(), is_fit);
   if (is_sound && has_finite_columns(terms.rates, count_.value_or(0))) return std::nullopt;
   return Error{"step", text(step_), "a step at which this method's coefficients stay finite"};
 }

@@ -1,0 +1,218 @@
+#include "compile/range.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "compile/system.hpp"
+#include "forces/radial_spring.hpp"
+#include "math/vec3.hpp"
+#include "text.hpp"
+
+namespace dvdx {
+namespace {
+
+template <class T>
+bool fits(double value) noexcept {
+  return std::isfinite(static_cast<T>(value));
+}
+
+template <class T>
+constexpr const char* type_name = sizeof(T) == 4 ? "float32" : "float64";
+
+std::string element(std::string name, std::size_t i) { return name.append("[").append(std::to_string(i)).append("]"); }
+
+// Collects the first error; later checks are skipped.
+template <class T>
+class RangeChecker {
+ public:
+  RangeChecker(const Scene& scene, const Options& options, std::optional<std::size_t> count, std::span<const Vec3> start)
+      : scene_(scene), h_(options.step), count_(count.value_or(1)), start_(start), system_(scene, start, options.step) {}
+
+  std::optional<Error> all() {
+    for (std::size_t i = 0; i < scene_.forces.size() && !error_; ++i) {
+      std::visit([&](const auto& force) { check(force, i, element("forces", i)); }, scene_.forces[i]);
+    }
+    accelerations();
+    for (std::size_t i = 0; i < scene_.contacts.size() && !error_; ++i) {
+      std::visit([&](const auto& contact) { check(contact, element("contacts", i)); }, scene_.contacts[i]);
+    }
+    const bool is_only = scene_.networks.size() == 1;
+    for (std::size_t i = 0; i < scene_.networks.size() && !error_; ++i) {
+      std::visit([&](const auto& network) { check(network, is_only ? "network" : element("network", i)); }, scene_.networks[i]);
+    }
+    for (std::size_t i = 0; i < scene_.constraints.size() && !error_; ++i) {
+      std::visit([&](const auto& constraint) { check(constraint, element("constraints", i)); }, scene_.constraints[i]);
+    }
+    if (!scene_.constraints.empty() && h_ != 0 && !fits<T>(1 / h_)) step("one that is not too short for velocities");
+    return error_;
+  }
+
+ private:
+  void fail(const std::string& field, const std::string& value, const std::string& valid) {
+    if (!error_) error_ = Error{field, value, valid + " (the plan is of " + type_name<T> + ")"};
+  }
+  void step(const std::string& valid) { fail("step", text(h_), valid); }
+
+  void place(const std::string& field, const Vec3& value, std::size_t particle) {
+    const Vec3 local = scene_.origin.from(value, particle);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (fits<T>(local[axis])) continue;
+      fail(element(field, axis), text(value[axis]), "within " + text(double{limits::max()}, 8) + " m of the origin");
+    }
+  }
+  void places(const std::string& field, const Anchor& anchor) {
+    if (const auto* all = std::get_if<Vec3>(&anchor)) return place(field, *all, 0);
+    if (const auto* each = std::get_if<std::vector<Vec3>>(&anchor)) {
+      for (std::size_t i = 0; i < each->size() && !error_; ++i) {
+        if (!is_near((*each)[i], i)) place(element(field, i), (*each)[i], i);
+      }
+    }
+  }
+  [[nodiscard]] bool is_near(const Vec3& value, std::size_t particle) const {
+    const Vec3 local = scene_.origin.from(value, particle);
+    return fits<T>(local[0]) && fits<T>(local[1]) && fits<T>(local[2]);
+  }
+
+  // Lengths are compared with the root of a sum of squares.
+  [[nodiscard]] static bool is_length(double value) { return fits<T>(value * value); }
+  void length(const std::string& field, double value) {
+    if (!is_length(value)) fail(field, text(value), "at most " + text(std::sqrt(double{limits::max()}), 8) + " m");
+  }
+  // ... and divided by.
+  void radius(const std::string& field, double value) {
+    const double least = std::sqrt(double{limits::min()});
+    if (value < least) fail(field, text(value), "at least " + text(least, 8) + " m");
+    length(field, value);
+  }
+  void lengths(const std::string& field, const Scalars& values, bool is_positive) {
+    const std::size_t n = values.is_uniform() ? 1 : values.each().size();
+    for (std::size_t k = 0; k < n && !error_; ++k) {
+      const bool is_good = is_length(values[k]) && !(is_positive && values[k] * values[k] < double{limits::min()});
+      if (is_good) continue;
+      const std::string at = values.is_uniform() ? field : element(field, k);
+      is_positive ? radius(at, values[k]) : length(at, values[k]);
+    }
+  }
+
+  void check(const Constant&, std::size_t, const std::string&) {}
+  void check(const Polynomial&, std::size_t, const std::string&) {}
+  void check(const Sinusoid&, std::size_t, const std::string&) {}
+  void check(const Drag&, std::size_t, const std::string&) {}
+  void check(const Spring& spring, std::size_t, const std::string& at) { places(at + ".anchor", spring.anchor); }
+  void check(const RadialSpring& spring, std::size_t force, const std::string& at) {
+    places(at + ".anchor", spring.anchor);
+    lengths(at + ".rest_length", spring.rest_length, false);
+    const bool is_each = !spring.stiffness.is_uniform() || !scene_.mass.is_uniform();
+    for (std::size_t i = 0; i < (is_each ? count_ : 1) && !error_; ++i) {
+      const double W = spring.stiffness[i] / scene_.mass[i];
+      const double g = spring.damping / scene_.mass[i];
+      const Method method = system_.method(force);
+      const RadialKick kick = method == Method::combined ? radial_kick(W, g, h_) : RadialKick{};
+      const Contribution more = method == Method::combined ? Contribution{} : radial_spring(W, g, h_, method);
+      const bool is_good =
+          fits<T>(kick.kappa) && fits<T>(kick.E) && fits<T>(more.A) && fits<T>(more.B) && fits<T>(more.C) && fits<T>(more.D);
+      if (!is_good) fail(at + ".stiffness", text(spring.stiffness[i]), "one whose pulse in a step is finite");
+    }
+  }
+
+  // What the first particle's step makes of each acceleration, at the scene's start.
+  void accelerations() {
+    for (const Source& source : system_.sources()) {
+      const Vec3 amplitude = system_.amplitude(source, Clock{});
+      for (std::size_t axis = 0; axis < 3 && !error_; ++axis) {
+        const Gain gain = system_.gain(source, axis, 0, system_.motion(axis, 0));
+        if (fits<T>(amplitude[axis]) && fits<T>(gain.v * amplitude[axis]) && fits<T>(gain.x * amplitude[axis])) continue;
+        if (source.kind == Source::Kind::anchors) return;  // the springs' coefficients are looked at when they are made
+        fail(element("forces", source.force),
+             source.kind == Source::Kind::wind ? "a wind of " + text(amplitude[axis])
+                                               : "an acceleration of " + text(amplitude[axis]),
+             "one that moves a particle by a finite way in a step of " + text(h_) + " s");
+      }
+    }
+  }
+
+  void check(const Plane& plane, const std::string& at) {
+    const double local = plane.offset - dot(unit(plane.normal), scene_.origin.at(0));
+    if (!fits<T>(local))
+      fail(at + ".offset", text(plane.offset), "within " + text(double{limits::max()}, 8) + " m of the origin");
+  }
+  void check(const Sphere& sphere, const std::string& at) {
+    place(at + ".center", sphere.center, 0);
+    radius(at + ".radius", sphere.radius);
+  }
+
+  // A spring's own numbers, and what a step or a sub-step of it makes of them.
+  void joint(const std::string& at, const std::string& stiffness, double k, const std::string& rest_length, double l, double c,
+             double w) {
+    if (!fits<T>(k)) return fail(at + stiffness, text(k), "at most " + text(double{limits::max()}, 8) + " N/m");
+    if (!is_length(l)) return length(at + rest_length, l);
+    if (!fits<T>(k * l)) return fail(at + stiffness, text(k), "one whose product with the rest length is finite");
+    if (!fits<T>(c)) return fail(at + ".damping", text(c), "at most " + text(double{limits::max()}, 8) + " kg/s");
+    const bool is_good = fits<T>(k * w) && fits<T>(k * h_ * h_) && fits<T>(k * h_ * h_ * w) && fits<T>(k * h_ * w) &&
+                         fits<T>(c * w) && fits<T>(c * h_) && fits<T>(c * h_ * w);
+    if (!is_good) step("one at which the network's coefficients stay finite");
+  }
+  [[nodiscard]] double inverse_mass(std::size_t i) const { return 1 / scene_.mass[i]; }
+  void masses() {
+    for (std::size_t i = 0; i < (scene_.mass.is_uniform() ? 1 : count_) && !error_; ++i) {
+      if (!fits<T>(inverse_mass(i))) {
+        fail(scene_.mass.is_uniform() ? "mass" : element("mass", i), text(scene_.mass[i]), "one whose inverse is finite");
+      }
+    }
+  }
+  void check(const Grid& grid, const std::string& at) {
+    masses();
+    length(at + ".edge_u", dvdx::length(grid.edge_u));
+    length(at + ".edge_v", dvdx::length(grid.edge_v));
+    double w = 0;
+    for (std::size_t i = 0; i < count_; ++i) w = std::max(w, inverse_mass(i));
+    const double l = dvdx::length(grid.edge_u) + dvdx::length(grid.edge_v);
+    for (const auto& [name, k] : {std::pair{".structural", grid.structural}, {".shear", grid.shear}, {".bend", grid.bend}}) {
+      if (!error_) joint(at, name, k, ".edge_u", l, grid.damping, 2 * w);
+    }
+  }
+  void check(const Springs& springs, const std::string& at) {
+    masses();
+    for (std::size_t s = 0; s < springs.pairs.size() && !error_; ++s) {
+      const auto [a, b] = springs.pairs[s];
+      const double l = springs.rest_length ? (*springs.rest_length)[s] : distance(start_[a], start_[b]);
+      const auto each = [&](const Scalars& values) { return values.is_uniform() ? std::string() : element("", s); };
+      joint(at, ".stiffness" + each(springs.stiffness), springs.stiffness[s],
+            ".rest_length" + (springs.rest_length ? each(*springs.rest_length) : ""), l, springs.damping,
+            inverse_mass(a) + inverse_mass(b));
+    }
+  }
+
+  void check(const Distance& distances, const std::string& at) {
+    if (distances.length) return lengths(at + ".length", *distances.length, true);
+    for (const Pair& pair : distances.pairs) length(at + ".length", distance(start_[pair[0]], start_[pair[1]]));
+  }
+  void check(const OnPoint& point, const std::string& at) { place(at + ".at", point.at, 0); }
+  void check(const OnLine& line, const std::string& at) { place(at + ".through", line.through, 0); }
+
+  using limits = std::numeric_limits<T>;
+  const Scene& scene_;
+  double h_;
+  std::size_t count_;
+  std::span<const Vec3> start_;
+  System system_;
+  std::optional<Error> error_;
+};
+
+}  // namespace
+
+template <class T>
+std::optional<Error> check_range(const Scene& scene, const Options& options, std::optional<std::size_t> count,
+                                 std::span<const Vec3> start) {
+  return RangeChecker<T>(scene, options, count, start).all();
+}
+
+template std::optional<Error> check_range<float>(const Scene&, const Options&, std::optional<std::size_t>,
+                                                 std::span<const Vec3>);
+template std::optional<Error> check_range<double>(const Scene&, const Options&, std::optional<std::size_t>,
+                                                  std::span<const Vec3>);
+
+}  // namespace dvdx

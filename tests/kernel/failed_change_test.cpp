@@ -1,0 +1,152 @@
+// A change of a plan that fails changes nothing, whichever of its allocations fails. A program of its own: every operator new
+// of it can be made to fail.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <functional>
+#include <new>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dvdx/constrain.hpp"
+#include "dvdx/layouts/state_hash.hpp"
+#include "dvdx/plan.hpp"
+#include "kernel/passes/cloths.hpp"
+#include "support/batch.hpp"
+
+namespace {
+
+std::optional<long> allocations_left;  // none: as many as there is memory for
+
+void* allocated(std::size_t bytes, std::size_t alignment) {
+  if (allocations_left && (*allocations_left)-- <= 0) throw std::bad_alloc();
+  void* p = std::aligned_alloc(alignment, (bytes + alignment - 1) / alignment * alignment);
+  if (p == nullptr) throw std::bad_alloc();
+  return p;
+}
+
+}  // namespace
+
+void* operator new(std::size_t bytes) { return allocated(bytes, 16); }
+void* operator new(std::size_t bytes, std::align_val_t alignment) {
+  return allocated(bytes, static_cast<std::size_t>(alignment));
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+
+namespace dvdx::test {
+namespace {
+
+constexpr int steps = 3;
+
+template <class T>
+Plan<T> plan_of(const Joined& joined) {
+  Batch<T> batch(Layout::soa, joined.x.size());
+  place(joined, batch.view());
+  auto plan = compile<T>(joined.scene, {.step = joined.step, .isa = Isa::reference}, batch.view());
+  REQUIRE_MESSAGE(plan.has_value(), joined.name << ": " << plan.error().message());
+  return std::move(*plan);
+}
+
+// What a plan does, and what it says of itself.
+template <class T>
+std::string seen(const Joined& joined, const Plan<T>& plan) {
+  Batch<T> batch(Layout::soa, joined.x.size());
+  place(joined, batch.view());
+  REQUIRE(plan.step(batch.view(), steps) == StepResult::done);
+  return hash_text(state_hash(batch.view())) + "\n" + plan.explain();
+}
+
+template <class T>
+using Change = std::function<Expected<void>(Plan<T>&)>;
+
+// Lets the change fail at its first allocation, its second, ... until it has enough. How many it needed.
+template <class T>
+long fails_without_trace(const Joined& joined, const Change<T>& change) {
+  const std::string before = seen(joined, plan_of<T>(joined));
+  Plan<T> changed = plan_of<T>(joined);
+  REQUIRE(change(changed).has_value());
+  const std::string after = seen(joined, changed);
+  CHECK(after != before);
+  for (long given = 0;; ++given) {
+    REQUIRE(given < 100'000);
+    Plan<T> plan = plan_of<T>(joined);
+    bool is_done = false;
+    allocations_left = given;
+    try {
+      is_done = change(plan).has_value();
+    } catch (const std::bad_alloc&) {
+    }
+    allocations_left.reset();
+    CAPTURE(given);
+    CHECK((is_done ? after : before) == seen(joined, plan));
+    if (is_done) return given;
+  }
+}
+
+// Sheets by every scheme and form, chains with constraints, and particles on their own.
+std::vector<Joined> all_joined() {
+  std::vector<Joined> list;
+  const Joined grid = sheet(5, 6, 50, 0.001);
+  for (const Coupling& coupling :
+       {Coupling{.scheme = Scheme::leapfrog}, Coupling{.scheme = Scheme::fourth_order}, Coupling{.scheme = Scheme::sequential},
+        Coupling{.scheme = Scheme::accumulate}, Coupling{.scheme = Scheme::accumulate, .method = Method::combined}}) {
+    for (Joined joined : {grid, as_list(grid)}) {
+      joined.scene.coupling = coupling;
+      joined.name += ", scheme " + std::to_string(static_cast<int>(coupling.scheme));
+      list.push_back(std::move(joined));
+    }
+  }
+  Joined held = list[0];
+  held.name = "with constraints";
+  held.scene.add(Distance{.pairs = {{10, 11}, {11, 12}, {14, 20}}}).add(OnPoint{.particle = 25, .at = {0.2, 0, 0.8}});
+  list.push_back(held);
+  Joined alone = grid;
+  alone.name = "alone";
+  alone.scene = {};
+  alone.scene.add(Constant{.acceleration = {0, -9.81, 0}}).add(Plane{.offset = -0.1, .restitution = 0.5});
+  list.push_back(alone);
+  std::vector<double> masses(alone.x.size(), 1.5);
+  masses[3] = 0.5;
+  alone.scene.mass = masses;
+  alone.scene.add(Drag{.coefficient = 0.2}).add(RadialSpring{.stiffness = 3.0, .rest_length = 0.4});
+  alone.name = "alone, values each";
+  list.push_back(alone);
+  return list;
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("a change that fails for want of memory changes nothing", T, float, double) {
+  for (const Joined& joined : all_joined()) {
+    CAPTURE(joined.name);
+    const auto replaced = [](Force force) -> Change<T> {
+      return [force = std::move(force)](Plan<T>& plan) { return plan.replace(0, force); };
+    };
+    CHECK(fails_without_trace<T>(joined, replaced(Constant{.acceleration = {1, -5, 0}})) > 0);
+    CHECK(fails_without_trace<T>(joined, replaced(Spring{.stiffness = 0.02, .anchor = Vec3{0.1, 0, 0}})) > 0);
+    CHECK(fails_without_trace<T>(joined, replaced(Drag{.coefficient = 0.01, .wind = {1, 0, 0}})) > 0);
+    CHECK(fails_without_trace<T>(joined, [](Plan<T>& plan) { return plan.set_step(1.0 / 90); }) >= 0);
+  }
+}
+
+TEST_CASE_TEMPLATE("a change that is refused changes nothing", T, float, double) {
+  for (const Joined& joined : all_joined()) {
+    CAPTURE(joined.name);
+    const std::string before = seen(joined, plan_of<T>(joined));
+    Plan<T> plan = plan_of<T>(joined);
+    CHECK_FALSE(plan.replace(0, Spring{.stiffness = -1.0}).has_value());
+    CHECK_FALSE(plan.replace(0, Spring{.stiffness = 1.0, .anchor = std::vector<Vec3>(2)}).has_value());
+    CHECK_FALSE(plan.replace(9, Constant{}).has_value());
+    CHECK_FALSE(plan.set_step(1e300).has_value());
+    CHECK(before == seen(joined, plan));
+  }
+}
+
+}  // namespace dvdx::test
