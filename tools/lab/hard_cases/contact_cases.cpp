@@ -54,7 +54,7 @@ Worst rest_on_axis(Way& way) {
     for (const double restitution : {0.0, 0.5, 1.0}) {
       const double y = static_cast<double>(static_cast<T>(offset));
       Trial<T> trial(way, falling({wall({0, 1, 0}, offset, restitution)}), hz60, Start{{3, y, -2}, {}});
-      trial.step(restitution == 0.5 && offset == 7.3 ? 1000000 : 100000);
+      trial.step(1000000);
       const auto where = fmt::format("offset {:g} m, e = {:g}", offset, restitution);
       worst.see(length({trial.x(0) - 3, trial.x(1) - y, trial.x(2) + 2}), where);
       worst.see(length(velocity(trial)), where);
@@ -88,6 +88,58 @@ Worst rest_on_oblique(Way& way) {
   return worst;
 }
 
+// On inclines that friction of 0.5 holds, by a part in a thousand at the steepest: how far and how fast each particle is after
+// 1e6 steps from where it was put down at rest.
+template <class T>
+Worst rest_on_incline(Way& way) {
+  constexpr double friction = 0.5;
+  constexpr double offset = 7.3;
+  Worst worst;
+  for (const double steepness : {0.1, 0.9, 0.999}) {
+    for (const auto& [restitution, turn] : {std::pair{0.0, 0.7}, {0.5, 0.0}}) {  // turned about the vertical
+      const double angle = std::atan(steepness * friction);
+      const Vec3 n{std::sin(angle) * std::cos(turn), std::cos(angle), std::sin(angle) * std::sin(turn)};
+      Plane incline = wall(n, offset, restitution);
+      incline.friction = friction;
+      std::vector<Start> starts;
+      for (int i = 0; i < 4; ++i) {
+        const double along = 0.9 * i - 2;
+        starts.push_back({{offset * n[0] + along * n[1], offset * n[1] - along * n[0], offset * n[2]}, {}});
+      }
+      Trial<T> trial(way, falling({incline}), hz60, starts);
+      trial.step(100);
+      std::vector<Vec3> settled;
+      for (std::size_t i = 0; i < starts.size(); ++i) settled.push_back(position(trial, i));
+      trial.step(1000000);
+      const auto where = fmt::format("{:g} of the slope that holds, e = {:g}", steepness, restitution);
+      for (std::size_t i = 0; i < starts.size(); ++i) {
+        const Vec3 end = position(trial, i);
+        worst.see(length({end[0] - settled[i][0], end[1] - settled[i][1], end[2] - settled[i][2]}), where);
+        worst.see(length(velocity(trial, i)), where);
+      }
+    }
+  }
+  return worst;
+}
+
+// A tenth steeper it slides as the closed form does: g (sin - mu cos) t^2/2, over the way of 10 s.
+template <class T>
+Worst sliding(Way& way) {
+  constexpr double friction = 0.5;
+  Worst worst;
+  for (const double steepness : {1.1, 2.0}) {
+    const double angle = std::atan(steepness * friction);
+    Plane incline = wall({std::sin(angle), std::cos(angle), 0}, 0, 0);
+    incline.friction = friction;
+    Trial<T> trial(way, falling({incline}), hz60, Start{});
+    trial.step(600);
+    const double pull = gravity * (std::sin(angle) - friction * std::cos(angle));
+    const double down = std::cos(angle) * trial.x(0) - std::sin(angle) * trial.x(1);
+    worst.see(std::abs(down / (pull * 50) - 1), fmt::format("{:g} times as steep as holds", steepness));
+  }
+  return worst;
+}
+
 // --- 21, 22: bounces
 // ----------------------------------------------------------------------------------------------------------
 
@@ -115,8 +167,12 @@ Worst rest_energy(Way& way) {
   Worst worst;
   for (const double e : {0.3, 0.5, 0.7}) {
     Trial<T> trial(way, falling({ground(e)}), hz60, Start{{0, 1, 0}, {}});
-    trial.step(600);
-    worst.see(std::abs(trial.v(1)) + std::abs(trial.x(1)), fmt::format("e = {:g}", e));
+    const auto rest = static_cast<double>(first_bounce()) * (1 + 2 * e / (1 - e));
+    trial.step(static_cast<std::size_t>(std::ceil(rest / hz60)) + 1);
+    for (int n = 0; n < 600; ++n) {  // from the step after that in which it comes to rest on
+      worst.see(std::abs(trial.v(1)) + std::abs(trial.x(1)), fmt::format("e = {:g}", e));
+      trial.step();
+    }
   }
   return worst;
 }
@@ -127,23 +183,31 @@ double seconds_since_impact(const Trial<T>& trial) {
   return 2 * trial.x(1) / (trial.v(1) + std::sqrt(trial.v(1) * trial.v(1) + 2 * gravity * trial.x(1)));
 }
 
-template <class T, Sweep sweep, int bounces>
+// All bounces that are more than a step apart, or the first ones: what has met the ground twice in a step tells the last time
+// alone.
+template <class T, Sweep sweep, int first_ones = 1000>
 Worst bounce_times(Way& way) {
-  constexpr double e = 0.5;
-  Plane floor = ground(e);
-  floor.sweep = sweep;
-  Trial<T> trial(way, falling({floor}), hz60, Start{{0, 1, 0}, {}});
   Worst worst;
-  long double at = first_bounce();
-  int n = 0;
-  for (int bounce = 0; bounce < bounces; ++bounce) {
-    while (n * hz60 <= static_cast<double>(at)) {
-      trial.step();
-      ++n;
+  for (const double hertz : {60.0, 1000.0}) {
+    for (const double e : {0.3, 0.5, 0.7}) {
+      const double h = 1 / hertz;
+      Plane floor = ground(e);
+      floor.sweep = sweep;
+      Trial<T> trial(way, falling({floor}), h, Start{{0, 1, 0}, {}});
+      long double at = first_bounce();
+      long double flight = 2 * first_bounce() * static_cast<long double>(e);
+      int n = 0;
+      for (int bounce = 1; bounce <= first_ones && flight > 1.01L * static_cast<long double>(h); ++bounce) {
+        while (n * h <= static_cast<double>(at)) {
+          trial.step();
+          ++n;
+        }
+        const long double got = static_cast<long double>(n) * h - seconds_since_impact(trial);
+        worst.see(static_cast<double>(std::abs(got - at)), fmt::format("{:g} Hz, e = {:g}, bounce {}", hertz, e, bounce));
+        at += flight;
+        flight *= static_cast<long double>(e);
+      }
     }
-    const long double got = static_cast<long double>(n) * hz60 - seconds_since_impact(trial);
-    worst.see(static_cast<double>(std::abs(got - at)), fmt::format("bounce {}", bounce + 1));
-    at += 2 * first_bounce() * std::pow(static_cast<long double>(e), bounce + 1);
   }
   return worst;
 }
@@ -229,8 +293,8 @@ Worst corners(Way& way) {
 
 // What 16 particles do in a wedge of 20 degrees, closed by a wall.
 struct Wedge {
-  double deepest = 0;  // m, in eps of the wedge's 2 m
-  double gain = 0;     // of kinetic energy, in one step
+  double deepest = 0;  // m, in eps
+  double change = 0;   // of kinetic energy in one step, gained or lost
 };
 
 template <class T>
@@ -244,21 +308,21 @@ Wedge in_wedge(Way& way) {
   for (int i = 0; i < 16; ++i) starts.push_back({{1.2, 0.2, 0}, {3 * std::cos(0.37 * i), 3 * std::sin(0.37 * i), 0}});
   Trial<T> trial(way, scene_of(planes), hz60, starts);
   Worst deepest;
-  Worst gain;
+  Worst change;
   for (int n = 0; n < 5000; ++n) {
     std::vector<double> before;
     for (std::size_t i = 0; i < 16; ++i) before.push_back(product(velocity(trial, i), velocity(trial, i)));
     trial.step();
     for (std::size_t i = 0; i < 16; ++i) {
-      gain.see(product(velocity(trial, i), velocity(trial, i)) / before[i] - 1);
+      change.see(std::abs(product(velocity(trial, i), velocity(trial, i)) / before[i] - 1));
       for (std::size_t k = 0; k < 3; ++k) {
         // the plane as the particle's precision holds it
         const Vec3 held{static_cast<T>(normals[k][0]), static_cast<T>(normals[k][1]), static_cast<T>(normals[k][2])};
-        deepest.see((offsets[k] - product(held, position(trial, i))) / (2 * epsilon<T>));
+        deepest.see((offsets[k] - product(held, position(trial, i))) / epsilon<T>);
       }
     }
   }
-  return {deepest.value, gain.value};
+  return {deepest.value, change.value};
 }
 
 template <class T, double Wedge::*what>
@@ -465,6 +529,17 @@ Worst curved_impacts(Way& way) {
   return worst;
 }
 
+// A million steps of many scenes that must leave nothing at all.
+Bar on_best(std::string_view precision, Check check, std::string_view expected) {
+  return {.precision = precision,
+          .check = check,
+          .limit = 0,
+          .unit = "m, m/s",
+          .expected = expected,
+          .known_miss = {},
+          .runs_on = RunsOn::best_isa};
+}
+
 }  // namespace
 
 std::vector<Case> contact_cases() {
@@ -472,10 +547,14 @@ std::vector<Case> contact_cases() {
       {20,
        "rest on a plane",
        "1e6 steps of gravity into the plane; oblique, 7.3 m from the origin: rounding pushes in and along",
-       {{float64, rest_on_axis<double>, 0, "m, m/s", "axis-aligned: y = offset and v = 0 exactly"},
-        {float32, rest_on_axis<float>, 0, "m, m/s", "axis-aligned: y = offset and v = 0 exactly"},
+       {on_best(float64, rest_on_axis<double>, "axis-aligned: y = offset and v = 0 exactly"),
+        on_best(float32, rest_on_axis<float>, "axis-aligned: y = offset and v = 0 exactly"),
         {float64, rest_on_oblique<double>, 1, "bars", "oblique: within 4 eps |x|, 1e-6 m/s, no creep"},
-        {float32, rest_on_oblique<float>, 1, "bars", "oblique: within 4 eps |x|, 1e-6 m/s, no creep"}}},
+        {float32, rest_on_oblique<float>, 1, "bars", "oblique: within 4 eps |x|, 1e-6 m/s, no creep"},
+        on_best(float64, rest_on_incline<double>, "an incline that friction holds: no creep, v = 0 exactly"),
+        on_best(float32, rest_on_incline<float>, "an incline that friction holds: no creep, v = 0 exactly"),
+        {float64, sliding<double>, 1e-2, "of the way", "a steeper one: slides with sin - mu cos"},
+        {float32, sliding<float>, 1e-2, "of the way", "a steeper one: slides with sin - mu cos"}}},
       {21,
        "settling",
        "a ball of restitution 0.5 bounces infinitely often in 1.354571 s",
@@ -483,8 +562,14 @@ std::vector<Case> contact_cases() {
         {float32, rest_time<float>, 1, "half steps", "rest within the step of t_rest"},
         {float64, rest_energy<double>, 0, "m, m/s", "y = 0 and v = 0 exactly"},
         {float32, rest_energy<float>, 0, "m, m/s", "y = 0 and v = 0 exactly"},
-        {float64, bounce_times<double, Sweep::curve, 5>, 1e-12, "s", "times of 5 bounces, curve"},
-        {float64, bounce_times<double, Sweep::line, 3>, 1e-3, "s", "times of 3 bounces, line (0.34 mm off)"}}},
+        {float64, bounce_times<double, Sweep::curve>, 1e-12, "s", "times of all bounces a step apart, curve"},
+        {float64, bounce_times<double, Sweep::line, 3>, 1e-3, "s", "times of 3 bounces, line (0.34 mm off)"},
+        {.precision = float64,
+         .check = bounce_times<double, Sweep::line>,
+         .limit = 1e-3,
+         .unit = "s",
+         .expected = "times of all bounces a step apart, line",
+         .known_miss = KnownMiss{3.3e-3, "the parabola is g h^2/8 off the line, which slow impacts take long to cover"}}}},
       {22, "elastic bounces", "1 m, 1000 s at 60 Hz: each bounce falls anywhere in a step",
        both<elastic_energy<double>, elastic_energy<float>>(1e-10, 1e-3, "E0", "energy constant")},
       {23, "grazing", "v_n = 0 at the surface and 1e-7 m above it, with friction",
@@ -498,10 +583,10 @@ std::vector<Case> contact_cases() {
       {27,
        "wedge of 20 degrees",
        "elastic, 16 particles, 5000 steps: several impacts in a step",
-       {{float64, wedge<double, &Wedge::deepest>, 4, "eps of 2 m", "inside"},
-        {float32, wedge<float, &Wedge::deepest>, 4, "eps of 2 m", "inside"},
-        {float64, wedge<double, &Wedge::gain>, 1e-14, "E a step", "no energy gained"},
-        {float32, wedge<float, &Wedge::gain>, 2e-6, "E a step", "no energy gained"}}},
+       {{float64, wedge<double, &Wedge::deepest>, 4, "eps m", "inside"},
+        {float32, wedge<float, &Wedge::deepest>, 4, "eps m", "inside"},
+        {float64, wedge<double, &Wedge::change>, 1e-14, "E a step", "energy kept"},
+        {float32, wedge<float, &Wedge::change>, 2e-6, "E a step", "energy kept"}}},
       {28,
        "channel",
        "2 to 4000 bounces between two walls in one step, 32 of which are resolved",
@@ -522,7 +607,13 @@ std::vector<Case> contact_cases() {
        "time of impact",
        "a parabola taken through a step of drag (to q = 0.1) and of a spring (to z = 0.3)",
        {{float64, parabola_impacts, 1e-12, "of the step", "free fall"},
-        {float64, curved_impacts, 3e-3, "of the step", "drag and springs"}}},
+        {float64, curved_impacts, 3e-3, "of the step", "drag and springs"},
+        {.precision = float64,
+         .check = curved_impacts,
+         .limit = 1e-5,
+         .unit = "of the step",
+         .expected = "drag and springs, after a Newton step",
+         .known_miss = KnownMiss{3e-3, "the time of impact is a parabola's, no step of Newton follows"}}}},
       {42, "infinite friction in a corner", "gravity into and along both planes, e = 0",
        both<sticks_in_corner<double>, sticks_in_corner<float>>(0, 0, "m, m/s", "v = 0 exactly within 2 steps, and stays")},
   };

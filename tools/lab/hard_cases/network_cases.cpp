@@ -5,6 +5,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 
 #include "closed_form/closed_form.hpp"
 #include "hard_cases/cases.hpp"
@@ -34,6 +38,10 @@ const std::array<NamedCoupling, 6> couplings{
      {"sequential 1 forward", {.scheme = Scheme::sequential, .theta = 1, .sweeps = Sweeps::forward}},
      {"accumulate exact", by_sum},
      {"accumulate combined", by_filter}}};
+constexpr std::array<std::string_view, std::tuple_size_v<decltype(couplings)>> momentum_constant{
+    "leapfrog: momentum constant",         "fourth_order: momentum constant",
+    "sequential 0.5: momentum constant",   "sequential 1 forward: momentum constant",
+    "accumulate exact: momentum constant", "accumulate combined: momentum constant"};
 
 template <class T>
 std::vector<Start> bodies_of(const Trial<T>& trial) {
@@ -45,8 +53,13 @@ std::vector<Start> bodies_of(const Trial<T>& trial) {
 }
 
 template <class T>
-double energy_now(const Trial<T>& trial, PlainSprings system) {
-  system.bodies = bodies_of(trial);
+double energy_now(const Trial<T>& trial, PlainSprings& system) {
+  for (std::size_t i = 0; i < trial.count(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      system.bodies[i].x[axis] = trial.x(axis, i);
+      system.bodies[i].v[axis] = trial.v(axis, i);
+    }
+  }
   return system.energy();
 }
 
@@ -67,32 +80,69 @@ double farthest(const Trial<T>& trial) {
 // --- 4: the limit of leapfrog
 // -------------------------------------------------------------------------------------------------
 
-// `count` bodies of 1 kg in a row, 1 m apart, a little disturbed; the highest frequency of so many springs in a row.
-PlainSprings row_of(std::size_t count, double omega) {
+// Adds `count` bodies of 1 kg in a row, 1 m apart, a little disturbed; omega is the highest frequency of so many springs in a
+// row.
+void add_row(PlainSprings& system, std::size_t count, double omega) {
   const auto n = static_cast<double>(count);
   const double k = omega * omega / (2 - 2 * std::cos(std::acos(-1.0) * (n - 1) / n));
-  PlainSprings system;
+  const std::size_t first = system.bodies.size();
   for (std::size_t i = 0; i < count; ++i) {
     const auto at = static_cast<double>(i);
     system.bodies.push_back({{at + 0.05 * std::sin(3 * at + 1), 0, 0}, {0, 0.1 * std::cos(2 * at), 0}});
     system.mass.push_back(1);
-    if (i > 0) system.links.push_back({i - 1, i, k, 1});
+    if (i > 0) system.links.push_back({first + i - 1, first + i, k, 1});
   }
-  return system;
 }
 
+// The energy of some rows that one trial steps, each for itself.
+template <class T>
+class RowEnergies {
+ public:
+  RowEnergies(const Trial<T>& trial, const std::vector<PlainSprings>& rows) : trial_(trial), rows_(rows) {
+    for (std::size_t r = 0; r < rows_.size(); ++r) start_.push_back(now(r));
+  }
+  [[nodiscard]] double change(std::size_t row) { return std::abs(now(row) / start_[row] - 1); }
+
+ private:
+  double now(std::size_t row) {
+    std::size_t first = 0;
+    for (std::size_t r = 0; r < row; ++r) first += rows_[r].bodies.size();
+    PlainSprings& system = rows_[row];
+    for (std::size_t i = 0; i < system.bodies.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        system.bodies[i].x[axis] = trial_.x(axis, first + i);
+        system.bodies[i].v[axis] = trial_.v(axis, first + i);
+      }
+    }
+    return system.energy();
+  }
+
+  const Trial<T>& trial_;
+  std::vector<PlainSprings> rows_;
+  std::vector<double> start_;
+};
+
+// Rows of 2 and of 8, looked at after every step in a hundred windows of a hundred steps: the slowest swing is over in 40.
 template <class T>
 Worst limit_of_leapfrog(Way& way) {
   Worst worst;
-  for (const std::size_t count : {2U, 8U}) {
-    for (const double z : {1.8, 1.99, 2.01, 2.2, 7.0}) {
-      const PlainSprings system = row_of(count, z / hz60);
-      Trial<T> trial(way, scene_of(system, leapfrog), hz60, system.bodies);
-      const double start = energy_now(trial, system);
-      for (int look = 0; look < 20; ++look) {
-        trial.step(50000);
-        worst.see(std::abs(energy_now(trial, system) / start - 1), fmt::format("{} bodies, omega h = {:g}", count, z));
+  for (const double z : {1.8, 1.99, 2.01, 2.2, 7.0}) {
+    PlainSprings both;
+    std::vector<PlainSprings> rows(2);
+    for (std::size_t r = 0; r < 2; ++r) {
+      add_row(both, r == 0 ? 2 : 8, z / hz60);
+      add_row(rows[r], r == 0 ? 2 : 8, z / hz60);
+    }
+    Trial<T> trial(way, scene_of(both, leapfrog), hz60, both.bodies);
+    RowEnergies<T> energies(trial, rows);
+    for (int window = 0; window < 100; ++window) {
+      for (int look = 0; look < 100; ++look) {
+        trial.step();
+        for (std::size_t r = 0; r < 2; ++r) {
+          worst.see(energies.change(r), fmt::format("{} bodies, omega h = {:g}", rows[r].bodies.size(), z));
+        }
       }
+      trial.step(9900);
     }
   }
   return worst;
@@ -101,26 +151,65 @@ Worst limit_of_leapfrog(Way& way) {
 // --- 16: unequal masses
 // -------------------------------------------------------------------------------------------------------
 
-template <class T>
+// Two pairs of a scheme, one of them drifting.
+template <class T, std::size_t which>
 Worst unequal_masses(Way& way) {
+  constexpr std::array drifts{0.0, 1e-3};  // m/s
+  PlainSprings system;
+  for (std::size_t pair = 0; pair < drifts.size(); ++pair) {
+    const double drift = drifts[pair];
+    system.mass.insert(system.mass.end(), {1, 1e6});
+    system.bodies.push_back({{0, 0, 0}, {drift - 0.7, 0.4, 0}});
+    system.bodies.push_back({{1.1, 0, 0}, {drift + 0.7e-6, -0.4e-6, 0}});
+    system.links.push_back({2 * pair, 2 * pair + 1, 100, 1});
+  }
+  Trial<T> trial(way, scene_of(system, couplings[which].coupling), hz60, system.bodies);
+  const auto momentum = [&](std::size_t pair, std::size_t axis) {
+    return trial.v(axis, 2 * pair) + 1e6 * trial.v(axis, 2 * pair + 1);
+  };
+  const std::array<Vec3, 2> start{{{momentum(0, 0), momentum(0, 1), 0}, {momentum(1, 0), momentum(1, 1), 0}}};
   Worst worst;
-  for (const double drift : {0.0, 1e-3}) {
-    PlainSprings system;
-    system.mass = {1, 1e6};
-    system.bodies = {{{0, 0, 0}, {drift - 0.7, 0.4, 0}}, {{1.1, 0, 0}, {drift + 0.7e-6, -0.4e-6, 0}}};
-    system.links = {{0, 1, 100, 1}};
-    Trial<T> trial(way, scene_of(system, leapfrog), hz60, system.bodies);
-    const auto momentum = [&](std::size_t axis) { return trial.v(axis, 0) + 1e6 * trial.v(axis, 1); };
-    const Vec3 start{momentum(0), momentum(1), 0};
-    const double scale = 1 + 1e6 * drift;  // kg m/s that go to and fro
-    for (int look = 0; look < 100; ++look) {
-      trial.step(10000);
+  for (int look = 0; look < 100; ++look) {
+    trial.step(10000);
+    for (std::size_t pair = 0; pair < drifts.size(); ++pair) {
+      const double scale = 1 + 1e6 * drifts[pair];  // kg m/s that go to and fro
       for (const std::size_t axis : {0U, 1U}) {
-        worst.see(std::abs(momentum(axis) - start[axis]) / scale, fmt::format("drifting at {:g} m/s", drift));
+        worst.see(std::abs(momentum(pair, axis) - start[pair][axis]) / scale,
+                  fmt::format("drifting at {:g} m/s", drifts[pair]));
       }
     }
   }
   return worst;
+}
+
+// In the order of the couplings, of float32.
+constexpr std::array<std::optional<KnownMiss>, momentum_constant.size()> momentum_misses{
+    std::nullopt, KnownMiss{1.6e-4, "the heavy one's velocity is rounded at each of six pulses a sub-step"},
+    std::nullopt, KnownMiss{1.2e-4, "the heavy one's velocity is what its rounded positions differ by"},
+    std::nullopt, std::nullopt};
+
+// Of every scheme, one bar each.
+std::vector<Bar> bars_of_unequal_masses() {
+  std::vector<Bar> bars;
+  const auto add = [&]<std::size_t which>(std::integral_constant<std::size_t, which>) {
+    // leapfrog, the default, on every instruction set
+    const RunsOn runs_on = which == 0 ? RunsOn::every_isa : RunsOn::best_isa;
+    const auto bar = [&](std::string_view precision, Check check, double limit) {
+      bars.push_back({.precision = precision,
+                      .check = check,
+                      .limit = limit,
+                      .unit = "sum m |v|",
+                      .expected = momentum_constant[which],
+                      .known_miss = precision == float32 ? momentum_misses[which] : std::nullopt,
+                      .runs_on = runs_on});
+    };
+    bar(float64, unequal_masses<double, which>, 1e-12);
+    bar(float32_compensated, unequal_masses<Compensated, which>, 1e-8);
+    bar(float32, unequal_masses<float, which>, 1e-4);
+  };
+  [&]<std::size_t... which>(std::index_sequence<which...>) { (add(std::integral_constant<std::size_t, which>()), ...); }
+  (std::make_index_sequence<momentum_constant.size()>());
+  return bars;
 }
 
 // --- 17, 18: springs without a direction
@@ -236,13 +325,17 @@ PlainSprings spinning_pair() {
   return system;
 }
 
+const std::array<NamedCoupling, 5> symmetric_couplings{{{"leapfrog", leapfrog},
+                                                        {"fourth_order", {.scheme = Scheme::fourth_order}},
+                                                        {"accumulate exact", by_sum},
+                                                        {"accumulate combined", by_filter},
+                                                        {"sequential 0.5", swept}}};
 template <class T>
-Worst spinning(Way& way) {
+Worst distance_after_spinning(Way& way, std::span<const NamedCoupling> which) {
   const PlainSprings system = spinning_pair();
-  const auto exact = run_plain(system, 3, 30000);
+  static const auto exact = run_plain(system, 3, 30000);
   Worst worst;
-  for (const auto& [name, coupling] :
-       {NamedCoupling{"leapfrog", leapfrog}, {"accumulate exact", by_sum}, {"accumulate combined", by_filter}}) {
+  for (const auto& [name, coupling] : which) {
     Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
     trial.step(180);
     for (std::size_t i = 0; i < 2; ++i) worst.see(distance(bodies_of(trial)[i].x, exact[i].x), name);
@@ -251,14 +344,26 @@ Worst spinning(Way& way) {
 }
 
 template <class T>
+Worst spinning(Way& way) {
+  return distance_after_spinning<T>(way, std::span(symmetric_couplings).first(4));
+}
+template <class T>
+Worst spinning_in_sweeps(Way& way) {
+  return distance_after_spinning<T>(way, std::span(symmetric_couplings).last(1));
+}
+
+template <class T>
 Worst spinning_energy(Way& way) {
-  const PlainSprings system = spinning_pair();
+  PlainSprings system = spinning_pair();
+  const double start = system.energy();
+  const std::vector<Start> bodies = system.bodies;
   Worst worst;
-  for (const auto& [name, coupling] :
-       {NamedCoupling{"leapfrog", leapfrog}, {"accumulate exact", by_sum}, {"accumulate combined", by_filter}}) {
-    Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
-    trial.step(180);
-    worst.see(std::abs(energy_now(trial, system) / system.energy() - 1), name);
+  for (const auto& [name, coupling] : symmetric_couplings) {
+    Trial<T> trial(way, scene_of(spinning_pair(), coupling), hz60, bodies);
+    for (int n = 0; n < 180; ++n) {
+      trial.step();
+      worst.see(std::abs(energy_now(trial, system) / start - 1), name);
+    }
   }
   return worst;
 }
@@ -295,9 +400,12 @@ Worst stiff_rod(Way& way) {
 // --- 37: cloth
 // ----------------------------------------------------------------------------------------------------------------
 
+constexpr std::size_t side = 16;                                       // bodies
+constexpr double cloth_mass = 0.3;                                     // kg
+constexpr std::array cloth_stiffnesses{50.0, 500.0, 5000.0, 50000.0};  // N/m
+
 // 16 x 16 bodies, 1 m by 1 m and 0.3 kg, hung by the two corners of its first row.
 PlainSprings cloth(double k) {
-  constexpr std::size_t side = 16;
   PlainSprings system;
   system.gravity = {0, 0, -9.81};
   const auto at = [](std::size_t i) { return static_cast<double>(i) / (side - 1); };
@@ -306,7 +414,7 @@ PlainSprings cloth(double k) {
   };
   for (std::size_t i = 0; i < side * side; ++i) {
     system.bodies.push_back({{at(i / side), at(i % side), 0}, {}});
-    system.mass.push_back(i == 0 || i == side - 1 ? 0 : 0.3 / (side * side));
+    system.mass.push_back(i == 0 || i == side - 1 ? 0 : cloth_mass / (side * side));
   }
   for (std::size_t row = 0; row < side; ++row) {
     for (std::size_t column = 0; column < side; ++column) {
@@ -332,43 +440,112 @@ double cloth_error(Way& way, const PlainSprings& system, const std::vector<Start
   return std::sqrt(squares / static_cast<double>(exact.size()));
 }
 
+// Where the cloths are after 0.5 s: made once, every instruction set is held against the same.
+const std::vector<Start>& cloth_end(std::size_t which) {
+  static const auto ends = [] {
+    std::array<std::vector<Start>, cloth_stiffnesses.size()> list;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const double k = cloth_stiffnesses[i];
+      list[i] = run_plain(cloth(k), 0.5, static_cast<std::size_t>(120 * std::sqrt(k)) + 200);
+    }
+    return list;
+  }();
+  return ends[which];
+}
+
 template <class T>
 Worst hanging_cloth(Way& way) {
   Worst worst;
-  for (const auto& [k, steps] : {std::pair{50.0, 1000U}, {500.0, 3000U}, {5000.0, 8000U}}) {
-    const PlainSprings system = cloth(k);
-    worst.see(cloth_error<T>(way, system, run_plain(system, 0.5, steps), leapfrog), fmt::format("{:g} N/m", k));
+  for (std::size_t i = 0; i < cloth_stiffnesses.size(); ++i) {
+    const double k = cloth_stiffnesses[i];
+    worst.see(cloth_error<T>(way, cloth(k), cloth_end(i), leapfrog), fmt::format("{:g} N/m", k));
   }
   return worst;
 }
 
 template <class T>
 Worst swept_cloth(Way& way) {
-  const PlainSprings system = cloth(500);
   Coupling coupling = swept;
   coupling.substeps = 32;  // 64 walks over the springs in a step
   Worst worst;
-  worst.see(cloth_error<T>(way, system, run_plain(system, 0.5, 3000), coupling));
+  worst.see(cloth_error<T>(way, cloth(500), cloth_end(1), coupling));
   return worst;
 }
 
-// The largest coordinate after 1e5 sub-steps, of a sheet that hangs 1 m down. (Its speeds are another matter: at 5e4 N/m, omega
-// h = 300, one sweep to and fro leaves 850 m/s in the shortest waves, and two sub-steps 8.)
+// The same cloth as a grid, which is stepped fastest.
+Scene grid_of_cloth(double k, const Coupling& coupling) {
+  Scene scene;
+  scene.mass = cloth_mass / (side * side);
+  scene.fixed = {0, side - 1};
+  scene.add(Constant{.acceleration = {0, 0, -9.81}});
+  Grid grid{.rows = side, .columns = side, .edge_u = {0, 1, 0}, .edge_v = {1, 0, 0}, .structural = k, .shear = k / 2};
+  grid.bend = k / 10;
+  scene.add(Network(grid));
+  scene.coupling = coupling;
+  return scene;
+}
+
+// What gravity has given a cloth that started at z = 0, and what of it moves.
 template <class T>
-Worst lasting_cloth(Way& way) {
+struct ClothEnergy {
+  double given = 0, kinetic = 0;  // J
+
+  explicit ClothEnergy(const Trial<T>& trial) {
+    constexpr double mass = cloth_mass / (side * side);
+    for (std::size_t i = 0; i < trial.count(); ++i) {
+      given -= mass * 9.81 * trial.x(2, i);
+      for (std::size_t axis = 0; axis < 3; ++axis) kinetic += mass / 2 * trial.v(axis, i) * trial.v(axis, i);
+    }
+  }
+};
+
+// 1e5 steps, looked at a thousand times: the largest coordinate over ten times the sheet's length, and the kinetic energy over
+// 1.3 times the most that gravity has given until then. The worse of both; not a number where any coordinate or velocity is
+// not.
+template <class T>
+Worst lasting_cloth(Way& way, std::span<const double> stiffnesses, const Coupling& coupling) {
   Worst worst;
-  for (const double k : {50.0, 50000.0}) {
-    const PlainSprings system = cloth(k);
-    for (const auto& [name, coupling] :
-         {NamedCoupling{"leapfrog", leapfrog}, {"sequential 0.55", {.scheme = Scheme::sequential}}}) {
-      Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
-      trial.step(static_cast<std::size_t>(100000 / trial.plan().network_limit()->substeps));
-      const double far = farthest(trial);
-      worst.see(std::isfinite(far) ? far : not_a_number, fmt::format("{}, {:g} N/m", name, k));
+  for (const double k : stiffnesses) {
+    Trial<T> trial(way, grid_of_cloth(k, coupling), hz60, cloth(k).bodies);
+    double given = 0;
+    for (int look = 0; look < 1000; ++look) {
+      trial.step(100);
+      worst.see(farthest(trial) / 10, fmt::format("{:g} N/m, length", k));
+      const ClothEnergy<T> energy(trial);
+      given = std::max(given, energy.given);
+      worst.see(energy.kinetic / (1.3 * given), fmt::format("{:g} N/m, kinetic energy", k));
     }
   }
   return worst;
 }
+
+// In float64 the stiff ones, of 71 and of 224 sub-steps, would take minutes.
+template <class T>
+Worst lasting_leapfrog(Way& way) {
+  return lasting_cloth<T>(way, std::span(cloth_stiffnesses).first(sizeof(T) == 8 ? 2 : cloth_stiffnesses.size()), leapfrog);
+}
+
+// One sweep to and fro in a step of 60 Hz: up to 500 N/m, omega h = 30, and beyond.
+template <class T>
+Worst lasting_sweeps(Way& way) {
+  return lasting_cloth<T>(way, std::span(cloth_stiffnesses).first(2), {.scheme = Scheme::sequential});
+}
+template <class T>
+Worst lasting_stiff_sweeps(Way& way) {
+  return lasting_cloth<T>(way, std::span(cloth_stiffnesses).subspan(2), {.scheme = Scheme::sequential});
+}
+
+Bar lasts(std::string_view precision, Check check, std::string_view expected, std::optional<KnownMiss> known_miss = {}) {
+  return {.precision = precision,
+          .check = check,
+          .limit = 1,
+          .unit = "bars",
+          .expected = expected,
+          .known_miss = known_miss,
+          .runs_on = RunsOn::best_isa};
+}
+
+constexpr KnownMiss twice_leapfrog{1.5e-3, "implicit midpoint along the axis: its phase is off by twice leapfrog's"};
 
 }  // namespace
 
@@ -376,12 +553,8 @@ std::vector<Case> network_cases() {
   return {
       {4, "the limit of leapfrog", "omega h = 1.8 to 7 in a row of 2 and of 8 bodies, 1e6 steps, sub-steps by themselves",
        both<limit_of_leapfrog<double>, limit_of_leapfrog<float>>(1, 1, "E0", "no blow-up: |E/E0 - 1| <= 1")},
-      {16,
-       "mass ratio of a million",
-       "a pair of 1 kg and 1e6 kg, 1e6 steps: what the heavy one gains is below its rounding",
-       {{float64, unequal_masses<double>, 1e-12, "sum m |v|", "momentum constant"},
-        {float32_compensated, unequal_masses<Compensated>, 1e-8, "sum m |v|", "momentum constant"},
-        {float32, unequal_masses<float>, 1e-4, "sum m |v|", "momentum constant"}}},
+      {16, "mass ratio of a million", "a pair of 1 kg and 1e6 kg, 1e6 steps: what the heavy one gains is below its rounding",
+       bars_of_unequal_masses()},
       {17,
        "no rest length",
        "linear in every direction; both ends at one place have none",
@@ -400,6 +573,8 @@ std::vector<Case> network_cases() {
        "2 rad/s at 60 Hz, k = 100 N/m, 3 s: the axis turns within a step",
        {{float64, spinning<double>, 1e-3, "m", "the path"},
         {float32, spinning<float>, 1e-3, "m", "the path"},
+        {float64, spinning_in_sweeps<double>, 1e-3, "m", "the path, sequential 0.5", twice_leapfrog},
+        {float32, spinning_in_sweeps<float>, 1e-3, "m", "the path, sequential 0.5", twice_leapfrog},
         {float64, spinning_energy<double>, 1e-3, "E0", "energy constant"},
         {float32, spinning_energy<float>, 1e-3, "E0", "energy constant"}}},
       {36, "stiff rod, soft spring", "1e4 to 1e8 N/m beside 50 N/m at 60 Hz: omega h to 170, one sweep to and fro a step",
@@ -411,8 +586,12 @@ std::vector<Case> network_cases() {
         {float32, hanging_cloth<float>, 2e-4, "of 1 m", "leapfrog: the path for 0.5 s"},
         {float64, swept_cloth<double>, 1e-3, "of 1 m", "sequential, 64 sweeps: the path for 0.5 s"},
         {float32, swept_cloth<float>, 1e-3, "of 1 m", "sequential, 64 sweeps: the path for 0.5 s"},
-        {float64, lasting_cloth<double>, 10, "m", "stays a sheet for 1e5 sub-steps"},
-        {float32, lasting_cloth<float>, 10, "m", "stays a sheet for 1e5 sub-steps"}}},
+        lasts(float64, lasting_leapfrog<double>, "leapfrog, 1e5 steps: a sheet, no faster than 1.3 times what gravity gives"),
+        lasts(float32, lasting_leapfrog<float>, "leapfrog, 1e5 steps: a sheet, no faster than 1.3 times what gravity gives"),
+        lasts(float64, lasting_sweeps<double>, "one sweep, 1e5 steps, to 500 N/m: likewise"),
+        lasts(float32, lasting_sweeps<float>, "one sweep, 1e5 steps, to 500 N/m: likewise"),
+        lasts(float64, lasting_stiff_sweeps<double>, "one sweep, 1e5 steps, 5e3 and 5e4 N/m: likewise"),
+        lasts(float32, lasting_stiff_sweeps<float>, "one sweep, 1e5 steps, 5e3 and 5e4 N/m: likewise")}},
   };
 }
 

@@ -14,18 +14,20 @@ namespace {
 
 struct Outcome {
   Isa isa = Isa::reference;
+  Arithmetic arithmetic = Arithmetic::separate;
   Worst worst;
   std::uint64_t bits = 0;
   std::string refused;
 };
 
-Outcome outcome_of(const Bar& bar, Isa isa) {
-  Way way{.isa = isa};
+Outcome outcome_of(const Bar& bar, Isa isa, Arithmetic arithmetic) {
+  Way way{.isa = isa, .arithmetic = arithmetic};
   try {
     Worst worst = bar.check(way);
-    return {.isa = isa, .worst = std::move(worst), .bits = way.bits, .refused = {}};
+    return {.isa = isa, .arithmetic = arithmetic, .worst = std::move(worst), .bits = way.bits, .refused = {}};
   } catch (const std::runtime_error& error) {
     return {.isa = isa,
+            .arithmetic = arithmetic,
             .worst = {.value = std::numeric_limits<double>::quiet_NaN(), .where = {}},
             .bits = way.bits,
             .refused = error.what()};
@@ -34,31 +36,49 @@ Outcome outcome_of(const Bar& bar, Isa isa) {
 
 bool is_worse(const Outcome& a, const Outcome& b) { return a.worst.value < b.worst.value || std::isnan(b.worst.value); }
 
+std::string name_of(const Outcome& outcome) {
+  return fmt::format("{}{}", name(outcome.isa), outcome.arithmetic == Arithmetic::contracted ? " contracted" : "");
+}
+
+// The instruction sets whose bits are not those of the first one with their arithmetic, the reference where it ran.
 std::string differing(const std::vector<Outcome>& outcomes) {
   std::string names;
   for (const Outcome& outcome : outcomes) {
-    if (outcome.bits == outcomes.front().bits) continue;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", name(outcome.isa));
+    const auto first = std::find_if(outcomes.begin(), outcomes.end(),
+                                    [&](const Outcome& other) { return other.arithmetic == outcome.arithmetic; });
+    if (outcome.bits != first->bits) names += fmt::format("{}{}", names.empty() ? "" : ", ", name_of(outcome));
   }
   return names;
 }
 
-std::string note_of(const Outcome& worst, const std::string& differs, bool is_met, std::string_view reason) {
+Verdict verdict_of(const Bar& bar, double got) {
+  if (got <= bar.limit) return Verdict::met;
+  return bar.known_miss && got <= bar.known_miss->at_most ? Verdict::known_miss : Verdict::missed;
+}
+
+std::string note_of(const Outcome& worst, const std::string& differs, Verdict verdict, const Bar& bar) {
   std::string note = worst.refused.empty() ? worst.worst.where : "refused: " + worst.refused;
   const auto add = [&](std::string_view text) { note += fmt::format("{}{}", note.empty() ? "" : "; ", text); };
-  if (!is_met && !reason.empty()) add(reason);
+  if (worst.worst.value > 0 && worst.arithmetic == Arithmetic::contracted) add("contracted");
+  if (verdict != Verdict::met && bar.known_miss) {
+    add(fmt::format("known to be missed, by at most {:.3g}: {}", bar.known_miss->at_most, bar.known_miss->reason));
+  }
   if (!differs.empty()) add("other bits than the reference: " + differs);
   return note;
 }
 
 Row run_bar(const Case& hard_case, const Bar& bar) {
   std::vector<std::future<Outcome>> runs;
-  for (const Isa isa : available_isas()) runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), isa));
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+    auto isas = available_isas(arithmetic);
+    if (bar.runs_on == RunsOn::best_isa) isas = {isas.back()};
+    for (const Isa isa : isas) runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), isa, arithmetic));
+  }
   std::vector<Outcome> outcomes;
   for (auto& run : runs) outcomes.push_back(run.get());
   const Outcome& worst = *std::max_element(outcomes.begin(), outcomes.end(), is_worse);
   const std::string differs = differing(outcomes);
-  const bool is_met = worst.worst.value <= bar.limit;
+  const Verdict verdict = verdict_of(bar, worst.worst.value);
   Row row{.number = hard_case.number,
           .name = std::string(hard_case.name),
           .hard = std::string(hard_case.hard),
@@ -67,10 +87,10 @@ Row run_bar(const Case& hard_case, const Bar& bar) {
           .bar = bar.limit,
           .got = worst.worst.value,
           .unit = std::string(bar.unit),
-          .passed = is_met && differs.empty(),
+          .verdict = differs.empty() ? verdict : Verdict::missed,
           .isas = {},
-          .note = note_of(worst, differs, is_met, bar.reason)};
-  for (const Outcome& outcome : outcomes) row.isas.emplace_back(name(outcome.isa));
+          .note = note_of(worst, differs, verdict, bar)};
+  for (const Outcome& outcome : outcomes) row.isas.push_back(name_of(outcome));
   return row;
 }
 
@@ -93,7 +113,7 @@ std::vector<Row> run_cases(const std::vector<Case>& cases, const std::function<v
 }
 
 bool all_passed(const std::vector<Row>& rows) {
-  return std::all_of(rows.begin(), rows.end(), [](const Row& row) { return row.passed; });
+  return std::all_of(rows.begin(), rows.end(), [](const Row& row) { return row.passed(); });
 }
 
 }  // namespace dvdx::tool::stability

@@ -47,7 +47,8 @@ class Trial {
         memory_(starts.size()),
         rests_(starts.size()),
         state_(viewed()),
-        plan_(placed(scene, {.step = step, .isa = way.isa, .rounding = Kept<Kind>::rounding}, starts)) {}
+        plan_(placed(scene, {.step = step, .isa = way.isa, .arithmetic = way.arithmetic, .rounding = Kept<Kind>::rounding},
+                     starts)) {}
   Trial(Way& way, const Scene& scene, double step, const Start& start) : Trial(way, scene, step, std::span(&start, 1)) {}
   Trial(const Trial&) = delete;
   Trial& operator=(const Trial&) = delete;

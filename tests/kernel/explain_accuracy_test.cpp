@@ -1,0 +1,103 @@
+// What `explain` says of accuracy and stability. That the orders are the true ones is measured in accuracy_test.cpp.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <string>
+
+#include "dvdx/constrain.hpp"
+#include "dvdx/plan.hpp"
+#include "kernel/passes/cloths.hpp"
+#include "support/batch.hpp"
+
+namespace dvdx::test {
+namespace {
+
+std::string words(const Scene& scene, double step = 1.0 / 60) {
+  const auto plan = compile<double>(scene, {.step = step, .isa = Isa::reference});
+  REQUIRE(plan.has_value());
+  return plan->explain();
+}
+
+bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+const std::string exact = "exact for any step";
+const Constant gravity{.acceleration = {0, -9.81, 0}};
+
+}  // namespace
+
+TEST_CASE("explain: one linear system is exact for any step, and stable") {
+  Scene scene;
+  scene.add(gravity).add(Spring{.stiffness = 40.0}).add(Drag{.coefficient = 0.5});
+  CHECK(says(words(scene), "accuracy     exact for any step\n"));
+  CHECK(says(words(scene), "stability    stable at any step\n"));
+}
+
+TEST_CASE("explain: stiff radial springs are of second order, and unstable where their kicks add up") {
+  Scene scene;
+  for (int i = 0; i < 3; ++i) {
+    scene.add(RadialSpring{.stiffness = 900.0, .anchor = Vec3{0, 0, 0}, .rest_length = 1.0});
+  }
+  // Each spring's z = 30 h; three kicks together come to 12 sin^2(z/2): above 4 from z = 1.23 on.
+  const std::string slow = words(scene, 0.03);
+  CHECK_FALSE(says(slow, exact));
+  CHECK(says(slow, "accuracy     order 2 in the step\n"));
+  CHECK(says(slow, "highest frequency x step is 0.9;"));
+  CHECK(says(slow, ": stable\n"));
+  const std::string fast = words(scene, 0.05);
+  CHECK(says(fast, "highest frequency x step is 1.5;"));
+  CHECK(says(fast, "UNSTABLE"));
+  CHECK(says(fast, "a step of at most 0.0410"));
+  // It is so: a particle beside the rest length runs away at the one step and not at the other.
+  for (const double step : {0.03, 0.05}) {
+    Batch<double> batch(Layout::soa, 1);
+    batch.view().x[0][0] = 1.001;
+    const auto plan = compile<double>(scene, {.step = step, .isa = Isa::reference});
+    REQUIRE(plan->step(batch.view(), 12) == StepResult::done);
+    CHECK((std::abs(batch.view().x[0][0] - 1) > 0.1) == (step == 0.05));
+  }
+}
+
+TEST_CASE("explain: forces of time alone are exact by the methods that are") {
+  for (const Method method : {Method::pulse, Method::symplectic_euler}) {
+    Scene scene;
+    scene.method = method;
+    scene.add(gravity).add(Sinusoid{.acceleration = {1, 0, 0}, .angular_frequency = 3});
+    CHECK_FALSE(says(words(scene), exact));
+    CHECK(says(words(scene), "accuracy     order 1 in the step\n"));
+    CHECK(says(words(scene), "             forces[0] is "));
+    scene.method = Method::exact;
+    CHECK(says(words(scene), exact));
+  }
+}
+
+TEST_CASE("explain: contacts are exact under constant acceleration alone") {
+  Scene scene;
+  scene.add(gravity).add(Plane{.restitution = 0.5});
+  CHECK(says(words(scene), "accuracy     exact for any step\n"));
+  CHECK(says(words(scene), "as long as no particle has more than 32 impacts in a step"));
+  CHECK_FALSE(says(words(scene), "on a sphere"));
+  scene.add(Sphere{.center = {0, -3, 0}});
+  CHECK(says(words(scene), "what slides on a sphere is of order 1"));
+  scene.add(Spring{.stiffness = 4.0});
+  CHECK_FALSE(says(words(scene), exact));
+  CHECK(says(words(scene), "order 2 in the step\n             contacts[0]: impacts are looked for on a parabola"));
+  scene.add(Drag{.coefficient = 0.1});
+  CHECK(says(words(scene), "order 1 in the step\n             contacts[0]: what damps"));
+}
+
+TEST_CASE("explain: networks and constraints are of their scheme's order") {
+  Joined sheet = test::sheet(9, 9, 50, 0.001);
+  const auto of = [&] {
+    Batch<double> batch(Layout::soa, sheet.x.size());
+    place(sheet, batch.view());
+    const auto plan = compile<double>(sheet.scene, {.step = sheet.step, .isa = Isa::reference}, batch.view());
+    REQUIRE(plan.has_value());
+    return plan->explain();
+  };
+  CHECK_FALSE(says(of(), exact));
+  CHECK(says(of(), " in the step\n"));
+  CHECK(says(of(), "without what joins it to others"));
+  CHECK(says(of(), "frequency x sub-step is "));
+}
+
+}  // namespace dvdx::test
