@@ -20,6 +20,7 @@ inline constexpr std::string_view float32_compensated = "float32_compensated";
 // On what a check runs, and the bits that its trials leave: they must be alike on every instruction set.
 struct Way {
   Isa isa = Isa::reference;
+  Arithmetic arithmetic = Arithmetic::separate;
   std::uint64_t bits = 0xCBF29CE484222325U;
 };
 

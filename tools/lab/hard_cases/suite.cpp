@@ -19,8 +19,8 @@ struct Outcome {
   std::string refused;
 };
 
-Outcome outcome_of(const Bar& bar, Isa isa) {
-  Way way{.isa = isa};
+Outcome outcome_of(const Bar& bar, Isa isa, Arithmetic arithmetic) {
+  Way way{.isa = isa, .arithmetic = arithmetic};
   try {
     Worst worst = bar.check(way);
     return {.isa = isa, .worst = std::move(worst), .bits = way.bits, .refused = {}};
@@ -51,9 +51,11 @@ std::string note_of(const Outcome& worst, const std::string& differs, bool is_me
   return note;
 }
 
-Row run_bar(const Case& hard_case, const Bar& bar) {
+Row run_bar(const Case& hard_case, const Bar& bar, Arithmetic arithmetic) {
   std::vector<std::future<Outcome>> runs;
-  for (const Isa isa : available_isas()) runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), isa));
+  for (const Isa isa : available_isas(arithmetic)) {
+    runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), isa, arithmetic));
+  }
   std::vector<Outcome> outcomes;
   for (auto& run : runs) outcomes.push_back(run.get());
   const Outcome& worst = *std::max_element(outcomes.begin(), outcomes.end(), is_worse);
@@ -81,11 +83,12 @@ std::size_t bars_in(const std::vector<Case>& cases) {
                          [](std::size_t sum, const Case& c) { return sum + c.bars.size(); });
 }
 
-std::vector<Row> run_cases(const std::vector<Case>& cases, const std::function<void(std::size_t)>& tell) {
+std::vector<Row> run_cases(const std::vector<Case>& cases, Arithmetic arithmetic,
+                           const std::function<void(std::size_t)>& tell) {
   std::vector<Row> rows;
   for (const Case& hard_case : cases) {
     for (const Bar& bar : hard_case.bars) {
-      rows.push_back(run_bar(hard_case, bar));
+      rows.push_back(run_bar(hard_case, bar, arithmetic));
       tell(rows.size());
     }
   }
