@@ -60,13 +60,24 @@ install_wanted() {
   done
 }
 
+# newer_node: Node.js as the pages need it, from the npm registry into build/node where Debian's is older
+newer_node() {
+  local machine
+  node -e 'const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)' && return
+  case $(uname -m) in x86_64) machine=x64 ;; aarch64) machine=arm64 ;; *) return ;; esac
+  say "installing Node.js 22 into build/node: $(node --version) is too old for the pages"
+  npm install --no-save --no-audit --no-fund --prefix build/node "node-linux-$machine@22" >&2
+  PATH=$PWD/build/node/node_modules/node-linux-$machine/bin:$PATH
+}
+
+options=() # of CMake
 # build PRESET TARGET...
 build() {
   local preset=$1 generator=()
   shift
   command -v ninja >/dev/null || generator=(-G "Unix Makefiles")
   say "building $* ($preset)"
-  cmake --preset "$preset" "${generator[@]}" >&2 || fail "cmake cannot configure. What is needed, under Debian's names: ${packages[*]}"
+  cmake --preset "$preset" "${generator[@]}" "${options[@]}" >&2 || fail "cmake cannot configure. What is needed, under Debian's names: ${packages[*]}"
   cmake --build "build/$preset" --parallel "$(nproc)" --target "$@" >&2
 }
 
@@ -108,6 +119,8 @@ case $action in
     install_missing
     command -v npm >/dev/null || install_wanted nodejs npm
     command -v chromium >/dev/null || install_wanted chromium
+    ! command -v npm >/dev/null || newer_node
+    ! command -v node >/dev/null || options=("-DDVDX_NODE=$(command -v node)")
     build developer dvdx_command dvdx_viewer
     if ! [ -e build/developer/tools/viewer/report.html ]; then
       say "the pages cannot be built here: see above"
@@ -169,7 +182,7 @@ case $action in
     install_missing
     say "configuring (clang)"
     cmake --preset clang -DCMAKE_EXPORT_COMPILE_COMMANDS=ON >&2
-    [ $# -ge 1 ] || set -- $(git ls-files 'kernel/src/*.cpp' 'layouts/src/*.cpp')
+    [ $# -ge 1 ] || set -- $(git ls-files 'kernel/src/*.cpp' 'layouts/src/*.cpp' | grep -v /isa/) # those are the same templates six times
     say "clang-tidy on $# files"
     printf '%s\n' "$@" | xargs -P "$(nproc)" -n 1 clang-tidy --quiet -p build/clang
     ;;

@@ -72,10 +72,11 @@ std::vector<stability::GrowthMap> make_maps(const StabilityOptions& options) {
   if (!is_wanted(options, "maps")) return {};
   std::optional<Progress> progress;
   const auto detail = options.coarse ? stability::Detail::coarse : stability::Detail::whole;
-  return stability::make_maps(detail, options.chosen_arithmetic(), [&](std::size_t done, std::size_t of, const std::string& /*next*/) {
-    if (!progress) progress.emplace(of);
-    progress->at(done);
-  });
+  return stability::make_maps(detail, options.chosen_arithmetic(),
+                              [&](std::size_t done, std::size_t of, const std::string& /*next*/) {
+                                if (!progress) progress.emplace(of);
+                                progress->at(done);
+                              });
 }
 
 stability::Colour colour_here() {

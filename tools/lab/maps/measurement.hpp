@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "dvdx/isa.hpp"
 #include "maps/analysis.hpp"
 #include "maps/bounce.hpp"
 
@@ -22,6 +23,7 @@ inline constexpr std::size_t most_steps = 256;
                                                   Arithmetic arithmetic = Arithmetic::separate);
 // Growth of the energy in a step of 1 s with a bounce: the mean over the starts of starts_of. All bounces have the same gravity
 // and differ in no more of the impact than in restitution.
-[[nodiscard]] std::vector<double> measured_growth(std::span<const Bounce> bounces, Arithmetic arithmetic = Arithmetic::separate);
+[[nodiscard]] std::vector<double> measured_growth(std::span<const Bounce> bounces,
+                                                  Arithmetic arithmetic = Arithmetic::separate);
 
 }  // namespace dvdx::tool::stability
