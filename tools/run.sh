@@ -6,7 +6,10 @@
 #   tools/run.sh peers [OPTION...]   hanging cloth beside Bullet, boost::odeint, SUNDIALS and plain loops (--quick, --all, --help)
 #   tools/run.sh page                builds the pages that play and report, and tries them in headless Chromium
 #   tools/run.sh verify [SCENE...]   every instruction set, layout and thread count against the scalar reference
-#   tools/run.sh fuzz [SECONDS | --executions N] [TARGET...]   libFuzzer on readers and steps: 60 s a target, or so long, or N in all
+#   tools/run.sh fuzz [--plain] [SECONDS | --executions N] [TARGET...]   libFuzzer on readers and steps: 60 s a target, or so
+#                                    long, or N in all, with sanitizers; --plain: without them, optimised, many times as fast
+#   tools/run.sh tidy [FILE...]      clang-tidy on every source file, or on these
+#   tools/run.sh install PACKAGE...  installs Debian packages, and fails where one cannot be
 # Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -16,7 +19,7 @@ packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcl
 
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf 'tools/run.sh: %s\n' "$*" >&2; exit 2; }
-usage() { sed -n '2,10s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
+usage() { sed -n '2,/^#   tools.run.sh install/s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
 
 is_installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 
@@ -57,23 +60,34 @@ install_wanted() {
   done
 }
 
+# newer_node: Node.js as the pages need it, from the npm registry into build/node where Debian's is older
+newer_node() {
+  local machine
+  node -e 'const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)' && return
+  case $(uname -m) in x86_64) machine=x64 ;; aarch64) machine=arm64 ;; *) return ;; esac
+  say "installing Node.js 22 into build/node: $(node --version) is too old for the pages"
+  npm install --no-save --no-audit --no-fund --prefix build/node "node-linux-$machine@22" >&2
+  PATH=$PWD/build/node/node_modules/node-linux-$machine/bin:$PATH
+}
+
+options=() # of CMake
 # build PRESET TARGET...
 build() {
   local preset=$1 generator=()
   shift
   command -v ninja >/dev/null || generator=(-G "Unix Makefiles")
   say "building $* ($preset)"
-  cmake --preset "$preset" "${generator[@]}" >&2 || fail "cmake cannot configure. What is needed, under Debian's names: ${packages[*]}"
+  cmake --preset "$preset" "${generator[@]}" "${options[@]}" >&2 || fail "cmake cannot configure. What is needed, under Debian's names: ${packages[*]}"
   cmake --build "build/$preset" --parallel "$(nproc)" --target "$@" >&2
 }
 
-# fuzz_target TARGET LIMIT: from the committed corpus and from what earlier runs found, which stays in build/fuzz/corpus. What
-# breaks a promise is left in build/fuzz/findings.
+# fuzz_target PRESET TARGET LIMIT: from the committed corpus and from what earlier runs found, which stays in build/fuzz/corpus.
+# What breaks a promise is left in build/fuzz/findings.
 fuzz_target() {
-  local target=$1 limit=$2 log=build/fuzz/$1.log options=()
+  local preset=$1 target=$2 limit=$3 log=build/fuzz/$2.log options=()
   mkdir -p "build/fuzz/corpus/$target" build/fuzz/findings
   [ ! -e "tests/fuzz/$target.dict" ] || options+=("-dict=tests/fuzz/$target.dict")
-  build/fuzz/tests/fuzz/dvdx_fuzz "$target" "$limit" -max_len=1024 -timeout=20 -malloc_limit_mb=256 -print_final_stats=1 \
+  "build/$preset/tests/fuzz/dvdx_fuzz" "$target" "$limit" -max_len=1024 -timeout=20 -malloc_limit_mb=256 -print_final_stats=1 \
     "-artifact_prefix=build/fuzz/findings/$target-" "${options[@]}" "build/fuzz/corpus/$target" "tests/fuzz/corpus/$target" \
     >"$log" 2>&1 || { tail -n 40 "$log" >&2; printf 'tools/run.sh: %s, see build/fuzz/findings\n' "$target" >&2; return 1; }
   awk -v target="$target" '/number_of_executed_units/ {units = $2} /^Done/ {seconds = $5}
@@ -105,6 +119,8 @@ case $action in
     install_missing
     command -v npm >/dev/null || install_wanted nodejs npm
     command -v chromium >/dev/null || install_wanted chromium
+    ! command -v npm >/dev/null || newer_node
+    ! command -v node >/dev/null || options=("-DDVDX_NODE=$(command -v node)")
     build developer dvdx_command dvdx_viewer
     if ! [ -e build/developer/tools/viewer/report.html ]; then
       say "the pages cannot be built here: see above"
@@ -135,7 +151,11 @@ case $action in
     ;;
   fuzz)
     packages+=(clang libclang-rt-14-dev)
-    seconds=60 executions=
+    preset=fuzz seconds=60 executions=
+    if [ "${1:-}" = --plain ]; then
+      preset=fuzz-plain
+      shift
+    fi
     if [ "${1:-}" = --executions ]; then
       executions=${2:-}
       [[ $executions =~ ^[0-9]+$ ]] || usage
@@ -149,15 +169,24 @@ case $action in
       [ -d "tests/fuzz/corpus/$target" ] || fail "there is no target $target: $(ls -x -w 0 tests/fuzz/corpus)"
     done
     install_missing
-    build fuzz dvdx_fuzz
+    build "$preset" dvdx_fuzz
     limit=-max_total_time=$seconds
     [ -z "$executions" ] || limit=-runs=$((executions / $#))
     say "fuzzing $*, each with $limit"
     found=0
-    for target in "$@"; do fuzz_target "$target" "$limit" || found=1; done
+    for target in "$@"; do fuzz_target "$preset" "$target" "$limit" || found=1; done
     exit $found
     ;;
-  install) # PACKAGE...: what continuous integration needs besides
+  tidy)
+    packages+=(clang clang-tidy libomp-dev)
+    install_missing
+    say "configuring (clang)"
+    cmake --preset clang -DCMAKE_EXPORT_COMPILE_COMMANDS=ON >&2
+    [ $# -ge 1 ] || set -- $(git ls-files 'kernel/src/*.cpp' 'layouts/src/*.cpp' | grep -v /isa/) # those are the same templates six times
+    say "clang-tidy on $# files"
+    printf '%s\n' "$@" | xargs -P "$(nproc)" -n 1 clang-tidy --quiet -p build/clang
+    ;;
+  install)
     packages+=("$@")
     install_missing
     ;;

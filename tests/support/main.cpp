@@ -59,7 +59,8 @@ std::vector<Selection> selections_of(int argc, const char* const* argv) {
     if (end == std::string_view::npos) continue;
     for (const Filter& filter : filters) {
       const auto name = argument.substr(0, end);
-      if (name == filter.option || name == filter.abbreviation) found.push_back({&filter, std::string(argument.substr(end + 1))});
+      if (name == filter.option || name == filter.abbreviation)
+        found.push_back({&filter, std::string(argument.substr(end + 1))});
     }
   }
   return found;

@@ -23,6 +23,7 @@
 #include "output/part_file.hpp"
 #include "report/json.hpp"
 #include "report/machine.hpp"
+#include "run/engine.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -31,7 +32,11 @@ struct StabilityOptions {
   std::string out;  // nothing is written where it is empty
   std::string only = "all";
   std::vector<int> cases;  // all where it is empty
+  std::string arithmetic = std::string(arithmetics.front().name);
+  bool coarse = false;
   bool json = false;
+
+  [[nodiscard]] Arithmetic chosen_arithmetic() const { return named(arithmetics, arithmetic); }
 };
 
 std::vector<stability::Case> chosen_cases(const StabilityOptions& options) {
@@ -63,10 +68,12 @@ std::vector<stability::LongRun> long_runs(const StabilityOptions& options) {
 std::vector<stability::GrowthMap> make_maps(const StabilityOptions& options) {
   if (!is_wanted(options, "maps")) return {};
   std::optional<Progress> progress;
-  return stability::make_maps(stability::Detail::whole, [&](std::size_t done, std::size_t of, const std::string& /*next*/) {
-    if (!progress) progress.emplace(of);
-    progress->at(done);
-  });
+  const auto detail = options.coarse ? stability::Detail::coarse : stability::Detail::whole;
+  return stability::make_maps(detail, options.chosen_arithmetic(),
+                              [&](std::size_t done, std::size_t of, const std::string& /*next*/) {
+                                if (!progress) progress.emplace(of);
+                                progress->at(done);
+                              });
 }
 
 stability::Colour colour_here() {
@@ -123,6 +130,10 @@ void add_stability(CLI::App& app, Exit& exit) {
   command->add_option("--only", options->only, "one part alone")
       ->check(CLI::IsMember(std::vector<std::string>{"all", "cases", "maps", "long"}))
       ->capture_default_str();
+  command->add_option("--arithmetic", options->arithmetic, "of the maps; the cases run in both")
+      ->check(CLI::IsMember(names_of(arithmetics)))
+      ->capture_default_str();
+  command->add_flag("--coarse", options->coarse, "maps of a ninth of the cells along each axis");
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &exit] { exit = run(*options); });
 }

@@ -47,8 +47,7 @@ class Trial {
         memory_(starts.size()),
         rests_(starts.size()),
         state_(viewed()),
-        plan_(placed(scene, {.step = step, .isa = way.isa, .arithmetic = way.arithmetic, .rounding = Kept<Kind>::rounding},
-                     starts)) {}
+        plan_(placed(scene, options_of(way, step), starts)) {}
   Trial(Way& way, const Scene& scene, double step, const Start& start) : Trial(way, scene, step, std::span(&start, 1)) {}
   Trial(const Trial&) = delete;
   Trial& operator=(const Trial&) = delete;
@@ -84,6 +83,12 @@ class Trial {
   void keep_bits_of(const State<T>& state) { way_.bits = (way_.bits ^ state_hash(state)) * 0x100000001B3U; }
   [[nodiscard]] State<T> viewed() {
     return Kept<Kind>::rounding == Rounding::compensated ? compensated(memory_.view(), rests_.view()) : memory_.view();
+  }
+  // Compensated states have no contracted arithmetic.
+  static Options options_of(const Way& way, double step) {
+    constexpr Rounding rounding = Kept<Kind>::rounding;
+    const Arithmetic arithmetic = rounding == Rounding::compensated ? Arithmetic::separate : way.arithmetic;
+    return {.step = step, .isa = way.isa, .arithmetic = arithmetic, .rounding = rounding};
   }
   static void check(const Expected<void>& done) {
     if (!done) throw std::runtime_error(done.error().message());

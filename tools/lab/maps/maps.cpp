@@ -80,11 +80,11 @@ std::vector<AnchoredFamily> anchored_families(Detail detail) {
           {"first-order-drag", "a spring and a drag of first order", x, damping, spring_and_drag<Expansion::first_order>}};
 }
 
-GrowthMap map_of(const AnchoredFamily& family, Method method) {
+GrowthMap map_of(const AnchoredFamily& family, Method method, Arithmetic arithmetic) {
   GrowthMap map = blank(family, std::string(name_in(methods, method)));
   fill(
       map, family.cell_at, [&](const Anchored& cell) { return spectral_radius(step_matrix(cell, method, h)); },
-      [&](const std::vector<Anchored>& all) { return measured_growth(all, method); });
+      [&](const std::vector<Anchored>& all) { return measured_growth(all, method, arithmetic); });
   return map;
 }
 
@@ -176,11 +176,11 @@ std::vector<LineFamily> line_families(Detail detail) {
           {"damped-pair", "a damped spring between two particles", damped_x, damping, damped_pair}};
 }
 
-GrowthMap map_of(const LineFamily& family, const NamedCoupling& named) {
+GrowthMap map_of(const LineFamily& family, const NamedCoupling& named, Arithmetic arithmetic) {
   GrowthMap map = blank(family, named.name);
   fill(
       map, family.cell_at, [&](const Line& cell) { return spectral_radius(step_matrix(cell, named.coupling, h)); },
-      [&](const std::vector<Line>& all) { return measured_growth(all, named.coupling); });
+      [&](const std::vector<Line>& all) { return measured_growth(all, named.coupling, arithmetic); });
   return map;
 }
 
@@ -224,7 +224,7 @@ std::vector<NamedImpact> impacts() {
   return {{"resume", {}}, {"resume, straight sweep", {.sweep = Sweep::line}}, {"seed", {.response = Response::seed}}};
 }
 
-GrowthMap map_of(const BounceFamily& family, const NamedImpact& named) {
+GrowthMap map_of(const BounceFamily& family, const NamedImpact& named, Arithmetic arithmetic) {
   GrowthMap map = blank(family, named.name);
   const auto cell_at = [&](double x, double restitution) {
     Bounce bounce = family.cell_at(x, restitution);
@@ -234,13 +234,13 @@ GrowthMap map_of(const BounceFamily& family, const NamedImpact& named) {
   };
   fill(
       map, cell_at, [&](const Bounce& cell) { return energy_growth(cell, h); },
-      [&](const std::vector<Bounce>& all) { return measured_growth(all); });
+      [&](const std::vector<Bounce>& all) { return measured_growth(all, arithmetic); });
   return map;
 }
 
 }  // namespace
 
-std::vector<GrowthMap> make_maps(Detail detail, const TellMap& tell) {
+std::vector<GrowthMap> make_maps(Detail detail, Arithmetic arithmetic, const TellMap& tell) {
   const auto particles = anchored_families(detail);
   const auto lines = line_families(detail);
   const auto bounces = bounce_families(detail);
@@ -251,7 +251,7 @@ std::vector<GrowthMap> make_maps(Detail detail, const TellMap& tell) {
   std::vector<GrowthMap> maps;
   const auto add = [&](const auto& family, const std::string& name, const auto& method) {
     tell(maps.size(), count, family.name + ", " + name);
-    maps.push_back(map_of(family, method));
+    maps.push_back(map_of(family, method, arithmetic));
   };
   for (const auto& family : particles) {
     for (const auto& [word, method] : methods) add(family, std::string(word), method);

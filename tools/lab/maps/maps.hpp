@@ -7,18 +7,19 @@
 #include <string>
 #include <vector>
 
+#include "dvdx/isa.hpp"
 #include "maps/growth_map.hpp"
 
 namespace dvdx::tool::stability {
 
 enum class Detail {
   whole,
-  coarse,  // a ninth of the cells along each axis: for tests
+  coarse,  // a ninth of the cells along each axis
 };
 
 // tell(done, of how many maps, which comes next) is called before each map.
 using TellMap = std::function<void(std::size_t, std::size_t, const std::string&)>;
-[[nodiscard]] std::vector<GrowthMap> make_maps(Detail detail, const TellMap& tell);
+[[nodiscard]] std::vector<GrowthMap> make_maps(Detail detail, Arithmetic arithmetic, const TellMap& tell);
 
 [[nodiscard]] bool all_agree(const std::vector<GrowthMap>& maps);
 

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double h = 1;  // s
 
-Plan<double> compiled(const Scene& scene, const State<double>& state) {
-  auto plan = compile<double>(scene, {.step = h, .unstable = Unstable::allowed}, state);
+Plan<double> compiled(const Scene& scene, const State<double>& state, Arithmetic arithmetic) {
+  auto plan = compile<double>(scene, {.step = h, .arithmetic = arithmetic, .unstable = Unstable::allowed}, state);
   if (!plan) throw std::runtime_error(plan.error().message());
   return std::move(*plan);
 }
@@ -193,7 +193,7 @@ Scene scene_of(std::span<const Bounce> bounces, const std::vector<std::size_t>& 
 }
 
 // Of bounces with one restitution, which belongs to the plane.
-std::vector<double> growth_of_bounces(std::span<const Bounce> bounces) {
+std::vector<double> growth_of_bounces(std::span<const Bounce> bounces, Arithmetic arithmetic) {
   std::vector<Motion> starts;
   std::vector<std::size_t> counts;
   for (const Bounce& bounce : bounces) {
@@ -207,7 +207,7 @@ std::vector<double> growth_of_bounces(std::span<const Bounce> bounces) {
     state.x[0][i] = starts[i].x;
     state.v[0][i] = starts[i].v;
   }
-  step(compiled(scene_of(bounces, counts), state), state, 1);
+  step(compiled(scene_of(bounces, counts), state, arithmetic), state, 1);
   std::vector<double> growth;
   std::size_t i = 0;
   for (std::size_t k = 0; k < bounces.size(); ++k) {
@@ -223,7 +223,7 @@ std::vector<double> growth_of_bounces(std::span<const Bounce> bounces) {
 
 }  // namespace
 
-std::vector<double> measured_growth(std::span<const Anchored> particles, Method method) {
+std::vector<double> measured_growth(std::span<const Anchored> particles, Method method, Arithmetic arithmetic) {
   Soa<double> memory(particles.size());
   State<double> state = memory.view();
   // Axes do not know of each other: x starts with a displacement, y with a velocity.
@@ -231,14 +231,14 @@ std::vector<double> measured_growth(std::span<const Anchored> particles, Method 
     state.x[0][i] = 1;
     state.v[1][i] = 1;
   }
-  const Plan<double> plan = compiled(scene_of(particles, method), state);
+  const Plan<double> plan = compiled(scene_of(particles, method), state, arithmetic);
   const auto matrix_at = [&](std::size_t i) {
     return Eigen::MatrixXd{{state.x[0][i], state.x[1][i]}, {state.v[0][i], state.v[1][i]}};
   };
   return growth_of_runs(plan, state, particles.size(), {.least = 1e-200, .most = 1e200}, matrix_at);
 }
 
-std::vector<double> measured_growth(std::span<const Line> lines, const Coupling& coupling) {
+std::vector<double> measured_growth(std::span<const Line> lines, const Coupling& coupling, Arithmetic arithmetic) {
   std::vector<Copies> copies;
   std::size_t count = 0;
   for (const Line& line : lines) {
@@ -248,19 +248,19 @@ std::vector<double> measured_growth(std::span<const Line> lines, const Coupling&
   Soa<double> memory(count);
   State<double> state = memory.view();
   for (const Copies& each : copies) place(state, each);
-  const Plan<double> plan = compiled(scene_of(lines, coupling, copies), state);
+  const Plan<double> plan = compiled(scene_of(lines, coupling, copies), state, arithmetic);
   const auto matrix_at = [&](std::size_t k) { return relative_state(state, copies[k]); };
   return growth_of_runs(plan, state, lines.size(), line_range, matrix_at);
 }
 
-std::vector<double> measured_growth(std::span<const Bounce> bounces) {
+std::vector<double> measured_growth(std::span<const Bounce> bounces, Arithmetic arithmetic) {
   std::vector<double> growth;
   while (!bounces.empty()) {
     const double restitution = bounces.front().impact.restitution;
     const auto other = std::find_if(bounces.begin(), bounces.end(),
                                     [&](const Bounce& bounce) { return bounce.impact.restitution != restitution; });
     const auto alike = static_cast<std::size_t>(other - bounces.begin());
-    for (const double each : growth_of_bounces(bounces.first(alike))) growth.push_back(each);
+    for (const double each : growth_of_bounces(bounces.first(alike), arithmetic)) growth.push_back(each);
     bounces = bounces.subspan(alike);
   }
   return growth;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "dvdx/isa.hpp"
 #include "maps/analysis.hpp"
 #include "maps/bounce.hpp"
 
@@ -16,10 +17,13 @@ inline constexpr std::size_t most_steps = 256;
 // Growth of the amplitude per step of h = 1 s: the spectral radius of what the run made of the starts, to the power 1/steps.
 // All systems are one batch of particles, so all have as many springs and the same expansion, and either none or all of them a
 // damped first spring; for lines, the same scheme. Throws std::runtime_error where the library refuses a scene.
-[[nodiscard]] std::vector<double> measured_growth(std::span<const Anchored> particles, Method method);
-[[nodiscard]] std::vector<double> measured_growth(std::span<const Line> lines, const Coupling& coupling);
+[[nodiscard]] std::vector<double> measured_growth(std::span<const Anchored> particles, Method method,
+                                                  Arithmetic arithmetic = Arithmetic::separate);
+[[nodiscard]] std::vector<double> measured_growth(std::span<const Line> lines, const Coupling& coupling,
+                                                  Arithmetic arithmetic = Arithmetic::separate);
 // Growth of the energy in a step of 1 s with a bounce: the mean over the starts of starts_of. All bounces have the same gravity
 // and differ in no more of the impact than in restitution.
-[[nodiscard]] std::vector<double> measured_growth(std::span<const Bounce> bounces);
+[[nodiscard]] std::vector<double> measured_growth(std::span<const Bounce> bounces,
+                                                  Arithmetic arithmetic = Arithmetic::separate);
 
 }  // namespace dvdx::tool::stability
