@@ -3,6 +3,7 @@
 // which is kinder than a loop that visits force after force.
 #pragma once
 
+#include <array>
 #include <cstddef>
 
 #include "dvdx/isa.hpp"
@@ -29,11 +30,33 @@ struct PlainForcing {
 template <class T>
 using PlainStep = void (*)(const PlainAxis<T>& axis, T h, const PlainForcing<T>& f);
 
+// A surface as a text book has it: what is inside at the end of a step is put onto the surface and its velocity reflected, with
+// restitution and Coulomb's friction of the impact.
+template <class T>
+struct PlainSurface {
+  bool is_plane;
+  std::array<T, 3> n;  // plane: unit normal; sphere: center, m
+  T d;                 // plane: offset; sphere: radius, m
+  T side;              // sphere: 1 outside, -1 inside
+  T e, tau, mu;        // what is left of the normal and of the tangential velocity; friction
+};
+
+template <class T>
+struct PlainPoints {
+  std::array<T*, 3> x, v;
+  std::size_t count;
+};
+
+template <class T>
+using PlainContact = void (*)(const PlainPoints<T>& points, const PlainSurface<T>& surface);
+
 struct PlainLoops {
   PlainStep<float> rk4_float32;
   PlainStep<double> rk4_float64;
   PlainStep<float> leapfrog_float32;
   PlainStep<double> leapfrog_float64;
+  PlainContact<float> contact_float32;
+  PlainContact<double> contact_float64;
   const char* isa;  // whose instructions the compiler may use
 };
 

@@ -79,10 +79,51 @@ void plain_leapfrog_step(const PlainAxis<T>& axis, T h, const PlainForcing<T>& f
   plain_leapfrog<Tag>(axis, PlainEach<T>{axis.w, axis.g, axis.b}, h, f);
 }
 
+template <class Tag, class T>
+T plain_root(T square) {
+  if constexpr (sizeof(T) == sizeof(float)) {
+    return __builtin_sqrtf(square);
+  } else {
+    return __builtin_sqrt(square);
+  }
+}
+
+template <class Tag, class T>
+void plain_contact(const PlainPoints<T>& points, const PlainSurface<T>& surface) {
+  T* __restrict x[3] = {points.x[0], points.x[1], points.x[2]};
+  T* __restrict v[3] = {points.v[0], points.v[1], points.v[2]};
+  const T c[3] = {surface.n[0], surface.n[1], surface.n[2]};
+  for (std::size_t i = 0; i < points.count; ++i) {
+    T n[3] = {c[0], c[1], c[2]};
+    T gap = c[0] * x[0][i] + c[1] * x[1][i] + c[2] * x[2][i] - surface.d;
+    if (!surface.is_plane) {
+      for (int k = 0; k < 3; ++k) n[k] = x[k][i] - c[k];
+      const T distance = plain_root<Tag>(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+      gap = surface.side * (distance - surface.d);
+      for (int k = 0; k < 3; ++k) n[k] *= surface.side / distance;
+    }
+    if (!(gap < 0)) continue;
+    for (int k = 0; k < 3; ++k) x[k][i] -= gap * n[k];
+    const T vn = n[0] * v[0][i] + n[1] * v[1][i] + n[2] * v[2][i];
+    if (!(vn < 0)) continue;
+    T across[3];
+    for (int k = 0; k < 3; ++k) across[k] = surface.tau * (v[k][i] - vn * n[k]);
+    const T speed = plain_root<Tag>(across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
+    const T pulse = surface.mu * (1 + surface.e) * -vn;
+    const T kept = pulse < speed ? 1 - pulse / speed : 0;
+    for (int k = 0; k < 3; ++k) v[k][i] = kept * across[k] - surface.e * vn * n[k];
+  }
+}
+
 template <class Tag>
 constexpr PlainLoops plain_table(const char* isa) {
-  return {plain_rk4_step<Tag, float>, plain_rk4_step<Tag, double>, plain_leapfrog_step<Tag, float>,
-          plain_leapfrog_step<Tag, double>, isa};
+  return {plain_rk4_step<Tag, float>,
+          plain_rk4_step<Tag, double>,
+          plain_leapfrog_step<Tag, float>,
+          plain_leapfrog_step<Tag, double>,
+          plain_contact<Tag, float>,
+          plain_contact<Tag, double>,
+          isa};
 }
 
 extern const PlainLoops plain_loops_default;

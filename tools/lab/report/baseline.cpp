@@ -1,6 +1,8 @@
 #include "report/baseline.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <type_traits>
 
 #include "plain/plain_loops.hpp"
@@ -84,10 +86,44 @@ bool are_alike(const Scene& scene) {
 }
 
 template <class T>
+PlainSurface<T> plain_surface(const Contact& contact) {
+  const auto rounded = [](const Vec3& v) {
+    return std::array{static_cast<T>(v[0]), static_cast<T>(v[1]), static_cast<T>(v[2])};
+  };
+  const auto shaped = [&](const auto& c) {
+    PlainSurface<T> surface{.is_plane = false,
+                            .n = {},
+                            .d = 0,
+                            .side = 1,
+                            .e = static_cast<T>(c.restitution * std::exp(-c.normal_viscosity)),
+                            .tau = static_cast<T>(std::exp(-c.viscosity)),
+                            .mu = static_cast<T>(c.friction)};
+    if constexpr (requires { c.radius; }) {
+      surface.n = rounded(c.center);
+      surface.d = static_cast<T>(c.radius);
+      surface.side = static_cast<T>(c.side == Side::outside ? 1 : -1);
+    } else {
+      surface.is_plane = true;
+      const double length = std::sqrt(c.normal[0] * c.normal[0] + c.normal[1] * c.normal[1] + c.normal[2] * c.normal[2]);
+      surface.n = rounded({c.normal[0] / length, c.normal[1] / length, c.normal[2] / length});
+      surface.d = static_cast<T>(c.offset);
+    }
+    return surface;
+  };
+  return std::visit(shaped, contact);
+}
+
+template <class T>
 class PlainRun {
  public:
   PlainRun(const SceneFile& file, Baseline baseline, double h, const Setup& setup)
-      : file_(file), h_(h), alike_(are_alike(file.scene)), step_(step_of(baseline, setup)), memory_(file.particles.count) {
+      : file_(file),
+        h_(h),
+        alike_(are_alike(file.scene)),
+        step_(step_of(baseline, setup)),
+        contact_(contact_of(setup)),
+        memory_(file.particles.count) {
+    for (const auto& contact : file.scene.contacts) surfaces_.push_back(plain_surface<T>(contact));
     const std::size_t values = alike_ ? 1 : file.particles.count;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (auto* column : {&w_[axis], &g_[axis], &b_[axis]}) column->resize(values);
@@ -98,13 +134,27 @@ class PlainRun {
         b_[axis][i] = static_cast<T>(sums.b);
       }
     }
-    restart();
+    state_ = memory_.view();
+    place_at_start(file_, state_);
+  }
+
+  // Where restart() goes back to: the present.
+  void keep() {
+    kept_.emplace(file_.particles.count);
+    auto kept = kept_->view();
+    copy_state(state_, kept);
+    kept_steps_ = done_;
+  }
+
+  // Goes on from another run's state.
+  void take(const State<T>& state, std::uint64_t steps) {
+    copy_state(state, state_);
+    done_ = steps;
   }
 
   void restart() {
-    state_ = memory_.view();
-    place_at_start(file_, state_);
-    done_ = 0;
+    copy_state(kept_->view(), state_);
+    done_ = kept_steps_;
   }
 
   void advance(std::uint64_t steps) {
@@ -118,6 +168,12 @@ class PlainRun {
                                  g_[axis].data(),     b_[axis].data(),     alike_};
         step_(plain, static_cast<T>(h_),
               {static_cast<T>(start[axis]), static_cast<T>(middle[axis]), static_cast<T>(end[axis])});
+      }
+      for (const auto& surface : surfaces_) {
+        contact_({{state_.x[0].base, state_.x[1].base, state_.x[2].base},
+                  {state_.v[0].base, state_.v[1].base, state_.v[2].base},
+                  state_.count},
+                 surface);
       }
     }
   }
@@ -134,11 +190,23 @@ class PlainRun {
       return is_rk4 ? loops.rk4_float64 : loops.leapfrog_float64;
   }
 
+  static PlainContact<T> contact_of(const Setup& setup) {
+    const auto& loops = plain_loops(setup.engine.isa);
+    if constexpr (std::is_same_v<T, float>)
+      return loops.contact_float32;
+    else
+      return loops.contact_float64;
+  }
+
   const SceneFile& file_;
   double h_;
   bool alike_;
   PlainStep<T> step_;
+  PlainContact<T> contact_;
+  std::vector<PlainSurface<T>> surfaces_;
   Soa<T> memory_;
+  std::optional<Soa<T>> kept_;
+  std::uint64_t kept_steps_ = 0;
   State<T> state_;
   std::array<std::vector<T>, 3> w_, g_, b_;
   std::uint64_t done_ = 0;
@@ -146,7 +214,11 @@ class PlainRun {
 
 }  // namespace
 
-bool has_baselines(const SceneFile& file) { return closed_form_of(file) == ClosedForm::affine && file.scene.fixed.empty(); }
+bool has_baselines(const SceneFile& file) {
+  const auto is_radial = [](const Force& force) { return std::holds_alternative<RadialSpring>(force); };
+  const auto& scene = file.scene;
+  return !is_joined(scene) && scene.fixed.empty() && std::none_of(scene.forces.begin(), scene.forces.end(), is_radial);
+}
 
 std::string baseline_isa(Isa isa) { return plain_loops(isa).isa; }
 
@@ -168,11 +240,19 @@ Timing time_baseline(const SceneFile& file, Baseline baseline, const Grid& grid,
                      Effort effort) {
   PlainRun<T> run(file, baseline, grid.step(halving), setup);
   const auto all = grid.steps(halving);
+  // Nothing may touch at first: where there are contacts, steps are timed from the middle of the run, as coarsely got to as may
+  // be.
+  if (!file.scene.contacts.empty()) {
+    PlainRun<T> there(file, baseline, grid.coarsest, setup);
+    there.advance(grid.coarse_steps / 2);
+    run.take(there.state(), all / 2);
+  }
+  run.keep();
   const auto trial = std::clamp<std::uint64_t>((std::uint64_t{1} << 18U) / file.particles.count, 1, all);
   const auto before = std::chrono::steady_clock::now();
   run.advance(trial);
   const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
-  // Every step of an affine scene costs the same, so a part of the run tells for all.
+  // A part of the run tells for all: every step of an affine scene costs the same.
   const double budget = effort == Effort::full ? 0.15 : 0.03;  // s
   const double affordable = std::max(2.0, budget / spent * static_cast<double>(trial));
   const auto steps = static_cast<std::uint64_t>(std::min(static_cast<double>(all), affordable));

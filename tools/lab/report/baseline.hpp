@@ -9,7 +9,8 @@ enum class Baseline { rk4, leapfrog };
 inline constexpr std::array<Named<Baseline>, 2> baselines{
     {{"baseline_rk4", Baseline::rk4}, {"baseline_leapfrog", Baseline::leapfrog}}};
 
-// Scenes of affine forces without contacts and without fixed particles.
+// Scenes of affine forces, with contacts or without, in which nothing is joined or fixed. A contact puts what is inside at the
+// end of a step onto the surface and reflects its velocity.
 [[nodiscard]] bool has_baselines(const SceneFile& file);
 
 // The instructions that the loops are compiled for, beside a plan on `isa`.

@@ -106,11 +106,29 @@ Json list_of(const std::vector<T>& each) {
   return list;
 }
 
+const char* name_of(ReferenceSource source) {
+  switch (source) {
+    case ReferenceSource::formula:
+      return "formula";
+    case ReferenceSource::impacts:
+      return "impacts";
+    case ReferenceSource::finer_steps:
+      return "finer_steps";
+  }
+  return "";
+}
+
 Json json_of(const SceneReport& scene) {
   Json runs = Json::array();
   for (const auto& run : scene.runs) runs.push_back(json_of(run, scene.particles));
   Json reference{{"kind", scene.reference.kind}, {"self_error", scene.reference.self_error}};
   reference["self_error_relative"] = scene.reference.self_error / scene.amplitude;
+  reference["made_of"] = name_of(scene.reference.source);
+  if (scene.reference.source == ReferenceSource::impacts) {
+    reference["most_impacts"] = scene.reference.most_impacts;
+    reference["settled"] = scene.reference.settled;
+  }
+  if (!scene.reference.no_closed_form.empty()) reference["no_closed_form"] = scene.reference.no_closed_form;
   if (scene.reference.step > 0) {
     reference["step"] = scene.reference.step;
     reference["substeps"] = scene.reference.substeps;

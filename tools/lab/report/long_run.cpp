@@ -11,7 +11,7 @@ namespace dvdx::tool::report {
 namespace {
 
 constexpr double z = 0.1;  // Omega h: 63 steps a period
-constexpr std::uint64_t steps = 100000;
+constexpr std::uint64_t all_steps = 100000;
 constexpr std::uint64_t leap = 1000;   // steps from one point of the curve to the next; divides the whole
 constexpr std::uint64_t window = 314;  // steps: five periods, over which the energy's own swing averages out
 
@@ -111,16 +111,16 @@ LongRun measure(const PureSprings& springs, Method method, std::string_view meth
   const auto before = oscillator.mean_energy();
   std::vector<std::uint64_t> curve_steps{0};
   std::vector<double> curve{1};
-  for (std::uint64_t n = leap; n <= steps; n += leap) {
+  for (std::uint64_t n = leap; n <= all_steps; n += leap) {
     oscillator.advance(leap - window);
     curve_steps.push_back(n);
     curve.push_back(static_cast<double>(oscillator.mean_energy() / before));
   }
   const auto formula = formula_of(springs, method);
-  const auto power = static_cast<double>(steps);
+  const auto power = static_cast<double>(all_steps);
   LongRun run{.method = std::string(method_name),
               .z = z,
-              .steps = steps,
+              .steps = all_steps,
               .measured = curve.back(),
               .by_matrix = std::pow(determinant(springs, method, setup), power),
               .by_formula = std::pow(formula.determinant, power),

@@ -167,6 +167,7 @@ Theory theory_named(const SceneFile& file, const std::string& method) {
   for (const auto& entry : methods) {
     if (entry.name == method) return theory_of(file, entry.value);
   }
+  if (method.starts_with("baseline_") && !file.scene.contacts.empty()) return {std::nullopt, "no theory: impacts"};
   if (method == "baseline_rk4") return {4, baseline_note(method)};
   if (method == "baseline_leapfrog") return {2, baseline_note(method)};
   return {};

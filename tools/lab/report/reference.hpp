@@ -21,7 +21,8 @@ struct Reference {
   bool keeps_energy = false;
 };
 
-// The closed form where the scene has one; else method combined in float64 with steps far below the smallest of the grid.
+// The closed form where the scene has one, of the whole run or from impact to impact; else method combined in float64 with
+// steps far below the smallest of the grid.
 [[nodiscard]] Reference first_reference(const SceneFile& sample, const Grid& grid, const Setup& setup);
 
 // Halves the step of an extrapolated reference until halving moves it by less than a hundredth of `smallest_error` (m), or

@@ -67,12 +67,19 @@ struct Order {
   std::string note;  // "exact", or why there is no theory
 };
 
+// Where a reference comes from: a formula for the whole run, exact motions from impact to impact, or the library's own kernel
+// at finer steps, in which an error of the law itself would not show.
+enum class ReferenceSource { formula, impacts, finer_steps };
+
 struct ReferenceFacts {
-  std::string kind;       // closed_form or extrapolated
-  double self_error = 0;  // m, root mean square
-  double step = 0;        // s, of an extrapolated one
-  int substeps = 1;       // of its step
-  bool settled = true;    // an extrapolated one moved less than a hundredth of the smallest error shown
+  std::string kind;  // closed_form or extrapolated
+  ReferenceSource source = ReferenceSource::formula;
+  std::uint64_t most_impacts = 0;  // of one particle, from impact to impact
+  std::string no_closed_form{};    // of finer steps: why there is no other, where that is known
+  double self_error = 0;           // m, root mean square
+  double step = 0;                 // s, of an extrapolated one
+  int substeps = 1;                // of its step
+  bool settled = true;             // an extrapolated one moved less than a hundredth of the smallest error shown
 };
 
 struct LeftOut {  // a curve or a run that was not measured

@@ -89,12 +89,27 @@ bool is_coupled(const SceneReport& scene) { return !scene.runs.empty() && scene.
 
 std::string reference_text(const SceneReport& scene) {
   const auto& reference = scene.reference;
-  auto text = reference.kind == "closed_form"
-                  ? fmt::format("closed form in long double, its own error {:.1e} m", reference.self_error)
-                  : fmt::format("{} in float64 with steps of {:.2e} s; halving moved it by {:.1e} m",
-                                is_coupled(scene) ? "scheme fourth_order" : "method combined",
-                                reference.step / reference.substeps, reference.self_error);
+  std::string text;
+  switch (reference.source) {
+    case ReferenceSource::formula:
+      text = fmt::format("closed form in long double, its own error {:.1e} m", reference.self_error);
+      break;
+    case ReferenceSource::impacts:
+      text =
+          fmt::format("closed form from impact to impact in long double, up to {} impacts a particle, its own error {:.1e} m",
+                      reference.most_impacts, reference.self_error);
+      break;
+    case ReferenceSource::finer_steps:
+      text = fmt::format(
+          "the same kernel at finer steps ({} in float64, {:.2e} s), which a wrong law would not show against; halving moved "
+          "it "
+          "by {:.1e} m",
+          is_coupled(scene) ? "scheme fourth_order" : "method combined", reference.step / reference.substeps,
+          reference.self_error);
+      break;
+  }
   if (!reference.settled) text += ", which is MORE than a hundredth of the smallest error shown";
+  if (!reference.no_closed_form.empty()) text += "; no closed form: " + reference.no_closed_form;
   return text;
 }
 

@@ -16,12 +16,24 @@ std::string error_text(const Outcome& outcome) {
   return outcome.errors.diverged ? "diverges" : fmt::format("{:.2g}", outcome.errors.relative);
 }
 
+std::string_view source_text(report::ReferenceSource source) {
+  switch (source) {
+    case report::ReferenceSource::formula:
+      return "closed form";
+    case report::ReferenceSource::impacts:
+      return "closed form from impact to impact";
+    case report::ReferenceSource::finer_steps:
+      return "the same kernel at finer steps";
+  }
+  return "";
+}
+
 std::string head_text(const Tuning& tuning) {
   auto text = fmt::format("{}: {} particle{}, {} s; error goal {:g} of the amplitude, {:.4g} m\n", tuning.scene,
                           tuning.particles, tuning.particles == 1 ? "" : "s", tuning.duration, tuning.goal, tuning.amplitude);
   const auto& reference = tuning.reference;
-  text += row("reference", fmt::format("{}, own error {:.2g}", reference.kind == "closed_form" ? "closed form" : "halved steps",
-                                       reference.self_error / tuning.amplitude));
+  text += row("reference",
+              fmt::format("{}, own error {:.2g}", source_text(reference.source), reference.self_error / tuning.amplitude));
   text += row("looked at", fmt::format("{} runs, steps from {:.4g} s to {:.4g} s, errors on {} particle{}, in {:.0f} s",
                                        tuning.findings.trials.size(), tuning.coarsest, tuning.finest, tuning.error_particles,
                                        tuning.error_particles == 1 ? "" : "s", tuning.seconds));

@@ -75,7 +75,10 @@ export interface SceneReport {
   error_particles: number;
   step: number; // s
   duration: number; // s
-  reference: { kind: string; self_error: number; step?: number; substeps?: number; settled?: boolean };
+  reference: {
+    kind: string; self_error: number; made_of?: 'formula' | 'impacts' | 'finer_steps'; most_impacts?: number; no_closed_form?: string;
+    step?: number; substeps?: number; settled?: boolean;
+  };
   amplitude: number; // m
   energy_scale: number; // J
   energy_drift_against: string;

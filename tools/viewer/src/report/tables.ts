@@ -79,18 +79,26 @@ export function leftOut(scene: SceneReport): Node {
   return make('details', {}, make('summary', {}, `${all.length} left out`), make('ul', {}, ...items));
 }
 
-export function facts(scene: SceneReport): HTMLElement {
+function referenceText(scene: SceneReport): string {
   const { reference } = scene;
-  const many = new Intl.NumberFormat('en').format(scene.particles);
+  const own = `its own error ${text(reference.self_error)} m`;
   const isNetwork = scene.runs[0]?.scheme != null;
   const step = isFinite(reference.step) ? reference.step / (reference.substeps ?? 1) : undefined;
   const source =
-    reference.kind === 'closed_form'
-      ? `closed form in long double, its own error ${text(reference.self_error)} m`
-      : `${isNetwork ? 'scheme fourth_order' : 'method combined'} in float64 with steps of ${text(step)} s; halving moved it by ${text(reference.self_error)} m` +
-        (reference.settled === false ? ', which is MORE than a hundredth of the smallest error shown' : '');
+    reference.kind !== 'closed_form'
+      ? `the same kernel at finer steps (${isNetwork ? 'scheme fourth_order' : 'method combined'} in float64, ${text(step)} s), ` +
+        `which a wrong law would not show against; halving moved it by ${text(reference.self_error)} m`
+      : reference.made_of === 'impacts'
+        ? `closed form from impact to impact in long double, up to ${reference.most_impacts} impacts a particle, ${own}`
+        : `closed form in long double, ${own}`;
+  const unsettled = reference.settled === false ? ', which is MORE than a hundredth of the smallest error shown' : '';
+  return source + unsettled + (reference.no_closed_form ? `; no closed form: ${reference.no_closed_form}` : '');
+}
+
+export function facts(scene: SceneReport): HTMLElement {
+  const many = new Intl.NumberFormat('en').format(scene.particles);
   const spread = scene.error_particles === scene.particles ? '' : ` Errors on ${scene.error_particles} evenly spread particles, times on all.`;
   return make('p', { class: 'facts' },
     `${many} particle${scene.particles === 1 ? '' : 's'}, ${text(scene.duration)} s, own step ${text(scene.step, 6)} s. Amplitude ${text(scene.amplitude, 4)} m. ` +
-      `Reference: ${source}.${spread} Energy drift against the ${scene.energy_drift_against}.`);
+      `Reference: ${referenceText(scene)}.${spread} Energy drift against the ${scene.energy_drift_against}.`);
 }

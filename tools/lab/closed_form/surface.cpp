@@ -1,0 +1,37 @@
+#include "closed_form/surface.hpp"
+
+#include <variant>
+
+namespace dvdx::tool::impacts {
+namespace {
+
+void set_shape(Surface& surface, const Plane& plane, const Vector& origin) {
+  surface.n = unit(vector_of(plane.normal));
+  surface.d = plane.offset - dot(surface.n, origin);
+}
+
+void set_shape(Surface& surface, const Sphere& sphere, const Vector& origin) {
+  surface.is_plane = false;
+  surface.center = vector_of(sphere.center) - origin;
+  surface.radius = sphere.radius;
+  surface.side = sphere.side == Side::outside ? 1 : -1;
+}
+
+}  // namespace
+
+Surface surface_of(const Contact& contact, const Vector& origin) {
+  Surface surface;
+  std::visit(
+      [&](const auto& c) {
+        set_shape(surface, c, origin);
+        surface.e = static_cast<Real>(c.restitution) * std::exp(-static_cast<Real>(c.normal_viscosity));
+        surface.tau = std::exp(-static_cast<Real>(c.viscosity));
+        // What leaves no tangential velocity holds what rests on it, too. (A double's exp(-746) is zero.)
+        const bool holds = c.viscosity > 745;
+        surface.mu = holds ? std::numeric_limits<Real>::infinity() : static_cast<Real>(c.friction);
+      },
+      contact);
+  return surface;
+}
+
+}  // namespace dvdx::tool::impacts

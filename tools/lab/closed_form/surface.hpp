@@ -1,0 +1,103 @@
+// Surfaces and the law of an impact, as docs/math.md states it, and the search for the next impact.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "closed_form/vector.hpp"
+#include "dvdx/scene.hpp"
+
+namespace dvdx::tool::impacts {
+
+// A motion that the event-driven path does not follow, and why.
+class NotCovered : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct Surface {
+  bool is_plane = true;
+  Vector n;         // plane: unit normal
+  Real d = 0;       // plane: where n.x >= d
+  Vector center;    // sphere
+  Real radius = 1;  // sphere
+  Real side = 1;    // sphere: 1 where particles are outside, -1 inside
+  Real e = 0;       // of the normal speed, what an impact leaves
+  Real tau = 1;     // of the tangential velocity, likewise, before friction
+  Real mu = 0;      // Coulomb's coefficient; infinite: what touches sticks
+
+  [[nodiscard]] Vector normal_at(const Vector& x) const { return is_plane ? n : (side / radius) * (x - center); }
+
+  // Zero on the surface, positive where particles may be: the distance from a plane, side (|r|^2 - R^2)/(2R) of a sphere.
+  [[nodiscard]] Real gap(const Vector& x) const {
+    if (is_plane) return dot(n, x) - d;
+    const Vector r = x - center;
+    return side * (length(r) - radius) * (length(r) + radius) / (2 * radius);
+  }
+  // How the gap changes over a displacement, without the digits that both ends have in common.
+  [[nodiscard]] Real gain(const Vector& x, const Vector& way) const {
+    if (is_plane) return dot(n, way);
+    return side * (dot(x - center, way) + dot(way, way) / 2) / radius;
+  }
+  [[nodiscard]] Real slope(const Vector& x, const Vector& way, const Vector& rate) const {
+    return is_plane ? dot(n, rate) : side * dot(x + way - center, rate) / radius;
+  }
+  // A sphere bends away from a velocity along it.
+  [[nodiscard]] Real curvature_term(const Vector& v) const { return is_plane ? 0 : side * dot(v, v) / radius; }
+};
+
+// The surface of a contact, counted from `origin`.
+[[nodiscard]] Surface surface_of(const Contact& contact, const Vector& origin);
+
+// The velocity after an impact with the normal n, n.v <= 0.
+[[nodiscard]] inline Vector after_impact(const Surface& surface, const Vector& n, const Vector& v) {
+  const Real vn = dot(n, v);
+  const Vector across = surface.tau * (v - vn * n);
+  const Real speed = length(across);
+  const Real pulse = vn < 0 ? surface.mu * (1 + surface.e) * -vn : 0;
+  const Real kept = pulse >= speed ? 0 : 1 - pulse / speed;
+  return kept * across - surface.e * vn * n;
+}
+
+// A lower bound of the gap from p to `until` is the parabola gap + slope h - fall h^2/2. Its first zero can be walked to
+// without passing one of the gap's own, so that no dip is missed, and near a zero that is Newton's step.
+inline Real safe_reach(Real gap, Real slope, Real fall) {
+  if (fall <= 0) return slope < 0 ? gap / -slope : std::numeric_limits<Real>::infinity();
+  const Real root = std::sqrt(slope * slope + 2 * fall * gap);
+  return slope < 0 ? 2 * gap / (root - slope) : (slope + root) / fall;
+}
+
+// The parameter of the first impact of a motion that starts at x with the given gap, if there is one before `end`.
+template <class Motion>
+std::optional<Real> first_impact(const Motion& motion, const Surface& surface, const Vector& x, Real start_gap, Real end) {
+  const auto fall_until = [&](Real p, const Vector& way, Real until) -> Real {
+    if (surface.is_plane) return motion.fall(surface.n, p, until);
+    const Real rate = motion.greatest_rate(p, until);
+    const Real reach = length(x + way - surface.center) + (until - p) * rate;
+    const Real turning = surface.side < 0 ? rate * rate : 0;
+    return (turning + reach * motion.greatest_second(p, until)) / surface.radius;
+  };
+  constexpr int most_steps = 2000;
+  Real p = 0;
+  for (int step = 0; step < most_steps; ++step) {
+    const Vector way = motion.displacement(p);
+    const Real gap = start_gap + surface.gain(x, way);
+    const Real slope = surface.slope(x, way, motion.rate(p));
+    if (p > 0 && gap <= 0) return p;
+    Real until = end;
+    Real h = std::min(safe_reach(gap, slope, fall_until(p, way, until)), until - p);
+    for (int tighter = 0; tighter < 4 && h < (until - p) / 8; ++tighter) {  // over less the bound is closer
+      until = p + 8 * h;
+      h = std::max(h, std::min(safe_reach(gap, slope, fall_until(p, way, until)), until - p));
+    }
+    if (h == 0 && p == 0) h = 1e-9L * end;  // it only just lifts off
+    if (p + h >= end) return std::nullopt;
+    if (h <= 2 * std::numeric_limits<Real>::epsilon() * p) return p;
+    p += h;
+  }
+  throw NotCovered("touches a surface without an impact that can be told from none");
+}
+
+}  // namespace dvdx::tool::impacts
