@@ -7,6 +7,7 @@
 #   tools/run.sh page                builds the pages that play and report, and tries them in headless Chromium
 #   tools/run.sh verify [SCENE...]   every instruction set, layout and thread count against the scalar reference
 #   tools/run.sh fuzz [SECONDS | --executions N] [TARGET...]   libFuzzer on readers and steps: 60 s a target, or so long, or N in all
+#   tools/run.sh mutants [NAME...]   small faults in the code, one at a time: each must make a test fail (--check: that all still apply)
 # Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -16,7 +17,7 @@ packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcl
 
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf 'tools/run.sh: %s\n' "$*" >&2; exit 2; }
-usage() { sed -n '2,10s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
+usage() { sed -n '2,11s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
 
 is_installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 
@@ -156,6 +157,11 @@ case $action in
     found=0
     for target in "$@"; do fuzz_target "$target" "$limit" || found=1; done
     exit $found
+    ;;
+  mutants)
+    packages+=(python3 git)
+    install_missing
+    python3 tests/mutants/run.py "$@"
     ;;
   install) # PACKAGE...: what continuous integration needs besides
     packages+=("$@")
