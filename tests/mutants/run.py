@@ -202,12 +202,14 @@ def run_program(arguments, number, seconds):
 
 
 def programs(tests):
-    """The program of the tests: those files alone that are nearest to the fault, then all; then the counted allocations."""
-    all_tests = [str(BUILD / "tests/dvdx_tests"), "--abort-after=1", "--no-intro", "--no-version"]
+    """Those test files alone that are nearest to the fault, then all. The golden hashes come last: they know that bits have
+    changed, and not what is right."""
+    program = [str(BUILD / "tests/dvdx_tests"), "--abort-after=1", "--no-intro", "--no-version"]
     if tests:
-        yield all_tests + ["--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)]
-    yield all_tests
+        yield program + ["--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)]
+    yield program + ["--source-file-exclude=*/golden_test.cpp"]
     yield [str(BUILD / "tests/dvdx_no_allocation")]
+    yield program + ["--source-file=*/golden_test.cpp"]
 
 
 def verdict(mutant, seconds):

@@ -239,6 +239,17 @@ TEST_CASE("network: a grid and the list of its springs give the same bits where 
   }
 }
 
+TEST_CASE("network: a grid whose edges are not at right angles has two kinds of diagonals, as the list of its springs has") {
+  Joined skewed = test::sheet(7, 19, 50);
+  std::get<Grid>(skewed.scene.networks[0]).edge_v = {0.4, 0, 1};
+  for (std::size_t i = 0; i < skewed.x.size(); ++i) skewed.x[i][0] += 0.4 * skewed.x[i][2];
+  const Joined grid = with(skewed, {.scheme = Scheme::leapfrog, .substeps = 40});
+  for (const Isa isa : {Isa::reference, best_isa()}) {
+    const Run run{.isa = isa};
+    CHECK(test::difference(stepped<double>(grid, run, 3), stepped<double>(test::as_list(grid), run, 3)) == "");
+  }
+}
+
 TEST_CASE("network: one call of five steps is five calls of one") {
   for (const Coupling& coupling : all_schemes) {
     Joined joined = with(test::sheet(9, 20, 50, 0.001), coupling);
