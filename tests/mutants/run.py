@@ -18,7 +18,6 @@ import re
 import resource
 import subprocess
 import sys
-import time
 import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -93,7 +92,8 @@ def read_list():
 
 
 def tracked_files():
-    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, check=True, capture_output=True, text=True)
+    command = ["git", "ls-files", "-co", "--exclude-standard"]
+    listed = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True)
     return [path for path in listed.stdout.splitlines() if (ROOT / path).is_file()]
 
 
@@ -182,7 +182,7 @@ def limited():
 
 
 def run_program(arguments, number, seconds):
-    """What a test program found: "" if all passed, else which test failed and how."""
+    """The exit status of a test program with one fault active (0: none), None at the time limit, and what it said."""
     environment = {**os.environ, "DVDX_MUTANT": str(number)}
     process = subprocess.Popen(arguments, cwd=BUILD, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                preexec_fn=limited, start_new_session=True)
@@ -190,31 +190,58 @@ def run_program(arguments, number, seconds):
         output = process.communicate(timeout=seconds)[0].decode(errors="replace")
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, 9)
-        process.communicate()
-        return f"time limit of {seconds:.0f} s"
-    if process.returncode == 0:
+        return None, process.communicate()[0].decode(errors="replace")
+    return process.returncode, output
+
+
+def failure(arguments, number, seconds):
+    """Which test failed; "" if all passed."""
+    status, output = run_program(arguments, number, seconds)
+    if status == 0:
         return ""
+    if status is None:
+        return f"time limit of {seconds:.0f} s"
     case = re.search(r"^TEST CASE:\s+(.*)$", output, re.MULTILINE)
-    file = re.search(r"(\w+_test)\.cpp:(\d+)", output)
+    file = re.search(r"(\w+_test)\.cpp:\d+", output)
     if not case:
-        return f"{Path(arguments[0]).name}: exit status {process.returncode}"
+        return f"{Path(arguments[0]).name}: exit status {status}"
     return f"{file.group(1) if file else '?'}: {case.group(1).strip()}"
 
 
-def programs(tests):
-    """Those test files alone that are nearest to the fault, then all. The golden hashes come last: they know that bits have
-    changed, and not what is right."""
-    program = [str(BUILD / "tests/dvdx_tests"), "--abort-after=1", "--no-intro", "--no-version"]
-    if tests:
-        yield program + ["--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)]
-    yield program + ["--source-file-exclude=*/golden_test.cpp"]
-    yield [str(BUILD / "tests/dvdx_no_allocation")]
-    yield program + ["--source-file=*/golden_test.cpp"]
+TESTS = [str(BUILD / "tests/dvdx_tests"), "--no-intro", "--no-version"]
+ALLOCATIONS = [str(BUILD / "tests/dvdx_no_allocation")]
+SLOW = 1.0  # seconds of a test case without a fault
 
 
-def verdict(mutant, seconds):
-    for arguments in programs(mutant.tests):
-        found = run_program(arguments, mutant.number(), seconds)
+def unmutated():
+    """Runs everything without a fault, which must pass: how long that takes, and which test cases are slow."""
+    status, output = run_program(TESTS + ["--duration=true"], 0, 3600)
+    if status != 0 or failure(ALLOCATIONS, 0, 3600):
+        sys.exit(output[-4000:] + "\nwithout a fault a test fails")
+    cases = [(name, float(seconds)) for seconds, name in re.findall(r"^([0-9.]+) s: (.*)$", output, re.MULTILINE)]
+    slow = [name for name, seconds in cases if seconds > SLOW]
+    return {"slow": slow, "seconds": sum(seconds for name, seconds in cases),
+            "fast_seconds": sum(seconds for name, seconds in cases if name not in slow)}
+
+
+def programs(tests, baseline):
+    """Test programs and the seconds that each may take. First the test files nearest to the fault, then all, both without the
+    slow cases; then those; then the counted allocations. The golden hashes come last: they know that bits have changed, and not
+    what is right."""
+    program = TESTS + ["--abort-after=1"]
+    others = ["--source-file-exclude=*/golden_test.cpp"]
+    slow = ",".join(name.replace(",", "?") for name in baseline["slow"])  # a comma ends a filter, ? is any character
+    short, long = 60 + 6 * baseline["fast_seconds"], 60 + 6 * baseline["seconds"]
+    yield program + [f"--test-case-exclude={slow}", "--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)], short
+    yield program + [f"--test-case-exclude={slow}", *others], short
+    yield program + [f"--test-case={slow}", *others], long
+    yield ALLOCATIONS, short
+    yield program + ["--source-file=*/golden_test.cpp"], short
+
+
+def verdict(mutant, baseline):
+    for arguments, seconds in programs(mutant.tests, baseline):
+        found = failure(arguments, mutant.number(), seconds)
         if found:
             return found
     return ""
@@ -230,7 +257,7 @@ def tree_hash(files):
 
 def read_results(tree):
     results = json.loads(RESULTS.read_text()) if RESULTS.is_file() else {}
-    return results if results.get("tree") == tree else {"tree": tree, "seconds": None, "verdicts": {}}
+    return results if results.get("tree") == tree else {"tree": tree, "verdicts": {}}
 
 
 def show(mutants, results):
@@ -269,18 +296,14 @@ def main(arguments):
     copy_tree(texts, files)
     build()
     results = read_results(tree_hash(files))
-    if results["seconds"] is None:
-        start = time.monotonic()
-        for program in programs([]):
-            found = run_program(program, 0, 3600)
-            if found:
-                sys.exit(f"without a fault a test fails: {found}")
-        results["seconds"] = time.monotonic() - start
-    limit = 60 + 6 * results["seconds"]
-    todo = [mutant for mutant in mutants if mutant.id in arguments or not arguments and mutant.hash() not in results["verdicts"]]
-    print(f"no fault active: every test passes, {results['seconds']:.0f} s; {len(todo)} faults to run", flush=True)
+    if "unmutated" not in results:
+        results["unmutated"] = unmutated()
+    baseline = results["unmutated"]
+    is_wanted = lambda mutant: mutant.id in arguments if arguments else mutant.hash() not in results["verdicts"]
+    todo = [mutant for mutant in mutants if is_wanted(mutant)]
+    print(f"no fault active: every test passes, {baseline['seconds']:.0f} s; {len(todo)} faults to run", flush=True)
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        runs = {pool.submit(verdict, mutant, limit): mutant for mutant in todo}
+        runs = {pool.submit(verdict, mutant, baseline): mutant for mutant in todo}
         for run in concurrent.futures.as_completed(runs):
             mutant = runs[run]
             results["verdicts"][mutant.hash()] = {"id": mutant.id, "test": run.result()}
@@ -296,3 +319,5 @@ if __name__ == "__main__":
         main(sys.argv[1:])
     except Stale as error:
         sys.exit(f"tests/mutants/list does not fit the code:\n  {error}")
+    except subprocess.CalledProcessError:
+        sys.exit(f"the copy with all faults in it cannot be built: see above, and {SOURCE}")
