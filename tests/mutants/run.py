@@ -201,11 +201,11 @@ def failure(arguments, number, seconds):
         return ""
     if status is None:
         return f"time limit of {seconds:.0f} s"
-    case = re.search(r"^TEST CASE:\s+(.*)$", output, re.MULTILINE)
-    file = re.search(r"(\w+_test)\.cpp:\d+", output)
-    if not case:
+    error = re.search(r"(\w+)\.cpp:\d+: (?:FATAL )?ERROR: ", output)
+    if not error:
         return f"{Path(arguments[0]).name}: exit status {status}"
-    return f"{file.group(1) if file else '?'}: {case.group(1).strip()}"
+    cases = re.findall(r"^TEST CASE:\s+(.*)$", output[: error.start()], re.MULTILINE)  # those before it only say something
+    return f"{error.group(1)}: {cases[-1].strip() if cases else '?'}"
 
 
 TESTS = [str(BUILD / "tests/dvdx_tests"), "--no-intro", "--no-version"]
