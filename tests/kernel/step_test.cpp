@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -124,6 +125,30 @@ TEST_CASE("combined: n steps of h are one of n h, to rounding") {
     const std::vector<double> many = one_particle(scene, 0.01, 64);
     const std::vector<double> one = one_particle(scene, 0.64, 1);
     CHECK(largest_difference(many, one) <= 5e-13);
+  }
+}
+
+TEST_CASE("average acceleration moves x by the mean of both velocities, pulse and symplectic Euler by the new one") {
+  constexpr double h = 0.05;
+  const std::vector<Force> forces = {Spring{.stiffness = 90.0, .damping = 3, .anchor = Vec3{0.25, 0, 0}},
+                                     Polynomial{.acceleration = {{1, 2, 0}, {30, 0, 0}, {0, 400, 0}}},
+                                     Sinusoid{.acceleration = {1, 2, 0}, .angular_frequency = 20, .phase = 0.3}};
+  for (const Force& force : forces) {
+    for (const Method method : {Method::average_acceleration, Method::pulse, Method::symplectic_euler}) {
+      CAPTURE(force.index());
+      CAPTURE(static_cast<int>(method));
+      Scene scene;
+      scene.method = method;
+      scene.add(force);
+      const std::vector<double> after = one_particle(scene, h, 1);
+      const std::array<double, 2> x = {1, 0}, v = {0, 1};
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const double v_after = after[3 + axis];
+        const double speed = method == Method::average_acceleration ? 0.5 * (v[axis] + v_after) : v_after;
+        CHECK(std::abs(after[axis] - (x[axis] + h * speed)) <= 1e-15);
+        CHECK(v_after != v[axis]);
+      }
+    }
   }
 }
 
