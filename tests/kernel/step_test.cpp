@@ -152,6 +152,32 @@ TEST_CASE("average acceleration moves x by the mean of both velocities, pulse an
   }
 }
 
+TEST_CASE("four times the mass on four times the stiffness and damping moves alike, by every method") {
+  const auto scene_of = [](Method method, double times) {
+    Scene scene;
+    scene.method = method;
+    scene.mass = times;
+    scene.add(Spring{.stiffness = {30 * times, 5 * times, times}, .damping = 0.3 * times, .anchor = Vec3{0.1, -0.2, 0.3}});
+    scene.add(Drag{.coefficient = 0.7 * times, .wind = {1, 2, 3}});
+    scene.add(RadialSpring{.stiffness = 12 * times, .damping = 0.4 * times, .anchor = Vec3{0, 2, 0}, .rest_length = 0.5});
+    return scene;
+  };
+  for (const Method method :
+       {Method::combined, Method::exact, Method::average_acceleration, Method::pulse, Method::symplectic_euler}) {
+    CAPTURE(static_cast<int>(method));
+    CHECK(one_particle(scene_of(method, 4), 0.02, 50) == one_particle(scene_of(method, 1), 0.02, 50));
+  }
+}
+
+TEST_CASE("where springs to different anchors balance, a particle stays at rest") {
+  Scene scene;
+  scene.add(Spring{.stiffness = 10.0, .anchor = Vec3{4, 0, 8}});
+  scene.add(Spring{.stiffness = 30.0, .damping = 0.2, .anchor = Vec3{0, 0, -8.0 / 3}});
+  const std::vector<double> after = one_particle(scene, 0.05, 100);  // starts at (1, 0, 0) with (0, 1, 0)
+  CHECK(std::abs(after[0] - 1) <= 1e-13);
+  CHECK(std::abs(after[2]) <= 1e-13);
+}
+
 TEST_CASE_TEMPLATE("fixed particles keep their bits, and their neighbours move as if they moved too", T, float, double) {
   for (const NamedScene& scene : test::all_scenes(count)) {
     Scene pinned = scene.scene, loose = scene.scene;
