@@ -178,6 +178,22 @@ TEST_CASE("where springs to different anchors balance, a particle stays at rest"
   CHECK(std::abs(after[2]) <= 1e-13);
 }
 
+TEST_CASE("where a wind and a spring balance, a particle stays at rest") {
+  Scene scene;
+  scene.add(Spring{.stiffness = 16.0});
+  scene.add(Drag{.coefficient = 2.0, .wind = {8, 0, 0}});
+  CHECK(std::abs(one_particle(scene, 0.05, 100)[0] - 1) <= 1e-13);
+}
+
+TEST_CASE("forces of one kind add up") {
+  Scene many, one;
+  many.add(Spring{.stiffness = 3.0}).add(Constant{.acceleration = {1, 2, 0}}).add(Constant{.acceleration = {0.5, -9, 4}});
+  many.add(Polynomial{.acceleration = {{1, 0, 0}, {0, 2, 0}}}).add(Polynomial{.acceleration = {{0, 0, 1}, {0, 1, 1}, {3, 0, 0}}});
+  one.add(Spring{.stiffness = 3.0}).add(Constant{.acceleration = {1.5, -7, 4}});
+  one.add(Polynomial{.acceleration = {{1, 0, 1}, {0, 3, 1}, {3, 0, 0}}});
+  CHECK(largest_difference(one_particle(many, 0.05, 20), one_particle(one, 0.05, 20)) <= 1e-14);
+}
+
 TEST_CASE_TEMPLATE("fixed particles keep their bits, and their neighbours move as if they moved too", T, float, double) {
   for (const NamedScene& scene : test::all_scenes(count)) {
     Scene pinned = scene.scene, loose = scene.scene;
