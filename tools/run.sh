@@ -8,6 +8,7 @@
 #   tools/run.sh verify [SCENE...]   every instruction set, layout and thread count against the scalar reference
 #   tools/run.sh fuzz [--plain] [SECONDS | --executions N] [TARGET...]   libFuzzer on readers and steps: 60 s a target, or so
 #                                    long, or N in all, with sanitizers; --plain: without them, optimised, many times as fast
+#   tools/run.sh mutants [NAME...]   small faults in the code, one at a time: each must make a test fail (--check: that all still apply)
 #   tools/run.sh tidy [FILE...]      clang-tidy on every source file, or on these
 #   tools/run.sh install PACKAGE...  installs Debian packages, and fails where one cannot be
 # Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing.
@@ -176,6 +177,11 @@ case $action in
     found=0
     for target in "$@"; do fuzz_target "$preset" "$target" "$limit" || found=1; done
     exit $found
+    ;;
+  mutants)
+    packages+=(python3 git)
+    install_missing
+    python3 tests/mutants/run.py "$@"
     ;;
   tidy)
     packages+=(clang clang-tidy libomp-dev)

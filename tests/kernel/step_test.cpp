@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -127,6 +128,72 @@ TEST_CASE("combined: n steps of h are one of n h, to rounding") {
     const std::vector<double> one = one_particle(scene, 0.64, 1);
     CHECK(largest_difference(many, one) <= 5e-13);
   }
+}
+
+TEST_CASE("average acceleration moves x by the mean of both velocities, pulse and symplectic Euler by the new one") {
+  constexpr double h = 0.05;
+  const std::vector<Force> forces = {Spring{.stiffness = 90.0, .damping = 3, .anchor = Vec3{0.25, 0, 0}},
+                                     Polynomial{.acceleration = {{1, 2, 0}, {30, 0, 0}, {0, 400, 0}}},
+                                     Sinusoid{.acceleration = {1, 2, 0}, .angular_frequency = 20, .phase = 0.3}};
+  for (const Force& force : forces) {
+    for (const Method method : {Method::average_acceleration, Method::pulse, Method::symplectic_euler}) {
+      CAPTURE(force.index());
+      CAPTURE(static_cast<int>(method));
+      Scene scene;
+      scene.method = method;
+      scene.add(force);
+      const std::vector<double> after = one_particle(scene, h, 1);
+      const std::array<double, 2> x = {1, 0}, v = {0, 1};
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const double v_after = after[3 + axis];
+        const double speed = method == Method::average_acceleration ? 0.5 * (v[axis] + v_after) : v_after;
+        CHECK(std::abs(after[axis] - (x[axis] + h * speed)) <= 1e-15);
+        CHECK(v_after != v[axis]);
+      }
+    }
+  }
+}
+
+TEST_CASE("four times the mass on four times the stiffness and damping moves alike, by every method") {
+  const auto scene_of = [](Method method, double times) {
+    Scene scene;
+    scene.method = method;
+    scene.mass = times;
+    scene.add(Spring{.stiffness = {30 * times, 5 * times, times}, .damping = 0.3 * times, .anchor = Vec3{0.1, -0.2, 0.3}});
+    scene.add(Drag{.coefficient = 0.7 * times, .wind = {1, 2, 3}});
+    scene.add(RadialSpring{.stiffness = 12 * times, .damping = 0.4 * times, .anchor = Vec3{0, 2, 0}, .rest_length = 0.5});
+    return scene;
+  };
+  for (const Method method :
+       {Method::combined, Method::exact, Method::average_acceleration, Method::pulse, Method::symplectic_euler}) {
+    CAPTURE(static_cast<int>(method));
+    CHECK(one_particle(scene_of(method, 4), 0.02, 50) == one_particle(scene_of(method, 1), 0.02, 50));
+  }
+}
+
+TEST_CASE("where springs to different anchors balance, a particle stays at rest") {
+  Scene scene;
+  scene.add(Spring{.stiffness = 10.0, .anchor = Vec3{4, 0, 8}});
+  scene.add(Spring{.stiffness = 30.0, .damping = 0.2, .anchor = Vec3{0, 0, -8.0 / 3}});
+  const std::vector<double> after = one_particle(scene, 0.05, 100);  // starts at (1, 0, 0) with (0, 1, 0)
+  CHECK(std::abs(after[0] - 1) <= 1e-13);
+  CHECK(std::abs(after[2]) <= 1e-13);
+}
+
+TEST_CASE("where a wind and a spring balance, a particle stays at rest") {
+  Scene scene;
+  scene.add(Spring{.stiffness = 16.0});
+  scene.add(Drag{.coefficient = 2.0, .wind = {8, 0, 0}});
+  CHECK(std::abs(one_particle(scene, 0.05, 100)[0] - 1) <= 1e-13);
+}
+
+TEST_CASE("forces of one kind add up") {
+  Scene many, one;
+  many.add(Spring{.stiffness = 3.0}).add(Constant{.acceleration = {1, 2, 0}}).add(Constant{.acceleration = {0.5, -9, 4}});
+  many.add(Polynomial{.acceleration = {{1, 0, 0}, {0, 2, 0}}}).add(Polynomial{.acceleration = {{0, 0, 1}, {0, 1, 1}, {3, 0, 0}}});
+  one.add(Spring{.stiffness = 3.0}).add(Constant{.acceleration = {1.5, -7, 4}});
+  one.add(Polynomial{.acceleration = {{1, 0, 1}, {0, 3, 1}, {3, 0, 0}}});
+  CHECK(largest_difference(one_particle(many, 0.05, 20), one_particle(one, 0.05, 20)) <= 1e-14);
 }
 
 TEST_CASE_TEMPLATE("fixed particles keep their bits, and their neighbours move as if they moved too", T, float, double) {

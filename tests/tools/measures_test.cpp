@@ -118,6 +118,20 @@ TEST_CASE("a grid's energy counts every one of its springs once") {
   CHECK(is_close(energy(file, state), 0.5 * (structural + 100 * shear + 10000 * bend), 1e-12));
 }
 
+TEST_CASE("a grid whose edges are not at right angles stores energy in each of its diagonals") {
+  // Stretched twofold: a spring of rest length l is stretched by l. The diagonals are (1.5, 0, 1) and (-0.5, 0, 1).
+  SceneFile file;
+  file.particles.count = 4;
+  file.scene.add(Network(Grid{.rows = 2, .columns = 2, .edge_u = {1, 0, 0}, .edge_v = {0.5, 0, 1}, .shear = 8}));
+  Soa<double> memory(4);
+  auto state = memory.view();
+  for (std::size_t i = 0; i < 4; ++i) {
+    state.x[0][i] = 2 * static_cast<double>(i % 2) + static_cast<double>(i / 2);
+    state.x[2][i] = 2 * static_cast<double>(i / 2);
+  }
+  CHECK(energy(file, state) == doctest::Approx(0.5 * 8 * (3.25 + 1.25)).epsilon(1e-14));
+}
+
 TEST_CASE("energy of many particles is summed without loss") {
   constexpr std::size_t count = 1000001;
   Soa<float> memory(count);

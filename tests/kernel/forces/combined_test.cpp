@@ -110,6 +110,12 @@ TEST_CASE("sinusoid: free, forced, resonant and nearly so") {
   MESSAGE("one step " << one.worst() << ", 50 steps " << many.worst());
 }
 
+TEST_CASE("polynomial: the power of tau that stands last is expanded about a later time by its binomial coefficients") {
+  Polynomial8 last{};
+  last.back() = 1;  // (2 + tau)^7
+  CHECK(shift(last, Clock{2, 0}) == Polynomial8{128, 448, 672, 560, 280, 84, 14, 1});
+}
+
 TEST_CASE("polynomial: in one step, and expanded anew at every step") {
   const Oracle oracle("poly1d.csv");
   Errors one, many;

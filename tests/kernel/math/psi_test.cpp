@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "forces/flow.hpp"
 #include "support/oracle.hpp"
 #include "support/ulp.hpp"
 
@@ -93,4 +94,35 @@ TEST_CASE("psi in lanes runs backwards too") {
   }
   MESSAGE("worst error / max(16,z,q) eps: " << error.worst());
   CHECK(error.worst() <= 2);
+}
+
+namespace {
+
+bool is_near(double a, double b) { return std::abs(a - b) <= 1e-13 * std::abs(b); }
+
+}  // namespace
+
+TEST_CASE("psi of a stiffness or a damping beyond 2^100 is the motion that follows its force at once") {
+  constexpr double far = 0x1p+110;
+  // w y = s^(k-2)/(k-2)!, at the end of the unit of time
+  const PsiTable stiff = flow(far, 0.0, 6);
+  CHECK(is_near(stiff[4].value(), 1 / (2 * far)));
+  CHECK(is_near(stiff[5].value(), 1 / (6 * far)));
+  CHECK(is_near(stiff[6].value(), 1 / (24 * far)));
+  // q y' + w y = s^(k-2)/(k-2)! with w = q: y' + y = s^(k-2)/((k-2)! q), and of a pulse y = exp(-s)/q
+  const PsiTable damped = flow(far, far, 3);
+  const double decay = std::exp(-1.0);
+  CHECK(is_near(damped[1].value(), decay / far));
+  CHECK(is_near(damped[2].value(), (1 - decay) / far));
+  CHECK(is_near(damped[3].value(), decay / far));
+}
+
+TEST_CASE("a force that swings, on a damping beyond 2^50, moves as the force over the damping") {
+  // y' = exp(i theta s)/q
+  constexpr double q = 0x1p+60, theta = 1.2;
+  const Forced forced = forced_flow(0.0, q, theta);
+  CHECK(is_near(forced.velocity.re.value(), std::cos(theta) / q));
+  CHECK(is_near(forced.velocity.im.value(), std::sin(theta) / q));
+  CHECK(is_near(forced.position.re.value(), std::sin(theta) / (theta * q)));
+  CHECK(is_near(forced.position.im.value(), (1 - std::cos(theta)) / (theta * q)));
 }

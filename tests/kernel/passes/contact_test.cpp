@@ -9,6 +9,8 @@
 #include <numbers>
 #include <random>
 
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/plan.hpp"
 #include "kernel/passes/particles.hpp"
 #include "support/oracle.hpp"
 
@@ -514,6 +516,30 @@ TEST_CASE_TEMPLATE("dips within a step", T, float, double) {
       CHECK((std::abs(static_cast<double>(end.x[1]) - 0.01) < 1e-6) == !finds);
     }
   });
+}
+
+// Above the floor all the way; a parabola through its ends and its first velocity would dip into it.
+TEST_CASE("a path that bends too much for a parabola is not taken for one that dips into a surface") {
+  const auto height_after = [](const Force& force, Method method, double y, double v) {
+    Scene scene;
+    scene.method = method;
+    scene.add(force);
+    scene.add(floor_with(1));
+    Soa<double> memory(1);
+    State<double> state = memory.view();
+    state.x[1][0] = y;
+    state.v[1][0] = v;
+    compile<double>(scene, {.step = 1})->step(state);
+    return state.x[1][0];
+  };
+  // Drag of 5/s: y = 1 - 4 (1 - exp(-5))/5
+  for (const Method method : {Method::combined, Method::exact}) {
+    CHECK(std::abs(height_after(Drag{.coefficient = 5.0}, method, 1, -4) - (1 + 0.8 * std::expm1(-5.0))) <= 1e-14);
+  }
+  // A spring of 4 rad/s, whose lowest point is 0.01 m above the floor: y = 1 + 0.99 cos(4 t + 2)
+  const Spring spring{.stiffness = 16.0, .anchor = Vec3{0, 1, 0}};
+  const double y = 1 + 0.99 * std::cos(2.0), v = -4 * 0.99 * std::sin(2.0);
+  CHECK(std::abs(height_after(spring, Method::combined, y, v) - (1 + 0.99 * std::cos(6.0))) <= 1e-13);
 }
 
 TEST_CASE_TEMPLATE("inside and outside of spheres", T, float, double) {

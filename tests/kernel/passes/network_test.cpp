@@ -241,6 +241,17 @@ TEST_CASE("network: a grid and the list of its springs give the same bits where 
   }
 }
 
+TEST_CASE("network: a grid whose edges are not at right angles has two kinds of diagonals, as the list of its springs has") {
+  Joined skewed = test::sheet(7, 19, 50);
+  std::get<Grid>(skewed.scene.networks[0]).edge_v = {0.4, 0, 1};
+  for (std::size_t i = 0; i < skewed.x.size(); ++i) skewed.x[i][0] += 0.4 * skewed.x[i][2];
+  const Joined grid = with(skewed, {.scheme = Scheme::leapfrog, .substeps = 40});
+  for (const Isa isa : {Isa::reference, best_isa()}) {
+    const Run run{.isa = isa};
+    CHECK(test::difference(stepped<double>(grid, run, 3), stepped<double>(test::as_list(grid), run, 3)) == "");
+  }
+}
+
 TEST_CASE("network: one call of five steps is five calls of one") {
   for (const Coupling& coupling : all_schemes) {
     Joined joined = with(test::sheet(9, 20, 50, 0.001), coupling);
@@ -769,6 +780,49 @@ TEST_CASE("network: the plan knows the highest frequency and refuses fewer sub-s
   CHECK(compile<double>(joined.scene, {.step = joined.step, .unstable = Unstable::allowed}, batch.view()).has_value());
   joined.scene.coupling.scheme = Scheme::sequential;
   CHECK(compile<double>(joined.scene, {.step = joined.step}, batch.view()).has_value());
+}
+
+namespace {
+
+NetworkLimit limit_of(const Joined& joined) {
+  Batch<double> batch(Layout::soa, joined.x.size());
+  test::place(joined, batch.view());
+  return *plan_of(joined, {}, batch.view()).network_limit();
+}
+
+}  // namespace
+
+TEST_CASE("network: the bound holds what any position may reach: of a star, and of a grid as of the list of its springs") {
+  // Three masses on springs of stiffness k to a fourth one in their middle: omega_max = sqrt(4 k/m).
+  Joined star;
+  star.x = {{1, 0, 0}, {-0.5, 0.8, 0}, {-0.5, -0.8, 0}, {0, 0, 0}};
+  star.v.assign(4, {});
+  star.scene.add(Network(Springs{.pairs = {{0, 3}, {1, 3}, {2, 3}}, .stiffness = 900.0, .rest_length = 0.0}));
+  CHECK(limit_of(star).bound >= 60 * (1 - 1e-9));
+  const Joined sheet = test::sheet(9, 14, 50);
+  CHECK(limit_of(sheet).bound >= limit_of(test::as_list(sheet)).bound / 1.02);
+}
+
+TEST_CASE("network: a sheet that hangs free is held to what its start asks for and a margin") {
+  Joined sheet = test::sheet(9, 14, 50);
+  std::get<Grid>(sheet.scene.networks[0]).shear = 0;  // flat, its rows and columns do not feel each other; folded they do
+  sheet.step = 1e-4;
+  const NetworkLimit slow = limit_of(sheet);
+  sheet.step = 8.9 * slow.limit / slow.frequency;
+  CHECK(limit_of(sheet).fewest == 10);  // 8.9 / 0.93 = 9.57
+  CHECK(limit_of(sheet).safe > 10);
+}
+
+TEST_CASE("network: a damped pair is stable with as many sub-steps as the plan says") {
+  // w_a + w_b = 2/kg, c = 1000 kg/s: a sub-step takes away 2000/s of the speed, which must be below 2.
+  Joined pair;
+  pair.x = {{0, 0, 0}, {1, 0, 0}};
+  pair.v = {{0, 0, 0}, {3, 0, 0}};
+  pair.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 1e-6, .rest_length = 1.0, .damping = 1000}));
+  CHECK(limit_of(pair).safe == 17);  // 2000 / 60 / 2 = 16.7
+  const auto after = stepped<double>(pair, {}, 60);
+  CHECK(std::abs(v(after, 1, 0) - v(after, 0, 0)) < 1e-3);
+  CHECK(std::abs(v(after, 1, 0) + v(after, 0, 0) - 3) < 1e-12);
 }
 
 TEST_CASE("network: what is wrong is named") {

@@ -6,7 +6,11 @@
 #include <cstdint>
 #include <limits>
 #include <random>
+#include <utility>
+#include <vector>
 
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/plan.hpp"
 #include "forces/radial_spring.hpp"
 #include "kernel/passes/particles.hpp"
 
@@ -162,6 +166,75 @@ TEST_CASE_TEMPLATE("a spring without a direction does nothing", T, float, double
       for (std::size_t k = 0; k < 3; ++k) CHECK(std::isfinite(particles.at(2).x[k] + particles.at(2).v[k]));
     }
   });
+}
+
+namespace {
+
+Plan<double> plan_of(const Scene& scene, double h) { return std::move(*compile<double>(scene, {.step = h})); }
+
+// Puts particle i near the springs' anchors; the number says where.
+void place(const State<double>& state, std::size_t i, std::size_t number) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    state.x[axis][i] = std::sin(0.7 * static_cast<double>(number) + static_cast<double>(axis));
+    state.v[axis][i] = std::cos(0.7 * static_cast<double>(number) - 2 * static_cast<double>(axis));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("two damped springs run back to the start: after the kick their damping comes in reverse order") {
+  Scene scene;
+  scene.add(RadialSpring{.stiffness = 30.0, .damping = 2, .anchor = Vec3{2, 0, 0}, .rest_length = 0.5});
+  scene.add(RadialSpring{.stiffness = 20.0, .damping = 1, .anchor = Vec3{0, 2, 1}, .rest_length = 1.0});
+  Soa<double> memory(1), at_start(1);
+  State<double> state = memory.view();
+  const State<double> start = at_start.view();
+  place(state, 0, 1);
+  place(start, 0, 1);
+  plan_of(scene, 1.0 / 60).step(state, 60);
+  CHECK(std::abs(state.x[0][0] - start.x[0][0]) > 0.01);
+  plan_of(scene, -1.0 / 60).step(state, 60);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    CHECK(std::abs(state.x[axis][0] - start.x[axis][0]) <= 1e-11);
+    CHECK(std::abs(state.v[axis][0] - start.v[axis][0]) <= 1e-11);
+  }
+}
+
+TEST_CASE("radial springs of particles that differ move each as a plan of its own would move it") {
+  constexpr std::size_t n = 19;
+  constexpr double h = 1.0 / 60;
+  std::vector<double> each(n);
+  for (std::size_t i = 0; i < n; ++i) each[i] = 0.5 + 0.2 * static_cast<double>(i);
+  // One of mass, stiffness and rest length differs from particle to particle.
+  const auto scene_of = [](Method method, std::size_t which, const Scalars& values) {
+    Scene scene;
+    scene.method = method;
+    scene.mass = which == 0 ? values : Scalars(2.0);
+    scene.add(RadialSpring{.stiffness = which == 1 ? values : Scalars(30.0),
+                           .damping = 0.7,
+                           .anchor = Vec3{2, 0, 1},
+                           .rest_length = which == 2 ? values : Scalars(1.0)});
+    return scene;
+  };
+  for (const Method method : {Method::combined, Method::exact, Method::average_acceleration, Method::pulse}) {
+    for (const std::size_t which : {0U, 1U, 2U}) {
+      CAPTURE(which);
+      Soa<double> memory(n), single(1);
+      State<double> all = memory.view(), one = single.view();
+      for (std::size_t i = 0; i < n; ++i) place(all, i, i);
+      const auto together = compile(scene_of(method, which, each), {.step = h}, all);
+      REQUIRE(together);
+      together->step(all, 5);
+      for (std::size_t i = 0; i < n; ++i) {
+        place(one, 0, i);
+        plan_of(scene_of(method, which, each[i]), h).step(one, 5);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          CHECK(all.x[axis][i] == one.x[axis][0]);
+          CHECK(all.v[axis][i] == one.v[axis][0]);
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE_TEMPLATE("every table has the scalar twin's bits of radial springs", T, float, double) {

@@ -1,0 +1,323 @@
+#!/usr/bin/env python3
+"""Puts one small fault after another into the code, and asks of each that a test fails. The faults stand in tests/mutants/list.
+
+  tools/run.sh mutants [ID...]   all faults, or the named ones anew; an interrupted run goes on where it ended
+  tools/run.sh mutants --check   only that each place of the list is found exactly once
+
+All faults are compiled into one copy of the tree (build/mutants/source): a place becomes
+`(dvdx_mutant(number) ? (fault) : (original))`, and the environment variable DVDX_MUTANT says which fault is active. With none
+active every test must pass, the golden hashes among them. Verdicts are kept in build/mutants/results.json, for as long as
+neither the tree nor the fault changes.
+"""
+
+import concurrent.futures
+import hashlib
+import json
+import os
+import re
+import resource
+import subprocess
+import sys
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+LIST = ROOT / "tests/mutants/list"
+WORK = ROOT / "build/mutants"
+SOURCE = WORK / "source"
+BUILD = WORK / "build"
+RESULTS = WORK / "results.json"
+
+HEADER = """#pragma once
+#include <cstdlib>
+
+inline const long dvdx_active_mutant = [] {
+  const char* number = std::getenv("DVDX_MUTANT");
+  return number ? std::atol(number) : 0L;
+}();
+
+constexpr bool dvdx_mutant(long number) noexcept { return !__builtin_is_constant_evaluated() && dvdx_active_mutant == number; }
+"""
+
+
+class Stale(Exception):
+    """An entry of the list that does not fit the code."""
+
+
+@dataclass
+class Place:
+    file: str  # the end of its path: names one tracked file
+    text: str  # code with «original → fault» in it
+
+
+@dataclass
+class Mutant:
+    id: str
+    kind: str
+    tests: list  # test files, nearest first
+    equivalent: str = ""  # why no test can fail
+    places: list = field(default_factory=list)
+
+    def number(self):
+        return 1 + zlib.crc32(self.id.encode()) % 0x7FFFFFFE
+
+    def hash(self):
+        return hashlib.sha256(repr((self.id, self.places)).encode()).hexdigest()[:16]
+
+
+def read_list():
+    mutants, tests = [], []
+    for number, line in enumerate(LIST.read_text(encoding="utf-8").splitlines(), 1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        if line.startswith("tests:"):
+            tests = line.split()[1:]
+        elif line.startswith("equivalent:"):
+            mutants[-1].equivalent = line.partition(":")[2].strip()
+        elif line.startswith("    "):
+            place = mutants[-1].places[-1]
+            place.text = f"{place.text}\n{line.strip()}" if place.text else line.strip()
+        elif line.startswith("  "):
+            mutants[-1].places.append(Place(line.strip(), ""))
+        elif re.fullmatch(r"[\w.]+ \| \w+", line):
+            mutants.append(Mutant(*line.split(" | "), tests))
+        else:
+            raise Stale(f"line {number} is none of the list's forms: {line}")
+    ids = [mutant.id for mutant in mutants]
+    for id in ids:
+        if ids.count(id) > 1 or not mutants[ids.index(id)].places:
+            raise Stale(f"{id}: stands twice or has no place")
+    return mutants
+
+
+def tracked_files():
+    command = ["git", "ls-files", "-co", "--exclude-standard"]
+    listed = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True)
+    return [path for path in listed.stdout.splitlines() if (ROOT / path).is_file()]
+
+
+def exactly(text):
+    """The pattern of a text in which any white space stands for any other."""
+    return r"\s+".join(re.escape(word) for word in text.split())
+
+
+def find(mutant, place, files):
+    """Where a place lies: its file, and the span that is replaced, and by what."""
+    paths = [path for path in files if f"/{path}".endswith(f"/{place.file}") and not path.startswith("tests/")]
+    if len(paths) != 1:
+        raise Stale(f"{mutant.id}: {len(paths)} files are called {place.file}")
+    parts = re.fullmatch(r"(.*)«(.*?)\s→\s?(.*)»(.*)", place.text, re.DOTALL)
+    if not parts:
+        raise Stale(f"{mutant.id}: no «original → fault» in: {place.text}")
+    before, original, fault, after = parts.groups()
+    pattern = [exactly(before), f"({exactly(original)})", exactly(after)]
+    for i, gap in ((1, before[-1:]), (2, after[:1])):
+        if gap.isspace():
+            pattern[i] = r"\s+" + pattern[i]
+    matches = list(re.finditer("".join(pattern), (ROOT / paths[0]).read_text(encoding="utf-8")))
+    if len(matches) != 1:
+        raise Stale(f"{mutant.id}: found {len(matches)} times in {paths[0]}: {place.text}")
+    begin, end = matches[0].span(1)
+    condition = f"dvdx_mutant({mutant.number()})"
+    if original.endswith((";", "}")):  # statements
+        return paths[0], begin, end, f"if ({condition}) {{ {fault} }} else {{ {original} }}"
+    return paths[0], begin, end, f"({condition} ? ({fault}) : ({original}))"
+
+
+def with_faults(mutants, files):
+    """The text of each file with all faults in it, by path; and every stale entry."""
+    found, stale = {}, []
+    for mutant in mutants:
+        for place in mutant.places:
+            try:
+                path, begin, end, text = find(mutant, place, files)
+                found.setdefault(path, []).append((begin, end, text, mutant.id))
+            except Stale as error:
+                stale.append(str(error))
+    texts = {}
+    for path, spans in found.items():
+        text = (ROOT / path).read_text(encoding="utf-8")
+        limit = len(text)
+        for begin, end, replacement, id in sorted(spans, reverse=True):
+            if end > limit:
+                stale.append(f"{id}: overlaps another fault of {path}")
+            text = text[:begin] + replacement + text[end:]
+            limit = begin
+        texts[path] = text
+    return texts, stale
+
+
+def write(path, content):
+    """Leaves a file alone that is as it shall be, so that it is not compiled anew."""
+    if not path.is_file() or path.read_bytes() != content:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
+def copy_tree(texts, files):
+    for path in SOURCE.rglob("*"):
+        if path.is_file() and str(path.relative_to(SOURCE)) not in files:
+            path.unlink()
+    for path in files:
+        write(SOURCE / path, texts[path].encode() if path in texts else (ROOT / path).read_bytes())
+        (SOURCE / path).chmod((ROOT / path).stat().st_mode)
+    write(WORK / "mutant.hpp", HEADER.encode())
+
+
+def build():
+    def run(*command):
+        subprocess.run(["cmake", *command], check=True, stdout=sys.stderr)
+
+    # -O1 compiles sooner than what is delivered and gives the same bits.
+    run("-S", SOURCE, "-B", BUILD, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG",
+        f"-DCMAKE_CXX_FLAGS=-include {WORK}/mutant.hpp -w", "-DDVDX_BUILD_BENCH=OFF", "-DDVDX_INSTALL=OFF")
+    run("--build", BUILD, "--parallel", str(os.cpu_count()), "--target", "dvdx_tests", "dvdx_no_allocation")
+
+
+def limited():
+    resource.setrlimit(resource.RLIMIT_AS, (16 << 30, 16 << 30))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30, 1 << 30))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def run_program(arguments, number, seconds):
+    """The exit status of a test program with one fault active (0: none), None at the time limit, and what it said."""
+    environment = {**os.environ, "DVDX_MUTANT": str(number)}
+    process = subprocess.Popen(arguments, cwd=BUILD, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                               preexec_fn=limited, start_new_session=True)
+    try:
+        output = process.communicate(timeout=seconds)[0].decode(errors="replace")
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, 9)
+        return None, process.communicate()[0].decode(errors="replace")
+    return process.returncode, output
+
+
+def failure(arguments, number, seconds):
+    """Which test failed; "" if all passed."""
+    status, output = run_program(arguments, number, seconds)
+    if status == 0:
+        return ""
+    if status is None:
+        return f"time limit of {seconds:.0f} s"
+    error = re.search(r"(\w+)\.cpp:\d+: (?:FATAL )?ERROR: ", output)
+    if not error:
+        return f"{Path(arguments[0]).name}: exit status {status}"
+    cases = re.findall(r"^TEST CASE:\s+(.*)$", output[: error.start()], re.MULTILINE)  # those before it only say something
+    return f"{error.group(1)}: {cases[-1].strip() if cases else '?'}"
+
+
+TESTS = [str(BUILD / "tests/dvdx_tests"), "--no-intro", "--no-version"]
+ALLOCATIONS = [str(BUILD / "tests/dvdx_no_allocation")]
+SLOW = 1.0  # seconds of a test case without a fault
+
+
+def unmutated():
+    """Runs everything without a fault, which must pass: how long that takes, and which test cases are slow."""
+    status, output = run_program(TESTS + ["--duration=true"], 0, 3600)
+    if status != 0 or failure(ALLOCATIONS, 0, 3600):
+        sys.exit(output[-4000:] + "\nwithout a fault a test fails")
+    cases = [(name, float(seconds)) for seconds, name in re.findall(r"^([0-9.]+) s: (.*)$", output, re.MULTILINE)]
+    slow = [name for name, seconds in cases if seconds > SLOW]
+    return {"slow": slow, "seconds": sum(seconds for name, seconds in cases),
+            "fast_seconds": sum(seconds for name, seconds in cases if name not in slow)}
+
+
+def programs(tests, baseline):
+    """Test programs and the seconds that each may take. First the test files nearest to the fault, then all, both without the
+    slow cases; then those; then the counted allocations. The golden hashes come last: they know that bits have changed, and not
+    what is right."""
+    program = TESTS + ["--abort-after=1"]
+    others = ["--source-file-exclude=*/golden_test.cpp"]
+    slow = ",".join(name.replace(",", "?") for name in baseline["slow"])  # a comma ends a filter, ? is any character
+    short, long = 60 + 6 * baseline["fast_seconds"], 60 + 6 * baseline["seconds"]
+    yield program + [f"--test-case-exclude={slow}", "--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)], short
+    yield program + [f"--test-case-exclude={slow}", *others], short
+    yield program + [f"--test-case={slow}", *others], long
+    yield ALLOCATIONS, short
+    yield program + ["--source-file=*/golden_test.cpp"], short
+
+
+def verdict(mutant, baseline):
+    for arguments, seconds in programs(mutant.tests, baseline):
+        found = failure(arguments, mutant.number(), seconds)
+        if found:
+            return found
+    return ""
+
+
+def tree_hash(files):
+    digest = hashlib.sha256()
+    for path in files:
+        if path.startswith(("kernel/", "layouts/", "tools/", "tests/")) and not path.startswith("tests/mutants/"):
+            digest.update(path.encode() + b"\0" + (ROOT / path).read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def read_results(tree):
+    results = json.loads(RESULTS.read_text()) if RESULTS.is_file() else {}
+    return results if results.get("tree") == tree else {"tree": tree, "verdicts": {}}
+
+
+def show(mutants, results):
+    caught = survived = equivalent = 0
+    for mutant in mutants:
+        result = results["verdicts"].get(mutant.hash())
+        if result is None:
+            continue
+        text = result["test"]
+        if text:
+            caught += 1
+        elif mutant.equivalent:
+            equivalent += 1
+            text = f"equivalent: {mutant.equivalent}"
+        else:
+            survived += 1
+            text = "SURVIVED"
+        print(f"{mutant.id:36} {mutant.kind:10} {text}")
+    print(f"{caught + survived + equivalent} faults of {len(mutants)}: {caught} caught, {survived} survived, "
+          f"{equivalent} explained")
+    return caught >= 0.95 * len(mutants) and survived == 0
+
+
+def main(arguments):
+    mutants, files = read_list(), tracked_files()
+    texts, stale = with_faults(mutants, files)
+    if stale:
+        raise Stale("\n  ".join(stale))
+    print(f"{len(mutants)} faults at {sum(len(mutant.places) for mutant in mutants)} places, each found once")
+    if arguments == ["--check"]:
+        return
+    unknown = set(arguments) - {mutant.id for mutant in mutants}
+    if unknown:
+        sys.exit("no such fault: " + " ".join(sorted(unknown)))
+
+    copy_tree(texts, files)
+    build()
+    results = read_results(tree_hash(files))
+    if "unmutated" not in results:
+        results["unmutated"] = unmutated()
+    baseline = results["unmutated"]
+    is_wanted = lambda mutant: mutant.id in arguments if arguments else mutant.hash() not in results["verdicts"]
+    todo = [mutant for mutant in mutants if is_wanted(mutant)]
+    print(f"no fault active: every test passes, {baseline['seconds']:.0f} s; {len(todo)} faults to run", flush=True)
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        runs = {pool.submit(verdict, mutant, baseline): mutant for mutant in todo}
+        for run in concurrent.futures.as_completed(runs):
+            mutant = runs[run]
+            results["verdicts"][mutant.hash()] = {"id": mutant.id, "test": run.result()}
+            write(RESULTS, json.dumps(results, indent=1).encode())
+            print(f"{mutant.id:36} {run.result() or '-'}", flush=True)
+    print()
+    if not show(mutants, results) and not arguments:
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except Stale as error:
+        sys.exit(f"tests/mutants/list does not fit the code:\n  {error}")
+    except subprocess.CalledProcessError:
+        sys.exit(f"the copy with all faults in it cannot be built: see above, and {SOURCE}")
