@@ -145,17 +145,21 @@ double doubling_steps(double radius) {
 // rounding of the coefficients' sums makes a radius of one look like 1 + 1e-16
 constexpr double rounding = 1e-12;
 
-// The largest step that does not grow, between h and a thousandth of it; 0 where even that one does.
+// The largest step that does not grow, between h and a thousandth of it; 0 where there is none. At a limit growth sets in at
+// once; what grows with a power of the step (several exact springs: its cube) grows at every step, however little.
 double stable_step(const Scene& scene, std::span<const Vec3> start, Worst at, double h) {
-  const auto is_stable = [&](double step) {
+  constexpr double onset = 1e-9;
+  const auto growth = [&](double step) {
     const System system(scene, start, step);
-    return spectral_radius(step_matrix(scene, system, at.axis, at.particle, step)) <= 1 + rounding;
+    return spectral_radius(step_matrix(scene, system, at.axis, at.particle, step)) - 1;
   };
+  const auto is_stable = [&](double step) { return growth(step) <= rounding; };
   double low = h / 1000;
   if (!is_stable(low)) return 0;
   double high = h;
   for (int i = 0; i < 40; ++i) (is_stable((low + high) / 2) ? low : high) = (low + high) / 2;
-  return low;
+  const double beyond = std::abs(1.1 * low) < std::abs(h) ? 1.1 * low : h;
+  return growth(beyond) > onset ? low : 0;
 }
 
 std::string describe_forces(const Scene& scene, const System& system) {
@@ -282,7 +286,7 @@ std::string describe_other_schemes(const Joints<T>& joints) {
   std::string words;
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
     if (joints.coupling.scheme == scheme) continue;
-    const int substeps = joints.safe_substeps({.scheme = scheme});
+    const int substeps = joints.chosen_substeps({.scheme = scheme});
     const std::int64_t pulses = scheme == Scheme::fourth_order ? 6 : 1;
     words += "             " + std::string(name(scheme)) + " would take " + std::to_string(substeps) + " sub-steps, " +
              std::to_string(substeps * pulses) + " pulses a step\n";

@@ -18,7 +18,7 @@ using test::Layout;
 using test::NamedScene;
 
 constexpr std::size_t count = 5;
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double quiet_nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double inf = std::numeric_limits<double>::infinity();
 
 struct Bad {
@@ -55,42 +55,43 @@ std::vector<Bad> bad_scenes() {
   std::vector<Bad> list = {
       {"mass", "0", positive, with_mass(0.0)},
       {"mass", "-1.5", positive, with_mass(-1.5)},
-      {"mass", "nan", positive, with_mass(nan)},
+      {"mass", "nan", positive, with_mass(quiet_nan)},
       {"mass", "inf", positive, with_mass(inf)},
       {"mass[3]", "0", positive, with_mass(std::vector<double>{1, 2, 3, 0, 5})},
       {"mass", "4 values", each, with_mass(std::vector<double>{1, 2, 3, 4})},
-      {"forces[1].acceleration[1]", "nan", finite, with_force(Constant{.acceleration = {0, nan, 0}})},
+      {"forces[1].acceleration[1]", "nan", finite, with_force(Constant{.acceleration = {0, quiet_nan, 0}})},
       {"forces[1].acceleration", "0 terms", "1 to 8 terms", with_force(Polynomial{})},
       {"forces[1].acceleration", "9 terms", "1 to 8 terms", with_force(Polynomial{.acceleration = std::vector<Vec3>(9)})},
       {"forces[1].acceleration[1][2]", "-inf", finite, with_force(Polynomial{.acceleration = {{}, {0, 0, -inf}}})},
       {"forces[1].acceleration[0]", "inf", finite, with_force(Sinusoid{.acceleration = {inf, 0, 0}})},
-      {"forces[1].angular_frequency", "nan", finite, with_force(Sinusoid{.angular_frequency = nan})},
+      {"forces[1].angular_frequency", "nan", finite, with_force(Sinusoid{.angular_frequency = quiet_nan})},
       {"forces[1].phase", "inf", finite, with_force(Sinusoid{.phase = inf})},
       {"forces[1].stiffness", "-40", non_negative, with_force(Spring{.stiffness = -40.0})},
       {"forces[1].stiffness", "inf", non_negative, with_force(Spring{.stiffness = inf})},
       {"forces[1].stiffness[2]", "-1", non_negative, with_force(Spring{.stiffness = {1, 2, -1}})},
-      {"forces[1].stiffness[4]", "nan", non_negative, with_force(Spring{.stiffness = std::vector<double>{1, 2, 3, 4, nan}})},
+      {"forces[1].stiffness[4]", "nan", non_negative,
+       with_force(Spring{.stiffness = std::vector<double>{1, 2, 3, 4, quiet_nan}})},
       {"forces[1].stiffness", "1 values", each, with_force(Spring{.stiffness = std::vector<double>{1}})},
       {"forces[1].damping", "-0.1", non_negative, with_force(Spring{.damping = -0.1})},
-      {"forces[1].anchor[0]", "nan", finite, with_force(Spring{.anchor = Vec3{nan, 0, 0}})},
+      {"forces[1].anchor[0]", "nan", finite, with_force(Spring{.anchor = Vec3{quiet_nan, 0, 0}})},
       {"forces[1].anchor", "2 values", each, with_force(Spring{.anchor = std::vector<Vec3>(2)})},
       {"forces[1].anchor[1][2]", "inf", finite, with_force(Spring{.anchor = std::vector<Vec3>{{}, {0, 0, inf}, {}, {}, {}}})},
       {"forces[1].stiffness", "-2", non_negative, with_force(RadialSpring{.stiffness = -2.0})},
-      {"forces[1].damping", "nan", non_negative, with_force(RadialSpring{.damping = nan})},
+      {"forces[1].damping", "nan", non_negative, with_force(RadialSpring{.damping = quiet_nan})},
       {"forces[1].rest_length", "-1", non_negative, with_force(RadialSpring{.rest_length = -1.0})},
       {"forces[1].coefficient", "-0.5", non_negative, with_force(Drag{.coefficient = -0.5})},
       {"forces[1].coefficient[0]", "inf", non_negative, with_force(Drag{.coefficient = {inf, 0, 0}})},
-      {"forces[1].wind[2]", "nan", finite, with_force(Drag{.wind = {0, 0, nan}})},
+      {"forces[1].wind[2]", "nan", finite, with_force(Drag{.wind = {0, 0, quiet_nan}})},
       {"contacts[0].normal", "[0, 0, 0]", "a vector of finite length > 0", with_contact(Plane{.normal = {0, 0, 0}})},
-      {"contacts[0].normal[0]", "nan", finite, with_contact(Plane{.normal = {nan, 0, 0}})},
+      {"contacts[0].normal[0]", "nan", finite, with_contact(Plane{.normal = {quiet_nan, 0, 0}})},
       {"contacts[0].offset", "inf", finite, with_contact(Plane{.offset = inf})},
       {"contacts[0].restitution", "1.5", unit, with_contact(Plane{.restitution = 1.5})},
       {"contacts[0].restitution", "-0.5", unit, with_contact(Sphere{.restitution = -0.5})},
       {"contacts[0].friction", "-1", "a number >= 0", with_contact(Plane{.friction = -1})},
-      {"contacts[0].viscosity", "nan", "a number >= 0", with_contact(Plane{.viscosity = nan})},
+      {"contacts[0].viscosity", "nan", "a number >= 0", with_contact(Plane{.viscosity = quiet_nan})},
       {"contacts[0].normal_viscosity", "-3", "a number >= 0", with_contact(Sphere{.normal_viscosity = -3})},
       {"contacts[0].radius", "0", positive, with_contact(Sphere{.radius = 0})},
-      {"contacts[0].center[1]", "nan", finite, with_contact(Sphere{.center = {0, nan, 0}})},
+      {"contacts[0].center[1]", "nan", finite, with_contact(Sphere{.center = {0, quiet_nan, 0}})},
       {"fixed[1]", "2", "particle ids in ascending order", with_fixed({2, 2})},
       {"fixed[0]", "5", "a particle id below 5", with_fixed({5})},
   };
@@ -153,9 +154,9 @@ TEST_CASE("bad options are refused in the same way") {
   constexpr const char* step = "a finite number";
   constexpr const char* block = "a multiple of 16 up to 1024, or 0";
   constexpr const char* impacts = "a whole number from 1 to 1000";
-  const BadOptions bads[] = {{"step", "nan", step, {.step = nan}},      {"step", "-inf", step, {.step = -inf}},
-                             {"block", "8", block, {.block = 8}},       {"block", "1040", block, {.block = 1040}},
-                             {"impacts", "0", impacts, {.impacts = 0}}, {"impacts", "1001", impacts, {.impacts = 1001}}};
+  const BadOptions bads[] = {{"step", "nan", step, {.step = quiet_nan}}, {"step", "-inf", step, {.step = -inf}},
+                             {"block", "8", block, {.block = 8}},        {"block", "1040", block, {.block = 1040}},
+                             {"impacts", "0", impacts, {.impacts = 0}},  {"impacts", "1001", impacts, {.impacts = 1001}}};
   for (const BadOptions& bad : bads) {
     const auto plan = compiled<float>(Scene{}, bad.options);
     REQUIRE_FALSE(plan.has_value());
@@ -209,7 +210,7 @@ TEST_CASE_TEMPLATE("set_step makes the plan that compile makes, bit by bit", T, 
 TEST_CASE("a step that cannot be is refused, and the plan stays as it was") {
   auto plan = compiled<double>(with_force(Spring{.stiffness = 3.0}), {.step = 0.1});
   const std::vector<double> before = stepped(*plan);
-  for (const double h : {nan, inf, -inf}) CHECK(plan->set_step(h).error().field == "step");
+  for (const double h : {quiet_nan, inf, -inf}) CHECK(plan->set_step(h).error().field == "step");
   CHECK(plan->step_size() == 0.1);
   CHECK(test::difference(before, stepped(*plan)).empty());
 }

@@ -21,7 +21,7 @@ using namespace dvdx::tool;
 using namespace dvdx::tool::stability;
 
 std::vector<Row> run(const std::vector<Case>& cases) {
-  return run_cases(cases, dvdx::Arithmetic::separate, [](std::size_t) {});
+  return run_cases(cases, [](std::size_t) {});
 }
 
 std::vector<Case> numbered(int number) {
@@ -118,7 +118,11 @@ TEST_CASE("stability: a known miss is shown, passes at its figure, and fails bey
     return run({{.number = 1,
                  .name = "name",
                  .hard = "hard",
-                 .bars = {{.check = check, .limit = 1, .expected = "something", .known_miss = KnownMiss{3, "a reason"}}}}})
+                 .bars = {{.check = check,
+                           .limit = 1,
+                           .unit = "",
+                           .expected = "something",
+                           .known_miss = KnownMiss{3, "a reason"}}}}})
         .front();
   };
   const Row miss = row_of([](Way&) { return of(3); });
@@ -140,7 +144,9 @@ TEST_CASE("stability: a bar for the best instruction set alone runs there, in bo
             .hard = "hard",
             .bars = {{.check = [](Way& way) { return of(way.isa == dvdx::available_isas(way.arithmetic).back() ? 0 : 9); },
                       .limit = 1,
+                      .unit = "",
                       .expected = "something",
+                      .known_miss = {},
                       .runs_on = RunsOn::best_isa}}}})
           .front();
   CHECK(row.passed());

@@ -32,9 +32,9 @@ class Joints {
 
   // Where the scene asks for fewer sub-steps than the start's springs allow.
   [[nodiscard]] std::optional<Error> refusal(Unstable unstable) const;
-  // What another scheme would need to be stable in any position.
-  [[nodiscard]] int safe_substeps(const Coupling& other) const {
-    return substeps_for(scheme_limit(other), step, frequencies.bound, frequencies.damping);
+  // What another scheme would choose for the same springs.
+  [[nodiscard]] int chosen_substeps(const Coupling& other) const {
+    return substeps_for(calm_limit(other), step, frequencies.bound, frequencies.damping);
   }
   [[nodiscard]] double substep() const noexcept { return step / limit.substeps; }  // s
   [[nodiscard]] std::size_t bytes() const noexcept;

@@ -9,6 +9,7 @@
 
 #include "kernel/passes/particles.hpp"
 #include "math/vec3.hpp"
+#include "support/close.hpp"
 
 namespace dvdx::test {
 namespace {
@@ -75,8 +76,8 @@ TEST_CASE_TEMPLATE("Both of Brown's pulses act along the normal of a plane", T, 
         plane.normal = n;
         const auto start = state<T>(scaled(n, 0.02), sum(scaled(along, 3), -2, n));
         const auto [end, free] = with_and_without<T>(kernels, brown(plane, restitution), scaled(n, -9.81), start);
-        const Vec3 pushed = difference(wide(end.x), wide(free.x));
-        const Vec3 kicked = difference(wide(end.v), wide(free.v));
+        const Vec3 pushed = dvdx::difference(wide(end.x), wide(free.x));
+        const Vec3 kicked = dvdx::difference(wide(end.v), wide(free.v));
         CHECK(dot(pushed, n) > 0.01);
         CHECK(dot(kicked, n) > 1.9);
         CHECK(length(tangential(pushed, n)) <= 4 * eps<T> * length(wide(free.x)));
@@ -101,14 +102,14 @@ TEST_CASE_TEMPLATE("Both of Brown's pulses act along the normal of a sphere", T,
       const Vec3 v{-2 * out, 0, 0.5};
       const auto start = state<T>(sum(hit, -hz60 / 4, v), v);
       const auto [end, free] = with_and_without<T>(kernels, brown(sphere, 1), {}, start);
-      CHECK(length(tangential(difference(wide(end.v), wide(free.v)), n)) <= 64 * eps<T> * length(v));
+      CHECK(length(tangential(dvdx::difference(wide(end.v), wide(free.v)), n)) <= 64 * eps<T> * length(v));
       CHECK(is_close(dot(wide(end.v), n), 1.6, 1e-5));
-      const Vec3 way = difference(wide(free.x), hit);
+      const Vec3 way = dvdx::difference(wide(free.x), hit);
       const Vec3 kept = sum(hit, 1, tangential(way, n));
       if (side == Side::outside) {
-        CHECK(length(difference(wide(end.x), kept)) <= 64 * eps<T>);
+        CHECK(length(dvdx::difference(wide(end.x), kept)) <= 64 * eps<T>);
       } else {  // on the tangent plane nothing may stay: it goes straight back to the sphere
-        CHECK(length(difference(wide(end.x), scaled(unit(kept), 0.5))) <= 64 * eps<T>);
+        CHECK(length(dvdx::difference(wide(end.x), scaled(unit(kept), 0.5))) <= 64 * eps<T>);
       }
     }
   });

@@ -145,7 +145,7 @@ TEST_CASE_TEMPLATE("removal marks what the scalar twin marks, whatever is not fi
   for (const RemovalTerms<T>& terms : {all, planes, box, bad}) {
     std::uint64_t some = 0;
     for (std::size_t count = 0; count <= most; ++count) {
-      const Gone wanted = placed(reference_separate.of<T>(), terms, count);
+      const Gone wanted = placed(reference_separate.of<T>().removal, terms, count);
       some |= wanted[0];
       for (const Isa isa : available_isas()) {
         CAPTURE(words(isa, count));
