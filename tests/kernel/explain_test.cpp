@@ -14,10 +14,8 @@
 #include "dvdx/plan.hpp"
 #include "support/close.hpp"
 
+namespace dvdx::test::explaining {
 namespace {
-
-using namespace dvdx;
-using test::is_close;
 
 template <class T>
 std::string explained(const Scene& scene, Options options = {}, const std::vector<Vec3>& start = {}) {
@@ -311,3 +309,5 @@ TEST_CASE("explain: constraints are counted, with their colours and sweeps") {
   CAPTURE(text);
   CHECK(says(text, "constraints  3 in 1 colours"));
 }
+
+}  // namespace dvdx::test::explaining

@@ -16,13 +16,8 @@
 #include "kernel/passes/every_run.hpp"
 #include "support/margin.hpp"
 
+namespace dvdx::test::methods {
 namespace {
-
-using namespace dvdx;
-using test::for_each_run;
-using test::Joined;
-using test::Margin;
-using test::Run;
 
 using Real = long double;
 
@@ -248,3 +243,5 @@ TEST_CASE_TEMPLATE("methods: a force may name its own, and each particle has its
     }
   });
 }
+
+}  // namespace dvdx::test::methods

@@ -14,14 +14,8 @@
 #include "support/margin.hpp"
 #include "support/oracle.hpp"
 
+namespace dvdx::test::oracle_answers {
 namespace {
-
-using namespace dvdx;
-using test::for_each_run;
-using test::Joined;
-using test::Margin;
-using test::Oracle;
-using test::Run;
 
 // Of the motion's scales: what a run of one step may be off by, and one of many. Contracted arithmetic rounds less often and
 // keeps the same bounds.
@@ -542,3 +536,5 @@ TEST_CASE_TEMPLATE("oracles: the time of impact within a step, in free fall, in 
     CHECK_MESSAGE(curved.is_kept(), words << ", " << 8 * sizeof(T) << " bits, drag and springs: " << curved.words());
   });
 }
+
+}  // namespace dvdx::test::oracle_answers

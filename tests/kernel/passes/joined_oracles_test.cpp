@@ -11,14 +11,8 @@
 #include "support/margin.hpp"
 #include "support/oracle.hpp"
 
+namespace dvdx::test::joined_oracles {
 namespace {
-
-using namespace dvdx;
-using test::for_each_run;
-using test::Joined;
-using test::Margin;
-using test::Oracle;
-using test::Run;
 
 constexpr double hz60 = 1.0 / 60;
 
@@ -285,3 +279,5 @@ TEST_CASE_TEMPLATE("oracles: pendulums on a constraint", T, float, double) {
     CHECK_MESSAGE(margin.is_kept(), words << ", " << 8 * sizeof(T) << " bits: " << margin.words());
   });
 }
+
+}  // namespace dvdx::test::joined_oracles

@@ -11,12 +11,8 @@
 #include "kernel/passes/every_run.hpp"
 #include "support/margin.hpp"
 
+namespace dvdx::test::radial_path {
 namespace {
-
-using namespace dvdx;
-using test::for_each_run;
-using test::Joined;
-using test::Run;
 
 using Real = long double;
 using Point = std::array<Real, 3>;
@@ -192,3 +188,5 @@ TEST_CASE("radial path: in float32 as near as its rounding lets it") {
     });
   }
 }
+
+}  // namespace dvdx::test::radial_path
