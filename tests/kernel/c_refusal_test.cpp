@@ -267,7 +267,7 @@ TEST_CASE("Choices that are none are refused by name") {
   CHECK(message(with(Plane{.response = static_cast<Response>(99)}), {}) == "contacts[0].response" + of_2);
   CHECK(message(with(Plane{.sweep = static_cast<Sweep>(99)}), {}) == "contacts[0].sweep" + of_2);
   CHECK(message(with(Sphere{.side = static_cast<Side>(99)}), {}) == "contacts[0].side" + of_2);
-  CHECK(message(with(Distance{.bound = static_cast<Bound>(99)}), {}) ==
+  CHECK(message(with(Distance{.pairs = {}, .bound = static_cast<Bound>(99)}), {}) ==
         "constraints[0].bound is 99: must be a choice from 0 to 2");
   for (int field = 0; field < 4; ++field) {
     dvdx::Scene joined;
