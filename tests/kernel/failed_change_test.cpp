@@ -74,9 +74,9 @@ long fails_without_trace(const Joined& joined, const Change<T>& change) {
   REQUIRE(change(changed).has_value());
   const std::string after = seen(joined, changed);
   CHECK(after != before);
+  Plan<T> plan = plan_of<T>(joined);
   for (long given = 0;; ++given) {
     REQUIRE(given < 100'000);
-    Plan<T> plan = plan_of<T>(joined);
     bool is_done = false;
     allocations_left = given;
     try {
@@ -84,9 +84,15 @@ long fails_without_trace(const Joined& joined, const Change<T>& change) {
     } catch (const std::bad_alloc&) {
     }
     allocations_left.reset();
+    if (is_done) {
+      CHECK(after == seen(joined, plan));
+      return given;
+    }
+    const std::string now = seen(joined, plan);
+    if (before == now) continue;
     CAPTURE(given);
-    CHECK((is_done ? after : before) == seen(joined, plan));
-    if (is_done) return given;
+    CHECK(before == now);
+    return given;
   }
 }
 

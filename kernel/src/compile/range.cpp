@@ -32,6 +32,7 @@ class RangeChecker {
       : scene_(scene), h_(options.step), count_(count.value_or(1)), start_(start), system_(scene, start, options.step) {}
 
   std::optional<Error> all() {
+    if (count_ == 0) return std::nullopt;  // nothing moves
     for (std::size_t i = 0; i < scene_.forces.size() && !error_; ++i) {
       std::visit([&](const auto& force) { check(force, i, element("forces", i)); }, scene_.forces[i]);
     }
