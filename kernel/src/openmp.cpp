@@ -17,7 +17,7 @@ void run(void* context, std::size_t count, ParallelFor::Body body, void* task) {
 }  // namespace
 
 ParallelFor openmp(int threads) {
-  return {.run = run, .context = reinterpret_cast<void*>(static_cast<std::intptr_t>(threads))};
+  return {.run = run, .context = reinterpret_cast<void*>(static_cast<std::intptr_t>(threads))};  // NOLINT(performance-no-int-to-ptr)
 }
 
 }  // namespace dvdx
