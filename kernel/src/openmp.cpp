@@ -17,7 +17,8 @@ void run(void* context, std::size_t count, ParallelFor::Body body, void* task) {
 }  // namespace
 
 ParallelFor openmp(int threads) {
-  return {.run = run, .context = reinterpret_cast<void*>(static_cast<std::intptr_t>(threads))};  // NOLINT(performance-no-int-to-ptr)
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): a context is a pointer
+  return {.run = run, .context = reinterpret_cast<void*>(static_cast<std::intptr_t>(threads))};
 }
 
 }  // namespace dvdx
