@@ -17,6 +17,7 @@ void run(void* context, std::size_t count, ParallelFor::Body body, void* task) {
 }  // namespace
 
 ParallelFor openmp(int threads) {
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): a context is a pointer
   return {.run = run, .context = reinterpret_cast<void*>(static_cast<std::intptr_t>(threads))};
 }
 

@@ -186,7 +186,8 @@ TEST_CASE_TEMPLATE("same bits on every ISA, layout, block and thread count at 10
   check_medium<T>(Arithmetic::contracted, 1023, 65, 2);
 }
 
-TEST_CASE_TEMPLATE("same bits with every layout, block and thread count at 4097 particles", T, float, double) {
+TEST_CASE_TEMPLATE("same bits with every layout, block and thread count at 4097 particles" * doctest::test_suite("threads"), T,
+                   float, double) {
   for (const NamedScene& scene : test::affine_scenes(4097)) {
     if (scene.name != "rate fused" && scene.name != "shear, an anchor each") continue;
     for (const Extras extra : {Extras::none, Extras::radial_contact}) {
@@ -198,7 +199,7 @@ TEST_CASE_TEMPLATE("same bits with every layout, block and thread count at 4097 
   }
 }
 
-TEST_CASE_TEMPLATE("same bits with many particles", T, float, double) {
+TEST_CASE_TEMPLATE("same bits with many particles" * doctest::test_suite("long"), T, float, double) {
   for (const NamedScene& scene : test::affine_scenes(70001)) {
     if (scene.name != "rate drift" && scene.name != "driven fused, an anchor each") continue;
     const NamedScene busy = test::with(scene, Extras::contact);

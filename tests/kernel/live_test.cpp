@@ -292,7 +292,7 @@ TEST_CASE_TEMPLATE("same bits on every ISA, in every layout and in every batch o
   }
 }
 
-TEST_CASE_TEMPLATE("same bits on any number of threads", T, float, double) {
+TEST_CASE_TEMPLATE("same bits on any number of threads" * doctest::test_suite("threads"), T, float, double) {
   constexpr std::size_t capacity = 100'003;
   for (const bool is_of_age_alone : {true, false}) {
     Turnover turnover = everything(capacity, 300'000);
@@ -410,7 +410,8 @@ TEST_CASE("remove takes away what the caller marked, and moves nothing on") {
   CHECK(living.live.state.clock.seconds == 0);
 }
 
-TEST_CASE("one that goes is closed up behind, far from where it was and where no other goes, on any number of threads") {
+TEST_CASE("one that goes is closed up behind, far from where it was and where no other goes, on any number of threads" *
+          doctest::test_suite("threads")) {
   constexpr std::size_t capacity = 300'000;
   const auto plan = make<float>({}, {.emitters = {}, .removal = {}, .capacity = capacity});
   for (const std::size_t threads : {std::size_t{1}, std::size_t{3}}) {

@@ -155,7 +155,8 @@ TEST_CASE("stability measurement: what runs of the library grow by is what the a
 
 TEST_CASE("stability maps: all of them agree, on a coarse grid") {
   std::size_t told = 0;
-  const auto maps = make_maps(Detail::coarse, Arithmetic::separate, [&](std::size_t, std::size_t, const std::string&) { ++told; });
+  const auto maps =
+      make_maps(Detail::coarse, Arithmetic::separate, [&](std::size_t, std::size_t, const std::string&) { ++told; });
   CHECK(told == maps.size());
   for (const GrowthMap& map : maps) {
     const std::string name = map.name + ", " + map.method;

@@ -82,7 +82,7 @@ TEST_CASE("omega h = pi/2, pi, 2 pi keep their energy") {
   }
 }
 
-TEST_CASE("float shears keep their energy over ten million steps") {
+TEST_CASE("float shears keep their energy over ten million steps" * doctest::test_suite("long")) {
   Worst drift;
   for (const double z : {1e-3, 0.01, 0.1, 1.0, 1.6, 2.9}) {
     const ShearF k = paired(undamped(z));

@@ -237,7 +237,7 @@ TEST_CASE("constraint: beside springs in every scheme, the scalar reference's bi
   }
 }
 
-TEST_CASE("constraint: any number of threads gives the same bits, many particles") {
+TEST_CASE("constraint: any number of threads gives the same bits, many particles" * doctest::test_suite("threads")) {
   Joined many = heap(17000);
   many.scene.add(random_pairs(17000, 12000, 5, Bound::equal));
   many.scene.add(random_pairs(17000, 6000, 6, Bound::at_most));

@@ -137,7 +137,7 @@ void check_bits(const Joined& joined, Arithmetic arithmetic) {
 
 }  // namespace
 
-TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in every scheme") {
+TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in every scheme" * doctest::test_suite("long")) {
   for (const Joined& joined : bit_scenes()) {
     for (const Coupling& coupling : all_schemes) {
       if (!is_possible(joined, coupling)) continue;
@@ -211,7 +211,7 @@ TEST_CASE("network: contacts in every flow give the scalar reference's bits") {
   }
 }
 
-TEST_CASE("network: any number of threads gives the same bits, many particles") {
+TEST_CASE("network: any number of threads gives the same bits, many particles" * doctest::test_suite("threads")) {
   Joined joined = test::sheet(140, 150, 5, 0.0001);
   joined.step = 1.0 / 2000;
   for (const Joined& scene : {joined, test::as_list(joined)}) {
@@ -706,7 +706,7 @@ TEST_CASE("network: fixed particles do not move by a bit, and springs between th
   }
 }
 
-TEST_CASE("network: a plan that another thread steps says so") {
+TEST_CASE("network: a plan that another thread steps says so" * doctest::test_suite("threads")) {
   const Joined joined = test::sheet(6, 9, 50);
   Batch<float> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());
