@@ -140,7 +140,7 @@ TEST_CASE("clone: a workspace serves as long as its columns fit, and is refused 
   REQUIRE(plan.set_step(joined.step / 2).has_value());
   CHECK(plan.step(batch.view(), workspace) == StepResult::done);
 
-  Joined other = test::sheet(9, 15, 50);
+  const Joined other = test::sheet(20, 30, 50);
   Batch<float> of_other(Layout::soa, other.x.size());
   test::place(other, of_other.view());
   const Plan<float> other_plan = test::plan_of(other, {.isa = best_isa()}, of_other.view());

@@ -315,7 +315,10 @@ TEST_CASE("stability runs the cases that it is asked for, and writes what it fou
   CHECK(found["cases"][0]["number"] == 24);
   CHECK(found["cases"][3]["number"] == 25);
   CHECK(found["cases"][3]["precision"] == "float32");
-  CHECK(found["cases"][3]["isas"] == found["machine"]["isas"]);
+  // Every instruction set of the machine, and those that fuse once more.
+  const auto& isas = found["cases"][3]["isas"];
+  CHECK(isas.size() >= found["machine"]["isas"].size());
+  for (const auto& isa : found["machine"]["isas"]) CHECK(std::count(isas.begin(), isas.end(), isa) == 1);
   CHECK(json::parse(folder.read("found/stability.json")) == found);
   CHECK(folder.entries() == 2);
 }
