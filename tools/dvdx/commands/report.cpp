@@ -14,6 +14,7 @@
 #include "report/json.hpp"
 #include "report/machine.hpp"
 #include "report/page.hpp"
+#include "report/pictures.hpp"
 #include "report/table.hpp"
 #include "run/threads.hpp"
 #include "scene_io/scene_reader.hpp"
