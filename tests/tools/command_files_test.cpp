@@ -195,8 +195,8 @@ TEST_CASE("escape sequences in a scene or a file's name are shown in text, and k
   const std::string name = "\x1b[31mred\x1b[0m\nverified   yes";
   for (const char* arguments :
        {"run scene.json", "explain scene.json", "verify scene.json", "report scene.json --quick --out .",
-        "tune scene.json --error 0.1", "run 'none\x1b[31m.json'", "run '\x1b[31m.json' --out none/a.csv",
-        "run scene.json --set '\x1b[31m=2'", "'\x1b[31m'", "run scene.json --method '\x1b[31m'"}) {
+        "tune scene.json --error 0.1", "run 'none\x1b[31m.json'", "run '\x1b[31m.json' --out '\x1b[31mnone/a.csv'",
+        "run scene.json --set '\x1b[31m=2'", "run scene.json '\x1b[31m'", "run scene.json --method '\x1b[31m'"}) {
     CAPTURE(std::string(arguments));
     const auto result = run(folder, arguments);
     CHECK_FALSE(contains(result.out + result.err, "\x1b"));
