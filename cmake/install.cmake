@@ -32,5 +32,7 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dvdx-config.cmake ${CMAKE_CURRENT_BINA
         DESTINATION ${DVDX_CMAKEDIR} COMPONENT development)
 
 file(RELATIVE_PATH DVDX_PREFIX_FROM_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+# -ldvdx finds the shared library first where both lie in one folder, with --static too: the archive has a file of its own.
 configure_file(cmake/dvdx.pc.in dvdx.pc @ONLY)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dvdx.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+configure_file(cmake/dvdx-static.pc.in dvdx-static.pc @ONLY)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/dvdx.pc ${CMAKE_CURRENT_BINARY_DIR}/dvdx-static.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # One command from a clone to a result:
-#   tools/run.sh report [SCENE...]   speed against error: a table here, and pictures in report/report.html
+#   tools/run.sh report [SCENE...]   speed against error: a table here; pictures, report.json and, with npm, report.html in report/
 #   tools/run.sh test                every test, and what it covers
 #   tools/run.sh bench [OPTION...]   the bars in one table, then every benchmark (options of Google Benchmark: those alone)
 #   tools/run.sh peers [OPTION...]   hanging cloth beside Bullet, boost::odeint, SUNDIALS and plain loops (--quick, --all, --help)

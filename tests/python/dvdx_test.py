@@ -5,6 +5,7 @@ import importlib.util
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -434,6 +435,15 @@ class Turnover(unittest.TestCase):
             dvdx.LiveState(*lattice(4), count=5)
         with self.assertRaisesRegex(TypeError, "objects"):
             dvdx.LiveState(*lattice(4), carried=[np.empty(4, object)])
+
+
+class Readme(unittest.TestCase):
+    def test_its_python_runs_as_it_stands(self):
+        blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE)
+        self.assertGreater(len(blocks), 0)
+        for block in blocks:
+            script = block + "assert np.isfinite(positions).all() and (positions[:, 1] >= -1e-9).all() and np.any(velocities)\n"
+            subprocess.run([sys.executable, "-B", "-c", script], check=True)
 
 
 class Command(unittest.TestCase):

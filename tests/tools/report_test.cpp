@@ -11,7 +11,6 @@
 #include "report/long_run.hpp"
 #include "report/machine.hpp"
 #include "report/orders.hpp"
-#include "report/page.hpp"
 #include "report/sample.hpp"
 #include "report/summary.hpp"
 #include "report/table.hpp"
@@ -84,9 +83,6 @@ TEST_CASE("every run of a report has what the contract says, and its own step is
   }
   CHECK(has_own_step);
   CHECK(to_text(whole).find("two springs") != std::string::npos);
-  const auto page = to_html(whole, {});
-  CHECK(page.find("http") == std::string::npos);  // nothing is asked of anyone
-  CHECK(page.find("{{") == std::string::npos);
 }
 
 TEST_CASE("energy over the long run is what the determinants say") {

@@ -2,9 +2,11 @@
 #include <cstdio>
 #include <memory>
 #include <new>
+#include <sstream>
 
 #include "commands/commands.hpp"
 #include "dvdx/build_info.hpp"
+#include "output/console.hpp"
 #include "output/temporary.hpp"
 
 namespace {
@@ -39,13 +41,18 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(Exit::usage);  // help and version are no errors
+    std::ostringstream answer;
+    std::ostringstream message;
+    const int code = app.exit(error, answer, message);
+    dvdx::tool::print_answer(answer.str());
+    dvdx::tool::print_progress(dvdx::tool::printable_lines(message.str()));
+    return code == 0 ? 0 : static_cast<int>(Exit::usage);  // help and version are no errors
   }
   return static_cast<int>(exit);
 }
 
 int failed(Exit exit, const char* message) {
-  std::fprintf(stderr, "dvdx: %s\n", message);
+  dvdx::tool::print_message(message);
   return static_cast<int>(exit);
 }
 

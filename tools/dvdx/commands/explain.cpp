@@ -7,6 +7,7 @@
 #include "commands/commands.hpp"
 #include "commands/scene_options.hpp"
 #include "dvdx/plan.hpp"
+#include "output/console.hpp"
 #include "run/live_memory.hpp"
 #include "run/start.hpp"
 #include "scene_io/names.hpp"
@@ -21,15 +22,15 @@ struct ExplainOptions {
 
 void print_summary(const LoadedScene& loaded) {
   const auto& file = loaded.file;
-  fmt::print("scene        {}\n", file.name);
-  if (!file.about.empty()) fmt::print("             {}\n", file.about);
+  print_answer(fmt::format("scene        {}\n", printable(file.name)));
+  if (!file.about.empty()) print_answer(fmt::format("             {}\n", printable(file.about)));
   if (is_live(file)) {
-    fmt::print("particles    {} at the start, at most {}\n", file.particles.count, file.turnover.capacity);
+    print_answer(fmt::format("particles    {} at the start, at most {}\n", file.particles.count, file.turnover.capacity));
   } else {
-    fmt::print("particles    {}, {} of them fixed\n", file.particles.count, file.scene.fixed.size());
+    print_answer(fmt::format("particles    {}, {} of them fixed\n", file.particles.count, file.scene.fixed.size()));
   }
-  fmt::print("duration     {} s in {} steps\n", file.duration, loaded.steps);
-  fmt::print("method       {}\n", name_in(methods, file.scene.method));
+  print_answer(fmt::format("duration     {} s in {} steps\n", file.duration, loaded.steps));
+  print_answer(fmt::format("method       {}\n", name_in(methods, file.scene.method)));
 }
 
 template <class T>
@@ -52,7 +53,7 @@ void explain(const ExplainOptions& options) {
   const auto text =
       engine.precision == Precision::float32 ? explained<float>(loaded.file, engine) : explained<double>(loaded.file, engine);
   print_summary(loaded);
-  fmt::print("{}", text);
+  print_answer(text);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "commands/commands.hpp"
 #include "dvdx/build_info.hpp"
+#include "output/console.hpp"
 #include "run/engine.hpp"
 #include "run/threads.hpp"
 
@@ -31,7 +32,7 @@ std::vector<std::string_view> names(const std::vector<Isa>& isas) {
   return list;
 }
 
-void print_json() {
+void print_info_json() {
   nlohmann::ordered_json info;
   info["version"] = build_info().version;
   info["compiler"] = build_info().compiler;
@@ -44,11 +45,13 @@ void print_json() {
   }
   info["arithmetic"] = EngineOptions{}.arithmetic;
   info["denormals"] = denormals;
-  fmt::print("{}\n", info.dump(2));
+  print_json(info.dump(2) + "\n");
 }
 
 void print_table() {
-  const auto row = [](std::string_view name, const std::string& value) { fmt::print("{:<12} {}\n", name, value); };
+  const auto row = [](std::string_view name, const std::string& value) {
+    print_answer(fmt::format("{:<12} {}\n", name, value));
+  };
   row("dvdx", std::string(build_info().version));
   row("compiler", std::string(build_info().compiler));
   row("cpu", cpu_model());
@@ -69,7 +72,7 @@ void add_info(CLI::App& app, Exit& /*exit*/) {
   auto* command = app.add_subcommand("info", "Tell what this binary and this machine have");
   command->footer("dvdx info --json");
   command->add_flag("--json", *json, "print one JSON object");
-  command->callback([json] { (*json ? print_json : print_table)(); });
+  command->callback([json] { (*json ? print_info_json : print_table)(); });
 }
 
 }  // namespace dvdx::tool

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <string>
+
+#include "output/console.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -36,7 +37,7 @@ Progress::Progress(std::uint64_t total) : total_(total), form_(form_here()), sta
 }
 
 Progress::~Progress() {
-  if (form_ != Form::lines) std::fputs("\r\x1b[K", stderr);
+  if (form_ != Form::lines) print_progress("\r\x1b[K");
 }
 
 void Progress::at(std::uint64_t done) {
@@ -51,14 +52,14 @@ void Progress::draw(std::uint64_t done, double seconds_left) {
   const double part = static_cast<double>(done) / static_cast<double>(total_);
   const auto text = fmt::format("{:3.0f} %, step {} of {}, {} left", 100 * part, done, total_, span_text(seconds_left));
   if (form_ == Form::lines) {
-    fmt::print(stderr, "{}\n", text);
+    print_progress(text + "\n");
     return;
   }
   constexpr std::size_t width = 30;
   const auto full = static_cast<std::size_t>(part * width);
   const bool coloured = form_ == Form::coloured_bar;
-  fmt::print(stderr, "\r{}{}{}{} {}\x1b[K", coloured ? "\x1b[32m" : "", std::string(full, '#'), coloured ? "\x1b[0m" : "",
-             std::string(width - full, '-'), text);
+  print_progress(fmt::format("\r{}{}{}{} {}\x1b[K", coloured ? "\x1b[32m" : "", std::string(full, '#'),
+                             coloured ? "\x1b[0m" : "", std::string(width - full, '-'), text));
 }
 
 }  // namespace dvdx::tool

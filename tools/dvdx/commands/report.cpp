@@ -2,16 +2,19 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <tl/expected.hpp>
 
 #include "commands/commands.hpp"
 #include "commands/told.hpp"
+#include "output/console.hpp"
 #include "output/part_file.hpp"
 #include "report/build.hpp"
-#include "report/interactive.hpp"
 #include "report/json.hpp"
 #include "report/machine.hpp"
 #include "report/page.hpp"
+#include "report/pictures.hpp"
 #include "report/table.hpp"
 #include "run/threads.hpp"
 #include "scene_io/scene_reader.hpp"
@@ -52,15 +55,27 @@ std::vector<SceneFile> read_scenes(const ReportOptions& options) {
   return files;
 }
 
-void write_all(OutputFolder& folder, const report::Pictures& pictures, const std::string& json, const std::string& page) {
+// Before any work is done.
+void check_targets(const OutputFolder& folder, const std::vector<SceneFile>& files) {
+  for (const char* name : {"report.json", "report.html"}) {
+    check_target(folder.path() / name);
+    for (const auto& file : files) check_is_no_source(folder.path() / name, file.sources, folder.path());
+  }
+}
+
+using Page = tl::expected<std::string, std::string>;  // or why there is none
+
+void write_all(OutputFolder& folder, const report::Pictures& pictures, const std::string& json, const Page& page) {
   std::vector<PartFile> files;
   const auto add = [&](const std::string& name, const std::string& bytes) {
     files.emplace_back(folder.path() / name).write(bytes);
   };
   add("report.json", json);
-  add("report.html", page);
+  if (page) add("report.html", *page);
   for (const auto& picture : pictures.all) add(picture.file, picture.svg);
   commit_all(files);
+  std::error_code ignored;
+  if (!page) std::filesystem::remove(folder.path() / "report.html", ignored);  // which would show an older report
   folder.keep();
 }
 
@@ -68,7 +83,7 @@ void run(const ReportOptions& options) {
   const auto setup = setup_of(options);
   const auto files = read_scenes(options);
   OutputFolder folder(options.out);
-  check_target(folder.path() / "report.json");
+  check_targets(folder, files);
   const report::Wish wish{.precisions = precisions_of(options.precision),
                           .effort = options.quick ? report::Effort::quick : report::Effort::full};
   report::Report report{.machine = report::this_machine(setup), .scenes = {}};
@@ -81,15 +96,19 @@ void run(const ReportOptions& options) {
     }
   }
   const auto pictures = report::draw_pictures(report);
-  if (!pictures.warning.empty()) fmt::print(stderr, "dvdx: no pictures: {}\n", pictures.warning);
+  if (!pictures.warning.empty()) print_message("no pictures: " + pictures.warning);
   const auto found = report::to_json(report);
   const auto json = found.dump(1) + "\n";
-  const auto page = report::to_interactive_html(found, options.out);
-  if (!page) fmt::print(stderr, "dvdx: report.html has no charts to point at: {}\n", page.error());
-  write_all(folder, pictures, json, page ? *page : report::to_html(report, pictures, page.error()));
-  fmt::print("{}", options.json ? json : report::to_text(report));
-  fmt::print(stderr, "dvdx: written to {}: report.html, report.json{}\n", options.out,
-             pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size()));
+  const auto page = report::to_page(found, options.out);
+  if (!page) print_message("no report.html: " + page.error());
+  write_all(folder, pictures, json, page);
+  if (options.json) {
+    print_json(json);
+  } else {
+    print_answer(report::to_text(report));
+  }
+  print_message(fmt::format("written to {}: {}report.json{}", options.out, page ? "report.html, " : "",
+                            pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size())));
 }
 
 }  // namespace
@@ -99,7 +118,9 @@ void add_report(CLI::App& app, Exit& /*exit*/) {
   auto* command = app.add_subcommand("report", "Measure speed against error, by every method and over a range of steps");
   command->footer("dvdx report two-springs.json meadow.json --out report");
   command->add_option("SCENE", options->scenes, "scene files (JSON)")->required();
-  command->add_option("--out", options->out, "a directory for report.html, report.json and the pictures")
+  command
+      ->add_option("--out", options->out,
+                   "a directory for report.json, the pictures and, where its page has been built, report.html")
       ->capture_default_str();
   command->add_option("--precision", options->precision, "of the states")
       ->check(CLI::IsMember(std::vector<std::string>{"float32", "float64", "float32_compensated", "both"}))

@@ -14,6 +14,7 @@
 #include "commands/scene_options.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
+#include "output/console.hpp"
 #include "output/writer.hpp"
 #include "run/energy.hpp"
 #include "run/engine.hpp"
@@ -213,7 +214,7 @@ std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome) {
   return outcome.turned ? outcome.turned->live : loaded.file.particles.count;
 }
 
-void print_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
+void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
   nlohmann::ordered_json report;
   report["scene"] = loaded.file.name;
   report["particles"] = particles_of(loaded, outcome);
@@ -238,14 +239,16 @@ void print_json(const LoadedScene& loaded, const Engine& engine, const Outcome& 
   report["energy"] = {{"start", outcome.energy_start}, {"end", outcome.energy_end}};
   report["diverged"] = outcome.diverged;
   report["bad_particles"] = outcome.bad_particles;
-  fmt::print("{}\n", report.dump(2));
+  print_json(report.dump(2) + "\n");
 }
 
 void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
-  const auto row = [](std::string_view name, const std::string& value) { fmt::print("{:<12} {}\n", name, value); };
+  const auto row = [](std::string_view name, const std::string& value) {
+    print_answer(fmt::format("{:<12} {}\n", name, value));
+  };
   const auto& file = loaded.file;
   const std::size_t particles = particles_of(loaded, outcome);
-  row("scene", fmt::format("{}, {} particle{}", file.name, particles, particles == 1 ? "" : "s"));
+  row("scene", fmt::format("{}, {} particle{}", printable(file.name), particles, particles == 1 ? "" : "s"));
   if (outcome.turned) {
     row("turnover", fmt::format("{} born, {} removed, {} found no room", outcome.turned->born, outcome.turned->removed,
                                 outcome.turned->dropped));
@@ -275,10 +278,10 @@ Exit run(const RunOptions& options) {
   }
   const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine)
                                                             : simulate<float>(options, loaded, engine);
-  (options.json ? print_json : print_table)(loaded, engine, outcome);
+  (options.json ? print_outcome_json : print_table)(loaded, engine, outcome);
   if (!outcome.diverged) return Exit::done;
-  fmt::print(stderr, "dvdx: {}: the simulation diverged: {} of {} particles are not finite\n", options.scene.scene,
-             outcome.bad_particles, particles_of(loaded, outcome));
+  print_message(fmt::format("{}: the simulation diverged: {} of {} particles are not finite", options.scene.scene,
+                            outcome.bad_particles, particles_of(loaded, outcome)));
   return Exit::diverged;
 }
 

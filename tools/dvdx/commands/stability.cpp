@@ -20,6 +20,7 @@
 #include "hard_cases/suite.hpp"
 #include "maps/maps.hpp"
 #include "maps/maps_show.hpp"
+#include "output/console.hpp"
 #include "output/part_file.hpp"
 #include "report/json.hpp"
 #include "report/machine.hpp"
@@ -88,8 +89,8 @@ void write_all(OutputFolder& folder, const std::string& json, const stability::M
   for (const auto& picture : pictures.all) files.emplace_back(folder.path() / picture.file).write(picture.svg);
   commit_all(files);
   folder.keep();
-  fmt::print(stderr, "dvdx: written to {}: stability.json{}\n", folder.path().string(),
-             pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size()));
+  print_message(fmt::format("written to {}: stability.json{}", folder.path().string(),
+                            pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size())));
 }
 
 Exit run(const StabilityOptions& options) {
@@ -109,11 +110,11 @@ Exit run(const StabilityOptions& options) {
   const auto json = found.dump(1) + "\n";
   if (folder) {
     const auto pictures = stability::draw_maps(maps);
-    if (!pictures.warning.empty()) fmt::print(stderr, "dvdx: no pictures: {}\n", pictures.warning);
+    if (!pictures.warning.empty()) print_message("no pictures: " + pictures.warning);
     write_all(*folder, json, pictures);
   }
   const auto text = stability::to_text(rows, colour_here()) + stability::to_text(runs) + stability::to_text(maps);
-  fmt::print("{}", options.json ? json : text);
+  print_json(options.json ? json : text);  // the text has colours, and no name from outside
   return stability::all_passed(rows) && stability::all_agree(maps) ? Exit::done : Exit::verification_failed;
 }
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "output/console.hpp"
+
 namespace dvdx::tool {
 
 using namespace std::chrono_literals;
@@ -11,12 +13,12 @@ Told::Told(std::size_t scenes)
     : scenes_(scenes), is_terminal_(isatty(STDERR_FILENO) != 0), next_(std::chrono::steady_clock::now() + 500ms) {}
 
 Told::~Told() {
-  if (is_terminal_) fmt::print(stderr, "\r\x1b[K");
+  if (is_terminal_) print_progress("\r\x1b[K");
 }
 
 void Told::scene(std::size_t index, const std::string& name) {
   index_ = index;
-  name_ = name;
+  name_ = printable(name);
 }
 
 void Told::at(double part, const std::string& what) {
@@ -24,8 +26,8 @@ void Told::at(double part, const std::string& what) {
   if (now < next_) return;
   next_ = now + (is_terminal_ ? 100ms : 10000ms);
   const double whole = (static_cast<double>(index_) + part) / static_cast<double>(scenes_);
-  fmt::print(stderr, "{}{:3.0f} %  {}: {}{}", is_terminal_ ? "\r" : "", 100 * whole, name_, what,
-             is_terminal_ ? "\x1b[K" : "\n");
+  print_progress(
+      fmt::format("{}{:3.0f} %  {}: {}{}", is_terminal_ ? "\r" : "", 100 * whole, name_, what, is_terminal_ ? "\x1b[K" : "\n"));
 }
 
 }  // namespace dvdx::tool

@@ -1,12 +1,11 @@
 // dvdx tune: the cheapest way to run a scene within an error.
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
 #include "commands/told.hpp"
+#include "output/console.hpp"
 #include "report/machine.hpp"
 #include "run/threads.hpp"
 #include "scene_io/turnover_reader.hpp"
@@ -28,12 +27,12 @@ struct TuneOptions {
 
 void print(const TuneOptions& options, const report::Machine& machine, const std::vector<tune::Tuning>& tunings) {
   if (!options.json) {
-    for (const auto& tuning : tunings) fmt::print("{}{}", &tuning == tunings.data() ? "" : "\n", tune::to_text(tuning));
+    for (const auto& tuning : tunings) print_answer((&tuning == tunings.data() ? "" : "\n") + tune::to_text(tuning));
     return;
   }
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const auto& tuning : tunings) list.push_back(tune::to_json(machine, tuning));
-  fmt::print("{}\n", (tunings.size() == 1 ? list.front() : list).dump(1));
+  print_json((tunings.size() == 1 ? list.front() : list).dump(1) + "\n");
 }
 
 Exit run(TuneOptions options) {

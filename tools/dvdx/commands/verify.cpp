@@ -11,6 +11,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/progress.hpp"
+#include "output/console.hpp"
 #include "scene_io/names.hpp"
 #include "scene_io/scene_reader.hpp"
 #include "scene_io/steps.hpp"
@@ -117,29 +118,30 @@ std::string words(const Way& way) {
 
 void print_difference(const Verdict& verdict) {
   const Difference& d = *verdict.first;
-  fmt::print("DIFFERENT    {}, {}: {}: particle {}, step {}, {}: the reference has {}, this {}\n", verdict.scene,
-             name_in(precisions, verdict.precision), words(d.way), d.particle, d.step, d.field, d.reference, d.value);
+  print_answer(fmt::format("DIFFERENT    {}, {}: {}: particle {}, step {}, {}: the reference has {}, this {}\n",
+                           printable(verdict.scene), name_in(precisions, verdict.precision), words(d.way), d.particle, d.step,
+                           d.field, d.reference, d.value));
 }
 
 void print_table(const std::vector<Verdict>& verdicts) {
-  fmt::print("{:<18} {:<20} {:>22} {:>24} {:>6} {:>10} {:>16}\n", "scene", "", "all: particles, steps",
-             "sample: particles, steps", "runs", "differing", "contracted, ulp");
+  print_answer(fmt::format("{:<18} {:<20} {:>22} {:>24} {:>6} {:>10} {:>16}\n", "scene", "", "all: particles, steps",
+                           "sample: particles, steps", "runs", "differing", "contracted, ulp"));
   std::size_t runs = 0;
   std::size_t differing = 0;
   for (const Verdict& v : verdicts) {
-    fmt::print("{:<18} {:<20} {:>12} x {:>7} {:>14} x {:>7} {:>6} {:>10} {:>16.3g}\n", v.scene,
-               name_in(precisions, v.precision), v.particles, v.steps, v.sample, v.sample_steps, v.runs, v.differing,
-               v.contracted.ulps);
+    print_answer(fmt::format("{:<18} {:<20} {:>12} x {:>7} {:>14} x {:>7} {:>6} {:>10} {:>16.3g}\n", printable(v.scene),
+                             name_in(precisions, v.precision), v.particles, v.steps, v.sample, v.sample_steps, v.runs,
+                             v.differing, v.contracted.ulps));
     runs += v.runs;
     differing += v.differing;
   }
-  fmt::print("separate     {}; contracted {}; layouts soa, aos, aosoa; 1, 2, 3, 5 threads; 5 block sizes\n",
-             listed(verdicts.front().isas), listed(verdicts.front().contracted.isas));
+  print_answer(fmt::format("separate     {}; contracted {}; layouts soa, aos, aosoa; 1, 2, 3, 5 threads; 5 block sizes\n",
+                           listed(verdicts.front().isas), listed(verdicts.front().contracted.isas)));
   for (const Verdict& v : verdicts) {
     if (v.first) print_difference(v);
   }
-  fmt::print("{}\n", differing == 0 ? fmt::format("same bits    in all {} runs", runs)
-                                    : fmt::format("FAILED       {} numbers differ in {} runs", differing, runs));
+  print_answer(fmt::format("{}\n", differing == 0 ? fmt::format("same bits    in all {} runs", runs)
+                                                  : fmt::format("FAILED       {} numbers differ in {} runs", differing, runs)));
 }
 
 std::vector<std::string> names_of_isas(const std::vector<Isa>& isas) {
@@ -176,10 +178,10 @@ nlohmann::ordered_json json_of(const Verdict& v) {
   return json;
 }
 
-void print_json(const std::vector<Verdict>& verdicts, bool is_same) {
+void print_verdicts_json(const std::vector<Verdict>& verdicts, bool is_same) {
   nlohmann::ordered_json json = {{"passed", is_same}, {"scenes", nlohmann::ordered_json::array()}};
   for (const Verdict& verdict : verdicts) json["scenes"].push_back(json_of(verdict));
-  fmt::print("{}\n", json.dump(2));
+  print_json(json.dump(2) + "\n");
 }
 
 Exit verify(const VerifyOptions& options) {
@@ -198,7 +200,7 @@ Exit verify(const VerifyOptions& options) {
   }
   const bool is_same = std::all_of(verdicts.begin(), verdicts.end(), [](const Verdict& v) { return v.differing == 0; });
   if (options.json) {
-    print_json(verdicts, is_same);
+    print_verdicts_json(verdicts, is_same);
   } else {
     print_table(verdicts);
   }

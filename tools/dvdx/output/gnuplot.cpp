@@ -13,6 +13,7 @@
 #include <fstream>
 #include <optional>
 
+#include "output/console.hpp"
 #include "output/temporary.hpp"
 #include "scene_io/file_text.hpp"
 
@@ -109,7 +110,7 @@ tl::expected<std::string, std::string> draw(const Workshop& workshop, const std:
 
 std::string gnuplot_literal(std::string_view text) {
   std::string safe;
-  for (const char c : text) safe += c == '\'' ? std::string("''") : std::string(1, c);
+  for (const char c : printable(text)) safe += c == '\'' ? std::string("''") : std::string(1, c);
   return "'" + safe + "'";
 }
 

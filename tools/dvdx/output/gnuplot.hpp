@@ -7,7 +7,7 @@
 
 namespace dvdx::tool {
 
-// Text as gnuplot takes it word for word.
+// Text as gnuplot takes it word for word; a line end would end the literal, and what follows would be a command.
 [[nodiscard]] std::string gnuplot_literal(std::string_view text);
 
 // Runs the scripts, each of which draws to its standard output, and returns what they drew; or why that failed.

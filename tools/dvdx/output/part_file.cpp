@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <functional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -15,8 +16,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A file's name may have 255 bytes: of a long one a part stands here, and a hash of all of it.
 fs::path part_of(const fs::path& target) {
-  return target.parent_path() / ("." + target.filename().string() + ".part-" + std::to_string(getpid()));
+  auto name = target.filename().string();
+  constexpr std::size_t most = 180;
+  if (name.size() > most) name = name.substr(0, most) + "-" + std::to_string(std::hash<std::string>{}(name));
+  return target.parent_path() / ("." + name + ".part-" + std::to_string(getpid()));
 }
 
 [[noreturn]] void refuse(const fs::path& target, std::string_view what) {
@@ -34,6 +39,16 @@ void check_target(const fs::path& target) {
   if (!fs::exists(target, error)) return;
   if (!fs::is_regular_file(target, error)) refuse(target, "something that is not a plain file is there");
   if (access(target.c_str(), W_OK) != 0) refuse(target, std::strerror(errno));
+}
+
+void check_is_no_source(const fs::path& target, std::span<const fs::path> sources, const fs::path& out) {
+  std::error_code ignored;
+  if (!fs::exists(target, ignored)) return;
+  for (const auto& source : sources) {
+    if (!fs::equivalent(target, source, ignored)) continue;
+    throw Fault(Exit::usage, "--out " + out.string() + ": " + target.string() + " would replace " + source.string() +
+                                 ", which the scene is read from");
+  }
 }
 
 PartFile::PartFile(fs::path target) : target_(std::move(target)), part_(part_of(target_)) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -14,6 +15,11 @@ namespace dvdx::tool {
 // Throws Fault (input_output) where something that is no plain file, or may not be written, stands at `target`, or where its
 // directory is missing or cannot be written.
 void check_target(const std::filesystem::path& target);
+
+// Throws Fault (usage) where what is at `target` is one of `sources`, under this name or another. `out` is what the user asked
+// for.
+void check_is_no_source(const std::filesystem::path& target, std::span<const std::filesystem::path> sources,
+                        const std::filesystem::path& out);
 
 // Throws Fault (input_output) from every member that writes.
 class PartFile {

@@ -79,8 +79,10 @@ template <class T>
 class PlyWriter final : public Writer<T> {
  public:
   explicit PlyWriter(const Output& output)
-      : target_(output.target), joints_header_(joints_header(*output.topology)), joints_(joints(*output.topology)) {
-    for (std::uint64_t i = 0; i < output.states; ++i) check_target(numbered(target_, i));
+      : target_(output.target),
+        old_frames_(old_frames(output)),
+        joints_header_(joints_header(*output.topology)),
+        joints_(joints(*output.topology)) {
     const PartFile probe(numbered(target_, 0));  // so that a disk that takes nothing is known before the run
   }
 
@@ -92,10 +94,11 @@ class PlyWriter final : public Writer<T> {
     files_.back().close();
   }
 
-  void finish() override { commit_all(files_); }
+  void finish() override { commit_series(files_, old_frames_); }
 
  private:
   std::filesystem::path target_;
+  std::vector<std::filesystem::path> old_frames_;
   std::string joints_header_;  // of faces and edges, which are the same in every state
   std::string joints_;
   std::vector<PartFile> files_;

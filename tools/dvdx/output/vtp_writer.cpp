@@ -113,10 +113,10 @@ class VtpWriter final : public Writer<T> {
  public:
   explicit VtpWriter(const Output& output)
       : target_(output.target),
+        old_frames_(old_frames(output)),
         topology_(*output.topology),
         particles_(output.particles),
         cells_(all_cells(topology_, particles_)) {
-    for (std::uint64_t i = 0; i < output.states; ++i) check_target(numbered(target_, i));
     const PartFile probe(series());
   }
 
@@ -139,7 +139,7 @@ class VtpWriter final : public Writer<T> {
     }
     files_.emplace_back(series());
     files_.back().write(text_of(document));
-    commit_all(files_);
+    commit_series(files_, old_frames_);
   }
 
  private:
@@ -149,6 +149,7 @@ class VtpWriter final : public Writer<T> {
   }
 
   std::filesystem::path target_;
+  std::vector<std::filesystem::path> old_frames_;
   const Topology& topology_;
   std::size_t particles_;  // of which cells_ are
   std::vector<Cells> cells_;

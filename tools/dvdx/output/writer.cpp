@@ -5,27 +5,61 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <span>
 #include <string_view>
 
+#include "output/part_file.hpp"
 #include "scene_io/fault.hpp"
+#include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
 namespace {
+
+namespace fs = std::filesystem;
+
+// Which files a format makes of a target.
+enum class Files { one, series, indexed_series, mesh_beside };
 
 template <class T>
 struct Format {
   std::string_view extension;
   std::unique_ptr<Writer<T>> (*make)(const Output&);
+  Files files = Files::one;
   Counts counts = Counts::changing;  // that it can hold
 };
 
 template <class T>
 constexpr std::array<Format<T>, 6> formats{{{".csv", make_csv_writer<T>},
-                                            {".npz", make_npz_writer<T>, Counts::fixed},
-                                            {".ply", make_ply_writer<T>},
-                                            {".vtp", make_vtp_writer<T>},
-                                            {".pc2", make_pc2_writer<T>, Counts::fixed},
+                                            {".npz", make_npz_writer<T>, Files::one, Counts::fixed},
+                                            {".ply", make_ply_writer<T>, Files::series},
+                                            {".vtp", make_vtp_writer<T>, Files::indexed_series},
+                                            {".pc2", make_pc2_writer<T>, Files::mesh_beside, Counts::fixed},
                                             {".html", make_html_writer<T>}}};
+
+fs::path renamed(fs::path target, const char* extension) { return target.replace_extension(extension); }
+
+std::vector<fs::path> targets_of(const Output& output, Files files) {
+  std::vector<fs::path> targets;
+  if (files == Files::series || files == Files::indexed_series) {
+    for (std::uint64_t i = 0; i < output.states; ++i) targets.push_back(numbered(output.target, i));
+  } else {
+    targets.push_back(output.target);
+  }
+  if (files == Files::indexed_series) targets.push_back(renamed(output.target, ".pvd"));
+  if (files == Files::mesh_beside) targets.push_back(renamed(output.target, ".obj"));
+  return targets;
+}
+
+// Nothing that the scene was read from is written over or removed.
+void check_targets(const Output& output, Files files) {
+  const auto sources = output.scene != nullptr ? std::span<const fs::path>(output.scene->sources) : std::span<const fs::path>();
+  for (const auto& target : targets_of(output, files)) {
+    check_target(target);
+    check_is_no_source(target, sources, output.target);
+  }
+  if (files != Files::series && files != Files::indexed_series) return;
+  for (const auto& frame : old_frames(output)) check_is_no_source(frame, sources, output.target);
+}
 
 template <class T>
 const Format<T>* format_for(const std::filesystem::path& target) {
@@ -53,7 +87,27 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
                             "go: .csv, .ply, .vtp and .html hold them",
                             output.target.string(), format.extension));
   }
+  check_targets(output, format.files);
   return format.make(output);
+}
+
+std::vector<fs::path> old_frames(const Output& output) {
+  std::vector<fs::path> frames;
+  std::error_code ignored;
+  for (auto i = output.states; fs::is_regular_file(numbered(output.target, i), ignored); ++i) {
+    frames.push_back(numbered(output.target, i));
+  }
+  return frames;
+}
+
+void commit_series(std::vector<PartFile>& files, const std::vector<fs::path>& old_frames) {
+  const SignalsHeld held;
+  commit_all(files);
+  for (const auto& frame : old_frames) {
+    std::error_code error;
+    fs::remove(frame, error);
+    if (error) throw Fault(Exit::input_output, frame.string() + ": an older frame cannot be removed: " + error.message());
+  }
 }
 
 std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index) {

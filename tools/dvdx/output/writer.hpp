@@ -16,6 +16,7 @@
 namespace dvdx::tool {
 
 struct SceneFile;
+class PartFile;
 
 struct Moment {
   std::uint64_t step = 0;
@@ -84,6 +85,12 @@ template <class T>
 
 // fall.ply, 12 -> fall-000012.ply
 [[nodiscard]] std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index);
+
+// Frames at the target that an older and longer series left: those that follow on from the last one of this.
+[[nodiscard]] std::vector<std::filesystem::path> old_frames(const Output& output);
+
+// Commits the files, then removes the old frames. Throws Fault (input_output).
+void commit_series(std::vector<PartFile>& files, const std::vector<std::filesystem::path>& old_frames);
 
 // The particles that no line and no face holds, in order.
 [[nodiscard]] std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count);

@@ -1,9 +1,11 @@
 // A whole file as text, and what may be wrong with it.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tl/expected.hpp>
 
 namespace dvdx::tool {
@@ -14,7 +16,17 @@ class FileFault : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The bytes, or what stood in the way: "cannot be read: No such file or directory".
-[[nodiscard]] tl::expected<std::string, std::string> read_file(const std::filesystem::path& path);
+// The most that is read of a file of some kind.
+struct FileLimit {
+  std::uint64_t bytes;
+  std::string_view text;
+};
+inline constexpr FileLimit scene_limit{.bytes = std::uint64_t{1} << 28U, .text = "256 MiB"};
+inline constexpr FileLimit data_limit{.bytes = std::uint64_t{1} << 32U, .text = "4 GiB"};  // of points, numbers or a mesh
+
+// The bytes, or what stood in the way: "cannot be read: No such file or directory". Only regular files are read: a pipe or a
+// device may have no end, or never begin.
+[[nodiscard]] tl::expected<std::string, std::string> read_file(const std::filesystem::path& path,
+                                                               const FileLimit& limit = data_limit);
 
 }  // namespace dvdx::tool

@@ -171,10 +171,10 @@ Topology topology_of(const Grid& grid) {
 
 // ---- meshes ------------------------------------------------------------------------------------------------------------
 
-MeshFile mesh_of(const Node& node, const std::filesystem::path& folder) {
+MeshFile mesh_of(const Node& node, SceneFolder& folder) {
   if (!node.text().ends_with(".obj")) node.refuse("the name of an .obj file");
   try {
-    return read_mesh(folder / node.text());
+    return read_mesh(folder.find(node));
   } catch (const FileFault& fault) {
     node.fail("is " + shown(node.json()) + ": " + fault.what());
   }
@@ -335,10 +335,8 @@ void append(const Topology& more, Topology& topology) {
 
 }  // namespace
 
-NetworkReader::NetworkReader(const Node& network, std::filesystem::path folder, const Room& room)
-    : nodes_(network.json().is_array() ? network.elements("") : std::vector<Node>{network}),
-      folder_(std::move(folder)),
-      room_(room) {
+NetworkReader::NetworkReader(const Node& network, SceneFolder& folder, const Room& room)
+    : nodes_(network.json().is_array() ? network.elements("") : std::vector<Node>{network}), folder_(folder), room_(room) {
   for (const auto& node : nodes_) {
     auto& made = made_.emplace_back();
     made.first = positions_.size();

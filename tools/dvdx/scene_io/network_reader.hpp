@@ -22,7 +22,7 @@ class NetworkReader {
  public:
   // Reads the grids and meshes of `network`, one object or a list of them. Their particles are numbered on from one another,
   // and must find room.
-  NetworkReader(const Node& network, std::filesystem::path folder, const Room& room);
+  NetworkReader(const Node& network, SceneFolder& folder, const Room& room);
 
   [[nodiscard]] bool makes_particles() const noexcept { return !positions_.empty(); }
   [[nodiscard]] const std::vector<Vec3>& positions() const noexcept { return positions_; }
@@ -38,7 +38,7 @@ class NetworkReader {
   void add_particles(const Node& node, std::vector<Vec3> positions, double mass);
 
   std::vector<Node> nodes_;
-  std::filesystem::path folder_;
+  SceneFolder& folder_;
   Room room_;
   std::vector<MadeNetwork> made_;  // one for each node
   std::vector<Vec3> positions_;

@@ -29,14 +29,12 @@ void check_length(const Node& node, std::size_t length, const Population& popula
             std::string(population.of));
 }
 
-std::filesystem::path file_of(const Node& node, const Population& population) { return population.folder / node.text(); }
-
 [[noreturn]] void fail_file(const Node& node, const std::string& what) { node.fail("is " + shown(node.json()) + ": " + what); }
 
 // Reads a file by `read` and says where a fault in it came from.
 template <class Read>
 auto from_file(const Node& node, const Population& population, std::string_view what, const Read& read) {
-  const auto path = file_of(node, population);
+  const auto path = population.folder->find(node);
   try {
     auto values = read(path);
     if (values.size() != population.count) {

@@ -2,13 +2,13 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "scene_io/fields.hpp"
 #include "scene_io/scene_file.hpp"
+#include "scene_io/scene_folder.hpp"
 
 namespace dvdx::tool {
 
@@ -18,7 +18,7 @@ inline constexpr std::uint64_t any_seed = std::numeric_limits<std::uint64_t>::ma
 // Where values per particle come from, and for how many particles.
 struct Population {
   std::size_t count = 0;
-  std::filesystem::path folder;      // of the scene, which files are relative to
+  SceneFolder* folder = nullptr;     // never null where values are read
   std::string_view of = "particle";  // what the values are of
 };
 

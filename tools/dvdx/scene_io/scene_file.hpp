@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <variant>
 #include <vector>
@@ -31,7 +32,8 @@ struct Particles {
 };
 
 struct SceneFile {
-  std::string path;  // as the user named it
+  std::string path;                              // as the user named it
+  std::vector<std::filesystem::path> sources{};  // all files that the scene was read from, its own among them
   std::string name;
   std::string about;
   double step = 0;      // s

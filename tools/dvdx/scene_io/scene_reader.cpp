@@ -281,10 +281,9 @@ void take_made_particles(const Fields& fields, const NetworkReader& networks, Sc
 }
 
 void read_particles_and_networks(const Fields& fields, SceneFile& file, Population& population, const ReadOptions& options) {
-  population.folder = std::filesystem::path(file.path).parent_path();
   std::optional<NetworkReader> networks;
   if (const auto node = fields.optional("network")) {
-    networks.emplace(*node, population.folder, room_for_networks(fields.node().json(), options));
+    networks.emplace(*node, *population.folder, room_for_networks(fields.node().json(), options));
   }
   if (networks && networks->makes_particles()) {
     take_made_particles(fields, *networks, file, population);
@@ -328,7 +327,8 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   file.step = fields.required("step").number(positive);
   file.duration = read_duration(fields.required("duration"), file.step);
   file.scene.method = fields.choice("method", methods, Method::combined);
-  Population population;
+  SceneFolder folder(std::filesystem::path(path).parent_path());
+  Population population{.count = 0, .folder = &folder};
   read_particles_and_networks(fields, file, population, options);
   if (const auto forces = fields.optional("forces")) {
     for (const auto& force : forces->elements("a list of forces")) file.scene.add(read_force(force, population));
@@ -343,6 +343,8 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   read_fixed(fields, file, population);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
   read_turnover(fields, file, room_for_live(options));
+  file.sources = folder.named();
+  file.sources.emplace_back(path);
   return file;
 }
 
@@ -385,7 +387,7 @@ SceneFile parse_scene(const std::string& path, std::string_view text, const Read
 }
 
 SceneFile read_scene(const std::string& path, const ReadOptions& options) {
-  const auto text = read_file(path);
+  const auto text = read_file(path, scene_limit);
   if (!text) throw Fault(Exit::input_output, path + ": " + text.error());
   return parse_scene(path, *text, options);
 }

@@ -1,13 +1,16 @@
+// The report on the page that tools/viewer builds: the page draws, this gives it the numbers.
 #pragma once
 
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
-#include <string_view>
-
-#include "report/pictures.hpp"
+#include <tl/expected.hpp>
 
 namespace dvdx::tool::report {
 
-// One page that needs nothing beside it: tables, pictures and the machine. `notice` stands above them.
-[[nodiscard]] std::string to_html(const Report& report, const Pictures& pictures, std::string_view notice = {});
+// `report` as it stands in report.json, and what `dvdx stability --out` left in the folder, if it did. The error says why there
+// is no such page.
+[[nodiscard]] tl::expected<std::string, std::string> to_page(const nlohmann::ordered_json& report,
+                                                             const std::filesystem::path& folder);
 
 }  // namespace dvdx::tool::report

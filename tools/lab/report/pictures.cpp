@@ -177,19 +177,19 @@ std::vector<Script> scripts_of(const Report& report) {
   std::vector<Script> scripts;
   for (std::size_t s = 0; s < report.scenes.size(); ++s) {
     const auto& scene = report.scenes[s];
-    const auto add = [&](const std::string& file, const std::string& title, const std::string& text) {
-      if (!text.empty()) scripts.push_back({.picture = {.scene = s, .file = file, .title = title, .svg = {}}, .text = text});
+    const auto add = [&](const std::string& file, const std::string& text) {
+      if (!text.empty()) scripts.push_back({.picture = {.file = file, .svg = {}}, .text = text});
     };
     for (const auto& [word, precision] : precisions) {
       const auto title = fmt::format("{}, {}: speed against error", scene.scene, word);
-      add(fmt::format("{}-{}.svg", names[s], word), title, work_precision(scene, precision, title));
+      add(fmt::format("{}-{}.svg", names[s], word), work_precision(scene, precision, title));
     }
     const auto title = fmt::format("{}: energy at steps of {:.4g} s", scene.scene, scene.step);
-    add(names[s] + "-energy.svg", title, energy(scene, title));
+    add(names[s] + "-energy.svg", energy(scene, title));
     if (scene.long_run.empty()) continue;
     const auto& first = scene.long_run.front();
     const auto far = fmt::format("{}: energy over {} steps of Ωh = {}", scene.scene, first.steps, first.z);
-    add(names[s] + "-long-run.svg", far, long_run(scene, far));
+    add(names[s] + "-long-run.svg", long_run(scene, far));
   }
   return scripts;
 }

@@ -9,9 +9,7 @@
 namespace dvdx::tool::report {
 
 struct Picture {
-  std::size_t scene = 0;  // in the report
-  std::string file;       // two-springs-float32.svg
-  std::string title;
+  std::string file;  // two-springs-float32.svg
   std::string svg;
 };
 

@@ -26,6 +26,9 @@ void take(const Run& run, Cheapest& cheapest) {
   }
 }
 
+// A file's name may have 255 bytes, and what the file holds is added to it.
+constexpr std::size_t longest_name = 100;
+
 std::string plain_name(const std::string& text) {
   std::string name;
   for (const char c : text) {
@@ -35,6 +38,7 @@ std::string plain_name(const std::string& text) {
     else if (!name.empty() && name.back() != '-')
       name += '-';
   }
+  name.resize(std::min(name.size(), longest_name));
   while (!name.empty() && name.back() == '-') name.pop_back();
   return name.empty() ? "scene" : name;
 }

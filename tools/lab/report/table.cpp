@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "output/console.hpp"
 #include "report/summary.hpp"
 #include "report/text_table.hpp"
 #include "scene_io/names.hpp"
@@ -76,8 +77,8 @@ std::string claims_text(const SceneReport& scene) {
 }
 
 std::string scene_text(const SceneReport& scene) {
-  auto text = fmt::format("\n{}: {} particle{}, {} s, step {:.6g} s, amplitude {:.4g} m\n", scene.scene, scene.particles,
-                          scene.particles == 1 ? "" : "s", scene.duration, scene.step, scene.amplitude);
+  auto text = fmt::format("\n{}: {} particle{}, {} s, step {:.6g} s, amplitude {:.4g} m\n", printable(scene.scene),
+                          scene.particles, scene.particles == 1 ? "" : "s", scene.duration, scene.step, scene.amplitude);
   text += "reference: " + reference_text(scene) + "\n";
   if (scene.error_particles != scene.particles) {
     text += fmt::format("errors on {} evenly spread particles, times on all\n", scene.error_particles);

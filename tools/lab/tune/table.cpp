@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "output/console.hpp"
 #include "report/text_table.hpp"
 
 namespace dvdx::tool::tune {
@@ -29,7 +30,7 @@ std::string_view source_text(report::ReferenceSource source) {
 }
 
 std::string head_text(const Tuning& tuning) {
-  auto text = fmt::format("{}: {} particle{}, {} s; error goal {:g} of the amplitude, {:.4g} m\n", tuning.scene,
+  auto text = fmt::format("{}: {} particle{}, {} s; error goal {:g} of the amplitude, {:.4g} m\n", printable(tuning.scene),
                           tuning.particles, tuning.particles == 1 ? "" : "s", tuning.duration, tuning.goal, tuning.amplitude);
   const auto& reference = tuning.reference;
   text += row("reference",

@@ -57,7 +57,7 @@ bool has_option(const std::string& path) {
 }
 
 nlohmann::json json_of(const SceneOptions& options) {
-  const auto text = read_file(options.scene);
+  const auto text = read_file(options.scene, scene_limit);
   if (!text) throw Fault(Exit::input_output, options.scene + ": " + text.error());
   auto root = parse_json(options.scene, *text);
   for (const auto& assignment : options.overrides) apply_override(root, options.scene, assignment);

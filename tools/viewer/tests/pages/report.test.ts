@@ -127,6 +127,26 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
     await page.close();
   }, 60000);
 
+  test('has no table and no name that is wider than the page', async () => {
+    const scene = JSON.parse(readFileSync(`${settings.scenes}/two-springs.json`, 'utf8')) as { name: string };
+    writeFileSync(scratch.path('long.json'), JSON.stringify({ ...scene, name: `a_scene_of_a_long_name_${'x'.repeat(377)}` }));
+    scratch.dvdx('report', scratch.path('long.json'), '--quick', '--out', scratch.path('long'));
+    for (const file of ['report.html', 'long/report.html']) {
+      const { page, complaints } = await opened(browser, scratch.path(file));
+      await page.evaluate(() => document.querySelectorAll('details').forEach((each) => (each.open = true)));
+      for (const width of [1280, 800, 420]) {
+        await page.setViewportSize({ width, height: 800 });
+        expect(await page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(width);
+        // What is narrower than 800 scrolls a table in its box; and so does 800 the one of all runs, which has 17 columns.
+        const boxes = await page.evaluate(() => [...document.querySelectorAll('.wide')].map((box) => ({ all: box.closest('.runs') !== null, over: box.scrollWidth - box.clientWidth })));
+        expect(boxes.length).toBeGreaterThan(3);
+        for (const { all, over } of boxes) if (width === 1280 || (width === 800 && !all)) expect(over).toBeLessThanOrEqual(0);
+      }
+      expect(complaints).toEqual([]);
+      await page.close();
+    }
+  }, 120000);
+
   test('shows the stability maps that are in its folder', async () => {
     const { page, complaints } = await opened(browser, scratch.path('report.html'));
     const place = page.locator('#stability .chart');
