@@ -325,9 +325,9 @@ TEST_CASE("hail: the kernel's error against the impacts' closed form falls with 
   CHECK(reference.facts.source == ReferenceSource::impacts);
   CHECK(reference.facts.most_impacts > 20);
   CHECK(reference.facts.self_error < 1e-16);
-  const double coarse = kernel_error(sample, grid, 64, reference);
-  const double fine = kernel_error(sample, grid, 512, reference);
-  CHECK(coarse < 3e-3 * reference.amplitude);
+  const double coarse = kernel_error(sample, grid, 32, reference);
+  const double fine = kernel_error(sample, grid, 256, reference);
+  CHECK(coarse < 6e-3 * reference.amplitude);
   CHECK(fine < coarse / 4);  // first order: drag takes no part in what is left of a step after an impact
 }
 
@@ -335,7 +335,7 @@ TEST_CASE("a wrong law shows in the report as an error of the size that it has")
   const auto sample = hailstones();
   const auto grid = own_steps(sample);
   const auto right = first_reference(sample, grid, on_one_thread());
-  constexpr std::uint64_t parts = 512;
+  constexpr std::uint64_t parts = 256;
   const double error = kernel_error(sample, grid, parts, right);
   const auto changed = [&](const auto& change) {
     auto wrong = sample;
@@ -350,7 +350,7 @@ TEST_CASE("a wrong law shows in the report as an error of the size that it has")
   };
   changed([](dvdx::Plane& floor) { floor.restitution = 0.41; });
   changed([](dvdx::Plane& floor) { floor.friction = 0.31; });
-  changed([](dvdx::Plane& floor) { floor.viscosity = 0.02; });
+  changed([](dvdx::Plane& floor) { floor.normal_viscosity = 0.02; });
 }
 
 TEST_CASE("a ball on a floor of restitution 0.51 in place of 0.5 is off by what the law says") {

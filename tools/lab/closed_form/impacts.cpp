@@ -87,6 +87,7 @@ class Journey {
       while (j < surfaces_.size() && !(touches_[j] && normal_speed(j) < -none)) ++j;
       if (j == surfaces_.size()) {
         for (const auto at : still_touching()) v_ -= normal_speed(at) * surfaces_[at].normal_at(x_);
+        if (length(v_) <= 0x1p-88L * duration_ * length(field_.at(v_))) v_ = {};
         return;
       }
       strike(j);
