@@ -16,6 +16,7 @@ import json
 import os
 import re
 import resource
+import signal
 import subprocess
 import sys
 import zlib
@@ -175,23 +176,25 @@ def build():
     run("--build", BUILD, "--parallel", str(os.cpu_count()), "--target", "dvdx_tests", "dvdx_no_allocation")
 
 
-def limited():
-    resource.setrlimit(resource.RLIMIT_AS, (16 << 30, 16 << 30))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 30, 1 << 30))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+def limit(seconds):
+    for what, most in ((resource.RLIMIT_CPU, int(seconds)), (resource.RLIMIT_AS, 16 << 30), (resource.RLIMIT_FSIZE, 1 << 30),
+                       (resource.RLIMIT_CORE, 0)):
+        resource.setrlimit(what, (most, most))
 
 
 def run_program(arguments, number, seconds):
-    """The exit status of a test program with one fault active (0: none), None at the time limit, and what it said."""
+    """The exit status of a test program with one fault active (0: none), None at the time limit, and what it said. What is
+    limited is processor time, which does not depend on what else the machine does, and for a deadlock twenty times as much
+    of time."""
     environment = {**os.environ, "DVDX_MUTANT": str(number)}
     process = subprocess.Popen(arguments, cwd=BUILD, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                               preexec_fn=limited, start_new_session=True)
+                               preexec_fn=lambda: limit(seconds), start_new_session=True)
     try:
-        output = process.communicate(timeout=seconds)[0].decode(errors="replace")
+        output = process.communicate(timeout=20 * seconds)[0].decode(errors="replace")
     except subprocess.TimeoutExpired:
-        os.killpg(process.pid, 9)
+        os.killpg(process.pid, signal.SIGKILL)
         return None, process.communicate()[0].decode(errors="replace")
-    return process.returncode, output
+    return None if process.returncode in (-signal.SIGXCPU, -signal.SIGKILL) else process.returncode, output
 
 
 def failure(arguments, number, seconds):
