@@ -136,13 +136,13 @@ TEST_CASE("theory: any drag among other forces leaves first order") {
   CHECK(theory_of(file, Method::combined).order == 1.0);
 }
 
-TEST_CASE("a ball that bounces is exact by method combined, and the plain loops stay away") {
+TEST_CASE("a ball that bounces is exact by method combined, and by no plain loop") {
   auto file = shipped("bouncing");
   file.duration = 10;
   const auto report = measured(file);
   CHECK(report.reference.kind == "closed_form");
   for (const auto& run : report.runs) {
-    CHECK(!run.is_baseline);
+    if (run.is_baseline) CHECK(run.errors.relative > 1e-4);
     if (run.method == "combined") CHECK(run.errors.relative < 1e-11);
   }
 }
