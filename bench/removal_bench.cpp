@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t in_cache = 1024, many = 1'000'000;
 
-// Eight columns of 4 bytes, every so manieth particle gone, copied to a place of their own so that each turn has as much to do.
+// Eight columns of 4 bytes, every n-th particle gone, copied to a place of their own so that each turn has as much to do.
 void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
   std::vector<std::uint64_t> gone(in_cache / 64);
   for (std::size_t i = 0; i < in_cache; i += every) gone[i / 64] |= std::uint64_t{1} << (i % 64);

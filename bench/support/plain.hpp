@@ -47,7 +47,7 @@ void plain_floor_step(const PlainArrays<T>& arrays, T gravity, T e, T h);
 template <class T>
 void plain_radial_step(const PlainArrays<T>& arrays, T rate, T l, T h);
 
-// Underdamped coefficients each, from the text book's formulas: x1 = a x0 + b v0, v1 = c x0 + a v0 - g b v0.
+// Underdamped coefficients each, from textbook formulas: x1 = a x0 + b v0, v1 = c x0 + a v0 - g b v0.
 void plain_coefficients(const double* W, const double* g, double h, std::size_t n, double* a, double* b, double* c);
 
 // One fused step x += S v - C x, v -= A x + B v with Kahan's sum: what each column loses is kept in `rests` and given back.

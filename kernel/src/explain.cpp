@@ -193,7 +193,7 @@ std::string describe_accuracy(const Scene& scene, const System& system, int impa
   }
   if (scene.contacts.empty()) return words;
   words += "             as long as no particle has more than " + std::to_string(impacts) +
-           " impacts in a step; what bounces ever lower rests within a step of its time";
+           " impacts in a step; what bounces ever lower comes to lie within a step of its time";
   const auto is_sphere = [](const Contact& contact) { return std::holds_alternative<Sphere>(contact); };
   if (std::any_of(scene.contacts.begin(), scene.contacts.end(), is_sphere))
     words += ", and what slides on a sphere is of order 1";

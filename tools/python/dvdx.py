@@ -284,7 +284,8 @@ class State:
 
     Six 1-D arrays; two of shape (n, 3); or one structured array with the fields position and velocity (3 numbers each) or x, y,
     z, vx, vy, vz. m and m/s, float32 or float64, all alike; any strides. The arrays are kept, and are what a step writes.
-    rests: as many arrays of the same kind, zero at first, where plans with rounding="compensated" keep what does not fit.
+    rests: the residuals, as many arrays of the same kind, zero at first: plans with rounding="compensated" keep in them
+      what does not fit.
     """
 
     def __init__(self, *arrays, time=0.0, rests=()):
@@ -483,7 +484,7 @@ def compile(scene, state, step=1 / 60, **options):  # noqa: A001: the library's 
     """A plan for a scene and the particles of a state, in the precision of its arrays; step in s, negative runs time backwards.
 
     options: isa ("reference", "sse2", "avx2", "avx512", "neon64"; the best where none is named), arithmetic ("separate" or
-    "contracted"), block, impacts and rounding ("compensated", for states with rests), as in dvdx_options.
+    "contracted"), block, impacts and rounding ("compensated", for states with residuals), as in dvdx_options.
     """
     handle = _ffi.new("dvdx_plan**")
     _call(_lib.dvdx_plan_create, scene._handle, _options(state, step, options), state._struct, handle)

@@ -196,7 +196,7 @@ typedef struct dvdx_drag {
   dvdx_method method;
 } dvdx_drag;
 
-// What a surface does to whoever meets it.
+// What a surface does to a particle that meets it.
 typedef struct dvdx_surface {
   double restitution;       // 0..1
   double friction;          // Coulomb's coefficient, >= 0
@@ -346,7 +346,7 @@ typedef struct dvdx_allocator {
 
 typedef enum dvdx_rounding {
   DVDX_PLAIN = 0,
-  DVDX_COMPENSATED,  // of float32 alone: digits that do not fit are kept in the state's rest columns
+  DVDX_COMPENSATED,  // of float32 alone: digits that do not fit are kept in the state's residual columns, x_rest and v_rest
 } dvdx_rounding;
 
 typedef struct dvdx_options {
@@ -361,7 +361,7 @@ typedef struct dvdx_options {
 } dvdx_options;
 
 // The caller's threads: run() calls body(task, index) for every index below count, on any threads, and returns when all are
-// done. body allocates nothing and throws nothing, and results never depend on who runs what.
+// done. body allocates nothing and throws nothing, and results never depend on which thread runs which index.
 typedef void (*dvdx_body)(void* task, size_t index);
 typedef struct dvdx_parallel {
   void (*run)(void* context, size_t count, dvdx_body body, void* task);

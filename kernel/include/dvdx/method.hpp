@@ -13,7 +13,7 @@ enum class Method {
 
 enum class Expansion {  // of the drag's exponential
   exact,                // 1 - exp(-c h/m)
-  first_order,  // c h/m: the text's shortcut; first order in time and unstable for c h/m > 2. Never part of a combined system.
+  first_order,  // c h/m: Brown's shortcut; first order in time and unstable for c h/m > 2. Never part of a combined system.
 };
 
 enum class Sweep {  // the path that a contact is looked for on
@@ -22,7 +22,7 @@ enum class Sweep {  // the path that a contact is looked for on
 };
 
 enum class Response {  // what an impact at the fraction f of a step does to the position
-  resume,              // the pulse acts for the rest of the step: dx = (1-f) h dv
+  resume,              // the pulse acts for the remaining step: dx = (1-f) h dv
   seed,                // two pulses along the normal, of which the second ends the step on the surface: dx = n n.(x(f) - x(h))
 };
 

@@ -6,7 +6,7 @@
 namespace dvdx {
 
 // Runs body(task, index) for every index below count, on whatever threads the caller has, and returns when all are done.
-// body neither throws nor locks nor allocates. Results never depend on who runs which index.
+// body neither throws nor locks nor allocates. Results never depend on which thread runs which index.
 struct ParallelFor {
   using Body = void (*)(void* task, std::size_t index);
   using Run = void (*)(void* context, std::size_t count, Body body, void* task);

@@ -31,8 +31,8 @@ using Expected = tl::expected<T, Error>;
 // What becomes of the digits of a step's result that the state's scalar type cannot hold.
 enum class Rounding {
   plain,  // they are lost
-  // They are carried in the state's rest columns, and the step is worked out in float64: of float32 states alone. The numbers
-  // are those of a float64 step to 48 bits; x and v stay float32 columns that anybody can read. Costs a float64 step and, once
+  // They are carried in the state's residual columns, and the step is worked out in float64: of float32 states alone. The
+  // numbers are those of a float64 step to 48 bits; x and v stay readable float32 columns. Costs a float64 step and, once
   // a call, the way there and back (bench/compensated_bench.cpp). Kahan's sums in float32 lanes would cost less where a call is
   // one step, and leave the coefficients' rounding, which grows faster than the state's (docs/stability.md).
   compensated,
@@ -41,7 +41,7 @@ enum class Rounding {
 // What becomes of springs between particles that are asked for in fewer sub-steps than they stand.
 enum class Unstable {
   refused,  // compile() and set_step() name the fewest
-  allowed,  // they are stepped, and may grow beyond all bounds: for those who study that
+  allowed,  // they are stepped, and may grow without bound: for studies of instability
 };
 
 struct Options {
@@ -60,7 +60,7 @@ struct Options {
 enum class StepResult {
   done,
   count_differs,       // the plan holds values per particle, and the state has another count: nothing was stepped
-  capacity_too_small,  // a column's capacity is below the state's count (a compensated plan: its rests' too): nothing was
+  capacity_too_small,  // a column's capacity is below the state's count (a compensated plan: its residuals' too): nothing was
                        // stepped
   in_use,              // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
   workspace_differs,   // the workspace given was made for another scene or number of sub-steps: nothing was stepped
@@ -83,7 +83,7 @@ template <class T>
 class Plan;
 
 // The memory that one state works in while a plan steps it: nothing where a scene joins no particles. Between calls it belongs
-// to nobody, so that one may serve many states, one after the other.
+// to no state: one may serve many states, one after the other.
 template <class T>
 class DVDX_EXPORT Workspace {
  public:
@@ -123,7 +123,7 @@ class DVDX_EXPORT Plan {
   // floating-point environment is restored.
   StepResult step(State<T>& state, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
   // The same in a workspace of the caller's, made by this plan or a clone: workspace_differs where a change since then needs
-  // another. The bits are the same whoever's the workspace is.
+  // another. The bits do not depend on which workspace it is.
   StepResult step(State<T>& state, Workspace<T>& workspace, std::size_t steps = 1,
                   const ParallelFor& parallel = {}) const noexcept;
 

@@ -80,7 +80,7 @@ struct Plane {
   bool operator==(const Plane&) const = default;
 };
 
-// Particles may be outside (or inside) a sphere; the rest as for a plane.
+// Particles may be outside (or inside) a sphere; all else as for a plane.
 struct Sphere {
   Vec3 center{};      // m
   double radius = 1;  // m, > 0

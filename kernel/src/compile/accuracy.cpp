@@ -162,7 +162,7 @@ class Search {
     if (contact.response == Response::seed) limit(1, at + " ends the step of an impact on the surface (response seed)");
     if (contact.friction > 0) limit(1, at + " rubs what slides at the ends of steps");
     if (is_any_damped_) limit(1, at + ": what damps is taken as if an impact did not turn the velocity");
-    if (is_varying_) limit(2, at + ": impacts are looked for on a parabola, and the rest of the step keeps its forces");
+    if (is_varying_) limit(2, at + ": impacts are looked for on a parabola, and the remaining step keeps its forces");
     if (contact.sweep == Sweep::line && !scene_.forces.empty()) limit(2, at + ": impacts are looked for on a straight line");
   }
 

@@ -11,10 +11,10 @@
 //   d_lambda = -(kappa C + eta n.moved + lambda) / (1 + (kappa + eta) (w_a + w_b)),   kappa = k h^2, eta = c h
 // The total shift S of the sweeps is what the force moves x by within h, so that over the whole sub-step
 //   v += S / (theta^2 s),   x += (2 theta - 1) / theta^2 S
-// before the flow over the rest of it. theta = 1/2: a pulse at the middle that depends on the positions there alone, so that
-// the step is its own inverse with -s, hence of second order; with a forward and a backward sweep its matrix is symmetric and
-// below 4/s^2, so that linear networks are stable at every step. theta = 1 and forward sweeps: extended position-based dynamics
-// in small steps (Macklin et al. 2019), of first order and damped.
+// before the flow over what remains of it. theta = 1/2: a pulse at the middle that depends on the positions there alone, so
+// that the step is its own inverse with -s, and so of second order; with a forward and a backward sweep its matrix is symmetric
+// and below 4/s^2, so that linear networks are stable at every step. theta = 1 and forward sweeps: extended position-based
+// dynamics in small steps (Macklin et al. 2019), of first order and damped.
 
 namespace dvdx {
 namespace {

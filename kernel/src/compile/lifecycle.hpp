@@ -14,8 +14,8 @@
 
 namespace dvdx {
 
-// Steps that are taken while a chunk is in cache: what dies on the way is stepped to their end, which of a life of 50 steps is
-// one in 14.
+// Steps that are taken while a chunk is in cache: what dies during them is stepped to their end,
+// which adds one step in 14 where particles live for 50.
 inline constexpr std::size_t batch_steps = 8;
 inline constexpr std::size_t live_chunk = 1024;    // particles that are stepped, marked and moved while they are in cache
 inline constexpr std::size_t live_segments = 8;    // pieces that the particles are cut into for threads

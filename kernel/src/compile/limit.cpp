@@ -194,7 +194,7 @@ bool is_calm(const Oscillation& step) {
   return is_stable(step) && ratio > 0.5 && ratio < 2;
 }
 
-// What the seed's sum stands of the highest frequency before it grows, the least over chains, rings and cloth (`dvdx
+// The highest frequency times sub-step at which Brown's sum does not grow yet, the least over chains, rings and cloth (`dvdx
 // stability`). The more springs a particle has, the lower its own springs' frequencies stand below the highest one, and the
 // nearer all sums come to leapfrog: with 7 springs on each of 8 particles the average one and the filtered pulse take 2.09. The
 // exact one grows at every step, by 1e-3 of the amplitude at 0.5.

@@ -198,7 +198,7 @@ class LiveRun {
     return born;
   }
 
-  // As many steps as leave room for all their births, whoever dies meanwhile: which births find no room must not depend on how
+  // As many steps as leave room for all their births, whatever dies meanwhile: which births find no room must not depend on how
   // steps are batched. One step always: its births come after its deaths.
   [[nodiscard]] std::size_t batch_of(std::size_t most) noexcept {
     p_.clocks[0] = live_.state.clock;
@@ -352,7 +352,7 @@ class LiveRun {
   void for_each_segment(Task task) noexcept { parallel_.run(parallel_.context, segment_count_, task, this); }
   static LiveRun& in_step(void* run) noexcept { return *static_cast<LiveRun*>(run); }
 
-  // Into a fixed number of pieces of whole chunks, whoever settles them.
+  // Into a fixed number of pieces of whole chunks, whichever thread settles them.
   void cut(std::span<const LiveGroup> groups) noexcept {
     std::size_t all = 0;
     for (const LiveGroup& group : groups) all += group.count;

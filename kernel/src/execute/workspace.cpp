@@ -4,7 +4,7 @@
 
 namespace dvdx {
 
-// Padding holds NaN: nothing may read it, and a test would see who does.
+// Padding holds NaN: nothing may read it, and a test would see what does.
 template <class T>
 JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& memory)
     : held(shape.fixed), shape_(shape), columns_(memory) {

@@ -5,7 +5,7 @@
 
 #include "math/elementary.hpp"
 
-// Equation   y'' + q y' + w y = s^(k-2)/(k-2)!, s = 0..1, from rest: y(1) = psi_k, y'(1) = psi_{k-1}  (psi.hpp).
+// Equation   y'' + q y' + w y = s^(k-2)/(k-2)!, s = 0..1, from y = y' = 0: y(1) = psi_k, y'(1) = psi_{k-1}  (psi.hpp).
 // Solution   scaling and doubling (Higham, Functions of Matrices, 2008, section 10.3, for the exponential): on a step of 2^-m
 //            Taylor's series needs few terms; two equal steps then make one of twice the length, m times. With all numbers
 //            taken at the small step and c = 1 - w psi_2 the free motion of a unit displacement,

@@ -11,11 +11,11 @@
 //               kappa = h W sinc^2(z/2),  E = exp(-g h/2)
 //               Undamped motion along n: drift, kick, drift has trace 2 - h kappa = 2 cos z for this kappa (Gautschi's filter),
 //               so the frequency is right and the step stable at every z. Damping before and after the kick in equal parts
-//               keeps the step symmetric: it is its own inverse with -h, hence of second order, and E E = exp(-g h) damps
+//               keeps the step symmetric: it is its own inverse with -h, and so of second order, and E E = exp(-g h) damps
 //               exactly where W = 0.
 // Limits        z -> 0: kappa -> W h, leapfrog. z = 2 pi n: no kick. r = 0 has no direction: no kick.
 // Coefficients  sinc^2(z/2) = 2 (1 - cos z)/z^2 = 2 psi_2(w,0).
-// Other methods the spring's A, B, C, D along n at the step's start, e = r - l, v = u: the seed's reading, first order in
+// Other methods the spring's A, B, C, D along n at the step's start, e = r - l, v = u: Brown's reading, first order in
 // space. Source        Gautschi 1961; Hairer, Lubich, Wanner, XIII.1 (filtered leapfrog).
 
 namespace dvdx {

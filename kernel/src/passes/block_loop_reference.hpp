@@ -1,4 +1,4 @@
-// The loop over a block for the scalar twins: one particle at a time, the same passes in the same order as sweep.inl.hpp.
+// The loop over a block for the scalar twins: one particle at a time, the same passes in the same order as block_loop.inl.hpp.
 #pragma once
 
 #include <cstddef>

@@ -50,7 +50,7 @@ std::uint64_t states_written(std::uint64_t steps, std::uint64_t every) {
 }
 
 // Writes, weighs and hashes states as the world sees them: in float64 where their own columns are counted from an origin of
-// their own or carry rests, else as they are.
+// their own or carry residuals, else as they are.
 template <class T>
 class Observer {
  public:

@@ -33,7 +33,7 @@ class LiveMemory {
 
   [[nodiscard]] LiveState<T>& live() noexcept { return live_; }
 
-  // Who each particle is goes along with it from now on.
+  // Each particle's id moves along with it from now on.
   void carry_ids() {
     ids_.assign(live_.state.x[0].capacity, 0);
     carried_ = {ids_.data(), sizeof(std::uint32_t), sizeof(std::uint32_t)};

@@ -29,7 +29,7 @@ class LiveSimulation {
                                          .rounding = rounding_of(engine.precision)})),
         parallel_(parallel(engine.threads)) {}
 
-  // Who the particles are, from now on.
+  // The particles' ids, from now on.
   [[nodiscard]] ParticleIds ids() {
     memory_.carry_ids();
     return [this](std::size_t count) { return memory_.ids(count); };

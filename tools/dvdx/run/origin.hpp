@@ -15,7 +15,7 @@ void choose_origin(SceneFile& file, Precision precision);
 // Whether a state's own columns are not yet what the world sees.
 [[nodiscard]] bool is_seen_from_elsewhere(const Scene& scene, Rounding rounding) noexcept;
 
-// The state's numbers, rests added and counted from the world's origin. Both must have the scene's count.
+// The state's numbers, residuals added and counted from the world's origin. Both must have the scene's count.
 template <class T>
 void to_world(const Scene& scene, const State<T>& state, State<double>& world);
 

@@ -6,7 +6,7 @@
 
 namespace dvdx::tool {
 
-// Writes position (from the scene's origin) and velocity of every particle, rounded once to T or to T and its rest; fixed
+// Writes position (from the scene's origin) and velocity of every particle, rounded once to T or to T and its residual; fixed
 // particles get velocity zero. Throws Fault
 // (bad_scene) where a value is beyond T. state.count must be the scene's.
 template <class T>

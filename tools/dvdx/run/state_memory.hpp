@@ -22,7 +22,7 @@ inline constexpr std::array<Named<Layout>, 3> layouts{{{"soa", Layout::soa}, {"a
 template <class T>
 class StateMemory {
  public:
-  // Rests, where they are carried, lie beside the layout in columns of their own.
+  // Residuals, where they are carried, lie beside the layout in columns of their own.
   StateMemory(Layout layout, std::size_t count, Rounding rounding = Rounding::plain) : memory_(make(layout, count)) {
     if (rounding == Rounding::compensated) rests_.emplace(count);
   }

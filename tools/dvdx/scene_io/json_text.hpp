@@ -11,7 +11,7 @@ namespace dvdx::tool {
 // Arrays and objects within one another; a scene needs 7.
 inline constexpr std::size_t max_json_depth = 32;
 
-// `name` is what messages call the text. Throws Fault (bad_scene).
+// `name` is what messages call the input. Throws Fault (bad_scene).
 [[nodiscard]] nlohmann::json parse_json(const std::string& name, std::string_view text);
 
 // A value as a message shows it: its JSON, cut where it is long.

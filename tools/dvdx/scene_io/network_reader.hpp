@@ -28,7 +28,7 @@ class NetworkReader {
   [[nodiscard]] const std::vector<Vec3>& positions() const noexcept { return positions_; }
   [[nodiscard]] Scalars masses() const;
 
-  // Reads the rest, which may name any of a scene's particles, and adds all networks, their coupling, their fixed particles
+  // Reads what remains, which may name any of a scene's particles, and adds all networks, their coupling, their fixed particles
   // and their topology to the scene. A network's method is the scene's where it names none.
   void add_to(SceneFile& file, const Population& population) const;
 

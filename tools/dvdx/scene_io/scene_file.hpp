@@ -41,7 +41,7 @@ struct SceneFile {
   Particles particles;
   Scene scene;                 // masses, forces, contacts, networks, constraints, fixed particles
   Topology topology{};         // of the networks and constraints
-  bool is_origin_free = true;  // the file leaves the origin to whoever runs the scene
+  bool is_origin_free = true;  // the file leaves the origin to the command that runs the scene
   Turnover turnover{};         // capacity 0: no particle comes or goes
 };
 

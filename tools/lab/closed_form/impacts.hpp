@@ -8,13 +8,13 @@
 //           exp(-normal_viscosity) and tau = exp(-viscosity).
 // Settling. Infinitely many impacts with e < 1 end at a finite time. What is left of them is closed where it takes less than
 //           1e-15 of the run; with a viscosity they leave no tangential velocity, as each multiplies it by tau.
-// Rest.     On planes, one, two or three: the normal forces hold it, friction mu N acts against the sliding velocity or holds
+// Resting.  On planes, one, two or three: the normal forces hold it, friction mu N acts against the sliding velocity or holds
 //           what it can hold. Straight and frictionless slides are exponentials again; a slide on one plane that friction and
-//           another force bend is a Taylor series of order 30 in long double. Viscosity does not act on what rests.
+//           another force bend is a Taylor series of order 30 in long double. Viscosity does not act on a resting particle.
 //
 // Not covered, and said so: other forces than constants and drag, a particle that starts inside a surface, slides on spheres
-// (rest on one is covered), slides along a sphere and a plane together, drag that differs between axes and changes the normal
-// force, and more than 200 000 impacts of one particle.
+// (resting on one is covered), slides along a sphere and a plane together, drag that differs between axes and changes the
+// normal force, and more than 200 000 impacts of one particle.
 #pragma once
 
 #include <cstdint>

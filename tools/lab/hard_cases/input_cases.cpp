@@ -185,7 +185,7 @@ Worst bad_particle(Way& way) {
   return worst;
 }
 
-// Whoever is not joined with it keeps every bit; whoever is stays finite, without its springs.
+// A particle that is not joined with it keeps every bit; one that is stays finite, without its springs.
 template <class T>
 Worst bad_neighbour(Way& way) {
   Worst worst;

@@ -6,8 +6,8 @@
 // Equation   x'' = -a - W x - g v above the plane x = 0
 // Path       of a step without impact, from (x0, v0) to (x1, v1) in the time t: the parabola x0 + f t v0 + f^2 (x1 - x0 - t v0)
 // Impact     at its first root f; there v_f = v0 + f (v1 - v0)
-// Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a it acts on the position for the rest of the step: dx = (1 - f) t dv.
-//            The text's own second pulse ends the step on the plane instead.
+// Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a it acts on the position for the remaining step: dx = (1 - f) t dv.
+//            Brown's own second pulse ends the step on the plane instead.
 // Energy     under a alone, e = 1: E' - E = dv (v1 + dv/2) + a dx = 2 v_f (v_f - v1 - (1-f) t a) = 0, for v1 = v_f - (1-f) t a.
 //            Ended on the plane, the speed is |v_f| less (1-f) t a, and the height is lost: E'/E = (1 - (1-f) t a/|v_f|)^2.
 

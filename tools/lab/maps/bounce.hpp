@@ -1,4 +1,4 @@
-// An impact by analysis: what a step with a bounce makes of a particle's energy, by the text's pulse alone. One particle above
+// An impact by analysis: what a step with a bounce makes of a particle's energy, by Brown's pulse alone. One particle above
 // a plane at x = 0, under a force that draws it there; the flow between impacts is exact.
 #pragma once
 
@@ -41,7 +41,7 @@ struct Bounce {
 };
 
 // Starts from which the exact flow meets the plane after so many equal parts of a step h, in their middles. Each must lie above
-// the plane: h no longer than the flight that ends there. Starts that the text's response leaves on the plane with a velocity
+// the plane: h no longer than the flight that ends there. Starts that Brown's response leaves on the plane with a velocity
 // into it are not among them: rounding decides whether they are then inside, where that velocity is taken away.
 [[nodiscard]] std::vector<Motion> starts_of(const Bounce& bounce, double h);
 

@@ -49,7 +49,7 @@ class Claims {
  public:
   Claims(double omega, const Setup& setup) : omega_(omega), setup_(setup) {}
 
-  // `expected` is what the analysis gives; the text's word holds from `at_least` on.
+  // `expected` is what the analysis gives; Brown's claim holds from `at_least` on.
   void add_ratio(const char* claim, const char* where, Variant variant, Method over, Method under, double expected,
                  double at_least) {
     const double measured = error_of(variant, omega_, over, setup_) / error_of(variant, omega_, under, setup_);

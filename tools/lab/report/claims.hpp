@@ -1,4 +1,4 @@
-// What the text that this library grew from says of two springs, measured where it holds and where it does not.
+// What Brown (docs/math.md) claims about two springs, measured where it holds and where it does not.
 #pragma once
 
 #include "report/results.hpp"

@@ -90,7 +90,7 @@ std::string work_precision(const SceneReport& scene, Precision precision, const 
     std::string data;
     for (const auto& run : scene.runs) {
       if (run.method != style.method || run.precision != precision || run.errors.diverged) continue;
-      const double error = std::max(run.errors.relative, 1e-18);  // an error of nought has no logarithm
+      const double error = std::max(run.errors.relative, 1e-18);  // an error of zero has no logarithm
       if (std::isfinite(error)) data += fmt::format("{} {}\n", error, run.ns_per_particle_second());
     }
     if (data.empty()) continue;

@@ -66,7 +66,7 @@ std::string long_run_text(const SceneReport& scene) {
 std::string claims_text(const SceneReport& scene) {
   if (scene.claims.empty()) return "";
   TextTable table(2);
-  table.row({"claim of the text", "where", "analysis", "measured", "verdict"});
+  table.row({"Brown's claim", "where", "analysis", "measured", "verdict"});
   std::string last;
   for (const auto& claim : scene.claims) {
     table.row({claim.claim == last ? "" : claim.claim, claim.where, claim.expected, fmt::format("{:.3g}", claim.measured),

@@ -25,7 +25,7 @@ struct Cost {
   double seconds_per_simulated_second = 0;  // of all particles
 };
 
-// Who measures for a search. Tests answer with formulas.
+// What measures for a search. Tests answer with formulas.
 class Probe {
  public:
   Probe() = default;

@@ -110,7 +110,7 @@ class Subject {
 };
 
 // The largest distance of a position, in units in the last place of the particle's largest coordinate; not a number where
-// contraction changed who lives.
+// contraction changed which particles live.
 template <class T>
 double ulps_between(const Values<T>& wanted, const Values<T>& values) {
   if (wanted.size() != values.size()) return std::numeric_limits<double>::quiet_NaN();

@@ -22,7 +22,7 @@ namespace dvdx::tool {
 namespace {
 
 constexpr std::array<const char*, 12> fields = {
-    "x", "y", "z", "vx", "vy", "vz", "rest of x", "rest of y", "rest of z", "rest of vx", "rest of vy", "rest of vz"};
+    "x", "y", "z", "vx", "vy", "vz", "residual x", "residual y", "residual z", "residual vx", "residual vy", "residual vz"};
 constexpr std::array thread_counts = {1, 2, 3, 5};
 constexpr std::array<std::size_t, 5> blocks = {0, 16, 32, 336, 1024};
 // What a scene may cost: particle-steps of one run of all its particles, and of one run of the sample, which is run hundreds

@@ -1,4 +1,4 @@
-// The affine pass, wide. Formulas only: where they come from stands in forces/, their scalar twins in affine_reference.cpp.
+// The affine pass, wide. Formulas only: where they come from stands in forces/, their scalar twins in affine_reference.hpp.
 // A flow takes (x, v) of one axis to the end of the step; `i` is the index of the first lane in the plan's columns.
 #pragma once
 

@@ -18,7 +18,7 @@
 //          stays in the triangle x0, x0 + u/2, x1; so nothing happens where the last two are outside, and that is the test that
 //          every particle pays for. (If x0 alone is inside, the particle is on its way out.)
 // Pulse.   Brown's contribution of an impact: a velocity pulse at f, which by dx = Int Int a acts on the position for the
-//          rest of the step. With v_f = v0 + f (v1 - v0), v_n = n.v_f <= 0:
+//          remaining step. With v_f = v0 + f (v1 - v0), v_n = n.v_f <= 0:
 //            v_n' = -e v_n,   v_t' = tau v_t less Coulomb's min(mu (1 + e) |v_n|, |tau v_t|),   dv = v' - v_f
 //            resume:  dx = (1-f) t dv      seed:  dx = -n n.(x1 - x(f))
 //          `seed` is the second pulse of Brown's text, in the direction of the first: it ends the step on the surface (on its
@@ -29,9 +29,9 @@
 //          than rounding (v_n^2 |t| <= 2 |n.(v1 - v0)| low) nor comes faster than by |n.(v1 - v0)|.
 //          Energy with `resume`, e = tau = 1, mu = 0 and constant acceleration a_n: x1 and v1 become x1 + (1-f) t dv and
 //          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
-//          `resume` goes on with the rest of the step as a new path, on which every surface is looked for again; the one just
+//          `resume` goes on with the remaining step as a new path, on which every surface is looked for again; the one just
 //          left stands at s0 = 0 exactly.
-// Rest.    What is inside after all impacts is put onto the surface, and its v_n < 0 is removed as by a plastic impact, with
+// Resting. What is inside after all impacts is put onto the surface, and its v_n < 0 is removed as by a plastic impact, with
 //          Coulomb's friction of the velocity removed. A particle whose tangential velocity does not move it by half an ulp in
 //          the step stays where the path began: rounding alone must not make a resting particle creep. Several surfaces: in
 //          turn, until all agree within rounding.
@@ -57,13 +57,13 @@ struct Surface {
   T side = 1;                   // sphere: 1 where particles are outside, -1 inside
   T half_curvature = T(0.5);    // sphere: side / (2 radius), 1/m
   T e = 0;                      // what an impact leaves of the normal velocity, restitution and normal viscosity together
-  T tau = 1;                    // ... and of the tangential velocity, unless it rests: exp(-viscosity)
+  T tau = 1;                    // ... and of the tangential velocity, unless it is resting: exp(-viscosity)
   T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
-  T hold = 0;  // at rest, tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
+  T hold = 0;  // resting: tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
 };
 
-// A bounce that rises by less than so many epsilons of the coordinates, d0^2 / (4 |c|), is rest: rounding alone would keep a
-// particle that slides on an oblique plane bouncing (18 impacts in a step, and ten times the time of one that rests).
+// A bounce that rises by less than this many epsilons of the coordinates, d0^2 / (4 |c|), is resting: rounding alone would keep
+// a particle that slides on an oblique plane bouncing (18 impacts in a step, and ten times the time of a resting one).
 inline constexpr int low_bounce = 2;
 
 // Newton's steps to a sphere, and rounds in which surfaces that disagree push a particle.

@@ -245,7 +245,7 @@ Crossing<V> cross(const Surface<Scalar<V>>& surface, const Motion<V>& m, V t, Ma
                                        : cross_sphere<V, arithmetic>(surface, m, t, held, low);
 }
 
-// ---------------------------------------------------------------------------------- impact and rest
+// ---------------------------------------------------------------------------------- impacts and resting
 
 // What friction that can take away `slide` leaves of a tangential velocity; all of it vanishes up to `hold`.
 template <class V>

@@ -184,7 +184,7 @@ std::optional<T> cross_sphere(const Surface<T>& surface, const Particle<T>& p, T
   return f;
 }
 
-// ---------------------------------------------------------------------------------- impact and rest
+// ---------------------------------------------------------------------------------- impacts and resting
 
 template <class T>
 T kept_by_friction(T slide, T hold, T length) noexcept {

@@ -38,7 +38,7 @@ void set_impact(Surface<T>& surface, double restitution, double friction, double
   surface.e = static_cast<T>(restitution * exp_negative(normal_viscosity));
   surface.tau = static_cast<T>(exp_negative(viscosity));
   surface.mu = static_cast<T>(std::min(friction, static_cast<double>(limits.max())));
-  // A surface that leaves no tangential velocity holds what rests on it, too.
+  // A surface that leaves no tangential velocity holds a resting particle, too.
   if (surface.tau <= 0) surface.mu = limits.max();
   surface.hold = std::max(surface.mu, 8 * limits.epsilon());
 }

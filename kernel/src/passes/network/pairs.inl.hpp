@@ -1,4 +1,4 @@
-// The seed's sum: each pair's own integral contribution, wide. The scalar twin: pairs_reference.hpp.
+// Brown's sum: each pair's own integral contribution, wide. The scalar twin: pairs_reference.hpp.
 #pragma once
 
 #include "passes/network/graph.inl.hpp"

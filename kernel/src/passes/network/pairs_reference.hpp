@@ -1,4 +1,4 @@
-// The seed's sum: each pair's own integral contribution, scalar.
+// Brown's sum: each pair's own integral contribution, scalar.
 #pragma once
 
 #include "passes/network/graph_reference.hpp"

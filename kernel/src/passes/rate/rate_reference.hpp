@@ -20,7 +20,7 @@ inline void rate(const RateRun& run) noexcept {
   }
 }
 
-// Equation   x'' = exp(i Omega tau) - W x - g x' from rest
+// Equation   x'' = exp(i Omega tau) - W x - g x' from x = v = 0
 // Solution   dv = h K', dx = h^2 K with K = sum_m c_m / (m+2)!, K' = sum_m c_m / (m+1)!, where c_m collects the terms of
 //            order m of psi's own series and of exp(i theta s):  c_0 = d_0,  c_{m+1} = i theta c_m + d_{m+1}
 inline void rate_sinusoid(const RateSinusoid& run) noexcept {

@@ -51,8 +51,8 @@ void gather_sum(const Column<float>& column, const Column<float>& rest, std::siz
 void scatter_sum(const double* in, std::size_t first, std::size_t n, const Column<float>& column,
                  const Column<float>& rest) noexcept;
 
-// Copies all particles and the clock. Both states must hold the same count; the layouts and scalar types may differ. Rests are
-// added where only `from` has them, and made where only `to` has.
+// Copies all particles and the clock. Both states must hold the same count; the layouts and scalar types may differ. Residuals
+// are added where only `from` has them, and made where only `to` has.
 template <class To, class From>
 void copy(const State<From>& from, State<To>& to) noexcept {
   const auto copy_column = [n = from.count](const Column<From>& source, const Column<To>& target) {

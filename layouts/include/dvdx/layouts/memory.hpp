@@ -9,7 +9,7 @@ namespace dvdx {
 
 // The caller's allocator; without functions, the C++ library's. `context` must live as long as what was allocated.
 struct Memory {
-  // bytes > 0, boundary a power of two; null where there is no memory: whoever asked then fails with out of memory.
+  // bytes > 0, boundary a power of two; null where there is no memory: the call that asked then throws std::bad_alloc.
   using Allocate = void* (*)(void* context, std::size_t bytes, std::size_t boundary);
   using Release = void (*)(void* context, void* memory, std::size_t bytes, std::size_t boundary);
 

@@ -24,15 +24,15 @@ struct State {
   std::array<Column<T>, 3> v;  // velocity, m/s
   std::size_t count = 0;       // particles; every column's capacity must be at least this
   Clock clock{};
-  // For compensated plans alone (capacity 0 elsewhere): what the value beside it could not hold. The number meant is the sum,
-  // to 48 bits where T is float.
+  // For compensated plans alone (capacity 0 elsewhere): residuals, what the value beside it could not hold. The number meant is
+  // the sum, to 48 bits where T is float.
   std::array<Column<T>, 3> x_rest{};
   std::array<Column<T>, 3> v_rest{};
 
   [[nodiscard]] bool has_rests() const noexcept { return x_rest[0].base != nullptr; }
 };
 
-// `state` with the columns of `rests` for what its own cannot hold. Both must have the same count; rests start at zero where
+// `state` with the columns of `rests` as its residuals. Both must have the same count; residuals start at zero where
 // the state holds its numbers exactly.
 template <class T>
 [[nodiscard]] State<T> compensated(State<T> state, const State<T>& rests) noexcept {

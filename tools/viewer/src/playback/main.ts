@@ -9,7 +9,7 @@ import { Player } from './player';
 import { readBounds, readJoints, readScene } from './scene';
 import { type Inks, View, hasWebGl } from './view';
 
-// What the page shows at the moment, for those who drive it from outside.
+// What the page shows at the moment, for scripts that drive it from outside.
 interface Shown {
   frames: number;
   loaded: number;
@@ -40,7 +40,7 @@ function countText(frame: FrameFacts): string {
   return (frame.count === frame.all ? text : `${text}, ${number(frame.count)} of them shown`) + bad;
 }
 
-// Nine frames in ten go no faster: a jolt must not leave the rest without colour.
+// Nine frames in ten go no faster: a jolt must not leave the others without colour.
 function usualSpeed(facts: readonly FrameFacts[]): number {
   const speeds = facts.map(({ speed }) => speed).sort((a, b) => a - b);
   return speeds[Math.floor(0.9 * (speeds.length - 1))]!;

@@ -21,7 +21,7 @@ export type Contact = PlaneContact | SphereContact;
 export type Anchors = 'start' | Vector | Vector[]; // one for all particles, or one each
 
 export interface Scene {
-  every: number; // each so-manieth particle is shown
+  every: number; // one particle in `every` is shown
   states: number;
   name?: string;
   about?: string;

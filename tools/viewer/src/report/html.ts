@@ -15,7 +15,7 @@ export function make<K extends keyof HTMLElementTagNameMap>(
 
 export interface Cell {
   text: string;
-  value?: Num; // in full, for who points at it or reads the page by program
+  value?: Num; // in full, for the pointer and for programs that read the page
   kind?: string;
 }
 

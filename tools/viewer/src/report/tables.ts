@@ -50,9 +50,9 @@ export function claimsTable(claims: readonly Claim[]): HTMLElement {
     ],
   }));
   return make('div', {},
-    make('h3', {}, 'What the text claims'),
+    make('h3', {}, 'What Brown claims'),
     make('p', { class: 'hint' }, 'Ratios of the largest position errors over half a period of the two springs.'),
-    table(['claim of the text', 'where', 'by analysis', 'measured', 'verdict'], rows));
+    table(['Brown\'s claim', 'where', 'by analysis', 'measured', 'verdict'], rows));
 }
 
 export function allRuns(scene: SceneReport): HTMLElement {

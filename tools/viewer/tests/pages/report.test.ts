@@ -65,7 +65,7 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
       expect(runs[i]!.slice(2, 7)).toEqual([run.step, run.steps, run.substeps, run.ns_per_particle_step, run.seconds_per_simulated_second]);
       expect(runs[i]!.slice(7, 10)).toEqual([run.error.position_rms, run.error.position_max, run.error.velocity_rms]);
     });
-    const claims = await tableValues(page, 'What the text claims');
+    const claims = await tableValues(page, 'What Brown claims');
     expect(claims.map((row) => row[3])).toEqual(scene.claims!.map(({ measured }) => measured));
     const throughput = await tableValues(page, `Throughput at ${scene.throughput!.length} sizes and calls`);
     expect(throughput.map((row) => row.slice(1, 5))).toEqual(
