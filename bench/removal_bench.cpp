@@ -12,10 +12,10 @@ namespace {
 
 constexpr std::size_t in_cache = 1024, many = 1'000'000;
 
-// Eight columns of 4 bytes, every n-th particle gone, copied to a place of their own so that each turn has as much to do.
+// Eight columns of 4 bytes, every n-th particle removed, copied to a place of their own so that each turn has as much to do.
 void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
-  std::vector<std::uint64_t> gone(in_cache / 64);
-  for (std::size_t i = 0; i < in_cache; i += every) gone[i / 64] |= std::uint64_t{1} << (i % 64);
+  std::vector<std::uint64_t> removed(in_cache / 64);
+  for (std::size_t i = 0; i < in_cache; i += every) removed[i / 64] |= std::uint64_t{1} << (i % 64);
   std::array<std::vector<std::uint32_t>, compact_columns> from, to;
   std::array<const std::byte*, compact_columns> in{};
   std::array<std::byte*, compact_columns> out{};
@@ -27,7 +27,7 @@ void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
   }
   const Compact compact = find_passes(isa)->compact4;
   for (auto _ : timing) {
-    benchmark::DoNotOptimize(compact(in.data(), out.data(), compact_columns, gone.data(), in_cache));
+    benchmark::DoNotOptimize(compact(in.data(), out.data(), compact_columns, removed.data(), in_cache));
     benchmark::ClobberMemory();
   }
   timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(in_cache));

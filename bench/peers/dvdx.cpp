@@ -11,7 +11,7 @@ constexpr int chosen = 0;  // the knob of a run whose sub-steps the plan chooses
 struct Variant {
   Scheme scheme = Scheme::leapfrog;
   double theta = 0.55;
-  Sweeps sweeps = Sweeps::symmetric;
+  SweepOrder sweeps = SweepOrder::symmetric;
   Arithmetic arithmetic = Arithmetic::separate;
 };
 
@@ -87,7 +87,7 @@ std::vector<int> fourth_order_counts(const Cloth& cloth) { return with_chosen(ex
 Peers dvdx_peers() {
   const Variant leapfrog{}, contracted{.arithmetic = Arithmetic::contracted}, fourth_order{.scheme = Scheme::fourth_order};
   const Variant middle{.scheme = Scheme::sequential, .theta = 0.5}, damped{.scheme = Scheme::sequential, .theta = 0.55};
-  const Variant forward{.scheme = Scheme::sequential, .theta = 1, .sweeps = Sweeps::forward};
+  const Variant forward{.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward};
   return {peer<float>("leapfrog", leapfrog, leapfrog_counts),
           peer<float>("leapfrog, contracted", contracted, leapfrog_counts),
           peer<double>("leapfrog", leapfrog, leapfrog_counts),

@@ -308,7 +308,7 @@ std::string describe_network(const Joints<T>& joints, std::size_t workspace_byte
   words += "scheme       " + std::string(name(coupling.scheme)) + ", " + std::to_string(limit.substeps) + " sub-steps a step";
   if (coupling.scheme == Scheme::sequential) {
     words += ", theta " + text(coupling.theta, 6);
-    words += coupling.sweeps == Sweeps::symmetric ? ", forward and backward" : ", forward";
+    words += coupling.sweeps == SweepOrder::symmetric ? ", forward and backward" : ", forward";
   }
   words += coupling.substeps ? " (asked for)\n" : " (chosen)\n";
   words += "frequency    " + text(limit.frequency, 6) + " rad/s at the start, at most " + text(limit.bound, 6) +

@@ -32,7 +32,7 @@ struct Deeds {
   Unstable unstable = Unstable::refused;
 };
 
-struct Way {
+struct Configuration {
   Isa isa = Isa::reference;
   std::size_t layout = 0;  // of test::layouts; beyond: columns of just the size, whose ends the sanitizer guards
   std::size_t block = 0;
@@ -111,7 +111,7 @@ bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds
 }
 
 template <class T>
-Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Deeds& deeds, const Way& way) {
+Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Deeds& deeds, const Configuration& way) {
   place(random, state);
   state.clock.seconds = deeds.start_time;
   const Options options{.step = random.step,
@@ -135,7 +135,7 @@ Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Deeds& d
 }
 
 template <class T>
-Outcome<T> outcome(const RandomScene& random, const Deeds& deeds, const Way& way) {
+Outcome<T> outcome(const RandomScene& random, const Deeds& deeds, const Configuration& way) {
   if (way.layout >= test::layouts.size()) {
     Columns<T> columns(random.x.size());
     State<T> state = columns.view();
@@ -154,7 +154,7 @@ bool is_same(T a, T b) {
 }
 
 template <class T>
-void expect_same(const Outcome<T>& wanted, const Outcome<T>& got, const Way& way) {
+void expect_same(const Outcome<T>& wanted, const Outcome<T>& got, const Configuration& way) {
   const std::string where = std::string(name(way.isa)) + ", " + std::to_string(8 * sizeof(T)) + " bits, layout " +
                             std::to_string(way.layout) + ", block " + std::to_string(way.block);
   expect(wanted.error == got.error, where + ": the reference says '" + wanted.error + "', and this '" + got.error + "'");
@@ -187,7 +187,7 @@ void compare(const RandomScene& random, const Deeds& deeds, std::size_t turn) {
   expect_allowed(wanted.error);
   test::Threads threads(2);
   for (const Isa isa : available_isas(deeds.arithmetic)) {
-    Way way{.isa = isa, .layout = turn % (test::layouts.size() + 1), .block = blocks[turn % blocks.size()]};
+    Configuration way{.isa = isa, .layout = turn % (test::layouts.size() + 1), .block = blocks[turn % blocks.size()]};
     if (turn % 3 == 1) way.parallel = {.run = backwards};
     if (turn % 3 == 2) way.parallel = threads.parallel_for();
     expect_same(wanted, outcome<T>(random, deeds, way), way);

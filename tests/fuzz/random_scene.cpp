@@ -145,8 +145,8 @@ class Maker {
     contact.friction = not_negative();
     contact.viscosity = not_negative();
     contact.normal_viscosity = not_negative();
-    contact.response = choose_.flip() ? Response::seed : Response::resume;
-    contact.sweep = choose_.flip() ? Sweep::line : Sweep::curve;
+    contact.response = choose_.flip() ? Response::end_on_surface : Response::resume;
+    contact.sweep = choose_.flip() ? ContactPath::line : ContactPath::curve;
     return contact;
   }
   void add_contacts() {
@@ -217,7 +217,7 @@ class Maker {
     if (choose_.flip()) coupling.substeps = static_cast<int>(1 + choose_.below(6));
     if (!is_legal() && choose_.below(16) == 15) coupling.substeps = choose_.raw<int>();
     coupling.theta = is_legal() ? 0.5 + choose_.byte() / 510.0 : finite();
-    coupling.sweeps = choose_.flip() ? Sweeps::forward : Sweeps::symmetric;
+    coupling.sweeps = choose_.flip() ? SweepOrder::forward : SweepOrder::symmetric;
     coupling.method = choose_.one_of(methods);
     coupling.axis = choose_.flip() ? PairAxis::start : PairAxis::midpoint;
   }

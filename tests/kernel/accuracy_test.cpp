@@ -169,10 +169,10 @@ TEST_CASE("Impacts' accuracy is what is said of it") {
   ball.restitution = 1;
   check_claim({"a ball", with(scene_of({gravity}), ball), {{{0.3, 1.7, -0.2}}, {{0.5, -1.4, 0.8}}}}, exact);
   Plane seed = floor;
-  seed.response = Response::seed;
+  seed.response = Response::end_on_surface;
   check_claim({"seed", with(scene_of({gravity}), seed), start}, 1);
   Plane line = floor;
-  line.sweep = Sweep::line;
+  line.sweep = ContactPath::line;
   check_claim({"line", with(scene_of({gravity}), line), start}, 2);
   Plane rough = floor;
   rough.restitution = 0;

@@ -265,14 +265,14 @@ TEST_CASE("Choices that are none are refused by name") {
   CHECK(message(with(Constant{.method = static_cast<Method>(99)}), {}) == "forces[0].method" + of_5);
   CHECK(message(with(Drag{.expansion = static_cast<Expansion>(99)}), {}) == "forces[0].expansion" + of_2);
   CHECK(message(with(Plane{.response = static_cast<Response>(99)}), {}) == "contacts[0].response" + of_2);
-  CHECK(message(with(Plane{.sweep = static_cast<Sweep>(99)}), {}) == "contacts[0].sweep" + of_2);
+  CHECK(message(with(Plane{.sweep = static_cast<ContactPath>(99)}), {}) == "contacts[0].sweep" + of_2);
   CHECK(message(with(Sphere{.side = static_cast<Side>(99)}), {}) == "contacts[0].side" + of_2);
   CHECK(message(with(Distance{.pairs = {}, .bound = static_cast<Bound>(99)}), {}) ==
         "constraints[0].bound is 99: must be a choice from 0 to 2");
   for (int field = 0; field < 4; ++field) {
     dvdx::Scene joined;
     if (field == 0) joined.coupling.scheme = static_cast<Scheme>(99);
-    if (field == 1) joined.coupling.sweeps = static_cast<Sweeps>(99);
+    if (field == 1) joined.coupling.sweeps = static_cast<SweepOrder>(99);
     if (field == 2) joined.coupling.method = static_cast<Method>(99);
     if (field == 3) joined.coupling.axis = static_cast<PairAxis>(99);
     constexpr std::array names = {"network.scheme", "network.sweeps", "network.method", "network.axis"};

@@ -264,7 +264,7 @@ TEST_CASE("explain: every scheme says what it is, and what the others would take
   CHECK(number_after(fourth, "scheme       fourth_order, ") == of_fourth);
   CHECK(number_after(leapfrog, "sub-steps, ") == 6 * of_fourth);  // pulses
   const auto sweeps = explained<double>(
-      pair_of(k, 1, 1, {.scheme = Scheme::sequential, .substeps = 3, .theta = 0.6, .sweeps = Sweeps::forward}), {.step = h},
+      pair_of(k, 1, 1, {.scheme = Scheme::sequential, .substeps = 3, .theta = 0.6, .sweeps = SweepOrder::forward}), {.step = h},
       start);
   CHECK(says(sweeps, "scheme       sequential, 3 sub-steps a step, theta 0.6, forward (asked for)"));
   CHECK(says(sweeps, "stable at any sub-step where the springs are linear"));

@@ -178,7 +178,7 @@ const std::array<std::pair<Method, const char*>, 5> methods = {{{Method::combine
                                                                 {Method::symplectic_euler, "symplectic Euler"}}};
 
 template <class Shape>
-Shape touched(Shape shape, Response response, Sweep sweep) {
+Shape touched(Shape shape, Response response, ContactPath sweep) {
   shape.restitution = 0.6;
   shape.friction = 0.3;
   shape.viscosity = 0.15;
@@ -195,8 +195,8 @@ Cases contact_cases() {
       {Plane{.normal = {0.3, 2, -0.1}, .offset = -0.5}, "plane"},
       {Sphere{.center = {0.2, -0.4, 0}, .radius = 0.45}, "sphere"},
       {Sphere{.center = {0, 0.1, 0}, .radius = 1.7, .side = Side::inside}, "inside a sphere"}};
-  const std::pair<Response, const char*> responses[] = {{Response::resume, "resume"}, {Response::seed, "seed"}};
-  const std::pair<Sweep, const char*> sweeps[] = {{Sweep::curve, "curve"}, {Sweep::line, "line"}};
+  const std::pair<Response, const char*> responses[] = {{Response::resume, "resume"}, {Response::end_on_surface, "seed"}};
+  const std::pair<ContactPath, const char*> sweeps[] = {{ContactPath::curve, "curve"}, {ContactPath::line, "line"}};
   for (const auto& [shape, shape_name] : shapes) {
     for (const auto& [response, response_name] : responses) {
       for (const auto& [sweep, sweep_name] : sweeps) {
@@ -214,7 +214,7 @@ Cases contact_cases() {
   corner.scene.add(Spring{.stiffness = 30.0, .damping = 0.1});
   corner.scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.3, .restitution = 0.9});
   corner.scene.add(Plane{.normal = {-1, 0.2, 0}, .offset = -0.4, .restitution = 0.8, .friction = 0.2});
-  corner.scene.add(touched(Sphere{.center = {0, -0.3, 0}, .radius = 0.2}, Response::resume, Sweep::curve));
+  corner.scene.add(touched(Sphere{.center = {0, -0.3, 0}, .radius = 0.2}, Response::resume, ContactPath::curve));
   cases.push_back(case_of(corner));
   return cases;
 }
@@ -263,8 +263,8 @@ Cases sheet_contact_cases() {
                                      std::pair{Scheme::sequential, "sequential"}}) {
     test::Joined sheet = test::sheet(7, 18, 50, 0.001);
     sheet.scene.coupling = {.scheme = scheme, .substeps = 20};
-    sheet.scene.add(touched(Sphere{.center = {0.5, -0.15, 0.5}, .radius = 0.14}, Response::resume, Sweep::curve));
-    sheet.scene.add(touched(Plane{.normal = {0, 1, 0}, .offset = -0.02}, Response::seed, Sweep::line));
+    sheet.scene.add(touched(Sphere{.center = {0.5, -0.15, 0.5}, .radius = 0.14}, Response::resume, ContactPath::curve));
+    sheet.scene.add(touched(Plane{.normal = {0, 1, 0}, .offset = -0.02}, Response::end_on_surface, ContactPath::line));
     sheet.name = std::string("a sheet in contact: ") + name;
     cases.push_back(case_of(sheet));
   }

@@ -214,7 +214,7 @@ class Model {
 
   Plan<T> plan_;
   Turnover turnover_;
-  LiveProgram<T> program_;
+  CompiledLifecycle<T> program_;
   Clock clock_{};
   std::array<std::uint64_t, 2> born_{};
 };

@@ -102,13 +102,13 @@ std::vector<NamedScene> other_scenes(std::size_t n) {
 
 void add_contacts(Scene& scene) {
   scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.5, .restitution = 0.5, .friction = 0.3});
-  scene.add(Plane{.normal = {1, 1, 0}, .offset = -0.9, .restitution = 1, .viscosity = 0.2, .sweep = Sweep::line});
+  scene.add(Plane{.normal = {1, 1, 0}, .offset = -0.9, .restitution = 1, .viscosity = 0.2, .sweep = ContactPath::line});
   scene.add(Plane{.normal = {0, 0, -1},
                   .offset = -1,
                   .restitution = 0.2,
                   .normal_viscosity = 0.1,
-                  .response = Response::seed,
-                  .sweep = Sweep::line});
+                  .response = Response::end_on_surface,
+                  .sweep = ContactPath::line});
   scene.add(Sphere{.center = {0, 0, 0}, .radius = 1.6, .side = Side::inside, .restitution = 0.7, .friction = 0.1});
   scene.add(Sphere{.center = {0.3, -0.3, 0}, .radius = 0.25, .restitution = 0.4});
 }

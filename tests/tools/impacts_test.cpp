@@ -376,8 +376,8 @@ TEST_CASE("where there is no closed form the report says that its reference is t
   bowl.duration = 0.64;
   bowl.scene.add(dvdx::Constant{.acceleration = {0, -10, 0}});
   bowl.scene.add(dvdx::Sphere{.radius = 1, .side = dvdx::Side::inside});
-  const Wish wish{.precisions = {dvdx::tool::Precision::float64}, .effort = Effort::quick};
-  const auto report = measure_scene(bowl, wish, on_one_thread(), [](double, const std::string&) {});
+  const MeasureOptions options{.precisions = {dvdx::tool::Precision::float64}, .effort = Effort::quick};
+  const auto report = measure_scene(bowl, options, on_one_thread(), [](double, const std::string&) {});
   CHECK(report.reference.kind == "extrapolated");
   CHECK(reference_text(report).find("the same kernel at finer steps") != std::string::npos);
   CHECK(reference_text(report).find("particle 0 slides on a sphere") != std::string::npos);
@@ -390,8 +390,8 @@ TEST_CASE("where there is no closed form the report says that its reference is t
 TEST_CASE("plain loops race on scenes with contacts, and are worse than the contact pass") {
   auto file = shipped("bouncing");
   file.duration = 8;
-  const Wish wish{.precisions = {dvdx::tool::Precision::float64}, .effort = Effort::quick};
-  const auto report = measure_scene(file, wish, on_one_thread(), [](double, const std::string&) {});
+  const MeasureOptions options{.precisions = {dvdx::tool::Precision::float64}, .effort = Effort::quick};
+  const auto report = measure_scene(file, options, on_one_thread(), [](double, const std::string&) {});
   CHECK(report.reference.kind == "closed_form");
   const auto worst_of = [&](const std::string& method) {
     double worst = 0;

@@ -185,7 +185,7 @@ TEST_CASE("springs join the particles that the scene lists") {
   CHECK(file.scene.coupling == Coupling{.scheme = Scheme::accumulate,
                                         .substeps = 4,
                                         .theta = 0.5,
-                                        .sweeps = Sweeps::forward,
+                                        .sweeps = SweepOrder::forward,
                                         .method = Method::pulse,
                                         .axis = PairAxis::start});
   CHECK(scene_schema().accepts(scene));

@@ -30,8 +30,8 @@ SceneFile shipped(const std::string& name) { return read_scene(dvdx::test::scene
 Setup setup() { return {.engine = {.isa = dvdx::best_isa()}, .parallel = {}}; }
 
 SceneReport measured(const SceneFile& file, Effort effort = Effort::quick) {
-  const Wish wish{.precisions = {Precision::float64}, .effort = effort};
-  return measure_scene(file, wish, setup(), [](double, const std::string&) {});
+  const MeasureOptions options{.precisions = {Precision::float64}, .effort = effort};
+  return measure_scene(file, options, setup(), [](double, const std::string&) {});
 }
 
 const Order& order_named(const SceneReport& report, const std::string& method) {

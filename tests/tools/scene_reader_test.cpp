@@ -96,8 +96,8 @@ TEST_CASE("a scene with one of everything is read as it stands") {
                    .side = Side::inside,
                    .viscosity = 0.1,
                    .normal_viscosity = 0.3,
-                   .response = Response::seed,
-                   .sweep = Sweep::line});
+                   .response = Response::end_on_surface,
+                   .sweep = ContactPath::line});
   scene.fixed = {2};
   CHECK(file.scene == scene);
   REQUIRE(stiffness.scalars().each().size() == 3);
@@ -147,7 +147,7 @@ TEST_CASE("--set replaces a value before the scene is checked") {
                                 with({"forces[4].stiffness=7.5", "contacts[0].response=seed", "particles.velocity=[7,8,9]",
                                       "forces[1].acceleration[1][1]=-1", "name=\"a = b\""}));
   CHECK(std::get<RadialSpring>(file.scene.forces[4]).stiffness == Scalars(7.5));
-  CHECK(std::get<Plane>(file.scene.contacts[0]).response == Response::seed);
+  CHECK(std::get<Plane>(file.scene.contacts[0]).response == Response::end_on_surface);
   CHECK(value_of(file.particles.velocity, 0) == Vec3{7, 8, 9});
   CHECK(std::get<Polynomial>(file.scene.forces[1]).acceleration[1][1] == -1);
   CHECK(file.name == "a = b");

@@ -88,12 +88,12 @@ TEST_CASE("stability analysis: the pulse of an impact keeps energy under a const
     const double speed = 3;
     const Motion start = flowed(gravity, {0, -speed}, -part);
     const double before = energy_of(gravity, start);
-    for (const Sweep sweep : {Sweep::curve, Sweep::line}) {
+    for (const ContactPath sweep : {ContactPath::curve, ContactPath::line}) {
       const Motion end = bounced(gravity, start, 1, {.sweep = sweep});
       CHECK(is_close(energy_of(gravity, end), before, 1e-13));
     }
     const double lost = 1 - (1 - part) / speed;
-    const Motion ended = bounced(gravity, start, 1, {.response = Response::seed});
+    const Motion ended = bounced(gravity, start, 1, {.response = Response::end_on_surface});
     CHECK(is_close(energy_of(gravity, ended) / before, lost * lost, 1e-12));
   }
 }
@@ -144,7 +144,7 @@ TEST_CASE("stability measurement: what runs of the library grow by is what the a
       {.mass = {1, 1, 1}, .pairs = {{0, 1}, {0, 2}, {1, 2}}, .stiffness = {2, 3, 4}, .damping = 0.1}};
   for (const Coupling& coupling : {Coupling{.scheme = Scheme::leapfrog}, Coupling{.scheme = Scheme::fourth_order},
                                    Coupling{.scheme = Scheme::sequential, .theta = 0.55},
-                                   Coupling{.scheme = Scheme::sequential, .theta = 1, .sweeps = Sweeps::forward},
+                                   Coupling{.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward},
                                    Coupling{.scheme = Scheme::accumulate, .method = Method::average_acceleration}}) {
     const auto measured = measured_growth(lines, coupling);
     for (std::size_t k = 0; k < lines.size(); ++k) {

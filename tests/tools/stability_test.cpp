@@ -77,12 +77,12 @@ TEST_CASE("stability: a case meets its bars, and misses one that nothing can mee
 }
 
 TEST_CASE("stability: a figure at its bar is met; one that is no number is not, nor what is refused") {
-  const auto one = [](Way&) { return of(1); };
+  const auto one = [](CaseRun&) { return of(1); };
   CHECK(run_check(one, 1).passed());
   CHECK(run_check(one, 1).note == "there");
   CHECK(run_check(one, 0.999).note == "there");
-  CHECK_FALSE(run_check([](Way&) { return of(std::numeric_limits<double>::quiet_NaN()); }, 1).passed());
-  const Row refused = run_check([](Way&) -> Worst { throw std::runtime_error("mass is 0"); }, 1);
+  CHECK_FALSE(run_check([](CaseRun&) { return of(std::numeric_limits<double>::quiet_NaN()); }, 1).passed());
+  const Row refused = run_check([](CaseRun&) -> Worst { throw std::runtime_error("mass is 0"); }, 1);
   CHECK_FALSE(refused.passed());
   CHECK(refused.note == "refused: mass is 0");
 }
@@ -98,12 +98,12 @@ TEST_CASE("stability: what is no number stays the worst") {
 
 TEST_CASE("stability: an instruction set that leaves other bits, or is alone in missing the bar, is seen") {
   const std::size_t isas = dvdx::available_isas().size();
-  const auto missed_by_one = [](Way& way) { return of(way.isa == dvdx::Isa::reference ? 5 : 0); };
+  const auto missed_by_one = [](CaseRun& way) { return of(way.isa == dvdx::Isa::reference ? 5 : 0); };
   CHECK_FALSE(run_check(missed_by_one, 1).passed());
   CHECK(run_check(missed_by_one, 5).isas.size() == isas + dvdx::available_isas(dvdx::Arithmetic::contracted).size());
   if (!dvdx::test::has_several_isas()) return;
   const dvdx::Isa best = dvdx::available_isas().back();
-  const auto other_bits = [](Way& way) {
+  const auto other_bits = [](CaseRun& way) {
     if (way.isa == dvdx::available_isas().back()) ++way.bits;
     return of(0);
   };
@@ -125,16 +125,16 @@ TEST_CASE("stability: a known miss is shown, passes at its figure, and fails bey
                            .known_miss = KnownMiss{3, "a reason"}}}}})
         .front();
   };
-  const Row miss = row_of([](Way&) { return of(3); });
+  const Row miss = row_of([](CaseRun&) { return of(3); });
   CHECK(miss.verdict == Verdict::known_miss);
   CHECK(miss.passed());
   CHECK(miss.note.find("a reason") != std::string::npos);
   CHECK(to_text({miss}, Colour::plain).find("KNOWN MISS") != std::string::npos);
   CHECK(to_text({miss}, Colour::plain).find("0 of 1 bars met, 1 known to be missed") != std::string::npos);
   CHECK(to_json(std::vector{miss})[0]["known_miss"] == true);
-  CHECK(row_of([](Way&) { return of(1); }).verdict == Verdict::met);
-  CHECK_FALSE(row_of([](Way&) { return of(3.1); }).passed());
-  CHECK_FALSE(row_of([](Way&) { return of(std::numeric_limits<double>::quiet_NaN()); }).passed());
+  CHECK(row_of([](CaseRun&) { return of(1); }).verdict == Verdict::met);
+  CHECK_FALSE(row_of([](CaseRun&) { return of(3.1); }).passed());
+  CHECK_FALSE(row_of([](CaseRun&) { return of(std::numeric_limits<double>::quiet_NaN()); }).passed());
 }
 
 TEST_CASE("stability: a bar for the best instruction set alone runs there, in both arithmetics") {
@@ -142,7 +142,7 @@ TEST_CASE("stability: a bar for the best instruction set alone runs there, in bo
       run({{.number = 1,
             .name = "name",
             .hard = "hard",
-            .bars = {{.check = [](Way& way) { return of(way.isa == dvdx::available_isas(way.arithmetic).back() ? 0 : 9); },
+            .bars = {{.check = [](CaseRun& way) { return of(way.isa == dvdx::available_isas(way.arithmetic).back() ? 0 : 9); },
                       .limit = 1,
                       .unit = "",
                       .expected = "something",
@@ -154,7 +154,7 @@ TEST_CASE("stability: a bar for the best instruction set alone runs there, in bo
 }
 
 TEST_CASE("stability: a row as JSON and as text") {
-  const Row row = run_check([](Way&) { return of(2); }, 1);
+  const Row row = run_check([](CaseRun&) { return of(2); }, 1);
   const auto json = to_json(std::vector{row});
   std::vector<std::string> keys;
   for (const auto& item : json.at(0).items()) keys.push_back(item.key());

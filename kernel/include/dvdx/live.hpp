@@ -36,7 +36,7 @@ struct LiveState {
 };
 
 template <class T>
-class LiveProgram;
+class CompiledLifecycle;
 
 // Steps as Plan does, lets particles age, removes those that are to go and keeps the order of all others, and lets the births
 // of each step follow behind them, emitter by emitter. The bits do not depend on the instruction set, on threads, on the layout
@@ -44,7 +44,7 @@ class LiveProgram;
 template <class T>
 class DVDX_EXPORT LivePlan {
  public:
-  explicit LivePlan(std::unique_ptr<LiveProgram<T>> program) noexcept;
+  explicit LivePlan(std::unique_ptr<CompiledLifecycle<T>> program) noexcept;
   LivePlan(LivePlan&&) noexcept;
   LivePlan& operator=(LivePlan&&) noexcept;
   ~LivePlan();
@@ -62,7 +62,7 @@ class DVDX_EXPORT LivePlan {
   [[nodiscard]] std::string explain() const;  // what coming and going costs, in words
 
  private:
-  std::unique_ptr<LiveProgram<T>> program_;
+  std::unique_ptr<CompiledLifecycle<T>> program_;
 };
 
 // A plan for particles that are all alike: values each, anchors at the start, networks, constraints and fixed particles are

@@ -16,14 +16,17 @@ enum class Expansion {  // of the drag's exponential
   first_order,  // c h/m: Brown's shortcut; first order in time and unstable for c h/m > 2. Never part of a combined system.
 };
 
-enum class Sweep {  // the path that a contact is looked for on
-  curve,            // the parabola through x(0), v(0) and x(h): finds dips that end outside
-  line,             // the straight line from x(0) to x(h)
+enum class ContactPath {  // the path that a contact is looked for on
+  curve,                  // the parabola through x(0), v(0) and x(h): finds dips that end outside
+  line,                   // the straight line from x(0) to x(h)
 };
+
+using Sweep [[deprecated("ContactPath")]] = ContactPath;
 
 enum class Response {  // what an impact at the fraction f of a step does to the position
   resume,              // the pulse acts for the remaining step: dx = (1-f) h dv
-  seed,                // two pulses along the normal, of which the second ends the step on the surface: dx = n n.(x(f) - x(h))
+  end_on_surface,      // two pulses along the normal, of which the second ends the step on the surface: dx = n n.(x(f) - x(h))
+  seed [[deprecated("Response::end_on_surface")]] = end_on_surface,
 };
 
 enum class Side { outside, inside };  // of a sphere: where particles may be

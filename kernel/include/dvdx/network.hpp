@@ -53,10 +53,11 @@ enum class Scheme {
   accumulate,    // the sum of each pair's own integral contribution, by `method`
 };
 
-enum class Sweeps {
+enum class SweepOrder {
   symmetric,  // forward, then backward
   forward,    // with theta 1: extended position-based dynamics in small steps
 };
+using Sweeps [[deprecated("SweepOrder")]] = SweepOrder;
 
 enum class PairAxis {  // along which a pair's contribution acts, for `accumulate`
   midpoint,            // of the step, after the free drift: second order
@@ -68,7 +69,7 @@ struct Coupling {
   Scheme scheme = Scheme::leapfrog;
   std::optional<int> substeps{};  // 1..1000000 a step; none: the fewest that the scheme's limit allows (sequential: 1)
   double theta = 0.55;            // 0.5..1, sequential: where in the sub-step the springs act; 0.5 is second order
-  Sweeps sweeps = Sweeps::symmetric;
+  SweepOrder sweeps = SweepOrder::symmetric;
   Method method = Method::exact;  // of accumulate; combined: one pulse at the middle, filtered so that an isolated pair
                                   // swings at its own frequency at any stiffness
   PairAxis axis = PairAxis::midpoint;

@@ -76,7 +76,7 @@ struct Plane {
   double viscosity = 0;         // >= 0: an impact multiplies the tangential velocity by exp(-viscosity)
   double normal_viscosity = 0;  // >= 0: and the normal one by exp(-normal_viscosity)
   Response response = Response::resume;
-  Sweep sweep = Sweep::curve;
+  ContactPath sweep = ContactPath::curve;
   bool operator==(const Plane&) const = default;
 };
 
@@ -90,7 +90,7 @@ struct Sphere {
   double viscosity = 0;
   double normal_viscosity = 0;
   Response response = Response::resume;
-  Sweep sweep = Sweep::curve;
+  ContactPath sweep = ContactPath::curve;
   bool operator==(const Sphere&) const = default;
 };
 

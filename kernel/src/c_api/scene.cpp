@@ -71,7 +71,7 @@ Surface with(Surface to, const dvdx_surface& from, const std::string& at) {
   to.viscosity = from.viscosity;
   to.normal_viscosity = from.normal_viscosity;
   to.response = choice<Response>(from.response, responses, at + ".surface.response");
-  to.sweep = choice<Sweep>(from.sweep, path_sweeps, at + ".surface.sweep");
+  to.sweep = choice<ContactPath>(from.sweep, path_sweeps, at + ".surface.sweep");
   return to;
 }
 
@@ -154,7 +154,7 @@ Coupling value(const dvdx_coupling& from) {
   to.scheme = choice<Scheme>(from.scheme, schemes, "coupling.scheme");
   if (from.substeps != 0) to.substeps = from.substeps;
   if (from.theta != 0) to.theta = from.theta;
-  to.sweeps = choice<Sweeps>(from.sweeps, sweep_orders, "coupling.sweeps");
+  to.sweeps = choice<SweepOrder>(from.sweeps, sweep_orders, "coupling.sweeps");
   to.method = method(from.method, "coupling.method").value_or(to.method);
   to.axis = choice<PairAxis>(from.axis, pair_axes, "coupling.axis");
   if (from.iterations != 0) to.iterations = from.iterations;

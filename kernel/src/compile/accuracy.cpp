@@ -131,7 +131,7 @@ class Search {
       case Scheme::fourth_order:
         return is_damped ? limit(1, "the network's damping is taken from before each pulse") : limit(4, "scheme fourth_order");
       case Scheme::sequential:
-        return coupling.theta == 0.5 && coupling.sweeps == Sweeps::symmetric
+        return coupling.theta == 0.5 && coupling.sweeps == SweepOrder::symmetric
                    ? limit(2, "scheme sequential with theta 0.5")
                    : limit(1, "scheme sequential is of second order with theta 0.5 and symmetric sweeps");
       case Scheme::accumulate:
@@ -159,11 +159,13 @@ class Search {
 
   template <class Shape>
   void impacts(const Shape& contact, const std::string& at) {
-    if (contact.response == Response::seed) limit(1, at + " ends the step of an impact on the surface (response seed)");
+    if (contact.response == Response::end_on_surface)
+      limit(1, at + " ends the step of an impact on the surface (response seed)");
     if (contact.friction > 0) limit(1, at + " rubs what slides at the ends of steps");
     if (is_any_damped_) limit(1, at + ": what damps is taken as if an impact did not turn the velocity");
     if (is_varying_) limit(2, at + ": impacts are looked for on a parabola, and the remaining step keeps its forces");
-    if (contact.sweep == Sweep::line && !scene_.forces.empty()) limit(2, at + ": impacts are looked for on a straight line");
+    if (contact.sweep == ContactPath::line && !scene_.forces.empty())
+      limit(2, at + ": impacts are looked for on a straight line");
   }
 
   [[nodiscard]] bool is_combined(std::size_t force) const {

@@ -124,7 +124,7 @@ WorkspaceShape JoinedMotion<T>::shape() const {
     return 0;
   };
   shape.sweep_springs = std::visit(springs, joints.form);
-  shape.keeps_distances = shape.sweep_springs != 0 && joints.coupling.sweeps == Sweeps::symmetric;
+  shape.keeps_distances = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();
   return shape;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "compile/checker.hpp"
+#include "compile/particle_values.hpp"
 #include "dvdx/live.hpp"
 #include "execute/environment.hpp"
 #include "math/vec3.hpp"
@@ -14,29 +16,18 @@ namespace {
 
 constexpr std::size_t most_particles = 0xffffffff;
 
-// Collects the first error; later checks are skipped.
-class Checker {
+class LifecycleChecker : public Checker {
  public:
-  std::optional<Error> error;
+  LifecycleChecker() : Checker(std::nullopt) {}
 
-  void require(bool holds, const std::string& field, const std::string& value, const std::string& valid) {
-    if (!holds && !error) error = Error{field, value, valid};
-  }
-  void finite(const std::string& field, double value) { require(std::isfinite(value), field, text(value), "a finite number"); }
-  void finite(const std::string& field, const Vec3& value) {
-    for (std::size_t axis = 0; axis < 3; ++axis) finite(field + "[" + std::to_string(axis) + "]", value[axis]);
-  }
-  void not_negative(const std::string& field, double value) {
-    require(std::isfinite(value) && value >= 0, field, text(value), "a finite number >= 0");
-  }
   void direction(const std::string& field, const Vec3& value) {
-    finite(field, value);
-    const double l = length(value);
+    numbers(field, value, Range::finite);
+    const double l = dvdx::length(value);
     require(l > 0 && std::isfinite(l), field, "of length " + text(l), "a vector of finite length > 0");
   }
   void box(const std::string& field, const Box& box) {
-    finite(field + ".min", box.min);
-    finite(field + ".max", box.max);
+    numbers(field + ".min", box.min, Range::finite);
+    numbers(field + ".max", box.max, Range::finite);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       require(box.min[axis] <= box.max[axis], field + ".min[" + std::to_string(axis) + "]", text(box.min[axis]),
               "at most max, which is " + text(box.max[axis]));
@@ -44,23 +35,23 @@ class Checker {
   }
 
   void shape(const std::string& field, const std::variant<Vec3, Disc, Box>& shape) {
-    if (const auto* point = std::get_if<Vec3>(&shape)) finite(field, *point);
+    if (const auto* point = std::get_if<Vec3>(&shape)) numbers(field, *point, Range::finite);
     if (const auto* bounds = std::get_if<Box>(&shape)) box(field, *bounds);
     if (const auto* disc = std::get_if<Disc>(&shape)) {
-      finite(field + ".center", disc->center);
+      numbers(field + ".center", disc->center, Range::finite);
       direction(field + ".normal", disc->normal);
-      not_negative(field + ".radius", disc->radius);
+      number(field + ".radius", disc->radius, Range::non_negative);
     }
   }
   void emitter(const std::string& at, const Emitter& e) {
     shape(at + ".shape", e.shape);
-    not_negative(at + ".rate", e.rate);
-    finite(at + ".start", e.start);
+    number(at + ".rate", e.rate, Range::non_negative);
+    number(at + ".start", e.start, Range::finite);
     require(e.end >= e.start, at + ".end", text(e.end), "at least start, which is " + text(e.start));
-    finite(at + ".velocity", e.velocity);
-    if (const auto* radius = std::get_if<double>(&e.spread)) not_negative(at + ".spread", *radius);
+    numbers(at + ".velocity", e.velocity, Range::finite);
+    if (const auto* radius = std::get_if<double>(&e.spread)) number(at + ".spread", *radius, Range::non_negative);
     if (const auto* sides = std::get_if<Vec3>(&e.spread)) {
-      for (std::size_t axis = 0; axis < 3; ++axis) not_negative(at + ".spread[" + std::to_string(axis) + "]", (*sides)[axis]);
+      numbers(at + ".spread", *sides, Range::non_negative);
     }
     require(e.least_lifetime > 0, at + ".least_lifetime", text(e.least_lifetime), "a number > 0");
     require(e.most_lifetime >= e.least_lifetime, at + ".most_lifetime", text(e.most_lifetime),
@@ -74,7 +65,7 @@ class Checker {
     for (std::size_t i = 0; i < r.boundaries.size(); ++i) {
       const std::string at = "removal.boundaries[" + std::to_string(i) + "]";
       direction(at + ".normal", r.boundaries[i].normal);
-      finite(at + ".offset", r.boundaries[i].offset);
+      number(at + ".offset", r.boundaries[i].offset, Range::finite);
     }
     if (r.outside) box("removal.outside", *r.outside);
     const auto treatment = static_cast<int>(r.not_finite);
@@ -84,7 +75,7 @@ class Checker {
 };
 
 std::optional<Error> check(const Turnover& turnover, const Options& options) {
-  Checker check;
+  LifecycleChecker check;
   check.require(options.step > 0, "step", text(options.step), "a finite number > 0 where particles come and go");
   check.require(options.rounding == Rounding::plain, "rounding", "compensated", "plain where particles come and go");
   check.require(turnover.capacity > 0 && turnover.capacity <= most_particles, "capacity", std::to_string(turnover.capacity),
@@ -98,28 +89,11 @@ std::optional<Error> check(const Turnover& turnover, const Options& options) {
 
 // Values that belong to one particle would have to move with it.
 std::optional<Error> check_alike(const Scene& scene) {
-  const std::string valid = "alike for all particles where they come and go";
-  if (!scene.mass.is_uniform()) return Error{"mass", "given for each particle", valid};
-  for (std::size_t i = 0; i < scene.forces.size(); ++i) {
-    const std::string at = "forces[" + std::to_string(i) + "]";
-    const auto different = [&](const auto& f) -> std::string {
-      if constexpr (requires { f.stiffness; }) {
-        if (!f.stiffness.is_uniform()) return ".stiffness";
-      }
-      if constexpr (requires { f.coefficient; }) {
-        if (!f.coefficient.is_uniform()) return ".coefficient";
-      }
-      if constexpr (requires { f.rest_length; }) {
-        if (!f.rest_length.is_uniform()) return ".rest_length";
-      }
-      if constexpr (requires { f.anchor; }) {
-        if (!std::holds_alternative<Vec3>(f.anchor)) return ".anchor";
-      }
-      return "";
-    };
-    const std::string field = std::visit(different, scene.forces[i]);
-    if (!field.empty()) return Error{at + field, "given for each particle", valid};
-  }
+  Checker check(std::nullopt);
+  for_each_particle_value_of(scene, [&](const std::string& field, const auto& value) {
+    if (is_each(value)) check.fail(field, "given for each particle", "alike for all particles where they come and go");
+  });
+  if (check.error) return check.error;
   const std::string absent = "left out where particles come and go";
   if (!scene.networks.empty()) return Error{"network", "there", absent};
   if (!scene.constraints.empty()) return Error{"constraints", "there", absent};
@@ -186,20 +160,20 @@ constexpr std::size_t numbers_each = 8;  // state, age and lifetime
 }  // namespace
 
 template <class T>
-LiveProgram<T>::LiveProgram(Plan<T> steps, Turnover values, const Memory& memory)
+CompiledLifecycle<T>::CompiledLifecycle(Plan<T> steps, Turnover values, const Memory& memory)
     : plan(std::move(steps)),
       turnover(std::move(values)),
       passes(*find_passes(plan.isa())),
       removal(terms_of<T>(turnover.removal)),
       scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk, memory)),
-      spill_bytes((turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
-      spill(aligned_array<T>(spill_bytes / sizeof(T), memory)) {
+      overflow_bytes((turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
+      overflow(aligned_array<T>(overflow_bytes / sizeof(T), memory)) {
   for (const Emitter& emitter : turnover.emitters) emitters.push_back(terms_of(emitter));
   for (auto& by : births) by.resize(emitters.size());
 }
 
 template <class T>
-LivePlan<T>::LivePlan(std::unique_ptr<LiveProgram<T>> program) noexcept : program_(std::move(program)) {}
+LivePlan<T>::LivePlan(std::unique_ptr<CompiledLifecycle<T>> program) noexcept : program_(std::move(program)) {}
 template <class T>
 LivePlan<T>::LivePlan(LivePlan&&) noexcept = default;
 template <class T>
@@ -236,7 +210,7 @@ std::string LivePlan<T>::explain() const {
   words +=
       "\n             what stays is moved together in its order: each column is read and written once more where anything "
       "before it goes, in the same pass as the steps\n";
-  words += "             " + std::to_string(p.spill_bytes) + " bytes of the plan's own, for threads\n";
+  words += "             " + std::to_string(p.overflow_bytes) + " bytes of the plan's own, for threads\n";
   return words;
 }
 
@@ -247,13 +221,13 @@ Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, cons
   if (auto error = check_alike(scene)) return tl::unexpected(*error);
   auto plan = compile<T>(scene, options);
   if (!plan) return tl::unexpected(plan.error());
-  return LivePlan<T>(std::make_unique<LiveProgram<T>>(std::move(*plan), turnover, options.memory));
+  return LivePlan<T>(std::make_unique<CompiledLifecycle<T>>(std::move(*plan), turnover, options.memory));
 }
 
-template class LiveProgram<float>;
-template class LiveProgram<double>;
-template LivePlan<float>::LivePlan(std::unique_ptr<LiveProgram<float>>) noexcept;
-template LivePlan<double>::LivePlan(std::unique_ptr<LiveProgram<double>>) noexcept;
+template class CompiledLifecycle<float>;
+template class CompiledLifecycle<double>;
+template LivePlan<float>::LivePlan(std::unique_ptr<CompiledLifecycle<float>>) noexcept;
+template LivePlan<double>::LivePlan(std::unique_ptr<CompiledLifecycle<double>>) noexcept;
 template LivePlan<float>::LivePlan(LivePlan&&) noexcept;
 template LivePlan<double>::LivePlan(LivePlan&&) noexcept;
 template LivePlan<float>& LivePlan<float>::operator=(LivePlan&&) noexcept;

@@ -30,7 +30,7 @@ struct BirthsBy {
 BirthsBy births_by(const Emitter& emitter, const Clock& clock) noexcept;
 
 // Particles side by side that are stepped alike.
-struct LiveGroup {
+struct ParticleGroup {
   std::size_t first = 0, count = 0;
   std::size_t steps = 0;
   Clock clock{};
@@ -38,9 +38,9 @@ struct LiveGroup {
 };
 
 template <class T>
-class LiveProgram {
+class CompiledLifecycle {
  public:
-  LiveProgram(Plan<T> steps, Turnover values, const Memory& memory);
+  CompiledLifecycle(Plan<T> steps, Turnover values, const Memory& memory);
 
   Plan<T> plan;
   Turnover turnover;
@@ -53,8 +53,8 @@ class LiveProgram {
       births;                                 // of each emitter, by the start of each step and by the last's end
   std::array<Clock, batch_steps + 1> clocks;  // of the same times
   AlignedArray<T> scratch;                    // a chunk for each thread
-  std::size_t spill_bytes;
-  AlignedArray<T> spill;  // survivors that must wait until another thread has read where they belong
+  std::size_t overflow_bytes;
+  AlignedArray<T> overflow;  // survivors that must wait until another thread has read where they belong
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 };
 

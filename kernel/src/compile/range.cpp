@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "compile/checker.hpp"
 #include "compile/system.hpp"
 #include "forces/radial_spring.hpp"
 #include "math/vec3.hpp"
@@ -22,9 +23,6 @@ bool fits(double value) noexcept {
 template <class T>
 constexpr const char* type_name = sizeof(T) == 4 ? "float32" : "float64";
 
-std::string element(std::string name, std::size_t i) { return name.append("[").append(std::to_string(i)).append("]"); }
-
-// Collects the first error; later checks are skipped.
 template <class T>
 class RangeChecker {
  public:
@@ -33,27 +31,27 @@ class RangeChecker {
 
   std::optional<Error> all() {
     if (count_ == 0) return std::nullopt;  // nothing moves
-    for (std::size_t i = 0; i < scene_.forces.size() && !error_; ++i) {
+    for (std::size_t i = 0; i < scene_.forces.size() && !check_.error; ++i) {
       std::visit([&](const auto& force) { check(force, i, element("forces", i)); }, scene_.forces[i]);
     }
     accelerations();
-    for (std::size_t i = 0; i < scene_.contacts.size() && !error_; ++i) {
+    for (std::size_t i = 0; i < scene_.contacts.size() && !check_.error; ++i) {
       std::visit([&](const auto& contact) { check(contact, element("contacts", i)); }, scene_.contacts[i]);
     }
     const bool is_only = scene_.networks.size() == 1;
-    for (std::size_t i = 0; i < scene_.networks.size() && !error_; ++i) {
+    for (std::size_t i = 0; i < scene_.networks.size() && !check_.error; ++i) {
       std::visit([&](const auto& network) { check(network, is_only ? "network" : element("network", i)); }, scene_.networks[i]);
     }
-    for (std::size_t i = 0; i < scene_.constraints.size() && !error_; ++i) {
+    for (std::size_t i = 0; i < scene_.constraints.size() && !check_.error; ++i) {
       std::visit([&](const auto& constraint) { check(constraint, element("constraints", i)); }, scene_.constraints[i]);
     }
     if (!scene_.constraints.empty() && h_ != 0 && !fits<T>(1 / h_)) step("one that is not too short for velocities");
-    return error_;
+    return check_.error;
   }
 
  private:
   void fail(const std::string& field, const std::string& value, const std::string& valid) {
-    if (!error_) error_ = Error{field, value, valid + " (the plan is of " + type_name<T> + ")"};
+    check_.fail(field, value, valid + " (the plan is of " + type_name<T> + ")");
   }
   void step(const std::string& valid) { fail("step", text(h_), valid); }
 
@@ -67,7 +65,7 @@ class RangeChecker {
   void places(const std::string& field, const Anchor& anchor) {
     if (const auto* all = std::get_if<Vec3>(&anchor)) return place(field, *all, 0);
     if (const auto* each = std::get_if<std::vector<Vec3>>(&anchor)) {
-      for (std::size_t i = 0; i < each->size() && !error_; ++i) {
+      for (std::size_t i = 0; i < each->size() && !check_.error; ++i) {
         if (!is_near((*each)[i], i)) place(element(field, i), (*each)[i], i);
       }
     }
@@ -90,7 +88,7 @@ class RangeChecker {
   }
   void lengths(const std::string& field, const Scalars& values, bool is_positive) {
     const std::size_t n = values.is_uniform() ? 1 : values.each().size();
-    for (std::size_t k = 0; k < n && !error_; ++k) {
+    for (std::size_t k = 0; k < n && !check_.error; ++k) {
       const bool is_good = is_length(values[k]) && !(is_positive && values[k] * values[k] < double{limits::min()});
       if (is_good) continue;
       const std::string at = values.is_uniform() ? field : element(field, k);
@@ -107,7 +105,7 @@ class RangeChecker {
     places(at + ".anchor", spring.anchor);
     lengths(at + ".rest_length", spring.rest_length, false);
     const bool is_each = !spring.stiffness.is_uniform() || !scene_.mass.is_uniform();
-    for (std::size_t i = 0; i < (is_each ? count_ : 1) && !error_; ++i) {
+    for (std::size_t i = 0; i < (is_each ? count_ : 1) && !check_.error; ++i) {
       const double W = spring.stiffness[i] / scene_.mass[i];
       const double g = spring.damping / scene_.mass[i];
       const Method method = system_.method(force);
@@ -123,7 +121,7 @@ class RangeChecker {
   void accelerations() {
     for (const Source& source : system_.sources()) {
       const Vec3 amplitude = system_.amplitude(source, Clock{});
-      for (std::size_t axis = 0; axis < 3 && !error_; ++axis) {
+      for (std::size_t axis = 0; axis < 3 && !check_.error; ++axis) {
         const Gain gain = system_.gain(source, axis, 0, system_.motion(axis, 0));
         if (fits<T>(amplitude[axis]) && fits<T>(gain.v * amplitude[axis]) && fits<T>(gain.x * amplitude[axis])) continue;
         if (source.kind == Source::Kind::anchors) return;  // the springs' coefficients are looked at when they are made
@@ -158,7 +156,7 @@ class RangeChecker {
   }
   [[nodiscard]] double inverse_mass(std::size_t i) const { return 1 / scene_.mass[i]; }
   void masses() {
-    for (std::size_t i = 0; i < (scene_.mass.is_uniform() ? 1 : count_) && !error_; ++i) {
+    for (std::size_t i = 0; i < (scene_.mass.is_uniform() ? 1 : count_) && !check_.error; ++i) {
       if (!fits<T>(inverse_mass(i))) {
         fail(scene_.mass.is_uniform() ? "mass" : element("mass", i), text(scene_.mass[i]), "one whose inverse is finite");
       }
@@ -172,12 +170,12 @@ class RangeChecker {
     for (std::size_t i = 0; i < count_; ++i) w = std::max(w, inverse_mass(i));
     const double l = dvdx::length(grid.edge_u) + dvdx::length(grid.edge_v);
     for (const auto& [name, k] : {std::pair{".structural", grid.structural}, {".shear", grid.shear}, {".bend", grid.bend}}) {
-      if (!error_) joint(at, name, k, ".edge_u", l, grid.damping, 2 * w);
+      if (!check_.error) joint(at, name, k, ".edge_u", l, grid.damping, 2 * w);
     }
   }
   void check(const Springs& springs, const std::string& at) {
     masses();
-    for (std::size_t s = 0; s < springs.pairs.size() && !error_; ++s) {
+    for (std::size_t s = 0; s < springs.pairs.size() && !check_.error; ++s) {
       const auto [a, b] = springs.pairs[s];
       const double l = springs.rest_length ? (*springs.rest_length)[s] : distance(start_[a], start_[b]);
       const auto each = [&](const Scalars& values) { return values.is_uniform() ? std::string() : element("", s); };
@@ -200,7 +198,7 @@ class RangeChecker {
   std::size_t count_;
   std::span<const Vec3> start_;
   System system_;
-  std::optional<Error> error_;
+  Checker check_{std::nullopt};
 };
 
 }  // namespace

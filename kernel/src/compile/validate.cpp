@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "compile/checker.hpp"
 #include "compile/free_motion.hpp"
 #include "compile/particle_values.hpp"
 #include "forces/polynomial.hpp"
@@ -17,109 +18,6 @@ namespace {
 constexpr std::size_t most_particles = 0xffffffff;
 constexpr int most_substeps = 1000000;
 constexpr int most_iterations = 1000;
-
-enum class Range { finite, non_negative, non_negative_or_infinite, positive, unit };
-
-std::string element(std::string name, std::size_t i) { return name.append("[").append(std::to_string(i)).append("]"); }
-
-constexpr std::string_view words(Range range) {
-  switch (range) {
-    case Range::finite:
-      return "a finite number";
-    case Range::non_negative:
-      return "a finite number >= 0";
-    case Range::non_negative_or_infinite:
-      return "a number >= 0";
-    case Range::positive:
-      return "a finite number > 0";
-    case Range::unit:
-      return "a number from 0 to 1";
-  }
-  return "";
-}
-
-bool holds(Range range, double value) {
-  if (range == Range::non_negative_or_infinite) return value >= 0;
-  if (!std::isfinite(value)) return false;
-  switch (range) {
-    case Range::finite:
-      return true;
-    case Range::non_negative:
-    case Range::non_negative_or_infinite:
-      return value >= 0;
-    case Range::positive:
-      return value > 0;
-    case Range::unit:
-      return value >= 0 && value <= 1;
-  }
-  return false;
-}
-
-// Collects the first error; later checks are skipped.
-class Checker {
- public:
-  explicit Checker(std::optional<std::size_t> count) : count_(count) {}
-  std::optional<Error> error;
-
-  void fail(std::string field, std::string value, std::string valid) {
-    if (!error) error = Error{std::move(field), std::move(value), std::move(valid)};
-  }
-  void number(const std::string& field, double value, Range range) {
-    if (!holds(range, value)) fail(field, text(value), std::string(words(range)));
-  }
-  // A choice of an enumeration that counts from 0 to most.
-  template <class Choice>
-  void choice(const std::string& field, Choice value, Choice most) {
-    const auto number = static_cast<int>(value);
-    if (number < 0 || number > static_cast<int>(most)) {
-      fail(field, std::to_string(number), "a choice from 0 to " + std::to_string(static_cast<int>(most)));
-    }
-  }
-  void method(const std::string& at, const std::optional<Method>& value) {
-    if (value) choice(at + ".method", *value, Method::symplectic_euler);
-  }
-  void numbers(const std::string& field, const Vec3& value, Range range) {
-    for (std::size_t axis = 0; axis < 3; ++axis) number(element(field, axis), value[axis], range);
-  }
-  void scalars(const std::string& field, const Scalars& value, Range range) {
-    if (value.is_uniform()) return number(field, value[0], range);
-    length(field, value.each().size());
-    for (std::size_t i = 0; i < value.each().size() && !error; ++i) {
-      if (!holds(range, value[i])) number(element(field, i), value[i], range);
-    }
-  }
-  void per_axis(const std::string& field, const PerAxis& value, Range range) {
-    if (value.axes()) {
-      numbers(field, *value.axes(), range);
-    } else {
-      scalars(field, value.scalars(), range);
-    }
-  }
-  void anchor(const std::string& field, const Anchor& value) {
-    if (const auto* all = std::get_if<Vec3>(&value)) return numbers(field, *all, Range::finite);
-    if (const auto* each = std::get_if<std::vector<Vec3>>(&value)) {
-      length(field, each->size());
-      for (std::size_t i = 0; i < each->size() && !error; ++i) {
-        for (const double c : (*each)[i]) {
-          if (!std::isfinite(c)) numbers(element(field, i), (*each)[i], Range::finite);
-        }
-      }
-    } else if (!count_) {
-      fail(field, "at_start", "anchors at the start need the state: compile(scene, options, state)");
-    }
-  }
-  void length(const std::string& field, std::size_t size) {
-    if (!count_)
-      return fail(field, std::to_string(size) + " values", "values each need the state: compile(scene, options, state)");
-    if (size != *count_) {
-      fail(field, std::to_string(size) + " values", "one for each of the " + std::to_string(*count_) + " particles");
-    }
-  }
-  [[nodiscard]] const std::optional<std::size_t>& count() const { return count_; }
-
- private:
-  std::optional<std::size_t> count_;
-};
 
 struct ForceChecker {
   Checker& check;
@@ -183,8 +81,8 @@ struct ContactChecker {
     check.number(at + ".friction", c.friction, Range::non_negative_or_infinite);
     check.number(at + ".viscosity", c.viscosity, Range::non_negative_or_infinite);
     check.number(at + ".normal_viscosity", c.normal_viscosity, Range::non_negative_or_infinite);
-    check.choice(at + ".response", c.response, Response::seed);
-    check.choice(at + ".sweep", c.sweep, Sweep::line);
+    check.choice(at + ".response", c.response, Response::end_on_surface);
+    check.choice(at + ".sweep", c.sweep, ContactPath::line);
   }
 };
 
@@ -292,7 +190,7 @@ void check_constraints(Checker& check, const Scene& scene) {
 
 void check_coupling(Checker& check, const Coupling& coupling) {
   check.choice("network.scheme", coupling.scheme, Scheme::accumulate);
-  check.choice("network.sweeps", coupling.sweeps, Sweeps::forward);
+  check.choice("network.sweeps", coupling.sweeps, SweepOrder::forward);
   check.choice("network.method", coupling.method, Method::symplectic_euler);
   check.choice("network.axis", coupling.axis, PairAxis::start);
 }

@@ -244,7 +244,7 @@ class JoinedStep {
     const SweepTerms<T> terms = ws_.with_columns(form.terms);
     sweep_bands(form, terms, 0, Direction::forward, Visit::first);
     sweep_bands(form, terms, 1, Direction::forward, Visit::first);
-    if (joints_.coupling.sweeps == Sweeps::symmetric) {
+    if (joints_.coupling.sweeps == SweepOrder::symmetric) {
       sweep_bands(form, terms, 1, Direction::backward, Visit::again);
       sweep_bands(form, terms, 0, Direction::backward, Visit::again);
     }
@@ -272,7 +272,7 @@ class JoinedStep {
   void pulse(const ColoursForm<T>& form, std::size_t /*k*/) noexcept {
     const SweepTerms<T> terms = ws_.with_columns(form.terms);
     for (std::size_t c = 0; c < form.count(); ++c) sweep_colour(form, terms, c, Visit::first);
-    if (joints_.coupling.sweeps == Sweeps::symmetric) {
+    if (joints_.coupling.sweeps == SweepOrder::symmetric) {
       for (std::size_t c = form.count(); c-- > 0;) sweep_colour(form, terms, c, Visit::again);
     }
     leave_shift(form.shift);

@@ -37,7 +37,7 @@ namespace {
 constexpr std::size_t parallel_from = std::size_t{1} << 16;
 constexpr std::size_t staged = 1024;  // particles whose columns are gathered where they do not lie side by side
 
-using Gone = std::array<std::uint64_t, live_chunk / 64>;  // a bit for each particle of a chunk
+using Removed = std::array<std::uint64_t, live_chunk / 64>;  // a bit for each particle of a chunk
 
 // One column as bytes: what the removal moves.
 struct Strip {
@@ -74,19 +74,19 @@ void for_each_strip(const LiveState<T>& live, const Use& use) noexcept {
   for (const Carried& carried : live.carried) use(strip_of(carried));
 }
 
-bool is_gone(const std::uint64_t* gone, std::size_t i) noexcept { return (gone[i / 64] >> (i % 64) & 1) != 0; }
+bool is_removed(const std::uint64_t* removed, std::size_t i) noexcept { return (removed[i / 64] >> (i % 64) & 1) != 0; }
 
-std::size_t kept_of(const Gone& gone, std::size_t count) noexcept {
-  std::size_t removed = 0;
-  for (const std::uint64_t word : gone) removed += static_cast<std::size_t>(std::popcount(word));
-  return count - removed;
+std::size_t kept_of(const Removed& removed, std::size_t count) noexcept {
+  std::size_t marked = 0;
+  for (const std::uint64_t word : removed) marked += static_cast<std::size_t>(std::popcount(word));
+  return count - marked;
 }
 
 // Moves a chunk's survivors strip by strip: those whose elements are alike and lie side by side together.
 class Compacting {
  public:
-  Compacting(const Passes& passes, std::size_t count, const Gone& gone) noexcept
-      : passes_(passes), count_(count), gone_(gone) {}
+  Compacting(const Passes& passes, std::size_t count, const Removed& removed) noexcept
+      : passes_(passes), count_(count), removed_(removed) {}
   Compacting(const Compacting&) = delete;
   Compacting& operator=(const Compacting&) = delete;
   ~Compacting() {
@@ -99,7 +99,7 @@ class Compacting {
     if (is_side_by_side && from.bytes == 4) return add(four_, passes_.compact4, from.at(first), to.at(at));
     if (is_side_by_side && from.bytes == 8) return add(eight_, passes_.compact8, from.at(first), to.at(at));
     for (std::size_t i = 0; i < count_; ++i) {
-      if (!is_gone(gone_.data(), i)) std::memmove(to.at(at++), from.at(first + i), from.bytes);
+      if (!is_removed(removed_.data(), i)) std::memmove(to.at(at++), from.at(first + i), from.bytes);
     }
   }
 
@@ -116,13 +116,13 @@ class Compacting {
     if (++alike.columns == compact_columns) run(alike, compact);
   }
   void run(Alike& alike, Compact compact) const noexcept {
-    if (alike.columns != 0) compact(alike.in.data(), alike.out.data(), alike.columns, gone_.data(), count_);
+    if (alike.columns != 0) compact(alike.in.data(), alike.out.data(), alike.columns, removed_.data(), count_);
     alike.columns = 0;
   }
 
   const Passes& passes_;
   std::size_t count_;
-  const Gone& gone_;
+  const Removed& removed_;
   Alike four_{}, eight_{};
 };
 
@@ -155,9 +155,9 @@ class Gathered {
 };
 
 template <class T>
-class LiveRun {
+class LifecycleStep {
  public:
-  LiveRun(LiveProgram<T>& program, LiveState<T>& live, const ParallelFor& parallel) noexcept
+  LifecycleStep(CompiledLifecycle<T>& program, LiveState<T>& live, const ParallelFor& parallel) noexcept
       : p_(program), kernels_(program.passes.template of<T>().removal), live_(live), parallel_(parallel) {}
 
   // Steps batch by batch.
@@ -170,8 +170,8 @@ class LiveRun {
   }
 
   void remove() noexcept {
-    const LiveGroup all{.first = 0, .count = live_.state.count, .steps = 0, .clock = live_.state.clock};
-    settle({&all, 1});
+    const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = 0, .clock = live_.state.clock};
+    compact_all({&all, 1});
   }
 
  private:
@@ -217,8 +217,8 @@ class LiveRun {
   }
 
   void step_batch(std::size_t steps) noexcept {
-    const LiveGroup all{.first = 0, .count = live_.state.count, .steps = steps, .clock = p_.clocks[0]};
-    settle({&all, 1});
+    const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = steps, .clock = p_.clocks[0]};
+    compact_all({&all, 1});
     emit(steps);
     live_.state.clock = p_.clocks[steps];
   }
@@ -226,14 +226,14 @@ class LiveRun {
   // ---- births -------------------------------------------------------------------------------------------------------------
 
   void emit(std::size_t steps) noexcept {
-    std::array<LiveGroup, batch_steps> groups{};
+    std::array<ParticleGroup, batch_steps> groups{};
     const std::size_t before = live_.state.count;
     for (std::size_t n = 0; n < steps; ++n) {
       groups[n] = {.first = live_.state.count, .count = 0, .steps = steps - 1 - n, .clock = p_.clocks[n + 1], .is_new = true};
       for (std::size_t e = 0; e < p_.emitters.size(); ++e) emit_run(e, n);
       groups[n].count = live_.state.count - groups[n].first;
     }
-    if (live_.state.count != before) settle({groups.data(), steps});
+    if (live_.state.count != before) compact_all({groups.data(), steps});
   }
 
   void emit_run(std::size_t emitter, std::size_t step) noexcept {
@@ -285,22 +285,22 @@ class LiveRun {
   // ---- steps and removal --------------------------------------------------------------------------------------------------
 
   // Steps the groups, which lie one behind the other up to the last live particle, and moves together what stays.
-  void settle(std::span<const LiveGroup> groups) noexcept {
+  void compact_all(std::span<const ParticleGroup> groups) noexcept {
     const std::size_t first = groups.front().first;
     const std::size_t before = live_.state.count;
     std::size_t work = 0;
-    for (const LiveGroup& group : groups) work += group.count * std::max<std::size_t>(group.steps, 1);
+    for (const ParticleGroup& group : groups) work += group.count * std::max<std::size_t>(group.steps, 1);
     live_.state.count =
-        parallel_.run != nullptr && work >= parallel_from ? settle_in_parallel(groups) : settle_in_order(groups, first);
+        parallel_.run != nullptr && work >= parallel_from ? compact_in_parallel(groups) : settle_in_order(groups, first);
     live_.removed += before - live_.state.count;
   }
 
-  std::size_t settle_in_order(std::span<const LiveGroup> groups, std::size_t to) noexcept {
-    for (const LiveGroup& group : groups) {
-      for_each_chunk(group, [&](const LiveGroup& chunk) {
-        Gone gone{};
-        const Stepped stepped = step_chunk(chunk, 0, gone);
-        move_survivors(stepped, chunk, gone, to);
+  std::size_t settle_in_order(std::span<const ParticleGroup> groups, std::size_t to) noexcept {
+    for (const ParticleGroup& group : groups) {
+      for_each_chunk(group, [&](const ParticleGroup& chunk) {
+        Removed removed{};
+        const Stepped stepped = step_chunk(chunk, 0, removed);
+        move_survivors(stepped, chunk, removed, to);
         to += stepped.kept;
       });
     }
@@ -308,9 +308,9 @@ class LiveRun {
   }
 
   template <class Use>
-  static void for_each_chunk(const LiveGroup& group, const Use& use) noexcept {
+  static void for_each_chunk(const ParticleGroup& group, const Use& use) noexcept {
     for (std::size_t from = 0; from < group.count; from += live_chunk) {
-      LiveGroup chunk = group;
+      ParticleGroup chunk = group;
       chunk.first += from;
       chunk.count = std::min(live_chunk, group.count - from);
       use(chunk);
@@ -320,27 +320,27 @@ class LiveRun {
   // ---- on threads ---------------------------------------------------------------------------------------------------------
 
   // A piece that one thread settles. Its first survivors belong where the piece before it ends; that may not have been read
-  // yet, so they wait in the spill.
+  // yet, so they wait in the overflow.
   struct Segment {
-    LiveGroup group{};
+    ParticleGroup group{};
     std::size_t kept = 0;
-    std::size_t to = 0;       // where the survivors belong
-    std::size_t spilled = 0;  // of them, at most
-    std::byte* spill = nullptr;
+    std::size_t to = 0;          // where the survivors belong
+    std::size_t overflowed = 0;  // of them, at most
+    std::byte* overflow = nullptr;
   };
 
-  std::size_t settle_in_parallel(std::span<const LiveGroup> groups) noexcept {
+  std::size_t compact_in_parallel(std::span<const ParticleGroup> groups) noexcept {
     cut(groups);
     const bool is_known = !p_.removal.looks_at_places();
     if (is_known) {
       for_each_segment([](void* run, std::size_t s) { in_step(run).count_kept(s); });
       place();
-      spill();
+      reserve_overflow();
     }
-    for_each_segment([](void* run, std::size_t s) { in_step(run).settle_segment(s); });
+    for_each_segment([](void* run, std::size_t s) { in_step(run).compact_segment(s); });
     place();
-    if (is_spilled_) {
-      for_each_segment([](void* run, std::size_t s) { in_step(run).put_spill(s); });
+    if (has_overflow_) {
+      for_each_segment([](void* run, std::size_t s) { in_step(run).put_overflow(s); });
     } else {
       close_gaps();
     }
@@ -350,19 +350,19 @@ class LiveRun {
 
   using Task = void (*)(void*, std::size_t);
   void for_each_segment(Task task) noexcept { parallel_.run(parallel_.context, segment_count_, task, this); }
-  static LiveRun& in_step(void* run) noexcept { return *static_cast<LiveRun*>(run); }
+  static LifecycleStep& in_step(void* run) noexcept { return *static_cast<LifecycleStep*>(run); }
 
   // Into a fixed number of pieces of whole chunks, whichever thread settles them.
-  void cut(std::span<const LiveGroup> groups) noexcept {
+  void cut(std::span<const ParticleGroup> groups) noexcept {
     std::size_t all = 0;
-    for (const LiveGroup& group : groups) all += group.count;
+    for (const ParticleGroup& group : groups) all += group.count;
     const std::size_t most = ((all + live_segments - 1) / live_segments + live_chunk - 1) / live_chunk * live_chunk;
     segment_count_ = 0;
-    is_spilled_ = false;
-    for (const LiveGroup& group : groups) {
+    has_overflow_ = false;
+    for (const ParticleGroup& group : groups) {
       for (std::size_t from = 0; from < group.count; from += most) {
         Segment& segment = segments_[segment_count_++];
-        segment = {.group = group, .kept = 0, .to = 0, .spilled = 0, .spill = nullptr};
+        segment = {.group = group, .kept = 0, .to = 0, .overflowed = 0, .overflow = nullptr};
         segment.group.first += from;
         segment.group.count = std::min(most, group.count - from);
       }
@@ -390,93 +390,94 @@ class LiveRun {
   }
 
   // Room for the survivors that must wait, if there is enough.
-  void spill() noexcept {
-    auto* next = reinterpret_cast<std::byte*>(p_.spill.get());
-    std::size_t left = p_.spill_bytes;
+  void reserve_overflow() noexcept {
+    auto* next = reinterpret_cast<std::byte*>(p_.overflow.get());
+    std::size_t left = p_.overflow_bytes;
     for (std::size_t s = 0; s < segment_count_; ++s) {
       Segment& segment = segments_[s];
-      segment.spilled = std::min(segment.group.first - segment.to, segment.kept);
-      const std::size_t bytes = spill_bytes(segment.spilled);
-      if (bytes > left) return forget_spill();
-      segment.spill = next;
+      segment.overflowed = std::min(segment.group.first - segment.to, segment.kept);
+      const std::size_t bytes = overflow_bytes(segment.overflowed);
+      if (bytes > left) return forget_overflow();
+      segment.overflow = next;
       next += bytes;
       left -= bytes;
     }
-    is_spilled_ = true;
+    has_overflow_ = true;
   }
 
-  void forget_spill() noexcept {
-    for (std::size_t s = 0; s < segment_count_; ++s) segments_[s].spilled = 0;
+  void forget_overflow() noexcept {
+    for (std::size_t s = 0; s < segment_count_; ++s) segments_[s].overflowed = 0;
   }
 
   // A chunk more of every column, over which a compaction may write.
-  [[nodiscard]] std::size_t spill_bytes(std::size_t particles) const noexcept {
+  [[nodiscard]] std::size_t overflow_bytes(std::size_t particles) const noexcept {
     if (particles == 0) return 0;
     std::size_t bytes = 0;
     for_each_strip(live_, [&](const Strip& strip) { bytes += (particles + live_chunk) * strip.bytes; });
     return bytes;
   }
 
-  // What a segment's spill holds, and the column it belongs to.
+  // What a segment's overflow holds, and the column it belongs to.
   template <class Use>
-  void for_each_spill(const Segment& segment, const Use& use) const noexcept {
-    std::byte* next = segment.spill;
+  void for_each_overflow(const Segment& segment, const Use& use) const noexcept {
+    std::byte* next = segment.overflow;
     for_each_strip(live_, [&](const Strip& strip) {
       use(strip, Strip{next, 0, 1, strip.bytes, true});
-      next += (segment.spilled + live_chunk) * strip.bytes;
+      next += (segment.overflowed + live_chunk) * strip.bytes;
     });
   }
 
-  void settle_segment(std::size_t s) noexcept {
+  void compact_segment(std::size_t s) noexcept {
     const StepEnvironment environment;
     Segment& segment = segments_[s];
     std::size_t kept = 0;
-    for_each_chunk(segment.group, [&](const LiveGroup& chunk) {
-      Gone gone{};
-      const Stepped stepped = step_chunk(chunk, s, gone);
-      move_chunk(segment, chunk, gone, kept, stepped);
+    for_each_chunk(segment.group, [&](const ParticleGroup& chunk) {
+      Removed removed{};
+      const Stepped stepped = step_chunk(chunk, s, removed);
+      move_chunk(segment, chunk, removed, kept, stepped);
       kept += stepped.kept;
     });
     segment.kept = kept;
   }
 
-  // The segment's survivors number `kept` and on: the first of them into the spill, the others to the segment's own front.
-  void move_chunk(const Segment& segment, const LiveGroup& chunk, const Gone& gone, std::size_t kept,
+  // The segment's survivors number `kept` and on: the first of them into the overflow, the others to the segment's own front.
+  void move_chunk(const Segment& segment, const ParticleGroup& chunk, const Removed& removed, std::size_t kept,
                   const Stepped& stepped) noexcept {
-    const std::size_t waiting = segment.spilled > kept ? std::min(segment.spilled - kept, stepped.kept) : 0;
+    const std::size_t waiting = segment.overflowed > kept ? std::min(segment.overflowed - kept, stepped.kept) : 0;
     if (waiting != 0) {
-      Gone not_waiting = gone;
+      Removed not_waiting = removed;
       hide(not_waiting, chunk.count, waiting, Side::behind);
       Compacting compacting(p_.passes, chunk.count, not_waiting);
-      std::byte* next = segment.spill;
+      std::byte* next = segment.overflow;
       for_each_source(stepped, chunk, [&](const Strip& from, std::size_t first, const Strip&) {
         compacting.add(from, first, Strip{next, 0, 1, from.bytes, true}, kept);
-        next += (segment.spilled + live_chunk) * from.bytes;
+        next += (segment.overflowed + live_chunk) * from.bytes;
       });
     }
     if (waiting == stepped.kept) return;
-    Gone others = gone;
+    Removed others = removed;
     if (waiting != 0) hide(others, chunk.count, waiting, Side::before);
-    const std::size_t to = segment.group.first + kept + waiting - segment.spilled;
+    const std::size_t to = segment.group.first + kept + waiting - segment.overflowed;
     move_survivors(stepped, chunk, others, to);
   }
 
   enum class Side { before, behind };
-  // Marks as gone what stands before, or behind, the end of the first `survivors` survivors.
-  static void hide(Gone& gone, std::size_t count, std::size_t survivors, Side side) noexcept {
+  // Marks as removed what stands before, or behind, the end of the first `survivors` survivors.
+  static void hide(Removed& removed, std::size_t count, std::size_t survivors, Side side) noexcept {
     std::size_t seen = 0;
     for (std::size_t i = 0; i < count; ++i) {
       const bool is_before = seen < survivors;
-      if (!is_gone(gone.data(), i)) ++seen;
-      if (is_before == (side == Side::before)) gone[i / 64] |= std::uint64_t{1} << (i % 64);
+      if (!is_removed(removed.data(), i)) ++seen;
+      if (is_before == (side == Side::before)) removed[i / 64] |= std::uint64_t{1} << (i % 64);
     }
   }
 
-  void put_spill(std::size_t s) noexcept {
+  void put_overflow(std::size_t s) noexcept {
     const Segment& segment = segments_[s];
-    if (segment.spilled == 0) return;
-    for_each_spill(segment,
-                   [&](const Strip& strip, const Strip& spill) { move_strip(spill, 0, segment.spilled, strip, segment.to); });
+    if (segment.overflowed == 0) return;
+    for_each_overflow(segment, [&](const Strip& strip, const Strip& overflow) {
+      move_strip(overflow, 0, segment.overflowed, strip, segment.to);
+    });
   }
 
   void close_gaps() noexcept {
@@ -495,9 +496,9 @@ class LiveRun {
   // All its steps; what is to go after any of them is marked. Particles are stepped where they are, and are still in cache when
   // their survivors move: stepped in a place of their own, so that each line of the state's memory is written once, a million
   // with 2 % turnover took 6.9 ms a step in place of 5.0 (one thread, AMD EPYC).
-  [[nodiscard]] Stepped step_chunk(const LiveGroup& chunk, std::size_t scratch, Gone& gone) noexcept {
+  [[nodiscard]] Stepped step_chunk(const ParticleGroup& chunk, std::size_t scratch, Removed& removed) noexcept {
     Stepped stepped;
-    LiveGroup here = chunk;
+    ParticleGroup here = chunk;
     if (can_be_viewed(chunk.first)) {
       stepped.at = live_;
     } else {
@@ -507,23 +508,23 @@ class LiveRun {
       for_each_pair(live_, stepped.at,
                     [&](const Strip& from, const Strip& aside) { move_strip(from, chunk.first, chunk.count, aside, 0); });
     }
-    step_all(stepped.at, here, gone);
-    stepped.kept = kept_of(gone, chunk.count);
+    step_all(stepped.at, here, removed);
+    stepped.kept = kept_of(removed, chunk.count);
     return stepped;
   }
 
-  void step_all(const LiveState<T>& at, const LiveGroup& chunk, Gone& gone) const noexcept {
+  void step_all(const LiveState<T>& at, const ParticleGroup& chunk, Removed& removed) const noexcept {
     if (!p_.removal.looks_at_places()) {
       step_plan(at, chunk, chunk.steps);
     } else {
-      LiveGroup now = chunk;
-      if (chunk.is_new || chunk.steps == 0) mark_placed(at, chunk, gone);
+      ParticleGroup now = chunk;
+      if (chunk.is_new || chunk.steps == 0) mark_placed(at, chunk, removed);
       for (std::size_t n = 0; n < chunk.steps; ++n) {
         now.clock = step_plan(at, now, 1);
-        mark_placed(at, chunk, gone);
+        mark_placed(at, chunk, removed);
       }
     }
-    grow_old(at, chunk, gone);
+    grow_old(at, chunk, removed);
   }
 
   // Six columns of the state, age and lifetime, side by side in the plan's own memory.
@@ -553,16 +554,17 @@ class LiveRun {
 
   // use(where a chunk's column is, its first element there, the live column), in the order of for_each_strip.
   template <class Use>
-  void for_each_source(const Stepped& stepped, const LiveGroup& chunk, const Use& use) const noexcept {
+  void for_each_source(const Stepped& stepped, const ParticleGroup& chunk, const Use& use) const noexcept {
     const std::size_t first = stepped.is_apart ? 0 : chunk.first;
     for_each_pair(stepped.at, live_, [&](const Strip& from, const Strip& live) { use(from, first, live); });
     for (const Carried& carried : live_.carried) use(strip_of(carried), chunk.first, strip_of(carried));
   }
 
-  void move_survivors(const Stepped& stepped, const LiveGroup& chunk, const Gone& gone, std::size_t to) const noexcept {
+  void move_survivors(const Stepped& stepped, const ParticleGroup& chunk, const Removed& removed,
+                      std::size_t to) const noexcept {
     const bool is_there = !stepped.is_apart && to == chunk.first;
-    if (is_there && kept_of(gone, chunk.count) == chunk.count) return;
-    Compacting compacting(p_.passes, chunk.count, gone);
+    if (is_there && kept_of(removed, chunk.count) == chunk.count) return;
+    Compacting compacting(p_.passes, chunk.count, removed);
     for_each_source(stepped, chunk,
                     [&](const Strip& from, std::size_t first, const Strip& live) { compacting.add(from, first, live, to); });
   }
@@ -575,7 +577,7 @@ class LiveRun {
   }
 
   // Returns the clock after the steps.
-  Clock step_plan(const LiveState<T>& at, const LiveGroup& chunk, std::size_t steps) const noexcept {
+  Clock step_plan(const LiveState<T>& at, const ParticleGroup& chunk, std::size_t steps) const noexcept {
     if (steps == 0) return chunk.clock;
     State<T> view = at.state;
     view.count = chunk.count;
@@ -590,7 +592,7 @@ class LiveRun {
     return view.clock;
   }
 
-  void mark_placed(const LiveState<T>& of, const LiveGroup& chunk, Gone& gone) const noexcept {
+  void mark_placed(const LiveState<T>& of, const ParticleGroup& chunk, Removed& removed) const noexcept {
     const auto& x = of.state.x;
     const auto& v = of.state.v;
     for (std::size_t from = 0; from < chunk.count; from += staged) {
@@ -600,11 +602,11 @@ class LiveRun {
       const RemovalBlock<T> block{.x = {at[0].data(), at[1].data(), at[2].data()},
                                   .v = {speed[0].data(), speed[1].data(), speed[2].data()},
                                   .count = n};
-      kernels_.mark_placed(p_.removal, block, &gone[from / 64]);
+      kernels_.mark_placed(p_.removal, block, &removed[from / 64]);
     }
   }
 
-  void grow_old(const LiveState<T>& of, const LiveGroup& chunk, Gone& gone) const noexcept {
+  void grow_old(const LiveState<T>& of, const ParticleGroup& chunk, Removed& removed) const noexcept {
     if (of.age.base == nullptr) return;
     for (std::size_t from = 0; from < chunk.count; from += staged) {
       const std::size_t n = std::min(staged, chunk.count - from), first = chunk.first + from;
@@ -613,24 +615,24 @@ class LiveRun {
         kernels_.grow_old(age.data(), n, step_size(), chunk.steps);
       } else {
         Gathered<T> lifetime(of.lifetime, first, n);
-        kernels_.grow_old_and_mark(age.data(), lifetime.data(), n, step_size(), chunk.steps, &gone[from / 64]);
+        kernels_.grow_old_and_mark(age.data(), lifetime.data(), n, step_size(), chunk.steps, &removed[from / 64]);
       }
       age.put_back();
     }
   }
 
-  LiveProgram<T>& p_;
+  CompiledLifecycle<T>& p_;
   const RemovalKernels<T>& kernels_;
   LiveState<T>& live_;
   ParallelFor parallel_;
   Run run_{};
   std::array<Segment, most_groups> segments_{};
   std::size_t segment_count_ = 0;
-  bool is_spilled_ = false;
+  bool has_overflow_ = false;
 };
 
 template <class T>
-StepResult check_live(const LiveProgram<T>& program, const LiveState<T>& live) noexcept {
+StepResult check_live(const CompiledLifecycle<T>& program, const LiveState<T>& live) noexcept {
   const std::size_t capacity = program.turnover.capacity;
   const auto is_small = [capacity](const Column<T>& column) { return column.capacity < capacity; };
   bool is_any_small = live.state.count > capacity;
@@ -644,11 +646,11 @@ StepResult check_live(const LiveProgram<T>& program, const LiveState<T>& live) n
 }
 
 template <class T, class Work>
-StepResult run(LiveProgram<T>& program, LiveState<T>& live, const ParallelFor& parallel, const Work& work) noexcept {
+StepResult run(CompiledLifecycle<T>& program, LiveState<T>& live, const ParallelFor& parallel, const Work& work) noexcept {
   if (const StepResult result = check_live(program, live); result != StepResult::done) return result;
   if (program.is_stepping.test_and_set(std::memory_order_acquire)) return StepResult::in_use;
   const StepEnvironment environment;
-  LiveRun<T> now(program, live, parallel);
+  LifecycleStep<T> now(program, live, parallel);
   work(now);
   program.is_stepping.clear(std::memory_order_release);
   return StepResult::done;
@@ -658,12 +660,12 @@ StepResult run(LiveProgram<T>& program, LiveState<T>& live, const ParallelFor& p
 
 template <class T>
 StepResult LivePlan<T>::step(LiveState<T>& live, std::size_t steps, const ParallelFor& parallel) const noexcept {
-  return run(*program_, live, parallel, [steps](LiveRun<T>& now) { now.step(steps); });
+  return run(*program_, live, parallel, [steps](LifecycleStep<T>& now) { now.step(steps); });
 }
 
 template <class T>
 StepResult LivePlan<T>::remove(LiveState<T>& live, const ParallelFor& parallel) const noexcept {
-  return run(*program_, live, parallel, [](LiveRun<T>& now) { now.remove(); });
+  return run(*program_, live, parallel, [](LifecycleStep<T>& now) { now.remove(); });
 }
 
 template StepResult LivePlan<float>::step(LiveState<float>&, std::size_t, const ParallelFor&) const noexcept;

@@ -6,10 +6,10 @@
 
 #include "passes/affine/affine.inl.hpp"
 #include "passes/contact/contact.inl.hpp"
-#include "passes/motion.inl.hpp"
 #include "passes/radial/radial.inl.hpp"
 #include "passes/rate/rate.inl.hpp"
 #include "passes/terms.hpp"
+#include "passes/trajectory.inl.hpp"
 
 namespace dvdx {
 namespace {
@@ -33,7 +33,7 @@ template <class V, class OneAxis>
   }
   for (std::size_t n = 0; n < steps; ++n) {
     for (std::size_t k = 0; k < group_registers; ++k) {
-      const Point<V> end = affine(at[k], speed[k], first + i + k * V::size);
+      const AxisState<V> end = affine(at[k], speed[k], first + i + k * V::size);
       at[k] = end.x;
       speed[k] = end.v;
     }
@@ -64,7 +64,7 @@ void run_axes(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, cons
     for (std::size_t n = 0; n < steps.count; ++n) {
       const OneAxis affine(terms, steps.offsets[n * steps.offsets_per_step], axis);
       for (std::size_t i = grouped; i < count; i += V::size) {
-        const Point<V> end = affine(load_lanes<V>(x + i), load_lanes<V>(v + i), first + i);
+        const AxisState<V> end = affine(load_lanes<V>(x + i), load_lanes<V>(v + i), first + i);
         store_lanes(x + i, end.x);
         store_lanes(v + i, end.v);
       }
@@ -78,14 +78,14 @@ class Affine {
   Affine(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets) noexcept
       : axes_{{terms, offsets, 0}, {terms, offsets, 1}, {terms, offsets, 2}} {}
 
-  [[gnu::always_inline]] void operator()(Motion<V>& m, std::size_t i) const noexcept {
+  [[gnu::always_inline]] void operator()(Trajectory<V>& m, std::size_t i) const noexcept {
     move(m, i, 0);  // no loop: one that is not unrolled keeps all of m in memory
     move(m, i, 1);
     move(m, i, 2);
   }
 
-  [[gnu::always_inline]] void move(Motion<V>& m, std::size_t i, std::size_t axis) const noexcept {
-    const Point<V> end = axes_[axis](m.x1[axis], m.v1[axis], i);
+  [[gnu::always_inline]] void move(Trajectory<V>& m, std::size_t i, std::size_t axis) const noexcept {
+    const AxisState<V> end = axes_[axis](m.x1[axis], m.v1[axis], i);
     m.x1[axis] = end.x;
     m.v1[axis] = end.v;
   }
@@ -95,8 +95,8 @@ class Affine {
 };
 
 template <class V>
-[[gnu::always_inline]] inline Motion<V> load_motion(const Block<Scalar<V>>& particles, std::size_t i) noexcept {
-  Motion<V> m;
+[[gnu::always_inline]] inline Trajectory<V> load_trajectory(const Block<Scalar<V>>& particles, std::size_t i) noexcept {
+  Trajectory<V> m;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     m.x1[axis] = m.x0[axis] = load_lanes<V>(particles.x[axis] + i);
     m.v1[axis] = m.v0[axis] = load_lanes<V>(particles.v[axis] + i);
@@ -105,7 +105,8 @@ template <class V>
 }
 
 template <class V>
-[[gnu::always_inline]] inline void store_motion(const Block<Scalar<V>>& particles, std::size_t i, const Motion<V>& m) noexcept {
+[[gnu::always_inline]] inline void store_trajectory(const Block<Scalar<V>>& particles, std::size_t i,
+                                                    const Trajectory<V>& m) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     store_lanes(particles.x[axis] + i, m.x1[axis]);
     store_lanes(particles.v[axis] + i, m.v1[axis]);
@@ -116,7 +117,7 @@ template <class V>
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 [[gnu::noinline]] void step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                   const Offsets<Scalar<V>>* offsets, std::size_t i) noexcept {
-  Motion<V> m = load_motion<V>(particles, i);
+  Trajectory<V> m = load_trajectory<V>(particles, i);
   const Affine<V, OneAxis> affine(terms, offsets[0]);
   affine(m, particles.first + i);
   if constexpr (extra == Extras::radial || extra == Extras::radial_contact) {
@@ -128,12 +129,12 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
     radial_contribution<V, arithmetic>(terms, m, particles.first + i);
   }
   if constexpr (extra == Extras::contact || extra == Extras::radial_contact) resolve_contacts<V, arithmetic>(terms, m);
-  store_motion<V>(particles, i, m);
+  store_trajectory<V>(particles, i, m);
 }
 
 template <class V, class Affine, class Test>
 [[gnu::always_inline]] inline void move_axis(const Block<Scalar<V>>& particles, const Affine& affine, const Test& may_touch,
-                                             Motion<V>& m, typename Test::Sums& sums, std::size_t i,
+                                             Trajectory<V>& m, typename Test::Sums& sums, std::size_t i,
                                              std::size_t axis) noexcept {
   m.x1[axis] = m.x0[axis] = load_lanes<V>(particles.x[axis] + i);
   m.v1[axis] = m.v0[axis] = load_lanes<V>(particles.v[axis] + i);
@@ -149,13 +150,13 @@ std::size_t step_untouched_by(const Block<Scalar<V>> particles, const Terms<Scal
   const Affine<V, OneAxis> affine(terms, offsets);
   const Test may_touch(terms);
   for (; i < particles.count; i += V::size) {
-    Motion<V> m;
+    Trajectory<V> m;
     typename Test::Sums sums;
     move_axis(particles, affine, may_touch, m, sums, i, 0);
     move_axis(particles, affine, may_touch, m, sums, i, 1);
     move_axis(particles, affine, may_touch, m, sums, i, 2);
     if (any_lane<V>(may_touch(m, sums))) break;
-    store_motion<V>(particles, i, m);
+    store_trajectory<V>(particles, i, m);
   }
   return i;
 }

@@ -228,7 +228,7 @@ TEST_CASE_TEMPLATE("constraint: every ISA and layout gives the scalar reference'
 TEST_CASE("constraint: beside springs in every scheme, the scalar reference's bits") {
   for (const Coupling& coupling :
        {Coupling{.scheme = Scheme::fourth_order}, Coupling{.scheme = Scheme::sequential, .substeps = 3},
-        Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 1, .sweeps = Sweeps::forward},
+        Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 1, .sweeps = SweepOrder::forward},
         Coupling{.scheme = Scheme::accumulate}}) {
     Joined joined = bit_scenes().back();
     joined.scene.coupling = coupling;

@@ -42,7 +42,7 @@ Vec3 tangential(const Vec3& a, const Vec3& n) { return sum(a, -dot(a, n), n); }
 
 template <class C>
 C brown(C contact, double restitution) {
-  contact.response = Response::seed;
+  contact.response = Response::end_on_surface;
   contact.restitution = restitution;
   return contact;
 }
@@ -141,7 +141,7 @@ TEST_CASE_TEMPLATE("What slides on a viscous surface is not braked by the number
     CAPTURE(words);
     const Vec3 n = unit({1, 2, -2});
     const Vec3 along = across(n)[1];
-    for (const Response response : {Response::resume, Response::seed}) {
+    for (const Response response : {Response::resume, Response::end_on_surface}) {
       for (const int finer : {1, 10}) {
         Particles<T> particles(kernels, hz60 / finer, sum(scaled(along, 1.5), -9.81, n));
         Plane plane;

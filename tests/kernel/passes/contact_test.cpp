@@ -230,7 +230,7 @@ TEST_CASE_TEMPLATE("a channel with many bounces in a step", T, float, double) {
 TEST_CASE_TEMPLATE("nothing tunnels", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
-    for (const Sweep sweep : {Sweep::curve, Sweep::line}) {
+    for (const ContactPath sweep : {ContactPath::curve, ContactPath::line}) {
       Particles<T> particles(kernels, hz60, still);
       Plane ground = floor_with(1);
       ground.sweep = sweep;
@@ -239,7 +239,7 @@ TEST_CASE_TEMPLATE("nothing tunnels", T, float, double) {
       particles.step();
       CHECK(std::abs(static_cast<double>(particles.at(2).x[1]) - (1e5 / 60 - 10)) <= 4 * eps<T> * 1656.667);
     }
-    for (const Sweep sweep : {Sweep::curve, Sweep::line}) {  // a sphere that a step passes right through
+    for (const ContactPath sweep : {ContactPath::curve, ContactPath::line}) {  // a sphere that a step passes right through
       Particles<T> particles(kernels, hz60, still);
       Sphere ball;
       ball.restitution = 1;
@@ -366,7 +366,7 @@ TEST_CASE_TEMPLATE("the seed's response ends the step on the surface", T, float,
     CAPTURE(words);
     Particles<T> particles(kernels, hz60, still);
     Plane ground = floor_with(1);
-    ground.response = Response::seed;
+    ground.response = Response::end_on_surface;
     particles.add(ground);
     particles.set_all(state<T>(0, 0.01, 0, 3, -2, 0));
     particles.step();
@@ -627,8 +627,8 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits", T, float, double) {
             plane(is_axis ? Vec3{0, 1, 0} : direction(), -0.5 + 0.2 * normal(random), 0.5 + 0.5 * std::tanh(normal(random)));
         p.friction = trial % 4 == 0 ? 0.3 : 0;
         p.viscosity = trial % 7 == 0 ? 0.2 : 0;
-        p.sweep = trial % 6 == 5 ? Sweep::line : Sweep::curve;
-        p.response = trial % 10 == 9 ? Response::seed : Response::resume;
+        p.sweep = trial % 6 == 5 ? ContactPath::line : ContactPath::curve;
+        p.response = trial % 10 == 9 ? Response::end_on_surface : Response::resume;
         contacts.emplace_back(p);
       } else {
         Sphere s;
@@ -637,7 +637,7 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits", T, float, double) {
         s.radius = k == 1 ? 0.7 : 3;
         s.restitution = 0.9;
         s.friction = trial % 4 == 0 ? 0.3 : 0;
-        s.sweep = trial % 6 == 5 ? Sweep::line : Sweep::curve;
+        s.sweep = trial % 6 == 5 ? ContactPath::line : ContactPath::curve;
         contacts.emplace_back(s);
       }
     }

@@ -52,7 +52,7 @@ constexpr std::array all_schemes = {
     Coupling{.scheme = Scheme::fourth_order},
     Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 0.5},
     Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 0.55},
-    Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 1, .sweeps = Sweeps::forward},
+    Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 1, .sweeps = SweepOrder::forward},
     Coupling{.scheme = Scheme::accumulate, .method = Method::exact},
     Coupling{.scheme = Scheme::accumulate, .method = Method::pulse, .axis = PairAxis::start},
     Coupling{.scheme = Scheme::accumulate, .method = Method::combined},
@@ -473,7 +473,7 @@ TEST_CASE("network: each scheme has its order") {
   const double leapfrog = fitted_order(joined, {.scheme = Scheme::leapfrog}, 32);
   const double fourth = fitted_order(joined, {.scheme = Scheme::fourth_order}, 16);
   const double half = fitted_order(joined, {.scheme = Scheme::sequential, .theta = 0.5}, 64);
-  const double one = fitted_order(joined, {.scheme = Scheme::sequential, .theta = 1, .sweeps = Sweeps::forward}, 128);
+  const double one = fitted_order(joined, {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward}, 128);
   const double filtered = fitted_order(joined, {.scheme = Scheme::accumulate, .method = Method::combined}, 32);
   MESSAGE("orders: leapfrog " << leapfrog << ", fourth_order " << fourth << ", sequential 0.5 " << half << ", theta 1 " << one
                               << ", filtered pulse " << filtered);

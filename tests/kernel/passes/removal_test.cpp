@@ -19,15 +19,15 @@ using namespace dvdx;
 constexpr std::size_t most = 70;  // more than two registers of 16, and more than a word of marks
 constexpr std::size_t guard = 3;
 
-using Gone = std::array<std::uint64_t, 2>;
+using Removed = std::array<std::uint64_t, 2>;
 
 // Marks that keep none, all, every second, the ends, and some drawn.
-std::vector<Gone> all_marks() {
-  std::vector<Gone> marks = {{0, 0},
-                             {~std::uint64_t{0}, ~std::uint64_t{0}},
-                             {0x5555555555555555, 0xaaaaaaaaaaaaaaaa},
-                             {1, 1},
-                             {std::uint64_t{1} << 63U, std::uint64_t{1} << 5U}};
+std::vector<Removed> all_marks() {
+  std::vector<Removed> marks = {{0, 0},
+                                {~std::uint64_t{0}, ~std::uint64_t{0}},
+                                {0x5555555555555555, 0xaaaaaaaaaaaaaaaa},
+                                {1, 1},
+                                {std::uint64_t{1} << 63U, std::uint64_t{1} << 5U}};
   for (std::uint64_t n = 0; n < 20; ++n) {
     const auto [a, b, c, d] = philox4x32({static_cast<std::uint32_t>(n), 0, 0, 0}, {7, 0});
     marks.push_back({a | std::uint64_t{b} << 32U, c | std::uint64_t{d} << 32U});
@@ -35,7 +35,7 @@ std::vector<Gone> all_marks() {
   return marks;
 }
 
-bool is_gone(const Gone& gone, std::size_t i) { return (gone[i / 64] >> (i % 64) & 1) != 0; }
+bool is_gone(const Removed& removed, std::size_t i) { return (removed[i / 64] >> (i % 64) & 1) != 0; }
 
 // Numbers that differ in every byte; among them bits that are signalling NaN as floats.
 template <class Word>
@@ -48,19 +48,19 @@ std::vector<Word> numbers(std::size_t count) {
 }
 
 template <class Word>
-std::vector<Word> expected(const std::vector<Word>& from, const Gone& gone, std::size_t count) {
+std::vector<Word> expected(const std::vector<Word>& from, const Removed& removed, std::size_t count) {
   std::vector<Word> kept;
   for (std::size_t i = 0; i < count; ++i) kept.push_back(from[guard + i]);
   std::size_t i = 0;
-  kept.erase(std::remove_if(kept.begin(), kept.end(), [&](Word) { return is_gone(gone, i++); }), kept.end());
+  kept.erase(std::remove_if(kept.begin(), kept.end(), [&](Word) { return is_gone(removed, i++); }), kept.end());
   return kept;
 }
 
 // Some columns at once, in place and from 0 to 3 elements below.
 template <class Word>
-void check_compact(Compact compact, const Gone& gone, std::size_t count, std::size_t columns) {
+void check_compact(Compact compact, const Removed& removed, std::size_t count, std::size_t columns) {
   const std::vector<Word> from = numbers<Word>(count);
-  const std::vector<Word> wanted = expected(from, gone, count);
+  const std::vector<Word> wanted = expected(from, removed, count);
   for (std::size_t below = 0; below <= guard; ++below) {
     std::vector<std::vector<Word>> moved(columns, from);
     std::array<const std::byte*, compact_columns> in{};
@@ -70,7 +70,7 @@ void check_compact(Compact compact, const Gone& gone, std::size_t count, std::si
       in[c] = reinterpret_cast<const std::byte*>(moved[c].data() + guard);
       out[c] = reinterpret_cast<std::byte*>(moved[c].data() + to);
     }
-    REQUIRE(compact(in.data(), out.data(), columns, gone.data(), count) == wanted.size());
+    REQUIRE(compact(in.data(), out.data(), columns, removed.data(), count) == wanted.size());
     for (const std::vector<Word>& column : moved) {
       CHECK(std::equal(wanted.begin(), wanted.end(), column.begin() + static_cast<std::ptrdiff_t>(to)));
       CHECK(std::equal(from.begin(), from.begin() + static_cast<std::ptrdiff_t>(to), column.begin()));
@@ -108,15 +108,15 @@ RemovalTerms<T> all_terms() {
 }
 
 template <class T>
-Gone placed(const RemovalKernels<T>& kernels, const RemovalTerms<T>& terms, std::size_t count) {
+Removed placed(const RemovalKernels<T>& kernels, const RemovalTerms<T>& terms, std::size_t count) {
   std::array<std::vector<T>, 6> columns;
   for (std::size_t c = 0; c < 6; ++c) columns[c] = values<T>(count, c);
   const RemovalBlock<T> block{.x = {columns[0].data(), columns[1].data(), columns[2].data()},
                               .v = {columns[3].data(), columns[4].data(), columns[5].data()},
                               .count = count};
-  Gone gone{};
-  kernels.mark_placed(terms, block, gone.data());
-  return gone;
+  Removed removed{};
+  kernels.mark_placed(terms, block, removed.data());
+  return removed;
 }
 
 }  // namespace
@@ -127,8 +127,8 @@ TEST_CASE_TEMPLATE("removal keeps what std::remove_if keeps, and touches nothing
     const Passes& passes = *find_passes(isa);
     for (std::size_t count = 0; count <= most; ++count) {
       CAPTURE(words(isa, count));
-      for (const Gone& gone : all_marks()) {
-        check_compact<Word>(sizeof(Word) == 4 ? passes.compact4 : passes.compact8, gone, count, 1 + count % compact_columns);
+      for (const Removed& removed : all_marks()) {
+        check_compact<Word>(sizeof(Word) == 4 ? passes.compact4 : passes.compact8, removed, count, 1 + count % compact_columns);
       }
     }
   }
@@ -145,7 +145,7 @@ TEST_CASE_TEMPLATE("removal marks what the scalar twin marks, whatever is not fi
   for (const RemovalTerms<T>& terms : {all, planes, box, bad}) {
     std::uint64_t some = 0;
     for (std::size_t count = 0; count <= most; ++count) {
-      const Gone wanted = placed(reference_separate.of<T>().removal, terms, count);
+      const Removed wanted = placed(reference_separate.of<T>().removal, terms, count);
       some |= wanted[0];
       for (const Isa isa : available_isas()) {
         CAPTURE(words(isa, count));
@@ -167,15 +167,15 @@ TEST_CASE_TEMPLATE("ages grow, and who has reached its lifetime is marked and co
       std::vector<T> age = start, grown = start;
       const std::size_t counted = kernels.count_aged(age.data(), lifetime.data(), count, h, 3);
       kernels.grow_old(grown.data(), count, h, 3);
-      Gone gone{};
-      kernels.grow_old_and_mark(age.data(), lifetime.data(), count, h, 3, gone.data());
+      Removed removed{};
+      kernels.grow_old_and_mark(age.data(), lifetime.data(), count, h, 3, removed.data());
       std::size_t marked = 0;
       for (std::size_t i = 0; i < count; ++i) {
         const T wanted = ((start[i] + h) + h) + h;
         CHECK((age[i] == wanted || wanted != wanted));
         CHECK((grown[i] == wanted || wanted != wanted));
-        CHECK(is_gone(gone, i) == (wanted >= lifetime[i]));
-        marked += is_gone(gone, i) ? 1U : 0U;
+        CHECK(is_gone(removed, i) == (wanted >= lifetime[i]));
+        marked += is_gone(removed, i) ? 1U : 0U;
       }
       CHECK(counted == marked);
     }

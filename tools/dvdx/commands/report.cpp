@@ -7,7 +7,7 @@
 #include <tl/expected.hpp>
 
 #include "commands/commands.hpp"
-#include "commands/told.hpp"
+#include "commands/scenes_progress.hpp"
 #include "output/console.hpp"
 #include "output/part_file.hpp"
 #include "report/build.hpp"
@@ -84,11 +84,11 @@ void run(const ReportOptions& options) {
   const auto files = read_scenes(options);
   OutputFolder folder(options.out);
   check_targets(folder, files);
-  const report::Wish wish{.precisions = precisions_of(options.precision),
-                          .effort = options.quick ? report::Effort::quick : report::Effort::full};
+  const report::MeasureOptions wish{.precisions = precisions_of(options.precision),
+                                    .effort = options.quick ? report::Effort::quick : report::Effort::full};
   report::Report report{.machine = report::this_machine(setup), .scenes = {}};
   {
-    Told told(files.size());
+    ScenesProgress told(files.size());
     for (std::size_t i = 0; i < files.size(); ++i) {
       told.scene(i, files[i].name);
       const auto tell = [&](double part, const std::string& what) { told.at(part, what); };

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
-#include "commands/told.hpp"
+#include "commands/scenes_progress.hpp"
 #include "output/console.hpp"
 #include "report/machine.hpp"
 #include "run/threads.hpp"
@@ -20,7 +20,7 @@ struct TuneOptions {
   std::vector<std::string> scenes;
   SceneOptions scene;  // what of every scene is replaced
   EngineOptions engine;
-  tune::Wish wish;
+  tune::SearchOptions wish;
   bool exhaustive = false;
   bool json = false;
 };
@@ -48,7 +48,7 @@ Exit run(TuneOptions options) {
   }
   std::vector<tune::Tuning> tunings;
   {
-    Told told(scenes.size());
+    ScenesProgress told(scenes.size());
     for (std::size_t n = 0; n < scenes.size(); ++n) {
       told.scene(n, scenes[n].scene);
       const auto tell = [&](double part, const std::string& what) { told.at(part, what); };

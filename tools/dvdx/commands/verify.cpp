@@ -110,7 +110,7 @@ std::uint64_t steps_of(const SceneFile& file) {
   return *steps;
 }
 
-std::string words(const Way& way) {
+std::string words(const Configuration& way) {
   const std::string block = way.block == 0 ? "the plan's own blocks" : fmt::format("blocks of {}", way.block);
   return fmt::format("{}, {} arithmetic, {}, {} thread{}, {}", name(way.isa), name(way.arithmetic),
                      name_in(layouts, way.layout), way.threads, way.threads == 1 ? "" : "s", block);

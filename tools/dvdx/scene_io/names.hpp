@@ -17,14 +17,15 @@ inline constexpr std::array<Named<Method>, 5> methods{{{"combined", Method::comb
                                                        {"symplectic_euler", Method::symplectic_euler}}};
 inline constexpr std::array<Named<Expansion>, 2> expansions{
     {{"exact", Expansion::exact}, {"first_order", Expansion::first_order}}};
-inline constexpr std::array<Named<Sweep>, 2> sweeps{{{"curve", Sweep::curve}, {"line", Sweep::line}}};
-inline constexpr std::array<Named<Response>, 2> responses{{{"resume", Response::resume}, {"seed", Response::seed}}};
+inline constexpr std::array<Named<ContactPath>, 2> sweeps{{{"curve", ContactPath::curve}, {"line", ContactPath::line}}};
+inline constexpr std::array<Named<Response>, 2> responses{{{"resume", Response::resume}, {"seed", Response::end_on_surface}}};
 inline constexpr std::array<Named<Side>, 2> sides{{{"outside", Side::outside}, {"inside", Side::inside}}};
 inline constexpr std::array<Named<Scheme>, 4> schemes{{{"leapfrog", Scheme::leapfrog},
                                                        {"fourth_order", Scheme::fourth_order},
                                                        {"sequential", Scheme::sequential},
                                                        {"accumulate", Scheme::accumulate}}};
-inline constexpr std::array<Named<Sweeps>, 2> sweep_orders{{{"symmetric", Sweeps::symmetric}, {"forward", Sweeps::forward}}};
+inline constexpr std::array<Named<SweepOrder>, 2> sweep_orders{
+    {{"symmetric", SweepOrder::symmetric}, {"forward", SweepOrder::forward}}};
 inline constexpr std::array<Named<PairAxis>, 2> pair_axes{{{"midpoint", PairAxis::midpoint}, {"start", PairAxis::start}}};
 inline constexpr std::array<Named<Bound>, 3> bounds{
     {{"equal", Bound::equal}, {"at_most", Bound::at_most}, {"at_least", Bound::at_least}}};

@@ -257,7 +257,7 @@ Coupling read_coupling(const Fields& fields, Method method) {
   coupling.scheme = fields.choice("scheme", schemes, Scheme::leapfrog);
   if (const auto substeps = fields.optional("substeps")) coupling.substeps = read_substeps(*substeps);
   coupling.theta = fields.number("theta", half_to_one, 0.55);
-  coupling.sweeps = fields.choice("sweep", sweep_orders, Sweeps::symmetric);
+  coupling.sweeps = fields.choice("sweep", sweep_orders, SweepOrder::symmetric);
   coupling.method = fields.choice("method", methods, method);
   coupling.axis = fields.choice("axis", pair_axes, PairAxis::midpoint);
   return coupling;

@@ -156,7 +156,7 @@ C with_surface(C contact, const Fields& fields) {
   contact.viscosity = fields.number("viscosity", not_negative, 0);
   contact.normal_viscosity = fields.number("normal_viscosity", not_negative, 0);
   contact.response = fields.choice("response", responses, Response::resume);
-  contact.sweep = fields.choice("sweep", sweeps, Sweep::curve);
+  contact.sweep = fields.choice("sweep", sweeps, ContactPath::curve);
   return contact;
 }
 

@@ -19,7 +19,7 @@ inline constexpr std::string_view float32 = "float32";
 inline constexpr std::string_view float32_compensated = "float32_compensated";
 
 // On what a check runs, and the bits that its trials leave: they must be alike on every instruction set of one arithmetic.
-struct Way {
+struct CaseRun {
   Isa isa = Isa::reference;
   Arithmetic arithmetic = Arithmetic::separate;
   std::uint64_t bits = 0xCBF29CE484222325U;
@@ -37,7 +37,7 @@ struct Worst {
   }
 };
 
-using Check = Worst (*)(Way& way);
+using Check = Worst (*)(CaseRun& way);
 
 // A bar that the kernel does not meet: the figure that was measured, rounded up, which it must not exceed, and why.
 struct KnownMiss {

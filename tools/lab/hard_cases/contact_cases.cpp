@@ -48,7 +48,7 @@ Scene falling(const std::vector<Plane>& planes) { return scene_of(planes, {0, -g
 // -----------------------------------------------------------------------------------------------------------------
 
 template <class T>
-Worst rest_on_axis(Way& way) {
+Worst rest_on_axis(CaseRun& way) {
   Worst worst;
   for (const double offset : {0.0, 7.3, -0.1}) {
     for (const double restitution : {0.0, 0.5, 1.0}) {
@@ -66,7 +66,7 @@ Worst rest_on_axis(Way& way) {
 // What a particle at rest on an oblique plane does in 1e6 steps after it has settled, each over its own bar: how far it is from
 // the plane (4 eps of its distance from the origin), how fast along the normal (1e-6 m/s), how far it creeps (not at all).
 template <class T>
-Worst rest_on_oblique(Way& way) {
+Worst rest_on_oblique(CaseRun& way) {
   constexpr double offset = 7.3;
   Worst worst;
   for (const Vec3& direction : {Vec3{0.3, 0.8, -0.2}, Vec3{-1, 1, 1}, Vec3{0.01, 1, 0.02}}) {
@@ -91,7 +91,7 @@ Worst rest_on_oblique(Way& way) {
 // On inclines that friction of 0.5 holds, by a part in a thousand at the steepest: how far and how fast each particle is after
 // 1e6 steps from where it was put down at rest.
 template <class T>
-Worst rest_on_incline(Way& way) {
+Worst rest_on_incline(CaseRun& way) {
   constexpr double friction = 0.5;
   constexpr double offset = 7.3;
   Worst worst;
@@ -125,7 +125,7 @@ Worst rest_on_incline(Way& way) {
 // A tenth steeper it slides as the closed form does, g (sin - mu cos) t^2/2 in 10 s: over the way without friction. Friction
 // acts at the end of each step, which is half a step late: 1.7e-3 of its own way.
 template <class T>
-Worst sliding(Way& way) {
+Worst sliding(CaseRun& way) {
   constexpr double friction = 0.5;
   Worst worst;
   for (const double steepness : {1.1, 2.0}) {
@@ -149,7 +149,7 @@ Worst sliding(Way& way) {
 long double first_bounce() { return std::sqrt(2.0L / static_cast<long double>(gravity)); }
 
 template <class T>
-Worst rest_time(Way& way) {
+Worst rest_time(CaseRun& way) {
   Worst worst;
   for (const double e : {0.3, 0.5, 0.7}) {
     Trial<T> trial(way, falling({ground(e)}), hz60, Start{{0, 1, 0}, {}});
@@ -165,7 +165,7 @@ Worst rest_time(Way& way) {
 }
 
 template <class T>
-Worst rest_energy(Way& way) {
+Worst rest_energy(CaseRun& way) {
   Worst worst;
   for (const double e : {0.3, 0.5, 0.7}) {
     Trial<T> trial(way, falling({ground(e)}), hz60, Start{{0, 1, 0}, {}});
@@ -187,8 +187,8 @@ double seconds_since_impact(const Trial<T>& trial) {
 
 // All bounces that are more than a step apart, or the first ones: what has met the ground twice in a step tells the last time
 // alone.
-template <class T, Sweep sweep, int first_ones = 1000>
-Worst bounce_times(Way& way) {
+template <class T, ContactPath sweep, int first_ones = 1000>
+Worst bounce_times(CaseRun& way) {
   Worst worst;
   for (const double hertz : {60.0, 1000.0}) {
     for (const double e : first_ones < 1000 ? std::vector{0.5} : std::vector{0.3, 0.5, 0.7}) {
@@ -215,7 +215,7 @@ Worst bounce_times(Way& way) {
 }
 
 template <class T>
-Worst elastic_energy(Way& way) {
+Worst elastic_energy(CaseRun& way) {
   Trial<T> trial(way, falling({ground(1)}), hz60, Start{{0, 1, 0}, {}});
   Worst worst;
   for (int n = 0; n < 60000; ++n) {
@@ -229,7 +229,7 @@ Worst elastic_energy(Way& way) {
 // -------------------------------------------------------------------------------------------------
 
 template <class T>
-Worst grazing(Way& way) {
+Worst grazing(CaseRun& way) {
   Worst worst;
   for (const double y : {0.0, 1e-7}) {
     Plane floor = ground(0.5);
@@ -245,7 +245,7 @@ Worst grazing(Way& way) {
 }
 
 template <class T>
-Worst start_inside(Way& way) {
+Worst start_inside(CaseRun& way) {
   const std::vector<Start> starts{{{0, -0.1, 0}, {0, -5, 0}}, {{0, -0.1, 0}, {}}, {{0, -0.1, 0}, {0, 5, 0}}};
   Trial<T> trial(way, scene_of({ground(0.5)}), hz60, starts);
   trial.step();
@@ -259,7 +259,7 @@ Worst start_inside(Way& way) {
 }
 
 template <class T>
-Worst start_on_plane(Way& way) {
+Worst start_on_plane(CaseRun& way) {
   Trial<T> trial(way, scene_of({ground(0.5)}), hz60, std::vector<Start>{{{}, {0, 3, 0}}, {{}, {0, -3, 0}}});
   trial.step();
   Worst worst;
@@ -270,7 +270,7 @@ Worst start_on_plane(Way& way) {
 
 // Position over |v| h and speed over itself, in eps.
 template <class T>
-Worst corners(Way& way) {
+Worst corners(CaseRun& way) {
   Worst worst;
   for (const std::size_t walls : {2U, 3U}) {
     std::vector<Plane> planes{wall({1, 0, 0}, 0, 1), wall({0, 1, 0}, 0, 1), wall({0, 0, 1}, 0, 1)};
@@ -300,7 +300,7 @@ struct Wedge {
 };
 
 template <class T>
-Wedge in_wedge(Way& way) {
+Wedge in_wedge(CaseRun& way) {
   const double angle = 20 * std::numbers::pi / 180;
   const std::vector<Vec3> normals{{0, 1, 0}, {std::sin(angle), -std::cos(angle), 0}, {-1, 0, 0}};
   const std::vector<double> offsets{0, 0, -2};
@@ -328,7 +328,7 @@ Wedge in_wedge(Way& way) {
 }
 
 template <class T, double Wedge::*what>
-Worst wedge(Way& way) {
+Worst wedge(CaseRun& way) {
   Worst worst;
   worst.see(in_wedge<T>(way).*what);
   return worst;
@@ -338,7 +338,7 @@ Worst wedge(Way& way) {
 template <class T>
 struct Channel {
   static constexpr double width = 0.0625;
-  Channel(Way& way, int bounces)
+  Channel(CaseRun& way, int bounces)
       : trial(way, scene_of({ground(1), wall({0, -1, 0}, -width, 1)}), hz60, Start{{}, {0.7, (bounces + 0.3) * width * 60, 0}}),
         speed(length(velocity(trial))) {
     trial.step();
@@ -348,7 +348,7 @@ struct Channel {
 };
 
 template <class T>
-Worst folded_path(Way& way) {
+Worst folded_path(CaseRun& way) {
   Worst worst;
   for (const int bounces : {2, 17, 30}) {
     const Channel<T> channel(way, bounces);
@@ -360,7 +360,7 @@ Worst folded_path(Way& way) {
 
 // Beyond as many impacts as a step resolves.
 template <class T>
-Worst contained(Way& way) {
+Worst contained(CaseRun& way) {
   Worst worst;
   for (const int bounces : {33, 167, 4000}) {
     const Channel<T> channel(way, bounces);
@@ -373,10 +373,10 @@ Worst contained(Way& way) {
 }
 
 template <class T>
-Worst tunnelling(Way& way) {
+Worst tunnelling(CaseRun& way) {
   Worst worst;
   for (const double speed : {1e3, 1e5, 1e7}) {
-    for (const Sweep sweep : {Sweep::curve, Sweep::line}) {
+    for (const ContactPath sweep : {ContactPath::curve, ContactPath::line}) {
       Plane floor = ground(1);
       floor.sweep = sweep;
       Trial<T> trial(way, scene_of({floor}), hz60, Start{{0, 10, 0}, {0, -speed, 0}});
@@ -392,7 +392,7 @@ Worst tunnelling(Way& way) {
 // --------------------------------------------------------------------------------------------
 
 template <class T>
-Vec3 left_of(Way& way, double restitution, double viscosity, double friction) {
+Vec3 left_of(CaseRun& way, double restitution, double viscosity, double friction) {
   Plane floor = ground(restitution);
   floor.viscosity = viscosity;
   floor.friction = friction;
@@ -403,7 +403,7 @@ Vec3 left_of(Way& way, double restitution, double viscosity, double friction) {
 
 // v_n' = -e v_n; v_t' = tau v_t less Coulomb's mu (1 + e) |v_n|, but not below 0.
 template <class T>
-Worst impact_laws(Way& way) {
+Worst impact_laws(CaseRun& way) {
   Worst worst;
   for (const double e : {0.0, 0.5, 1.0}) {
     for (const double tau : {1.0, 0.25, 0.0}) {
@@ -422,7 +422,7 @@ Worst impact_laws(Way& way) {
 
 // What must be 0 is.
 template <class T>
-Worst impact_zeros(Way& way) {
+Worst impact_zeros(CaseRun& way) {
   Worst worst;
   for (const double e : {0.0, 1.0}) {
     const Vec3 sticky = left_of<T>(way, e, infinite, 0);
@@ -435,7 +435,7 @@ Worst impact_zeros(Way& way) {
 }
 
 template <class T>
-Worst sticks_in_corner(Way& way) {
+Worst sticks_in_corner(CaseRun& way) {
   Worst worst;
   for (const bool is_viscous : {false, true}) {
     std::vector<Plane> planes{ground(0), wall({1, 0, 0}, 0, 0)};
@@ -482,7 +482,7 @@ struct Flight {
 };
 
 // |f - exact|, f from what the pulse of an elastic impact did to the step: dx = (1 - f) h dv.
-double impact_error(Way& way, const Flight& flight, double exact) {
+double impact_error(CaseRun& way, const Flight& flight, double exact) {
   Scene scene;
   if (flight.W != 0) scene.add(Spring{.stiffness = flight.W});
   if (flight.g != 0) scene.add(Drag{.coefficient = flight.g});
@@ -507,7 +507,7 @@ void for_each_flight(double W, double g, double a, const Use& use) {
   }
 }
 
-Worst parabola_impacts(Way& way) {
+Worst parabola_impacts(CaseRun& way) {
   Worst worst;
   for_each_flight(0, 0, -gravity, [&](const Flight& flight) {
     const auto exact = flight.impact();
@@ -516,7 +516,7 @@ Worst parabola_impacts(Way& way) {
   return worst;
 }
 
-Worst curved_impacts(Way& way) {
+Worst curved_impacts(CaseRun& way) {
   Worst worst;
   for (const double strength : {0.01, 0.03, 0.1, 0.3}) {
     const auto see = [&](const char* what) {
@@ -564,10 +564,10 @@ std::vector<Case> contact_cases() {
         {float32, rest_time<float>, 1, "half steps", "rest within the step of t_rest"},
         {float64, rest_energy<double>, 0, "m, m/s", "y = 0 and v = 0 exactly"},
         {float32, rest_energy<float>, 0, "m, m/s", "y = 0 and v = 0 exactly"},
-        {float64, bounce_times<double, Sweep::curve>, 1e-12, "s", "times of all bounces a step apart, curve"},
-        {float64, bounce_times<double, Sweep::line, 3>, 1e-3, "s", "times of 3 bounces, line (0.34 mm off)"},
+        {float64, bounce_times<double, ContactPath::curve>, 1e-12, "s", "times of all bounces a step apart, curve"},
+        {float64, bounce_times<double, ContactPath::line, 3>, 1e-3, "s", "times of 3 bounces, line (0.34 mm off)"},
         {.precision = float64,
-         .check = bounce_times<double, Sweep::line>,
+         .check = bounce_times<double, ContactPath::line>,
          .limit = 1e-3,
          .unit = "s",
          .expected = "times of all bounces a step apart, line",

@@ -65,7 +65,7 @@ std::vector<NamedScene> scenes_apart(std::size_t count) {
                          RadialSpring{.stiffness = each, .anchor = at_start, .rest_length = 0.2, .method = Method::exact}});
   Scene& contacts = add("contacts", {gravity, wind});
   contacts.add(Plane{.normal = {0, 1, 0}, .offset = -0.5, .restitution = 0.5, .friction = 0.3});
-  contacts.add(Plane{.normal = {1, 1, 0}, .offset = -0.9, .restitution = 1, .viscosity = 0.2, .sweep = Sweep::line});
+  contacts.add(Plane{.normal = {1, 1, 0}, .offset = -0.9, .restitution = 1, .viscosity = 0.2, .sweep = ContactPath::line});
   contacts.add(Sphere{.radius = 1.6, .side = Side::inside, .restitution = 0.7, .friction = 0.1});
   return list;
 }
@@ -166,7 +166,7 @@ constexpr std::array<Bad, 4> bads{
     {{"x NaN", not_a_number, 0}, {"v NaN", 0, not_a_number}, {"x infinite", infinite, 1}, {"v infinite", 1, -infinite}}};
 
 template <class T>
-Worst bad_particle(Way& way) {
+Worst bad_particle(CaseRun& way) {
   constexpr std::size_t count = 45;
   constexpr std::size_t at = 21;
   Worst worst;
@@ -187,7 +187,7 @@ Worst bad_particle(Way& way) {
 
 // A particle that is not joined with it keeps every bit; one that is stays finite, without its springs.
 template <class T>
-Worst bad_neighbour(Way& way) {
+Worst bad_neighbour(CaseRun& way) {
   Worst worst;
   for (const auto& [name, scene] : scenes_joined()) {
     for (const std::size_t at : {std::size_t{8}, joined_count / 2 + 8}) {
@@ -221,7 +221,7 @@ bool is_refused(const Scene& scene, double step, std::size_t count) {
 }
 
 template <class T>
-Worst bad_masses(Way& /*way*/) {
+Worst bad_masses(CaseRun& /*way*/) {
   Worst worst;
   for (const double mass : {0.0, -0.0, -1.0, infinite, -infinite, not_a_number}) {
     for (const bool is_each : {false, true}) {
@@ -236,7 +236,7 @@ Worst bad_masses(Way& /*way*/) {
 
 // Fixed particles keep their bits in every pass; springs and rods between two of them do nothing.
 template <class T>
-Worst pinned(Way& way) {
+Worst pinned(CaseRun& way) {
   Worst worst;
   const auto see = [&](const NamedScene& named, const std::vector<Start>& starts, std::vector<std::size_t> fixed) {
     Scene scene = named.scene;
@@ -260,7 +260,7 @@ Worst pinned(Way& way) {
 
 // Of no time.
 template <class T>
-Worst no_time(Way& way) {
+Worst no_time(CaseRun& way) {
   Worst worst;
   const auto see = [&](const NamedScene& named, const std::vector<Start>& starts) {
     Trial<T> before(way, named.scene, hz60, starts);
@@ -280,7 +280,7 @@ Worst no_time(Way& way) {
 
 // 100 steps forth and back: metres, and metres a second over omega, over what the damping amplifies.
 template <class T>
-double there_and_back(Way& way, const Scene& scene, double omega, double amplified) {
+double there_and_back(CaseRun& way, const Scene& scene, double omega, double amplified) {
   const auto starts = scattered_starts(17);
   Trial<T> trial(way, scene, hz60, starts);
   const Trial<T> start(way, scene, hz60, starts);
@@ -298,7 +298,7 @@ double there_and_back(Way& way, const Scene& scene, double omega, double amplifi
 }
 
 template <class T>
-Worst reversed(Way& way) {
+Worst reversed(CaseRun& way) {
   Worst worst;
   for (const double omega : {2.0, 12.0, 100.0}) {
     Scene spring;
@@ -318,7 +318,7 @@ Worst reversed(Way& way) {
 }
 
 template <class T>
-Worst changing_step(Way& way) {
+Worst changing_step(CaseRun& way) {
   Worst worst;
   for (const double omega : {10.0, 70.0}) {
     Scene scene;
@@ -348,7 +348,7 @@ Worst changing_step(Way& way) {
 
 // Each particle of 1 to 33 against itself among 64.
 template <class T>
-Worst remainders(Way& way) {
+Worst remainders(CaseRun& way) {
   Worst worst;
   const auto all = scenes_apart(64);
   for (std::size_t s = 0; s < all.size(); ++s) {
@@ -365,7 +365,7 @@ Worst remainders(Way& way) {
 }
 
 template <class T>
-Worst negative_stiffness(Way& /*way*/) {
+Worst negative_stiffness(CaseRun& /*way*/) {
   Worst worst;
   for (const double w : {-1e-6, -0.5, -2.0}) {
     const double k = w / (hz60 * hz60);

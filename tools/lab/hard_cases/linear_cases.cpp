@@ -69,7 +69,7 @@ double error_of(const AxisState& got, const AxisState& exact, const Scale& scale
 
 // The worst error of all particles after n steps of h.
 template <class T>
-double error_after(Way& way, const Motion& motion, double h, std::size_t n, const std::vector<Start>& starts,
+double error_after(CaseRun& way, const Motion& motion, double h, std::size_t n, const std::vector<Start>& starts,
                    const Scale& scale) {
   Trial<T> trial(way, motion.scene(), h, starts);
   const auto start = axes_of(trial);
@@ -85,13 +85,13 @@ double error_after(Way& way, const Motion& motion, double h, std::size_t n, cons
 // -------------------------------------------------------------------------------------------------------
 
 template <class T>
-double turning_error(Way& way, double z, std::size_t n) {
+double turning_error(CaseRun& way, double z, std::size_t n) {
   const double omega = z / hz60;
   return error_after<T>(way, {.W = omega * omega}, hz60, n, phases(omega), {.x = 1, .v = omega});
 }
 
 template <class T>
-Worst one_large_step(Way& way) {
+Worst one_large_step(CaseRun& way) {
   Worst worst;
   for (const double z : {3.0, 10.0, 1e2, 1e3, 1e5}) {
     const double unit = sizeof(T) == 8 ? epsilon<T> * z : 1;
@@ -101,7 +101,7 @@ Worst one_large_step(Way& way) {
 }
 
 template <class T>
-Worst many_large_steps(Way& way) {
+Worst many_large_steps(CaseRun& way) {
   Worst worst;
   for (const double z : {3.0, 10.0, 1e2, 1e3}) worst.see(turning_error<T>(way, z, 1000), fmt::format("omega h = {:g}", z));
   return worst;
@@ -151,7 +151,7 @@ std::vector<double> worst_drifts(Trial<T>& trial, double omega, double c, std::s
 }
 
 template <class T>
-Worst quarter_turns(Way& way) {
+Worst quarter_turns(CaseRun& way) {
   Worst worst;
   for (const double z : {std::numbers::pi / 2, std::numbers::pi, 2 * std::numbers::pi}) {
     const double omega = z / hz60;
@@ -162,7 +162,7 @@ Worst quarter_turns(Way& way) {
 }
 
 template <class T>
-Worst several_springs(Way& way) {
+Worst several_springs(CaseRun& way) {
   Worst worst;
   for (const int springs : {2, 12}) {
     for (const double z : {0.1, 1.0, 2.5}) {
@@ -187,13 +187,13 @@ Worst several_springs(Way& way) {
 
 constexpr std::array long_run_angles = {1e-3, 1e-2, 0.1, 0.3, 0.7, 1.0, 1.7, 2.9};
 
-std::vector<double> long_run_drifts(Way& way, double z) {
+std::vector<double> long_run_drifts(CaseRun& way, double z) {
   const double omega = z / hz60;
   Trial<float> trial(way, Motion{.W = omega * omega}.scene(), hz60, phases(omega));
   return worst_drifts(trial, omega, 0, 10000000);
 }
 
-Worst long_run(Way& way) {
+Worst long_run(CaseRun& way) {
   Worst worst;
   for (const double z : long_run_angles) {
     for (const double drift : long_run_drifts(way, z)) worst.see(drift, fmt::format("omega h = {:g}", z));
@@ -201,7 +201,7 @@ Worst long_run(Way& way) {
   return worst;
 }
 
-Worst long_run_rms(Way& way) {
+Worst long_run_rms(CaseRun& way) {
   Worst worst;
   for (const double z : long_run_angles) {
     double squares = 0;
@@ -213,7 +213,7 @@ Worst long_run_rms(Way& way) {
 }
 
 // Damped so little that the energy falls by a tenth in 1e7 steps: these take the fused step, a matrix of rounded numbers.
-Worst long_damped_run(Way& way) {
+Worst long_damped_run(CaseRun& way) {
   constexpr std::size_t steps = 10000000;
   Worst worst;
   for (const double z : {1e-3, 0.1, 1.0}) {
@@ -263,7 +263,7 @@ double mean_energy(Trial<double>& trial, double omega) {
   return sum / window;
 }
 
-Worst separate_methods(Way& way) {
+Worst separate_methods(CaseRun& way) {
   Worst worst;
   const double omega = 0.1 / hz60;
   for (const std::size_t springs : {1U, 2U, 12U}) {
@@ -291,7 +291,7 @@ Worst separate_methods(Way& way) {
 constexpr double tiny = 1e-9;  // s
 
 template <class T>
-Worst tiny_steps(Way& way) {
+Worst tiny_steps(CaseRun& way) {
   constexpr double h = tiny;
   Trial<T> trial(way, Motion{.W = 100}.scene(), h, Start{{1, 1, 1}, {2, 2, 2}});
   trial.step(1000000);
@@ -302,7 +302,7 @@ Worst tiny_steps(Way& way) {
 }
 
 // A step of 2e-9 m is less than half an ulp of 1 m in float32: it stands still, to the last bit.
-Worst tiny_steps_are_lost(Way& way) {
+Worst tiny_steps_are_lost(CaseRun& way) {
   Trial<float> trial(way, Motion{.W = 100}.scene(), tiny, Start{{1, 1, 1}, {2, 2, 2}});
   trial.step(1000000);
   Worst worst;
@@ -315,7 +315,7 @@ Worst tiny_steps_are_lost(Way& way) {
 
 // What a step makes of a displacement, a velocity and a wind of 1: -C and -A, S, and what the wind adds to both.
 template <class T>
-Worst spring_coefficients(Way& way) {
+Worst spring_coefficients(CaseRun& way) {
   Worst worst;
   for (int decade = -8; decade < 4; ++decade) {
     for (const double digit : {1.0, 1.7, 3.1, 5.9, 8.3}) {
@@ -343,7 +343,7 @@ Worst spring_coefficients(Way& way) {
 }
 
 template <class T>
-Worst drag_coefficients(Way& way) {
+Worst drag_coefficients(CaseRun& way) {
   Worst worst;
   for (int decade = -8; decade < 4; ++decade) {
     for (const double digit : {1.0, 1.7, 3.1, 5.9, 8.3}) {
@@ -444,7 +444,7 @@ Scene grid_scene(const Grid2& grid, const std::vector<double>& push) {
 }
 
 // Over max(16, z) eps of the envelope.
-Worst all_dampings(Way& way) {
+Worst all_dampings(CaseRun& way) {
   const Grid2 grid = damping_grid();
   const std::vector<Start> at_rest(grid.w.size());
   Trial<double> kicked(way, grid_scene(grid, {}), 1, std::vector<Start>(grid.w.size(), {{}, {1, 1, 1}}));
@@ -475,7 +475,7 @@ Worst all_dampings(Way& way) {
 }
 
 // Far beyond any scene: over what the same push does to a free particle, which no stiffness and no drag exceed.
-Worst extreme_dampings(Way& way) {
+Worst extreme_dampings(CaseRun& way) {
   Grid2 grid;
   for (const double w : {0.0, 1e-300, 1e-20, 1.0, 1e20, 1e100, 1e200, 1e260}) {
     for (const double q : {0.0, 1e-300, 1e-20, 1.0, 1e20, 1e100, 1e200, 1e260}) {
@@ -501,7 +501,7 @@ Worst extreme_dampings(Way& way) {
 // --------------------------------------------------------------------------------------------------------
 
 template <class T>
-Worst nearly_critical(Way& way) {
+Worst nearly_critical(CaseRun& way) {
   Worst worst;
   for (const double g : {1.0, 8.0, 40.0, 256.0}) {
     for (const double off : {0.0, 1e-13, -1e-13, 1e-10, 1e-7, -1e-7, 1e-5, 1e-3, -1e-3}) {
@@ -521,7 +521,7 @@ Worst nearly_critical(Way& way) {
 enum class Creep { held, lost };
 
 template <class T, Creep creep>
-Worst overdamped(Way& way) {
+Worst overdamped(CaseRun& way) {
   Worst worst;
   for (const auto& [q, w] :
        {std::pair{20.0, 1.0}, {1e3, 10.0}, {1e3, 2e5}, {2e5, 1e-3}, {1e5, 3e8}, {1.6e7, 3e8}, {1.6e7, 1e-3}}) {
@@ -538,7 +538,7 @@ Worst overdamped(Way& way) {
 
 // From rest; over the way and the speed themselves.
 template <class T>
-Worst falling_in_drag(Way& way) {
+Worst falling_in_drag(CaseRun& way) {
   Worst worst;
   for (int decade = -12; decade <= 6; ++decade) {
     const double q = std::pow(10.0, decade);
@@ -552,7 +552,7 @@ Worst falling_in_drag(Way& way) {
   return worst;
 }
 
-Worst terminal_velocity_apart(Way& way) {
+Worst terminal_velocity_apart(CaseRun& way) {
   Worst worst;
   for (const double q : {1e-3, 0.1, 1.0, 10.0}) {
     Scene scene = Motion{.g = q / hz60, .a = -9.81}.scene();
@@ -579,7 +579,7 @@ struct Forced {
 };
 
 // Over the largest amplitude on the way.
-double forced_error(Way& way, const Forced& at) {
+double forced_error(CaseRun& way, const Forced& at) {
   constexpr std::size_t steps = 64;
   Scene scene;
   if (at.W != 0) scene.add(Spring{.stiffness = at.W});
@@ -606,7 +606,7 @@ double forced_error(Way& way, const Forced& at) {
 enum class Resonance { near, far };
 
 template <Resonance which>
-Worst forced(Way& way) {
+Worst forced(CaseRun& way) {
   Worst worst;
   for (const double h : {hz60, 1.0}) {
     for (const double W : {4.0, 100.0, 1e4}) {
@@ -625,7 +625,7 @@ Worst forced(Way& way) {
 
 // The velocity that one step at 1e6 s takes from a forcing, over its largest.
 template <class T>
-Worst late_phase(Way& way) {
+Worst late_phase(CaseRun& way) {
   constexpr double h = 0.9;
   constexpr std::size_t steps = 1111111;
   constexpr double frequency = 7;
@@ -648,7 +648,7 @@ Worst late_phase(Way& way) {
 enum class Home { world, local };  // where positions are measured from: the world's origin, or the anchor
 
 template <class Kind>
-double far_away_error(Way& way, double far, double z, Home home) {
+double far_away_error(CaseRun& way, double far, double z, Home home) {
   const double omega = z / hz60;
   const Motion motion{.W = omega * omega, .c = far};
   Scene scene = motion.scene();
@@ -668,7 +668,7 @@ double far_away_error(Way& way, double far, double z, Home home) {
 enum class Angle { small, one };  // omega h: to 0.1, and 1
 
 template <class Kind, Angle angle, Home home = Home::world>
-Worst far_away(Way& way) {
+Worst far_away(CaseRun& way) {
   Worst worst;
   for (const double far : {1e4, 1e6}) {
     for (const double z : angle == Angle::small ? std::vector{0.01, 0.1} : std::vector{1.0}) {
@@ -678,7 +678,7 @@ Worst far_away(Way& way) {
   return worst;
 }
 
-Worst far_away_plain(Way& way) {
+Worst far_away_plain(CaseRun& way) {
   Worst worst;
   for (const double z : {0.1, 1.0})
     worst.see(far_away_error<float>(way, 1e4, z, Home::world), fmt::format("omega h = {:g}", z));
@@ -689,7 +689,7 @@ template <class T>
 constexpr double denormal = sizeof(T) == 4 ? 1e-40 : 1e-310;
 
 template <class T>
-Worst vanishing(Way& way) {
+Worst vanishing(CaseRun& way) {
   Worst worst;
   for (const double z : {0.01, 0.3, 2.0}) {
     const double omega = z / hz60;
@@ -709,7 +709,7 @@ Worst vanishing(Way& way) {
 
 // Seconds of 64 steps of 1024 particles of one amplitude.
 template <class T>
-double seconds_of(Way& way, double amplitude) {
+double seconds_of(CaseRun& way, double amplitude) {
   Trial<T> trial(way, Motion{.W = 36}.scene(), hz60, std::vector<Start>(1024, {{amplitude, 0, amplitude}, {}}));
   const auto start = std::chrono::steady_clock::now();
   trial.step(64);
@@ -717,7 +717,7 @@ double seconds_of(Way& way, double amplitude) {
 }
 
 template <class T>
-Worst vanishing_time(Way& way) {
+Worst vanishing_time(CaseRun& way) {
   double small = std::numeric_limits<double>::infinity();
   double plain = std::numeric_limits<double>::infinity();
   for (int round = 0; round < 25; ++round) {

@@ -35,7 +35,7 @@ const std::array<NamedCoupling, 6> couplings{
     {{"leapfrog", leapfrog},
      {"fourth_order", {.scheme = Scheme::fourth_order}},
      {"sequential 0.5", swept},
-     {"sequential 1 forward", {.scheme = Scheme::sequential, .theta = 1, .sweeps = Sweeps::forward}},
+     {"sequential 1 forward", {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward}},
      {"accumulate exact", by_sum},
      {"accumulate combined", by_filter}}};
 constexpr std::array<std::string_view, std::tuple_size_v<decltype(couplings)>> momentum_constant{
@@ -124,7 +124,7 @@ class RowEnergies {
 
 // Rows of 2 and of 8, looked at after every step in a hundred windows of a hundred steps: the slowest swing is over in 40.
 template <class T>
-Worst limit_of_leapfrog(Way& way) {
+Worst limit_of_leapfrog(CaseRun& way) {
   Worst worst;
   for (const double z : {1.8, 1.99, 2.01, 2.2, 7.0}) {
     PlainSprings both;
@@ -153,7 +153,7 @@ Worst limit_of_leapfrog(Way& way) {
 
 // Two pairs of a scheme, one of them drifting.
 template <class T, std::size_t which>
-Worst unequal_masses(Way& way) {
+Worst unequal_masses(CaseRun& way) {
   constexpr std::array drifts{0.0, 1e-3};  // m/s
   PlainSprings system;
   for (std::size_t pair = 0; pair < drifts.size(); ++pair) {
@@ -220,7 +220,7 @@ std::vector<Bar> bars_of_unequal_masses() {
 enum class Ends { to_a_point, on_a_line, turning };
 
 template <class T>
-double turned(Way& way, double z, Ends ends) {
+double turned(CaseRun& way, double z, Ends ends) {
   const double omega = z / hz60;
   const double k = omega * omega;
   const bool is_pair = ends != Ends::to_a_point;
@@ -251,7 +251,7 @@ double turned(Way& way, double z, Ends ends) {
 }
 
 template <class T, Ends ends>
-Worst no_rest_length(Way& way) {
+Worst no_rest_length(CaseRun& way) {
   Worst worst;
   for (const double z : {0.1, 3.0, 10.0, 100.0}) {
     worst.see(turned<T>(way, z, ends) / (epsilon<T> * std::max(z, 1.0)), fmt::format("omega h = {:g}", z));
@@ -261,7 +261,7 @@ Worst no_rest_length(Way& way) {
 
 // Two bodies at one place, and one at its anchor: how fast they become.
 template <class T>
-Worst coincident(Way& way) {
+Worst coincident(CaseRun& way) {
   Worst worst;
   for (const double rest_length : {0.0, 1.0}) {
     for (const auto& [name, coupling] : couplings) {
@@ -281,7 +281,7 @@ Worst coincident(Way& way) {
 
 // Through each other and from one place apart: the worst change of momentum in three steps.
 template <class T>
-Worst passage(Way& way) {
+Worst passage(CaseRun& way) {
   Worst worst;
   const std::vector<std::array<Start, 2>> starts{
       {{{{-1.5 * hz60, 0, 0}, {1, 0, 0}}, {{1.5 * hz60, 0, 0}, {-1, 0, 0}}}},        // meet in the middle of a step
@@ -331,7 +331,7 @@ const std::array<NamedCoupling, 5> symmetric_couplings{{{"leapfrog", leapfrog},
                                                         {"accumulate combined", by_filter},
                                                         {"sequential 0.5", swept}}};
 template <class T>
-Worst distance_after_spinning(Way& way, std::span<const NamedCoupling> which) {
+Worst distance_after_spinning(CaseRun& way, std::span<const NamedCoupling> which) {
   const PlainSprings system = spinning_pair();
   static const auto exact = run_plain(system, 3, 30000);
   Worst worst;
@@ -344,16 +344,16 @@ Worst distance_after_spinning(Way& way, std::span<const NamedCoupling> which) {
 }
 
 template <class T>
-Worst spinning(Way& way) {
+Worst spinning(CaseRun& way) {
   return distance_after_spinning<T>(way, std::span(symmetric_couplings).first(4));
 }
 template <class T>
-Worst spinning_in_sweeps(Way& way) {
+Worst spinning_in_sweeps(CaseRun& way) {
   return distance_after_spinning<T>(way, std::span(symmetric_couplings).last(1));
 }
 
 template <class T>
-Worst spinning_energy(Way& way) {
+Worst spinning_energy(CaseRun& way) {
   PlainSprings system = spinning_pair();
   const double start = system.energy();
   const std::vector<Start> bodies = system.bodies;
@@ -381,7 +381,7 @@ PlainSprings rod_and_spring(double k) {
 }
 
 template <class T>
-Worst stiff_rod(Way& way) {
+Worst stiff_rod(CaseRun& way) {
   Worst worst;
   for (const double k : {1e4, 1e6, 1e8}) {
     const PlainSprings system = rod_and_spring(k);
@@ -432,7 +432,7 @@ PlainSprings cloth(double k) {
 
 // Root mean square over the bodies at 0.5 s, over the side of 1 m.
 template <class T>
-double cloth_error(Way& way, const PlainSprings& system, const std::vector<Start>& exact, const Coupling& coupling) {
+double cloth_error(CaseRun& way, const PlainSprings& system, const std::vector<Start>& exact, const Coupling& coupling) {
   Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
   trial.step(30);
   double squares = 0;
@@ -454,7 +454,7 @@ const std::vector<Start>& cloth_end(std::size_t which) {
 }
 
 template <class T>
-Worst hanging_cloth(Way& way) {
+Worst hanging_cloth(CaseRun& way) {
   Worst worst;
   for (std::size_t i = 0; i < cloth_stiffnesses.size(); ++i) {
     const double k = cloth_stiffnesses[i];
@@ -464,7 +464,7 @@ Worst hanging_cloth(Way& way) {
 }
 
 template <class T>
-Worst swept_cloth(Way& way) {
+Worst swept_cloth(CaseRun& way) {
   Coupling coupling = swept;
   coupling.substeps = 32;  // 64 walks over the springs in a step
   Worst worst;
@@ -503,7 +503,7 @@ struct ClothEnergy {
 // 1.3 times the most that gravity has given until then. The worse of both; not a number where any coordinate or velocity is
 // not.
 template <class T>
-Worst lasting_cloth(Way& way, std::span<const double> stiffnesses, const Coupling& coupling) {
+Worst lasting_cloth(CaseRun& way, std::span<const double> stiffnesses, const Coupling& coupling) {
   Worst worst;
   for (const double k : stiffnesses) {
     Trial<T> trial(way, grid_of_cloth(k, coupling), hz60, cloth(k).bodies);
@@ -521,17 +521,17 @@ Worst lasting_cloth(Way& way, std::span<const double> stiffnesses, const Couplin
 
 // In float64 the stiff ones, of 71 and of 224 sub-steps, would take minutes.
 template <class T>
-Worst lasting_leapfrog(Way& way) {
+Worst lasting_leapfrog(CaseRun& way) {
   return lasting_cloth<T>(way, std::span(cloth_stiffnesses).first(sizeof(T) == 8 ? 2 : cloth_stiffnesses.size()), leapfrog);
 }
 
 // One sweep to and fro in a step of 60 Hz: up to 500 N/m, omega h = 30, and beyond.
 template <class T>
-Worst lasting_sweeps(Way& way) {
+Worst lasting_sweeps(CaseRun& way) {
   return lasting_cloth<T>(way, std::span(cloth_stiffnesses).first(2), {.scheme = Scheme::sequential});
 }
 template <class T>
-Worst lasting_stiff_sweeps(Way& way) {
+Worst lasting_stiff_sweeps(CaseRun& way) {
   return lasting_cloth<T>(way, std::span(cloth_stiffnesses).subspan(2), {.scheme = Scheme::sequential});
 }
 

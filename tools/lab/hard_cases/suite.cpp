@@ -21,7 +21,7 @@ struct Outcome {
 };
 
 Outcome outcome_of(const Bar& bar, Isa isa, Arithmetic arithmetic) {
-  Way way{.isa = isa, .arithmetic = arithmetic};
+  CaseRun way{.isa = isa, .arithmetic = arithmetic};
   try {
     Worst worst = bar.check(way);
     return {.isa = isa, .arithmetic = arithmetic, .worst = std::move(worst), .bits = way.bits, .refused = {}};

@@ -42,13 +42,13 @@ class Trial {
   using T = typename Kept<Kind>::Scalar;
 
  public:
-  Trial(Way& way, const Scene& scene, double step, std::span<const Start> starts)
+  Trial(CaseRun& way, const Scene& scene, double step, std::span<const Start> starts)
       : way_(way),
         memory_(starts.size()),
         rests_(starts.size()),
         state_(viewed()),
         plan_(placed(scene, options_of(way, step), starts)) {}
-  Trial(Way& way, const Scene& scene, double step, const Start& start) : Trial(way, scene, step, std::span(&start, 1)) {}
+  Trial(CaseRun& way, const Scene& scene, double step, const Start& start) : Trial(way, scene, step, std::span(&start, 1)) {}
   Trial(const Trial&) = delete;
   Trial& operator=(const Trial&) = delete;
   ~Trial() {
@@ -85,7 +85,7 @@ class Trial {
     return Kept<Kind>::rounding == Rounding::compensated ? compensated(memory_.view(), rests_.view()) : memory_.view();
   }
   // Compensated states have no contracted arithmetic.
-  static Options options_of(const Way& way, double step) {
+  static Options options_of(const CaseRun& way, double step) {
     constexpr Rounding rounding = Kept<Kind>::rounding;
     const Arithmetic arithmetic = rounding == Rounding::compensated ? Arithmetic::separate : way.arithmetic;
     return {.step = step, .isa = way.isa, .arithmetic = arithmetic, .rounding = rounding};
@@ -105,7 +105,7 @@ class Trial {
     return std::move(*plan);
   }
 
-  Way& way_;
+  CaseRun& way_;
   Soa<T> memory_, rests_;
   State<T> state_;
   Plan<T> plan_;

@@ -172,7 +172,7 @@ MatrixXd sequential(const Line& line, const Springs1d& in_list, const Coupling& 
   MatrixXd by_state(s.J.rows(), 2 * s.n);
   by_state << -(t * t) * s.k.cwiseQuotient(stiff).asDiagonal() * s.J, -(t * t) * s.c.cwiseQuotient(stiff).asDiagonal() * s.J;
   MatrixXd lambda = A.triangularView<Eigen::Lower>().solve(by_state);
-  if (coupling.sweeps == Sweeps::symmetric) {
+  if (coupling.sweeps == SweepOrder::symmetric) {
     const MatrixXd scaled = A.diagonal().asDiagonal() * lambda;
     lambda = A.transpose().triangularView<Eigen::Upper>().solve(scaled);
   }

@@ -50,7 +50,7 @@ Motion bounced(const Pulling& pulling, Motion start, double h, const Impact& imp
   Motion end = flowed(pulling, start, h);
   double t = h;
   for (int n = 0; n < most_impacts && end.x < 0; ++n) {
-    const double d = impact.sweep == Sweep::line ? end.x - start.x : t * start.v;
+    const double d = impact.sweep == ContactPath::line ? end.x - start.x : t * start.v;
     if (n > 0 && d <= 0) break;  // it rests
     const double f = first_root(start.x, d, end.x - start.x - d);
     const double v_f = start.v + f * (end.v - start.v);
@@ -59,7 +59,7 @@ Motion bounced(const Pulling& pulling, Motion start, double h, const Impact& imp
     if (v_f > 0) continue;  // the parabola arrives, but by its velocities it leaves
     const double dv = -(1 + impact.restitution) * v_f;
     end.v += dv;
-    if (impact.response == Response::seed) return {0, end.v};
+    if (impact.response == Response::end_on_surface) return {0, end.v};
     end.x += t * dv;
     start.v += dv;
   }

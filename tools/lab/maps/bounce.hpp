@@ -27,7 +27,7 @@ struct Pulling {
 struct Impact {
   double restitution = 1;
   Response response = Response::resume;
-  Sweep sweep = Sweep::curve;
+  ContactPath sweep = ContactPath::curve;
 };
 
 // One step h from a start above the plane, by the flow and the pulses of however many impacts.

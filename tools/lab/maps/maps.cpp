@@ -101,7 +101,7 @@ std::vector<NamedCoupling> couplings() {
       {"fourth_order", {.scheme = Scheme::fourth_order}},
       {"sequential 0.5", {.scheme = Scheme::sequential, .theta = 0.5}},
       {"sequential 0.55", {.scheme = Scheme::sequential, .theta = 0.55}},
-      {"sequential 1 forward", {.scheme = Scheme::sequential, .theta = 1, .sweeps = Sweeps::forward}}};
+      {"sequential 1 forward", {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward}}};
   for (const auto& [word, method] : methods) {
     all.push_back({"accumulate " + std::string(word), {.scheme = Scheme::accumulate, .method = method}});
   }
@@ -221,7 +221,9 @@ struct NamedImpact {
 };
 
 std::vector<NamedImpact> impacts() {
-  return {{"resume", {}}, {"resume, straight sweep", {.sweep = Sweep::line}}, {"seed", {.response = Response::seed}}};
+  return {{"resume", {}},
+          {"resume, straight sweep", {.sweep = ContactPath::line}},
+          {"seed", {.response = Response::end_on_surface}}};
 }
 
 GrowthMap map_of(const BounceFamily& family, const NamedImpact& named, Arithmetic arithmetic) {

@@ -27,13 +27,13 @@ SceneFile seen_by_all(SceneFile file) {
 
 class SceneMeasurement {
  public:
-  SceneMeasurement(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell)
+  SceneMeasurement(const SceneFile& file, const MeasureOptions& options, const Setup& setup, const ProgressCallback& progress)
       : file_(file),
-        wish_(wish),
+        wish_(options),
         setup_(setup),
-        tell_(tell),
-        sample_(seen_by_all(sample_of(file, most_error_particles(file, wish.effort)))),
-        grid_(grid_of(file, sample_.particles.count, wish.effort)) {}
+        tell_(progress),
+        sample_(seen_by_all(sample_of(file, most_error_particles(file, options.effort)))),
+        grid_(grid_of(file, sample_.particles.count, options.effort)) {}
 
   SceneReport measure() {
     tell_(0, "reference");
@@ -175,9 +175,9 @@ class SceneMeasurement {
   }
 
   const SceneFile& file_;
-  const Wish& wish_;
+  const MeasureOptions& wish_;
   const Setup& setup_;
-  const Tell& tell_;
+  const ProgressCallback& tell_;
   SceneFile sample_;
   Grid grid_;
   Reference reference_;
@@ -187,9 +187,10 @@ class SceneMeasurement {
 
 }  // namespace
 
-SceneReport measure_scene(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell) {
-  if (!file.scene.networks.empty()) return measure_network_scene(seen_by_all(file), wish, setup, tell);
-  return SceneMeasurement(file, wish, setup, tell).measure();
+SceneReport measure_scene(const SceneFile& file, const MeasureOptions& options, const Setup& setup,
+                          const ProgressCallback& progress) {
+  if (!file.scene.networks.empty()) return measure_network_scene(seen_by_all(file), options, setup, progress);
+  return SceneMeasurement(file, options, setup, progress).measure();
 }
 
 }  // namespace dvdx::tool::report

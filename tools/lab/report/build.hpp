@@ -8,14 +8,15 @@
 
 namespace dvdx::tool::report {
 
-struct Wish {
+struct MeasureOptions {
   std::vector<Precision> precisions;
   Effort effort = Effort::full;
 };
 
 // Called with a part of the whole, 0 to 1, and what is being measured.
-using Tell = std::function<void(double part, const std::string& what)>;
+using ProgressCallback = std::function<void(double part, const std::string& what)>;
 
-[[nodiscard]] SceneReport measure_scene(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell);
+[[nodiscard]] SceneReport measure_scene(const SceneFile& file, const MeasureOptions& options, const Setup& setup,
+                                        const ProgressCallback& progress);
 
 }  // namespace dvdx::tool::report

@@ -21,13 +21,13 @@ std::vector<Curve> curves_of(const SceneFile& file) {
   }
   auto sequential = base;
   sequential.scheme = Scheme::sequential;
-  sequential.sweeps = Sweeps::symmetric;
+  sequential.sweeps = SweepOrder::symmetric;
   for (const double theta : {0.5, 0.55}) {
     sequential.theta = theta;
     add(theta == 0.5 ? "sequential 0.5" : "sequential 0.55", sequential);
   }
   sequential.theta = 1;
-  sequential.sweeps = Sweeps::forward;
+  sequential.sweeps = SweepOrder::forward;
   add("sequential 1 forward", sequential);
   auto accumulate = base;
   accumulate.scheme = Scheme::accumulate;
@@ -60,7 +60,7 @@ std::vector<int> substeps_of(const Curve& curve, const NetworkLimit& limit, Effo
 double pulses_of(const Coupling& coupling) noexcept {
   if (coupling.scheme == Scheme::fourth_order) return 6;
   if (coupling.scheme == Scheme::leapfrog) return 1;
-  return coupling.scheme == Scheme::sequential && coupling.sweeps == Sweeps::symmetric ? 4 : 2;
+  return coupling.scheme == Scheme::sequential && coupling.sweeps == SweepOrder::symmetric ? 4 : 2;
 }
 
 Coupled described(const SceneFile& file, const Curve& curve) {

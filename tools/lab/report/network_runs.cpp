@@ -25,11 +25,11 @@ Scene with_coupling(const SceneFile& file, Coupling coupling, std::optional<int>
 
 class NetworkMeasurement {
  public:
-  NetworkMeasurement(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell)
+  NetworkMeasurement(const SceneFile& file, const MeasureOptions& options, const Setup& setup, const ProgressCallback& progress)
       : file_(file),
-        wish_(wish),
+        wish_(options),
         setup_(setup),
-        tell_(tell),
+        tell_(progress),
         grid_(own_step(file)),
         picks_(picks_of(file.particles.count, 256)) {}
 
@@ -236,9 +236,9 @@ class NetworkMeasurement {
   }
 
   const SceneFile& file_;
-  const Wish& wish_;
+  const MeasureOptions& wish_;
   const Setup& setup_;
-  const Tell& tell_;
+  const ProgressCallback& tell_;
   Grid grid_;
   Picks picks_;
   double seconds_per_pulse_ = 0;  // of all particles
@@ -251,8 +251,9 @@ class NetworkMeasurement {
 
 }  // namespace
 
-SceneReport measure_network_scene(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell) {
-  return NetworkMeasurement(file, wish, setup, tell).measure();
+SceneReport measure_network_scene(const SceneFile& file, const MeasureOptions& options, const Setup& setup,
+                                  const ProgressCallback& progress) {
+  return NetworkMeasurement(file, options, setup, progress).measure();
 }
 
 }  // namespace dvdx::tool::report

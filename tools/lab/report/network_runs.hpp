@@ -5,6 +5,7 @@
 
 namespace dvdx::tool::report {
 
-[[nodiscard]] SceneReport measure_network_scene(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell);
+[[nodiscard]] SceneReport measure_network_scene(const SceneFile& file, const MeasureOptions& options, const Setup& setup,
+                                                const ProgressCallback& progress);
 
 }  // namespace dvdx::tool::report

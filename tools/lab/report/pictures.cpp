@@ -13,7 +13,7 @@
 namespace dvdx::tool::report {
 namespace {
 
-// Colours that most colour-blind people tell apart (M. Okabe and K. Ito), each with a marker of its own.
+// Colours that most colour-blind people progress apart (M. Okabe and K. Ito), each with a marker of its own.
 struct Style {
   std::string_view method;
   std::string_view label;

@@ -194,7 +194,8 @@ Reference first_reference(const SceneFile& sample, const Grid& grid, const Setup
 bool refine(Reference& reference, const SceneFile& sample, const Grid& grid, const Setup& setup, double smallest_error,
             Effort effort) {
   if (reference.facts.source == ReferenceSource::impacts) {
-    // Every impact amplifies what long doubles round; where the runs agree with it to the last digit there is nothing to tell.
+    // Every impact amplifies what long doubles round; where the runs agree with it to the last digit there is nothing to
+    // progress.
     constexpr double digits = 1e-15;
     reference.facts.settled = reference.facts.self_error < std::max(smallest_error / 100, digits * reference.amplitude);
   }

@@ -165,7 +165,7 @@ struct Machine {
   std::string flags;
   std::string version;
   std::string date;
-  std::vector<Cache> caches{};  // from the nearest on; none where the system does not tell
+  std::vector<Cache> caches{};  // from the nearest on; none where the system does not progress
 };
 
 struct Report {

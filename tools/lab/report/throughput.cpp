@@ -78,10 +78,11 @@ class Stepped {
 
 }  // namespace
 
-std::vector<Throughput> measure_throughput(const SceneFile& file, const Wish& wish, const Setup& setup, const Tell& tell) {
-  const auto sizes = sizes_for(wish.effort);
+std::vector<Throughput> measure_throughput(const SceneFile& file, const MeasureOptions& options, const Setup& setup,
+                                           const ProgressCallback& progress) {
+  const auto sizes = sizes_for(options.effort);
   std::vector<Throughput> found;
-  for (const auto precision : wish.precisions) {
+  for (const auto precision : options.precisions) {
     auto engine_setup = setup;
     engine_setup.engine.precision = precision;
     const auto before = std::chrono::steady_clock::now();
@@ -90,7 +91,7 @@ std::vector<Throughput> measure_throughput(const SceneFile& file, const Wish& wi
     };
     const auto second = sizes.fewest * sizes.factor;
     for (auto count = sizes.fewest; count <= sizes.most && (count <= second || is_time_left()); count *= sizes.factor) {
-      tell(1, fmt::format("{} throughput of {} particles", name_in(precisions, precision), count));
+      progress(1, fmt::format("{} throughput of {} particles", name_in(precisions, precision), count));
       auto sized = resized(file, count);
       choose_origin(sized, precision);
       with_scalar(precision, [&](auto zero) {

@@ -5,10 +5,10 @@
 
 namespace dvdx::tool::report {
 
-// In every precision of the wish, from 256 particles by fours to four million, or as far as the time goes. The scene's
+// In every precision of the options, from 256 particles by fours to four million, or as far as the time goes. The scene's
 // particles are taken several times where it has fewer: nothing may join them. Throws Fault (bad_scene) where the scene cannot
 // be run.
-[[nodiscard]] std::vector<Throughput> measure_throughput(const SceneFile& file, const Wish& wish, const Setup& setup,
-                                                         const Tell& tell);
+[[nodiscard]] std::vector<Throughput> measure_throughput(const SceneFile& file, const MeasureOptions& options,
+                                                         const Setup& setup, const ProgressCallback& progress);
 
 }  // namespace dvdx::tool::report

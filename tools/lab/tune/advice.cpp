@@ -58,7 +58,7 @@ Part advice_on_contact(const Scene& scene, std::size_t index, double goal, const
                        const CostRatioOf& cost_ratio) {
   const auto& contact = scene.contacts[index];
   const auto sweep = std::visit([](const auto& c) { return c.sweep; }, contact);
-  const auto other = sweep == Sweep::curve ? Sweep::line : Sweep::curve;
+  const auto other = sweep == ContactPath::curve ? ContactPath::line : ContactPath::curve;
   const auto swap = [index, other](Scene& s) { std::visit([other](auto& c) { c.sweep = other; }, s.contacts[index]); };
   Part part{.index = index,
             .type = std::holds_alternative<Plane>(contact) ? "plane" : "sphere",

@@ -138,7 +138,7 @@ Cost Watch::time(const Candidate& candidate, const Judge::Change& change) {
   return track->time(candidate, change);
 }
 
-Bench::Bench(const Judge& judge, Watch& watch, Clock::time_point end, Tell tell)
+Bench::Bench(const Judge& judge, Watch& watch, Clock::time_point end, ProgressCallback tell)
     : judge_(judge), watch_(watch), end_(end), tell_(std::move(tell)) {}
 
 Outcome Bench::errors(const Candidate& candidate) {

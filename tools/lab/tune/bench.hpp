@@ -56,9 +56,9 @@ class Watch {
 class Bench final : public Probe {
  public:
   using Clock = std::chrono::steady_clock;
-  using Tell = std::function<void(const std::string& what)>;
+  using ProgressCallback = std::function<void(const std::string& what)>;
 
-  Bench(const Judge& judge, Watch& watch, Clock::time_point end, Tell tell);
+  Bench(const Judge& judge, Watch& watch, Clock::time_point end, ProgressCallback tell);
 
   Outcome errors(const Candidate& candidate) override;
   Cost rough_cost(const Candidate& candidate) override;
@@ -69,7 +69,7 @@ class Bench final : public Probe {
   const Judge& judge_;
   Watch& watch_;
   Clock::time_point end_;
-  Tell tell_;
+  ProgressCallback tell_;
 };
 
 }  // namespace dvdx::tool::tune

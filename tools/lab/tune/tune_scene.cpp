@@ -20,7 +20,7 @@ Clock::time_point after(Clock::time_point start, double seconds) {
 
 class SceneTuner {
  public:
-  SceneTuner(const SceneOptions& options, const Wish& wish, const report::Setup& setup, const Tell& tell)
+  SceneTuner(const SceneOptions& options, const SearchOptions& wish, const report::Setup& setup, const ProgressCallback& tell)
       : options_(options),
         wish_(wish),
         setup_(setup),
@@ -137,9 +137,9 @@ class SceneTuner {
   }
 
   const SceneOptions& options_;
-  const Wish& wish_;
+  const SearchOptions& wish_;
   const report::Setup& setup_;
-  const Tell& tell_;
+  const ProgressCallback& tell_;
   Clock::time_point start_;
   SceneFile file_;
   Judge judge_;
@@ -149,7 +149,8 @@ class SceneTuner {
 
 }  // namespace
 
-Tuning tune_scene(const SceneOptions& options, const Wish& wish, const report::Setup& setup, const Tell& tell) {
+Tuning tune_scene(const SceneOptions& options, const SearchOptions& wish, const report::Setup& setup,
+                  const ProgressCallback& tell) {
   return SceneTuner(options, wish, setup, tell).tune();
 }
 

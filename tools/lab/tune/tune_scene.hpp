@@ -9,15 +9,16 @@
 
 namespace dvdx::tool::tune {
 
-struct Wish {
+struct SearchOptions {
   double goal = 1e-3;   // relative
   double seconds = 60;  // that reference and search may take together
   Thoroughness thoroughness = Thoroughness::search;
 };
 
-using Tell = std::function<void(double part, const std::string& what)>;
+using ProgressCallback = std::function<void(double part, const std::string& what)>;
 
 // `options` are what the scene was read by.
-[[nodiscard]] Tuning tune_scene(const SceneOptions& options, const Wish& wish, const report::Setup& setup, const Tell& tell);
+[[nodiscard]] Tuning tune_scene(const SceneOptions& options, const SearchOptions& wish, const report::Setup& setup,
+                                const ProgressCallback& tell);
 
 }  // namespace dvdx::tool::tune

@@ -43,7 +43,7 @@ class Subject {
  public:
   Subject(const SceneFile& file, std::uint64_t steps) : file_(file), steps_(steps) {}
 
-  [[nodiscard]] Values<T> result(const Way& way, std::uint64_t call, std::uint64_t steps) const {
+  [[nodiscard]] Values<T> result(const Configuration& way, std::uint64_t call, std::uint64_t steps) const {
     LiveMemory<T> memory(file_, way.layout);
     const auto plan =
         live_plan<T>(file_, {.step = file_.step, .isa = way.isa, .arithmetic = way.arithmetic, .block = way.block});
@@ -55,11 +55,11 @@ class Subject {
     }
     return values_of(memory.live());
   }
-  [[nodiscard]] Values<T> result(const Way& way, std::uint64_t call) const { return result(way, call, steps_); }
+  [[nodiscard]] Values<T> result(const Configuration& way, std::uint64_t call) const { return result(way, call, steps_); }
 
   // The first step after which anything differs, by halving.
-  [[nodiscard]] Difference find(const Way& way, std::uint64_t call) const {
-    const Way twin{.arithmetic = way.arithmetic};
+  [[nodiscard]] Difference find(const Configuration& way, std::uint64_t call) const {
+    const Configuration twin{.arithmetic = way.arithmetic};
     std::uint64_t same = 0;
     std::uint64_t different = steps_;
     while (different - same > 1) {
@@ -135,7 +135,7 @@ class Matrix {
   void want(Values<T> wanted) { wanted_ = std::move(wanted); }
   [[nodiscard]] const Values<T>& wanted() const noexcept { return wanted_; }
 
-  void compare(const Way& way, std::uint64_t call) {
+  void compare(const Configuration& way, std::uint64_t call) {
     const std::size_t differing = Subject<T>::differing(wanted_, subject_.result(way, call));
     ++verdict_.runs;
     verdict_.differing += differing;
@@ -157,7 +157,8 @@ void verify_separate(Matrix<T>& matrix, const std::vector<Isa>& isas) {
       for (const int threads : thread_counts) {
         if (threads > most_threads()) continue;
         for (const std::uint64_t call : calls) {
-          const Way way{.isa = isa, .layout = layout.value, .threads = threads, .block = blocks[turn++ % blocks.size()]};
+          const Configuration way{
+              .isa = isa, .layout = layout.value, .threads = threads, .block = blocks[turn++ % blocks.size()]};
           matrix.compare(way, call);
         }
       }

@@ -99,7 +99,7 @@ bool is_same(T a, T b) noexcept {
 }
 
 template <class T>
-Plan<T> compiled(const SceneFile& file, const Scene& scene, const Way& way, const State<T>& start) {
+Plan<T> compiled(const SceneFile& file, const Scene& scene, const Configuration& way, const State<T>& start) {
   const Options options{.step = file.step,
                         .isa = way.isa,
                         .arithmetic = way.arithmetic,
@@ -131,12 +131,12 @@ class Subject {
         start.v_rest[axis][k] = everyone.v_rest[axis][i];
       }
     }
-    wanted_ = result(plan(Way{}), Way{}, steps_);
+    wanted_ = result(plan(Configuration{}), Configuration{}, steps_);
   }
 
-  [[nodiscard]] Plan<T> plan(const Way& way) { return compiled(file_, picked_.scene(), way, start_.view()); }
+  [[nodiscard]] Plan<T> plan(const Configuration& way) { return compiled(file_, picked_.scene(), way, start_.view()); }
 
-  [[nodiscard]] std::vector<T> result(const Plan<T>& plan, const Way& way, std::uint64_t steps) {
+  [[nodiscard]] std::vector<T> result(const Plan<T>& plan, const Configuration& way, std::uint64_t steps) {
     StateMemory<T> memory(way.layout, count(), rounding_);
     State<T> state = memory.view();
     copy(start_.view(), state);
@@ -154,8 +154,8 @@ class Subject {
   }
 
   // The first step after which anything differs, by halving: what differs once goes on to differ, as a rule.
-  [[nodiscard]] Difference find(const Way& way) {
-    const Way twin{.arithmetic = way.arithmetic};
+  [[nodiscard]] Difference find(const Configuration& way) {
+    const Configuration twin{.arithmetic = way.arithmetic};
     const Plan<T> reference = plan(twin), suspect = plan(way);
     std::uint64_t same = 0;
     std::uint64_t different = steps_;
@@ -226,8 +226,8 @@ std::vector<int> usable_threads() {
 std::vector<Isa> with(Arithmetic arithmetic) { return available_isas(arithmetic); }
 
 // Every layout with every thread count.
-std::vector<Way> ways_of_all(Isa isa) {
-  std::vector<Way> ways;
+std::vector<Configuration> ways_of_all(Isa isa) {
+  std::vector<Configuration> ways;
   for (const auto& layout : layouts) {
     for (const int threads : usable_threads()) ways.push_back({.isa = isa, .layout = layout.value, .threads = threads});
   }
@@ -240,15 +240,15 @@ class Matrix {
   Matrix(Subject<T>& subject, Verdict& verdict) : subject_(subject), verdict_(verdict) {}
 
   // One block, every layout and thread count.
-  void run(const Way& with_block) {
+  void run(const Configuration& with_block) {
     const Plan<T> plan = subject_.plan(with_block);
-    for (Way way : ways_of_all(with_block.isa)) {
+    for (Configuration way : ways_of_all(with_block.isa)) {
       way.block = with_block.block;
       way.arithmetic = with_block.arithmetic;
       compare(plan, way);
     }
   }
-  void compare(const Plan<T>& plan, const Way& way) {
+  void compare(const Plan<T>& plan, const Configuration& way) {
     const std::size_t differing = subject_.differing(subject_.result(plan, way, subject_.steps()));
     ++verdict_.runs;
     verdict_.differing += differing;
@@ -264,14 +264,15 @@ class Matrix {
 template <class T>
 void verify_contracted(Subject<T>& subject, Verdict& verdict) {
   verdict.contracted.isas = with(Arithmetic::contracted);
-  const Way twin{.arithmetic = Arithmetic::contracted};
+  const Configuration twin{.arithmetic = Arithmetic::contracted};
   std::vector<T> wanted = subject.result(subject.plan(twin), twin, subject.steps());
   verdict.contracted.ulps = subject.ulps(wanted);
   subject.want(std::move(wanted));
   Matrix<T> matrix(subject, verdict);
   for (const Isa isa : verdict.contracted.isas) {
     for (const std::size_t block : {std::size_t{0}, std::size_t{32}}) {
-      const Way way{.isa = isa, .arithmetic = Arithmetic::contracted, .layout = Layout::soa, .threads = 1, .block = block};
+      const Configuration way{
+          .isa = isa, .arithmetic = Arithmetic::contracted, .layout = Layout::soa, .threads = 1, .block = block};
       matrix.compare(subject.plan(way), way);
     }
   }
@@ -307,7 +308,7 @@ void verify(SceneFile file, std::uint64_t steps, Verdict& verdict) {
   place_at_start(file, everyone);
 
   const bool joined = is_joined(file.scene);
-  const auto work = work_of(compiled(file, file.scene, Way{}, everyone), count);
+  const auto work = work_of(compiled(file, file.scene, Configuration{}, everyone), count);
   constexpr std::uint64_t few = 2;
   verdict.sample_steps = std::min(steps, most_sample_steps);
   if (joined) verdict.sample_steps = std::min(verdict.sample_steps, std::max(sample_particle_steps / work, few));

@@ -12,7 +12,7 @@
 
 namespace dvdx::tool {
 
-struct Way {  // to run a scene
+struct Configuration {  // to run a scene
   Isa isa = Isa::reference;
   Arithmetic arithmetic = Arithmetic::separate;
   Layout layout = Layout::soa;
@@ -21,7 +21,7 @@ struct Way {  // to run a scene
 };
 
 struct Difference {
-  Way way;
+  Configuration way;
   std::size_t particle = 0;  // of the scene
   std::uint64_t step = 0;    // after so many steps
   std::string field;

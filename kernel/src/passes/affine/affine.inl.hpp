@@ -12,23 +12,23 @@ namespace dvdx {
 namespace {
 
 template <class V>
-struct Point {
+struct AxisState {
   V x, v;
 };
 
 template <class V, Arithmetic arithmetic>
-Point<V> drift(V x, V v, V B, V S, V P, V Q) noexcept {
+AxisState<V> drift(V x, V v, V B, V S, V P, V Q) noexcept {
   return {x + multiply_add<arithmetic>(S, v, Q), v + subtract_product<arithmetic>(P, B, v)};
 }
 
 template <class V, Arithmetic arithmetic>
-Point<V> fused(V x, V v, V c, V A, V B, V C, V S) noexcept {
+AxisState<V> fused(V x, V v, V c, V A, V B, V C, V S) noexcept {
   const V e = x - c;
   return {x + subtract_product<arithmetic>(S * v, C, e), v - multiply_add<arithmetic>(B, v, A * e)};
 }
 
 template <class V, Arithmetic arithmetic>
-Point<V> driven_fused(V x, V v, V c, V A, V B, V C, V S, V P, V Q) noexcept {
+AxisState<V> driven_fused(V x, V v, V c, V A, V B, V C, V S, V P, V Q) noexcept {
   const V e = x - c;
   return {x + multiply_add<arithmetic>(S, v, subtract_product<arithmetic>(Q, C, e)),
           v + subtract_product<arithmetic>(subtract_product<arithmetic>(P, A, e), B, v)};
@@ -36,16 +36,16 @@ Point<V> driven_fused(V x, V v, V c, V A, V B, V C, V S, V P, V Q) noexcept {
 
 // The increment of e and the new v; of the turned state where the sign is -1.
 template <class V, Arithmetic arithmetic>
-Point<V> three_shears(V e, V v, V t1, V s, V t2, V kappa) noexcept {
+AxisState<V> three_shears(V e, V v, V t1, V s, V t2, V kappa) noexcept {
   const V p = t1 * v;
   const V u = v - multiply_add<arithmetic>(s, e + p, kappa * v);
   return {multiply_add<arithmetic>(t2, u, p), u};
 }
 
 template <class V, Turn turn, Arithmetic arithmetic>
-Point<V> shear(V x, V v, V c, const ShearAxis<V>& k) noexcept {
+AxisState<V> shear(V x, V v, V c, const ShearAxis<V>& k) noexcept {
   const V e = x - c;
-  const Point<V> d = three_shears<V, arithmetic>(e, v, k.t1, k.s, k.t2, k.kappa);
+  const AxisState<V> d = three_shears<V, arithmetic>(e, v, k.t1, k.s, k.t2, k.kappa);
   if constexpr (turn == Turn::none) {
     return {x + d.x, d.v};
   } else {
@@ -54,9 +54,9 @@ Point<V> shear(V x, V v, V c, const ShearAxis<V>& k) noexcept {
 }
 
 template <class V, Turn turn, Arithmetic arithmetic>
-Point<V> driven_shear(V x, V v, V c, const ShearAxis<V>& k, V P, V Q) noexcept {
+AxisState<V> driven_shear(V x, V v, V c, const ShearAxis<V>& k, V P, V Q) noexcept {
   const V e = x - c;
-  const Point<V> d = three_shears<V, arithmetic>(e, v, k.t1, k.s, k.t2, k.kappa);
+  const AxisState<V> d = three_shears<V, arithmetic>(e, v, k.t1, k.s, k.t2, k.kappa);
   if constexpr (turn == Turn::none) {
     return {x + (d.x + Q), d.v + P};
   } else {
@@ -98,7 +98,7 @@ class AxisFlow {
     }
   }
 
-  [[nodiscard]] Point<V> operator()(V x, V v, std::size_t i) const noexcept {
+  [[nodiscard]] AxisState<V> operator()(V x, V v, std::size_t i) const noexcept {
     const auto& [A, B, C, S] = fused_;
     if constexpr (is_rate(flow)) {
       return rate(x, v, i);
@@ -128,7 +128,7 @@ class AxisFlow {
     }
   }
 
-  [[nodiscard]] Point<V> rate(V x, V v, std::size_t i) const noexcept {
+  [[nodiscard]] AxisState<V> rate(V x, V v, std::size_t i) const noexcept {
     V P = P_;
     V Q = Q_;
     add_sources<V, arithmetic>(terms_.rates, offsets_, axis_, i, P, Q);

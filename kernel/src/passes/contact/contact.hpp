@@ -47,7 +47,7 @@ enum class Shape : std::uint8_t { plane, sphere };
 template <class T>
 struct Surface {
   Shape shape = Shape::plane;
-  Sweep sweep = Sweep::curve;
+  ContactPath sweep = ContactPath::curve;
   Response response = Response::resume;
   bool finds_dips = true;  // curve: the parabola is good enough to believe a dip that ends outside (and, of spheres, itself)
   std::array<T, 3> n{0, 1, 0};  // plane: unit normal

@@ -7,9 +7,9 @@
 
 #include "isa/lanes.hpp"
 #include "passes/contact/contact.hpp"
-#include "passes/motion.inl.hpp"
 #include "passes/terms.hpp"
 #include "passes/three.inl.hpp"
+#include "passes/trajectory.inl.hpp"
 
 namespace dvdx {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 // ---------------------------------------------------------------------------------- what every particle pays for
 
 template <class V, Arithmetic arithmetic>
-[[gnu::always_inline]] inline Mask<V> may_touch_plane(const Surface<Scalar<V>>& surface, const Motion<V>& m,
+[[gnu::always_inline]] inline Mask<V> may_touch_plane(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                       const Three<V>& middle) noexcept {
   const Three<V> n = three<V>(surface.n);
   const V d(surface.d);
@@ -27,7 +27,7 @@ template <class V, Arithmetic arithmetic>
 
 // Outside a sphere the path is safe where it stays behind the tangent plane whose normal points to its start.
 template <class V, Arithmetic arithmetic>
-[[gnu::always_inline]] inline Mask<V> may_touch_sphere(const Surface<Scalar<V>>& surface, const Motion<V>& m,
+[[gnu::always_inline]] inline Mask<V> may_touch_sphere(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                        const Three<V>& middle) noexcept {
   const Three<V> c = three<V>(surface.center);
   const V zero(Scalar<V>(0));
@@ -56,9 +56,9 @@ class TouchTest {
       : first_(terms.surfaces), end_(terms.surfaces + terms.surface_count), half_(terms.h * T(0.5)) {}
 
   struct Sums {};
-  [[gnu::always_inline]] void add(std::size_t, const Motion<V>&, Sums&) const noexcept {}
+  [[gnu::always_inline]] void add(std::size_t, const Trajectory<V>&, Sums&) const noexcept {}
 
-  [[gnu::always_inline]] Mask<V> operator()(const Motion<V>& m, const Sums&) const noexcept {
+  [[gnu::always_inline]] Mask<V> operator()(const Trajectory<V>& m, const Sums&) const noexcept {
     const Three<V> middle = multiply_add<arithmetic>(half_, m.v0, m.x0);
     Mask<V> touches(false);
     for (const Surface<T>* surface = first_; surface != end_; ++surface) {
@@ -90,11 +90,11 @@ class PlaneTouchTest {
   struct Sums {
     V end, middle;
   };
-  [[gnu::always_inline]] void add(std::size_t axis, const Motion<V>& m, Sums& sums) const noexcept {
+  [[gnu::always_inline]] void add(std::size_t axis, const Trajectory<V>& m, Sums& sums) const noexcept {
     accumulate(axis, m.x1[axis], sums.end);
     accumulate(axis, multiply_add<arithmetic>(half_, m.v0[axis], m.x0[axis]), sums.middle);
   }
-  [[gnu::always_inline]] Mask<V> operator()(const Motion<V>&, const Sums& sums) const noexcept {
+  [[gnu::always_inline]] Mask<V> operator()(const Trajectory<V>&, const Sums& sums) const noexcept {
     return (sums.end < d_) | (sums.middle < middle_d_);
   }
 
@@ -138,9 +138,9 @@ struct Path {
 };
 
 template <class V>
-Path<V> path(const Surface<Scalar<V>>& surface, const Motion<V>& m, V t) noexcept {
+Path<V> path(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) noexcept {
   const Three<V> chord = m.x1 - m.x0;
-  const bool is_line = surface.sweep == Sweep::line || (surface.shape == Shape::sphere && !surface.finds_dips);
+  const bool is_line = surface.sweep == ContactPath::line || (surface.shape == Shape::sphere && !surface.finds_dips);
   if (is_line) return {chord, three<V>(V(Scalar<V>(0)))};
   const Three<V> u = t * m.v0;
   return {u, chord - u};
@@ -177,18 +177,18 @@ V first_root(V s0, V d0, V c, V disc) noexcept {
 // Whether what was hit last is not hit again.
 template <class V>
 Mask<V> stays(const Surface<Scalar<V>>& surface, V d0, V c, V low) noexcept {
-  if (surface.response == Response::seed) return Mask<V>(true);
+  if (surface.response == Response::end_on_surface) return Mask<V>(true);
   return (d0 <= V(Scalar<V>(0))) | (d0 * d0 <= -(low * c));
 }
 
 template <class V, Arithmetic arithmetic>
-Crossing<V> cross_plane(const Surface<Scalar<V>>& surface, const Motion<V>& m, V t, Mask<V> held, V low) noexcept {
+Crossing<V> cross_plane(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, Mask<V> held, V low) noexcept {
   const V zero(Scalar<V>(0));
   const V one(Scalar<V>(1));
   const V start = touch<V, arithmetic>(surface, m.x0).s;
   const V s0 = select<V>(held | (start < zero), zero, start);
   const V s1 = touch<V, arithmetic>(surface, m.x1).s;
-  const V d0 = surface.sweep == Sweep::line ? s1 - s0 : t * dot<arithmetic>(three<V>(surface.n), m.v0);
+  const V d0 = surface.sweep == ContactPath::line ? s1 - s0 : t * dot<arithmetic>(three<V>(surface.n), m.v0);
   const V c = (s1 - s0) - d0;
   const V disc = discriminant<V, arithmetic>(s0, d0, c);
   const V f = first_root(s0, d0, c, disc);
@@ -198,7 +198,7 @@ Crossing<V> cross_plane(const Surface<Scalar<V>>& surface, const Motion<V>& m, V
 }
 
 template <class V, Arithmetic arithmetic>
-Crossing<V> cross_sphere(const Surface<Scalar<V>>& surface, const Motion<V>& m, V t, Mask<V> held, V low) noexcept {
+Crossing<V> cross_sphere(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, Mask<V> held, V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
@@ -240,7 +240,7 @@ Crossing<V> cross_sphere(const Surface<Scalar<V>>& surface, const Motion<V>& m, 
 }
 
 template <class V, Arithmetic arithmetic>
-Crossing<V> cross(const Surface<Scalar<V>>& surface, const Motion<V>& m, V t, Mask<V> held, V low) noexcept {
+Crossing<V> cross(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, Mask<V> held, V low) noexcept {
   return surface.shape == Shape::plane ? cross_plane<V, arithmetic>(surface, m, t, held, low)
                                        : cross_sphere<V, arithmetic>(surface, m, t, held, low);
 }
@@ -265,7 +265,7 @@ struct Course {
 
 // What is left of the tangential velocity at an impact. What lay or slid on the surface before comes to none.
 template <class V, Arithmetic arithmetic>
-V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Motion<V>& m, const Course<V>& course,
+V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V>& course,
                     const Three<V>& gain) noexcept {
   using T = Scalar<V>;
   const V one(T(1));
@@ -284,7 +284,7 @@ V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Motion<V>& m, const
 }
 
 template <class V, Arithmetic arithmetic>
-void respond(const Surface<Scalar<V>>& surface, Motion<V>& m, Course<V>& course, V f, Mask<V> hits) noexcept {
+void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V>& course, V f, Mask<V> hits) noexcept {
   const V one(Scalar<V>(1));
   const V e(surface.e);
   const Three<V> xf = along<V, arithmetic>(m.x0, path(surface, m, course.t), f);
@@ -302,8 +302,8 @@ void respond(const Surface<Scalar<V>>& surface, Motion<V>& m, Course<V>& course,
   const V rest = one - f;
   const V t = rest * course.t;
   const V beyond = dot<arithmetic>(n, m.x1 - xf);
-  const Three<V> moved = surface.response == Response::seed ? subtract_product<arithmetic>(m.x1, beyond, n)
-                                                            : multiply_add<arithmetic>(t, after - vf, m.x1);
+  const Three<V> moved = surface.response == Response::end_on_surface ? subtract_product<arithmetic>(m.x1, beyond, n)
+                                                                      : multiply_add<arithmetic>(t, after - vf, m.x1);
 
   m.x1 = select(acts, moved, m.x1);
   m.v1 = select(acts, multiply_add<arithmetic>(rest, gain, after), m.v1);
@@ -314,7 +314,7 @@ void respond(const Surface<Scalar<V>>& surface, Motion<V>& m, Course<V>& course,
 
 // The earliest impact of every lane; false where there is none left.
 template <class V, Arithmetic arithmetic>
-bool resolve_earliest(const Terms<Scalar<V>>& terms, Motion<V>& m, Course<V>& course) noexcept {
+bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V>& course) noexcept {
   using T = Scalar<V>;
   const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * one_norm(m.x0);
   V earliest(T(2));
@@ -337,7 +337,7 @@ bool resolve_earliest(const Terms<Scalar<V>>& terms, Motion<V>& m, Course<V>& co
 }
 
 template <class V, Arithmetic arithmetic>
-void clamp(const Surface<Scalar<V>>& surface, Motion<V>& m, const Course<V>& course, Mask<V> held, Mask<V> inside,
+void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V>& course, Mask<V> held, Mask<V> inside,
            V size) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
@@ -357,7 +357,7 @@ void clamp(const Surface<Scalar<V>>& surface, Motion<V>& m, const Course<V>& cou
 }
 
 template <class V, Arithmetic arithmetic>
-void clamp_all(const Terms<Scalar<V>>& terms, Motion<V>& m, const Course<V>& course, Mask<V> touches) noexcept {
+void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V>& course, Mask<V> touches) noexcept {
   using T = Scalar<V>;
   V tolerance(T(0));
   for (int round = 0; round < clamp_rounds; ++round) {
@@ -377,7 +377,7 @@ void clamp_all(const Terms<Scalar<V>>& terms, Motion<V>& m, const Course<V>& cou
 
 // The rare path, out of line. Only lanes in `touches` change, so that a particle's bits do not depend on its neighbours.
 template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] void resolve_touching(const Terms<Scalar<V>>& terms, Mask<V> touches, Motion<V>& m) noexcept {
+[[gnu::noinline]] void resolve_touching(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
   using T = Scalar<V>;
   Course<V> course{.direction = V(terms.h < 0 ? T(-1) : T(1)), .t = V(terms.h), .last = V(T(-1)), .active = touches};
   for (int impact = 0; impact < terms.impacts; ++impact) {
@@ -392,12 +392,12 @@ template <class V>
 }
 
 template <class V, Arithmetic arithmetic>
-[[gnu::always_inline]] inline void resolve_contacts(const Terms<Scalar<V>>& terms, Motion<V>& m) noexcept {
+[[gnu::always_inline]] inline void resolve_contacts(const Terms<Scalar<V>>& terms, Trajectory<V>& m) noexcept {
   const Mask<V> touches = TouchTest<V, arithmetic>(terms)(m, {});
   if (!any_lane<V>(touches)) [[likely]]
     return;
   // The original never has its address taken, and is copied register by register, so that it stays in registers elsewhere.
-  Motion<V> copy{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
+  Trajectory<V> copy{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
   resolve_touching<V, arithmetic>(terms, touches, copy);
   m.x1 = copied(copy.x1);
   m.v1 = copied(copy.v1);

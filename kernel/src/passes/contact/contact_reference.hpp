@@ -96,7 +96,7 @@ struct Path {
 template <class T>
 Path<T> path(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
   const Vector<T> chord = difference(p.x1, p.x0);
-  if (surface.sweep == Sweep::line || (surface.shape == Shape::sphere && !surface.finds_dips)) return {chord, {}};
+  if (surface.sweep == ContactPath::line || (surface.shape == Shape::sphere && !surface.finds_dips)) return {chord, {}};
   Path<T> path;
   for (std::size_t k = 0; k < 3; ++k) {
     path.u[k] = t * p.v0[k];
@@ -133,12 +133,12 @@ std::optional<T> cross_plane(const Surface<T>& surface, const Particle<T>& p, T 
   T s0 = touch<arithmetic>(surface, p.x0).s;
   if (is_held || s0 < 0) s0 = 0;
   const T s1 = touch<arithmetic>(surface, p.x1).s;
-  const T d0 = surface.sweep == Sweep::line ? s1 - s0 : t * dot<arithmetic>(surface.n, p.v0);
+  const T d0 = surface.sweep == ContactPath::line ? s1 - s0 : t * dot<arithmetic>(surface.n, p.v0);
   const T c = (s1 - s0) - d0;
   const T disc = discriminant<arithmetic>(s0, d0, c);
   const bool dips = surface.finds_dips && d0 < 0 && disc > 0 && -d0 < c + c;
   if (!(s1 < 0 || dips)) return std::nullopt;
-  if (is_held && (surface.response == Response::seed || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
+  if (is_held && (surface.response == Response::end_on_surface || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
   const T f = first_root(s0, d0, c, disc);
   return f < 1 ? f : T(1);
 }
@@ -158,7 +158,7 @@ std::optional<T> cross_sphere(const Surface<T>& surface, const Particle<T>& p, T
   const T across = dot<arithmetic>(r0, way.a);
   const T b = k * (dot<arithmetic>(way.u, way.u) + (across + across));
   const T c = (g1 - g0) - d0;
-  if (is_held && (surface.response == Response::seed || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
+  if (is_held && (surface.response == Response::end_on_surface || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
 
   const T disc = discriminant<arithmetic>(g0, d0, b);
   T f = first_root(g0, d0, b, disc);
@@ -238,8 +238,8 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<T>& course, T f) 
   const T beyond = dot<arithmetic>(n, difference(p.x1, xf));
   for (std::size_t k = 0; k < 3; ++k) {
     const T after = subtract_product<arithmetic>(kept * vt[k], surface.e * vn, n[k]);
-    p.x1[k] = surface.response == Response::seed ? subtract_product<arithmetic>(p.x1[k], beyond, n[k])
-                                                 : multiply_add<arithmetic>(course.t, after - vf[k], p.x1[k]);
+    p.x1[k] = surface.response == Response::end_on_surface ? subtract_product<arithmetic>(p.x1[k], beyond, n[k])
+                                                           : multiply_add<arithmetic>(course.t, after - vf[k], p.x1[k]);
     p.v1[k] = multiply_add<arithmetic>(rest, gain[k], after);
     p.v0[k] = after;
   }

@@ -54,7 +54,7 @@ Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_d
         set_impact(surface, c.restitution, c.friction, c.viscosity, c.normal_viscosity);
         surface.sweep = c.sweep;
         surface.response = c.response;
-        surface.finds_dips = finds_dips && c.sweep == Sweep::curve;
+        surface.finds_dips = finds_dips && c.sweep == ContactPath::curve;
       },
       contact);
   return surface;

@@ -22,41 +22,41 @@ template <class V>
 }
 
 template <class V, Damping damping, Arithmetic arithmetic>
-[[gnu::always_inline]] inline Three<V> pull_at(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, std::size_t s,
-                                               std::size_t i, const Three<V>& x) noexcept {
+[[gnu::always_inline]] inline Three<V> pull_at(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& work,
+                                               std::size_t s, std::size_t i, const Three<V>& x) noexcept {
   const Slot& slot = graph.slots[s];
   const std::size_t lane = s * slice + i % slice;
-  const Three<V> d = at_neighbours<V>(graph, slot, sheet.x, i) - x;
+  const Three<V> d = at_neighbours<V>(graph, slot, work.x, i) - x;
   const V k = load_lanes<V>(graph.k + lane);
   const V kl = load_lanes<V>(graph.kl + lane);
   if constexpr (damping == Damping::none) {
     return pull<arithmetic>(d, k, kl);
   } else {
-    const Three<V> u = at_neighbours<V>(graph, slot, sheet.v, i) - load_three<V>(sheet.v, i);
+    const Three<V> u = at_neighbours<V>(graph, slot, work.v, i) - load_three<V>(work.v, i);
     return damped_pull<arithmetic>(d, u, k, kl, load_lanes<V>(graph.c + lane));
   }
 }
 
 template <class V, Damping damping, Arithmetic arithmetic>
-void kick_graph_by(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_graph_by(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& work, Scalar<V> pulse, std::size_t from,
                    std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; i += V::size) {
-    const Three<V> x = load_three<V>(sheet.x, i);
+    const Three<V> x = load_three<V>(work.x, i);
     Three<V> F = three<V>(V(Scalar<V>(0)));
     const std::size_t end = graph.first_slot[i / slice + 1];
     for (std::size_t s = graph.first_slot[i / slice]; s < end; ++s) {
-      F = F + pull_at<V, damping, arithmetic>(graph, sheet, s, i, x);
+      F = F + pull_at<V, damping, arithmetic>(graph, work, s, i, x);
     }
-    const V w = V(pulse) * load_lanes<V>(sheet.w + i);
-    store_three<V>(sheet.v_next, i, multiply_add<arithmetic>(w, F, load_three<V>(sheet.v, i)));
+    const V w = V(pulse) * load_lanes<V>(work.w + i);
+    store_three<V>(work.v_next, i, multiply_add<arithmetic>(w, F, load_three<V>(work.v, i)));
   }
 }
 
 template <class V, Arithmetic arithmetic>
-void kick_graph(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_graph(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& work, Scalar<V> pulse, std::size_t from,
                 std::size_t to) noexcept {
-  if (graph.damping == Damping::along) return kick_graph_by<V, Damping::along, arithmetic>(graph, sheet, pulse, from, to);
-  kick_graph_by<V, Damping::none, arithmetic>(graph, sheet, pulse, from, to);
+  if (graph.damping == Damping::along) return kick_graph_by<V, Damping::along, arithmetic>(graph, work, pulse, from, to);
+  kick_graph_by<V, Damping::none, arithmetic>(graph, work, pulse, from, to);
 }
 
 }  // namespace

@@ -13,24 +13,24 @@ std::size_t neighbour(const GraphTerms<T>& graph, std::size_t s, std::size_t i) 
 }
 
 template <class T, Arithmetic arithmetic>
-void kick_graph(const GraphTerms<T>& graph, const WorkColumns<T>& sheet, T pulse, std::size_t from, std::size_t to) noexcept {
+void kick_graph(const GraphTerms<T>& graph, const WorkColumns<T>& work, T pulse, std::size_t from, std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; ++i) {
     Vector<T> F{};
     for (std::size_t s = graph.first_slot[i / slice]; s < graph.first_slot[i / slice + 1]; ++s) {
       const std::size_t lane = s * slice + i % slice;
       if (graph.k[lane] == 0 && (graph.c == nullptr || graph.c[lane] == 0)) continue;  // no spring
       const std::size_t j = neighbour(graph, s, i);
-      const Vector<T> d = minus(at(sheet.x, j), at(sheet.x, i));
+      const Vector<T> d = minus(at(work.x, j), at(work.x, i));
       if (graph.damping == Damping::none) {
         F = plus(F, pull<arithmetic>(d, graph.k[lane], graph.kl[lane]));
       } else {
-        const Vector<T> u = minus(at(sheet.v, j), at(sheet.v, i));
+        const Vector<T> u = minus(at(work.v, j), at(work.v, i));
         F = plus(F, damped_pull<arithmetic>(d, u, graph.k[lane], graph.kl[lane], graph.c[lane]));
       }
     }
-    const T w = pulse * sheet.w[i];
+    const T w = pulse * work.w[i];
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      sheet.v_next[axis][i] = multiply_add<arithmetic>(w, F[axis], sheet.v[axis][i]);
+      work.v_next[axis][i] = multiply_add<arithmetic>(w, F[axis], work.v[axis][i]);
     }
   }
 }

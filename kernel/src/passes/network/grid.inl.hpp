@@ -26,8 +26,8 @@ class GridStripe {
  public:
   static constexpr std::size_t width = 2048 / sizeof(T);  // columns
 
-  GridStripe(const GridTerms<T>& grid, const WorkColumns<T>& sheet, std::size_t from, std::size_t to) noexcept
-      : grid_(grid), sheet_(sheet), from_(from), to_(to) {}
+  GridStripe(const GridTerms<T>& grid, const WorkColumns<T>& work, std::size_t from, std::size_t to) noexcept
+      : grid_(grid), work_(work), from_(from), to_(to) {}
 
   void run(T pulse, std::size_t from_row, std::size_t to_row) noexcept {
     // The rows above only for what they leave to the first ones here.
@@ -73,9 +73,9 @@ class GridStripe {
   }
 
   [[gnu::always_inline]] Forces pull_all(std::size_t row, std::size_t column) const noexcept {
-    const Ends x = load_ends(sheet_.x, row, column);
+    const Ends x = load_ends(work_.x, row, column);
     Ends v = x;  // not read where nothing damps
-    if constexpr (damping == Damping::along) v = load_ends(sheet_.v, row, column);
+    if constexpr (damping == Damping::along) v = load_ends(work_.v, row, column);
     const GridFamilies<T>& f = grid_.along;
     Forces F;
     F.right = pulled(f.right, x.right - x.own, v.right - v.own);
@@ -142,8 +142,8 @@ class GridStripe {
     sum = sum + F.below;
     if constexpr (has_shear(weave)) sum = sum + F.right_below;
     if constexpr (has_bend(weave)) sum = sum + F.below2;
-    const V w = V(pulse) * load_lanes<V>(sheet_.w + i);
-    store_three<V>(sheet_.v_next, i, multiply_add<arithmetic>(w, sum, load_three<V>(sheet_.v, i)));
+    const V w = V(pulse) * load_lanes<V>(work_.w + i);
+    store_three<V>(work_.v_next, i, multiply_add<arithmetic>(w, sum, load_three<V>(work_.v, i)));
   }
 
   // What the row below takes off: the spring from two rows above it first, then those of this row in its columns' order.
@@ -172,37 +172,37 @@ class GridStripe {
   [[nodiscard]] std::array<T*, 3> left_for_below() noexcept { return kept(left_); }
 
   const GridTerms<T>& grid_;
-  const WorkColumns<T>& sheet_;
+  const WorkColumns<T>& work_;
   std::size_t from_, to_;
   Kept left_;  // left uninitialised: the first row does not read it
   std::array<Kept, has_bend(weave) ? 2 : 1> left2_;
 };
 
 template <class V, Weave weave, Damping damping, Arithmetic arithmetic>
-void kick_grid_by(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_grid_by(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, Scalar<V> pulse, std::size_t from,
                   std::size_t to) noexcept {
   using Stripe = GridStripe<V, weave, damping, arithmetic>;
   for (std::size_t column = 0; column < grid.columns; column += Stripe::width) {
-    Stripe(grid, sheet, column, std::min(column + Stripe::width, grid.columns)).run(pulse, from, to);
+    Stripe(grid, work, column, std::min(column + Stripe::width, grid.columns)).run(pulse, from, to);
   }
 }
 
 template <class V, Weave weave, Arithmetic arithmetic>
-void kick_woven(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_woven(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, Scalar<V> pulse, std::size_t from,
                 std::size_t to) noexcept {
-  if (grid.damping == Damping::along) return kick_grid_by<V, weave, Damping::along, arithmetic>(grid, sheet, pulse, from, to);
-  kick_grid_by<V, weave, Damping::none, arithmetic>(grid, sheet, pulse, from, to);
+  if (grid.damping == Damping::along) return kick_grid_by<V, weave, Damping::along, arithmetic>(grid, work, pulse, from, to);
+  kick_grid_by<V, weave, Damping::none, arithmetic>(grid, work, pulse, from, to);
 }
 
 template <class V, Arithmetic arithmetic>
-void kick_grid(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& sheet, Scalar<V> pulse, std::size_t from,
+void kick_grid(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, Scalar<V> pulse, std::size_t from,
                std::size_t to) noexcept {
   const bool is_sheared = grid.along.right_below.is_there();
   const bool is_bent = grid.along.right2.is_there();
-  if (is_sheared && is_bent) return kick_woven<V, Weave::shear_bend, arithmetic>(grid, sheet, pulse, from, to);
-  if (is_sheared) return kick_woven<V, Weave::shear, arithmetic>(grid, sheet, pulse, from, to);
-  if (is_bent) return kick_woven<V, Weave::bend, arithmetic>(grid, sheet, pulse, from, to);
-  kick_woven<V, Weave::plain, arithmetic>(grid, sheet, pulse, from, to);
+  if (is_sheared && is_bent) return kick_woven<V, Weave::shear_bend, arithmetic>(grid, work, pulse, from, to);
+  if (is_sheared) return kick_woven<V, Weave::shear, arithmetic>(grid, work, pulse, from, to);
+  if (is_bent) return kick_woven<V, Weave::bend, arithmetic>(grid, work, pulse, from, to);
+  kick_woven<V, Weave::plain, arithmetic>(grid, work, pulse, from, to);
 }
 
 }  // namespace

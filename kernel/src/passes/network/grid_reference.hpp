@@ -6,11 +6,11 @@
 namespace dvdx::reference {
 
 template <Arithmetic arithmetic, class T>
-Vector<T> pull_between(const GridTerms<T>& grid, const WorkColumns<T>& sheet, const Family<T>& family, std::size_t a,
+Vector<T> pull_between(const GridTerms<T>& grid, const WorkColumns<T>& work, const Family<T>& family, std::size_t a,
                        std::size_t b) noexcept {
-  const Vector<T> d = minus(at(sheet.x, b), at(sheet.x, a));
+  const Vector<T> d = minus(at(work.x, b), at(work.x, a));
   if (grid.damping == Damping::none) return pull<arithmetic>(d, family.k, family.kl);
-  return damped_pull<arithmetic>(d, minus(at(sheet.v, b), at(sheet.v, a)), family.k, family.kl, family.c);
+  return damped_pull<arithmetic>(d, minus(at(work.v, b), at(work.v, a)), family.k, family.kl, family.c);
 }
 
 // One direction of a grid's springs, from (row, column) to (row + down, column + right).
@@ -34,7 +34,7 @@ std::array<Lead<T>, 6> leads(const GridFamilies<T>& f) noexcept {
 enum class End { near, far };  // which end of the spring the particle is
 
 template <Arithmetic arithmetic, class T>
-void add_neighbour(const GridTerms<T>& grid, const WorkColumns<T>& sheet, const Lead<T>& lead, End end, std::size_t row,
+void add_neighbour(const GridTerms<T>& grid, const WorkColumns<T>& work, const Lead<T>& lead, End end, std::size_t row,
                    std::size_t column, Vector<T>& F) noexcept {
   if (!lead.family->is_there()) return;
   const std::ptrdiff_t sign = end == End::near ? 1 : -1;
@@ -45,23 +45,23 @@ void add_neighbour(const GridTerms<T>& grid, const WorkColumns<T>& sheet, const 
   if (!is_there) return;
   const std::size_t own = row * grid.pitch + column;
   const std::size_t other = static_cast<std::size_t>(other_row) * grid.pitch + static_cast<std::size_t>(other_column);
-  F = plus(F, pull_between<arithmetic>(grid, sheet, *lead.family, own, other));
+  F = plus(F, pull_between<arithmetic>(grid, work, *lead.family, own, other));
 }
 
 template <class T, Arithmetic arithmetic>
-void kick_grid(const GridTerms<T>& grid, const WorkColumns<T>& sheet, T pulse, std::size_t from, std::size_t to) noexcept {
+void kick_grid(const GridTerms<T>& grid, const WorkColumns<T>& work, T pulse, std::size_t from, std::size_t to) noexcept {
   const auto directions = leads(grid.along);
   for (std::size_t row = from; row < to; ++row) {
     for (std::size_t column = 0; column < grid.columns; ++column) {
       Vector<T> F{};
       for (std::size_t f = directions.size(); f-- > 0;) {
-        add_neighbour<arithmetic>(grid, sheet, directions[f], End::far, row, column, F);
+        add_neighbour<arithmetic>(grid, work, directions[f], End::far, row, column, F);
       }
-      for (const Lead<T>& lead : directions) add_neighbour<arithmetic>(grid, sheet, lead, End::near, row, column, F);
+      for (const Lead<T>& lead : directions) add_neighbour<arithmetic>(grid, work, lead, End::near, row, column, F);
       const std::size_t i = row * grid.pitch + column;
-      const T w = pulse * sheet.w[i];
+      const T w = pulse * work.w[i];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        sheet.v_next[axis][i] = multiply_add<arithmetic>(w, F[axis], sheet.v[axis][i]);
+        work.v_next[axis][i] = multiply_add<arithmetic>(w, F[axis], work.v[axis][i]);
       }
     }
   }

@@ -56,37 +56,38 @@ template <class V, Arithmetic arithmetic, PairForces forces>
 }
 
 template <class V, Arithmetic arithmetic, PairForces forces>
-void sum_pairs_of(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, std::size_t from,
+void sum_pairs_of(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& work, std::size_t from,
                   std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; i += V::size) {
-    const Three<V> x = load_three<V>(sheet.x, i);
-    const Three<V> v = load_three<V>(sheet.v, i);
+    const Three<V> x = load_three<V>(work.x, i);
+    const Three<V> v = load_three<V>(work.v, i);
     PairSum<V> sum{three<V>(V(Scalar<V>(0))), three<V>(V(Scalar<V>(0)))};
     const std::size_t end = graph.first_slot[i / slice + 1];
     for (std::size_t s = graph.first_slot[i / slice]; s < end; ++s) {
-      const Three<V> d = at_neighbours<V>(graph, graph.slots[s], sheet.x, i) - x;
-      const Three<V> u = at_neighbours<V>(graph, graph.slots[s], sheet.v, i) - v;
+      const Three<V> d = at_neighbours<V>(graph, graph.slots[s], work.x, i) - x;
+      const Three<V> u = at_neighbours<V>(graph, graph.slots[s], work.v, i) - v;
       add_pair<V, arithmetic, forces>(graph, d, u, s * slice + i % slice, sum);
     }
-    store_three<V>(sheet.dx, i, sum.dx);
-    store_three<V>(sheet.dv, i, sum.dv);
+    store_three<V>(work.dx, i, sum.dx);
+    store_three<V>(work.dv, i, sum.dv);
   }
 }
 
 template <class V, Arithmetic arithmetic>
-void sum_pairs(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
+void sum_pairs(const GraphTerms<Scalar<V>>& graph, const WorkColumns<Scalar<V>>& work, std::size_t from,
+               std::size_t to) noexcept {
   if (graph.linear != nullptr) {
-    sum_pairs_of<V, arithmetic, PairForces::some_linear>(graph, sheet, from, to);
+    sum_pairs_of<V, arithmetic, PairForces::some_linear>(graph, work, from, to);
   } else {
-    sum_pairs_of<V, arithmetic, PairForces::axial>(graph, sheet, from, to);
+    sum_pairs_of<V, arithmetic, PairForces::axial>(graph, work, from, to);
   }
 }
 
 template <class V>
-void add_pairs(const WorkColumns<Scalar<V>>& sheet, std::size_t from, std::size_t to) noexcept {
+void add_pairs(const WorkColumns<Scalar<V>>& work, std::size_t from, std::size_t to) noexcept {
   for (std::size_t i = from; i < to; i += V::size) {
-    store_three<V>(sheet.x, i, load_three<V>(sheet.x, i) + load_three<V>(sheet.dx, i));
-    store_three<V>(sheet.v, i, load_three<V>(sheet.v, i) + load_three<V>(sheet.dv, i));
+    store_three<V>(work.x, i, load_three<V>(work.x, i) + load_three<V>(work.dx, i));
+    store_three<V>(work.v, i, load_three<V>(work.v, i) + load_three<V>(work.dv, i));
   }
 }
 

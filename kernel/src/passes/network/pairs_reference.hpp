@@ -37,7 +37,7 @@ bool is_empty(const GraphTerms<T>& graph, std::size_t lane) noexcept {
 }
 
 template <class T, Arithmetic arithmetic>
-void sum_pairs(const GraphTerms<T>& graph, const WorkColumns<T>& sheet, std::size_t from, std::size_t to) noexcept {
+void sum_pairs(const GraphTerms<T>& graph, const WorkColumns<T>& work, std::size_t from, std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; ++i) {
     Vector<T> dx{};
     Vector<T> dv{};
@@ -45,24 +45,24 @@ void sum_pairs(const GraphTerms<T>& graph, const WorkColumns<T>& sheet, std::siz
       const std::size_t lane = s * slice + i % slice;
       if (is_empty(graph, lane)) continue;
       const std::size_t j = neighbour(graph, s, i);
-      const Vector<T> d = minus(at(sheet.x, j), at(sheet.x, i));
-      const Vector<T> u = minus(at(sheet.v, j), at(sheet.v, i));
+      const Vector<T> d = minus(at(work.x, j), at(work.x, i));
+      const Vector<T> u = minus(at(work.v, j), at(work.v, i));
       const bool is_linear = graph.linear != nullptr && graph.linear[lane] != 0;
       (is_linear ? add_linear<T, arithmetic> : add_along_line<T, arithmetic>)(graph, d, u, lane, dx, dv);
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      sheet.dx[axis][i] = dx[axis];
-      sheet.dv[axis][i] = dv[axis];
+      work.dx[axis][i] = dx[axis];
+      work.dv[axis][i] = dv[axis];
     }
   }
 }
 
 template <class T>
-void add_pairs(const WorkColumns<T>& sheet, std::size_t from, std::size_t to) noexcept {
+void add_pairs(const WorkColumns<T>& work, std::size_t from, std::size_t to) noexcept {
   for (std::size_t i = from; i < to; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      sheet.x[axis][i] = sheet.x[axis][i] + sheet.dx[axis][i];
-      sheet.v[axis][i] = sheet.v[axis][i] + sheet.dv[axis][i];
+      work.x[axis][i] = work.x[axis][i] + work.dx[axis][i];
+      work.v[axis][i] = work.v[axis][i] + work.dv[axis][i];
     }
   }
 }

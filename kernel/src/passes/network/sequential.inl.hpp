@@ -44,7 +44,7 @@ template <class V>
 
 // (Two independent strands at a time, to hide the latency of one spring's chain, gained 5 % on AVX-512, 15 % on SSE2.)
 template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
-void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& sheet, const Strand& strand) noexcept {
+void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const Strand& strand) noexcept {
   using T = Scalar<V>;
   const StrandFamily<T>& family = sweep.families[strand.family];
   const V kappa(family.kappa);
@@ -59,25 +59,25 @@ void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V
     if constexpr (visit == Visit::again) {
       apart = kept_apart<V>(sweep, s);
     } else {
-      apart = load_three<V>(sheet.x, b) - load_three<V>(sheet.x, a);
+      apart = load_three<V>(work.x, b) - load_three<V>(work.x, a);
       if constexpr (origin == CountedFrom::step) {
-        apart = (load_three<V>(sheet.origin, b) - load_three<V>(sheet.origin, a)) + apart;
+        apart = (load_three<V>(work.origin, b) - load_three<V>(work.origin, a)) + apart;
       }
       if (sweep.apart[0] != nullptr) store_three<V>(sweep.apart, s, apart);
     }
     Three<V> u = apart;  // not read where nothing damps
-    if constexpr (damping == Damping::along) u = load_three<V>(sheet.v, b) - load_three<V>(sheet.v, a);
+    if constexpr (damping == Damping::along) u = load_three<V>(work.v, b) - load_three<V>(work.v, a);
     const Spring<V> spring{
-        kappa, eta, l, load_lanes<V>(sweep.inverse + s), load_lanes<V>(sheet.w + a), load_lanes<V>(sheet.w + b)};
-    const Shifts<V> before{load_three<V>(sheet.shift, a), load_three<V>(sheet.shift, b)};
+        kappa, eta, l, load_lanes<V>(sweep.inverse + s), load_lanes<V>(work.w + a), load_lanes<V>(work.w + b)};
+    const Shifts<V> before{load_three<V>(work.shift, a), load_three<V>(work.shift, b)};
     V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(sweep.lambda + s);
     Shifts<V> after = visited<damping, arithmetic>(spring, apart, before, u, h, lambda);
     if (k + V::size > strand.count) {  // what lies beyond the strand belongs to others
       const Mask<V> is_spring = first_lanes<V>(strand.count - k);
       after = {select(is_spring, after.a, before.a), select(is_spring, after.b, before.b)};
     }
-    store_three<V>(sheet.shift, a, after.a);
-    store_three<V>(sheet.shift, b, after.b);
+    store_three<V>(work.shift, a, after.a);
+    store_three<V>(work.shift, b, after.b);
     store_lanes(sweep.lambda + s, lambda);
   }
 }
@@ -88,7 +88,7 @@ template <class V, class Columns>
 }
 
 template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
-void sweep_colour_by(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& sheet, std::size_t from,
+void sweep_colour_by(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, std::size_t from,
                      std::size_t to) noexcept {
   using T = Scalar<V>;
   const auto load = [](const T* column, std::size_t s) { return load_lanes<V>(column + s); };
@@ -99,21 +99,21 @@ void sweep_colour_by(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scala
     if constexpr (visit == Visit::again) {
       apart = kept_apart<V>(sweep, s);
     } else {
-      apart = gather_three<V>(sheet.x, b) - gather_three<V>(sheet.x, a);
+      apart = gather_three<V>(work.x, b) - gather_three<V>(work.x, a);
       if constexpr (origin == CountedFrom::step)
-        apart = (gather_three<V>(sheet.origin, b) - gather_three<V>(sheet.origin, a)) + apart;
+        apart = (gather_three<V>(work.origin, b) - gather_three<V>(work.origin, a)) + apart;
       if (sweep.apart[0] != nullptr) store_three<V>(sweep.apart, s, apart);
     }
     Three<V> u = apart;  // not read where nothing damps
-    if constexpr (damping == Damping::along) u = gather_three<V>(sheet.v, b) - gather_three<V>(sheet.v, a);
+    if constexpr (damping == Damping::along) u = gather_three<V>(work.v, b) - gather_three<V>(work.v, a);
     const Spring<V> spring{load(sweep.kappa, s),   load(sweep.eta, s), load(sweep.l, s),
                            load(sweep.inverse, s), load(sweep.w_a, s), load(sweep.w_b, s)};
-    const Shifts<V> before{gather_three<V>(sheet.shift, a), gather_three<V>(sheet.shift, b)};
+    const Shifts<V> before{gather_three<V>(work.shift, a), gather_three<V>(work.shift, b)};
     V lambda = visit == Visit::first ? V(T(0)) : load(sweep.lambda, s);
     const Shifts<V> after = visited<damping, arithmetic>(spring, apart, before, u, V(sweep.h), lambda);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      scatter_lanes<V>(sheet.shift[axis], a, after.a[axis]);
-      scatter_lanes<V>(sheet.shift[axis], b, after.b[axis]);
+      scatter_lanes<V>(work.shift[axis], a, after.a[axis]);
+      scatter_lanes<V>(work.shift[axis], b, after.b[axis]);
     }
     store_lanes(sweep.lambda + s, lambda);
   }
@@ -135,33 +135,33 @@ void by_kind(Damping damping, CountedFrom origin, Visit visit, const Call& call)
 }
 
 template <class V, Arithmetic arithmetic>
-void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& sheet, Visit visit, std::size_t from,
+void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, Visit visit, std::size_t from,
                    std::size_t to) noexcept {
   by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
-    for (std::size_t n = from; n < to; ++n) sweep_strand<V, damping, origin, v, arithmetic>(sweep, sheet, sweep.strands[n]);
-    for (std::size_t n = from; n > to; --n) sweep_strand<V, damping, origin, v, arithmetic>(sweep, sheet, sweep.strands[n - 1]);
+    for (std::size_t n = from; n < to; ++n) sweep_strand<V, damping, origin, v, arithmetic>(sweep, work, sweep.strands[n]);
+    for (std::size_t n = from; n > to; --n) sweep_strand<V, damping, origin, v, arithmetic>(sweep, work, sweep.strands[n - 1]);
   });
 }
 
 template <class V, Arithmetic arithmetic>
-void sweep_colour(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& sheet, Visit visit, std::size_t from,
+void sweep_colour(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, Visit visit, std::size_t from,
                   std::size_t to) noexcept {
   by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
-    sweep_colour_by<V, damping, origin, v, arithmetic>(sweep, sheet, from, to);
+    sweep_colour_by<V, damping, origin, v, arithmetic>(sweep, work, from, to);
   });
 }
 
 template <class V, Arithmetic arithmetic>
-void take_shift(const WorkColumns<Scalar<V>>& sheet, Scalar<V> of_x, Scalar<V> of_v, std::size_t from, std::size_t to) noexcept {
+void take_shift(const WorkColumns<Scalar<V>>& work, Scalar<V> of_x, Scalar<V> of_v, std::size_t from, std::size_t to) noexcept {
   const V zero(Scalar<V>(0));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::size_t i = from; i < to; i += V::size) {
-      const V shift = load_lanes<V>(sheet.shift[axis] + i);
-      const V x = load_lanes<V>(sheet.x[axis] + i);
-      const V v = load_lanes<V>(sheet.v[axis] + i);
-      if (of_x != 0) store_lanes(sheet.x[axis] + i, multiply_add<arithmetic>(V(of_x), shift, x));
-      store_lanes(sheet.v[axis] + i, multiply_add<arithmetic>(V(of_v), shift, v));
-      store_lanes(sheet.shift[axis] + i, zero);
+      const V shift = load_lanes<V>(work.shift[axis] + i);
+      const V x = load_lanes<V>(work.x[axis] + i);
+      const V v = load_lanes<V>(work.v[axis] + i);
+      if (of_x != 0) store_lanes(work.x[axis] + i, multiply_add<arithmetic>(V(of_x), shift, x));
+      store_lanes(work.v[axis] + i, multiply_add<arithmetic>(V(of_v), shift, v));
+      store_lanes(work.shift[axis] + i, zero);
     }
   }
 }

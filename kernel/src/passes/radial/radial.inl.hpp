@@ -3,9 +3,9 @@
 
 #include <cstddef>
 
-#include "passes/motion.inl.hpp"
 #include "passes/radial/radial.hpp"
 #include "passes/three.inl.hpp"
+#include "passes/trajectory.inl.hpp"
 
 namespace dvdx {
 namespace {
@@ -39,7 +39,7 @@ Axis<V> axis_of(const Three<V>& r) noexcept {
 }
 
 template <class V, Arithmetic arithmetic>
-void damp(const RadialTerms<Scalar<V>>& spring, Motion<V>& m, std::size_t i) noexcept {
+void damp(const RadialTerms<Scalar<V>>& spring, Trajectory<V>& m, std::size_t i) noexcept {
   if (spring.E_each == nullptr && spring.E == 1) return;
   const auto n = axis_of<V, arithmetic>(from_anchor(spring, m.x1, i)).n;
   const V loss = V(Scalar<V>(1)) - value_of<V>(spring.E, spring.E_each, i);
@@ -47,7 +47,7 @@ void damp(const RadialTerms<Scalar<V>>& spring, Motion<V>& m, std::size_t i) noe
 }
 
 template <class V, Arithmetic arithmetic>
-void kick(const RadialTerms<Scalar<V>>& spring, Motion<V>& m, std::size_t i) noexcept {
+void kick(const RadialTerms<Scalar<V>>& spring, Trajectory<V>& m, std::size_t i) noexcept {
   const auto axis = axis_of<V, arithmetic>(from_anchor(spring, m.x1, i));
   const V kappa = value_of<V>(spring.kappa, spring.kappa_each, i);
   const V e = axis.length - value_of<V>(spring.rest_length, spring.rest_length_each, i);
@@ -55,14 +55,14 @@ void kick(const RadialTerms<Scalar<V>>& spring, Motion<V>& m, std::size_t i) noe
 }
 
 template <class V, Arithmetic arithmetic>
-void radial_kick(const Terms<Scalar<V>>& terms, Motion<V>& m, std::size_t i) noexcept {
+void radial_kick(const Terms<Scalar<V>>& terms, Trajectory<V>& m, std::size_t i) noexcept {
   for (std::size_t k = 0; k < terms.kicks; ++k) damp<V, arithmetic>(terms.radial[k], m, i);
   for (std::size_t k = 0; k < terms.kicks; ++k) kick<V, arithmetic>(terms.radial[k], m, i);
   for (std::size_t k = terms.kicks; k-- > 0;) damp<V, arithmetic>(terms.radial[k], m, i);
 }
 
 template <class V, Arithmetic arithmetic>
-void contribute(const RadialTerms<Scalar<V>>& spring, V half, Motion<V>& m, std::size_t i) noexcept {
+void contribute(const RadialTerms<Scalar<V>>& spring, V half, Trajectory<V>& m, std::size_t i) noexcept {
   const auto axis = axis_of<V, arithmetic>(multiply_add<arithmetic>(half, m.v0, from_anchor(spring, m.x0, i)));
   const V u = dot<arithmetic>(axis.n, m.v0);
   const V stretch = axis.length - value_of<V>(spring.rest_length, spring.rest_length_each, i);
@@ -76,7 +76,7 @@ void contribute(const RadialTerms<Scalar<V>>& spring, V half, Motion<V>& m, std:
 }
 
 template <class V, Arithmetic arithmetic>
-void radial_contribution(const Terms<Scalar<V>>& terms, Motion<V>& m, std::size_t i) noexcept {
+void radial_contribution(const Terms<Scalar<V>>& terms, Trajectory<V>& m, std::size_t i) noexcept {
   const V half(terms.h * Scalar<V>(0.5));
   for (std::size_t k = terms.kicks; k < terms.radial_count; ++k) contribute<V, arithmetic>(terms.radial[k], half, m, i);
 }

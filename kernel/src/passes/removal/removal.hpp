@@ -32,23 +32,24 @@ struct RemovalBlock {
   std::size_t count = 0;
 };
 
-// `gone` is a bit a particle, 64 of them a word, the first the lowest; marking sets bits and clears none.
+// `removed` is a bit a particle, 64 of them a word, the first the lowest; marking sets bits and clears none.
 template <class T>
 struct RemovalKernels {
   // age[i] += h, so many times.
   void (*grow_old)(T* age, std::size_t count, T h, std::size_t steps) noexcept;
   // And marks those that are then at least as old as their lifetime.
-  void (*grow_old_and_mark)(T* age, const T* lifetime, std::size_t count, T h, std::size_t steps, std::uint64_t* gone) noexcept;
+  void (*grow_old_and_mark)(T* age, const T* lifetime, std::size_t count, T h, std::size_t steps,
+                            std::uint64_t* removed) noexcept;
   // How many of them there will be: age is not changed.
   std::size_t (*count_aged)(const T* age, const T* lifetime, std::size_t count, T h, std::size_t steps) noexcept;
-  void (*mark_placed)(const RemovalTerms<T>& terms, const RemovalBlock<T>& block, std::uint64_t* gone) noexcept;
+  void (*mark_placed)(const RemovalTerms<T>& terms, const RemovalBlock<T>& block, std::uint64_t* removed) noexcept;
 };
 
 inline constexpr std::size_t compact_columns = 8;  // at most, in one call
 
-// From each of some columns of 4 or 8 bytes an element, those that are not gone, from in[c] to out[c] in their order; how many
-// they are. out[c] may be in[c], or overlap it from below. Up to `count` elements may be overwritten at out[c].
+// From each of some columns of 4 or 8 bytes an element, those that are not removed, from in[c] to out[c] in their order; how
+// many they are. out[c] may be in[c], or overlap it from below. Up to `count` elements may be overwritten at out[c].
 using Compact = std::size_t (*)(const std::byte* const* in, std::byte* const* out, std::size_t columns,
-                                const std::uint64_t* gone, std::size_t count) noexcept;
+                                const std::uint64_t* removed, std::size_t count) noexcept;
 
 }  // namespace dvdx

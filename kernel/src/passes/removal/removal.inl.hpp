@@ -81,16 +81,16 @@ template <class V, class Test, class Take>
 
 // Whole words of marks are put together in a register.
 template <class V, class Test>
-[[gnu::always_inline]] inline void mark(std::size_t count, std::uint64_t* gone, const Test& test) noexcept {
+[[gnu::always_inline]] inline void mark(std::size_t count, std::uint64_t* removed, const Test& test) noexcept {
   const std::size_t words = count / 64;
   for (std::size_t w = 0; w < words; ++w) {
     std::uint64_t bits = 0;
     for (std::size_t k = 0; k < 64; k += V::size) bits |= bits_of<V>(test(Whole<V>{64 * w + k})) << k;
-    gone[w] |= bits;
+    removed[w] |= bits;
   }
   const auto behind = [&test, words](auto load) { return test(moved(load, 64 * words)); };
   for_each_register<V>(count - 64 * words, behind,
-                       [gone, words](std::size_t i, std::uint64_t bits) { gone[words] |= bits << i; });
+                       [removed, words](std::size_t i, std::uint64_t bits) { removed[words] |= bits << i; });
 }
 
 template <class V>
@@ -109,8 +109,8 @@ void grow_old(Scalar<V>* age, std::size_t count, Scalar<V> h, std::size_t steps)
 
 template <class V>
 void grow_old_and_mark(Scalar<V>* age, const Scalar<V>* lifetime, std::size_t count, Scalar<V> h, std::size_t steps,
-                       std::uint64_t* gone) noexcept {
-  mark<V>(count, gone, [=](auto lanes) {
+                       std::uint64_t* removed) noexcept {
+  mark<V>(count, removed, [=](auto lanes) {
     const V grown = grown_old<V>(lanes(age), V(h), steps);
     lanes.put(grown, age);
     return grown >= lanes(lifetime);
@@ -134,24 +134,24 @@ Mask<V> is_not_finite(V x) noexcept {
 }
 
 template <class V>
-void mark_placed(const RemovalTerms<Scalar<V>>& terms, const RemovalBlock<Scalar<V>>& block, std::uint64_t* gone) noexcept {
+void mark_placed(const RemovalTerms<Scalar<V>>& terms, const RemovalBlock<Scalar<V>>& block, std::uint64_t* removed) noexcept {
   const auto& x = block.x;
   for (std::size_t p = 0; p < terms.plane_count; ++p) {
     const auto& [normal, offset] = terms.planes[p];
     const V nx(normal[0]), ny(normal[1]), nz(normal[2]), least(offset);
-    mark<V>(block.count, gone, [&](auto load) { return nx * load(x[0]) + ny * load(x[1]) + nz * load(x[2]) < least; });
+    mark<V>(block.count, removed, [&](auto load) { return nx * load(x[0]) + ny * load(x[1]) + nz * load(x[2]) < least; });
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (terms.has_box) {
       const V min(terms.min[axis]), max(terms.max[axis]);
-      mark<V>(block.count, gone, [&](auto load) {
+      mark<V>(block.count, removed, [&](auto load) {
         const V at = load(x[axis]);
         return (at < min) | (at > max);
       });
     }
     if (terms.removes_not_finite) {
       const auto* v = block.v[axis];
-      mark<V>(block.count, gone, [&](auto load) { return is_not_finite<V>(load(x[axis])) | is_not_finite<V>(load(v)); });
+      mark<V>(block.count, removed, [&](auto load) { return is_not_finite<V>(load(x[axis])) | is_not_finite<V>(load(v)); });
     }
   }
 }
@@ -210,7 +210,7 @@ class Packing {
   __m256i from_;
 };
 #else
-// No instruction moves by a mask: one element after another, without a branch. Where one is gone, the next takes its place.
+// No instruction moves by a mask: one element after another, without a branch. Where one is removed, the next takes its place.
 inline constexpr std::size_t compact_bytes = 0;
 template <std::size_t bytes>
 class Packing;
@@ -275,15 +275,15 @@ struct Compaction {
 };
 
 template <std::size_t bytes>
-std::size_t compact(const std::byte* const* in, std::byte* const* out, std::size_t columns, const std::uint64_t* gone,
+std::size_t compact(const std::byte* const* in, std::byte* const* out, std::size_t columns, const std::uint64_t* removed,
                     std::size_t count) noexcept {
   Compaction<bytes> compaction{in, out, columns};
   for (std::size_t i = 0; i < count; i += 64) {
     const std::size_t now = std::min<std::size_t>(64, count - i);
-    if (gone[i / 64] == 0) {
+    if (removed[i / 64] == 0) {
       compaction.all(i, now);
     } else {
-      compaction.some(i, ~gone[i / 64], now);
+      compaction.some(i, ~removed[i / 64], now);
     }
   }
   return compaction.kept;

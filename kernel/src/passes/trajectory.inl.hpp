@@ -7,7 +7,7 @@ namespace dvdx {
 namespace {
 
 template <class V>
-struct Motion {
+struct Trajectory {
   Three<V> x0, v0;  // at the start of the step
   Three<V> x1, v1;  // at its end, as far as it is known
 };

@@ -1,4 +1,4 @@
-#include "commands/told.hpp"
+#include "commands/scenes_progress.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -9,19 +9,19 @@ namespace dvdx::tool {
 
 using namespace std::chrono_literals;
 
-Told::Told(std::size_t scenes)
+ScenesProgress::ScenesProgress(std::size_t scenes)
     : scenes_(scenes), is_terminal_(isatty(STDERR_FILENO) != 0), next_(std::chrono::steady_clock::now() + 500ms) {}
 
-Told::~Told() {
+ScenesProgress::~ScenesProgress() {
   if (is_terminal_) print_progress("\r\x1b[K");
 }
 
-void Told::scene(std::size_t index, const std::string& name) {
+void ScenesProgress::scene(std::size_t index, const std::string& name) {
   index_ = index;
   name_ = printable(name);
 }
 
-void Told::at(double part, const std::string& what) {
+void ScenesProgress::at(double part, const std::string& what) {
   const auto now = std::chrono::steady_clock::now();
   if (now < next_) return;
   next_ = now + (is_terminal_ ? 100ms : 10000ms);

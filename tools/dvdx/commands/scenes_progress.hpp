@@ -7,12 +7,12 @@
 
 namespace dvdx::tool {
 
-class Told {
+class ScenesProgress {
  public:
-  explicit Told(std::size_t scenes);
-  Told(const Told&) = delete;
-  Told& operator=(const Told&) = delete;
-  ~Told();  // takes the line away
+  explicit ScenesProgress(std::size_t scenes);
+  ScenesProgress(const ScenesProgress&) = delete;
+  ScenesProgress& operator=(const ScenesProgress&) = delete;
+  ~ScenesProgress();  // takes the line away
 
   void scene(std::size_t index, const std::string& name);
   // `part` of the scene is done, 0 to 1.
