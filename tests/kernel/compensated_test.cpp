@@ -2,12 +2,14 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
+#include "passes/rest/rest.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
 #include "support/scenes.hpp"
@@ -179,5 +181,18 @@ TEST_CASE("compensated: a rest beside a value that is not finite is 0, and a cop
   for (std::size_t i = 0; i < 9; ++i) {
     const double x = numbers.view().x[1][i];
     CHECK(std::abs(back.view().x[1][i] - x) <= std::abs(x) * 0x1p-48);
+  }
+}
+
+TEST_CASE("compensated: every instruction set leaves no rest beside what float32 cannot hold at all") {
+  std::vector<double> numbers(37, 1.0 + 0x1p-30);
+  numbers[5] = 1e300;
+  numbers[36] = -std::numeric_limits<double>::infinity();
+  for (const Isa isa : available_isas()) {
+    std::vector<float> value(numbers.size()), rest(numbers.size());
+    rest_table(isa).split(numbers.data(), numbers.size(), value.data(), rest.data());
+    CHECK(rest[4] == 0x1p-30F);
+    CHECK(rest[5] == 0);
+    CHECK(rest[36] == 0);
   }
 }

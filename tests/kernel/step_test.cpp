@@ -190,7 +190,8 @@ TEST_CASE("where a wind and a spring balance, a particle stays at rest") {
 TEST_CASE("forces of one kind add up") {
   Scene many, one;
   many.add(Spring{.stiffness = 3.0}).add(Constant{.acceleration = {1, 2, 0}}).add(Constant{.acceleration = {0.5, -9, 4}});
-  many.add(Polynomial{.acceleration = {{1, 0, 0}, {0, 2, 0}}}).add(Polynomial{.acceleration = {{0, 0, 1}, {0, 1, 1}, {3, 0, 0}}});
+  many.add(Polynomial{.acceleration = {{1, 0, 0}, {0, 2, 0}}})
+      .add(Polynomial{.acceleration = {{0, 0, 1}, {0, 1, 1}, {3, 0, 0}}});
   one.add(Spring{.stiffness = 3.0}).add(Constant{.acceleration = {1.5, -7, 4}});
   one.add(Polynomial{.acceleration = {{1, 0, 1}, {0, 3, 1}, {3, 0, 0}}});
   CHECK(largest_difference(one_particle(many, 0.05, 20), one_particle(one, 0.05, 20)) <= 1e-14);

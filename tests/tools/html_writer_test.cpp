@@ -390,6 +390,15 @@ TEST_CASE("a page tells of the scene, whatever its name has in it") {
   CHECK(unpacked(elements(document, "faces")[0].text().get(), 100) == std::string("\3\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0", 16));
 }
 
+TEST_CASE("a page's gravity is the sum of all constant forces") {
+  const PageFolder folder("gravity");
+  SceneFile file{.path = "a.json", .name = "", .about = "", .step = 0.1, .duration = 1, .particles = {}, .scene = {}};
+  file.scene.add(Constant{.acceleration = {1, -9, 0}}).add(Constant{.acceleration = {0.5, -1, 2}});
+  make_writer<float>({.target = folder / "a.html", .particles = 3, .states = 0, .scene = &file})->finish();
+  const auto document = read_page(folder, "a.html");
+  CHECK(nlohmann::json::parse(elements(document, "scene")[0].text().get())["gravity"] == nlohmann::json{1.5, -10, 2});
+}
+
 TEST_CASE("without its page an .html is refused before anything is written, and the message says how to get it") {
   const PageFolder folder("missing");
   std::filesystem::remove(folder / "playback.html");

@@ -145,6 +145,16 @@ TEST_CASE("a mesh's vertices are particles, joined along its edges and across th
             .ends_with("network.file is \"bad.obj\": line 4 names vertex 3: must be from 1 to 2, or count back from -1"));
 }
 
+TEST_CASE("a mesh's faces of four sides are held across with the stiffness of their sides") {
+  const test::ScratchFolder folder("quad");
+  folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  const auto file =
+      read(with_network(R"({"type":"mesh","file":"quad.obj","mass":2,"edge":7,"bend":0.5})"), folder / "scene.json");
+  const auto& springs = std::get<Springs>(file.scene.networks[0]);
+  CHECK(springs.pairs == std::vector<Pair>{{0, 1}, {0, 3}, {1, 2}, {2, 3}, {0, 2}, {1, 3}});
+  CHECK(springs.stiffness == Scalars(std::vector<double>(6, 7)));
+}
+
 // ---- several -----------------------------------------------------------------------------------------------------------
 
 TEST_CASE("several networks number on from one another, and springs may join any of their particles") {

@@ -8,6 +8,8 @@
 #include "dvdx/layouts/soa.hpp"
 #include "run/start.hpp"
 #include "scene_io/fault.hpp"
+#include "scene_io/file_text.hpp"
+#include "scene_io/points_file.hpp"
 #include "support/paths.hpp"
 #include "tools/schema.hpp"
 #include "tools/scratch_folder.hpp"
@@ -110,6 +112,17 @@ TEST_CASE("what may be left out has the contract's defaults") {
   CHECK(file.scene == Scene{});
   CHECK(value_of(file.particles.position, 1) == Vec3{});
   CHECK(value_of(file.particles.velocity, 1) == Vec3{});
+}
+
+TEST_CASE("a sphere without a side is hit from outside, and surfaces without a response send on") {
+  const auto file =
+      parse_scene("least.json", R"({"format":"dvdx-scene/1","name":"","step":1,"duration":0,"particles":{"count":2},
+      "contacts":[{"type":"sphere","center":[0,0,0],"radius":1}]})",
+                  plenty);
+  const auto& sphere = std::get<Sphere>(file.scene.contacts[0]);
+  CHECK(sphere.side == Side::outside);
+  CHECK(sphere.response == Response::resume);
+  CHECK(sphere.sweep == Sweep::curve);
 }
 
 TEST_CASE("fixed particles start at rest, the others as they are told, in every precision") {
@@ -468,6 +481,19 @@ TEST_CASE("points come out of every kind of file as they went in") {
 }
 
 // ---- input and output --------------------------------------------------------------------------------------------------
+
+TEST_CASE("a file that holds more than it should is refused as one that holds less") {
+  CHECK_THROWS_AS((void)parse_points("1,2,3\n4,5,6,7\n", PointsFormat::csv), FileFault);
+  const std::string header(npy_header, sizeof npy_header - 1);
+  CHECK(parse_points(header + std::string(72, '\0'), PointsFormat::npy).size() == 3);
+  CHECK_THROWS_AS((void)parse_points(header + std::string(80, '\0'), PointsFormat::npy), FileFault);
+}
+
+TEST_CASE("--set of what would stand one behind a list's end is refused") {
+  const std::string last = "contacts[" + std::to_string(json::parse(full_scene)["contacts"].size()) + "]";
+  const ReadOptions options{.overrides = {last + "={}"}, .memory_bytes = plenty.memory_bytes};
+  CHECK(message_of(full_scene, options) == "hail.json: " + last + " (from --set) is not in the scene");
+}
 
 TEST_CASE("a scene file that cannot be read is a matter of input, not of the scene") {
   const test::ScratchFolder folder("no-scene");

@@ -119,6 +119,12 @@ TEST_CASE("emitters, capacity and removal are read as they stand") {
   CHECK(file.turnover == wanted);
 }
 
+TEST_CASE("a removal keeps what is not finite unless it says otherwise") {
+  json scene = json::parse(live_scene);
+  scene["removal"] = json::object();
+  CHECK(parse_scene("live.json", scene.dump(), plenty).turnover.removal.not_finite == NotFinite::kept);
+}
+
 TEST_CASE("a scene with emitters needs no particles of its own, and one without has no turnover") {
   json scene = json::parse(live_scene);
   scene.erase("particles");

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "dvdx/layouts/soa.hpp"
+#include "output/part_file.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/points_file.hpp"
 #include "tools/scratch_folder.hpp"
@@ -428,6 +429,16 @@ TEST_CASE("nothing is left of a run that does not finish, and what was there sta
     CHECK(folder.entries() == 1);
     CHECK(folder.read(name) == "before");
   }
+}
+
+TEST_CASE("where one of several files cannot be put in its place, none of them is") {
+  const ScratchFolder folder("all-or-none");
+  std::vector<PartFile> files;
+  for (const char* name : {"a", "b", "c"}) files.emplace_back(folder / name);
+  std::filesystem::create_directory(folder.path() / "c");
+  CHECK_THROWS_AS(commit_all(files), Fault);
+  files.clear();
+  CHECK(folder.entries() == 1);  // the directory
 }
 
 Exit exit_of(const std::filesystem::path& target, std::uint64_t states = 2) {

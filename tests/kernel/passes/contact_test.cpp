@@ -542,6 +542,50 @@ TEST_CASE("a path that bends too much for a parabola is not taken for one that d
   CHECK(std::abs(height_after(spring, Method::combined, y, v) - (1 + 0.99 * std::cos(6.0))) <= 1e-13);
 }
 
+TEST_CASE("a step back of what moves the other way mirrors a step forwards, in a corner and with one impact a step") {
+  for (int i = 0; i < 50; ++i) {
+    std::array<double, 6> after[2];
+    for (const double sign : {1.0, -1.0}) {
+      Scene scene;
+      scene.add(Constant{.acceleration = gravity});
+      scene.add(Plane{.normal = {1, 1, 0}, .restitution = 0.3, .friction = 0.4});
+      scene.add(Plane{.normal = {-1, 1, 0}, .restitution = 0.6});
+      Soa<double> memory(1);
+      State<double> state = memory.view();
+      state.x[0][0] = 0.1 * std::sin(i);
+      state.x[1][0] = 0.2 + 0.05 * std::cos(3 * i);
+      state.v[0][0] = sign * 4 * std::cos(2 * i);
+      state.v[1][0] = sign * -3;
+      compile<double>(scene, {.step = sign * 0.1, .impacts = 1})->step(state, 3);
+      after[sign < 0 ? 1 : 0] = {state.x[0][0],        state.x[1][0],        state.x[2][0],
+                                 sign * state.v[0][0], sign * state.v[1][0], sign * state.v[2][0]};
+    }
+    CHECK(after[0] == after[1]);
+  }
+}
+
+TEST_CASE("a throw onto a sphere hits it where the parabola does") {
+  const Vec3 x{0.3, 1.5, 0}, v{0.2, -1, 0.1};
+  const auto at = [&](double t) {
+    Vec3 p{};
+    for (std::size_t k = 0; k < 3; ++k) p[k] = x[k] + t * v[k] + 0.5 * t * t * gravity[k];
+    return p;
+  };
+  double low = 0, high = 0.4;
+  for (int n = 0; n < 100; ++n) (length(at(0.5 * (low + high))) > 1 ? low : high) = 0.5 * (low + high);
+  Scene scene;
+  scene.add(Constant{.acceleration = gravity});
+  scene.add(Sphere{.center = {}, .radius = 1, .response = Response::seed});  // which ends the step at the impact
+  Soa<double> memory(1);
+  State<double> state = memory.view();
+  for (std::size_t k = 0; k < 3; ++k) {
+    state.x[k][0] = x[k];
+    state.v[k][0] = v[k];
+  }
+  compile<double>(scene, {.step = 0.5})->step(state);
+  for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(state.x[k][0] - at(low)[k]) <= 1e-13);
+}
+
 TEST_CASE_TEMPLATE("inside and outside of spheres", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);

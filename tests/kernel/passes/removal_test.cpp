@@ -181,3 +181,21 @@ TEST_CASE_TEMPLATE("ages grow, and who has reached its lifetime is marked and co
     }
   }
 }
+
+TEST_CASE_TEMPLATE("removal takes what is not finite, be it a position or a velocity", T, float, double) {
+  RemovalTerms<T> terms;
+  terms.removes_not_finite = true;
+  for (const Isa isa : available_isas()) {
+    for (std::size_t column = 0; column < 6; ++column) {
+      std::array<std::array<T, most>, 6> columns{};
+      columns[column][9] = std::numeric_limits<T>::infinity();
+      columns[column][66] = std::numeric_limits<T>::quiet_NaN();
+      const RemovalBlock<T> block{.x = {columns[0].data(), columns[1].data(), columns[2].data()},
+                                  .v = {columns[3].data(), columns[4].data(), columns[5].data()},
+                                  .count = most};
+      Gone gone{};
+      turnover_table(isa).of<T>().mark_placed(terms, block, gone.data());
+      CHECK(gone == Gone{std::uint64_t{1} << 9U, std::uint64_t{1} << 2U});
+    }
+  }
+}
