@@ -312,7 +312,7 @@ void respond(const Surface<Scalar<V>>& surface, Motion<V>& m, Course<V>& course,
   course.t = select<V>(hits, t, course.t);
 }
 
-// The earliest impact of every lane; false where there is none left.
+// The earliest impact of every lane; false where none remains.
 template <class V, Arithmetic arithmetic>
 bool resolve_earliest(const Terms<Scalar<V>>& terms, Motion<V>& m, Course<V>& course) noexcept {
   using T = Scalar<V>;
