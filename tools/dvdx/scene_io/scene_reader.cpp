@@ -37,6 +37,7 @@ constexpr std::array<Named<ForceType>, 6> force_types{{{"constant", ForceType::c
                                                        {"spring", ForceType::spring},
                                                        {"radial_spring", ForceType::radial_spring},
                                                        {"drag", ForceType::drag}}};
+static_assert(force_types.size() == std::variant_size_v<Force>, "a type for each force");
 
 std::optional<Method> own_method(const Fields& fields) {
   const auto field = fields.optional("method");
