@@ -20,7 +20,7 @@ struct Peer {
   std::string name;
   std::string knob;                                      // "sub-steps" a frame, or "tolerance"
   std::function<std::vector<int>(const Cloth&)> ladder;  // of knobs, the cheapest first
-  // The cloth's motion after so many simulated seconds, or why there is none.
+  // The cloth's motion after the given simulated seconds, or why there is none.
   std::function<tl::expected<Outcome, std::string>(const Cloth&, int knob, double seconds)> run;
 };
 
@@ -35,7 +35,7 @@ using Peers = std::vector<Peer>;
 [[nodiscard]] std::vector<int> tolerance_ladder(const Cloth& cloth);
 [[nodiscard]] double tolerance_of(int digits);
 
-// Of so many sub-steps a frame.
+// Of a number of sub-steps a frame.
 [[nodiscard]] std::size_t steps_of(double seconds, int substeps);
 
 // The time that `work` takes, by this thread's own clock.

@@ -88,7 +88,7 @@ SceneResult race_all(const Cloth& cloth, const Options& options) {
   return result;
 }
 
-// Whether each method of ours came within the loosest goal of the reference.
+// Whether each dvdx method came within the loosest goal of the reference.
 bool is_right(const SceneResult& result) {
   bool all = true;
   for (const Method& method : result.methods) {

@@ -1,4 +1,4 @@
-// Two pieces of work timed in turn, so that what else the machine does meets both alike.
+// Two pieces of work timed in turn, so that other load on the machine affects both alike.
 #pragma once
 
 #include <algorithm>

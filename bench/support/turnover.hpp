@@ -1,4 +1,4 @@
-// A million particles of which so many in a hundred die and are born in each step, and the same that stay.
+// A million particles of which a percentage dies and is born in each step, and the same without births and deaths.
 #pragma once
 
 #include <memory>

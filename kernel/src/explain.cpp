@@ -55,6 +55,7 @@ std::string_view name(Method method) {
 
 std::string_view kind(const Force& force) {
   constexpr std::array names = {"constant", "polynomial", "sinusoid", "spring", "radial_spring", "drag"};
+  static_assert(names.size() == std::variant_size_v<Force>, "a name for each force, in the variant's order");
   return names[force.index()];
 }
 

@@ -16,7 +16,7 @@ namespace dvdx {
   return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
 }
 
-// Rounded to so many significant digits, at most 17, as printf's %.*g writes it.
+// Rounded to `digits` significant digits, at most 17, as printf's %.*g writes it.
 [[nodiscard]] inline std::string text(double value, int digits) {
   std::array<char, 32> buffer;
   return {buffer.data(),

@@ -311,7 +311,7 @@ constexpr BadValue bad_values[] = {
     {"/fixed", "2", "fixed is 2: must be a list of particle ids"},
     {"/fixed", "[3]", "fixed[0] is 3: must be a whole number from 0 to 2", BySchema::accepted},
     {"/fixed", "[-1]", "fixed[0] is -1: must be a whole number from 0 to 2"},
-    {"/fixed", "[0,1,0]", "fixed[2] is 0 a second time: an id may stand once"},
+    {"/fixed", "[0,1,0]", "fixed[2] is 0 a second time: an id may occur once"},
 };
 
 json full_with(const BadValue& bad) {
@@ -358,8 +358,8 @@ constexpr BadText bad_texts[] = {
     {"[1, 2]",
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
      "contacts, network, constraints, constraint_iterations, fixed, origin, emitters, capacity, removal"},
-    {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may stand once in an object"},
-    {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may stand once in an object"},
+    {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
+    {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
     {"{\"forces\": [{\"stiffness\": 1e999}]}", "forces[0].stiffness is 1e999: must be a finite number"},
     {"{\"forces\": [{\"stiffness\":\n [1, 2, -1e999]}]}", "forces[0].stiffness[2] is -1e999: must be a finite number"},
     {"{\"forces\": [\n  {\"type\": \"spring\"",

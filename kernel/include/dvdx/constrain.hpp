@@ -146,7 +146,7 @@ void turn(const Pack3<T>& x, Pack3<T>& v, const C&... constraints) noexcept {
 // gradient it fills in; one gives a surface, two a curve.
 // The two pulses stand in RATTLE's pairing (along the gradient at the step's start, which also gives the velocity; then at its
 // end): second order, where before was on the constraint. A particle's mass cancels. Each pulse takes at most `iterations`
-// steps of Newton's; what is bent so much within a step that they do not get there ends beside the constraint, finite. Works on
+// steps of Newton's; a path too bent within a step for them to converge ends beside the constraint, finite. Works on
 // any layout and allocates nothing.
 template <class T, class... C>
 void constrain(const State<T>& before, State<T>& state, double h, int iterations, const C&... constraints) noexcept {

@@ -30,11 +30,11 @@ typedef enum dvdx_status {
   DVDX_IN_USE,              // another thread steps this plan, which has working memory of its own: networks, live plans
   DVDX_PRECISION_DIFFERS,   // the state's numbers are of another type than the plan's
   DVDX_ABI_DIFFERS,         // the caller was compiled for another DVDX_ABI_VERSION than this library's
-  DVDX_FAILED,              // what nobody thought of; the message says what is known
+  DVDX_FAILED,              // an unexpected failure; the message says what is known
 } dvdx_status;
 
 // What went wrong, in the caller's memory; texts that do not fit are cut. Written by every call that takes it, also by one that
-// is done: then all texts are empty. Functions take a null pointer where nobody asks.
+// is done: then all texts are empty. Functions take a null pointer where no message is wanted.
 typedef struct dvdx_error {
   dvdx_status status;
   char field[96];     // "forces[2].stiffness"; empty where no field is to blame

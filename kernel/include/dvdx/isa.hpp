@@ -17,7 +17,7 @@ enum class Isa {
 
 enum class Arithmetic {
   separate,    // multiply, then add: the same bits on every ISA (default)
-  contracted,  // fused multiply-add: faster in cache; the same bits on the ISAs that have it (reference, avx2, avx512)
+  contracted,  // fused multiply-add: faster in cache; the same bits on the ISAs that have it (all but sse2)
 };
 
 // In the order of preference, the best last. Contracted arithmetic needs an ISA with fused instructions.

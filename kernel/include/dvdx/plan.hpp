@@ -74,7 +74,7 @@ struct NetworkLimit {
   double limit = 0;            // frequency times sub-step that the scheme takes without damping; infinite for sequential
   int fewest = 1;              // sub-steps a step below which compile() refuses: of a grid without contacts, where the start's
                                // frequency and 7 % more are unstable; else `safe`
-  int safe = 1;                // sub-steps a step that are stable in any position. "auto" takes the fewest with which, besides,
+  int safe = 1;                // sub-steps a step that are stable in any position. "auto" takes the fewest with which also
                                // the energy of linear springs stays within half and twice of what it was
   std::uint32_t particle = 0;  // whose springs set the bound
 };
@@ -134,7 +134,7 @@ class DVDX_EXPORT Plan {
   // Both make what the change touches again, and change nothing where they fail: with an error, or with std::bad_alloc. Not
   // while another thread steps with this plan; clones keep what they had.
   Expected<void> set_step(double h);
-  // forces[index] becomes `force`. What stood at the start still does, and springs between particles are not made again.
+  // forces[index] becomes `force`. Anchors at the start stay there, and springs between particles are not made again.
   Expected<void> replace(std::size_t index, const Force& force);
 
   [[nodiscard]] const Scene& scene() const noexcept;

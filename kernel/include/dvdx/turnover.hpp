@@ -53,7 +53,7 @@ struct Boundary {
 
 enum class NotFinite { kept, removed };
 
-// Looked at after every step; a particle whose age has reached its lifetime is removed besides. A comparison with what is not
+// Looked at after every step; a particle whose age has reached its lifetime is removed too. A comparison with what is not
 // a number does not hold: such a particle stays unless not_finite says otherwise.
 struct Removal {
   std::vector<Boundary> boundaries{};  // at most 8

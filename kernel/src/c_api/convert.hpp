@@ -53,7 +53,7 @@ inline ParallelFor threads_of(const dvdx_parallel* parallel) noexcept {
   return parallel == nullptr ? ParallelFor{} : ParallelFor{parallel->run, parallel->context};
 }
 
-// Throw Error where a choice is none.
+// Throw Error where a value is no enumerator.
 Options options_of(const dvdx_options& from);
 dvdx_precision precision_of(const dvdx_options& from);
 

@@ -41,6 +41,7 @@ class Search {
     return std::holds_alternative<Drag>(scene_.forces[force]);
   }
   [[nodiscard]] bool is_state_dependent(std::size_t force) const {
+    static_assert(std::variant_size_v<Force> == 6, "a new force: does it depend on the state, and does it damp?");
     return std::holds_alternative<Spring>(scene_.forces[force]) || std::holds_alternative<Drag>(scene_.forces[force]) ||
            std::holds_alternative<RadialSpring>(scene_.forces[force]);
   }

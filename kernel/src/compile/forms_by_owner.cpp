@@ -140,7 +140,7 @@ T* slot_column(const std::vector<SliceSlots>& slices, Columns<T>& columns, const
   return column;
 }
 
-// What T cannot tell from no spring is none, in every loop: a length that is infinite in T would make 0 times it not a number.
+// A spring that T cannot tell from none is none, in every loop: 0 times a length that is infinite in T would be NaN.
 template <class T>
 T unless_empty(bool is_empty, double value) noexcept {
   return is_empty ? T(0) : static_cast<T>(value);

@@ -8,7 +8,7 @@
 namespace dvdx {
 namespace {
 
-// Springs turn, and their frequency with them: what may be asked for leaves so much between the start's and the limit.
+// Springs turn, and their frequency changes with them: the margin between the start's frequency and the limit.
 constexpr double start_margin = 1 / 0.93;
 
 std::vector<double> inverse_masses(const Scene& scene, std::size_t count) {
@@ -26,7 +26,7 @@ NetworkLimit limit_of(const Coupling& coupling, const Frequencies& frequencies, 
   limit.bound = frequencies.bound;
   limit.particle = frequencies.particle;
   limit.limit = scheme_limit(coupling);
-  // A pair's own contribution stands any step where its particles have no other.
+  // A pair's own contribution is stable at any step where its particles have no other spring.
   const bool is_alone = coupling.scheme == Scheme::accumulate && frequencies.is_isolated;
   if (is_alone) limit.limit = std::numeric_limits<double>::infinity();
   if (is_alone) limit.substeps = coupling.substeps.value_or(1);

@@ -224,7 +224,7 @@ Frequencies frequencies(std::span<const JoinedPair> springs, const Grid* grid, s
   if (grid != nullptr) {
     bound = std::min(bound, symbol_bound(*grid, w));
   } else if (iterations == most_iterations) {
-    // Lanczos' value comes from below; two hundredths more than what it misses after so many steps.
+    // Lanczos' value comes from below; two hundredths more than what it misses after this many steps.
     bound = std::min(bound, 1.02 * largest_eigenvalue(Stiffness(springs, w, start, Direction::any), w.size(), iterations));
   }
   found.particle = sums.particle;

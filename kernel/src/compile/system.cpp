@@ -50,6 +50,7 @@ Vec3 System::anchor(const Anchor& anchor, std::size_t particle) const {
 }
 
 void System::sort_forces() {
+  static_assert(std::variant_size_v<Force> == 6, "a new force: sorted here, and in add_sources_of, coefficient, amplitude_of");
   for (std::size_t i = 0; i < scene_->forces.size(); ++i) {
     const Force& force = scene_->forces[i];
     bool is_combined = method(i) == Method::combined;

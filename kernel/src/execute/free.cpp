@@ -13,11 +13,12 @@
 namespace dvdx {
 namespace {
 
-// Offsets of so many sub-steps live on the caller's stack; where they depend on time, longer calls walk the batch again.
+// Offsets of this many half or whole steps live on the caller's stack; where they depend on time, longer calls walk the batch
+// again.
 constexpr std::size_t max_offsets = 32;
 // Blocks that one call of the caller's parallel_for takes: a fixed number, so that nothing depends on threads.
 constexpr std::size_t blocks_per_task = 4;
-// Below so many particle-steps, waking a thread costs more than it saves.
+// Below this many particle-steps, waking a thread costs more than it saves.
 constexpr std::size_t parallel_from = std::size_t{1} << 16;
 
 // A: what the step is worked out in; T: what the state is kept in. They differ where float32 is compensated.

@@ -17,7 +17,7 @@ namespace {
 
 // Particles that one call of the caller's parallel_for takes: a fixed number, so that nothing depends on threads.
 constexpr std::size_t particles_per_task = 4096;
-// Below so many particles, waking a thread for every pulse and flow costs more than it saves.
+// Below this many particles, waking a thread for every pulse and flow costs more than it saves.
 constexpr std::size_t parallel_from = 16384;
 constexpr std::size_t max_flows = 8;
 

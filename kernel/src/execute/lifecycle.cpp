@@ -33,7 +33,7 @@ BirthsBy births_by(const Emitter& emitter, const Clock& clock) noexcept {
 
 namespace {
 
-// Below so many particle-steps, waking a thread costs more than it saves.
+// Below this many particle-steps, waking a thread costs more than it saves.
 constexpr std::size_t parallel_from = std::size_t{1} << 16;
 constexpr std::size_t staged = 1024;  // particles whose columns are gathered where they do not lie side by side
 

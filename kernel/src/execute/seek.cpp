@@ -29,7 +29,17 @@ using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, max_row
 // Sources that move with the clock stand in rows of their own; the others act through the row of the one.
 bool is_moving(const Source& source) noexcept {
   using Kind = Source::Kind;
-  return source.kind == Kind::monomial || source.kind == Kind::sine || source.kind == Kind::cosine;
+  switch (source.kind) {
+    case Kind::monomial:
+    case Kind::sine:
+    case Kind::cosine:
+      return true;
+    case Kind::constant:
+    case Kind::wind:
+    case Kind::anchors:
+      break;
+  }
+  return false;
 }
 
 int rows(const System& system) {

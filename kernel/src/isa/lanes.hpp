@@ -135,7 +135,7 @@ V magic_guess(V x, Bits magic) noexcept {
   return xsimd::bitwise_cast<V>(B(magic) - (xsimd::bitwise_cast<B>(x) >> 1));
 }
 
-// Where nothing is optimised, g++'s gathers and shifts are macros, whose full masks it takes for a mistake of ours.
+// Where nothing is optimised, g++'s gathers and shifts are macros, whose full masks it warns of.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion"
 

@@ -64,7 +64,7 @@ enum class Turn : std::uint8_t { none, turned };
 
 template <class T>
 struct ShearAxis {
-  T sign{}, t1{}, s{}, t2{}, kappa{};  // see forces/shear.hpp
+  T sign{}, t1{}, s{}, t2{}, kappa{};  // see math/shear.hpp
 };
 
 // A column of coefficients for each axis; isotropic ones point to the same memory three times.

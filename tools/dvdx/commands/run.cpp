@@ -296,7 +296,7 @@ void add_run(CLI::App& app, Exit& exit) {
   command->add_option("--out", options->out, "write states to a .csv, .npz, .ply, .vtp, .pc2 or .html file");
   command
       ->add_option("--every", options->every,
-                   "write step 0, every so many steps and the last; 0: the last alone. Where not given: 0, and for an .html as "
+                   "write step 0, every N-th step and the last; 0: the last alone. Where not given: 0, and for an .html as "
                    "many as play well")
       ->check(CLI::NonNegativeNumber);
   command->add_flag(

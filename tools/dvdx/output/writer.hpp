@@ -52,7 +52,7 @@ struct Output {
   std::uint64_t states = 0;
   const Topology* topology = &no_topology;  // never null, and outlives the writer
   Counts counts = Counts::fixed;            // changing: nothing joins the particles
-  // What a page tells and shows besides; other writers pass over it.
+  // What a page shows in addition; other writers ignore it.
   const SceneFile* scene = nullptr;
   ReferencePositions reference{};  // where the states should be
   std::string reference_text{};    // what that is

@@ -1,4 +1,4 @@
-// Whether a state is still one that means something.
+// Whether a state's numbers are still finite and plausible.
 #pragma once
 
 #include <cstddef>

@@ -12,9 +12,9 @@
 namespace dvdx::tool {
 namespace {
 
-// Below so many metres float32 holds a position to 4 micrometres.
+// Below this many metres float32 holds a position to 4 micrometres.
 constexpr double home = 64;
-// A common origin must bring the farthest particle so many times nearer.
+// A common origin must bring the farthest particle this many times nearer.
 constexpr double worth = 4;
 
 double size_of(const Vec3& x) { return std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])}); }

@@ -13,7 +13,7 @@ namespace {
 
 class Descriptor {
  public:
-  // O_NONBLOCK: a pipe that nobody writes to opens at once, and is refused. It changes nothing for a regular file.
+  // O_NONBLOCK: a pipe without a writer opens at once, and is refused. It changes nothing for a regular file.
   explicit Descriptor(const std::filesystem::path& path)
       : number_(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {}
   Descriptor(const Descriptor&) = delete;

@@ -51,7 +51,7 @@ class TreeBuilder final : public nlohmann::json_sax<json> {
   bool key(string_t& value) override {
     if (open_.back().value->contains(value)) {
       open_.back().key = value;
-      fail(path() + " is there twice: a key may stand once in an object");
+      fail(path() + " is there twice: a key may occur once in an object");
     }
     open_.back().key = value;
     return true;

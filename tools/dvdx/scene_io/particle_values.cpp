@@ -147,7 +147,7 @@ std::vector<std::size_t> read_ids(const Node& node, const Population& population
   for (const auto& element : node.elements("a list of particle ids")) {
     ids.push_back(element.whole(0, population.count - 1));
     if (!seen.insert(ids.back()).second)
-      element.fail("is " + std::to_string(ids.back()) + " a second time: an id may stand once");
+      element.fail("is " + std::to_string(ids.back()) + " a second time: an id may occur once");
   }
   return ids;
 }

@@ -37,6 +37,7 @@ constexpr std::array<Named<ForceType>, 6> force_types{{{"constant", ForceType::c
                                                        {"spring", ForceType::spring},
                                                        {"radial_spring", ForceType::radial_spring},
                                                        {"drag", ForceType::drag}}};
+static_assert(force_types.size() == std::variant_size_v<Force>, "a type for each force");
 
 std::optional<Method> own_method(const Fields& fields) {
   const auto field = fields.optional("method");
@@ -212,13 +213,13 @@ Room room_for(const json& scene, const ReadOptions& options) {
   return {.bytes_each = bytes_each(scene, options.scalar_bytes), .bytes = options.memory_bytes};
 }
 
-// Where particles come and go, each has an age and a lifetime besides, and the plan a quarter of all again to work in.
+// Where particles come and go, each also has an age and a lifetime, and the plan works in another quarter of all that.
 Room room_for_live(const ReadOptions& options) {
   return {.bytes_each = 10 * options.scalar_bytes, .bytes = options.memory_bytes};
 }
 
-// What a network's particle takes besides: its own position, mass and face, the forces on it, and its springs, of which a grid
-// has six a particle.
+// What a network's particle takes in addition: its own position, mass and face, the forces on it, and its springs, of which a
+// grid has six a particle.
 Room room_for_networks(const json& scene, const ReadOptions& options) {
   constexpr std::uint64_t springs = 6 * (sizeof(Pair) + 2 * sizeof(double));
   constexpr std::uint64_t face = 64;

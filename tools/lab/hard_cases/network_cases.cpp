@@ -65,7 +65,7 @@ double energy_now(const Trial<T>& trial, PlainSprings& system) {
 
 double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
-// Not a number where any coordinate or velocity is none.
+// NaN where any coordinate or velocity is NaN.
 template <class T>
 double farthest(const Trial<T>& trial) {
   Worst worst;
@@ -80,7 +80,7 @@ double farthest(const Trial<T>& trial) {
 // --- 4: the limit of leapfrog
 // -------------------------------------------------------------------------------------------------
 
-// Adds `count` bodies of 1 kg in a row, 1 m apart, a little disturbed; omega is the highest frequency of so many springs in a
+// Adds `count` bodies of 1 kg in a row, 1 m apart, a little disturbed; omega is the highest frequency of that many springs in a
 // row.
 void add_row(PlainSprings& system, std::size_t count, double omega) {
   const auto n = static_cast<double>(count);

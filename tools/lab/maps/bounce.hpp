@@ -40,7 +40,7 @@ struct Bounce {
   Impact impact;
 };
 
-// Starts from which the exact flow meets the plane after so many equal parts of a step h, in their middles. Each must lie above
+// Starts from which the exact flow meets the plane at the middles of equal parts of a step h. Each must lie above
 // the plane: h no longer than the flight that ends there. Starts that Brown's response leaves on the plane with a velocity
 // into it are not among them: rounding decides whether they are then inside, where that velocity is taken away.
 [[nodiscard]] std::vector<Motion> starts_of(const Bounce& bounce, double h);

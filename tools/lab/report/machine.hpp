@@ -9,7 +9,7 @@
 
 namespace dvdx::tool::report {
 
-// The caches of data that Linux tells of in a folder such as /sys/devices/system/cpu/cpu0/cache; none where there is no such
+// The data caches that Linux lists in a folder such as /sys/devices/system/cpu/cpu0/cache; none where there is no such
 // folder.
 [[nodiscard]] std::vector<Cache> caches_in(const std::filesystem::path& folder);
 

@@ -97,7 +97,7 @@ Path stepped_path(const SceneFile& sample, const Grid& grid, int halving, const 
                  grid.counts.size());
 }
 
-// Fourth order with so many sub-steps in a coarsest step; an error where the scheme refuses them.
+// Fourth order with the given sub-steps in a coarsest step; an error where the scheme refuses them.
 Expected<Plan<double>> fourth_order(const SceneFile& file, const Grid& grid, std::optional<int> substeps, const Setup& setup) {
   Scene scene = file.scene;
   scene.coupling.scheme = Scheme::fourth_order;

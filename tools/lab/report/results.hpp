@@ -116,7 +116,7 @@ struct Claim {
   std::string verdict;
 };
 
-// The scene's start with so many particles, at its own step and by its own methods.
+// The scene's start with another number of particles, at its own step and by its own methods.
 struct Throughput {
   Precision precision = Precision::float64;
   std::size_t particles = 0;

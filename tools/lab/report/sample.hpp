@@ -16,7 +16,7 @@ namespace dvdx::tool::report {
 // Nothing may join them; `count` must be at least 1.
 [[nodiscard]] SceneFile resized(const SceneFile& file, std::size_t count);
 
-// Errors are measured on so many particles at most. Where the reference is stepped it costs far more than the runs.
+// Errors are measured on at most this many particles. Where the reference is stepped it costs far more than the runs.
 [[nodiscard]] std::size_t most_error_particles(const SceneFile& file, Effort effort);
 
 // The scene with one method for all forces.

@@ -28,7 +28,7 @@ struct Advice {
   std::vector<Part> networks;
 };
 
-// The choice's run with a change of the scene besides.
+// The choice's run with one change of the scene.
 using ErrorsOf = std::function<Outcome(const std::function<void(Scene&)>& change)>;
 using CostRatioOf = std::function<double(const std::function<void(Scene&)>& change)>;
 

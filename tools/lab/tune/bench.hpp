@@ -17,7 +17,7 @@ class Judge {
   // The reference is made so fine that an error of `goal` (relative) can be told, where `seconds` suffice for that.
   Judge(const SceneFile& file, double goal, double seconds, const report::Setup& setup);
 
-  // `change` is made to the scene besides what the candidate asks for.
+  // `change` is made to the scene in addition to what the candidate asks for.
   using Change = std::function<void(Scene&)>;
   [[nodiscard]] Outcome errors(const Candidate& candidate, const Change& change = {}) const;
   [[nodiscard]] std::optional<int> fewest_substeps(const Coupling& coupling, std::uint64_t parts) const;

@@ -70,7 +70,7 @@ double order_of(const Coupling& coupling) {
   return coupling.scheme == Scheme::sequential && coupling.theta != 0.5 ? 1 : 2;
 }
 
-// From what is stable to what a report would show of the dearest.
+// From what is stable to what a report would show of the most expensive.
 std::vector<std::uint64_t> substeps_for(const report::Curve& curve, int fewest) {
   constexpr int most_of_free = 200;  // sequential takes any
   const auto first = static_cast<std::uint64_t>(fewest);

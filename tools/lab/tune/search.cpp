@@ -7,7 +7,7 @@
 namespace dvdx::tool::tune {
 namespace {
 
-constexpr double doubt = 1.6;   // a rough cost may be off by this factor: what is dearer by more can no longer win
+constexpr double doubt = 1.6;   // a rough cost may be off by this factor: what costs more than that can no longer win
 constexpr double a_tie = 1.03;  // costs that are as good as the same
 constexpr std::size_t most_racers = 8;
 
@@ -205,7 +205,7 @@ std::vector<std::size_t> by_cost(const std::vector<Trial>& trials, double goal) 
   return order;
 }
 
-// The dearest of those that cost less; of those that tie with it, the one that misses by least.
+// The most expensive of those that cost less; of those that tie with it, the one that misses by least.
 std::optional<std::size_t> next_cheaper(const std::vector<Trial>& trials, std::size_t choice) {
   const double most = seconds_of(trials[choice]) / a_tie;
   const auto costs_less = [&](const Trial& t) { return t.outcome.ran() && seconds_of(t) > 0 && seconds_of(t) < most; };

@@ -23,7 +23,7 @@ struct Configuration {  // to run a scene
 struct Difference {
   Configuration way;
   std::size_t particle = 0;  // of the scene
-  std::uint64_t step = 0;    // after so many steps
+  std::uint64_t step = 0;    // after this many steps
   std::string field;
   std::string reference, value;  // in the shortest form that reads back to the same bits
 };
@@ -40,7 +40,7 @@ struct Verdict {
   std::size_t particles = 0;
   std::uint64_t steps = 0;         // that all particles were run for
   std::size_t sample = 0;          // particles that were run on
-  std::uint64_t sample_steps = 0;  // for so many steps
+  std::uint64_t sample_steps = 0;  // for this many steps
   std::vector<Isa> isas;
   std::size_t runs = 0;               // compared
   std::size_t differing = 0;          // numbers, in all of them

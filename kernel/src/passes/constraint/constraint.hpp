@@ -35,7 +35,7 @@
 //   d_k + (w_k + w_{k+1}) s_k n_k - w_k s_{k-1} n_{k-1} - w_{k+1} s_{k+1} n_{k+1},   of length l_k
 // Newton's step for all s is one tridiagonal system, solved by elimination; the velocity pulse is another. A rope of 100 links
 // of 1 cm swinging from the horizontal, 16 sub-steps of 1/960 s over 4 s: lengths to 1e-14, where 8 sweeps over its links leave
-// 1.5e-1. Where a link turns by more than 45 degrees in a sub-step, or Newton's steps come to nothing, the sub-step is too long
+// 1.5e-1. Where a link turns by more than 45 degrees in a sub-step, or Newton's steps do not converge, the sub-step is too long
 // for the chain's fast motion (of the order of sqrt(tension / (mass length)) of a link): its particles then follow each other
 // from the fixed end, which keeps lengths and loses energy.
 //

@@ -312,7 +312,7 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V>& cou
   course.t = select<V>(hits, t, course.t);
 }
 
-// The earliest impact of every lane; false where there is none left.
+// The earliest impact of every lane; false where none remains.
 template <class V, Arithmetic arithmetic>
 bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V>& course) noexcept {
   using T = Scalar<V>;

@@ -14,7 +14,7 @@ enum class Weave : std::uint8_t { plain, shear, bend, shear_bend };
 constexpr bool has_shear(Weave weave) noexcept { return weave == Weave::shear || weave == Weave::shear_bend; }
 constexpr bool has_bend(Weave weave) noexcept { return weave == Weave::bend || weave == Weave::shear_bend; }
 
-// Every spring is worked out once. Its first end is in the register at hand; what its second end, one column on, gets is moved
+// Every spring is computed once. Its first end is in the current register; what its second end, one column on, gets is moved
 // up by a lane, and what the row below gets is kept until that row comes. A particle's sum runs in the order of its neighbours'
 // numbers: first what the row above has left, negated as one sum, which rounds like one subtraction after the other.
 //
@@ -44,7 +44,7 @@ class GridStripe {
  private:
   enum class Row { above, own };
 
-  // Springs from the register at hand, by where they lead.
+  // Springs from the current register, by where they lead.
   struct Forces {
     Three<V> right, right2, left_below, below, right_below, below2;
   };

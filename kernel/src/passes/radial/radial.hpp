@@ -1,4 +1,4 @@
-// Radial springs as the radial pass reads them. The formulas of kappa and E and their sources: forces/radial_spring.hpp.
+// Radial springs as the radial pass reads them. The formulas of kappa and E and their sources: forces/radial_spring.cpp.
 #pragma once
 
 #include <array>

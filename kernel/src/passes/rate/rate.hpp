@@ -8,7 +8,7 @@ namespace dvdx {
 // Arrays of `count` (a multiple of 16) float64. In: W = stiffness/mass >= 0, 1/s^2, and g = damping/mass >= 0, 1/s. Out: the
 // combined step of forces/combined.hpp, with X = h^2 psi_2 the position's gain of a constant acceleration (the velocity's is
 // S). Bound: 6 eps of float64, or 2 z eps of the amplitude for z = sqrt(W) |h| > 1; z must not exceed sincos_fast
-// (forces/elementary.hpp).
+// (math/elementary.hpp).
 struct RateRun {
   std::size_t count = 0;
   double h = 0;  // s

@@ -35,7 +35,7 @@ struct RemovalBlock {
 // `removed` is a bit a particle, 64 of them a word, the first the lowest; marking sets bits and clears none.
 template <class T>
 struct RemovalKernels {
-  // age[i] += h, so many times.
+  // age[i] += h, `steps` times.
   void (*grow_old)(T* age, std::size_t count, T h, std::size_t steps) noexcept;
   // And marks those that are then at least as old as their lifetime.
   void (*grow_old_and_mark)(T* age, const T* lifetime, std::size_t count, T h, std::size_t steps,

@@ -1,4 +1,4 @@
-// Where buffers of ours come from.
+// Where the library's buffers come from.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct Memory {
   void* context = nullptr;
 };
 
-// bytes aligned to `boundary`. Throws std::bad_alloc where there are none.
+// bytes aligned to `boundary`. Throws std::bad_alloc where there is no memory.
 [[nodiscard]] DVDX_EXPORT void* allocate(const Memory& memory, std::size_t bytes, std::size_t boundary);
 DVDX_EXPORT void release(const Memory& memory, void* p, std::size_t bytes, std::size_t boundary) noexcept;
 

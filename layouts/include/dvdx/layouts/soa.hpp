@@ -10,8 +10,8 @@
 
 namespace dvdx {
 
-// Buffers of ours are aligned to a cache line and padded to whole lines of the widest lane on every ISA, so that a buffer's
-// layout never depends on the build or on the machine.
+// The library's buffers are aligned to a cache line and padded to whole lines of the widest lane on every ISA, so that a
+// buffer's layout never depends on the build or on the machine.
 inline constexpr std::size_t alignment = 64;  // bytes
 template <class T>
 inline constexpr std::size_t padding = alignment / sizeof(T);  // 16 floats, 8 doubles
