@@ -74,7 +74,7 @@ def read_list():
             continue
         if line.startswith("tests:"):
             tests = line.split()[1:]
-        elif line.startswith("equivalent:"):
+        elif line.strip().startswith("equivalent:"):
             mutants[-1].equivalent = line.partition(":")[2].strip()
         elif line.startswith("    "):
             place = mutants[-1].places[-1]
