@@ -8,8 +8,8 @@
 
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/plan.hpp"
-#include "kernel/passes/cloths.hpp"
 #include "isa/passes.hpp"
+#include "kernel/passes/cloths.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
 #include "support/scenes.hpp"
