@@ -187,6 +187,14 @@ TEST_CASE("where a wind and a spring balance, a particle stays at rest") {
   CHECK(std::abs(one_particle(scene, 0.05, 100)[0] - 1) <= 1e-13);
 }
 
+TEST_CASE("a velocity too small for a normal number is none") {
+  Soa<double> memory(1);
+  State<double> state = memory.view();
+  state.v[0][0] = 1e-310;
+  std::move(*compile<double>(Scene{}, {.step = 1e9})).step(state);
+  CHECK(state.x[0][0] == 0);
+}
+
 TEST_CASE("forces of one kind add up") {
   Scene many, one;
   many.add(Spring{.stiffness = 3.0}).add(Constant{.acceleration = {1, 2, 0}}).add(Constant{.acceleration = {0.5, -9, 4}});

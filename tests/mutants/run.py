@@ -74,7 +74,7 @@ def read_list():
             continue
         if line.startswith("tests:"):
             tests = line.split()[1:]
-        elif line.startswith("equivalent:"):
+        elif line.strip().startswith("equivalent:"):
             mutants[-1].equivalent = line.partition(":")[2].strip()
         elif line.startswith("    "):
             place = mutants[-1].places[-1]
@@ -204,11 +204,12 @@ def failure(arguments, number, seconds):
         return ""
     if status is None:
         return f"time limit of {seconds:.0f} s"
-    error = re.search(r"(\w+)\.cpp:\d+: (?:FATAL )?ERROR: ", output)
+    error = re.search(r"^\S+:\d+: (?:FATAL )?ERROR: ", output, re.MULTILINE)
     if not error:
         return f"{Path(arguments[0]).name}: exit status {status}"
-    cases = re.findall(r"^TEST CASE:\s+(.*)$", output[: error.start()], re.MULTILINE)  # those before it only say something
-    return f"{error.group(1)}: {cases[-1].strip() if cases else '?'}"
+    # Cases that stand before the failing one have said something.
+    cases = re.findall(r"(\w+)\.cpp:\d+:\s+TEST CASE:\s+(.*)$", output[: error.start()], re.MULTILINE)
+    return ": ".join(cases[-1]).strip() if cases else "?"
 
 
 TESTS = [str(BUILD / "tests/dvdx_tests"), "--no-intro", "--no-version"]

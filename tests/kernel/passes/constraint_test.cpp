@@ -382,6 +382,36 @@ TEST_CASE("constraint: what is to keep off does so, and bounces not") {
   CHECK(std::hypot(v(end, 1, 0), v(end, 1, 1)) <= 3);
 }
 
+TEST_CASE("constraint: a step back of what moves the other way mirrors a step forwards, for every bound") {
+  for (const Bound bound : {Bound::equal, Bound::at_most, Bound::at_least}) {
+    std::vector<double> after[2];
+    for (const double sign : {1.0, -1.0}) {
+      test::Joined joined;
+      joined.x = {{0, 0, 0}, {0.9, 0.3, 0}, {1.1, -0.6, 0}};
+      for (const double speed : {0.5, 3.0, -2.0}) joined.v.push_back({sign * speed, sign * 2 * speed, 0});
+      joined.step = sign / 30;
+      joined.scene.add(Distance{.pairs = {{0, 1}, {0, 2}}, .length = Scalars(1.0), .bound = bound});
+      after[sign < 0 ? 1 : 0] = test::stepped<double>(joined, {}, 10);
+    }
+    for (std::size_t k = 0; k < after[0].size(); ++k) CHECK(after[0][k] == (k % 6 < 3 ? 1 : -1) * after[1][k]);
+  }
+}
+
+TEST_CASE("constraint: a free chain whose link is turned round in a step keeps its centre of mass") {
+  test::Joined joined;
+  joined.x = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
+  joined.v = {{0, 0, 0}, {0, 0, 0}, {0, 1, 0}, {-100, 5, 0}};
+  joined.scene.add(Distance{.pairs = {{0, 1}, {1, 2}, {2, 3}}, .length = Scalars(1.0)});
+  const auto after = test::stepped<double>(joined, {}, 1);
+  double x = 0, y = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    x += after[6 * i] / 4;
+    y += after[6 * i + 1] / 4;
+  }
+  CHECK(std::abs(x - (1.5 - 25 * joined.step)) <= 1e-12);
+  CHECK(std::abs(y - 1.5 * joined.step) <= 1e-12);
+}
+
 TEST_CASE("constraint: points and lines hold their particles") {
   Joined joined = under_gravity("beads", 9.81);
   joined.x = {{0, 0, 0}, {1, 1, 1}, {2, 0, 0}};

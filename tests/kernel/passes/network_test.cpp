@@ -803,6 +803,29 @@ TEST_CASE("network: the bound holds what any position may reach: of a star, and 
   CHECK(limit_of(sheet).bound >= limit_of(test::as_list(sheet)).bound / 1.02);
 }
 
+TEST_CASE("network: a stretched spring is stiff across itself, too") {
+  // Two springs of stiffness k at right angles, twice as long as at rest: omega^2 = (k + k/2)/m along either.
+  Joined corner;
+  corner.x = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}};
+  corner.v.assign(3, {});
+  corner.scene.fixed = {1, 2};
+  corner.scene.add(Network(Springs{.pairs = {{0, 1}, {0, 2}}, .stiffness = 600.0, .rest_length = 1.0}));
+  CHECK(std::abs(limit_of(corner).frequency - 30) <= 0.03);
+}
+
+TEST_CASE("network: rest lengths are those of the grid's own edges, or those of the start") {
+  const Springs springs = springs_of(Grid{.rows = 3, .columns = 5, .edge_u = {8, 0, 0}, .edge_v = {0, 0, 3}, .structural = 1});
+  for (std::size_t s = 0; s < springs.pairs.size(); ++s) {
+    CHECK((*springs.rest_length)[s] == (springs.pairs[s][1] == springs.pairs[s][0] + 1 ? 2 : 1.5));
+  }
+  Joined still;
+  still.x = {{0, 0, 0}, {0, 3, 4}};
+  still.v.assign(2, {});
+  still.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 100.0}));
+  const auto after = stepped<double>(still, {}, 10);
+  CHECK(std::abs(x(after, 1, 1) - 3) <= 1e-12);
+}
+
 TEST_CASE("network: a sheet that hangs free is held to what its start asks for and a margin") {
   Joined sheet = test::sheet(9, 14, 50);
   std::get<Grid>(sheet.scene.networks[0]).shear = 0;  // flat, its rows and columns do not feel each other; folded they do

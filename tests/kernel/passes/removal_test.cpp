@@ -193,9 +193,9 @@ TEST_CASE_TEMPLATE("removal takes what is not finite, be it a position or a velo
       const RemovalBlock<T> block{.x = {columns[0].data(), columns[1].data(), columns[2].data()},
                                   .v = {columns[3].data(), columns[4].data(), columns[5].data()},
                                   .count = most};
-      Gone gone{};
-      turnover_table(isa).of<T>().mark_placed(terms, block, gone.data());
-      CHECK(gone == Gone{std::uint64_t{1} << 9U, std::uint64_t{1} << 2U});
+      Removed removed{};
+      find_passes(isa)->of<T>().removal.mark_placed(terms, block, removed.data());
+      CHECK(removed == Removed{std::uint64_t{1} << 9U, std::uint64_t{1} << 2U});
     }
   }
 }
