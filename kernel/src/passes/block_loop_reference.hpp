@@ -4,12 +4,12 @@
 #include <cstddef>
 #include <utility>
 
-#include "passes/terms.hpp"
 #include "passes/affine/affine_reference.hpp"
 #include "passes/contact/contact_reference.hpp"
 #include "passes/particle.hpp"
 #include "passes/radial/radial_reference.hpp"
 #include "passes/rate/rate_reference.hpp"
+#include "passes/terms.hpp"
 
 namespace dvdx::reference {
 

@@ -235,7 +235,7 @@ void place_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, s
 
 template <class V, Arithmetic arithmetic>
 void solve_chain_positions(const ChainTerms<Scalar<V>>& terms, Round round, const Axes<Scalar<V>>& x, std::size_t from,
-                  std::size_t to) noexcept {
+                           std::size_t to) noexcept {
   for (std::size_t bundle = from; bundle < to; ++bundle) {
     for (std::size_t lane = 0; lane < slice; lane += V::size) {
       const std::size_t first = terms.first[bundle] + lane;
@@ -246,8 +246,8 @@ void solve_chain_positions(const ChainTerms<Scalar<V>>& terms, Round round, cons
 }
 
 template <class V, Arithmetic arithmetic>
-void update_chain_velocities(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v, std::size_t from,
-                  std::size_t to) noexcept {
+void update_chain_velocities(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
+                             std::size_t from, std::size_t to) noexcept {
   const V zero(Scalar<V>(0));
   const V rate(terms.per_step);
   for (std::size_t bundle = from; bundle < to; ++bundle) {
@@ -295,7 +295,8 @@ void turn_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, st
 }
 
 template <class V, Arithmetic arithmetic>
-void solve_chain_velocities(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from, std::size_t to) noexcept {
+void solve_chain_velocities(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from,
+                            std::size_t to) noexcept {
   for (std::size_t bundle = from; bundle < to; ++bundle) {
     for (std::size_t lane = 0; lane < slice; lane += V::size) {
       turn_chain<V, arithmetic>(terms, v, terms.first[bundle] + lane, terms.links[bundle]);

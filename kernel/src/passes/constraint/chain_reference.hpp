@@ -178,7 +178,8 @@ void place_chain(const Chain<T>& chain, const Axes<T>& x) noexcept {
 }
 
 template <class T, Arithmetic arithmetic>
-void solve_chain_positions(const ChainTerms<T>& terms, Round round, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
+void solve_chain_positions(const ChainTerms<T>& terms, Round round, const Axes<T>& x, std::size_t from,
+                           std::size_t to) noexcept {
   for_chains(terms, from, to, [&](const Chain<T>& chain) {
     begin_chain<arithmetic>(chain, round, x);
     place_chain<arithmetic>(chain, x);
@@ -186,7 +187,8 @@ void solve_chain_positions(const ChainTerms<T>& terms, Round round, const Axes<T
 }
 
 template <class T, Arithmetic arithmetic>
-void update_chain_velocities(const ChainTerms<T>& terms, const Axes<T>& x, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
+void update_chain_velocities(const ChainTerms<T>& terms, const Axes<T>& x, const Axes<T>& v, std::size_t from,
+                             std::size_t to) noexcept {
   for_chains(terms, from, to, [&](const Chain<T>& chain) {
     Vector<T> below{};
     for (std::size_t k = 0; k <= chain.links; ++k) {

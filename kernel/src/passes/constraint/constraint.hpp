@@ -107,11 +107,13 @@ struct ConstraintKernels {
   void (*solve_line_positions)(const LineTerms<T>&, Round, const Axes<T>& x, std::size_t from, std::size_t to) = nullptr;
   // the velocity that the position pulses take; then n = d
   void (*update_pair_velocities)(const PairTerms<T>&, Bound, const Axes<T>& x, const Axes<T>& v, std::size_t from,
-                      std::size_t to) = nullptr;
-  void (*update_chain_velocities)(const ChainTerms<T>&, const Axes<T>& x, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
+                                 std::size_t to) = nullptr;
+  void (*update_chain_velocities)(const ChainTerms<T>&, const Axes<T>& x, const Axes<T>& v, std::size_t from,
+                                  std::size_t to) = nullptr;
   void (*update_line_velocities)(const LineTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
   // velocity pulses
-  void (*solve_pair_velocities)(const PairTerms<T>&, Bound, Time, Round, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
+  void (*solve_pair_velocities)(const PairTerms<T>&, Bound, Time, Round, const Axes<T>& v, std::size_t from,
+                                std::size_t to) = nullptr;
   void (*solve_chain_velocities)(const ChainTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
   void (*solve_line_velocities)(const LineTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
 };

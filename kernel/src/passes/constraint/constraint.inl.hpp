@@ -169,15 +169,15 @@ void by_round(Round round, const Call& call) noexcept {
 }
 
 template <class V, Arithmetic arithmetic>
-void solve_pair_positions(const PairTerms<Scalar<V>>& terms, Bound bound, Round round, const Axes<Scalar<V>>& x, std::size_t from,
-                 std::size_t to) noexcept {
+void solve_pair_positions(const PairTerms<Scalar<V>>& terms, Bound bound, Round round, const Axes<Scalar<V>>& x,
+                          std::size_t from, std::size_t to) noexcept {
   by_bound(bound,
            [&]<Bound b>() { by_round(round, [&]<Round r>() { place_pairs_by<V, arithmetic, b, r>(terms, x, from, to); }); });
 }
 
 template <class V, Arithmetic arithmetic>
 void solve_line_positions(const LineTerms<Scalar<V>>& terms, Round round, const Axes<Scalar<V>>& x, std::size_t from,
-                 std::size_t to) noexcept {
+                          std::size_t to) noexcept {
   const V zero(Scalar<V>(0));
   for (std::size_t s = from; s < to; s += V::size) {
     const Three<V> at = gather_axes<V>(x, terms.a + s);
@@ -200,7 +200,7 @@ void solve_line_positions(const LineTerms<Scalar<V>>& terms, Round round, const 
 
 template <class V, Arithmetic arithmetic>
 void update_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
-                 std::size_t from, std::size_t to) noexcept {
+                            std::size_t from, std::size_t to) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   for (std::size_t s = from; s < to; s += V::size) {
@@ -219,7 +219,8 @@ void update_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, cons
 }
 
 template <class V, Arithmetic arithmetic>
-void update_line_velocities(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from, std::size_t to) noexcept {
+void update_line_velocities(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from,
+                            std::size_t to) noexcept {
   const V rate(terms.per_step);
   for (std::size_t s = from; s < to; s += V::size) {
     const Three<V> at = gather_axes<V>(v, terms.a + s);
@@ -233,7 +234,7 @@ void update_line_velocities(const LineTerms<Scalar<V>>& terms, const Axes<Scalar
 
 template <class V, Arithmetic arithmetic>
 void solve_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, Time time, Round round, const Axes<Scalar<V>>& v,
-                std::size_t from, std::size_t to) noexcept {
+                           std::size_t from, std::size_t to) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const bool is_pull = (bound == Bound::at_most) == (time == Time::forwards);
@@ -255,7 +256,8 @@ void solve_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, Time 
 }
 
 template <class V, Arithmetic arithmetic>
-void solve_line_velocities(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from, std::size_t to) noexcept {
+void solve_line_velocities(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from,
+                           std::size_t to) noexcept {
   for (std::size_t s = from; s < to; s += V::size) {
     const Three<V> at = gather_axes<V>(v, terms.a + s);
     const Three<V> n1 = load_axes<V>(terms.n1, s);

@@ -82,7 +82,7 @@ void reach(const PairTerms<T>& terms, std::size_t s, const Vector<T>& d, T l, Bo
 
 template <class T, Arithmetic arithmetic>
 void solve_pair_positions(const PairTerms<T>& terms, Bound bound, Round round, const Axes<T>& x, std::size_t from,
-                 std::size_t to) noexcept {
+                          std::size_t to) noexcept {
   const bool is_pull = bound == Bound::at_most;
   for (std::size_t s = from; s < to; ++s) {
     const Vector<T> d = between(terms, x, s);
@@ -135,7 +135,7 @@ void solve_line_positions(const LineTerms<T>& terms, Round round, const Axes<T>&
 
 template <class T, Arithmetic arithmetic>
 void update_pair_velocities(const PairTerms<T>& terms, Bound bound, const Axes<T>& x, const Axes<T>& v, std::size_t from,
-                 std::size_t to) noexcept {
+                            std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
     const T rate = bound == Bound::equal ? terms.per_step : terms.rate[s];
     push_ends<arithmetic>(terms, v, s, rate * terms.s[s], at(terms.n, s));
@@ -162,7 +162,7 @@ void update_line_velocities(const LineTerms<T>& terms, const Axes<T>& v, std::si
 
 template <class T, Arithmetic arithmetic>
 void solve_pair_velocities(const PairTerms<T>& terms, Bound bound, Time time, Round round, const Axes<T>& v, std::size_t from,
-                std::size_t to) noexcept {
+                           std::size_t to) noexcept {
   const bool is_pull = (bound == Bound::at_most) == (time == Time::forwards);
   for (std::size_t s = from; s < to; ++s) {
     const T sum = bound == Bound::equal || round == Round::first ? T(0) : terms.m[s];

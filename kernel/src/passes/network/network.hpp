@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 
-
 // Letters of this folder: for a spring from a to b
 //   d = x_b - x_a   u = v_b - v_a   r = |d|   l rest length   k stiffness   c damping   w = 1/m, 0 where fixed
 //   force on a:  F = (k (1 - l/r) + c (d.u)/r^2) d,   on b: -F

@@ -59,14 +59,14 @@ class Maker {
 
   void run(const Range& range) {
     passes_.rate({.count = chunk_size,
-                   .h = h_,
-                   .W = group_.W.data(),
-                   .g = group_.g.data(),
-                   .A = group_.A.data(),
-                   .B = group_.B.data(),
-                   .C = group_.C.data(),
-                   .S = group_.S.data(),
-                   .X = group_.X.data()});
+                  .h = h_,
+                  .W = group_.W.data(),
+                  .g = group_.g.data(),
+                  .A = group_.A.data(),
+                  .B = group_.B.data(),
+                  .C = group_.C.data(),
+                  .S = group_.S.data(),
+                  .X = group_.X.data()});
     // Beyond the lanes' range of angles the host's coefficients stand in.
     for (std::size_t j = 0; j < range.n; ++j) {
       if (std::sqrt(group_.W[j]) * std::abs(h_) <= sincos_fast) continue;
@@ -133,14 +133,14 @@ class Maker {
     const double angular_frequency = system_.angular_frequency(source.force);
     Numbers in_v, in_x, quad_v, quad_x;
     passes_.rate_sinusoid({.count = chunk_size,
-                            .h = h_,
-                            .theta = angular_frequency * h_,
-                            .W = group_.W.data(),
-                            .g = group_.g.data(),
-                            .in_v = in_v.data(),
-                            .in_x = in_x.data(),
-                            .quad_v = quad_v.data(),
-                            .quad_x = quad_x.data()});
+                           .h = h_,
+                           .theta = angular_frequency * h_,
+                           .W = group_.W.data(),
+                           .g = group_.g.data(),
+                           .in_v = in_v.data(),
+                           .in_x = in_x.data(),
+                           .quad_v = quad_v.data(),
+                           .quad_x = quad_x.data()});
     const bool is_slow = std::abs(angular_frequency * h_) <= psi_taylor_limit;
     for (std::size_t j = 0; j < range.n; ++j) {
       SinusoidGains gains{{.v = in_v[j], .x = in_x[j]}, {.v = quad_v[j], .x = quad_x[j]}};

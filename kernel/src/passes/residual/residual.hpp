@@ -8,7 +8,8 @@ namespace dvdx {
 struct ResidualKernels {
   // out[k] = value[k] + residual[k], exactly.
   void (*sum)(const float* value, const float* residual, std::size_t count, double* out) noexcept;
-  // value[k] is the float32 nearest to in[k], and residual[k] the one nearest to what that leaves; 0 where value[k] is not finite.
+  // value[k] is the float32 nearest to in[k], and residual[k] the one nearest to what that leaves; 0 where value[k] is not
+  // finite.
   void (*split)(const double* in, std::size_t count, float* value, float* residual) noexcept;
 };
 

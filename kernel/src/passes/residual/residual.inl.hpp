@@ -10,11 +10,12 @@ namespace dvdx {
 namespace {
 
 void sum_residuals(const float* __restrict value, const float* __restrict residual, std::size_t count,
-               double* __restrict out) noexcept {
+                   double* __restrict out) noexcept {
   for (std::size_t k = 0; k < count; ++k) out[k] = static_cast<double>(value[k]) + static_cast<double>(residual[k]);
 }
 
-void split_residuals(const double* __restrict in, std::size_t count, float* __restrict value, float* __restrict residual) noexcept {
+void split_residuals(const double* __restrict in, std::size_t count, float* __restrict value,
+                     float* __restrict residual) noexcept {
   for (std::size_t k = 0; k < count; ++k) {
     constexpr std::uint32_t exponent = 0x7F800000U;  // all ones where a float is not finite
     const auto high = static_cast<float>(in[k]);
