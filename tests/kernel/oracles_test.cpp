@@ -293,7 +293,7 @@ TEST_CASE_TEMPLATE("oracles: all springs and drags of one time as particles of o
         scale.see(row["x_m"], row["v_m"]);
         // Coefficients made in the lanes know the phase to z eps.
         const double part = bound<T>.one + 4e-16 * std::sqrt(W[k]) * time;
-        const auto where = [&] { return "case " + row.text("case") + " at " + std::to_string(time) + " s"; };
+        const auto where = [&row, t = time] { return "case " + row.text("case") + " at " + std::to_string(t) + " s"; };
         scale.v = std::max(scale.v, std::sqrt(W[k]) * scale.x);
         for (std::size_t axis = 0; axis < 3; ++axis) {
           margin.see(std::abs(static_cast<double>(got[6 * k + axis]) - row["x_m"]), part * scale.x, where);

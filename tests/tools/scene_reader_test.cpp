@@ -122,7 +122,7 @@ TEST_CASE("a sphere without a side is hit from outside, and surfaces without a r
   const auto& sphere = std::get<Sphere>(file.scene.contacts[0]);
   CHECK(sphere.side == Side::outside);
   CHECK(sphere.response == Response::resume);
-  CHECK(sphere.sweep == Sweep::curve);
+  CHECK(sphere.sweep == ContactPath::curve);
 }
 
 TEST_CASE("fixed particles start at rest, the others as they are told, in every precision") {

@@ -575,7 +575,7 @@ TEST_CASE("a throw onto a sphere hits it where the parabola does") {
   for (int n = 0; n < 100; ++n) (length(at(0.5 * (low + high))) > 1 ? low : high) = 0.5 * (low + high);
   Scene scene;
   scene.add(Constant{.acceleration = gravity});
-  scene.add(Sphere{.center = {}, .radius = 1, .response = Response::seed});  // which ends the step at the impact
+  scene.add(Sphere{.center = {}, .radius = 1, .response = Response::end_on_surface});  // which ends the step at the impact
   Soa<double> memory(1);
   State<double> state = memory.view();
   for (std::size_t k = 0; k < 3; ++k) {
