@@ -221,9 +221,9 @@ TEST_CASE("friction and viscosities may be infinite") {
 }
 
 TEST_CASE_TEMPLATE("a radial spring without rest length and damping is the spring in every direction", T, float, double) {
-  const std::vector<double> each{1, 2, 300, 4, 5e6};
-  const auto radial = compiled<T>(with_force(RadialSpring{.stiffness = each, .anchor = at_start}), {});
-  const auto spring = compiled<T>(with_force(Spring{.stiffness = each, .anchor = at_start}), {});
+  const std::vector<double> stiffness_each{1, 2, 300, 4, 5e6};
+  const auto radial = compiled<T>(with_force(RadialSpring{.stiffness = stiffness_each, .anchor = at_start}), {});
+  const auto spring = compiled<T>(with_force(Spring{.stiffness = stiffness_each, .anchor = at_start}), {});
   const std::string difference = test::difference(stepped(*spring), stepped(*radial));
   CHECK_MESSAGE(difference.empty(), difference);
 }

@@ -262,10 +262,10 @@ TEST_CASE("no steps change nothing, not even the bits of zeros and denormals") {
 }
 
 TEST_CASE_TEMPLATE("a step of no time changes no bit, in every scene", T, float, double) {
-  constexpr std::size_t count = 20;
-  for (const test::NamedScene& scene : test::all_scenes(count)) {
+  constexpr std::size_t particles = 20;
+  for (const test::NamedScene& scene : test::all_scenes(particles)) {
     CAPTURE(scene.name);
-    test::Batch<T> batch(test::Layout::soa, count);
+    test::Batch<T> batch(test::Layout::soa, particles);
     test::place(batch.view());
     batch.view().x[0][0] = T(-0.0);
     batch.view().v[0][1] = std::numeric_limits<T>::denorm_min();
