@@ -53,7 +53,7 @@ Expected<Plan<T>> make_in(const Scene& scene, const Options& options, const Stat
   const bool is_counted = has_values_each(scene) || joins_particles(scene);
   auto compiled = compile_scene<A>(scene, options, isa, is_counted ? count : std::nullopt, std::move(start));
   if (!compiled) return tl::unexpected(compiled.error());
-  return Plan<T>(std::make_unique<typename Plan<T>::Parts>(std::move(*compiled)));
+  return Plan<T>(new typename Plan<T>::Parts(std::move(*compiled)));
 }
 
 template <class T>
@@ -69,37 +69,45 @@ Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T
 }  // namespace
 
 template <class T>
-Workspace<T>::Workspace(std::unique_ptr<Parts> parts) noexcept : parts_(std::move(parts)) {}
+Workspace<T>::Workspace(Parts* parts) noexcept : parts_(parts) {}
 template <class T>
-Workspace<T>::Workspace(Workspace&&) noexcept = default;
+Workspace<T>::Workspace(Workspace&& other) noexcept : parts_(std::exchange(other.parts_, nullptr)) {}
 template <class T>
-Workspace<T>& Workspace<T>::operator=(Workspace&&) noexcept = default;
+Workspace<T>& Workspace<T>::operator=(Workspace&& other) noexcept {
+  std::swap(parts_, other.parts_);
+  return *this;
+}
 template <class T>
-Workspace<T>::~Workspace() = default;
+Workspace<T>::~Workspace() {
+  delete parts_;
+}
 template <class T>
 std::size_t Workspace<T>::bytes() const noexcept {
   return std::visit([](const auto& of) { return of != nullptr ? of->bytes() : 0; }, parts_->in);
 }
 
 template <class T>
-Plan<T>::Plan(std::unique_ptr<Parts> parts) noexcept : parts_(std::move(parts)) {}
+Plan<T>::Plan(Parts* parts) noexcept : parts_(parts) {}
 template <class T>
-Plan<T>::Plan(Plan&&) noexcept = default;
+Plan<T>::Plan(Plan&& other) noexcept : parts_(std::exchange(other.parts_, nullptr)) {}
 template <class T>
-Plan<T>& Plan<T>::operator=(Plan&&) noexcept = default;
+Plan<T>& Plan<T>::operator=(Plan&& other) noexcept {
+  std::swap(parts_, other.parts_);
+  return *this;
+}
 template <class T>
-Plan<T>::~Plan() = default;
+Plan<T>::~Plan() {
+  delete parts_;
+}
 
 template <class T>
 Plan<T> Plan<T>::clone() const {
-  return Plan(std::visit([](const auto& in) { return std::make_unique<Parts>(in.scene); }, parts_->in));
+  return Plan(std::visit([](const auto& in) { return new Parts(in.scene); }, parts_->in));
 }
 
 template <class T>
 Workspace<T> Plan<T>::workspace() const {
-  const auto make = [](const auto& in) {
-    return std::make_unique<typename Workspace<T>::Parts>(typename Workspace<T>::Parts{make_workspace(*in.scene)});
-  };
+  const auto make = [](const auto& in) { return new typename Workspace<T>::Parts(make_workspace(*in.scene)); };
   return Workspace<T>(std::visit(make, parts_->in));
 }
 

@@ -24,7 +24,7 @@ AlignedArray<T> aligned_array(std::size_t count, const Memory& memory) {
   const std::size_t bytes = std::max<std::size_t>(count, 1) * sizeof(T);
   auto* first = static_cast<T*>(allocate(memory, bytes, alignment));
   std::fill_n(first, count, T{0});
-  return AlignedArray<T>(first, AlignedDelete{memory, bytes});
+  return AlignedArray<T>(first, bytes, memory);
 }
 
 template <class T>

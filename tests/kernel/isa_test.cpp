@@ -128,7 +128,7 @@ TEST_CASE("a step runs the functions of its program's table and no others") {
     table.step[static_cast<std::size_t>(motion->flow)][static_cast<std::size_t>(motion->extra)] = spy;
     motion->kernels = &table;
     compiled->motion = std::unique_ptr<const FreeMotion<float>>(std::move(motion));
-    const Plan<float> plan(std::make_unique<Plan<float>::Parts>(SharedScene<float>(compiled)));
+    const Plan<float> plan(new Plan<float>::Parts(SharedScene<float>(compiled)));
     Soa<float> memory(100);
     State<float> state = memory.view();
     calls_of_spy = 0;

@@ -149,7 +149,7 @@ class Model {
   Model(const Scene& scene, const Turnover& turnover)
       : plan_(*compile<T>(scene, {.step = h, .isa = Isa::reference})),
         turnover_(turnover),
-        program_(*compile<T>(scene, {.step = h}), turnover, Memory{}) {}
+        compiled_(*compile<T>(scene, {.step = h}), turnover) {}
 
   std::vector<One<T>> all;
   std::uint64_t dropped = 0;
@@ -200,7 +200,7 @@ class Model {
       }
       auto born = std::make_unique<Born>();
       const double lead = since * emitter.rate - (static_cast<double>(n) + 1);
-      reference_separate.emit(program_.emitters[e], {.first = n, .count = 1, .lead = lead, .step = h}, *born);
+      reference_separate.emit(compiled_.emitters[e], {.first = n, .count = 1, .lead = lead, .step = h}, *born);
       One<T> one;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         one.x[axis] = static_cast<T>(born->x[axis][0]);
@@ -214,7 +214,7 @@ class Model {
 
   Plan<T> plan_;
   Turnover turnover_;
-  CompiledLifecycle<T> program_;
+  CompiledLifecycle<T> compiled_;
   Clock clock_{};
   std::array<std::uint64_t, 2> born_{};
 };

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 
@@ -35,16 +34,15 @@ struct LiveState {
   std::uint64_t dropped = 0;  // births that found no room
 };
 
-template <class T>
-class CompiledLifecycle;
-
 // Steps as Plan does, lets particles age, removes those that are to go and keeps the order of all others, and lets the births
 // of each step follow behind them, emitter by emitter. The bits do not depend on the instruction set, on threads, on the layout
 // or on how many steps a call takes. All memory that it works in is reserved here, so it steps one state at a time.
 template <class T>
 class DVDX_EXPORT LivePlan {
  public:
-  explicit LivePlan(std::unique_ptr<CompiledLifecycle<T>> program) noexcept;
+  struct Parts;  // private to the library
+
+  explicit LivePlan(Parts* parts) noexcept;  // which it owns from then on
   LivePlan(LivePlan&&) noexcept;
   LivePlan& operator=(LivePlan&&) noexcept;
   ~LivePlan();
@@ -62,7 +60,7 @@ class DVDX_EXPORT LivePlan {
   [[nodiscard]] std::string explain() const;  // what coming and going costs, in words
 
  private:
-  std::unique_ptr<CompiledLifecycle<T>> program_;
+  Parts* parts_;  // owned
 };
 
 // A plan for particles that are all alike: values each, anchors at the start, networks, constraints and fixed particles are

@@ -160,39 +160,48 @@ constexpr std::size_t numbers_each = 8;  // state, age and lifetime
 }  // namespace
 
 template <class T>
-CompiledLifecycle<T>::CompiledLifecycle(Plan<T> steps, Turnover values, const Memory& memory)
-    : plan(std::move(steps)),
-      turnover(std::move(values)),
+CompiledLifecycle<T>::CompiledLifecycle(Plan<T> plan_, Turnover turnover_)
+    : plan(std::move(plan_)),
+      turnover(std::move(turnover_)),
       passes(*find_passes(plan.isa())),
-      removal(terms_of<T>(turnover.removal)),
-      scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk, memory)),
-      overflow_bytes((turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
-      overflow(aligned_array<T>(overflow_bytes / sizeof(T), memory)) {
+      removal(terms_of<T>(turnover.removal)) {
   for (const Emitter& emitter : turnover.emitters) emitters.push_back(terms_of(emitter));
-  for (auto& by : births) by.resize(emitters.size());
 }
 
 template <class T>
-LivePlan<T>::LivePlan(std::unique_ptr<CompiledLifecycle<T>> program) noexcept : program_(std::move(program)) {}
+LifecycleWorkspace<T>::LifecycleWorkspace(const Turnover& turnover, const Memory& memory)
+    : scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk, memory)),
+      overflow_bytes((turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
+      overflow(aligned_array<T>(overflow_bytes / sizeof(T), memory)) {
+  for (auto& by : births) by.resize(turnover.emitters.size());
+}
+
 template <class T>
-LivePlan<T>::LivePlan(LivePlan&&) noexcept = default;
+LivePlan<T>::LivePlan(Parts* parts) noexcept : parts_(parts) {}
 template <class T>
-LivePlan<T>& LivePlan<T>::operator=(LivePlan&&) noexcept = default;
+LivePlan<T>::LivePlan(LivePlan&& other) noexcept : parts_(std::exchange(other.parts_, nullptr)) {}
 template <class T>
-LivePlan<T>::~LivePlan() = default;
+LivePlan<T>& LivePlan<T>::operator=(LivePlan&& other) noexcept {
+  std::swap(parts_, other.parts_);
+  return *this;
+}
+template <class T>
+LivePlan<T>::~LivePlan() {
+  delete parts_;
+}
 
 template <class T>
 const Plan<T>& LivePlan<T>::plan() const noexcept {
-  return program_->plan;
+  return parts_->compiled.plan;
 }
 template <class T>
 const Turnover& LivePlan<T>::turnover() const noexcept {
-  return program_->turnover;
+  return parts_->compiled.turnover;
 }
 
 template <class T>
 std::string LivePlan<T>::explain() const {
-  const auto& p = *program_;
+  const CompiledLifecycle<T>& p = parts_->compiled;
   const double step = p.plan.step_size();
   double rate = 0;
   for (const Emitter& emitter : p.turnover.emitters) rate += emitter.rate;
@@ -210,7 +219,7 @@ std::string LivePlan<T>::explain() const {
   words +=
       "\n             what stays is moved together in its order: each column is read and written once more where anything "
       "before it goes, in the same pass as the steps\n";
-  words += "             " + std::to_string(p.overflow_bytes) + " bytes of the plan's own, for threads\n";
+  words += "             " + std::to_string(parts_->workspace.overflow_bytes) + " bytes of the plan's own, for threads\n";
   return words;
 }
 
@@ -221,13 +230,15 @@ Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, cons
   if (auto error = check_alike(scene)) return tl::unexpected(*error);
   auto plan = compile<T>(scene, options);
   if (!plan) return tl::unexpected(plan.error());
-  return LivePlan<T>(std::make_unique<CompiledLifecycle<T>>(std::move(*plan), turnover, options.memory));
+  return LivePlan<T>(new typename LivePlan<T>::Parts(std::move(*plan), turnover, options.memory));
 }
 
-template class CompiledLifecycle<float>;
-template class CompiledLifecycle<double>;
-template LivePlan<float>::LivePlan(std::unique_ptr<CompiledLifecycle<float>>) noexcept;
-template LivePlan<double>::LivePlan(std::unique_ptr<CompiledLifecycle<double>>) noexcept;
+template struct CompiledLifecycle<float>;
+template struct CompiledLifecycle<double>;
+template struct LifecycleWorkspace<float>;
+template struct LifecycleWorkspace<double>;
+template LivePlan<float>::LivePlan(Parts*) noexcept;
+template LivePlan<double>::LivePlan(Parts*) noexcept;
 template LivePlan<float>::LivePlan(LivePlan&&) noexcept;
 template LivePlan<double>::LivePlan(LivePlan&&) noexcept;
 template LivePlan<float>& LivePlan<float>::operator=(LivePlan&&) noexcept;

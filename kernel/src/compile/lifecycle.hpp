@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "dvdx/layouts/soa.hpp"
@@ -37,18 +38,23 @@ struct ParticleGroup {
   bool is_new = false;  // born in this batch: looked at before the first step too
 };
 
+// Immutable.
 template <class T>
-class CompiledLifecycle {
- public:
-  CompiledLifecycle(Plan<T> steps, Turnover values, const Memory& memory);
+struct CompiledLifecycle {
+  CompiledLifecycle(Plan<T> plan_, Turnover turnover_);
 
   Plan<T> plan;
   Turnover turnover;
   const Passes& passes;
   RemovalTerms<T> removal;
   std::vector<EmissionTerms> emitters;
+};
 
-  // Of one call: only one state is stepped at a time.
+// The working memory of one call: only one state is stepped in it at a time.
+template <class T>
+struct LifecycleWorkspace {
+  LifecycleWorkspace(const Turnover& turnover, const Memory& memory);
+
   std::array<std::vector<BirthsBy>, batch_steps + 1>
       births;                                 // of each emitter, by the start of each step and by the last's end
   std::array<Clock, batch_steps + 1> clocks;  // of the same times
@@ -56,6 +62,15 @@ class CompiledLifecycle {
   std::size_t overflow_bytes;
   AlignedArray<T> overflow;  // survivors that must wait until another thread has read where they belong
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
+};
+
+template <class T>
+struct LivePlan<T>::Parts {
+  Parts(Plan<T> plan, const Turnover& turnover, const Memory& memory)
+      : compiled(std::move(plan), turnover), workspace(turnover, memory) {}
+
+  CompiledLifecycle<T> compiled;
+  LifecycleWorkspace<T> workspace;
 };
 
 }  // namespace dvdx

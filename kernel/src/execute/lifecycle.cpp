@@ -10,6 +10,8 @@
 
 #include "dvdx/layouts/convert.hpp"
 #include "execute/environment.hpp"
+#include "execute/stepping.hpp"
+#include "execute/tasks.hpp"
 
 namespace dvdx {
 
@@ -157,8 +159,9 @@ class Gathered {
 template <class T>
 class LifecycleStep {
  public:
-  LifecycleStep(CompiledLifecycle<T>& program, LiveState<T>& live, const ParallelFor& parallel) noexcept
-      : p_(program), kernels_(program.passes.template of<T>().removal), live_(live), parallel_(parallel) {}
+  LifecycleStep(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
+                const ParallelFor& parallel) noexcept
+      : p_(compiled), ws_(workspace), kernels_(compiled.passes.template of<T>().removal), live_(live), parallel_(parallel) {}
 
   // Steps batch by batch.
   void step(std::size_t steps) noexcept {
@@ -194,21 +197,21 @@ class LifecycleStep {
 
   [[nodiscard]] std::uint64_t born_until(std::size_t step) const noexcept {
     std::uint64_t born = 0;
-    for (std::size_t e = 0; e < p_.emitters.size(); ++e) born += p_.births[step][e].whole - p_.births[0][e].whole;
+    for (std::size_t e = 0; e < p_.emitters.size(); ++e) born += ws_.births[step][e].whole - ws_.births[0][e].whole;
     return born;
   }
 
   // As many steps as leave room for all their births, whatever dies meanwhile: which births find no room must not depend on how
   // steps are batched. One step always: its births come after its deaths.
   [[nodiscard]] std::size_t batch_of(std::size_t most) noexcept {
-    p_.clocks[0] = live_.state.clock;
+    ws_.clocks[0] = live_.state.clock;
     for (std::size_t n = 0; n <= most; ++n) {
       if (n != 0) {
-        p_.clocks[n] = p_.clocks[n - 1];
-        p_.clocks[n].advance(p_.plan.step_size(), 1);
+        ws_.clocks[n] = ws_.clocks[n - 1];
+        ws_.clocks[n].advance(p_.plan.step_size(), 1);
       }
       for (std::size_t e = 0; e < p_.emitters.size(); ++e) {
-        p_.births[n][e] = births_by(p_.turnover.emitters[e], p_.clocks[n]);
+        ws_.births[n][e] = births_by(p_.turnover.emitters[e], ws_.clocks[n]);
       }
     }
     const std::size_t room = p_.turnover.capacity - live_.state.count;
@@ -217,10 +220,10 @@ class LifecycleStep {
   }
 
   void step_batch(std::size_t steps) noexcept {
-    const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = steps, .clock = p_.clocks[0]};
+    const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = steps, .clock = ws_.clocks[0]};
     compact_all({&all, 1});
     emit(steps);
-    live_.state.clock = p_.clocks[steps];
+    live_.state.clock = ws_.clocks[steps];
   }
 
   // ---- births -------------------------------------------------------------------------------------------------------------
@@ -229,7 +232,7 @@ class LifecycleStep {
     std::array<ParticleGroup, batch_steps> groups{};
     const std::size_t before = live_.state.count;
     for (std::size_t n = 0; n < steps; ++n) {
-      groups[n] = {.first = live_.state.count, .count = 0, .steps = steps - 1 - n, .clock = p_.clocks[n + 1], .is_new = true};
+      groups[n] = {.first = live_.state.count, .count = 0, .steps = steps - 1 - n, .clock = ws_.clocks[n + 1], .is_new = true};
       for (std::size_t e = 0; e < p_.emitters.size(); ++e) emit_run(e, n);
       groups[n].count = live_.state.count - groups[n].first;
     }
@@ -237,8 +240,8 @@ class LifecycleStep {
   }
 
   void emit_run(std::size_t emitter, std::size_t step) noexcept {
-    const std::uint64_t first = p_.births[step][emitter].whole;
-    const BirthsBy& end = p_.births[step + 1][emitter];
+    const std::uint64_t first = ws_.births[step][emitter].whole;
+    const BirthsBy& end = ws_.births[step + 1][emitter];
     const std::uint64_t wanted = end.whole - first;
     const std::size_t room = p_.turnover.capacity - live_.state.count;
     const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(wanted, room));
@@ -252,16 +255,10 @@ class LifecycleStep {
             .pieces = (count + born_together - 1) / born_together};
     live_.state.count += count;
     const bool is_worth_threads = parallel_.run != nullptr && count >= parallel_from / batch_steps;
-    if (is_worth_threads) {
-      parallel_.run(
-          parallel_.context, run_.pieces, [](void* run, std::size_t piece) { in_step(run).emit_piece(piece); }, this);
-    } else {
-      for (std::size_t piece = 0; piece < run_.pieces; ++piece) emit_piece(piece);
-    }
+    for_each_task(is_worth_threads ? parallel_ : ParallelFor{}, run_.pieces, [this](std::size_t piece) { emit_piece(piece); });
   }
 
   void emit_piece(std::size_t piece) const noexcept {
-    const StepEnvironment environment;
     const std::size_t from = piece * born_together;
     Births births = run_.births;
     births.first += from;
@@ -291,11 +288,11 @@ class LifecycleStep {
     std::size_t work = 0;
     for (const ParticleGroup& group : groups) work += group.count * std::max<std::size_t>(group.steps, 1);
     live_.state.count =
-        parallel_.run != nullptr && work >= parallel_from ? compact_in_parallel(groups) : settle_in_order(groups, first);
+        parallel_.run != nullptr && work >= parallel_from ? compact_in_parallel(groups) : compact_in_order(groups, first);
     live_.removed += before - live_.state.count;
   }
 
-  std::size_t settle_in_order(std::span<const ParticleGroup> groups, std::size_t to) noexcept {
+  std::size_t compact_in_order(std::span<const ParticleGroup> groups, std::size_t to) noexcept {
     for (const ParticleGroup& group : groups) {
       for_each_chunk(group, [&](const ParticleGroup& chunk) {
         Removed removed{};
@@ -319,7 +316,7 @@ class LifecycleStep {
 
   // ---- on threads ---------------------------------------------------------------------------------------------------------
 
-  // A piece that one thread settles. Its first survivors belong where the piece before it ends; that may not have been read
+  // A piece that one thread compacts. Its first survivors belong where the piece before it ends; that may not have been read
   // yet, so they wait in the overflow.
   struct Segment {
     ParticleGroup group{};
@@ -333,14 +330,14 @@ class LifecycleStep {
     cut(groups);
     const bool is_known = !p_.removal.looks_at_places();
     if (is_known) {
-      for_each_segment([](void* run, std::size_t s) { in_step(run).count_kept(s); });
+      for_each_segment([this](std::size_t s) { count_kept(s); });
       place();
       reserve_overflow();
     }
-    for_each_segment([](void* run, std::size_t s) { in_step(run).compact_segment(s); });
+    for_each_segment([this](std::size_t s) { compact_segment(s); });
     place();
     if (has_overflow_) {
-      for_each_segment([](void* run, std::size_t s) { in_step(run).put_overflow(s); });
+      for_each_segment([this](std::size_t s) { put_overflow(s); });
     } else {
       close_gaps();
     }
@@ -348,11 +345,12 @@ class LifecycleStep {
     return last.to + last.kept;
   }
 
-  using Task = void (*)(void*, std::size_t);
-  void for_each_segment(Task task) noexcept { parallel_.run(parallel_.context, segment_count_, task, this); }
-  static LifecycleStep& in_step(void* run) noexcept { return *static_cast<LifecycleStep*>(run); }
+  template <class Body>
+  void for_each_segment(const Body& body) noexcept {
+    for_each_task(parallel_, segment_count_, body);
+  }
 
-  // Into a fixed number of pieces of whole chunks, whichever thread settles them.
+  // Into a fixed number of pieces of whole chunks, whichever thread takes them.
   void cut(std::span<const ParticleGroup> groups) noexcept {
     std::size_t all = 0;
     for (const ParticleGroup& group : groups) all += group.count;
@@ -370,7 +368,6 @@ class LifecycleStep {
   }
 
   void count_kept(std::size_t s) noexcept {
-    const StepEnvironment environment;
     Segment& segment = segments_[s];
     segment.kept = segment.group.count;
     if (live_.lifetime.base == nullptr || live_.age.base == nullptr) return;
@@ -391,8 +388,8 @@ class LifecycleStep {
 
   // Room for the survivors that must wait, if there is enough.
   void reserve_overflow() noexcept {
-    auto* next = reinterpret_cast<std::byte*>(p_.overflow.get());
-    std::size_t left = p_.overflow_bytes;
+    auto* next = reinterpret_cast<std::byte*>(ws_.overflow.get());
+    std::size_t left = ws_.overflow_bytes;
     for (std::size_t s = 0; s < segment_count_; ++s) {
       Segment& segment = segments_[s];
       segment.overflowed = std::min(segment.group.first - segment.to, segment.kept);
@@ -428,7 +425,6 @@ class LifecycleStep {
   }
 
   void compact_segment(std::size_t s) noexcept {
-    const StepEnvironment environment;
     Segment& segment = segments_[s];
     std::size_t kept = 0;
     for_each_chunk(segment.group, [&](const ParticleGroup& chunk) {
@@ -529,7 +525,7 @@ class LifecycleStep {
 
   // Six columns of the state, age and lifetime, side by side in the plan's own memory.
   [[nodiscard]] LiveState<T> scratch_of(std::size_t scratch) const noexcept {
-    T* const base = p_.scratch.get() + scratch * scratch_columns * live_chunk;
+    T* const base = ws_.scratch.get() + scratch * scratch_columns * live_chunk;
     const auto column = [base](std::size_t c) {
       return Column<T>{base + c * live_chunk, 0, Column<T>::contiguous, live_chunk};
     };
@@ -621,7 +617,8 @@ class LifecycleStep {
     }
   }
 
-  CompiledLifecycle<T>& p_;
+  const CompiledLifecycle<T>& p_;
+  LifecycleWorkspace<T>& ws_;
   const RemovalKernels<T>& kernels_;
   LiveState<T>& live_;
   ParallelFor parallel_;
@@ -632,8 +629,8 @@ class LifecycleStep {
 };
 
 template <class T>
-StepResult check_live(const CompiledLifecycle<T>& program, const LiveState<T>& live) noexcept {
-  const std::size_t capacity = program.turnover.capacity;
+StepResult check_live(const CompiledLifecycle<T>& compiled, const LiveState<T>& live) noexcept {
+  const std::size_t capacity = compiled.turnover.capacity;
   const auto is_small = [capacity](const Column<T>& column) { return column.capacity < capacity; };
   bool is_any_small = live.state.count > capacity;
   for (const auto* columns : {&live.state.x, &live.state.v}) {
@@ -646,13 +643,14 @@ StepResult check_live(const CompiledLifecycle<T>& program, const LiveState<T>& l
 }
 
 template <class T, class Work>
-StepResult run(CompiledLifecycle<T>& program, LiveState<T>& live, const ParallelFor& parallel, const Work& work) noexcept {
-  if (const StepResult result = check_live(program, live); result != StepResult::done) return result;
-  if (program.is_stepping.test_and_set(std::memory_order_acquire)) return StepResult::in_use;
+StepResult run(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
+               const ParallelFor& parallel, const Work& work) noexcept {
+  if (const StepResult result = check_live(compiled, live); result != StepResult::done) return result;
+  const Stepping stepping(workspace.is_stepping);
+  if (!stepping) return StepResult::in_use;
   const StepEnvironment environment;
-  LifecycleStep<T> now(program, live, parallel);
+  LifecycleStep<T> now(compiled, workspace, live, parallel);
   work(now);
-  program.is_stepping.clear(std::memory_order_release);
   return StepResult::done;
 }
 
@@ -660,12 +658,12 @@ StepResult run(CompiledLifecycle<T>& program, LiveState<T>& live, const Parallel
 
 template <class T>
 StepResult LivePlan<T>::step(LiveState<T>& live, std::size_t steps, const ParallelFor& parallel) const noexcept {
-  return run(*program_, live, parallel, [steps](LifecycleStep<T>& now) { now.step(steps); });
+  return run(parts_->compiled, parts_->workspace, live, parallel, [steps](LifecycleStep<T>& now) { now.step(steps); });
 }
 
 template <class T>
 StepResult LivePlan<T>::remove(LiveState<T>& live, const ParallelFor& parallel) const noexcept {
-  return run(*program_, live, parallel, [](LifecycleStep<T>& now) { now.remove(); });
+  return run(parts_->compiled, parts_->workspace, live, parallel, [](LifecycleStep<T>& now) { now.remove(); });
 }
 
 template StepResult LivePlan<float>::step(LiveState<float>&, std::size_t, const ParallelFor&) const noexcept;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
+#include <utility>
 
 #include "dvdx/export.h"
 #include "dvdx/layouts/memory.hpp"
@@ -30,13 +30,36 @@ constexpr std::size_t column_pitch(std::size_t count) noexcept {
   return (padded<T>(count) + page - 1 - sixth) / page * page + sixth;
 }
 
-struct AlignedDelete {
-  Memory memory{};
-  std::size_t bytes = 0;
-  void operator()(void* p) const noexcept { release(memory, p, bytes, alignment); }
-};
+// Owns an array that is aligned to a cache line. (A unique_ptr with a deleter would ask for <memory>, which takes a compiler as
+// long as half of our headers.)
 template <class T>
-using AlignedArray = std::unique_ptr<T[], AlignedDelete>;
+class AlignedArray {
+ public:
+  AlignedArray() = default;
+  AlignedArray(T* first, std::size_t bytes, const Memory& memory) noexcept : first_(first), bytes_(bytes), memory_(memory) {}
+  AlignedArray(AlignedArray&& other) noexcept { swap(other); }
+  AlignedArray& operator=(AlignedArray&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~AlignedArray() {
+    if (first_ != nullptr) release(memory_, first_, bytes_, alignment);
+  }
+
+  [[nodiscard]] T* get() const noexcept { return first_; }
+  [[nodiscard]] T& operator[](std::size_t i) const noexcept { return first_[i]; }
+
+ private:
+  void swap(AlignedArray& other) noexcept {
+    std::swap(first_, other.first_);
+    std::swap(bytes_, other.bytes_);
+    std::swap(memory_, other.memory_);
+  }
+
+  T* first_ = nullptr;
+  std::size_t bytes_ = 0;
+  Memory memory_{};
+};
 
 // count zeros, aligned to 64 bytes. Throws std::bad_alloc where there is no memory: for set-up code, never inside a step.
 template <class T>
