@@ -13,5 +13,6 @@ void register_removal();
 void register_step();
 void register_layout();
 void register_compensated();
+void register_clone();
 
 }  // namespace dvdx::bench

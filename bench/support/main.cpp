@@ -39,6 +39,7 @@ int main(int argc, char** argv) {
   dvdx::bench::register_step();
   dvdx::bench::register_layout();
   dvdx::bench::register_compensated();
+  dvdx::bench::register_clone();
   Watched watched;
   const bool is_any = benchmark::RunSpecifiedBenchmarks(&watched) > 0;
   benchmark::Shutdown();

@@ -1,0 +1,70 @@
+// A plan of a 64x64 sheet for one more state: compiled again, cloned, or a workspace alone. `bytes` is what each takes.
+#include <benchmark/benchmark.h>
+
+#include <string>
+
+#include "dvdx/layouts/state_hash.hpp"
+#include "dvdx/plan.hpp"
+#include "support/benches.hpp"
+#include "support/plan_bench.hpp"
+
+namespace dvdx::bench {
+namespace {
+
+constexpr std::size_t side = 64;
+
+Scene sheet(Scheme scheme) {
+  Scene scene;
+  scene.mass = 1.0 / (side * side);
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Network(Grid{
+      .rows = side, .columns = side, .edge_u = {2, 0, 0}, .edge_v = {0, 0, 2}, .structural = 100, .shear = 100, .bend = 10}));
+  scene.coupling.scheme = scheme;
+  scene.fixed = {0, side - 1};
+  return scene;
+}
+
+Held<float> hung() {
+  Held<float> held = hold_padded<float>(side * side);
+  for (std::size_t i = 0; i < held.state.count; ++i) {
+    held.state.x[0][i] = 2.0F * static_cast<float>(i % side) / (side - 1);
+    held.state.x[1][i] = 0;
+    held.state.x[2][i] = 2.0F * static_cast<float>(i / side) / (side - 1);
+    for (std::size_t axis = 0; axis < 3; ++axis) held.state.v[axis][i] = 0;
+  }
+  return held;
+}
+
+// A clone steps a state as its plan does.
+bool is_right(const Plan<float>& plan) {
+  Held<float> by_plan = hung();
+  Held<float> by_clone = hung();
+  plan.step(by_plan.state, 3);
+  plan.clone().step(by_clone.state, 3);
+  return state_hash(by_plan.state) == state_hash(by_clone.state);
+}
+
+void time_compile(benchmark::State& timing, Scheme scheme) {
+  const Held<float> held = hung();
+  const Scene scene = sheet(scheme);
+  for (auto _ : timing) benchmark::DoNotOptimize(compile<float>(scene, {}, held.state));
+}
+
+void time_clone(benchmark::State& timing, Scheme scheme) {
+  const Held<float> held = hung();
+  const auto plan = compile<float>(sheet(scheme), {}, held.state);
+  for (auto _ : timing) benchmark::DoNotOptimize(plan->clone());
+  timing.counters["bytes"] = static_cast<double>(plan->workspace().bytes());
+  if (!is_right(*plan)) timing.SkipWithError("a clone gives other bits");
+}
+
+}  // namespace
+
+void register_clone() {
+  for (const auto& [name, scheme] : {std::pair{"leapfrog", Scheme::leapfrog}, std::pair{"sequential", Scheme::sequential}}) {
+    add(std::string("clone/compile/") + name, [scheme = scheme](benchmark::State& timing) { time_compile(timing, scheme); });
+    add(std::string("clone/clone/") + name, [scheme = scheme](benchmark::State& timing) { time_clone(timing, scheme); });
+  }
+}
+
+}  // namespace dvdx::bench
