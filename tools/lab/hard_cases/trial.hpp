@@ -1,10 +1,14 @@
 // A scene on one instruction set from a given start, as the hard cases run it.
 #pragma once
 
+#include <bit>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -76,11 +80,21 @@ class Trial {
   [[nodiscard]] const Plan<T>& plan() const noexcept { return plan_; }
 
  private:
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
   [[nodiscard]] double number(const Column<T>& values, const Column<T>& rests, std::size_t particle) const {
     const double value = values[particle];
     return state_.has_rests() ? value + static_cast<double>(rests[particle]) : value;
   }
-  void keep_bits_of(const State<T>& state) { way_.bits = (way_.bits ^ state_hash(state)) * 0x100000001B3U; }
+  void keep(std::uint64_t bits) { way_.bits = (way_.bits ^ bits) * 0x100000001B3U; }
+  // A NaN is a NaN in contracted arithmetic: its sign and payload are what each machine's fused operation makes of them.
+  void keep_bits_of(const State<T>& state) {
+    if (way_.arithmetic == Arithmetic::separate) return keep(state_hash(state));
+    for (const auto* columns : {&state.x, &state.v}) {
+      for (const Column<T>& column : *columns) {
+        for (std::size_t i = 0; i < state.count; ++i) keep(std::isnan(column[i]) ? 0 : std::bit_cast<Bits>(column[i]));
+      }
+    }
+  }
   [[nodiscard]] State<T> viewed() {
     return Kept<Kind>::rounding == Rounding::compensated ? compensated(memory_.view(), rests_.view()) : memory_.view();
   }
