@@ -19,8 +19,6 @@ namespace {
 // 0.15 | 0.13 ns a particle-step, shear 0.35 | 0.59 | 0.41 | 0.34. With the 16 registers of AVX2 every group was slower than
 // none.
 inline constexpr std::size_t group_registers = 8;
-template <class V>
-inline constexpr bool has_registers_for_groups = sizeof(V) == 64;
 
 // One axis of the group at i, through all steps, which are alike.
 template <class V, class OneAxis>
