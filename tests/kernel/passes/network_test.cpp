@@ -241,6 +241,23 @@ TEST_CASE("network: a grid and the list of its springs give the same bits where 
   }
 }
 
+TEST_CASE("network: a grid larger than a cache takes several pulses at once, and gives the bits of its list" *
+          doctest::test_suite("threads")) {
+  Joined joined = test::sheet(400, 96, 5);
+  std::get<Grid>(joined.scene.networks[0]).bend = 1;
+  joined.scene.add(Sinusoid{.acceleration = {3, 0, 1}, .angular_frequency = 7});
+  joined.scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.005, .restitution = 0.2, .friction = 0.3});
+  joined.scene.fixed.push_back(200 * 96 + 5);
+  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
+    const Joined grid = with(joined, {.scheme = scheme, .substeps = 12});
+    const Run run{.isa = best_isa()};
+    const auto wanted = stepped<float>(test::as_list(grid), run, 3);
+    CHECK(test::difference(wanted, stepped<float>(grid, run, 3)) == "");
+    CHECK(test::difference(wanted, stepped<float>(grid, {.isa = best_isa(), .threads = 3}, 3)) == "");
+    CHECK(test::difference(stepped<double>(test::as_list(grid), run, 2), stepped<double>(grid, run, 2)) == "");
+  }
+}
+
 TEST_CASE("network: a grid whose edges are not at right angles has two kinds of diagonals, as the list of its springs has") {
   Joined skewed = test::sheet(7, 19, 50);
   std::get<Grid>(skewed.scene.networks[0]).edge_v = {0.4, 0, 1};

@@ -111,7 +111,7 @@ class Simulation {
         memory_(engine.layout, loaded.file.particles.count, rounding_of(engine.precision)),
         state_(started(loaded.file, memory_.view())),
         plan_(made(loaded.file, engine, state_)),
-        parallel_(parallel(engine.threads)) {}
+        threads_(engine.threads) {}
 
   Outcome run(Observer<T>& observer, std::uint64_t every) {
     outcome_.network = plan_.network_limit();
@@ -156,7 +156,7 @@ class Simulation {
     while (done_ < until) {
       const auto steps = std::min(most, until - done_);
       const auto before = std::chrono::steady_clock::now();
-      if (plan_.step(state_, steps, parallel_) != StepResult::done) throw std::logic_error("the plan is for another state");
+      if (plan_.step(state_, steps, threads_.parallel_for()) != StepResult::done) throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       done_ += steps;
       progress.at(done_);
@@ -167,7 +167,7 @@ class Simulation {
   StateMemory<T> memory_;
   State<T> state_;
   Plan<T> plan_;
-  ParallelFor parallel_;
+  Threads threads_;
   std::uint64_t done_ = 0;
   Outcome outcome_;
 };
