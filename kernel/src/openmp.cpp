@@ -61,8 +61,8 @@ class OpenMpTeam::Loop {
   }
 
  private:
-  // The next index of a share and its end, in one word. Whoever takes an index may read what the loop is afterwards: it does not
-  // end before the index has been worked on.
+  // The next index of a share and its end, in one word. Whoever takes an index may read what the loop is afterwards: it does
+  // not end before the index has been worked on.
   using Range = std::uint64_t;
   static constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
   static constexpr Range range(std::size_t next, std::size_t end) noexcept { return Range{end} << 32U | next; }

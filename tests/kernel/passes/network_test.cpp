@@ -244,6 +244,7 @@ TEST_CASE("network: a grid and the list of its springs give the same bits where 
 TEST_CASE("network: a grid larger than a cache takes several pulses at once, and gives the bits of its list" *
           doctest::test_suite("threads")) {
   Joined joined = test::sheet(400, 96, 5);
+  joined.step = 1.0 / 240;
   std::get<Grid>(joined.scene.networks[0]).bend = 1;
   joined.scene.add(Sinusoid{.acceleration = {3, 0, 1}, .angular_frequency = 7});
   joined.scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.005, .restitution = 0.2, .friction = 0.3});

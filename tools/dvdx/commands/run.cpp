@@ -156,7 +156,8 @@ class Simulation {
     while (done_ < until) {
       const auto steps = std::min(most, until - done_);
       const auto before = std::chrono::steady_clock::now();
-      if (plan_.step(state_, steps, threads_.parallel_for()) != StepResult::done) throw std::logic_error("the plan is for another state");
+      if (plan_.step(state_, steps, threads_.parallel_for()) != StepResult::done)
+        throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       done_ += steps;
       progress.at(done_);

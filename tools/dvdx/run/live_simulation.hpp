@@ -73,7 +73,8 @@ class LiveSimulation {
     while (done_ < until) {
       const auto steps = std::min(together, until - done_);
       const auto before = std::chrono::steady_clock::now();
-      if (plan_.step(live_, steps, threads_.parallel_for()) != StepResult::done) throw std::logic_error("the plan is for another state");
+      if (plan_.step(live_, steps, threads_.parallel_for()) != StepResult::done)
+        throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       turned_.particle_steps += live_.state.count * steps;
       done_ += steps;
