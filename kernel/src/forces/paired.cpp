@@ -72,8 +72,9 @@ struct Spectrum {
 }  // namespace
 
 ShearF paired(const Shear& exact) noexcept {
-  ShearF best;
   const auto kappa = static_cast<float>(exact.kappa);
+  ShearF best = {static_cast<float>(exact.sign), static_cast<float>(exact.t1), static_cast<float>(exact.s),
+                 static_cast<float>(exact.t2), kappa};  // where float32 cannot hold them and no error is a number
   const double kick = exact.kick + (exact.kappa - double{kappa});  // what kappa's rounding leaves to the others
   double smallest = std::numeric_limits<double>::infinity();
   for (const float s : neighbours(exact.s)) {
@@ -92,7 +93,8 @@ ShearF paired(const Shear& exact) noexcept {
 
 FusedF paired(const Combined& exact) noexcept {
   const Spectrum spectrum(exact);
-  FusedF best;
+  FusedF best = {static_cast<float>(exact.A), static_cast<float>(exact.B), static_cast<float>(exact.C),
+                 static_cast<float>(exact.S)};
   double smallest = std::numeric_limits<double>::infinity();
   for (const float A : neighbours(exact.A)) {
     for (const float B : neighbours(exact.B)) {
