@@ -163,7 +163,7 @@ MatrixXd sequential(const Line& line, const Springs1d& in_list, const Coupling& 
     s.J.row(index(row)) = in_list.J.row(order[row]);
     s.k[index(row)] = in_list.k[order[row]];
   }
-  const double theta = coupling.theta;
+  const double theta = coupling.theta.value_or(1);
   const double t = theta * h;
   const VectorXd stiff = s.k * t * t + s.c * t;
   const MatrixXd WJt = s.w.asDiagonal() * s.J.transpose();

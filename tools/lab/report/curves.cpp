@@ -71,7 +71,7 @@ Coupled described(const SceneFile& file, const Curve& curve) {
           .method = std::string(name_in(methods, is_accumulate ? coupling.method : file.scene.method)),
           .sweep = std::string(is_sequential ? name_in(sweep_orders, coupling.sweeps) : ""),
           .axis = std::string(is_accumulate ? name_in(pair_axes, coupling.axis) : ""),
-          .theta = is_sequential ? coupling.theta : 0};
+          .theta = is_sequential ? coupling.theta : std::nullopt};
 }
 
 }  // namespace dvdx::tool::report
