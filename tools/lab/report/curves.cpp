@@ -22,6 +22,8 @@ std::vector<Curve> curves_of(const SceneFile& file) {
   auto sequential = base;
   sequential.scheme = Scheme::sequential;
   sequential.sweeps = SweepOrder::symmetric;
+  sequential.theta.reset();
+  add("sequential", sequential);
   for (const double theta : {0.5, 0.55}) {
     sequential.theta = theta;
     add(theta == 0.5 ? "sequential 0.5" : "sequential 0.55", sequential);
