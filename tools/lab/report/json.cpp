@@ -44,7 +44,7 @@ Json json_of(const Run& run, std::size_t particles) {
   if (!coupled) return json;
   json["curve"] = run.method;
   if (!coupled->sweep.empty()) {
-    json["theta"] = coupled->theta;
+    json["theta"] = optional_number(coupled->theta);
     json["sweep"] = coupled->sweep;
   }
   if (!coupled->axis.empty()) json["axis"] = coupled->axis;
