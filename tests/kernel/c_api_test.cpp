@@ -229,7 +229,7 @@ TEST_CASE("c: the fewest sub-steps of a sheet that hangs free, and those safe in
   scene.add(Network(Grid{.rows = rows, .columns = columns, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 50}));
   const auto plan = compile<double>(scene, {.step = 1}, flat);
   REQUIRE(plan.has_value());
-  const NetworkLimit& wanted = *plan->network_limit();
+  const NetworkLimit wanted = *plan->network_limit();
   REQUIRE(wanted.fewest != wanted.safe);
   dvdx_network_limit limit{};
   CHECK(dvdx_plan_network_limit(h.plan, &limit) == 1);

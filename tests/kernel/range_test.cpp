@@ -142,7 +142,7 @@ TEST_CASE("range: a spring whose angle in a step means nothing is refused, and t
   }
 }
 
-// The search for the roundings that go together found none that is a number, and left coefficients of 0.
+// The roundings that go together were searched for beside infinity, where the largest float stands.
 TEST_CASE("range: springs whose coefficients float32 cannot hold are refused, damped or not, one for all or one each") {
   for (const double damping : {0.0, 1e-3}) {
     const auto spring = [&](const auto& stiffness) { return with(Spring{.stiffness = stiffness, .damping = damping}); };

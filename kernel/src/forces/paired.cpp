@@ -26,6 +26,7 @@ std::array<float, count> neighbours(double exact) noexcept {
   std::array<float, count> result{};
   const auto nearest = static_cast<float>(exact);
   result.fill(nearest);
+  if (!std::isfinite(nearest)) return result;  // the largest float stands beside infinity, and is no neighbour of the number
   const double ulp = std::abs(double{nearest} - double{std::nextafter(nearest, 0.0F)});
   float up = nearest, down = nearest;
   for (std::size_t n = 1; n < count; n += 2) {
