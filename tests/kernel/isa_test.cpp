@@ -128,7 +128,7 @@ TEST_CASE_TEMPLATE("every ISA has a table of its own, of its own width and its o
 }
 
 TEST_CASE("no table lacks a pass") {
-  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
     for (const Isa isa : available_isas(arithmetic)) {
       CAPTURE(name(isa));
       const Passes* passes = find_passes(isa, arithmetic);
