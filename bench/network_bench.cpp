@@ -99,8 +99,10 @@ const std::vector<Sheet>& sheets() {
       {"grid", {.scheme = Scheme::leapfrog}},
       {"grid_damped", {.scheme = Scheme::leapfrog}, Lie::grid, 0.001},
       {"graph", {.scheme = Scheme::leapfrog}, Lie::list},
-      {"grid_sequential", {.scheme = Scheme::sequential, .theta = 0.5}},
-      {"graph_sequential", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::list},
+      {"grid_sequential", {.scheme = Scheme::sequential}},
+      {"grid_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}},
+      {"graph_sequential", {.scheme = Scheme::sequential}, Lie::list},
+      {"graph_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::list},
       {"pairs", {.scheme = Scheme::accumulate, .method = Method::average_acceleration}, Lie::list},
   };
   return all;

@@ -1,4 +1,6 @@
 // This library, by its public interface.
+#include <optional>
+
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
 #include "peers/peer.hpp"
@@ -10,7 +12,7 @@ constexpr int chosen = 0;  // the knob of a run whose sub-steps the plan chooses
 
 struct Variant {
   Scheme scheme = Scheme::leapfrog;
-  double theta = 0.55;
+  std::optional<double> theta{};
   SweepOrder sweeps = SweepOrder::symmetric;
   Arithmetic arithmetic = Arithmetic::separate;
 };
@@ -86,6 +88,7 @@ std::vector<int> fourth_order_counts(const Cloth& cloth) { return with_chosen(ex
 
 Peers dvdx_peers() {
   const Variant leapfrog{}, contracted{.arithmetic = Arithmetic::contracted}, fourth_order{.scheme = Scheme::fourth_order};
+  const Variant sequential{.scheme = Scheme::sequential};
   const Variant middle{.scheme = Scheme::sequential, .theta = 0.5}, damped{.scheme = Scheme::sequential, .theta = 0.55};
   const Variant forward{.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward};
   return {peer<float>("leapfrog", leapfrog, leapfrog_counts),
@@ -93,6 +96,7 @@ Peers dvdx_peers() {
           peer<double>("leapfrog", leapfrog, leapfrog_counts),
           peer<float>("fourth_order", fourth_order, fourth_order_counts),
           peer<double>("fourth_order", fourth_order, fourth_order_counts),
+          peer<float>("sequential", sequential, any_ladder),
           peer<float>("sequential, theta 0.5, symmetric", middle, any_ladder),
           peer<float>("sequential, theta 0.55, symmetric", damped, any_ladder),
           peer<float>("sequential, theta 1, forward", forward, any_ladder)};

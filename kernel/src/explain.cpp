@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "compile/accuracy.hpp"
+#include "compile/sweep_scheme.hpp"
 #include "execute/plan_parts.hpp"
 #include "forces/radial_spring.hpp"
 #include "math/elementary.hpp"
@@ -308,7 +309,10 @@ std::string describe_network(const Joints<T>& joints, std::size_t workspace_byte
                       " bytes, and " + std::to_string(workspace_bytes) + " of working memory a state\n";
   words += "scheme       " + std::string(name(coupling.scheme)) + ", " + std::to_string(limit.substeps) + " sub-steps a step";
   if (coupling.scheme == Scheme::sequential) {
-    words += ", theta " + text(coupling.theta, 6);
+    const double substep = joints.step / limit.substeps;
+    words += is_generalized_alpha(coupling)
+                 ? ", generalized alpha, rho " + text(rho_of(joints.frequencies.start, substep), 6)
+                 : ", theta " + text(theta_of(coupling), 6);
     words += coupling.sweeps == SweepOrder::symmetric ? ", forward and backward" : ", forward";
   }
   words += coupling.substeps ? " (asked for)\n" : " (chosen)\n";

@@ -87,6 +87,14 @@ std::size_t Workspace<T>::bytes() const noexcept {
 }
 
 template <class T>
+void Workspace<T>::forget() noexcept {
+  const auto forget = [](const auto& of) {
+    if (of != nullptr) of->forget();
+  };
+  std::visit(forget, parts_->in);
+}
+
+template <class T>
 Plan<T>::Plan(Parts* parts) noexcept : parts_(parts) {}
 template <class T>
 Plan<T>::Plan(Plan&& other) noexcept : parts_(std::exchange(other.parts_, nullptr)) {}
@@ -109,6 +117,14 @@ template <class T>
 Workspace<T> Plan<T>::workspace() const {
   const auto make = [](const auto& in) { return new typename Workspace<T>::Parts(make_workspace(*in.scene)); };
   return Workspace<T>(std::visit(make, parts_->in));
+}
+
+template <class T>
+void Plan<T>::forget() noexcept {
+  const auto forget = [](const auto& in) {
+    if (in.workspace != nullptr) in.workspace->forget();
+  };
+  std::visit(forget, parts_->in);
 }
 
 template <class T>

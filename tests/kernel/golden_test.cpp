@@ -135,7 +135,7 @@ std::uint64_t golden_of_networks(Isa isa) {
   std::uint64_t sum = hash_start;
   for (const Coupling& coupling :
        {Coupling{.scheme = Scheme::leapfrog, .substeps = 30}, Coupling{.scheme = Scheme::fourth_order, .substeps = 20},
-        Coupling{.scheme = Scheme::sequential, .substeps = 3},
+        Coupling{.scheme = Scheme::sequential, .substeps = 3, .theta = 0.55},
         Coupling{.scheme = Scheme::accumulate, .substeps = 40, .method = Method::average_acceleration},
         Coupling{.scheme = Scheme::accumulate, .substeps = 40, .method = Method::combined}}) {
     test::Joined sheet = test::sheet(9, 20, 50, 0.001);
@@ -262,7 +262,7 @@ Cases sheet_contact_cases() {
   for (const auto& [scheme, name] : {std::pair{Scheme::leapfrog, "leapfrog"}, std::pair{Scheme::fourth_order, "fourth order"},
                                      std::pair{Scheme::sequential, "sequential"}}) {
     test::Joined sheet = test::sheet(7, 18, 50, 0.001);
-    sheet.scene.coupling = {.scheme = scheme, .substeps = 20};
+    sheet.scene.coupling = {.scheme = scheme, .substeps = 20, .theta = 0.55};
     sheet.scene.add(touched(Sphere{.center = {0.5, -0.15, 0.5}, .radius = 0.14}, Response::resume, ContactPath::curve));
     sheet.scene.add(touched(Plane{.normal = {0, 1, 0}, .offset = -0.02}, Response::end_on_surface, ContactPath::line));
     sheet.name = std::string("a sheet in contact: ") + name;
@@ -314,11 +314,33 @@ Cases constraint_cases() {
 
   for (const auto& [scheme, name] : {std::pair{Scheme::leapfrog, "leapfrog"}, std::pair{Scheme::sequential, "sequential"}}) {
     test::Joined sheet = test::sheet(6, 11, 50, 0.001);
-    sheet.scene.coupling = {.scheme = scheme, .substeps = 8};
+    sheet.scene.coupling = {.scheme = scheme, .substeps = 8, .theta = 0.55};
     sheet.scene.add(Distance{.pairs = {{1, 2}, {2, 3}, {12, 23}, {40, 41}}, .bound = Bound::at_most});
     sheet.name = std::string("constraints: in a sheet, ") + name;
     cases.push_back(case_of(sheet));
   }
+  return cases;
+}
+
+// Sequential without theta, in both forms of its sweeps: damped and not, coarse and fine sub-steps, in contact and constrained.
+Cases generalized_alpha_cases() {
+  Cases cases;
+  const auto add = [&](test::Joined sheet, int substeps, const std::string& what) {
+    sheet.scene.coupling = {.scheme = Scheme::sequential, .substeps = substeps};
+    for (test::Joined joined : {sheet, test::as_list(sheet)}) {
+      joined.name = "generalized alpha: " + std::string(cases.size() % 2 == 0 ? "grid, " : "list, ") + what;
+      cases.push_back(case_of(joined));
+    }
+  };
+  add(test::sheet(9, 20, 50), 1, "coarse");
+  add(test::sheet(9, 20, 50), 40, "fine");
+  add(test::sheet(9, 20, 50, 0.001), 3, "damped");
+  test::Joined touching = test::sheet(7, 18, 50, 0.001);
+  touching.scene.add(touched(Sphere{.center = {0.5, -0.15, 0.5}, .radius = 0.14}, Response::resume, ContactPath::curve));
+  add(touching, 3, "in contact");
+  test::Joined held = test::sheet(6, 11, 50);
+  held.scene.add(Distance{.pairs = {{1, 2}, {2, 3}, {12, 23}, {40, 41}}, .bound = Bound::at_most});
+  add(held, 2, "constrained");
   return cases;
 }
 
@@ -447,7 +469,7 @@ Cases live_cases() {
 Cases all_cases() {
   Cases all;
   for (const Cases& cases : {contact_cases(), radial_cases(), accumulate_cases(), sheet_contact_cases(), constraint_cases(),
-                             compensated_cases(), live_cases()}) {
+                             generalized_alpha_cases(), compensated_cases(), live_cases()}) {
     all.insert(all.end(), cases.begin(), cases.end());
   }
   return all;

@@ -79,6 +79,11 @@ TEST_CASE("stability analysis: joined particles") {
   CHECK(is_close(radius(leapfrog, 3), half + std::sqrt(half * half - 1), 1e-9));
   CHECK(is_close(radius({.scheme = Scheme::sequential, .theta = 0.5}, 7), 1, 1e-9));
   CHECK(radius({.scheme = Scheme::sequential, .theta = 0.55}, 7) < 0.9);
+  // the default keeps what it resolves, and of a pair, whose sweeps solve it exactly, nears rho where it does not
+  const Coupling sequential{.scheme = Scheme::sequential};
+  for (const double z : {0.01, 0.1, 0.5, 1.0, 3.0, 30.0, 1e3}) CHECK(radius(sequential, z) <= 1 + 1e-12);
+  CHECK(radius(sequential, 0.1) > 1 - 1e-5);
+  CHECK(std::abs(radius(sequential, 1e3) - 0.2) < 0.02);
   CHECK(is_close(radius({.scheme = Scheme::accumulate, .method = Method::combined}, 3), 1, 1e-9));
 }
 

@@ -395,6 +395,10 @@ class Plan:
         """The same motion by powers of the step's matrix, where the scene allows it."""
         _call(_lib.dvdx_plan_seek, self._handle, state._struct, steps)
 
+    def forget(self):
+        """After a jump of the state: what its springs did in the last step is not carried on."""
+        _lib.dvdx_plan_forget(self._handle)
+
     def set_step(self, step):
         """Another step, s."""
         _call(_lib.dvdx_plan_set_step, self._handle, step)

@@ -276,7 +276,7 @@ typedef enum dvdx_pair_axis { DVDX_PAIR_AXIS_MIDPOINT = 0, DVDX_PAIR_AXIS_START 
 typedef struct dvdx_coupling {
   dvdx_scheme scheme;
   int substeps;  // 1..1000000 a step; 0: the fewest that the scheme's limit allows
-  double theta;  // 0.5..1 of sequential; 0: 0.55
+  double theta;  // 0.5..1 of sequential; 0: none, which with symmetric sweeps is generalized alpha and with forward ones 1
   dvdx_sweeps sweeps;
   dvdx_method method;  // of accumulate
   dvdx_pair_axis axis;
@@ -398,6 +398,11 @@ DVDX_EXPORT dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state,
 // The same motion by powers of the step's matrix: for scenes without networks, constraints, contacts, radial springs and fixed
 // particles; else DVDX_INVALID names what is in the way.
 DVDX_EXPORT dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state, uint64_t steps, dvdx_error* error);
+
+// After a jump of the state, as by a teleport of some of its particles: networks by scheme sequential without theta do not carry
+// on what their springs did in the last step. Not needed for another state or another clock, nor where all particles are moved
+// alike or kicked. A null pointer is fine. Not while another thread steps with this plan.
+DVDX_EXPORT void dvdx_plan_forget(dvdx_plan* plan);
 
 // Another step, in s. Not while another thread steps with this plan.
 DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_error* error);

@@ -81,8 +81,10 @@ struct NetworkLimit {
 template <class T>
 class Plan;
 
-// The memory that one state works in while a plan steps it: nothing where a scene joins no particles. Between calls it belongs
-// to no state: one may serve many states, one after the other.
+// The memory that one state works in while a plan steps it: nothing where a scene joins no particles. One may serve many states,
+// one after the other. But networks by scheme sequential without theta carry on what the springs did in the last step, which
+// stands here: where the state's columns and clock are not those that the last step left, the next one starts without, by a
+// sub-step of first order. Such a state should have a workspace, or a plan, of its own.
 template <class T>
 class DVDX_EXPORT Workspace {
  public:
@@ -90,6 +92,8 @@ class DVDX_EXPORT Workspace {
   Workspace& operator=(Workspace&&) noexcept;
   ~Workspace();
   [[nodiscard]] std::size_t bytes() const noexcept;
+  // As Plan::forget().
+  void forget() noexcept;
 
  private:
   friend class Plan<T>;
@@ -122,9 +126,13 @@ class DVDX_EXPORT Plan {
   // floating-point environment is restored.
   StepResult step(State<T>& state, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
   // The same in a workspace of the caller's, made by this plan or a clone: workspace_differs where a change since then needs
-  // another. The bits do not depend on which workspace it is.
+  // another. The bits do not depend on which workspace it is, but for what one carries on.
   StepResult step(State<T>& state, Workspace<T>& workspace, std::size_t steps = 1,
                   const ParallelFor& parallel = {}) const noexcept;
+
+  // After a jump of the state, as by a teleport of some of its particles: what its springs did before is not carried on. Not
+  // needed for another state or another clock, nor where all particles are moved alike, kicked, or stepped with another step.
+  void forget() noexcept;
 
   // The same motion `steps` steps ahead by powers of the step's matrix. Only for scenes without networks, constraints,
   // contacts, radial springs and fixed particles; an error names what is in the way.

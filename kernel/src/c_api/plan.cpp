@@ -99,6 +99,11 @@ dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double h, dvdx_error* error) {
   return guarded(error, [&] { return std::visit([&](auto& p) { return done_or(error, p.set_step(h)); }, plan->plan); });
 }
 
+void dvdx_plan_forget(dvdx_plan* plan) {
+  if (plan == nullptr) return;
+  std::visit([](auto& p) { p.forget(); }, plan->plan);
+}
+
 dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from, dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");
   if (scene == nullptr) return missing(error, "scene");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "compile/sweep_scheme.hpp"
+
 namespace dvdx {
 namespace {
 
@@ -132,9 +134,10 @@ class Search {
       case Scheme::fourth_order:
         return is_damped ? limit(1, "the network's damping is taken from before each pulse") : limit(4, "scheme fourth_order");
       case Scheme::sequential:
-        return coupling.theta == 0.5 && coupling.sweeps == SweepOrder::symmetric
+        if (is_generalized_alpha(coupling)) return limit(2, "scheme sequential by generalized alpha");
+        return theta_of(coupling) == 0.5 && coupling.sweeps == SweepOrder::symmetric
                    ? limit(2, "scheme sequential with theta 0.5")
-                   : limit(1, "scheme sequential is of second order with theta 0.5 and symmetric sweeps");
+                   : limit(1, "scheme sequential is of first order with a theta above 0.5 and with forward sweeps");
       case Scheme::accumulate:
         break;
     }

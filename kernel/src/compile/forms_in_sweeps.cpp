@@ -4,17 +4,11 @@
 
 #include "compile/colouring.hpp"
 #include "compile/network_forms.hpp"
+#include "compile/sweep_scheme.hpp"
 
-// Sequential: with h the part theta of the sub-step s that has passed when the springs act,
-//   lambda = the force along a spring times h^2,   C = r - l,   lambda = -(k h^2 C + c h n.(moved by h))
-// solved for all springs by sweeps that visit one after the other, each of which moves its ends by  -+ w n d_lambda:
-//   d_lambda = -(kappa C + eta n.moved + lambda) / (1 + (kappa + eta) (w_a + w_b)),   kappa = k h^2, eta = c h
-// The total shift S of the sweeps is what the force moves x by within h, so that over the whole sub-step
-//   v += S / (theta^2 s),   x += (2 theta - 1) / theta^2 S
-// before the flow over what remains of it. theta = 1/2: a pulse at the middle that depends on the positions there alone, so
-// that the step is its own inverse with -s, and so of second order; with a forward and a backward sweep its matrix is symmetric
-// and below 4/s^2, so that linear networks are stable at every step. theta = 1 and forward sweeps: extended position-based
-// dynamics in small steps (Macklin et al. 2019), of first order and damped.
+// What the sweeps solve, and what becomes of it: compile/sweep_scheme.cpp. They visit one spring after the other, each of which
+// moves its ends by  -+ w n d_lambda:
+//   d_lambda = -(kappa C + eta n.moved + lambda) / (1 + (kappa + eta) (w_a + w_b))
 
 namespace dvdx {
 namespace {
@@ -30,25 +24,57 @@ struct Compliances {
 };
 
 // w: w_a + w_b of a spring's ends.
-Compliances compliances(const NetworkInput& in, double k, double c, double w) {
-  const double h = in.coupling.theta * in.substep;
-  const double kappa = k * h * h;
-  const double eta = c * h;
+Compliances compliances(const Implicitness& of, double k, double c, double w) {
+  const double kappa = k * of.t * of.t;
+  const double eta = c * of.e;
   return {kappa, eta, 1 / (1 + (kappa + eta) * w)};
 }
+
+Implicitness implicitness(const NetworkInput& in) {
+  if (!is_generalized_alpha(in.coupling)) return theta_scheme(theta_of(in.coupling), in.substep);
+  return generalized_alpha(rho_of(in.frequency, in.substep), in.substep).implicitness;
+}
+Implicitness implicitness_of_start(const NetworkInput& in) { return start_of_generalized_alpha(in.substep).implicitness; }
 
 template <class T>
 SweepTerms<T> sweep_terms(const NetworkInput& in) {
   SweepTerms<T> terms;
-  terms.h = static_cast<T>(in.coupling.theta * in.substep);
+  terms.h = static_cast<T>(implicitness(in).h);
   terms.damping = is_any_damped(in.springs) ? Damping::along : Damping::none;
   return terms;
 }
 
 template <class T>
 ShiftTerms<T> shift_terms(const NetworkInput& in) {
-  const double theta = in.coupling.theta;
+  if (is_generalized_alpha(in.coupling)) return {};
+  const double theta = theta_of(in.coupling);
   return {.to_x = static_cast<T>((2 * theta - 1) / (theta * theta)), .to_v = static_cast<T>(1 / (theta * theta * in.substep))};
+}
+
+template <class T>
+AlphaTerms<T> rounded(const AlphaTerms<double>& of, Damping damping) {
+  const auto in_T = [](double value) { return static_cast<T>(value); };
+  return {.P_v = in_T(of.P_v),
+          .P_a = in_T(of.P_a),
+          .u_a = in_T(of.u_a),
+          .b_S = in_T(of.b_S),
+          .b_a = in_T(of.b_a),
+          .v_a = in_T(of.v_a),
+          .v_b = in_T(of.v_b),
+          .x_b = in_T(of.x_b),
+          .damping = damping};
+}
+
+template <class T>
+std::optional<Alpha<T>> make_alpha(const NetworkInput& in, const SweepTerms<T>& sweeps) {
+  if (!is_generalized_alpha(in.coupling)) return std::nullopt;
+  const GeneralizedAlpha on = generalized_alpha(rho_of(in.frequency, in.substep), in.substep);
+  const GeneralizedAlpha start = start_of_generalized_alpha(in.substep);
+  Alpha<T> alpha{.on = rounded<T>(on.terms, sweeps.damping),
+                 .start = rounded<T>(start.terms, sweeps.damping),
+                 .sweeps_of_start = sweeps};
+  alpha.sweeps_of_start.h = static_cast<T>(start.implicitness.h);
+  return alpha;
 }
 
 // The strands of one direction in rows [from, to), in groups that share no particle.
@@ -90,17 +116,40 @@ void add_strands(const ParticleOrder& order, const Grid& grid, const GridDirecti
   }
 }
 
+template <class T>
+std::vector<StrandFamily<T>> strand_families(const Implicitness& of, std::span<const GridDirection> directions,
+                                             double damping) {
+  std::vector<StrandFamily<T>> families;
+  for (const GridDirection& d : directions) {
+    const Compliances k = compliances(of, d.k, damping, 0);
+    families.push_back({static_cast<T>(k.kappa), static_cast<T>(k.eta), static_cast<T>(d.l)});
+  }
+  return families;
+}
+
+template <class T>
+T* strand_inverses(const Implicitness& of, std::span<const GridDirection> directions, double damping,
+                   const StrandsForm<T>& form, const T* w, Columns<T>& columns) {
+  T* const inverse = columns.add(form.springs, T(0), column_margin);
+  for (const Strand& strand : form.strands) {
+    const GridDirection& d = directions[strand.family];
+    for (std::size_t k = 0; k < strand.count; ++k) {
+      const double both = static_cast<double>(w[strand.a + k]) + static_cast<double>(w[strand.b + k]);
+      inverse[strand.springs + k] = static_cast<T>(compliances(of, d.k, damping, both).inverse);
+    }
+  }
+  return inverse;
+}
+
 }  // namespace
 
 // Bands of rows, and in each the directions one after the other.
 template <class T>
 StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, const T* w, Columns<T>& columns) {
-  StrandsForm<T> form{.terms = sweep_terms<T>(in), .shift = shift_terms<T>(in), .strands = {}, .families = {}, .bands = {}};
+  StrandsForm<T> form;
+  form.terms = sweep_terms<T>(in);
+  form.shift = shift_terms<T>(in);
   const std::vector<GridDirection> directions = directions_of(grid);
-  for (const GridDirection& d : directions) {
-    const Compliances k = compliances(in, d.k, grid.damping, 0);
-    form.families.push_back({static_cast<T>(k.kappa), static_cast<T>(k.eta), static_cast<T>(d.l)});
-  }
   const std::size_t band = rows_of_band(grid.columns);
   for (std::size_t from = 0; from < grid.rows; from += band) {
     form.bands.push_back(form.strands.size());
@@ -108,17 +157,15 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, const
     for (std::size_t f = 0; f < directions.size(); ++f) add_strands(in.order, grid, directions[f], f, from, to, form);
   }
   form.bands.push_back(form.strands.size());
-  T* const inverse = columns.add(form.springs, T(0), column_margin);
-  for (const Strand& strand : form.strands) {
-    const GridDirection& d = directions[strand.family];
-    for (std::size_t k = 0; k < strand.count; ++k) {
-      const double both = static_cast<double>(w[strand.a + k]) + static_cast<double>(w[strand.b + k]);
-      inverse[strand.springs + k] = static_cast<T>(compliances(in, d.k, grid.damping, both).inverse);
-    }
-  }
   form.terms.strands = form.strands.data();
-  form.terms.families = form.families.data();
-  form.terms.inverse = inverse;
+  const auto make = [&](const Implicitness& of, std::vector<StrandFamily<T>>& families, SweepTerms<T>& terms) {
+    families = strand_families<T>(of, directions, grid.damping);
+    terms.families = families.data();
+    terms.inverse = strand_inverses(of, directions, grid.damping, form, w, columns);
+  };
+  make(implicitness(in), form.families, form.terms);
+  form.alpha = make_alpha(in, form.terms);
+  if (form.alpha) make(implicitness_of_start(in), form.families_of_start, form.alpha->sweeps_of_start);
   return form;
 }
 
@@ -138,11 +185,39 @@ std::vector<std::vector<std::size_t>> colours_of(const NetworkInput& in) {
   return of_colour;
 }
 
+// The start of generalized alpha: other kappa, eta and inverse, else the same springs at the same places.
+template <class T>
+void add_start(const NetworkInput& in, std::span<const std::vector<std::size_t>> of_colour, ColoursForm<T>& form,
+               Columns<T>& columns) {
+  const auto column = [&] { return columns.add(form.springs, T(0), column_margin); };
+  T* const kappa = column();
+  T* const eta = column();
+  T* const inverse = column();
+  const Implicitness of = implicitness_of_start(in);
+  for (std::size_t c = 0; c < of_colour.size(); ++c) {
+    std::size_t at = form.colours[c];
+    for (const std::size_t s : of_colour[c]) {
+      const JoinedPair& p = in.springs[s];
+      const Compliances k = compliances(of, p.k, p.c, in.w[p.a] + in.w[p.b]);
+      kappa[at] = static_cast<T>(k.kappa);
+      eta[at] = static_cast<T>(k.eta);
+      inverse[at] = static_cast<T>(k.inverse);
+      ++at;
+    }
+  }
+  SweepTerms<T>& start = form.alpha->sweeps_of_start;
+  start.kappa = kappa;
+  start.eta = eta;
+  start.inverse = inverse;
+}
+
 }  // namespace
 
 template <class T>
 ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
-  ColoursForm<T> form{.terms = sweep_terms<T>(in), .shift = shift_terms<T>(in), .a = {}, .b = {}, .colours = {}};
+  ColoursForm<T> form;
+  form.terms = sweep_terms<T>(in);
+  form.shift = shift_terms<T>(in);
   const auto of_colour = colours_of(in);
   for (const auto& list : of_colour) form.springs += filled(list.size());
   // Lanes without a spring join an element beyond the particles to itself.
@@ -155,12 +230,13 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
   T* const inverse = column();
   T* const w_a = column();
   T* const w_b = column();
+  const Implicitness of = implicitness(in);
   std::size_t at = 0;
   for (const auto& list : of_colour) {
     form.colours.push_back(at);
     for (const std::size_t s : list) {
       const JoinedPair& p = in.springs[s];
-      const Compliances k = compliances(in, p.k, p.c, in.w[p.a] + in.w[p.b]);
+      const Compliances k = compliances(of, p.k, p.c, in.w[p.a] + in.w[p.b]);
       form.a[at] = static_cast<std::int32_t>(in.order.of[p.a]);
       form.b[at] = static_cast<std::int32_t>(in.order.of[p.b]);
       kappa[at] = static_cast<T>(k.kappa);
@@ -182,6 +258,8 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
   form.terms.inverse = inverse;
   form.terms.w_a = w_a;
   form.terms.w_b = w_b;
+  form.alpha = make_alpha(in, form.terms);
+  if (form.alpha) add_start(in, of_colour, form, columns);
   return form;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "compile/particle_values.hpp"
+#include "compile/sweep_scheme.hpp"
 
 namespace dvdx {
 namespace {
@@ -117,7 +118,8 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.elements = joints.order.size;
   shape.fixed = joints.fixed.size();
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
-  shape.has_second_velocity = kicks && joints.is_damped();
+  shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && joints.springs != 0;
+  shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped();
   shape.has_pair_sums = std::holds_alternative<PairsForm<T>>(joints.form);
   const auto springs = [](const auto& form) -> std::size_t {
     if constexpr (is_in_sweeps<std::decay_t<decltype(form)>>) return std::max<std::size_t>(1, form.springs);

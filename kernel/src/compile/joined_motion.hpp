@@ -24,6 +24,7 @@ struct WorkspaceShape {
   bool has_pair_sums = false;
   bool keeps_distances = false;  // of the sweeps' first visits
   bool has_origin = false;
+  bool keeps_acceleration = false;
   ConstraintShape constraints{};
   bool operator==(const WorkspaceShape&) const = default;
 };

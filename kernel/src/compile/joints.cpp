@@ -59,7 +59,7 @@ std::size_t bytes_of(const GraphForm<T>& form) {
 }
 template <class T>
 std::size_t bytes_of(const StrandsForm<T>& form) {
-  return bytes_of(form.strands) + bytes_of(form.families) + bytes_of(form.bands);
+  return bytes_of(form.strands) + bytes_of(form.families) + bytes_of(form.families_of_start) + bytes_of(form.bands);
 }
 template <class T>
 std::size_t bytes_of(const ColoursForm<T>& form) {
@@ -110,7 +110,7 @@ void Joints<T>::make_inverse_masses() {
 
 template <class T>
 void Joints<T>::make_form(std::span<const JoinedPair> pairs, const Grid* grid) {
-  const NetworkInput in{coupling, pairs, w_of, order, substep()};
+  const NetworkInput in{coupling, pairs, w_of, order, substep(), frequencies.start};
   const bool is_sequential = coupling.scheme == Scheme::sequential;
   if (grid != nullptr && is_sequential) {
     form = make_strands_form<T>(in, *grid, w, columns_);

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "compile/sweep_scheme.hpp"
 #include "math/elementary.hpp"
 
 namespace dvdx {
@@ -239,8 +240,10 @@ Frequencies frequencies(std::span<const JoinedPair> springs, const Grid* grid, s
 // Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313, table 2, S6 of order 4.
 Splitting splitting(const Coupling& coupling) {
   if (coupling.scheme == Scheme::sequential) {
-    if (coupling.theta == 1) return {{1.0}, {1.0}};
-    return {{coupling.theta, 1 - coupling.theta}, {1.0}};
+    if (is_generalized_alpha(coupling)) return {{0.5, 0.5}, {1.0}};
+    const double theta = theta_of(coupling);
+    if (theta == 1) return {{1.0}, {1.0}};
+    return {{theta, 1 - theta}, {1.0}};
   }
   if (coupling.scheme == Scheme::fourth_order) {
     constexpr double a1 = 0.0792036964311957;

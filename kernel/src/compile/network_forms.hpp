@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <variant>
 #include <vector>
@@ -43,13 +44,21 @@ struct ShiftTerms {
   T to_x{}, to_v{};
 };
 
+// Generalized alpha: what stands around the sweeps of a sub-step, and of the first, which has sweeps of its own.
+template <class T>
+struct Alpha {
+  AlphaTerms<T> on, start;
+  SweepTerms<T> sweeps_of_start;
+};
+
 // A grid in sweeps: passes/network/sequential.
 template <class T>
 struct StrandsForm {
   SweepTerms<T> terms;
-  ShiftTerms<T> shift;
+  ShiftTerms<T> shift;              // of the theta scheme
+  std::optional<Alpha<T>> alpha{};  // in its place
   std::vector<Strand> strands;
-  std::vector<StrandFamily<T>> families;
+  std::vector<StrandFamily<T>> families, families_of_start;
   std::vector<std::size_t> bands;  // first strand of each band, and one more: bands two apart share no particle
   std::size_t springs = 0;         // columns of lambda
 };
@@ -58,7 +67,8 @@ struct StrandsForm {
 template <class T>
 struct ColoursForm {
   SweepTerms<T> terms;
-  ShiftTerms<T> shift;
+  ShiftTerms<T> shift;              // of the theta scheme
+  std::optional<Alpha<T>> alpha{};  // in its place
   std::vector<std::int32_t> a, b;
   std::vector<std::size_t> colours;  // first spring of each colour, a multiple of 16, and one more
   std::size_t springs = 0;           // columns of lambda
@@ -75,7 +85,8 @@ struct NetworkInput {
   std::span<const JoinedPair> springs;
   std::span<const double> w;  // 1/kg of each particle, 0 where fixed
   const ParticleOrder& order;
-  double substep;  // s
+  double substep;    // s
+  double frequency;  // rad/s: the highest of the springs as they start
 };
 
 [[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;

@@ -205,8 +205,8 @@ void check_networks(Checker& check, const Scene& scene) {
     std::visit(NetworkChecker{check, scene.networks.size() == 1 ? "network" : element("network", i)}, scene.networks[i]);
   }
   const Coupling& coupling = scene.coupling;
-  if (!(coupling.theta >= 0.5 && coupling.theta <= 1))
-    check.fail("network.theta", text(coupling.theta), "a number from 0.5 to 1");
+  if (coupling.theta && !(*coupling.theta >= 0.5 && *coupling.theta <= 1))
+    check.fail("network.theta", text(*coupling.theta), "a number from 0.5 to 1");
   if (coupling.scheme == Scheme::accumulate && coupling.method != Method::combined && !scene.contacts.empty()) {
     check.fail("network.scheme", "accumulate",
                "another one where there are contacts: the pairs' sum is added after the impact");

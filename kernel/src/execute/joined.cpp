@@ -80,6 +80,13 @@ class JoinedStep {
     }
     hold_fixed(0, size());
     if (constraints_) constraints_->prepare(work_.x);
+    if (work_.a[0] != nullptr) recall(state);
+  }
+
+  // What the springs do to this state may be carried on by the next call.
+  template <class Kept>
+  void remember(const State<Kept>& state) noexcept {
+    if (work_.a[0] != nullptr) ws_.remember(state.x[0].base, state.clock);
   }
 
   // Fixed particles' columns are not written to.
@@ -114,7 +121,15 @@ class JoinedStep {
   }
 
  private:
-  enum class After { nothing, pairs };  // what joins a flow in the same walk over the particles
+  enum class After { nothing, pairs, sweeps };  // what joins a flow in the same walk over the particles
+
+  template <class Kept>
+  void recall(const State<Kept>& state) noexcept {
+    if (ws_.remembers(state.x[0].base, state.clock)) return;
+    ws_.forget();
+    for (T* const a : work_.a) std::fill_n(a, size(), T(0));
+    is_start_ = true;
+  }
 
   [[nodiscard]] std::size_t size() const noexcept { return joints_.order.size; }
   [[nodiscard]] bool is_relative() const noexcept { return ws_.origin[0] != nullptr; }
@@ -164,12 +179,13 @@ class JoinedStep {
     clock_.advance(motion.step(), 1);
     const StepBlock<T> run = motion.kernels->at(motion.flow, motion.extra);
     const Steps<T> once{.offsets = offsets_[f].data(), .offsets_per_step = 0, .count = 1};
-    const bool has_shift = std::exchange(has_shift_, false);
+    const Left left = std::exchange(left_, Left{});
+    const AlphaTerms<T>* const begin = after == After::sweeps ? alpha_ : nullptr;
     for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
       const std::size_t end = std::min(size(), (task + 1) * particles_per_task);
       for (std::size_t first = task * particles_per_task; first < end; first += motion.block) {
         const std::size_t count = std::min(motion.block, end - first);
-        if (has_shift) kernels_.take_shift(work_, shift_.to_x, shift_.to_v, first, first + count);
+        take(left, first, first + count);
         Block<T> block{.x = {}, .v = {}, .first = first, .count = count};
         for (std::size_t axis = 0; axis < 3; ++axis) {
           block.x[axis] = work_.x[axis] + first;
@@ -178,16 +194,29 @@ class JoinedStep {
         run(block, motion.terms, once);
         if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);
         hold_fixed(first, first + count);
+        if (begin != nullptr) kernels_.begin_sweeps(*begin, work_, first, first + count);
       }
     });
   }
 
+  // What the sweeps have left in the shifts, for the next flow to take along.
+  struct Left {
+    const ShiftTerms<T>* shift = nullptr;
+    const AlphaTerms<T>* alpha = nullptr;  // or by generalized alpha
+  };
+
+  void take(const Left& left, std::size_t from, std::size_t to) noexcept {
+    if (left.shift != nullptr) kernels_.take_shift(work_, left.shift->to_x, left.shift->to_v, from, to);
+    if (left.alpha != nullptr) kernels_.end_sweeps(*left.alpha, work_, from, to);
+  }
+
   // Theta 1 ends a step with the springs, not with a flow.
   void take_what_the_sweeps_left() noexcept {
-    if (!std::exchange(has_shift_, false)) return;
+    const Left left = std::exchange(left_, Left{});
+    if (left.shift == nullptr && left.alpha == nullptr) return;
     for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
       const std::size_t first = task * particles_per_task;
-      kernels_.take_shift(work_, shift_.to_x, shift_.to_v, first, std::min(size(), first + particles_per_task));
+      take(left, first, std::min(size(), first + particles_per_task));
     });
   }
 
@@ -220,6 +249,27 @@ class JoinedStep {
     flow(f, After::pairs);
   }
 
+  void flow_and_pulse(const StrandsForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept { flow_and_sweep(form, f); }
+  void flow_and_pulse(const ColoursForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept { flow_and_sweep(form, f); }
+
+  template <class Form>
+  void flow_and_sweep(const Form& form, std::size_t f) noexcept {
+    if (form.alpha) return flow_and_sweep(form, *form.alpha, f);
+    flow(f, After::nothing);
+    sweep(form, ws_.with_columns(form.terms));
+    left_ = {.shift = &form.shift};
+  }
+  template <class Form>
+  void flow_and_sweep(const Form& form, const Alpha<T>& alpha, std::size_t f) noexcept {
+    const bool is_start = std::exchange(is_start_, false);
+    alpha_ = is_start ? &alpha.start : &alpha.on;
+    flow(f, After::sweeps);
+    std::swap(work_.v, work_.v_next);  // the same where nothing damps
+    sweep(form, ws_.with_columns(is_start ? alpha.sweeps_of_start : form.terms));
+    std::swap(work_.v, work_.v_next);
+    left_ = {.alpha = alpha_};
+  }
+
   void pulse(const GridForm<T>& form, std::size_t k) noexcept {
     kick(kernels_.grid, form.terms, k, form.terms.rows, particles_per_task / form.terms.pitch);
   }
@@ -240,15 +290,13 @@ class JoinedStep {
   }
 
   // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order.
-  void pulse(const StrandsForm<T>& form, std::size_t /*k*/) noexcept {
-    const SweepTerms<T> terms = ws_.with_columns(form.terms);
+  void sweep(const StrandsForm<T>& form, const SweepTerms<T>& terms) noexcept {
     sweep_bands(form, terms, 0, Direction::forward, Visit::first);
     sweep_bands(form, terms, 1, Direction::forward, Visit::first);
     if (joints_.coupling.sweeps == SweepOrder::symmetric) {
       sweep_bands(form, terms, 1, Direction::backward, Visit::again);
       sweep_bands(form, terms, 0, Direction::backward, Visit::again);
     }
-    leave_shift(form.shift);
   }
 
   enum class Direction { forward, backward };
@@ -269,13 +317,11 @@ class JoinedStep {
     });
   }
 
-  void pulse(const ColoursForm<T>& form, std::size_t /*k*/) noexcept {
-    const SweepTerms<T> terms = ws_.with_columns(form.terms);
+  void sweep(const ColoursForm<T>& form, const SweepTerms<T>& terms) noexcept {
     for (std::size_t c = 0; c < form.count(); ++c) sweep_colour(form, terms, c, Visit::first);
     if (joints_.coupling.sweeps == SweepOrder::symmetric) {
       for (std::size_t c = form.count(); c-- > 0;) sweep_colour(form, terms, c, Visit::again);
     }
-    leave_shift(form.shift);
   }
 
   void sweep_colour(const ColoursForm<T>& form, const SweepTerms<T>& terms, std::size_t c, Visit visit) noexcept {
@@ -285,12 +331,6 @@ class JoinedStep {
       const std::size_t first = from + task * particles_per_task;
       kernels_.colour(terms, work_, visit, first, std::min(to, first + particles_per_task));
     });
-  }
-
-  // The next flow takes it along.
-  void leave_shift(const ShiftTerms<T>& shift) noexcept {
-    shift_ = shift;
-    has_shift_ = true;
   }
 
   const JoinedMotion<T>& m_;
@@ -303,8 +343,9 @@ class JoinedStep {
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;
   Clock clock_;
-  ShiftTerms<T> shift_{};
-  bool has_shift_ = false;
+  Left left_{};
+  const AlphaTerms<T>* alpha_ = nullptr;  // of this sub-step
+  bool is_start_ = false;                 // the next sub-step has no acceleration to start from
   std::array<std::array<Offsets<T>, 2>, max_flows> offsets_;
 };
 
@@ -322,6 +363,7 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
     state.clock.advance(scene.options.step, 1);
   }
   call.put_back_all(state);
+  if (steps != 0) call.remember(state);
   return StepResult::done;
 }
 

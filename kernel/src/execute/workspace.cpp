@@ -14,6 +14,7 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   work.v = of_particles(nothing);
   work.v_next = shape.has_second_velocity ? of_particles(nothing) : work.v;
   if (shape.sweep_springs != 0) work.shift = of_particles(T(0));
+  if (shape.keeps_acceleration) work.a = of_particles(T(0));
   if (shape.has_pair_sums) {
     work.dx = of_particles(T(0));
     work.dv = of_particles(T(0));

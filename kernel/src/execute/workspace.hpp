@@ -8,6 +8,7 @@
 
 #include "compile/columns.hpp"
 #include "compile/joined_motion.hpp"
+#include "dvdx/layouts/state.hpp"
 #include "passes/network/network.hpp"
 
 namespace dvdx {
@@ -29,6 +30,16 @@ class JoinedWorkspace {
   [[nodiscard]] bool fits(const WorkspaceShape& shape) const noexcept { return shape_ == shape; }
   [[nodiscard]] std::size_t bytes() const noexcept { return columns_.bytes() + held.capacity() * sizeof(Held<T>); }
 
+  // Of a workspace with accelerations: whether they are of the state in these columns at this time, and whose they are now.
+  [[nodiscard]] bool remembers(const void* columns, const Clock& clock) const noexcept {
+    return remembered_ == columns && remembered_at_.seconds == clock.seconds && remembered_at_.carry == clock.carry;
+  }
+  void remember(const void* columns, const Clock& clock) noexcept {
+    remembered_ = columns;
+    remembered_at_ = clock;
+  }
+  void forget() noexcept { remembered_ = nullptr; }
+
   // The plan's terms with this workspace's columns put in.
   [[nodiscard]] SweepTerms<T> with_columns(SweepTerms<T> terms) const noexcept;
   [[nodiscard]] ConstraintTerms<T> with_columns(ConstraintTerms<T> terms) const noexcept;
@@ -40,6 +51,8 @@ class JoinedWorkspace {
 
  private:
   WorkspaceShape shape_;
+  const void* remembered_ = nullptr;
+  Clock remembered_at_{};
   Columns<T> columns_;
   SweepTerms<T> sweep_{};             // lambda and apart
   ConstraintTerms<T> constraints_{};  // the columns of sums

@@ -256,14 +256,17 @@ Coupling read_coupling(const Fields& fields, Method method) {
   Coupling coupling;
   coupling.scheme = fields.choice("scheme", schemes, Scheme::leapfrog);
   if (const auto substeps = fields.optional("substeps")) coupling.substeps = read_substeps(*substeps);
-  coupling.theta = fields.number("theta", half_to_one, 0.55);
+  if (const auto theta = fields.optional("theta")) coupling.theta = theta->number(half_to_one);
   coupling.sweeps = fields.choice("sweep", sweep_orders, SweepOrder::symmetric);
   coupling.method = fields.choice("method", methods, method);
   coupling.axis = fields.choice("axis", pair_axes, PairAxis::midpoint);
   return coupling;
 }
 
-std::string words_of(const std::optional<int>& substeps) { return substeps ? std::to_string(*substeps) : "auto"; }
+template <class Number>
+std::string words_of(const std::optional<Number>& number, const char* none) {
+  return number ? fmt::format("{}", *number) : none;
+}
 
 // All networks of a scene are stepped together.
 void check_alike(const Node& node, const Coupling& first, const Coupling& own) {
@@ -276,8 +279,8 @@ void check_alike(const Node& node, const Coupling& first, const Coupling& own) {
             " in the first network: must be alike in all, for they are stepped together");
   };
   check("scheme", std::string(name_in(schemes, first.scheme)), std::string(name_in(schemes, own.scheme)));
-  check("substeps", words_of(first.substeps), words_of(own.substeps));
-  check("theta", fmt::format("{}", first.theta), fmt::format("{}", own.theta));
+  check("substeps", words_of(first.substeps, "auto"), words_of(own.substeps, "auto"));
+  check("theta", words_of(first.theta, "none"), words_of(own.theta, "none"));
   check("sweep", std::string(name_in(sweep_orders, first.sweeps)), std::string(name_in(sweep_orders, own.sweeps)));
   check("method", std::string(name_in(methods, first.method)), std::string(name_in(methods, own.method)));
   check("axis", std::string(name_in(pair_axes, first.axis)), std::string(name_in(pair_axes, own.axis)));

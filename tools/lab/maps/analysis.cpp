@@ -154,33 +154,86 @@ std::vector<Index> sweep_order(const Line& line) {
   return order;
 }
 
-// With t = theta h the springs' shift S = W J^T lambda solves (J W J^T + 1/(k t^2 + c t)) lambda = -(k t^2 J x + c t^2 J
-// v)/(...), of which sweeps do a triangular part: forwards D + L, and backwards after it (D + L)^T D^-1 (D + L).
-MatrixXd sequential(const Line& line, const Springs1d& in_list, const Coupling& coupling, double h) {
+// The springs in the order of a sweep.
+Springs1d swept(const Line& line, const Springs1d& in_list) {
   Springs1d s = in_list;
   const std::vector<Index> order = sweep_order(line);
   for (std::size_t row = 0; row < order.size(); ++row) {
     s.J.row(index(row)) = in_list.J.row(order[row]);
     s.k[index(row)] = in_list.k[order[row]];
   }
-  const double theta = coupling.theta;
-  const double t = theta * h;
-  const VectorXd stiff = s.k * t * t + s.c * t;
+  return s;
+}
+
+// The springs' shift S = W J^T lambda solves (J W J^T + 1/stiff) lambda = by_state / stiff, of which sweeps do a triangular part:
+// forwards D + L, and backwards after it (D + L)^T D^-1 (D + L).
+MatrixXd shift_of_sweeps(const Springs1d& s, const VectorXd& stiff, const MatrixXd& by_state, SweepOrder sweeps) {
   const MatrixXd WJt = s.w.asDiagonal() * s.J.transpose();
   MatrixXd A = s.J * WJt;
   A.diagonal() += stiff.cwiseInverse();
-  MatrixXd by_state(s.J.rows(), 2 * s.n);
-  by_state << -(t * t) * s.k.cwiseQuotient(stiff).asDiagonal() * s.J, -(t * t) * s.c.cwiseQuotient(stiff).asDiagonal() * s.J;
-  MatrixXd lambda = A.triangularView<Eigen::Lower>().solve(by_state);
-  if (coupling.sweeps == SweepOrder::symmetric) {
+  MatrixXd lambda = A.triangularView<Eigen::Lower>().solve(stiff.cwiseInverse().asDiagonal() * by_state);
+  if (sweeps == SweepOrder::symmetric) {
     const MatrixXd scaled = A.diagonal().asDiagonal() * lambda;
     lambda = A.transpose().triangularView<Eigen::Upper>().solve(scaled);
   }
-  const MatrixXd shift = WJt * lambda;
+  return WJt * lambda;
+}
+
+// With t = theta h the springs ask for  -(k t^2 J x + c t^2 J v), and are as stiff as k t^2 + c t.
+MatrixXd theta_scheme(const Line& line, const Springs1d& springs, const Coupling& coupling, double h) {
+  const Springs1d s = swept(line, springs);
+  const double theta = coupling.theta.value_or(1);
+  const double t = theta * h;
+  MatrixXd by_state(s.J.rows(), 2 * s.n);
+  by_state << -(t * t) * s.k.asDiagonal() * s.J, -(t * t) * s.c.asDiagonal() * s.J;
+  const MatrixXd shift = shift_of_sweeps(s, s.k * t * t + s.c * t, by_state, coupling.sweeps);
   MatrixXd kick = MatrixXd::Identity(2 * s.n, 2 * s.n);
   kick.topRows(s.n) += (2 * theta - 1) / (theta * theta) * shift;
   kick.bottomRows(s.n) += shift / (theta * theta * h);
   return free_drift(s.n, (1 - theta) * h) * kick * free_drift(s.n, t);
+}
+
+// Of (x, v, a), between half drifts. The springs' acceleration f is that of the point 1/(1 + rho) of the way:
+//   v' = v + h ((1 - gamma) a + gamma b),  x' = x + h v + h^2 ((1/2 - beta) a + beta b),  f = alpha b + (1 - alpha) a.
+MatrixXd generalized_alpha(const Line& line, const Springs1d& springs, double h) {
+  const Springs1d s = swept(line, springs);
+  const double z = highest_frequency(line) * h / 1.5;
+  const double rho = std::round(100 * (0.2 + 0.75 / (1 + z * z))) / 100;
+  const double part = 1 / (1 + rho);
+  const double alpha = (2 - rho) * part;
+  const double gamma = part * (3 - rho) / 2;
+  const double beta = part * part;
+  // x_f = x + part h v + x_a a + x_b f,  v_f = v + v_a a + v_b f, both of the start, with b in terms of f and a
+  const double a_in_b = -(1 - alpha) / alpha;
+  const double x_a = part * h * h * (0.5 - beta + beta * a_in_b);
+  const double x_b = part * h * h * beta / alpha;
+  const double v_a = part * h * (1 - gamma + gamma * a_in_b);
+  const double v_b = part * h * gamma / alpha;
+  // f = -(k x_f + c v_f) along the springs; S = x_b f
+  const VectorXd stiff = s.k * x_b + s.c * v_b;
+  MatrixXd by_state(s.J.rows(), 3 * s.n);
+  by_state << -x_b * s.k.asDiagonal() * s.J, -x_b * (s.k * (part * h) + s.c).asDiagonal() * s.J,
+      -x_b * (s.k * x_a + s.c * v_a).asDiagonal() * s.J;
+  const MatrixXd f = shift_of_sweeps(s, stiff, by_state, SweepOrder::symmetric) / x_b;
+  const Index n = s.n;
+  const MatrixXd one = MatrixXd::Identity(n, n);
+  MatrixXd b = f / alpha;
+  b.rightCols(n) += a_in_b * one;
+  MatrixXd step = MatrixXd::Zero(3 * n, 3 * n);
+  step.topRows(n) = h * h * beta * b;
+  step.topLeftCorner(n, n) += one;
+  step.block(0, n, n, n) += h * one;
+  step.topRightCorner(n, n) += h * h * (0.5 - beta) * one;
+  step.middleRows(n, n) = h * gamma * b;
+  step.block(n, n, n, n) += one;
+  step.block(n, 2 * n, n, n) += h * (1 - gamma) * one;
+  step.bottomRows(n) = b;
+  return step;
+}
+
+MatrixXd sequential(const Line& line, const Springs1d& springs, const Coupling& coupling, double h) {
+  const bool is_default = !coupling.theta && coupling.sweeps == SweepOrder::symmetric;
+  return is_default ? generalized_alpha(line, springs, h) : theta_scheme(line, springs, coupling, h);
 }
 
 MatrixXd whole_step(const Line& line, const Coupling& coupling, double h) {
@@ -221,9 +274,10 @@ MatrixXd step_matrix(const Line& line, const Coupling& coupling, double h) {
   const Index n = index(line.mass.size());
   const MatrixXd step = whole_step(line, coupling, h);
   // in: particle 0 at 0; out: less what particle 0 did
-  MatrixXd relative(2 * (n - 1), 2 * (n - 1));
-  for (Index row = 0; row < 2; ++row) {
-    for (Index column = 0; column < 2; ++column) {
+  const Index parts = step.rows() / n;
+  MatrixXd relative(parts * (n - 1), parts * (n - 1));
+  for (Index row = 0; row < parts; ++row) {
+    for (Index column = 0; column < parts; ++column) {
       const auto block = step.block(row * n, column * n + 1, n, n - 1);
       relative.block(row * (n - 1), column * (n - 1), n - 1, n - 1) = block.bottomRows(n - 1).rowwise() - block.row(0);
     }

@@ -31,7 +31,7 @@ struct Line {
 
 // Positions and velocities relative to particle 0, after a sub-step h, s: (x_1 - x_0, ..., v_1 - v_0, ...). The drift of the
 // whole, which no scheme touches, is left out: it grows in proportion to time and hides what rounding leaves of a radius of
-// one.
+// one. Sequential without theta: the springs' accelerations besides, of which it starts.
 [[nodiscard]] Eigen::MatrixXd step_matrix(const Line& line, const Coupling& coupling, double h);
 
 // rad/s

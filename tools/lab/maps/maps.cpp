@@ -99,6 +99,7 @@ std::vector<NamedCoupling> couplings() {
   std::vector<NamedCoupling> all{
       {"leapfrog", {.scheme = Scheme::leapfrog}},
       {"fourth_order", {.scheme = Scheme::fourth_order}},
+      // The default keeps an acceleration from step to step, which no run can be started with: analysis alone (tests).
       {"sequential 0.5", {.scheme = Scheme::sequential, .theta = 0.5}},
       {"sequential 0.55", {.scheme = Scheme::sequential, .theta = 0.55}},
       {"sequential 1 forward", {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward}}};

@@ -22,6 +22,8 @@ std::vector<Curve> curves_of(const SceneFile& file) {
   auto sequential = base;
   sequential.scheme = Scheme::sequential;
   sequential.sweeps = SweepOrder::symmetric;
+  sequential.theta.reset();
+  add("sequential", sequential);
   for (const double theta : {0.5, 0.55}) {
     sequential.theta = theta;
     add(theta == 0.5 ? "sequential 0.5" : "sequential 0.55", sequential);
@@ -71,7 +73,7 @@ Coupled described(const SceneFile& file, const Curve& curve) {
           .method = std::string(name_in(methods, is_accumulate ? coupling.method : file.scene.method)),
           .sweep = std::string(is_sequential ? name_in(sweep_orders, coupling.sweeps) : ""),
           .axis = std::string(is_accumulate ? name_in(pair_axes, coupling.axis) : ""),
-          .theta = is_sequential ? coupling.theta : 0};
+          .theta = is_sequential ? coupling.theta : std::nullopt};
 }
 
 }  // namespace dvdx::tool::report

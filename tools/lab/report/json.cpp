@@ -72,7 +72,7 @@ Json json_of(const Run& run, std::size_t particles) {
     }
   }
   if (!coupled->sweep.empty()) {
-    json["theta"] = coupled->theta;
+    json["theta"] = optional_number(coupled->theta);
     json["sweep"] = coupled->sweep;
   }
   if (!coupled->axis.empty()) json["axis"] = coupled->axis;

@@ -22,7 +22,7 @@ struct Style {
   int dash;
 };
 
-constexpr std::array<Style, 19> styles{{{"combined", "combined", "#0072b2", 7, 1},
+constexpr std::array<Style, 20> styles{{{"combined", "combined", "#0072b2", 7, 1},
                                         {"exact", "exact, each alone", "#d55e00", 5, 1},
                                         {"average_acceleration", "average acceleration", "#009e73", 9, 1},
                                         {"pulse", "pulse", "#cc79a7", 11, 1},
@@ -31,6 +31,7 @@ constexpr std::array<Style, 19> styles{{{"combined", "combined", "#0072b2", 7, 1
                                         {"baseline_leapfrog", "plain loop, leapfrog", "#999999", 6, 2},
                                         {"leapfrog", "leapfrog", "#0072b2", 7, 1},
                                         {"fourth_order", "fourth order", "#d55e00", 5, 1},
+                                        {"sequential", "sequential", "#e69f00", 15, 1},
                                         {"sequential 0.5", "sequential, theta 0.5", "#009e73", 9, 1},
                                         {"sequential 0.55", "sequential, theta 0.55", "#56b4e9", 11, 1},
                                         {"sequential 1 forward", "sequential, theta 1 forward", "#cc79a7", 13, 1},

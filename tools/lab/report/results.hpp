@@ -34,7 +34,7 @@ struct Coupled {  // how networks were stepped
   std::string scheme;
   std::string method;
   std::string sweep, axis;  // empty where the scheme has none
-  double theta = 0;
+  std::optional<double> theta;
 };
 
 // What of a run can be compared beyond the horizon.

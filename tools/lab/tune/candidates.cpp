@@ -67,7 +67,7 @@ std::vector<std::uint64_t> parts_for(const SceneFile& file, const report::Grid& 
 
 double order_of(const Coupling& coupling) {
   if (coupling.scheme == Scheme::fourth_order) return 4;
-  return coupling.scheme == Scheme::sequential && coupling.theta != 0.5 ? 1 : 2;
+  return coupling.scheme == Scheme::sequential && coupling.theta.value_or(0.5) != 0.5 ? 1 : 2;
 }
 
 // From what is stable to what a report would show of the most expensive.
@@ -125,7 +125,8 @@ std::string text_of(const Candidate& candidate) {
   if (const auto& coupling = candidate.coupling) {
     text = std::string(name_in(schemes, coupling->scheme));
     if (coupling->scheme == Scheme::sequential) {
-      text += fmt::format(" theta {} {}", coupling->theta, name_in(sweep_orders, coupling->sweeps));
+      if (coupling->theta) text += fmt::format(" theta {}", *coupling->theta);
+      text += fmt::format(" {}", name_in(sweep_orders, coupling->sweeps));
     }
     if (coupling->scheme == Scheme::accumulate) {
       text += fmt::format(" {} {}", name_in(methods, coupling->method), name_in(pair_axes, coupling->axis));

@@ -32,7 +32,7 @@ Json trial_json(const Trial& trial) {
             {"precision", name_in(precisions, candidate.precision)},
             {"expansion", name_in(expansions, candidate.expansion)}};
   if (coupling && coupling->scheme == Scheme::sequential) {
-    json["theta"] = coupling->theta;
+    if (coupling->theta) json["theta"] = *coupling->theta;
     json["sweep"] = name_in(sweep_orders, coupling->sweeps);
   }
   if (coupling && coupling->scheme == Scheme::accumulate) {

@@ -40,7 +40,7 @@ std::vector<Setting> settings_of(const SceneOptions& options, const SceneFile& f
     settings.emplace_back(path + ".scheme", name_in(schemes, coupling.scheme));
     settings.emplace_back(path + ".substeps", std::to_string(candidate.substeps()));
     if (coupling.scheme == Scheme::sequential) {
-      settings.emplace_back(path + ".theta", fmt::format("{}", coupling.theta));
+      if (coupling.theta) settings.emplace_back(path + ".theta", fmt::format("{}", *coupling.theta));
       settings.emplace_back(path + ".sweep", name_in(sweep_orders, coupling.sweeps));
     }
     if (is_accumulate(candidate)) {

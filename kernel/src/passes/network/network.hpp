@@ -46,6 +46,7 @@ struct WorkColumns {
   std::array<T*, 3> v_next{};        // where a pulse puts v: elsewhere with damping, which reads the neighbours' v
   std::array<const T*, 3> origin{};  // null, or where each particle was when the step began
   std::array<T*, 3> shift{};         // sequential: what the sweeps have moved x by
+  std::array<T*, 3> a{};             // generalized alpha: m/s^2, what the springs accelerate by at the last sub-step's end
   std::array<T*, 3> dx{}, dv{};      // accumulate: the pairs' sums
   const T* w = nullptr;              // 1/kg; 0: fixed
 };
@@ -134,6 +135,18 @@ struct SweepTerms {
   CountedFrom origin = CountedFrom::zero;
 };
 
+// Generalized alpha (compile/sweep_scheme.cpp): what stands around the sweeps of a sub-step. a: of the sub-step's start; b: of
+// its end, and a of the next.
+//   shift = P = P_v v + P_a a,   v_next = v + u_a a   (where something damps: what the sweeps read for v)
+//   b = b_S (shift - P) - b_a a,   v += v_a a + v_b b,   x += x_b (b - a)
+template <class T>
+struct AlphaTerms {
+  T P_v{}, P_a{}, u_a{};
+  T b_S{}, b_a{};
+  T v_a{}, v_b{}, x_b{};
+  Damping damping = Damping::none;
+};
+
 // ---- the passes --------------------------------------------------------------------------------------------------------
 
 template <class T>
@@ -150,6 +163,9 @@ struct NetworkKernels {
   void (*colour)(const SweepTerms<T>&, const WorkColumns<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
   // x += of_x shift, v += of_v shift, shift = 0 for particles [from, to), multiples of 16
   void (*take_shift)(const WorkColumns<T>&, T of_x, T of_v, std::size_t from, std::size_t to) = nullptr;
+  // Generalized alpha, before the sweeps and after them, for particles [from, to), multiples of 16
+  void (*begin_sweeps)(const AlphaTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
+  void (*end_sweeps)(const AlphaTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
 };
 
 }  // namespace dvdx

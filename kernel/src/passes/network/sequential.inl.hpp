@@ -166,5 +166,43 @@ void take_shift(const WorkColumns<Scalar<V>>& work, Scalar<V> of_x, Scalar<V> of
   }
 }
 
+template <Arithmetic arithmetic, class V>
+[[gnu::always_inline]] inline V ahead(const AlphaTerms<Scalar<V>>& alpha, V v, V a) noexcept {
+  return multiply_add<arithmetic>(V(alpha.P_a), a, V(alpha.P_v) * v);
+}
+
+template <class V, Arithmetic arithmetic>
+void begin_sweeps(const AlphaTerms<Scalar<V>>& alpha, const WorkColumns<Scalar<V>>& work, std::size_t from,
+                  std::size_t to) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = from; i < to; i += V::size) {
+      const V v = load_lanes<V>(work.v[axis] + i);
+      const V a = load_lanes<V>(work.a[axis] + i);
+      store_lanes(work.shift[axis] + i, ahead<arithmetic>(alpha, v, a));
+      if (alpha.damping == Damping::along)
+        store_lanes(work.v_next[axis] + i, multiply_add<arithmetic>(V(alpha.u_a), a, v));
+    }
+  }
+}
+
+template <class V, Arithmetic arithmetic>
+void end_sweeps(const AlphaTerms<Scalar<V>>& alpha, const WorkColumns<Scalar<V>>& work, std::size_t from,
+                std::size_t to) noexcept {
+  using T = Scalar<V>;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = from; i < to; i += V::size) {
+      const V x = load_lanes<V>(work.x[axis] + i);
+      const V v = load_lanes<V>(work.v[axis] + i);
+      const V a = load_lanes<V>(work.a[axis] + i);
+      const V S = load_lanes<V>(work.shift[axis] + i) - ahead<arithmetic>(alpha, v, a);
+      const V b = subtract_product<arithmetic>(V(alpha.b_S) * S, V(alpha.b_a), a);
+      store_lanes(work.x[axis] + i, multiply_add<arithmetic>(V(alpha.x_b), b - a, x));
+      const V dv = multiply_add<arithmetic>(V(alpha.v_b), b, V(alpha.v_a) * a);
+      store_lanes(work.v[axis] + i, v + dv);
+      store_lanes(work.a[axis] + i, select(magnitude(b) < V(most_square<T>), b, V(T(0))));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dvdx

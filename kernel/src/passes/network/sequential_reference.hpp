@@ -84,4 +84,38 @@ void take_shift(const WorkColumns<T>& work, T of_x, T of_v, std::size_t from, st
   }
 }
 
+template <Arithmetic arithmetic, class T>
+T ahead(const AlphaTerms<T>& alpha, T v, T a) noexcept {
+  return multiply_add<arithmetic>(alpha.P_a, a, alpha.P_v * v);
+}
+
+template <class T, Arithmetic arithmetic>
+void begin_sweeps(const AlphaTerms<T>& alpha, const WorkColumns<T>& work, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = from; i < to; ++i) {
+      const T v = work.v[axis][i];
+      const T a = work.a[axis][i];
+      work.shift[axis][i] = ahead<arithmetic>(alpha, v, a);
+      if (alpha.damping == Damping::along) work.v_next[axis][i] = multiply_add<arithmetic>(alpha.u_a, a, v);
+    }
+  }
+}
+
+template <class T, Arithmetic arithmetic>
+void end_sweeps(const AlphaTerms<T>& alpha, const WorkColumns<T>& work, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = from; i < to; ++i) {
+      T& x = work.x[axis][i];
+      T& v = work.v[axis][i];
+      T& a = work.a[axis][i];
+      const T S = work.shift[axis][i] - ahead<arithmetic>(alpha, v, a);
+      const T b = subtract_product<arithmetic>(alpha.b_S * S, alpha.b_a, a);
+      x = multiply_add<arithmetic>(alpha.x_b, b - a, x);
+      const T dv = multiply_add<arithmetic>(alpha.v_b, b, alpha.v_a * a);
+      v = v + dv;
+      a = std::abs(b) < most_square<T> ? b : T(0);  // a bad particle that is mended does not remember it
+    }
+  }
+}
+
 }  // namespace dvdx::reference
