@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "closed_form/closed_form.hpp"
 #include "dvdx/layouts/soa.hpp"
 #include "report/trace.hpp"
 
@@ -33,6 +34,7 @@ Growth growth_of(const SceneFile& file, std::uint64_t steps, const Setup& setup)
   constexpr std::uint64_t most_looks = 500;
   constexpr double beyond_doubt = 10 * most_growth;
   Growth growth{.horizon = steps};
+  if (closed_form_of(file) != ClosedForm::none) return growth;
   Scene scene = file.scene;
   scene.coupling.scheme = Scheme::leapfrog;
   scene.coupling.substeps.reset();

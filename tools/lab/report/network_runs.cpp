@@ -31,7 +31,7 @@ class NetworkMeasurement {
         wish_(options),
         setup_(setup),
         tell_(progress),
-        growth_(growth_if_needed(file, setup)),
+        growth_(growth_of(file, steps_of(file), setup)),
         grid_(own_step(file, growth_)),
         picks_(picks_of(file.particles.count, 256)) {}
 
@@ -56,13 +56,6 @@ class NetworkMeasurement {
   }
 
  private:
-  // A closed form holds however much differences grow.
-  static Growth growth_if_needed(const SceneFile& file, const Setup& setup) {
-    const auto steps = steps_of(file);
-    if (closed_form_of(file) != ClosedForm::none) return {.horizon = steps};
-    return growth_of(file, steps, setup);
-  }
-
   // The step stays the scene's own; the sub-steps are what varies. Half of the samples lie within the horizon, where there is one.
   static Grid own_step(const SceneFile& file, const Growth& growth) {
     const auto steps = steps_of(file);

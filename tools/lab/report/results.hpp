@@ -115,7 +115,7 @@ struct Beyond {
   double nudge = 0;     // m, along each axis, by which they lie beside
   double apart = 0;     // m: the farthest that two of them come apart, root mean square over particles
   double most_off = 0;  // a run whose statistic lies farther off is of another kind: one in a hundred does by chance
-  std::vector<Statistic> statistics;
+  std::vector<Statistic> statistics{};
 };
 
 struct LeftOut {  // a curve or a run that was not measured
