@@ -1,6 +1,5 @@
-// The removal pass in cache, the emission pass, and what coming and going costs a step of a million particles.
+// The removal pass in cache, and what coming and going costs a step of a million particles.
 #include <array>
-#include <memory>
 
 #include "isa/passes.hpp"
 #include "support/benches.hpp"
@@ -33,24 +32,6 @@ void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
   timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(in_cache));
 }
 
-void time_emission(benchmark::State& timing, Isa isa) {
-  EmissionTerms terms;
-  terms.shape = EmissionShape::disc;
-  terms.spread = EmissionSpread::ball;
-  terms.radii = {Vec3{1, 0, 0}, Vec3{0, 1, 0}};
-  terms.radius = 1;
-  terms.lifetime = terms.lifetime_range = 1;
-  terms.interval = 1e-3;
-  const auto born = std::make_unique<Born>();
-  Births births{.first = 0, .count = born_together, .lead = born_together, .step = 1};
-  for (auto _ : timing) {
-    find_passes(isa)->emit(terms, births, *born);
-    benchmark::ClobberMemory();
-    births.first += born_together;
-  }
-  timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(born_together));
-}
-
 void time_jet(benchmark::State& timing, const Scene& scene, std::size_t steps, int threads) {
   const Jet made = make_jet(scene, many, 0.02, steps, threads);
   if (made.plan == nullptr) return timing.SkipWithError("no plan");
@@ -81,7 +62,6 @@ void register_removal() {
       add("removal/eight_columns/1_in_" + std::to_string(every) + "/" + isa_name,
           [=](benchmark::State& timing) { time_compaction(timing, isa, every); });
     }
-    add("emission/disc_and_ball/" + isa_name, [=](benchmark::State& timing) { time_emission(timing, isa); });
   }
   add_jet("fall", fall());
   add_jet("fall_with_far_floor", with(fall(), far_floor({0, 1, 0})));

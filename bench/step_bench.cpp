@@ -1,4 +1,4 @@
-// A call of step(): steps a call, threads, what a call costs, seek and set_step.
+// What a call costs: step() of few particles, seek and set_step. Steps of many: block_loop_bench.cpp.
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"
@@ -7,21 +7,10 @@ namespace dvdx::bench {
 namespace {
 
 template <class T>
-Case<T> meadow_case(const std::string& name, std::size_t steps) {
-  return {.name = name, .scene = [](std::size_t) { return meadow(); }, .steps = steps};
-}
-
-template <class T>
-void add_steps() {
-  for (const std::size_t steps : {1U, 2U, 4U, 8U, 16U, 64U}) {
-    const Case<T> work = meadow_case<T>("step/steps:" + std::to_string(steps), steps);
-    for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(), in_memory()}) {
-      for (int threads = 1; threads <= most_threads(); ++threads)
-        add_plan(work, {best_isa(), Arithmetic::separate, threads}, size);
-    }
-  }
+void add_small() {
+  const Case<T> work{.name = "step/small", .scene = [](std::size_t) { return meadow(); }, .steps = 1};
   for (const std::size_t count : {1U, 16U, 64U, 256U}) {
-    add_plan(meadow_case<T>("step/small", 1), {best_isa(), Arithmetic::separate}, {"count:" + std::to_string(count), count});
+    add_plan(work, {best_isa(), Arithmetic::separate}, {"count:" + std::to_string(count), count});
   }
 }
 
@@ -48,8 +37,8 @@ void time_set_step(benchmark::State& timing, Scene (*scene)()) {
 }  // namespace
 
 void register_step() {
-  add_steps<float>();
-  add_steps<double>();
+  add_small<float>();
+  add_small<double>();
   add("step/seek/float32/L1", time_seek<float>);
   add("step/seek/float64/L1", time_seek<double>);
   add("step/set_step/fused/float32", [](benchmark::State& timing) { time_set_step(timing, meadow); });

@@ -4,6 +4,8 @@ add_library(dvdx_options INTERFACE)
 target_compile_features(dvdx_options INTERFACE cxx_std_20)
 # No compiler may fuse a multiply and an add on its own: every ISA must give the same bits.
 target_compile_options(dvdx_options INTERFACE -ffp-contract=off -fno-math-errno -fvisibility=hidden)
+# A switch over an enumeration names every value: a new shape of a contact, kind of a source or form is not left out anywhere.
+target_compile_options(dvdx_options INTERFACE -Werror=switch)
 if(DVDX_DEVELOPER)
   target_compile_options(dvdx_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
                                                 -Wold-style-cast -Wnon-virtual-dtor -Werror)

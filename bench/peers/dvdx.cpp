@@ -10,11 +10,14 @@ namespace {
 
 constexpr int chosen = 0;  // the knob of a run whose sub-steps the plan chooses
 
+enum class Lie { grid, mesh };  // mesh: the same springs as a list, of which nobody says that they are a grid's
+
 struct Variant {
   Scheme scheme = Scheme::leapfrog;
   std::optional<double> theta{};
   SweepOrder sweeps = SweepOrder::symmetric;
   Arithmetic arithmetic = Arithmetic::separate;
+  Lie lie = Lie::grid;
 };
 
 Scene scene_of(const Cloth& cloth, const Variant& variant, int substeps) {
@@ -24,12 +27,13 @@ Scene scene_of(const Cloth& cloth, const Variant& variant, int substeps) {
   scene.coupling = {.scheme = variant.scheme, .theta = variant.theta, .sweeps = variant.sweeps};
   if (substeps != chosen) scene.coupling.substeps = substeps;
   scene.add(Constant{.acceleration = {0, -gravity, 0}});
-  scene.add(Grid{.rows = cloth.size,
-                 .columns = cloth.size,
-                 .edge_u = cloth.edge_u,
-                 .edge_v = cloth.edge_v,
-                 .structural = cloth.stiffness,
-                 .shear = cloth.stiffness});
+  const Grid grid{.rows = cloth.size,
+                  .columns = cloth.size,
+                  .edge_u = cloth.edge_u,
+                  .edge_v = cloth.edge_v,
+                  .structural = cloth.stiffness,
+                  .shear = cloth.stiffness};
+  scene.add(variant.lie == Lie::grid ? Network(grid) : Network(springs_of(grid)));
   return scene;
 }
 
@@ -72,7 +76,7 @@ tl::expected<Outcome, std::string> run(const Cloth& cloth, const Variant& varian
 
 template <class T>
 Peer peer(const std::string& name, const Variant& variant, std::vector<int> (*ladder)(const Cloth&)) {
-  return {"dvdx " + name + (sizeof(T) == 4 ? ", f32" : ", f64"), "sub-steps", ladder,
+  return {(variant.lie == Lie::grid ? "dvdx " : "dvdx mesh, ") + name + (sizeof(T) == 4 ? ", f32" : ", f64"), "sub-steps", ladder,
           [variant](const Cloth& cloth, int knob, double seconds) { return run<T>(cloth, variant, knob, seconds); }};
 }
 
@@ -91,6 +95,10 @@ Peers dvdx_peers() {
   const Variant sequential{.scheme = Scheme::sequential};
   const Variant middle{.scheme = Scheme::sequential, .theta = 0.5}, damped{.scheme = Scheme::sequential, .theta = 0.55};
   const Variant forward{.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward};
+  const auto mesh = [](Variant variant) {
+    variant.lie = Lie::mesh;
+    return variant;
+  };
   return {peer<float>("leapfrog", leapfrog, leapfrog_counts),
           peer<float>("leapfrog, contracted", contracted, leapfrog_counts),
           peer<double>("leapfrog", leapfrog, leapfrog_counts),
@@ -99,7 +107,13 @@ Peers dvdx_peers() {
           peer<float>("sequential", sequential, any_ladder),
           peer<float>("sequential, theta 0.5, symmetric", middle, any_ladder),
           peer<float>("sequential, theta 0.55, symmetric", damped, any_ladder),
-          peer<float>("sequential, theta 1, forward", forward, any_ladder)};
+          peer<float>("sequential, theta 1, forward", forward, any_ladder),
+          peer<float>("leapfrog", mesh(leapfrog), leapfrog_counts),
+          peer<float>("leapfrog, contracted", mesh(contracted), leapfrog_counts),
+          peer<float>("fourth_order", mesh(fourth_order), fourth_order_counts),
+          peer<float>("sequential", mesh(sequential), any_ladder),
+          peer<float>("sequential, theta 0.5, symmetric", mesh(middle), any_ladder),
+          peer<float>("sequential, theta 1, forward", mesh(forward), any_ladder)};
 }
 
 }  // namespace dvdx::bench

@@ -10,6 +10,8 @@ void register_radial();
 void register_network();
 void register_constraint();
 void register_removal();
+void register_emission();
+void register_block_loop();
 void register_step();
 void register_layout();
 void register_compensated();

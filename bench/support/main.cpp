@@ -36,6 +36,8 @@ int main(int argc, char** argv) {
   dvdx::bench::register_network();
   dvdx::bench::register_constraint();
   dvdx::bench::register_removal();
+  dvdx::bench::register_emission();
+  dvdx::bench::register_block_loop();
   dvdx::bench::register_step();
   dvdx::bench::register_layout();
   dvdx::bench::register_compensated();

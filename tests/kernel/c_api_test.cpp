@@ -204,6 +204,53 @@ TEST_CASE("c: a grid, values each and an origin") {
   CHECK(dvdx_plan_step(h.plan, &state, 1, nullptr, &h.error) == DVDX_COUNT_DIFFERS);
 }
 
+TEST_CASE("c: the fewest sub-steps of a sheet that hangs free, and those safe in any position, are told apart") {
+  using namespace dvdx;
+  constexpr std::size_t rows = 5, columns = 8;
+  Handles h;
+  dvdx_grid grid{};
+  grid.rows = rows;
+  grid.columns = columns;
+  grid.edge_u[0] = grid.edge_v[2] = 1;
+  grid.structural = 50;
+  CHECK(dvdx_scene_add_grid(h.scene, &grid, &h.error) == DVDX_DONE);
+  Soa<double> memory(rows * columns);
+  State<double> flat = memory.view();
+  for (std::size_t i = 0; i < flat.count; ++i) {
+    flat.x[0][i] = static_cast<double>(i % columns) / (columns - 1);
+    flat.x[1][i] = 0;
+    flat.x[2][i] = static_cast<double>(i / columns) / (rows - 1);
+    for (auto& column : flat.v) column[i] = 0;
+  }
+  const dvdx_state state = dvdx_soa(DVDX_FLOAT64, &flat.x[0][0], &flat.x[1][0], &flat.x[2][0], &flat.v[0][0], &flat.v[1][0],
+                                    &flat.v[2][0], flat.count);
+  REQUIRE(h.make(options_of(1, DVDX_FLOAT64), &state) == DVDX_DONE);
+  Scene scene;
+  scene.add(Network(Grid{.rows = rows, .columns = columns, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 50}));
+  const auto plan = compile<double>(scene, {.step = 1}, flat);
+  REQUIRE(plan.has_value());
+  const NetworkLimit wanted = *plan->network_limit();
+  REQUIRE(wanted.fewest != wanted.safe);
+  dvdx_network_limit limit{};
+  CHECK(dvdx_plan_network_limit(h.plan, &limit) == 1);
+  CHECK(limit.fewest == wanted.fewest);
+  CHECK(limit.safe == wanted.safe);
+  CHECK(limit.substeps == wanted.substeps);
+  CHECK(limit.frequency == wanted.frequency);
+}
+
+TEST_CASE("c: the instruction set that was asked for is told, and impacts are counted as asked") {
+  Handles h;
+  dvdx_options options = options_of(0.01);
+  options.isa = DVDX_ISA_REFERENCE;
+  REQUIRE(h.make(options) == DVDX_DONE);
+  CHECK(dvdx_plan_isa(h.plan) == DVDX_ISA_REFERENCE);
+  Handles other;
+  options.impacts = 1001;
+  CHECK(other.make(options) == DVDX_INVALID);
+  CHECK(other.field() == "impacts");
+}
+
 TEST_CASE("c: seek, another step, another force, and what a plan says of itself") {
   Handles h;
   dvdx_spring spring{};
@@ -409,7 +456,7 @@ class Living {
   dvdx_carried carried{&drops[0].name, sizeof(Drop), sizeof(std::uint32_t)};
   dvdx_emitter emitters[2]{};
   dvdx_boundary ground{{0, 2, 0}, -0.5};
-  double sides[3] = {1, 0, 1}, inside[6] = {-9, -9, -9, 1.75, 9, 9};
+  double sides[3] = {1, 0, 1}, inside[6] = {-9, -9, -9, 1.75, 9, 0.8};
   dvdx_turnover turnover{};
   dvdx_live live{};
   dvdx_live_plan* plan = nullptr;
@@ -440,7 +487,7 @@ TEST_CASE("c: particles come and go as they do by C++, bit by bit") {
                                         .end = 0.1 + 0.25,
                                         .spread = Vec3{1, 0, 1}}},
                           .removal = {.boundaries = {{.normal = {0, 2, 0}, .offset = -0.5}},
-                                      .outside = Box{.min = {-9, -9, -9}, .max = {1.75, 9, 9}}},
+                                      .outside = Box{.min = {-9, -9, -9}, .max = {1.75, 9, 0.8}}},
                           .capacity = Living::capacity};
   const auto plan = compile<double>(scene, turnover, {.step = 1.0 / 64});
   REQUIRE(plan.has_value());

@@ -2,9 +2,13 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <set>
 #include <string>
+#include <type_traits>
 
 #include "dvdx/plan.hpp"
 #include "execute/plan_parts.hpp"
@@ -51,6 +55,14 @@ Scene falling() {
   Scene scene;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
   return scene;
+}
+
+// A table is nothing but pointers and widths: how many of its words are 0. A line that is left out of a table leaves one.
+std::size_t missing_entries(const Passes& passes) {
+  static_assert(std::is_trivially_copyable_v<Passes> && sizeof(Passes) % sizeof(std::uintptr_t) == 0);
+  std::array<std::uintptr_t, sizeof(Passes) / sizeof(std::uintptr_t)> words{};
+  std::memcpy(words.data(), &passes, sizeof(Passes));
+  return static_cast<std::size_t>(std::count(words.begin(), words.end(), std::uintptr_t{0}));
 }
 
 int calls_of_spy = 0;
@@ -112,6 +124,21 @@ TEST_CASE_TEMPLATE("every ISA has a table of its own, of its own width and its o
     }
   }
   CHECK(functions.size() == tables * flows * extras);
+}
+
+TEST_CASE("no table lacks a pass") {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+    for (const Isa isa : available_isas(arithmetic)) {
+      CAPTURE(name(isa));
+      const Passes* passes = find_passes(isa, arithmetic);
+      REQUIRE(passes != nullptr);
+      CHECK(missing_entries(*passes) == 0);
+      Passes lacking = *passes;
+      lacking.emit = nullptr;
+      lacking.f32.network.take_shift = nullptr;
+      CHECK(missing_entries(lacking) == 2);
+    }
+  }
 }
 
 TEST_CASE("a step runs the functions of its program's table and no others") {

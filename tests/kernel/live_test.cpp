@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -357,6 +358,61 @@ TEST_CASE("an emitter works from its start to its end") {
   CHECK(by(1e9) == 15);
   const Emitter burst{.rate = 160'000, .start = 1.2, .end = 1.25};  // the difference of which is not what its decimals say
   CHECK(births_by(burst, {.seconds = 2, .carry = 0}).whole == 8000);
+}
+
+// Times and rates are taken for what they are to 2^-50 of themselves: sums of that size are only right to their last bit.
+TEST_CASE("a birth belongs to a time that is earlier by its rounding, and to none that is earlier than that") {
+  const Emitter emitter{.rate = 1};
+  const auto by = [&](double seconds) { return births_by(emitter, {.seconds = seconds, .carry = 0}).whole; };
+  for (const double number : {1.0, 2.0, 1024.0}) {  // (1 - 2^-50) (1 + 2^-50) = 1 - 2^-100 is below 1
+    const double early = number * (1 - 0x1p-50);
+    CHECK(by(early) == static_cast<std::uint64_t>(number) - 1);
+    CHECK(by(std::nextafter(early, 2 * number)) == static_cast<std::uint64_t>(number));
+  }
+}
+
+TEST_CASE("what is born lies in its disc, and has a lifetime between the least and the most") {
+  Emitter emitter = jet(64000, 5);
+  emitter.shape = Disc{.center = {1, 2, 3}, .normal = {0, 1, 0}, .radius = 0.05};
+  emitter.velocity = {};
+  emitter.spread = 0.0;
+  emitter.least_lifetime = 2;
+  emitter.most_lifetime = 2.5;
+  const auto plan = make<double>({}, {.emitters = {emitter}, .removal = {}, .capacity = 1000});
+  Living<double> living(Layout::soa, 1000);
+  step_all(plan, living.live, 1);
+  REQUIRE(living.live.state.count == 1000);
+  double most_x = 0, most_z = 0, shortest = 9, longest = 0;
+  for (std::size_t i = 0; i < 1000; ++i) {
+    const double dx = living.live.state.x[0][i] - 1, dz = living.live.state.x[2][i] - 3;
+    CHECK(living.live.state.x[1][i] == 2);
+    CHECK(dx * dx + dz * dz <= 0.0025 * (1 + 1e-12));
+    most_x = std::max(most_x, std::abs(dx));
+    most_z = std::max(most_z, std::abs(dz));
+    shortest = std::min(shortest, living.live.lifetime[i]);
+    longest = std::max(longest, living.live.lifetime[i]);
+  }
+  CHECK(most_x > 0.045);
+  CHECK(most_z > 0.045);
+  CHECK(shortest >= 2);
+  CHECK(shortest < 2.05);
+  CHECK(longest > 2.45);
+  CHECK(longest <= 2.5);
+}
+
+// 2 m a step towards the box: a step after its birth each would be inside.
+TEST_CASE("what is born outside goes at its birth, in a call of many steps as in calls of one") {
+  const Turnover turnover{.emitters = {{.shape = Vec3{2, 0, 0}, .rate = 64, .velocity = {-128, 0, 0}}},
+                          .removal = {.outside = Box{.min = {-1, -1, -1}, .max = {1, 1, 1}}},
+                          .capacity = 20};
+  const auto plan = make<double>({}, turnover);
+  for (const std::size_t each : {1U, 10U}) {
+    Living<double> living(Layout::soa, 20);
+    for (std::size_t done = 0; done < 10; done += each) step_all(plan, living.live, each);
+    CHECK(living.live.born == 10);
+    CHECK(living.live.removed == 10);
+    CHECK(living.live.state.count == 0);
+  }
 }
 
 TEST_CASE("a full state drops births and counts them") {

@@ -93,6 +93,67 @@ TEST_CASE_TEMPLATE("range: a step at which a network's particles are lost is ref
   }
 }
 
+// W h^2 from 2^900 on is cut off where psi is made: what the rest of the coefficients' formulas made of it was not a number.
+TEST_CASE("range: a spring whose angle in a step means nothing is refused, and the stiffest that is taken keeps its bounds") {
+  constexpr double least = 0x1p+900;
+  const std::vector<double> second = {1, least, 1};
+  const auto check = [](const Scene& scene, const std::string& field, double step) {
+    CAPTURE(step);
+    CHECK(refused<double>(scene, step) == field);
+  };
+  for (const Method method : {Method::combined, Method::exact, Method::average_acceleration}) {
+    const auto spring = [&](const auto& stiffness) { return with(Spring{.stiffness = stiffness, .method = method}); };
+    check(spring(least), "forces[0].stiffness", 1);
+    check(spring(least), "forces[0].stiffness", -1);
+    check(spring(least / 4), "forces[0].stiffness", 2);
+    check(spring(PerAxis(1, 1, least)), "forces[0].stiffness", 1);
+    check(spring(second), "forces[0].stiffness[1]", 1);
+    check(with(RadialSpring{.stiffness = least, .rest_length = 1.0, .method = method}), "forces[0].stiffness", 1);
+    Scene both = spring(least / 2);
+    both.add(Spring{.stiffness = least / 2, .method = method});
+    check(both, "forces[0].stiffness", 1);
+    Scene light = spring(least / 1024);
+    light.mass = 1.0 / 1024;
+    check(light, "forces[0].stiffness", 1);
+  }
+  for (const bool is_each : {false, true}) {
+    Batch<double> batch(Layout::soa, 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        batch.view().x[axis][i] = 1;
+        batch.view().v[axis][i] = 0;
+      }
+    }
+    const double most = std::nextafter(least, 0.0);
+    const auto each = is_each ? PerAxis(std::vector<double>{1, most, 1}) : PerAxis(most);
+    auto plan = compile<double>(with(Spring{.stiffness = each}), {.step = 1}, batch.view());
+    REQUIRE(plan.has_value());
+    const auto longer = plan->set_step(2);
+    REQUIRE_FALSE(longer.has_value());
+    CHECK(longer.error().field.starts_with("forces[0].stiffness"));
+    double farthest = 0;
+    for (int n = 0; n < 100; ++n) {
+      REQUIRE(plan->step(batch.view(), 1) == StepResult::done);
+      const double x = std::abs(batch.view().x[0][1]);
+      farthest = x <= farthest ? farthest : x;
+    }
+    CHECK(farthest > 0.9);
+    CHECK(farthest < 1 + 1e-12);
+  }
+}
+
+// The roundings that go together were searched for beside infinity, where the largest float stands.
+TEST_CASE("range: springs whose coefficients float32 cannot hold are refused, damped or not, one for all or one each") {
+  for (const double damping : {0.0, 1e-3}) {
+    const auto spring = [&](const auto& stiffness) { return with(Spring{.stiffness = stiffness, .damping = damping}); };
+    CHECK(refused<float>(spring(1e80), hz60) == "step");
+    CHECK(refused<float>(spring(std::vector<double>{1, 1e200, 1}), hz60) == "step");
+    CHECK(refused<float>(spring(1e70), hz60).empty());
+    CHECK(refused<float>(spring(std::vector<double>{1, 1e70, 1}), hz60).empty());
+    CHECK(refused<double>(spring(1e200), hz60).empty());
+  }
+}
+
 TEST_CASE_TEMPLATE("range: no plan at the edges of the scalar type makes a particle not finite", T, float, double) {
   constexpr std::size_t count = 3;
   int made = 0;

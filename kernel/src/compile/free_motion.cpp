@@ -343,8 +343,12 @@ std::optional<Error> FreeMotion<T>::refusal() const {
   const auto is_fit = [](const FusedAxis<T>& k) {
     return std::isfinite(k.A) && std::isfinite(k.B) && std::isfinite(k.C) && std::isfinite(k.S);
   };
+  const auto is_fit_shear = [](const ShearAxis<T>& k) {
+    return std::isfinite(k.t1) && std::isfinite(k.s) && std::isfinite(k.t2) && std::isfinite(k.kappa);
+  };
   const bool has_anchor = is_finite(terms.anchor.data(), terms.anchor.size());
-  const bool is_sound = has_anchor && std::all_of(terms.fused.begin(), terms.fused.end(), is_fit);
+  const bool is_sound = has_anchor && std::all_of(terms.fused.begin(), terms.fused.end(), is_fit) &&
+                        std::all_of(terms.shear.begin(), terms.shear.end(), is_fit_shear);
   if (is_sound && has_finite_columns(terms.rates, count_.value_or(0))) return std::nullopt;
   return Error{"step", text(step_), "a step at which this method's coefficients stay finite"};
 }

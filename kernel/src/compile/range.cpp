@@ -9,6 +9,7 @@
 #include "compile/checker.hpp"
 #include "compile/system.hpp"
 #include "forces/radial_spring.hpp"
+#include "math/psi.hpp"
 #include "math/vec3.hpp"
 #include "text.hpp"
 
@@ -100,7 +101,21 @@ class RangeChecker {
   void check(const Polynomial&, std::size_t, const std::string&) {}
   void check(const Sinusoid&, std::size_t, const std::string&) {}
   void check(const Drag&, std::size_t, const std::string&) {}
-  void check(const Spring& spring, std::size_t, const std::string& at) { places(at + ".anchor", spring.anchor); }
+  // A step's angle whose sine means nothing: psi() cuts W h^2 off there, and coefficients of the whole W would be garbage.
+  [[nodiscard]] bool turns_too_far(double W) const { return !(W * h_ * h_ < psi_huge); }
+  static constexpr const char* turns_less = "one that turns by less than 2.9e135 radians in a step, with the springs beside it";
+
+  void check(const Spring& spring, std::size_t force, const std::string& at) {
+    places(at + ".anchor", spring.anchor);
+    const bool is_each = !spring.stiffness.is_uniform() || !scene_.mass.is_uniform();
+    for (std::size_t i = 0; i < (is_each ? count_ : 1) && !check_.error; ++i) {
+      for (std::size_t axis = 0; axis < 3 && !check_.error; ++axis) {
+        if (system_.rate(force, axis, i).W == 0 || !turns_too_far(system_.total_rate(axis, i).W)) continue;
+        const std::string field = at + ".stiffness";
+        fail(spring.stiffness.is_uniform() ? field : element(field, i), text(spring.stiffness.at(axis, i)), turns_less);
+      }
+    }
+  }
   void check(const RadialSpring& spring, std::size_t force, const std::string& at) {
     places(at + ".anchor", spring.anchor);
     lengths(at + ".rest_length", spring.rest_length, false);
@@ -108,6 +123,7 @@ class RangeChecker {
     for (std::size_t i = 0; i < (is_each ? count_ : 1) && !check_.error; ++i) {
       const double W = spring.stiffness[i] / scene_.mass[i];
       const double g = spring.damping / scene_.mass[i];
+      if (turns_too_far(W)) return fail(at + ".stiffness", text(spring.stiffness[i]), turns_less);
       const Method method = system_.method(force);
       const RadialKick kick = method == Method::combined ? radial_kick(W, g, h_) : RadialKick{};
       const Contribution more = method == Method::combined ? Contribution{} : radial_spring(W, g, h_, method);
@@ -151,7 +167,7 @@ class RangeChecker {
     if (!fits<T>(k * l)) return fail(at + stiffness, text(k), "one whose product with the rest length is finite");
     if (!fits<T>(c)) return fail(at + ".damping", text(c), "at most " + text(double{limits::max()}, 8) + " kg/s");
     const bool is_good = fits<T>(k * w) && fits<T>(k * h_ * h_) && fits<T>(k * h_ * h_ * w) && fits<T>(k * h_ * w) &&
-                         fits<T>(c * w) && fits<T>(c * h_) && fits<T>(c * h_ * w);
+                         fits<T>(c * w) && fits<T>(c * h_) && fits<T>(c * h_ * w) && !turns_too_far(k * w);
     if (!is_good) step("one at which the network's coefficients stay finite");
   }
   [[nodiscard]] double inverse_mass(std::size_t i) const { return 1 / scene_.mass[i]; }

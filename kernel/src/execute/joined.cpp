@@ -11,6 +11,7 @@
 #include "execute/state_io.hpp"
 #include "execute/stepping.hpp"
 #include "execute/tasks.hpp"
+#include "execute/tiles.hpp"
 
 namespace dvdx {
 namespace {
@@ -20,6 +21,9 @@ constexpr std::size_t particles_per_task = 4096;
 // Below this many particles, waking a thread for every pulse and flow costs more than it saves.
 constexpr std::size_t parallel_from = 16384;
 constexpr std::size_t max_flows = 8;
+// Of a large sheet, what goes through several stages at once: this much of it stays in the second-level cache of one core.
+constexpr std::size_t bytes_in_cache = std::size_t{1} << 19;
+constexpr std::size_t max_stages = 16;
 
 // The particles of a span, in the state and in a working column.
 template <class A, class T>
@@ -55,7 +59,7 @@ class JoinedStep {
       constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
       constraints_.emplace(*joints_.constraints, scene.passes->template of<T>().constraint, constraint_terms_, parallel_);
     }
-    for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{});
+    for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
   JoinedStep(const JoinedStep&) = delete;
   JoinedStep& operator=(const JoinedStep&) = delete;
@@ -106,6 +110,21 @@ class JoinedStep {
     }
   }
 
+  // Leaves the clock where the last step ends.
+  void run(Clock& clock, double step, std::size_t steps) noexcept {
+    const std::size_t stages = stages_at_once();
+    for (std::size_t n = 0; n < steps; ++n) {
+      if (stages < 2) {
+        this->step(clock);
+      } else {
+        add_stages(clock, stages);
+      }
+      clock.advance(step, 1);
+    }
+    run_stages();
+  }
+
+ private:
   void step(Clock clock) noexcept {
     clock_ = clock;
     for (int substep = 0; substep < joints_.limit.substeps; ++substep) {
@@ -120,7 +139,6 @@ class JoinedStep {
     if (is_relative()) count_from_here();
   }
 
- private:
   enum class After { nothing, pairs, sweeps };  // what joins a flow in the same walk over the particles
 
   template <class Kept>
@@ -164,21 +182,21 @@ class JoinedStep {
 
   // ---- flows --------------------------------------------------------------------------------------------------------------
 
-  void make_offsets(std::size_t f, Clock clock) noexcept {
+  using FlowOffsets = std::array<Offsets<T>, 2>;
+
+  void make_offsets(std::size_t f, Clock clock, FlowOffsets& offsets) noexcept {
     const FreeMotion<T>& flow = *m_.flows()[f];
     const std::size_t parts = flow.offsets_per_step();
     for (std::size_t part = 0; part < parts; ++part) {
-      flow.offsets_at(clock, offsets_[f][part]);
+      flow.offsets_at(clock, offsets[part]);
       clock.advance(flow.step() / static_cast<double>(parts), 1);
     }
   }
 
   void flow(std::size_t f, After after) noexcept {
     const FreeMotion<T>& motion = *m_.flows()[f];
-    if (motion.system.depends_on_time()) make_offsets(f, clock_);
+    if (motion.system.depends_on_time()) make_offsets(f, clock_, offsets_[f]);
     clock_.advance(motion.step(), 1);
-    const StepBlock<T> run = motion.kernels->at(motion.flow, motion.extra);
-    const Steps<T> once{.offsets = offsets_[f].data(), .offsets_per_step = 0, .count = 1};
     const Left left = std::exchange(left_, Left{});
     const AlphaTerms<T>* const begin = after == After::sweeps ? alpha_ : nullptr;
     for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
@@ -186,17 +204,22 @@ class JoinedStep {
       for (std::size_t first = task * particles_per_task; first < end; first += motion.block) {
         const std::size_t count = std::min(motion.block, end - first);
         take(left, first, first + count);
-        Block<T> block{.x = {}, .v = {}, .first = first, .count = count};
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          block.x[axis] = work_.x[axis] + first;
-          block.v[axis] = work_.v[axis] + first;
-        }
-        run(block, motion.terms, once);
+        flow_block(motion, offsets_[f], first, count);
         if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);
         hold_fixed(first, first + count);
         if (begin != nullptr) kernels_.begin_sweeps(*begin, work_, first, first + count);
       }
     });
+  }
+
+  void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, std::size_t first, std::size_t count) noexcept {
+    Block<T> block{.x = {}, .v = {}, .first = first, .count = count};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      block.x[axis] = work_.x[axis] + first;
+      block.v[axis] = work_.v[axis] + first;
+    }
+    const Steps<T> once{.offsets = offsets.data(), .offsets_per_step = 0, .count = 1};
+    motion.kernels->at(motion.flow, motion.extra)(block, motion.terms, once);
   }
 
   // What the sweeps have left in the shifts, for the next flow to take along.
@@ -230,6 +253,81 @@ class JoinedStep {
         }
       }
     });
+  }
+
+  // ---- a large grid: several flows and pulses while its rows are in cache -------------------------------------------------
+
+  enum class Kind { flow, pulse };
+  struct Stage {
+    Kind kind = Kind::flow;
+    const FreeMotion<T>* motion = nullptr;
+    FlowOffsets offsets;
+    T pulse{};
+  };
+
+  // A pulse reads the rows up to so far away.
+  [[nodiscard]] static std::size_t reach(const GridTerms<T>& grid) noexcept { return grid.along.right2.is_there() ? 2 : 1; }
+  [[nodiscard]] static std::size_t rows_in_cache(const GridTerms<T>& grid) noexcept {
+    constexpr std::size_t columns = 7;  // x, v and w
+    return bytes_in_cache / (columns * sizeof(T) * grid.pitch);
+  }
+
+  // 0 where the sheet is in cache anyway, where a pulse reads the neighbours' velocities, which the stage before has changed,
+  // and where constraints stand between the pulses.
+  [[nodiscard]] std::size_t stages_at_once() const noexcept {
+    const auto* form = std::get_if<GridForm<T>>(&joints_.form);
+    if (form == nullptr || form->terms.damping != Damping::none || constraints_) return 0;
+    const std::size_t rows = rows_in_cache(form->terms);
+    return form->terms.rows <= 2 * rows ? 0 : std::min(max_stages, rows / reach(form->terms) / 2);
+  }
+
+  // The stages of one step, run whenever so many have come together.
+  void add_stages(Clock clock, std::size_t at_once) noexcept {
+    clock_ = clock;
+    const auto add = [&](const auto& fill) {
+      fill(stages_[stage_count_++]);
+      if (stage_count_ == at_once) run_stages();
+    };
+    const auto add_flow = [&](std::size_t f) {
+      add([&](Stage& stage) {
+        stage.kind = Kind::flow;
+        stage.motion = m_.flows()[f].get();
+        make_offsets(f, clock_, stage.offsets);
+        clock_.advance(stage.motion->step(), 1);
+      });
+    };
+    for (int substep = 0; substep < joints_.limit.substeps; ++substep) {
+      const auto& before = substep == 0 ? m_.first() : m_.again();
+      for (std::size_t k = 0; k < before.size(); ++k) {
+        add_flow(before[k]);
+        add([&](Stage& stage) {
+          stage.kind = Kind::pulse;
+          stage.pulse = pulse_length(k);
+        });
+      }
+    }
+    if (m_.last()) add_flow(*m_.last());
+  }
+
+  void run_stages() noexcept {
+    const std::size_t stages = std::exchange(stage_count_, 0);
+    if (stages == 0) return;
+    const GridTerms<T>& grid = std::get<GridForm<T>>(joints_.form).terms;
+    const std::size_t chunk = reach(grid);  // rows
+    const std::size_t chunks = grid.rows / chunk;
+    for_each_tile(parallel_, chunks, rows_in_cache(grid) / chunk, stages, [&](std::size_t j, std::size_t from, std::size_t to) {
+      run_stage(stages_[j], grid, from * chunk, to == chunks ? grid.rows : to * chunk);
+    });
+  }
+
+  void run_stage(const Stage& stage, const GridTerms<T>& grid, std::size_t from, std::size_t to) noexcept {
+    if (stage.kind == Kind::pulse) return kernels_.grid(grid, work_, stage.pulse, from, to);
+    const std::size_t end = to * grid.pitch;
+    for (std::size_t first = from * grid.pitch; first < end; first += stage.motion->block) {
+      const std::size_t count = std::min(stage.motion->block, end - first);
+      flow_block(*stage.motion, stage.offsets, first, count);
+      hold_fixed(first, first + count);
+    }
   }
 
   // ---- pulses, one for each form ------------------------------------------------------------------------------------------
@@ -277,10 +375,14 @@ class JoinedStep {
     kick(kernels_.graph, form.terms, k, size() / slice, particles_per_task / slice);
   }
 
+  [[nodiscard]] T pulse_length(std::size_t k) const noexcept {
+    return static_cast<T>(joints_.splitting.b[k] * joints_.substep());
+  }
+
   // units: rows or slices.
   template <class Pass, class Terms>
   void kick(const Pass& pass, const Terms& terms, std::size_t k, std::size_t units, std::size_t asked) noexcept {
-    const auto pulse = static_cast<T>(joints_.splitting.b[k] * joints_.substep());
+    const T pulse = pulse_length(k);
     const std::size_t per_task = std::max<std::size_t>(1, asked);
     for_each_task(parallel_, tasks_of(units, per_task), [&](std::size_t task) {
       const std::size_t from = task * per_task;
@@ -346,7 +448,9 @@ class JoinedStep {
   Left left_{};
   const AlphaTerms<T>* alpha_ = nullptr;  // of this sub-step
   bool is_start_ = false;                 // the next sub-step has no acceleration to start from
-  std::array<std::array<Offsets<T>, 2>, max_flows> offsets_;
+  std::array<FlowOffsets, max_flows> offsets_;
+  std::array<Stage, max_stages> stages_;
+  std::size_t stage_count_ = 0;
 };
 
 }  // namespace
@@ -358,10 +462,7 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
   if (!stepping) return StepResult::in_use;
   JoinedStep<T> call(scene, motion, workspace, parallel);
   call.fetch_all(state);
-  for (std::size_t n = 0; n < steps; ++n) {
-    call.step(state.clock);
-    state.clock.advance(scene.options.step, 1);
-  }
+  call.run(state.clock, scene.options.step, steps);
   call.put_back_all(state);
   if (steps != 0) call.remember(state);
   return StepResult::done;

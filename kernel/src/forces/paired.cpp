@@ -26,6 +26,7 @@ std::array<float, count> neighbours(double exact) noexcept {
   std::array<float, count> result{};
   const auto nearest = static_cast<float>(exact);
   result.fill(nearest);
+  if (!std::isfinite(nearest)) return result;  // the largest float stands beside infinity, and is no neighbour of the number
   const double ulp = std::abs(double{nearest} - double{std::nextafter(nearest, 0.0F)});
   float up = nearest, down = nearest;
   for (std::size_t n = 1; n < count; n += 2) {
@@ -72,8 +73,9 @@ struct Spectrum {
 }  // namespace
 
 ShearF paired(const Shear& exact) noexcept {
-  ShearF best;
   const auto kappa = static_cast<float>(exact.kappa);
+  ShearF best = {static_cast<float>(exact.sign), static_cast<float>(exact.t1), static_cast<float>(exact.s),
+                 static_cast<float>(exact.t2), kappa};  // where float32 cannot hold them and no error is a number
   const double kick = exact.kick + (exact.kappa - double{kappa});  // what kappa's rounding leaves to the others
   double smallest = std::numeric_limits<double>::infinity();
   for (const float s : neighbours(exact.s)) {
@@ -92,7 +94,8 @@ ShearF paired(const Shear& exact) noexcept {
 
 FusedF paired(const Combined& exact) noexcept {
   const Spectrum spectrum(exact);
-  FusedF best;
+  FusedF best = {static_cast<float>(exact.A), static_cast<float>(exact.B), static_cast<float>(exact.C),
+                 static_cast<float>(exact.S)};
   double smallest = std::numeric_limits<double>::infinity();
   for (const float A : neighbours(exact.A)) {
     for (const float B : neighbours(exact.B)) {

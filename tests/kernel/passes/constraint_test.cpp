@@ -102,6 +102,27 @@ TEST_CASE("constraint: a pendulum of one metre from 90 degrees, 60 steps a secon
   CHECK(std::abs(energy) <= 1e-2);
 }
 
+// A bob flies until its string of 1 m is drawn, in the middle of the step: (0.5, -0.1) m with (5, 1) m/s reaches (1, 0) m. The
+// string takes the 5 m/s away there, and 1 m/s goes on along the circle for the half of the step that is left.
+TEST_CASE("constraint: a string that is drawn in the middle of a step takes the speed along it and leaves the speed across") {
+  Joined joined;
+  joined.x = {{0, 0, 0}, {0.5, -0.1, 0}};
+  joined.v = {{0, 0, 0}, {5, 1, 0}};
+  joined.scene.fixed = {0};
+  joined.scene.add(Distance{.pairs = {{0, 1}}, .length = 1.0, .bound = Bound::at_most});
+  joined.step = 0.2;
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+    for (const Isa isa : available_isas(arithmetic)) {
+      CAPTURE(name(isa));
+      const auto got = stepped<double>(joined, {.isa = isa, .arithmetic = arithmetic}, 1);
+      CHECK(std::abs(length(got, 0, 1) - 1) <= 1e-14);
+      CHECK(std::abs(std::atan2(x(got, 1, 1), x(got, 1, 0)) - 0.1) <= 1e-3);
+      CHECK(std::abs(v(got, 1, 1) * x(got, 1, 0) - v(got, 1, 0) * x(got, 1, 1) - 1) <= 1e-3);
+      CHECK(std::abs(v(got, 1, 0) * x(got, 1, 0) + v(got, 1, 1) * x(got, 1, 1)) <= 1e-14);
+    }
+  }
+}
+
 // ---- bits --------------------------------------------------------------------------------------------------------------
 
 namespace {

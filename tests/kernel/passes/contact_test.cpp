@@ -590,6 +590,36 @@ TEST_CASE("a throw onto a sphere hits it where the parabola does") {
   for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(state.x[k][0] - (end[k] - into * hit[k])) <= 1e-13);
 }
 
+// From beside a sphere along its tangent, then drawn into it and out again: x = (1.05 - 2 f^2, sqrt(2.5) f) in a step of 1 s.
+// |x| = 1 where 4 f^4 - 1.7 f^2 + 0.1025 = 0; the path's end is outside, and so is that of the straight line.
+TEST_CASE("a path that bends into a sphere and out of it within a step hits it at its quartic's root") {
+  const double u = std::sqrt(2.5);
+  const double f = std::sqrt((1.7 - std::sqrt(1.7 * 1.7 - 16 * 0.1025)) / 8);
+  const Vec3 n{1.05 - 2 * f * f, u * f, 0};
+  CHECK(std::abs(length(n) - 1) < 1e-14);
+  const double into = product(n, {-4 * f, u, 0});
+  const Vec3 after{-4 * f - 2 * into * n[0], u - 2 * into * n[1], 0};
+  const double rest = 1 - f;
+  Scene scene;
+  scene.add(Constant{.acceleration = {-4, 0, 0}});
+  scene.add(Sphere{.center = {}, .radius = 1, .restitution = 1});
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+    for (const Isa isa : available_isas(arithmetic)) {
+      Soa<double> memory(1);
+      State<double> state = memory.view();
+      for (std::size_t k = 0; k < 3; ++k) state.x[k][0] = state.v[k][0] = 0;
+      state.x[0][0] = 1.05;
+      state.v[1][0] = u;
+      compile<double>(scene, {.step = 1, .isa = isa, .arithmetic = arithmetic})->step(state);
+      CAPTURE(name(isa));
+      CHECK(std::abs(state.x[0][0] - (n[0] + rest * after[0] - 2 * rest * rest)) <= 1e-12);
+      CHECK(std::abs(state.x[1][0] - (n[1] + rest * after[1])) <= 1e-12);
+      CHECK(std::abs(state.v[0][0] - (after[0] - 4 * rest)) <= 1e-12);
+      CHECK(std::abs(state.v[1][0] - after[1]) <= 1e-12);
+    }
+  }
+}
+
 TEST_CASE_TEMPLATE("inside and outside of spheres", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);

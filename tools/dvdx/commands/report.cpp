@@ -37,12 +37,10 @@ std::vector<Precision> precisions_of(const std::string& word) {
   return {named(precisions, word)};
 }
 
-report::Setup setup_of(const ReportOptions& options) {
+Engine reference_engine(const ReportOptions& options) {
   auto engine = options.engine;
   engine.precision = "float64";
-  report::Setup setup{.engine = engine_of(engine), .parallel = {}};
-  setup.parallel = parallel(setup.engine.threads);
-  return setup;
+  return engine_of(engine);
 }
 
 // All scenes are read, and the place of the report is looked at, before any work is done.
@@ -80,7 +78,9 @@ void write_all(OutputFolder& folder, const report::Pictures& pictures, const std
 }
 
 void run(const ReportOptions& options) {
-  const auto setup = setup_of(options);
+  const Engine engine = reference_engine(options);
+  const Threads threads(engine.threads);
+  const report::Setup setup{.engine = engine, .parallel = threads.parallel_for()};
   const auto files = read_scenes(options);
   OutputFolder folder(options.out);
   check_targets(folder, files);

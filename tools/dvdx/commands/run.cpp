@@ -157,7 +157,7 @@ class Simulation {
         memory_(engine.layout, loaded.file.particles.count, rounding_of(engine.precision)),
         state_(started(loaded.file, memory_.view())),
         plan_(made(loaded.file, engine, state_)),
-        parallel_(parallel(engine.threads)) {}
+        threads_(engine.threads) {}
 
   Outcome run(Observer<T>& observer, std::uint64_t every) {
     outcome_.network = plan_.network_limit();
@@ -204,7 +204,8 @@ class Simulation {
     while (done_ < until) {
       const auto steps = watch.most_steps(done_, std::min(most, until - done_));
       const auto before = std::chrono::steady_clock::now();
-      if (plan_.step(state_, steps, parallel_) != StepResult::done) throw std::logic_error("the plan is for another state");
+      if (plan_.step(state_, steps, threads_.parallel_for()) != StepResult::done)
+        throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       done_ += steps;
       watch.look(state_, done_);
@@ -216,7 +217,7 @@ class Simulation {
   StateMemory<T> memory_;
   State<T> state_;
   Plan<T> plan_;
-  ParallelFor parallel_;
+  Threads threads_;
   std::uint64_t done_ = 0;
   Outcome outcome_;
 };

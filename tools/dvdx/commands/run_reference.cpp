@@ -34,12 +34,12 @@ class FinerRun {
         world_(Layout::soa, loaded.file.particles.count),
         state_(started(loaded.file, memory_.view())),
         plan_(report::compiled(loaded.file, scene_, loaded.file.step / static_cast<double>(finer), engine, state_)),
-        parallel_(parallel(engine.threads)) {}
+        threads_(engine.threads) {}
 
   std::vector<double> positions(const Moment& moment, std::size_t stride) {
     while (done_ < finer * moment.step) {
       const auto steps = std::min(finer * moment.step - done_, report::steps_per_call(state_.count));
-      report::advance(plan_, state_, steps, parallel_);
+      report::advance(plan_, state_, steps, threads_.parallel_for());
       done_ += steps;
     }
     auto world = world_.view();
@@ -62,7 +62,7 @@ class FinerRun {
   StateMemory<double> world_;
   State<double> state_;
   Plan<double> plan_;
-  ParallelFor parallel_;
+  Threads threads_;
   std::uint64_t done_ = 0;
 };
 

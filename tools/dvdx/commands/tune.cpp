@@ -37,8 +37,9 @@ void print(const TuneOptions& options, const report::Machine& machine, const std
 
 Exit run(TuneOptions options) {
   options.engine.precision = "float64";  // of the reference
-  report::Setup setup{.engine = engine_of(options.engine), .parallel = {}};
-  setup.parallel = parallel(setup.engine.threads);
+  const Engine engine = engine_of(options.engine);
+  const Threads threads(engine.threads);
+  const report::Setup setup{.engine = engine, .parallel = threads.parallel_for()};
   if (options.exhaustive) options.wish.thoroughness = tune::Thoroughness::exhaustive;
   std::vector<SceneOptions> scenes;
   for (const auto& path : options.scenes) {

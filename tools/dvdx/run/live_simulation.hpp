@@ -27,7 +27,7 @@ class LiveSimulation {
                                          .isa = engine.isa,
                                          .arithmetic = engine.arithmetic,
                                          .rounding = rounding_of(engine.precision)})),
-        parallel_(parallel(engine.threads)) {}
+        threads_(engine.threads) {}
 
   // The particles' ids, from now on.
   [[nodiscard]] ParticleIds ids() {
@@ -73,7 +73,8 @@ class LiveSimulation {
     while (done_ < until) {
       const auto steps = std::min(together, until - done_);
       const auto before = std::chrono::steady_clock::now();
-      if (plan_.step(live_, steps, parallel_) != StepResult::done) throw std::logic_error("the plan is for another state");
+      if (plan_.step(live_, steps, threads_.parallel_for()) != StepResult::done)
+        throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       turned_.particle_steps += live_.state.count * steps;
       done_ += steps;
@@ -85,7 +86,7 @@ class LiveSimulation {
   LiveMemory<T> memory_;
   LiveState<T>& live_;
   LivePlan<T> plan_;
-  ParallelFor parallel_;
+  Threads threads_;
   std::uint64_t done_ = 0;
   Outcome outcome_{};
   Turned turned_{};

@@ -4,6 +4,11 @@ namespace dvdx::tool {
 
 int most_threads() { return 1; }
 int all_cores() { return 1; }
-ParallelFor parallel(int /*threads*/) { return {}; }
+
+class Threads::Team {};
+
+Threads::Threads(int /*count*/) {}
+Threads::~Threads() = default;
+ParallelFor Threads::parallel_for() const noexcept { return {}; }
 
 }  // namespace dvdx::tool

@@ -202,9 +202,10 @@ std::uint64_t bytes_each(const json& scene, std::size_t scalar_bytes) {
   if (!scene.contains("forces") || !scene["forces"].is_array()) return bytes;
   for (const auto& force : scene["forces"]) {
     if (!force.is_object()) continue;
-    for (const char* key : {"stiffness", "coefficient", "rest_length"}) bytes += is_each(force, key) ? sizeof(double) : 0;
-    if (is_each(force, "anchor")) bytes += sizeof(Vec3);
-    if (force.contains("anchor") && force["anchor"] == "start") bytes += 3 * scalar_bytes;
+    for (const auto& [key, value] : force.items()) {  // an object is a value that differs from particle to particle
+      if (value.is_object()) bytes += key == "anchor" ? sizeof(Vec3) : sizeof(double);
+      if (value == "start") bytes += 3 * scalar_bytes;
+    }
   }
   return bytes;
 }

@@ -47,9 +47,10 @@ class Subject {
     LiveMemory<T> memory(file_, way.layout);
     const auto plan =
         live_plan<T>(file_, {.step = file_.step, .isa = way.isa, .arithmetic = way.arithmetic, .block = way.block});
+    const Threads threads(way.threads);
     for (std::uint64_t done = 0; done < steps; done += call) {
       const auto now = std::min(call, steps - done);
-      if (plan.step(memory.live(), now, parallel(way.threads)) != StepResult::done) {
+      if (plan.step(memory.live(), now, threads.parallel_for()) != StepResult::done) {
         throw std::logic_error("the plan is for another state");
       }
     }

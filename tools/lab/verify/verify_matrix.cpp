@@ -140,7 +140,8 @@ class Subject {
     StateMemory<T> memory(way.layout, count(), rounding_);
     State<T> state = memory.view();
     copy(start_.view(), state);
-    if (plan.step(state, steps, parallel(way.threads)) != StepResult::done)
+    const Threads threads(way.threads);
+    if (plan.step(state, steps, threads.parallel_for()) != StepResult::done)
       throw std::logic_error("the plan is for another state");
     return values_of(state);
   }

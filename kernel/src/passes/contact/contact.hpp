@@ -42,6 +42,8 @@
 
 namespace dvdx {
 
+// Whatever depends on it is a switch that names every shape, in all builds by -Werror=switch: a new one does not compile until
+// each place has it.
 enum class Shape : std::uint8_t { plane, sphere };
 
 template <class T>
@@ -61,6 +63,18 @@ struct Surface {
   T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
   T hold = 0;  // resting: tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
 };
+
+// Whether impacts are looked for along the chord of the path.
+template <class T>
+constexpr bool goes_straight(const Surface<T>& surface) noexcept {
+  switch (surface.shape) {
+    case Shape::plane:
+      return surface.sweep == ContactPath::line;
+    case Shape::sphere:
+      break;
+  }
+  return surface.sweep == ContactPath::line || !surface.finds_dips;
+}
 
 // A bounce that rises by less than this many epsilons of the coordinates, d0^2 / (4 |c|), is resting: rounding alone would keep
 // a particle that slides on an oblique plane bouncing (18 impacts in a step, and ten times the time of a resting one).

@@ -46,6 +46,18 @@ template <class V, Arithmetic arithmetic>
   return surface.finds_dips ? near1 | (along_m <= zero) | (along_m * along_m <= reach) : near1;
 }
 
+template <class V, Arithmetic arithmetic>
+[[gnu::always_inline]] inline Mask<V> may_touch(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                                                const Three<V>& middle) noexcept {
+  switch (surface.shape) {
+    case Shape::plane:
+      return may_touch_plane<V, arithmetic>(surface, m, middle);
+    case Shape::sphere:
+      break;
+  }
+  return may_touch_sphere<V, arithmetic>(surface, m, middle);
+}
+
 // Made once a block: what is read through `terms` could alias the particles and would be read again for every batch.
 template <class V, Arithmetic arithmetic>
 class TouchTest {
@@ -62,8 +74,7 @@ class TouchTest {
     const Three<V> middle = multiply_add<arithmetic>(half_, m.v0, m.x0);
     Mask<V> touches(false);
     for (const Surface<T>* surface = first_; surface != end_; ++surface) {
-      touches = touches | (surface->shape == Shape::plane ? may_touch_plane<V, arithmetic>(*surface, m, middle)
-                                                          : may_touch_sphere<V, arithmetic>(*surface, m, middle));
+      touches = touches | may_touch<V, arithmetic>(*surface, m, middle);
     }
     return touches;
   }
@@ -116,11 +127,13 @@ struct Touch {
 };
 
 template <class V, Arithmetic arithmetic>
-Touch<V> touch(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
-  if (surface.shape == Shape::plane) {
-    const Three<V> n = three<V>(surface.n);
-    return {n, dot<arithmetic>(n, x) - V(surface.d)};
-  }
+Touch<V> touch_plane(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
+  const Three<V> n = three<V>(surface.n);
+  return {n, dot<arithmetic>(n, x) - V(surface.d)};
+}
+
+template <class V, Arithmetic arithmetic>
+Touch<V> touch_sphere(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
   const V zero(Scalar<V>(0));
   const V one(Scalar<V>(1));
   const V side(surface.side);
@@ -132,6 +145,17 @@ Touch<V> touch(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
   return {{{scale * r[0], select<V>(has_direction, scale * r[1], side), scale * r[2]}}, side * (length - V(surface.radius))};
 }
 
+template <class V, Arithmetic arithmetic>
+Touch<V> touch(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
+  switch (surface.shape) {
+    case Shape::plane:
+      return touch_plane<V, arithmetic>(surface, x);
+    case Shape::sphere:
+      break;
+  }
+  return touch_sphere<V, arithmetic>(surface, x);
+}
+
 template <class V>
 struct Path {
   Three<V> u, a;
@@ -140,8 +164,7 @@ struct Path {
 template <class V>
 Path<V> path(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) noexcept {
   const Three<V> chord = m.x1 - m.x0;
-  const bool is_line = surface.sweep == ContactPath::line || (surface.shape == Shape::sphere && !surface.finds_dips);
-  if (is_line) return {chord, three<V>(V(Scalar<V>(0)))};
+  if (goes_straight(surface)) return {chord, three<V>(V(Scalar<V>(0)))};
   const Three<V> u = t * m.v0;
   return {u, chord - u};
 }
@@ -241,8 +264,13 @@ Crossing<V> cross_sphere(const Surface<Scalar<V>>& surface, const Trajectory<V>&
 
 template <class V, Arithmetic arithmetic>
 Crossing<V> cross(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, Mask<V> held, V low) noexcept {
-  return surface.shape == Shape::plane ? cross_plane<V, arithmetic>(surface, m, t, held, low)
-                                       : cross_sphere<V, arithmetic>(surface, m, t, held, low);
+  switch (surface.shape) {
+    case Shape::plane:
+      return cross_plane<V, arithmetic>(surface, m, t, held, low);
+    case Shape::sphere:
+      break;
+  }
+  return cross_sphere<V, arithmetic>(surface, m, t, held, low);
 }
 
 // ---------------------------------------------------------------------------------- impacts and resting

@@ -35,11 +35,13 @@ T one_norm(const Vector<T>& a) noexcept {
 // ---------------------------------------------------------------------------------- does anything happen at all
 
 template <Arithmetic arithmetic, class T>
-bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle) noexcept {
-  if (surface.shape == Shape::plane) {
-    if (dot<arithmetic>(surface.n, p.x1) < surface.d) return true;
-    return surface.finds_dips && dot<arithmetic>(surface.n, middle) < surface.d;
-  }
+bool may_touch_plane(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle) noexcept {
+  if (dot<arithmetic>(surface.n, p.x1) < surface.d) return true;
+  return surface.finds_dips && dot<arithmetic>(surface.n, middle) < surface.d;
+}
+
+template <Arithmetic arithmetic, class T>
+bool may_touch_sphere(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle) noexcept {
   const Vector<T> r0 = difference(p.x0, surface.center);
   const Vector<T> r1 = difference(p.x1, surface.center);
   const Vector<T> rm = difference(middle, surface.center);
@@ -54,6 +56,17 @@ bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>&
     return along <= 0 || along * along <= reach;
   };
   return is_near(r1) || (surface.finds_dips && is_near(rm));
+}
+
+template <Arithmetic arithmetic, class T>
+bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle) noexcept {
+  switch (surface.shape) {
+    case Shape::plane:
+      return may_touch_plane<arithmetic>(surface, p, middle);
+    case Shape::sphere:
+      break;
+  }
+  return may_touch_sphere<arithmetic>(surface, p, middle);
 }
 
 template <Arithmetic arithmetic, class T>
@@ -76,8 +89,7 @@ struct Touch {
 };
 
 template <Arithmetic arithmetic, class T>
-Touch<T> touch(const Surface<T>& surface, const Vector<T>& x) noexcept {
-  if (surface.shape == Shape::plane) return {surface.n, dot<arithmetic>(surface.n, x) - surface.d};
+Touch<T> touch_sphere(const Surface<T>& surface, const Vector<T>& x) noexcept {
   const Vector<T> r = difference(x, surface.center);
   const T length = std::sqrt(dot<arithmetic>(r, r));
   const T s = surface.side * (length - surface.radius);
@@ -88,6 +100,17 @@ Touch<T> touch(const Surface<T>& surface, const Vector<T>& x) noexcept {
   return {{surface.side * r[0], surface.side, surface.side * r[2]}, s};
 }
 
+template <Arithmetic arithmetic, class T>
+Touch<T> touch(const Surface<T>& surface, const Vector<T>& x) noexcept {
+  switch (surface.shape) {
+    case Shape::plane:
+      return {surface.n, dot<arithmetic>(surface.n, x) - surface.d};
+    case Shape::sphere:
+      break;
+  }
+  return touch_sphere<arithmetic>(surface, x);
+}
+
 template <class T>
 struct Path {
   Vector<T> u{}, a{};
@@ -96,7 +119,7 @@ struct Path {
 template <class T>
 Path<T> path(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
   const Vector<T> chord = difference(p.x1, p.x0);
-  if (surface.sweep == ContactPath::line || (surface.shape == Shape::sphere && !surface.finds_dips)) return {chord, {}};
+  if (goes_straight(surface)) return {chord, {}};
   Path<T> path;
   for (std::size_t k = 0; k < 3; ++k) {
     path.u[k] = t * p.v0[k];
@@ -245,6 +268,17 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<T>& course, T f) 
   }
 }
 
+template <Arithmetic arithmetic, class T>
+std::optional<T> cross(const Surface<T>& surface, const Particle<T>& p, T t, bool is_held, T low) noexcept {
+  switch (surface.shape) {
+    case Shape::plane:
+      return cross_plane<arithmetic>(surface, p, t, is_held, low);
+    case Shape::sphere:
+      break;
+  }
+  return cross_sphere<arithmetic>(surface, p, t, is_held, low);
+}
+
 // Whether there was an impact.
 template <Arithmetic arithmetic, class T>
 bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<T>& course) noexcept {
@@ -252,10 +286,7 @@ bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<T>& course) 
   T earliest = 2;
   std::size_t which = terms.surface_count;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    const Surface<T>& surface = terms.surfaces[j];
-    const bool is_held = course.last == j;
-    const std::optional<T> f = surface.shape == Shape::plane ? cross_plane<arithmetic>(surface, p, course.t, is_held, low)
-                                                             : cross_sphere<arithmetic>(surface, p, course.t, is_held, low);
+    const std::optional<T> f = cross<arithmetic>(terms.surfaces[j], p, course.t, course.last == j, low);
     if (f && *f < earliest) {
       earliest = *f;
       which = j;

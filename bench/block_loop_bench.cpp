@@ -1,0 +1,32 @@
+// The block loop: how many steps a block takes while it is in cache, by where the batch lies and by threads.
+#include "support/benches.hpp"
+#include "support/plan_bench.hpp"
+#include "support/scenes.hpp"
+
+namespace dvdx::bench {
+namespace {
+
+template <class T>
+Case<T> meadow_case(const std::string& name, std::size_t steps) {
+  return {.name = name, .scene = [](std::size_t) { return meadow(); }, .steps = steps};
+}
+
+template <class T>
+void add_steps() {
+  for (const std::size_t steps : {1U, 2U, 4U, 8U, 16U, 64U}) {
+    const Case<T> work = meadow_case<T>("step/steps:" + std::to_string(steps), steps);
+    for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(), in_memory()}) {
+      for (int threads = 1; threads <= most_threads(); ++threads)
+        add_plan(work, {best_isa(), Arithmetic::separate, threads}, size);
+    }
+  }
+}
+
+}  // namespace
+
+void register_block_loop() {
+  add_steps<float>();
+  add_steps<double>();
+}
+
+}  // namespace dvdx::bench
