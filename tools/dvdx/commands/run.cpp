@@ -17,6 +17,7 @@
 #include "output/console.hpp"
 #include "output/writer.hpp"
 #include "run/energy.hpp"
+#include "run/energy_budget.hpp"
 #include "run/engine.hpp"
 #include "run/health.hpp"
 #include "run/live_simulation.hpp"
@@ -78,6 +79,16 @@ class Observer {
   }
   [[nodiscard]] std::uint64_t hash(const State<T>& state) { return world_ ? state_hash(seen(state)) : state_hash(state); }
   [[nodiscard]] Health health(const State<T>& state) { return world_ ? health_of(seen(state)) : health_of(state); }
+  [[nodiscard]] EnergyBudget budget(const State<T>& state) {
+    return world_ ? EnergyBudget(file_, seen(state)) : EnergyBudget(file_, state);
+  }
+  void look(EnergyBudget& budget, const State<T>& state) {
+    if (world_) {
+      budget.look(seen(state));
+    } else {
+      budget.look(state);
+    }
+  }
 
  private:
   [[nodiscard]] State<double> seen(const State<T>& state) {
@@ -103,6 +114,41 @@ std::uint64_t every_of(const RunOptions& options, const LoadedScene& loaded) {
   return std::max<std::uint64_t>(1, (loaded.steps + states - 1) / states);
 }
 
+// Whether a run heats, looked at from time to time. Does nothing where no bound is known.
+template <class T>
+class HeatWatch {
+ public:
+  HeatWatch(const LoadedScene& loaded, const std::optional<NetworkLimit>& limit, Observer<T>& observer, const State<T>& start)
+      : observer_(observer) {
+    every_ = limit ? steps_between_looks(loaded.file) : std::nullopt;
+    if (!every_) return;
+    budget_.emplace(observer.budget(start));
+    most_ = most_share(*limit, loaded.file.step);
+    warmth_.emplace();
+  }
+
+  // Steps until the next look, at most `wanted`.
+  [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const {
+    return every_ ? std::min(wanted, *every_ - done % *every_) : wanted;
+  }
+  void look(const State<T>& state, std::uint64_t done) {
+    if (!warmth_ || warmth_->is_heating) return;
+    observer_.look(*budget_, state);
+    *warmth_ = {.is_heating = !(budget_->share() <= most_),
+                .kinetic = budget_->kinetic(),
+                .given = budget_->given(),
+                .step = done};
+  }
+  [[nodiscard]] const std::optional<Warmth>& warmth() const { return warmth_; }
+
+ private:
+  Observer<T>& observer_;
+  std::optional<std::uint64_t> every_;
+  std::optional<EnergyBudget> budget_;
+  double most_ = 0;
+  std::optional<Warmth> warmth_;
+};
+
 template <class T>
 class Simulation {
  public:
@@ -117,11 +163,12 @@ class Simulation {
     outcome_.network = plan_.network_limit();
     const auto start = observer.health(state_);
     outcome_.energy_start = observer.energy(state_);
+    HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
     if (every > 0 && loaded_.steps > 0) observer.write(moment(), state_);
     {
       Progress progress(loaded_.steps);
       while (done_ < loaded_.steps) {
-        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), progress);
+        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), watch, progress);
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), state_);
       }
     }
@@ -132,6 +179,7 @@ class Simulation {
     const auto end = observer.health(state_);
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
+    outcome_.warmth = watch.warmth();
     return outcome_;
   }
 
@@ -151,15 +199,16 @@ class Simulation {
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
 
-  void advance(std::uint64_t until, Progress& progress) {
+  void advance(std::uint64_t until, HeatWatch<T>& watch, Progress& progress) {
     const auto most = batch_for(state_.count);
     while (done_ < until) {
-      const auto steps = std::min(most, until - done_);
+      const auto steps = watch.most_steps(done_, std::min(most, until - done_));
       const auto before = std::chrono::steady_clock::now();
       if (plan_.step(state_, steps, threads_.parallel_for()) != StepResult::done)
         throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       done_ += steps;
+      watch.look(state_, done_);
       progress.at(done_);
     }
   }
@@ -240,6 +289,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   report["energy"] = {{"start", outcome.energy_start}, {"end", outcome.energy_end}};
   report["diverged"] = outcome.diverged;
   report["bad_particles"] = outcome.bad_particles;
+  if (outcome.network) report["heating"] = outcome.warmth ? nlohmann::ordered_json(outcome.warmth->is_heating) : nullptr;
   print_json(report.dump(2) + "\n");
 }
 
@@ -267,6 +317,17 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   row("energy", fmt::format("{:.9g} J at the start, {:.9g} J at the end", outcome.energy_start, outcome.energy_end));
   row("state hash", hash_text(outcome.hash));
   row("diverged", outcome.diverged ? fmt::format("YES, {} particles are not finite", outcome.bad_particles) : "no");
+  if (outcome.warmth) row("heating", outcome.warmth->is_heating ? "YES" : "no");
+}
+
+void warn_of_heat(const RunOptions& options, const LoadedScene& loaded, const Outcome& outcome) {
+  if (!outcome.warmth || !outcome.warmth->is_heating) return;
+  const auto& warmth = *outcome.warmth;
+  print_message(fmt::format(
+      "{}: warning: heating: at step {} ({:.4g} s) the particles move with {:.3g} J, and the start and the forces can have given "
+      "them {:.3g} J: the stepping makes the rest. More sub-steps{}; see docs/stability.md",
+      options.scene.scene, warmth.step, static_cast<double>(warmth.step) * loaded.file.step, warmth.kinetic, warmth.given,
+      loaded.file.scene.coupling.scheme == Scheme::sequential ? " or a larger theta" : ""));
 }
 
 Exit run(const RunOptions& options) {
@@ -280,6 +341,7 @@ Exit run(const RunOptions& options) {
   const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine)
                                                             : simulate<float>(options, loaded, engine);
   (options.json ? print_outcome_json : print_table)(loaded, engine, outcome);
+  warn_of_heat(options, loaded, outcome);
   if (!outcome.diverged) return Exit::done;
   print_message(fmt::format("{}: the simulation diverged: {} of {} particles are not finite", options.scene.scene,
                             outcome.bad_particles, particles_of(loaded, outcome)));

@@ -1,4 +1,5 @@
-// dvdx stability: where the methods stop working. The hard cases, each with its bar, and the maps of what grows.
+// dvdx stability: where the methods stop working. The hard cases, each with its bar, the maps of what grows, and the heat of
+// sheets.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -18,6 +19,8 @@
 #include "hard_cases/long_runs.hpp"
 #include "hard_cases/show.hpp"
 #include "hard_cases/suite.hpp"
+#include "heat/heat.hpp"
+#include "heat/heat_show.hpp"
 #include "maps/maps.hpp"
 #include "maps/maps_show.hpp"
 #include "output/console.hpp"
@@ -77,20 +80,42 @@ std::vector<stability::GrowthMap> make_maps(const StabilityOptions& options) {
                               });
 }
 
+std::vector<stability::HeatRun> heat_of(const StabilityOptions& options) {
+  if (!is_wanted(options, "heat")) return {};
+  EngineOptions engine;
+  engine.arithmetic = options.arithmetic;
+  std::optional<Progress> progress;
+  return stability::measure_heat(options.coarse ? stability::Ensemble::coarse : stability::Ensemble::whole, engine_of(engine),
+                                 [&](std::size_t done, std::size_t of) {
+                                   if (!progress) progress.emplace(of);
+                                   progress->at(done);
+                                 });
+}
+
 stability::Colour colour_here() {
   const char* plain = std::getenv("NO_COLOR");  // NOLINT(concurrency-mt-unsafe): read only
   const bool is_plain = isatty(STDOUT_FILENO) == 0 || (plain != nullptr && *plain != '\0');
   return is_plain ? stability::Colour::plain : stability::Colour::coloured;
 }
 
-void write_all(OutputFolder& folder, const std::string& json, const stability::MapPictures& pictures) {
+std::vector<stability::MapPicture> draw(const std::vector<stability::GrowthMap>& maps,
+                                        const std::vector<stability::HeatRun>& heat) {
+  auto pictures = stability::draw_maps(maps);
+  auto of_heat = stability::draw_heat(heat);
+  if (!of_heat.svg.empty()) pictures.all.push_back({.file = "heat.svg", .svg = std::move(of_heat.svg)});
+  const auto& warning = pictures.warning.empty() ? of_heat.warning : pictures.warning;
+  if (!warning.empty()) print_message("no pictures: " + warning);
+  return std::move(pictures.all);
+}
+
+void write_all(OutputFolder& folder, const std::string& json, const std::vector<stability::MapPicture>& pictures) {
   std::vector<PartFile> files;
   files.emplace_back(folder.path() / "stability.json").write(json);
-  for (const auto& picture : pictures.all) files.emplace_back(folder.path() / picture.file).write(picture.svg);
+  for (const auto& picture : pictures) files.emplace_back(folder.path() / picture.file).write(picture.svg);
   commit_all(files);
   folder.keep();
   print_message(fmt::format("written to {}: stability.json{}", folder.path().string(),
-                            pictures.all.empty() ? "" : fmt::format(", {} pictures", pictures.all.size())));
+                            pictures.empty() ? "" : fmt::format(", {} pictures", pictures.size())));
 }
 
 Exit run(const StabilityOptions& options) {
@@ -102,39 +127,39 @@ Exit run(const StabilityOptions& options) {
   const auto rows = run_cases(options);
   const auto runs = long_runs(options);
   const auto maps = make_maps(options);
+  const auto heat = heat_of(options);
   const nlohmann::ordered_json found{
       {"machine", report::to_json(report::this_machine({.engine = engine_of({}), .parallel = {}}))},
       {"cases", stability::to_json(rows)},
       {"long_runs", stability::to_json(runs)},
-      {"maps", stability::to_json(maps)}};
+      {"maps", stability::to_json(maps)},
+      {"heat", stability::to_json(heat)}};
   const auto json = found.dump(1) + "\n";
-  if (folder) {
-    const auto pictures = stability::draw_maps(maps);
-    if (!pictures.warning.empty()) print_message("no pictures: " + pictures.warning);
-    write_all(*folder, json, pictures);
-  }
-  const auto text = stability::to_text(rows, colour_here()) + stability::to_text(runs) + stability::to_text(maps);
+  if (folder) write_all(*folder, json, draw(maps, heat));
+  const auto text = stability::to_text(rows, colour_here()) + stability::to_text(runs) + stability::to_text(maps) +
+                    stability::to_text(heat);
   print_json(options.json ? json : text);  // the text has colours, and no name from outside
-  return stability::all_passed(rows) && stability::all_agree(maps) ? Exit::done : Exit::verification_failed;
+  const bool is_good = stability::all_passed(rows) && stability::all_agree(maps) && stability::all_calm(heat);
+  return is_good ? Exit::done : Exit::verification_failed;
 }
 
 }  // namespace
 
 void add_stability(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<StabilityOptions>();
-  auto* command = app.add_subcommand("stability", "Run the hard cases against their bars, and map where each method grows");
+  auto* command = app.add_subcommand("stability", "Run the hard cases against their bars, map where each method grows, and look for sheets that heat");
   command->footer("dvdx stability --cases 3,10,12 --out stability");
-  command->add_option("--out", options->out, "a directory for stability.json and the maps' pictures");
+  command->add_option("--out", options->out, "a directory for stability.json and the pictures");
   command->add_option("--cases", options->cases, "numbers of the hard cases to run, without the maps; all where not given")
       ->delimiter(',')
       ->check(CLI::Range(1, stability::last_case));
   command->add_option("--only", options->only, "one part alone")
-      ->check(CLI::IsMember(std::vector<std::string>{"all", "cases", "maps", "long"}))
+      ->check(CLI::IsMember(std::vector<std::string>{"all", "cases", "maps", "long", "heat"}))
       ->capture_default_str();
-  command->add_option("--arithmetic", options->arithmetic, "of the maps; the cases run in both")
+  command->add_option("--arithmetic", options->arithmetic, "of the maps and the sheets; the cases run in both")
       ->check(CLI::IsMember(names_of(arithmetics)))
       ->capture_default_str();
-  command->add_flag("--coarse", options->coarse, "maps of a ninth of the cells along each axis");
+  command->add_flag("--coarse", options->coarse, "maps of a ninth of the cells along each axis, a few sheets of each kind");
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &exit] { exit = run(*options); });
 }

@@ -18,6 +18,13 @@ struct Turned {
   std::uint64_t particle_steps = 0;  // of those that lived after each call
 };
 
+// The first look at which more moved than the start and the forces can have given, or else the last one.
+struct Warmth {
+  bool is_heating = false;
+  double kinetic = 0, given = 0;  // J, then
+  std::uint64_t step = 0;
+};
+
 struct Outcome {
   double wall_seconds = 0;  // of the steps: neither of making the plan nor of writing
   std::uint64_t hash = 0;
@@ -25,6 +32,7 @@ struct Outcome {
   double energy_end = 0;
   bool diverged = false;
   std::size_t bad_particles = 0;
+  std::optional<Warmth> warmth{};  // none where no bound is known
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
 };

@@ -159,6 +159,7 @@ class SceneMeasurement {
                        .sample_times = sample_times(),
                        .reference = reference_.facts,
                        .amplitude = reference_.amplitude,
+                       .whole_amplitude = reference_.whole_amplitude,
                        .energy_scale = reference_.energy_scale,
                        .keeps_energy = reference_.keeps_energy,
                        .runs = std::move(runs_),

@@ -1,4 +1,5 @@
-// Errors of a run against the reference, gathered from sample time to sample time.
+// Errors of a run against the reference, gathered from sample time to sample time: positions and velocities until the
+// reference's horizon, energy beyond it too where nothing gives or takes any. Whether it has diverged is looked at all along.
 #pragma once
 
 #include <cstdint>
@@ -32,6 +33,8 @@ class Comparison {
   double velocity_squares_ = 0;
   double largest_square_ = 0;
   std::size_t compared_ = 0;
+  double all_squares_ = 0;  // beyond the horizon as well
+  std::size_t all_compared_ = 0;
   std::vector<double> energy_;
   double drift_ = 0;
   std::size_t bad_particles_ = 0;

@@ -11,6 +11,27 @@ using Json = nlohmann::ordered_json;  // numbers that are not finite become null
 
 Json optional_number(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
 
+Json json_of(const Horizon& horizon) {
+  Json json{{"seconds", horizon.seconds}, {"whole", horizon.is_whole}};
+  json["ended_by"] = horizon.is_whole ? Json(nullptr) : Json(horizon.by_growth ? "growth" : "doubt");
+  if (horizon.nudge == 0) return json;
+  json["growth"] = horizon.growth;
+  json["nudge"] = horizon.nudge;
+  return json;
+}
+
+Json json_of(const Beyond& beyond) {
+  Json statistics = Json::array();
+  for (const auto& each : beyond.statistics) {
+    statistics.push_back({{"name", each.name}, {"unit", each.unit}, {"mean", each.mean}, {"spread", each.spread}});
+  }
+  return {{"starts", beyond.starts},
+          {"nudge", beyond.nudge},
+          {"apart", beyond.apart},
+          {"most_off", beyond.most_off},
+          {"statistics", statistics}};
+}
+
 Json json_of(const Run& run, std::size_t particles) {
   const auto& errors = run.errors;
   const double ns = run.timing.ns_per_particle_step;
@@ -43,6 +64,13 @@ Json json_of(const Run& run, std::size_t particles) {
             {"bad_particles", errors.bad_particles}};
   if (!coupled) return json;
   json["curve"] = run.method;
+  json["ranked"] = run.is_ranked && !errors.diverged;
+  if (!run.beyond.empty()) {
+    json["beyond"] = Json::array();  // in the order of the scene's statistics
+    for (const auto& each : run.beyond) {
+      json["beyond"].push_back({{"value", each.value}, {"off", each.off}, {"agrees", each.agrees}});
+    }
+  }
   if (!coupled->sweep.empty()) {
     json["theta"] = optional_number(coupled->theta);
     json["sweep"] = coupled->sweep;
@@ -134,6 +162,7 @@ Json json_of(const SceneReport& scene) {
     reference["substeps"] = scene.reference.substeps;
     reference["settled"] = scene.reference.settled;
   }
+  reference["horizon"] = json_of(scene.reference.horizon);
   Json json{{"scene", scene.scene},
             {"about", scene.about},
             {"path", scene.path},
@@ -149,6 +178,10 @@ Json json_of(const SceneReport& scene) {
             {"runs", runs},
             {"orders", list_of(scene.orders)},
             {"energy_curves", list_of(scene.energy_curves)}};
+  if (!scene.reference.horizon.is_whole) json["whole_amplitude"] = scene.whole_amplitude;
+  if (!scene.growth.times.empty()) json["growth"] = {{"times", scene.growth.times}, {"growth", scene.growth.growth}};
+  if (scene.beyond.starts > 0) json["beyond"] = json_of(scene.beyond);
+  if (!scene.no_beyond.empty()) json["no_beyond"] = scene.no_beyond;
   if (!scene.left_out.empty()) json["left_out"] = list_of(scene.left_out);
   if (!scene.long_run.empty()) json["long_run"] = list_of(scene.long_run);
   if (!scene.claims.empty()) json["claims"] = list_of(scene.claims);

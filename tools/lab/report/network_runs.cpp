@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "dvdx/layouts/soa.hpp"
+#include "report/beyond.hpp"
 #include "report/curves.hpp"
 #include "report/measure.hpp"
 #include "report/orders.hpp"
@@ -30,7 +31,8 @@ class NetworkMeasurement {
         wish_(options),
         setup_(setup),
         tell_(progress),
-        grid_(own_step(file)),
+        growth_(growth_of(file, steps_of(file), setup)),
+        grid_(own_step(file, growth_)),
         picks_(picks_of(file.particles.count, 256)) {}
 
   SceneReport measure() {
@@ -49,17 +51,28 @@ class NetworkMeasurement {
     make_reference();
     for (std::size_t r = 0; r < runs_.size(); ++r) compare(r);
     refine_note();
+    tell_(0.95, "beyond the horizon");
+    look_beyond();
     return finished();
   }
 
  private:
-  // The step stays the scene's own; the sub-steps are what varies.
-  static Grid own_step(const SceneFile& file) {
+  // The step stays the scene's own; the sub-steps are what varies. Half of the samples lie within the horizon, where there is one.
+  static Grid own_step(const SceneFile& file, const Growth& growth) {
     const auto steps = steps_of(file);
     constexpr std::uint64_t most = 60;
-    const auto samples = std::min(most, steps);
-    Grid grid{.coarsest = file.step, .coarse_steps = steps, .halvings = 0, .counts = {}};
-    for (std::uint64_t k = 0; k <= samples; ++k) grid.counts.push_back(k * steps / samples);
+    Grid grid{.coarsest = file.step, .coarse_steps = steps, .halvings = 0, .counts = {0}};
+    const auto spread = [&](std::uint64_t until, std::uint64_t samples_at_most) {
+      const auto from = grid.counts.back();
+      const auto samples = std::min(samples_at_most, until - from);
+      for (std::uint64_t k = 1; k <= samples; ++k) grid.counts.push_back(from + k * (until - from) / samples);
+    };
+    if (growth.is_whole) {
+      spread(steps, most);
+    } else {
+      spread(std::max<std::uint64_t>(growth.horizon, 1), most / 2);
+      spread(steps, most / 2);
+    }
     return grid;
   }
 
@@ -164,7 +177,8 @@ class NetworkMeasurement {
     reference_ = joined_reference(file_, grid_, picks_,
                                   {.substeps = substeps,
                                    .most_seconds = wish_.effort == Effort::full ? 300.0 : 10.0,
-                                   .smallest_error = [this](const Reference& reference) { return smallest_error(reference); }},
+                                   .smallest_error = [this](const Reference& reference) { return smallest_error(reference); },
+                                   .growth = growth_},
                                   setup_);
   }
 
@@ -172,7 +186,7 @@ class NetworkMeasurement {
   [[nodiscard]] double smallest_error(const Reference& reference) const {
     double smallest = std::numeric_limits<double>::infinity();
     for (const auto& made : traces_) {
-      const double error = distance(path_of(made, picks_.size(), grid_.counts.size()), reference.path);
+      const double error = distance(path_of(made, picks_.size(), grid_.counts.size()), reference.path, reference.horizon);
       if (std::isfinite(error)) smallest = std::min(smallest, error);
     }
     return smallest;
@@ -208,10 +222,29 @@ class NetworkMeasurement {
     reference_.facts.settled = reference_.facts.self_error < smallest / 100;
   }
 
+  // ---- beyond the horizon ----------------------------------------------------------------------------------------------
+
+  // A run is not ranked where its error is a third or more of what two starts come apart by: nothing orders those.
+  void look_beyond() {
+    scatter_ = scatter_beyond(file_, grid_, reference_, wish_.effort, most_seconds(), setup_);
+    for (std::size_t r = 0; r < runs_.size(); ++r) {
+      auto& run = runs_[r];
+      if (scatter_.facts.starts == 0 || run.errors.diverged) continue;
+      run.beyond = beside(scatter_, statistics_of(traces_[r], reference_.horizon));
+      run.is_ranked = !reference_.facts.horizon.by_growth || run.errors.position_rms < scatter_.facts.apart / 3;
+    }
+  }
+
   [[nodiscard]] std::vector<double> sample_times() const {
     std::vector<double> times;
     for (const auto count : grid_.counts) times.push_back(file_.step * static_cast<double>(count));
     return times;
+  }
+
+  [[nodiscard]] GrowthCurve growth_curve() const {
+    GrowthCurve curve{.times = {}, .growth = growth_.at};
+    for (const auto count : growth_.counts) curve.times.push_back(file_.step * static_cast<double>(count));
+    return curve;
   }
 
   SceneReport finished() {
@@ -224,7 +257,11 @@ class NetworkMeasurement {
                        .duration = file_.duration,
                        .sample_times = sample_times(),
                        .reference = reference_.facts,
+                       .growth = growth_curve(),
+                       .beyond = scatter_.facts,
+                       .no_beyond = scatter_.why,
                        .amplitude = reference_.amplitude,
+                       .whole_amplitude = reference_.whole_amplitude,
                        .energy_scale = reference_.energy_scale,
                        .keeps_energy = reference_.keeps_energy,
                        .runs = std::move(runs_),
@@ -243,10 +280,12 @@ class NetworkMeasurement {
   const MeasureOptions& wish_;
   const Setup& setup_;
   const ProgressCallback& tell_;
+  Growth growth_;
   Grid grid_;
   Picks picks_;
   double seconds_per_pulse_ = 0;  // of all particles
   Reference reference_;
+  Scatter scatter_;
   std::vector<Run> runs_;
   std::vector<Trace> traces_;  // one a run
   std::vector<LeftOut> left_out_;

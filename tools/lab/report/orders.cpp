@@ -110,7 +110,7 @@ double slope_of(const std::vector<const Run*>& runs) {
 }
 
 // What rounding alone leaves at a run's number of steps: where the combined method is exact, its own error; else a random
-// walk of units in the last place of the largest coordinate.
+// walk of units in the last place of the largest coordinate, grown as much as any difference of a chaotic scene.
 double floor_of(const Run& run, const std::vector<Run>& runs, const Reference& reference) {
   for (const auto& other : runs) {
     const bool is_twin = other.precision == run.precision && other.steps == run.steps && other.method == "combined";
@@ -120,7 +120,8 @@ double floor_of(const Run& run, const std::vector<Run>& runs, const Reference& r
       run.precision == Precision::float32 ? std::numeric_limits<float>::epsilon() : std::numeric_limits<double>::epsilon();
   long double largest = 0;
   for (const auto each : reference.path.x) largest = std::max(largest, std::abs(each));
-  return unit * static_cast<double>(largest) / reference.amplitude * std::sqrt(static_cast<double>(run.steps) * run.substeps);
+  return unit * static_cast<double>(largest) / reference.amplitude * std::sqrt(static_cast<double>(run.steps) * run.substeps) *
+         std::max(1.0, reference.facts.horizon.growth);
 }
 
 // The finest runs that are clear of rounding and of the reference's own error: coarse ones have not settled to a slope yet.
@@ -132,7 +133,7 @@ std::optional<double> fit(const std::vector<Run*>& coarse_to_fine, const std::ve
   std::vector<Run*> usable;
   for (auto* run : coarse_to_fine) {
     const auto& errors = run->errors;
-    if (errors.diverged || !(errors.relative < below)) continue;
+    if (errors.diverged || !run->is_ranked || !(errors.relative < below)) continue;
     if (errors.relative < above_floor * floor_of(*run, twins, reference)) continue;
     if (errors.position_rms < above_floor * reference.facts.self_error) continue;
     usable.push_back(run);

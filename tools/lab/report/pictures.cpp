@@ -90,7 +90,7 @@ std::string work_precision(const SceneReport& scene, Precision precision, const 
   for (const auto& style : styles) {
     std::string data;
     for (const auto& run : scene.runs) {
-      if (run.method != style.method || run.precision != precision || run.errors.diverged) continue;
+      if (run.method != style.method || run.precision != precision || run.errors.diverged || !run.is_ranked) continue;
       const double error = std::max(run.errors.relative, 1e-18);  // an error of zero has no logarithm
       if (std::isfinite(error)) data += fmt::format("{} {}\n", error, run.ns_per_particle_second());
     }
@@ -105,7 +105,7 @@ std::string work_precision(const SceneReport& scene, Precision precision, const 
          "set logscale xy\nset format xy '10^{%T}'\nunset mxtics\nset xrange [*:*] reverse\n" + plot.text();
 }
 
-struct Range {
+struct Extent {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
   void take(double value) {
@@ -118,12 +118,12 @@ bool is_plain_loop(std::string_view method) { return method.starts_with("baselin
 
 // The reference fills a good part of the picture; whatever leaves it does so at the rim.
 std::string energy_range(const SceneReport& scene) {
-  Range reference;
+  Extent reference;
   for (const double each : scene.energy_curves.front().energy) reference.take(each);
   const double centre = (reference.low + reference.high) / 2;
   const double half = std::max(0.52 * (reference.high - reference.low), 2e-3 * scene.energy_scale);
   const double far = std::max(2 * half, 1.2 * scene.energy_scale);
-  Range all{centre - half, centre + half};
+  Extent all{centre - half, centre + half};
   for (const auto& curve : scene.energy_curves) {
     if (is_plain_loop(curve.method)) continue;
     for (const double each : curve.energy) {

@@ -18,10 +18,21 @@ double rms_distance(const std::vector<long double>& a, const std::vector<long do
   return static_cast<double>(std::sqrt(sum / (static_cast<long double>(a.size()) / 3)));
 }
 
+// Of the particles at one sample time; m.
+double distance_at(const Path& a, const Path& b, std::size_t time) {
+  long double sum = 0;
+  for (std::size_t at = a.index(time, 0, 0); at < a.index(time, 0, 0) + 3 * a.particles; ++at) {
+    sum += (a.x[at] - b.x[at]) * (a.x[at] - b.x[at]);
+  }
+  return static_cast<double>(std::sqrt(sum / static_cast<long double>(a.particles)));
+}
+
 // Amplitude and energies of the path.
 void describe(Reference& reference, const SceneFile& sample) {
   const auto& path = reference.path;
-  reference.amplitude = amplitude_of(path);
+  reference.horizon = path.times;
+  reference.amplitude = reference.whole_amplitude = amplitude_of(path, path.times);
+  reference.facts.horizon.seconds = sample.duration;
   reference.keeps_energy = keeps_energy(sample.scene);
   reference.energy.clear();
   reference.energy_scale = 0;
@@ -108,17 +119,75 @@ Expected<Plan<double>> fourth_order(const SceneFile& file, const Grid& grid, std
   return compile<double>(scene, {.step = grid.coarsest, .isa = setup.engine.isa, .arithmetic = setup.engine.arithmetic}, start);
 }
 
-Trace fourth_order_trace(const SceneFile& file, const Grid& grid, int substeps, const Picks& picks, const Setup& setup) {
+Trace fourth_order_trace(const SceneFile& file, const Grid& grid, std::optional<int> substeps, const Picks& picks,
+                         const Setup& setup, const Nudge& nudge = {}) {
   const auto plan = fourth_order(file, grid, substeps, setup);
   if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
-  return traced(file, *plan, 1, grid, picks, setup);
+  return traced(file, *plan, 1, grid, picks, setup, nudge);
 }
 
 void take(const Trace& trace, const Grid& grid, Reference& reference) {
   reference.path = path_of(trace, reference.picks.size(), grid.counts.size());
   reference.energy = trace.energy;
   reference.energy_scale = *std::max_element(trace.kinetic.begin(), trace.kinetic.end());
-  reference.amplitude = amplitude_of(reference.path);
+  reference.horizon = grid.counts.size();
+  reference.amplitude = reference.whole_amplitude = amplitude_of(reference.path, reference.horizon);
+}
+
+// A finer trace in place of the reference's own, as far as it goes. Returns how far they lie apart.
+double refine_with(const Trace& trace, const Grid& within, Reference& reference) {
+  const std::size_t times = within.counts.size();
+  const auto finer = path_of(trace, reference.picks.size(), times);
+  const double moved = distance(finer, reference.path, times);
+  std::copy(finer.x.begin(), finer.x.end(), reference.path.x.begin());
+  std::copy(finer.v.begin(), finer.v.end(), reference.path.v.begin());
+  std::copy(trace.energy.begin(), trace.energy.end(), reference.energy.begin());
+  return moved;
+}
+
+Grid first_times(Grid grid, std::size_t times) {
+  grid.counts.resize(times);
+  return grid;
+}
+
+void set_horizon(Reference& reference, const Growth& growth, const SceneFile& file, const Grid& grid, std::size_t times) {
+  auto& horizon = reference.facts.horizon;
+  reference.horizon = times;
+  horizon.is_whole = times == grid.counts.size();
+  horizon.seconds = grid.coarsest * static_cast<double>(grid.counts[times - 1]);
+  for (std::size_t k = 0; k < growth.at.size(); ++k) {
+    if (file.step * static_cast<double>(growth.counts[k]) <= horizon.seconds * (1 + 1e-9)) horizon.growth = growth.at[k];
+  }
+  reference.amplitude = amplitude_of(reference.path, times);
+}
+
+constexpr std::size_t fewest_within = 2;  // sample times, the start among them
+
+// The last sample time before a difference of the start has grown too much.
+void end_by_growth(Reference& reference, const Growth& growth, const SceneFile& file, const Grid& grid) {
+  std::size_t times = grid.counts.size();
+  const double last = file.step * static_cast<double>(growth.horizon) * (1 + 1e-9);
+  while (!growth.is_whole && times > fewest_within && grid.coarsest * static_cast<double>(grid.counts[times - 1]) > last) --times;
+  reference.facts.horizon.by_growth = times < grid.counts.size();
+  reference.facts.horizon.nudge = growth.nudge;
+  set_horizon(reference, growth, file, grid, times);
+}
+
+// The last sample time until which the coarser reference lay within a hundredth of the smallest error.
+void end_where_in_doubt(Reference& reference, const Path& coarser, const SceneFile& file, const Grid& grid,
+                        const Fineness& fineness) {
+  const auto is_settled = [&](std::size_t times) {
+    reference.horizon = times;
+    return distance(coarser, reference.path, times) < fineness.smallest_error(reference) / 100;
+  };
+  const std::size_t before = reference.horizon;
+  std::size_t times = before;
+  while (times > fewest_within && !is_settled(times)) --times;
+  reference.facts.settled = is_settled(times);
+  if (!reference.facts.settled) times = before;
+  reference.facts.horizon.by_growth = reference.facts.horizon.by_growth && times == before;
+  set_horizon(reference, fineness.growth, file, grid, times);
+  reference.facts.self_error = distance(coarser, reference.path, times);
 }
 
 int halving_of(const Reference& reference, const Grid& grid) {
@@ -129,23 +198,35 @@ constexpr int beyond_the_finest = 2;  // halvings
 
 }  // namespace
 
-double amplitude_of(const Path& path) {
+Trace reference_trace(const SceneFile& file, const Grid& grid, const Picks& picks, const Nudge& nudge, const Setup& setup) {
+  return fourth_order_trace(file, grid, std::nullopt, picks, setup, nudge);
+}
+
+double amplitude_of(const Path& path, std::size_t times) {
   long double sum = 0;
   for (std::size_t i = 0; i < path.particles; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       long double mean = 0;
-      for (std::size_t k = 0; k < path.times; ++k)
-        mean += path.x[path.index(k, i, axis)] / static_cast<long double>(path.times);
-      for (std::size_t k = 0; k < path.times; ++k) {
+      for (std::size_t k = 0; k < times; ++k) mean += path.x[path.index(k, i, axis)] / static_cast<long double>(times);
+      for (std::size_t k = 0; k < times; ++k) {
         const auto off = path.x[path.index(k, i, axis)] - mean;
         sum += off * off;
       }
     }
   }
-  return static_cast<double>(std::sqrt(sum / static_cast<long double>(path.particles * path.times)));
+  return static_cast<double>(std::sqrt(sum / static_cast<long double>(path.particles * times)));
 }
 
-double distance(const Path& a, const Path& b) { return rms_distance(a.x, b.x); }
+double distance(const Path& a, const Path& b) { return distance(a, b, a.times); }
+
+double distance(const Path& a, const Path& b, std::size_t times) {
+  long double sum = 0;
+  for (std::size_t k = 0; k < times; ++k) {
+    const double each = distance_at(a, b, k);
+    sum += static_cast<long double>(each) * each;
+  }
+  return static_cast<double>(std::sqrt(sum / static_cast<long double>(times)));
+}
 
 bool keeps_energy(const Scene& scene) {
   const auto keeps = [](const auto& force) {
@@ -234,24 +315,25 @@ Reference joined_reference(const SceneFile& file, const Grid& grid, const Picks&
   auto last = fourth_order_trace(file, grid, substeps, picks, setup);
   take(last, grid, reference);
   double spent = last.seconds;
+  reference.facts = {.kind = "extrapolated", .source = ReferenceSource::finer_steps, .step = grid.coarsest, .settled = false};
+  end_by_growth(reference, fineness.growth, file, grid);
+  const auto within = first_times(grid, reference.horizon);
+  Path coarser;
   double moved = std::numeric_limits<double>::infinity();
   bool helps = true;
   do {
     substeps *= 2;
-    last = fourth_order_trace(file, grid, substeps, picks, setup);
+    last = fourth_order_trace(file, within, substeps, picks, setup);
     spent += last.seconds;
-    const auto coarser = std::exchange(reference.path, {});
-    take(last, grid, reference);
-    helps = distance(coarser, reference.path) < moved / 2;
-    moved = distance(coarser, reference.path);
-    reference.facts = {.kind = "extrapolated",
-                       .source = ReferenceSource::finer_steps,
-                       .self_error = moved,
-                       .step = grid.coarsest,
-                       .substeps = substeps,
-                       .settled = false};
+    coarser = reference.path;
+    const double before = std::exchange(moved, refine_with(last, within, reference));
+    helps = moved < before / 2;
+    reference.facts.self_error = moved;
+    reference.facts.substeps = substeps;
     reference.facts.settled = moved < fineness.smallest_error(reference) / 100;
   } while (!reference.facts.settled && helps && substeps <= most_substeps && spent + 2 * last.seconds < fineness.most_seconds);
+  if (!reference.facts.settled) end_where_in_doubt(reference, coarser, file, grid, fineness);
+  reference.amplitude = amplitude_of(reference.path, reference.horizon);
   return reference;
 }
 

@@ -37,6 +37,13 @@ struct Coupled {  // how networks were stepped
   std::optional<double> theta;
 };
 
+// What of a run can be compared beyond the horizon.
+struct BeyondValue {
+  double value = 0;
+  double off = 0;  // from the mean, in spreads as many starts show them
+  bool agrees = true;
+};
+
 struct Run {
   std::string method;  // or, of networks, the scheme and what it takes: what the runs of a curve have in common
   bool is_baseline = false;
@@ -51,6 +58,8 @@ struct Run {
   std::string arithmetic;
   Errors errors;
   Timing timing;
+  bool is_ranked = true;  // false where the error is no more than what chaos makes of any
+  std::vector<BeyondValue> beyond{};  // a statistic each
   bool in_fit = false;
   std::optional<double> order;  // fitted, the same for all runs of a method and precision
 
@@ -67,6 +76,16 @@ struct Order {
   std::string note;  // "exact", or why there is no theory
 };
 
+// Joined particles may be chaotic: a difference of the start, however small, grows until two runs have nothing but their
+// statistics in common. Positions are compared until the horizon alone.
+struct Horizon {
+  double seconds = 0;     // the whole duration where nothing ends it before
+  bool is_whole = true;
+  bool by_growth = false;  // it ends where a difference of the start has grown too much, else where the reference is in doubt
+  double growth = 1;       // of a small difference of the start until then
+  double nudge = 0;        // m: that difference, root mean square; 0 where none was tried
+};
+
 // Where a reference comes from: a formula for the whole run, exact motions from impact to impact, or the library's own kernel
 // at finer steps, in which an error of the law itself would not show.
 enum class ReferenceSource { formula, impacts, finer_steps };
@@ -80,12 +99,34 @@ struct ReferenceFacts {
   double step = 0;                 // s, of an extrapolated one
   int substeps = 1;                // of its step
   bool settled = true;             // an extrapolated one moved less than a hundredth of the smallest error shown
+  Horizon horizon{};
+};
+
+struct Statistic {
+  std::string name;
+  std::string unit;   // "" where it has none
+  double mean = 0;
+  double spread = 0;  // standard deviation from start to start
+};
+
+// The scene beyond the horizon: runs by scheme fourth_order in float64 from starts beside its own.
+struct Beyond {
+  int starts = 0;       // 0: nothing is compared
+  double nudge = 0;     // m, along each axis, by which they lie beside
+  double apart = 0;     // m: the farthest that two of them come apart, root mean square over particles
+  double most_off = 0;  // a run whose statistic lies farther off is of another kind: one in a hundred does by chance
+  std::vector<Statistic> statistics{};
 };
 
 struct LeftOut {  // a curve or a run that was not measured
   std::string method;
   Precision precision = Precision::float64;
   std::string why;
+};
+
+struct GrowthCurve {
+  std::vector<double> times;   // s
+  std::vector<double> growth;  // of a small difference of the start
 };
 
 struct EnergyCurve {
@@ -136,7 +177,11 @@ struct SceneReport {
   double duration = 0;
   std::vector<double> sample_times;
   ReferenceFacts reference;
-  double amplitude = 0;       // m
+  GrowthCurve growth{};       // empty where none was looked for
+  Beyond beyond{};
+  std::string no_beyond{};    // why there is nothing, where there might be
+  double amplitude = 0;       // m, until the horizon
+  double whole_amplitude = 0;  // m, of the whole run
   double energy_scale = 0;    // J
   bool keeps_energy = false;  // nothing in the scene takes or gives any
   std::vector<Run> runs;

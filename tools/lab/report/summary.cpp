@@ -15,6 +15,10 @@ void take(const Run& run, Cheapest& cheapest) {
     cheapest.diverged_steps.push_back(run.substep());
     return;
   }
+  if (!run.is_ranked) {
+    ++cheapest.unranked;
+    return;
+  }
   if (run.errors.relative < cheapest.best_error) {
     cheapest.best_error = run.errors.relative;
     cheapest.best_energy_drift = run.errors.energy_drift;
@@ -115,6 +119,14 @@ std::string reference_text(const SceneReport& scene) {
   if (!reference.settled) text += ", which is MORE than a hundredth of the smallest error shown";
   if (!reference.no_closed_form.empty()) text += "; no closed form: " + reference.no_closed_form;
   return text;
+}
+
+std::string horizon_text(const SceneReport& scene) {
+  const auto& horizon = scene.reference.horizon;
+  if (horizon.is_whole) return "";
+  const auto until = fmt::format("{:.4g} s of {:.4g} s", horizon.seconds, scene.duration);
+  if (!horizon.by_growth) return until + ", until which the reference is no more in doubt than that";
+  return fmt::format("{}, in which a difference of the start grows {:.3g} times", until, horizon.growth);
 }
 
 std::vector<std::string> file_names(const Report& report) {

@@ -18,6 +18,7 @@ struct Cheapest {
   double best_error = 0;
   double best_energy_drift = 0;        // of the run with that error
   std::vector<double> diverged_steps;  // s, sub-steps of networks
+  int unranked = 0;                    // runs
 };
 
 [[nodiscard]] std::vector<Cheapest> cheapest_of(const SceneReport& scene);
@@ -35,6 +36,8 @@ struct Cheapest {
 
 // Facts of a scene in one line.
 [[nodiscard]] std::string reference_text(const SceneReport& scene);
+// Until when positions are compared and why no longer; empty where that is the whole run.
+[[nodiscard]] std::string horizon_text(const SceneReport& scene);
 
 // Names no other scene of the report has, fit for files.
 [[nodiscard]] std::vector<std::string> file_names(const Report& report);

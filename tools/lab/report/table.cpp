@@ -43,6 +43,42 @@ std::string diverged_text(const SceneReport& scene) {
   return text;
 }
 
+std::string unranked_text(const SceneReport& scene) {
+  std::string text;
+  for (const auto& cheapest : cheapest_of(scene)) {
+    if (cheapest.unranked == 0) continue;
+    text += fmt::format("  NOT RANKED: {} run{} of {} in {}: no nearer than chaos leaves any two starts\n", cheapest.unranked,
+                        cheapest.unranked == 1 ? "" : "s", cheapest.method, name_in(precisions, cheapest.precision));
+  }
+  return text;
+}
+
+std::string beyond_text(const SceneReport& scene) {
+  const auto& beyond = scene.beyond;
+  if (!scene.no_beyond.empty()) return "beyond the horizon nothing is compared: " + scene.no_beyond + "\n";
+  if (beyond.starts == 0) return "";
+  TextTable table(3);
+  std::vector<std::string> head{"method", "precision", "sub-steps"};
+  std::vector<std::string> reference{"reference", "float64", ""};
+  for (const auto& statistic : beyond.statistics) {
+    head.push_back(statistic.unit.empty() ? statistic.name : fmt::format("{}, {}", statistic.name, statistic.unit));
+    reference.push_back(fmt::format("{:.4g} +- {:.2g}", statistic.mean, statistic.spread));
+  }
+  table.row(head);
+  table.row(reference);
+  for (const auto& run : scene.runs) {
+    if (run.beyond.empty()) continue;
+    std::vector<std::string> cells{run.method, std::string(name_in(precisions, run.precision)), std::to_string(run.substeps)};
+    for (const auto& each : run.beyond) cells.push_back(fmt::format("{:.4g}{}", each.value, each.agrees ? "" : " *"));
+    table.row(cells);
+  }
+  return fmt::format(
+             "beyond the horizon, over time; the reference's over {} starts up to {:.1e} m beside, which come {:.2g} m apart; * "
+             "off by more than {:.3g} spreads\n",
+             beyond.starts, beyond.nudge, beyond.apart, beyond.most_off) +
+         table.text();
+}
+
 std::string left_out_text(const SceneReport& scene) {
   std::string text;
   for (const auto& run : scene.left_out) {
@@ -80,11 +116,15 @@ std::string scene_text(const SceneReport& scene) {
   auto text = fmt::format("\n{}: {} particle{}, {} s, step {:.6g} s, amplitude {:.4g} m\n", printable(scene.scene),
                           scene.particles, scene.particles == 1 ? "" : "s", scene.duration, scene.step, scene.amplitude);
   text += "reference: " + reference_text(scene) + "\n";
+  if (const auto horizon = horizon_text(scene); !horizon.empty()) {
+    text += "horizon: " + horizon + "; errors, orders and ranks are of that time\n";
+  }
   if (scene.error_particles != scene.particles) {
     text += fmt::format("errors on {} evenly spread particles, times on all\n", scene.error_particles);
   }
   text += "ns per particle and simulated second of the cheapest run whose relative error is at most\n";
-  text += runs_table(scene) + diverged_text(scene) + left_out_text(scene) + long_run_text(scene) + claims_text(scene);
+  text += runs_table(scene) + diverged_text(scene) + unranked_text(scene) + left_out_text(scene) + beyond_text(scene) +
+          long_run_text(scene) + claims_text(scene);
   return text;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "closed_form/closed_form.hpp"
@@ -15,21 +16,35 @@ using Picks = std::vector<std::size_t>;  // particles whose paths are kept, risi
 // At most `most` of `count`. The golden ratio spreads them over a grid, where a whole stride could follow a column.
 [[nodiscard]] Picks picks_of(std::size_t count, std::size_t most);
 
+// Every particle that is not fixed starts elsewhere, by up to `most` along each axis; the springs' lengths stay.
+struct Nudge {
+  double most = 0;  // m
+  std::uint64_t seed = 0;
+};
+
+template <class T>
+void move_start(const SceneFile& file, const Nudge& nudge, State<T>& state);
+
 struct Trace {
   std::vector<double> x, v;     // of the picked particles: [time][particle][axis]
   std::vector<double> energy;   // J, of all particles
   std::vector<double> kinetic;  // J
+  std::vector<double> stretch;  // of the springs of networks: the largest of length over rest length, less one
   double seconds = 0;           // of the steps
 };
 
 // The scene from its start by a plan whose step is the grid's coarsest divided by `parts`.
 template <class T>
 [[nodiscard]] Trace traced(const SceneFile& file, const Plan<T>& plan, std::uint64_t parts, const Grid& grid,
-                           const Picks& picks, const Setup& setup);
+                           const Picks& picks, const Setup& setup, const Nudge& nudge = {});
 
 [[nodiscard]] Path path_of(const Trace& trace, std::size_t particles, std::size_t times);
 
-extern template Trace traced(const SceneFile&, const Plan<float>&, std::uint64_t, const Grid&, const Picks&, const Setup&);
-extern template Trace traced(const SceneFile&, const Plan<double>&, std::uint64_t, const Grid&, const Picks&, const Setup&);
+extern template void move_start(const SceneFile&, const Nudge&, State<float>&);
+extern template void move_start(const SceneFile&, const Nudge&, State<double>&);
+extern template Trace traced(const SceneFile&, const Plan<float>&, std::uint64_t, const Grid&, const Picks&, const Setup&,
+                             const Nudge&);
+extern template Trace traced(const SceneFile&, const Plan<double>&, std::uint64_t, const Grid&, const Picks&, const Setup&,
+                             const Nudge&);
 
 }  // namespace dvdx::tool::report

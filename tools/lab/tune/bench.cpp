@@ -36,7 +36,8 @@ report::Reference reference_for(SceneFile sample, const report::Grid& grid, doub
         sample, grid, report::picks_of(sample.particles.count, 256),
         {.substeps = 1,
          .most_seconds = seconds,
-         .smallest_error = [goal](const report::Reference& reference) { return goal * reference.amplitude; }},
+         .smallest_error = [goal](const report::Reference& reference) { return goal * reference.amplitude; },
+         .growth = report::growth_of(sample, report::steps_of(sample), setup)},
         setup);
   }
   auto reference = report::first_reference(sample, grid, setup);

@@ -29,6 +29,14 @@ test('the cheapest run that reaches an error is not always the most exact one', 
   expect(cheapest!.divergedSteps).toEqual([0.5]);
 });
 
+test('a run that chaos alone places is in no column, and counted', () => {
+  const runs = [run({}), run({ ranked: false, step: 0.1, error: { position_rms: 1, position_max: 1, velocity_rms: 1, relative: 0.01 } })];
+  const [cheapest] = cheapestOf({ runs } as SceneReport);
+  expect(cheapest!.runs.map((each) => each?.step)).toEqual([0.5, undefined, undefined, undefined, undefined]);
+  expect(cheapest!.best?.step).toBe(0.5);
+  expect(cheapest!.unranked).toBe(1);
+});
+
 test('cells of a map meet in the middle, of logarithms where the axis has them', () => {
   expect(edgesOf({ name: '', values: [1, 2, 4], spacing: 'linear' })).toEqual([0.5, 1.5, 3, 5]);
   edgesOf({ name: '', values: [1, 100], spacing: 'logarithmic' }).forEach((edge, i) => expect(edge).toBeCloseTo([0.1, 10, 1000][i]!, 9));

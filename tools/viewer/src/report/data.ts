@@ -22,6 +22,23 @@ export interface Run {
   order: Num;
   in_fit: boolean;
   diverged: boolean;
+  ranked?: boolean; // of networks: false where the error is no less than chaos makes of any
+  beyond?: { value: Num; off: Num; agrees: boolean }[]; // in the order of the scene's statistics
+}
+
+export interface Horizon {
+  seconds: number;
+  whole: boolean;
+  ended_by: 'growth' | 'doubt' | null;
+  growth?: Num; // of a small difference of the start until then
+}
+
+export interface Beyond {
+  starts: number;
+  nudge: number; // m
+  apart: number; // m
+  most_off: number;
+  statistics: { name: string; unit: string; mean: Num; spread: Num }[];
 }
 
 export interface Order {
@@ -77,8 +94,10 @@ export interface SceneReport {
   duration: number; // s
   reference: {
     kind: string; self_error: number; made_of?: 'formula' | 'impacts' | 'finer_steps'; most_impacts?: number; no_closed_form?: string;
-    step?: number; substeps?: number; settled?: boolean;
+    step?: number; substeps?: number; settled?: boolean; horizon?: Horizon;
   };
+  beyond?: Beyond;
+  no_beyond?: string;
   amplitude: number; // m
   energy_scale: number; // J
   energy_drift_against: string;
@@ -173,6 +192,7 @@ export interface Cheapest {
   runs: (Run | undefined)[]; // a goal
   best: Run | undefined; // with the least error
   divergedSteps: number[]; // s, sub-steps of networks
+  unranked: number; // runs
 }
 
 // The cheapest run of each curve and precision that reaches each goal.
@@ -182,12 +202,16 @@ export function cheapestOf(scene: SceneReport): Cheapest[] {
     const name = nameOf(run);
     const key = `${name}/${run.precision}`;
     const found = all.get(key) ?? {
-      name, precision: run.precision, isBaseline: run.baseline, runs: errorGoals.map(() => undefined), best: undefined, divergedSteps: [],
+      name, precision: run.precision, isBaseline: run.baseline, runs: errorGoals.map(() => undefined), best: undefined, divergedSteps: [], unranked: 0,
     };
     all.set(key, found);
     const error = run.error.relative;
     if (run.diverged || !isFinite(error)) {
       found.divergedSteps.push(run.step / run.substeps);
+      continue;
+    }
+    if (run.ranked === false) {
+      found.unranked += 1;
       continue;
     }
     if (!found.best || error < found.best.error.relative!) found.best = run;

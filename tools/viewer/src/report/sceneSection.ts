@@ -4,7 +4,7 @@ import { type Machine, type SceneReport, namesIn, precisionsIn, readableName } f
 import { energyOverTime, longRunOption } from './energy';
 import { make } from './html';
 import { key, stylesOf } from './style';
-import { allRuns, cheapestTable, claimsTable, facts, leftOut, longRunTable } from './tables';
+import { allRuns, beyondTable, cheapestTable, claimsTable, facts, leftOut, longRunTable } from './tables';
 import { throughputKeys, throughputOption, throughputTable } from './throughput';
 import { workPrecision } from './workPrecision';
 
@@ -55,7 +55,7 @@ export function sceneSection(scene: SceneReport, machine: Machine, id: string): 
   const section = make('section', { id }, make('h2', {}, scene.scene), make('p', {}, scene.about), facts(scene));
   section.append(make('div', { class: 'card' }, methods.element, ...(precisions.length > 1 ? [kinds.element] : []),
     draw('speed against error', '', () => workPrecision(scene, styles, { names: shownNames, precisions: shownPrecisions }))));
-  section.append(cheapestTable(scene));
+  section.append(cheapestTable(scene), beyondTable(scene));
   if (scene.energy_curves.length > 0 && scene.energy_scale > 0) {
     section.append(make('h3', {}, 'Energy over time'), make('p', { class: 'hint' }, `In float64, at the scene's own step; dashed grey is the reference. The boxes above choose the methods.`),
       make('div', { class: 'card' }, draw('energy over time', 'low', () => energyOverTime(scene, styles, shownNames))));

@@ -11,7 +11,8 @@ const orderCell = (order: Order | undefined, which: 'fitted' | 'theory') =>
 export function cheapestTable(scene: SceneReport): HTMLElement {
   const all = cheapestOf(scene);
   const leasts = errorGoals.map((_, goal) => Math.min(...all.flatMap(({ runs }) => (runs[goal] ? [nsPerParticleSecond(runs[goal])] : []))));
-  const rows: Row[] = all.map(({ name, precision, isBaseline, runs, best, divergedSteps }) => {
+  const hasUnranked = all.some(({ unranked }) => unranked > 0);
+  const rows: Row[] = all.map(({ name, precision, isBaseline, runs, best, divergedSteps, unranked }) => {
     const order = scene.orders.find((each) => each.method === name && each.precision === precision);
     const goals = runs.map((run, goal) => {
       const cost = run && nsPerParticleSecond(run);
@@ -22,14 +23,38 @@ export function cheapestTable(scene: SceneReport): HTMLElement {
       cells: [
         words(readableName(name)), words(precision), orderCell(order, 'fitted'), orderCell(order, 'theory'), ...goals,
         number(best?.error.relative), number(best?.energy_drift), words(divergedSteps.map((step) => `${text(step)} s`).join(', ')),
+        ...(hasUnranked ? [words(unranked > 0 ? `${unranked} run${unranked === 1 ? '' : 's'}` : '')] : []),
       ],
     };
   });
-  const head = ['method', 'precision', 'order', 'theory', ...errorGoals.map((goal) => power(goal)), 'least error', 'its energy error', 'diverged at steps of'];
+  const head = ['method', 'precision', 'order', 'theory', ...errorGoals.map((goal) => power(goal)), 'least error', 'its energy error', 'diverged at steps of', ...(hasUnranked ? ['not ranked'] : [])];
   return make('div', {},
     make('h3', {}, 'Cheapest run that reaches an error'),
-    make('p', { class: 'hint' }, 'ns per particle and simulated second; the cheapest of each column is marked. Relative errors are root mean squares over particles and sample times, over the amplitude. Order: the slope through the finest runs that are clear of rounding and below 30 % error.'),
+    make('p', { class: 'hint' }, 'ns per particle and simulated second; the cheapest of each column is marked. Relative errors are root mean squares over particles and sample times, over the amplitude. Order: the slope through the finest runs that are clear of rounding and below 30 % error.' +
+      (hasUnranked ? ' Not ranked: runs no nearer to the reference than chaos leaves any two starts.' : '')),
     table(head, rows));
+}
+
+// What can be compared of chaotic runs: not where particles are.
+export function beyondTable(scene: SceneReport): Node {
+  const { beyond, no_beyond: why } = scene;
+  if (!beyond) return why === undefined ? new Text() : make('p', { class: 'hint' }, `Beyond the horizon nothing is compared: ${why}.`);
+  const reference: Row = {
+    kind: 'baseline', cells: [words('reference'), words('float64'), number(null), ...beyond.statistics.flatMap(({ mean, spread }) => [number(mean, '', 4), number(spread, '', 2)])],
+  };
+  const rows = scene.runs.filter((run) => run.beyond).map((run) => ({
+    cells: [
+      words(readableName(nameOf(run))), words(run.precision), number(run.substeps, '', 9),
+      ...run.beyond!.flatMap(({ value, off, agrees }) => [number(value, agrees ? '' : 'no', 4), number(off, agrees ? '' : 'no', 2)]),
+    ],
+  }));
+  const head = ['method', 'precision', 'sub-steps', ...beyond.statistics.flatMap(({ name, unit }) => [unit ? `${name}, ${unit}` : name, 'off'])];
+  return make('div', {},
+    make('h3', {}, 'Beyond the horizon'),
+    make('p', { class: 'hint' },
+      `Where particles are is chance there. Means over time (of the stretch: the largest); the reference's are of ${beyond.starts} starts up to ${text(beyond.nudge)} m beside the scene's, ` +
+        `which come ${text(beyond.apart)} m apart, with their spread. Off: by how many spreads; marked where by more than ${text(beyond.most_off)}, which one in a hundred is by chance.`),
+    table(head, [reference, ...rows]));
 }
 
 export function longRunTable(runs: readonly LongRun[]): HTMLElement {
@@ -79,6 +104,12 @@ export function leftOut(scene: SceneReport): Node {
   return make('details', {}, make('summary', {}, `${all.length} left out`), make('ul', {}, ...items));
 }
 
+function horizonText({ reference: { horizon }, duration }: SceneReport): string {
+  if (!horizon || horizon.whole) return '';
+  const why = horizon.ended_by === 'growth' ? `in which a difference of the start grows ${text(horizon.growth)} times` : 'beyond which it is in doubt';
+  return `. Horizon: ${text(horizon.seconds)} s of ${text(duration)} s, ${why}; errors, orders and ranks are of that time`;
+}
+
 function referenceText(scene: SceneReport): string {
   const { reference } = scene;
   const own = `its own error ${text(reference.self_error)} m`;
@@ -92,7 +123,7 @@ function referenceText(scene: SceneReport): string {
         ? `closed form from impact to impact in long double, up to ${reference.most_impacts} impacts a particle, ${own}`
         : `closed form in long double, ${own}`;
   const unsettled = reference.settled === false ? ', which is MORE than a hundredth of the smallest error shown' : '';
-  return source + unsettled + (reference.no_closed_form ? `; no closed form: ${reference.no_closed_form}` : '');
+  return source + unsettled + horizonText(scene) + (reference.no_closed_form ? `; no closed form: ${reference.no_closed_form}` : '');
 }
 
 export function facts(scene: SceneReport): HTMLElement {

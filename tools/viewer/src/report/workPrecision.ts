@@ -25,7 +25,7 @@ function told(run: Run): string {
 
 function curveOf(scene: SceneReport, name: string, precision: string, style: Style): Curve {
   const points = scene.runs
-    .filter((run) => nameOf(run) === name && run.precision === precision && !run.diverged && isFinite(run.error.relative) && run.error.relative > 0)
+    .filter((run) => nameOf(run) === name && run.precision === precision && !run.diverged && run.ranked !== false && isFinite(run.error.relative) && run.error.relative > 0)
     .map((run) => ({ x: run.error.relative!, y: nsPerParticleSecond(run), told: told(run) }));
   return { name: `${name} ${precision}`, style, points, hasMarks: true };
 }

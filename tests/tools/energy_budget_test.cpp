@@ -1,0 +1,166 @@
+// What forces can have given a scene's particles, against motions that are known, and what a run says of it.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/plan.hpp"
+#include "run/energy.hpp"
+#include "run/energy_budget.hpp"
+#include "run/start.hpp"
+#include "support/close.hpp"
+#include "tools/run_command.hpp"
+#include "tools/scratch_folder.hpp"
+
+namespace {
+
+using namespace dvdx;
+using namespace dvdx::tool;
+using dvdx::test::is_close;
+
+// Two particles of 2 kg on a spring of 50 N/m, 1 m long, with 1 m/s across it.
+SceneFile pair_of(std::vector<Force> forces, double distance = 1) {
+  SceneFile file{.path = {}, .name = {}, .about = {}, .particles = {}, .scene = {}};
+  file.step = 1e-3;
+  file.particles = {.count = 2,
+                    .position = std::vector<Vec3>{{0, 0, 0}, {distance, 0, 0}},
+                    .velocity = std::vector<Vec3>{{0, 0, 1}, {0, 0, 1}}};
+  file.scene.mass = 2.0;
+  file.scene.forces = std::move(forces);
+  file.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 50.0, .rest_length = Scalars(1.0)}));
+  return file;
+}
+
+struct Run {
+  double kinetic = 0, given = 0, share = 0;
+  double energy_gained = 0;  // by the state itself: what `energy` says
+};
+
+Run run_of(const SceneFile& file, std::uint64_t steps, std::uint64_t every) {
+  Soa<double> memory(2);
+  auto state = memory.view();
+  place_at_start(file, state);
+  const auto plan = compile<double>(file.scene, {.step = file.step}, state);
+  REQUIRE(plan);
+  EnergyBudget budget(file, state);
+  const double start = energy(file, state);
+  for (std::uint64_t n = 0; n < steps; n += every) {
+    REQUIRE(plan->step(state, every) == StepResult::done);
+    budget.look(state);
+  }
+  return {.kinetic = budget.kinetic(),
+          .given = budget.given(),
+          .share = budget.share(),
+          .energy_gained = energy(file, state) - start};
+}
+
+TEST_CASE("energy budget: a falling pair moves with what gravity gave, however far apart the looks are") {
+  for (const std::uint64_t every : {1U, 40U, 200U}) {
+    const auto run = run_of(pair_of({Constant{.acceleration = {0, -10, 0}}}), 200, every);
+    CHECK(is_close(run.kinetic, 2.0 + 4 * 0.5 * 4, 1e-9));  // 2 m/s down besides 1 m/s across
+    CHECK(is_close(run.share, 1, 1e-9));
+  }
+}
+
+TEST_CASE("energy budget: a stretched spring counts, and may take back what it has given") {
+  const auto file = pair_of({Constant{.acceleration = {0, -10, 0}}}, 1.5);
+  const auto run = run_of(file, 500, 20);
+  CHECK(std::abs(run.energy_gained) < 1e-3);                         // gravity's potential falls as far as the rest rises
+  CHECK(is_close(run.given, 2.0 + 0.5 * 50 * 0.25 + 4 * 10 * 1.25, 1e-6));  // 1.25 m in half a second
+  CHECK(run.share > 0.9);
+  CHECK(run.share <= 1 + 1e-9);
+}
+
+TEST_CASE("energy budget: a force of time works by what it is in the middle of the way") {
+  const double omega = 3;
+  const auto file = pair_of({Sinusoid{.acceleration = {0, 5, 0}, .angular_frequency = omega},
+                             Polynomial{.acceleration = {{0, 0, 0}, {0, 1, 0}}}});
+  const auto run = run_of(file, 600, 10);
+  const double t = 0.6;
+  const double v = 5 / omega * (1 - std::cos(omega * t)) + 0.5 * t * t;
+  CHECK(is_close(run.kinetic, 2.0 + 0.5 * 4 * v * v, 1e-6));
+  CHECK(is_close(run.given, run.kinetic, 1e-3));
+}
+
+TEST_CASE("energy budget: wind gives at most its force times the way") {
+  const auto run = run_of(pair_of({Drag{.coefficient = 4.0, .wind = {0, 0, 6}}}), 400, 20);
+  const double t = 0.4;  // at a rate of 2/s towards the wind's 6 m/s
+  const double v = 6 - 5 * std::exp(-2 * t);
+  const double way = 6 * t - 2.5 * (1 - std::exp(-2 * t));
+  CHECK(is_close(run.kinetic, 0.5 * 4 * v * v, 1e-9));
+  CHECK(is_close(run.given, 2.0 + 2 * 4 * 6 * way, 1e-9));
+  CHECK(run.share < 1);
+}
+
+TEST_CASE("energy budget: what is no number, and what rounding may move") {
+  auto file = pair_of({});
+  file.particles.velocity = Vec3{};
+  Soa<double> memory(2);
+  auto state = memory.view();
+  place_at_start(file, state);
+  EnergyBudget budget(file, state);
+  state.v[0][1] = 1e-4;  // a tenth of a thousand roundings of 1 m in a millisecond
+  budget.look(state);
+  CHECK(budget.share() == 0);
+  state.v[0][1] = 10;
+  budget.look(state);
+  CHECK(budget.share() > 1e3);
+  state.v[0][1] = std::nan("");
+  budget.look(state);
+  CHECK(std::isnan(budget.share()));
+}
+
+TEST_CASE("energy budget: where no bound is known nothing is looked at") {
+  auto file = pair_of({Sinusoid{.acceleration = {1, 0, 0}, .angular_frequency = 30}});
+  CHECK(steps_between_looks(file) == 10);  // 0.3 rad
+  file.step = 1.0 / 60;
+  CHECK(steps_between_looks(file) == 1);  // 0.5 rad a step
+  file.step = 0.1;
+  CHECK_FALSE(steps_between_looks(file));
+  file.scene.forces.clear();
+  CHECK(steps_between_looks(file) == 32);
+  file.step = -0.1;
+  CHECK_FALSE(steps_between_looks(file));
+  file.step = 0.1;
+  file.turnover.capacity = 5;
+  CHECK_FALSE(steps_between_looks(file));
+  file.turnover.capacity = 0;
+  file.scene.networks.clear();
+  CHECK_FALSE(steps_between_looks(file));
+}
+
+TEST_CASE("energy budget: near its limit a scheme may swing") {
+  NetworkLimit limit{.substeps = 2, .frequency = 100, .limit = 2};
+  CHECK(is_close(most_share(limit, 0.02), 1.3 / 0.75, 1e-12));  // half of the limit
+  CHECK(is_close(most_share(limit, 0.2), 13, 1e-12));
+  limit.limit = std::numeric_limits<double>::infinity();
+  CHECK(is_close(most_share(limit, 0.2), 1.3, 1e-12));
+}
+
+// 24 x 24 particles held by two corners, in steps that are far too coarse for their springs.
+constexpr const char* sheet = R"({
+  "format": "dvdx-scene/1", "name": "sheet", "step": 0.016666666666666666, "duration": 4,
+  "network": {"type": "grid", "rows": 24, "columns": 24, "origin": [0, 0, 0], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2],
+              "mass": 1, "structural": 1e6, "shear": 1e6, "fixed": "corners_top", "scheme": "sequential", "substeps": 2,
+              "theta": 0.55},
+  "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]
+})";
+
+TEST_CASE("run says where sweeps heat a sheet, and nothing where they do not") {
+  const test::ScratchFolder folder("heating");
+  folder.write("sheet.json", sheet);
+  const auto hot = test::run(folder, "run sheet.json --json --threads 1");
+  CHECK(hot.exit == 0);
+  CHECK(nlohmann::json::parse(hot.out)["heating"] == true);
+  CHECK(hot.err.find("heating") != std::string::npos);
+  const auto calm = test::run(folder, "run sheet.json --json --threads 1 --set network.theta=1 --set network.sweep=forward");
+  CHECK(nlohmann::json::parse(calm.out)["heating"] == false);
+  CHECK(calm.err.empty());
+  const auto back = test::run(folder, "run sheet.json --json --threads 1 --step -0.016666666666666666 --duration -0.1");
+  CAPTURE(back.err);
+  CHECK(nlohmann::json::parse(back.out)["heating"].is_null());
+}
+
+}  // namespace

@@ -1,0 +1,93 @@
+// Sheets that crumple: linear stability says nothing of them.
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "hard_cases/cases.hpp"
+#include "hard_cases/trial.hpp"
+#include "heat/heat.hpp"
+#include "heat/heat_show.hpp"
+
+namespace dvdx::tool::stability {
+namespace {
+
+template <class T>
+constexpr Precision precision_of = sizeof(T) == 8 ? Precision::float64 : Precision::float32;
+
+// Sequential by default.
+template <class T>
+void see_heat(CaseRun& way, Setting setting, Worst& worst) {
+  setting.precision = precision_of<T>;
+  const auto all = steppings();
+  const HeatRun run = run_setting(setting, all.front(), way.isa, way.arithmetic);
+  way.bits = (way.bits ^ run.bits) * 0x100000001B3U;
+  worst.see(run.share, text_of(setting));
+}
+
+template <class T>
+Worst of_groups(CaseRun& way, std::initializer_list<std::string_view> groups) {
+  Worst worst;
+  for (const Setting& setting : settings_of(Ensemble::coarse)) {
+    if (std::find(groups.begin(), groups.end(), setting.group) != groups.end()) see_heat<T>(way, setting, worst);
+  }
+  return worst;
+}
+
+template <class T>
+Worst falling_sheets(CaseRun& way) {
+  return of_groups<T>(way, {"falling", "floor", "kicked"});
+}
+template <class T>
+Worst dragged_sheets(CaseRun& way) {
+  return of_groups<T>(way, {"damped", "sphere", "dragged"});
+}
+
+// Dragged to and fro over a sphere, damped and not.
+template <class T>
+Worst long_drag(CaseRun& way) {
+  Worst worst;
+  for (const double damping : {0.0, 0.2}) {
+    see_heat<T>(way,
+                {.group = "dragged",
+                 .side = 24,
+                 .stiffness = 1e4,
+                 .damping = damping,
+                 .substeps = 2,
+                 .obstacle = Obstacle::sphere,
+                 .restitution = 0.3,
+                 .pull = 0.5,
+                 .pull_seconds = 2,
+                 .seed = 44,
+                 .frames = 10000},
+                worst);
+  }
+  return worst;
+}
+
+Bar warmth(std::string_view precision, Check check, std::string_view expected) {
+  return {.precision = precision,
+          .check = check,
+          .limit = heat_bar,
+          .unit = "given",
+          .expected = expected,
+          .runs_on = RunsOn::best_isa};
+}
+
+}  // namespace
+
+std::vector<Case> heat_cases() {
+  constexpr std::string_view fall = "kinetic energy at most 1.3 of what was given";
+  constexpr std::string_view drag = "likewise, the work of the pins counted";
+  constexpr std::string_view long_run = "the same over a sphere for 1e4 frames";
+  return {{43,
+           "falling sheets",
+           "directions turn: 1 to 5 sweeps a frame, k = 1e2 to 1e7, grids and meshes, falling, on a floor, thrown",
+           {warmth(float64, falling_sheets<double>, fall), warmth(float32, falling_sheets<float>, fall)}},
+          {44,
+           "dragged sheets",
+           "energy is fed in all the time: held particles swing, over a sphere, damped",
+           {warmth(float64, dragged_sheets<double>, drag), warmth(float32, dragged_sheets<float>, drag),
+            warmth(float64, long_drag<double>, long_run), warmth(float32, long_drag<float>, long_run)}}};
+}
+
+}  // namespace dvdx::tool::stability

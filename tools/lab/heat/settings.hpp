@@ -1,0 +1,55 @@
+// Sheets that fall, are dragged and are thrown: what each run of an ensemble starts from.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "run/engine.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool::stability {
+
+enum class Form { grid, mesh };
+enum class Hold { corners, edge, nothing };
+enum class Obstacle { none, floor, sphere };
+inline constexpr std::array<Named<Form>, 2> forms{{{"grid", Form::grid}, {"mesh", Form::mesh}}};
+inline constexpr std::array<Named<Hold>, 3> holds{
+    {{"corners", Hold::corners}, {"edge", Hold::edge}, {"nothing", Hold::nothing}}};
+inline constexpr std::array<Named<Obstacle>, 3> obstacles{
+    {{"none", Obstacle::none}, {"floor", Obstacle::floor}, {"sphere", Obstacle::sphere}}};
+
+// A sheet of 2 m x 2 m and 1 kg, level at the start, under 9.81 m/s^2 at 60 steps a second.
+struct Setting {
+  std::string_view group;  // "kicked": what the runs of a group have in common
+  Form form = Form::grid;
+  std::size_t side = 32;  // particles
+  double stiffness = 1e4;  // N/m, of every spring
+  double damping = 0;      // kg/s, of every spring
+  int substeps = 1;
+  Hold hold = Hold::corners;
+  Obstacle obstacle = Obstacle::none;
+  double restitution = 0;
+  double kick = 0;  // m/s, of all particles that are not held, at the start
+  double pull = 0;  // m: the held particles swing to and fro so far, once in pull_seconds
+  double pull_seconds = 1;
+  Precision precision = Precision::float32;
+  std::uint64_t seed = 0;  // of directions, of a mesh's shape, and of velocities of 1e-6 m/s
+  std::uint64_t frames = 300;
+};
+
+inline constexpr double frames_a_second = 60;
+
+enum class Ensemble {
+  whole,
+  coarse,  // a few runs of each group, which take seconds together
+};
+[[nodiscard]] std::vector<Setting> settings_of(Ensemble ensemble);
+
+// The scene of a setting, with this coupling and the setting's sub-steps. Held particles that swing are at rest in the scene's
+// coordinates, which swing with them: there everything else feels the opposite acceleration, and nothing else changes.
+[[nodiscard]] SceneFile scene_of(const Setting& setting, Coupling coupling);
+
+}  // namespace dvdx::tool::stability
