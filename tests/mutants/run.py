@@ -205,6 +205,8 @@ def failure(arguments, number, seconds):
     if status is None:
         return f"time limit of {seconds:.0f} s"
     error = re.search(r"^\S+:\d+: (?:FATAL )?ERROR: ", output, re.MULTILINE)
+    if status == 2 and re.match(r"no test case matches|the selection selects no test case", output):
+        return ""  # all of them are slow, or the case that is tried first is gone
     if not error:
         return f"{Path(arguments[0]).name}: exit status {status}"
     # Cases that stand before the failing one have said something.
@@ -298,6 +300,9 @@ def show(mutants, results):
 def main(arguments):
     mutants, files = read_list(), tracked_files()
     texts, stale = with_faults(mutants, files)
+    test_files = {Path(path).stem for path in files if path.startswith("tests/")}
+    for name in sorted({name for mutant in mutants for name in mutant.tests} - test_files):
+        stale.append(f"there is no test file {name}.cpp")
     if stale:
         raise Stale("\n  ".join(stale))
     print(f"{len(mutants)} faults at {sum(len(mutant.places) for mutant in mutants)} places, each found once")
