@@ -206,8 +206,8 @@ TEST_CASE("Networks' and constraints' accuracy is what is said of it") {
       }
     }
   };
-  both("leapfrog", {.scheme = Scheme::leapfrog}, 2, 1);
-  both("fourth order", {.scheme = Scheme::fourth_order}, 4, 1);
+  both("leapfrog", {.scheme = Scheme::leapfrog}, 2, 2);
+  both("fourth order", {.scheme = Scheme::fourth_order}, 4, 4);
   both("sequential", {.scheme = Scheme::sequential}, 1, 1);
   both("sequential at the middle", {.scheme = Scheme::sequential, .theta = 0.5}, 2, 2);
   both("kicks", {.scheme = Scheme::accumulate, .method = Method::combined}, 2, 1);

@@ -13,6 +13,8 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   work.x = of_particles(nothing);
   work.v = of_particles(nothing);
   work.v_next = shape.has_second_velocity ? of_particles(nothing) : work.v;
+  if (shape.accelerations >= 1) work.a = of_particles(nothing);
+  if (shape.accelerations >= 2) work.a_damped = of_particles(nothing);
   if (shape.sweep_springs != 0) work.shift = of_particles(T(0));
   if (shape.has_pair_sums) {
     work.dx = of_particles(T(0));
