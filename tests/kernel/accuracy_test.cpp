@@ -206,8 +206,8 @@ TEST_CASE("Networks' and constraints' accuracy is what is said of it") {
       }
     }
   };
-  both("leapfrog", {.scheme = Scheme::leapfrog}, 2, 1);
-  both("fourth order", {.scheme = Scheme::fourth_order}, 4, 1);
+  both("leapfrog", {.scheme = Scheme::leapfrog}, 2, 2);
+  both("fourth order", {.scheme = Scheme::fourth_order}, 4, 4);
   both("sequential", {.scheme = Scheme::sequential}, 2, 2);
   both("sequential past the middle", {.scheme = Scheme::sequential, .theta = 0.55}, 1, 1);
   both("sequential forwards", {.scheme = Scheme::sequential, .sweeps = SweepOrder::forward}, 1, 1);

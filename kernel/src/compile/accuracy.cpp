@@ -130,9 +130,9 @@ class Search {
     is_any_damped_ = is_any_damped_ || is_damped;
     switch (coupling.scheme) {
       case Scheme::leapfrog:
-        return is_damped ? limit(1, "leapfrog takes the network's damping from before its pulse") : limit(2, "leapfrog");
+        return limit(2, "leapfrog");
       case Scheme::fourth_order:
-        return is_damped ? limit(1, "the network's damping is taken from before each pulse") : limit(4, "scheme fourth_order");
+        return limit(4, "scheme fourth_order");
       case Scheme::sequential:
         if (is_generalized_alpha(coupling)) return limit(2, "scheme sequential by generalized alpha");
         return theta_of(coupling) == 0.5 && coupling.sweeps == SweepOrder::symmetric

@@ -59,7 +59,8 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<const Joints<T>> joints, const Sce
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
   }
-  const auto& [a, b] = joints_->splitting;
+  const std::vector<double>& a = joints_->splitting.a;
+  const std::vector<double>& b = joints_->splitting.b;
   if (goes_back(joints_->splitting)) backwards_scene_ = arranged(scene, joints_->order, Contacts::left_out);
   const auto over = [&](double part) { return flow_over(part, options, passes); };
   if (std::holds_alternative<PairsForm<T>>(joints_->form)) {
@@ -118,8 +119,9 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.elements = joints.order.size;
   shape.fixed = joints.fixed.size();
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
+  shape.accelerations = kicks ? joints.damping_passes() : 0;
   shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && joints.springs != 0;
-  shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped();
+  shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped() && shape.accelerations == 0;
   shape.has_pair_sums = std::holds_alternative<PairsForm<T>>(joints.form);
   const auto springs = [](const auto& form) -> std::size_t {
     if constexpr (is_in_sweeps<std::decay_t<decltype(form)>>) return std::max<std::size_t>(1, form.springs);

@@ -25,13 +25,20 @@ struct GridForm {
   GridTerms<T> terms;
 };
 
+// Which neighbours each particle has.
+struct SlotLists {
+  std::vector<std::uint32_t> first_slot;
+  std::vector<Slot> slots;
+  std::vector<std::int32_t> indices;
+};
+
 // Any springs, by owner: passes/network/graph.
 template <class T>
 struct GraphForm {
   GraphTerms<T> terms;
-  std::vector<std::uint32_t> first_slot;
-  std::vector<Slot> slots;
-  std::vector<std::int32_t> indices;
+  SlotLists lists;
+  GraphTerms<T> damped;    // of a pulse's damping passes: the same slots, or where only some springs damp
+  SlotLists damped_lists;  // theirs alone
 };
 
 // The same slots, each with its pair's own contribution: passes/network/pairs.

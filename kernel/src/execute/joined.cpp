@@ -369,26 +369,53 @@ class JoinedStep {
   }
 
   void pulse(const GridForm<T>& form, std::size_t k) noexcept {
-    kick(kernels_.grid, form.terms, k, form.terms.rows, particles_per_task / form.terms.pitch);
+    const Units rows{form.terms.rows, particles_per_task / form.terms.pitch};
+    if (joints_.damping_passes() == 0) return kick(kernels_.grid, form.terms, k, rows);
+    over(rows, [&](std::size_t from, std::size_t to) { kernels_.grid_acceleration(form.terms, work_, from, to); });
+    take_acceleration(kernels_.damp_grid, form.terms, k, rows);
   }
   void pulse(const GraphForm<T>& form, std::size_t k) noexcept {
-    kick(kernels_.graph, form.terms, k, size() / slice, particles_per_task / slice);
+    const Units slices{size() / slice, particles_per_task / slice};
+    if (joints_.damping_passes() == 0) return kick(kernels_.graph, form.terms, k, slices);
+    over(slices, [&](std::size_t from, std::size_t to) { kernels_.graph_acceleration(form.terms, work_, from, to); });
+    take_acceleration(kernels_.damp_graph, form.damped, k, slices);
   }
 
   [[nodiscard]] T pulse_length(std::size_t k) const noexcept {
     return static_cast<T>(joints_.splitting.b[k] * joints_.substep());
   }
 
-  // units: rows or slices.
-  template <class Pass, class Terms>
-  void kick(const Pass& pass, const Terms& terms, std::size_t k, std::size_t units, std::size_t asked) noexcept {
-    const T pulse = pulse_length(k);
-    const std::size_t per_task = std::max<std::size_t>(1, asked);
-    for_each_task(parallel_, tasks_of(units, per_task), [&](std::size_t task) {
+  struct Units {  // rows or slices
+    std::size_t count, per_task;
+  };
+  template <class Pass>
+  void over(const Units& units, const Pass& pass) noexcept {
+    const std::size_t per_task = std::max<std::size_t>(1, units.per_task);
+    for_each_task(parallel_, tasks_of(units.count, per_task), [&](std::size_t task) {
       const std::size_t from = task * per_task;
-      pass(terms, work_, pulse, from, std::min(units, from + per_task));
+      pass(from, std::min(units.count, from + per_task));
     });
+  }
+
+  template <class Kick, class Terms>
+  void kick(const Kick& kick, const Terms& terms, std::size_t k, const Units& units) noexcept {
+    const T pulse = pulse_length(k);
+    over(units, [&](std::size_t from, std::size_t to) { kick(terms, work_, pulse, from, to); });
     std::swap(work_.v, work_.v_next);
+  }
+
+  // v += b h a + (b h)^2/2 a1 + beta h^3 a2, the last of them where the scheme has it.
+  template <class Damp, class Terms>
+  void take_acceleration(const Damp& damp, const Terms& terms, std::size_t k, const Units& units) noexcept {
+    const double h = joints_.substep();
+    const double t = joints_.splitting.b[k] * h;
+    DampingPass<T> pass{.of = work_.a0, .y = work_.a1, .s = static_cast<T>(t), .t = static_cast<T>(t * t / 2)};
+    const auto run = [&] { over(units, [&](std::size_t from, std::size_t to) { damp(terms, work_, pass, from, to); }); };
+    run();
+    if (joints_.damping_passes() == 1) return;
+    const double beta = joints_.splitting.beta[k];
+    pass = {.of = work_.a1, .y = {}, .s = static_cast<T>(t * t / 2), .t = static_cast<T>(beta * h * h * h)};
+    run();
   }
 
   // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order.

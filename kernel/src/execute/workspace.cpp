@@ -13,6 +13,8 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   work.x = of_particles(nothing);
   work.v = of_particles(nothing);
   work.v_next = shape.has_second_velocity ? of_particles(nothing) : work.v;
+  if (shape.accelerations >= 1) work.a0 = of_particles(nothing);
+  if (shape.accelerations >= 2) work.a1 = of_particles(nothing);
   if (shape.sweep_springs != 0) work.shift = of_particles(T(0));
   if (shape.keeps_acceleration) work.a = of_particles(T(0));
   if (shape.has_pair_sums) {

@@ -19,6 +19,10 @@ template <class V, Arithmetic arithmetic>
 constexpr NetworkKernels<Scalar<V>> wide_network() noexcept {
   return {.grid = kick_grid<V, arithmetic>,
           .graph = kick_graph<V, arithmetic>,
+          .grid_acceleration = accelerate_grid<V, arithmetic>,
+          .graph_acceleration = accelerate_graph<V, arithmetic>,
+          .damp_grid = damp_grid<V, arithmetic>,
+          .damp_graph = damp_graph<V, arithmetic>,
           .pairs = sum_pairs<V, arithmetic>,
           .add_pairs = add_pairs<V>,
           .strands = sweep_strands<V, arithmetic>,

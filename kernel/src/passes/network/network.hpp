@@ -43,7 +43,9 @@ template <class T>
 struct WorkColumns {
   std::array<T*, 3> x{};             // m, from `origin` where there is one
   std::array<T*, 3> v{};             // m/s
-  std::array<T*, 3> v_next{};        // where a pulse puts v: elsewhere with damping, which reads the neighbours' v
+  std::array<T*, 3> v_next{};        // where one pulse that damps puts v: elsewhere, as it reads the neighbours' v
+  std::array<T*, 3> a0{};            // m/s^2: what the springs that damp, and those beside them, make of x and v
+  std::array<T*, 3> a1{};            // m/s^3: -M^-1 C a0
   std::array<const T*, 3> origin{};  // null, or where each particle was when the step began
   std::array<T*, 3> shift{};         // sequential: what the sweeps have moved x by
   std::array<T*, 3> a{};             // generalized alpha: m/s^2, what the springs accelerate by at the last sub-step's end
@@ -75,7 +77,6 @@ struct GridTerms {
   std::size_t rows = 0, columns = 0;
   std::size_t pitch = 0;  // elements from a row to the next, a multiple of 16
   GridFamilies<T> along;
-  Damping damping = Damping::none;
 };
 
 // ---- graph: any springs, by owner --------------------------------------------------------------------------------------
@@ -102,6 +103,19 @@ struct GraphTerms {
   // of d by itself: dv = A d + B u, dx = C d + D u
   const T* linear = nullptr;
   T drift{};  // s: how far the axis drifts ahead: h/2, or 0
+};
+
+// ---- damping between pulses --------------------------------------------------------------------------------------------
+
+// A pulse of springs that damp (compile/limit.cpp has why):
+//   a = M^-1 F(x, v),   v += s_0 a + s_1 (-M^-1 C) a + s_2 (-M^-1 C)^2 a + ...,   C of the springs as they lie
+// A pass of it takes `of`, makes y = -M^-1 C of, and leaves v += s of and y; the last one leaves v += s of + t y and no y.
+// The force of a spring in -C u is c (d.u)/r^2 d for every u: no root is taken.
+template <class T>
+struct DampingPass {
+  std::array<T*, 3> of{};
+  std::array<T*, 3> y{};  // null at the last pass
+  T s{}, t{};
 };
 
 // ---- sequential: Gauss-Seidel sweeps -----------------------------------------------------------------------------------
@@ -151,9 +165,16 @@ struct AlphaTerms {
 
 template <class T>
 struct NetworkKernels {
-  // v_next = v + pulse w F for rows [from, to) of a grid, and for slices [from, to) of a graph
+  // v_next = v + pulse w F for rows [from, to) of a grid that does not damp, and for slices [from, to) of a graph
   void (*grid)(const GridTerms<T>&, const WorkColumns<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
   void (*graph)(const GraphTerms<T>&, const WorkColumns<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
+  // a = w F, likewise, of what damps; and what of the damping comes after it
+  void (*grid_acceleration)(const GridTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
+  void (*graph_acceleration)(const GraphTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
+  void (*damp_grid)(const GridTerms<T>&, const WorkColumns<T>&, const DampingPass<T>&, std::size_t from,
+                    std::size_t to) = nullptr;
+  void (*damp_graph)(const GraphTerms<T>&, const WorkColumns<T>&, const DampingPass<T>&, std::size_t from,
+                     std::size_t to) = nullptr;
   // dx, dv of slices [from, to)
   void (*pairs)(const GraphTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
   // x += dx, v += dv for particles [from, to), multiples of 16
