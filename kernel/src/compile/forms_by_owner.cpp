@@ -160,7 +160,8 @@ void add_damped_slots(const NetworkInput& all, GraphForm<T>& form, Columns<T>& c
   std::copy_if(all.springs.begin(), all.springs.end(), std::back_inserter(springs), [](const JoinedPair& s) { return s.c != 0; });
   form.damped = form.terms;
   if (springs.size() == all.springs.size()) return;
-  const NetworkInput in{all.coupling, springs, all.w, all.order, all.substep};
+  NetworkInput in = all;
+  in.springs = springs;
   const std::vector<SliceSlots> slices = slices_of(in);
   T* const c_of = slot_column(slices, columns, form.damped.c);
   fill_slots(in, slices, form.damped_lists, form.damped,
