@@ -92,7 +92,7 @@ Worst order(CaseRun& way) {
 }
 
 Bar order_of(Check check, double limit, std::string_view expected) {
-  return {.precision = float64, .check = check, .limit = limit, .expected = expected, .runs_on = RunsOn::best_isa};
+  return {.precision = float64, .check = check, .limit = limit, .unit = "", .expected = expected, .runs_on = RunsOn::best_isa};
 }
 
 }  // namespace
