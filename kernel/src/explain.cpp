@@ -338,7 +338,7 @@ std::string describe_network(const Joints<T>& joints, const Scene& scene, const 
   if (coupling.scheme == Scheme::sequential) {
     const double substep = joints.step / limit.substeps;
     words += is_generalized_alpha(coupling)
-                 ? ", generalized alpha, rho " + text(rho_of(joints.frequencies.start, substep), 6)
+                 ? ", generalized alpha, rho " + text(rho_of(joints.frequencies.bound, substep), 6)
                  : ", theta " + text(theta_of(coupling), 6);
     words += coupling.sweeps == SweepOrder::symmetric ? ", forward and backward" : ", forward";
   }

@@ -130,7 +130,7 @@ void Joints<T>::make_inverse_masses() {
 
 template <class T>
 void Joints<T>::make_form(std::span<const JoinedPair> pairs, const Grid* grid) {
-  const NetworkInput in{coupling, pairs, w_of, order, substep(), frequencies.start};
+  const NetworkInput in{coupling, pairs, w_of, order, substep(), frequencies.bound};
   const bool is_sequential = coupling.scheme == Scheme::sequential;
   if (grid != nullptr && is_sequential) {
     form = make_strands_form<T>(in, *grid, w, columns_);

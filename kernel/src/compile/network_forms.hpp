@@ -93,7 +93,7 @@ struct NetworkInput {
   std::span<const double> w;  // 1/kg of each particle, 0 where fixed
   const ParticleOrder& order;
   double substep;    // s
-  double frequency;  // rad/s: the highest of the springs as they start
+  double frequency;  // rad/s: the highest of the springs in any position
 };
 
 [[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;

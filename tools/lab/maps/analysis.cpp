@@ -217,8 +217,8 @@ MatrixXd theta_scheme(const Line& line, const Springs1d& springs, const Coupling
 //   v' = v + h ((1 - gamma) a + gamma b),  x' = x + h v + h^2 ((1/2 - beta) a + beta b),  f = alpha b + (1 - alpha) a.
 MatrixXd generalized_alpha(const Line& line, const Springs1d& springs, double h) {
   const Springs1d s = swept(line, springs);
-  const double z = highest_frequency(line) * h / 1.5;
-  const double rho = std::round(100 * (0.2 + 0.75 / (1 + z * z))) / 100;
+  const double z = highest_frequency(line) * h;
+  const double rho = std::round(100 * (0.2 + 0.4 / (1 + std::pow(z / 6.5, 4)) + 0.35 / (1 + std::pow(z / 1.4, 4)))) / 100;
   const double part = 1 / (1 + rho);
   const double alpha = (2 - rho) * part;
   const double gamma = part * (3 - rho) / 2;
