@@ -276,7 +276,7 @@ class JoinedStep {
   // and where constraints stand between the pulses.
   [[nodiscard]] std::size_t stages_at_once() const noexcept {
     const auto* form = std::get_if<GridForm<T>>(&joints_.form);
-    if (form == nullptr || form->terms.damping != Damping::none || constraints_) return 0;
+    if (form == nullptr || joints_.damping_passes() != 0 || constraints_) return 0;
     const std::size_t rows = rows_in_cache(form->terms);
     return form->terms.rows <= 2 * rows ? 0 : std::min(max_stages, rows / reach(form->terms) / 2);
   }
