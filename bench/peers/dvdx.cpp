@@ -91,7 +91,8 @@ std::vector<int> fourth_order_counts(const Cloth& cloth) { return with_chosen(ex
 }  // namespace
 
 Peers dvdx_peers() {
-  const Variant leapfrog{}, contracted{.arithmetic = Arithmetic::contracted}, fourth_order{.scheme = Scheme::fourth_order};
+  const Variant leapfrog{}, contracted{.arithmetic = Arithmetic::contracted}, fast{.arithmetic = Arithmetic::fast};
+  const Variant fourth_order{.scheme = Scheme::fourth_order};
   const Variant sequential{.scheme = Scheme::sequential};
   const Variant middle{.scheme = Scheme::sequential, .theta = 0.5}, damped{.scheme = Scheme::sequential, .theta = 0.55};
   const Variant forward{.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward};
@@ -101,6 +102,7 @@ Peers dvdx_peers() {
   };
   return {peer<float>("leapfrog", leapfrog, leapfrog_counts),
           peer<float>("leapfrog, contracted", contracted, leapfrog_counts),
+          peer<float>("leapfrog, fast", fast, leapfrog_counts),
           peer<double>("leapfrog", leapfrog, leapfrog_counts),
           peer<float>("fourth_order", fourth_order, fourth_order_counts),
           peer<double>("fourth_order", fourth_order, fourth_order_counts),

@@ -1,5 +1,6 @@
 // Scenes that may be anything: compile() gives a plan or names what is wrong, and never throws; a plan steps, seeks and
 // explains.
+#include <array>
 #include <exception>
 #include <limits>
 #include <string>
@@ -16,7 +17,8 @@ Options any_options(Choices& choices, double step) {
   if (choices.below(8) == 7) options.block = choices.raw<std::uint16_t>();
   if (choices.below(8) == 7) options.impacts = choices.raw<std::int16_t>();
   if (choices.below(8) == 7) options.isa = static_cast<Isa>(choices.below(5));
-  if (choices.below(4) == 3) options.arithmetic = Arithmetic::contracted;
+  constexpr std::array arithmetics = {Arithmetic::separate, Arithmetic::separate, Arithmetic::fast, Arithmetic::contracted};
+  options.arithmetic = arithmetics[choices.below(4)];
   return options;
 }
 

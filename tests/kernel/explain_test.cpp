@@ -193,7 +193,7 @@ TEST_CASE_TEMPLATE("explain: bytes and operations are those of the step that it 
 TEST_CASE("explain: the step, the arithmetic and the instruction set are those that the plan has") {
   Scene scene;
   scene.add(Spring{.stiffness = 9.0});
-  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
     for (const Isa isa : available_isas(arithmetic)) {
       const auto text = explained<float>(scene, {.step = 0.0125, .isa = isa, .arithmetic = arithmetic});
       const std::string first = text.substr(0, text.find('\n'));

@@ -75,7 +75,7 @@ void spy(const Block<float>& block, const Terms<float>& terms, const Steps<float
 }  // namespace
 
 TEST_CASE("the reference is always there, and the best ISA stands last") {
-  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
     const auto isas = available_isas(arithmetic);
     REQUIRE(!isas.empty());
     CHECK(isas.front() == Isa::reference);
@@ -91,6 +91,7 @@ TEST_CASE("there is an instruction set beside the reference, and with each arith
   const auto contracted = available_isas(Arithmetic::contracted);
   for (const Isa isa : {Isa::avx2, Isa::avx512, Isa::neon64}) CHECK(contains(separate, isa) == contains(contracted, isa));
   CHECK_FALSE(contains(contracted, Isa::sse2));
+  CHECK(available_isas(Arithmetic::fast) == contracted);
 #if defined(__x86_64__)
   CHECK(contains(separate, Isa::sse2));
   CHECK(contains(separate, Isa::avx2) == (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")));
@@ -127,7 +128,7 @@ TEST_CASE_TEMPLATE("every ISA has a table of its own, of its own width and its o
 }
 
 TEST_CASE("no table lacks a pass") {
-  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
     for (const Isa isa : available_isas(arithmetic)) {
       CAPTURE(name(isa));
       const Passes* passes = find_passes(isa, arithmetic);
@@ -166,7 +167,7 @@ TEST_CASE("a step runs the functions of its program's table and no others") {
 }
 
 TEST_CASE("an ISA that is not there is an error that says which are") {
-  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
     for (const Isa isa : {Isa::sse2, Isa::avx2, Isa::avx512, Isa::neon64}) {
       if (contains(available_isas(arithmetic), isa)) continue;
       const auto plan = compile<float>(falling(), {.isa = isa, .arithmetic = arithmetic});

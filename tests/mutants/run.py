@@ -7,7 +7,7 @@
 All faults are compiled into one copy of the tree (build/mutants/source): a place becomes
 `(dvdx_mutant(number) ? (fault) : (original))`, and the environment variable DVDX_MUTANT says which fault is active. With none
 active every test must pass, the golden hashes among them. Verdicts are kept in build/mutants/results.json, for as long as
-neither the tree nor the fault changes.
+neither the tree nor the fault changes; which test caught a fault last is kept longer, and that test is tried first.
 """
 
 import concurrent.futures
@@ -205,6 +205,8 @@ def failure(arguments, number, seconds):
     if status is None:
         return f"time limit of {seconds:.0f} s"
     error = re.search(r"^\S+:\d+: (?:FATAL )?ERROR: ", output, re.MULTILINE)
+    if status == 2 and re.match(r"no test case matches|the selection selects no test case", output):
+        return ""  # all of them are slow, or the case that is tried first is gone
     if not error:
         return f"{Path(arguments[0]).name}: exit status {status}"
     # Cases that stand before the failing one have said something.
@@ -228,14 +230,21 @@ def unmutated():
             "fast_seconds": sum(seconds for name, seconds in cases if name not in slow)}
 
 
-def programs(tests, baseline):
-    """Test programs and the seconds that each may take. First the test files nearest to the fault, then all, both without the
-    slow cases; then those; then the counted allocations. The golden hashes come last: they know that bits have changed, and not
-    what is right."""
+def filter_of(names):
+    return ",".join(name.replace(",", "?") for name in names)  # a comma ends a filter, ? is any character
+
+
+def programs(tests, baseline, last):
+    """Test programs and the seconds that each may take. First the case that caught the fault in an earlier run, then the test
+    files nearest to the fault, then all, both without the slow cases; then those; then the counted allocations. The golden
+    hashes come last: they know that bits have changed, and not what is right."""
     program = TESTS + ["--abort-after=1"]
     others = ["--source-file-exclude=*/golden_test.cpp"]
-    slow = ",".join(name.replace(",", "?") for name in baseline["slow"])  # a comma ends a filter, ? is any character
+    slow = filter_of(baseline["slow"])
     short, long = 60 + 6 * baseline["fast_seconds"], 60 + 6 * baseline["seconds"]
+    file, colon, case = last.partition(": ")
+    if colon and file.endswith("_test"):
+        yield program + [f"--source-file=*/{file}.cpp", f"--test-case={filter_of([case])}"], long
     yield program + [f"--test-case-exclude={slow}", "--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)], short
     yield program + [f"--test-case-exclude={slow}", *others], short
     yield program + [f"--test-case={slow}", *others], long
@@ -243,8 +252,8 @@ def programs(tests, baseline):
     yield program + ["--source-file=*/golden_test.cpp"], short
 
 
-def verdict(mutant, baseline):
-    for arguments, seconds in programs(mutant.tests, baseline):
+def verdict(mutant, baseline, last=""):
+    for arguments, seconds in programs(mutant.tests, baseline, last):
         found = failure(arguments, mutant.number(), seconds)
         if found:
             return found
@@ -261,7 +270,10 @@ def tree_hash(files):
 
 def read_results(tree):
     results = json.loads(RESULTS.read_text()) if RESULTS.is_file() else {}
-    return results if results.get("tree") == tree else {"tree": tree, "verdicts": {}}
+    if results.get("tree") == tree:
+        return results
+    last = results.get("last", {}) | {v["id"]: v["test"] for v in results.get("verdicts", {}).values() if v["test"]}
+    return {"tree": tree, "verdicts": {}, "last": last}
 
 
 def show(mutants, results):
@@ -288,6 +300,9 @@ def show(mutants, results):
 def main(arguments):
     mutants, files = read_list(), tracked_files()
     texts, stale = with_faults(mutants, files)
+    test_files = {Path(path).stem for path in files if path.startswith("tests/")}
+    for name in sorted({name for mutant in mutants for name in mutant.tests} - test_files):
+        stale.append(f"there is no test file {name}.cpp")
     if stale:
         raise Stale("\n  ".join(stale))
     print(f"{len(mutants)} faults at {sum(len(mutant.places) for mutant in mutants)} places, each found once")
@@ -307,7 +322,7 @@ def main(arguments):
     todo = [mutant for mutant in mutants if is_wanted(mutant)]
     print(f"no fault active: every test passes, {baseline['seconds']:.0f} s; {len(todo)} faults to run", flush=True)
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        runs = {pool.submit(verdict, mutant, baseline): mutant for mutant in todo}
+        runs = {pool.submit(verdict, mutant, baseline, results["last"].get(mutant.id, "")): mutant for mutant in todo}
         for run in concurrent.futures.as_completed(runs):
             mutant = runs[run]
             results["verdicts"][mutant.hash()] = {"id": mutant.id, "test": run.result()}

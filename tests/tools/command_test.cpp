@@ -5,11 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "support/close.hpp"
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
 namespace {
 
+using dvdx::test::is_close;
 using dvdx::test::run;
 using dvdx::test::ScratchFolder;
 using nlohmann::json;
@@ -186,6 +188,7 @@ TEST_CASE("explain and info tell what they are asked") {
   CHECK(run(folder, "info").exit == 0);
   const auto info = json::parse(run(folder, "info --json").out);
   CHECK(info["isas"]["separate"]["machine"][0] == "reference");
+  CHECK(info["isas"]["fast"] == info["isas"]["contracted"]);
   CHECK(info["threads"].get<int>() >= 1);
   CHECK_FALSE(info["version"].get<std::string>().empty());
 }
@@ -217,6 +220,10 @@ TEST_CASE("run steps networks by the scheme and the sub-steps that are asked for
   CHECK(own["diverged"] == false);
   CHECK(report_of("--substeps auto")["state_hash"] == own["state_hash"]);
   CHECK(report_of("--layout aos --threads 1 --isa reference")["state_hash"] == own["state_hash"]);
+  const auto fast = report_of("--arithmetic fast");
+  CHECK(fast["arithmetic"] == "fast");
+  CHECK(report_of("--arithmetic fast --layout aos --threads 1")["state_hash"] == fast["state_hash"]);
+  CHECK(is_close(fast["energy"]["end"].get<double>(), own["energy"]["end"].get<double>(), 1e-3));
   const auto sequential = report_of("--scheme sequential");
   CHECK(sequential["scheme"] == "sequential");
   CHECK(sequential["substeps"] == 1);
@@ -255,6 +262,18 @@ TEST_CASE("verify holds a scene with a network against the reference") {
   REQUIRE(report["scenes"].size() == 3);
   CHECK(report["scenes"][0]["steps"] == 16);
   CHECK(report["scenes"][0]["sample"]["particles"] == 30);  // all: each moves the others
+  const auto& fast = report["scenes"][0]["fast"];
+  CHECK(fast["isas"] == report["scenes"][0]["contracted"]["isas"]);
+  CHECK(fast["first_step"]["ulps"].get<double>() > 0);
+  CHECK(fast["first_step"]["ulps"] <= fast["first_step"]["at_most"]);
+
+  const auto alone = json::parse(run(folder, "verify sheet.json --json --arithmetic fast").out);
+  CHECK(alone["passed"] == true);
+  CHECK(alone["scenes"][0]["fast"] == fast);
+  CHECK(alone["scenes"][0]["isas"].empty());
+  CHECK(alone["scenes"][0]["contracted"]["isas"].empty());
+  CHECK(alone["scenes"][0]["runs"] < report["scenes"][0]["runs"]);
+  CHECK(run(folder, "verify sheet.json --arithmetic exact").exit == 2);
 }
 
 constexpr const char* jet = R"({

@@ -195,9 +195,27 @@ TEST_CASE("a pair on one spring: every scheme at its own order, against the clos
   CHECK(runs[0]["scheme"] == "leapfrog");
   CHECK(runs[0]["method"] == "combined");
   CHECK(runs[0]["substeps"] == 1);
-  CHECK(runs.back()["scheme"] == "accumulate");
-  CHECK(runs.back()["method"] == "exact");
-  CHECK(runs.back()["axis"] == "start");
+  const auto last = std::find_if(runs.rbegin(), runs.rend(), [](const auto& run) { return run["arithmetic"] == "separate"; });
+  CHECK((*last)["scheme"] == "accumulate");
+  CHECK((*last)["method"] == "exact");
+  CHECK((*last)["axis"] == "start");
+}
+
+TEST_CASE("a network's own scheme is raced in every arithmetic, at its usual sub-steps") {
+  const auto report = measured(shipped("seed-pair"));
+  for (const std::string word : {"contracted", "fast"}) {
+    CAPTURE(word);
+    const auto race = std::find_if(report.runs.begin(), report.runs.end(), [&](const Run& r) { return r.arithmetic == word; });
+    REQUIRE(race != report.runs.end());
+    CHECK(race->method == "leapfrog, " + word);
+    CHECK(race->timing.ns_per_particle_step > 0);
+    const auto own = std::find_if(report.runs.begin(), report.runs.end(), [&](const Run& other) {
+      return other.method == "leapfrog" && other.substeps == race->substeps;
+    });
+    REQUIRE(own != report.runs.end());
+    CHECK(own->arithmetic == "separate");
+    CHECK(is_close(race->errors.relative, own->errors.relative, 0.01));
+  }
 }
 
 TEST_CASE("a network without a closed form is held against finer sub-steps, and what cannot run is named") {

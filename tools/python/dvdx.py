@@ -487,8 +487,8 @@ def _options(state, step, options):
 def compile(scene, state, step=1 / 60, **options):  # noqa: A001: the library's own word
     """A plan for a scene and the particles of a state, in the precision of its arrays; step in s, negative runs time backwards.
 
-    options: isa ("reference", "sse2", "avx2", "avx512", "neon64"; the best where none is named), arithmetic ("separate" or
-    "contracted"), block, impacts and rounding ("compensated", for states with residuals), as in dvdx_options.
+    options: isa ("reference", "sse2", "avx2", "avx512", "neon64"; the best where none is named), arithmetic ("separate",
+    "contracted" or "fast"), block, impacts and rounding ("compensated", for states with residuals), as in dvdx_options.
     """
     handle = _ffi.new("dvdx_plan**")
     _call(_lib.dvdx_plan_create, scene._handle, _options(state, step, options), state._struct, handle)

@@ -16,7 +16,8 @@ struct BuildInfo {
   int abi_version = 0;                                 // DVDX_ABI_VERSION of the library
   std::string_view compiler;                           // "GNU 12.2.0, Release"
   std::vector<Isa> separate;                           // instruction sets in this binary that multiply, then add
-  std::vector<Isa> contracted;                         // and that fuse both
+  std::vector<Isa> contracted;                         // that fuse both
+  std::vector<Isa> fast;                               // and that estimate roots
   [[nodiscard]] DVDX_EXPORT std::string text() const;  // all of it in one line
 };
 

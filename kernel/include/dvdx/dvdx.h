@@ -332,6 +332,7 @@ typedef enum dvdx_isa {
 typedef enum dvdx_arithmetic {
   DVDX_SEPARATE = 0,  // multiply, then add: the same bits on every instruction set
   DVDX_CONTRACTED,    // fused multiply-add
+  DVDX_FAST,          // and estimated inverse roots: the bits may differ between machines; see Arithmetic in isa.hpp
 } dvdx_arithmetic;
 
 // Where a plan's memory comes from: all columns with a number for each particle, spring or constraint, which a step reads or

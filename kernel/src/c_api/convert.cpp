@@ -10,7 +10,7 @@
 namespace dvdx::c_api {
 namespace {
 
-constexpr int precisions = 2, isas = 6, arithmetics = 2, roundings = 2;
+constexpr int precisions = 2, isas = 6, arithmetics = 3, roundings = 2;
 
 }  // namespace
 

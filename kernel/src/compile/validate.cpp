@@ -281,7 +281,7 @@ std::optional<Error> check(const Options& options) {
   Checker check(std::nullopt);
   check.number("step", options.step, Range::finite);
   if (options.isa) check.choice("isa", *options.isa, Isa::neon64);
-  check.choice("arithmetic", options.arithmetic, Arithmetic::contracted);
+  check.choice("arithmetic", options.arithmetic, Arithmetic::fast);
   check.choice("rounding", options.rounding, Rounding::compensated);
   check.choice("unstable", options.unstable, Unstable::allowed);
   if (options.memory.allocate != nullptr && options.memory.release == nullptr) {

@@ -19,6 +19,7 @@ struct Entry {
 
 bool always() noexcept { return true; }
 
+// The scalar twins know no estimate: in fast arithmetic they are the contracted ones, which fast ones are held against.
 #if defined(__x86_64__)
 // The compiler's own check also asks whether the operating system saves the registers, which CPUID alone does not say.
 bool has_fma() noexcept { return __builtin_cpu_supports("fma"); }
@@ -32,28 +33,36 @@ bool has_avx512() noexcept {
 constexpr std::array entries = {
     Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
     Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
+    Entry{Isa::reference, Arithmetic::fast, &reference_contracted, always},
     Entry{Isa::sse2, Arithmetic::separate, &sse2_separate, always},
     Entry{Isa::avx2, Arithmetic::separate, &avx2_separate, has_avx2},
     Entry{Isa::avx2, Arithmetic::contracted, &avx2_contracted, has_avx2_fma},
+    Entry{Isa::avx2, Arithmetic::fast, &avx2_fast, has_avx2_fma},
     Entry{Isa::avx512, Arithmetic::separate, &avx512_separate, has_avx512},
     Entry{Isa::avx512, Arithmetic::contracted, &avx512_contracted, has_avx512},
+    Entry{Isa::avx512, Arithmetic::fast, &avx512_fast, has_avx512},
 };
 #elif defined(__aarch64__)
 constexpr std::array entries = {
     Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
     Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
+    Entry{Isa::reference, Arithmetic::fast, &reference_contracted, always},
     Entry{Isa::neon64, Arithmetic::separate, &neon64_separate, always},
     Entry{Isa::neon64, Arithmetic::contracted, &neon64_contracted, always},
+    Entry{Isa::neon64, Arithmetic::fast, &neon64_fast, always},
 };
 #else
 constexpr std::array entries = {
     Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
     Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
+    Entry{Isa::reference, Arithmetic::fast, &reference_contracted, always},
 };
 #endif
 
 constexpr std::array names = {std::string_view{"reference"}, std::string_view{"sse2"}, std::string_view{"avx2"},
                               std::string_view{"avx512"}, std::string_view{"neon64"}};
+constexpr std::array arithmetic_names = {std::string_view{"separate"}, std::string_view{"contracted"},
+                                         std::string_view{"fast"}};
 
 const Entry* find(Isa isa, Arithmetic arithmetic) noexcept {
   for (const Entry& entry : entries) {
@@ -90,7 +99,7 @@ DVDX_EXPORT Isa best_isa(Arithmetic arithmetic) {
 DVDX_EXPORT std::string_view name(Isa isa) noexcept { return names[static_cast<std::size_t>(isa)]; }
 
 DVDX_EXPORT std::string_view name(Arithmetic arithmetic) noexcept {
-  return arithmetic == Arithmetic::separate ? "separate" : "contracted";
+  return arithmetic_names[static_cast<std::size_t>(arithmetic)];
 }
 
 DVDX_EXPORT std::optional<Isa> isa_from_name(std::string_view name) noexcept {

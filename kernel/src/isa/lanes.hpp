@@ -110,6 +110,12 @@ V fused_negative_multiply_add(V a, V b, V c) noexcept {
   } else {
     return xsimd::fma(-a, b, c);
   }
+#elif defined(__FMA__)
+  if constexpr (sizeof(Scalar<V>) == 4) {
+    return V(_mm256_fnmadd_ps(a, b, c));
+  } else {
+    return V(_mm256_fnmadd_pd(a, b, c));
+  }
 #else
   return xsimd::fma(-a, b, c);
 #endif
@@ -215,10 +221,10 @@ Mask<V> first_lanes(std::size_t n) noexcept {
   return load_lanes<V>(numbers.data()) < V(static_cast<Scalar<V>>(n));
 }
 
-// a b + c and c - a b: one rounding or two, as the plan was asked for.
+// a b + c and c - a b: one rounding or two, as the plan was asked for. Fast arithmetic fuses as contracted does.
 template <Arithmetic arithmetic, class V>
 V multiply_add(V a, V b, V c) noexcept {
-  if constexpr (arithmetic == Arithmetic::contracted) {
+  if constexpr (arithmetic != Arithmetic::separate) {
     return fused_multiply_add(a, b, c);
   } else {
     return a * b + c;
@@ -226,7 +232,7 @@ V multiply_add(V a, V b, V c) noexcept {
 }
 template <Arithmetic arithmetic, class V>
 V subtract_product(V c, V a, V b) noexcept {
-  if constexpr (arithmetic == Arithmetic::contracted) {
+  if constexpr (arithmetic != Arithmetic::separate) {
     return fused_negative_multiply_add(a, b, c);
   } else {
     return c - a * b;

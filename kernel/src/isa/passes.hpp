@@ -49,9 +49,9 @@ struct Passes {
 
 extern const Passes reference_separate, reference_contracted;
 extern const Passes sse2_separate;
-extern const Passes avx2_separate, avx2_contracted;
-extern const Passes avx512_separate, avx512_contracted;
-extern const Passes neon64_separate, neon64_contracted;
+extern const Passes avx2_separate, avx2_contracted, avx2_fast;
+extern const Passes avx512_separate, avx512_contracted, avx512_fast;
+extern const Passes neon64_separate, neon64_contracted, neon64_fast;
 
 // Null where the binary or the machine lacks it.
 const Passes* find_passes(Isa isa, Arithmetic arithmetic = Arithmetic::separate) noexcept;

@@ -15,20 +15,25 @@
 namespace dvdx {
 namespace {
 
+template <class V, Arithmetic arithmetic>
+constexpr NetworkKernels<Scalar<V>> wide_network() noexcept {
+  return {.grid = kick_grid<V, arithmetic>,
+          .graph = kick_graph<V, arithmetic>,
+          .pairs = sum_pairs<V, arithmetic>,
+          .add_pairs = add_pairs<V>,
+          .strands = sweep_strands<V, arithmetic>,
+          .colour = sweep_colour<V, arithmetic>,
+          .take_shift = take_shift<V, arithmetic>,
+          .begin_sweeps = begin_sweeps<V, arithmetic>,
+          .end_sweeps = end_sweeps<V, arithmetic>};
+}
+
 template <class T, class Arch, Arithmetic arithmetic>
 constexpr Kernels<T> wide_kernels() noexcept {
   using V = Lanes<T, Arch>;
   return {.lanes = V::size,
           .step = all_flows<T, Arch, arithmetic>(std::make_index_sequence<flows>()),
-          .network = {.grid = kick_grid<V, arithmetic>,
-                      .graph = kick_graph<V, arithmetic>,
-                      .pairs = sum_pairs<V, arithmetic>,
-                      .add_pairs = add_pairs<V>,
-                      .strands = sweep_strands<V, arithmetic>,
-                      .colour = sweep_colour<V, arithmetic>,
-                      .take_shift = take_shift<V, arithmetic>,
-                      .begin_sweeps = begin_sweeps<V, arithmetic>,
-                      .end_sweeps = end_sweeps<V, arithmetic>},
+          .network = wide_network<V, arithmetic>(),
           .constraint = {.prepare_pairs = prepare_pairs<V>,
                          .prepare_chains = prepare_chains<V, arithmetic>,
                          .solve_pair_positions = solve_pair_positions<V, arithmetic>,
@@ -57,6 +62,17 @@ constexpr Passes wide_passes() noexcept {
           .compact4 = compact<4>,
           .compact8 = compact<8>,
           .emit = emit<V>};
+}
+
+// Only springs' roots gain from estimates; all other passes are the contracted ones.
+template <class Arch>
+constexpr Passes fast_passes() noexcept {
+  Passes passes = wide_passes<Arch, Arithmetic::contracted>();
+  passes.f32.network = wide_network<Lanes<float, Arch>, Arithmetic::fast>();
+  if constexpr (terms_of_estimate<double> != 0) {
+    passes.f64.network = wide_network<Lanes<double, Arch>, Arithmetic::fast>();
+  }
+  return passes;
 }
 
 }  // namespace

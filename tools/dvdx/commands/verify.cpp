@@ -1,4 +1,4 @@
-// dvdx verify: every way to run a scene against the scalar reference, bit by bit.
+// dvdx verify: every way to run a scene against the scalar reference, bit by bit; fast arithmetic by bounds.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -6,6 +6,7 @@
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -92,6 +93,7 @@ constexpr std::array built_in = {
 
 struct VerifyOptions {
   std::vector<std::string> scenes;
+  std::string arithmetic = "all";
   bool json = false;
 };
 
@@ -118,30 +120,49 @@ std::string words(const Configuration& way) {
 
 void print_difference(const Verdict& verdict) {
   const Difference& d = *verdict.first;
-  print_answer(fmt::format("DIFFERENT    {}, {}: {}: particle {}, step {}, {}: the reference has {}, this {}\n",
-                           printable(verdict.scene), name_in(precisions, verdict.precision), words(d.way), d.particle, d.step,
-                           d.field, d.reference, d.value));
+  const std::string twin = d.way.arithmetic == Arithmetic::fast ? "one thread over soa" : "the reference";
+  print_answer(fmt::format("DIFFERENT    {}, {}: {}: particle {}, step {}, {}: {} has {}, this {}\n", printable(verdict.scene),
+                           name_in(precisions, verdict.precision), words(d.way), d.particle, d.step, d.field, twin, d.reference,
+                           d.value));
 }
 
+void print_far(const Verdict& verdict) {
+  print_answer(fmt::format("FAR          {}, {}: fast arithmetic is {:.3g} ulp from separate after one step; at most {:.3g}\n",
+                           printable(verdict.scene), name_in(precisions, verdict.precision), verdict.fast.first_ulps,
+                           verdict.fast.bound()));
+}
+
+std::string ulps_text(const std::vector<Isa>& isas, double ulps) { return isas.empty() ? "-" : fmt::format("{:.3g}", ulps); }
+
+std::string isas_text(const std::vector<Isa>& isas) { return isas.empty() ? "not run" : listed(isas); }
+
 void print_table(const std::vector<Verdict>& verdicts) {
-  print_answer(fmt::format("{:<18} {:<20} {:>22} {:>24} {:>6} {:>10} {:>16}\n", "scene", "", "all: particles, steps",
-                           "sample: particles, steps", "runs", "differing", "contracted, ulp"));
+  print_answer(fmt::format("{:<18} {:<20} {:>22} {:>24} {:>6} {:>10} {:>16} {:>10}\n", "scene", "", "all: particles, steps",
+                           "sample: particles, steps", "runs", "differing", "contracted, ulp", "fast, ulp"));
   std::size_t runs = 0;
   std::size_t differing = 0;
   for (const Verdict& v : verdicts) {
-    print_answer(fmt::format("{:<18} {:<20} {:>12} x {:>7} {:>14} x {:>7} {:>6} {:>10} {:>16.3g}\n", printable(v.scene),
+    print_answer(fmt::format("{:<18} {:<20} {:>12} x {:>7} {:>14} x {:>7} {:>6} {:>10} {:>16} {:>10}\n", printable(v.scene),
                              name_in(precisions, v.precision), v.particles, v.steps, v.sample, v.sample_steps, v.runs,
-                             v.differing, v.contracted.ulps));
+                             v.differing, ulps_text(v.contracted.isas, v.contracted.ulps),
+                             ulps_text(v.fast.isas, v.fast.ulps)));
     runs += v.runs;
     differing += v.differing;
   }
-  print_answer(fmt::format("separate     {}; contracted {}; layouts soa, aos, aosoa; 1, 2, 3, 5 threads; 5 block sizes\n",
-                           listed(verdicts.front().isas), listed(verdicts.front().contracted.isas)));
+  const Verdict& front = verdicts.front();
+  print_answer(
+      fmt::format("separate     {}; contracted {}; fast {}; layouts soa, aos, aosoa; 1, 2, 3, 5 threads; 5 block sizes\n",
+                  isas_text(front.isas), isas_text(front.contracted.isas), isas_text(front.fast.isas)));
+  std::size_t far = 0;
   for (const Verdict& v : verdicts) {
     if (v.first) print_difference(v);
+    if (v.fast.is_near()) continue;
+    print_far(v);
+    ++far;
   }
-  print_answer(fmt::format("{}\n", differing == 0 ? fmt::format("same bits    in all {} runs", runs)
-                                                  : fmt::format("FAILED       {} numbers differ in {} runs", differing, runs)));
+  print_answer(differing != 0 ? fmt::format("FAILED       {} numbers differ in {} runs\n", differing, runs)
+               : far != 0     ? fmt::format("FAILED       fast arithmetic is far from separate in {} scenes\n", far)
+                              : fmt::format("same bits    in all {} runs\n", runs));
 }
 
 std::vector<std::string> names_of_isas(const std::vector<Isa>& isas) {
@@ -173,19 +194,25 @@ nlohmann::ordered_json json_of(const Verdict& v) {
                                  {"runs", v.runs},
                                  {"differing", v.differing},
                                  {"first_difference", nullptr},
-                                 {"contracted", {{"isas", names_of_isas(v.contracted.isas)}, {"ulps", v.contracted.ulps}}}};
+                                 {"contracted", {{"isas", names_of_isas(v.contracted.isas)}, {"ulps", v.contracted.ulps}}},
+                                 {"fast",
+                                  {{"isas", names_of_isas(v.fast.isas)},
+                                   {"ulps", v.fast.ulps},
+                                   {"first_step", {{"ulps", v.fast.first_ulps}, {"at_most", v.fast.bound()}}}}}};
   if (v.first) json["first_difference"] = json_of(*v.first);
   return json;
 }
 
-void print_verdicts_json(const std::vector<Verdict>& verdicts, bool is_same) {
-  nlohmann::ordered_json json = {{"passed", is_same}, {"scenes", nlohmann::ordered_json::array()}};
+void print_verdicts_json(const std::vector<Verdict>& verdicts, bool passed) {
+  nlohmann::ordered_json json = {{"passed", passed}, {"scenes", nlohmann::ordered_json::array()}};
   for (const Verdict& verdict : verdicts) json["scenes"].push_back(json_of(verdict));
   print_json(json.dump(2) + "\n");
 }
 
 Exit verify(const VerifyOptions& options) {
   const auto scenes = scenes_of(options);
+  std::optional<Arithmetic> only;
+  if (options.arithmetic != "all") only = named(arithmetics, options.arithmetic);
   std::vector<Verdict> verdicts;
   {
     Progress progress(precisions.size() * scenes.size());
@@ -193,18 +220,18 @@ Exit verify(const VerifyOptions& options) {
       for (const auto& precision : precisions) {
         if (is_live(scene) && rounding_of(precision.value) == Rounding::compensated) continue;  // which they cannot be
         const auto verify_one = is_live(scene) ? verify_live : verify_scene;
-        verdicts.push_back(verify_one(scene, steps_of(scene), precision.value));
+        verdicts.push_back(verify_one(scene, steps_of(scene), precision.value, only));
         progress.at(verdicts.size());
       }
     }
   }
-  const bool is_same = std::all_of(verdicts.begin(), verdicts.end(), [](const Verdict& v) { return v.differing == 0; });
+  const bool passed = std::all_of(verdicts.begin(), verdicts.end(), [](const Verdict& v) { return v.passed(); });
   if (options.json) {
-    print_verdicts_json(verdicts, is_same);
+    print_verdicts_json(verdicts, passed);
   } else {
     print_table(verdicts);
   }
-  return is_same ? Exit::done : Exit::verification_failed;
+  return passed ? Exit::done : Exit::verification_failed;
 }
 
 }  // namespace
@@ -215,6 +242,13 @@ void add_verify(CLI::App& app, Exit& exit) {
       app.add_subcommand("verify", "Hold every instruction set, layout, thread count and block against the reference");
   command->footer("dvdx verify tools/scenes/*.json");
   command->add_option("SCENE", options->scenes, "scene files (JSON); a built-in set where none is given");
+  auto names = names_of(arithmetics);
+  names.emplace_back("all");
+  command
+      ->add_option("--arithmetic", options->arithmetic,
+                   "one alone; fast is held by bounds, against the same instruction set bit by bit")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &exit] { exit = verify(*options); });
 }

@@ -56,7 +56,8 @@ void add_engine_options(CLI::App& app, EngineOptions& options) {
 
 void add_machine_options(CLI::App& app, EngineOptions& options) {
   app.add_option("--isa", options.isa, "instruction set: best, reference, sse2, avx2, avx512 or neon64")->capture_default_str();
-  app.add_option("--arithmetic", options.arithmetic, "contracted fuses multiply and add")
+  app.add_option("--arithmetic", options.arithmetic,
+                 "contracted fuses multiply and add; fast also takes the machine's own estimates")
       ->check(CLI::IsMember(names_of(arithmetics)))
       ->capture_default_str();
   app.add_option("--layout", options.layout, "how the particles lie in memory")

@@ -24,8 +24,8 @@ inline constexpr std::array<Named<Precision>, 3> precisions{{{"float32", Precisi
 [[nodiscard]] constexpr std::size_t bytes_of(Precision precision) noexcept {
   return precision == Precision::float32 ? sizeof(float) : sizeof(double);
 }
-inline constexpr std::array<Named<Arithmetic>, 2> arithmetics{
-    {{"separate", Arithmetic::separate}, {"contracted", Arithmetic::contracted}}};
+inline constexpr std::array<Named<Arithmetic>, 3> arithmetics{
+    {{"separate", Arithmetic::separate}, {"contracted", Arithmetic::contracted}, {"fast", Arithmetic::fast}}};
 
 struct EngineOptions {  // as typed
   std::string precision = "float32";

@@ -37,13 +37,16 @@ Outcome outcome_of(const Bar& bar, Isa isa, Arithmetic arithmetic) {
 bool is_worse(const Outcome& a, const Outcome& b) { return a.worst.value < b.worst.value || std::isnan(b.worst.value); }
 
 std::string name_of(const Outcome& outcome) {
-  return fmt::format("{}{}", name(outcome.isa), outcome.arithmetic == Arithmetic::contracted ? " contracted" : "");
+  if (outcome.arithmetic == Arithmetic::separate) return std::string(name(outcome.isa));
+  return fmt::format("{} {}", name(outcome.isa), name(outcome.arithmetic));
 }
 
-// The instruction sets whose bits are not those of the first one with their arithmetic, the reference where it ran.
+// The instruction sets whose bits are not those of the first one with their arithmetic, the reference where it ran. In fast
+// arithmetic each may have its own.
 std::string differing(const std::vector<Outcome>& outcomes) {
   std::string names;
   for (const Outcome& outcome : outcomes) {
+    if (outcome.arithmetic == Arithmetic::fast) continue;
     const auto first = std::find_if(outcomes.begin(), outcomes.end(),
                                     [&](const Outcome& other) { return other.arithmetic == outcome.arithmetic; });
     if (outcome.bits != first->bits) names += fmt::format("{}{}", names.empty() ? "" : ", ", name_of(outcome));
@@ -59,7 +62,7 @@ Verdict verdict_of(const Bar& bar, double got) {
 std::string note_of(const Outcome& worst, const std::string& differs, Verdict verdict, const Bar& bar) {
   std::string note = worst.refused.empty() ? worst.worst.where : "refused: " + worst.refused;
   const auto add = [&](std::string_view text) { note += fmt::format("{}{}", note.empty() ? "" : "; ", text); };
-  if (worst.worst.value > 0 && worst.arithmetic == Arithmetic::contracted) add("contracted");
+  if (worst.worst.value > 0 && worst.arithmetic != Arithmetic::separate) add(name(worst.arithmetic));
   if (verdict != Verdict::met && bar.known_miss) {
     add(fmt::format("known to be missed, by at most {:.3g}: {}", bar.known_miss->at_most, bar.known_miss->reason));
   }
@@ -69,9 +72,13 @@ std::string note_of(const Outcome& worst, const std::string& differs, Verdict ve
 
 Row run_bar(const Case& hard_case, const Bar& bar) {
   std::vector<std::future<Outcome>> runs;
-  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+  for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
     auto isas = available_isas(arithmetic);
     if (bar.runs_on == RunsOn::best_isa) isas = {isas.back()};
+    if (arithmetic == Arithmetic::fast) {
+      if (bar.runs_on == RunsOn::best_isa) continue;  // a minute each
+      std::erase(isas, Isa::reference);               // which is contracted, and was run as that
+    }
     for (const Isa isa : isas) runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), isa, arithmetic));
   }
   std::vector<Outcome> outcomes;

@@ -1,4 +1,5 @@
-// Runs hard cases: each bar on every instruction set of this machine in both arithmetics, each of which must agree bit by bit.
+// Runs hard cases: each bar on every instruction set of this machine in every arithmetic. In separate and in contracted
+// arithmetic all must agree bit by bit.
 #pragma once
 
 #include <cstddef>

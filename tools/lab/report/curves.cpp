@@ -44,7 +44,23 @@ std::vector<Curve> curves_of(const SceneFile& file) {
   return curves;
 }
 
+std::vector<Curve> races_of(const SceneFile& file, Arithmetic asked) {
+  std::vector<Curve> races;
+  for (const auto& [word, arithmetic] : arithmetics) {
+    if (arithmetic == asked) continue;
+    const std::string name = std::string(name_in(schemes, file.scene.coupling.scheme)).append(", ").append(word);
+    races.push_back({.name = name, .coupling = file.scene.coupling, .arithmetic = arithmetic});
+    races.back().coupling.substeps.reset();
+  }
+  return races;
+}
+
+int usual_substeps(const Coupling& coupling, const NetworkLimit& limit) noexcept {
+  return coupling.scheme == Scheme::sequential ? 5 : limit.safe;
+}
+
 std::vector<int> substeps_of(const Curve& curve, const NetworkLimit& limit, Effort effort) {
+  if (curve.arithmetic) return {usual_substeps(curve.coupling, limit)};
   const bool is_full = effort == Effort::full;
   std::vector<int> counts;
   if (curve.coupling.scheme == Scheme::sequential) {

@@ -1,6 +1,7 @@
 // The schemes that a report steps networks by, and how often a step.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,13 +13,20 @@ namespace dvdx::tool::report {
 
 struct Curve {
   std::string name;
-  Coupling coupling{};  // sub-steps apart
+  Coupling coupling{};                     // sub-steps apart
+  std::optional<Arithmetic> arithmetic{};  // none: the one that is asked for
 };
 
 [[nodiscard]] std::vector<Curve> curves_of(const SceneFile& file);
 
+// The scene's own scheme in the arithmetics that are not asked for: "leapfrog, fast".
+[[nodiscard]] std::vector<Curve> races_of(const SceneFile& file, Arithmetic asked);
+
 // Rising. Of a scheme with a limit: from the fewest that are stable at the start, those of "auto" among them.
 [[nodiscard]] std::vector<int> substeps_of(const Curve& curve, const NetworkLimit& limit, Effort effort);
+
+// What a scene that says nothing takes, "auto"; of sequential, which takes any, one that is usual.
+[[nodiscard]] int usual_substeps(const Coupling& coupling, const NetworkLimit& limit) noexcept;
 
 // What one sub-step costs beside one of leapfrog, roughly.
 [[nodiscard]] double pulses_of(const Coupling& coupling) noexcept;

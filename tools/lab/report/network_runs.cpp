@@ -36,7 +36,8 @@ class NetworkMeasurement {
         picks_(picks_of(file.particles.count, 256)) {}
 
   SceneReport measure() {
-    const auto curves = curves_of(file_);
+    auto curves = curves_of(file_);
+    for (auto& race : races_of(file_, setup_.engine.arithmetic)) curves.push_back(std::move(race));
     for (std::size_t c = 0; c < curves.size(); ++c) {
       for (const auto& entry : precisions) {
         const auto precision = entry.value;
@@ -85,12 +86,15 @@ class NetworkMeasurement {
   }
 
   template <class T>
-  [[nodiscard]] Expected<Plan<T>> compiled_with(const Coupling& coupling, std::optional<int> substeps) const {
+  [[nodiscard]] Expected<Plan<T>> compiled_with(const Curve& curve, std::optional<int> substeps) const {
     Soa<T> memory(file_.particles.count);
     auto state = memory.view();
     place_at_start(file_, state);
-    return compile<T>(with_coupling(file_, coupling, substeps),
-                      {.step = file_.step, .isa = setup_.engine.isa, .arithmetic = setup_.engine.arithmetic}, state);
+    return compile<T>(with_coupling(file_, curve.coupling, substeps),
+                      {.step = file_.step, .isa = setup_.engine.isa, .arithmetic = arithmetic_of(curve)}, state);
+  }
+  [[nodiscard]] Arithmetic arithmetic_of(const Curve& curve) const {
+    return curve.arithmetic.value_or(setup_.engine.arithmetic);
   }
 
   template <class T>
@@ -99,7 +103,7 @@ class NetworkMeasurement {
       left_out_.push_back({.method = curve.name, .precision = precision, .why = why});
     };
     if (precision == Precision::float32_compensated) return leave_out("joined particles are reported in float32 and float64");
-    const auto own = compiled_with<T>(curve.coupling, std::nullopt);
+    const auto own = compiled_with<T>(curve, std::nullopt);
     if (!own) return leave_out(own.error().message());
     const auto limit = own->network_limit();
     if (!limit) return leave_out("nothing is joined");
@@ -109,7 +113,7 @@ class NetworkMeasurement {
       if (seconds > most_seconds() && !runs_.empty()) {
         return leave_out(fmt::format("{} sub-steps and more: a run would take {:.0f} s", substeps, seconds));
       }
-      const auto plan = compiled_with<T>(curve.coupling, substeps);
+      const auto plan = compiled_with<T>(curve, substeps);
       if (!plan) {
         leave_out(plan.error().message());
         continue;
@@ -119,8 +123,8 @@ class NetworkMeasurement {
       seconds_each = spent;
       seconds_per_pulse_ = std::max(seconds_per_pulse_, spent / pulses_of(curve.coupling));
       add(curve, precision, substeps, timing(*plan, made));
-      const bool is_own = substeps == limit->safe || (curve.coupling.scheme == Scheme::sequential && substeps == 5);
-      if (is_own && precision == wish_.precisions.back()) {
+      const bool is_usual = !curve.arithmetic && substeps == usual_substeps(curve.coupling, *limit);
+      if (is_usual && precision == wish_.precisions.back()) {
         energy_curves_.push_back({.method = curve.name, .times = sample_times(), .energy = made.energy});
       }
       traces_.push_back(std::move(made));
@@ -155,7 +159,7 @@ class NetworkMeasurement {
                      .isa = std::string(dvdx::name(setup_.engine.isa)),
                      .threads = setup_.engine.threads,
                      .layout = std::string(name_in(layouts, setup_.engine.layout)),
-                     .arithmetic = std::string(dvdx::name(setup_.engine.arithmetic)),
+                     .arithmetic = std::string(dvdx::name(arithmetic_of(curve))),
                      .errors = {},
                      .timing = timing,
                      .in_fit = false,

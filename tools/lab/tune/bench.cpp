@@ -11,6 +11,7 @@ namespace {
 report::Setup setup_for(const Candidate& candidate, const report::Setup& setup) {
   auto own = setup;
   own.engine.precision = candidate.precision;
+  own.engine.arithmetic = candidate.arithmetic.value_or(setup.engine.arithmetic);
   return own;
 }
 
@@ -104,7 +105,8 @@ class Watch::Track::Of final : public Track {
     StateMemory<T> memory(Layout::soa, file_.particles.count, rounding_of(setup_.engine.precision));
     auto start = memory.view();
     place_at_start(file_, start);
-    const auto plan = report::compiled(file_, changed(file_.scene, candidate, change), candidate.step, setup_.engine, start);
+    const auto engine = setup_for(candidate, setup_).engine;
+    const auto plan = report::compiled(file_, changed(file_.scene, candidate, change), candidate.step, engine, start);
     const double ns = timer_.time(plan, grid_.coarse_steps * candidate.parts).ns_per_particle_step;
     return {.ns_per_particle_step = ns,
             .seconds_per_simulated_second = 1e-9 * ns * static_cast<double>(file_.particles.count) / candidate.step};
@@ -132,7 +134,8 @@ Watch::~Watch() = default;
 Cost Watch::time(const Candidate& candidate, const Judge::Change& change) {
   auto& track = tracks_[candidate.precision];
   if (track == nullptr) {
-    const auto setup = setup_for(candidate, setup_);
+    auto setup = setup_;
+    setup.engine.precision = candidate.precision;
     report::with_scalar(candidate.precision,
                         [&](auto zero) { track = std::make_unique<Track::Of<decltype(zero)>>(file_, grid_, setup); });
   }

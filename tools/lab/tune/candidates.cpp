@@ -135,6 +135,7 @@ std::string text_of(const Candidate& candidate) {
   if (candidate.expansion == Expansion::first_order) text += ", first-order drag";
   text += fmt::format(", {}, step {:.4g} s", name_in(precisions, candidate.precision), candidate.step);
   if (candidate.coupling) text += fmt::format(" in {}", candidate.substeps());
+  if (candidate.arithmetic) text += fmt::format(", {} arithmetic", name(*candidate.arithmetic));
   return text;
 }
 

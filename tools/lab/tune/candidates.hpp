@@ -17,8 +17,9 @@ struct Candidate {
   Expansion expansion = Expansion::exact;  // of every drag
   std::optional<Coupling> coupling{};      // of joined particles, its sub-steps set
   Precision precision = Precision::float64;
-  std::uint64_t parts = 1;  // steps in the grid's coarsest
-  double step = 0;          // s
+  std::uint64_t parts = 1;                 // steps in the grid's coarsest
+  double step = 0;                         // s
+  std::optional<Arithmetic> arithmetic{};  // none: the one that is asked for
 
   [[nodiscard]] int substeps() const { return coupling ? coupling->substeps.value_or(1) : 1; }
   // Sub-steps in the grid's coarsest step: what the cost of a ladder's candidates grows with.

@@ -86,6 +86,13 @@ Json other_seed_json(const Tuning& tuning) {
   return {{"seed", tuning.other_seed->seed}, {"error", error_json(outcome)}, {"holds", outcome.keeps(tuning.goal)}};
 }
 
+Json fast_json(const Tuning& tuning) {
+  if (!tuning.fast) return nullptr;
+  Json json{{"error", error_json(tuning.fast->outcome)}, {"cost_ratio", nullptr}};
+  if (tuning.fast->cost_ratio > 0) json["cost_ratio"] = tuning.fast->cost_ratio;
+  return json;
+}
+
 }  // namespace
 
 nlohmann::ordered_json to_json(const report::Machine& machine, const Tuning& tuning) {
@@ -112,6 +119,7 @@ nlohmann::ordered_json to_json(const report::Machine& machine, const Tuning& tun
     json["best"] = trial_json(*best);
   }
   json["other_seed"] = other_seed_json(tuning);
+  json["fast"] = fast_json(tuning);
   json["forces"] = parts_json(tuning.advice.forces);
   json["contacts"] = parts_json(tuning.advice.contacts);
   json["networks"] = parts_json(tuning.advice.networks);

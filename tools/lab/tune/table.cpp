@@ -78,6 +78,15 @@ std::string other_seed_text(const Tuning& tuning) {
                      outcome.keeps(tuning.goal) ? "keeps the goal" : "MISSES the goal");
 }
 
+std::string fast_text(const Tuning& tuning) {
+  if (!tuning.fast) return "";
+  const auto& [outcome, cost_ratio] = *tuning.fast;
+  if (!outcome.ran()) return row("fast", fmt::format("--arithmetic fast: {}", error_text(outcome)));
+  return row("fast",
+             fmt::format("--arithmetic fast: error {:.3g}, at {:.2f} of the choice's time; its bits are this machine's own",
+                         outcome.errors.relative, cost_ratio));
+}
+
 std::string choice_text(const Tuning& tuning, const Trial& choice) {
   std::string text = row("choice", text_of(choice.candidate));
   text += row("error", fmt::format("{:.3g} (position {:.3g} m rms, {:.3g} m at most)", choice.outcome.errors.relative,
@@ -89,6 +98,7 @@ std::string choice_text(const Tuning& tuning, const Trial& choice) {
   text += row("cheaper", cheaper == nullptr ? "none of those looked at" : beside_text(*cheaper, choice, tuning.goal));
   const auto* finer = tuning.trial(tuning.findings.finer);
   text += row("finer", finer == nullptr ? "none of those looked at" : beside_text(*finer, choice, tuning.goal));
+  text += fast_text(tuning);
   text += row("run", command_text(tuning.run_options));
   text += row("scene file", joined(tuning.scene_lines, ", "));
   return text;

@@ -41,6 +41,7 @@ class SceneTuner {
       if (tuning.seeds > 0 && tuning.choice() != nullptr) hold_out(ladders, tuning);
       if (const auto* choice = tuning.choice()) {
         put_in_words(*choice, tuning);
+        offer_fast(*choice, tuning);
         give_advice(*choice, tuning);
         if (wish_.thoroughness == Thoroughness::exhaustive) compare_with_all(ladders, *choice, tuning);
       }
@@ -98,6 +99,21 @@ class SceneTuner {
   void put_in_words(const Trial& choice, Tuning& tuning) const {
     tuning.run_options = run_options(options_, file_, choice.candidate);
     tuning.scene_lines = scene_lines(options_, file_, choice.candidate);
+  }
+
+  // Estimates are of springs' roots alone.
+  void offer_fast(const Trial& choice, Tuning& tuning) {
+    const auto isas = available_isas(Arithmetic::fast);
+    const bool has_it = std::find(isas.begin(), isas.end(), setup_.engine.isa) != isas.end();
+    if (!has_it || setup_.engine.arithmetic == Arithmetic::fast || file_.scene.networks.empty()) return;
+    Candidate candidate = choice.candidate;
+    candidate.arithmetic = Arithmetic::fast;
+    Fast fast{.outcome = bench_.errors(candidate)};
+    if (fast.outcome.ran()) {
+      const auto costs = bench_.race({choice.candidate, candidate});
+      fast.cost_ratio = costs[1].ns_per_particle_step / costs[0].ns_per_particle_step;
+    }
+    tuning.fast = fast;
   }
 
   void give_advice(const Trial& choice, Tuning& tuning) {

@@ -15,6 +15,12 @@ struct OtherSeed {
   Outcome outcome;
 };
 
+// The choice in fast arithmetic, whose bits may differ from machine to machine: offered, never chosen.
+struct Fast {
+  Outcome outcome;
+  double cost_ratio = 0;  // to the choice; 0 where it was not timed
+};
+
 // Every candidate measured, beside the choice.
 struct Exhaustive {
   std::size_t candidates = 0;
@@ -38,6 +44,7 @@ struct Tuning {
   std::vector<std::string> run_options;  // of the choice
   std::vector<std::string> scene_lines;
   std::optional<OtherSeed> other_seed{};
+  std::optional<Fast> fast{};  // none where it has the choice's bits
   Advice advice{};
   std::optional<Exhaustive> exhaustive{};
   double seconds = 0;  // that all took

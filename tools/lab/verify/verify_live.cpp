@@ -60,7 +60,7 @@ class Subject {
 
   // The first step after which anything differs, by halving.
   [[nodiscard]] Difference find(const Configuration& way, std::uint64_t call) const {
-    const Configuration twin{.arithmetic = way.arithmetic};
+    const Configuration twin = twin_of(way);
     std::uint64_t same = 0;
     std::uint64_t different = steps_;
     while (different - same > 1) {
@@ -168,38 +168,50 @@ void verify_separate(Matrix<T>& matrix, const std::vector<Isa>& isas) {
 }
 
 template <class T>
-void verify_contracted(const Subject<T>& subject, Matrix<T>& matrix, Verdict& verdict) {
+void verify_contracted(const Subject<T>& subject, const Values<T>& separate, Matrix<T>& matrix, Verdict& verdict) {
   verdict.contracted.isas = available_isas(Arithmetic::contracted);
-  Values<T> wanted = subject.result({.arithmetic = Arithmetic::contracted}, 1);
-  verdict.contracted.ulps = ulps_between(matrix.wanted(), wanted);
-  matrix.want(std::move(wanted));
+  matrix.want(subject.result({.arithmetic = Arithmetic::contracted}, 1));
+  verdict.contracted.ulps = ulps_between(separate, matrix.wanted());
   for (const Isa isa : verdict.contracted.isas) {
     for (const std::uint64_t call : calls) matrix.compare({.isa = isa, .arithmetic = Arithmetic::contracted}, call);
   }
 }
 
+// Nothing joins particles that come and go, so that nothing is estimated: fast arithmetic has the contracted bits.
 template <class T>
-void verify(const SceneFile& file, Verdict& verdict) {
+void verify_fast(const Subject<T>& subject, const Values<T>& separate, Matrix<T>& matrix, Verdict& verdict) {
+  verdict.fast.isas = available_isas(Arithmetic::fast);
+  matrix.want(subject.result({.arithmetic = Arithmetic::contracted}, 1));
+  verdict.fast.ulps = ulps_between(separate, matrix.wanted());
+  for (const Isa isa : verdict.fast.isas) {
+    for (const std::uint64_t call : calls) matrix.compare({.isa = isa, .arithmetic = Arithmetic::fast}, call);
+  }
+}
+
+template <class T>
+void verify(const SceneFile& file, std::optional<Arithmetic> only, Verdict& verdict) {
   const Subject<T> subject(file, verdict.steps);
   Matrix<T> matrix(subject, verdict);
   matrix.want(subject.result({}, 1));
   verdict.particles = verdict.sample = matrix.wanted().size();
   verify_separate(matrix, verdict.isas);
-  verify_contracted(subject, matrix, verdict);
+  const Values<T> separate = matrix.wanted();
+  if (!only || only == Arithmetic::contracted) verify_contracted(subject, separate, matrix, verdict);
+  if (!only || only == Arithmetic::fast) verify_fast(subject, separate, matrix, verdict);
 }
 
 }  // namespace
 
-Verdict verify_live(const SceneFile& file, std::uint64_t steps, Precision precision) {
+Verdict verify_live(const SceneFile& file, std::uint64_t steps, Precision precision, std::optional<Arithmetic> only) {
   Verdict verdict;
   verdict.scene = file.name;
   verdict.precision = precision;
   verdict.steps = verdict.sample_steps = std::min(steps, std::max(most_particle_steps / file.turnover.capacity, fewest_steps));
-  verdict.isas = available_isas();
+  if (!only || only == Arithmetic::separate) verdict.isas = available_isas();
   if (precision == Precision::float32) {
-    verify<float>(file, verdict);
+    verify<float>(file, only, verdict);
   } else {
-    verify<double>(file, verdict);
+    verify<double>(file, only, verdict);
   }
   return verdict;
 }

@@ -6,6 +6,7 @@
 namespace dvdx::tool {
 
 // Besides instruction sets, layouts, threads and blocks: steps one by one and many in a call. Big scenes run for fewer steps.
-[[nodiscard]] Verdict verify_live(const SceneFile& file, std::uint64_t steps, Precision precision);
+[[nodiscard]] Verdict verify_live(const SceneFile& file, std::uint64_t steps, Precision precision,
+                                  std::optional<Arithmetic> only);
 
 }  // namespace dvdx::tool

@@ -146,6 +146,8 @@ class Subject {
     return values_of(state);
   }
 
+  [[nodiscard]] std::vector<T> result(const Configuration& way, std::uint64_t steps) { return result(plan(way), way, steps); }
+
   // Numbers that differ from what is wanted after all steps.
   [[nodiscard]] std::size_t differing(const std::vector<T>& values) const {
     if (std::memcmp(values.data(), wanted_.data(), values.size() * sizeof(T)) == 0) return 0;
@@ -156,7 +158,7 @@ class Subject {
 
   // The first step after which anything differs, by halving: what differs once goes on to differ, as a rule.
   [[nodiscard]] Difference find(const Configuration& way) {
-    const Configuration twin{.arithmetic = way.arithmetic};
+    const Configuration twin = twin_of(way);
     const Plan<T> reference = plan(twin), suspect = plan(way);
     std::uint64_t same = 0;
     std::uint64_t different = steps_;
@@ -170,17 +172,17 @@ class Subject {
     return found;
   }
 
-  // The largest distance of a position from what is wanted, in units in the last place of the particle's largest coordinate.
-  [[nodiscard]] double ulps(const std::vector<T>& values) {
+  // The largest distance of a position, in units in the last place of the particle's largest coordinate.
+  [[nodiscard]] double ulps_between(const std::vector<T>& wanted, const std::vector<T>& values) {
     const std::vector<T> start = values_of(start_.view());
     double largest = 0;
     for (std::size_t i = 0; i < count(); ++i) {
       T size = std::numeric_limits<T>::min();
       double away = 0;
       for (std::size_t k = i; k < 3 * count(); k += count()) {
-        size = std::max({size, std::abs(start[k]), std::abs(wanted_[k])});
-        if (!is_same(wanted_[k], values[k]))
-          away = std::max(away, std::abs(static_cast<double>(wanted_[k]) - static_cast<double>(values[k])));
+        size = std::max({size, std::abs(start[k]), std::abs(wanted[k])});
+        if (!is_same(wanted[k], values[k]))
+          away = std::max(away, std::abs(static_cast<double>(wanted[k]) - static_cast<double>(values[k])));
       }
       largest = std::max(largest, away / std::ldexp(1.0, std::ilogb(size) - (std::numeric_limits<T>::digits - 1)));
     }
@@ -263,12 +265,10 @@ class Matrix {
 
 // Contracted arithmetic is the same on the ISAs that have it, and its distance from separate arithmetic is told.
 template <class T>
-void verify_contracted(Subject<T>& subject, Verdict& verdict) {
+void verify_contracted(Subject<T>& subject, const std::vector<T>& separate, Verdict& verdict) {
   verdict.contracted.isas = with(Arithmetic::contracted);
-  const Configuration twin{.arithmetic = Arithmetic::contracted};
-  std::vector<T> wanted = subject.result(subject.plan(twin), twin, subject.steps());
-  verdict.contracted.ulps = subject.ulps(wanted);
-  subject.want(std::move(wanted));
+  subject.want(subject.result({.arithmetic = Arithmetic::contracted}, subject.steps()));
+  verdict.contracted.ulps = subject.ulps_between(separate, subject.wanted());
   Matrix<T> matrix(subject, verdict);
   for (const Isa isa : verdict.contracted.isas) {
     for (const std::size_t block : {std::size_t{0}, std::size_t{32}}) {
@@ -276,6 +276,23 @@ void verify_contracted(Subject<T>& subject, Verdict& verdict) {
           .isa = isa, .arithmetic = Arithmetic::contracted, .layout = Layout::soa, .threads = 1, .block = block};
       matrix.compare(subject.plan(way), way);
     }
+  }
+}
+
+// Fast arithmetic: each ISA agrees with itself, and after one step no ISA is far from separate arithmetic.
+template <class T>
+void verify_fast(Subject<T>& subject, const std::vector<T>& separate, Verdict& verdict) {
+  Fast& fast = verdict.fast;
+  fast.isas = with(Arithmetic::fast);
+  const std::vector<T> first = subject.result({}, 1);
+  fast.contracted_first_ulps = subject.ulps_between(first, subject.result({.arithmetic = Arithmetic::contracted}, 1));
+  Matrix<T> matrix(subject, verdict);
+  for (const Isa isa : fast.isas) {
+    const Configuration alone{.isa = isa, .arithmetic = Arithmetic::fast};
+    fast.first_ulps = std::max(fast.first_ulps, subject.ulps_between(first, subject.result(alone, 1)));
+    subject.want(subject.result(alone, subject.steps()));
+    fast.ulps = std::max(fast.ulps, subject.ulps_between(separate, subject.wanted()));
+    matrix.run({.isa = isa, .arithmetic = Arithmetic::fast, .block = 32});
   }
 }
 
@@ -301,7 +318,7 @@ std::vector<std::size_t> all_of(std::size_t count) {
 }
 
 template <class T>
-void verify(SceneFile file, std::uint64_t steps, Verdict& verdict) {
+void verify(SceneFile file, std::uint64_t steps, std::optional<Arithmetic> only, Verdict& verdict) {
   const std::size_t count = file.particles.count;
   choose_origin(file, verdict.precision);
   StateMemory<T> memory(Layout::soa, count, rounding_of(verdict.precision));
@@ -322,9 +339,11 @@ void verify(SceneFile file, std::uint64_t steps, Verdict& verdict) {
       if (isa != Isa::reference || block == 0) matrix.run({.isa = isa, .block = block});
     }
   }
-  verify_contracted(sampled, verdict);
+  const std::vector<T> separate = sampled.wanted();
+  if (!only || only == Arithmetic::contracted) verify_contracted(sampled, separate, verdict);
+  if (!only || only == Arithmetic::fast) verify_fast(sampled, separate, verdict);
   verdict.steps = verdict.sample_steps;
-  if (sample.size() == count && !joined) return;
+  if (verdict.isas.empty() || (sample.size() == count && !joined)) return;
   verdict.steps = std::min(steps, std::max(all_particle_steps / work, few));
   if (joined && verdict.steps <= verdict.sample_steps) return;
   Subject<T> whole(file, Picked(file.scene, all_of(count)), everyone, verdict.steps);
@@ -334,16 +353,16 @@ void verify(SceneFile file, std::uint64_t steps, Verdict& verdict) {
 
 }  // namespace
 
-Verdict verify_scene(const SceneFile& file, std::uint64_t steps, Precision precision) {
+Verdict verify_scene(const SceneFile& file, std::uint64_t steps, Precision precision, std::optional<Arithmetic> only) {
   Verdict verdict;
   verdict.scene = file.name;
   verdict.precision = precision;
   verdict.particles = file.particles.count;
-  verdict.isas = with(Arithmetic::separate);
+  if (!only || only == Arithmetic::separate) verdict.isas = with(Arithmetic::separate);
   if (is_kept_in_float64(precision)) {
-    verify<double>(file, steps, verdict);
+    verify<double>(file, steps, only, verdict);
   } else {
-    verify<float>(file, steps, verdict);
+    verify<float>(file, steps, only, verdict);
   }
   return verdict;
 }

@@ -1,4 +1,5 @@
-// A scene run in every way that there is, each held against the scalar reference bit by bit.
+// A scene run in every way that there is, each held against the scalar reference bit by bit; in fast arithmetic by bounds, and
+// bit by bit against the same instruction set.
 #pragma once
 
 #include <cstddef>
@@ -20,6 +21,12 @@ struct Configuration {  // to run a scene
   std::size_t block = 0;  // 0: the plan's own
 };
 
+// What the bits of a way are held against: the scalar reference's; in fast arithmetic, whose bits are each instruction set's
+// own, those of the same one by one thread.
+[[nodiscard]] constexpr Configuration twin_of(const Configuration& way) noexcept {
+  return {.isa = way.arithmetic == Arithmetic::fast ? way.isa : Isa::reference, .arithmetic = way.arithmetic};
+}
+
 struct Difference {
   Configuration way;
   std::size_t particle = 0;  // of the scene
@@ -34,6 +41,18 @@ struct Contracted {
                     // largest coordinate
 };
 
+struct Fast {
+  std::vector<Isa> isas;
+  double ulps = 0;        // the largest of all instruction sets, as in Contracted
+  double first_ulps = 0;  // after one step
+  double contracted_first_ulps = 0;
+
+  // After one step, before chaos and impacts magnify what rounding leaves: estimates may add what a few roundings do. Later
+  // steps are told and not judged.
+  [[nodiscard]] double bound() const noexcept { return 4 * contracted_first_ulps + 16; }
+  [[nodiscard]] bool is_near() const noexcept { return first_ulps <= bound(); }
+};
+
 struct Verdict {
   std::string scene;
   Precision precision = Precision::float32;
@@ -46,9 +65,14 @@ struct Verdict {
   std::size_t differing = 0;          // numbers, in all of them
   std::optional<Difference> first{};  // the first run that differed, and where it did so first
   Contracted contracted{};
+  Fast fast{};
+
+  [[nodiscard]] bool passed() const noexcept { return differing == 0 && fast.is_near(); }
 };
 
-// `steps`: the whole duration. Big scenes: all particles for a few steps, a sample of them for the duration.
-[[nodiscard]] Verdict verify_scene(const SceneFile& file, std::uint64_t steps, Precision precision);
+// `steps`: the whole duration. Big scenes: all particles for a few steps, a sample of them for the duration. `only`: one
+// arithmetic; none: all of them.
+[[nodiscard]] Verdict verify_scene(const SceneFile& file, std::uint64_t steps, Precision precision,
+                                   std::optional<Arithmetic> only);
 
 }  // namespace dvdx::tool

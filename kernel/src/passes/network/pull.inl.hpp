@@ -1,6 +1,7 @@
 // One spring in each lane. The scalar twin: pull_reference.hpp.
 #pragma once
 
+#include "isa/estimates.inl.hpp"
 #include "isa/lanes.hpp"
 #include "passes/network/network.hpp"
 #include "passes/three.inl.hpp"
@@ -11,6 +12,7 @@ namespace {
 template <Arithmetic arithmetic, class V>
 [[gnu::always_inline]] inline V inverse_root(V x) noexcept {
   using T = Scalar<V>;
+  if constexpr (arithmetic == Arithmetic::fast && terms_of_estimate<T> != 0) return inverse_root_by_estimate(x);
   const V half = V(T(0.5)) * x;
   V y = magic_guess<V>(x, InverseRoot<T>::magic);
   for (int step = 1; step < InverseRoot<T>::steps; ++step) {
