@@ -251,13 +251,8 @@ SceneFile sheet(Held edge) {
   for (std::size_t i = 0; i < side; ++i) file.scene.fixed.push_back(i);
   file.scene.add(dvdx::Constant{.acceleration = {0, -9.81, 0}});
   file.scene.add(dvdx::Drag{.coefficient = 0.001, .wind = {0.1, 0, 0.5}});
-  file.scene.add(dvdx::Network(dvdx::Grid{.rows = side,
-                                          .columns = side,
-                                          .edge_u = {1, 0, 0},
-                                          .edge_v = {0, way, 0},
-                                          .structural = 200,
-                                          .shear = 100,
-                                          .bend = 1}));
+  file.scene.add(dvdx::Network(dvdx::Grid{
+      .rows = side, .columns = side, .edge_u = {1, 0, 0}, .edge_v = {0, way, 0}, .structural = 200, .shear = 100, .bend = 1}));
   return file;
 }
 

@@ -81,8 +81,8 @@ SceneFile standing_sheet() {
   return file;
 }
 
-// How far leapfrog's fitted order is from two. Not a number where there is no horizon, where nothing could be fitted, or where a run
-// is ranked that chaos alone places.
+// How far leapfrog's fitted order is from two. Not a number where there is no horizon, where nothing could be fitted, or where
+// a run is ranked that chaos alone places.
 Worst horizon_of_chaos(CaseRun& way) {
   Worst worst;
   const report::Setup setup{.engine = {.precision = Precision::float64, .isa = way.isa, .arithmetic = way.arithmetic},
@@ -125,7 +125,7 @@ std::vector<Case> heat_cases() {
             warmth(float64, long_drag<double>, long_run), warmth(float32, long_drag<float>, long_run)}},
           {58,
            "a reference of chaotic cloth",
-           "a sheet stands on its edge and buckles: a difference of the start grows e-fold in a hundredth of a second",
+           "a sheet stands on its edge and buckles: where it then is, is chance",
            {{.check = horizon_of_chaos,
              .limit = 0.2,
              .unit = "",

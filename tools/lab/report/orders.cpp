@@ -158,7 +158,8 @@ Theory network_theory(const SceneFile& file, const Coupled& coupled) {
   if (std::any_of(networks.begin(), networks.end(), is_damped)) return {std::nullopt, "no theory: damped springs"};
   if (coupled.scheme == "leapfrog") return {2, ""};
   if (coupled.scheme == "fourth_order") return {4, ""};
-  if (coupled.scheme == "sequential") return {coupled.theta.value_or(0.5) == 0.5 && coupled.sweep == "symmetric" ? 2.0 : 1.0, ""};
+  if (coupled.scheme == "sequential")
+    return {coupled.theta.value_or(0.5) == 0.5 && coupled.sweep == "symmetric" ? 2.0 : 1.0, ""};
   const bool is_first = coupled.axis == "start" || coupled.method == "pulse" || coupled.method == "symplectic_euler";
   if (coupled.method == "exact" && closed_form_of(file) == ClosedForm::pair) return {std::nullopt, "exact"};
   return {is_first ? 1.0 : 2.0, ""};
