@@ -1,4 +1,6 @@
 // Ensembles of sheets: what they hold, what is hot, and how it is told.
+#include "heat/heat.hpp"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -11,7 +13,6 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
-#include "heat/heat.hpp"
 #include "heat/heat_show.hpp"
 #include "run/start.hpp"
 #include "support/close.hpp"
@@ -56,7 +57,8 @@ TEST_CASE("heat: the ensemble has every kind of sheet, and the coarse one some o
 }
 
 TEST_CASE("heat: a sheet that swings with its hold moves, without springs, straight on in the world") {
-  Setting setting{.group = "dragged", .side = 4, .hold = Hold::nothing, .pull = 0.5, .pull_seconds = 1, .precision = Precision::float64};
+  Setting setting{
+      .group = "dragged", .side = 4, .hold = Hold::nothing, .pull = 0.5, .pull_seconds = 1, .precision = Precision::float64};
   auto file = scene_of(setting, {});
   file.scene.networks.clear();
   file.scene.forces.erase(file.scene.forces.begin());  // gravity

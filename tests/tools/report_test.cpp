@@ -7,6 +7,8 @@
 
 #include "report/build.hpp"
 #include "report/claims.hpp"
+#include "report/compare.hpp"
+#include "report/growth.hpp"
 #include "report/json.hpp"
 #include "report/long_run.hpp"
 #include "report/machine.hpp"
@@ -228,6 +230,113 @@ TEST_CASE("a network without a closed form is held against finer sub-steps, and 
   CHECK(report.left_out.size() == 5);
   CHECK(to_text(whole).find("LEFT OUT: accumulate pulse in float64: network.scheme is accumulate") != std::string::npos);
   CHECK(to_json(whole)["scenes"][0]["left_out"].size() == 5);
+}
+
+enum class Held { top, bottom };
+
+// A sheet of 1 m x 1 m in a breath of wind, which hangs from its top edge or stands on its bottom one until it buckles.
+SceneFile sheet(Held edge) {
+  constexpr std::size_t side = 8;
+  const double way = edge == Held::top ? -1 : 1;
+  SceneFile file{.path = "sheet.json", .name = "sheet", .about = {}, .particles = {}, .scene = {}};
+  file.step = 1.0 / 60;
+  file.duration = 2;
+  std::vector<dvdx::Vec3> places;
+  for (std::size_t i = 0; i < side * side; ++i) {
+    const auto at = [](std::size_t n) { return static_cast<double>(n) / (side - 1); };
+    places.push_back({at(i % side), way * at(i / side), 0});
+  }
+  file.particles = {.count = side * side, .position = std::move(places)};
+  file.scene.mass = 0.01;
+  for (std::size_t i = 0; i < side; ++i) file.scene.fixed.push_back(i);
+  file.scene.add(dvdx::Constant{.acceleration = {0, -9.81, 0}});
+  file.scene.add(dvdx::Drag{.coefficient = 0.001, .wind = {0.1, 0, 0.5}});
+  file.scene.add(dvdx::Network(dvdx::Grid{
+      .rows = side, .columns = side, .edge_u = {1, 0, 0}, .edge_v = {0, way, 0}, .structural = 200, .shear = 100, .bend = 1}));
+  return file;
+}
+
+TEST_CASE("growth of a difference: a sheet that hangs has next to none, one that stands and buckles has") {
+  const auto hanging = growth_of(sheet(Held::top), 120, setup());
+  CHECK(hanging.is_whole);
+  CHECK(hanging.horizon == 120);
+  CHECK(hanging.at.back() < 30);
+  const auto standing = growth_of(sheet(Held::bottom), 120, setup());
+  CHECK_FALSE(standing.is_whole);
+  CHECK(standing.horizon < 60);
+  CHECK(standing.at.back() > most_growth);
+  for (std::size_t k = 0; k < standing.at.size(); ++k) {
+    if (standing.counts[k] <= standing.horizon) CHECK(standing.at[k] <= most_growth);
+  }
+  CHECK(growth_of(shipped("seed-pair"), 100, setup()).at.empty());  // has a closed form
+}
+
+TEST_CASE("a chaotic sheet is ranked within its horizon, and compared by statistics beyond it") {
+  const auto file = sheet(Held::bottom);
+  const auto report = measured(file);
+  const auto& horizon = report.reference.horizon;
+  CHECK_FALSE(horizon.is_whole);
+  CHECK(horizon.by_growth);
+  CHECK(horizon.growth <= most_growth);
+  CHECK(horizon.seconds < 1);
+  CHECK(report.amplitude < report.whole_amplitude);
+  const auto& order = order_named(report, "leapfrog");
+  REQUIRE(order.fitted);
+  CHECK(std::abs(*order.fitted - 2) < 0.2);
+  REQUIRE(report.beyond.starts == 3);
+  CHECK(report.beyond.apart > 1e-3);
+  CHECK(report.beyond.apart < 2);
+  bool is_any_unranked = false;
+  for (const auto& run : report.runs) {
+    CAPTURE(run.method);
+    CAPTURE(run.substeps);
+    if (run.errors.diverged) continue;
+    CHECK(run.is_ranked == (run.errors.position_rms < report.beyond.apart / 3));
+    CHECK(run.beyond.size() == report.beyond.statistics.size());
+    is_any_unranked = is_any_unranked || !run.is_ranked;
+    // what conserves energy and is far finer than it must be is of the reference's kind
+    if (run.method == "fourth_order") CHECK(run.beyond[0].agrees);
+  }
+  for (const auto& cheapest : cheapest_of(report)) {
+    for (const auto* run : cheapest.runs) CHECK((run == nullptr || run->is_ranked));
+  }
+  const auto json = to_json(Report{.machine = {}, .scenes = {report}})["scenes"][0];
+  CHECK(json["reference"]["horizon"]["ended_by"] == "growth");
+  CHECK(json["reference"]["horizon"]["seconds"] == horizon.seconds);
+  CHECK(json["beyond"]["statistics"].size() == 4);
+  CHECK(json["runs"][0].contains("ranked"));
+  CHECK(json["growth"]["times"].size() == json["growth"]["growth"].size());
+  const auto text = to_text(Report{.machine = {}, .scenes = {report}});
+  CHECK(text.find("horizon: ") != std::string::npos);
+  CHECK(text.find("beyond the horizon, over time") != std::string::npos);
+  CHECK((text.find("NOT RANKED") != std::string::npos) == is_any_unranked);
+}
+
+TEST_CASE("errors are those until the horizon, and whether a run has diverged is looked at beyond it") {
+  SceneFile file{.path = {}, .name = {}, .about = {}, .particles = {.count = 1}, .scene = {}};
+  Reference reference;
+  reference.picks = {0};
+  reference.path = Path(1, 4);
+  reference.horizon = 2;
+  reference.energy = {0, 0, 0, 0};
+  reference.amplitude = 1;
+  reference.whole_amplitude = 1;
+  reference.energy_scale = 1;
+  dvdx::Soa<double> memory(1);
+  auto state = memory.view();
+  const auto errors_with = [&](double last) {
+    Comparison comparison(reference, file);
+    for (const double x : {0.0, 0.25, 7.0, last}) {
+      state.x[0][0] = x;
+      comparison.take(state, comparison.energy().size());
+    }
+    return comparison.errors();
+  };
+  CHECK(errors_with(9).position_rms == 0.25);
+  CHECK(errors_with(9).position_max == 0.25);
+  CHECK_FALSE(errors_with(9).diverged);
+  CHECK(errors_with(1000).diverged);
+  CHECK(errors_with(std::nan("")).diverged);
 }
 
 TEST_CASE("a sample moves as its particles do among all") {

@@ -134,10 +134,8 @@ class HeatWatch {
   void look(const State<T>& state, std::uint64_t done) {
     if (!warmth_ || warmth_->is_heating) return;
     observer_.look(*budget_, state);
-    *warmth_ = {.is_heating = !(budget_->share() <= most_),
-                .kinetic = budget_->kinetic(),
-                .given = budget_->given(),
-                .step = done};
+    *warmth_ = {
+        .is_heating = !(budget_->share() <= most_), .kinetic = budget_->kinetic(), .given = budget_->given(), .step = done};
   }
   [[nodiscard]] const std::optional<Warmth>& warmth() const { return warmth_; }
 
@@ -323,11 +321,12 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
 void warn_of_heat(const RunOptions& options, const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.warmth || !outcome.warmth->is_heating) return;
   const auto& warmth = *outcome.warmth;
-  print_message(fmt::format(
-      "{}: warning: heating: at step {} ({:.4g} s) the particles move with {:.3g} J, and the start and the forces can have given "
-      "them {:.3g} J: the stepping makes the rest. More sub-steps{}; see docs/stability.md",
-      options.scene.scene, warmth.step, static_cast<double>(warmth.step) * loaded.file.step, warmth.kinetic, warmth.given,
-      loaded.file.scene.coupling.scheme == Scheme::sequential ? " or a larger theta" : ""));
+  print_message(
+      fmt::format("{}: warning: heating: at step {} ({:.4g} s) the particles move with {:.3g} J, and the start and the forces "
+                  "can have given "
+                  "them {:.3g} J: the stepping makes the rest. More sub-steps{}; see docs/stability.md",
+                  options.scene.scene, warmth.step, static_cast<double>(warmth.step) * loaded.file.step, warmth.kinetic,
+                  warmth.given, loaded.file.scene.coupling.scheme == Scheme::sequential ? " or a larger theta" : ""));
 }
 
 Exit run(const RunOptions& options) {

@@ -136,8 +136,8 @@ Exit run(const StabilityOptions& options) {
       {"heat", stability::to_json(heat)}};
   const auto json = found.dump(1) + "\n";
   if (folder) write_all(*folder, json, draw(maps, heat));
-  const auto text = stability::to_text(rows, colour_here()) + stability::to_text(runs) + stability::to_text(maps) +
-                    stability::to_text(heat);
+  const auto text =
+      stability::to_text(rows, colour_here()) + stability::to_text(runs) + stability::to_text(maps) + stability::to_text(heat);
   print_json(options.json ? json : text);  // the text has colours, and no name from outside
   const bool is_good = stability::all_passed(rows) && stability::all_agree(maps) && stability::all_calm(heat);
   return is_good ? Exit::done : Exit::verification_failed;
@@ -147,7 +147,8 @@ Exit run(const StabilityOptions& options) {
 
 void add_stability(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<StabilityOptions>();
-  auto* command = app.add_subcommand("stability", "Run the hard cases against their bars, map where each method grows, and look for sheets that heat");
+  auto* command = app.add_subcommand(
+      "stability", "Run the hard cases against their bars, map where each method grows, and look for sheets that heat");
   command->footer("dvdx stability --cases 3,10,12 --out stability");
   command->add_option("--out", options->out, "a directory for stability.json and the pictures");
   command->add_option("--cases", options->cases, "numbers of the hard cases to run, without the maps; all where not given")

@@ -118,9 +118,9 @@ double EnergyBudget::share() const noexcept {
 }
 
 std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
-  constexpr double most = 32;    // steps: a look costs a walk over the particles
-  constexpr double turn = 0.3;   // rad, between looks
-  constexpr double coarse = 1;   // rad a step: beyond it the middle stands for nothing
+  constexpr double most = 32;   // steps: a look costs a walk over the particles
+  constexpr double turn = 0.3;  // rad, between looks
+  constexpr double coarse = 1;  // rad a step: beyond it the middle stands for nothing
   if (file.scene.networks.empty() || is_live(file) || !(file.step > 0)) return std::nullopt;
   double fastest = 0;  // rad a step
   for (const auto& force : file.scene.forces) {

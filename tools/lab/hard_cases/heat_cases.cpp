@@ -1,12 +1,16 @@
 // Sheets that crumple: linear stability says nothing of them.
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "hard_cases/cases.hpp"
 #include "hard_cases/trial.hpp"
 #include "heat/heat.hpp"
 #include "heat/heat_show.hpp"
+#include "report/build.hpp"
+#include "report/summary.hpp"
 
 namespace dvdx::tool::stability {
 namespace {
@@ -64,6 +68,37 @@ Worst long_drag(CaseRun& way) {
   return worst;
 }
 
+// A sheet that stands on its lower edge until it buckles.
+SceneFile standing_sheet() {
+  Setting setting{.side = 10, .stiffness = 100, .hold = Hold::edge, .precision = Precision::float64, .seed = 58};
+  SceneFile file = scene_of(setting, {});
+  file.duration = 2;
+  file.scene.coupling.substeps.reset();
+  for (auto& force : file.scene.forces) {
+    if (auto* gravity = std::get_if<Constant>(&force)) gravity->acceleration = {0, 0, -9.81};
+  }
+  file.scene.add(Drag{.coefficient = 0.001, .wind = {0.1, 0.5, 0}});
+  return file;
+}
+
+// How far leapfrog's fitted order is from two. Not a number where there is no horizon, where nothing could be fitted, or where
+// a run is ranked that chaos alone places.
+Worst horizon_of_chaos(CaseRun& way) {
+  Worst worst;
+  const report::Setup setup{.engine = {.precision = Precision::float64, .isa = way.isa, .arithmetic = way.arithmetic},
+                            .parallel = {}};
+  const report::MeasureOptions options{.precisions = {Precision::float64}, .effort = report::Effort::quick};
+  const auto report = report::measure_scene(standing_sheet(), options, setup, [](double, const std::string&) {});
+  const auto* order = report::order_of(report, "leapfrog", Precision::float64);
+  const bool is_found = !report.reference.horizon.is_whole && report.reference.horizon.by_growth && report.beyond.starts > 0;
+  const bool is_ranked_by_chance = std::any_of(report.runs.begin(), report.runs.end(), [&](const report::Run& run) {
+    return run.is_ranked && !run.errors.diverged && run.errors.position_rms > report.beyond.apart / 3;
+  });
+  const bool is_good = is_found && !is_ranked_by_chance && order != nullptr && order->fitted;
+  worst.see(is_good ? std::abs(*order->fitted - 2) : std::numeric_limits<double>::quiet_NaN());
+  return worst;
+}
+
 Bar warmth(std::string_view precision, Check check, std::string_view expected) {
   return {.precision = precision,
           .check = check,
@@ -87,7 +122,15 @@ std::vector<Case> heat_cases() {
            "dragged sheets",
            "energy is fed in all the time: held particles swing, over a sphere, damped",
            {warmth(float64, dragged_sheets<double>, drag), warmth(float32, dragged_sheets<float>, drag),
-            warmth(float64, long_drag<double>, long_run), warmth(float32, long_drag<float>, long_run)}}};
+            warmth(float64, long_drag<double>, long_run), warmth(float32, long_drag<float>, long_run)}},
+          {58,
+           "a reference of chaotic cloth",
+           "a sheet stands on its edge and buckles: where it then is, is chance",
+           {{.check = horizon_of_chaos,
+             .limit = 0.2,
+             .unit = "",
+             .expected = "leapfrog of order 2 within the horizon",
+             .runs_on = RunsOn::best_isa}}}};
 }
 
 }  // namespace dvdx::tool::stability

@@ -39,8 +39,8 @@ struct HeatRun {
 
 [[nodiscard]] HeatRun run_setting(const Setting& setting, const Stepping& stepping, Isa isa, Arithmetic arithmetic);
 
-// Every setting with every stepping, each run on one thread, as many at once as the engine has threads; what is found does not depend on them.
-// tell(runs done, of how many) is called from one thread at a time.
+// Every setting with every stepping, each run on one thread, as many at once as the engine has threads; what is found does not
+// depend on them. tell(runs done, of how many) is called from one thread at a time.
 using TellHeat = std::function<void(std::size_t, std::size_t)>;
 [[nodiscard]] std::vector<HeatRun> measure_heat(Ensemble ensemble, const Engine& engine, const TellHeat& tell);
 

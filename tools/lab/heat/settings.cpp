@@ -30,12 +30,12 @@ class Draw {
 constexpr std::array stiffnesses{1e2, 1e3, 1e4, 1e5, 1e6, 1e7};  // N/m
 constexpr std::array<std::size_t, 5> sides{16, 24, 32, 48, 64};
 constexpr std::array substep_counts{1, 1, 2, 2, 3, 4, 5};
-constexpr std::array dampings{0.02, 0.2, 1.0};            // kg/s
+constexpr std::array dampings{0.02, 0.2, 1.0};  // kg/s
 constexpr std::array restitutions{0.0, 0.3, 0.8, 1.0};
-constexpr std::array kicks{3.0, 10.0, 30.0};              // m/s
-constexpr std::array pulls{0.25, 0.5, 1.0};               // m
-constexpr std::array pull_times{0.5, 1.0, 2.0};           // s
-constexpr std::array some_or_no_damping{0.0, 0.0, 0.2};   // kg/s
+constexpr std::array kicks{3.0, 10.0, 30.0};             // m/s
+constexpr std::array pulls{0.25, 0.5, 1.0};              // m
+constexpr std::array pull_times{0.5, 1.0, 2.0};          // s
+constexpr std::array some_or_no_damping{0.0, 0.0, 0.2};  // kg/s
 constexpr std::array either_precision{Precision::float32, Precision::float64};
 constexpr std::array held_somehow{Hold::corners, Hold::corners, Hold::edge};
 constexpr std::array every_hold{Hold::corners, Hold::edge, Hold::nothing};
@@ -170,8 +170,8 @@ void add_obstacle(const Setting& setting, Scene& scene) {
   if (setting.obstacle == Obstacle::floor) {
     scene.add(Plane{.normal = {0, 1, 0}, .offset = -1, .restitution = setting.restitution, .friction = 0.3});
   } else if (setting.obstacle == Obstacle::sphere) {
-    scene.add(Sphere{
-        .center = {width / 2, -0.8, width / 2}, .radius = 0.5, .restitution = setting.restitution, .friction = 0.3});
+    scene.add(
+        Sphere{.center = {width / 2, -0.8, width / 2}, .radius = 0.5, .restitution = setting.restitution, .friction = 0.3});
   }
 }
 

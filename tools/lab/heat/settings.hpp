@@ -23,9 +23,9 @@ inline constexpr std::array<Named<Obstacle>, 3> obstacles{
 
 // A sheet of 2 m x 2 m and 1 kg, level at the start, under 9.81 m/s^2 at 60 steps a second.
 struct Setting {
-  std::string_view group;  // "kicked": what the runs of a group have in common
+  std::string_view group{};  // "kicked": what the runs of a group have in common
   Form form = Form::grid;
-  std::size_t side = 32;  // particles
+  std::size_t side = 32;   // particles
   double stiffness = 1e4;  // N/m, of every spring
   double damping = 0;      // kg/s, of every spring
   int substeps = 1;

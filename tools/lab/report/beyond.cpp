@@ -70,8 +70,8 @@ Statistics statistics_of(const Trace& trace, std::size_t first_time) {
   return found;
 }
 
-Scatter scatter_beyond(const SceneFile& file, const Grid& grid, const Reference& reference, Effort effort,
-                       double most_seconds, const Setup& setup) {
+Scatter scatter_beyond(const SceneFile& file, const Grid& grid, const Reference& reference, Effort effort, double most_seconds,
+                       const Setup& setup) {
   Scatter scatter;
   if (reference.horizon + fewest_beyond > grid.counts.size()) {
     if (reference.horizon < grid.counts.size()) scatter.why = "too little of the run is left";
@@ -83,8 +83,8 @@ Scatter scatter_beyond(const SceneFile& file, const Grid& grid, const Reference&
   std::vector<Statistics> all;
   double spent = 0;
   for (int n = 0; n < starts; ++n) {
-    traces.push_back(reference_trace(file, grid, reference.picks,
-                                     {.most = nudge, .seed = static_cast<std::uint64_t>(n) + 2}, setup));
+    traces.push_back(
+        reference_trace(file, grid, reference.picks, {.most = nudge, .seed = static_cast<std::uint64_t>(n) + 2}, setup));
     all.push_back(statistics_of(traces.back(), reference.horizon));
     spent += traces.back().seconds;
     if (n == 0 && spent * starts > most_seconds) {

@@ -14,8 +14,8 @@ struct Statistics {
 };
 [[nodiscard]] Statistics statistics_of(const Trace& trace, std::size_t first_time);
 
-// How they scatter over runs of the reference's scheme from starts that lie beside the scene's. Empty where the horizon leaves too
-// few sample times, or where the runs would take more than `most_seconds`; then `why` says so.
+// How they scatter over runs of the reference's scheme from starts that lie beside the scene's. Empty where the horizon leaves
+// too few sample times, or where the runs would take more than `most_seconds`; then `why` says so.
 struct Scatter {
   Beyond facts;
   std::vector<double> mean_shape;  // m, [particle][axis]

@@ -56,8 +56,8 @@ Errors Comparison::errors() const {
                 .bad_particles = bad_particles_};
   errors.relative = errors.position_rms / reference_.amplitude;
   const double from_all = std::sqrt(all_squares_ / static_cast<double>(all_compared_));
-  errors.diverged = errors.diverged || !(from_all <= diverged_beyond * reference_.whole_amplitude) ||
-                    !std::isfinite(errors.velocity_rms);
+  errors.diverged =
+      errors.diverged || !(from_all <= diverged_beyond * reference_.whole_amplitude) || !std::isfinite(errors.velocity_rms);
   if (reference_.whole_amplitude == 0) errors.diverged = bad_particles_ > 0;  // nothing moves: no scale to be off by
   return errors;
 }

@@ -11,14 +11,14 @@ namespace dvdx::tool::report {
 // A difference of the start that has grown by more than this ends the horizon: a run's own errors have grown as much.
 inline constexpr double most_growth = 1000;
 
-// Root mean square over all particles that are not fixed, over that of the start. Looked at from time to time, until it has grown
-// by far too much.
+// Root mean square over all particles that are not fixed, over that of the start. Looked at from time to time, until it has
+// grown by far too much.
 struct Growth {
-  double nudge = 0;                   // m: the difference of the start
+  double nudge = 0;                     // m: the difference of the start
   std::vector<std::uint64_t> counts{};  // looks, in the scene's own steps, from 0 on
   std::vector<double> at{};             // the largest until then
-  std::uint64_t horizon = 0;          // own steps: of the last look before it was too much, or of the end
-  bool is_whole = true;               // it never was
+  std::uint64_t horizon = 0;            // own steps: of the last look before it was too much, or of the end
+  bool is_whole = true;                 // it never was
 };
 
 // By leapfrog in float64, with sub-steps that it chooses by itself. Of a scene with a closed form, which holds however much

@@ -57,7 +57,8 @@ class NetworkMeasurement {
   }
 
  private:
-  // The step stays the scene's own; the sub-steps are what varies. Half of the samples lie within the horizon, where there is one.
+  // The step stays the scene's own; the sub-steps are what varies. Half of the samples lie within the horizon, where there is
+  // one.
   static Grid own_step(const SceneFile& file, const Growth& growth) {
     const auto steps = steps_of(file);
     constexpr std::uint64_t most = 60;
@@ -109,21 +110,25 @@ class NetworkMeasurement {
     if (!limit) return leave_out("nothing is joined");
     double seconds_each = 0;
     for (const int substeps : substeps_of(curve, *limit, wish_.effort)) {
-      const double seconds = predicted(curve.coupling, substeps, seconds_each);
+      const double whole = predicted(curve.coupling, substeps, seconds_each);
+      const bool is_whole = growth_.is_whole || whole <= most_seconds() || runs_.empty();
+      const Grid grid = is_whole ? grid_ : until_horizon();
+      const double seconds = whole * static_cast<double>(grid.counts.back()) / static_cast<double>(grid_.coarse_steps);
       if (seconds > most_seconds() && !runs_.empty()) {
-        return leave_out(fmt::format("{} sub-steps and more: a run would take {:.0f} s", substeps, seconds));
+        return leave_out(fmt::format("{} sub-steps and more: a run {}would take {:.0f} s", substeps,
+                                     is_whole ? "" : "until the horizon ", seconds));
       }
       const auto plan = compiled_with<T>(curve, substeps);
       if (!plan) {
         leave_out(plan.error().message());
         continue;
       }
-      auto made = traced(file_, *plan, 1, grid_, picks_, setup_);
-      const auto spent = made.seconds / substeps / static_cast<double>(grid_.coarse_steps);
+      auto made = traced(file_, *plan, 1, grid, picks_, setup_);
+      const auto spent = made.seconds / substeps / static_cast<double>(grid.counts.back());
       seconds_each = spent;
       seconds_per_pulse_ = std::max(seconds_per_pulse_, spent / pulses_of(curve.coupling));
-      add(curve, precision, substeps, timing(*plan, made));
-      const bool is_usual = !curve.arithmetic && substeps == usual_substeps(curve.coupling, *limit);
+      add(curve, precision, substeps, timing(*plan, made, grid.counts.back()));
+      const bool is_usual = is_whole && !curve.arithmetic && substeps == usual_substeps(curve.coupling, *limit);
       if (is_usual && precision == wish_.precisions.back()) {
         energy_curves_.push_back({.method = curve.name, .times = sample_times(), .energy = made.energy});
       }
@@ -131,16 +136,24 @@ class NetworkMeasurement {
     }
   }
 
-  // A long run has been timed by the way.
+  // A run that takes too long goes until the horizon alone.
+  [[nodiscard]] Grid until_horizon() const {
+    Grid grid = grid_;
+    const auto horizon = std::max<std::uint64_t>(growth_.horizon, 1);
+    std::erase_if(grid.counts, [&](std::uint64_t count) { return count > horizon; });
+    return grid;
+  }
+
+  // A long run, of `steps`, has been timed by the way.
   template <class T>
-  [[nodiscard]] Timing timing(const Plan<T>& plan, const Trace& made) const {
+  [[nodiscard]] Timing timing(const Plan<T>& plan, const Trace& made, std::uint64_t steps) const {
     constexpr double long_run = 2;  // s
     const auto count = static_cast<double>(file_.particles.count);
     if (made.seconds > (wish_.effort == Effort::full ? long_run : long_run / 8)) {
-      return {.ns_per_particle_step = 1e9 * made.seconds / (count * static_cast<double>(grid_.coarse_steps)),
-              .steps = grid_.coarse_steps,
+      return {.ns_per_particle_step = 1e9 * made.seconds / (count * static_cast<double>(steps)),
+              .steps = steps,
               .repeats = 1,
-              .whole_run = true};
+              .whole_run = steps == grid_.coarse_steps};
     }
     auto moments = with_coupling(file_, file_.scene.coupling, std::nullopt);
     moments.coupling.scheme = Scheme::leapfrog;
@@ -186,7 +199,7 @@ class NetworkMeasurement {
   [[nodiscard]] double smallest_error(const Reference& reference) const {
     double smallest = std::numeric_limits<double>::infinity();
     for (const auto& made : traces_) {
-      const double error = distance(path_of(made, picks_.size(), grid_.counts.size()), reference.path, reference.horizon);
+      const double error = distance(path_of(made, picks_.size(), made.energy.size()), reference.path, reference.horizon);
       if (std::isfinite(error)) smallest = std::min(smallest, error);
     }
     return smallest;
@@ -199,7 +212,7 @@ class NetworkMeasurement {
     Comparison comparison(reference_, file_);
     Soa<double> memory(file_.particles.count);
     auto state = memory.view();
-    for (std::size_t k = 0; k < grid_.counts.size(); ++k) {
+    for (std::size_t k = 0; k < made.energy.size(); ++k) {
       for (std::size_t n = 0; n < picks_.size(); ++n) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
           const auto at = (k * picks_.size() + n) * 3 + axis;
@@ -230,7 +243,8 @@ class NetworkMeasurement {
     for (std::size_t r = 0; r < runs_.size(); ++r) {
       auto& run = runs_[r];
       if (scatter_.facts.starts == 0 || run.errors.diverged) continue;
-      run.beyond = beside(scatter_, statistics_of(traces_[r], reference_.horizon));
+      const bool is_whole = traces_[r].energy.size() == grid_.counts.size();
+      if (is_whole) run.beyond = beside(scatter_, statistics_of(traces_[r], reference_.horizon));
       run.is_ranked = !reference_.facts.horizon.by_growth || run.errors.position_rms < scatter_.facts.apart / 3;
     }
   }

@@ -167,7 +167,8 @@ constexpr std::size_t fewest_within = 2;  // sample times, the start among them
 void end_by_growth(Reference& reference, const Growth& growth, const SceneFile& file, const Grid& grid) {
   std::size_t times = grid.counts.size();
   const double last = file.step * static_cast<double>(growth.horizon) * (1 + 1e-9);
-  while (!growth.is_whole && times > fewest_within && grid.coarsest * static_cast<double>(grid.counts[times - 1]) > last) --times;
+  while (!growth.is_whole && times > fewest_within && grid.coarsest * static_cast<double>(grid.counts[times - 1]) > last)
+    --times;
   reference.facts.horizon.by_growth = times < grid.counts.size();
   reference.facts.horizon.nudge = growth.nudge;
   set_horizon(reference, growth, file, grid, times);

@@ -43,8 +43,8 @@ struct Fineness {
 
 // For particles that are joined: the closed form where the scene has one; else scheme fourth_order in float64, with sub-steps
 // halved while that moves it, until the horizon, by more than a hundredth of the smallest error, is affordable and helps. The
-// horizon is where a difference of the start has grown too much; where the reference is then still in doubt, it is the last sample
-// time until which it is not.
+// horizon is where a difference of the start has grown too much; where the reference is then still in doubt, it is the last
+// sample time until which it is not.
 [[nodiscard]] Reference joined_reference(const SceneFile& file, const Grid& grid, const Picks& picks, const Fineness& fineness,
                                          const Setup& setup);
 

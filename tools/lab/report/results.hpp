@@ -58,7 +58,7 @@ struct Run {
   std::string arithmetic;
   Errors errors;
   Timing timing;
-  bool is_ranked = true;  // false where the error is no more than what chaos makes of any
+  bool is_ranked = true;              // false where the error is no more than what chaos makes of any
   std::vector<BeyondValue> beyond{};  // a statistic each
   bool in_fit = false;
   std::optional<double> order;  // fitted, the same for all runs of a method and precision
@@ -79,7 +79,7 @@ struct Order {
 // Joined particles may be chaotic: a difference of the start, however small, grows until two runs have nothing but their
 // statistics in common. Positions are compared until the horizon alone.
 struct Horizon {
-  double seconds = 0;     // the whole duration where nothing ends it before
+  double seconds = 0;  // the whole duration where nothing ends it before
   bool is_whole = true;
   bool by_growth = false;  // it ends where a difference of the start has grown too much, else where the reference is in doubt
   double growth = 1;       // of a small difference of the start until then
@@ -104,7 +104,7 @@ struct ReferenceFacts {
 
 struct Statistic {
   std::string name;
-  std::string unit;   // "" where it has none
+  std::string unit;  // "" where it has none
   double mean = 0;
   double spread = 0;  // standard deviation from start to start
 };
@@ -177,13 +177,13 @@ struct SceneReport {
   double duration = 0;
   std::vector<double> sample_times;
   ReferenceFacts reference;
-  GrowthCurve growth{};       // empty where none was looked for
+  GrowthCurve growth{};  // empty where none was looked for
   Beyond beyond{};
-  std::string no_beyond{};    // why there is nothing, where there might be
-  double amplitude = 0;       // m, until the horizon
+  std::string no_beyond{};     // why there is nothing, where there might be
+  double amplitude = 0;        // m, until the horizon
   double whole_amplitude = 0;  // m, of the whole run
-  double energy_scale = 0;    // J
-  bool keeps_energy = false;  // nothing in the scene takes or gives any
+  double energy_scale = 0;     // J
+  bool keeps_energy = false;   // nothing in the scene takes or gives any
   std::vector<Run> runs;
   std::vector<LeftOut> left_out{};
   std::vector<Order> orders;

@@ -73,7 +73,8 @@ std::string beyond_text(const SceneReport& scene) {
     table.row(cells);
   }
   return fmt::format(
-             "beyond the horizon, over time; the reference's over {} starts up to {:.1e} m beside, which come {:.2g} m apart; * "
+             "beyond the horizon, over time; the reference's over {} starts up to {:.1e} m beside, which come {:.2g} m apart; "
+             "* "
              "off by more than {:.3g} spreads\n",
              beyond.starts, beyond.nudge, beyond.apart, beyond.most_off) +
          table.text();
