@@ -46,6 +46,9 @@ namespace dvdx {
 // each place has it.
 enum class Shape : std::uint8_t { plane, sphere };
 
+// Of the path of a step between two impacts: a parabola where no spring and no drag acts (bend.hpp).
+enum class PathForm : std::uint8_t { parabola, flow };
+
 template <class T>
 struct Surface {
   Shape shape = Shape::plane;
