@@ -39,9 +39,10 @@ namespace {
 
 constexpr double theta_of_start = 0.7;
 
-// What gives no energy to crumpling cloth, and what resolves motion, by z = frequency * sub-step. Sheets that were thrown, kicked
-// and bounced at a fixed rho heat from about z = 2 on at 0.7, 5 at 0.6, 7 at 0.5 and 10 at 0.4, far beyond that at 0.3 too, not
-// at 0.2; and theta 1/2 is 1.25 times as accurate where rho is 0.57 at z = 3.7. Hence two falls, with a shelf between them.
+// What gives no energy to crumpling cloth, and what resolves motion, by z = frequency * sub-step. Sheets that were thrown,
+// kicked and bounced at a fixed rho heat from about z = 2 on at 0.7, 5 at 0.6, 7 at 0.5 and 10 at 0.4, far beyond that at 0.3
+// too, not at 0.2; and theta 1/2 is 1.25 times as accurate where rho is 0.57 at z = 3.7. Hence two falls, with a shelf between
+// them.
 constexpr double fine = 0.95;
 constexpr double shelf = 0.6;
 constexpr double coarse = 0.2;
@@ -64,8 +65,8 @@ bool is_generalized_alpha(const Coupling& coupling) noexcept {
 
 double theta_of(const Coupling& coupling) noexcept { return coupling.theta.value_or(1); }
 
-// Of the bound of the frequency, which no position enters: a bad particle changes no bit of others, and one state's start none of
-// another's. In hundredths: the last digits of the bound may differ from machine to machine, and no state may.
+// Of the bound of the frequency, which no position enters: a bad particle changes no bit of others, and one state's start none
+// of another's. In hundredths: the last digits of the bound may differ from machine to machine, and no state may.
 double rho_of(double frequency, double substep) {
   const double z = frequency * substep;
   const double rho = coarse + (shelf - coarse) * below(end_of_shelf, z) + (fine - shelf) * below(end_of_fine, z);

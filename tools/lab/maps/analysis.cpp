@@ -185,8 +185,8 @@ Springs1d swept(const Line& line, const Springs1d& in_list) {
   return s;
 }
 
-// The springs' shift S = W J^T lambda solves (J W J^T + 1/stiff) lambda = by_state / stiff, of which sweeps do a triangular part:
-// forwards D + L, and backwards after it (D + L)^T D^-1 (D + L).
+// The springs' shift S = W J^T lambda solves (J W J^T + 1/stiff) lambda = by_state / stiff, of which sweeps do a triangular
+// part: forwards D + L, and backwards after it (D + L)^T D^-1 (D + L).
 MatrixXd shift_of_sweeps(const Springs1d& s, const VectorXd& stiff, const MatrixXd& by_state, SweepOrder sweeps) {
   const MatrixXd WJt = s.w.asDiagonal() * s.J.transpose();
   MatrixXd A = s.J * WJt;

@@ -163,13 +163,12 @@ Theory network_theory(const SceneFile& file, const Coupled& coupled) {
   const auto order = [&](double of_pulses) { return Theory{std::min(of_pulses, of_flows.value_or(of_pulses)), ""}; };
   if (coupled.scheme == "leapfrog") return order(2);
   if (coupled.scheme == "fourth_order") return order(4);
-  if (coupled.scheme == "sequential")
-    return order(coupled.theta.value_or(0.5) == 0.5 && coupled.sweep == "symmetric" ? 2 : 1);
+  if (coupled.scheme == "sequential") return order(coupled.theta.value_or(0.5) == 0.5 && coupled.sweep == "symmetric" ? 2 : 1);
   if (coupled.method == "exact" && closed_form_of(file) == ClosedForm::pair) return {std::nullopt, "exact"};
-  const bool is_first = coupled.method == "combined" ? is_any_damped
-                                                     : coupled.axis == "start" || coupled.method == "pulse" ||
-                                                           coupled.method == "symplectic_euler" || is_any_damped ||
-                                                           traits.damped > 0;
+  const bool is_first = coupled.method == "combined"
+                            ? is_any_damped
+                            : coupled.axis == "start" || coupled.method == "pulse" || coupled.method == "symplectic_euler" ||
+                                  is_any_damped || traits.damped > 0;
   return order(is_first ? 1 : 2);
 }
 

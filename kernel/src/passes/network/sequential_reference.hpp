@@ -113,7 +113,7 @@ void end_sweeps(const AlphaTerms<T>& alpha, const WorkColumns<T>& work, std::siz
       x = multiply_add<arithmetic>(alpha.x_b, b - a, x);
       const T dv = multiply_add<arithmetic>(alpha.v_b, b, alpha.v_a * a);
       v = v + dv;
-      a = std::abs(b) < most_square<T> ? b : T(0);  // a bad particle that is mended does not remember it
+      a = b - b == T(0) ? b : T(0);  // what is not finite is not remembered
     }
   }
 }
