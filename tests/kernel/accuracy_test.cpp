@@ -177,7 +177,7 @@ TEST_CASE("Impacts' accuracy is what is said of it") {
   Plane rough = floor;
   rough.restitution = 0;
   rough.friction = 0.1;
-  check_claim({"friction", with(scene_of({gravity}), rough), start}, 1);
+  check_claim({"friction", with(scene_of({gravity, Constant{.acceleration = {-2, 0, -3}}}), rough), start}, 1);
   check_claim({"drag", with(scene_of({gravity, drag}), floor), start}, exact);
   check_claim({"spring", with(scene_of({gravity, second}), floor), start}, exact);
   check_claim({"damped spring, a ball", with(scene_of({gravity, damped}), ball), {{{0.3, 1.7, -0.2}}, {{0.5, -1.4, 0.8}}}}, exact);

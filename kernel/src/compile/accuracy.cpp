@@ -167,7 +167,7 @@ class Search {
   void impacts(const Shape& contact, const std::string& at) {
     if (contact.response == Response::end_on_surface)
       limit(1, at + " ends the step of an impact on the surface (response seed)");
-    if (contact.friction > 0) limit(1, at + " rubs what slides at the ends of steps");
+    if (contact.friction > 0) limit(1, at + " takes the direction of friction from the ends of steps");
     if (is_joint_damped_) limit(1, at + ": what damps is taken as if an impact did not turn the velocity");
     if (has_joint_) limit(2, at + ": an impact does not see within a step what radial springs, networks and constraints do");
     if (is_beyond_cubic_) limit(5, at + ": impacts are looked for on the cubic of a force of time");

@@ -980,7 +980,7 @@ void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V, 
   using T = Scalar<V>;
   V tolerance(T(0));
   for (int round = 0; round < clamp_rounds; ++round) {
-    bool is_clamped = false;
+    Mask<V> is_clamped(false);
     for (std::size_t j = 0; j < terms.surface_count; ++j) {
       const auto& surface = terms.surfaces[j];
       const V size = one_norm(m.x1);
@@ -990,10 +990,11 @@ void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V, 
       const Mask<V> is_looked_at = round == 0 && surface.shape == Shape::plane ? touches & !is_held : touches;
       const Mask<V> inside = is_looked_at & (touch<V, arithmetic>(surface, m.x1).s < -(tolerance * size));
       if (!any_lane<V>(inside)) continue;
-      is_clamped = true;
+      is_clamped = is_clamped | inside;
       clamp<V, arithmetic, form>(surface, m, course, (course.last == number) | is_held, inside, size);
     }
-    if (!is_clamped) return;
+    touches = touches & is_clamped;
+    if (!any_lane<V>(touches)) return;
     tolerance = V(2 * std::numeric_limits<T>::epsilon());
   }
 }
