@@ -340,9 +340,8 @@ std::string describe_network(const Joints<T>& joints, const Scene& scene, const 
   words += "scheme       " + std::string(name(coupling.scheme)) + ", " + std::to_string(limit.substeps) + " sub-steps a step";
   if (coupling.scheme == Scheme::sequential) {
     const double substep = joints.step / limit.substeps;
-    words += is_generalized_alpha(coupling)
-                 ? ", generalized alpha, rho " + text(rho_of(joints.frequencies.bound, substep), 6)
-                 : ", theta " + text(theta_of(coupling), 6);
+    words += is_generalized_alpha(coupling) ? ", generalized alpha, rho " + text(rho_of(joints.frequencies.bound, substep), 6)
+                                            : ", theta " + text(theta_of(coupling), 6);
     words += coupling.sweeps == SweepOrder::symmetric ? ", forward and backward" : ", forward";
   }
   words += coupling.substeps ? " (asked for)\n" : " (chosen)\n";

@@ -72,9 +72,8 @@ std::optional<Alpha<T>> make_alpha(const NetworkInput& in, const SweepTerms<T>& 
   if (!is_generalized_alpha(in.coupling)) return std::nullopt;
   const GeneralizedAlpha on = generalized_alpha(rho_of(in.frequency, in.substep), in.substep);
   const GeneralizedAlpha start = start_of_generalized_alpha(in.substep);
-  Alpha<T> alpha{.on = rounded<T>(on.terms, sweeps.damping),
-                 .start = rounded<T>(start.terms, sweeps.damping),
-                 .sweeps_of_start = sweeps};
+  Alpha<T> alpha{
+      .on = rounded<T>(on.terms, sweeps.damping), .start = rounded<T>(start.terms, sweeps.damping), .sweeps_of_start = sweeps};
   alpha.sweeps_of_start.h = static_cast<T>(start.implicitness.h);
   return alpha;
 }

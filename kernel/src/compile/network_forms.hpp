@@ -76,8 +76,8 @@ struct StrandsForm {
 template <class T>
 struct ColoursForm {
   SweepTerms<T> terms;
-  ShiftTerms<T> shift;              // of the theta scheme
-  std::optional<Alpha<T>> alpha{};  // in its place
+  ShiftTerms<T> shift;                                                              // of the theta scheme
+  std::optional<Alpha<T>> alpha{};                                                  // in its place
   std::vector<std::uint32_t> a, b, ranges, coefficients_of, coefficients_of_start;  // what the terms point to
   std::vector<std::size_t> tasks;   // first range of each task, and one more; the first are the pieces
   std::vector<std::size_t> stages;  // first task of each stage, and one more: the tasks of a stage share no particle

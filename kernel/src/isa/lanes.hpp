@@ -299,7 +299,8 @@ template <class V>
   }
 }
 template <class V>
-[[gnu::always_inline]] inline void scatter_records(Scalar<V>* base, const std::uint32_t* index, const Records<V>& records) noexcept {
+[[gnu::always_inline]] inline void scatter_records(Scalar<V>* base, const std::uint32_t* index,
+                                                   const Records<V>& records) noexcept {
 #if defined(__AVX512F__)
   if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
     for (std::size_t k = 0; k < 4; ++k) {

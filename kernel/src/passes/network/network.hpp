@@ -142,12 +142,12 @@ enum class Visit : std::uint8_t { first, again };  // of a spring in a sub-step:
 // of the registers.
 template <class T>
 struct RangeTerms {
-  const std::uint32_t* first = nullptr;               // spring of each range, and one more
-  const std::uint32_t *a = nullptr, *b = nullptr;     // of each spring: where its ends' records begin
-  const T* l = nullptr;                               // rest length of each spring
-  const T* coefficients = nullptr;                    // coefficient_sets of 16 numbers; sets that are equal are kept once
-  const std::uint32_t* coefficients_of = nullptr;     // of 16 springs: where theirs begin
-  T *x = nullptr, *v = nullptr, *shift = nullptr;     // records of particles; v: where the springs damp
+  const std::uint32_t* first = nullptr;            // spring of each range, and one more
+  const std::uint32_t *a = nullptr, *b = nullptr;  // of each spring: where its ends' records begin
+  const T* l = nullptr;                            // rest length of each spring
+  const T* coefficients = nullptr;                 // coefficient_sets of 16 numbers; sets that are equal are kept once
+  const std::uint32_t* coefficients_of = nullptr;  // of 16 springs: where theirs begin
+  T *x = nullptr, *v = nullptr, *shift = nullptr;  // records of particles; v: where the springs damp
   T *from_origin = nullptr, *apart = nullptr, *u = nullptr;  // records of springs: d of the origins, d before the sweeps, u
 };
 
@@ -163,7 +163,7 @@ struct SweepTerms {
   std::array<T*, 3> apart{};   // x_b - x_a before the sweeps, kept by the first visit for the second
   RangeTerms<T> ranges{};      // or springs anywhere
   T* lambda = nullptr;
-  T h{};                       // theta times the sub-step
+  T h{};  // theta times the sub-step
   Damping damping = Damping::none;
   CountedFrom origin = CountedFrom::zero;
 };

@@ -95,7 +95,8 @@ template <class V>
 }
 
 template <class V>
-[[gnu::always_inline]] inline Records<V> product_where(const Mask<V>& where, const Records<V>& s, const Records<V>& d) noexcept {
+[[gnu::always_inline]] inline Records<V> product_where(const Mask<V>& where, const Records<V>& s,
+                                                       const Records<V>& d) noexcept {
   const V one(Scalar<V>(1));
   const Records<V> is_there = records_of(select(where, one, V(Scalar<V>(0))));
   Records<V> product;
@@ -251,8 +252,7 @@ void begin_sweeps(const AlphaTerms<Scalar<V>>& alpha, const WorkColumns<Scalar<V
       const V v = load_lanes<V>(work.v[axis] + i);
       const V a = load_lanes<V>(work.a[axis] + i);
       store_lanes(work.shift[axis] + i, ahead<arithmetic>(alpha, v, a));
-      if (alpha.damping == Damping::along)
-        store_lanes(work.v_next[axis] + i, multiply_add<arithmetic>(V(alpha.u_a), a, v));
+      if (alpha.damping == Damping::along) store_lanes(work.v_next[axis] + i, multiply_add<arithmetic>(V(alpha.u_a), a, v));
     }
   }
 }
