@@ -279,7 +279,10 @@ std::string describe_form(const StrandsForm<T>& /*form*/) {
 }
 template <class T>
 std::string describe_form(const ColoursForm<T>& form) {
-  return "as a graph in sweeps of " + std::to_string(form.count()) + " colours";
+  const std::string within = "as a graph in sweeps of " + std::to_string(form.colours()) + " colours";
+  if (form.pieces() == 1) return within;
+  return within + " in each of " + std::to_string(form.pieces()) + " pieces, then " + std::to_string(form.stages.size() - 2) +
+         " colours between them";
 }
 
 // What the other schemes would take for the same springs and step, and which order the scene's steps would have.

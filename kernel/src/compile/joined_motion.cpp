@@ -128,6 +128,10 @@ WorkspaceShape JoinedMotion<T>::shape() const {
     return 0;
   };
   shape.sweep_springs = std::visit(springs, joints.form);
+  if (const auto* list = std::get_if<ColoursForm<T>>(&joints.form)) {
+    shape.sweep_records = list->records;
+    shape.keeps_velocities = list->terms.damping == Damping::along;
+  }
   shape.keeps_distances = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();

@@ -81,7 +81,8 @@ std::size_t bytes_of(const StrandsForm<T>& form) {
 }
 template <class T>
 std::size_t bytes_of(const ColoursForm<T>& form) {
-  return bytes_of(form.a) + bytes_of(form.b) + bytes_of(form.colours);
+  return bytes_of(form.a) + bytes_of(form.b) + bytes_of(form.coefficients_of) + bytes_of(form.coefficients_of_start) +
+         bytes_of(form.ranges) + bytes_of(form.tasks) + bytes_of(form.stages);
 }
 
 }  // namespace
@@ -118,7 +119,7 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
   }
   std::vector<JoinedPair> near(pairs.begin(), pairs.end());
   for (const JoinedPair& pair : constrained_pairs(scene)) near.push_back(pair);
-  order = graph_order(near, particles());
+  order = coupling.scheme == Scheme::sequential ? pieces_order(near, particles()) : graph_order(near, particles());
 }
 
 template <class T>

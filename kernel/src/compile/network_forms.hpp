@@ -2,6 +2,7 @@
 // them.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -70,17 +71,25 @@ struct StrandsForm {
   std::size_t springs = 0;         // columns of lambda
 };
 
-// Any springs in sweeps, by colours: passes/network/sequential.
+// Any springs in sweeps: passes/network/sequential. First those within each piece of the particles, in colours; then those that
+// lead from piece to piece, in colours of their own.
 template <class T>
 struct ColoursForm {
   SweepTerms<T> terms;
-  ShiftTerms<T> shift;              // of the theta scheme
-  std::optional<Alpha<T>> alpha{};  // in its place
-  std::vector<std::int32_t> a, b;
-  std::vector<std::size_t> colours;  // first spring of each colour, a multiple of 16, and one more
-  std::size_t springs = 0;           // columns of lambda
+  ShiftTerms<T> shift;                                                              // of the theta scheme
+  std::optional<Alpha<T>> alpha{};                                                  // in its place
+  std::vector<std::uint32_t> a, b, ranges, coefficients_of, coefficients_of_start;  // what the terms point to
+  std::vector<std::size_t> tasks;   // first range of each task, and one more; the first are the pieces
+  std::vector<std::size_t> stages;  // first task of each stage, and one more: the tasks of a stage share no particle
+  std::size_t springs = 0;          // columns of lambda
+  std::size_t records = 0;          // of particles, those of lanes without a spring included
 
-  [[nodiscard]] std::size_t count() const noexcept { return colours.size() - 1; }
+  [[nodiscard]] std::size_t pieces() const noexcept { return stages[1]; }
+  [[nodiscard]] std::size_t colours() const noexcept {  // of the piece that has most
+    std::size_t most = 0;
+    for (std::size_t piece = 0; piece < pieces(); ++piece) most = std::max(most, tasks[piece + 1] - tasks[piece]);
+    return most;
+  }
 };
 
 template <class T>

@@ -26,7 +26,10 @@ constexpr NetworkKernels<Scalar<V>> wide_network() noexcept {
           .pairs = sum_pairs<V, arithmetic>,
           .add_pairs = add_pairs<V>,
           .strands = sweep_strands<V, arithmetic>,
-          .colour = sweep_colour<V, arithmetic>,
+          .ranges = sweep_ranges<V, arithmetic>,
+          .from_origin = keep_from_origin<V>,
+          .to_records = columns_to_records<V>,
+          .from_records = records_to_columns<V>,
           .take_shift = take_shift<V, arithmetic>,
           .begin_sweeps = begin_sweeps<V, arithmetic>,
           .end_sweeps = end_sweeps<V, arithmetic>};
