@@ -288,7 +288,7 @@ TEST_CASE("tune --json has the contract's keys, and the text names the choice") 
   CHECK(json["networks"][0]["advice"] == "keep");
   CHECK(json["other_seed"].is_null());
   CHECK(json["fast"]["cost_ratio"].get<double>() > 0);
-  CHECK(is_close(json["fast"]["error"]["relative"].get<double>(), json["choice"]["error"]["relative"].get<double>(), 0.05));
+  CHECK(json["fast"]["error"]["relative"].get<double>() <= 1e-2);  // of rounding's size or the step's: bits are not held
   CHECK(to_text(tuning).find("--arithmetic fast: error ") != std::string::npos);
   CHECK(json["budget_cut"] == false);
   CHECK(to_text(tuning).find("nothing in this scene is drawn from a seed") != std::string::npos);
