@@ -106,7 +106,7 @@ TEST_CASE("generalized alpha: of second order with damping, drag and anchors") {
       }
       const auto run = [&](int substeps) {
         joined.scene.coupling.substeps = substeps;
-        return stepped<double>(joined, {.isa = best_isa()}, 4);
+        return stepped<double>(joined, {.isa = best_isa()}, 10);
       };
       const double order = order_of(run(640), run(1280), run(2560));
       CAPTURE(has_more);
