@@ -25,8 +25,8 @@ namespace {
 using namespace dvdx;
 
 // Where a change of the arithmetic is meant, the test's message has the new numbers.
-constexpr std::uint64_t golden_separate = 5590618722353271268U;
-constexpr std::uint64_t golden_contracted = 7038284553027287227U;
+constexpr std::uint64_t golden_separate = 15184788198911441522U;
+constexpr std::uint64_t golden_contracted = 14901867960843675406U;
 constexpr std::uint64_t golden_networks = 8684255002447249984U;
 
 // What the three above leave out: a line a case, so that a change shows what it changes. Compensated states and particles that
@@ -36,19 +36,19 @@ struct Golden {
   std::uint64_t separate, contracted;
 };
 constexpr Golden golden_cases[] = {
-    {"contact: plane, resume, curve", 0xBB5F31645645A0D5, 0x5C6C7112280E077F},
-    {"contact: plane, resume, line", 0x820B0EF2F1473A83, 0x4946979C4CD219EF},
-    {"contact: plane, seed, curve", 0x0070F4042B614EE4, 0x7872F2FFD2A4E97F},
-    {"contact: plane, seed, line", 0xAD6A55EDB282BED5, 0xFEE5317625753B58},
+    {"contact: plane, resume, curve", 0xC9DBEC223FC0C6D4, 0x9EE8E1A09A3DC1DB},
+    {"contact: plane, resume, line", 0xB29E4D65873C68AE, 0x07EB71A8CDE90406},
+    {"contact: plane, seed, curve", 0x62809C04C90BD6CE, 0xF90581F9D4393D82},
+    {"contact: plane, seed, line", 0x6A19ACF6ECBFCFA8, 0x29B0879B536A1184},
     {"contact: sphere, resume, curve", 0xB617D16675C6CC46, 0x896FBE713D5D8CCD},
     {"contact: sphere, resume, line", 0x5AB33BF88B7DEFC7, 0x0AEB8EAC8D0C17FA},
     {"contact: sphere, seed, curve", 0x7B3CAFED23507CB4, 0x3F12C7CB6CA90EF3},
     {"contact: sphere, seed, line", 0xFA3A49977217796D, 0x8FD9966B89098418},
     {"contact: inside a sphere, resume, curve", 0x4C486561E3AC90F9, 0xC9A8A4666E17B9A4},
     {"contact: inside a sphere, resume, line", 0x1D06439028884B66, 0xD42E13BFEA80B902},
-    {"contact: inside a sphere, seed, curve", 0xBAD19585FC361F3B, 0xCDB7457D767CB3DD},
-    {"contact: inside a sphere, seed, line", 0x72BCFD21F3282682, 0x8D768AB628FA2591},
-    {"contact: a corner of two planes and a sphere", 0xF6D8A5BDE2ED5622, 0x3857AA0FFC55A042},
+    {"contact: inside a sphere, seed, curve", 0x804C21D83041A81B, 0x196E5CD7FD6D09B7},
+    {"contact: inside a sphere, seed, line", 0x1F07DE0152CF5A4D, 0x845B3E4C7B6039F9},
+    {"contact: a corner of two planes and a sphere", 0xEE02DFF9536A20B1, 0x5C4530195A528514},
     {"radial springs: combined", 0x469C48FBE752C8CF, 0x9E0DA197B9BD98B9},
     {"radial springs: exact", 0x477009E4612E8E9F, 0x442B6904B079EBCA},
     {"radial springs: average acceleration", 0x3668570C4E8A8138, 0x93D7228F8FCD268C},
@@ -75,14 +75,14 @@ constexpr Golden golden_cases[] = {
     {"springs: fourth order, a grid, damped", 0x2031BE8DCA2D4EA3, 0xC86452039DABBE1B},
     {"springs: fourth order, a list, damped", 0x2031BE8DCA2D4EA3, 0xC86452039DABBE1B},
     {"springs: fourth order, a grid and a rope, both damped", 0xA57834D45A95E055, 0xF3563846EFBA14B2},
-    {"a sheet in contact: leapfrog", 0x9C86F4D73C116C81, 0x5CA423E8A6E72A46},
-    {"a sheet in contact: fourth order", 0x03E7A82917BD7992, 0x9988F5D5AC93FEEB},
-    {"a sheet in contact: sequential", 0xA4F9B74CE6328248, 0x283225A312A17697},
+    {"a sheet in contact: leapfrog", 0xD23A65528616700A, 0x68CB04EEDB85D9CA},
+    {"a sheet in contact: fourth order", 0xBC27F0C4357861DF, 0xEB034149EDB14857},
+    {"a sheet in contact: sequential", 0x47746F2792108808, 0xE6B658C5C648AEFE},
     {"constraints: rods", 0x8E2FC1963B333E19, 0xED5D1BA66A5C3766},
     {"constraints: ropes", 0xB8EF5053C24C81F6, 0xD2B26F3BE0DDFD36},
     {"constraints: at least", 0xB7578552F11943A6, 0x246FC6978C038383},
     {"constraints: points and lines", 0xC152E25756E1F3E2, 0x9F3D0308274D1114},
-    {"constraints: rods that fall on a plane, in the wind", 0x03DFB83BBDE2AFF1, 0xC0AD0B2B2E044BE7},
+    {"constraints: rods that fall on a plane, in the wind", 0xAC6D89095485B2B5, 0xF20CFF6C07B9061C},
     {"constraints: in a sheet, leapfrog", 0x00F55DD1BC5B083D, 0xA083CB8D60E7987A},
     {"constraints: in a sheet, sequential", 0xED7D87828747145F, 0xD8B6C9E829928802},
     {"generalized alpha: grid, coarse", 0xF0B4128F58BCCB1B, 0x17C9491D944F521E},
@@ -96,17 +96,17 @@ constexpr Golden golden_cases[] = {
     {"generalized alpha: grid, constrained", 0xA1E0515975F2F180, 0xC46AAB72F1CFE146},
     {"generalized alpha: list, constrained", 0x8577F289CF2BABC8, 0x8DB8E6852CFDB1CC},
     {"compensated: every flow", 0x44ACABB6BF70C235, 0},
-    {"compensated: contacts", 0xD2E685EC175B70C8, 0},
+    {"compensated: contacts", 0x9A2F9120D055F0DF, 0},
     {"compensated: radial springs", 0xA59F14D1E902697F, 0},
-    {"compensated: both", 0xCE6E44ACE0D9BEB8, 0},
+    {"compensated: both", 0x7CE255F7201078DF, 0},
     {"compensated: 5 x 12", 0x6EB6505CEBC4C268, 0},
     {"compensated: constraints: rods", 0x7FB0E1840E0B5BC3, 0},
-    {"lifecycle: births at a point", 0xA389DF53F9722EF5, 0},
-    {"lifecycle: births on a disc", 0x5FC6A2300B579A66, 0},
-    {"lifecycle: births in a box", 0xBBB872F0F78EC10B, 0},
-    {"lifecycle: births beyond the capacity", 0xAAA40BDAF46115BB, 0},
-    {"lifecycle: removal", 0x4C7AC6860B6DF206, 0},
-    {"lifecycle: births and removal", 0x1FD71864EB84B026, 0},
+    {"lifecycle: births at a point", 0x96D597FCAC11F5D0, 0},
+    {"lifecycle: births on a disc", 0x0BA1315BF9BB0553, 0},
+    {"lifecycle: births in a box", 0x759D697ABE4532F6, 0},
+    {"lifecycle: births beyond the capacity", 0xC04837DE26F01ECE, 0},
+    {"lifecycle: removal", 0xA65EDB66AFFD6310, 0},
+    {"lifecycle: births and removal", 0x38FF33A7C27020F4, 0},
 };
 
 constexpr std::uint64_t hash_start = 0xCBF29CE484222325U;
