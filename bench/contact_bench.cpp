@@ -12,6 +12,25 @@ Scene thrown() {
   return scene.add(Constant{.acceleration = {0, -9.81, 0}});
 }
 
+// Wind into the corner of a floor and two walls.
+Scene corner() {
+  Scene scene = fall();
+  for (const Vec3& normal : {Vec3{0, 1, 0}, Vec3{-1, 0, 0}, Vec3{0, 0, 1}}) {
+    scene.add(Plane{.normal = normal, .restitution = 0.3, .friction = 0.2});
+  }
+  return scene.add(Constant{.acceleration = {6, 0, -5}});
+}
+
+// On the floor, along a wall and in the corner, by turns.
+template <class T>
+void start_cornered(State<T>& state) {
+  for (std::size_t i = 0; i < state.count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) state.x[axis][i] = state.v[axis][i] = 0;
+    if (i % 3 != 2) state.x[2][i] = static_cast<T>(1 + i % 7);
+    if (i % 3 == 0) state.x[0][i] = static_cast<T>(-1.0 - static_cast<double>(i % 11));
+  }
+}
+
 template <class T>
 void add_contacts() {
   const auto in = [](Scene scene, Contact contact) {
@@ -22,6 +41,8 @@ void add_contacts() {
   add_in_cache<T>({.name = "contact/sphere", .scene = in(meadow(), far_shell())});
   add_everywhere<T>({.name = "contact/all_hit", .scene = in(thrown(), floor()), .start = start_hopping<T>});
   add_in_cache<T>({.name = "contact/resting", .scene = in(thrown(), ground()), .start = start_resting<T>});
+  add_in_cache<T>({.name = "contact/air_hit", .scene = in(fall(), floor()), .start = start_hopping<T>});
+  add_in_cache<T>({.name = "contact/corner", .scene = [](std::size_t) { return corner(); }, .start = start_cornered<T>});
   add_plain<T>(
       "contact/all_hit", [](const PlainArrays<T>& arrays) { plain_floor_step(arrays, T(9.81), T(1), static_cast<T>(frame)); },
       start_hopping<T>);

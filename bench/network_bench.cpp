@@ -2,9 +2,12 @@
 // spring in a sub-step, whatever the sub-step does with it: flows, one pulse or a forward and a backward sweep.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -19,7 +22,7 @@ namespace {
 constexpr int substeps = 20;
 constexpr double step = 1e-4;  // s, so that a soft sheet is stable at any size here
 
-enum class Lie { grid, list };
+enum class Lie { grid, list, shuffled };
 
 struct Sheet {
   std::string name;
@@ -38,25 +41,41 @@ Grid grid_of(std::size_t side, double damping) {
           .damping = damping};
 }
 
+// Where each particle of the sheet stands among the caller's.
+std::vector<std::uint32_t> places(const Sheet& sheet, std::size_t side) {
+  std::vector<std::uint32_t> place(side * side);
+  std::iota(place.begin(), place.end(), 0U);
+  if (sheet.lie == Lie::shuffled) std::shuffle(place.begin(), place.end(), std::mt19937(1));
+  return place;
+}
+
 Scene scene_of(const Sheet& sheet, std::size_t side) {
   Scene scene;
   scene.mass = 1.0 / static_cast<double>(side * side);
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
-  scene.fixed = {0, side - 1};
+  const std::vector<std::uint32_t> place = places(sheet, side);
+  scene.fixed = {place[0], place[side - 1]};
   const Grid grid = grid_of(side, sheet.damping);
-  scene.add(sheet.lie == Lie::grid ? Network(grid) : Network(springs_of(grid)));
+  Springs springs = springs_of(grid);
+  for (auto& [a, b] : springs.pairs) {
+    a = place[a];
+    b = place[b];
+  }
+  scene.add(sheet.lie == Lie::grid ? Network(grid) : Network(springs));
   scene.coupling = sheet.coupling;
   scene.coupling.substeps = substeps;
   return scene;
 }
 
 template <class T>
-void lay_flat(State<T>& state, std::size_t side) {
+void lay_flat(State<T>& state, const Sheet& sheet, std::size_t side) {
+  const std::vector<std::uint32_t> place = places(sheet, side);
   for (std::size_t i = 0; i < state.count; ++i) {
-    state.x[0][i] = static_cast<T>(2.0 * static_cast<double>(i % side) / static_cast<double>(side - 1));
-    state.x[1][i] = static_cast<T>(0.001 * static_cast<double>(i % 7));
-    state.x[2][i] = static_cast<T>(2.0 * static_cast<double>(i / side) / static_cast<double>(side - 1));
-    for (std::size_t axis = 0; axis < 3; ++axis) state.v[axis][i] = 0;
+    const std::uint32_t at = place[i];
+    state.x[0][at] = static_cast<T>(2.0 * static_cast<double>(i % side) / static_cast<double>(side - 1));
+    state.x[1][at] = static_cast<T>(0.001 * static_cast<double>(i % 7));
+    state.x[2][at] = static_cast<T>(2.0 * static_cast<double>(i / side) / static_cast<double>(side - 1));
+    for (std::size_t axis = 0; axis < 3; ++axis) state.v[axis][at] = 0;
   }
 }
 
@@ -79,7 +98,7 @@ bool is_right(const Sheet& sheet, const How& how, std::size_t side) {
   Held<T> got = hold_padded<T>(side * side);
   Held<T> wanted = hold_padded<T>(side * side);
   for (const auto& [held, isa] : {std::pair{&got, how.isa}, std::pair{&wanted, Isa::reference}}) {
-    lay_flat(held->state, side);
+    lay_flat(held->state, sheet, side);
     const Options options{.step = step, .isa = isa, .arithmetic = how.arithmetic};
     const auto plan = compile<T>(scene_of(sheet, side), options, held->state);
     if (!plan) return false;
@@ -92,7 +111,7 @@ bool is_right(const Sheet& sheet, const How& how, std::size_t side) {
 template <class T>
 void time_sheet(benchmark::State& timing, const Sheet& sheet, const How& how, std::size_t side) {
   Held<T> held = hold_padded<T>(side * side);
-  lay_flat(held.state, side);
+  lay_flat(held.state, sheet, side);
   const auto plan = compile<T>(scene_of(sheet, side), {.step = step, .isa = how.isa, .arithmetic = how.arithmetic}, held.state);
   if (!plan) return timing.SkipWithError(plan.error().message().c_str());
   for (auto _ : timing) plan->step(held.state, 1, on_threads(how.threads));
@@ -114,9 +133,13 @@ const std::vector<Sheet>& sheets() {
       {"grid", {.scheme = Scheme::leapfrog}},
       {"grid_damped", {.scheme = Scheme::leapfrog}, Lie::grid, 0.001},
       {"graph", {.scheme = Scheme::leapfrog}, Lie::list},
+      {"graph_damped", {.scheme = Scheme::leapfrog}, Lie::list, 0.001},
+      {"grid_fourth_order", {.scheme = Scheme::fourth_order}},
+      {"grid_fourth_order_damped", {.scheme = Scheme::fourth_order}, Lie::grid, 0.001},
       {"grid_sequential", {.scheme = Scheme::sequential}},
       {"grid_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}},
       {"graph_sequential", {.scheme = Scheme::sequential}, Lie::list},
+      {"shuffled_sequential", {.scheme = Scheme::sequential}, Lie::shuffled},
       {"graph_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::list},
       {"pairs", {.scheme = Scheme::accumulate, .method = Method::average_acceleration}, Lie::list},
   };

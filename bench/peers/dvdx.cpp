@@ -76,8 +76,8 @@ tl::expected<Outcome, std::string> run(const Cloth& cloth, const Variant& varian
 
 template <class T>
 Peer peer(const std::string& name, const Variant& variant, std::vector<int> (*ladder)(const Cloth&)) {
-  return {(variant.lie == Lie::grid ? "dvdx " : "dvdx mesh, ") + name + (sizeof(T) == 4 ? ", f32" : ", f64"), "sub-steps", ladder,
-          [variant](const Cloth& cloth, int knob, double seconds) { return run<T>(cloth, variant, knob, seconds); }};
+  return {(variant.lie == Lie::grid ? "dvdx " : "dvdx mesh, ") + name + (sizeof(T) == 4 ? ", f32" : ", f64"), "sub-steps",
+          ladder, [variant](const Cloth& cloth, int knob, double seconds) { return run<T>(cloth, variant, knob, seconds); }};
 }
 
 std::vector<int> with_chosen(std::vector<int> ladder) {

@@ -279,28 +279,58 @@ std::string describe_form(const StrandsForm<T>& /*form*/) {
 }
 template <class T>
 std::string describe_form(const ColoursForm<T>& form) {
-  return "as a graph in sweeps of " + std::to_string(form.count()) + " colours";
+  const std::string within = "as a graph in sweeps of " + std::to_string(form.colours()) + " colours";
+  if (form.pieces() == 1) return within;
+  return within + " in each of " + std::to_string(form.pieces()) + " pieces, then " + std::to_string(form.stages.size() - 2) +
+         " colours between them";
 }
 
-// What the other schemes would take for the same springs and step.
+// What the other schemes would take for the same springs and step, and which order the scene's steps would have.
 template <class T>
-std::string describe_other_schemes(const Joints<T>& joints) {
+std::string describe_other_schemes(const Joints<T>& joints, const Scene& scene, const System& system) {
+  const auto order = [&](Scheme scheme) {
+    Scene by_other = scene;
+    by_other.coupling.scheme = scheme;
+    return ": order " + std::to_string(accuracy(by_other, system).order) + "\n";
+  };
   std::string words;
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
     if (joints.coupling.scheme == scheme) continue;
     const int substeps = joints.chosen_substeps({.scheme = scheme});
     const std::int64_t pulses = scheme == Scheme::fourth_order ? 6 : 1;
     words += "             " + std::string(name(scheme)) + " would take " + std::to_string(substeps) + " sub-steps, " +
-             std::to_string(substeps * pulses) + " pulses a step\n";
+             std::to_string(substeps * pulses) + " pulses a step" + order(scheme);
   }
   if (joints.coupling.scheme != Scheme::sequential) {
-    words += "             sequential would take any number of sub-steps, 2 sweeps each (a sweep costs about 2 pulses)\n";
+    words += "             sequential would take any number of sub-steps, 2 sweeps each (a sweep costs about 2 pulses)" +
+             order(Scheme::sequential);
   }
   return words;
 }
 
+// The margin between what a sub-step comes to at most and what the scheme takes.
+std::string describe_margin(const NetworkLimit& limit, double most, double takes, std::string_view where) {
+  const double margin = takes / most - 1;
+  if (margin >= -1e-9) return "a margin of " + text(std::round(100 * std::max(0.0, margin)), 6) + " %\n";
+  return "MAY GROW" + std::string(where) + "; " + std::to_string(limit.safe) + " sub-steps are safe\n";
+}
+
 template <class T>
-std::string describe_network(const Joints<T>& joints, std::size_t workspace_bytes) {
+std::string describe_damping(const Joints<T>& joints, double h) {
+  const NetworkLimit& limit = joints.limit;
+  if (!joints.is_damped()) return "";
+  std::string words = "damping      at most " + text(limit.damping, 6) + " 1/s along the springs in any position";
+  if (const std::size_t passes = joints.damping_passes(); passes != 0) {
+    words += "; a pulse takes " + std::to_string(passes) + (passes == 1 ? " pass" : " passes") + " more over what damps";
+  }
+  words += "\n";
+  if (std::isinf(limit.damping_limit)) return words;
+  return words + "             rate x sub-step is at most " + text(limit.damping * h, 3) + "; the scheme takes " +
+         text(limit.damping_limit, 3) + ": " + describe_margin(limit, limit.damping * h, limit.damping_limit, "");
+}
+
+template <class T>
+std::string describe_network(const Joints<T>& joints, const Scene& scene, const System& system, std::size_t workspace_bytes) {
   if (joints.springs == 0) return "";
   const NetworkLimit& limit = joints.limit;
   const Coupling& coupling = joints.coupling;
@@ -310,9 +340,8 @@ std::string describe_network(const Joints<T>& joints, std::size_t workspace_byte
   words += "scheme       " + std::string(name(coupling.scheme)) + ", " + std::to_string(limit.substeps) + " sub-steps a step";
   if (coupling.scheme == Scheme::sequential) {
     const double substep = joints.step / limit.substeps;
-    words += is_generalized_alpha(coupling)
-                 ? ", generalized alpha, rho " + text(rho_of(joints.frequencies.start, substep), 6)
-                 : ", theta " + text(theta_of(coupling), 6);
+    words += is_generalized_alpha(coupling) ? ", generalized alpha, rho " + text(rho_of(joints.frequencies.bound, substep), 6)
+                                            : ", theta " + text(theta_of(coupling), 6);
     words += coupling.sweeps == SweepOrder::symmetric ? ", forward and backward" : ", forward";
   }
   words += coupling.substeps ? " (asked for)\n" : " (chosen)\n";
@@ -325,17 +354,15 @@ std::string describe_network(const Joints<T>& joints, std::size_t workspace_byte
         "here " +
         text(limit.frequency * h, 3) + "\n";
   } else {
-    const double margin = limit.limit / (limit.bound * h) - 1;
     words += "             frequency x sub-step is " + text(limit.frequency * h, 3) + " at the start and at most " +
-             text(limit.bound * h, 3) + "; the scheme takes " + text(limit.limit, 3) + ": ";
-    words += margin >= -1e-9
-                 ? "a margin of " + text(std::round(100 * std::max(0.0, margin)), 6) + " %\n"
-                 : "MAY GROW where the springs fold onto one line; " + std::to_string(limit.safe) + " sub-steps are safe\n";
+             text(limit.bound * h, 3) + "; the scheme takes " + text(limit.limit, 3) + ": " +
+             describe_margin(limit, limit.bound * h, limit.limit, " where the springs fold onto one line");
   }
+  words += describe_damping(joints, h);
   if (coupling.scheme == Scheme::accumulate && coupling.method == Method::exact) {
     words += "             exact contributions of springs that share particles gain energy at every step\n";
   }
-  return words + describe_other_schemes(joints);
+  return words + describe_other_schemes(joints, scene, system);
 }
 
 template <class T>
@@ -397,7 +424,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   words += describe_accuracy(scene, system, compiled.options.impacts);
   words += describe_stability(compiled, system);
   if (joined != nullptr) {
-    words += describe_network(joined->joints(), workspace_bytes) + describe_constraints(joined->joints());
+    words += describe_network(joined->joints(), scene, system, workspace_bytes) + describe_constraints(joined->joints());
   }
   const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
   words += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");

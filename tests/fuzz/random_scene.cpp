@@ -217,6 +217,7 @@ class Maker {
     if (choose_.flip()) coupling.substeps = static_cast<int>(1 + choose_.below(6));
     if (!is_legal() && choose_.below(16) == 15) coupling.substeps = choose_.raw<int>();
     coupling.theta = is_legal() ? 0.5 + choose_.byte() / 510.0 : finite();
+    if (is_legal() && *coupling.theta > 0.8) coupling.theta.reset();
     coupling.sweeps = choose_.flip() ? SweepOrder::forward : SweepOrder::symmetric;
     coupling.method = choose_.one_of(methods);
     coupling.axis = choose_.flip() ? PairAxis::start : PairAxis::midpoint;

@@ -210,7 +210,7 @@ def failure(arguments, number, seconds):
     if not error:
         return f"{Path(arguments[0]).name}: exit status {status}"
     # Cases that stand before the failing one have said something.
-    cases = re.findall(r"(\w+)\.cpp:\d+:\s+TEST CASE:\s+(.*)$", output[: error.start()], re.MULTILINE)
+    cases = re.findall(r"(\w+)\.cpp:\d+:\s+(?:TEST SUITE:.*\s+)?TEST CASE:\s+(.*)$", output[: error.start()], re.MULTILINE)
     return ": ".join(cases[-1]).strip() if cases else "?"
 
 

@@ -378,6 +378,8 @@ typedef struct dvdx_network_limit {
   int fewest;         // sub-steps below which no plan is made
   int safe;           // sub-steps that are stable in any position
   uint32_t particle;  // whose springs set the bound
+  double damping;        // 1/s: no position has a higher rate of damping along the springs
+  double damping_limit;  // that rate times sub-step that the scheme takes; infinite for sequential
 } dvdx_network_limit;
 
 // A plan for the scene as it is now; the scene may be destroyed after it. start: the particles, whose count and places the plan

@@ -17,7 +17,7 @@ enum class Expansion {  // of the drag's exponential
 };
 
 enum class ContactPath {  // the path that a contact is looked for on
-  curve,                  // the parabola through x(0), v(0) and x(h): finds dips that end outside
+  curve,                  // the path that the forces make of the step: finds dips that end outside
   line,                   // the straight line from x(0) to x(h)
 };
 

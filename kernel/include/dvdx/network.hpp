@@ -47,7 +47,7 @@ using Network = std::variant<Grid, Springs>;
 Springs springs_of(const Grid& grid);
 
 enum class Scheme {
-  leapfrog,      // flow h/2, the springs' pulse, flow h/2: second order, time-reversible, stable while omega h < 2
+  leapfrog,      // flow h/2, the springs' pulse, flow h/2: second order, stable while omega h < 2; undamped, time-reversible
   fourth_order,  // six pulses a step between exact flows (Blanes and Moan 2002)
   sequential,    // one pulse made by Gauss-Seidel sweeps over the springs: stable at any step for linear networks
   accumulate,    // the sum of each pair's own integral contribution, by `method`

@@ -70,12 +70,14 @@ struct NetworkLimit {
   int substeps = 1;            // a step, chosen or asked for
   double frequency = 0;        // rad/s: the highest of the springs as they stand at the start, by power iteration
   double bound = 0;            // rad/s: no position of the particles has a higher one
-  double limit = 0;            // frequency times sub-step that the scheme takes without damping; infinite for sequential
+  double limit = 0;            // frequency times sub-step that the scheme takes; infinite for sequential
   int fewest = 1;              // sub-steps a step below which compile() refuses: of a grid without contacts, where the start's
                                // frequency and 7 % more are unstable; else `safe`
   int safe = 1;                // sub-steps a step that are stable in any position. "auto" takes the fewest with which also
                                // the energy of linear springs stays within half and twice of what it was
   std::uint32_t particle = 0;  // whose springs set the bound
+  double damping = 0;          // 1/s: no position of the particles has a higher rate of damping along the springs
+  double damping_limit = 0;    // that rate times sub-step that the scheme takes; infinite for sequential
 };
 
 template <class T>

@@ -140,7 +140,9 @@ int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limit* limit) {
             .limit = found->limit,
             .fewest = found->fewest,
             .safe = found->safe,
-            .particle = found->particle};
+            .particle = found->particle,
+            .damping = found->damping,
+            .damping_limit = found->damping_limit};
   return 1;
 }
 

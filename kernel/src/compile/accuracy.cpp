@@ -74,13 +74,13 @@ class Search {
     for (const std::size_t i : system_.combined()) {
       (is_state_dependent(i) ? is_group : has_time_combined_) = true;
       is_any_damped_ = is_any_damped_ || is_damped(i);
-      is_varying_ = is_varying_ || !is_constant(i);
+      is_beyond_cubic_ = is_beyond_cubic_ || is_beyond_cubic(i);
     }
     parts_ += is_group ? 1 : 0;
     for (std::size_t i = 0; i < scene_.forces.size(); ++i) {
       if (std::holds_alternative<RadialSpring>(scene_.forces[i]) || is_combined(i)) continue;
       by_method(i);
-      is_varying_ = is_varying_ || !is_constant(i);
+      is_beyond_cubic_ = is_beyond_cubic_ || is_beyond_cubic(i);
       is_any_damped_ = is_any_damped_ || is_damped(i);
       if (!is_state_dependent(i)) {
         has_time_alone_ = true;
@@ -94,7 +94,8 @@ class Search {
 
   void radial() {
     for (const std::size_t i : system_.radial()) {
-      is_varying_ = true;
+      has_joint_ = true;
+      is_joint_damped_ = is_joint_damped_ || is_damped(i);
       is_any_damped_ = is_any_damped_ || is_damped(i);
       if (system_.method(i) == Method::combined) {
         limit(2, name(i) + " kicks at the middle of the step");
@@ -122,17 +123,18 @@ class Search {
   }
 
   void network() {
-    is_varying_ = true;
+    has_joint_ = true;
     const Coupling& coupling = scene_.coupling;
     const auto has_damping = [](const auto& network) { return network.damping != 0; };
     const bool is_damped = std::any_of(scene_.networks.begin(), scene_.networks.end(),
                                        [&](const Network& network) { return std::visit(has_damping, network); });
+    is_joint_damped_ = is_joint_damped_ || is_damped;
     is_any_damped_ = is_any_damped_ || is_damped;
     switch (coupling.scheme) {
       case Scheme::leapfrog:
-        return is_damped ? limit(1, "leapfrog takes the network's damping from before its pulse") : limit(2, "leapfrog");
+        return limit(2, "leapfrog");
       case Scheme::fourth_order:
-        return is_damped ? limit(1, "the network's damping is taken from before each pulse") : limit(4, "scheme fourth_order");
+        return limit(4, "scheme fourth_order");
       case Scheme::sequential:
         if (is_generalized_alpha(coupling)) return limit(2, "scheme sequential by generalized alpha");
         return theta_of(coupling) == 0.5 && coupling.sweeps == SweepOrder::symmetric
@@ -153,7 +155,7 @@ class Search {
   }
 
   void constraints() {
-    is_varying_ = true;
+    has_joint_ = true;
     limit(2, "constraints");
     for (const Constraint& constraint : scene_.constraints) {
       const auto* distance = std::get_if<Distance>(&constraint);
@@ -165,11 +167,18 @@ class Search {
   void impacts(const Shape& contact, const std::string& at) {
     if (contact.response == Response::end_on_surface)
       limit(1, at + " ends the step of an impact on the surface (response seed)");
-    if (contact.friction > 0) limit(1, at + " rubs what slides at the ends of steps");
-    if (is_any_damped_) limit(1, at + ": what damps is taken as if an impact did not turn the velocity");
-    if (is_varying_) limit(2, at + ": impacts are looked for on a parabola, and the remaining step keeps its forces");
+    if (contact.friction > 0) limit(1, at + " takes the direction of friction from the ends of steps");
+    if (is_joint_damped_) limit(1, at + ": what damps is taken as if an impact did not turn the velocity");
+    if (has_joint_) limit(2, at + ": an impact does not see within a step what radial springs, networks and constraints do");
+    if (is_beyond_cubic_) limit(5, at + ": impacts are looked for on the cubic of a force of time");
     if (contact.sweep == ContactPath::line && !scene_.forces.empty())
       limit(2, at + ": impacts are looked for on a straight line");
+  }
+
+  // A force of time that is no polynomial of third degree.
+  [[nodiscard]] bool is_beyond_cubic(std::size_t force) const {
+    if (const auto* polynomial = std::get_if<Polynomial>(&scene_.forces[force])) return polynomial->acceleration.size() > 4;
+    return std::holds_alternative<Sinusoid>(scene_.forces[force]);
   }
 
   [[nodiscard]] bool is_combined(std::size_t force) const {
@@ -181,7 +190,9 @@ class Search {
   Accuracy found_;
   std::size_t parts_ = 0;  // that depend on the state, each worked out apart from the others
   bool has_separate_ = false, has_time_combined_ = false, has_time_alone_ = false;
-  bool is_any_damped_ = false, is_varying_ = false;  // some acceleration is not constant
+  bool is_any_damped_ = false, is_beyond_cubic_ = false;
+  bool has_joint_ = false,
+       is_joint_damped_ = false;  // what acts in pulses between flows: radial springs, networks, constraints
 };
 
 }  // namespace

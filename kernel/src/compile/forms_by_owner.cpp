@@ -1,6 +1,7 @@
 // Springs that each particle sums: a grid by rows, a graph by slots.
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -30,7 +31,6 @@ GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid) {
     if (d.down == 1) (d.right < 0 ? along.left_below : (d.right == 0 ? along.below : along.right_below)) = family;
     if (d.down == 2) along.below2 = family;
   }
-  terms.damping = grid.damping != 0 ? Damping::along : Damping::none;
   return form;
 }
 
@@ -101,33 +101,34 @@ std::vector<SliceSlots> slices_of(const NetworkInput& in) {
 
 // Fills the slots: put(spring, w of the owner, lane) writes what one lane of a slot's columns holds.
 template <class T, class Put>
-void fill_slots(const NetworkInput& in, const std::vector<SliceSlots>& slices, GraphForm<T>& form, const Put& put) {
+void fill_slots(const NetworkInput& in, const std::vector<SliceSlots>& slices, SlotLists& lists, GraphTerms<T>& terms,
+                const Put& put) {
   const auto add = [&](std::size_t first, const SlotLanes& lanes, bool is_at_offset) {
-    const std::size_t s = form.slots.size();
+    const std::size_t s = lists.slots.size();
     Slot slot;
-    if (!is_at_offset) slot.indices = static_cast<std::int32_t>(form.indices.size());
+    if (!is_at_offset) slot.indices = static_cast<std::int32_t>(lists.indices.size());
     for (std::size_t lane = 0; lane < slice; ++lane) {
       const auto& n = lanes[lane];
       const std::ptrdiff_t offset = n ? n->offset : 0;
       if (!is_at_offset) {
-        form.indices.push_back(static_cast<std::int32_t>(static_cast<std::ptrdiff_t>(first + lane) + offset));
+        lists.indices.push_back(static_cast<std::int32_t>(static_cast<std::ptrdiff_t>(first + lane) + offset));
       } else if (n) {
         slot.offset = static_cast<std::int32_t>(offset);
       }
       if (n) put(in.springs[n->spring], in.w[n->owner], s * slice + lane);
     }
-    form.slots.push_back(slot);
+    lists.slots.push_back(slot);
   };
   for (std::size_t n = 0; n < slices.size(); ++n) {
-    form.first_slot.push_back(static_cast<std::uint32_t>(form.slots.size()));
+    lists.first_slot.push_back(static_cast<std::uint32_t>(lists.slots.size()));
     for (const SlotLanes& lanes : slices[n].slots) add(n * slice, lanes, slices[n].is_at_offsets);
   }
-  form.first_slot.push_back(static_cast<std::uint32_t>(form.slots.size()));
-  form.terms.first_slot = form.first_slot.data();
-  form.terms.slots = form.slots.data();
-  form.terms.indices = form.indices.data();
-  form.terms.damping = is_any_damped(in.springs) ? Damping::along : Damping::none;
-  form.terms.drift = static_cast<T>(in.coupling.axis == PairAxis::midpoint ? in.substep / 2 : 0);
+  lists.first_slot.push_back(static_cast<std::uint32_t>(lists.slots.size()));
+  terms.first_slot = lists.first_slot.data();
+  terms.slots = lists.slots.data();
+  terms.indices = lists.indices.data();
+  terms.damping = is_any_damped(in.springs) ? Damping::along : Damping::none;
+  terms.drift = static_cast<T>(in.coupling.axis == PairAxis::midpoint ? in.substep / 2 : 0);
 }
 
 // A column of 16 elements a slot, which the pass only reads.
@@ -150,6 +151,25 @@ bool is_linear(const JoinedPair& s) { return s.l == 0 && s.c == 0; }
 
 }  // namespace
 
+namespace {
+
+// Springs that do not damp take no part in a pulse's damping passes.
+template <class T>
+void add_damped_slots(const NetworkInput& all, GraphForm<T>& form, Columns<T>& columns) {
+  std::vector<JoinedPair> springs;
+  std::copy_if(all.springs.begin(), all.springs.end(), std::back_inserter(springs), [](const JoinedPair& s) { return s.c != 0; });
+  form.damped = form.terms;
+  if (springs.size() == all.springs.size()) return;
+  NetworkInput in = all;
+  in.springs = springs;
+  const std::vector<SliceSlots> slices = slices_of(in);
+  T* const c_of = slot_column(slices, columns, form.damped.c);
+  fill_slots(in, slices, form.damped_lists, form.damped,
+             [&](const JoinedPair& s, double, std::size_t lane) { c_of[lane] = static_cast<T>(s.c); });
+}
+
+}  // namespace
+
 // accumulate by `combined` is one filtered pulse, which treats each pair as if it were alone: W = k (w_a + w_b).
 template <class T>
 GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
@@ -158,7 +178,7 @@ GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
   T* const k_of = slot_column(slices, columns, form.terms.k);
   T* const kl_of = slot_column(slices, columns, form.terms.kl);
   T* const c_of = is_any_damped(in.springs) ? slot_column(slices, columns, form.terms.c) : nullptr;
-  fill_slots(in, slices, form, [&](const JoinedPair& s, double, std::size_t lane) {
+  fill_slots(in, slices, form.lists, form.terms, [&](const JoinedPair& s, double, std::size_t lane) {
     double k = s.k;
     double c = s.c;
     if (in.coupling.scheme == Scheme::accumulate) {
@@ -171,6 +191,7 @@ GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
     if (c_of != nullptr) c_of[lane] = static_cast<T>(c);
     kl_of[lane] = unless_empty<T>(k_of[lane] == 0 && (c_of == nullptr || c_of[lane] == 0), k * s.l);
   });
+  if (c_of != nullptr && in.coupling.scheme != Scheme::accumulate) add_damped_slots(in, form, columns);
   return form;
 }
 
@@ -187,7 +208,7 @@ PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns) {
   T* const l = slot_column(slices, columns, form.terms.l);
   const bool is_any_linear = std::any_of(in.springs.begin(), in.springs.end(), is_linear);
   T* const linear = is_any_linear ? slot_column(slices, columns, form.terms.linear) : nullptr;
-  fill_slots<T>(in, slices, form, [&](const JoinedPair& s, double w, std::size_t lane) {
+  fill_slots<T>(in, slices, form.lists, form.terms, [&](const JoinedPair& s, double w, std::size_t lane) {
     const double both = in.w[s.a] + in.w[s.b];
     const Contribution alone = spring(s.k * both, s.c * both, in.substep, in.coupling.method);
     const double share = w / both;

@@ -1,6 +1,10 @@
 // Springs in Gauss-Seidel sweeps: a grid in bands of strands, a graph in colours.
 #include <algorithm>
 #include <array>
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <utility>
 
 #include "compile/colouring.hpp"
 #include "compile/network_forms.hpp"
@@ -16,8 +20,6 @@ namespace {
 // Rows of a grid that a sweep takes together, all springs of one direction before the next: enough independent work for a core,
 // and little enough to stay in first-level cache. A multiple of 4, so that rows of equal number mod 4 mean the same in each.
 std::size_t rows_of_band(std::size_t columns) { return std::clamp<std::size_t>(512 / columns / 4 * 4, 4, 32); }
-
-std::size_t filled(std::size_t count) { return (count + slice - 1) / slice * slice; }
 
 struct Compliances {
   double kappa, eta, inverse;
@@ -70,9 +72,8 @@ std::optional<Alpha<T>> make_alpha(const NetworkInput& in, const SweepTerms<T>& 
   if (!is_generalized_alpha(in.coupling)) return std::nullopt;
   const GeneralizedAlpha on = generalized_alpha(rho_of(in.frequency, in.substep), in.substep);
   const GeneralizedAlpha start = start_of_generalized_alpha(in.substep);
-  Alpha<T> alpha{.on = rounded<T>(on.terms, sweeps.damping),
-                 .start = rounded<T>(start.terms, sweeps.damping),
-                 .sweeps_of_start = sweeps};
+  Alpha<T> alpha{
+      .on = rounded<T>(on.terms, sweeps.damping), .start = rounded<T>(start.terms, sweeps.damping), .sweeps_of_start = sweeps};
   alpha.sweeps_of_start.h = static_cast<T>(start.implicitness.h);
   return alpha;
 }
@@ -171,44 +172,158 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, const
 
 namespace {
 
-// The springs of each colour, by their index; those between two fixed ends are left out.
-std::vector<std::vector<std::size_t>> colours_of(const NetworkInput& in) {
-  Colouring colouring(in.w.size());
-  std::vector<std::vector<std::size_t>> of_colour;
-  for (std::size_t s = 0; s < in.springs.size(); ++s) {
-    const JoinedPair& spring = in.springs[s];
-    if (in.w[spring.a] == 0 && in.w[spring.b] == 0) continue;
-    const std::size_t colour = colouring.add(std::array{spring.a, spring.b});
-    if (of_colour.size() <= colour) of_colour.resize(colour + 1);
-    of_colour[colour].push_back(s);
-  }
-  return of_colour;
-}
+// Springs of one range, by their index.
+using Range = std::vector<std::size_t>;
 
-// The start of generalized alpha: other kappa, eta and inverse, else the same springs at the same places.
-template <class T>
-void add_start(const NetworkInput& in, std::span<const std::vector<std::size_t>> of_colour, ColoursForm<T>& form,
-               Columns<T>& columns) {
-  const auto column = [&] { return columns.add(form.springs, T(0), column_margin); };
-  T* const kappa = column();
-  T* const eta = column();
-  T* const inverse = column();
-  const Implicitness of = implicitness_of_start(in);
-  for (std::size_t c = 0; c < of_colour.size(); ++c) {
-    std::size_t at = form.colours[c];
-    for (const std::size_t s : of_colour[c]) {
-      const JoinedPair& p = in.springs[s];
-      const Compliances k = compliances(of, p.k, p.c, in.w[p.a] + in.w[p.b]);
-      kappa[at] = static_cast<T>(k.kappa);
-      eta[at] = static_cast<T>(k.eta);
-      inverse[at] = static_cast<T>(k.inverse);
-      ++at;
+// Springs alike in stiffness and damping stand side by side where few kinds are, so that most sets of coefficients are equal.
+class Kinds {
+ public:
+  explicit Kinds(std::span<const JoinedPair> springs) {
+    for (const JoinedPair& s : springs) {
+      if (kinds_.size() > most) break;
+      kinds_.emplace(std::pair(s.k, s.c), kinds_.size());
     }
   }
-  SweepTerms<T>& start = form.alpha->sweeps_of_start;
-  start.kappa = kappa;
-  start.eta = eta;
-  start.inverse = inverse;
+  void sort(std::span<const JoinedPair> springs, Range& range) const {
+    if (kinds_.size() > most || kinds_.size() < 2) return;
+    const auto kind = [&](std::size_t s) { return kinds_.at({springs[s].k, springs[s].c}); };
+    std::stable_sort(range.begin(), range.end(), [&](std::size_t s, std::size_t t) { return kind(s) < kind(t); });
+  }
+
+ private:
+  static constexpr std::size_t most = 8;
+  std::map<std::pair<double, double>, std::size_t> kinds_;
+};
+
+// Springs that one thread takes of those that lead from piece to piece.
+constexpr std::size_t springs_per_task = 4096;
+
+// Springs of each piece by colour, and those between pieces; those between two fixed ends are left out.
+struct Coloured {
+  std::vector<std::vector<Range>> within;
+  std::vector<Range> between;
+};
+
+void put(std::vector<Range>& colours, std::size_t colour, std::size_t spring) {
+  if (colours.size() <= colour) colours.resize(colour + 1);
+  colours[colour].push_back(spring);
+}
+
+Coloured coloured(const NetworkInput& in) {
+  const std::vector<std::size_t>& pieces = in.order.pieces;
+  const auto element = [&](std::uint32_t i) { return in.order.of[i]; };
+  const auto piece = [&](std::uint32_t i) {
+    return static_cast<std::size_t>(std::upper_bound(pieces.begin(), pieces.end(), element(i)) - pieces.begin()) - 1;
+  };
+  Range by_element;
+  for (std::size_t s = 0; s < in.springs.size(); ++s) {
+    if (in.w[in.springs[s].a] != 0 || in.w[in.springs[s].b] != 0) by_element.push_back(s);
+  }
+  const auto ends = [&](std::size_t s) {
+    const std::uint32_t a = element(in.springs[s].a);
+    const std::uint32_t b = element(in.springs[s].b);
+    return std::pair(std::min(a, b), std::max(a, b));
+  };
+  std::stable_sort(by_element.begin(), by_element.end(), [&](std::size_t s, std::size_t t) { return ends(s) < ends(t); });
+
+  Coloured found{.within = std::vector<std::vector<Range>>(pieces.size() - 1), .between = {}};
+  Colouring within(in.w.size());
+  Colouring between(in.w.size());
+  for (const std::size_t s : by_element) {
+    const JoinedPair& spring = in.springs[s];
+    const std::array both{spring.a, spring.b};
+    if (piece(spring.a) == piece(spring.b)) {
+      put(found.within[piece(spring.a)], within.add(both), s);
+    } else {
+      put(found.between, between.add(both), s);
+    }
+  }
+  return found;
+}
+
+// Lays springs out in a form, range by range.
+template <class T>
+class Ranges {
+ public:
+  Ranges(const NetworkInput& in, ColoursForm<T>& form) : in_(in), form_(form), kinds_(in.springs) {
+    form_.records = in.order.size;
+  }
+
+  void begin_stage() { form_.stages.push_back(form_.tasks.size()); }
+  // Tasks of a stage may run side by side: each has particles of its own for lanes without a spring.
+  void begin_task() {
+    form_.tasks.push_back(form_.ranges.size());
+    idle_ = static_cast<std::uint32_t>(record * form_.records);
+    form_.records += 2;
+  }
+  void add(Range range) {
+    kinds_.sort(in_.springs, range);
+    form_.ranges.push_back(static_cast<std::uint32_t>(form_.springs));
+    for (const std::size_t s : range) add_lane(&in_.springs[s]);
+    while (lanes_.size() % slice != 0) add_lane(nullptr);
+    form_.springs = lanes_.size();
+  }
+  void end() {
+    form_.stages.push_back(form_.tasks.size());
+    form_.tasks.push_back(form_.ranges.size());
+    form_.ranges.push_back(static_cast<std::uint32_t>(form_.springs));
+  }
+
+  [[nodiscard]] std::vector<T> l() const {
+    std::vector<T> all;
+    for (const JoinedPair* p : lanes_) all.push_back(p != nullptr ? static_cast<T>(p->l) : T(1));
+    return all;
+  }
+
+  // The sets of coefficients of all springs, equal ones once; places: where those of each 16 springs are.
+  std::vector<T> sets(const Implicitness& of, std::vector<std::uint32_t>& places) const {
+    std::vector<T> all;
+    std::unordered_map<std::string, std::uint32_t> known;
+    for (std::size_t first = 0; first < lanes_.size(); first += slice) {
+      const Set set = set_of(of, std::span(lanes_).subspan(first).template first<slice>());
+      const std::string bytes(reinterpret_cast<const char*>(set.data()), sizeof(set));
+      const auto [found, is_new] = known.try_emplace(bytes, static_cast<std::uint32_t>(all.size()));
+      if (is_new) all.insert(all.end(), set.begin(), set.end());
+      places.push_back(found->second);
+    }
+    return all;
+  }
+
+ private:
+  using Set = std::array<T, coefficient_sets * slice>;
+
+  void add_lane(const JoinedPair* p) {
+    const auto record_of = [&](std::uint32_t i) { return static_cast<std::uint32_t>(record * in_.order.of[i]); };
+    lanes_.push_back(p);
+    form_.a.push_back(p != nullptr ? record_of(p->a) : idle_);
+    form_.b.push_back(p != nullptr ? record_of(p->b) : idle_ + static_cast<std::uint32_t>(record));
+  }
+
+  [[nodiscard]] Set set_of(const Implicitness& of, std::span<const JoinedPair* const, slice> lanes) const {
+    Set set{};
+    for (std::size_t lane = 0; lane < slice; ++lane) {
+      const JoinedPair* const p = lanes[lane];
+      const double w_a = p != nullptr ? in_.w[p->a] : 0;
+      const double w_b = p != nullptr ? in_.w[p->b] : 0;
+      const Compliances k = p != nullptr ? compliances(of, p->k, p->c, w_a + w_b) : Compliances{0, 0, 1};
+      const std::array of_lane{k.kappa, k.eta, k.inverse, w_a, w_b};
+      for (std::size_t n = 0; n < coefficient_sets; ++n) set[n * slice + lane] = static_cast<T>(of_lane[n]);
+    }
+    return set;
+  }
+
+  const NetworkInput& in_;
+  ColoursForm<T>& form_;
+  Kinds kinds_;
+  std::uint32_t idle_ = 0;
+  std::vector<const JoinedPair*> lanes_;  // null: no spring
+};
+
+template <class T>
+const T* kept(const std::vector<T>& values, Columns<T>& columns) {
+  T* const column = columns.add(values.size());
+  std::copy(values.begin(), values.end(), column);
+  return column;
 }
 
 }  // namespace
@@ -218,48 +333,36 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
   ColoursForm<T> form;
   form.terms = sweep_terms<T>(in);
   form.shift = shift_terms<T>(in);
-  const auto of_colour = colours_of(in);
-  for (const auto& list : of_colour) form.springs += filled(list.size());
-  // Lanes without a spring join an element beyond the particles to itself.
-  form.a.assign(form.springs, static_cast<std::int32_t>(in.order.size));
-  form.b = form.a;
-  const auto column = [&] { return columns.add(form.springs, T(0), column_margin); };
-  T* const kappa = column();
-  T* const eta = column();
-  T* const l = column();
-  T* const inverse = column();
-  T* const w_a = column();
-  T* const w_b = column();
-  const Implicitness of = implicitness(in);
-  std::size_t at = 0;
-  for (const auto& list : of_colour) {
-    form.colours.push_back(at);
-    for (const std::size_t s : list) {
-      const JoinedPair& p = in.springs[s];
-      const Compliances k = compliances(of, p.k, p.c, in.w[p.a] + in.w[p.b]);
-      form.a[at] = static_cast<std::int32_t>(in.order.of[p.a]);
-      form.b[at] = static_cast<std::int32_t>(in.order.of[p.b]);
-      kappa[at] = static_cast<T>(k.kappa);
-      eta[at] = static_cast<T>(k.eta);
-      l[at] = static_cast<T>(p.l);
-      inverse[at] = static_cast<T>(k.inverse);
-      w_a[at] = static_cast<T>(in.w[p.a]);
-      w_b[at] = static_cast<T>(in.w[p.b]);
-      ++at;
+  const Coloured springs = coloured(in);
+  Ranges<T> ranges(in, form);
+  ranges.begin_stage();
+  for (const std::vector<Range>& piece : springs.within) {
+    ranges.begin_task();
+    for (const Range& colour : piece) {
+      if (!colour.empty()) ranges.add(colour);
     }
-    at = filled(at);
   }
-  form.colours.push_back(at);
-  form.terms.a = form.a.data();
-  form.terms.b = form.b.data();
-  form.terms.kappa = kappa;
-  form.terms.eta = eta;
-  form.terms.l = l;
-  form.terms.inverse = inverse;
-  form.terms.w_a = w_a;
-  form.terms.w_b = w_b;
+  for (const Range& colour : springs.between) {
+    ranges.begin_stage();
+    for (std::size_t from = 0; from < colour.size(); from += springs_per_task) {
+      const auto first = colour.begin() + static_cast<std::ptrdiff_t>(from);
+      ranges.begin_task();
+      ranges.add(Range(first, first + static_cast<std::ptrdiff_t>(std::min(springs_per_task, colour.size() - from))));
+    }
+  }
+  ranges.end();
+  RangeTerms<T>& terms = form.terms.ranges;
+  terms.first = form.ranges.data();
+  terms.a = form.a.data();
+  terms.b = form.b.data();
+  terms.l = kept(ranges.l(), columns);
+  const auto put_sets = [&](const Implicitness& of, std::vector<std::uint32_t>& places, RangeTerms<T>& its) {
+    its.coefficients = kept(ranges.sets(of, places), columns);
+    its.coefficients_of = places.data();
+  };
+  put_sets(implicitness(in), form.coefficients_of, terms);
   form.alpha = make_alpha(in, form.terms);
-  if (form.alpha) add_start(in, of_colour, form, columns);
+  if (form.alpha) put_sets(implicitness_of_start(in), form.coefficients_of_start, form.alpha->sweeps_of_start.ranges);
   return form;
 }
 

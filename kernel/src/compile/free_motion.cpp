@@ -8,7 +8,9 @@
 
 #include "forces/paired.hpp"
 #include "forces/radial_spring.hpp"
+#include "math/elementary.hpp"
 #include "math/shear.hpp"
+#include "passes/contact/bend_terms.hpp"
 #include "passes/contact/make_surface.hpp"
 #include "passes/rate/rate_columns.hpp"
 #include "text.hpp"
@@ -124,7 +126,8 @@ FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Pass
       count_(count),
       step_(options.step),
       impacts_(options.impacts),
-      columns_(options.memory) {
+      columns_(options.memory),
+      bend_columns_(options.memory) {
   reserve(options.block);
   make_coefficients();
 }
@@ -276,21 +279,75 @@ void FreeMotion<T>::make_radial() {
 
 template <class T>
 void FreeMotion<T>::make_surfaces() {
-  // A parabola through a path that bends back within a step invents dips (math: it is trusted below these bounds).
-  double q = 0;
-  double z = 0;
-  for (std::size_t i = 0; i < (system.is_uniform() ? 1 : *count_); ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const Rate total = system.total_rate(axis, i);
-      q = std::max(q, total.g * std::abs(step_));
-      z = std::max(z, std::sqrt(total.W) * std::abs(step_));
-    }
-  }
+  if (scene_.contacts.empty()) return;
+  make_bend();
   surfaces_.clear();
   for (const Contact& contact : scene_.contacts)
-    surfaces_.push_back(make_surface<T>(contact, scene_.origin.at(0), q < 1 && z < 2));
+    surfaces_.push_back(make_surface<T>(contact, scene_.origin.at(0), bend_q_ < 1 && bend_z_ < 2));
   terms.surfaces = surfaces_.data();
   terms.surface_count = surfaces_.size();
+}
+
+// The numbers w = W h^2 and q = g h of passes/contact/bend.hpp.
+template <class T>
+void FreeMotion<T>::make_bend() {
+  Bend<T>& bend = terms.bend;
+  bend.axes = system.is_isotropic() ? 1 : 3;
+  const bool is_each = !system.is_uniform();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    T* w_each = nullptr;
+    T* q_each = nullptr;
+    if (is_each && axis < bend.axes) {
+      w_each = bend_columns_.add(column_length());
+      q_each = bend_columns_.add(column_length());
+    }
+    for (std::size_t i = 0; i < (is_each ? *count_ : 1); ++i) {
+      const Rate total = system.total_rate(axis, i);
+      bend_q_ = std::max(bend_q_, total.g * std::abs(step_));
+      bend_z_ = std::max(bend_z_, std::sqrt(total.W) * std::abs(step_));
+      const auto w = static_cast<T>((total.W * step_) * step_);
+      const auto q = static_cast<T>(total.g * step_);
+      if (w_each != nullptr) {
+        w_each[i] = w;
+        q_each[i] = q;
+      } else if (!is_each) {
+        bend.w[axis] = w;
+        bend.q[axis] = q;
+      }
+    }
+    bend.w_each[axis] = w_each != nullptr ? w_each : bend.w_each[0];
+    bend.q_each[axis] = q_each != nullptr ? q_each : bend.q_each[0];
+  }
+  double theta = 0;
+  for (const Source& source : system.sources()) {
+    drives_.push_back(drive_of(source));
+    if (source.kind == Source::Kind::monomial && source.power > 0) theta = std::max(theta, 0.5);
+    if (source.kind == Source::Kind::sine) theta = std::max(theta, std::abs(system.angular_frequency(source.force) * step_));
+  }
+  set_bend(bend, bend_z_, bend_q_, theta);
+}
+
+// The cubic through a source's values at 0, 1/3, 2/3 and 1 of the step, for an amplitude of 1: its three derivatives by the
+// part of the step, times the step's square, so that they are metres.
+template <class T>
+std::array<double, 3> FreeMotion<T>::drive_of(const Source& source) const {
+  using Kind = Source::Kind;
+  std::array<double, 4> at{1, 1, 1, 1};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double passed = step_ * static_cast<double>(k) / 3;
+    if (source.kind == Kind::monomial) {
+      for (int n = 0; n < source.power; ++n) at[k] *= passed;
+    } else if (source.kind == Kind::sine) {
+      at[k] = sincos(system.angular_frequency(source.force) * passed).cos;
+    } else if (source.kind == Kind::cosine) {
+      at[k] = sincos(system.angular_frequency(source.force) * passed).sin;
+    }
+  }
+  const double first = at[1] - at[0];
+  const double second = (at[2] - at[1]) - first;
+  const double third = ((at[3] - at[2]) - (at[2] - at[1])) - second;
+  const double square = step_ * step_;
+  return {3 * square * ((first - second / 2) + third / 3), 9 * square * (second - third), 27 * square * third};
 }
 
 template <class T>
@@ -298,8 +355,12 @@ void FreeMotion<T>::offsets_at(const Clock& clock, Offsets<T>& offsets) const no
   Vec3 P{};
   Vec3 Q{};
   std::size_t column = 0;
+  std::array<Vec3, 3> drive{};
   for (std::size_t k = 0; k < gains_.size(); ++k) {
     const Vec3 amplitude = system.amplitude(system.sources()[k], clock);
+    for (std::size_t n = 0; n < drive.size() && terms.bend.is_driven; ++n) {
+      for (std::size_t axis = 0; axis < 3; ++axis) drive[n][axis] += drives_[k][n] * amplitude[axis];
+    }
     if (column < columns_of_.size() && columns_of_[column] == k) {
       for (std::size_t axis = 0; axis < 3; ++axis) offsets.amplitude[column][axis] = static_cast<T>(amplitude[axis]);
       ++column;
@@ -313,6 +374,7 @@ void FreeMotion<T>::offsets_at(const Clock& clock, Offsets<T>& offsets) const no
   for (std::size_t axis = 0; axis < 3; ++axis) {
     offsets.P[axis] = static_cast<T>(P[axis]);
     offsets.Q[axis] = static_cast<T>(Q[axis]);
+    for (std::size_t n = 0; n < drive.size(); ++n) offsets.drive[n][axis] = static_cast<T>(drive[n][axis]);
   }
 }
 

@@ -60,6 +60,8 @@ class FreeMotion {
   void make_anchors();
   void make_radial();
   void make_surfaces();
+  void make_bend();
+  [[nodiscard]] std::array<double, 3> drive_of(const Source& source) const;
   [[nodiscard]] std::size_t column_length() const noexcept;
   T* make_column() { return columns_.add(column_length()); }
   AxisColumns<T> make_columns(std::size_t axes);
@@ -71,10 +73,13 @@ class FreeMotion {
   double step_;  // s
   int impacts_;
   Columns<T> columns_;
+  Columns<T> bend_columns_;         // which impacts alone read
+  double bend_z_ = 0, bend_q_ = 0;  // the strongest sqrt(W) |h| and g |h| of any particle and axis
   std::vector<Surface<T>> surfaces_;
   std::vector<RadialTerms<T>> radial_;
-  std::vector<std::array<Gain, 3>> gains_;  // of each source, where it is alike for all particles
-  std::vector<std::size_t> columns_of_;     // the sources that have columns of gains
+  std::vector<std::array<Gain, 3>> gains_;     // of each source, where it is alike for all particles
+  std::vector<std::array<double, 3>> drives_;  // of each source: D1, D2, D3 of passes/contact/bend.hpp for an amplitude of 1
+  std::vector<std::size_t> columns_of_;        // the sources that have columns of gains
 };
 
 }  // namespace dvdx

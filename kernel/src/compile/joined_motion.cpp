@@ -59,7 +59,8 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<const Joints<T>> joints, const Sce
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
   }
-  const auto& [a, b] = joints_->splitting;
+  const std::vector<double>& a = joints_->splitting.a;
+  const std::vector<double>& b = joints_->splitting.b;
   if (goes_back(joints_->splitting)) backwards_scene_ = arranged(scene, joints_->order, Contacts::left_out);
   const auto over = [&](double part) { return flow_over(part, options, passes); };
   if (std::holds_alternative<PairsForm<T>>(joints_->form)) {
@@ -118,14 +119,19 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.elements = joints.order.size;
   shape.fixed = joints.fixed.size();
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
+  shape.accelerations = kicks ? joints.damping_passes() : 0;
   shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && joints.springs != 0;
-  shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped();
+  shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped() && shape.accelerations == 0;
   shape.has_pair_sums = std::holds_alternative<PairsForm<T>>(joints.form);
   const auto springs = [](const auto& form) -> std::size_t {
     if constexpr (is_in_sweeps<std::decay_t<decltype(form)>>) return std::max<std::size_t>(1, form.springs);
     return 0;
   };
   shape.sweep_springs = std::visit(springs, joints.form);
+  if (const auto* list = std::get_if<ColoursForm<T>>(&joints.form)) {
+    shape.sweep_records = list->records;
+    shape.keeps_velocities = list->terms.damping == Damping::along;
+  }
   shape.keeps_distances = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();

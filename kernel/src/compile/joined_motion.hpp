@@ -20,9 +20,12 @@ struct WorkspaceShape {
   std::size_t elements = 0;       // of a column of particles
   std::size_t fixed = 0;          // particles
   std::size_t sweep_springs = 0;  // 0: no sweeps
+  std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
+  std::size_t sweep_records = 0;  // of particles, for sweeps over a list
   bool has_second_velocity = false;
   bool has_pair_sums = false;
-  bool keeps_distances = false;  // of the sweeps' first visits
+  bool keeps_distances = false;   // of the sweeps' first visits
+  bool keeps_velocities = false;  // for sweeps over a list that damps
   bool has_origin = false;
   bool keeps_acceleration = false;
   ConstraintShape constraints{};

@@ -20,23 +20,37 @@ std::vector<double> inverse_masses(const Scene& scene, std::size_t count) {
 
 // A sheet that hangs free reaches its bound only where it folds onto a line, and is left to its user below that; sheets that
 // land and other springs are not (curtain and net-stiff blew up between the two).
-NetworkLimit limit_of(const Coupling& coupling, const Frequencies& frequencies, double h, bool hangs_free) {
+struct Limited {
   NetworkLimit limit;
+  LimitedBy by = LimitedBy::frequency;
+};
+
+Limited limit_of(const Coupling& coupling, const Frequencies& frequencies, double h, bool hangs_free) {
+  Limited found;
+  NetworkLimit& limit = found.limit;
   limit.frequency = frequencies.start;
   limit.bound = frequencies.bound;
   limit.particle = frequencies.particle;
-  limit.limit = scheme_limit(coupling);
+  limit.damping = frequencies.damping;
   // A pair's own contribution is stable at any step where its particles have no other spring.
   const bool is_alone = coupling.scheme == Scheme::accumulate && frequencies.is_isolated;
-  if (is_alone) limit.limit = std::numeric_limits<double>::infinity();
+  const StableRange stable = is_alone ? StableRange{} : scheme_limit(coupling);
+  limit.limit = stable.frequency;
+  limit.damping_limit = stable.damping;
   if (is_alone) limit.substeps = coupling.substeps.value_or(1);
-  if (is_alone) return limit;
-  limit.safe = substeps_for(limit.limit, h, frequencies.bound, frequencies.damping);
+  if (is_alone) return found;
+  HighestRates rates{frequencies.bound, frequencies.damping};
+  limit.safe = substeps_for(stable, h, rates);
   limit.fewest = limit.safe;
-  if (hangs_free) limit.fewest = std::min(limit.safe, substeps_for(limit.limit, h, frequencies.start * start_margin, 0));
-  const int calm = substeps_for(calm_limit(coupling), h, frequencies.bound, frequencies.damping);
-  limit.substeps = coupling.substeps.value_or(calm);
-  return limit;
+  // Of the matrix M^-1 K the margin is the square of the frequency's, and so it is of M^-1 C.
+  const HighestRates at_start{frequencies.start * start_margin, frequencies.damping_start * start_margin * start_margin};
+  if (hangs_free && substeps_for(stable, h, at_start) < limit.safe) {
+    limit.fewest = substeps_for(stable, h, at_start);
+    rates = at_start;
+  }
+  found.by = limited_by(stable, h, rates);
+  limit.substeps = coupling.substeps.value_or(substeps_for(calm_limit(coupling), h, {frequencies.bound, frequencies.damping}));
+  return found;
 }
 
 // A sum of pairs' own contributions takes other coefficients than a pulse; the filtered pulse is one.
@@ -55,7 +69,11 @@ std::size_t bytes_of(const GridForm<T>& /*form*/) {
 }
 template <class T>
 std::size_t bytes_of(const GraphForm<T>& form) {
-  return bytes_of(form.first_slot) + bytes_of(form.slots) + bytes_of(form.indices);
+  std::size_t bytes = 0;
+  for (const SlotLists* lists : {&form.lists, &form.damped_lists}) {
+    bytes += bytes_of(lists->first_slot) + bytes_of(lists->slots) + bytes_of(lists->indices);
+  }
+  return bytes;
 }
 template <class T>
 std::size_t bytes_of(const StrandsForm<T>& form) {
@@ -63,7 +81,8 @@ std::size_t bytes_of(const StrandsForm<T>& form) {
 }
 template <class T>
 std::size_t bytes_of(const ColoursForm<T>& form) {
-  return bytes_of(form.a) + bytes_of(form.b) + bytes_of(form.colours);
+  return bytes_of(form.a) + bytes_of(form.b) + bytes_of(form.coefficients_of) + bytes_of(form.coefficients_of_start) +
+         bytes_of(form.ranges) + bytes_of(form.tasks) + bytes_of(form.stages);
 }
 
 }  // namespace
@@ -73,14 +92,16 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
     : coupling(scene.coupling),
       step(options.step),
       w_of(inverse_masses(scene, start.size())),
-      splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}}),
+      splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
       columns_(options.memory) {
   const std::vector<JoinedPair> pairs = joined_pairs(scene, start);
   const Grid* grid = only_grid(scene, particles());
   springs = pairs.size();
   is_damped_ = is_any_damped(pairs);
   frequencies = dvdx::frequencies(pairs, grid, w_of, start);
-  limit = limit_of(coupling, frequencies, step, grid != nullptr && scene.contacts.empty());
+  const Limited limited = limit_of(coupling, frequencies, step, grid != nullptr && scene.contacts.empty());
+  limit = limited.limit;
+  limited_by_ = limited.by;
   make_order(scene, pairs, grid);
   for (const std::size_t i : scene.fixed) fixed.push_back({static_cast<std::uint32_t>(i), order.of[i]});
   std::sort(fixed.begin(), fixed.end(), [](const FixedParticle& a, const FixedParticle& b) { return a.element < b.element; });
@@ -98,7 +119,7 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
   }
   std::vector<JoinedPair> near(pairs.begin(), pairs.end());
   for (const JoinedPair& pair : constrained_pairs(scene)) near.push_back(pair);
-  order = graph_order(near, particles());
+  order = coupling.scheme == Scheme::sequential ? pieces_order(near, particles()) : graph_order(near, particles());
 }
 
 template <class T>
@@ -110,7 +131,7 @@ void Joints<T>::make_inverse_masses() {
 
 template <class T>
 void Joints<T>::make_form(std::span<const JoinedPair> pairs, const Grid* grid) {
-  const NetworkInput in{coupling, pairs, w_of, order, substep(), frequencies.start};
+  const NetworkInput in{coupling, pairs, w_of, order, substep(), frequencies.bound};
   const bool is_sequential = coupling.scheme == Scheme::sequential;
   if (grid != nullptr && is_sequential) {
     form = make_strands_form<T>(in, *grid, w, columns_);
@@ -139,8 +160,9 @@ std::optional<Error> Joints<T>::refusal(Unstable unstable) const {
   }
   if (limit.substeps >= limit.fewest || unstable == Unstable::allowed) return std::nullopt;
   return Error{field, std::to_string(limit.substeps),
-               "at least " + std::to_string(limit.fewest) + " for this scheme, or the springs are unstable (" +
-                   std::to_string(limit.safe) + " are stable in any position); scheme sequential takes any"};
+               "at least " + std::to_string(limit.fewest) + " for this scheme, or the springs are unstable by their " +
+                   (limited_by_ == LimitedBy::damping ? "damping" : "frequency") + " (" + std::to_string(limit.safe) +
+                   " are stable in any position); scheme sequential takes any"};
 }
 
 template class Joints<float>;

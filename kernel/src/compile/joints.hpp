@@ -34,11 +34,15 @@ class Joints {
   [[nodiscard]] std::optional<Error> refusal(Unstable unstable) const;
   // What another scheme would choose for the same springs.
   [[nodiscard]] int chosen_substeps(const Coupling& other) const {
-    return substeps_for(calm_limit(other), step, frequencies.bound, frequencies.damping);
+    return substeps_for(calm_limit(other), step, {frequencies.bound, frequencies.damping});
   }
   [[nodiscard]] double substep() const noexcept { return step / limit.substeps; }  // s
   [[nodiscard]] std::size_t bytes() const noexcept;
   [[nodiscard]] bool is_damped() const noexcept { return is_damped_; }
+  // How often a pulse applies the damping to what came before: it takes as many passes more over the springs that damp.
+  [[nodiscard]] std::size_t damping_passes() const noexcept {
+    return is_damped_ ? dvdx::damping_passes(coupling) : 0;
+  }
 
   Coupling coupling;
   double step;  // s
@@ -61,6 +65,7 @@ class Joints {
   void make_form(std::span<const JoinedPair> pairs, const Grid* grid);
 
   bool is_damped_ = false;
+  LimitedBy limited_by_ = LimitedBy::frequency;
   Columns<T> columns_;
 };
 

@@ -18,13 +18,15 @@ namespace {
 constexpr double spring_visits = 4e7;
 constexpr int most_iterations = 100;
 
-enum class Direction { any, start };  // stiff in every direction, or along each spring as it stands at the start
+enum class Direction { any, start };  // in every direction, or along each spring as it stands at the start
+enum class Matrix { K, C };           // of stiffness, of damping
 
-// y = M^-1/2 K M^-1/2 x, three numbers a particle.
+// y = M^-1/2 K M^-1/2 x, three numbers a particle; or with C.
 class Stiffness {
  public:
-  Stiffness(std::span<const JoinedPair> springs, std::span<const double> w, std::span<const Vec3> start, Direction direction)
-      : springs_(springs), direction_(direction) {
+  Stiffness(Matrix matrix, std::span<const JoinedPair> springs, std::span<const double> w, std::span<const Vec3> start,
+            Direction direction)
+      : springs_(springs), matrix_(matrix), direction_(direction) {
     for (const double inverse_mass : w) root_.push_back(std::sqrt(inverse_mass));
     if (direction == Direction::any) return;
     for (const JoinedPair& s : springs) {
@@ -32,7 +34,7 @@ class Stiffness {
       for (std::size_t axis = 0; axis < 3; ++axis) d[static_cast<Eigen::Index>(axis)] = start[s.b][axis] - start[s.a][axis];
       const double r = d.norm();
       n_.push_back(r > 0 ? Eigen::Vector3d(d / r) : Eigen::Vector3d::Zero());
-      across_.push_back(r > 0 ? std::max(0.0, 1 - s.l / r) : 1.0);
+      across_.push_back(matrix == Matrix::C ? 0.0 : (r > 0 ? std::max(0.0, 1 - s.l / r) : 1.0));
     }
   }
 
@@ -40,11 +42,12 @@ class Stiffness {
     Eigen::Matrix3Xd y = Eigen::Matrix3Xd::Zero(3, x.cols());
     for (std::size_t s = 0; s < springs_.size(); ++s) {
       const auto [a, b, k, l, c] = springs_[s];
+      const double weight = matrix_ == Matrix::K ? k : c;
       const Eigen::Vector3d stretch = root_[b] * x.col(b) - root_[a] * x.col(a);
-      Eigen::Vector3d pull = k * stretch;
+      Eigen::Vector3d pull = weight * stretch;
       if (direction_ == Direction::start) {
         const double along = n_[s].dot(stretch);
-        pull = k * (along * n_[s] + across_[s] * (stretch - along * n_[s]));
+        pull = weight * (along * n_[s] + across_[s] * (stretch - along * n_[s]));
       }
       y.col(b) += root_[b] * pull;
       y.col(a) -= root_[a] * pull;
@@ -54,6 +57,7 @@ class Stiffness {
 
  private:
   std::span<const JoinedPair> springs_;
+  Matrix matrix_;
   Direction direction_;
   std::vector<double> root_;
   std::vector<Eigen::Vector3d> n_;
@@ -139,7 +143,9 @@ bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w
   return true;
 }
 
-double symbol_bound(const Grid& grid, std::span<const double> w) {
+// weight(direction): of its springs.
+template <class Weight>
+double symbol_bound(const Grid& grid, std::span<const double> w, const Weight& weight) {
   constexpr int samples = 128;
   constexpr int farthest = 3 * samples;  // two rows down and one column across, or two columns
   std::array<double, 2 * farthest + 1> rise{};
@@ -153,7 +159,7 @@ double symbol_bound(const Grid& grid, std::span<const double> w) {
       double sum = 0;
       for (const GridDirection& d : directions) {
         const int n = p * static_cast<int>(d.down) + q * static_cast<int>(d.right);
-        sum += 2 * d.k * rise[static_cast<std::size_t>(n + farthest)];
+        sum += 2 * weight(d) * rise[static_cast<std::size_t>(n + farthest)];
       }
       largest = std::max(largest, sum);
     }
@@ -220,30 +226,48 @@ Frequencies frequencies(std::span<const JoinedPair> springs, const Grid* grid, s
   Frequencies found;
   if (springs.empty()) return found;
   const int iterations = affordable_iterations(springs.size());
-  const SumBound sums = sum_bound(springs, w, [](const JoinedPair& s) { return s.k; });
-  double bound = sums.value;
-  if (grid != nullptr) {
-    bound = std::min(bound, symbol_bound(*grid, w));
-  } else if (iterations == most_iterations) {
+  const auto largest = [&](Matrix matrix, Direction direction) {
+    return largest_eigenvalue(Stiffness(matrix, springs, w, start, direction), w.size(), iterations);
+  };
+  const auto bounded = [&](Matrix matrix, double sums, const auto& weight) {
+    if (grid != nullptr) return std::min(sums, symbol_bound(*grid, w, weight));
     // Lanczos' value comes from below; two hundredths more than what it misses after this many steps.
-    bound = std::min(bound, 1.02 * largest_eigenvalue(Stiffness(springs, w, start, Direction::any), w.size(), iterations));
-  }
+    return iterations == most_iterations ? std::min(sums, 1.02 * largest(matrix, Direction::any)) : sums;
+  };
+  const SumBound sums = sum_bound(springs, w, [](const JoinedPair& s) { return s.k; });
+  const double bound = bounded(Matrix::K, sums.value, [](const GridDirection& d) { return d.k; });
   found.particle = sums.particle;
   found.is_isolated = are_isolated(springs, w);
   found.bound = std::sqrt(bound);
-  found.start =
-      std::sqrt(std::min(bound, largest_eigenvalue(Stiffness(springs, w, start, Direction::start), w.size(), iterations)));
-  found.damping = sum_bound(springs, w, [](const JoinedPair& s) { return s.c; }).value;
+  found.start = std::sqrt(std::min(bound, largest(Matrix::K, Direction::start)));
+  const SumBound damping = sum_bound(springs, w, [](const JoinedPair& s) { return s.c; });
+  if (damping.value == 0) return found;
+  found.damping = bounded(Matrix::C, damping.value, [grid](const GridDirection&) { return grid->damping; });
+  found.damping_start = std::min(found.damping, largest(Matrix::C, Direction::start));
   return found;
 }
 
-// Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313, table 2, S6 of order 4.
+// Flows and pulses: Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313, table 2, S6 of order 4.
+//
+// Pulses of springs that damp. While x stands still, as it does in a pulse,  v' = a(v) = M^-1 (F(x) - C v)  has
+//   v(b h) = v + b h phi1(-b X) a,   X = h M^-1 C,   phi1(y) = (e^y - 1)/y,   a at the pulse's start
+// of which a step cannot take more than some powers of X: with a0 = a, a1 = -M^-1 C a0, a2 = -M^-1 C a1
+//   v += b h a0 + (b h)^2/2 a1 + beta h^3 a2,   each of them one more pass over the springs that damp.
+// leapfrog: without a2. What is left out is O(h^3) in a step: second order, as it is without damping.
+// fourth_order: the series has beta = b^3/6, which leaves O(b^4 X^4) in each pulse: third order. But the six pulses need be
+// right together only: a pulse multiplies v by 1 - b X + b^2 X^2/2 - beta X^3, the logarithm of which is
+//   -b X + (b^3/6 - beta) X^3 + (b^4/8 - b beta) X^4 + O(X^5),
+// and as beta is the same forwards and backwards, the commutators of these with the flows vanish to fourth order if
+//   sum (b_k^3/6 - beta_k) = 0   and   sum (b_k^4/8 - b_k beta_k) = 0.
+// Of all such beta the nearest to b^3/6 is, with m = mean b_k,
+//   beta_k = b_k^3/6 - S (b_k - m)/V,   V = sum (b_k - m)^2,   S = sum b_k^4/24          (sums over one half of the six)
+// (S6 itself is of order 4 for any two parts, not only where one of them is a force of the position.)
 Splitting splitting(const Coupling& coupling) {
   if (coupling.scheme == Scheme::sequential) {
-    if (is_generalized_alpha(coupling)) return {{0.5, 0.5}, {1.0}};
+    if (is_generalized_alpha(coupling)) return {{0.5, 0.5}, {1.0}, {}};
     const double theta = theta_of(coupling);
-    if (theta == 1) return {{1.0}, {1.0}};
-    return {{theta, 1 - theta}, {1.0}};
+    if (theta == 1) return {{1.0}, {1.0}, {}};
+    return {{theta, 1 - theta}, {1.0}, {}};
   }
   if (coupling.scheme == Scheme::fourth_order) {
     constexpr double a1 = 0.0792036964311957;
@@ -253,31 +277,75 @@ Splitting splitting(const Coupling& coupling) {
     constexpr double b1 = 0.209515106613362;
     constexpr double b2 = -0.143851773179818;
     constexpr double b3 = 0.5 - (b1 + b2);
-    return {{a1, a2, a3, a4, a3, a2, a1}, {b1, b2, b3, b3, b2, b1}};
+    constexpr double m = (b1 + b2 + b3) / 3;
+    constexpr double V = (b1 - m) * (b1 - m) + (b2 - m) * (b2 - m) + (b3 - m) * (b3 - m);
+    constexpr double S = (b1 * b1 * b1 * b1 + b2 * b2 * b2 * b2 + b3 * b3 * b3 * b3) / 24;
+    const auto beta = [](double b) { return b * b * b / 6 - S * (b - m) / V; };
+    return {{a1, a2, a3, a4, a3, a2, a1},
+            {b1, b2, b3, b3, b2, b1},
+            {beta(b1), beta(b2), beta(b3), beta(b3), beta(b2), beta(b1)}};
   }
-  return {{0.5, 0.5}, {1.0}};
+  return {{0.5, 0.5}, {1.0}, {}};
 }
 
-double scheme_limit(const Coupling& coupling) {
-  if (coupling.scheme == Scheme::sequential) return std::numeric_limits<double>::infinity();
-  if (coupling.scheme == Scheme::accumulate) return accumulate_limit(coupling.method);
-  return oscillator_limit(splitting(coupling), is_stable);
+std::size_t damping_passes(const Coupling& coupling) noexcept {
+  if (coupling.scheme == Scheme::leapfrog) return 1;
+  return coupling.scheme == Scheme::fourth_order ? 2 : 0;
 }
 
-double calm_limit(const Coupling& coupling) {
+namespace {
+
+// leapfrog: with E = 1 - X + X^2/2 and P = 1 - X/2, both functions of X = h M^-1 C, and Z = h^2 M^-1 K, in coordinates in which
+// X and Z are symmetric, two sub-steps are  x+ - x = E (x - x-) - P Z x.  An eigenvalue y with the vector x then solves
+//   p y^2 - (p + e - z) y + e = 0,   p = x* P^-1 x,  e = x* P^-1 E x,  z = x* Z x
+// whose roots lie within one where e <= p and 0 <= z <= 2 (p + e). For q = max X <= 2 is E <= 1, and P^-1 (1 + E) =
+// 2 + (X^2/2)/(1 - X/2) >= 2: it suffices that z <= 4, whichever mode q is of and whichever z.
+// fourth_order: of one mode z <= 3.13 and q <= 8 (radius above one by 2e-16 at most, on a grid of both). Where K and C have
+// other modes it grows from q = 6.3 on, by up to 4e-4 a sub-step at 6.4 and 0.34 at 8; at 6.2 a search over pairs of matrices
+// found nothing that grows (tests/kernel/damped_limit_test.cpp).
+double damping_limit(const Coupling& coupling) { return coupling.scheme == Scheme::fourth_order ? 6 : 2; }
+
+}  // namespace
+
+StableRange scheme_limit(const Coupling& coupling) {
+  if (coupling.scheme == Scheme::sequential) return {};
+  // One pulse that takes the damping from before it has trace 2 - z^2 - q and determinant 1 - q: stable while z^2 + 2 q <= 4.
+  // The same share of the limit is taken for Brown's sums, whose pulses are no longer than its.
+  if (coupling.scheme == Scheme::accumulate) return {accumulate_limit(coupling.method), 2, StableRange::Rule::together};
+  return {oscillator_limit(splitting(coupling), is_stable), damping_limit(coupling)};
+}
+
+// leapfrog leaves E = 1 - q + q^2/2 of the speed of what damps most, which is one again at its limit: 3/4 at 1 + sqrt(1/2).
+// fourth_order leaves a tenth at q = 6.
+StableRange calm_limit(const Coupling& coupling) {
   if (coupling.scheme == Scheme::sequential || coupling.scheme == Scheme::accumulate) return scheme_limit(coupling);
-  return oscillator_limit(splitting(coupling), is_calm);
+  const double damping = coupling.scheme == Scheme::leapfrog ? 1 + std::sqrt(0.5) : damping_limit(coupling);
+  return {oscillator_limit(splitting(coupling), is_calm), damping};
 }
 
-// Damped, leapfrog's step has trace 2 - z^2 - q and determinant 1 - q with q = damping h: stable while z^2 + 2 q <= 4. The
-// same share of the limit is taken for the others, whose pulses are no longer than its.
-int substeps_for(double limit, double h, double frequency, double damping) {
-  if (std::isinf(limit)) return 1;
-  const double z = frequency * std::abs(h) / limit;  // of one sub-step; divided by n below
-  const double q = damping * std::abs(h) / 2;
-  // (z/n)^2 + q/n <= 1
-  const double n = (q + std::sqrt(q * q + 4 * z * z)) / 2;
+namespace {
+
+// What a whole step asks for: a sub-step of it an n-th (of z) within the range.
+struct Shares {
+  double z = 0, q = 0;
+};
+Shares shares(const StableRange& range, double h, const HighestRates& rates) {
+  return {rates.frequency * std::abs(h) / range.frequency, rates.damping * std::abs(h) / range.damping};
+}
+
+}  // namespace
+
+int substeps_for(const StableRange& range, double h, const HighestRates& rates) {
+  if (std::isinf(range.frequency)) return 1;
+  const auto [z, q] = shares(range, h, rates);
+  double n = std::max(z, q);
+  if (range.rule == StableRange::Rule::together) n = (q + std::sqrt(q * q + 4 * z * z)) / 2;  // (z/n)^2 + q/n <= 1
   return static_cast<int>(std::clamp(std::ceil(n * (1 - 1e-12)), 1.0, 1e9));
+}
+
+LimitedBy limited_by(const StableRange& range, double h, const HighestRates& rates) {
+  const auto [z, q] = shares(range, h, rates);
+  return q > z ? LimitedBy::damping : LimitedBy::frequency;
 }
 
 }  // namespace dvdx

@@ -1,14 +1,16 @@
 // How fast the springs of a scene can swing, and what each scheme takes of it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "compile/particle_order.hpp"
 #include "dvdx/plan.hpp"
 
-//   M x'' = -K x - G x',  K = sum_e K_e over the springs, K_e = k (n n^T + (1 - l/r)(1 - n n^T)) between its ends.
+//   M x'' = -K x - C x',  K = sum_e K_e over the springs, K_e = k (n n^T + (1 - l/r)(1 - n n^T)) between its ends.
 // K_e <= k 1 in every direction while r >= l/2, so that whatever the positions are
 //   lambda(M^-1 K) <= lambda of the same springs with k 1 in place of K_e        (one number a particle)
 //                  <= max over springs of (w_a S_a + w_b S_b),  S the sum of the k at an end
@@ -17,10 +19,13 @@
 
 namespace dvdx {
 
+// The damping's matrix is bounded in the same way: C_e = c n n^T <= c 1, everywhere.
+
 struct Frequencies {
-  double start = 0;    // rad/s, at the start's positions
-  double bound = 0;    // rad/s, anywhere
-  double damping = 0;  // 1/s, bound of lambda(M^-1 G)
+  double start = 0;          // rad/s, at the start's positions
+  double bound = 0;          // rad/s, anywhere
+  double damping_start = 0;  // 1/s, lambda(M^-1 C) at the start's positions
+  double damping = 0;        // 1/s, anywhere
   std::uint32_t particle = 0;
   bool is_isolated = true;  // no movable particle has two springs
 };
@@ -29,20 +34,38 @@ struct Frequencies {
 Frequencies frequencies(std::span<const JoinedPair> springs, const Grid* grid, std::span<const double> w,
                         std::span<const Vec3> start);
 
-// frequency * sub-step up to which the scheme is stable without damping; infinite where any is.
-double scheme_limit(const Coupling& coupling);
+// What a scheme takes of frequency * sub-step and of the damping's rate * sub-step, z and q of any two modes: infinite where it
+// takes any.
+struct StableRange {
+  double frequency = std::numeric_limits<double>::infinity(), damping = std::numeric_limits<double>::infinity();
+  enum class Rule {
+    apart,    // z <= frequency and q <= damping
+    together  // (z / frequency)^2 + q / damping <= 1
+  } rule = Rule::apart;
+};
+StableRange scheme_limit(const Coupling& coupling);
 
-// The same up to which the energy of linear springs stays within half and twice of what it is: leapfrog's swings by
-// 1/(1 - z^2/4), without bound towards the limit.
-double calm_limit(const Coupling& coupling);
+// The same up to which the energy of linear springs stays within half and twice of what it is (leapfrog's swings by
+// 1/(1 - z^2/4), without bound towards the limit), and what damps most loses a quarter of its speed at least in a sub-step.
+StableRange calm_limit(const Coupling& coupling);
 
-// Sub-steps of a step h that keep frequency and damping within such a limit.
-int substeps_for(double limit, double h, double frequency, double damping);
+struct HighestRates {
+  double frequency = 0, damping = 0;  // rad/s, 1/s
+};
 
-// The splitting of a scheme: flows over a[0] h, a[1] h, ... with a pulse b[k] h after each but the last.
+// Sub-steps of a step h that keep both within such a range, and which of the two asks for more of them.
+int substeps_for(const StableRange& range, double h, const HighestRates& rates);
+enum class LimitedBy { frequency, damping };
+LimitedBy limited_by(const StableRange& range, double h, const HighestRates& rates);
+
+// The splitting of a scheme: flows over a[0] h, a[1] h, ... with a pulse b[k] h after each but the last. Where springs damp a
+// pulse takes the damping into account to second order, or with beta[k] h^3 to third.
 struct Splitting {
-  std::vector<double> a, b;
+  std::vector<double> a, b, beta;
 };
 Splitting splitting(const Coupling& coupling);
+
+// Passes over the springs that damp, besides the one over all springs, that a pulse of a damped network takes.
+std::size_t damping_passes(const Coupling& coupling) noexcept;
 
 }  // namespace dvdx

@@ -2,6 +2,7 @@
 // them.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -25,13 +26,20 @@ struct GridForm {
   GridTerms<T> terms;
 };
 
+// Which neighbours each particle has.
+struct SlotLists {
+  std::vector<std::uint32_t> first_slot;
+  std::vector<Slot> slots;
+  std::vector<std::int32_t> indices;
+};
+
 // Any springs, by owner: passes/network/graph.
 template <class T>
 struct GraphForm {
   GraphTerms<T> terms;
-  std::vector<std::uint32_t> first_slot;
-  std::vector<Slot> slots;
-  std::vector<std::int32_t> indices;
+  SlotLists lists;
+  GraphTerms<T> damped;    // of a pulse's damping passes: the same slots, or where only some springs damp
+  SlotLists damped_lists;  // theirs alone
 };
 
 // The same slots, each with its pair's own contribution: passes/network/pairs.
@@ -63,17 +71,25 @@ struct StrandsForm {
   std::size_t springs = 0;         // columns of lambda
 };
 
-// Any springs in sweeps, by colours: passes/network/sequential.
+// Any springs in sweeps: passes/network/sequential. First those within each piece of the particles, in colours; then those that
+// lead from piece to piece, in colours of their own.
 template <class T>
 struct ColoursForm {
   SweepTerms<T> terms;
-  ShiftTerms<T> shift;              // of the theta scheme
-  std::optional<Alpha<T>> alpha{};  // in its place
-  std::vector<std::int32_t> a, b;
-  std::vector<std::size_t> colours;  // first spring of each colour, a multiple of 16, and one more
-  std::size_t springs = 0;           // columns of lambda
+  ShiftTerms<T> shift;                                                              // of the theta scheme
+  std::optional<Alpha<T>> alpha{};                                                  // in its place
+  std::vector<std::uint32_t> a, b, ranges, coefficients_of, coefficients_of_start;  // what the terms point to
+  std::vector<std::size_t> tasks;   // first range of each task, and one more; the first are the pieces
+  std::vector<std::size_t> stages;  // first task of each stage, and one more: the tasks of a stage share no particle
+  std::size_t springs = 0;          // columns of lambda
+  std::size_t records = 0;          // of particles, those of lanes without a spring included
 
-  [[nodiscard]] std::size_t count() const noexcept { return colours.size() - 1; }
+  [[nodiscard]] std::size_t pieces() const noexcept { return stages[1]; }
+  [[nodiscard]] std::size_t colours() const noexcept {  // of the piece that has most
+    std::size_t most = 0;
+    for (std::size_t piece = 0; piece < pieces(); ++piece) most = std::max(most, tasks[piece + 1] - tasks[piece]);
+    return most;
+  }
 };
 
 template <class T>
@@ -86,7 +102,7 @@ struct NetworkInput {
   std::span<const double> w;  // 1/kg of each particle, 0 where fixed
   const ParticleOrder& order;
   double substep;    // s
-  double frequency;  // rad/s: the highest of the springs as they start
+  double frequency;  // rad/s: the highest of the springs in any position
 };
 
 [[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;

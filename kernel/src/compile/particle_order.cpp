@@ -102,11 +102,99 @@ void fill_places(ParticleOrder& order, std::size_t count) {
       order.of[run.particle + k * run.every] = static_cast<std::uint32_t>(run.element + k);
     }
   }
+  for (std::size_t k = 0; k < order.particles.size(); ++k) order.of[order.particles[k]] = static_cast<std::uint32_t>(k);
 }
 
 constexpr std::size_t run_length = 4096;  // particles that a thread copies at a time
+// Particles whose records, with their springs', fit in second-level cache.
+constexpr std::size_t piece_length = 4096;
 
 std::size_t filled(std::size_t count) { return (count + slice - 1) / slice * slice; }
+
+void lay_out_as_they_are(ParticleOrder& order, std::size_t count) {
+  for (std::size_t first = 0; first < count; first += run_length) {
+    const std::size_t now = std::min(run_length, count - first);
+    order.spans.push_back({.particle = first, .every = 1, .element = first, .count = now});
+  }
+}
+
+// Halves the particles until they fit a piece, each time across their longest way: the nearer half of a walk, breadth first,
+// from where another walk ended.
+class Bisection {
+ public:
+  Bisection(std::span<const JoinedPair> springs, std::size_t count)
+      : first_(count + 1, 0), half_of_(count, 0), is_seen_(count, 0), order_(count) {
+    for (const JoinedPair& s : springs) {
+      ++first_[s.a + 1];
+      ++first_[s.b + 1];
+    }
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    neighbours_.resize(first_.back());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    for (const JoinedPair& s : springs) {
+      neighbours_[next[s.a]++] = s.b;
+      neighbours_[next[s.b]++] = s.a;
+    }
+    std::iota(order_.begin(), order_.end(), 0U);
+    halve(0, count);
+    pieces_.push_back(count);
+  }
+
+  [[nodiscard]] const std::vector<std::uint32_t>& order() const noexcept { return order_; }
+  [[nodiscard]] const std::vector<std::size_t>& pieces() const noexcept { return pieces_; }
+
+ private:
+  void halve(std::size_t from, std::size_t to) {
+    const std::uint32_t half = ++halves_;
+    for (std::size_t k = from; k < to; ++k) half_of_[order_[k]] = half;
+    walk(from, to, order_[from]);
+    walk(from, to, order_[to - 1]);
+    if (to - from <= piece_length) return pieces_.push_back(from);
+    const std::size_t middle = from + filled((to - from) / 2);
+    halve(from, middle);
+    halve(middle, to);
+  }
+
+  // Orders [from, to) from one of its particles on; particles that no spring joins to it follow in the order they had.
+  void walk(std::size_t from, std::size_t to, std::uint32_t start) {
+    const std::vector<std::uint32_t> before(order_.begin() + static_cast<std::ptrdiff_t>(from),
+                                            order_.begin() + static_cast<std::ptrdiff_t>(to));
+    const std::uint32_t half = half_of_[start];
+    const std::uint32_t turn = ++walks_;
+    std::size_t end = from;
+    const auto see = [&](std::uint32_t i) {
+      if (half_of_[i] != half || is_seen_[i] == turn) return;
+      is_seen_[i] = turn;
+      order_[end++] = i;
+    };
+    std::size_t next = from;
+    const auto follow = [&] {
+      for (; next < end; ++next) {
+        const std::uint32_t i = order_[next];
+        for (std::size_t n = first_[i]; n < first_[i + 1]; ++n) see(neighbours_[n]);
+      }
+    };
+    see(start);
+    follow();
+    for (const std::uint32_t i : before) {
+      see(i);
+      follow();
+    }
+  }
+
+  std::vector<std::size_t> first_;  // neighbour of each particle
+  std::vector<std::uint32_t> neighbours_, half_of_, is_seen_, order_;
+  std::vector<std::size_t> pieces_;
+  std::uint32_t halves_ = 0, walks_ = 0;
+};
+
+// Springs whose ends are in different pieces.
+std::size_t leading_out(std::span<const JoinedPair> springs, std::span<const std::uint32_t> element_of,
+                        std::span<const std::size_t> pieces) {
+  const auto piece = [&](std::uint32_t i) { return std::upper_bound(pieces.begin(), pieces.end(), element_of[i]); };
+  return static_cast<std::size_t>(
+      std::count_if(springs.begin(), springs.end(), [&](const JoinedPair& s) { return piece(s.a) != piece(s.b); }));
+}
 
 }  // namespace
 
@@ -194,14 +282,35 @@ ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count
   std::vector<std::uint32_t> element_of(count);
   for (std::size_t k = 0; k < count; ++k) element_of[near[k]] = static_cast<std::uint32_t>(k);
   // An order that the caller's arrays do not have costs an indexed copy of every column.
-  const bool is_worth_it = spread(springs, element_of) < spread(springs, own) / 4;
-  if (!is_worth_it) {
-    for (std::size_t first = 0; first < count; first += run_length) {
-      const std::size_t now = std::min(run_length, count - first);
-      order.spans.push_back({.particle = first, .every = 1, .element = first, .count = now});
-    }
+  if (spread(springs, element_of) < spread(springs, own) / 4) {
+    order.particles = near;
   } else {
-    for (std::size_t k = 0; k < count; ++k) order.spans.push_back({.particle = near[k], .every = 1, .element = k, .count = 1});
+    lay_out_as_they_are(order, count);
+  }
+  fill_places(order, count);
+  return order;
+}
+
+ParticleOrder pieces_order(std::span<const JoinedPair> springs, std::size_t count) {
+  ParticleOrder order;
+  order.size = filled(count);
+  std::vector<std::uint32_t> own(count);
+  std::iota(own.begin(), own.end(), 0U);
+  const Bisection bisection(springs, count);
+  std::vector<std::uint32_t> element_of(count);
+  for (std::size_t k = 0; k < count; ++k) element_of[bisection.order()[k]] = static_cast<std::uint32_t>(k);
+  std::vector<std::size_t> even;
+  for (std::size_t first = 0; first < order.size; first += piece_length) even.push_back(first);
+  even.push_back(order.size);
+  const bool is_near = spread(springs, own) <= 4 * spread(springs, element_of);
+  const bool leads_out = leading_out(springs, own, even) > springs.size() / 4;
+  if (is_near && !leads_out) {
+    lay_out_as_they_are(order, count);
+    order.pieces = even;
+  } else {
+    order.particles = bisection.order();
+    order.pieces = bisection.pieces();
+    order.pieces.back() = order.size;
   }
   fill_places(order, count);
   return order;

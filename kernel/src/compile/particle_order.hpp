@@ -42,14 +42,18 @@ struct ParticleSpan {
 // Where particles stand in the working columns. A line of a row holds every `phases`-th of its columns, so that the ends of
 // springs that touch no common particle stand side by side in lines of their own.
 struct ParticleOrder {
-  std::size_t size = 0;               // elements of a working column, a multiple of 16
-  std::vector<ParticleSpan> spans;    // in the order of the elements
-  std::vector<std::uint32_t> of;      // element of each particle
-  std::size_t phases = 1, pitch = 0;  // of a grid: lines a row, elements a line
+  std::size_t size = 0;                  // elements of a working column, a multiple of 16
+  std::vector<ParticleSpan> spans;       // in the order of the elements; or
+  std::vector<std::uint32_t> particles;  // the particle of each element
+  std::vector<std::uint32_t> of;         // element of each particle
+  std::size_t phases = 1, pitch = 0;     // of a grid: lines a row, elements a line
+  std::vector<std::size_t> pieces;       // of a list in sweeps: first element of each, a multiple of 16, and one more
 };
 
 ParticleOrder grid_order(const Grid& grid, std::size_t phases);
 // In an order of the particles that keeps neighbours near: their own where it does, else reverse Cuthill-McKee.
 ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count);
+// In pieces of neighbours that few springs lead out of.
+ParticleOrder pieces_order(std::span<const JoinedPair> springs, std::size_t count);
 
 }  // namespace dvdx

@@ -19,7 +19,7 @@ bool is_generalized_alpha(const Coupling& coupling) noexcept;
 // Of a coupling that asks for the theta scheme.
 double theta_of(const Coupling& coupling) noexcept;
 
-// The part of a motion that stiff springs keep from a sub-step to the next. frequency: rad/s, of the springs as they start.
+// The part of a motion that stiff springs keep from a sub-step to the next. frequency: rad/s, of the springs in any position.
 double rho_of(double frequency, double substep);
 
 struct GeneralizedAlpha {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "execute/constraints.hpp"
@@ -41,6 +42,34 @@ void put_back(const ResidualKernels& kernels, const A* from, const ParticleSpan&
     store(kernels, from + span.element + k, span.particle + k * span.every, 1, to, residual);
 }
 
+// The same of particles anywhere: tight loops, in which many reads are on their way at once.
+template <class T>
+void fetch(const ResidualKernels& /*kernels*/, const Column<T>& from, const Column<T>& /*residual*/,
+           std::span<const std::uint32_t> particles, T* to) noexcept {
+  if (from.is_contiguous()) {
+    for (std::size_t k = 0; k < particles.size(); ++k) to[k] = from.base[particles[k]];
+  } else {
+    for (std::size_t k = 0; k < particles.size(); ++k) to[k] = from[particles[k]];
+  }
+}
+template <class T>
+void put_back(const ResidualKernels& /*kernels*/, const T* from, std::span<const std::uint32_t> particles, const Column<T>& to,
+              const Column<T>& /*residual*/) noexcept {
+  if (to.is_contiguous()) {
+    for (std::size_t k = 0; k < particles.size(); ++k) to.base[particles[k]] = from[k];
+  } else {
+    for (std::size_t k = 0; k < particles.size(); ++k) to[particles[k]] = from[k];
+  }
+}
+inline void fetch(const ResidualKernels& kernels, const Column<float>& from, const Column<float>& residual,
+                  std::span<const std::uint32_t> particles, double* to) noexcept {
+  for (std::size_t k = 0; k < particles.size(); ++k) load(kernels, from, residual, particles[k], 1, to + k);
+}
+inline void put_back(const ResidualKernels& kernels, const double* from, std::span<const std::uint32_t> particles,
+                     const Column<float>& to, const Column<float>& residual) noexcept {
+  for (std::size_t k = 0; k < particles.size(); ++k) store(kernels, from + k, particles[k], 1, to, residual);
+}
+
 // One call.
 template <class T>
 class JoinedStep {
@@ -73,6 +102,13 @@ class JoinedStep {
         if (is_relative()) std::fill_n(work_.x[axis] + span.element, span.count, T(0));
       }
     });
+    for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        fetch(residuals_, state.x[axis], state.x_rest[axis], particles, position(axis) + first);
+        fetch(residuals_, state.v[axis], state.v_rest[axis], particles, work_.v[axis] + first);
+        if (is_relative()) std::fill_n(work_.x[axis] + first, particles.size(), T(0));
+      }
+    });
     for (std::size_t n = 0; n < joints_.fixed.size(); ++n) {
       Held<T>& held = ws_.held[n];
       held.particle = joints_.fixed[n].particle;
@@ -102,6 +138,12 @@ class JoinedStep {
         put_back<T>(residuals_, work_.v[axis], span, state.v[axis], state.v_rest[axis]);
       }
     });
+    for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        put_back(residuals_, position(axis) + first, particles, state.x[axis], state.x_rest[axis]);
+        put_back(residuals_, work_.v[axis] + first, particles, state.v[axis], state.v_rest[axis]);
+      }
+    });
     for (const Held<T>& held : ws_.held) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         store(residuals_, &held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
@@ -127,6 +169,7 @@ class JoinedStep {
  private:
   void step(Clock clock) noexcept {
     clock_ = clock;
+    knows_origins_ = false;
     for (int substep = 0; substep < joints_.limit.substeps; ++substep) {
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
@@ -159,6 +202,16 @@ class JoinedStep {
     const std::size_t tasks = std::min<std::size_t>(spans.size(), 64);
     for_each_task(parallel_, tasks, [&](std::size_t task) {
       for (std::size_t n = spans.size() * task / tasks; n < spans.size() * (task + 1) / tasks; ++n) use(spans[n]);
+    });
+  }
+
+  // Where particles stand in an order that is not the caller's.
+  template <class Use>
+  void for_each_run_of_order(const Use& use) const noexcept {
+    const std::span<const std::uint32_t> all = joints_.order.particles;
+    for_each_task(parallel_, tasks_of(all.size(), particles_per_task), [&](std::size_t task) {
+      const std::size_t first = task * particles_per_task;
+      use(all.subspan(first, std::min(particles_per_task, all.size() - first)), first);
     });
   }
 
@@ -276,7 +329,7 @@ class JoinedStep {
   // and where constraints stand between the pulses.
   [[nodiscard]] std::size_t stages_at_once() const noexcept {
     const auto* form = std::get_if<GridForm<T>>(&joints_.form);
-    if (form == nullptr || form->terms.damping != Damping::none || constraints_) return 0;
+    if (form == nullptr || joints_.damping_passes() != 0 || constraints_) return 0;
     const std::size_t rows = rows_in_cache(form->terms);
     return form->terms.rows <= 2 * rows ? 0 : std::min(max_stages, rows / reach(form->terms) / 2);
   }
@@ -369,26 +422,53 @@ class JoinedStep {
   }
 
   void pulse(const GridForm<T>& form, std::size_t k) noexcept {
-    kick(kernels_.grid, form.terms, k, form.terms.rows, particles_per_task / form.terms.pitch);
+    const Units rows{form.terms.rows, particles_per_task / form.terms.pitch};
+    if (joints_.damping_passes() == 0) return kick(kernels_.grid, form.terms, k, rows);
+    over(rows, [&](std::size_t from, std::size_t to) { kernels_.grid_acceleration(form.terms, work_, from, to); });
+    take_acceleration(kernels_.damp_grid, form.terms, k, rows);
   }
   void pulse(const GraphForm<T>& form, std::size_t k) noexcept {
-    kick(kernels_.graph, form.terms, k, size() / slice, particles_per_task / slice);
+    const Units slices{size() / slice, particles_per_task / slice};
+    if (joints_.damping_passes() == 0) return kick(kernels_.graph, form.terms, k, slices);
+    over(slices, [&](std::size_t from, std::size_t to) { kernels_.graph_acceleration(form.terms, work_, from, to); });
+    take_acceleration(kernels_.damp_graph, form.damped, k, slices);
   }
 
   [[nodiscard]] T pulse_length(std::size_t k) const noexcept {
     return static_cast<T>(joints_.splitting.b[k] * joints_.substep());
   }
 
-  // units: rows or slices.
-  template <class Pass, class Terms>
-  void kick(const Pass& pass, const Terms& terms, std::size_t k, std::size_t units, std::size_t asked) noexcept {
-    const T pulse = pulse_length(k);
-    const std::size_t per_task = std::max<std::size_t>(1, asked);
-    for_each_task(parallel_, tasks_of(units, per_task), [&](std::size_t task) {
+  struct Units {  // rows or slices
+    std::size_t count, per_task;
+  };
+  template <class Pass>
+  void over(const Units& units, const Pass& pass) noexcept {
+    const std::size_t per_task = std::max<std::size_t>(1, units.per_task);
+    for_each_task(parallel_, tasks_of(units.count, per_task), [&](std::size_t task) {
       const std::size_t from = task * per_task;
-      pass(terms, work_, pulse, from, std::min(units, from + per_task));
+      pass(from, std::min(units.count, from + per_task));
     });
+  }
+
+  template <class Kick, class Terms>
+  void kick(const Kick& kick, const Terms& terms, std::size_t k, const Units& units) noexcept {
+    const T pulse = pulse_length(k);
+    over(units, [&](std::size_t from, std::size_t to) { kick(terms, work_, pulse, from, to); });
     std::swap(work_.v, work_.v_next);
+  }
+
+  // v += b h a + (b h)^2/2 a1 + beta h^3 a2, the last of them where the scheme has it.
+  template <class Damp, class Terms>
+  void take_acceleration(const Damp& damp, const Terms& terms, std::size_t k, const Units& units) noexcept {
+    const double h = joints_.substep();
+    const double t = joints_.splitting.b[k] * h;
+    DampingPass<T> pass{.of = work_.a0, .y = work_.a1, .s = static_cast<T>(t), .t = static_cast<T>(t * t / 2)};
+    const auto run = [&] { over(units, [&](std::size_t from, std::size_t to) { damp(terms, work_, pass, from, to); }); };
+    run();
+    if (joints_.damping_passes() == 1) return;
+    const double beta = joints_.splitting.beta[k];
+    pass = {.of = work_.a1, .y = {}, .s = static_cast<T>(t * t / 2), .t = static_cast<T>(beta * h * h * h)};
+    run();
   }
 
   // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order.
@@ -419,19 +499,51 @@ class JoinedStep {
     });
   }
 
+  // Outermost what leads from piece to piece. Each piece goes through both sweeps while it is in cache: springs of different
+  // pieces do not meet.
   void sweep(const ColoursForm<T>& form, const SweepTerms<T>& terms) noexcept {
-    for (std::size_t c = 0; c < form.count(); ++c) sweep_colour(form, terms, c, Visit::first);
-    if (joints_.coupling.sweeps == SweepOrder::symmetric) {
-      for (std::size_t c = form.count(); c-- > 0;) sweep_colour(form, terms, c, Visit::again);
-    }
+    if (!std::exchange(knows_origins_, true) && is_relative()) keep_from_origins(form, terms);
+    fill_records(terms);
+    const bool is_symmetric = joints_.coupling.sweeps == SweepOrder::symmetric;
+    const std::size_t stages = form.stages.size() - 1;
+    const auto forward = [&](std::size_t from, std::size_t to) { kernels_.ranges(terms, Visit::first, from, to); };
+    const auto backward = [&](std::size_t from, std::size_t to) { kernels_.ranges(terms, Visit::again, to, from); };
+    for (std::size_t n = 1; n < stages; ++n) for_each_task_of(form, n, forward);
+    for_each_task_of(form, 0, [&](std::size_t from, std::size_t to) {
+      forward(from, to);
+      if (is_symmetric) backward(from, to);
+    });
+    for (std::size_t n = stages; is_symmetric && n-- > 1;) for_each_task_of(form, n, backward);
+    for_each_piece([&](std::size_t from, std::size_t to) { kernels_.from_records(terms.ranges.shift, work_.shift, from, to); });
   }
 
-  void sweep_colour(const ColoursForm<T>& form, const SweepTerms<T>& terms, std::size_t c, Visit visit) noexcept {
-    const std::size_t from = form.colours[c];
-    const std::size_t to = form.colours[c + 1];
-    for_each_task(parallel_, tasks_of(to - from, particles_per_task), [&](std::size_t task) {
-      const std::size_t first = from + task * particles_per_task;
-      kernels_.colour(terms, work_, visit, first, std::min(to, first + particles_per_task));
+  // Calls use(from, to) with the ranges of each task of a stage.
+  template <class Use>
+  void for_each_task_of(const ColoursForm<T>& form, std::size_t stage, const Use& use) noexcept {
+    const std::size_t first = form.stages[stage];
+    for_each_task(parallel_, form.stages[stage + 1] - first,
+                  [&](std::size_t task) { use(form.tasks[first + task], form.tasks[first + task + 1]); });
+  }
+
+  template <class Use>
+  void for_each_piece(const Use& use) const noexcept {
+    const std::vector<std::size_t>& pieces = joints_.order.pieces;
+    for_each_task(parallel_, pieces.size() - 1, [&](std::size_t piece) { use(pieces[piece], pieces[piece + 1]); });
+  }
+
+  // Once a step, in which the origins stay.
+  void keep_from_origins(const ColoursForm<T>& form, const SweepTerms<T>& terms) noexcept {
+    for_each_piece([&](std::size_t from, std::size_t to) { kernels_.to_records(work_.origin, terms.ranges.x, from, to); });
+    for_each_task(parallel_, form.tasks.size() - 1,
+                  [&](std::size_t task) { kernels_.from_origin(terms, form.tasks[task], form.tasks[task + 1]); });
+  }
+
+  void fill_records(const SweepTerms<T>& terms) noexcept {
+    const auto read = [](const std::array<T*, 3>& axes) { return std::array<const T*, 3>{axes[0], axes[1], axes[2]}; };
+    for_each_piece([&](std::size_t from, std::size_t to) {
+      kernels_.to_records(read(work_.x), terms.ranges.x, from, to);
+      kernels_.to_records(read(work_.shift), terms.ranges.shift, from, to);
+      if (terms.damping == Damping::along) kernels_.to_records(read(work_.v), terms.ranges.v, from, to);
     });
   }
 
@@ -448,6 +560,7 @@ class JoinedStep {
   Left left_{};
   const AlphaTerms<T>* alpha_ = nullptr;  // of this sub-step
   bool is_start_ = false;                 // the next sub-step has no acceleration to start from
+  bool knows_origins_ = false;            // those of this step
   std::array<FlowOffsets, max_flows> offsets_;
   std::array<Stage, max_stages> stages_;
   std::size_t stage_count_ = 0;

@@ -13,6 +13,8 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   work.x = of_particles(nothing);
   work.v = of_particles(nothing);
   work.v_next = shape.has_second_velocity ? of_particles(nothing) : work.v;
+  if (shape.accelerations >= 1) work.a0 = of_particles(nothing);
+  if (shape.accelerations >= 2) work.a1 = of_particles(nothing);
   if (shape.sweep_springs != 0) work.shift = of_particles(T(0));
   if (shape.keeps_acceleration) work.a = of_particles(T(0));
   if (shape.has_pair_sums) {
@@ -23,7 +25,11 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   work.origin = {origin[0], origin[1], origin[2]};
   const auto of_springs = [&] { return columns_.add(shape.sweep_springs, T(0), column_margin); };
   if (shape.sweep_springs != 0) sweep_.lambda = of_springs();
-  if (shape.keeps_distances) sweep_.apart = {of_springs(), of_springs(), of_springs()};
+  if (shape.sweep_records != 0) {
+    add_records();
+  } else if (shape.keeps_distances) {
+    sweep_.apart = {of_springs(), of_springs(), of_springs()};
+  }
 
   const auto axes = [&](std::size_t size) -> Axes<T> { return {columns_.add(size), columns_.add(size), columns_.add(size)}; };
   if (const std::size_t size = shape.constraints.pairs; size != 0) {
@@ -43,9 +49,30 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
 }
 
 template <class T>
+void JoinedWorkspace<T>::add_records() {
+  RangeTerms<T>& ranges = sweep_.ranges;
+  const auto of_particles = [&] { return columns_.add(record * shape_.sweep_records); };
+  const auto of_springs = [&] { return columns_.add(record * shape_.sweep_springs); };
+  ranges.x = of_particles();
+  ranges.shift = of_particles();
+  // Lanes without a spring join particles that are 1 m apart: a sound distance.
+  for (std::size_t i = shape_.elements + 1; i < shape_.sweep_records; i += 2) ranges.x[record * i] = T(1);
+  if (shape_.keeps_velocities) ranges.v = of_particles();
+  if (shape_.keeps_distances) ranges.apart = of_springs();
+  if (shape_.keeps_distances && shape_.keeps_velocities) ranges.u = of_springs();
+  if (shape_.has_origin) ranges.from_origin = of_springs();
+}
+
+template <class T>
 SweepTerms<T> JoinedWorkspace<T>::with_columns(SweepTerms<T> terms) const noexcept {
   terms.lambda = sweep_.lambda;
   terms.apart = sweep_.apart;
+  terms.ranges.x = sweep_.ranges.x;
+  terms.ranges.v = sweep_.ranges.v;
+  terms.ranges.shift = sweep_.ranges.shift;
+  terms.ranges.from_origin = sweep_.ranges.from_origin;
+  terms.ranges.apart = sweep_.ranges.apart;
+  terms.ranges.u = sweep_.ranges.u;
   terms.origin = shape_.has_origin ? CountedFrom::step : CountedFrom::zero;
   return terms;
 }

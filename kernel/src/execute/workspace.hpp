@@ -50,11 +50,13 @@ class JoinedWorkspace {
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 
  private:
+  void add_records();
+
   WorkspaceShape shape_;
   const void* remembered_ = nullptr;
   Clock remembered_at_{};
   Columns<T> columns_;
-  SweepTerms<T> sweep_{};             // lambda and apart
+  SweepTerms<T> sweep_{};             // lambda, apart and records
   ConstraintTerms<T> constraints_{};  // the columns of sums
 };
 

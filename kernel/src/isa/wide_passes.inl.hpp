@@ -19,10 +19,17 @@ template <class V, Arithmetic arithmetic>
 constexpr NetworkKernels<Scalar<V>> wide_network() noexcept {
   return {.grid = kick_grid<V, arithmetic>,
           .graph = kick_graph<V, arithmetic>,
+          .grid_acceleration = accelerate_grid<V, arithmetic>,
+          .graph_acceleration = accelerate_graph<V, arithmetic>,
+          .damp_grid = damp_grid<V, arithmetic>,
+          .damp_graph = damp_graph<V, arithmetic>,
           .pairs = sum_pairs<V, arithmetic>,
           .add_pairs = add_pairs<V>,
           .strands = sweep_strands<V, arithmetic>,
-          .colour = sweep_colour<V, arithmetic>,
+          .ranges = sweep_ranges<V, arithmetic>,
+          .from_origin = keep_from_origin<V>,
+          .to_records = columns_to_records<V>,
+          .from_records = records_to_columns<V>,
           .take_shift = take_shift<V, arithmetic>,
           .begin_sweeps = begin_sweeps<V, arithmetic>,
           .end_sweeps = end_sweeps<V, arithmetic>};

@@ -111,10 +111,10 @@ template <class V>
   }
 }
 
-// The batch at i, with whatever the step holds for it.
+// The batch at i, with whatever the step holds for it. Whether it touched a surface.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
-[[gnu::noinline]] void step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
-                                  const Offsets<Scalar<V>>* offsets, std::size_t i) noexcept {
+[[gnu::noinline]] bool step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                                  const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting) noexcept {
   Trajectory<V> m = load_trajectory<V>(particles, i);
   const Affine<V, OneAxis> affine(terms, offsets[0]);
   affine(m, particles.first + i);
@@ -126,8 +126,12 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
     }
     radial_contribution<V, arithmetic>(terms, m, particles.first + i);
   }
-  if constexpr (extra == Extras::contact || extra == Extras::radial_contact) resolve_contacts<V, arithmetic>(terms, m);
+  bool touched = false;
+  if constexpr (has_contacts(extra)) {
+    touched = resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, waiting);
+  }
   store_trajectory<V>(particles, i, m);
+  return touched;
 }
 
 template <class V, class Affine, class Test>
@@ -170,12 +174,20 @@ std::size_t step_untouched(const Block<Scalar<V>>& particles, const Terms<Scalar
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 void run_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
   const Block<Scalar<V>> particles = block;  // a copy that no store can alias
+  Waiting<V, arithmetic> waiting;
   for (std::size_t n = 0; n < steps.count; ++n) {
     const auto* offsets = steps.offsets + n * steps.offsets_per_step;
+    bool touched = false;  // the batch before: where many do, a batch is not moved twice
     for (std::size_t i = 0; i < particles.count; i += V::size) {
-      if constexpr (extra == Extras::contact) i = step_untouched<V, OneAxis, arithmetic>(particles, terms, offsets[0], i);
-      if (i < particles.count) step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
+      if constexpr (extra == Extras::contact) {
+        if (!touched) i = step_untouched<V, OneAxis, arithmetic>(particles, terms, offsets[0], i);
+      }
+      if (i < particles.count) touched = step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting);
+      if constexpr (has_contacts(extra)) {
+        if (waiting.is_full()) waiting.resolve(particles, terms, offsets[0]);
+      }
     }
+    if constexpr (has_contacts(extra)) waiting.resolve(particles, terms, offsets[0]);
   }
 }
 

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "passes/contact/bend.hpp"
+
 namespace dvdx {
 
 // How a block's particles move between impacts. Each has a wide body and a scalar twin in passes/affine.
@@ -40,6 +42,7 @@ constexpr bool has_anchor_each(Flow flow) noexcept {
 enum class Extras : std::uint8_t { none, contact, radial, radial_contact };
 inline constexpr std::size_t extras = 4;
 
+constexpr bool has_contacts(Extras extra) noexcept { return extra == Extras::contact || extra == Extras::radial_contact; }
 constexpr Extras extras_of(std::size_t radial_springs, std::size_t contacts) noexcept {
   return static_cast<Extras>((contacts != 0 ? 1 : 0) + (radial_springs != 0 ? 2 : 0));
 }
@@ -52,6 +55,7 @@ template <class T>
 struct Offsets {
   std::array<T, 3> P, Q;                                // dv and dx alike for all
   std::array<std::array<T, 3>, max_sources> amplitude;  // of every source that a rate flow has, by axis
+  std::array<std::array<T, 3>, 3> drive;                // D1, D2, D3 of passes/contact/bend.hpp, m, by axis
 };
 
 template <class T>
@@ -66,10 +70,6 @@ template <class T>
 struct ShearAxis {
   T sign{}, t1{}, s{}, t2{}, kappa{};  // see math/shear.hpp
 };
-
-// A column of coefficients for each axis; isotropic ones point to the same memory three times.
-template <class T>
-using AxisColumns = std::array<const T*, 3>;
 
 template <class T>
 struct Rates {
@@ -96,6 +96,7 @@ struct Terms {
   std::size_t surface_count = 0;
   int impacts = 0;  // of a particle in a step that are resolved in time order
   T h = 0;          // the whole step, s
+  Bend<T> bend{};   // of the paths on which impacts are looked for
   const RadialTerms<T>* radial = nullptr;
   std::size_t radial_count = 0;
   std::size_t kicks = 0;  // how many of the radial springs, which stand first, kick at the middle of the step

@@ -741,6 +741,7 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits", T, float, double) {
     const auto run = [&](const Kernels<T>& kernels, bool has_bad) {
       Particles<T> particles(kernels, h, acceleration, count);
       for (const Contact& contact : contacts) particles.add(contact, trial % 5 != 4);
+      if (trial % 2 == 1) particles.bend(trial % 4 == 1 ? 0.3 : 1.5, trial % 3 == 0 ? 0 : 0.2, trial % 6 == 1 ? 0.4 : 0);
       for (std::size_t i = 0; i < count; ++i) {
         const bool is_bad = i == 5 || i == 37 || i == 70 || i == 101 || i == 102;
         particles.set(i, is_bad && !has_bad ? State3<T>{} : start[i]);

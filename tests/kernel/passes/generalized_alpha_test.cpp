@@ -1,5 +1,5 @@
-// Sequential without theta: of second order with whatever else acts, no heat in cloth that crumples, and what is remembered from
-// step to step.
+// Sequential without theta: of second order with whatever else acts, no heat in cloth that crumples, and what is remembered
+// from step to step.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -31,9 +31,9 @@ using test::stepped;
 // A flat sheet that is let go, held by two corners.
 struct Sheet {
   std::size_t rows = 12;
-  double side = 0.8, mass = 0.2;                           // m, kg
-  double structural = 2000, shear = 1000, bend = 200;      // N/m
-  double damping = 0;                                      // kg/s
+  double side = 0.8, mass = 0.2;                       // m, kg
+  double structural = 2000, shear = 1000, bend = 200;  // N/m
+  double damping = 0;                                  // kg/s
 };
 
 Joined falling(const Sheet& sheet) {
@@ -106,7 +106,7 @@ TEST_CASE("generalized alpha: of second order with damping, drag and anchors") {
       }
       const auto run = [&](int substeps) {
         joined.scene.coupling.substeps = substeps;
-        return stepped<double>(joined, {.isa = best_isa()}, 10);
+        return stepped<double>(joined, {.isa = best_isa()}, 4);
       };
       const double order = order_of(run(640), run(1280), run(2560));
       CAPTURE(has_more);
@@ -117,19 +117,21 @@ TEST_CASE("generalized alpha: of second order with damping, drag and anchors") {
 }
 
 TEST_CASE("generalized alpha: of second order with one sub-step a step and steps of changing size: what it knows survives") {
-  Joined joined = falling({.damping = 0.02});
+  Joined joined = falling({.damping = 1});
   joined.scene.coupling.substeps = 1;
   const auto run = [&](int parts) {
-    const double h = 0.02 / parts;
-    Plan<double> plan = fast_plan<double>(joined);
+    Plan<double> shorter = fast_plan<double>(joined);
+    Plan<double> longer = fast_plan<double>(joined);
+    REQUIRE(shorter.set_step(0.6 * 0.02 / parts).has_value());
+    REQUIRE(longer.set_step(1.4 * 0.02 / parts).has_value());
+    Workspace<double> workspace = shorter.workspace();
     auto batch = placed<double>(joined);
-    for (int n = 0; n < 4 * parts; ++n) {
-      REQUIRE(plan.set_step(n % 2 == 0 ? 0.6 * h : 1.4 * h).has_value());
-      step(plan, *batch);
+    for (int n = 0; n < 10 * parts; ++n) {
+      REQUIRE((n % 2 == 0 ? shorter : longer).step(batch->view(), workspace) == StepResult::done);
     }
     return test::values_of(batch->view());
   };
-  CHECK(std::abs(order_of(run(320), run(640), run(1280)) - 2) < 0.2);
+  CHECK(std::abs(order_of(run(160), run(320), run(640)) - 2) < 0.2);
 }
 
 TEST_CASE("generalized alpha: what goes there and back returns with the square of the step") {
@@ -244,8 +246,8 @@ TEST_CASE("generalized alpha: cloth stays calm where every step starts anew") {
 
 // ---- memory ------------------------------------------------------------------------------------------------------------
 
-TEST_CASE_TEMPLATE("generalized alpha: n steps are n times one step, and end where a pause, a step of 0 s and a copy do", T, float,
-                   double) {
+TEST_CASE_TEMPLATE("generalized alpha: n steps are n times one step, and end where a pause, a step of 0 s and a copy do", T,
+                   float, double) {
   for (const double damping : {0.0, 0.02}) {
     for (Joined joined : both_forms(falling({.damping = damping}))) {
       CAPTURE(joined.name);
@@ -332,7 +334,7 @@ TEST_CASE_TEMPLATE("generalized alpha: a bad particle that is mended goes on", T
     state.v[2][41] = std::numeric_limits<T>::infinity();
     step(plan, *batch, 5);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (const std::size_t i : {40, 41}) {
+      for (const std::size_t i : {std::size_t{40}, std::size_t{41}}) {
         state.x[axis][i] = static_cast<T>(joined.x[i][axis]) + (axis == 1 ? x : T(0));
         state.v[axis][i] = 0;
       }

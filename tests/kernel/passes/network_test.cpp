@@ -690,8 +690,11 @@ TEST_CASE("network: sequential is stable at every step, linear springs") {
   springs.stiffness = Scalars(k);
   springs.rest_length = 1.0;
   joined.scene.add(Network(springs));
-  for (const auto& [theta, step] : {std::pair{std::optional(0.5), 0.01}, {std::optional(0.5), 0.1}, {std::optional(0.5), 10.0},
-                                    {std::optional<double>(), 0.01}, {std::optional<double>(), 10.0}}) {
+  for (const auto& [theta, step] : {std::pair{std::optional(0.5), 0.01},
+                                    {std::optional(0.5), 0.1},
+                                    {std::optional(0.5), 10.0},
+                                    {std::optional<double>(), 0.01},
+                                    {std::optional<double>(), 10.0}}) {
     joined.scene.coupling = {.scheme = Scheme::sequential, .substeps = 1, .theta = theta};
     joined.step = step;
     const auto got = stepped<double>(joined, {.isa = best_isa()}, 10000);

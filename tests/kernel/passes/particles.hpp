@@ -9,6 +9,7 @@
 #include "dvdx/isa.hpp"
 #include "dvdx/scene.hpp"
 #include "isa/passes.hpp"
+#include "passes/contact/bend_terms.hpp"
 #include "passes/contact/contact.hpp"
 #include "passes/contact/make_surface.hpp"
 #include "passes/radial/radial.hpp"
@@ -64,6 +65,18 @@ class Particles {
   void set_offsets(std::size_t axis, double dv, double dx) {
     offsets_.P[axis] = static_cast<T>(dv);
     offsets_.Q[axis] = static_cast<T>(dx);
+  }
+  // Springs of z and drag of q a step, which differ from axis to axis, bend the paths, and so does a force that depends on time
+  // where theta > 0. (The particles move as they did: paths meet their ends whatever makes them.)
+  void bend(double z, double q, double theta) {
+    terms.bend.axes = 3;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double part = 1 - 0.25 * static_cast<double>(axis);
+      terms.bend.w[axis] = static_cast<T>(part * z * z);
+      terms.bend.q[axis] = static_cast<T>(part * q * (terms.h < 0 ? -1 : 1));
+      for (std::size_t n = 0; n < 3; ++n) offsets_.drive[n][axis] = static_cast<T>(theta > 0 ? 1e-3 * part : 0);
+    }
+    set_bend(terms.bend, z, q, theta);
   }
   [[nodiscard]] State3<T> at(std::size_t i) const {
     return {{columns_[0][i], columns_[1][i], columns_[2][i]}, {columns_[3][i], columns_[4][i], columns_[5][i]}};

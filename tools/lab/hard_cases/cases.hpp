@@ -11,6 +11,7 @@ namespace dvdx::tool::stability {
 [[nodiscard]] std::vector<Case> contact_cases();  // impacts, rest, friction
 [[nodiscard]] std::vector<Case> network_cases();  // springs between particles
 [[nodiscard]] std::vector<Case> heat_cases();     // sheets that crumple
+[[nodiscard]] std::vector<Case> damping_cases();  // along springs
 [[nodiscard]] std::vector<Case> input_cases();    // steps, masses and numbers that are no plain ones; the same bits
 
 inline constexpr int last_case = 58;

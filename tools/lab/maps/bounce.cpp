@@ -4,10 +4,15 @@
 #include <cmath>
 
 // Equation   x'' = -a - W x - g v above the plane x = 0
-// Path       of a step without impact, from (x0, v0) to (x1, v1) in the time t: the parabola x0 + f t v0 + f^2 (x1 - x0 - t v0)
-// Impact     at its first root f; there v_f = v0 + f (v1 - v0)
-// Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a it acts on the position for the remaining step: dx = (1 - f) t dv.
-//            Brown's own second pulse ends the step on the plane instead.
+// Path       the flow, or with a straight sweep the chord of what remains of the step
+// Impact     at its first root f; there v_f is the flow's. Under a alone the path is a parabola and f a closed form; else the
+// root
+//            is found by halving.
+// Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a it acts on the rest r of the step as the flow carries it: dx = dv p1(r),
+// and
+//            dv p0(r) is left of it; p1 = r, sin(omega r)/omega or (1 - exp(-g r))/g, p0 its derivative. Brown's own second
+//            pulse ends the step on the plane instead.
+// Rest       e = 0 where the bounces after an impact, 2 e v_f/(1 - e) long in units of the acceleration, end within the step
 // Energy     under a alone, e = 1: E' - E = dv (v1 + dv/2) + a dx = 2 v_f (v_f - v1 - (1-f) t a) = 0, for v1 = v_f - (1-f) t a.
 //            Ended on the plane, the speed is |v_f| less (1-f) t a, and the height is lost: E'/E = (1 - (1-f) t a/|v_f|)^2.
 
@@ -21,6 +26,25 @@ constexpr int parts = 32;  // of a step
 double first_root(double x0, double d, double c) {
   const double root = std::sqrt(std::max(d * d - 4 * c * x0, 0.0));
   return d < 0 ? 2 * x0 / (root - d) : (d + root) / (-2 * c);
+}
+
+// The part of t at which the flow from above the plane, or from the plane away from it, comes down to it.
+double first_root(const Pulling& pulling, Motion start, double t) {
+  double above = 0;
+  double below = 1;
+  if (start.x <= 0 && start.v <= 0) return 0;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = (above + below) / 2;
+    (flowed(pulling, start, middle * t).x >= 0 ? above : below) = middle;
+  }
+  return below;
+}
+
+bool bends(const Pulling& pulling) { return pulling.W > 0 || pulling.drag > 0; }
+
+// What the flow makes of a unit pulse.
+Motion pulse_after(const Pulling& pulling, double r) {
+  return flowed({.gravity = 0, .W = pulling.W, .drag = pulling.drag}, {0, 1}, r);
 }
 
 }  // namespace
@@ -49,18 +73,23 @@ double energy_of(const Pulling& pulling, Motion at) {
 Motion bounced(const Pulling& pulling, Motion start, double h, const Impact& impact) {
   Motion end = flowed(pulling, start, h);
   double t = h;
+  const double e = impact.restitution;
   for (int n = 0; n < most_impacts && end.x < 0; ++n) {
-    const double d = impact.sweep == ContactPath::line ? end.x - start.x : t * start.v;
+    const bool is_line = impact.sweep == ContactPath::line;
+    const double d = is_line ? end.x - start.x : t * start.v;
     if (n > 0 && d <= 0) break;  // it rests
-    const double f = first_root(start.x, d, end.x - start.x - d);
-    const double v_f = start.v + f * (end.v - start.v);
+    const double f = bends(pulling) && !is_line ? first_root(pulling, start, t) : first_root(start.x, d, end.x - start.x - d);
+    const double v_f = bends(pulling) ? flowed(pulling, start, f * t).v : start.v + f * (end.v - start.v);
+    const double pressed = (1 - f) * (end.v - start.v);
     t *= 1 - f;
     start = {0, v_f};
-    if (v_f > 0) continue;  // the parabola arrives, but by its velocities it leaves
-    const double dv = -(1 + impact.restitution) * v_f;
-    end.v += dv;
+    if (v_f > 0) continue;  // the path arrives, but by its velocities it leaves
+    const bool is_over = impact.response == Response::resume && e > 0 && 2 * e * -v_f <= (e - 1) * pressed;
+    const double dv = -(1 + (is_over ? 0 : e)) * v_f;
+    const Motion pulse = pulse_after(pulling, t);
+    end.v += dv * pulse.v;
     if (impact.response == Response::end_on_surface) return {0, end.v};
-    end.x += t * dv;
+    end.x += dv * pulse.x;
     start.v += dv;
   }
   return end.x < 0 ? Motion{0, std::max(end.v, 0.0)} : end;

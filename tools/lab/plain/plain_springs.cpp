@@ -13,12 +13,22 @@ double length(const Vec3& d) { return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2]
 
 // x' and v' of every body.
 void rates(const PlainSprings& system, const Bodies& at, Bodies& out) {
-  for (std::size_t i = 0; i < at.size(); ++i) out[i] = {at[i].v, system.mass[i] > 0 ? system.gravity : Vec3{}};
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    out[i] = {at[i].v, system.mass[i] > 0 ? system.gravity : Vec3{}};
+    if (system.mass[i] == 0 || (system.drag == 0 && system.anchor == 0)) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      out[i].v[axis] -= system.drag * at[i].v[axis] + system.anchor * (at[i].x[axis] - system.bodies[i].x[axis]);
+    }
+  }
   for (const Link& link : system.links) {
     const Vec3 d = between(at[link.a].x, at[link.b].x);
     const double r = length(d);
     if (r == 0) continue;
-    const double pull = link.stiffness * (1 - link.rest_length / r);
+    double pull = link.stiffness * (1 - link.rest_length / r);
+    if (link.damping != 0) {
+      const Vec3 u = between(at[link.a].v, at[link.b].v);
+      pull += link.damping * (d[0] * u[0] + d[1] * u[1] + d[2] * u[2]) / (r * r);
+    }
     const double to_a = system.mass[link.a] > 0 ? pull / system.mass[link.a] : 0;
     const double to_b = system.mass[link.b] > 0 ? pull / system.mass[link.b] : 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -87,7 +97,10 @@ Scene scene_of(const PlainSprings& system, const Coupling& coupling) {
     scene.fixed.push_back(i);
   }
   scene.mass = std::move(mass);
+  const double heaviest = *std::max_element(system.mass.begin(), system.mass.end());
   if (system.gravity != Vec3{}) scene.add(Constant{.acceleration = system.gravity});
+  if (system.drag != 0) scene.add(Drag{.coefficient = system.drag * heaviest});
+  if (system.anchor != 0) scene.add(Spring{.stiffness = system.anchor * heaviest, .anchor = at_start});
   Springs springs;
   std::vector<double> stiffness;
   std::vector<double> rest_length;
@@ -98,6 +111,7 @@ Scene scene_of(const PlainSprings& system, const Coupling& coupling) {
   }
   springs.stiffness = std::move(stiffness);
   springs.rest_length = std::move(rest_length);
+  springs.damping = system.links.empty() ? 0 : system.links.front().damping;
   scene.add(Network(std::move(springs)));
   scene.coupling = coupling;
   return scene;

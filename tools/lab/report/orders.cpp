@@ -150,19 +150,26 @@ bool is_damped(const Network& network) {
   return std::visit([](const auto& each) { return each.damping > 0; }, network);
 }
 
-// Pulses that depend on positions alone, between exact flows.
+// Pulses between exact flows. Damping along the springs is part of a pulse to the scheme's own order, but of accumulated pairs,
+// whose damping does not see within a sub-step what the others do; nor does what damps in the flows see the pairs.
 Theory network_theory(const SceneFile& file, const Coupled& coupled) {
   const auto& networks = file.scene.networks;
   if (!file.scene.contacts.empty()) return {std::nullopt, "no theory: impacts"};
   if (!file.scene.constraints.empty()) return {std::nullopt, "no theory: constraints"};
-  if (std::any_of(networks.begin(), networks.end(), is_damped)) return {std::nullopt, "no theory: damped springs"};
-  if (coupled.scheme == "leapfrog") return {2, ""};
-  if (coupled.scheme == "fourth_order") return {4, ""};
-  if (coupled.scheme == "sequential")
-    return {coupled.theta.value_or(0.5) == 0.5 && coupled.sweep == "symmetric" ? 2.0 : 1.0, ""};
-  const bool is_first = coupled.axis == "start" || coupled.method == "pulse" || coupled.method == "symplectic_euler";
+  const Traits traits = traits_of(file.scene);
+  if (traits.radial) return {std::nullopt, "no theory: radial springs"};
+  const bool is_any_damped = std::any_of(networks.begin(), networks.end(), is_damped);
+  const auto of_flows = smooth_order(file, file.scene.method).order;
+  const auto order = [&](double of_pulses) { return Theory{std::min(of_pulses, of_flows.value_or(of_pulses)), ""}; };
+  if (coupled.scheme == "leapfrog") return order(2);
+  if (coupled.scheme == "fourth_order") return order(4);
+  if (coupled.scheme == "sequential") return order(coupled.theta.value_or(0.5) == 0.5 && coupled.sweep == "symmetric" ? 2 : 1);
   if (coupled.method == "exact" && closed_form_of(file) == ClosedForm::pair) return {std::nullopt, "exact"};
-  return {is_first ? 1.0 : 2.0, ""};
+  const bool is_first = coupled.method == "combined"
+                            ? is_any_damped
+                            : coupled.axis == "start" || coupled.method == "pulse" || coupled.method == "symplectic_euler" ||
+                                  is_any_damped || traits.damped > 0;
+  return order(is_first ? 1 : 2);
 }
 
 Theory theory_named(const SceneFile& file, const std::string& method) {

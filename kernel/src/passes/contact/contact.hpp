@@ -8,7 +8,8 @@
 
 // A step without its contacts runs from (x0, v0) to (x1, v1) in the time t. With f in 0..1 the fraction of it that has passed:
 //
-// Path.    curve:  x(f) = x0 + f (u + f a),  u = t v0,  a = x1 - x0 - u        (exact where the acceleration is constant)
+// Path.    curve:  x(f) = x0 + f (u + f a),  u = t v0,  a = x1 - x0 - u        (exact where the acceleration is constant; bend.hpp
+//                  has the path and the response where springs, drag or forces of time bend it)
 //          line:   x(f) = x0 + f (x1 - x0)
 // Impact.  The first f at which the distance s from the surface goes from + to -. For a plane s(f) = s0 + d0 f + c f^2 with
 //          d0 = n.u, c = s1 - s0 - d0, and the root is taken in the form in which nothing cancels:
@@ -31,10 +32,20 @@
 //          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
 //          `resume` goes on with the remaining step as a new path, on which every surface is looked for again; the one just
 //          left stands at s0 = 0 exactly.
-// Resting. What is inside after all impacts is put onto the surface, and its v_n < 0 is removed as by a plastic impact, with
-//          Coulomb's friction of the velocity removed. A particle whose tangential velocity does not move it by half an ulp in
-//          the step stays where the path began: rounding alone must not make a resting particle creep. Several surfaces: in
-//          turn, until all agree within rounding.
+// Settling. The bounces after an impact with e < 1 are over at 2 e |v_n| / (b (1-e)), b the acceleration onto the surface; where
+//          that is within the step, the impact is the last: e = 0, and with tau < 1 no tangential velocity is left.
+// Rest.    A surface may hold a particle that stands on it (4 eps of the coordinates) if that leaves it no higher than rounding
+//          (below) or comes no faster than forces bring it to rest there, and settles, within the step. Of those under which the
+//          particle would end, the deepest takes it back along its normal; if another still has it inside, both do, with the
+//          multiples (kappa = n_a.n_b)
+//            l_a = (kappa s_b - s_a)/(1 - kappa^2),  l_b = (kappa s_a - s_b)/(1 - kappa^2),   neither of them negative;
+//          a third leaves two of them or no motion at all. The same multiples for the velocities are the pulses of the normal
+//          forces, and Coulomb's friction takes at most sum mu l off the velocity along the surfaces, evenly through the step.
+//          Impacts on other surfaces are looked for on the path that is held; after one, what holds is found again.
+//          A particle whose velocity does not move it by half an ulp in the step stays where the path began: rounding alone
+//          must not make a resting particle creep.
+// Clamp.   What is inside after all impacts is put onto the surface, and its v_n < 0 is removed as by a plastic impact, with
+//          Coulomb's friction of the velocity removed. Several surfaces: in turn, until all agree within rounding.
 // Sphere.  s = side (|x-c| - R). Its sign is that of g = side (|x-c|^2 - R^2) / (2R), a quartic along the parabola.
 //          First guess: the quadratic Taylor part of g at the path's start (exact for a straight path), else the quadratic
 //          through g0, g0' and g1; then Newton's steps that keep to 0..1 and to g' < 0.
@@ -45,6 +56,9 @@ namespace dvdx {
 // Whatever depends on it is a switch that names every shape, in all builds by -Werror=switch: a new one does not compile until
 // each place has it.
 enum class Shape : std::uint8_t { plane, sphere };
+
+// Of the path of a step between two impacts: a parabola where no spring and no drag acts (bend.hpp).
+enum class PathForm : std::uint8_t { parabola, flow };
 
 template <class T>
 struct Surface {

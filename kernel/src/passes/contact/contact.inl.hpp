@@ -4,8 +4,10 @@
 
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "isa/lanes.hpp"
+#include "passes/contact/bend.inl.hpp"
 #include "passes/contact/contact.hpp"
 #include "passes/terms.hpp"
 #include "passes/three.inl.hpp"
@@ -65,13 +67,13 @@ class TouchTest {
 
  public:
   explicit TouchTest(const Terms<T>& terms) noexcept
-      : first_(terms.surfaces), end_(terms.surfaces + terms.surface_count), half_(terms.h * T(0.5)) {}
+      : first_(terms.surfaces), end_(terms.surfaces + terms.surface_count), corner_(terms.h * terms.bend.corner) {}
 
   struct Sums {};
   [[gnu::always_inline]] void add(std::size_t, const Trajectory<V>&, Sums&) const noexcept {}
 
   [[gnu::always_inline]] Mask<V> operator()(const Trajectory<V>& m, const Sums&) const noexcept {
-    const Three<V> middle = multiply_add<arithmetic>(half_, m.v0, m.x0);
+    const Three<V> middle = multiply_add<arithmetic>(corner_, m.v0, m.x0);
     Mask<V> touches(false);
     for (const Surface<T>* surface = first_; surface != end_; ++surface) {
       touches = touches | may_touch<V, arithmetic>(*surface, m, middle);
@@ -82,7 +84,7 @@ class TouchTest {
  private:
   const Surface<T>* first_;
   const Surface<T>* end_;
-  V half_;
+  V corner_;
 };
 
 // The same for a single plane, axis by axis as soon as it has moved, which takes fewer registers. Where dips do
@@ -95,7 +97,7 @@ class PlaneTouchTest {
   explicit PlaneTouchTest(const Terms<T>& terms) noexcept
       : n_(three<V>(terms.surfaces[0].n)),
         d_(terms.surfaces[0].d),
-        half_(terms.h * T(0.5)),
+        corner_(terms.h * terms.bend.corner),
         middle_d_(terms.surfaces[0].finds_dips ? terms.surfaces[0].d : -std::numeric_limits<T>::infinity()) {}
 
   struct Sums {
@@ -103,7 +105,7 @@ class PlaneTouchTest {
   };
   [[gnu::always_inline]] void add(std::size_t axis, const Trajectory<V>& m, Sums& sums) const noexcept {
     accumulate(axis, m.x1[axis], sums.end);
-    accumulate(axis, multiply_add<arithmetic>(half_, m.v0[axis], m.x0[axis]), sums.middle);
+    accumulate(axis, multiply_add<arithmetic>(corner_, m.v0[axis], m.x0[axis]), sums.middle);
   }
   [[gnu::always_inline]] Mask<V> operator()(const Trajectory<V>&, const Sums& sums) const noexcept {
     return (sums.end < d_) | (sums.middle < middle_d_);
@@ -115,7 +117,7 @@ class PlaneTouchTest {
   }
 
   Three<V> n_;
-  V d_, half_, middle_d_;
+  V d_, corner_, middle_d_;
 };
 
 // ---------------------------------------------------------------------------------- geometry
@@ -169,6 +171,89 @@ Path<V> path(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) noe
   return {u, chord - u};
 }
 
+// The numbers of the surfaces that hold lanes for the rest of their step, -1 where there are fewer than three, and what they
+// changed at its end.
+template <class V>
+struct Held {
+  V a, b, c;
+  Three<V> dx, dv;
+};
+
+template <class V>
+Held<V> not_held() noexcept {
+  const V none(Scalar<V>(-1));
+  const V zero(Scalar<V>(0));
+  return {none, none, none, three<V>(zero), three<V>(zero)};
+}
+
+// Lanes during one step. `last` is the number of the surface that was hit last, `t` what remains of the step.
+template <class V, Arithmetic arithmetic, PathForm form>
+struct Course {
+  V direction, t, last;
+  Mask<V> active, loose;  // loose: near a surface, and did not hit it
+  Held<V> held;
+};
+template <class V, Arithmetic arithmetic>
+struct Course<V, arithmetic, PathForm::flow> {
+  V direction, t, last;
+  Mask<V> active, loose;
+  Held<V> held;
+  const Bending<V, arithmetic>* bending;
+  V h, left;         // the whole step, s, and the part of it that remains
+  Responses<V> end;  // those of what remains
+  Drive<V> drive;    // where forces depend on time
+};
+
+// D1 P + D2 P' + D3 P'': what forces of time add to a path or a velocity.
+template <class V, Arithmetic arithmetic>
+Three<V> driven(const Drive<V>& drive, const Three<V>& first, const Three<V>& second, const Three<V>& third) noexcept {
+  Three<V> sum;
+  for (std::size_t k = 0; k < 3; ++k) {
+    sum[k] = multiply_add<arithmetic>(drive.D3[k], third[k],
+                                      multiply_add<arithmetic>(drive.D2[k], second[k], drive.D1[k] * first[k]));
+  }
+  return sum;
+}
+
+// A path of PathForm::flow: from its start, u P1 + F P2, and what forces of time add.
+template <class V, Arithmetic arithmetic>
+struct FlowPath {
+  Three<V> u, F;
+  const Drive<V>* drive;  // null: no force depends on time
+
+  [[nodiscard]] Three<V> way(const Responses<V>& P) const noexcept {
+    Three<V> way;
+    for (std::size_t k = 0; k < 3; ++k) way[k] = multiply_add<arithmetic>(F[k], P.P2[k], u[k] * P.P1[k]);
+    return drive != nullptr ? way + driven<V, arithmetic>(*drive, P.P3, P.P4, P.P5) : way;
+  }
+  [[nodiscard]] Three<V> rate(const Responses<V>& P) const noexcept {
+    Three<V> rate;
+    for (std::size_t k = 0; k < 3; ++k) rate[k] = multiply_add<arithmetic>(F[k], P.P1[k], u[k] * P.P0[k]);
+    return drive != nullptr ? rate + driven<V, arithmetic>(*drive, P.P2, P.P3, P.P4) : rate;
+  }
+};
+
+// 1/P of a response, and 0 where nothing is left of a step.
+template <class V>
+V inverse(V P) noexcept {
+  const V zero(Scalar<V>(0));
+  const V one(Scalar<V>(1));
+  const Mask<V> is_left = differ(P, zero);
+  return select<V>(is_left, quotient<V>(one, select<V>(is_left, P, one)), zero);
+}
+
+template <class V, Arithmetic arithmetic>
+FlowPath<V, arithmetic> flow_path(const Trajectory<V>& m, const Course<V, arithmetic, PathForm::flow>& course) noexcept {
+  FlowPath<V, arithmetic> path{course.h * m.v0, {}, course.bending->is_driven() ? &course.drive : nullptr};
+  const auto& P = course.end;
+  Three<V> way = m.x1 - m.x0;
+  if (path.drive != nullptr) way = way - driven<V, arithmetic>(course.drive, P.P3, P.P4, P.P5);
+  for (std::size_t k = 0; k < 3; ++k) {
+    path.F[k] = subtract_product<arithmetic>(way[k], path.u[k], P.P1[k]) * inverse(P.P2[k]);
+  }
+  return path;
+}
+
 template <class V, Arithmetic arithmetic>
 Three<V> along(const Three<V>& start, const Path<V>& path, V f) noexcept {
   return multiply_add<arithmetic>(f, multiply_add<arithmetic>(f, path.a, path.u), start);
@@ -204,32 +289,195 @@ Mask<V> stays(const Surface<Scalar<V>>& surface, V d0, V c, V low) noexcept {
   return (d0 <= V(Scalar<V>(0))) | (d0 * d0 <= -(low * c));
 }
 
-template <class V, Arithmetic arithmetic>
-Crossing<V> cross_plane(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, Mask<V> held, V low) noexcept {
+// Newton's steps for the first zero of `gap`, from f on, which keep between 0, where it is positive, and `end`, where it is
+// negative. `gap` returns it and its slope at f.
+template <class V, class GapAt>
+V refined(const GapAt& gap, V f, V end, int steps, bool halves) noexcept {
   const V zero(Scalar<V>(0));
-  const V one(Scalar<V>(1));
+  const V half(Scalar<V>(0.5));
+  V low = zero;
+  V high = end;
+  for (int step = 0; step < steps; ++step) {
+    const auto [s, slope] = gap(f);
+    const Mask<V> is_beyond = s < zero;
+    high = select<V>(is_beyond, f, high);
+    low = select<V>(is_beyond, low, f);
+    const V next = f - quotient<V>(s, slope);
+    const Mask<V> is_good = (slope < zero) & (next >= low) & (next <= high);
+    f = select<V>(is_good, next, halves ? half * (low + high) : f);
+  }
+  return f;
+}
+
+template <class V>
+struct Gap {
+  V s, slope;  // slope: per f
+};
+
+// The lowest point of a path that starts towards a plane and ends outside, and the distance there.
+template <class V>
+struct Lowest {
+  V f, s;
+};
+
+template <class V, Arithmetic arithmetic>
+class PlanePath {
+  using T = Scalar<V>;
+
+ public:
+  PlanePath(const Surface<T>& surface, const Trajectory<V>& m, const Course<V, arithmetic, PathForm::flow>& course,
+            V s0) noexcept
+      : course_(course), path_(flow_path<V, arithmetic>(m, course)), n_(three<V>(surface.n)), s0_(s0) {}
+
+  [[nodiscard]] Gap<V> operator()(V f) const noexcept {
+    const Responses<V> P = (*course_.bending)(f * course_.left);
+    return {s0_ + dot<arithmetic>(n_, path_.way(P)), course_.left * dot<arithmetic>(n_, path_.rate(P))};
+  }
+
+  [[nodiscard]] Lowest<V> lowest(V f, int steps) const noexcept {
+    const V zero(T(0));
+    const V one(T(1));
+    const auto& [w, q] = std::pair(course_.bending->w, course_.bending->q);
+    for (int step = 0; step < steps; ++step) {
+      const Responses<V> P = (*course_.bending)(f * course_.left);
+      Three<V> second;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const V pull = multiply_add<arithmetic>(q[k], P.P0[k], w[k] * P.P1[k]);
+        second[k] = subtract_product<arithmetic>(path_.F[k] * P.P0[k], path_.u[k], pull);
+      }
+      if (path_.drive != nullptr) second = second + driven<V, arithmetic>(*path_.drive, P.P1, P.P2, P.P3);
+      const V next = f - quotient<V>(dot<arithmetic>(n_, path_.rate(P)), course_.left * dot<arithmetic>(n_, second));
+      f = select<V>((next > zero) & (next < one), next, f);
+    }
+    return {f, (*this)(f).s};
+  }
+
+ private:
+  const Course<V, arithmetic, PathForm::flow>& course_;
+  FlowPath<V, arithmetic> path_;
+  Three<V> n_;
+  V s0_;
+};
+
+template <class V, Arithmetic arithmetic, PathForm form>
+Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                        const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const V one(T(1));
   const V start = touch<V, arithmetic>(surface, m.x0).s;
   const V s0 = select<V>(held | (start < zero), zero, start);
   const V s1 = touch<V, arithmetic>(surface, m.x1).s;
-  const V d0 = surface.sweep == ContactPath::line ? s1 - s0 : t * dot<arithmetic>(three<V>(surface.n), m.v0);
+  const V d0 = surface.sweep == ContactPath::line ? s1 - s0 : course.t * dot<arithmetic>(three<V>(surface.n), m.v0);
   const V c = (s1 - s0) - d0;
   const V disc = discriminant<V, arithmetic>(s0, d0, c);
-  const V f = first_root(s0, d0, c, disc);
+  V f = first_root(s0, d0, c, disc);
   Mask<V> hits = s1 < zero;
-  if (surface.finds_dips) hits = hits | ((d0 < zero) & (disc > zero) & (-d0 < c + c));
-  return {select<V>(f < one, f, one), hits & !(held & stays(surface, d0, c, low))};
+  const Mask<V> kept = held & stays(surface, d0, c, low);
+  if constexpr (form == PathForm::parabola) {
+    if (surface.finds_dips) hits = hits | ((d0 < zero) & (disc > zero) & (-d0 < c + c));
+    return {select<V>(f < one, f, one), hits & !kept};
+  } else {
+    f = select<V>(f < one, f, one);
+    if (surface.sweep == ContactPath::line) return {f, hits & !kept};
+    const PlanePath<V, arithmetic> path(surface, m, course, s0);
+    V end = one;
+    if (surface.finds_dips) {
+      const Mask<V> may_dip =
+          course.active & (!kept) & (!hits) & (d0 < zero) & (multiply_add<arithmetic>(V(terms.bend.corner), d0, s0) < zero);
+      if (any_lane<V>(may_dip)) {
+        const Lowest<V> lowest = path.lowest(quotient<V>(-d0, c + c), terms.bend.newton_steps);
+        const Mask<V> dips = may_dip & (lowest.s < zero);
+        const V d = lowest.f * d0;
+        const V b = (lowest.s - s0) - d;
+        const V part = first_root(s0, d, b, discriminant<V, arithmetic>(s0, d, b));
+        f = select<V>(dips, lowest.f * part, f);
+        end = select<V>(dips, lowest.f, end);
+        hits = hits | dips;
+      }
+    }
+    hits = course.active & hits & !kept;
+    if (any_lane<V>(hits)) f = refined(path, f, end, terms.bend.newton_steps, terms.bend.is_far);
+    return {f, hits};
+  }
 }
 
+// Along a straight line or a parabola from r0.
 template <class V, Arithmetic arithmetic>
-Crossing<V> cross_sphere(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, Mask<V> held, V low) noexcept {
+struct SphereCurve {
+  const Three<V>& r0;
+  const Path<V>& way;
+  void operator()(V f, Three<V>& r, Three<V>& tangent) const noexcept {
+    r = along<V, arithmetic>(r0, way, f);
+    tangent = multiply_add<arithmetic>(f + f, way.a, way.u);
+  }
+};
+template <class V, Arithmetic arithmetic>
+struct SphereFlow {
+  const Three<V>& r0;
+  const FlowPath<V, arithmetic>& path;
+  const Course<V, arithmetic, PathForm::flow>& course;
+  void operator()(V f, Three<V>& r, Three<V>& tangent) const noexcept {
+    const Responses<V> P = (*course.bending)(f * course.left);
+    r = r0 + path.way(P);
+    tangent = course.left * path.rate(P);
+  }
+};
+
+template <class V>
+struct SphereEnd {
+  V f, g, slope;
+};
+
+template <class V, Arithmetic arithmetic, class Way>
+SphereEnd<V> newton_to_sphere(const Surface<Scalar<V>>& surface, const Way& way, V f, int steps, bool halves) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const V one(T(1));
+  const V half(T(0.5));
+  const V k(surface.half_curvature);
+  const V square(surface.radius * surface.radius);
+  V low = zero;
+  V high = one;
+  for (int step = 0;; ++step) {
+    Three<V> r, tangent;
+    way(f, r, tangent);
+    const V g = k * (dot<arithmetic>(r, r) - square);
+    const V slope = (k + k) * dot<arithmetic>(r, tangent);
+    if (step == steps) return {f, g, slope};
+    if (halves) {
+      const Mask<V> is_beyond = g < zero;
+      high = select<V>(is_beyond, f, high);
+      low = select<V>(is_beyond, low, f);
+    }
+    const V next = f - quotient<V>(g, slope);
+    const Mask<V> is_good = (slope < zero) & (next >= low) & (next <= high);
+    f = select<V>(is_good, next, halves ? half * (low + high) : f);
+  }
+}
+
+template <class V, Arithmetic arithmetic, PathForm form>
+Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                         const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
   const V k(surface.half_curvature);
   const V square(surface.radius * surface.radius);
-  const Path<V> way = path(surface, m, t);
+  Path<V> way = path(surface, m, course.t);
   const Three<V> r0 = m.x0 - three<V>(surface.center);
   const Three<V> r1 = m.x1 - three<V>(surface.center);
+  const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
+  FlowPath<V, arithmetic> bent;
+  if constexpr (form == PathForm::flow) {
+    bent = flow_path<V, arithmetic>(m, course);
+    if (is_flow && surface.finds_dips) {  // the path's own curvature at its start
+      const V half_square = V(T(0.5)) * (course.left * course.left);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
+      }
+    }
+  }
 
   const V start = k * (dot<arithmetic>(r0, r0) - square);
   const V g0 = select<V>(held | (start < zero), zero, start);
@@ -246,34 +494,36 @@ Crossing<V> cross_sphere(const Surface<Scalar<V>>& surface, const Trajectory<V>&
   V f = select<V>(found, taylor, secant);
   f = select<V>(f < one, f, one);
 
-  V g = zero;
-  V slope = zero;
-  for (int step = 0; step <= newton_steps; ++step) {
-    const Three<V> r = along<V, arithmetic>(r0, way, f);
-    const Three<V> tangent = multiply_add<arithmetic>(f + f, way.a, way.u);
-    g = k * (dot<arithmetic>(r, r) - square);
-    slope = (k + k) * dot<arithmetic>(r, tangent);
-    if (step == newton_steps) break;
-    const V next = f - quotient<V>(g, slope);
-    f = select<V>((slope < zero) & (next >= zero) & (next <= one), next, f);
+  SphereEnd<V> end;
+  if constexpr (form == PathForm::flow) {
+    if (is_flow) {
+      const int steps = terms.bend.is_far ? 3 * newton_steps : newton_steps;
+      end = newton_to_sphere<V, arithmetic>(surface, SphereFlow<V, arithmetic>{r0, bent, course}, f, steps,
+                                            terms.bend.is_far && !surface.finds_dips);
+    } else {
+      end = newton_to_sphere<V, arithmetic>(surface, SphereCurve<V, arithmetic>{r0, way}, f, newton_steps, false);
+    }
+  } else {
+    end = newton_to_sphere<V, arithmetic>(surface, SphereCurve<V, arithmetic>{r0, way}, f, newton_steps, false);
   }
   const V scale = (one_norm(r0) + one_norm(way.u)) + V(surface.radius);
-  const Mask<V> dips = found & (slope < zero) & (g <= V(16 * std::numeric_limits<T>::epsilon()) * scale);
-  return {f, ((g1 < zero) | dips) & !(held & stays(surface, d0, c, low))};
+  const Mask<V> dips = found & (end.slope < zero) & (end.g <= V(16 * std::numeric_limits<T>::epsilon()) * scale);
+  return {end.f, ((g1 < zero) | dips) & !(held & stays(surface, d0, c, low))};
 }
 
-template <class V, Arithmetic arithmetic>
-Crossing<V> cross(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, Mask<V> held, V low) noexcept {
+template <class V, Arithmetic arithmetic, PathForm form>
+Crossing<V> cross(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                  const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
   switch (surface.shape) {
     case Shape::plane:
-      return cross_plane<V, arithmetic>(surface, m, t, held, low);
+      return cross_plane<V, arithmetic, form>(terms, surface, m, course, held, low);
     case Shape::sphere:
       break;
   }
-  return cross_sphere<V, arithmetic>(surface, m, t, held, low);
+  return cross_sphere<V, arithmetic, form>(terms, surface, m, course, held, low);
 }
 
-// ---------------------------------------------------------------------------------- impacts and resting
+// ---------------------------------------------------------------------------------- friction
 
 // What friction that can take away `slide` leaves of a tangential velocity; all of it vanishes up to `hold`.
 template <class V>
@@ -284,17 +534,266 @@ V kept_by_friction(V slide, V hold, V length) noexcept {
   return select<V>(hold > zero, kept, one);
 }
 
-// Lanes during one step. `last` is the number of the surface that was hit last, `t` what remains of the step.
+// ---------------------------------------------------------------------------------- resting
+
+// A surface that holds lanes: its number (-1: none), its normal and distance at the end of the step as nothing would hold them,
+// the distance at the start, its friction.
 template <class V>
-struct Course {
-  V direction, t, last;
-  Mask<V> active;
+struct Holder {
+  V number, s, s0, mu, hold;
+  Three<V> n;
 };
 
-// What is left of the tangential velocity at an impact. What lay or slid on the surface before comes to none.
+template <class V>
+Holder<V> no_holder() noexcept {
+  const V zero(Scalar<V>(0));
+  return {V(Scalar<V>(-1)), zero, zero, zero, zero, three<V>(zero)};
+}
+
+template <class V>
+Holder<V> select(const Mask<V>& where, const Holder<V>& a, const Holder<V>& b) noexcept {
+  return {select<V>(where, a.number, b.number), select<V>(where, a.s, b.s),       select<V>(where, a.s0, b.s0),
+          select<V>(where, a.mu, b.mu),         select<V>(where, a.hold, b.hold), select(where, a.n, b.n)};
+}
+
+template <class V>
+Mask<V> is_among(const Held<V>& held, V number) noexcept {
+  return (held.a == number) | (held.b == number) | (held.c == number);
+}
+
+// Which surfaces may hold lanes from here on: they stand on them, and neither leave them higher than rounding nor come faster
+// than forces bring them to rest on them within the step. Looked at once for each of the first surfaces.
+template <class V, Arithmetic arithmetic, PathForm form>
+class Candidates {
+  using T = Scalar<V>;
+
+ public:
+  Candidates(const Terms<T>& terms, const Trajectory<V>& m, const Course<V, arithmetic, form>& course) noexcept
+      : end_size(one_norm(m.x1)), terms_(terms), m_(m), course_(course), size_(one_norm(m.x0)) {}
+
+  struct Candidate {
+    Mask<V> may_hold;
+    V s0;  // the distance at the start
+  };
+
+  // s1: the distance at the end.
+  [[nodiscard]] Candidate of(std::size_t j, V s1) noexcept {
+    if (j >= kept) return look(j, s1);
+    if (!is_known_[j]) known_[j] = look(j, s1);
+    is_known_[j] = true;
+    return known_[j];
+  }
+
+  V end_size;  // the sum of the end's coordinates
+
+ private:
+  [[nodiscard]] Candidate look(std::size_t j, V s1) const noexcept {
+    const Surface<T>& surface = terms_.surfaces[j];
+    const Touch<V> start = touch<V, arithmetic>(surface, m_.x0);
+    const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * size_;
+    const V near = V(2 * std::numeric_limits<T>::epsilon()) * ((size_ + end_size) + V(surface.radius + surface.radius));
+    const V d0 = course_.t * dot<arithmetic>(start.n, m_.v0);
+    const V c = s1 - d0;
+    const Mask<V> stands = (start.s >= V(T(-0.5)) * near) & ((course_.last == V(static_cast<T>(j))) | (start.s <= near));
+    const Mask<V> leaves = d0 > V(T(0));
+    const Mask<V> stays_low = d0 * d0 <= -(low * c);
+    const Mask<V> comes_slow = (-d0 <= -(c + c)) & (V(surface.e) * -d0 <= V(T(1) - surface.e) * -c);
+    return {stands & ((leaves & stays_low) | ((!leaves) & comes_slow)), start.s};
+  }
+
+  static constexpr std::size_t kept = 6;  // a box
+
+  const Terms<T>& terms_;
+  const Trajectory<V>& m_;
+  const Course<V, arithmetic, form>& course_;
+  V size_;
+  Candidate known_[kept];
+  bool is_known_[kept] = {};
+};
+
+// The multiples of two normals, whose product is kappa, that bring the distances (or velocities) a and b to 0: neither of them
+// negative, and one alone where that is enough.
+template <class V>
+struct Two {
+  V a, b;
+};
+
+// Of two normals: their product, and 1/(1 - kappa^2) where they are not parallel.
+template <class V>
+struct Wedge {
+  V kappa, scale;
+  Mask<V> is_wedge;
+};
+
 template <class V, Arithmetic arithmetic>
-V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V>& course,
-                    const Three<V>& gain) noexcept {
+Wedge<V> wedge_of(const Three<V>& a, const Three<V>& b) noexcept {
+  using T = Scalar<V>;
+  const V one(T(1));
+  const V kappa = dot<arithmetic>(a, b);
+  const V det = subtract_product<arithmetic>(one, kappa, kappa);
+  const Mask<V> is_wedge = det > V(64 * std::numeric_limits<T>::epsilon());
+  return {kappa, quotient<V>(one, select<V>(is_wedge, det, one)), is_wedge};
+}
+
+template <class V>
+Two<V> solve_two(V a, V b, const Wedge<V>& wedge) noexcept {
+  const V zero(Scalar<V>(0));
+  const V both_a = wedge.scale * (wedge.kappa * b - a);
+  const V both_b = wedge.scale * (wedge.kappa * a - b);
+  const V alone_a = select<V>(a < zero, -a, zero);
+  const V alone_b = select<V>(b < zero, -b, zero);
+  const Mask<V> only_b = wedge.is_wedge & (both_a < zero);
+  const Mask<V> only_a = (!wedge.is_wedge) | ((!only_b) & (both_b < zero));
+  return {select<V>(only_b, zero, select<V>(only_a, alone_a, both_a)),
+          select<V>(only_b, alone_b, select<V>(only_a, zero, both_b))};
+}
+
+// Where lanes end, the velocity along what holds them before friction takes `slide` off it (up to `hold` all of it), and that
+// with which they start along it.
+template <class V>
+struct HeldEnd {
+  Three<V> x, v, v0;
+  V slide, hold;
+};
+
+template <class V>
+HeldEnd<V> select(const Mask<V>& where, const HeldEnd<V>& a, const HeldEnd<V>& b) noexcept {
+  return {select(where, a.x, b.x), select(where, a.v, b.v), select(where, a.v0, b.v0), select<V>(where, a.slide, b.slide),
+          select<V>(where, a.hold, b.hold)};
+}
+
+template <class V, Arithmetic arithmetic>
+HeldEnd<V> held_by_one(const Holder<V>& a, const Trajectory<V>& m, V direction) noexcept {
+  const V zero(Scalar<V>(0));
+  const V vn = dot<arithmetic>(a.n, m.v1);
+  const Mask<V> is_pressed = direction * vn < zero;
+  const V removed = select<V>(is_pressed, magnitude(vn), zero);
+  const V vn0 = dot<arithmetic>(a.n, m.v0);
+  return {subtract_product<arithmetic>(m.x1, a.s, a.n), select(is_pressed, subtract_product<arithmetic>(m.v1, vn, a.n), m.v1),
+          select(direction * vn0 < zero, subtract_product<arithmetic>(m.v0, vn0, a.n), m.v0), a.mu * removed, a.hold * removed};
+}
+
+template <class V, Arithmetic arithmetic>
+HeldEnd<V> held_by_two(const Holder<V>& a, const Holder<V>& b, const Trajectory<V>& m, V direction) noexcept {
+  const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);
+  const Two<V> way = solve_two(a.s, b.s, wedge);
+  const auto along_both = [&](const Three<V>& v, const Two<V>& removed) {
+    return multiply_add<arithmetic>(direction * removed.b, b.n, multiply_add<arithmetic>(direction * removed.a, a.n, v));
+  };
+  const auto pressures = [&](const Three<V>& v) {
+    return solve_two(direction * dot<arithmetic>(a.n, v), direction * dot<arithmetic>(b.n, v), wedge);
+  };
+  const Two<V> removed = pressures(m.v1);
+  return {multiply_add<arithmetic>(way.b, b.n, multiply_add<arithmetic>(way.a, a.n, m.x1)), along_both(m.v1, removed),
+          along_both(m.v0, pressures(m.v0)), multiply_add<arithmetic>(b.mu, removed.b, a.mu * removed.a),
+          multiply_add<arithmetic>(b.hold, removed.b, a.hold * removed.a)};
+}
+
+// Of the surfaces that may hold lanes, the one whose inside their end x lies deepest in, with its normal and distance at the
+// end as nothing would hold them.
+template <class V, Arithmetic arithmetic, PathForm form>
+Holder<V> deepest(const Terms<Scalar<V>>& terms, Candidates<V, arithmetic, form>& candidates, const Three<V>& x1,
+                  const Held<V>& held, const Three<V>& x, Mask<V> lanes) noexcept {
+  using T = Scalar<V>;
+  Holder<V> found = no_holder<V>();
+  V depth = V(-2 * std::numeric_limits<T>::epsilon()) * candidates.end_size;
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const Surface<T>& surface = terms.surfaces[j];
+    const V number(static_cast<T>(j));
+    const V s = touch<V, arithmetic>(surface, x).s;
+    const Mask<V> is_new = lanes & (s < depth) & !is_among(held, number);
+    if (!any_lane<V>(is_new)) continue;
+    const Touch<V> end = touch<V, arithmetic>(surface, x1);
+    const auto candidate = candidates.of(j, end.s);
+    const Mask<V> is_it = is_new & candidate.may_hold;
+    depth = select<V>(is_it, s, depth);
+    found = select(is_it, Holder<V>{number, end.s, candidate.s0, V(surface.mu), V(surface.hold), end.n}, found);
+  }
+  return found;
+}
+
+// Lanes that a third surface keeps from moving along the edge of two: two of the three may do, else they stay where they are.
+template <class V, Arithmetic arithmetic>
+HeldEnd<V> held_by_three(const Holder<V>& a, const Holder<V>& b, const Holder<V>& c, const Trajectory<V>& m,
+                         V direction) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const V depth = V(-2 * std::numeric_limits<T>::epsilon()) * one_norm(m.x1);
+  const auto leaves = [&](const Holder<V>& first, const Holder<V>& other) {
+    const Two<V> way = solve_two(first.s, c.s, wedge_of<V, arithmetic>(first.n, c.n));
+    const V s = multiply_add<arithmetic>(way.b, dot<arithmetic>(c.n, other.n),
+                                         multiply_add<arithmetic>(way.a, dot<arithmetic>(first.n, other.n), other.s));
+    return s >= depth;
+  };
+  const Mask<V> leaves_b = leaves(a, b);
+  const Mask<V> leaves_a = leaves(b, a);
+  const HeldEnd<V> end = held_by_two<V, arithmetic>(select(leaves_b, a, b), c, m, direction);
+  return select(leaves_b | leaves_a, end, HeldEnd<V>{m.x0, three<V>(zero), three<V>(zero), zero, zero});
+}
+
+// Ends the step of lanes on the surfaces that hold them from here on: an active set of at most three, the deepest first.
+template <class V, Arithmetic arithmetic, PathForm form>
+void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course, Mask<V> lanes) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const V none(T(-1));
+  Candidates<V, arithmetic, form> candidates(terms, m, course);
+  Holder<V> a = no_holder<V>();
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const Surface<T>& surface = terms.surfaces[j];
+    const V number(static_cast<T>(j));
+    const Touch<V> end = touch<V, arithmetic>(surface, m.x1);
+    const Mask<V> is_deeper = lanes & (end.s < a.s);
+    if (!any_lane<V>(is_deeper)) continue;
+    const auto candidate = candidates.of(j, end.s);
+    a = select(is_deeper & candidate.may_hold, Holder<V>{number, end.s, candidate.s0, V(surface.mu), V(surface.hold), end.n},
+               a);
+  }
+  const Mask<V> is_held = a.number >= zero;
+  auto& held = course.held;
+  held.a = select<V>(lanes, a.number, held.a);
+  held.b = select<V>(lanes, none, held.b);
+  held.c = select<V>(lanes, none, held.c);
+  if (!any_lane<V>(is_held)) return;
+
+  HeldEnd<V> end = held_by_one<V, arithmetic>(a, m, course.direction);
+  const Holder<V> b = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, is_held);
+  const Mask<V> has_b = b.number >= zero;
+  if (any_lane<V>(has_b)) {
+    end = select(has_b, held_by_two<V, arithmetic>(a, b, m, course.direction), end);
+    held.b = select<V>(has_b, b.number, held.b);
+    const Holder<V> c = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, has_b);
+    const Mask<V> has_c = c.number >= zero;
+    if (any_lane<V>(has_c)) {
+      end = select(has_c, held_by_three<V, arithmetic>(a, b, c, m, course.direction), end);
+      held.c = select<V>(has_c, c.number, held.c);
+    }
+  }
+  // Friction brakes all through the step.
+  const V kept = kept_by_friction(end.slide, end.hold, square_root(dot<arithmetic>(end.v, end.v)));
+  const Three<V> rubbed = kept * end.v;
+  end.x = multiply_add<arithmetic>(V(T(0.5)) * course.t, rubbed - end.v, end.x);
+  end.v = rubbed;
+
+  // Rounding alone must not make a resting particle creep.
+  const V motion = magnitude(course.t) * one_norm(end.v0 + end.v);
+  const Mask<V> rests = motion < V(std::numeric_limits<T>::epsilon() / 4) * candidates.end_size;
+  const V sunk = select<V>(held.b < zero, a.s0, zero);
+  end.x = select(rests, subtract_product<arithmetic>(m.x0, sunk, a.n), end.x);
+  held.dx = select(is_held, end.x - m.x1, held.dx);
+  held.dv = select(is_held, end.v - m.v1, held.dv);
+  m.x1 = select(is_held, end.x, m.x1);
+  m.v1 = select(is_held, end.v, m.v1);
+  m.v0 = select(is_held, end.v0, m.v0);
+}
+
+// ---------------------------------------------------------------------------------- impacts
+
+// What is left of the tangential velocity at an impact, and of infinitely many where they are over within the step. What lay or
+// slid on the surface before comes to none.
+template <class V, Arithmetic arithmetic, PathForm form>
+V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V, arithmetic, form>& course,
+                    const Three<V>& gain, Mask<V> is_over) noexcept {
   using T = Scalar<V>;
   const V one(T(1));
   if (surface.tau == 1) return one;
@@ -308,65 +807,156 @@ V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, c
   const Mask<V> stays_low = (out <= rounding) | (out * out * magnitude(course.t) <= V(T(2)) * own * low);
   const Mask<V> comes_slow = -out <= own + rounding;
   const Mask<V> rests = (start.s <= V(T(4)) * low) & ((is_out & stays_low) | ((!is_out) & comes_slow));
-  return select<V>(rests, one, V(surface.tau));
+  return select<V>(rests, one, select<V>(is_over, V(T(0)), V(surface.tau)));
 }
 
-template <class V, Arithmetic arithmetic>
-void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V>& course, V f, Mask<V> hits) noexcept {
+// A particle at the part f of what remains.
+template <class V>
+struct Moment {
+  Three<V> x, v;
+};
+
+template <class V, Arithmetic arithmetic, PathForm form>
+Moment<V> moment(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V, arithmetic, form>& course,
+                 const Three<V>& gain, V f) noexcept {
+  if constexpr (form == PathForm::parabola) {
+    return {along<V, arithmetic>(m.x0, path(surface, m, course.t), f), multiply_add<arithmetic>(f, gain, m.v0)};
+  } else {
+    const Responses<V> P = (*course.bending)(f * course.left);
+    const auto& end = course.end;
+    const bool is_driven = course.bending->is_driven();
+    const V frequency = quotient<V>(V(Scalar<V>(1)), course.h);
+    Three<V> v1 = m.v1;
+    if (is_driven) v1 = v1 - frequency * driven<V, arithmetic>(course.drive, end.P2, end.P3, end.P4);
+    Moment<V> at;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const V pull = subtract_product<arithmetic>(v1[k], m.v0[k], end.P0[k]) * inverse(end.P1[k]);
+      at.v[k] = multiply_add<arithmetic>(pull, P.P1[k], m.v0[k] * P.P0[k]);
+    }
+    if (is_driven) at.v = at.v + frequency * driven<V, arithmetic>(course.drive, P.P2, P.P3, P.P4);
+    at.x = surface.sweep == ContactPath::line ? along<V, arithmetic>(m.x0, path(surface, m, course.t), f)
+                                              : m.x0 + flow_path<V, arithmetic>(m, course).way(P);
+    return at;
+  }
+}
+
+template <class V, Arithmetic arithmetic, PathForm form>
+void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arithmetic, form>& course, V f,
+             Mask<V> hits) noexcept {
+  const V zero(Scalar<V>(0));
   const V one(Scalar<V>(1));
-  const V e(surface.e);
-  const Three<V> xf = along<V, arithmetic>(m.x0, path(surface, m, course.t), f);
   const Three<V> gain = m.v1 - m.v0;
-  const Three<V> vf = multiply_add<arithmetic>(f, gain, m.v0);
+  const auto [xf, vf] = moment<V, arithmetic, form>(surface, m, course, gain, f);
   const Three<V> n = touch<V, arithmetic>(surface, xf).n;
   const V vn = dot<arithmetic>(n, vf);
-  const Mask<V> acts = hits & (course.direction * vn <= V(Scalar<V>(0)));
-
-  const V tau = kept_by_viscosity<V, arithmetic>(surface, m, course, gain);
-  const Three<V> vt = tau * subtract_product<arithmetic>(vf, vn, n);
-  const V slide = V(surface.mu) * ((one + e) * magnitude(vn));
-  const V kept = kept_by_friction(slide, slide, square_root(dot<arithmetic>(vt, vt)));
-  const Three<V> after = subtract_product<arithmetic>(kept * vt, e * vn, n);
+  const Mask<V> acts = hits & (course.direction * vn <= zero);
   const V rest = one - f;
   const V t = rest * course.t;
-  const V beyond = dot<arithmetic>(n, m.x1 - xf);
-  const Three<V> moved = surface.response == Response::end_on_surface ? subtract_product<arithmetic>(m.x1, beyond, n)
-                                                                      : multiply_add<arithmetic>(t, after - vf, m.x1);
 
-  m.x1 = select(acts, moved, m.x1);
-  m.v1 = select(acts, multiply_add<arithmetic>(rest, gain, after), m.v1);
+  // An impact whose bounces would all be over within the step is the last of them. What holds a lane up to here, and its
+  // friction, do not press.
+  const Mask<V> was_held = course.held.a >= zero;
+  const Three<V> forces = select(was_held, gain - course.held.dv, gain);
+  const V pressed = rest * (course.direction * dot<arithmetic>(n, forces));
+  const Mask<V> is_over = V(surface.e + surface.e) * magnitude(vn) <= V(surface.e - 1) * pressed;
+  const bool may_settle = surface.response == Response::resume && surface.e > 0;
+  const V e = may_settle ? select<V>(is_over, zero, V(surface.e)) : V(surface.e);
+  const V tau = kept_by_viscosity<V, arithmetic, form>(surface, m, course, gain, may_settle ? is_over : Mask<V>(false));
+  const Three<V> vt = tau * subtract_product<arithmetic>(vf, vn, n);
+  const V slide = V(surface.mu) * ((one + e) * magnitude(vn));
+  const V kept = surface.mu == 0 ? one : kept_by_friction(slide, slide, square_root(dot<arithmetic>(vt, vt)));
+  const Three<V> after = subtract_product<arithmetic>(kept * vt, e * vn, n);
+
+  // What held a lane up to here need not hold it in the rest.
+  const Three<V> x1 = select(was_held, subtract_product<arithmetic>(m.x1, rest * rest, course.held.dx), m.x1);
+  const V beyond = dot<arithmetic>(n, x1 - xf);
+  Three<V> moved = subtract_product<arithmetic>(x1, beyond, n);
+  Three<V> v1;
+  if constexpr (form == PathForm::parabola) {
+    if (surface.response == Response::resume) moved = multiply_add<arithmetic>(t, after - vf, x1);
+    v1 = multiply_add<arithmetic>(rest, gain, after);
+  } else {
+    const V left = rest * course.left;
+    const Responses<V> P = (*course.bending)(left);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const V pulse = after[k] - vf[k];
+      if (surface.response == Response::resume) moved[k] = multiply_add<arithmetic>(course.h * P.P1[k], pulse, x1[k]);
+      v1[k] = multiply_add<arithmetic>(P.P0[k], pulse, m.v1[k]);
+    }
+    if (course.bending->is_driven()) {
+      const V passed = f * course.left;
+      const Drive<V>& drive = course.drive;
+      const Three<V> D2 = multiply_add<arithmetic>(passed, drive.D3, drive.D2);
+      const V half = V(Scalar<V>(0.5)) * passed;
+      const Three<V> D1 = multiply_add<arithmetic>(passed, multiply_add<arithmetic>(half, drive.D3, drive.D2), drive.D1);
+      course.drive = {select(hits, D1, drive.D1), select(hits, D2, drive.D2), drive.D3};
+    }
+    course.left = select<V>(hits, left, course.left);
+    course.end = select(hits, P, course.end);
+  }
+  v1 = select(was_held, subtract_product<arithmetic>(v1, rest, course.held.dv), v1);
+
+  m.x1 = select(acts, moved, select(hits, x1, m.x1));
+  m.v1 = select(acts, v1, select(hits & was_held, subtract_product<arithmetic>(m.v1, rest, course.held.dv), m.v1));
   m.x0 = select(hits, xf, m.x0);
   m.v0 = select(acts, after, select(hits, vf, m.v0));
   course.t = select<V>(hits, t, course.t);
 }
 
+// Lanes whose path may touch a surface that does not hold them.
+template <class V, Arithmetic arithmetic, PathForm form>
+class Nearness {
+  using T = Scalar<V>;
+
+ public:
+  Nearness(const Terms<T>& terms, const Trajectory<V>& m, const Course<V, arithmetic, form>& course) noexcept
+      : terms_(terms), m_(m), course_(course), middle_(multiply_add<arithmetic>(V(terms.bend.corner) * course.t, m.v0, m.x0)) {}
+
+  [[nodiscard]] Mask<V> operator()(std::size_t j) const noexcept {
+    return may_touch<V, arithmetic>(terms_.surfaces[j], m_, middle_) & !is_among(course_.held, V(static_cast<T>(j)));
+  }
+
+ private:
+  const Terms<T>& terms_;
+  const Trajectory<V>& m_;
+  const Course<V, arithmetic, form>& course_;
+  Three<V> middle_;
+};
+
 // The earliest impact of every lane; false where none remains.
-template <class V, Arithmetic arithmetic>
-bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V>& course) noexcept {
+template <class V, Arithmetic arithmetic, PathForm form>
+bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course) noexcept {
   using T = Scalar<V>;
   const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * one_norm(m.x0);
+  const Nearness<V, arithmetic, form> near(terms, m, course);
   V earliest(T(2));
   V which(T(-1));
+  Mask<V> any_near(false);
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const V number(static_cast<T>(j));
-    const Crossing<V> crossing = cross<V, arithmetic>(terms.surfaces[j], m, course.t, course.last == number, low);
-    const Mask<V> is_earlier = course.active & crossing.hits & (crossing.f < earliest);
+    const Mask<V> lanes = course.active & near(j);
+    if (!any_lane<V>(lanes)) continue;
+    any_near = any_near | lanes;
+    const Crossing<V> crossing = cross<V, arithmetic, form>(terms, terms.surfaces[j], m, course, course.last == number, low);
+    const Mask<V> is_earlier = lanes & crossing.hits & (crossing.f < earliest);
     earliest = select<V>(is_earlier, crossing.f, earliest);
     which = select<V>(is_earlier, number, which);
   }
   course.active = course.active & (which >= V(T(0)));
+  course.loose = (course.loose | any_near) & !course.active;
   if (!any_lane<V>(course.active)) return false;
   course.last = select<V>(course.active, which, course.last);
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Mask<V> hits = which == V(static_cast<T>(j));
-    if (any_lane<V>(hits)) respond<V, arithmetic>(terms.surfaces[j], m, course, earliest, hits);
+    if (any_lane<V>(hits)) respond<V, arithmetic, form>(terms.surfaces[j], m, course, earliest, hits);
   }
+  hold<V, arithmetic, form>(terms, m, course, course.active);
   return true;
 }
 
-template <class V, Arithmetic arithmetic>
-void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V>& course, Mask<V> held, Mask<V> inside,
-           V size) noexcept {
+template <class V, Arithmetic arithmetic, PathForm form>
+void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V, arithmetic, form>& course, Mask<V> held,
+           Mask<V> inside, V size) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const Three<V> n = touch<V, arithmetic>(surface, m.x1).n;
@@ -384,51 +974,304 @@ void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V>&
   m.x1 = select(inside, subtract_product<arithmetic>(base, there.s, there.n), m.x1);
 }
 
-template <class V, Arithmetic arithmetic>
-void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V>& course, Mask<V> touches) noexcept {
+template <class V, Arithmetic arithmetic, PathForm form>
+void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V, arithmetic, form>& course,
+               Mask<V> touches) noexcept {
   using T = Scalar<V>;
   V tolerance(T(0));
   for (int round = 0; round < clamp_rounds; ++round) {
-    bool is_clamped = false;
+    Mask<V> is_clamped(false);
     for (std::size_t j = 0; j < terms.surface_count; ++j) {
       const auto& surface = terms.surfaces[j];
       const V size = one_norm(m.x1);
-      const Mask<V> inside = touches & (touch<V, arithmetic>(surface, m.x1).s < -(tolerance * size));
+      const V number(static_cast<T>(j));
+      const Mask<V> is_held = is_among(course.held, number);
+      // A plane that holds a lane has it where it should be.
+      const Mask<V> is_looked_at = round == 0 && surface.shape == Shape::plane ? touches & !is_held : touches;
+      const Mask<V> inside = is_looked_at & (touch<V, arithmetic>(surface, m.x1).s < -(tolerance * size));
       if (!any_lane<V>(inside)) continue;
-      is_clamped = true;
-      clamp<V, arithmetic>(surface, m, course, course.last == V(static_cast<T>(j)), inside, size);
+      is_clamped = is_clamped | inside;
+      clamp<V, arithmetic, form>(surface, m, course, (course.last == number) | is_held, inside, size);
     }
-    if (!is_clamped) return;
+    touches = touches & is_clamped;
+    if (!any_lane<V>(touches)) return;
     tolerance = V(2 * std::numeric_limits<T>::epsilon());
   }
 }
 
-// The rare path, out of line. Only lanes in `touches` change, so that a particle's bits do not depend on its neighbours.
-template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] void resolve_touching(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
-  using T = Scalar<V>;
-  Course<V> course{.direction = V(terms.h < 0 ? T(-1) : T(1)), .t = V(terms.h), .last = V(T(-1)), .active = touches};
-  for (int impact = 0; impact < terms.impacts; ++impact) {
-    if (!resolve_earliest<V, arithmetic>(terms, m, course)) break;
+template <class T>
+bool has_sphere(const Terms<T>& terms) noexcept {
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    if (terms.surfaces[j].shape == Shape::sphere) return true;
   }
-  clamp_all<V, arithmetic>(terms, m, course, touches);
+  return false;
 }
+
+// Whether surfaces may hold lanes at their start. None: it has been looked at.
+enum class Standing { unknown, none };
+
+// Only lanes in `touches` change, so that a particle's bits do not depend on its neighbours.
+template <class V, Arithmetic arithmetic, PathForm form>
+void resolve_all(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing, Trajectory<V>& m,
+                 Course<V, arithmetic, form>& course) noexcept {
+  if (standing == Standing::unknown) hold<V, arithmetic, form>(terms, m, course, touches);
+  for (int impact = 0; impact < terms.impacts; ++impact) {
+    if (!resolve_earliest<V, arithmetic, form>(terms, m, course)) break;
+  }
+  // What was near nothing in the end but planes that hold it is outside. (Of a sphere the two tests round in different ways.)
+  const Mask<V> lanes = has_sphere(terms) ? touches : touches & (course.loose | course.active);
+  if (any_lane<V>(lanes)) clamp_all<V, arithmetic, form>(terms, m, course, lanes);
+}
+
+template <class V, Arithmetic arithmetic>
+Course<V, arithmetic, PathForm::parabola> course_of(const Terms<Scalar<V>>& terms, Mask<V> touches) noexcept {
+  using T = Scalar<V>;
+  return {.direction = V(terms.h < 0 ? T(-1) : T(1)),
+          .t = V(terms.h),
+          .last = V(T(-1)),
+          .active = touches,
+          .loose = Mask<V>(false),
+          .held = not_held<V>()};
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] void resolve_on_parabolas(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing,
+                                            Trajectory<V>& m) noexcept {
+  auto course = course_of<V, arithmetic>(terms, touches);
+  resolve_all<V, arithmetic, PathForm::parabola>(terms, touches, standing, m, course);
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] void resolve_in_flow(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches,
+                                       Standing standing, Trajectory<V>& m, const Bending<V, arithmetic>& bending) noexcept {
+  using T = Scalar<V>;
+  const V one(T(1));
+  Course<V, arithmetic, PathForm::flow> course{.direction = V(terms.h < 0 ? T(-1) : T(1)),
+                                               .t = V(terms.h),
+                                               .last = V(T(-1)),
+                                               .active = touches,
+                                               .loose = Mask<V>(false),
+                                               .held = not_held<V>(),
+                                               .bending = &bending,
+                                               .h = V(terms.h),
+                                               .left = one,
+                                               .end = bending(one),
+                                               .drive = {}};
+  if (bending.is_driven()) {
+    course.drive = {three<V>(offsets.drive[0]), three<V>(offsets.drive[1]), three<V>(offsets.drive[2])};
+  }
+  resolve_all<V, arithmetic, PathForm::flow>(terms, touches, standing, m, course);
+}
+
+// The commonest impact straight on: lanes that come from above the only plane, bounce off it once along their parabolas, and do
+// not come near it again. The formulas and their order are those of resolve_all. Returns the lanes that are left.
+template <class V>
+bool is_one_plane(const Terms<Scalar<V>>& terms) noexcept {
+  const Surface<Scalar<V>>& surface = terms.surfaces[0];
+  return terms.surface_count == 1 && terms.bend.degree == 0 && terms.impacts > 1 && surface.shape == Shape::plane &&
+         surface.sweep == ContactPath::curve && surface.response == Response::resume && surface.tau == 1;
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Mask<V> bounce_once(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
+  using T = Scalar<V>;
+  const Surface<T>& surface = terms.surfaces[0];
+  const V zero(T(0));
+  const V one(T(1));
+  const V d(surface.d);
+  const V direction(terms.h < 0 ? T(-1) : T(1));
+  const V h(terms.h);
+  const Three<V> n = three<V>(surface.n);
+  const V start = dot<arithmetic>(n, m.x0) - d;
+  const V near = V(4 * std::numeric_limits<T>::epsilon()) * (one_norm(m.x0) + V(surface.radius));
+  const Mask<V> stands = magnitude(start) <= near;
+  if (!any_lane<V>(touches & !stands)) return touches;
+
+  const V s0 = select<V>(start < zero, zero, start);
+  const V s1 = dot<arithmetic>(n, m.x1) - d;
+  const V d0 = h * dot<arithmetic>(n, m.v0);
+  const V c = (s1 - s0) - d0;
+  const V disc = discriminant<V, arithmetic>(s0, d0, c);
+  V f = first_root(s0, d0, c, disc);
+  f = select<V>(f < one, f, one);
+  Mask<V> hits = s1 < zero;
+  if (surface.finds_dips) hits = hits | ((d0 < zero) & (disc > zero) & (-d0 < c + c));
+
+  const Three<V> gain = m.v1 - m.v0;
+  const Three<V> xf = along<V, arithmetic>(m.x0, path(surface, m, h), f);
+  const Three<V> vf = multiply_add<arithmetic>(f, gain, m.v0);
+  const V vn = dot<arithmetic>(n, vf);
+  const V rest = one - f;
+  const V t = rest * h;
+  const V pressed = rest * (direction * dot<arithmetic>(n, gain));
+  const Mask<V> is_over = V(surface.e + surface.e) * magnitude(vn) <= V(surface.e - 1) * pressed;
+  const V e = surface.e > 0 ? select<V>(is_over, zero, V(surface.e)) : V(surface.e);
+  Three<V> vt = subtract_product<arithmetic>(vf, vn, n);
+  if (surface.mu != 0) {
+    const V slide = V(surface.mu) * ((one + e) * magnitude(vn));
+    vt = kept_by_friction(slide, slide, square_root(dot<arithmetic>(vt, vt))) * vt;
+  }
+  const Three<V> after = subtract_product<arithmetic>(vt, e * vn, n);
+  const Three<V> x1 = multiply_add<arithmetic>(t, after - vf, m.x1);
+  const Three<V> v1 = multiply_add<arithmetic>(rest, gain, after);
+
+  const Three<V> middle = multiply_add<arithmetic>(V(terms.bend.corner) * t, after, xf);
+  const Mask<V> comes_back = (dot<arithmetic>(n, x1) < d) | (dot<arithmetic>(n, middle) < d);
+  const Mask<V> bounces = direction * vn <= zero;
+  const Mask<V> left = touches & (stands | (hits & (comes_back | !bounces)));
+  const Mask<V> done = touches & hits & !left;
+  m.x1 = select(done, x1, m.x1);
+  m.v1 = select(done, v1, m.v1);
+  return left;
+}
+
+// ---------------------------------------------------------------------------------- which lanes are worked out together
+
+// What surfaces hold is done with; lanes that may meet another one are left. Most of what touches a surface lies on it.
+template <class V>
+struct Settled {
+  Mask<V> busy;  // lanes that are not done with
+  Standing standing;
+};
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Settled<V> settle(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
+  auto course = course_of<V, arithmetic>(terms, touches);
+  hold<V, arithmetic, PathForm::parabola>(terms, m, course, touches);
+  const Nearness<V, arithmetic, PathForm::parabola> near(terms, m, course);
+  Mask<V> busy(false);
+  for (std::size_t j = 0; j < terms.surface_count; ++j) busy = busy | near(j);
+  busy = busy & touches;
+  const Mask<V> is_held = touches & (course.held.a >= V(Scalar<V>(0)));
+  const bool holds = any_lane<V>(is_held);
+  const Mask<V> lanes = touches & !busy;
+  if (has_sphere(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, course, lanes);
+  return {busy, holds ? Standing::unknown : Standing::none};
+}
+
+// Lanes that meet surfaces wait here until they fill a register: one of them would take as long as all.
+template <class V, Arithmetic arithmetic>
+class Waiting {
+  using T = Scalar<V>;
+
+ public:
+  // m: lanes from i of the block on, before anything touched them.
+  void take(const Trajectory<V>& m, Mask<V> busy, std::size_t i) noexcept {
+    alignas(64) T lanes[numbers][V::size];
+    alignas(64) T is_busy[V::size];
+    store_lanes(is_busy, select<V>(busy, V(T(1)), V(T(0))));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      store_lanes(lanes[axis], m.x0[axis]);
+      store_lanes(lanes[3 + axis], m.v0[axis]);
+      store_lanes(lanes[6 + axis], m.x1[axis]);
+      store_lanes(lanes[9 + axis], m.v1[axis]);
+    }
+    for (std::size_t k = 0; k < V::size; ++k) {
+      if (is_busy[k] == T(0)) continue;
+      for (std::size_t n = 0; n < numbers; ++n) numbers_[n][count_] = lanes[n][k];
+      at_[count_++] = i + k;
+    }
+  }
+
+  [[nodiscard]] bool is_full() const noexcept { return count_ >= V::size; }
+
+  // Those that fill a register, or all: back into the block.
+  void resolve(const Block<T>& particles, const Terms<T>& terms, const Offsets<T>& offsets) noexcept {
+    const std::size_t n = count_ < V::size ? count_ : V::size;
+    if (n == 0) return;
+    for (std::size_t k = n; k < V::size; ++k) {
+      for (auto& column : numbers_) column[k] = column[0];
+      at_[k] = at_[0];
+    }
+    Trajectory<V> m;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      m.x0[axis] = load_lanes<V>(numbers_[axis]);
+      m.v0[axis] = load_lanes<V>(numbers_[3 + axis]);
+      m.x1[axis] = load_lanes<V>(numbers_[6 + axis]);
+      m.v1[axis] = load_lanes<V>(numbers_[9 + axis]);
+    }
+    const Mask<V> touches = first_lanes<V>(n);
+    if (terms.bend.degree == 0) {
+      resolve_on_parabolas<V, arithmetic>(terms, touches, Standing::unknown, m);
+    } else {
+      const Bending<V, arithmetic> bending(terms.bend, particles.first, at_);
+      resolve_in_flow<V, arithmetic>(terms, offsets, touches, Standing::unknown, m, bending);
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      put_back(m.x1[axis], particles.x[axis], n);
+      put_back(m.v1[axis], particles.v[axis], n);
+    }
+    for (std::size_t k = n; k < count_; ++k) {
+      for (auto& column : numbers_) column[k - n] = column[k];
+      at_[k - n] = at_[k];
+    }
+    count_ -= n;
+  }
+
+ private:
+  static constexpr std::size_t numbers = 12;
+
+  void put_back(V value, T* to, std::size_t n) const noexcept {
+    alignas(64) T lanes[V::size];
+    store_lanes(lanes, value);
+    for (std::size_t k = 0; k < n; ++k) to[at_[k]] = lanes[k];
+  }
+
+  T numbers_[numbers][2 * V::size];
+  std::size_t at_[2 * V::size];
+  std::size_t count_ = 0;
+};
 
 template <class V>
 [[gnu::always_inline]] inline Three<V> copied(const Three<V>& a) noexcept {
   return {{a[0], a[1], a[2]}};
 }
 
+template <class V>
+std::size_t lanes_in(Mask<V> mask) noexcept {
+  using T = Scalar<V>;
+  alignas(64) T lanes[V::size];
+  store_lanes(lanes, select<V>(mask, V(T(1)), V(T(0))));
+  std::size_t count = 0;
+  for (const T lane : lanes) count += lane != T(0) ? 1 : 0;
+  return count;
+}
+
+// Lanes from i of the block on. Whether any of them touched a surface. Those that wait end later than m says.
 template <class V, Arithmetic arithmetic>
-[[gnu::always_inline]] inline void resolve_contacts(const Terms<Scalar<V>>& terms, Trajectory<V>& m) noexcept {
+[[gnu::always_inline]] inline bool resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
+                                                    Trajectory<V>& m, std::size_t first, std::size_t i,
+                                                    Waiting<V, arithmetic>& waiting) noexcept {
   const Mask<V> touches = TouchTest<V, arithmetic>(terms)(m, {});
   if (!any_lane<V>(touches)) [[likely]]
-    return;
+    return false;
   // The original never has its address taken, and is copied register by register, so that it stays in registers elsewhere.
   Trajectory<V> copy{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
-  resolve_touching<V, arithmetic>(terms, touches, copy);
+  const Mask<V> left = is_one_plane<V>(terms) ? bounce_once<V, arithmetic>(terms, touches, copy) : touches;
+  if (!any_lane<V>(left)) {
+    m.x1 = copied(copy.x1);
+    m.v1 = copied(copy.v1);
+    return true;
+  }
+  const Settled<V> settled = settle<V, arithmetic>(terms, left, copy);
+  if (any_lane<V>(settled.busy)) {
+    Trajectory<V> fresh{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
+    if (2 * lanes_in<V>(settled.busy) < V::size) {
+      waiting.take(fresh, settled.busy, i);
+    } else {
+      if (terms.bend.degree == 0) {
+        resolve_on_parabolas<V, arithmetic>(terms, settled.busy, settled.standing, fresh);
+      } else {
+        const Bending<V, arithmetic> bending(terms.bend, first + i);
+        resolve_in_flow<V, arithmetic>(terms, offsets, settled.busy, settled.standing, fresh, bending);
+      }
+      copy.x1 = select(settled.busy, fresh.x1, copy.x1);
+      copy.v1 = select(settled.busy, fresh.v1, copy.v1);
+    }
+  }
   m.x1 = copied(copy.x1);
   m.v1 = copied(copy.v1);
+  return true;
 }
 
 }  // namespace

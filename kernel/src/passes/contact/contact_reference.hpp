@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "passes/contact/bend_reference.hpp"
 #include "passes/contact/contact.hpp"
 #include "passes/particle.hpp"
 #include "passes/terms.hpp"
@@ -71,9 +72,9 @@ bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>&
 
 template <Arithmetic arithmetic, class T>
 bool may_touch(const Terms<T>& terms, const Particle<T>& p) noexcept {
-  const T half = terms.h * T(0.5);
+  const T corner = terms.h * terms.bend.corner;
   Vector<T> middle;
-  for (std::size_t k = 0; k < 3; ++k) middle[k] = multiply_add<arithmetic>(half, p.v0[k], p.x0[k]);
+  for (std::size_t k = 0; k < 3; ++k) middle[k] = multiply_add<arithmetic>(corner, p.v0[k], p.x0[k]);
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     if (may_touch<arithmetic>(terms.surfaces[j], p, middle)) return true;
   }
@@ -128,6 +129,81 @@ Path<T> path(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
   return path;
 }
 
+// The surfaces that hold a particle for the rest of its step, and what they changed at its end.
+template <class T>
+struct Held {
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+  std::size_t a = none, b = none, c = none;
+  Vector<T> dx{}, dv{};
+
+  [[nodiscard]] bool has(std::size_t j) const noexcept { return a == j || b == j || c == j; }
+};
+
+// What is left of a particle's step.
+template <Arithmetic arithmetic, PathForm form, class T>
+struct Course {
+  T direction, t;
+  std::size_t last;  // the surface hit last, or the count of surfaces
+  Held<T> held{};
+  const Bending<arithmetic, T>* bending = nullptr;
+  T h = 0, left = 1;
+  Responses<T> end{};
+  Drive<T> drive{};
+};
+
+template <Arithmetic arithmetic, class T>
+Vector<T> driven(const Drive<T>& drive, const Vector<T>& first, const Vector<T>& second, const Vector<T>& third) noexcept {
+  Vector<T> sum;
+  for (std::size_t k = 0; k < 3; ++k) {
+    sum[k] = multiply_add<arithmetic>(drive.D3[k], third[k],
+                                      multiply_add<arithmetic>(drive.D2[k], second[k], drive.D1[k] * first[k]));
+  }
+  return sum;
+}
+
+template <class T>
+Vector<T> sum_of(const Vector<T>& a, const Vector<T>& b) noexcept {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+
+template <Arithmetic arithmetic, class T>
+struct FlowPath {
+  Vector<T> u{}, F{};
+  const Drive<T>* drive = nullptr;
+
+  [[nodiscard]] Vector<T> way(const Responses<T>& P) const noexcept {
+    Vector<T> way;
+    for (std::size_t k = 0; k < 3; ++k) way[k] = multiply_add<arithmetic>(F[k], P.P2[k], u[k] * P.P1[k]);
+    return drive != nullptr ? sum_of(way, driven<arithmetic>(*drive, P.P3, P.P4, P.P5)) : way;
+  }
+  [[nodiscard]] Vector<T> rate(const Responses<T>& P) const noexcept {
+    Vector<T> rate;
+    for (std::size_t k = 0; k < 3; ++k) rate[k] = multiply_add<arithmetic>(F[k], P.P1[k], u[k] * P.P0[k]);
+    return drive != nullptr ? sum_of(rate, driven<arithmetic>(*drive, P.P2, P.P3, P.P4)) : rate;
+  }
+};
+
+template <class T>
+T inverse(T P) noexcept {
+  return P != 0 ? 1 / P : T(0);
+}
+
+template <Arithmetic arithmetic, class T>
+FlowPath<arithmetic, T> flow_path(const Particle<T>& p, const Course<arithmetic, PathForm::flow, T>& course) noexcept {
+  FlowPath<arithmetic, T> path;
+  const auto& P = course.end;
+  Vector<T> way = difference(p.x1, p.x0);
+  if (course.bending->is_driven()) {
+    path.drive = &course.drive;
+    way = difference(way, driven<arithmetic>(course.drive, P.P3, P.P4, P.P5));
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    path.u[k] = course.h * p.v0[k];
+    path.F[k] = subtract_product<arithmetic>(way[k], path.u[k], P.P1[k]) * inverse(P.P2[k]);
+  }
+  return path;
+}
+
 template <Arithmetic arithmetic, class T>
 Vector<T> along(const Vector<T>& start, const Path<T>& path, T f) noexcept {
   Vector<T> x;
@@ -151,28 +227,146 @@ T first_root(T s0, T d0, T c, T disc) noexcept {
   return (d0 + (s0 > 0 ? root : d0)) / (-2 * c);
 }
 
+template <class T, class GapAt>
+T refined(const GapAt& gap, T f, T end, int steps, bool halves) noexcept {
+  T low = 0;
+  T high = end;
+  for (int step = 0; step < steps; ++step) {
+    const auto [s, slope] = gap(f);
+    (s < 0 ? high : low) = f;
+    const T next = f - s / slope;
+    if (slope < 0 && next >= low && next <= high) {
+      f = next;
+    } else if (halves) {
+      f = T(0.5) * (low + high);
+    }
+  }
+  return f;
+}
+
+template <class T>
+struct Gap {
+  T s, slope;
+};
+template <class T>
+struct Lowest {
+  T f, s;
+};
+
 template <Arithmetic arithmetic, class T>
-std::optional<T> cross_plane(const Surface<T>& surface, const Particle<T>& p, T t, bool is_held, T low) noexcept {
+class PlanePath {
+ public:
+  PlanePath(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, PathForm::flow, T>& course, T s0) noexcept
+      : course_(course), path_(flow_path(p, course)), n_(surface.n), s0_(s0) {}
+
+  [[nodiscard]] Gap<T> operator()(T f) const noexcept {
+    const Responses<T> P = (*course_.bending)(f * course_.left);
+    return {s0_ + dot<arithmetic>(n_, path_.way(P)), course_.left * dot<arithmetic>(n_, path_.rate(P))};
+  }
+
+  [[nodiscard]] Lowest<T> lowest(T f, int steps) const noexcept {
+    for (int step = 0; step < steps; ++step) {
+      const Responses<T> P = (*course_.bending)(f * course_.left);
+      Vector<T> second;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const T pull = multiply_add<arithmetic>(course_.bending->q[k], P.P0[k], course_.bending->w[k] * P.P1[k]);
+        second[k] = subtract_product<arithmetic>(path_.F[k] * P.P0[k], path_.u[k], pull);
+      }
+      if (path_.drive != nullptr) second = sum_of(second, driven<arithmetic>(*path_.drive, P.P1, P.P2, P.P3));
+      const T next = f - dot<arithmetic>(n_, path_.rate(P)) / (course_.left * dot<arithmetic>(n_, second));
+      if (next > 0 && next < 1) f = next;
+    }
+    return {f, (*this)(f).s};
+  }
+
+ private:
+  const Course<arithmetic, PathForm::flow, T>& course_;
+  FlowPath<arithmetic, T> path_;
+  Vector<T> n_;
+  T s0_;
+};
+
+template <Arithmetic arithmetic, PathForm form, class T>
+std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p,
+                             const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
   T s0 = touch<arithmetic>(surface, p.x0).s;
   if (is_held || s0 < 0) s0 = 0;
   const T s1 = touch<arithmetic>(surface, p.x1).s;
-  const T d0 = surface.sweep == ContactPath::line ? s1 - s0 : t * dot<arithmetic>(surface.n, p.v0);
+  const T d0 = surface.sweep == ContactPath::line ? s1 - s0 : course.t * dot<arithmetic>(surface.n, p.v0);
   const T c = (s1 - s0) - d0;
   const T disc = discriminant<arithmetic>(s0, d0, c);
-  const bool dips = surface.finds_dips && d0 < 0 && disc > 0 && -d0 < c + c;
-  if (!(s1 < 0 || dips)) return std::nullopt;
   if (is_held && (surface.response == Response::end_on_surface || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
-  const T f = first_root(s0, d0, c, disc);
-  return f < 1 ? f : T(1);
+  if constexpr (form == PathForm::parabola) {
+    const bool dips = surface.finds_dips && d0 < 0 && disc > 0 && -d0 < c + c;
+    if (!(s1 < 0 || dips)) return std::nullopt;
+    const T f = first_root(s0, d0, c, disc);
+    return f < 1 ? f : T(1);
+  } else {
+    T f = first_root(s0, d0, c, disc);
+    if (!(f < 1)) f = 1;
+    if (surface.sweep == ContactPath::line) return s1 < 0 ? std::optional<T>(f) : std::nullopt;
+    const PlanePath<arithmetic, T> path(surface, p, course, s0);
+    T end = 1;
+    if (!(s1 < 0)) {
+      if (!(surface.finds_dips && d0 < 0 && multiply_add<arithmetic>(terms.bend.corner, d0, s0) < 0)) return std::nullopt;
+      const Lowest<T> lowest = path.lowest(-d0 / (c + c), terms.bend.newton_steps);
+      if (!(lowest.s < 0)) return std::nullopt;
+      const T d = lowest.f * d0;
+      const T b = (lowest.s - s0) - d;
+      f = lowest.f * first_root(s0, d, b, discriminant<arithmetic>(s0, d, b));
+      end = lowest.f;
+    }
+    return refined(path, f, end, terms.bend.newton_steps, terms.bend.is_far);
+  }
 }
 
-template <Arithmetic arithmetic, class T>
-std::optional<T> cross_sphere(const Surface<T>& surface, const Particle<T>& p, T t, bool is_held, T low) noexcept {
+template <class T>
+struct SphereEnd {
+  T f, g, slope;
+};
+
+// way(f, r, tangent)
+template <Arithmetic arithmetic, class T, class Way>
+SphereEnd<T> newton_to_sphere(const Surface<T>& surface, const Way& way, T f, int steps, bool halves) noexcept {
   const T k = surface.half_curvature;
   const T square = surface.radius * surface.radius;
-  const Path<T> way = path(surface, p, t);
+  T low = 0;
+  T high = 1;
+  for (int step = 0;; ++step) {
+    Vector<T> r, tangent;
+    way(f, r, tangent);
+    const T g = k * (dot<arithmetic>(r, r) - square);
+    const T slope = (k + k) * dot<arithmetic>(r, tangent);
+    if (step == steps) return {f, g, slope};
+    if (halves) (g < 0 ? high : low) = f;
+    const T next = f - g / slope;
+    if (slope < 0 && next >= low && next <= high) {
+      f = next;
+    } else if (halves) {
+      f = T(0.5) * (low + high);
+    }
+  }
+}
+
+template <Arithmetic arithmetic, PathForm form, class T>
+std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p,
+                              const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
+  const T k = surface.half_curvature;
+  const T square = surface.radius * surface.radius;
+  Path<T> way = path(surface, p, course.t);
   const Vector<T> r0 = difference(p.x0, surface.center);
   const Vector<T> r1 = difference(p.x1, surface.center);
+  const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
+  FlowPath<arithmetic, T> bent;
+  if constexpr (form == PathForm::flow) {
+    bent = flow_path(p, course);
+    if (is_flow && surface.finds_dips) {
+      const T half_square = T(0.5) * (course.left * course.left);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
+      }
+    }
+  }
 
   T g0 = k * (dot<arithmetic>(r0, r0) - square);
   if (is_held || g0 < 0) g0 = 0;
@@ -189,25 +383,33 @@ std::optional<T> cross_sphere(const Surface<T>& surface, const Particle<T>& p, T
   if (!found) f = first_root(g0, d0, c, discriminant<arithmetic>(g0, d0, c));
   if (!(f < 1)) f = 1;
 
-  T g = 0;
-  T slope = 0;
-  for (int step = 0;; ++step) {
-    const Vector<T> r = along<arithmetic>(r0, way, f);
-    Vector<T> tangent;
-    for (std::size_t axis = 0; axis < 3; ++axis) tangent[axis] = multiply_add<arithmetic>(f + f, way.a[axis], way.u[axis]);
-    g = k * (dot<arithmetic>(r, r) - square);
-    slope = (k + k) * dot<arithmetic>(r, tangent);
-    if (step == newton_steps) break;
-    const T next = f - g / slope;
-    if (slope < 0 && next >= 0 && next <= 1) f = next;
+  const auto on_curve = [&](T at, Vector<T>& r, Vector<T>& tangent) {
+    r = along<arithmetic>(r0, way, at);
+    for (std::size_t axis = 0; axis < 3; ++axis) tangent[axis] = multiply_add<arithmetic>(at + at, way.a[axis], way.u[axis]);
+  };
+  SphereEnd<T> end;
+  if (is_flow) {
+    const auto on_flow = [&](T at, Vector<T>& r, Vector<T>& tangent) {
+      const Responses<T> P = (*course.bending)(at * course.left);
+      const Vector<T> passed = bent.way(P);
+      const Vector<T> rate = bent.rate(P);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        r[axis] = r0[axis] + passed[axis];
+        tangent[axis] = course.left * rate[axis];
+      }
+    };
+    const int steps = terms.bend.is_far ? 3 * newton_steps : newton_steps;
+    end = newton_to_sphere<arithmetic>(surface, on_flow, f, steps, terms.bend.is_far && !surface.finds_dips);
+  } else {
+    end = newton_to_sphere<arithmetic>(surface, on_curve, f, newton_steps, false);
   }
   const T scale = (one_norm(r0) + one_norm(way.u)) + surface.radius;
-  const bool dips = found && slope < 0 && g <= 16 * std::numeric_limits<T>::epsilon() * scale;
+  const bool dips = found && end.slope < 0 && end.g <= 16 * std::numeric_limits<T>::epsilon() * scale;
   if (!(g1 < 0 || dips)) return std::nullopt;
-  return f;
+  return end.f;
 }
 
-// ---------------------------------------------------------------------------------- impacts and resting
+// ---------------------------------------------------------------------------------- friction
 
 template <class T>
 T kept_by_friction(T slide, T hold, T length) noexcept {
@@ -216,16 +418,177 @@ T kept_by_friction(T slide, T hold, T length) noexcept {
   return 1 - slide / length;
 }
 
-// What is left of a particle's step.
+// ---------------------------------------------------------------------------------- resting
+
 template <class T>
-struct Course {
-  T direction, t;
-  std::size_t last;  // the surface hit last, or the count of surfaces
+struct Holder {
+  std::size_t number = Held<T>::none;
+  T s = 0, s0 = 0, mu = 0, hold = 0;
+  Vector<T> n{};
 };
 
-// What is left of the tangential velocity at an impact. What lay or slid on the surface before comes to none.
+// s1: the distance at the end; s0 becomes that at the start.
+template <Arithmetic arithmetic, PathForm form, class T>
+bool may_hold(const Surface<T>& surface, T s1, const Particle<T>& p, const Course<arithmetic, form, T>& course, bool is_last,
+              T& s0) noexcept {
+  constexpr T eps = std::numeric_limits<T>::epsilon();
+  const Touch<T> start = touch<arithmetic>(surface, p.x0);
+  const T low = 4 * low_bounce * eps * one_norm(p.x0);
+  const T near = 2 * eps * ((one_norm(p.x0) + one_norm(p.x1)) + (surface.radius + surface.radius));
+  const T d0 = course.t * dot<arithmetic>(start.n, p.v0);
+  const T c = s1 - d0;
+  s0 = start.s;
+  if (!(s0 >= T(-0.5) * near && (is_last || s0 <= near))) return false;
+  if (d0 > 0) return d0 * d0 <= -(low * c);
+  return -d0 <= -(c + c) && surface.e * -d0 <= (1 - surface.e) * -c;
+}
+
+template <class T>
+struct Two {
+  T a, b;
+};
+
 template <Arithmetic arithmetic, class T>
-T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Course<T>& course, const Vector<T>& gain) noexcept {
+Two<T> solve_two(T a, T b, T kappa) noexcept {
+  const T det = subtract_product<arithmetic>(T(1), kappa, kappa);
+  const T alone_a = a < 0 ? -a : T(0);
+  const T alone_b = b < 0 ? -b : T(0);
+  if (!(det > 64 * std::numeric_limits<T>::epsilon())) return {alone_a, 0};
+  const T scale = 1 / det;
+  const T both_a = scale * (kappa * b - a);
+  const T both_b = scale * (kappa * a - b);
+  if (both_a < 0) return {0, alone_b};
+  if (both_b < 0) return {alone_a, 0};
+  return {both_a, both_b};
+}
+
+template <class T>
+struct HeldEnd {
+  Vector<T> x{}, v{}, v0{};
+  T slide = 0, hold = 0;
+};
+
+template <Arithmetic arithmetic, class T>
+HeldEnd<T> held_by_one(const Holder<T>& a, const Particle<T>& p, T direction) noexcept {
+  const T vn = dot<arithmetic>(a.n, p.v1);
+  const bool is_pressed = direction * vn < 0;
+  const T removed = is_pressed ? std::abs(vn) : T(0);
+  const T vn0 = dot<arithmetic>(a.n, p.v0);
+  HeldEnd<T> end{.x = {}, .v = p.v1, .v0 = p.v0, .slide = a.mu * removed, .hold = a.hold * removed};
+  for (std::size_t k = 0; k < 3; ++k) {
+    end.x[k] = subtract_product<arithmetic>(p.x1[k], a.s, a.n[k]);
+    if (is_pressed) end.v[k] = subtract_product<arithmetic>(p.v1[k], vn, a.n[k]);
+    if (direction * vn0 < 0) end.v0[k] = subtract_product<arithmetic>(p.v0[k], vn0, a.n[k]);
+  }
+  return end;
+}
+
+template <Arithmetic arithmetic, class T>
+HeldEnd<T> held_by_two(const Holder<T>& a, const Holder<T>& b, const Particle<T>& p, T direction) noexcept {
+  const T kappa = dot<arithmetic>(a.n, b.n);
+  const Two<T> way = solve_two<arithmetic>(a.s, b.s, kappa);
+  const auto pressures = [&](const Vector<T>& v) {
+    return solve_two<arithmetic>(direction * dot<arithmetic>(a.n, v), direction * dot<arithmetic>(b.n, v), kappa);
+  };
+  const Two<T> removed = pressures(p.v1);
+  const Two<T> removed0 = pressures(p.v0);
+  HeldEnd<T> end;
+  for (std::size_t k = 0; k < 3; ++k) {
+    end.x[k] = multiply_add<arithmetic>(way.b, b.n[k], multiply_add<arithmetic>(way.a, a.n[k], p.x1[k]));
+    const T along_a = multiply_add<arithmetic>(direction * removed.a, a.n[k], p.v1[k]);
+    end.v[k] = multiply_add<arithmetic>(direction * removed.b, b.n[k], along_a);
+    const T along_a0 = multiply_add<arithmetic>(direction * removed0.a, a.n[k], p.v0[k]);
+    end.v0[k] = multiply_add<arithmetic>(direction * removed0.b, b.n[k], along_a0);
+  }
+  end.slide = multiply_add<arithmetic>(b.mu, removed.b, a.mu * removed.a);
+  end.hold = multiply_add<arithmetic>(b.hold, removed.b, a.hold * removed.a);
+  return end;
+}
+
+template <Arithmetic arithmetic, PathForm form, class T>
+Holder<T> deepest(const Terms<T>& terms, const Particle<T>& p, const Course<arithmetic, form, T>& course,
+                  const Vector<T>& x) noexcept {
+  Holder<T> found;
+  T depth = -2 * std::numeric_limits<T>::epsilon() * one_norm(p.x1);
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const Surface<T>& surface = terms.surfaces[j];
+    const T s = touch<arithmetic>(surface, x).s;
+    if (!(s < depth) || course.held.has(j)) continue;
+    const Touch<T> end = touch<arithmetic>(surface, p.x1);
+    T s0 = 0;
+    if (!may_hold(surface, end.s, p, course, course.last == j, s0)) continue;
+    depth = s;
+    found = {.number = j, .s = end.s, .s0 = s0, .mu = surface.mu, .hold = surface.hold, .n = end.n};
+  }
+  return found;
+}
+
+template <Arithmetic arithmetic, class T>
+HeldEnd<T> held_by_three(const Holder<T>& a, const Holder<T>& b, const Holder<T>& c, const Particle<T>& p,
+                         T direction) noexcept {
+  const T depth = -2 * std::numeric_limits<T>::epsilon() * one_norm(p.x1);
+  const auto leaves = [&](const Holder<T>& first, const Holder<T>& other) {
+    const Two<T> way = solve_two<arithmetic>(first.s, c.s, dot<arithmetic>(first.n, c.n));
+    const T s = multiply_add<arithmetic>(way.b, dot<arithmetic>(c.n, other.n),
+                                         multiply_add<arithmetic>(way.a, dot<arithmetic>(first.n, other.n), other.s));
+    return s >= depth;
+  };
+  if (leaves(a, b)) return held_by_two<arithmetic>(a, c, p, direction);
+  if (leaves(b, a)) return held_by_two<arithmetic>(b, c, p, direction);
+  return {.x = p.x0};
+}
+
+template <Arithmetic arithmetic, PathForm form, class T>
+void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
+  constexpr std::size_t none = Held<T>::none;
+  Holder<T> a;
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const Surface<T>& surface = terms.surfaces[j];
+    const Touch<T> end = touch<arithmetic>(surface, p.x1);
+    T s0 = 0;
+    if (!(end.s < a.s) || !may_hold(surface, end.s, p, course, course.last == j, s0)) continue;
+    a = {.number = j, .s = end.s, .s0 = s0, .mu = surface.mu, .hold = surface.hold, .n = end.n};
+  }
+  auto& held = course.held;
+  held.a = a.number;
+  held.b = held.c = none;
+  if (a.number == none) return;
+
+  HeldEnd<T> end = held_by_one<arithmetic>(a, p, course.direction);
+  const Holder<T> b = deepest(terms, p, course, end.x);
+  if (b.number != none) {
+    end = held_by_two<arithmetic>(a, b, p, course.direction);
+    held.b = b.number;
+    const Holder<T> c = deepest(terms, p, course, end.x);
+    if (c.number != none) {
+      end = held_by_three<arithmetic>(a, b, c, p, course.direction);
+      held.c = c.number;
+    }
+  }
+  const T kept = kept_by_friction(end.slide, end.hold, std::sqrt(dot<arithmetic>(end.v, end.v)));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const T rubbed = kept * end.v[k];
+    end.x[k] = multiply_add<arithmetic>(T(0.5) * course.t, rubbed - end.v[k], end.x[k]);
+    end.v[k] = rubbed;
+  }
+  const T motion = std::abs(course.t) * one_norm(sum_of(end.v0, end.v));
+  if (motion < std::numeric_limits<T>::epsilon() / 4 * one_norm(p.x1)) {
+    const T sunk = held.b == none ? a.s0 : T(0);
+    for (std::size_t k = 0; k < 3; ++k) end.x[k] = subtract_product<arithmetic>(p.x0[k], sunk, a.n[k]);
+  }
+  held.dx = difference(end.x, p.x1);
+  held.dv = difference(end.v, p.v1);
+  p.x1 = end.x;
+  p.v1 = end.v;
+  p.v0 = end.v0;
+}
+
+// ---------------------------------------------------------------------------------- impacts
+
+// What is left of the tangential velocity at an impact. What lay or slid on the surface before comes to none.
+template <Arithmetic arithmetic, PathForm form, class T>
+T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course,
+                    const Vector<T>& gain, bool is_over) noexcept {
   if (surface.tau == 1) return 1;
   constexpr T eps = std::numeric_limits<T>::epsilon();
   const Touch<T> start = touch<arithmetic>(surface, p.x0);
@@ -236,57 +599,127 @@ T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Cours
   const bool stays_low = out <= rounding || out * out * std::abs(course.t) <= 2 * own * low;
   const bool comes_slow = -out <= own + rounding;
   const bool rests = start.s <= 4 * low && (out > 0 ? stays_low : comes_slow);
-  return rests ? T(1) : surface.tau;
+  return rests ? T(1) : is_over ? T(0) : surface.tau;
 }
 
-template <Arithmetic arithmetic, class T>
-void respond(const Surface<T>& surface, Particle<T>& p, Course<T>& course, T f) noexcept {
-  const Vector<T> xf = along<arithmetic>(p.x0, path(surface, p, course.t), f);
+template <class T>
+struct Moment {
+  Vector<T> x, v;
+};
+
+template <Arithmetic arithmetic, PathForm form, class T>
+Moment<T> moment(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course,
+                 const Vector<T>& gain, T f) noexcept {
+  Moment<T> at;
+  if constexpr (form == PathForm::parabola) {
+    at.x = along<arithmetic>(p.x0, path(surface, p, course.t), f);
+    for (std::size_t k = 0; k < 3; ++k) at.v[k] = multiply_add<arithmetic>(f, gain[k], p.v0[k]);
+    return at;
+  } else {
+    const Responses<T> P = (*course.bending)(f * course.left);
+    const auto& end = course.end;
+    const bool is_driven = course.bending->is_driven();
+    const T frequency = 1 / course.h;
+    const Vector<T> drive_end = driven<arithmetic>(course.drive, end.P2, end.P3, end.P4);
+    const Vector<T> drive_here = driven<arithmetic>(course.drive, P.P2, P.P3, P.P4);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const T v1 = is_driven ? p.v1[k] - frequency * drive_end[k] : p.v1[k];
+      const T pull = subtract_product<arithmetic>(v1, p.v0[k], end.P0[k]) * inverse(end.P1[k]);
+      at.v[k] = multiply_add<arithmetic>(pull, P.P1[k], p.v0[k] * P.P0[k]);
+      if (is_driven) at.v[k] = at.v[k] + frequency * drive_here[k];
+    }
+    if (surface.sweep == ContactPath::line) {
+      at.x = along<arithmetic>(p.x0, path(surface, p, course.t), f);
+      return at;
+    }
+    const Vector<T> way = flow_path(p, course).way(P);
+    for (std::size_t k = 0; k < 3; ++k) at.x[k] = p.x0[k] + way[k];
+    return at;
+  }
+}
+
+template <Arithmetic arithmetic, PathForm form, class T>
+void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form, T>& course, T f) noexcept {
   const Vector<T> gain = difference(p.v1, p.v0);
-  Vector<T> vf;
-  for (std::size_t k = 0; k < 3; ++k) vf[k] = multiply_add<arithmetic>(f, gain[k], p.v0[k]);
+  const auto [xf, vf] = moment(surface, p, course, gain, f);
   const Vector<T> n = touch<arithmetic>(surface, xf).n;
   const T vn = dot<arithmetic>(n, vf);
-  const T tau = kept_by_viscosity<arithmetic>(surface, p, course, gain);
   const T rest = 1 - f;
+  const Vector<T> forces = course.held.a != Held<T>::none ? difference(gain, course.held.dv) : gain;
+  const T pressed = rest * (course.direction * dot<arithmetic>(n, forces));
+  const bool is_over = surface.response == Response::resume && surface.e > 0 &&
+                       (surface.e + surface.e) * std::abs(vn) <= (surface.e - 1) * pressed;
+  const T e = is_over ? T(0) : surface.e;
+  const T tau = kept_by_viscosity(surface, p, course, gain, is_over);
   course.t = rest * course.t;
+  if constexpr (form == PathForm::flow) {
+    const T passed = f * course.left;
+    const T half = T(0.5) * passed;
+    auto& [D1, D2, D3] = course.drive;
+    for (std::size_t k = 0; k < 3 && course.bending->is_driven(); ++k) {
+      D1[k] = multiply_add<arithmetic>(passed, multiply_add<arithmetic>(half, D3[k], D2[k]), D1[k]);
+      D2[k] = multiply_add<arithmetic>(passed, D3[k], D2[k]);
+    }
+    course.left = rest * course.left;
+    course.end = (*course.bending)(course.left);
+  }
   p.x0 = xf;
   p.v0 = vf;
-  if (!(course.direction * vn <= 0)) return;
+  const auto let_go = [&] {
+    if (course.held.a == Held<T>::none) return;
+    for (std::size_t k = 0; k < 3; ++k) p.v1[k] = subtract_product<arithmetic>(p.v1[k], rest, course.held.dv[k]);
+  };
+  if (course.held.a != Held<T>::none) {
+    for (std::size_t k = 0; k < 3; ++k) p.x1[k] = subtract_product<arithmetic>(p.x1[k], rest * rest, course.held.dx[k]);
+  }
+  if (!(course.direction * vn <= 0)) return let_go();
 
   Vector<T> vt;
   for (std::size_t k = 0; k < 3; ++k) vt[k] = tau * subtract_product<arithmetic>(vf[k], vn, n[k]);
-  const T slide = surface.mu * ((1 + surface.e) * std::abs(vn));
+  const T slide = surface.mu * ((1 + e) * std::abs(vn));
   const T kept = kept_by_friction(slide, slide, std::sqrt(dot<arithmetic>(vt, vt)));
   const T beyond = dot<arithmetic>(n, difference(p.x1, xf));
   for (std::size_t k = 0; k < 3; ++k) {
-    const T after = subtract_product<arithmetic>(kept * vt[k], surface.e * vn, n[k]);
-    p.x1[k] = surface.response == Response::end_on_surface ? subtract_product<arithmetic>(p.x1[k], beyond, n[k])
-                                                           : multiply_add<arithmetic>(course.t, after - vf[k], p.x1[k]);
-    p.v1[k] = multiply_add<arithmetic>(rest, gain[k], after);
+    const T after = subtract_product<arithmetic>(kept * vt[k], e * vn, n[k]);
+    const T pulse = after - vf[k];
+    if (surface.response == Response::end_on_surface) {
+      p.x1[k] = subtract_product<arithmetic>(p.x1[k], beyond, n[k]);
+    } else if (form == PathForm::parabola) {
+      p.x1[k] = multiply_add<arithmetic>(course.t, pulse, p.x1[k]);
+    } else {
+      p.x1[k] = multiply_add<arithmetic>(course.h * course.end.P1[k], pulse, p.x1[k]);
+    }
+    p.v1[k] = form == PathForm::parabola ? multiply_add<arithmetic>(rest, gain[k], after)
+                                         : multiply_add<arithmetic>(course.end.P0[k], pulse, p.v1[k]);
     p.v0[k] = after;
   }
+  let_go();
 }
 
-template <Arithmetic arithmetic, class T>
-std::optional<T> cross(const Surface<T>& surface, const Particle<T>& p, T t, bool is_held, T low) noexcept {
+template <Arithmetic arithmetic, PathForm form, class T>
+std::optional<T> cross(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p,
+                       const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
   switch (surface.shape) {
     case Shape::plane:
-      return cross_plane<arithmetic>(surface, p, t, is_held, low);
+      return cross_plane(terms, surface, p, course, is_held, low);
     case Shape::sphere:
       break;
   }
-  return cross_sphere<arithmetic>(surface, p, t, is_held, low);
+  return cross_sphere(terms, surface, p, course, is_held, low);
 }
 
 // Whether there was an impact.
-template <Arithmetic arithmetic, class T>
-bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<T>& course) noexcept {
+template <Arithmetic arithmetic, PathForm form, class T>
+bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
   const T low = 4 * low_bounce * std::numeric_limits<T>::epsilon() * one_norm(p.x0);
+  Vector<T> middle;
+  for (std::size_t k = 0; k < 3; ++k) middle[k] = multiply_add<arithmetic>(terms.bend.corner * course.t, p.v0[k], p.x0[k]);
   T earliest = 2;
   std::size_t which = terms.surface_count;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    const std::optional<T> f = cross<arithmetic>(terms.surfaces[j], p, course.t, course.last == j, low);
+    const Surface<T>& surface = terms.surfaces[j];
+    if (course.held.has(j) || !may_touch<arithmetic>(surface, p, middle)) continue;
+    const std::optional<T> f = cross(terms, surface, p, course, course.last == j, low);
     if (f && *f < earliest) {
       earliest = *f;
       which = j;
@@ -294,12 +727,14 @@ bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<T>& course) 
   }
   if (which == terms.surface_count) return false;
   course.last = which;
-  respond<arithmetic>(terms.surfaces[which], p, course, earliest);
+  respond(terms.surfaces[which], p, course, earliest);
+  hold(terms, p, course);
   return true;
 }
 
-template <Arithmetic arithmetic, class T>
-void clamp(const Surface<T>& surface, Particle<T>& p, const Course<T>& course, bool is_held, T size) noexcept {
+template <Arithmetic arithmetic, PathForm form, class T>
+void clamp(const Surface<T>& surface, Particle<T>& p, const Course<arithmetic, form, T>& course, bool is_held,
+           T size) noexcept {
   const Vector<T> n = touch<arithmetic>(surface, p.x1).n;
   const T vn = dot<arithmetic>(n, p.v1);
   if (course.direction * vn < 0) {
@@ -317,25 +752,48 @@ void clamp(const Surface<T>& surface, Particle<T>& p, const Course<T>& course, b
   for (std::size_t k = 0; k < 3; ++k) p.x1[k] = subtract_product<arithmetic>(base[k], there.s, there.n[k]);
 }
 
-template <Arithmetic arithmetic, class T>
-void resolve_contacts(const Terms<T>& terms, Particle<T>& p) noexcept {
-  if (!may_touch<arithmetic>(terms, p)) return;
-  Course<T> course{terms.h < 0 ? T(-1) : T(1), terms.h, terms.surface_count};
+template <Arithmetic arithmetic, PathForm form, class T>
+void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
+  hold(terms, p, course);
   for (int impact = 0; impact < terms.impacts; ++impact) {
-    if (!resolve_earliest<arithmetic>(terms, p, course)) break;
+    if (!resolve_earliest(terms, p, course)) break;
   }
   T tolerance = 0;
   for (int round = 0; round < clamp_rounds; ++round) {
     bool is_clamped = false;
     for (std::size_t j = 0; j < terms.surface_count; ++j) {
       const T size = one_norm(p.x1);
+      const bool is_held = course.held.has(j);
+      if (round == 0 && is_held && terms.surfaces[j].shape == Shape::plane) continue;
       if (!(touch<arithmetic>(terms.surfaces[j], p.x1).s < -(tolerance * size))) continue;
       is_clamped = true;
-      clamp<arithmetic>(terms.surfaces[j], p, course, course.last == j, size);
+      clamp(terms.surfaces[j], p, course, course.last == j || is_held, size);
     }
     if (!is_clamped) return;
     tolerance = 2 * std::numeric_limits<T>::epsilon();
   }
+}
+
+// i: the particle's number in the plan's columns.
+template <Arithmetic arithmetic, class T>
+void resolve_contacts(const Terms<T>& terms, const Offsets<T>& offsets, Particle<T>& p, std::size_t i) noexcept {
+  if (!may_touch<arithmetic>(terms, p)) return;
+  const T direction = terms.h < 0 ? T(-1) : T(1);
+  if (terms.bend.degree == 0) {
+    Course<arithmetic, PathForm::parabola, T> course{.direction = direction, .t = terms.h, .last = terms.surface_count};
+    resolve_all(terms, p, course);
+    return;
+  }
+  const Bending<arithmetic, T> bending(terms.bend, i);
+  Course<arithmetic, PathForm::flow, T> course{.direction = direction,
+                                               .t = terms.h,
+                                               .last = terms.surface_count,
+                                               .bending = &bending,
+                                               .h = terms.h,
+                                               .left = 1,
+                                               .end = bending(T(1))};
+  if (bending.is_driven()) course.drive = {offsets.drive[0], offsets.drive[1], offsets.drive[2]};
+  resolve_all(terms, p, course);
 }
 
 }  // namespace dvdx::reference

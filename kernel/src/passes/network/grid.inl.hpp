@@ -11,6 +11,9 @@ namespace {
 
 // Which springs a grid has besides those between neighbours of a row or a column.
 enum class Weave : std::uint8_t { plain, shear, bend, shear_bend };
+// What a walk over the springs takes from them, and leaves at each particle.
+enum class Walk : std::uint8_t { kick, acceleration, damping };
+
 constexpr bool has_shear(Weave weave) noexcept { return weave == Weave::shear || weave == Weave::shear_bend; }
 constexpr bool has_bend(Weave weave) noexcept { return weave == Weave::bend || weave == Weave::shear_bend; }
 
@@ -19,24 +22,26 @@ constexpr bool has_bend(Weave weave) noexcept { return weave == Weave::bend || w
 // numbers: first what the row above has left, negated as one sum, which rounds like one subtraction after the other.
 //
 // Columns [from, to) of a grid; wider grids are taken in stripes whose kept rows stay in first-level cache.
-template <class V, Weave weave, Damping damping, Arithmetic arithmetic>
+template <class V, Weave weave, Walk walk, Arithmetic arithmetic>
 class GridStripe {
   using T = Scalar<V>;
 
  public:
   static constexpr std::size_t width = 2048 / sizeof(T);  // columns
 
-  GridStripe(const GridTerms<T>& grid, const WorkColumns<T>& work, std::size_t from, std::size_t to) noexcept
-      : grid_(grid), work_(work), from_(from), to_(to) {}
+  // pass.s: of a kick, its pulse.
+  GridStripe(const GridTerms<T>& grid, const WorkColumns<T>& work, const DampingPass<T>& pass, std::size_t from,
+             std::size_t to) noexcept
+      : grid_(grid), work_(work), pass_(pass), from_(from), to_(to) {}
 
-  void run(T pulse, std::size_t from_row, std::size_t to_row) noexcept {
+  void run(std::size_t from_row, std::size_t to_row) noexcept {
     // The rows above only for what they leave to the first ones here.
     const std::size_t above = std::min<std::size_t>(from_row, has_bend(weave) ? 2 : 1);
     for (std::size_t row = from_row - above; row < to_row; ++row) {
       if (row < from_row) {
-        sweep_row<Row::above>(pulse, row, row + above == from_row);
+        sweep_row<Row::above>(row, row + above == from_row);
       } else {
-        sweep_row<Row::own>(pulse, row, row == 0);
+        sweep_row<Row::own>(row, row == 0);
       }
     }
   }
@@ -50,7 +55,8 @@ class GridStripe {
   };
 
   [[gnu::always_inline]] Three<V> pulled(const Family<T>& f, const Three<V>& d, const Three<V>& u) const noexcept {
-    if constexpr (damping == Damping::along) return damped_pull<arithmetic>(d, u, V(f.k), V(f.kl), V(f.c));
+    if constexpr (walk == Walk::acceleration) return damped_pull<arithmetic>(d, u, V(f.k), V(f.kl), V(f.c));
+    if constexpr (walk == Walk::damping) return damping_pull<arithmetic>(d, u, V(f.c));
     return pull<arithmetic>(d, V(f.k), V(f.kl));
   }
 
@@ -75,7 +81,8 @@ class GridStripe {
   [[gnu::always_inline]] Forces pull_all(std::size_t row, std::size_t column) const noexcept {
     const Ends x = load_ends(work_.x, row, column);
     Ends v = x;  // not read where nothing damps
-    if constexpr (damping == Damping::along) v = load_ends(work_.v, row, column);
+    if constexpr (walk == Walk::acceleration) v = load_ends(work_.v, row, column);
+    if constexpr (walk == Walk::damping) v = load_ends(pass_.of, row, column);
     const GridFamilies<T>& f = grid_.along;
     Forces F;
     F.right = pulled(f.right, x.right - x.own, v.right - v.own);
@@ -111,7 +118,7 @@ class GridStripe {
   }
 
   template <Row kind>
-  void sweep_row(T pulse, std::size_t row, bool is_first) noexcept {
+  void sweep_row(std::size_t row, bool is_first) noexcept {
     const Three<V> zero = three<V>(V(T(0)));
     Forces before{zero, zero, zero, zero, zero, zero};
     if (from_ != 0) {
@@ -126,14 +133,14 @@ class GridStripe {
       if constexpr (has_shear(weave)) right_below = moved<1>(before.right_below, F.right_below);
       if constexpr (kind == Row::own) {
         const Three<V> left = is_first ? zero : load_three<V>(left_for_below(), at);
-        kick(pulse, row * grid_.pitch + column, zero - left, before, F);
+        leave(row * grid_.pitch + column, zero - left, before, F);
       }
       leave_for_below(row, at, is_first, right_below, F);
       before = F;
     }
   }
 
-  [[gnu::always_inline]] void kick(T pulse, std::size_t i, Three<V> sum, const Forces& before, const Forces& F) const noexcept {
+  [[gnu::always_inline]] void leave(std::size_t i, Three<V> sum, const Forces& before, const Forces& F) const noexcept {
     if constexpr (has_bend(weave)) sum = sum - moved<2>(before.right2, F.right2);
     sum = sum - moved<1>(before.right, F.right);
     sum = sum + F.right;
@@ -142,7 +149,9 @@ class GridStripe {
     sum = sum + F.below;
     if constexpr (has_shear(weave)) sum = sum + F.right_below;
     if constexpr (has_bend(weave)) sum = sum + F.below2;
-    const V w = V(pulse) * load_lanes<V>(work_.w + i);
+    if constexpr (walk == Walk::acceleration) return leave_acceleration(work_, i, sum);
+    if constexpr (walk == Walk::damping) return leave_damped<arithmetic>(work_, pass_, i, sum);
+    const V w = V(pass_.s) * load_lanes<V>(work_.w + i);
     store_three<V>(work_.v_next, i, multiply_add<arithmetic>(w, sum, load_three<V>(work_.v, i)));
   }
 
@@ -173,36 +182,48 @@ class GridStripe {
 
   const GridTerms<T>& grid_;
   const WorkColumns<T>& work_;
+  const DampingPass<T>& pass_;
   std::size_t from_, to_;
   Kept left_;  // left uninitialised: the first row does not read it
   std::array<Kept, has_bend(weave) ? 2 : 1> left2_;
 };
 
-template <class V, Weave weave, Damping damping, Arithmetic arithmetic>
-void kick_grid_by(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, Scalar<V> pulse, std::size_t from,
-                  std::size_t to) noexcept {
-  using Stripe = GridStripe<V, weave, damping, arithmetic>;
+template <class V, Weave weave, Walk walk, Arithmetic arithmetic>
+void walk_woven(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, const DampingPass<Scalar<V>>& pass,
+                std::size_t from, std::size_t to) noexcept {
+  using Stripe = GridStripe<V, weave, walk, arithmetic>;
   for (std::size_t column = 0; column < grid.columns; column += Stripe::width) {
-    Stripe(grid, work, column, std::min(column + Stripe::width, grid.columns)).run(pulse, from, to);
+    Stripe(grid, work, pass, column, std::min(column + Stripe::width, grid.columns)).run(from, to);
   }
 }
 
-template <class V, Weave weave, Arithmetic arithmetic>
-void kick_woven(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, Scalar<V> pulse, std::size_t from,
-                std::size_t to) noexcept {
-  if (grid.damping == Damping::along) return kick_grid_by<V, weave, Damping::along, arithmetic>(grid, work, pulse, from, to);
-  kick_grid_by<V, weave, Damping::none, arithmetic>(grid, work, pulse, from, to);
+template <class V, Walk walk, Arithmetic arithmetic>
+void walk_grid(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, const DampingPass<Scalar<V>>& pass,
+               std::size_t from, std::size_t to) noexcept {
+  const bool is_sheared = grid.along.right_below.is_there();
+  const bool is_bent = grid.along.right2.is_there();
+  if (is_sheared && is_bent) return walk_woven<V, Weave::shear_bend, walk, arithmetic>(grid, work, pass, from, to);
+  if (is_sheared) return walk_woven<V, Weave::shear, walk, arithmetic>(grid, work, pass, from, to);
+  if (is_bent) return walk_woven<V, Weave::bend, walk, arithmetic>(grid, work, pass, from, to);
+  walk_woven<V, Weave::plain, walk, arithmetic>(grid, work, pass, from, to);
 }
 
 template <class V, Arithmetic arithmetic>
 void kick_grid(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, Scalar<V> pulse, std::size_t from,
                std::size_t to) noexcept {
-  const bool is_sheared = grid.along.right_below.is_there();
-  const bool is_bent = grid.along.right2.is_there();
-  if (is_sheared && is_bent) return kick_woven<V, Weave::shear_bend, arithmetic>(grid, work, pulse, from, to);
-  if (is_sheared) return kick_woven<V, Weave::shear, arithmetic>(grid, work, pulse, from, to);
-  if (is_bent) return kick_woven<V, Weave::bend, arithmetic>(grid, work, pulse, from, to);
-  kick_woven<V, Weave::plain, arithmetic>(grid, work, pulse, from, to);
+  walk_grid<V, Walk::kick, arithmetic>(grid, work, {.s = pulse}, from, to);
+}
+
+template <class V, Arithmetic arithmetic>
+void accelerate_grid(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, std::size_t from,
+                     std::size_t to) noexcept {
+  walk_grid<V, Walk::acceleration, arithmetic>(grid, work, {}, from, to);
+}
+
+template <class V, Arithmetic arithmetic>
+void damp_grid(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, const DampingPass<Scalar<V>>& pass,
+               std::size_t from, std::size_t to) noexcept {
+  walk_grid<V, Walk::damping, arithmetic>(grid, work, pass, from, to);
 }
 
 }  // namespace

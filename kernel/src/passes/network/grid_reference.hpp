@@ -5,14 +5,6 @@
 
 namespace dvdx::reference {
 
-template <Arithmetic arithmetic, class T>
-Vector<T> pull_between(const GridTerms<T>& grid, const WorkColumns<T>& work, const Family<T>& family, std::size_t a,
-                       std::size_t b) noexcept {
-  const Vector<T> d = minus(at(work.x, b), at(work.x, a));
-  if (grid.damping == Damping::none) return pull<arithmetic>(d, family.k, family.kl);
-  return damped_pull<arithmetic>(d, minus(at(work.v, b), at(work.v, a)), family.k, family.kl, family.c);
-}
-
 // One direction of a grid's springs, from (row, column) to (row + down, column + right).
 template <class T>
 struct Lead {
@@ -33,9 +25,10 @@ std::array<Lead<T>, 6> leads(const GridFamilies<T>& f) noexcept {
 
 enum class End { near, far };  // which end of the spring the particle is
 
-template <Arithmetic arithmetic, class T>
-void add_neighbour(const GridTerms<T>& grid, const WorkColumns<T>& work, const Lead<T>& lead, End end, std::size_t row,
-                   std::size_t column, Vector<T>& F) noexcept {
+// pull(family, own, other) is one spring.
+template <class T, class Pull>
+void add_neighbour(const GridTerms<T>& grid, const Lead<T>& lead, End end, std::size_t row, std::size_t column, const Pull& pull,
+                   Vector<T>& F) noexcept {
   if (!lead.family->is_there()) return;
   const std::ptrdiff_t sign = end == End::near ? 1 : -1;
   const std::ptrdiff_t other_row = static_cast<std::ptrdiff_t>(row) + sign * lead.down;
@@ -45,26 +38,55 @@ void add_neighbour(const GridTerms<T>& grid, const WorkColumns<T>& work, const L
   if (!is_there) return;
   const std::size_t own = row * grid.pitch + column;
   const std::size_t other = static_cast<std::size_t>(other_row) * grid.pitch + static_cast<std::size_t>(other_column);
-  F = plus(F, pull_between<arithmetic>(grid, work, *lead.family, own, other));
+  F = plus(F, pull(*lead.family, own, other));
 }
 
-template <class T, Arithmetic arithmetic>
-void kick_grid(const GridTerms<T>& grid, const WorkColumns<T>& work, T pulse, std::size_t from, std::size_t to) noexcept {
+// leave(particle, F) takes the sum of each.
+template <class T, class Pull, class Leave>
+void for_each_of_grid(const GridTerms<T>& grid, std::size_t from, std::size_t to, const Pull& pull, const Leave& leave) noexcept {
   const auto directions = leads(grid.along);
   for (std::size_t row = from; row < to; ++row) {
     for (std::size_t column = 0; column < grid.columns; ++column) {
       Vector<T> F{};
-      for (std::size_t f = directions.size(); f-- > 0;) {
-        add_neighbour<arithmetic>(grid, work, directions[f], End::far, row, column, F);
-      }
-      for (const Lead<T>& lead : directions) add_neighbour<arithmetic>(grid, work, lead, End::near, row, column, F);
-      const std::size_t i = row * grid.pitch + column;
-      const T w = pulse * work.w[i];
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        work.v_next[axis][i] = multiply_add<arithmetic>(w, F[axis], work.v[axis][i]);
-      }
+      for (std::size_t f = directions.size(); f-- > 0;) add_neighbour(grid, directions[f], End::far, row, column, pull, F);
+      for (const Lead<T>& lead : directions) add_neighbour(grid, lead, End::near, row, column, pull, F);
+      leave(row * grid.pitch + column, F);
     }
   }
+}
+
+template <class T, Arithmetic arithmetic>
+void kick_grid(const GridTerms<T>& grid, const WorkColumns<T>& work, T pulse, std::size_t from, std::size_t to) noexcept {
+  const auto pull_between = [&](const Family<T>& family, std::size_t a, std::size_t b) {
+    return pull<arithmetic>(minus(at(work.x, b), at(work.x, a)), family.k, family.kl);
+  };
+  for_each_of_grid(grid, from, to, pull_between, [&](std::size_t i, const Vector<T>& F) {
+    const T w = pulse * work.w[i];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      work.v_next[axis][i] = multiply_add<arithmetic>(w, F[axis], work.v[axis][i]);
+    }
+  });
+}
+
+template <class T, Arithmetic arithmetic>
+void accelerate_grid(const GridTerms<T>& grid, const WorkColumns<T>& work, std::size_t from, std::size_t to) noexcept {
+  const auto pull_between = [&](const Family<T>& family, std::size_t a, std::size_t b) {
+    const Vector<T> u = minus(at(work.v, b), at(work.v, a));
+    return damped_pull<arithmetic>(minus(at(work.x, b), at(work.x, a)), u, family.k, family.kl, family.c);
+  };
+  for_each_of_grid(grid, from, to, pull_between,
+                   [&](std::size_t i, const Vector<T>& F) { leave_acceleration(work, i, F); });
+}
+
+template <class T, Arithmetic arithmetic>
+void damp_grid(const GridTerms<T>& grid, const WorkColumns<T>& work, const DampingPass<T>& pass, std::size_t from,
+               std::size_t to) noexcept {
+  const auto pull_between = [&](const Family<T>& family, std::size_t a, std::size_t b) {
+    const Vector<T> u = minus(at(pass.of, b), at(pass.of, a));
+    return damping_pull<arithmetic>(minus(at(work.x, b), at(work.x, a)), u, family.c);
+  };
+  for_each_of_grid(grid, from, to, pull_between,
+                   [&](std::size_t i, const Vector<T>& F) { leave_damped<arithmetic>(work, pass, i, F); });
 }
 
 }  // namespace dvdx::reference

@@ -43,7 +43,9 @@ template <class T>
 struct WorkColumns {
   std::array<T*, 3> x{};             // m, from `origin` where there is one
   std::array<T*, 3> v{};             // m/s
-  std::array<T*, 3> v_next{};        // where a pulse puts v: elsewhere with damping, which reads the neighbours' v
+  std::array<T*, 3> v_next{};        // where one pulse that damps puts v: elsewhere, as it reads the neighbours' v
+  std::array<T*, 3> a0{};            // m/s^2: what the springs that damp, and those beside them, make of x and v
+  std::array<T*, 3> a1{};            // m/s^3: -M^-1 C a0
   std::array<const T*, 3> origin{};  // null, or where each particle was when the step began
   std::array<T*, 3> shift{};         // sequential: what the sweeps have moved x by
   std::array<T*, 3> a{};             // generalized alpha: m/s^2, what the springs accelerate by at the last sub-step's end
@@ -75,7 +77,6 @@ struct GridTerms {
   std::size_t rows = 0, columns = 0;
   std::size_t pitch = 0;  // elements from a row to the next, a multiple of 16
   GridFamilies<T> along;
-  Damping damping = Damping::none;
 };
 
 // ---- graph: any springs, by owner --------------------------------------------------------------------------------------
@@ -104,6 +105,19 @@ struct GraphTerms {
   T drift{};  // s: how far the axis drifts ahead: h/2, or 0
 };
 
+// ---- damping between pulses --------------------------------------------------------------------------------------------
+
+// A pulse of springs that damp (compile/limit.cpp has why):
+//   a = M^-1 F(x, v),   v += s_0 a + s_1 (-M^-1 C) a + s_2 (-M^-1 C)^2 a + ...,   C of the springs as they lie
+// A pass of it takes `of`, makes y = -M^-1 C of, and leaves v += s of and y; the last one leaves v += s of + t y and no y.
+// The force of a spring in -C u is c (d.u)/r^2 d for every u: no root is taken.
+template <class T>
+struct DampingPass {
+  std::array<T*, 3> of{};
+  std::array<T*, 3> y{};  // null at the last pass
+  T s{}, t{};
+};
+
 // ---- sequential: Gauss-Seidel sweeps -----------------------------------------------------------------------------------
 
 // Springs a + k -- b + k for k < count, no two of which share a particle.
@@ -120,17 +134,36 @@ struct StrandFamily {
 
 enum class Visit : std::uint8_t { first, again };  // of a spring in a sub-step: lambda is 0 at the first
 
+// Springs in ranges, none of which has two springs at a particle. A range is a multiple of 16 springs long; those that fill it
+// up join two particles of their own, and move neither.
+//
+// What the springs read and move of a particle lies in records of four numbers, the last of which nothing reads: one load or
+// store an end. Registers of a transposed record hold one axis each. What a first visit keeps for the second lies in the order
+// of the registers.
+template <class T>
+struct RangeTerms {
+  const std::uint32_t* first = nullptr;            // spring of each range, and one more
+  const std::uint32_t *a = nullptr, *b = nullptr;  // of each spring: where its ends' records begin
+  const T* l = nullptr;                            // rest length of each spring
+  const T* coefficients = nullptr;                 // coefficient_sets of 16 numbers; sets that are equal are kept once
+  const std::uint32_t* coefficients_of = nullptr;  // of 16 springs: where theirs begin
+  T *x = nullptr, *v = nullptr, *shift = nullptr;  // records of particles; v: where the springs damp
+  T *from_origin = nullptr, *apart = nullptr, *u = nullptr;  // records of springs: d of the origins, d before the sweeps, u
+};
+
+// Of 16 springs: kappa, eta, inverse, w_a, w_b.
+inline constexpr std::size_t coefficient_sets = 5;
+inline constexpr std::size_t record = 4;  // numbers
+
 template <class T>
 struct SweepTerms {
   const Strand* strands = nullptr;
   const StrandFamily<T>* families = nullptr;
-  // or springs in colours, none of which has two springs at a particle
-  const std::int32_t *a = nullptr, *b = nullptr;
-  const T *kappa = nullptr, *eta = nullptr, *l = nullptr, *w_a = nullptr, *w_b = nullptr;
   const T* inverse = nullptr;  // 1 / (1 + (kappa + eta) (w_a + w_b))
+  std::array<T*, 3> apart{};   // x_b - x_a before the sweeps, kept by the first visit for the second
+  RangeTerms<T> ranges{};      // or springs anywhere
   T* lambda = nullptr;
-  std::array<T*, 3> apart{};  // x_b - x_a before the sweeps, kept by the first visit for the second
-  T h{};                      // theta times the sub-step
+  T h{};  // theta times the sub-step
   Damping damping = Damping::none;
   CountedFrom origin = CountedFrom::zero;
 };
@@ -151,16 +184,29 @@ struct AlphaTerms {
 
 template <class T>
 struct NetworkKernels {
-  // v_next = v + pulse w F for rows [from, to) of a grid, and for slices [from, to) of a graph
+  // v_next = v + pulse w F for rows [from, to) of a grid that does not damp, and for slices [from, to) of a graph
   void (*grid)(const GridTerms<T>&, const WorkColumns<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
   void (*graph)(const GraphTerms<T>&, const WorkColumns<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
+  // a = w F, likewise, of what damps; and what of the damping comes after it
+  void (*grid_acceleration)(const GridTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
+  void (*graph_acceleration)(const GraphTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
+  void (*damp_grid)(const GridTerms<T>&, const WorkColumns<T>&, const DampingPass<T>&, std::size_t from,
+                    std::size_t to) = nullptr;
+  void (*damp_graph)(const GraphTerms<T>&, const WorkColumns<T>&, const DampingPass<T>&, std::size_t from,
+                     std::size_t to) = nullptr;
   // dx, dv of slices [from, to)
   void (*pairs)(const GraphTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
   // x += dx, v += dv for particles [from, to), multiples of 16
   void (*add_pairs)(const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
-  // strands [from, to), the last first where from > to; springs [from, to) of a colour, multiples of 16
+  // strands [from, to), the last first where from > to
   void (*strands)(const SweepTerms<T>&, const WorkColumns<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
-  void (*colour)(const SweepTerms<T>&, const WorkColumns<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
+  // ranges [from, to), the last first where from > to
+  void (*ranges)(const SweepTerms<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
+  // from_origin of ranges [from, to), of origins in the records of x
+  void (*from_origin)(const SweepTerms<T>&, std::size_t from, std::size_t to) = nullptr;
+  // columns of particles [from, to), multiples of 16, into their records and back
+  void (*to_records)(const std::array<const T*, 3>& columns, T* records, std::size_t from, std::size_t to) = nullptr;
+  void (*from_records)(const T* records, const std::array<T*, 3>& columns, std::size_t from, std::size_t to) = nullptr;
   // x += of_x shift, v += of_v shift, shift = 0 for particles [from, to), multiples of 16
   void (*take_shift)(const WorkColumns<T>&, T of_x, T of_v, std::size_t from, std::size_t to) = nullptr;
   // Generalized alpha, before the sweeps and after them, for particles [from, to), multiples of 16

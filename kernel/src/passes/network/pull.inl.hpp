@@ -55,6 +55,17 @@ template <Arithmetic arithmetic, class V>
   return product_where(is_sound, s, d);
 }
 
+// Its damping alone.
+template <Arithmetic arithmetic, class V>
+[[gnu::always_inline]] inline Three<V> damping_pull(const Three<V>& d, const Three<V>& u, V c) noexcept {
+  using T = Scalar<V>;
+  const V r2 = dot<arithmetic>(d, d);
+  const V du = dot<arithmetic>(d, u);
+  const Mask<V> is_sound =
+      (r2 > V(least_square<T>)) & (r2 < V(most_square<T>)) & (magnitude(du) < V(most_square<T>));
+  return product_where(is_sound, quotient(c * du, r2), d);
+}
+
 template <class V>
 [[gnu::always_inline]] inline Three<V> load_three(const std::array<Scalar<V>*, 3>& columns, std::size_t i) noexcept {
   return {{load_lanes<V>(columns[0] + i), load_lanes<V>(columns[1] + i), load_lanes<V>(columns[2] + i)}};
@@ -67,6 +78,26 @@ template <class V>
 [[gnu::always_inline]] inline void store_three(const std::array<Scalar<V>*, 3>& columns, std::size_t i,
                                                const Three<V>& value) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) store_lanes(columns[axis] + i, value[axis]);
+}
+
+// What a pass leaves at the particles from i on, whose springs come to F.
+template <class V>
+[[gnu::always_inline]] inline void leave_acceleration(const WorkColumns<Scalar<V>>& work, std::size_t i,
+                                                      const Three<V>& F) noexcept {
+  store_three<V>(work.a0, i, load_lanes<V>(work.w + i) * F);
+}
+template <Arithmetic arithmetic, class V>
+[[gnu::always_inline]] inline void leave_damped(const WorkColumns<Scalar<V>>& work, const DampingPass<Scalar<V>>& pass,
+                                                std::size_t i, const Three<V>& F) noexcept {
+  const Three<V> of = load_three<V>(pass.of, i);
+  const Three<V> y = load_lanes<V>(work.w + i) * F;
+  Three<V> v = multiply_add<arithmetic>(V(pass.s), of, load_three<V>(work.v, i));
+  if (pass.y[0] != nullptr) {
+    store_three<V>(pass.y, i, y);
+  } else {
+    v = multiply_add<arithmetic>(V(pass.t), y, v);
+  }
+  store_three<V>(work.v, i, v);
 }
 
 }  // namespace

@@ -80,4 +80,32 @@ Vector<T> damped_pull(const Vector<T>& d, const Vector<T>& u, T k, T kl, T c) no
   return times(s, d);
 }
 
+template <Arithmetic arithmetic, class T>
+Vector<T> damping_pull(const Vector<T>& d, const Vector<T>& u, T c) noexcept {
+  const T r2 = inner<arithmetic>(d, d);
+  const T du = inner<arithmetic>(d, u);
+  if (!(r2 > least_square<T> && r2 < most_square<T>) || !(std::abs(du) < most_square<T>)) return {};
+  return times(c * du / r2, d);
+}
+
+template <class T>
+void leave_acceleration(const WorkColumns<T>& work, std::size_t i, const Vector<T>& F) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) work.a0[axis][i] = work.w[i] * F[axis];
+}
+
+template <Arithmetic arithmetic, class T>
+void leave_damped(const WorkColumns<T>& work, const DampingPass<T>& pass, std::size_t i, const Vector<T>& F) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const T of = pass.of[axis][i];
+    const T y = work.w[i] * F[axis];
+    T v = multiply_add<arithmetic>(pass.s, of, work.v[axis][i]);
+    if (pass.y[0] != nullptr) {
+      pass.y[axis][i] = y;
+    } else {
+      v = multiply_add<arithmetic>(pass.t, y, v);
+    }
+    work.v[axis][i] = v;
+  }
+}
+
 }  // namespace dvdx::reference

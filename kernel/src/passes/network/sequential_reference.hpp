@@ -10,23 +10,25 @@ struct Compliance {
   T kappa, eta, l, inverse, w_a, w_b;
 };
 
+template <class T>
+struct Ends {
+  Vector<T> apart;  // x_b - x_a before the sweeps
+  Vector<T> u;      // v_b - v_a, where the springs damp
+  Vector<T> shift_a, shift_b;
+};
+
 template <Arithmetic arithmetic, class T>
-void visit_spring(const SweepTerms<T>& sweep, const WorkColumns<T>& work, const Compliance<T>& spring, Visit visit,
-                  std::size_t a, std::size_t b, T& stored_lambda) noexcept {
-  const Vector<T> shift_a = at(work.shift, a);
-  const Vector<T> shift_b = at(work.shift, b);
-  const Vector<T> shift = minus(shift_b, shift_a);
-  Vector<T> x = minus(at(work.x, b), at(work.x, a));
-  if (sweep.origin == CountedFrom::step) x = plus(minus(at(work.origin, b), at(work.origin, a)), x);
-  const Vector<T> d = plus(x, shift);
+void visit_spring(const SweepTerms<T>& sweep, const Compliance<T>& spring, Visit visit, Ends<T>& ends,
+                  T& stored_lambda) noexcept {
+  const Vector<T> shift = minus(ends.shift_b, ends.shift_a);
+  const Vector<T> d = plus(ends.apart, shift);
 
   const auto [is_long, r2, y] = length<arithmetic>(d);
   bool is_sound = is_long;
   T g = spring.kappa * subtract_product<arithmetic>(spring.l, r2, y);  // -kappa C
   if (sweep.damping == Damping::along) {
-    const Vector<T> u = minus(at(work.v, b), at(work.v, a));
     Vector<T> path;
-    for (std::size_t axis = 0; axis < 3; ++axis) path[axis] = multiply_add<arithmetic>(sweep.h, u[axis], shift[axis]);
+    for (std::size_t axis = 0; axis < 3; ++axis) path[axis] = multiply_add<arithmetic>(sweep.h, ends.u[axis], shift[axis]);
     const T moved = inner<arithmetic>(path, d);
     is_sound = is_sound && std::abs(moved) < most_square<T>;
     g = subtract_product<arithmetic>(g, spring.eta * y, moved);
@@ -38,8 +40,8 @@ void visit_spring(const SweepTerms<T>& sweep, const WorkColumns<T>& work, const 
 
   const T t = more * y;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    work.shift[axis][a] = shift_a[axis] - (is_sound ? spring.w_a * t * d[axis] : T(0));
-    work.shift[axis][b] = shift_b[axis] + (is_sound ? spring.w_b * t * d[axis] : T(0));
+    ends.shift_a[axis] = ends.shift_a[axis] - (is_sound ? spring.w_a * t * d[axis] : T(0));
+    ends.shift_b[axis] = ends.shift_b[axis] + (is_sound ? spring.w_b * t * d[axis] : T(0));
   }
 }
 
@@ -51,7 +53,16 @@ void sweep_strand(const SweepTerms<T>& sweep, const WorkColumns<T>& work, Visit 
     const std::size_t a = strand.a + k;
     const std::size_t b = strand.b + k;
     const Compliance<T> spring{family.kappa, family.eta, family.l, sweep.inverse[s], work.w[a], work.w[b]};
-    visit_spring<arithmetic>(sweep, work, spring, visit, a, b, sweep.lambda[s]);
+    Ends<T> ends{.apart = minus(at(work.x, b), at(work.x, a)),
+                 .u = minus(at(work.v, b), at(work.v, a)),
+                 .shift_a = at(work.shift, a),
+                 .shift_b = at(work.shift, b)};
+    if (sweep.origin == CountedFrom::step) ends.apart = plus(minus(at(work.origin, b), at(work.origin, a)), ends.apart);
+    visit_spring<arithmetic>(sweep, spring, visit, ends, sweep.lambda[s]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      work.shift[axis][a] = ends.shift_a[axis];
+      work.shift[axis][b] = ends.shift_b[axis];
+    }
   }
 }
 
@@ -62,13 +73,63 @@ void sweep_strands(const SweepTerms<T>& sweep, const WorkColumns<T>& work, Visit
   for (std::size_t n = from; n > to; --n) sweep_strand<T, arithmetic>(sweep, work, visit, sweep.strands[n - 1]);
 }
 
+template <class T>
+Vector<T> of_record(const T* record) noexcept {
+  return {record[0], record[1], record[2]};
+}
+template <class T>
+void put_record(T* record, const Vector<T>& value) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) record[axis] = value[axis];
+}
+
 template <class T, Arithmetic arithmetic>
-void sweep_colour(const SweepTerms<T>& sweep, const WorkColumns<T>& work, Visit visit, std::size_t from,
-                  std::size_t to) noexcept {
+void sweep_range(const SweepTerms<T>& sweep, Visit visit, std::size_t from, std::size_t to) noexcept {
+  const RangeTerms<T>& terms = sweep.ranges;
   for (std::size_t s = from; s < to; ++s) {
-    const Compliance<T> spring{sweep.kappa[s], sweep.eta[s], sweep.l[s], sweep.inverse[s], sweep.w_a[s], sweep.w_b[s]};
-    visit_spring<arithmetic>(sweep, work, spring, visit, static_cast<std::size_t>(sweep.a[s]),
-                             static_cast<std::size_t>(sweep.b[s]), sweep.lambda[s]);
+    const std::size_t a = terms.a[s];
+    const std::size_t b = terms.b[s];
+    const T* const set = terms.coefficients + terms.coefficients_of[s / slice] + s % slice;
+    const Compliance<T> spring{.kappa = set[0],
+                               .eta = set[slice],
+                               .l = terms.l[s],
+                               .inverse = set[2 * slice],
+                               .w_a = set[3 * slice],
+                               .w_b = set[4 * slice]};
+    Ends<T> ends{.apart = minus(of_record(terms.x + b), of_record(terms.x + a)),
+                 .u = {},
+                 .shift_a = of_record(terms.shift + a),
+                 .shift_b = of_record(terms.shift + b)};
+    if (sweep.origin == CountedFrom::step) ends.apart = plus(of_record(terms.from_origin + record * s), ends.apart);
+    if (sweep.damping == Damping::along) ends.u = minus(of_record(terms.v + b), of_record(terms.v + a));
+    visit_spring<arithmetic>(sweep, spring, visit, ends, sweep.lambda[s]);
+    put_record(terms.shift + a, ends.shift_a);
+    put_record(terms.shift + b, ends.shift_b);
+  }
+}
+
+template <class T, Arithmetic arithmetic>
+void sweep_ranges(const SweepTerms<T>& sweep, Visit visit, std::size_t from, std::size_t to) noexcept {
+  const std::uint32_t* const first = sweep.ranges.first;
+  for (std::size_t n = from; n < to; ++n) sweep_range<T, arithmetic>(sweep, visit, first[n], first[n + 1]);
+  for (std::size_t n = from; n > to; --n) sweep_range<T, arithmetic>(sweep, visit, first[n - 1], first[n]);
+}
+
+template <class T>
+void keep_from_origin(const SweepTerms<T>& sweep, std::size_t from, std::size_t to) noexcept {
+  const RangeTerms<T>& terms = sweep.ranges;
+  for (std::size_t s = terms.first[from]; s < terms.first[to]; ++s) {
+    put_record(terms.from_origin + record * s, minus(of_record(terms.x + terms.b[s]), of_record(terms.x + terms.a[s])));
+  }
+}
+
+template <class T>
+void columns_to_records(const std::array<const T*, 3>& columns, T* records, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t i = from; i < to; ++i) put_record(records + record * i, at(columns, i));
+}
+template <class T>
+void records_to_columns(const T* records, const std::array<T*, 3>& columns, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t i = from; i < to; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) columns[axis][i] = records[record * i + axis];
   }
 }
 
@@ -113,7 +174,7 @@ void end_sweeps(const AlphaTerms<T>& alpha, const WorkColumns<T>& work, std::siz
       x = multiply_add<arithmetic>(alpha.x_b, b - a, x);
       const T dv = multiply_add<arithmetic>(alpha.v_b, b, alpha.v_a * a);
       v = v + dv;
-      a = std::abs(b) < most_square<T> ? b : T(0);  // a bad particle that is mended does not remember it
+      a = b - b == T(0) ? b : T(0);  // what is not finite is not remembered
     }
   }
 }

@@ -1,0 +1,190 @@
+// Particles that surfaces hold: one, two and three of them, with friction, and what bounces while it is held.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "kernel/passes/particles.hpp"
+#include "math/vec3.hpp"
+
+namespace dvdx::test {
+namespace {
+
+constexpr double hz60 = 1.0 / 60;
+
+template <class T>
+constexpr double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
+
+template <class T>
+Vec3 wide(const std::array<T, 3>& a) {
+  return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
+}
+
+template <class T>
+State3<T> state(const Vec3& x, const Vec3& v) {
+  State3<T> state;
+  for (std::size_t k = 0; k < 3; ++k) {
+    state.x[k] = static_cast<T>(x[k]);
+    state.v[k] = static_cast<T>(v[k]);
+  }
+  return state;
+}
+
+Plane plane(const Vec3& normal, double offset, double restitution, double friction) {
+  return {.normal = normal, .offset = offset, .restitution = restitution, .friction = friction};
+}
+
+}  // namespace
+
+// The walls used to take turns at the beginning of the step until its impacts were used up.
+TEST_CASE_TEMPLATE("What is pressed onto two walls keeps its bounce on a third surface", T, float, double) {
+  for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
+    CAPTURE(words);
+    for (const double restitution : {0.4, 1.0}) {
+      Particles<T> particles(kernels, hz60, {4, 0, -3});
+      particles.add(plane({-1, 0, 0}, -20, 0.3, 0));
+      particles.add(plane({0, 0, 1}, -20, 0.3, 0));
+      particles.add(plane({0, 1, 0}, 0, restitution, 0));
+      particles.set_all(state<T>({20, 0.01, -20}, {0, -2, 0}));
+      particles.step();
+      const auto end = particles.at(3);
+      CHECK(std::abs(static_cast<double>(end.v[1]) - 2 * restitution) <= 8 * eps<T>);
+      CHECK(std::abs(static_cast<double>(end.x[1]) - 2 * restitution * (hz60 - 0.005)) <= 8 * eps<T>);
+      CHECK(end.x[0] == T(20));
+      CHECK(end.x[2] == T(-20));
+      CHECK(end.v[0] == T(0));
+      CHECK(end.v[2] == T(0));
+    }
+  });
+}
+
+TEST_CASE_TEMPLATE("What wind presses into a corner of three planes comes to rest exactly and stays", T, float, double) {
+  const std::vector<std::array<Vec3, 3>> corners = {{{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}}},
+                                                    {{{0.2, 1, 0.1}, {-1, 0.3, 0.2}, {-0.1, 0.2, 1}}},
+                                                    {{{0, 1, 0}, {-1, -0.4, 0}, {0.1, -0.3, 1}}}};
+  for_each_kernels<T>([&](const Kernels<T>& kernels, const std::string& words) {
+    CAPTURE(words);
+    for (const auto& normals : corners) {
+      Particles<T> particles(kernels, hz60, {8, -9.81, -6}, 32);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 n = unit(normals[k]);
+        particles.add(plane(n, dot(n, {20, 1, -20}), k == 0 ? 0.4 : 0.3, k == 0 ? 0.3 : 0.2));
+      }
+      for (std::size_t i = 0; i < 32; ++i) {
+        const double d = static_cast<double>(i);
+        particles.set(i, state<T>({19.5 - 0.01 * d, 1.5 + 0.05 * d, -19.5 + 0.01 * d}, {0.2 * d, -3, -0.1 * d}));
+      }
+      particles.step(900);
+      std::vector<State3<T>> settled;
+      for (std::size_t i = 0; i < 32; ++i) settled.push_back(particles.at(i));
+      particles.step(10000);
+      for (std::size_t i = 0; i < 32; ++i) {
+        const auto end = particles.at(i);
+        CAPTURE(i);
+        CHECK(end.v == std::array<T, 3>{});
+        CHECK(end.x == settled[i].x);
+        for (const auto& surface : particles.surfaces) {
+          CHECK(dot(wide(surface.n), wide(end.x)) - static_cast<double>(surface.d) >= -4 * eps<T> * length(wide(end.x)));
+        }
+      }
+    }
+  });
+}
+
+// A groove of two planes slopes down; its pressures are g cos/(2 cos of half its opening) each.
+TEST_CASE_TEMPLATE("What lies in a groove slides along it with the friction of both its walls", T, float, double) {
+  for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
+    CAPTURE(words);
+    const double slope = 0.5;
+    const double side = 1.0;  // of the walls against the vertical
+    const double friction = 0.2;
+    Particles<T> particles(kernels, hz60, {0, -9.81 * std::cos(slope), 9.81 * std::sin(slope)});
+    particles.add(plane({std::cos(side), std::sin(side), 0}, 0, 0.3, friction));
+    particles.add(plane({-std::cos(side), std::sin(side), 0}, 0, 0.3, friction));
+    particles.set_all(state<T>({0, 0, 0}, {0, 0, 0}));
+    particles.step(60);
+    const double pressure = std::cos(slope) / (2 * std::sin(side));
+    const double pull = 9.81 * (std::sin(slope) - 2 * friction * pressure);
+    CHECK(std::abs(static_cast<double>(particles.at(1).v[2]) - pull) <= 200 * eps<T>);
+    CHECK(std::abs(static_cast<double>(particles.at(1).x[2]) - pull / 2) <= 0.02 * pull);
+    CHECK(std::abs(static_cast<double>(particles.at(1).x[0])) <= 8 * eps<T>);
+    CHECK(std::abs(static_cast<double>(particles.at(1).x[1])) <= 8 * eps<T>);
+  });
+}
+
+// Down the edge of two planes onto a third that leans over: it goes on along another edge, and is not caught.
+TEST_CASE_TEMPLATE("What a third surface stops on one edge goes on along another", T, float, double) {
+  for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
+    CAPTURE(words);
+    // Pressed onto the floor and a wall, and along the wall towards a second one that turns it away.
+    Particles<T> particles(kernels, hz60, {6, -9.81, -1});
+    particles.add(plane({0, 1, 0}, 0, 0, 0));
+    particles.add(plane({0, 0, 1}, 0, 0, 0));
+    particles.add(plane({-0.6, 0, 0.8}, 0, 0, 0));  // along (0.8, 0, 0.6)
+    particles.set_all(state<T>({0, 0, 0}, {0, 0, 0}));
+    particles.step(60);
+    const double pull = 0.8 * 6 - 0.6;
+    const auto end = particles.at(2);
+    CHECK(std::abs(static_cast<double>(end.x[0]) - 0.8 * pull / 2) <= 200 * eps<T>);
+    CHECK(std::abs(static_cast<double>(end.x[2]) - 0.6 * pull / 2) <= 200 * eps<T>);
+    CHECK(std::abs(static_cast<double>(end.x[1])) <= 8 * eps<T>);
+  });
+}
+
+TEST_CASE_TEMPLATE("A slide along the floor bounces off a wall and slides on", T, float, double) {
+  for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
+    CAPTURE(words);
+    Particles<T> particles(kernels, hz60, {0, -9.81, 0});
+    particles.add(plane({0, 1, 0}, 0, 0.5, 0));
+    particles.add(plane({-1, 0, 0}, -1, 0.5, 0));
+    particles.set_all(state<T>({0.99, 0, 0}, {2, 0, 1}));
+    particles.step();
+    const auto end = particles.at(0);
+    CHECK(std::abs(static_cast<double>(end.v[0]) + 1) <= 4 * eps<T>);
+    CHECK(std::abs(static_cast<double>(end.x[0]) - (1 - (hz60 - 0.005))) <= 4 * eps<T>);
+    CHECK(std::abs(static_cast<double>(end.x[2]) - hz60) <= 4 * eps<T>);
+    CHECK(end.x[1] == T(0));
+    CHECK(end.v[1] == T(0));
+  });
+}
+
+// A wall that leans back throws what slides against it up: it flies on as if the floor had never held it.
+TEST_CASE_TEMPLATE("What a wall throws off the floor flies", T, float, double) {
+  for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
+    CAPTURE(words);
+    Particles<T> particles(kernels, hz60, {0, -9.81, 0});
+    particles.add(plane({0, 1, 0}, 0, 0, 0));
+    particles.add(plane({-0.6, 0.8, 0}, -0.6, 1, 0));
+    particles.set_all(state<T>({0.99, 0, 0}, {4, 0, 0}));
+    particles.step();
+    // reflected: v - 2 (n.v) n = (4 - 2 * 2.4 * 0.6, 2 * 2.4 * 0.8) = (1.12, 3.84), 0.0025 s after the start
+    const double t = hz60 - 0.0025;
+    const auto end = particles.at(0);
+    CHECK(std::abs(static_cast<double>(end.v[0]) - 1.12) <= 16 * eps<T>);
+    CHECK(std::abs(static_cast<double>(end.v[1]) - (3.84 - 9.81 * t)) <= 16 * eps<T>);
+    CHECK(std::abs(static_cast<double>(end.x[1]) - (3.84 * t - 9.81 * t * t / 2)) <= 16 * eps<T>);
+  });
+}
+
+TEST_CASE_TEMPLATE("Bounces that are over within a step are over at its end", T, float, double) {
+  for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
+    CAPTURE(words);
+    for (const double restitution : {0.1, 0.5, 0.9}) {
+      Particles<T> particles(kernels, hz60, {0, -9.81, 0});
+      particles.add(plane({0, 1, 0}, 0, restitution, 0));
+      // It falls at 0.01 m/s for 1 ms; the bounces last 2 e v/(g (1 - e)).
+      const double speed = 0.01;
+      const bool is_over = 2 * restitution * (speed + 9.81e-3) / (9.81 * (1 - restitution)) < hz60 - 1e-3;
+      particles.set_all(state<T>({0, speed * 1e-3 + 9.81e-6 / 2, 0}, {3, -speed, 0}));
+      particles.step();
+      const auto end = particles.at(0);
+      CHECK((end.x[1] == T(0) && end.v[1] == T(0)) == is_over);
+      CHECK(end.v[0] == T(3));
+      CHECK(std::abs(static_cast<double>(end.x[0]) - 0.05) <= 4 * eps<T>);
+    }
+  });
+}
+
+}  // namespace dvdx::test

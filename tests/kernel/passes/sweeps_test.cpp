@@ -1,0 +1,145 @@
+// Sweeps over lists of springs: pieces, what leads between them, any order of particles, any masses.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "dvdx/plan.hpp"
+#include "kernel/passes/cloths.hpp"
+#include "kernel/passes/joined_run.hpp"
+
+namespace {
+
+using namespace dvdx;
+using test::Joined;
+using test::Run;
+using test::stepped;
+
+constexpr Coupling alpha{.scheme = Scheme::sequential, .substeps = 3};
+constexpr Coupling middle{.scheme = Scheme::sequential, .substeps = 2, .theta = 0.5};
+constexpr Coupling dynamics{.scheme = Scheme::sequential, .substeps = 2, .theta = 1, .sweeps = SweepOrder::forward};
+
+// Where each particle of a batch goes.
+std::vector<std::uint32_t> shuffled(std::size_t count) {
+  std::vector<std::uint32_t> place(count);
+  std::iota(place.begin(), place.end(), 0U);
+  for (std::size_t i = count; i-- > 1;) {
+    std::swap(place[i], place[static_cast<std::size_t>(0.5 * (1 + test::scatter(i, 7)) * static_cast<double>(i))]);
+  }
+  return place;
+}
+
+// A list of springs with its particles in another order.
+Joined in_order(const Joined& list, const std::vector<std::uint32_t>& place) {
+  Joined moved = list;
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    moved.x[place[i]] = list.x[i];
+    moved.v[place[i]] = list.v[i];
+  }
+  for (std::size_t& i : moved.scene.fixed) i = place[i];
+  for (auto& [a, b] : std::get<Springs>(moved.scene.networks[0]).pairs) {
+    a = place[a];
+    b = place[b];
+  }
+  moved.name += ", shuffled";
+  return moved;
+}
+
+// More than one piece, and some springs from each to the next.
+Joined large(double damping) {
+  Joined list = test::as_list(test::sheet(67, 71, 50, damping));
+  std::vector<double> masses;
+  for (std::size_t i = 0; i < list.x.size(); ++i) masses.push_back(0.3 / 4757 * (1.5 + test::scatter(i, 6)));
+  list.scene.mass = Scalars(masses);
+  return in_order(list, shuffled(list.x.size()));
+}
+
+template <class T>
+void check_bits(Joined joined, const Coupling& coupling, Arithmetic arithmetic) {
+  joined.scene.coupling = coupling;
+  const std::vector<T> wanted = stepped<T>(joined, {.arithmetic = arithmetic}, 2);
+  for (const Isa isa : available_isas(arithmetic)) {
+    const std::string difference = test::difference(wanted, stepped<T>(joined, {.isa = isa, .arithmetic = arithmetic}, 2));
+    CHECK_MESSAGE(difference.empty(), joined.name << ", " << 8 * sizeof(T) << " bits, " << std::string(name(isa)) << ": "
+                                                  << difference);
+  }
+}
+
+double furthest(const std::vector<double>& a, const std::vector<double>& b, const std::vector<std::uint32_t>& place) {
+  double most = 0;
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::abs(a[6 * i + k] - b[6 * place[i] + k]));
+  }
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("sweeps: a list of several pieces gives the scalar reference's bits on every ISA") {
+  for (const double damping : {0.0, 1e-4}) {
+    for (const Coupling& coupling : {alpha, middle, dynamics}) {
+      check_bits<float>(large(damping), coupling, Arithmetic::separate);
+      check_bits<double>(large(damping), coupling, Arithmetic::separate);
+      check_bits<float>(large(damping), coupling, Arithmetic::contracted);
+      check_bits<double>(large(damping), coupling, Arithmetic::contracted);
+    }
+  }
+}
+
+TEST_CASE("sweeps: ends that coincide and springs without rest length give the scalar reference's bits") {
+  Joined list = test::as_list(test::sheet(9, 20, 50));
+  auto& springs = std::get<Springs>(list.scene.networks[0]);
+  std::vector<double> lengths;
+  for (std::size_t s = 0; s < springs.pairs.size(); ++s) lengths.push_back(s % 3 == 0 ? 0 : 0.05);
+  springs.rest_length = Scalars(lengths);
+  for (const std::size_t i : {24U, 77U, 78U}) list.x[i + 1] = list.x[i];
+  list.name += ", some of whose particles coincide";
+  for (const Coupling& coupling : {alpha, middle, dynamics}) {
+    check_bits<float>(list, coupling, Arithmetic::separate);
+    check_bits<double>(list, coupling, Arithmetic::separate);
+  }
+}
+
+TEST_CASE("sweeps: the order of the caller's particles is no matter of the motion, but for what sweeps leave") {
+  Joined list = test::as_list(test::sheet(67, 71, 50));
+  list.scene.coupling = {.scheme = Scheme::sequential, .substeps = 40};
+  const std::vector<std::uint32_t> place = shuffled(list.x.size());
+  const Run run{.isa = best_isa()};
+  const auto own = stepped<double>(list, run, 6);
+  const auto moved = stepped<double>(in_order(list, place), run, 6);
+  const double apart = furthest(own, moved, place);
+  MESSAGE("a sheet and its shuffled particles after 0.1 s: " << apart << " m apart");
+  CHECK(apart < 1e-4);
+}
+
+TEST_CASE("sweeps: a spring beside a grid, and two grids, follow what the grid alone does") {
+  Joined grid = test::sheet(20, 20, 50);
+  grid.scene.coupling = {.scheme = Scheme::sequential, .substeps = 40};
+  const Run run{.isa = best_isa()};
+  const auto alone = stepped<double>(grid, run, 6);
+  std::vector<std::uint32_t> same(grid.x.size());
+  std::iota(same.begin(), same.end(), 0U);
+
+  Joined beside = grid;
+  beside.scene.add(Network(Springs{.pairs = {{45, 46}}, .stiffness = 1e-9}));
+  CHECK(furthest(alone, stepped<double>(beside, run, 6), same) < 1e-4);
+
+  Joined two = grid;
+  Grid second = std::get<Grid>(grid.scene.networks[0]);
+  second.first = grid.x.size();
+  two.scene.add(Network(second));
+  for (const std::size_t i : grid.scene.fixed) two.scene.fixed.push_back(i + grid.x.size());
+  two.x.insert(two.x.end(), grid.x.begin(), grid.x.end());
+  two.v.insert(two.v.end(), grid.v.begin(), grid.v.end());
+  two.scene.mass = grid.scene.mass;
+  const auto both = stepped<double>(two, run, 6);
+  CHECK(furthest(alone, both, same) < 1e-4);
+  for (std::uint32_t& i : same) i += 400;
+  CHECK(furthest(alone, both, same) < 1e-4);
+}
