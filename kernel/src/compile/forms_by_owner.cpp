@@ -157,7 +157,8 @@ namespace {
 template <class T>
 void add_damped_slots(const NetworkInput& all, GraphForm<T>& form, Columns<T>& columns) {
   std::vector<JoinedPair> springs;
-  std::copy_if(all.springs.begin(), all.springs.end(), std::back_inserter(springs), [](const JoinedPair& s) { return s.c != 0; });
+  std::copy_if(all.springs.begin(), all.springs.end(), std::back_inserter(springs),
+               [](const JoinedPair& s) { return s.c != 0; });
   form.damped = form.terms;
   if (springs.size() == all.springs.size()) return;
   NetworkInput in = all;

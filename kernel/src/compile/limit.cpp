@@ -281,9 +281,8 @@ Splitting splitting(const Coupling& coupling) {
     constexpr double V = (b1 - m) * (b1 - m) + (b2 - m) * (b2 - m) + (b3 - m) * (b3 - m);
     constexpr double S = (b1 * b1 * b1 * b1 + b2 * b2 * b2 * b2 + b3 * b3 * b3 * b3) / 24;
     const auto beta = [](double b) { return b * b * b / 6 - S * (b - m) / V; };
-    return {{a1, a2, a3, a4, a3, a2, a1},
-            {b1, b2, b3, b3, b2, b1},
-            {beta(b1), beta(b2), beta(b3), beta(b3), beta(b2), beta(b1)}};
+    return {
+        {a1, a2, a3, a4, a3, a2, a1}, {b1, b2, b3, b3, b2, b1}, {beta(b1), beta(b2), beta(b3), beta(b3), beta(b2), beta(b1)}};
   }
   return {{0.5, 0.5}, {1.0}, {}};
 }

@@ -150,7 +150,8 @@ Matrix substep_of(const TwoModes& m, const Coupling& coupling) {
   return step;
 }
 
-// The logarithm of the spectral radius, from the growth over 2^20 sub-steps: of what grows with their number alone it sees 1e-5.
+// The logarithm of the spectral radius, from the growth over 2^20 sub-steps: of what grows with their number alone it sees
+// 1e-5.
 double growth(Matrix step) {
   constexpr int doublings = 20;
   double logarithm = 0;  // of the norm that was taken out
@@ -350,7 +351,8 @@ TEST_CASE("damping: a network of no damping beside a damped one gives the bits o
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
     const Joined alone = with(two_networks(0, 0.02), coupling, 30);
     const Joined both = with(two_networks(1e-300, 0.02), coupling, 30);
-    CHECK(test::difference(stepped<double>(alone, {.isa = best_isa()}, 3), stepped<double>(both, {.isa = best_isa()}, 3)) == "");
+    CHECK(test::difference(stepped<double>(alone, {.isa = best_isa()}, 3), stepped<double>(both, {.isa = best_isa()}, 3)) ==
+          "");
   }
 }
 
@@ -368,8 +370,8 @@ TEST_CASE("damping: an undamped network asks for no memory that damping needs") 
   CHECK(bytes(fourth_order, 0.001) - plain == 2 * columns);
 }
 
-TEST_CASE_TEMPLATE("damping: neighbours of a particle with a bad velocity go on as if its springs were cut, bit by bit", T, float,
-                   double) {
+TEST_CASE_TEMPLATE("damping: neighbours of a particle with a bad velocity go on as if its springs were cut, bit by bit", T,
+                   float, double) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
   constexpr std::uint32_t bad = 17;
   Joined joined = test::as_list(test::sheet(6, 9, 50, 0.002));
@@ -396,8 +398,8 @@ TEST_CASE_TEMPLATE("damping: neighbours of a particle with a bad velocity go on 
         std::vector<T> got = stepped<T>(with(ill, coupling, 12), {.isa = isa}, 4);
         std::copy_n(wanted.begin() + 6 * bad, 6, got.begin() + 6 * bad);
         const std::string difference = test::difference(wanted, got);
-        CHECK_MESSAGE(difference.empty(), "scheme " << static_cast<int>(coupling.scheme) << ", " << name(isa) << ": "
-                                                    << difference);
+        CHECK_MESSAGE(difference.empty(),
+                      "scheme " << static_cast<int>(coupling.scheme) << ", " << name(isa) << ": " << difference);
       }
     }
   }

@@ -39,7 +39,8 @@ template <class V, Damping damping, Arithmetic arithmetic>
 
 // What the springs of the lanes at i come to; pull(slot, its columns' element) is one of them each.
 template <class V, class Pull>
-[[gnu::always_inline]] inline Three<V> sum_of_slots(const GraphTerms<Scalar<V>>& graph, std::size_t i, const Pull& pull) noexcept {
+[[gnu::always_inline]] inline Three<V> sum_of_slots(const GraphTerms<Scalar<V>>& graph, std::size_t i,
+                                                    const Pull& pull) noexcept {
   Three<V> F = three<V>(V(Scalar<V>(0)));
   const std::size_t end = graph.first_slot[i / slice + 1];
   for (std::size_t s = graph.first_slot[i / slice]; s < end; ++s) F = F + pull(s);

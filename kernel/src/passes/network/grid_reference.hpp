@@ -27,8 +27,8 @@ enum class End { near, far };  // which end of the spring the particle is
 
 // pull(family, own, other) is one spring.
 template <class T, class Pull>
-void add_neighbour(const GridTerms<T>& grid, const Lead<T>& lead, End end, std::size_t row, std::size_t column, const Pull& pull,
-                   Vector<T>& F) noexcept {
+void add_neighbour(const GridTerms<T>& grid, const Lead<T>& lead, End end, std::size_t row, std::size_t column,
+                   const Pull& pull, Vector<T>& F) noexcept {
   if (!lead.family->is_there()) return;
   const std::ptrdiff_t sign = end == End::near ? 1 : -1;
   const std::ptrdiff_t other_row = static_cast<std::ptrdiff_t>(row) + sign * lead.down;
@@ -43,7 +43,8 @@ void add_neighbour(const GridTerms<T>& grid, const Lead<T>& lead, End end, std::
 
 // leave(particle, F) takes the sum of each.
 template <class T, class Pull, class Leave>
-void for_each_of_grid(const GridTerms<T>& grid, std::size_t from, std::size_t to, const Pull& pull, const Leave& leave) noexcept {
+void for_each_of_grid(const GridTerms<T>& grid, std::size_t from, std::size_t to, const Pull& pull,
+                      const Leave& leave) noexcept {
   const auto directions = leads(grid.along);
   for (std::size_t row = from; row < to; ++row) {
     for (std::size_t column = 0; column < grid.columns; ++column) {
@@ -74,8 +75,7 @@ void accelerate_grid(const GridTerms<T>& grid, const WorkColumns<T>& work, std::
     const Vector<T> u = minus(at(work.v, b), at(work.v, a));
     return damped_pull<arithmetic>(minus(at(work.x, b), at(work.x, a)), u, family.k, family.kl, family.c);
   };
-  for_each_of_grid(grid, from, to, pull_between,
-                   [&](std::size_t i, const Vector<T>& F) { leave_acceleration(work, i, F); });
+  for_each_of_grid(grid, from, to, pull_between, [&](std::size_t i, const Vector<T>& F) { leave_acceleration(work, i, F); });
 }
 
 template <class T, Arithmetic arithmetic>

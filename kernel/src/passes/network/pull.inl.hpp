@@ -61,8 +61,7 @@ template <Arithmetic arithmetic, class V>
   using T = Scalar<V>;
   const V r2 = dot<arithmetic>(d, d);
   const V du = dot<arithmetic>(d, u);
-  const Mask<V> is_sound =
-      (r2 > V(least_square<T>)) & (r2 < V(most_square<T>)) & (magnitude(du) < V(most_square<T>));
+  const Mask<V> is_sound = (r2 > V(least_square<T>)) & (r2 < V(most_square<T>)) & (magnitude(du) < V(most_square<T>));
   return product_where(is_sound, quotient(c * du, r2), d);
 }
 
