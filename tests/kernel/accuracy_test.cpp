@@ -180,9 +180,11 @@ TEST_CASE("Impacts' accuracy is what is said of it") {
   check_claim({"friction", with(scene_of({gravity, Constant{.acceleration = {-2, 0, -3}}}), rough), start}, 1);
   check_claim({"drag", with(scene_of({gravity, drag}), floor), start}, exact);
   check_claim({"spring", with(scene_of({gravity, second}), floor), start}, exact);
-  check_claim({"damped spring, a ball", with(scene_of({gravity, damped}), ball), {{{0.3, 1.7, -0.2}}, {{0.5, -1.4, 0.8}}}}, exact);
+  check_claim({"damped spring, a ball", with(scene_of({gravity, damped}), ball), {{{0.3, 1.7, -0.2}}, {{0.5, -1.4, 0.8}}}},
+              exact);
   check_claim({"ramp", with(scene_of({gravity, ramp}), floor), start}, exact);
-  check_claim({"shake", with(scene_of({gravity, Sinusoid{.acceleration = {1, 20, 0}, .angular_frequency = 25}}), floor), start, 64}, 5);
+  check_claim(
+      {"shake", with(scene_of({gravity, Sinusoid{.acceleration = {1, 20, 0}, .angular_frequency = 25}}), floor), start, 64}, 5);
   check_claim({"radial", with(scene_of({gravity, radial}), floor), start}, 2);
 }
 

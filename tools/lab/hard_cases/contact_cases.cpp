@@ -585,7 +585,7 @@ double impact_under(CaseRun& way, const Acting& acting, const Contact& floor) {
     const AxisState before = solve(equation, {0, -speed}, -part * hz60);
     if (!(before.x > 0)) continue;  // it comes from below
     Trial<T> trial(way, scene_under(acting, floor), hz60,
-                   Start{{0.1, static_cast<double>(before.x), 0}, {0, static_cast<double>(before.v), 0}});
+                   Start{{0, static_cast<double>(before.x), 0}, {0, static_cast<double>(before.v), 0}});
     trial.step();
     const AxisState after = solve(equation, {0, speed}, (1 - part) * hz60);
     if (!(after.x > 0)) continue;  // it comes back within the step
@@ -606,7 +606,7 @@ const Contact& elastic_floor() {
 }
 // So large that it is flat where the particle falls, and rounds as a sphere does.
 const Contact& elastic_ball() {
-  static const Contact ball = Sphere{.center = {0.1, -8, 0}, .radius = 8, .restitution = 1};
+  static const Contact ball = Sphere{.center = {0, -8, 0}, .radius = 8, .restitution = 1};
   return ball;
 }
 

@@ -8,7 +8,8 @@
 
 // A step without its contacts runs from (x0, v0) to (x1, v1) in the time t. With f in 0..1 the fraction of it that has passed:
 //
-// Path.    curve:  x(f) = x0 + f (u + f a),  u = t v0,  a = x1 - x0 - u        (exact where the acceleration is constant; bend.hpp
+// Path.    curve:  x(f) = x0 + f (u + f a),  u = t v0,  a = x1 - x0 - u        (exact where the acceleration is constant;
+// bend.hpp
 //                  has the path and the response where springs, drag or forces of time bend it)
 //          line:   x(f) = x0 + f (x1 - x0)
 // Impact.  The first f at which the distance s from the surface goes from + to -. For a plane s(f) = s0 + d0 f + c f^2 with
@@ -32,12 +33,13 @@
 //          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
 //          `resume` goes on with the remaining step as a new path, on which every surface is looked for again; the one just
 //          left stands at s0 = 0 exactly.
-// Settling. The bounces after an impact with e < 1 are over at 2 e |v_n| / (b (1-e)), b the acceleration onto the surface; where
+// Settling. The bounces after an impact with e < 1 are over at 2 e |v_n| / (b (1-e)), b the acceleration onto the surface;
+// where
 //          that is within the step, the impact is the last: e = 0, and with tau < 1 no tangential velocity is left.
 // Rest.    A surface may hold a particle that stands on it (4 eps of the coordinates) if that leaves it no higher than rounding
-//          (below) or comes no faster than forces bring it to rest there, and settles, within the step. Of those under which the
-//          particle would end, the deepest takes it back along its normal; if another still has it inside, both do, with the
-//          multiples (kappa = n_a.n_b)
+//          (below) or comes no faster than forces bring it to rest there, and settles, within the step. Of those under which
+//          the particle would end, the deepest takes it back along its normal; if another still has it inside, both do, with
+//          the multiples (kappa = n_a.n_b)
 //            l_a = (kappa s_b - s_a)/(1 - kappa^2),  l_b = (kappa s_a - s_b)/(1 - kappa^2),   neither of them negative;
 //          a third leaves two of them or no motion at all. The same multiples for the velocities are the pulses of the normal
 //          forces, and Coulomb's friction takes at most sum mu l off the velocity along the surfaces, evenly through the step.
