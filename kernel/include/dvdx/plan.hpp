@@ -83,10 +83,10 @@ struct NetworkLimit {
 template <class T>
 class Plan;
 
-// The memory that one state works in while a plan steps it: nothing where a scene joins no particles. One may serve many states,
-// one after the other. But networks by scheme sequential without theta carry on what the springs did in the last step, which
-// stands here: where the state's columns and clock are not those that the last step left, the next one starts without, by a
-// sub-step of first order. Such a state should have a workspace, or a plan, of its own.
+// The memory that one state works in while a plan steps it: nothing where a scene joins no particles. One may serve many
+// states, one after the other. But networks by scheme sequential without theta carry on what the springs did in the last step,
+// which stands here: where the state's columns and clock are not those that the last step left, the next one starts without, by
+// a sub-step of first order. Such a state should have a workspace, or a plan, of its own.
 template <class T>
 class DVDX_EXPORT Workspace {
  public:

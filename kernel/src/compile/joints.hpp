@@ -40,9 +40,7 @@ class Joints {
   [[nodiscard]] std::size_t bytes() const noexcept;
   [[nodiscard]] bool is_damped() const noexcept { return is_damped_; }
   // How often a pulse applies the damping to what came before: it takes as many passes more over the springs that damp.
-  [[nodiscard]] std::size_t damping_passes() const noexcept {
-    return is_damped_ ? dvdx::damping_passes(coupling) : 0;
-  }
+  [[nodiscard]] std::size_t damping_passes() const noexcept { return is_damped_ ? dvdx::damping_passes(coupling) : 0; }
 
   Coupling coupling;
   double step;  // s

@@ -75,7 +75,7 @@ struct Spectrum {
 ShearF paired(const Shear& exact) noexcept {
   const auto kappa = static_cast<float>(exact.kappa);
   ShearF best = {static_cast<float>(exact.sign), static_cast<float>(exact.t1), static_cast<float>(exact.s),
-                 static_cast<float>(exact.t2), kappa};  // where float32 cannot hold them and no error is a number
+                 static_cast<float>(exact.t2), kappa};             // where float32 cannot hold them and no error is a number
   const double kick = exact.kick + (exact.kappa - double{kappa});  // what kappa's rounding leaves to the others
   double smallest = std::numeric_limits<double>::infinity();
   for (const float s : neighbours(exact.s)) {

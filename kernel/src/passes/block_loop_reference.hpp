@@ -25,7 +25,8 @@ void step_particle(const Terms<T>& terms, const Offsets<T>* offsets, std::size_t
     }
     radial_contribution<arithmetic>(terms, p, i);
   }
-  if constexpr (extra == Extras::contact || extra == Extras::radial_contact) resolve_contacts<arithmetic>(terms, offsets[0], p, i);
+  if constexpr (extra == Extras::contact || extra == Extras::radial_contact)
+    resolve_contacts<arithmetic>(terms, offsets[0], p, i);
 }
 
 template <class T, Flow flow, Extras extra, Arithmetic arithmetic>

@@ -31,7 +31,8 @@ Split split(const ResidualKernels& kernels, const std::vector<double>& numbers, 
 // Of every size, with what float32 cannot hold among them.
 std::vector<double> many_numbers() {
   std::vector<double> numbers;
-  for (int k = 0; k < 100; ++k) numbers.push_back(std::ldexp(1.0 + 0.137 * k / 13, k % 2 == 0 ? k : -k) * (k % 3 == 0 ? -1 : 1));
+  for (int k = 0; k < 100; ++k)
+    numbers.push_back(std::ldexp(1.0 + 0.137 * k / 13, k % 2 == 0 ? k : -k) * (k % 3 == 0 ? -1 : 1));
   numbers[5] = 1e300;
   numbers[17] = std::numeric_limits<double>::quiet_NaN();
   numbers[36] = -std::numeric_limits<double>::infinity();
@@ -74,7 +75,8 @@ TEST_CASE("residual: value and residual are the nearest float32, and hold a numb
     for (std::size_t k = 43; k < numbers.size(); ++k) {
       CAPTURE(k);
       CHECK(parts.value[k] == static_cast<float>(numbers[k]));
-      CHECK(static_cast<double>(parts.residual[k]) == static_cast<double>(static_cast<float>(numbers[k] - double{parts.value[k]})));
+      CHECK(static_cast<double>(parts.residual[k]) ==
+            static_cast<double>(static_cast<float>(numbers[k] - double{parts.value[k]})));
       CHECK(std::abs(sum[k] - numbers[k]) <= std::abs(numbers[k]) * 0x1p-48);
     }
   }
