@@ -279,7 +279,7 @@ std::string describe_form(const StrandsForm<T>& /*form*/) {
 }
 template <class T>
 std::string describe_form(const ColoursForm<T>& form) {
-  const std::string within = "as a graph in sweeps of " + std::to_string(form.colours()) + " colours";
+  std::string within = "as a graph in sweeps of " + std::to_string(form.colours()) + " colours";
   if (form.pieces() == 1) return within;
   return within + " in each of " + std::to_string(form.pieces()) + " pieces, then " + std::to_string(form.stages.size() - 2) +
          " colours between them";
