@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -54,7 +55,7 @@ Scene scene_of(const Sheet& sheet, std::size_t side) {
   scene.mass = 1.0 / static_cast<double>(side * side);
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
   const std::vector<std::uint32_t> place = places(sheet, side);
-  scene.fixed = {place[0], place[side - 1]};
+  scene.fixed = {std::min(place[0], place[side - 1]), std::max(place[0], place[side - 1])};
   const Grid grid = grid_of(side, sheet.damping);
   Springs springs = springs_of(grid);
   for (auto& [a, b] : springs.pairs) {
@@ -146,6 +147,12 @@ const std::vector<Sheet>& sheets() {
   return all;
 }
 
+// A million particles take seconds to be compiled: one sheet of each way through memory.
+bool is_large_too(const Sheet& sheet) {
+  constexpr std::array names = {"grid", "graph", "grid_sequential", "shuffled_sequential"};
+  return std::any_of(names.begin(), names.end(), [&](const char* name) { return sheet.name == name; });
+}
+
 template <class T>
 void add_sheets() {
   for (const Sheet& sheet : sheets()) {
@@ -153,6 +160,7 @@ void add_sheets() {
       for (const Isa isa : available_isas(arithmetic)) add_sheet<T>(sheet, {isa, arithmetic}, 64);
     }
     add_sheet<T>(sheet, {best_isa(), Arithmetic::separate}, 32);
+    if (sizeof(T) != sizeof(float) || !is_large_too(sheet)) continue;
     for (int threads = 1; threads <= most_threads(); ++threads) {
       add_sheet<T>(sheet, {best_isa(), Arithmetic::separate, threads}, 1024);
     }
