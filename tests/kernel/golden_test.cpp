@@ -283,7 +283,7 @@ Cases pulse_cases() {
   Cases cases;
   for (const auto& [coupling, scheme] : {std::pair{Coupling{.scheme = Scheme::leapfrog, .substeps = 30}, "leapfrog"},
                                          std::pair{Coupling{.scheme = Scheme::fourth_order, .substeps = 20}, "fourth order"}}) {
-    const auto add = [&, coupling = coupling](test::Joined joined, const std::string& name) {
+    const auto add = [&, coupling = coupling, scheme = scheme](test::Joined joined, const std::string& name) {
       joined.scene.coupling = coupling;
       joined.name = std::string("springs: ") + scheme + ", " + name;
       cases.push_back(case_of(joined));

@@ -84,9 +84,10 @@ TEST_CASE("damping: leapfrog is of second order and fourth_order of fourth, howe
     double damping;  // kg/s
     int leapfrog, fourth_order;
   };
-  for (const auto& [damping, of_leapfrog, of_fourth] : {Tried{0.02, 160, 40}, {0.2, 160, 40}, {1, 640, 160}}) {
+  for (const Tried& tried : {Tried{0.02, 160, 40}, {0.2, 160, 40}, {1, 640, 160}}) {
+    const auto [damping, of_leapfrog, of_fourth] = tried;
     for (const Besides besides : {Besides::nothing, Besides::drag_and_anchors}) {
-      CAPTURE(damping);
+      CAPTURE(tried.damping);
       CAPTURE(static_cast<int>(besides));
       const Joined joined = cloth(damping, besides);
       CHECK(std::abs(measured_order(joined, leapfrog, of_leapfrog) - 2) <= 0.1);
@@ -339,8 +340,9 @@ Joined two_networks(double damping_of_grid, double damping_of_rope) {
 }  // namespace
 
 TEST_CASE("damping: of two networks either may be damped alone, and the order stays the scheme's") {
-  for (const auto& [grid, rope] : {std::pair{0.0, 0.02}, {0.002, 0.0}, {0.002, 0.02}}) {
-    CAPTURE(grid);
+  for (const auto& both : {std::pair{0.0, 0.02}, {0.002, 0.0}, {0.002, 0.02}}) {
+    const auto [grid, rope] = both;
+    CAPTURE(both.first);
     CHECK(std::abs(measured_order(two_networks(grid, rope), leapfrog, 80) - 2) <= 0.1);
     CHECK(std::abs(measured_order(two_networks(grid, rope), fourth_order, 40) - 4) <= 0.2);
   }
