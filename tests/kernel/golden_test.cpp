@@ -497,13 +497,16 @@ Cases live_cases() {
   const Removal all{.boundaries = {{.normal = {1, 0, 0}, .offset = -0.7}, {.normal = {-2, 1, 0}, .offset = -2}},
                     .outside = Box{.min = {-9, -9, -9}, .max = {9, 1.2, 9}},
                     .not_finite = NotFinite::removed};
+  Removal without_order = all;
+  without_order.order = SurvivorOrder::any;
   const std::pair<const char*, Turnover> turnovers[] = {
       {"births at a point", {.emitters = {jet}, .capacity = 900}},
       {"births on a disc", {.emitters = {disc}, .capacity = 900}},
       {"births in a box", {.emitters = {box}, .capacity = 900}},
       {"births beyond the capacity", {.emitters = {mortal, disc}, .capacity = 200}},
       {"removal", {.emitters = {}, .removal = all, .capacity = 40}},
-      {"births and removal", {.emitters = {disc, box}, .removal = all, .capacity = 900}}};
+      {"births and removal", {.emitters = {disc, box}, .removal = all, .capacity = 900}},
+      {"births and removal without order", {.emitters = {disc, box}, .removal = without_order, .capacity = 900}}};
   Cases cases;
   for (const auto& [name, turnover] : turnovers) {
     const auto run = [turnover = turnover](Isa isa, Arithmetic) {
