@@ -227,8 +227,8 @@ std::string LivePlan<T>::explain() const {
   }
   if (is_any_order) {
     return words +
-           "\n             holes are filled from the end: no more particles are moved than go, in the same pass as the step; "
-           "where a call takes many steps, keeping the order may cost less\n";
+           "\n             holes are filled from the end: no more particles are moved than go, in the same pass as the step\n"
+           "             where a call takes many steps, keeping the order may cost less\n";
   }
   words +=
       "\n             what stays is moved together in its order: each column is read and written once more where anything "
