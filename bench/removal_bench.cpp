@@ -32,8 +32,8 @@ void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
   timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(in_cache));
 }
 
-void time_jet(benchmark::State& timing, const Scene& scene, std::size_t steps, int threads) {
-  const Jet made = make_jet(scene, many, 0.02, steps, threads);
+void time_jet(benchmark::State& timing, const Scene& scene, std::size_t steps, int threads, SurvivorOrder order) {
+  const Jet made = make_jet(scene, many, 0.02, steps, threads, order);
   if (made.plan == nullptr) return timing.SkipWithError("no plan");
   for (auto _ : timing) made();
   count_work<float>(timing, many, steps);
@@ -46,9 +46,13 @@ void add_jet(const std::string& name, const Scene& scene) {
                             .steps = steps};
     for (int threads = 1; threads <= most_threads(); ++threads) {
       add_plan(stays, {best_isa(), Arithmetic::separate, threads}, {"million", many});
-      add(
-          "turnover/" + name + "/2%/steps:" + std::to_string(steps) + "/million/threads:" + std::to_string(threads),
-          [=](benchmark::State& timing) { time_jet(timing, scene, steps, threads); }, threads);
+      for (const auto& [order_name, order] :
+           {std::pair{"2%", SurvivorOrder::kept}, std::pair{"2%_any_order", SurvivorOrder::any}}) {
+        add(
+            "turnover/" + name + "/" + order_name + "/steps:" + std::to_string(steps) +
+                "/million/threads:" + std::to_string(threads),
+            [=, order = order](benchmark::State& timing) { time_jet(timing, scene, steps, threads, order); }, threads);
+      }
     }
   }
 }

@@ -11,7 +11,7 @@
 namespace dvdx::bench {
 
 // A jet whose particles live for 1/share steps on average, from half of that to half as much again.
-inline Turnover jet(std::size_t count, double share) {
+inline Turnover jet(std::size_t count, double share, SurvivorOrder order) {
   const double life = frame / share;
   return {.emitters = {{.shape = Disc{.radius = 0.2},
                         .rate = static_cast<double>(count) * share / frame,
@@ -20,7 +20,7 @@ inline Turnover jet(std::size_t count, double share) {
                         .least_lifetime = 0.5 * life,
                         .most_lifetime = 1.5 * life,
                         .seed = 1}},
-          .removal = {},
+          .removal = {.order = order},
           .capacity = count + count / 10};
 }
 
@@ -34,8 +34,8 @@ struct Jet {
   void operator()() const { plan->step(*live, steps, parallel); }
 };
 
-inline Jet make_jet(const Scene& scene, std::size_t count, double share, std::size_t steps, int threads) {
-  const Turnover turnover = jet(count, share);
+inline Jet make_jet(const Scene& scene, std::size_t count, double share, std::size_t steps, int threads, SurvivorOrder order) {
+  const Turnover turnover = jet(count, share, order);
   auto plan = compile<float>(scene, turnover, Options{});
   if (!plan) return {};
   Jet made{.plan = std::make_shared<LivePlan<float>>(std::move(*plan)),

@@ -462,13 +462,16 @@ class Living {
   dvdx_live_plan* plan = nullptr;
 };
 
-TEST_CASE("c: particles come and go as they do by C++, bit by bit") {
+namespace {
+
+void check_live(dvdx::SurvivorOrder order) {
   using namespace dvdx;
   Handles h;
   dvdx_constant gravity{};
   gravity.acceleration[1] = -9.81;
   CHECK(dvdx_scene_add_constant(h.scene, &gravity, &h.error) == DVDX_DONE);
   Living by_c(h);
+  by_c.turnover.order = static_cast<dvdx_survivor_order>(order);
   REQUIRE_MESSAGE(by_c.make() == DVDX_DONE, h.message());
   for (int call = 0; call < 5; ++call) REQUIRE(by_c.step(10) == DVDX_DONE);
 
@@ -487,7 +490,8 @@ TEST_CASE("c: particles come and go as they do by C++, bit by bit") {
                                         .end = 0.1 + 0.25,
                                         .spread = Vec3{1, 0, 1}}},
                           .removal = {.boundaries = {{.normal = {0, 2, 0}, .offset = -0.5}},
-                                      .outside = Box{.min = {-9, -9, -9}, .max = {1.75, 9, 0.8}}},
+                                      .outside = Box{.min = {-9, -9, -9}, .max = {1.75, 9, 0.8}},
+                                      .order = order},
                           .capacity = Living::capacity};
   const auto plan = compile<double>(scene, turnover, {.step = 1.0 / 64});
   REQUIRE(plan.has_value());
@@ -508,6 +512,13 @@ TEST_CASE("c: particles come and go as they do by C++, bit by bit") {
   std::string text(length + 1, '?');
   CHECK(dvdx_live_plan_explain(by_c.plan, text.data(), text.size()) == length);
   CHECK(text.find("at most 3000 particles live at once; 2 emitters") != std::string::npos);
+}
+
+}  // namespace
+
+TEST_CASE("c: particles come and go as they do by C++, bit by bit, in their order and in any") {
+  check_live(dvdx::SurvivorOrder::kept);
+  check_live(dvdx::SurvivorOrder::any);
 }
 
 TEST_CASE("c: a column of the caller's goes along, and what the caller marks is removed") {

@@ -285,6 +285,8 @@ TEST_CASE("Choices that are none are refused by name") {
   turnover.capacity = 4;
   turnover.removal.not_finite = static_cast<NotFinite>(99);
   CHECK(compile<float>(dvdx::Scene{}, turnover, {}).error().message() == "removal.not_finite" + of_2);
+  turnover.removal = {.order = static_cast<SurvivorOrder>(99)};
+  CHECK(compile<float>(dvdx::Scene{}, turnover, {}).error().message() == "removal.order" + of_2);
 }
 
 TEST_CASE("Numbers in messages and words do not follow the locale") {

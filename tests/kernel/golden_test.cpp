@@ -107,6 +107,7 @@ constexpr Golden golden_cases[] = {
     {"lifecycle: births beyond the capacity", 0xC04837DE26F01ECE, 0},
     {"lifecycle: removal", 0xA65EDB66AFFD6310, 0},
     {"lifecycle: births and removal", 0x38FF33A7C27020F4, 0},
+    {"lifecycle: births and removal without order", 0xFAE20C3927200548, 0},
 };
 
 constexpr std::uint64_t hash_start = 0xCBF29CE484222325U;
@@ -497,13 +498,16 @@ Cases live_cases() {
   const Removal all{.boundaries = {{.normal = {1, 0, 0}, .offset = -0.7}, {.normal = {-2, 1, 0}, .offset = -2}},
                     .outside = Box{.min = {-9, -9, -9}, .max = {9, 1.2, 9}},
                     .not_finite = NotFinite::removed};
+  Removal without_order = all;
+  without_order.order = SurvivorOrder::any;
   const std::pair<const char*, Turnover> turnovers[] = {
       {"births at a point", {.emitters = {jet}, .capacity = 900}},
       {"births on a disc", {.emitters = {disc}, .capacity = 900}},
       {"births in a box", {.emitters = {box}, .capacity = 900}},
       {"births beyond the capacity", {.emitters = {mortal, disc}, .capacity = 200}},
       {"removal", {.emitters = {}, .removal = all, .capacity = 40}},
-      {"births and removal", {.emitters = {disc, box}, .removal = all, .capacity = 900}}};
+      {"births and removal", {.emitters = {disc, box}, .removal = all, .capacity = 900}},
+      {"births and removal without order", {.emitters = {disc, box}, .removal = without_order, .capacity = 900}}};
   Cases cases;
   for (const auto& [name, turnover] : turnovers) {
     const auto run = [turnover = turnover](Isa isa, Arithmetic) {

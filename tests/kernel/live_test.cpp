@@ -9,7 +9,9 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compile/lifecycle.hpp"
@@ -80,6 +82,27 @@ class Living {
       marks_[i] = {static_cast<char>(i), static_cast<char>(i / 7), 'x'};
     }
   }
+  // Every number of particle i says which it is.
+  void name(std::size_t i) {
+    const auto number = static_cast<T>(i);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      live.state.x[axis][i] = number + static_cast<T>(axis) / 8;
+      live.state.v[axis][i] = -number - static_cast<T>(axis) / 8;
+    }
+    live.lifetime[i] = number + T(1);
+    ids_[i] = static_cast<std::uint32_t>(i);
+    marks_[i] = {static_cast<char>(i), static_cast<char>(i / 7), 'x'};
+  }
+  [[nodiscard]] bool is_named(std::size_t at, std::uint32_t i) const {
+    const auto number = static_cast<T>(i);
+    bool is_it = live.lifetime[at] == number + T(1) && ids_[at] == i && live.age[at] == T(0) &&
+                 marks_[at] == std::array{static_cast<char>(i), static_cast<char>(i / 7), 'x'};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      is_it = is_it && live.state.x[axis][at] == number + static_cast<T>(axis) / 8 &&
+              live.state.v[axis][at] == -number - static_cast<T>(axis) / 8;
+    }
+    return is_it;
+  }
   [[nodiscard]] bool is_clean() const { return batch_.is_clean(); }
   [[nodiscard]] std::uint32_t id(std::size_t i) const { return ids_[i]; }
   [[nodiscard]] std::array<char, 3> mark(std::size_t i) const { return marks_[i]; }
@@ -125,13 +148,16 @@ void step_all(const LivePlan<T>& plan, LiveState<T>& live, std::size_t steps, st
   REQUIRE(plan.step(live, steps, threads > 1 ? workers.parallel_for() : ParallelFor{}) == StepResult::done);
 }
 
-Turnover everything(std::size_t capacity, double rate) {
+constexpr std::array<SurvivorOrder, 2> orders = {SurvivorOrder::kept, SurvivorOrder::any};
+
+Turnover everything(std::size_t capacity, double rate, SurvivorOrder order = SurvivorOrder::kept) {
   Turnover turnover{.emitters = {jet(rate, 1), jet(rate / 3, 2)}, .removal = {}, .capacity = capacity};
   turnover.emitters[1].shape = Box{.min = {-1, 0, -1}, .max = {-0.5, 1, -1}};
   turnover.emitters[1].start = 5 * h;
   turnover.removal = {.boundaries = {{.normal = {1, 0, 0}, .offset = -0.7}},
                       .outside = Box{.min = {-9, -9, -9}, .max = {9, 1.2, 9}},
-                      .not_finite = NotFinite::removed};
+                      .not_finite = NotFinite::removed,
+                      .order = order};
   return turnover;
 }
 
@@ -143,6 +169,38 @@ struct One {
   T age{}, lifetime{};
   std::uint32_t id = 0;
 };
+
+// Places of which some are empty.
+template <class One>
+using Places = std::vector<std::optional<One>>;
+
+template <class One>
+void fill_holes(Places<One>& places, std::size_t first, std::size_t last) {
+  std::size_t new_end = first;
+  for (std::size_t i = first; i < last; ++i) new_end += places[i].has_value() ? 1U : 0U;
+  std::size_t hole = first;
+  for (std::size_t i = new_end; i < last; ++i) {
+    if (!places[i]) continue;
+    while (places[hole]) ++hole;
+    std::swap(places[hole], places[i]);
+  }
+}
+
+// Of `all` from `first` on, without order, as docs/scene.md says.
+template <class One, class IsToGo>
+void remove_in_any_order(std::vector<One>& all, std::size_t first, const IsToGo& is_to_go) {
+  constexpr std::size_t run = 8192;
+  Places<One> places;
+  for (std::size_t i = first; i < all.size(); ++i) {
+    places.push_back(is_to_go(all[i]) ? std::nullopt : std::optional<One>(all[i]));
+  }
+  for (std::size_t i = 0; i < places.size(); i += run) fill_holes(places, i, std::min(i + run, places.size()));
+  fill_holes(places, 0, places.size());
+  all.resize(first);
+  for (const auto& place : places) {
+    if (place) all.push_back(*place);
+  }
+}
 
 template <class T>
 class Model {
@@ -159,13 +217,19 @@ class Model {
     Clock next = clock_;
     next.advance(h, 1);
     move();
-    std::erase_if(all, [&](const One<T>& one) { return is_to_go(one); });
+    remove(0);
+    const std::size_t survivors = all.size();
     for (std::size_t e = 0; e < turnover_.emitters.size(); ++e) bear(e, next);
-    std::erase_if(all, [&](const One<T>& one) { return is_to_go(one); });
+    remove(survivors);
     clock_ = next;
   }
 
  private:
+  void remove(std::size_t first) {
+    const auto goes = [this](const One<T>& one) { return is_to_go(one); };
+    if (turnover_.removal.order == SurvivorOrder::any) return remove_in_any_order(all, first, goes);
+    std::erase_if(all, goes);
+  }
   void move() {
     for (One<T>& one : all) {
       State<T> state = soa(&one.x[0], &one.x[1], &one.x[2], &one.v[0], &one.v[1], &one.v[2], 1);
@@ -238,8 +302,8 @@ void check_same(const Model<T>& model, const Living<T>& living, std::size_t step
 }
 
 // Rates of which a step holds a whole number of 64ths, so that the model's plain products are exact.
-void check_against_model(std::size_t capacity, double rate) {
-  const Turnover turnover = everything(capacity, rate);
+void check_against_model(std::size_t capacity, double rate, SurvivorOrder order) {
+  const Turnover turnover = everything(capacity, rate, order);
   Model<float> model(fountain(), turnover);
   Living<float> living(Layout::soa, capacity);
   living.fill(capacity / 2);
@@ -259,12 +323,12 @@ void check_against_model(std::size_t capacity, double rate) {
 
 // All numbers after 24 steps, in calls of so many.
 template <class T>
-std::string after(Isa isa, Layout layout, std::size_t capacity, std::size_t call, std::size_t threads, double rate) {
+std::string after(Isa isa, Layout layout, std::size_t capacity, std::size_t call, SurvivorOrder order, double rate) {
   Living<T> living(layout, capacity);
   living.fill(capacity * 2 / 3);
   if (capacity > 20) living.live.state.v[1][17] = std::numeric_limits<T>::quiet_NaN();
-  const auto plan = make<T>(fountain(), everything(capacity, rate), isa);
-  for (std::size_t done = 0; done < 24; done += call) step_all(plan, living.live, std::min(call, 24 - done), threads);
+  const auto plan = make<T>(fountain(), everything(capacity, rate, order), isa);
+  for (std::size_t done = 0; done < 24; done += call) step_all(plan, living.live, std::min(call, 24 - done));
   CHECK(living.is_clean());
   return living.bytes();
 }
@@ -272,21 +336,25 @@ std::string after(Isa isa, Layout layout, std::size_t capacity, std::size_t call
 }  // namespace
 
 TEST_CASE("what comes and goes is what a plain model says, with room and without") {
-  check_against_model(600, 192);
-  check_against_model(100, 384);
+  for (const SurvivorOrder order : orders) {
+    check_against_model(600, 192, order);
+    check_against_model(100, 384, order);
+  }
 }
 
 TEST_CASE_TEMPLATE("same bits on every ISA, in every layout and in every batch of steps", T, float, double) {
-  for (const std::size_t capacity : {std::size_t{1}, std::size_t{40}, std::size_t{333}}) {
-    const double rate = 4.0 * static_cast<double>(capacity);
-    const std::string wanted = after<T>(Isa::reference, Layout::soa, capacity, 1, 1, rate);
-    for (const Isa isa : available_isas()) {
-      for (const Layout layout : test::layouts) {
-        for (const std::size_t call : {std::size_t{1}, std::size_t{5}, std::size_t{24}}) {
-          CAPTURE(name(isa));
-          CAPTURE(test::name(layout));
-          CAPTURE(call);
-          CHECK(after<T>(isa, layout, capacity, call, 1, rate) == wanted);
+  for (const SurvivorOrder order : orders) {
+    for (const std::size_t capacity : {std::size_t{1}, std::size_t{40}, std::size_t{333}}) {
+      const double rate = 4.0 * static_cast<double>(capacity);
+      const std::string wanted = after<T>(Isa::reference, Layout::soa, capacity, 1, order, rate);
+      for (const Isa isa : available_isas()) {
+        for (const Layout layout : test::layouts) {
+          for (const std::size_t call : {std::size_t{1}, std::size_t{5}, std::size_t{24}}) {
+            CAPTURE(name(isa));
+            CAPTURE(test::name(layout));
+            CAPTURE(call);
+            CHECK(after<T>(isa, layout, capacity, call, order, rate) == wanted);
+          }
         }
       }
     }
@@ -295,9 +363,8 @@ TEST_CASE_TEMPLATE("same bits on every ISA, in every layout and in every batch o
 
 TEST_CASE_TEMPLATE("same bits on any number of threads" * doctest::test_suite("threads"), T, float, double) {
   constexpr std::size_t capacity = 100'003;
-  for (const bool is_of_age_alone : {true, false}) {
-    Turnover turnover = everything(capacity, 300'000);
-    if (is_of_age_alone) turnover.removal = {};
+  const Turnover of_age{.emitters = everything(capacity, 300'000).emitters, .removal = {}, .capacity = capacity};
+  for (const Turnover& turnover : {of_age, everything(capacity, 300'000), everything(capacity, 300'000, SurvivorOrder::any)}) {
     const auto bytes = [&](Layout layout, std::size_t call, std::size_t threads) {
       Living<T> living(layout, capacity);
       living.fill(capacity * 3 / 4);
@@ -313,6 +380,47 @@ TEST_CASE_TEMPLATE("same bits on any number of threads" * doctest::test_suite("t
     CHECK(bytes(Layout::aosoa16, 4, 2) == wanted);
     CHECK(bytes(Layout::aos, 4, 5) == wanted);
   }
+}
+
+// Of no, some and all particles, up to three runs of them.
+TEST_CASE("without order, a thousand removals leave what a plain list says, and every column goes with its particle") {
+  constexpr std::size_t capacity = 3 * 8192 + 5;
+  const auto plan = make<float>({}, {.removal = {.order = SurvivorOrder::any}, .capacity = capacity}, best_isa());
+  Living<float> living(Layout::soa, capacity);
+  test::Threads workers(2);
+  std::size_t wrong = 0;
+  for (std::uint32_t trial = 0; trial < 1000; ++trial) {
+    const auto drawn = [trial](std::uint64_t i, std::uint32_t what) { return unit_value(trial, i, what); };
+    const std::size_t most = trial % 20 == 0 ? capacity : 300;
+    const auto count = static_cast<std::size_t>(drawn(0, 8) * static_cast<double>(most + 1));
+    const double share = std::max(0.0, 1.2 * drawn(0, 9) - 0.1);
+    std::vector<std::uint32_t> wanted(count);
+    std::vector<bool> goes(count);
+    living.live.state.count = count;
+    for (std::size_t i = 0; i < count; ++i) {
+      wanted[i] = static_cast<std::uint32_t>(i);
+      goes[i] = drawn(i, 10) < share;
+      living.name(i);
+      living.live.age[i] = goes[i] ? std::numeric_limits<float>::infinity() : 0.0F;
+    }
+    remove_in_any_order(wanted, 0, [&](std::uint32_t i) { return goes[i]; });
+    REQUIRE(plan.remove(living.live, workers.parallel_for()) == StepResult::done);
+    REQUIRE(living.live.state.count == wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i) wrong += living.is_named(i, wanted[i]) ? 0U : 1U;
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("without order, the last take the places of those that go, and births follow") {
+  const auto plan = make<double>({}, {.emitters = {{.rate = 64}}, .removal = {.order = SurvivorOrder::any}, .capacity = 10});
+  Living<double> living(Layout::soa, 10);
+  living.fill(9);
+  for (const std::size_t i : {1U, 2U, 7U}) living.live.age[i] = std::numeric_limits<double>::infinity();
+  step_all(plan, living.live, 1);
+  REQUIRE(living.live.state.count == 7);
+  constexpr std::array<std::uint32_t, 7> wanted = {1, 7, 9, 4, 5, 6, 0};  // a birth has no number
+  for (std::size_t i = 0; i < wanted.size(); ++i) CHECK(living.id(i) == wanted[i]);
+  CHECK(living.live.removed == 3);
 }
 
 TEST_CASE("most that go at once find the spill too small, and the bits are the same") {
@@ -402,16 +510,18 @@ TEST_CASE("what is born lies in its disc, and has a lifetime between the least a
 
 // 2 m a step towards the box: a step after its birth each would be inside.
 TEST_CASE("what is born outside goes at its birth, in a call of many steps as in calls of one") {
-  const Turnover turnover{.emitters = {{.shape = Vec3{2, 0, 0}, .rate = 64, .velocity = {-128, 0, 0}}},
-                          .removal = {.outside = Box{.min = {-1, -1, -1}, .max = {1, 1, 1}}},
-                          .capacity = 20};
-  const auto plan = make<double>({}, turnover);
-  for (const std::size_t each : {1U, 10U}) {
-    Living<double> living(Layout::soa, 20);
-    for (std::size_t done = 0; done < 10; done += each) step_all(plan, living.live, each);
-    CHECK(living.live.born == 10);
-    CHECK(living.live.removed == 10);
-    CHECK(living.live.state.count == 0);
+  for (const SurvivorOrder order : orders) {
+    const Turnover turnover{.emitters = {{.shape = Vec3{2, 0, 0}, .rate = 64, .velocity = {-128, 0, 0}}},
+                            .removal = {.outside = Box{.min = {-1, -1, -1}, .max = {1, 1, 1}}, .order = order},
+                            .capacity = 20};
+    const auto plan = make<double>({}, turnover);
+    for (const std::size_t each : {1U, 10U}) {
+      Living<double> living(Layout::soa, 20);
+      for (std::size_t done = 0; done < 10; done += each) step_all(plan, living.live, each);
+      CHECK(living.live.born == 10);
+      CHECK(living.live.removed == 10);
+      CHECK(living.live.state.count == 0);
+    }
   }
 }
 

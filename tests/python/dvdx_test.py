@@ -407,6 +407,17 @@ class Turnover(unittest.TestCase):
         self.assertEqual(state.dropped, 0)
         self.assertIn("1 emitter", plan.explain())
 
+    def test_without_order_the_last_fills_the_hole(self):
+        state, _ = fountain(count=9, carried=(np.arange(1000),))
+        plan = dvdx.compile_live(dvdx.Scene(), state, order="any")
+        state.arrays["age"][[2, 7]] = np.inf
+        state.arrays["lifetime"][:] = 1
+        plan.remove(state)
+        self.assertEqual(state.carried[0][: len(state)].tolist(), [0, 1, 8, 3, 4, 5, 6])
+        self.assertIn("holes are filled from the end", plan.explain())
+        with self.assertRaisesRegex(ValueError, "order: 'first': must be one of kept, any"):
+            dvdx.compile_live(dvdx.Scene(), state, order="first")
+
     def test_columns_of_any_kind_go_along(self):
         names = np.zeros(1000, "S5")
         numbers = np.zeros((1000, 2), np.uint16)[:, 1]

@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -228,41 +229,44 @@ std::vector<std::uint32_t> without(std::uint32_t first, std::uint32_t last, std:
   return numbers;
 }
 
-TEST_CASE("particles that come and go are followed from state to state") {
-  const PageFolder folder("follow");
-  const std::vector<std::vector<std::uint32_t>> moments{{},
-                                                        without(1, 1500, 2000),
-                                                        without(1, 1500, 2000),
-                                                        without(3, 1700, 7),
-                                                        without(3, 1700, 7),
-                                                        without(3, 1700, 7),
-                                                        without(1400, 1800, 7),
-                                                        {},
-                                                        {1900}};
-  Crowd crowd(1700);
-  std::vector<std::uint32_t> now;
-  const auto writer = make_writer<float>({.target = folder / "a.html",
-                                          .particles = 1700,
-                                          .states = moments.size(),
-                                          .counts = Counts::changing,
-                                          .ids = [&](std::size_t) { return std::span<const std::uint32_t>(now); }});
-  for (std::size_t k = 0; k < moments.size(); ++k) {
-    now = moments[k];
-    writer->write({.step = k, .time = 0.1 * static_cast<double>(k)}, crowd.at(0.1 * static_cast<double>(k), now));
+TEST_CASE("particles that come and go are followed from state to state, whatever the order they stand in") {
+  for (const bool is_reversed : {false, true}) {
+    const PageFolder folder(is_reversed ? "reversed" : "follow");
+    const std::vector<std::vector<std::uint32_t>> moments{{},
+                                                          without(1, 1500, 2000),
+                                                          without(1, 1500, 2000),
+                                                          without(3, 1700, 7),
+                                                          without(3, 1700, 7),
+                                                          without(3, 1700, 7),
+                                                          without(1400, 1800, 7),
+                                                          {},
+                                                          {1900}};
+    Crowd crowd(1700);
+    std::vector<std::uint32_t> now;
+    const auto writer = make_writer<float>({.target = folder / "a.html",
+                                            .particles = 1700,
+                                            .states = moments.size(),
+                                            .counts = Counts::changing,
+                                            .ids = [&](std::size_t) { return std::span<const std::uint32_t>(now); }});
+    for (std::size_t k = 0; k < moments.size(); ++k) {
+      now = moments[k];
+      if (is_reversed) std::reverse(now.begin(), now.end());
+      writer->write({.step = k, .time = 0.1 * static_cast<double>(k)}, crowd.at(0.1 * static_cast<double>(k), now));
+    }
+    writer->finish();
+    const auto document = read_page(folder, "a.html");
+    const auto frames = frames_of(document);
+    REQUIRE(frames.size() == moments.size());
+    for (std::size_t k = 0; k < moments.size(); ++k) {
+      CAPTURE(k);
+      check_frame(frames[k], crowd.at(0.1 * static_cast<double>(k), moments[k]));
+      for (std::size_t i = 0; i < frames[k].was.size(); ++i) CHECK(moments[k][i] == moments[k - 1][frames[k].was[i]]);
+    }
+    const auto nodes = elements(document, "frame");
+    CHECK(nodes[3].attribute("data-gone").as_int() == 2 + 214);
+    CHECK(nodes[5].attribute("data-planes").as_int() == 1);  // two states tell the third
+    CHECK(nodes[7].attribute("data-gone").as_int() == 343);
   }
-  writer->finish();
-  const auto document = read_page(folder, "a.html");
-  const auto frames = frames_of(document);
-  REQUIRE(frames.size() == moments.size());
-  for (std::size_t k = 0; k < moments.size(); ++k) {
-    CAPTURE(k);
-    check_frame(frames[k], crowd.at(0.1 * static_cast<double>(k), moments[k]));
-    for (std::size_t i = 0; i < frames[k].was.size(); ++i) CHECK(moments[k][i] == moments[k - 1][frames[k].was[i]]);
-  }
-  const auto nodes = elements(document, "frame");
-  CHECK(nodes[3].attribute("data-gone").as_int() == 2 + 214);
-  CHECK(nodes[5].attribute("data-planes").as_int() == 1);  // two states tell the third
-  CHECK(nodes[7].attribute("data-gone").as_int() == 343);
 }
 
 TEST_CASE("of many particles that come and go a page shows the same ones as long as they live") {

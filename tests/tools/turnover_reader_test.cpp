@@ -29,7 +29,7 @@ constexpr const char* live_scene = R"({
     {"type": "box", "min": [0, 0, 0], "max": [1, 0, 1], "rate": 0, "spread": [1, 0, 2], "lifetime": {"min": 1, "max": 3}, "seed": 9}
   ],
   "removal": {"boundaries": [{"normal": [0, 1, 0], "offset": -1}], "outside": {"min": [-9, -9, -9], "max": [9, 9, 9]},
-              "not_finite": "removed"}
+              "not_finite": "removed", "order": "any"}
 })";
 
 const ReadOptions plenty{.memory_bytes = 1000000000};
@@ -82,6 +82,7 @@ constexpr BadValue bad_values[] = {
     {"/removal/boundaries/0/offset", nullptr, "removal.boundaries[0].offset is missing: a boundary needs it"},
     {"/removal/outside/max", "[9,-10,9]", "removal.outside.min[1] is -9: must be at most max[1], which is -10", true},
     {"/removal/not_finite", "true", "removal.not_finite is true: must be \"kept\" or \"removed\""},
+    {"/removal/order", "\"first\"", "removal.order is \"first\": must be \"kept\" or \"any\""},
 };
 
 json scene_with(const BadValue& bad) {
@@ -115,14 +116,17 @@ TEST_CASE("emitters, capacity and removal are read as they stand") {
       {.shape = Box{.min = {}, .max = {1, 0, 1}}, .spread = Vec3{1, 0, 2}, .least_lifetime = 1, .most_lifetime = 3, .seed = 9});
   wanted.removal = {.boundaries = {{.normal = {0, 1, 0}, .offset = -1}},
                     .outside = Box{.min = {-9, -9, -9}, .max = {9, 9, 9}},
-                    .not_finite = NotFinite::removed};
+                    .not_finite = NotFinite::removed,
+                    .order = SurvivorOrder::any};
   CHECK(file.turnover == wanted);
 }
 
-TEST_CASE("a removal keeps what is not finite unless it says otherwise") {
+TEST_CASE("a removal keeps the order, and what is not finite, unless it says otherwise") {
   json scene = json::parse(live_scene);
   scene["removal"] = json::object();
-  CHECK(parse_scene("live.json", scene.dump(), plenty).turnover.removal.not_finite == NotFinite::kept);
+  const Removal removal = parse_scene("live.json", scene.dump(), plenty).turnover.removal;
+  CHECK(removal.not_finite == NotFinite::kept);
+  CHECK(removal.order == SurvivorOrder::kept);
 }
 
 TEST_CASE("a scene with emitters needs no particles of its own, and one without has no turnover") {

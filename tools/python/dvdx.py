@@ -461,15 +461,19 @@ def _structs(kind, dicts, keep):
     return array, len(dicts)
 
 
-def compile_live(scene, state, emitters=(), boundaries=(), inside=None, not_finite="kept", step=1 / 60, **options):
+def compile_live(
+    scene, state, emitters=(), boundaries=(), inside=None, not_finite="kept", step=1 / 60, order="kept", **options
+):
     """A plan for particles that come and go, at most as many as the arrays of the LiveState have room for.
 
     emitters: dicts with the fields of dvdx_emitter (shape="disc", at=(0, 1, 0), normal=(0, 1, 0), radius=0.1, rate=1000, ...).
     boundaries: dicts with normal and offset: particles are removed where normal . x < offset. inside: ((x, y, z) least, (x, y,
-    z) most): they are removed outside of it. not_finite: "kept" or "removed". options as those of compile().
+    z) most): they are removed outside of it. not_finite: "kept" or "removed". order of those that
+    stay: "kept", or "any": the last fill the holes, and nothing else is moved. options as those of compile().
     """
     keep = []
-    turnover = _struct("dvdx_turnover", {"not_finite": not_finite, **({} if inside is None else {"inside": inside})}, keep)
+    removal = {"not_finite": not_finite, "order": order, **({} if inside is None else {"inside": inside})}
+    turnover = _struct("dvdx_turnover", removal, keep)
     turnover.emitters, turnover.emitter_count = _structs("dvdx_emitter", emitters, keep)
     turnover.boundaries, turnover.boundary_count = _structs("dvdx_boundary", boundaries, keep)
     turnover.capacity = len(state.arrays["x"])

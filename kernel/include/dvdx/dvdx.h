@@ -452,6 +452,10 @@ typedef struct dvdx_boundary {
 
 typedef enum dvdx_not_finite { DVDX_NOT_FINITE_KEPT = 0, DVDX_NOT_FINITE_REMOVED } dvdx_not_finite;
 
+// In which order the others stand after some were removed: as before; or the last fill the holes, and nothing else is moved.
+// Which fills which is the same for all instruction sets, threads, layouts and numbers of steps a call (dvdx/turnover.hpp).
+typedef enum dvdx_survivor_order { DVDX_SURVIVOR_ORDER_KEPT = 0, DVDX_SURVIVOR_ORDER_ANY } dvdx_survivor_order;
+
 // What makes particles, and what removes them besides their age.
 typedef struct dvdx_turnover {
   const dvdx_emitter* emitters;
@@ -460,6 +464,7 @@ typedef struct dvdx_turnover {
   size_t boundary_count;  // at most 8
   const double* inside;   // m: particles outside of this box are removed, min x y z, max x y z; null: none
   dvdx_not_finite not_finite;
+  dvdx_survivor_order order;  // of those that stay
   size_t capacity;  // particles, 1 to 4294967295: most that live at once; further births are dropped and counted
 } dvdx_turnover;
 
@@ -490,8 +495,9 @@ DVDX_EXPORT dvdx_status dvdx_live_plan_create(const dvdx_scene* scene, const dvd
 // A null pointer is fine.
 DVDX_EXPORT void dvdx_live_plan_destroy(dvdx_live_plan* plan);
 
-// As dvdx_plan_step(); after each step those that are to go are removed, the others keep their order, and the births of the
-// step follow behind them. Steps one state at a time: else DVDX_IN_USE.
+// As dvdx_plan_step(); after each step those that are to go are removed, the others keep their order (or fill the holes from
+// the end: DVDX_SURVIVOR_ORDER_ANY), and the births of the step follow behind them. Steps one state at a time: else
+// DVDX_IN_USE.
 DVDX_EXPORT dvdx_status dvdx_live_plan_step(const dvdx_live_plan* plan, dvdx_live* live, size_t steps,
                                             const dvdx_parallel* parallel, dvdx_error* error);
 // Removes what is to go as the particles stand, and moves nothing on. To remove one of your own choice, make its age infinite.

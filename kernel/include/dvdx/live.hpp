@@ -34,9 +34,10 @@ struct LiveState {
   std::uint64_t dropped = 0;  // births that found no room
 };
 
-// Steps as Plan does, lets particles age, removes those that are to go and keeps the order of all others, and lets the births
-// of each step follow behind them, emitter by emitter. The bits do not depend on the instruction set, on threads, on the layout
-// or on how many steps a call takes. All memory that it works in is reserved here, so it steps one state at a time.
+// Steps as Plan does, lets particles age, removes those that are to go, keeps the order of all others (or fills the holes from
+// the end: SurvivorOrder::any), and lets the births of each step follow behind them, emitter by emitter. The bits do not depend
+// on the instruction set, on threads, on the layout or on how many steps a call takes. All memory that it works in is reserved
+// here, so it steps one state at a time.
 template <class T>
 class DVDX_EXPORT LivePlan {
  public:

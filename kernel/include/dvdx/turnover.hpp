@@ -53,12 +53,22 @@ struct Boundary {
 
 enum class NotFinite { kept, removed };
 
+// In which order the others stand after some were removed.
+//   kept  as before: all behind the first that goes are moved up
+//   any   the last fill the holes, and nothing else is moved. Which fills which is the same on every instruction set, for any
+//         threads and layout, and for any number of steps a call: in each run of 8192 places from the first, the survivors
+//         behind the run's new end (how many they are) move into the holes before it, both in ascending order; then the same
+//         over all places, of which the ends of the runs are free. What is to go as soon as it is born is removed from among
+//         the births of its step in the same way
+enum class SurvivorOrder { kept, any };
+
 // Looked at after every step; a particle whose age has reached its lifetime is removed too. A comparison with what is not
 // a number does not hold: such a particle stays unless not_finite says otherwise.
 struct Removal {
   std::vector<Boundary> boundaries{};  // at most 8
   std::optional<Box> outside{};        // removed where x < min or x > max on any axis
   NotFinite not_finite = NotFinite::kept;
+  SurvivorOrder order = SurvivorOrder::kept;
   bool operator==(const Removal&) const = default;
 };
 

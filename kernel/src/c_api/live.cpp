@@ -23,7 +23,7 @@ struct dvdx_live_plan {
 namespace dvdx::c_api {
 namespace {
 
-constexpr int shapes = 3, treatments = 2;
+constexpr int shapes = 3, treatments = 2, survivor_orders = 2;
 constexpr double never = std::numeric_limits<double>::infinity();
 
 std::variant<Vec3, Disc, Box> shape_of(const dvdx_emitter& from, const std::string& at) {
@@ -66,6 +66,7 @@ Turnover turnover_of(const dvdx_turnover& from) {
     to.removal.outside = Box{.min = {box[0], box[1], box[2]}, .max = {box[3], box[4], box[5]}};
   }
   to.removal.not_finite = choice<NotFinite>(from.not_finite, treatments, "removal.not_finite");
+  to.removal.order = choice<SurvivorOrder>(from.order, survivor_orders, "removal.order");
   to.capacity = from.capacity;
   return to;
 }

@@ -71,6 +71,9 @@ class LifecycleChecker : public Checker {
     const auto treatment = static_cast<int>(r.not_finite);
     require(treatment >= 0 && treatment <= static_cast<int>(NotFinite::removed), "removal.not_finite",
             std::to_string(treatment), "a choice from 0 to 1");
+    const auto order = static_cast<int>(r.order);
+    require(order >= 0 && order <= static_cast<int>(SurvivorOrder::any), "removal.order", std::to_string(order),
+            "a choice from 0 to 1");
   }
 };
 
@@ -171,8 +174,9 @@ CompiledLifecycle<T>::CompiledLifecycle(Plan<T> plan_, Turnover turnover_)
 template <class T>
 LifecycleWorkspace<T>::LifecycleWorkspace(const Turnover& turnover, const Memory& memory)
     : scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk, memory)),
-      overflow_bytes((turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
-      overflow(aligned_array<T>(overflow_bytes / sizeof(T), memory)) {
+      overflow_bytes(fills_holes(turnover.removal) ? 0 : (turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
+      overflow(aligned_array<T>(overflow_bytes / sizeof(T), memory)),
+      kept(fills_holes(turnover.removal) ? turnover.capacity / fill_run + 1 : 0) {
   for (auto& by : births) by.resize(turnover.emitters.size());
 }
 
@@ -208,13 +212,23 @@ std::string LivePlan<T>::explain() const {
   std::string words = "turnover     at most " + std::to_string(p.turnover.capacity) + " particles live at once; " +
                       std::to_string(p.emitters.size()) + (p.emitters.size() == 1 ? " emitter" : " emitters");
   if (rate > 0) words += ", up to " + text(rate * step) + " births a step";
-  words += "\n             up to " + std::to_string(batch_steps) + " steps while a chunk of " + std::to_string(live_chunk) +
-           " particles is in cache; fewer where the births of so many might find no room\n";
+  const bool is_any_order = fills_holes(p.turnover.removal);
+  if (is_any_order) {
+    words += "\n             one step while a run of " + std::to_string(fill_run) + " particles is in cache\n";
+  } else {
+    words += "\n             up to " + std::to_string(batch_steps) + " steps while a chunk of " + std::to_string(live_chunk) +
+             " particles is in cache; fewer where the births of so many might find no room\n";
+  }
   words += "removal      of age (2 columns more), once a call";
   if (p.removal.looks_at_places()) {
     words += "; by place, looked at after every step: " + std::to_string(p.removal.plane_count) + " boundaries";
     if (p.removal.has_box) words += ", a box";
     if (p.removal.removes_not_finite) words += ", what is not finite";
+  }
+  if (is_any_order) {
+    return words +
+           "\n             holes are filled from the end: no more particles are moved than go, in the same pass as the step\n"
+           "             where a call takes many steps, keeping the order may cost less\n";
   }
   words +=
       "\n             what stays is moved together in its order: each column is read and written once more where anything "

@@ -12,6 +12,7 @@
 #include "dvdx/live.hpp"
 #include "isa/passes.hpp"
 #include "math/two_double.hpp"
+#include "passes/removal/fill.hpp"
 
 namespace dvdx {
 
@@ -21,7 +22,10 @@ inline constexpr std::size_t batch_steps = 8;
 inline constexpr std::size_t live_chunk = 1024;    // particles that are stepped, marked and moved while they are in cache
 inline constexpr std::size_t live_segments = 8;    // pieces that the particles are cut into for threads
 inline constexpr std::size_t scratch_columns = 8;  // of a state, age and lifetime
+static_assert(fill_run % live_chunk == 0);
 inline constexpr std::size_t most_groups = batch_steps + live_segments;
+
+inline bool fills_holes(const Removal& removal) noexcept { return removal.order == SurvivorOrder::any; }
 
 // Births of one emitter until some time, as many as are whole, and as a number.
 struct BirthsBy {
@@ -60,7 +64,8 @@ struct LifecycleWorkspace {
   std::array<Clock, batch_steps + 1> clocks;  // of the same times
   AlignedArray<T> scratch;                    // a chunk for each thread
   std::size_t overflow_bytes;
-  AlignedArray<T> overflow;  // survivors that must wait until another thread has read where they belong
+  AlignedArray<T> overflow;       // survivors that must wait until another thread has read where they belong
+  std::vector<std::size_t> kept;  // of each run, in any order
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 };
 

@@ -78,7 +78,7 @@ void for_each_strip(const LiveState<T>& live, const Use& use) noexcept {
 
 bool is_removed(const std::uint64_t* removed, std::size_t i) noexcept { return (removed[i / 64] >> (i % 64) & 1) != 0; }
 
-std::size_t kept_of(const Removed& removed, std::size_t count) noexcept {
+std::size_t kept_of(std::span<const std::uint64_t> removed, std::size_t count) noexcept {
   std::size_t marked = 0;
   for (const std::uint64_t word : removed) marked += static_cast<std::size_t>(std::popcount(word));
   return count - marked;
@@ -128,6 +128,20 @@ class Compacting {
   Alike four_{}, eight_{};
 };
 
+template <std::size_t bytes>
+void fill_side_by_side(const Fill& fill, std::byte* base) noexcept {
+  for (std::size_t n = 0; n < fill.count; ++n) std::memcpy(base + fill.to[n] * bytes, base + fill.from[n] * bytes, bytes);
+}
+
+// The moves of the run that begins at `first`.
+void fill_strip(const Fill& fill, const Strip& strip, std::size_t first) noexcept {
+  if (strip.is_side_by_side && strip.bytes == 4) return fill_side_by_side<4>(fill, strip.at(first));
+  if (strip.is_side_by_side && strip.bytes == 8) return fill_side_by_side<8>(fill, strip.at(first));
+  for (std::size_t n = 0; n < fill.count; ++n) {
+    std::memcpy(strip.at(first + fill.to[n]), strip.at(first + fill.from[n]), strip.bytes);
+  }
+}
+
 void move_strip(const Strip& from, std::size_t first, std::size_t count, const Strip& to, std::size_t at) noexcept {
   if (from.is_side_by_side && to.is_side_by_side) {
     std::memmove(to.at(at), from.at(first), count * from.bytes);
@@ -165,8 +179,10 @@ class LifecycleStep {
 
   // Steps batch by batch.
   void step(std::size_t steps) noexcept {
+    // Which particle fills which hole depends on the births of the steps before: one step at a time where they do.
+    const std::size_t most = fills_holes(p_.turnover.removal) ? 1 : batch_steps;
     for (std::size_t left = steps; left != 0;) {
-      const std::size_t now = batch_of(std::min(left, batch_steps));
+      const std::size_t now = batch_of(std::min(left, most));
       step_batch(now);
       left -= now;
     }
@@ -287,8 +303,12 @@ class LifecycleStep {
     const std::size_t before = live_.state.count;
     std::size_t work = 0;
     for (const ParticleGroup& group : groups) work += group.count * std::max<std::size_t>(group.steps, 1);
-    live_.state.count =
-        parallel_.run != nullptr && work >= parallel_from ? compact_in_parallel(groups) : compact_in_order(groups, first);
+    const bool is_worth_threads = parallel_.run != nullptr && work >= parallel_from;
+    if (fills_holes(p_.turnover.removal)) {
+      live_.state.count = fill_holes(groups.front(), is_worth_threads ? parallel_ : ParallelFor{});
+    } else {
+      live_.state.count = is_worth_threads ? compact_in_parallel(groups) : compact_in_order(groups, first);
+    }
     live_.removed += before - live_.state.count;
   }
 
@@ -306,12 +326,58 @@ class LifecycleStep {
 
   template <class Use>
   static void for_each_chunk(const ParticleGroup& group, const Use& use) noexcept {
-    for (std::size_t from = 0; from < group.count; from += live_chunk) {
-      ParticleGroup chunk = group;
-      chunk.first += from;
-      chunk.count = std::min(live_chunk, group.count - from);
-      use(chunk);
+    for_each_piece(group, live_chunk, use);
+  }
+  template <class Use>
+  static void for_each_piece(const ParticleGroup& group, std::size_t most, const Use& use) noexcept {
+    for (std::size_t from = 0; from < group.count; from += most) {
+      ParticleGroup piece = group;
+      piece.first += from;
+      piece.count = std::min(most, group.count - from);
+      use(piece);
     }
+  }
+
+  // ---- in any order -------------------------------------------------------------------------------------------------------
+
+  // Steps a group that reaches to the last live particle, and fills the holes of each run, then those of all
+  // (passes/removal/fill.hpp). Returns the new end.
+  std::size_t fill_holes(const ParticleGroup& group, const ParallelFor& parallel) noexcept {
+    cut({&group, 1}, fill_run);
+    for_each_task(parallel, segment_count_, [this, first = group.first](std::size_t s) {
+      for_each_piece(segments_[s].group, fill_run,
+                     [&](const ParticleGroup& run) { ws_.kept[(run.first - first) / fill_run] = step_and_fill(run, s); });
+    });
+    const std::span<const std::size_t> kept(ws_.kept.data(), tasks_of(group.count, fill_run));
+    return group.first + for_each_run_fill(kept, group.count, [&](std::size_t from, std::size_t to, std::size_t n) {
+             for_each_strip(live_,
+                            [&](const Strip& strip) { move_strip(strip, group.first + from, n, strip, group.first + to); });
+           });
+  }
+
+  // How many of the run stay: they then stand at its front.
+  std::size_t step_and_fill(const ParticleGroup& run, std::size_t scratch) noexcept {
+    std::array<std::uint64_t, fill_run / 64> removed{};
+    if (can_be_viewed(run.first)) {
+      step_all(live_, run, removed);
+    } else {
+      for_each_chunk(run, [&](const ParticleGroup& chunk) {
+        const std::span<std::uint64_t> of_chunk = std::span(removed).subspan((chunk.first - run.first) / 64, live_chunk / 64);
+        put_back(step_chunk(chunk, scratch, of_chunk), chunk);
+      });
+    }
+    const std::size_t kept = kept_of(removed, run.count);
+    if (kept != run.count) {
+      Fill fill;
+      find_fill(removed.data(), run.count, kept, fill);
+      for_each_strip(live_, [&](const Strip& strip) { fill_strip(fill, strip, run.first); });
+    }
+    return kept;
+  }
+
+  void put_back(const Stepped& stepped, const ParticleGroup& chunk) const noexcept {
+    for_each_pair(stepped.at, live_,
+                  [&](const Strip& aside, const Strip& live) { move_strip(aside, 0, chunk.count, live, chunk.first); });
   }
 
   // ---- on threads ---------------------------------------------------------------------------------------------------------
@@ -327,7 +393,7 @@ class LifecycleStep {
   };
 
   std::size_t compact_in_parallel(std::span<const ParticleGroup> groups) noexcept {
-    cut(groups);
+    cut(groups, live_chunk);
     const bool is_known = !p_.removal.looks_at_places();
     if (is_known) {
       for_each_segment([this](std::size_t s) { count_kept(s); });
@@ -350,11 +416,11 @@ class LifecycleStep {
     for_each_task(parallel_, segment_count_, body);
   }
 
-  // Into a fixed number of pieces of whole chunks, whichever thread takes them.
-  void cut(std::span<const ParticleGroup> groups) noexcept {
+  // Into a fixed number of pieces of whole chunks or runs, whichever thread takes them.
+  void cut(std::span<const ParticleGroup> groups, std::size_t whole) noexcept {
     std::size_t all = 0;
     for (const ParticleGroup& group : groups) all += group.count;
-    const std::size_t most = ((all + live_segments - 1) / live_segments + live_chunk - 1) / live_chunk * live_chunk;
+    const std::size_t most = tasks_of(tasks_of(all, live_segments), whole) * whole;
     segment_count_ = 0;
     has_overflow_ = false;
     for (const ParticleGroup& group : groups) {
@@ -492,7 +558,7 @@ class LifecycleStep {
   // All its steps; what is to go after any of them is marked. Particles are stepped where they are, and are still in cache when
   // their survivors move: stepped in a place of their own, so that each line of the state's memory is written once, a million
   // with 2 % turnover took 6.9 ms a step in place of 5.0 (one thread, AMD EPYC).
-  [[nodiscard]] Stepped step_chunk(const ParticleGroup& chunk, std::size_t scratch, Removed& removed) noexcept {
+  [[nodiscard]] Stepped step_chunk(const ParticleGroup& chunk, std::size_t scratch, std::span<std::uint64_t> removed) noexcept {
     Stepped stepped;
     ParticleGroup here = chunk;
     if (can_be_viewed(chunk.first)) {
@@ -509,7 +575,7 @@ class LifecycleStep {
     return stepped;
   }
 
-  void step_all(const LiveState<T>& at, const ParticleGroup& chunk, Removed& removed) const noexcept {
+  void step_all(const LiveState<T>& at, const ParticleGroup& chunk, std::span<std::uint64_t> removed) const noexcept {
     if (!p_.removal.looks_at_places()) {
       step_plan(at, chunk, chunk.steps);
     } else {
@@ -588,7 +654,7 @@ class LifecycleStep {
     return view.clock;
   }
 
-  void mark_placed(const LiveState<T>& of, const ParticleGroup& chunk, Removed& removed) const noexcept {
+  void mark_placed(const LiveState<T>& of, const ParticleGroup& chunk, std::span<std::uint64_t> removed) const noexcept {
     const auto& x = of.state.x;
     const auto& v = of.state.v;
     for (std::size_t from = 0; from < chunk.count; from += staged) {
@@ -602,7 +668,7 @@ class LifecycleStep {
     }
   }
 
-  void grow_old(const LiveState<T>& of, const ParticleGroup& chunk, Removed& removed) const noexcept {
+  void grow_old(const LiveState<T>& of, const ParticleGroup& chunk, std::span<std::uint64_t> removed) const noexcept {
     if (of.age.base == nullptr) return;
     for (std::size_t from = 0; from < chunk.count; from += staged) {
       const std::size_t n = std::min(staged, chunk.count - from), first = chunk.first + from;

@@ -5,12 +5,14 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "dvdx/counter_random.hpp"
 #include "isa/passes.hpp"
+#include "passes/removal/fill.hpp"
 
 namespace {
 
@@ -198,4 +200,33 @@ TEST_CASE_TEMPLATE("removal takes what is not finite, be it a position or a velo
       CHECK(removed == Removed{std::uint64_t{1} << 9U, std::uint64_t{1} << 2U});
     }
   }
+}
+
+TEST_CASE("without order, the survivors behind the new end take the holes before it, both in ascending order") {
+  for (const Removed& removed : all_marks()) {
+    for (std::size_t count = 0; count <= most; ++count) {
+      std::vector<std::size_t> survivors, holes, from, to;
+      for (std::size_t i = 0; i < count; ++i) (is_gone(removed, i) ? holes : survivors).push_back(i);
+      const std::size_t kept = survivors.size();
+      std::copy_if(survivors.begin(), survivors.end(), std::back_inserter(from), [=](std::size_t i) { return i >= kept; });
+      std::copy_if(holes.begin(), holes.end(), std::back_inserter(to), [=](std::size_t i) { return i < kept; });
+      Fill fill;
+      find_fill(removed.data(), count, kept, fill);
+      REQUIRE(fill.count == to.size());
+      CHECK(std::equal(from.begin(), from.end(), fill.from.begin()));
+      CHECK(std::equal(to.begin(), to.end(), fill.to.begin()));
+    }
+  }
+}
+
+TEST_CASE("without order, what stands behind the new end of all takes the ends of the runs") {
+  const std::array<std::size_t, 4> kept = {fill_run - 3, fill_run, fill_run - 2, 4};
+  std::vector<std::array<std::size_t, 3>> moves;
+  const auto note = [&](std::size_t from, std::size_t to, std::size_t n) { moves.push_back({from, to, n}); };
+  CHECK(for_each_run_fill(kept, 3 * fill_run + 10, note) == 3 * fill_run - 1);
+  CHECK(moves ==
+        std::vector<std::array<std::size_t, 3>>{{3 * fill_run, fill_run - 3, 3}, {3 * fill_run + 3, 3 * fill_run - 2, 1}});
+  moves.clear();
+  CHECK(for_each_run_fill(std::array<std::size_t, 2>{fill_run, 7}, fill_run + 7, note) == fill_run + 7);
+  CHECK(moves.empty());
 }

@@ -95,6 +95,9 @@ void FrameCoder<T>::choose(std::size_t count, std::span<const std::uint32_t> ids
   for (std::size_t i = 0; i < count; ++i) {
     if ((ids.empty() ? i : ids[i]) % stride_ == 0) taken_.push_back(i);
   }
+  const auto is_before = [ids](std::size_t a, std::size_t b) { return ids[a] < ids[b]; };
+  if (!ids.empty() && !std::is_sorted(taken_.begin(), taken_.end(), is_before))
+    std::sort(taken_.begin(), taken_.end(), is_before);
 }
 
 // Marks the last state's particles that are not there any more, and forgets where they were. Returns how many.

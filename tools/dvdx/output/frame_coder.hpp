@@ -54,8 +54,9 @@ class FrameCoder {
   // Every stride-th particle is taken; of particles that come and go those whose number divides by it.
   explicit FrameCoder(std::size_t stride) : stride_(stride) {}
 
-  // `reference`: x, y, z of the particles that are taken, m; or empty. `ids`: an id for each particle of the state, ascending;
-  // or empty, where particle i is the same in every state and only the last ones may be new.
+  // `reference`: x, y, z of the particles that are taken, m; or empty. `ids`: an id for each particle of the state, and higher
+  // ones for those that are new: a frame has them in ascending order; or empty, where particle i is the same in every state and
+  // only the last ones may be new.
   [[nodiscard]] Frame code(const State<T>& state, std::span<const double> reference = {},
                            std::span<const std::uint32_t> ids = {});
 

@@ -40,7 +40,8 @@ inline const Topology no_topology{};
 // x, y, z of each stride-th particle at a moment, m; asked for in ascending order of time.
 using ReferencePositions = std::function<std::vector<double>(const Moment&, std::size_t stride)>;
 
-// The ids of the first `count` particles that come and go: ascending, and never used again.
+// The ids of the first `count` particles that come and go: each higher than all before it were when it came, and never used
+// again.
 using ParticleIds = std::function<std::span<const std::uint32_t>(std::size_t count)>;
 
 enum class Counts { fixed, changing };

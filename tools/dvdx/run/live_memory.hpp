@@ -39,7 +39,8 @@ class LiveMemory {
     carried_ = {ids_.data(), sizeof(std::uint32_t), sizeof(std::uint32_t)};
     live_.carried = {&carried_, 1};
   }
-  // From 1 on, in the order of births; those that came and went between two calls have none.
+  // From 1 on, in the order of births where the removal keeps it, else as they stand when first asked for; those that came and
+  // went between two calls have none.
   [[nodiscard]] std::span<const std::uint32_t> ids(std::size_t count) noexcept {
     for (std::size_t i = 0; i < count; ++i) {
       if (ids_[i] == 0) ids_[i] = ++last_id_;

@@ -18,6 +18,7 @@ constexpr std::size_t most_boundaries = 8;
 enum class Shape { point, disc, box };
 constexpr std::array<Named<Shape>, 3> shapes{{{"point", Shape::point}, {"disc", Shape::disc}, {"box", Shape::box}}};
 constexpr std::array<Named<NotFinite>, 2> treatments{{{"kept", NotFinite::kept}, {"removed", NotFinite::removed}}};
+constexpr std::array<Named<SurvivorOrder>, 2> survivor_orders{{{"kept", SurvivorOrder::kept}, {"any", SurvivorOrder::any}}};
 
 std::vector<std::string_view> emitter_keys(std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};
@@ -107,7 +108,7 @@ Emitter read_emitter(const Node& node) {
 }
 
 Removal read_removal(const Node& node) {
-  const Fields fields(node, "a removal", {"boundaries", "outside", "not_finite"});
+  const Fields fields(node, "a removal", {"boundaries", "outside", "not_finite", "order"});
   Removal removal;
   if (const auto boundaries = fields.optional("boundaries")) {
     const auto list = boundaries->elements("a list of boundaries");
@@ -123,6 +124,7 @@ Removal read_removal(const Node& node) {
     removal.outside = read_box(Fields(*outside, "a box", {"min", "max"}));
   }
   removal.not_finite = fields.choice("not_finite", treatments, NotFinite::kept);
+  removal.order = fields.choice("order", survivor_orders, SurvivorOrder::kept);
   return removal;
 }
 
