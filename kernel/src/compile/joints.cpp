@@ -15,6 +15,9 @@ std::vector<double> inverse_masses(const Scene& scene, std::size_t count) {
   std::vector<double> w(count);
   for (std::size_t i = 0; i < count; ++i) w[i] = 1 / scene.mass[i];
   for (const std::size_t i : scene.fixed) w[i] = 0;
+  for (const Kinematic& followers : scene.kinematic) {
+    for (const std::size_t i : followers.particles) w[i] = 0;
+  }
   return w;
 }
 
@@ -103,8 +106,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   limit = limited.limit;
   limited_by_ = limited.by;
   make_order(scene, pairs, grid);
-  for (const std::size_t i : scene.fixed) fixed.push_back({static_cast<std::uint32_t>(i), order.of[i]});
-  std::sort(fixed.begin(), fixed.end(), [](const FixedParticle& a, const FixedParticle& b) { return a.element < b.element; });
+  make_fixed(scene, start);
   make_inverse_masses();
   make_form(pairs, grid);
   if (!scene.constraints.empty()) constraints.emplace(scene, start, w_of, order, substep(), options.memory);
@@ -120,6 +122,22 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
   std::vector<JoinedPair> near(pairs.begin(), pairs.end());
   for (const JoinedPair& pair : constrained_pairs(scene)) near.push_back(pair);
   order = coupling.scheme == Scheme::sequential ? pieces_order(near, particles()) : graph_order(near, particles());
+}
+
+template <class T>
+void Joints<T>::make_fixed(const Scene& scene, std::span<const Vec3> start) {
+  for (const std::size_t i : scene.fixed) fixed.push_back({.particle = static_cast<std::uint32_t>(i), .element = order.of[i]});
+  const Vec3& origin = scene.origin.at(0);
+  for (const Kinematic& followers : scene.kinematic) {
+    for (const std::size_t i : followers.particles) {
+      const Vec3& x = start[i];
+      fixed.push_back({.particle = static_cast<std::uint32_t>(i),
+                       .element = order.of[i],
+                       .motion = static_cast<std::uint32_t>(followers.motion),
+                       .place = {x[0] + origin[0], x[1] + origin[1], x[2] + origin[2]}});
+    }
+  }
+  std::sort(fixed.begin(), fixed.end(), [](const FixedParticle& a, const FixedParticle& b) { return a.element < b.element; });
 }
 
 template <class T>
