@@ -104,7 +104,11 @@ TEST_CASE("a scene with one of everything is read as it stands") {
                    .viscosity = 0.1,
                    .normal_viscosity = 0.3,
                    .response = Response::end_on_surface,
-                   .sweep = ContactPath::line});
+                   .sweep = ContactPath::line,
+                   .motion = 1});
+  scene.add(Motion{.center = {}, .keys = {{.time = 0}}});
+  scene.add(Motion{.center = {0, 1, 0}, .keys = {{.time = -1, .translation = {0, 1, 0}}, {.time = 2, .rotation = {0, 3, 0}}}});
+  scene.add(Kinematic{.particles = {1}, .motion = 1});
   scene.fixed = {2};
   CHECK(file.scene == scene);
   REQUIRE(stiffness.scalars().each().size() == 3);
@@ -384,7 +388,7 @@ constexpr BadText bad_texts[] = {
     {"\xFF\xFE{", "the file starts with a byte order mark: must be UTF-8 without one"},
     {"[1, 2]",
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
-     "contacts, network, constraints, constraint_iterations, fixed, origin, emitters, capacity, removal"},
+     "contacts, network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal"},
     {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
     {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
     {"{\"forces\": [{\"stiffness\": 1e999}]}", "forces[0].stiffness is 1e999: must be a finite number"},
