@@ -117,12 +117,18 @@ constexpr bool is_in_sweeps = requires(const Form& form) {
 }  // namespace
 
 template <class T>
+bool JoinedMotion<T>::has_moving_contacts() const noexcept {
+  return std::any_of(contacts().begin(), contacts().end(), [](const Contact& c) { return motion_of(c).has_value(); });
+}
+
+template <class T>
 WorkspaceShape JoinedMotion<T>::shape() const {
   const Joints<T>& joints = *joints_;
   WorkspaceShape shape;
   shape.elements = joints.order.size;
   shape.fixed = joints.fixed.size();
   shape.motions = tracks_.size();
+  shape.surfaces = has_moving_contacts() ? contacts().size() : 0;
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
   shape.accelerations = kicks ? joints.damping_passes() : 0;
   shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && joints.springs != 0;

@@ -10,7 +10,7 @@
 
 #include "compile/free_motion.hpp"
 #include "compile/joints.hpp"
-#include "compile/moved_pose.hpp"
+#include "compile/pose_track.hpp"
 #include "dvdx/plan.hpp"
 #include "isa/passes.hpp"
 
@@ -21,6 +21,7 @@ struct WorkspaceShape {
   std::size_t elements = 0;       // of a column of particles
   std::size_t fixed = 0;          // particles, kinematic ones too
   std::size_t motions = 0;
+  std::size_t surfaces = 0;  // where some of them move
   std::size_t sweep_springs = 0;  // 0: no sweeps
   std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
   std::size_t sweep_records = 0;  // of particles, for sweeps over a list
@@ -59,6 +60,8 @@ class JoinedMotion {
   [[nodiscard]] const Vec3& origin() const noexcept { return origin_; }  // of the scene
   // Of each of the scene's motions.
   [[nodiscard]] const std::vector<PoseTrack>& tracks() const noexcept { return tracks_; }
+  [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return scene_.contacts; }
+  [[nodiscard]] bool has_moving_contacts() const noexcept;
 
  private:
   std::size_t flow_over(double part, const Options& options, const Passes& passes);

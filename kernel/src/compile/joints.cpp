@@ -1,5 +1,8 @@
 #include "compile/joints.hpp"
 
+#include "compile/particle_values.hpp"
+#include "compile/pose_track.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -56,6 +59,18 @@ Limited limit_of(const Coupling& coupling, const Frequencies& frequencies, doubl
   return found;
 }
 
+// A surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola: half a radian at most.
+int substeps_of_turns(const Scene& scene, double h) {
+  constexpr double most_turn = 0.5;  // rad
+  double turn = 0;
+  for (const Contact& contact : scene.contacts) {
+    if (const auto& motion = motion_of(contact)) {
+      turn = std::max(turn, PoseTrack(scene.motions[*motion]).fastest_turn() * std::abs(h));
+    }
+  }
+  return static_cast<int>(std::clamp(std::ceil(turn / most_turn), 1.0, 1e6));
+}
+
 // A sum of pairs' own contributions takes other coefficients than a pulse; the filtered pulse is one.
 bool sums_pairs(const Coupling& coupling) {
   return coupling.scheme == Scheme::accumulate && coupling.method != Method::combined;
@@ -105,6 +120,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   const Limited limited = limit_of(coupling, frequencies, step, grid != nullptr && scene.contacts.empty());
   limit = limited.limit;
   limited_by_ = limited.by;
+  if (!coupling.substeps) limit.substeps = std::max(limit.substeps, substeps_of_turns(scene, step));
   make_order(scene, pairs, grid);
   make_fixed(scene, start);
   make_inverse_masses();

@@ -7,7 +7,7 @@
 
 #include "compile/checker.hpp"
 #include "compile/free_motion.hpp"
-#include "compile/moved_pose.hpp"
+#include "compile/pose_track.hpp"
 #include "compile/particle_values.hpp"
 #include "forces/polynomial.hpp"
 #include "math/vec3.hpp"

@@ -14,6 +14,8 @@
 #include "execute/stepping.hpp"
 #include "execute/tasks.hpp"
 #include "execute/tiles.hpp"
+#include "compile/particle_values.hpp"
+#include "passes/contact/make_surface.hpp"
 
 namespace dvdx {
 namespace {
@@ -273,6 +275,22 @@ class JoinedStep {
     constraints_->solve(work_.x, work_.v);
   }
 
+  // Those of the flow from `start` to `end`.
+  void move_surfaces(const FreeMotion<T>& motion, const Clock& start, const Clock& end) noexcept {
+    if (ws_.surfaces.empty()) return;
+    moved_terms_ = motion.terms;
+    if (motion.terms.surface_count == 0) return;
+    moved_terms_.surfaces = ws_.surfaces.data();
+    for (std::size_t j = 0; j < ws_.surfaces.size(); ++j) {
+      Surface<T>& surface = ws_.surfaces[j];
+      surface = motion.terms.surfaces[j];
+      const auto& of = motion_of(m_.contacts()[j]);
+      if (!of) continue;
+      move_surface(surface, m_.contacts()[j], m_.tracks()[*of].at_end_of(start, end), m_.origin());
+      moved_terms_.moves = moved_terms_.moves || surface.movement != Movement::rest;
+    }
+  }
+
   // ---- flows --------------------------------------------------------------------------------------------------------------
 
   using FlowOffsets = std::array<Offsets<T>, 2>;
@@ -289,8 +307,10 @@ class JoinedStep {
   void flow(std::size_t f, After after) noexcept {
     const FreeMotion<T>& motion = *m_.flows()[f];
     if (motion.system.depends_on_time()) make_offsets(f, clock_, offsets_[f]);
+    const Clock start = clock_;
     clock_.advance(motion.step(), 1);
     move_followers(end_of_flow());
+    move_surfaces(motion, start, end_of_flow());
     const Left left = std::exchange(left_, Left{});
     const AlphaTerms<T>* const begin = after == After::sweeps ? alpha_ : nullptr;
     for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
@@ -313,7 +333,7 @@ class JoinedStep {
       block.v[axis] = work_.v[axis] + first;
     }
     const Steps<T> once{.offsets = offsets.data(), .offsets_per_step = 0, .count = 1};
-    motion.kernels->at(motion.flow, motion.extra)(block, motion.terms, once);
+    motion.kernels->at(motion.flow, motion.extra)(block, ws_.surfaces.empty() ? motion.terms : moved_terms_, once);
   }
 
   // What the sweeps have left in the shifts, for the next flow to take along.
@@ -601,6 +621,7 @@ class JoinedStep {
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;
   Clock clock_, step_end_;
+  Terms<T> moved_terms_;  // of the flow, where surfaces move
   Left left_{};
   const AlphaTerms<T>* alpha_ = nullptr;  // of this sub-step
   bool is_start_ = false;                 // the next sub-step has no acceleration to start from

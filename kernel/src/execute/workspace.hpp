@@ -50,6 +50,7 @@ class JoinedWorkspace {
   std::array<T*, 3> origin{};  // null, or where each particle was when the step began
   std::vector<Held<T>> held;   // by element
   std::vector<MovedPose> poses;  // of each motion, at the end of the flow
+  std::vector<Surface<T>> surfaces;  // of the flow, where some of them move
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 
  private:

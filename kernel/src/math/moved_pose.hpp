@@ -1,12 +1,6 @@
-// Where a motion has carried what follows it, and how fast, at any time of the scene.
+// Where a rigid motion has carried what follows it, and how fast, at one time.
 #pragma once
 
-#include <cstddef>
-#include <optional>
-#include <vector>
-
-#include "dvdx/layouts/state.hpp"
-#include "dvdx/scene.hpp"
 #include "math/rotation.hpp"
 
 namespace dvdx {
@@ -28,29 +22,6 @@ struct MovedPose {
     const Vec3 c = cross(angular_velocity, arm(p));
     return {velocity[0] + c[0], velocity[1] + c[1], velocity[2] + c[2]};
   }
-};
-
-// A motion, its keys' orientations and rates made once.
-class PoseTrack {
- public:
-  explicit PoseTrack(const Motion& motion);
-
-  // At a key the velocity is that after it.
-  [[nodiscard]] MovedPose at(const Clock& clock) const noexcept;
-  // The first key that is not reached at a finite speed.
-  [[nodiscard]] std::optional<std::size_t> first_without_end() const noexcept;
-  // The greatest angular velocity between any two keys, rad/s.
-  [[nodiscard]] double fastest_turn() const noexcept;
-
- private:
-  struct Part {
-    double start = 0;  // s
-    Vec3 translation{};
-    Quaternion turn{};
-    Vec3 velocity{}, angular_velocity{};  // up to the next part
-  };
-  Vec3 center_;
-  std::vector<Part> parts_;
 };
 
 }  // namespace dvdx

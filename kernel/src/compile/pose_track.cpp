@@ -1,4 +1,4 @@
-#include "compile/moved_pose.hpp"
+#include "compile/pose_track.hpp"
 
 #include <algorithm>
 
@@ -32,6 +32,29 @@ MovedPose PoseTrack::at(const Clock& clock) const noexcept {
   pose.turn = quaternion(scaled(part.angular_velocity, passed)) * part.turn;
   pose.velocity = part.velocity;
   pose.angular_velocity = part.angular_velocity;
+  return pose;
+}
+
+MovedPose PoseTrack::at_end_of(const Clock& start, const Clock& end) const noexcept {
+  MovedPose pose = at(end);
+  const double duration = (end.seconds - start.seconds) + (end.carry - start.carry);
+  const MovedPose before = at(start);
+  const Clock& earlier = duration < 0 ? end : start;
+  const Clock& later = duration < 0 ? start : end;
+  const auto passed = [](const Clock& clock, const Part& part) { return (clock.seconds - part.start) + clock.carry; };
+  const bool is_any_key_between = std::any_of(parts_.begin(), parts_.end(), [&](const Part& part) {
+    return passed(earlier, part) < 0 && passed(later, part) > 0;
+  });
+  if (!is_any_key_between) {
+    const MovedPose& first = duration < 0 ? pose : before;
+    const Vec3 velocity = first.velocity;
+    const Vec3 angular_velocity = first.angular_velocity;
+    pose.velocity = velocity;
+    pose.angular_velocity = angular_velocity;
+    return pose;
+  }
+  pose.velocity = scaled(difference(pose.translation, before.translation), 1 / duration);
+  pose.angular_velocity = scaled(rotation_vector(pose.turn * conjugate(before.turn)), 1 / duration);
   return pose;
 }
 
