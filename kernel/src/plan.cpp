@@ -49,8 +49,8 @@ Expected<Plan<T>> make_in(const Scene& scene, const Options& options, const Stat
                                     std::string(name(options.arithmetic)) + " arithmetic on this machine)"});
   }
   std::vector<Vec3> start;
-  if (stands_at_start(scene) || joins_particles(scene)) start = positions(*state, options.rounding);
-  const bool is_counted = has_values_each(scene) || joins_particles(scene);
+  if (stands_at_start(scene) || steps_in_columns(scene)) start = positions(*state, options.rounding);
+  const bool is_counted = has_values_each(scene) || steps_in_columns(scene);
   auto compiled = compile_scene<A>(scene, options, isa, is_counted ? count : std::nullopt, std::move(start));
   if (!compiled) return tl::unexpected(compiled.error());
   return Plan<T>(new typename Plan<T>::Parts(std::move(*compiled)));

@@ -41,8 +41,13 @@ constexpr const char* full_scene = R"({
   "contacts": [
     {"type": "plane", "normal": [0, 3, 4], "offset": -1, "restitution": 0.5, "friction": 0.2},
     {"type": "sphere", "center": [1, 2, 3], "radius": 9, "side": "inside", "viscosity": 0.1, "normal_viscosity": 0.3,
-     "response": "seed", "sweep": "line"}
+     "response": "seed", "sweep": "line", "motion": "lift"}
   ],
+  "motions": {
+    "arm": {"keys": [{"time": 0}]},
+    "lift": {"center": [0, 1, 0], "keys": [{"time": -1, "translation": [0, 1, 0]}, {"time": 2, "rotation": [0, 3, 0]}]}
+  },
+  "kinematic": [{"particles": [1], "motion": "lift"}],
   "fixed": [2]
 })";
 
@@ -99,7 +104,11 @@ TEST_CASE("a scene with one of everything is read as it stands") {
                    .viscosity = 0.1,
                    .normal_viscosity = 0.3,
                    .response = Response::end_on_surface,
-                   .sweep = ContactPath::line});
+                   .sweep = ContactPath::line,
+                   .motion = 1});
+  scene.add(Motion{.center = {}, .keys = {{.time = 0}}});
+  scene.add(Motion{.center = {0, 1, 0}, .keys = {{.time = -1, .translation = {0, 1, 0}}, {.time = 2, .rotation = {0, 3, 0}}}});
+  scene.add(Kinematic{.particles = {1}, .motion = 1});
   scene.fixed = {2};
   CHECK(file.scene == scene);
   REQUIRE(stiffness.scalars().each().size() == 3);
@@ -210,7 +219,7 @@ constexpr BadValue bad_values[] = {
      "method is \"verlet\": must be \"combined\", \"exact\", \"average_acceleration\", \"pulse\" or \"symplectic_euler\""},
     {"/gravity", "9.81",
      "gravity is not a key of a scene: Known are format, name, about, step, duration, method, particles, forces, contacts, "
-     "network, constraints, constraint_iterations, fixed, origin, emitters, capacity, removal"},
+     "network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal"},
     {"/particles", nullptr, "particles is missing: a scene needs it"},
     {"/particles", "3", "particles is 3: must be an object with the keys count, mass, position, velocity"},
     {"/particles/count", nullptr, "particles.count is missing: particles needs it"},
@@ -308,6 +317,28 @@ constexpr BadValue bad_values[] = {
     {"/contacts/1/side", "\"left\"", "contacts[1].side is \"left\": must be \"outside\" or \"inside\""},
     {"/contacts/1/response", "\"bounce\"", "contacts[1].response is \"bounce\": must be \"resume\" or \"seed\""},
     {"/contacts/1/sweep", "\"arc\"", "contacts[1].sweep is \"arc\": must be \"curve\" or \"line\""},
+    {"/contacts/1/motion", "\"lilt\"", "contacts[1].motion is \"lilt\": must be \"arm\" or \"lift\"", BySchema::accepted},
+    {"/motions", "[]", "motions is []: must be an object of named motions"},
+    {"/motions/arm/keys", "[]", "motions.arm.keys is []: must be a list of at least one key"},
+    {"/motions/arm/keys", nullptr, "motions.arm.keys is missing: a motion needs it"},
+    {"/motions/arm/kesy", "1", "motions.arm.kesy is not a key of a motion: did you mean keys? Known are center, keys"},
+    {"/motions/arm/keys/0/time", nullptr, "motions.arm.keys[0].time is missing: a key of a motion needs it"},
+    {"/motions/lift/keys/1/time", "-1",
+     "motions.lift.keys[1].time is -1: must be a time after that of the key before, -1 s", BySchema::accepted},
+    {"/motions/lift/keys/1/rotation", "[0,3]", "motions.lift.keys[1].rotation is [0,3]: must be a list of 3 numbers"},
+    {"/motions/lift/keys/0/translation/1", "null", "motions.lift.keys[0].translation[1] is null: must be a finite number"},
+    {"/kinematic", "{}", "kinematic is {}: must be a list of objects with particles and motion"},
+    {"/kinematic/0/motion", "\"hand\"", "kinematic[0].motion is \"hand\": must be \"arm\" or \"lift\"", BySchema::accepted},
+    {"/kinematic/0/motion", nullptr, "kinematic[0].motion is missing: a group of kinematic particles needs it"},
+    {"/kinematic/0/particles", "[3]", "kinematic[0].particles[0] is 3: must be a whole number from 0 to 2", BySchema::accepted},
+    {"/kinematic/0/particles", "[2]",
+     "kinematic[0].particles has particle 2, which is in fixed already: may be in one of them", BySchema::accepted},
+    {"/kinematic/0/particles", "[1,1]", "kinematic[0].particles[1] is 1 a second time: an id may occur once",
+     BySchema::accepted},
+    {"/kinematic/0/particles", "\"top\"", "kinematic[0].particles is \"top\": must be a list of particle ids"},
+    {"/kinematic/1", R"({"particles":[0,1],"motion":"arm"})",
+     "kinematic[1].particles has particle 1, which is in kinematic[0].particles already: may be in one of them",
+     BySchema::accepted},
     {"/fixed", "2", "fixed is 2: must be a list of particle ids"},
     {"/fixed", "[3]", "fixed[0] is 3: must be a whole number from 0 to 2", BySchema::accepted},
     {"/fixed", "[-1]", "fixed[0] is -1: must be a whole number from 0 to 2"},
@@ -357,7 +388,7 @@ constexpr BadText bad_texts[] = {
     {"\xFF\xFE{", "the file starts with a byte order mark: must be UTF-8 without one"},
     {"[1, 2]",
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
-     "contacts, network, constraints, constraint_iterations, fixed, origin, emitters, capacity, removal"},
+     "contacts, network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal"},
     {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
     {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
     {"{\"forces\": [{\"stiffness\": 1e999}]}", "forces[0].stiffness is 1e999: must be a finite number"},

@@ -86,9 +86,11 @@ bool Schema::accepts_keyword(const std::string& keyword, const json& schema, con
     });
   }
   if (keyword == "additionalProperties") {
-    if (!value.is_object() || argument != false) return true;
-    return std::all_of(value.items().begin(), value.items().end(),
-                       [&](const auto& item) { return schema["properties"].contains(item.key()); });
+    if (!value.is_object()) return true;
+    const json known = schema.value("properties", json::object());
+    return std::all_of(value.items().begin(), value.items().end(), [&](const auto& item) {
+      return known.contains(item.key()) || (argument.is_object() && accepts(argument, item.value()));
+    });
   }
   const auto check = checks().find(keyword);
   if (check == checks().end()) throw std::invalid_argument("schema keyword " + keyword);

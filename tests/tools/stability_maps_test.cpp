@@ -91,14 +91,14 @@ TEST_CASE("stability analysis: the pulse of an impact keeps energy under a const
   const Pulling gravity{.gravity = 1};
   for (const double part : {0.1, 0.5, 0.9}) {
     const double speed = 3;
-    const Motion start = flowed(gravity, {0, -speed}, -part);
+    const dvdx::tool::stability::Motion start = flowed(gravity, {0, -speed}, -part);
     const double before = energy_of(gravity, start);
     for (const ContactPath sweep : {ContactPath::curve, ContactPath::line}) {
-      const Motion end = bounced(gravity, start, 1, {.sweep = sweep});
+      const dvdx::tool::stability::Motion end = bounced(gravity, start, 1, {.sweep = sweep});
       CHECK(is_close(energy_of(gravity, end), before, 1e-13));
     }
     const double lost = 1 - (1 - part) / speed;
-    const Motion ended = bounced(gravity, start, 1, {.response = Response::end_on_surface});
+    const dvdx::tool::stability::Motion ended = bounced(gravity, start, 1, {.response = Response::end_on_surface});
     CHECK(is_close(energy_of(gravity, ended) / before, lost * lost, 1e-12));
   }
 }

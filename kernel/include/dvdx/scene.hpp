@@ -67,6 +67,29 @@ struct Drag {
 
 using Force = std::variant<Constant, Polynomial, Sinusoid, Spring, RadialSpring, Drag>;
 
+// A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation, R by the
+// rotation vector (axis times angle). Between keys the translation is linear in time, and the rotation goes about a fixed axis
+// at a constant angular velocity, the short way round. Before the first and after the last key the pose is held, at rest.
+struct MotionKey {
+  double time = 0;     // s
+  Vec3 translation{};  // m
+  Vec3 rotation{};     // rad
+  bool operator==(const MotionKey&) const = default;
+};
+struct Motion {
+  Vec3 center{};                // m
+  std::vector<MotionKey> keys;  // at least one, their times ascending
+  bool operator==(const Motion&) const = default;
+};
+
+// Particles that nothing acts on. Each is where the motion carries the place at which it stood when the plan was compiled, with
+// the motion's velocity, at the end of every sub-step.
+struct Kinematic {
+  std::vector<std::size_t> particles;  // none of them fixed, none twice
+  std::size_t motion = 0;              // of Scene::motions
+  bool operator==(const Kinematic&) const = default;
+};
+
 // Particles may be where normal . x >= offset; the normal need not be of unit length (the offset then belongs to the unit one).
 struct Plane {
   Vec3 normal{0, 1, 0};
@@ -77,6 +100,7 @@ struct Plane {
   double normal_viscosity = 0;  // >= 0: and the normal one by exp(-normal_viscosity)
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
+  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const Plane&) const = default;
 };
 
@@ -91,6 +115,7 @@ struct Sphere {
   double normal_viscosity = 0;
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
+  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const Sphere&) const = default;
 };
 
@@ -108,6 +133,8 @@ struct Scene {
   // Positions of a state are measured from here; what the scene itself names (anchors, surfaces, points, lines) stays in the
   // world's coordinates. One for each particle only where nothing joins particles and there are no contacts.
   Origin origin{};
+  std::vector<Motion> motions;
+  std::vector<Kinematic> kinematic;
 
   Scene& add(Force force) {
     forces.push_back(std::move(force));
@@ -123,6 +150,14 @@ struct Scene {
   }
   Scene& add(Constraint constraint) {
     constraints.push_back(std::move(constraint));
+    return *this;
+  }
+  Scene& add(Motion motion) {
+    motions.push_back(std::move(motion));
+    return *this;
+  }
+  Scene& add(Kinematic followers) {
+    kinematic.push_back(std::move(followers));
     return *this;
   }
   bool operator==(const Scene&) const = default;

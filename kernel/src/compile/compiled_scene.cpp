@@ -59,7 +59,7 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
       std::make_shared<CompiledScene<T>>(with_linear_springs(std::move(given)), options, isa, *passes, count, std::move(start));
   if (auto error = check_sources(System(compiled->scene, compiled->start, options.step))) return tl::unexpected(*error);
   if (auto error = check_range<T>(compiled->scene, options, count, compiled->start)) return tl::unexpected(*error);
-  const bool is_joined = joins_particles(compiled->scene);
+  const bool is_joined = steps_in_columns(compiled->scene);
   if (auto error = is_joined ? make_joined(*compiled, std::move(joints)) : make_free(*compiled)) return tl::unexpected(*error);
   return SharedScene<T>(std::move(compiled));
 }

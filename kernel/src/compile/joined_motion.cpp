@@ -41,6 +41,7 @@ Scene arranged(const Scene& scene, const ParticleOrder& order, Contacts contacts
   flow.networks.clear();
   flow.constraints.clear();
   flow.fixed.clear();
+  flow.kinematic.clear();
   if (contacts == Contacts::left_out) flow.contacts.clear();
   for_each_particle_value_of(flow, [&](const std::string&, auto& value) { value = arranged(value, order); });
   return flow;
@@ -55,7 +56,10 @@ bool goes_back(const Splitting& splitting) {
 template <class T>
 JoinedMotion<T>::JoinedMotion(std::shared_ptr<const Joints<T>> joints, const Scene& scene, const Options& options,
                               const Passes& passes, std::span<const Vec3> start)
-    : joints_(std::move(joints)), scene_(arranged(scene, joints_->order, Contacts::kept)) {
+    : joints_(std::move(joints)),
+      scene_(arranged(scene, joints_->order, Contacts::kept)),
+      origin_(scene.origin.is_each() ? Vec3{} : scene.origin.at(0)),
+      tracks_(scene.motions.begin(), scene.motions.end()) {
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
   }
@@ -72,7 +76,7 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<const Joints<T>> joints, const Sce
   again_ = first_;
   if (a.size() > b.size()) {
     // One flow where two would follow each other, but for constraints, which stand between them.
-    if (!joints_->constraints) again_[0] = over(a.back() + a.front());
+    if (!joints_->constraints && !b.empty()) again_[0] = over(a.back() + a.front());
     last_ = over(a.back());
   }
   const bool is_free = std::all_of(flows_.begin(), flows_.end(),
@@ -113,11 +117,18 @@ constexpr bool is_in_sweeps = requires(const Form& form) {
 }  // namespace
 
 template <class T>
+bool JoinedMotion<T>::has_moving_contacts() const noexcept {
+  return std::any_of(contacts().begin(), contacts().end(), [](const Contact& c) { return motion_of(c).has_value(); });
+}
+
+template <class T>
 WorkspaceShape JoinedMotion<T>::shape() const {
   const Joints<T>& joints = *joints_;
   WorkspaceShape shape;
   shape.elements = joints.order.size;
   shape.fixed = joints.fixed.size();
+  shape.motions = tracks_.size();
+  shape.surfaces = has_moving_contacts() ? contacts().size() : 0;
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
   shape.accelerations = kicks ? joints.damping_passes() : 0;
   shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && joints.springs != 0;

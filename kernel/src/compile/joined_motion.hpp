@@ -10,6 +10,7 @@
 
 #include "compile/free_motion.hpp"
 #include "compile/joints.hpp"
+#include "compile/pose_track.hpp"
 #include "dvdx/plan.hpp"
 #include "isa/passes.hpp"
 
@@ -18,7 +19,9 @@ namespace dvdx {
 // Which columns a state needs while it is stepped, and how long they are.
 struct WorkspaceShape {
   std::size_t elements = 0;       // of a column of particles
-  std::size_t fixed = 0;          // particles
+  std::size_t fixed = 0;          // particles, kinematic ones too
+  std::size_t motions = 0;
+  std::size_t surfaces = 0;  // where some of them move
   std::size_t sweep_springs = 0;  // 0: no sweeps
   std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
   std::size_t sweep_records = 0;  // of particles, for sweeps over a list
@@ -54,12 +57,19 @@ class JoinedMotion {
   [[nodiscard]] const std::optional<std::size_t>& last() const noexcept { return last_; }
   // Where nothing asks for the position itself, it is counted from the step's start.
   [[nodiscard]] CountedFrom counted_from() const noexcept { return counted_from_; }
+  [[nodiscard]] const Vec3& origin() const noexcept { return origin_; }  // of the scene
+  // Of each of the scene's motions.
+  [[nodiscard]] const std::vector<PoseTrack>& tracks() const noexcept { return tracks_; }
+  [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return scene_.contacts; }
+  [[nodiscard]] bool has_moving_contacts() const noexcept;
 
  private:
   std::size_t flow_over(double part, const Options& options, const Passes& passes);
 
   std::shared_ptr<const Joints<T>> joints_;
   Scene scene_, backwards_scene_;  // of the flows that go forwards, and of those that go back: particles in the working order
+  Vec3 origin_;
+  std::vector<PoseTrack> tracks_;
   std::vector<Vec3> start_;        // likewise; only where anchors stand there
   std::vector<std::unique_ptr<const FreeMotion<T>>> flows_;
   std::vector<std::size_t> first_, again_;

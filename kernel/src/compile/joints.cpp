@@ -1,5 +1,8 @@
 #include "compile/joints.hpp"
 
+#include "compile/particle_values.hpp"
+#include "compile/pose_track.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,6 +18,9 @@ std::vector<double> inverse_masses(const Scene& scene, std::size_t count) {
   std::vector<double> w(count);
   for (std::size_t i = 0; i < count; ++i) w[i] = 1 / scene.mass[i];
   for (const std::size_t i : scene.fixed) w[i] = 0;
+  for (const Kinematic& followers : scene.kinematic) {
+    for (const std::size_t i : followers.particles) w[i] = 0;
+  }
   return w;
 }
 
@@ -51,6 +57,18 @@ Limited limit_of(const Coupling& coupling, const Frequencies& frequencies, doubl
   found.by = limited_by(stable, h, rates);
   limit.substeps = coupling.substeps.value_or(substeps_for(calm_limit(coupling), h, {frequencies.bound, frequencies.damping}));
   return found;
+}
+
+// A surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola: half a radian at most.
+int substeps_of_turns(const Scene& scene, double h) {
+  constexpr double most_turn = 0.5;  // rad
+  double turn = 0;
+  for (const Contact& contact : scene.contacts) {
+    if (const auto& motion = motion_of(contact)) {
+      turn = std::max(turn, PoseTrack(scene.motions[*motion]).fastest_turn() * std::abs(h));
+    }
+  }
+  return static_cast<int>(std::clamp(std::ceil(turn / most_turn), 1.0, 1e6));
 }
 
 // A sum of pairs' own contributions takes other coefficients than a pulse; the filtered pulse is one.
@@ -102,9 +120,9 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   const Limited limited = limit_of(coupling, frequencies, step, grid != nullptr && scene.contacts.empty());
   limit = limited.limit;
   limited_by_ = limited.by;
+  if (!coupling.substeps) limit.substeps = std::max(limit.substeps, substeps_of_turns(scene, step));
   make_order(scene, pairs, grid);
-  for (const std::size_t i : scene.fixed) fixed.push_back({static_cast<std::uint32_t>(i), order.of[i]});
-  std::sort(fixed.begin(), fixed.end(), [](const FixedParticle& a, const FixedParticle& b) { return a.element < b.element; });
+  make_fixed(scene, start);
   make_inverse_masses();
   make_form(pairs, grid);
   if (!scene.constraints.empty()) constraints.emplace(scene, start, w_of, order, substep(), options.memory);
@@ -120,6 +138,22 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
   std::vector<JoinedPair> near(pairs.begin(), pairs.end());
   for (const JoinedPair& pair : constrained_pairs(scene)) near.push_back(pair);
   order = coupling.scheme == Scheme::sequential ? pieces_order(near, particles()) : graph_order(near, particles());
+}
+
+template <class T>
+void Joints<T>::make_fixed(const Scene& scene, std::span<const Vec3> start) {
+  for (const std::size_t i : scene.fixed) fixed.push_back({.particle = static_cast<std::uint32_t>(i), .element = order.of[i]});
+  const Vec3& origin = scene.origin.at(0);
+  for (const Kinematic& followers : scene.kinematic) {
+    for (const std::size_t i : followers.particles) {
+      const Vec3& x = start[i];
+      fixed.push_back({.particle = static_cast<std::uint32_t>(i),
+                       .element = order.of[i],
+                       .motion = static_cast<std::uint32_t>(followers.motion),
+                       .place = {x[0] + origin[0], x[1] + origin[1], x[2] + origin[2]}});
+    }
+  }
+  std::sort(fixed.begin(), fixed.end(), [](const FixedParticle& a, const FixedParticle& b) { return a.element < b.element; });
 }
 
 template <class T>

@@ -20,6 +20,8 @@ namespace dvdx {
 
 struct FixedParticle {
   std::uint32_t particle = 0, element = 0;
+  std::optional<std::uint32_t> motion{};  // that carries it
+  Vec3 place{};                           // m: where it is carried from, in the world
 };
 
 template <class T>
@@ -45,12 +47,12 @@ class Joints {
   Coupling coupling;
   double step;  // s
   std::size_t springs = 0;
-  std::vector<double> w_of;  // 1/kg of each particle, 0 where fixed
+  std::vector<double> w_of;  // 1/kg of each particle, 0 where fixed or kinematic
   Splitting splitting;
   Frequencies frequencies;
   NetworkLimit limit;
   ParticleOrder order;
-  std::vector<FixedParticle> fixed;  // by element
+  std::vector<FixedParticle> fixed;  // and kinematic ones, by element
   const T* w = nullptr;              // the working column of inverse masses
   NetworkForm<T> form;
   std::optional<Constraints<T>> constraints;
@@ -59,6 +61,7 @@ class Joints {
 
  private:
   void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid);
+  void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();
   void make_form(std::span<const JoinedPair> pairs, const Grid* grid);
 

@@ -101,6 +101,7 @@ std::optional<Error> check_alike(const Scene& scene) {
   if (!scene.networks.empty()) return Error{"network", "there", absent};
   if (!scene.constraints.empty()) return Error{"constraints", "there", absent};
   if (!scene.fixed.empty()) return Error{"fixed", "there", absent};
+  if (has_followers(scene)) return Error{"motions", "followed", absent};
   if (!scene.origin.is_world()) return Error{"origin", "there", absent};
   return std::nullopt;
 }

@@ -55,4 +55,18 @@ inline bool stands_at_start(const Scene& scene) { return std::any_of(scene.force
 // Whether networks or constraints join particles.
 inline bool joins_particles(const Scene& scene) { return !scene.networks.empty() || !scene.constraints.empty(); }
 
+// The motion that carries a contact, if one does.
+inline const std::optional<std::size_t>& motion_of(const Contact& contact) {
+  return std::visit([](const auto& c) -> const std::optional<std::size_t>& { return c.motion; }, contact);
+}
+
+// Whether anything follows a motion.
+inline bool has_followers(const Scene& scene) {
+  return !scene.kinematic.empty() ||
+         std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return motion_of(c).has_value(); });
+}
+
+// Whether the scene is stepped in working columns, sub-step by sub-step.
+inline bool steps_in_columns(const Scene& scene) { return joins_particles(scene) || has_followers(scene); }
+
 }  // namespace dvdx

@@ -7,6 +7,7 @@
 
 #include "compile/checker.hpp"
 #include "compile/free_motion.hpp"
+#include "compile/pose_track.hpp"
 #include "compile/particle_values.hpp"
 #include "forces/polynomial.hpp"
 #include "math/vec3.hpp"
@@ -85,6 +86,61 @@ struct ContactChecker {
     check.choice(at + ".sweep", c.sweep, ContactPath::line);
   }
 };
+
+// An index of Scene::motions.
+void check_motion_index(Checker& check, const std::string& field, std::size_t motion, const Scene& scene) {
+  if (motion < scene.motions.size()) return;
+  check.fail(field, std::to_string(motion),
+             scene.motions.empty() ? "left out of a scene without motions"
+                                   : "a motion's index below " + std::to_string(scene.motions.size()));
+}
+
+void check_motions(Checker& check, const Scene& scene) {
+  for (std::size_t i = 0; i < scene.motions.size() && !check.error; ++i) {
+    const Motion& motion = scene.motions[i];
+    const std::string at = element("motions", i);
+    check.numbers(at + ".center", motion.center, Range::finite);
+    if (motion.keys.empty()) check.fail(at + ".keys", "empty", "at least one key");
+    for (std::size_t k = 0; k < motion.keys.size() && !check.error; ++k) {
+      const MotionKey& key = motion.keys[k];
+      const std::string of_key = element(at + ".keys", k);
+      check.number(of_key + ".time", key.time, Range::finite);
+      if (k != 0 && !(key.time > motion.keys[k - 1].time)) {
+        check.fail(of_key + ".time", text(key.time), "later than the key before, at " + text(motion.keys[k - 1].time) + " s");
+      }
+      check.numbers(of_key + ".translation", key.translation, Range::finite);
+      check.numbers(of_key + ".rotation", key.rotation, Range::finite);
+    }
+    if (check.error) return;
+    if (const auto key = PoseTrack(motion).first_without_end()) {
+      check.fail(element(at + ".keys", *key), "too far from the key before", "a pose that is reached at a finite speed");
+    }
+  }
+}
+
+void check_kinematic(Checker& check, const Scene& scene) {
+  if (scene.kinematic.empty()) return;
+  if (!check.count()) {
+    return check.fail("kinematic", "without a state",
+                      "compiled with one, whose particles it moves: compile(scene, options, state)");
+  }
+  std::map<std::size_t, std::string> taken;
+  for (std::size_t k = 0; k < scene.fixed.size(); ++k) taken.emplace(scene.fixed[k], element("fixed", k));
+  for (std::size_t i = 0; i < scene.kinematic.size() && !check.error; ++i) {
+    const Kinematic& followers = scene.kinematic[i];
+    const std::string at = element("kinematic", i);
+    check_motion_index(check, at + ".motion", followers.motion, scene);
+    for (std::size_t k = 0; k < followers.particles.size() && !check.error; ++k) {
+      const std::size_t id = followers.particles[k];
+      const std::string field = element(at + ".particles", k);
+      if (id >= *check.count()) {
+        check.fail(field, std::to_string(id), "a particle id below " + std::to_string(*check.count()));
+      }
+      const auto [before, is_first] = taken.emplace(id, field);
+      if (!is_first) check.fail(field, std::to_string(id), "a particle that is not in " + before->second + " already");
+    }
+  }
+}
 
 struct NetworkChecker {
   Checker& check;
@@ -239,8 +295,9 @@ void check_fixed(Checker& check, const std::vector<std::size_t>& fixed) {
 void check_origin(Checker& check, const Scene& scene) {
   const Origin& origin = scene.origin;
   if (!origin.is_each()) return check.numbers("origin", origin.at(0), Range::finite);
-  if (!scene.contacts.empty() || joins_particles(scene)) {
-    return check.fail("origin", "one for each particle", "one for all in a scene with contacts, networks or constraints");
+  if (!scene.contacts.empty() || steps_in_columns(scene)) {
+    const std::string what = scene.kinematic.empty() ? "contacts, networks or constraints" : "kinematic particles";
+    return check.fail("origin", "one for each particle", "one for all in a scene with " + what);
   }
   if (!check.count()) return check.fail("origin", "one for each particle", "compiled with a state, whose particles they are");
   if (origin.each().size() != *check.count()) {
@@ -267,8 +324,13 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
   }
   for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
     std::visit(ContactChecker{check, element("contacts", i)}, scene.contacts[i]);
+    if (const auto& motion = motion_of(scene.contacts[i])) {
+      check_motion_index(check, element("contacts", i) + ".motion", *motion, scene);
+    }
   }
   check_fixed(check, scene.fixed);
+  check_motions(check, scene);
+  check_kinematic(check, scene);
   check_origin(check, scene);
   check_coupling(check, scene.coupling);
   check_networks(check, scene);

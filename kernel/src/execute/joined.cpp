@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <utility>
@@ -13,6 +14,8 @@
 #include "execute/stepping.hpp"
 #include "execute/tasks.hpp"
 #include "execute/tiles.hpp"
+#include "compile/particle_values.hpp"
+#include "passes/contact/make_surface.hpp"
 
 namespace dvdx {
 namespace {
@@ -113,11 +116,13 @@ class JoinedStep {
       Held<T>& held = ws_.held[n];
       held.particle = joints_.fixed[n].particle;
       held.element = joints_.fixed[n].element;
+      held.is_kinematic = joints_.fixed[n].motion.has_value();
       for (std::size_t axis = 0; axis < 3; ++axis) {
         load(residuals_, state.x[axis], state.x_rest[axis], held.particle, 1, &held.x[axis]);
         load(residuals_, state.v[axis], state.v_rest[axis], held.particle, 1, &held.v[axis]);
       }
     }
+    move_followers(state.clock);
     hold_fixed(0, size());
     if (constraints_) constraints_->prepare(work_.x);
     if (work_.a[0] != nullptr) recall(state);
@@ -168,7 +173,8 @@ class JoinedStep {
 
  private:
   void step(Clock clock) noexcept {
-    clock_ = clock;
+    clock_ = step_end_ = clock;
+    step_end_.advance(joints_.step, 1);
     knows_origins_ = false;
     for (int substep = 0; substep < joints_.limit.substeps; ++substep) {
       const auto& before = substep == 0 ? m_.first() : m_.again();
@@ -176,11 +182,15 @@ class JoinedStep {
         std::visit([&](const auto& form) { flow_and_pulse(form, before[k], k); }, joints_.form);
       }
       if (constraints_) constrain();
+      if (moves_alone()) flow(*m_.last(), After::nothing);
     }
-    if (m_.last() && !constraints_) flow(*m_.last(), After::nothing);
+    if (m_.last() && !constraints_ && !moves_alone()) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
     if (is_relative()) count_from_here();
   }
+
+  // No pulse stands between a sub-step's flow and the next one's.
+  [[nodiscard]] bool moves_alone() const noexcept { return m_.again().empty() && !constraints_; }
 
   enum class After { nothing, pairs, sweeps };  // what joins a flow in the same walk over the particles
 
@@ -215,13 +225,45 @@ class JoinedStep {
     });
   }
 
+  // A fixed one may be anywhere, at infinity too.
+  [[nodiscard]] T way_in_step(const Held<T>& held, std::size_t axis) const noexcept {
+    return held.is_kinematic ? held.x[axis] - ws_.origin[axis][held.element] : T(0);
+  }
+
   void hold_fixed(std::size_t from, std::size_t to) noexcept {
     auto held = std::lower_bound(ws_.held.begin(), ws_.held.end(), from,
                                  [](const Held<T>& h, std::size_t element) { return h.element < element; });
     for (; held != ws_.held.end() && held->element < to; ++held) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        work_.x[axis][held->element] = is_relative() ? T(0) : held->x[axis];
-        work_.v[axis][held->element] = T(0);
+        work_.x[axis][held->element] = is_relative() ? way_in_step(*held, axis) : held->x[axis];
+        work_.v[axis][held->element] = held->u[axis];
+      }
+    }
+  }
+
+  // ---- what follows a motion ----------------------------------------------------------------------------------------------
+
+  // The step's last flow ends where the clock will stand, to the last bit: a call of many steps must go on as many calls do.
+  [[nodiscard]] Clock end_of_flow() const noexcept {
+    const double apart = (clock_.seconds - step_end_.seconds) + (clock_.carry - step_end_.carry);
+    return std::abs(apart) < 1e-6 * std::abs(joints_.substep()) ? step_end_ : clock_;
+  }
+
+  // Kinematic particles go to where their motions have them at this time.
+  void move_followers(const Clock& at) noexcept {
+    if (m_.tracks().empty()) return;
+    for (std::size_t k = 0; k < m_.tracks().size(); ++k) ws_.poses[k] = m_.tracks()[k].at(at);
+    const Vec3& origin = m_.origin();
+    for (std::size_t n = 0; n < joints_.fixed.size(); ++n) {
+      const FixedParticle& of = joints_.fixed[n];
+      if (!of.motion) continue;
+      Held<T>& held = ws_.held[n];
+      const MovedPose& pose = ws_.poses[*of.motion];
+      const Vec3 x = pose.place(of.place);
+      const Vec3 u = pose.velocity_of(of.place);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        held.x[axis] = static_cast<T>(x[axis] - origin[axis]);
+        held.u[axis] = held.v[axis] = static_cast<T>(u[axis]);
       }
     }
   }
@@ -231,6 +273,22 @@ class JoinedStep {
     if (m_.last()) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
     constraints_->solve(work_.x, work_.v);
+  }
+
+  // Those of the flow from `start` to `end`.
+  void move_surfaces(const FreeMotion<T>& motion, const Clock& start, const Clock& end) noexcept {
+    if (ws_.surfaces.empty()) return;
+    moved_terms_ = motion.terms;
+    if (motion.terms.surface_count == 0) return;
+    moved_terms_.surfaces = ws_.surfaces.data();
+    for (std::size_t j = 0; j < ws_.surfaces.size(); ++j) {
+      Surface<T>& surface = ws_.surfaces[j];
+      surface = motion.terms.surfaces[j];
+      const auto& of = motion_of(m_.contacts()[j]);
+      if (!of) continue;
+      move_surface(surface, m_.contacts()[j], m_.tracks()[*of].at_end_of(start, end), m_.origin());
+      moved_terms_.moves = moved_terms_.moves || surface.movement != Movement::rest;
+    }
   }
 
   // ---- flows --------------------------------------------------------------------------------------------------------------
@@ -249,7 +307,10 @@ class JoinedStep {
   void flow(std::size_t f, After after) noexcept {
     const FreeMotion<T>& motion = *m_.flows()[f];
     if (motion.system.depends_on_time()) make_offsets(f, clock_, offsets_[f]);
+    const Clock start = clock_;
     clock_.advance(motion.step(), 1);
+    move_followers(end_of_flow());
+    move_surfaces(motion, start, end_of_flow());
     const Left left = std::exchange(left_, Left{});
     const AlphaTerms<T>* const begin = after == After::sweeps ? alpha_ : nullptr;
     for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
@@ -272,7 +333,7 @@ class JoinedStep {
       block.v[axis] = work_.v[axis] + first;
     }
     const Steps<T> once{.offsets = offsets.data(), .offsets_per_step = 0, .count = 1};
-    motion.kernels->at(motion.flow, motion.extra)(block, motion.terms, once);
+    motion.kernels->at(motion.flow, motion.extra)(block, ws_.surfaces.empty() ? motion.terms : moved_terms_, once);
   }
 
   // What the sweeps have left in the shifts, for the next flow to take along.
@@ -306,6 +367,9 @@ class JoinedStep {
         }
       }
     });
+    for (const Held<T>& held : ws_.held) {
+      for (std::size_t axis = 0; axis < 3 && held.is_kinematic; ++axis) ws_.origin[axis][held.element] = held.x[axis];
+    }
   }
 
   // ---- a large grid: several flows and pulses while its rows are in cache -------------------------------------------------
@@ -326,10 +390,10 @@ class JoinedStep {
   }
 
   // 0 where the sheet is in cache anyway, where a pulse reads the neighbours' velocities, which the stage before has changed,
-  // and where constraints stand between the pulses.
+  // where constraints stand between the pulses, and where each stage has its own poses of motions.
   [[nodiscard]] std::size_t stages_at_once() const noexcept {
     const auto* form = std::get_if<GridForm<T>>(&joints_.form);
-    if (form == nullptr || joints_.damping_passes() != 0 || constraints_) return 0;
+    if (form == nullptr || joints_.damping_passes() != 0 || constraints_ || !m_.tracks().empty()) return 0;
     const std::size_t rows = rows_in_cache(form->terms);
     return form->terms.rows <= 2 * rows ? 0 : std::min(max_stages, rows / reach(form->terms) / 2);
   }
@@ -556,7 +620,8 @@ class JoinedStep {
   ParallelFor parallel_;
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;
-  Clock clock_;
+  Clock clock_, step_end_;
+  Terms<T> moved_terms_;  // of the flow, where surfaces move
   Left left_{};
   const AlphaTerms<T>* alpha_ = nullptr;  // of this sub-step
   bool is_start_ = false;                 // the next sub-step has no acceleration to start from
@@ -573,11 +638,12 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
                        State<Kept>& state, std::size_t steps, const ParallelFor& parallel) noexcept {
   const Stepping stepping(workspace.is_stepping);
   if (!stepping) return StepResult::in_use;
+  if (steps == 0) return StepResult::done;
   JoinedStep<T> call(scene, motion, workspace, parallel);
   call.fetch_all(state);
   call.run(state.clock, scene.options.step, steps);
   call.put_back_all(state);
-  if (steps != 0) call.remember(state);
+  call.remember(state);
   return StepResult::done;
 }
 

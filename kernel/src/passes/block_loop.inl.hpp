@@ -180,7 +180,7 @@ void run_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, con
     bool touched = false;  // the batch before: where many do, a batch is not moved twice
     for (std::size_t i = 0; i < particles.count; i += V::size) {
       if constexpr (extra == Extras::contact) {
-        if (!touched) i = step_untouched<V, OneAxis, arithmetic>(particles, terms, offsets[0], i);
+        if (!touched && !terms.moves) i = step_untouched<V, OneAxis, arithmetic>(particles, terms, offsets[0], i);
       }
       if (i < particles.count) touched = step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting);
       if constexpr (has_contacts(extra)) {

@@ -94,6 +94,7 @@ struct Terms {
   Rates<T> rates{};
   const Surface<T>* surfaces = nullptr;
   std::size_t surface_count = 0;
+  bool moves = false;  // whether some surface does
   int impacts = 0;  // of a particle in a step that are resolved in time order
   T h = 0;          // the whole step, s
   Bend<T> bend{};   // of the paths on which impacts are looked for

@@ -223,8 +223,8 @@ Springs read_springs(const Fields& fields, const Population& population) {
 
 // ---- what is fixed -----------------------------------------------------------------------------------------------------
 
-void fix_group(const Node& group, Kind kind, const MadeNetwork& made, std::vector<std::size_t>& fixed) {
-  if (kind != Kind::grid) group.refuse("a particle id");
+void fix_group(const Node& group, const MadeNetwork& made, std::vector<std::size_t>& fixed) {
+  if (made.columns == 0) group.refuse("a particle id");
   const bool is_edge = group.choice(std::span<const std::string_view>(grid_groups)) == 1;
   const auto last = made.columns - 1;
   for (std::size_t c = 0; c <= last; ++c) {
@@ -232,12 +232,11 @@ void fix_group(const Node& group, Kind kind, const MadeNetwork& made, std::vecto
   }
 }
 
-void read_fixed(const Node& node, Kind kind, const MadeNetwork& made, const Population& population,
-                std::vector<std::size_t>& fixed) {
-  if (node.json().is_string()) return fix_group(node, kind, made, fixed);
+void read_fixed(const Node& node, const MadeNetwork& made, const Population& population, std::vector<std::size_t>& fixed) {
+  if (node.json().is_string()) return fix_group(node, made, fixed);
   for (const auto& element : node.elements("a list of particle ids")) {
     if (element.json().is_string()) {
-      fix_group(element, kind, made, fixed);
+      fix_group(element, made, fixed);
     } else {
       fixed.push_back(element.whole(0, population.count - 1));
     }
@@ -410,8 +409,15 @@ void NetworkReader::add_to(SceneFile& file, const Population& population) const 
       add_lines(springs.pairs, file.topology);
       if (!springs.pairs.empty()) file.scene.add(Network(std::move(springs)));
     }
-    if (const auto fixed = fields.optional("fixed")) read_fixed(*fixed, kind, made, population, file.scene.fixed);
+    if (const auto fixed = fields.optional("fixed")) read_fixed(*fixed, made, population, file.scene.fixed);
   }
+}
+
+std::vector<std::size_t> NetworkReader::read_group(const Node& node, const Population& population) const {
+  const auto grid = std::find_if(made_.begin(), made_.end(), [](const MadeNetwork& made) { return made.columns != 0; });
+  std::vector<std::size_t> ids;
+  read_fixed(node, grid != made_.end() ? *grid : MadeNetwork{}, population, ids);
+  return ids;
 }
 
 void read_constraints(const Node& constraints, SceneFile& file, const Population& population) {

@@ -13,7 +13,7 @@ namespace dvdx::tool {
 // What a network makes: a grid or a mesh its own particles, springs none.
 struct MadeNetwork {
   std::size_t first = 0;             // of its particles
-  std::size_t columns = 0;           // of a grid
+  std::size_t columns = 0;           // of a grid, else 0
   std::optional<Network> network{};  // none where nothing is joined
   Topology topology{};
 };
@@ -31,6 +31,9 @@ class NetworkReader {
   // Reads what remains, which may name any of a scene's particles, and adds all networks, their coupling, their fixed particles
   // and their topology to the scene. A network's method is the scene's where it names none.
   void add_to(SceneFile& file, const Population& population) const;
+
+  // Particle ids, or the words for those of the first grid.
+  [[nodiscard]] std::vector<std::size_t> read_group(const Node& node, const Population& population) const;
 
  private:
   void make_grid(const Node& node, MadeNetwork& made);

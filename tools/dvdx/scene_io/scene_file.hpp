@@ -39,7 +39,7 @@ struct SceneFile {
   double step = 0;      // s
   double duration = 0;  // s
   Particles particles;
-  Scene scene;                 // masses, forces, contacts, networks, constraints, fixed particles
+  Scene scene;                 // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions
   Topology topology{};         // of the networks and constraints
   bool is_origin_free = true;  // the file leaves the origin to the command that runs the scene
   Turnover turnover{};         // capacity 0: no particle comes or goes
@@ -48,9 +48,9 @@ struct SceneFile {
 // Whether particles come and go: such a scene needs a plan of its own (dvdx/live.hpp).
 [[nodiscard]] inline bool is_live(const SceneFile& file) noexcept { return file.turnover.capacity != 0; }
 
-// Whether networks or constraints join particles: such a scene runs whole or not at all.
+// Whether networks or constraints join particles, or motions carry some: such a scene runs whole or not at all.
 [[nodiscard]] inline bool is_joined(const Scene& scene) noexcept {
-  return !scene.networks.empty() || !scene.constraints.empty();
+  return !scene.networks.empty() || !scene.constraints.empty() || !scene.kinematic.empty();
 }
 
 }  // namespace dvdx::tool

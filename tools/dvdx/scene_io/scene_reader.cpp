@@ -11,6 +11,7 @@
 #include "scene_io/fault.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/json_text.hpp"
+#include "scene_io/motion_reader.hpp"
 #include "scene_io/names.hpp"
 #include "scene_io/network_reader.hpp"
 #include "scene_io/overrides.hpp"
@@ -146,18 +147,19 @@ constexpr std::array<Named<ContactType>, 2> contact_types{{{"plane", ContactType
 std::vector<std::string_view> contact_keys(std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};
   keys.insert(keys.end(), own);
-  keys.insert(keys.end(), {"restitution", "friction", "viscosity", "normal_viscosity", "response", "sweep"});
+  keys.insert(keys.end(), {"restitution", "friction", "viscosity", "normal_viscosity", "response", "sweep", "motion"});
   return keys;
 }
 
 template <class C>
-C with_surface(C contact, const Fields& fields) {
+C with_surface(C contact, const Fields& fields, const MotionNames& motions) {
   contact.restitution = fields.number("restitution", zero_to_one, 0);
   contact.friction = fields.number("friction", not_negative, 0);
   contact.viscosity = fields.number("viscosity", not_negative, 0);
   contact.normal_viscosity = fields.number("normal_viscosity", not_negative, 0);
   contact.response = fields.choice("response", responses, Response::resume);
   contact.sweep = fields.choice("sweep", sweeps, ContactPath::curve);
+  if (const auto motion = fields.optional("motion")) contact.motion = motions.index_of(*motion);
   return contact;
 }
 
@@ -168,25 +170,25 @@ Vec3 unit_vector(const Node& node) {
   return {normal[0] / length, normal[1] / length, normal[2] / length};
 }
 
-Contact read_plane(const Node& node) {
+Contact read_plane(const Node& node, const MotionNames& motions) {
   const Fields fields(node, "a plane", contact_keys({"normal", "offset"}));
   Plane plane;
   plane.normal = unit_vector(fields.required("normal"));
   plane.offset = fields.required("offset").number();
-  return with_surface(plane, fields);
+  return with_surface(plane, fields, motions);
 }
 
-Contact read_sphere(const Node& node) {
+Contact read_sphere(const Node& node, const MotionNames& motions) {
   const Fields fields(node, "a sphere", contact_keys({"center", "radius", "side"}));
   Sphere sphere;
   sphere.center = fields.required("center").vector();
   sphere.radius = fields.required("radius").number(positive);
   sphere.side = fields.choice("side", sides, Side::outside);
-  return with_surface(sphere, fields);
+  return with_surface(sphere, fields, motions);
 }
 
-Contact read_contact(const Node& node) {
-  return type_of(node, contact_types, "contact") == ContactType::plane ? read_plane(node) : read_sphere(node);
+Contact read_contact(const Node& node, const MotionNames& motions) {
+  return type_of(node, contact_types, "contact") == ContactType::plane ? read_plane(node, motions) : read_sphere(node, motions);
 }
 
 // ---- particles ---------------------------------------------------------------------------------------------------------
@@ -282,7 +284,8 @@ void take_made_particles(const Fields& fields, const NetworkReader& networks, Sc
   if (const auto velocity = particles.optional("velocity")) file.particles.velocity = read_vectors(*velocity, population);
 }
 
-void read_particles_and_networks(const Fields& fields, SceneFile& file, Population& population, const ReadOptions& options) {
+std::optional<NetworkReader> read_particles_and_networks(const Fields& fields, SceneFile& file, Population& population,
+                                                         const ReadOptions& options) {
   std::optional<NetworkReader> networks;
   if (const auto node = fields.optional("network")) {
     networks.emplace(*node, *population.folder, room_for_networks(fields.node().json(), options));
@@ -293,6 +296,7 @@ void read_particles_and_networks(const Fields& fields, SceneFile& file, Populati
     read_own_particles(fields, file, population, options);
   }
   if (networks) networks->add_to(file, population);
+  return networks;
 }
 
 // Those of the scene and those of its networks, each once and in order.
@@ -320,7 +324,8 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   check_format(node);
   const Fields fields(node, "a scene",
                       {"format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network",
-                       "constraints", "constraint_iterations", "fixed", "origin", "emitters", "capacity", "removal"});
+                       "constraints", "constraint_iterations", "fixed", "motions", "kinematic", "origin", "emitters", "capacity",
+                       "removal"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -331,18 +336,20 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   file.scene.method = fields.choice("method", methods, Method::combined);
   SceneFolder folder(std::filesystem::path(path).parent_path());
   Population population{.count = 0, .folder = &folder};
-  read_particles_and_networks(fields, file, population, options);
+  const auto networks = read_particles_and_networks(fields, file, population, options);
+  const auto motions = read_motions(fields, file.scene);
   if (const auto forces = fields.optional("forces")) {
     for (const auto& force : forces->elements("a list of forces")) file.scene.add(read_force(force, population));
   }
   if (const auto contacts = fields.optional("contacts")) {
-    for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact));
+    for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact, motions));
   }
   if (const auto constraints = fields.optional("constraints")) read_constraints(*constraints, file, population);
   if (const auto iterations = fields.optional("constraint_iterations")) {
     file.scene.coupling.iterations = static_cast<int>(iterations->whole(1, most_iterations));
   }
   read_fixed(fields, file, population);
+  read_kinematic(fields, file, population, motions, networks);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
   read_turnover(fields, file, room_for_live(options));
   file.sources = folder.named();

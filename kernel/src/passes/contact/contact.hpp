@@ -51,6 +51,18 @@
 // Sphere.  s = side (|x-c| - R). Its sign is that of g = side (|x-c|^2 - R^2) / (2R), a quartic along the parabola.
 //          First guess: the quadratic Taylor part of g at the path's start (exact for a straight path), else the quadratic
 //          through g0, g0' and g1; then Newton's steps that keep to 0..1 and to g' < 0.
+// Motion.  A surface that moves has its pose at the end of the flow in n, d and center, a velocity u and an angular velocity
+//          omega about the point `at`, all constant in the flow. Of a point x at the time t before the end,
+//            V = u + omega x r,  r = x + t u - at,     and it comes to  at + R(t omega) r  where the surface takes it along.
+//          R r = r + a w x r + b w x (w x r), w = t omega, a = sin|w|/|w|, b = (1 - cos|w|)/|w|^2, as series in w.w.
+//          So the whole pass works on the trajectory as the surface sees it, in the axes and at the place that the surface
+//          ends with: x0' the start taken along, v0' = R (v0 - V), x1' = x1, v1' = v1 - V. For a surface that does not turn,
+//          and constant acceleration, that is the parabola itself less t u f: a time of impact is as right as at rest. A bent
+//          path gets f l + f^2 q more, so that it starts with v0' and ends at x1'; q = 0 without a turn. A turn of theta in
+//          a flow bends the seen path by theta^3 where no term says so, which is why turns make sub-steps (compile/joints.cpp).
+//          Pulses act along the normal of the moment, on v - V. Two surfaces that hold a particle and move in different ways
+//          hold it against V* = V_a + delta / (1 - kappa^2) (n_b - kappa n_a), delta = n_b.(V_b - V_a): n_a.V* = n_a.V_a and
+//          n_b.V* = n_b.V_b.
 // Source: E. Brown, integral contributions (collision pulses); the numbers e, tau from his contact viscosity exp(-k).
 
 namespace dvdx {
@@ -58,6 +70,8 @@ namespace dvdx {
 // Whatever depends on it is a switch that names every shape, in all builds by -Werror=switch: a new one does not compile until
 // each place has it.
 enum class Shape : std::uint8_t { plane, sphere };
+
+enum class Movement : std::uint8_t { rest, shifts, turns };
 
 // Of the path of a step between two impacts: a parabola where no spring and no drag acts (bend.hpp).
 enum class PathForm : std::uint8_t { parabola, flow };
@@ -78,6 +92,10 @@ struct Surface {
   T tau = 1;                    // ... and of the tangential velocity, unless it is resting: exp(-viscosity)
   T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
   T hold = 0;  // resting: tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
+  Movement movement = Movement::rest;
+  std::array<T, 3> u{};      // m/s
+  std::array<T, 3> omega{};  // rad/s
+  std::array<T, 3> at{};     // m: turns about this point, which goes by u, where it is at the flow's end
 };
 
 // Whether impacts are looked for along the chord of the path.
@@ -99,5 +117,13 @@ inline constexpr int low_bounce = 2;
 // Newton's steps to a sphere, and rounds in which surfaces that disagree push a particle.
 inline constexpr int newton_steps = 4;
 inline constexpr int clamp_rounds = 64;
+
+// sin w / w and (1 - cos w) / w^2 by powers of w^2: to 1e-16 up to half a radian.
+template <class T>
+inline constexpr std::array<T, 7> turn_sine = {T(1),           T(-1.0 / 6),        T(1.0 / 120),       T(-1.0 / 5040),
+                                               T(1.0 / 362880), T(-1.0 / 39916800), T(1.0 / 6227020800.0)};
+template <class T>
+inline constexpr std::array<T, 7> turn_versine = {T(1.0 / 2),       T(-1.0 / 24),        T(1.0 / 720),        T(-1.0 / 40320),
+                                                  T(1.0 / 3628800), T(-1.0 / 479001600), T(1.0 / 87178291200.0)};
 
 }  // namespace dvdx

@@ -16,6 +16,88 @@
 namespace dvdx {
 namespace {
 
+// ---------------------------------------------------------------------------------- surfaces that move
+
+template <class V, Arithmetic arithmetic>
+Three<V> cross_product(const Three<V>& a, const Three<V>& b) noexcept {
+  return {{subtract_product<arithmetic>(a[1] * b[2], a[2], b[1]), subtract_product<arithmetic>(a[2] * b[0], a[0], b[2]),
+           subtract_product<arithmetic>(a[0] * b[1], a[1], b[0])}};
+}
+
+template <class V, Arithmetic arithmetic>
+V by_powers(const std::array<Scalar<V>, 7>& terms, V x) noexcept {
+  V sum(terms[6]);
+  for (std::size_t n = 6; n-- > 0;) sum = multiply_add<arithmetic>(sum, x, V(terms[n]));
+  return sum;
+}
+
+// r, turned by w.
+template <class V, Arithmetic arithmetic>
+Three<V> turned_by(const Three<V>& w, const Three<V>& r) noexcept {
+  const V square = dot<arithmetic>(w, w);
+  const V a = by_powers<V, arithmetic>(turn_sine<Scalar<V>>, square);
+  const V b = by_powers<V, arithmetic>(turn_versine<Scalar<V>>, square);
+  const Three<V> once = cross_product<V, arithmetic>(w, r);
+  const Three<V> twice = cross_product<V, arithmetic>(w, once);
+  return multiply_add<arithmetic>(b, twice, multiply_add<arithmetic>(a, once, r));
+}
+
+// From the axis' point to x, t before the end.
+template <class V, Arithmetic arithmetic>
+Three<V> arm_of(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) noexcept {
+  return multiply_add<arithmetic>(t, three<V>(surface.u), x) - three<V>(surface.at);
+}
+
+// That of the surface at x, t before the end.
+template <class V, Arithmetic arithmetic>
+Three<V> velocity_at(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) noexcept {
+  const Three<V> u = three<V>(surface.u);
+  if (surface.movement != Movement::turns) return u;
+  return u + cross_product<V, arithmetic>(three<V>(surface.omega), arm_of<V, arithmetic>(surface, x, t));
+}
+
+// Where a surface takes what lies at x, t before the end.
+template <class V, Arithmetic arithmetic>
+Three<V> taken_along(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) noexcept {
+  if (surface.movement != Movement::turns) return multiply_add<arithmetic>(t, three<V>(surface.u), x);
+  return three<V>(surface.at) +
+         turned_by<V, arithmetic>(t * three<V>(surface.omega), arm_of<V, arithmetic>(surface, x, t));
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Trajectory<V> as_seen(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) noexcept {
+  Trajectory<V> seen = m;
+  seen.x0 = taken_along<V, arithmetic>(surface, m.x0, t);
+  seen.v0 = m.v0 - velocity_at<V, arithmetic>(surface, m.x0, t);
+  if (surface.movement == Movement::turns) seen.v0 = turned_by<V, arithmetic>(t * three<V>(surface.omega), seen.v0);
+  seen.v1 = m.v1 - velocity_at<V, arithmetic>(surface, m.x1, V(Scalar<V>(0)));
+  return seen;
+}
+
+// The trajectory itself where the surface rests, else how it sees it, in `room`.
+template <class V, Arithmetic arithmetic>
+const Trajectory<V>& seen_from(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, Trajectory<V>& room) noexcept {
+  if (surface.movement == Movement::rest) return m;
+  room = as_seen<V, arithmetic>(surface, m, t);
+  return room;
+}
+
+// l and q of a bent path.
+template <class V>
+struct Slip {
+  bool is_there;
+  Three<V> l, q;
+};
+
+template <class V>
+Slip<V> slip_of(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Trajectory<V>& seen, V t) noexcept {
+  const Three<V> none = three<V>(V(Scalar<V>(0)));
+  if (surface.movement == Movement::rest) return {false, none, none};
+  const Three<V> l = t * (seen.v0 - m.v0);
+  if (surface.movement != Movement::turns) return {true, l, none};
+  return {true, l, ((seen.x1 - seen.x0) - (m.x1 - m.x0)) - l};
+}
+
 // ---------------------------------------------------------------------------------- what every particle pays for
 
 template <class V, Arithmetic arithmetic>
@@ -58,6 +140,26 @@ template <class V, Arithmetic arithmetic>
       break;
   }
   return may_touch_sphere<V, arithmetic>(surface, m, middle);
+}
+
+// t: what remains of the step; corner: the part of it after which the path's tangents meet, in seconds.
+template <class V, Arithmetic arithmetic>
+Mask<V> may_touch_moving(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Three<V>& middle, V t,
+                         V corner) noexcept {
+  if (surface.movement == Movement::rest) return may_touch<V, arithmetic>(surface, m, middle);
+  const Trajectory<V> seen = as_seen<V, arithmetic>(surface, m, t);
+  return may_touch<V, arithmetic>(surface, seen, multiply_add<arithmetic>(corner, seen.v0, seen.x0));
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Mask<V> may_touch_any(const Terms<Scalar<V>>& terms, const Trajectory<V>& m) noexcept {
+  const V corner(terms.h * terms.bend.corner);
+  const Three<V> middle = multiply_add<arithmetic>(corner, m.v0, m.x0);
+  Mask<V> touches(false);
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    touches = touches | may_touch_moving<V, arithmetic>(terms.surfaces[j], m, middle, V(terms.h), corner);
+  }
+  return touches;
 }
 
 // Made once a block: what is read through `terms` could alias the particles and would be read again for every batch.
@@ -325,13 +427,22 @@ class PlanePath {
   using T = Scalar<V>;
 
  public:
-  PlanePath(const Surface<T>& surface, const Trajectory<V>& m, const Course<V, arithmetic, PathForm::flow>& course,
-            V s0) noexcept
-      : course_(course), path_(flow_path<V, arithmetic>(m, course)), n_(three<V>(surface.n)), s0_(s0) {}
+  PlanePath(const Surface<T>& surface, const Trajectory<V>& m, const Course<V, arithmetic, PathForm::flow>& course, V s0,
+            const Slip<V>& slip) noexcept
+      : course_(course),
+        path_(flow_path<V, arithmetic>(m, course)),
+        n_(three<V>(surface.n)),
+        s0_(s0),
+        slips_(slip.is_there),
+        l_(dot<arithmetic>(n_, slip.l)),
+        q_(dot<arithmetic>(n_, slip.q)) {}
 
   [[nodiscard]] Gap<V> operator()(V f) const noexcept {
     const Responses<V> P = (*course_.bending)(f * course_.left);
-    return {s0_ + dot<arithmetic>(n_, path_.way(P)), course_.left * dot<arithmetic>(n_, path_.rate(P))};
+    const Gap<V> gap{s0_ + dot<arithmetic>(n_, path_.way(P)), course_.left * dot<arithmetic>(n_, path_.rate(P))};
+    if (!slips_) return gap;
+    return {multiply_add<arithmetic>(f, multiply_add<arithmetic>(f, q_, l_), gap.s),
+            multiply_add<arithmetic>(f + f, q_, gap.slope + l_)};
   }
 
   [[nodiscard]] Lowest<V> lowest(V f, int steps) const noexcept {
@@ -346,7 +457,13 @@ class PlanePath {
         second[k] = subtract_product<arithmetic>(path_.F[k] * P.P0[k], path_.u[k], pull);
       }
       if (path_.drive != nullptr) second = second + driven<V, arithmetic>(*path_.drive, P.P1, P.P2, P.P3);
-      const V next = f - quotient<V>(dot<arithmetic>(n_, path_.rate(P)), course_.left * dot<arithmetic>(n_, second));
+      V slope = dot<arithmetic>(n_, path_.rate(P));
+      V bend = course_.left * dot<arithmetic>(n_, second);
+      if (slips_) {
+        slope = multiply_add<arithmetic>(course_.left, slope, multiply_add<arithmetic>(f + f, q_, l_));
+        bend = multiply_add<arithmetic>(course_.left, bend, q_ + q_);
+      }
+      const V next = f - quotient<V>(slope, bend);
       f = select<V>((next > zero) & (next < one), next, f);
     }
     return {f, (*this)(f).s};
@@ -357,11 +474,14 @@ class PlanePath {
   FlowPath<V, arithmetic> path_;
   Three<V> n_;
   V s0_;
+  bool slips_;
+  V l_, q_;
 };
 
+// m: as the surface sees it; own: as it is.
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                        const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+                        [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
@@ -380,7 +500,7 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
   } else {
     f = select<V>(f < one, f, one);
     if (surface.sweep == ContactPath::line) return {f, hits & !kept};
-    const PlanePath<V, arithmetic> path(surface, m, course, s0);
+    const PlanePath<V, arithmetic> path(surface, own, course, s0, slip_of(surface, own, m, course.t));
     V end = one;
     if (surface.finds_dips) {
       const Mask<V> may_dip =
@@ -416,11 +536,15 @@ template <class V, Arithmetic arithmetic>
 struct SphereFlow {
   const Three<V>& r0;
   const FlowPath<V, arithmetic>& path;
+  const Slip<V>& slip;
   const Course<V, arithmetic, PathForm::flow>& course;
   void operator()(V f, Three<V>& r, Three<V>& tangent) const noexcept {
     const Responses<V> P = (*course.bending)(f * course.left);
     r = r0 + path.way(P);
     tangent = course.left * path.rate(P);
+    if (!slip.is_there) return;
+    r = multiply_add<arithmetic>(f, multiply_add<arithmetic>(f, slip.q, slip.l), r);
+    tangent = multiply_add<arithmetic>(f + f, slip.q, tangent + slip.l);
   }
 };
 
@@ -458,7 +582,7 @@ SphereEnd<V> newton_to_sphere(const Surface<Scalar<V>>& surface, const Way& way,
 
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                         const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+                         [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
@@ -469,12 +593,15 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   const Three<V> r1 = m.x1 - three<V>(surface.center);
   const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
   FlowPath<V, arithmetic> bent;
+  Slip<V> slip;
   if constexpr (form == PathForm::flow) {
-    bent = flow_path<V, arithmetic>(m, course);
+    bent = flow_path<V, arithmetic>(own, course);
+    slip = slip_of(surface, own, m, course.t);
     if (is_flow && surface.finds_dips) {  // the path's own curvature at its start
       const V half_square = V(T(0.5)) * (course.left * course.left);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
+        if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
       }
     }
   }
@@ -498,7 +625,7 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   if constexpr (form == PathForm::flow) {
     if (is_flow) {
       const int steps = terms.bend.is_far ? 3 * newton_steps : newton_steps;
-      end = newton_to_sphere<V, arithmetic>(surface, SphereFlow<V, arithmetic>{r0, bent, course}, f, steps,
+      end = newton_to_sphere<V, arithmetic>(surface, SphereFlow<V, arithmetic>{r0, bent, slip, course}, f, steps,
                                             terms.bend.is_far && !surface.finds_dips);
     } else {
       end = newton_to_sphere<V, arithmetic>(surface, SphereCurve<V, arithmetic>{r0, way}, f, newton_steps, false);
@@ -514,13 +641,15 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                   const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+  Trajectory<V> room;
+  const Trajectory<V>& seen = seen_from<V, arithmetic>(surface, m, course.t, room);
   switch (surface.shape) {
     case Shape::plane:
-      return cross_plane<V, arithmetic, form>(terms, surface, m, course, held, low);
+      return cross_plane<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
     case Shape::sphere:
       break;
   }
-  return cross_sphere<V, arithmetic, form>(terms, surface, m, course, held, low);
+  return cross_sphere<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
 }
 
 // ---------------------------------------------------------------------------------- friction
@@ -589,10 +718,13 @@ class Candidates {
  private:
   [[nodiscard]] Candidate look(std::size_t j, V s1) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
-    const Touch<V> start = touch<V, arithmetic>(surface, m_.x0);
-    const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * size_;
-    const V near = V(2 * std::numeric_limits<T>::epsilon()) * ((size_ + end_size) + V(surface.radius + surface.radius));
-    const V d0 = course_.t * dot<arithmetic>(start.n, m_.v0);
+    Trajectory<V> room;
+    const Trajectory<V>& m = seen_from<V, arithmetic>(surface, m_, course_.t, room);
+    const V size = surface.movement == Movement::rest ? size_ : one_norm(m.x0);
+    const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
+    const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * size;
+    const V near = V(2 * std::numeric_limits<T>::epsilon()) * ((size + end_size) + V(surface.radius + surface.radius));
+    const V d0 = course_.t * dot<arithmetic>(start.n, m.v0);
     const V c = s1 - d0;
     const Mask<V> stands = (start.s >= V(T(-0.5)) * near) & ((course_.last == V(static_cast<T>(j))) | (start.s <= near));
     const Mask<V> leaves = d0 > V(T(0));
@@ -731,6 +863,74 @@ HeldEnd<V> held_by_three(const Holder<V>& a, const Holder<V>& b, const Holder<V>
   return select(leaves_b | leaves_a, end, HeldEnd<V>{m.x0, three<V>(zero), three<V>(zero), zero, zero});
 }
 
+// Lanes as what holds them sees them; v: the velocity which that has at the lanes' end, before they are held; more: what of it
+// is not the first holder's.
+template <class V>
+struct Against {
+  Trajectory<V> m;
+  Three<V> v, more;
+};
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Against<V> against_one(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Trajectory<V>& m,
+                                         V t) noexcept {
+  using T = Scalar<V>;
+  const Three<V> none = three<V>(V(T(0)));
+  Against<V> against{m, none, none};
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const Surface<T>& surface = terms.surfaces[j];
+    const Mask<V> is_it = a.number == V(static_cast<T>(j));
+    if (surface.movement == Movement::rest || !any_lane<V>(is_it)) continue;
+    const Trajectory<V> seen = as_seen<V, arithmetic>(surface, m, t);
+    const Three<V> v = velocity_at<V, arithmetic>(surface, m.x1, V(T(0)));
+    against.m.x0 = select(is_it, seen.x0, against.m.x0);
+    against.m.v0 = select(is_it, seen.v0, against.m.v0);
+    against.v = select(is_it, v, against.v);
+  }
+  against.m.v1 = m.v1 - against.v;
+  return against;
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Against<V> against_two(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Holder<V>& b,
+                                         const Trajectory<V>& m, V t) noexcept {
+  const Against<V> one = against_one<V, arithmetic>(terms, a, m, t);
+  const Three<V> other = against_one<V, arithmetic>(terms, b, m, t).v;
+  const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);
+  const V share =
+      select<V>(wedge.is_wedge, wedge.scale * dot<arithmetic>(b.n, other - one.v), V(Scalar<V>(0)));
+  const Three<V> more = share * subtract_product<arithmetic>(b.n, wedge.kappa, a.n);
+  Against<V> against = one;
+  against.v = one.v + more;
+  against.more = more;
+  against.m.x0 = multiply_add<arithmetic>(t, more, one.m.x0);
+  against.m.v0 = one.m.v0 - more;
+  against.m.v1 = m.v1 - against.v;
+  return against;
+}
+
+template <class V>
+Against<V> select(const Mask<V>& where, const Against<V>& a, const Against<V>& b) noexcept {
+  return {{select(where, a.m.x0, b.m.x0), select(where, a.m.v0, b.m.v0), select(where, a.m.x1, b.m.x1),
+           select(where, a.m.v1, b.m.v1)},
+          select(where, a.v, b.v), select(where, a.more, b.more)};
+}
+
+// What holds lanes that end at x goes there by this.
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Three<V> velocity_of(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Against<V>& against,
+                                       const Three<V>& x) noexcept {
+  using T = Scalar<V>;
+  Three<V> v = against.v;
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const Surface<T>& surface = terms.surfaces[j];
+    const Mask<V> is_it = a.number == V(static_cast<T>(j));
+    if (surface.movement != Movement::turns || !any_lane<V>(is_it)) continue;
+    v = select(is_it, velocity_at<V, arithmetic>(surface, x, V(T(0))) + against.more, v);
+  }
+  return v;
+}
+
 // Ends the step of lanes on the surfaces that hold them from here on: an active set of at most three, the deepest first.
 template <class V, Arithmetic arithmetic, PathForm form>
 void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course, Mask<V> lanes) noexcept {
@@ -756,16 +956,20 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   held.c = select<V>(lanes, none, held.c);
   if (!any_lane<V>(is_held)) return;
 
-  HeldEnd<V> end = held_by_one<V, arithmetic>(a, m, course.direction);
+  Against<V> moved;
+  if (terms.moves) moved = against_one<V, arithmetic>(terms, a, m, course.t);
+  const auto against = [&]() -> const Trajectory<V>& { return terms.moves ? moved.m : m; };
+  HeldEnd<V> end = held_by_one<V, arithmetic>(a, against(), course.direction);
   const Holder<V> b = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, is_held);
   const Mask<V> has_b = b.number >= zero;
   if (any_lane<V>(has_b)) {
-    end = select(has_b, held_by_two<V, arithmetic>(a, b, m, course.direction), end);
+    if (terms.moves) moved = select(has_b, against_two<V, arithmetic>(terms, a, b, m, course.t), moved);
+    end = select(has_b, held_by_two<V, arithmetic>(a, b, against(), course.direction), end);
     held.b = select<V>(has_b, b.number, held.b);
     const Holder<V> c = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, has_b);
     const Mask<V> has_c = c.number >= zero;
     if (any_lane<V>(has_c)) {
-      end = select(has_c, held_by_three<V, arithmetic>(a, b, c, m, course.direction), end);
+      end = select(has_c, held_by_three<V, arithmetic>(a, b, c, against(), course.direction), end);
       held.c = select<V>(has_c, c.number, held.c);
     }
   }
@@ -779,7 +983,11 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   const V motion = magnitude(course.t) * one_norm(end.v0 + end.v);
   const Mask<V> rests = motion < V(std::numeric_limits<T>::epsilon() / 4) * candidates.end_size;
   const V sunk = select<V>(held.b < zero, a.s0, zero);
-  end.x = select(rests, subtract_product<arithmetic>(m.x0, sunk, a.n), end.x);
+  end.x = select(rests, subtract_product<arithmetic>(against().x0, sunk, a.n), end.x);
+  if (terms.moves) {
+    end.v = end.v + velocity_of<V, arithmetic>(terms, a, moved, end.x);
+    end.v0 = m.v0 + (end.v0 - moved.m.v0);
+  }
   held.dx = select(is_held, end.x - m.x1, held.dx);
   held.dv = select(is_held, end.v - m.v1, held.dv);
   m.x1 = select(is_held, end.x, m.x1);
@@ -840,6 +1048,20 @@ Moment<V> moment(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, cons
   }
 }
 
+// The normal and the velocity of a surface where it meets lanes at x, t before the end.
+template <class V>
+struct Meeting {
+  Three<V> n, v;
+};
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Meeting<V> meeting(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) noexcept {
+  const Three<V> n = touch<V, arithmetic>(surface, taken_along<V, arithmetic>(surface, x, t)).n;
+  const Three<V> v = velocity_at<V, arithmetic>(surface, x, t);
+  if (surface.movement != Movement::turns) return {n, v};
+  return {turned_by<V, arithmetic>((-t) * three<V>(surface.omega), n), v};
+}
+
 template <class V, Arithmetic arithmetic, PathForm form>
 void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arithmetic, form>& course, V f,
              Mask<V> hits) noexcept {
@@ -847,11 +1069,19 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arit
   const V one(Scalar<V>(1));
   const Three<V> gain = m.v1 - m.v0;
   const auto [xf, vf] = moment<V, arithmetic, form>(surface, m, course, gain, f);
-  const Three<V> n = touch<V, arithmetic>(surface, xf).n;
-  const V vn = dot<arithmetic>(n, vf);
-  const Mask<V> acts = hits & (course.direction * vn <= zero);
   const V rest = one - f;
   const V t = rest * course.t;
+  const bool moves = surface.movement != Movement::rest;
+  Meeting<V> met;
+  if (moves) {
+    met = meeting<V, arithmetic>(surface, xf, t);
+  } else {
+    met.n = touch<V, arithmetic>(surface, xf).n;
+  }
+  const Three<V> n = met.n;
+  const Three<V> vr = moves ? vf - met.v : vf;
+  const V vn = dot<arithmetic>(n, vr);
+  const Mask<V> acts = hits & (course.direction * vn <= zero);
 
   // An impact whose bounces would all be over within the step is the last of them. What holds a lane up to here, and its
   // friction, do not press.
@@ -861,15 +1091,19 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arit
   const Mask<V> is_over = V(surface.e + surface.e) * magnitude(vn) <= V(surface.e - 1) * pressed;
   const bool may_settle = surface.response == Response::resume && surface.e > 0;
   const V e = may_settle ? select<V>(is_over, zero, V(surface.e)) : V(surface.e);
-  const V tau = kept_by_viscosity<V, arithmetic, form>(surface, m, course, gain, may_settle ? is_over : Mask<V>(false));
-  const Three<V> vt = tau * subtract_product<arithmetic>(vf, vn, n);
+  Trajectory<V> room;
+  const V tau = kept_by_viscosity<V, arithmetic, form>(surface, seen_from<V, arithmetic>(surface, m, course.t, room), course,
+                                                       gain, may_settle ? is_over : Mask<V>(false));
+  const Three<V> vt = tau * subtract_product<arithmetic>(vr, vn, n);
   const V slide = V(surface.mu) * ((one + e) * magnitude(vn));
   const V kept = surface.mu == 0 ? one : kept_by_friction(slide, slide, square_root(dot<arithmetic>(vt, vt)));
-  const Three<V> after = subtract_product<arithmetic>(kept * vt, e * vn, n);
+  const Three<V> away = subtract_product<arithmetic>(kept * vt, e * vn, n);
+  const Three<V> after = moves ? away + met.v : away;
 
   // What held a lane up to here need not hold it in the rest.
   const Three<V> x1 = select(was_held, subtract_product<arithmetic>(m.x1, rest * rest, course.held.dx), m.x1);
-  const V beyond = dot<arithmetic>(n, x1 - xf);
+  const Three<V> way = x1 - xf;
+  const V beyond = dot<arithmetic>(n, moves ? subtract_product<arithmetic>(way, t, met.v) : way);
   Three<V> moved = subtract_product<arithmetic>(x1, beyond, n);
   Three<V> v1;
   if constexpr (form == PathForm::parabola) {
@@ -910,16 +1144,22 @@ class Nearness {
 
  public:
   Nearness(const Terms<T>& terms, const Trajectory<V>& m, const Course<V, arithmetic, form>& course) noexcept
-      : terms_(terms), m_(m), course_(course), middle_(multiply_add<arithmetic>(V(terms.bend.corner) * course.t, m.v0, m.x0)) {}
+      : terms_(terms),
+        m_(m),
+        course_(course),
+        corner_(V(terms.bend.corner) * course.t),
+        middle_(multiply_add<arithmetic>(corner_, m.v0, m.x0)) {}
 
   [[nodiscard]] Mask<V> operator()(std::size_t j) const noexcept {
-    return may_touch<V, arithmetic>(terms_.surfaces[j], m_, middle_) & !is_among(course_.held, V(static_cast<T>(j)));
+    return may_touch_moving<V, arithmetic>(terms_.surfaces[j], m_, middle_, course_.t, corner_) &
+           !is_among(course_.held, V(static_cast<T>(j)));
   }
 
  private:
   const Terms<T>& terms_;
   const Trajectory<V>& m_;
   const Course<V, arithmetic, form>& course_;
+  V corner_;
   Three<V> middle_;
 };
 
@@ -960,18 +1200,23 @@ void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V, 
   using T = Scalar<V>;
   const V zero(T(0));
   const Three<V> n = touch<V, arithmetic>(surface, m.x1).n;
-  const V vn = dot<arithmetic>(n, m.v1);
+  Trajectory<V> room;
+  const Trajectory<V>& seen = seen_from<V, arithmetic>(surface, m, course.t, room);
+  const V vn = dot<arithmetic>(n, seen.v1);
   const V removed = magnitude(vn);
-  const Three<V> vt = subtract_product<arithmetic>(m.v1, vn, n);
+  const Three<V> vt = subtract_product<arithmetic>(seen.v1, vn, n);
   const V length = square_root(dot<arithmetic>(vt, vt));
   const V kept = kept_by_friction(V(surface.mu) * removed, V(surface.hold) * removed, length);
-  m.v1 = select(inside & (course.direction * vn < zero), kept * vt, m.v1);
-
-  const V motion = magnitude(course.t) * one_norm(m.v0 + m.v1);
+  const Mask<V> is_pressed = inside & (course.direction * vn < zero);
+  const Three<V> slower = select(is_pressed, kept * vt, seen.v1);
+  const V motion = magnitude(course.t) * one_norm(seen.v0 + slower);
   const Mask<V> rests = held & (motion < V(std::numeric_limits<T>::epsilon() / 4) * size);
-  const Three<V> base = select(rests, m.x0, m.x1);
+  const Three<V> base = select(rests, seen.x0, m.x1);
+  const bool moves = surface.movement != Movement::rest;
+  if (!moves) m.v1 = slower;
   const Touch<V> there = touch<V, arithmetic>(surface, base);
   m.x1 = select(inside, subtract_product<arithmetic>(base, there.s, there.n), m.x1);
+  if (moves) m.v1 = select(is_pressed, slower + velocity_at<V, arithmetic>(surface, m.x1, V(T(0))), m.v1);
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>
@@ -1068,7 +1313,7 @@ template <class V, Arithmetic arithmetic>
 template <class V>
 bool is_one_plane(const Terms<Scalar<V>>& terms) noexcept {
   const Surface<Scalar<V>>& surface = terms.surfaces[0];
-  return terms.surface_count == 1 && terms.bend.degree == 0 && terms.impacts > 1 && surface.shape == Shape::plane &&
+  return terms.surface_count == 1 && !terms.moves && terms.bend.degree == 0 && terms.impacts > 1 && surface.shape == Shape::plane &&
          surface.sweep == ContactPath::curve && surface.response == Response::resume && surface.tau == 1;
 }
 
@@ -1242,7 +1487,9 @@ template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline bool resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
                                                     Trajectory<V>& m, std::size_t first, std::size_t i,
                                                     Waiting<V, arithmetic>& waiting) noexcept {
-  const Mask<V> touches = TouchTest<V, arithmetic>(terms)(m, {});
+  const Mask<V> touches = terms.moves
+                              ? may_touch_any<V, arithmetic>(terms, {copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)})
+                              : TouchTest<V, arithmetic>(terms)(m, {});
   if (!any_lane<V>(touches)) [[likely]]
     return false;
   // The original never has its address taken, and is copied register by register, so that it stays in registers elsewhere.

@@ -33,6 +33,98 @@ T one_norm(const Vector<T>& a) noexcept {
   return (std::abs(a[0]) + std::abs(a[1])) + std::abs(a[2]);
 }
 
+// ---------------------------------------------------------------------------------- surfaces that move
+
+template <Arithmetic arithmetic, class T>
+Vector<T> cross_product(const Vector<T>& a, const Vector<T>& b) noexcept {
+  return {subtract_product<arithmetic>(a[1] * b[2], a[2], b[1]), subtract_product<arithmetic>(a[2] * b[0], a[0], b[2]),
+          subtract_product<arithmetic>(a[0] * b[1], a[1], b[0])};
+}
+
+template <Arithmetic arithmetic, class T>
+T by_powers(const std::array<T, 7>& terms, T x) noexcept {
+  T sum = terms[6];
+  for (std::size_t n = 6; n-- > 0;) sum = multiply_add<arithmetic>(sum, x, terms[n]);
+  return sum;
+}
+
+// r, turned by w.
+template <Arithmetic arithmetic, class T>
+Vector<T> turned_by(const Vector<T>& w, const Vector<T>& r) noexcept {
+  const T square = dot<arithmetic>(w, w);
+  const T a = by_powers<arithmetic>(turn_sine<T>, square);
+  const T b = by_powers<arithmetic>(turn_versine<T>, square);
+  const Vector<T> once = cross_product<arithmetic>(w, r);
+  const Vector<T> twice = cross_product<arithmetic>(w, once);
+  Vector<T> to;
+  for (std::size_t k = 0; k < 3; ++k) to[k] = multiply_add<arithmetic>(b, twice[k], multiply_add<arithmetic>(a, once[k], r[k]));
+  return to;
+}
+
+template <class T>
+Vector<T> scaled_by(T s, const Vector<T>& a) noexcept {
+  return {s * a[0], s * a[1], s * a[2]};
+}
+
+// From the axis' point to x, t before the end.
+template <Arithmetic arithmetic, class T>
+Vector<T> arm_of(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
+  Vector<T> arm;
+  for (std::size_t k = 0; k < 3; ++k) arm[k] = multiply_add<arithmetic>(t, surface.u[k], x[k]) - surface.at[k];
+  return arm;
+}
+
+// That of the surface at x, t before the end.
+template <Arithmetic arithmetic, class T>
+Vector<T> velocity_at(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
+  if (surface.movement != Movement::turns) return surface.u;
+  const Vector<T> turn = cross_product<arithmetic>(surface.omega, arm_of<arithmetic>(surface, x, t));
+  return {surface.u[0] + turn[0], surface.u[1] + turn[1], surface.u[2] + turn[2]};
+}
+
+// Where a surface takes what lies at x, t before the end.
+template <Arithmetic arithmetic, class T>
+Vector<T> taken_along(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
+  Vector<T> to;
+  if (surface.movement != Movement::turns) {
+    for (std::size_t k = 0; k < 3; ++k) to[k] = multiply_add<arithmetic>(t, surface.u[k], x[k]);
+    return to;
+  }
+  const Vector<T> arm = turned_by<arithmetic>(scaled_by(t, surface.omega), arm_of<arithmetic>(surface, x, t));
+  for (std::size_t k = 0; k < 3; ++k) to[k] = surface.at[k] + arm[k];
+  return to;
+}
+
+template <Arithmetic arithmetic, class T>
+Particle<T> seen_from(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
+  if (surface.movement == Movement::rest) return p;
+  Particle<T> seen = p;
+  seen.x0 = taken_along<arithmetic>(surface, p.x0, t);
+  seen.v0 = difference(p.v0, velocity_at<arithmetic>(surface, p.x0, t));
+  if (surface.movement == Movement::turns) seen.v0 = turned_by<arithmetic>(scaled_by(t, surface.omega), seen.v0);
+  seen.v1 = difference(p.v1, velocity_at<arithmetic>(surface, p.x1, T(0)));
+  return seen;
+}
+
+// l and q of a bent path, both 0 at rest.
+template <class T>
+struct Slip {
+  bool is_there = false;
+  Vector<T> l{}, q{};
+};
+
+template <class T>
+Slip<T> slip_of(const Surface<T>& surface, const Particle<T>& p, const Particle<T>& seen, T t) noexcept {
+  Slip<T> slip;
+  slip.is_there = surface.movement != Movement::rest;
+  if (!slip.is_there) return slip;
+  slip.l = scaled_by(t, difference(seen.v0, p.v0));
+  if (surface.movement == Movement::turns) {
+    slip.q = difference(difference(difference(seen.x1, seen.x0), difference(p.x1, p.x0)), slip.l);
+  }
+  return slip;
+}
+
 // ---------------------------------------------------------------------------------- does anything happen at all
 
 template <Arithmetic arithmetic, class T>
@@ -70,13 +162,23 @@ bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>&
   return may_touch_sphere<arithmetic>(surface, p, middle);
 }
 
+// t: what remains of the step; corner: the part of it after which the path's tangents meet, in seconds.
+template <Arithmetic arithmetic, class T>
+bool may_touch_moving(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle, T t, T corner) noexcept {
+  if (surface.movement == Movement::rest) return may_touch<arithmetic>(surface, p, middle);
+  const Particle<T> seen = seen_from<arithmetic>(surface, p, t);
+  Vector<T> between;
+  for (std::size_t k = 0; k < 3; ++k) between[k] = multiply_add<arithmetic>(corner, seen.v0[k], seen.x0[k]);
+  return may_touch<arithmetic>(surface, seen, between);
+}
+
 template <Arithmetic arithmetic, class T>
 bool may_touch(const Terms<T>& terms, const Particle<T>& p) noexcept {
   const T corner = terms.h * terms.bend.corner;
   Vector<T> middle;
   for (std::size_t k = 0; k < 3; ++k) middle[k] = multiply_add<arithmetic>(corner, p.v0[k], p.x0[k]);
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    if (may_touch<arithmetic>(terms.surfaces[j], p, middle)) return true;
+    if (may_touch_moving<arithmetic>(terms.surfaces[j], p, middle, terms.h, corner)) return true;
   }
   return false;
 }
@@ -256,12 +358,22 @@ struct Lowest {
 template <Arithmetic arithmetic, class T>
 class PlanePath {
  public:
-  PlanePath(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, PathForm::flow, T>& course, T s0) noexcept
-      : course_(course), path_(flow_path(p, course)), n_(surface.n), s0_(s0) {}
+  PlanePath(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, PathForm::flow, T>& course, T s0,
+            const Slip<T>& slip) noexcept
+      : course_(course),
+        path_(flow_path(p, course)),
+        n_(surface.n),
+        s0_(s0),
+        slips_(slip.is_there),
+        l_(dot<arithmetic>(n_, slip.l)),
+        q_(dot<arithmetic>(n_, slip.q)) {}
 
   [[nodiscard]] Gap<T> operator()(T f) const noexcept {
     const Responses<T> P = (*course_.bending)(f * course_.left);
-    return {s0_ + dot<arithmetic>(n_, path_.way(P)), course_.left * dot<arithmetic>(n_, path_.rate(P))};
+    const Gap<T> gap{s0_ + dot<arithmetic>(n_, path_.way(P)), course_.left * dot<arithmetic>(n_, path_.rate(P))};
+    if (!slips_) return gap;
+    return {multiply_add<arithmetic>(f, multiply_add<arithmetic>(f, q_, l_), gap.s),
+            multiply_add<arithmetic>(f + f, q_, gap.slope + l_)};
   }
 
   [[nodiscard]] Lowest<T> lowest(T f, int steps) const noexcept {
@@ -273,7 +385,13 @@ class PlanePath {
         second[k] = subtract_product<arithmetic>(path_.F[k] * P.P0[k], path_.u[k], pull);
       }
       if (path_.drive != nullptr) second = sum_of(second, driven<arithmetic>(*path_.drive, P.P1, P.P2, P.P3));
-      const T next = f - dot<arithmetic>(n_, path_.rate(P)) / (course_.left * dot<arithmetic>(n_, second));
+      T slope = dot<arithmetic>(n_, path_.rate(P));
+      T bend = course_.left * dot<arithmetic>(n_, second);
+      if (slips_) {
+        slope = multiply_add<arithmetic>(course_.left, slope, multiply_add<arithmetic>(f + f, q_, l_));
+        bend = multiply_add<arithmetic>(course_.left, bend, q_ + q_);
+      }
+      const T next = f - slope / bend;
       if (next > 0 && next < 1) f = next;
     }
     return {f, (*this)(f).s};
@@ -284,10 +402,13 @@ class PlanePath {
   FlowPath<arithmetic, T> path_;
   Vector<T> n_;
   T s0_;
+  bool slips_;
+  T l_, q_;
 };
 
+// p: as the surface sees it; own: as it is.
 template <Arithmetic arithmetic, PathForm form, class T>
-std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p,
+std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p, const Particle<T>& own,
                              const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
   T s0 = touch<arithmetic>(surface, p.x0).s;
   if (is_held || s0 < 0) s0 = 0;
@@ -305,7 +426,7 @@ std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, c
     T f = first_root(s0, d0, c, disc);
     if (!(f < 1)) f = 1;
     if (surface.sweep == ContactPath::line) return s1 < 0 ? std::optional<T>(f) : std::nullopt;
-    const PlanePath<arithmetic, T> path(surface, p, course, s0);
+    const PlanePath<arithmetic, T> path(surface, own, course, s0, slip_of(surface, own, p, course.t));
     T end = 1;
     if (!(s1 < 0)) {
       if (!(surface.finds_dips && d0 < 0 && multiply_add<arithmetic>(terms.bend.corner, d0, s0) < 0)) return std::nullopt;
@@ -349,7 +470,7 @@ SphereEnd<T> newton_to_sphere(const Surface<T>& surface, const Way& way, T f, in
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
-std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p,
+std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p, const Particle<T>& own,
                               const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
   const T k = surface.half_curvature;
   const T square = surface.radius * surface.radius;
@@ -358,12 +479,15 @@ std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, 
   const Vector<T> r1 = difference(p.x1, surface.center);
   const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
   FlowPath<arithmetic, T> bent;
+  Slip<T> slip;
   if constexpr (form == PathForm::flow) {
-    bent = flow_path(p, course);
+    bent = flow_path(own, course);
+    slip = slip_of(surface, own, p, course.t);
     if (is_flow && surface.finds_dips) {
       const T half_square = T(0.5) * (course.left * course.left);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
+        if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
       }
     }
   }
@@ -396,6 +520,9 @@ std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, 
       for (std::size_t axis = 0; axis < 3; ++axis) {
         r[axis] = r0[axis] + passed[axis];
         tangent[axis] = course.left * rate[axis];
+        if (!slip.is_there) continue;
+        r[axis] = multiply_add<arithmetic>(at, multiply_add<arithmetic>(at, slip.q[axis], slip.l[axis]), r[axis]);
+        tangent[axis] = multiply_add<arithmetic>(at + at, slip.q[axis], tangent[axis] + slip.l[axis]);
       }
     };
     const int steps = terms.bend.is_far ? 3 * newton_steps : newton_steps;
@@ -425,7 +552,18 @@ struct Holder {
   std::size_t number = Held<T>::none;
   T s = 0, s0 = 0, mu = 0, hold = 0;
   Vector<T> n{};
+  Vector<T> x0{}, v0{};  // the start as the surface sees it
+  Vector<T> V{};         // its velocity at the end
 };
+
+template <Arithmetic arithmetic, class T>
+Holder<T> holder_of(std::size_t number, const Surface<T>& surface, T s, T s0, const Vector<T>& n, const Particle<T>& p,
+                    const Particle<T>& seen) noexcept {
+  Holder<T> holder{.number = number, .s = s, .s0 = s0, .mu = surface.mu, .hold = surface.hold, .n = n, .x0 = seen.x0,
+                   .v0 = seen.v0};
+  if (surface.movement != Movement::rest) holder.V = velocity_at<arithmetic>(surface, p.x1, T(0));
+  return holder;
+}
 
 // s1: the distance at the end; s0 becomes that at the start.
 template <Arithmetic arithmetic, PathForm form, class T>
@@ -505,6 +643,39 @@ HeldEnd<T> held_by_two(const Holder<T>& a, const Holder<T>& b, const Particle<T>
   return end;
 }
 
+// A particle as what holds it sees it; V: the velocity which that has at the particle's end, before it is held; more: what of
+// it is not the first holder's.
+template <class T>
+struct Against {
+  Particle<T> p;
+  Vector<T> V{}, more{};
+};
+
+template <class T>
+Against<T> against_one(const Terms<T>& terms, const Holder<T>& a, const Particle<T>& p) noexcept {
+  if (!terms.moves) return {p};
+  return {{.x0 = a.x0, .v0 = a.v0, .x1 = p.x1, .v1 = difference(p.v1, a.V)}, a.V};
+}
+
+template <Arithmetic arithmetic, class T>
+Against<T> against_two(const Terms<T>& terms, const Holder<T>& a, const Holder<T>& b, const Particle<T>& p, T t) noexcept {
+  if (!terms.moves) return {p};
+  const T kappa = dot<arithmetic>(a.n, b.n);
+  const T det = subtract_product<arithmetic>(T(1), kappa, kappa);
+  const bool is_wedge = det > 64 * std::numeric_limits<T>::epsilon();
+  const T share = is_wedge ? 1 / det * dot<arithmetic>(b.n, difference(b.V, a.V)) : T(0);
+  Against<T> against{{.x0 = a.x0, .v0 = a.v0, .x1 = p.x1, .v1 = p.v1}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const T more = share * subtract_product<arithmetic>(b.n[k], kappa, a.n[k]);
+    against.V[k] = a.V[k] + more;
+    against.more[k] = more;
+    against.p.x0[k] = multiply_add<arithmetic>(t, more, a.x0[k]);
+    against.p.v0[k] = a.v0[k] - more;
+    against.p.v1[k] = p.v1[k] - against.V[k];
+  }
+  return against;
+}
+
 template <Arithmetic arithmetic, PathForm form, class T>
 Holder<T> deepest(const Terms<T>& terms, const Particle<T>& p, const Course<arithmetic, form, T>& course,
                   const Vector<T>& x) noexcept {
@@ -515,10 +686,11 @@ Holder<T> deepest(const Terms<T>& terms, const Particle<T>& p, const Course<arit
     const T s = touch<arithmetic>(surface, x).s;
     if (!(s < depth) || course.held.has(j)) continue;
     const Touch<T> end = touch<arithmetic>(surface, p.x1);
+    const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
     T s0 = 0;
-    if (!may_hold(surface, end.s, p, course, course.last == j, s0)) continue;
+    if (!may_hold(surface, end.s, seen, course, course.last == j, s0)) continue;
     depth = s;
-    found = {.number = j, .s = end.s, .s0 = s0, .mu = surface.mu, .hold = surface.hold, .n = end.n};
+    found = holder_of<arithmetic>(j, surface, end.s, s0, end.n, p, seen);
   }
   return found;
 }
@@ -545,23 +717,27 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const Touch<T> end = touch<arithmetic>(surface, p.x1);
+    if (!(end.s < a.s)) continue;
+    const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
     T s0 = 0;
-    if (!(end.s < a.s) || !may_hold(surface, end.s, p, course, course.last == j, s0)) continue;
-    a = {.number = j, .s = end.s, .s0 = s0, .mu = surface.mu, .hold = surface.hold, .n = end.n};
+    if (!may_hold(surface, end.s, seen, course, course.last == j, s0)) continue;
+    a = holder_of<arithmetic>(j, surface, end.s, s0, end.n, p, seen);
   }
   auto& held = course.held;
   held.a = a.number;
   held.b = held.c = none;
   if (a.number == none) return;
 
-  HeldEnd<T> end = held_by_one<arithmetic>(a, p, course.direction);
+  Against<T> against = against_one(terms, a, p);
+  HeldEnd<T> end = held_by_one<arithmetic>(a, against.p, course.direction);
   const Holder<T> b = deepest(terms, p, course, end.x);
   if (b.number != none) {
-    end = held_by_two<arithmetic>(a, b, p, course.direction);
+    against = against_two<arithmetic>(terms, a, b, p, course.t);
+    end = held_by_two<arithmetic>(a, b, against.p, course.direction);
     held.b = b.number;
     const Holder<T> c = deepest(terms, p, course, end.x);
     if (c.number != none) {
-      end = held_by_three<arithmetic>(a, b, c, p, course.direction);
+      end = held_by_three<arithmetic>(a, b, c, against.p, course.direction);
       held.c = c.number;
     }
   }
@@ -574,7 +750,14 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   const T motion = std::abs(course.t) * one_norm(sum_of(end.v0, end.v));
   if (motion < std::numeric_limits<T>::epsilon() / 4 * one_norm(p.x1)) {
     const T sunk = held.b == none ? a.s0 : T(0);
-    for (std::size_t k = 0; k < 3; ++k) end.x[k] = subtract_product<arithmetic>(p.x0[k], sunk, a.n[k]);
+    for (std::size_t k = 0; k < 3; ++k) end.x[k] = subtract_product<arithmetic>(against.p.x0[k], sunk, a.n[k]);
+  }
+  if (terms.moves) {
+    const Surface<T>& surface = terms.surfaces[a.number];
+    end.v = sum_of(end.v, surface.movement == Movement::turns
+                              ? sum_of(velocity_at<arithmetic>(surface, end.x, T(0)), against.more)
+                              : against.V);
+    end.v0 = sum_of(p.v0, difference(end.v0, against.p.v0));
   }
   held.dx = difference(end.x, p.x1);
   held.dv = difference(end.v, p.v1);
@@ -638,19 +821,36 @@ Moment<T> moment(const Surface<T>& surface, const Particle<T>& p, const Course<a
   }
 }
 
+// The normal and the velocity of a surface where it meets a particle at x, t before the end.
+template <class T>
+struct Meeting {
+  Vector<T> n, V{};
+};
+
+template <Arithmetic arithmetic, class T>
+Meeting<T> meeting(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
+  if (surface.movement == Movement::rest) return {touch<arithmetic>(surface, x).n};
+  const Vector<T> n = touch<arithmetic>(surface, taken_along<arithmetic>(surface, x, t)).n;
+  const Vector<T> V = velocity_at<arithmetic>(surface, x, t);
+  if (surface.movement != Movement::turns) return {n, V};
+  return {turned_by<arithmetic>(scaled_by(-t, surface.omega), n), V};
+}
+
 template <Arithmetic arithmetic, PathForm form, class T>
 void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form, T>& course, T f) noexcept {
   const Vector<T> gain = difference(p.v1, p.v0);
   const auto [xf, vf] = moment(surface, p, course, gain, f);
-  const Vector<T> n = touch<arithmetic>(surface, xf).n;
-  const T vn = dot<arithmetic>(n, vf);
   const T rest = 1 - f;
+  const auto [n, V] = meeting<arithmetic>(surface, xf, rest * course.t);
+  const bool moves = surface.movement != Movement::rest;
+  const Vector<T> vr = moves ? difference(vf, V) : vf;
+  const T vn = dot<arithmetic>(n, vr);
   const Vector<T> forces = course.held.a != Held<T>::none ? difference(gain, course.held.dv) : gain;
   const T pressed = rest * (course.direction * dot<arithmetic>(n, forces));
   const bool is_over = surface.response == Response::resume && surface.e > 0 &&
                        (surface.e + surface.e) * std::abs(vn) <= (surface.e - 1) * pressed;
   const T e = is_over ? T(0) : surface.e;
-  const T tau = kept_by_viscosity(surface, p, course, gain, is_over);
+  const T tau = kept_by_viscosity(surface, seen_from<arithmetic>(surface, p, course.t), course, gain, is_over);
   course.t = rest * course.t;
   if constexpr (form == PathForm::flow) {
     const T passed = f * course.left;
@@ -675,12 +875,15 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
   if (!(course.direction * vn <= 0)) return let_go();
 
   Vector<T> vt;
-  for (std::size_t k = 0; k < 3; ++k) vt[k] = tau * subtract_product<arithmetic>(vf[k], vn, n[k]);
+  for (std::size_t k = 0; k < 3; ++k) vt[k] = tau * subtract_product<arithmetic>(vr[k], vn, n[k]);
   const T slide = surface.mu * ((1 + e) * std::abs(vn));
   const T kept = kept_by_friction(slide, slide, std::sqrt(dot<arithmetic>(vt, vt)));
-  const T beyond = dot<arithmetic>(n, difference(p.x1, xf));
+  Vector<T> way = difference(p.x1, xf);
+  for (std::size_t k = 0; k < 3 && moves; ++k) way[k] = subtract_product<arithmetic>(way[k], course.t, V[k]);
+  const T beyond = dot<arithmetic>(n, way);
   for (std::size_t k = 0; k < 3; ++k) {
-    const T after = subtract_product<arithmetic>(kept * vt[k], e * vn, n[k]);
+    T after = subtract_product<arithmetic>(kept * vt[k], e * vn, n[k]);
+    if (moves) after = after + V[k];
     const T pulse = after - vf[k];
     if (surface.response == Response::end_on_surface) {
       p.x1[k] = subtract_product<arithmetic>(p.x1[k], beyond, n[k]);
@@ -699,26 +902,28 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
 template <Arithmetic arithmetic, PathForm form, class T>
 std::optional<T> cross(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p,
                        const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
+  const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
   switch (surface.shape) {
     case Shape::plane:
-      return cross_plane(terms, surface, p, course, is_held, low);
+      return cross_plane(terms, surface, seen, p, course, is_held, low);
     case Shape::sphere:
       break;
   }
-  return cross_sphere(terms, surface, p, course, is_held, low);
+  return cross_sphere(terms, surface, seen, p, course, is_held, low);
 }
 
 // Whether there was an impact.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
   const T low = 4 * low_bounce * std::numeric_limits<T>::epsilon() * one_norm(p.x0);
+  const T corner = terms.bend.corner * course.t;
   Vector<T> middle;
-  for (std::size_t k = 0; k < 3; ++k) middle[k] = multiply_add<arithmetic>(terms.bend.corner * course.t, p.v0[k], p.x0[k]);
+  for (std::size_t k = 0; k < 3; ++k) middle[k] = multiply_add<arithmetic>(corner, p.v0[k], p.x0[k]);
   T earliest = 2;
   std::size_t which = terms.surface_count;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
-    if (course.held.has(j) || !may_touch<arithmetic>(surface, p, middle)) continue;
+    if (course.held.has(j) || !may_touch_moving<arithmetic>(surface, p, middle, course.t, corner)) continue;
     const std::optional<T> f = cross(terms, surface, p, course, course.last == j, low);
     if (f && *f < earliest) {
       earliest = *f;
@@ -736,20 +941,24 @@ template <Arithmetic arithmetic, PathForm form, class T>
 void clamp(const Surface<T>& surface, Particle<T>& p, const Course<arithmetic, form, T>& course, bool is_held,
            T size) noexcept {
   const Vector<T> n = touch<arithmetic>(surface, p.x1).n;
-  const T vn = dot<arithmetic>(n, p.v1);
+  Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
+  const T vn = dot<arithmetic>(n, seen.v1);
   if (course.direction * vn < 0) {
     const T removed = std::abs(vn);
     Vector<T> vt;
-    for (std::size_t k = 0; k < 3; ++k) vt[k] = subtract_product<arithmetic>(p.v1[k], vn, n[k]);
+    for (std::size_t k = 0; k < 3; ++k) vt[k] = subtract_product<arithmetic>(seen.v1[k], vn, n[k]);
     const T kept = kept_by_friction(surface.mu * removed, surface.hold * removed, std::sqrt(dot<arithmetic>(vt, vt)));
-    for (std::size_t k = 0; k < 3; ++k) p.v1[k] = kept * vt[k];
+    for (std::size_t k = 0; k < 3; ++k) seen.v1[k] = kept * vt[k];
+    if (surface.movement == Movement::rest) p.v1 = seen.v1;
   }
-  const Vector<T> sum = {p.v0[0] + p.v1[0], p.v0[1] + p.v1[1], p.v0[2] + p.v1[2]};
+  const Vector<T> sum = sum_of(seen.v0, seen.v1);
   const T motion = std::abs(course.t) * one_norm(sum);
   const bool rests = is_held && motion < std::numeric_limits<T>::epsilon() / 4 * size;
-  const Vector<T> base = rests ? p.x0 : p.x1;
+  const Vector<T> base = rests ? seen.x0 : p.x1;
   const Touch<T> there = touch<arithmetic>(surface, base);
   for (std::size_t k = 0; k < 3; ++k) p.x1[k] = subtract_product<arithmetic>(base[k], there.s, there.n[k]);
+  if (surface.movement == Movement::rest || !(course.direction * vn < 0)) return;
+  p.v1 = sum_of(seen.v1, velocity_at<arithmetic>(surface, p.x1, T(0)));
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>

@@ -43,7 +43,32 @@ void set_impact(Surface<T>& surface, double restitution, double friction, double
   surface.hold = std::max(surface.mu, 8 * limits.epsilon());
 }
 
+Contact carried(Plane plane, const MovedPose& pose) noexcept {
+  const Vec3 n = unit(plane.normal);
+  plane.normal = turned(pose.turn, n);
+  plane.offset = dot(unit(plane.normal), pose.place(scaled(n, plane.offset)));
+  return plane;
+}
+
+Contact carried(Sphere sphere, const MovedPose& pose) noexcept {
+  sphere.center = pose.place(sphere.center);
+  return sphere;
+}
+
 }  // namespace
+
+template <class T>
+void move_surface(Surface<T>& surface, const Contact& contact, const MovedPose& pose, const Vec3& origin) noexcept {
+  const Contact there = std::visit([&](const auto& c) { return carried(c, pose); }, contact);
+  std::visit([&](const auto& c) { set_shape(surface, c, origin); }, there);
+  const Vec3 at{(pose.center[0] + pose.translation[0]) - origin[0], (pose.center[1] + pose.translation[1]) - origin[1],
+                (pose.center[2] + pose.translation[2]) - origin[2]};
+  surface.u = rounded<T>(pose.velocity);
+  surface.omega = rounded<T>(pose.angular_velocity);
+  surface.at = rounded<T>(at);
+  constexpr std::array<T, 3> none{};
+  surface.movement = surface.omega != none ? Movement::turns : (surface.u != none ? Movement::shifts : Movement::rest);
+}
 
 template <class T>
 Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_dips) noexcept {
@@ -60,6 +85,8 @@ Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_d
   return surface;
 }
 
+template void move_surface<float>(Surface<float>&, const Contact&, const MovedPose&, const Vec3&) noexcept;
+template void move_surface<double>(Surface<double>&, const Contact&, const MovedPose&, const Vec3&) noexcept;
 template Surface<float> make_surface<float>(const Contact&, const Vec3&, bool) noexcept;
 template Surface<double> make_surface<double>(const Contact&, const Vec3&, bool) noexcept;
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dvdx/scene.hpp"
+#include "math/moved_pose.hpp"
 #include "passes/contact/contact.hpp"
 
 namespace dvdx {
@@ -11,6 +12,12 @@ namespace dvdx {
 template <class T>
 Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_dips) noexcept;
 
+// The shape, place and motion of a surface whose contact is carried to `pose`.
+template <class T>
+void move_surface(Surface<T>& surface, const Contact& contact, const MovedPose& pose, const Vec3& origin) noexcept;
+
+extern template void move_surface<float>(Surface<float>&, const Contact&, const MovedPose&, const Vec3&) noexcept;
+extern template void move_surface<double>(Surface<double>&, const Contact&, const MovedPose&, const Vec3&) noexcept;
 extern template Surface<float> make_surface<float>(const Contact&, const Vec3&, bool) noexcept;
 extern template Surface<double> make_surface<double>(const Contact&, const Vec3&, bool) noexcept;
 

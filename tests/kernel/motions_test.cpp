@@ -1,0 +1,381 @@
+// What follows a motion: kinematic particles, and surfaces that move.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compile/pose_track.hpp"
+#include "dvdx/plan.hpp"
+#include "kernel/passes/cloths.hpp"
+#include "kernel/passes/joined_run.hpp"
+#include "support/close.hpp"
+
+namespace {
+
+using namespace dvdx;
+using test::Joined;
+using test::Run;
+using test::stepped;
+
+constexpr double pi = 3.14159265358979323846;
+
+Motion along(const Vec3& velocity) {
+  const double T = 16;
+  return {.center = {}, .keys = {{.time = 0}, {.time = T, .translation = {T * velocity[0], T * velocity[1], T * velocity[2]}}}};
+}
+
+// The fixed particles follow a motion instead.
+Joined carried(Joined joined, Motion motion) {
+  joined.scene.add(Kinematic{.particles = std::exchange(joined.scene.fixed, {}), .motion = joined.scene.motions.size()});
+  joined.scene.add(std::move(motion));
+  return joined;
+}
+
+std::vector<Coupling> couplings() {
+  return {{.scheme = Scheme::leapfrog},
+          {.scheme = Scheme::fourth_order},
+          {.scheme = Scheme::sequential, .substeps = 4},
+          {.scheme = Scheme::sequential, .substeps = 4, .theta = 0.5},
+          {.scheme = Scheme::sequential, .substeps = 4, .theta = 1, .sweeps = SweepOrder::forward},
+          {.scheme = Scheme::accumulate, .method = Method::combined}};
+}
+
+constexpr Vec3 boost{1.5, -0.75, 2.25};
+
+// The sheet, its pins and the wind all move on at one velocity.
+Joined boosted(const Joined& still) {
+  Joined moving = carried(still, along(boost));
+  for (Vec3& v : moving.v) {
+    for (std::size_t k = 0; k < 3; ++k) v[k] += boost[k];
+  }
+  for (Force& force : moving.scene.forces) {
+    if (auto* drag = std::get_if<Drag>(&force)) drag->wind = boost;
+  }
+  return moving;
+}
+
+// How far the two are apart, but for the way that the boost takes in the time t.
+double furthest(const std::vector<double>& still, const std::vector<double>& moving, double t) {
+  double most = 0;
+  for (std::size_t i = 0; i < still.size(); i += 6) {
+    for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::abs(moving[i + k] - t * boost[k] - still[i + k]));
+  }
+  return most;
+}
+
+}  // namespace
+
+TEST_CASE("motions: a pose is carried linearly, and turns about a fixed axis the short way round") {
+  const PoseTrack track({.center = {0, 1, 0},
+                         .keys = {{.time = 1},
+                                  {.time = 3, .translation = {4, 0, 0}, .rotation = {0, pi / 2, 0}},
+                                  {.time = 4, .translation = {4, 0, 0}, .rotation = {0, -3 * pi / 4, 0}}}});
+  const auto at = [&](double t) { return track.at({.seconds = t}); };
+  CHECK(at(0).place({1, 2, 3}) == Vec3{1, 2, 3});
+  CHECK(at(0).velocity_of({1, 2, 3}) == Vec3{});
+  const MovedPose middle = at(2);  // by 45 degrees about y, and 2 m on
+  const Vec3 x = middle.place({1, 2, 0});
+  CHECK(test::is_close(x[0], 2 + std::sqrt(0.5), 1e-15));
+  CHECK(x[1] == 2);
+  CHECK(test::is_close(x[2], -std::sqrt(0.5), 1e-15));
+  const Vec3 v = middle.velocity_of({1, 2, 0});  // 2 m/s, and pi/4 rad/s about y
+  CHECK(test::is_close(v[0], 2 - pi / 4 * std::sqrt(0.5), 1e-15));
+  CHECK(test::is_close(v[2], -pi / 4 * std::sqrt(0.5), 1e-15));
+  CHECK(test::is_close(at(3.5).angular_velocity[1], 3 * pi / 4, 1e-15));  // 225 degrees backwards are 135 forwards
+  CHECK(at(9).velocity_of({1, 2, 3}) == Vec3{});
+  CHECK(test::is_close(at(9).place({1, 0, 0})[2], std::sqrt(0.5), 1e-15));
+}
+
+TEST_CASE("motions: everything that moves at one velocity moves as at rest, but for that way") {
+  constexpr std::size_t steps = 120;
+  Joined still = test::sheet(7, 9, 40, 0.002);
+  still.scene.add(Drag{.coefficient = 1e-3});
+  Joined rodded = test::as_list(still);
+  rodded.scene.add(Distance{.pairs = {{0, 9}, {9, 18}, {8, 17}}});
+  rodded.name += ", with rods";
+  for (const Joined& of : {still, test::as_list(still), rodded}) {
+    for (const Coupling& coupling : couplings()) {
+      Joined at_rest = of;
+      at_rest.scene.coupling = coupling;
+      const auto wanted = stepped<double>(at_rest, {.isa = best_isa()}, steps);
+      const auto got = stepped<double>(boosted(at_rest), {.isa = best_isa()}, steps);
+      const double apart = furthest(wanted, got, steps * of.step);
+      CHECK_MESSAGE(apart < 1e-9, of.name << ", scheme " << static_cast<int>(coupling.scheme) << ": " << apart << " m");
+    }
+  }
+}
+
+TEST_CASE("motions: the bits depend neither on the instruction set, nor on threads, nor on how many steps a call takes") {
+  Joined joined = carried(test::sheet(7, 9, 40, 0.002), along({0.3, 0.1, 0}));
+  joined.scene.motions[0].keys.push_back({.time = 17, .rotation = {0, 2, 0}});
+  joined.scene.motions[0].keys[1].time = 0.03;
+  const auto check = [&]<class T>(T, const Joined& of) {
+    const std::vector<T> wanted = stepped<T>(of, {}, 5);
+    for (const Isa isa : available_isas()) {
+      CHECK(test::difference(wanted, stepped<T>(of, {.isa = isa, .layout = test::Layout::aos, .threads = 2}, 5)) == "");
+    }
+    test::Batch<T> batch(test::Layout::soa, of.x.size());
+    place(of, batch.view());
+    const auto plan = test::plan_of(of, {}, batch.view());
+    for (int n = 0; n < 5; ++n) REQUIRE(plan.step(batch.view()) == StepResult::done);
+    CHECK(test::difference(wanted, test::values_of(batch.view())) == "");
+  };
+  for (const Joined& form : {joined, test::as_list(joined)}) {
+    for (const Coupling& coupling : couplings()) {
+      Joined of = form;
+      of.scene.coupling = coupling;
+      check(float{}, of);
+      check(double{}, of);
+    }
+  }
+}
+
+TEST_CASE("motions: a pin that moves at 1 m/s gives the sheet the speeds of the converged motion, one call a frame") {
+  Joined joined = test::sheet(16, 16, 500);
+  for (std::size_t i = 0; i < joined.x.size(); ++i) {
+    joined.x[i] = {static_cast<double>(i % 16) / 15, 0, static_cast<double>(i / 16) / 15};
+    joined.v[i] = {};
+  }
+  joined = carried(std::move(joined), along({1, 0, 0}));
+  const auto rms_speed = [](const std::vector<double>& values) {
+    double sum = 0;
+    for (std::size_t i = 0; i < values.size(); i += 6) {
+      for (std::size_t k = 3; k < 6; ++k) sum += values[i + k] * values[i + k];
+    }
+    return std::sqrt(6 * sum / static_cast<double>(values.size()));
+  };
+  const auto speed = [&](double step, std::size_t steps) {
+    joined.step = step;
+    return rms_speed(stepped<double>(joined, {.isa = best_isa()}, steps));
+  };
+  const double converged = speed(1.0 / 1920, 384);
+  CHECK(test::is_close(speed(1.0 / 60, 12), converged, 0.02));
+}
+
+TEST_CASE("motions: kinematic particles are where the motion has them, whatever acts on them") {
+  Joined joined = carried(test::sheet(5, 6, 40), {.center = {0.5, 0, 0},
+                                                  .keys = {{.time = 0}, {.time = 0.5, .translation = {0, 1, 0}, .rotation = {0, 0, 1}}}});
+  joined.scene.add(RadialSpring{.stiffness = 3.0, .anchor = Vec3{0, 3, 0}, .rest_length = 0.5});
+  const auto values = stepped<double>(joined, {.isa = best_isa()}, 15);
+  const MovedPose pose = PoseTrack(joined.scene.motions[0]).at({.seconds = 0.25});
+  for (const std::size_t i : {std::size_t{0}, std::size_t{5}}) {
+    const Vec3 x = pose.place(joined.x[i]);
+    const Vec3 v = pose.velocity_of(joined.x[i]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      CHECK(std::abs(values[6 * i + k] - x[k]) < 1e-15);
+      CHECK(std::abs(values[6 * i + 3 + k] - v[k]) < 1e-15);
+    }
+  }
+}
+
+TEST_CASE("motions: without networks too, particles follow them") {
+  Joined joined;
+  joined.name = "three alone";
+  joined.x = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  joined.v = {{0, 0, 0}, {1, 2, 3}, {0, 0, 0}};
+  joined.scene.add(Constant{.acceleration = {0, -10, 0}});
+  joined.scene.add(along({0, 0, 5}));
+  joined.scene.add(Kinematic{.particles = {2}, .motion = 0});
+  const auto values = stepped<double>(joined, {.isa = best_isa()}, 60);
+  CHECK(test::is_close(values[1], -5, 1e-12));
+  CHECK(test::is_close(values[6 + 1], 2 - 5, 1e-12));
+  CHECK(test::is_close(values[12 + 2], 5, 1e-15));
+  CHECK(values[12 + 5] == 5);
+}
+
+TEST_CASE("motions: what is wrong with them is named") {
+  const Joined joined = test::sheet(3, 3, 40);
+  const auto message = [&](auto change) {
+    Scene scene = carried(joined, along({1, 0, 0})).scene;
+    change(scene);
+    test::Batch<double> batch(test::Layout::soa, joined.x.size());
+    place(joined, batch.view());
+    const auto plan = compile<double>(scene, {}, batch.view());
+    return plan.has_value() ? std::string("accepted") : plan.error().message();
+  };
+  const double nan = std::nan("");
+  CHECK(message([](Scene&) {}) == "accepted");
+  CHECK(message([](Scene& s) { s.motions[0].keys.clear(); }) == "motions[0].keys is empty: must be at least one key");
+  CHECK(message([](Scene& s) { s.motions[0].keys[1].time = 0; }) ==
+        "motions[0].keys[1].time is 0: must be later than the key before, at 0 s");
+  CHECK(message([&](Scene& s) { s.motions[0].keys[1].time = nan; }).starts_with("motions[0].keys[1].time is nan"));
+  CHECK(message([&](Scene& s) { s.motions[0].keys[1].translation[2] = nan; })
+            .starts_with("motions[0].keys[1].translation[2] is nan: must be a finite number"));
+  CHECK(message([&](Scene& s) { s.motions[0].keys[0].rotation[0] = INFINITY; }).starts_with("motions[0].keys[0].rotation[0]"));
+  CHECK(message([&](Scene& s) { s.motions[0].center[1] = nan; }).starts_with("motions[0].center[1]"));
+  CHECK(message([&](Scene& s) { s.motions[0].keys[1] = {.time = 1e-300, .translation = {1e300, 0, 0}}; }) ==
+        "motions[0].keys[1] is too far from the key before: must be a pose that is reached at a finite speed");
+  CHECK(message([](Scene& s) { s.kinematic[0].motion = 1; }) == "kinematic[0].motion is 1: must be a motion's index below 1");
+  CHECK(message([](Scene& s) { s.kinematic[0].particles[1] = 9; }) ==
+        "kinematic[0].particles[1] is 9: must be a particle id below 9");
+  CHECK(message([](Scene& s) { s.kinematic[0].particles[1] = 0; }) ==
+        "kinematic[0].particles[1] is 0: must be a particle that is not in kinematic[0].particles[0] already");
+  CHECK(message([](Scene& s) { s.fixed = {2}; }) ==
+        "kinematic[0].particles[1] is 2: must be a particle that is not in fixed[0] already");
+  CHECK(message([](Scene& s) { s.add(Plane{.motion = 4}); }) == "contacts[0].motion is 4: must be a motion's index below 1");
+}
+
+// ---- surfaces that move ------------------------------------------------------------------------------------------------
+
+namespace {
+
+Joined scattered(std::size_t count, const Vec3& least, const Vec3& most) {
+  Joined joined;
+  joined.name = std::to_string(count) + " particles";
+  for (std::size_t i = 0; i < count; ++i) {
+    Vec3 x;
+    for (std::size_t k = 0; k < 3; ++k) x[k] = least[k] + (most[k] - least[k]) * 0.5 * (1 + test::scatter(i, k));
+    joined.x.push_back(x);
+    joined.v.push_back({});
+  }
+  return joined;
+}
+
+Motion sweep(const Vec3& way, double seconds) { return {.center = {}, .keys = {{.time = 0}, {.time = seconds, .translation = way}}}; }
+
+// Everything that a contact can do, at rest and moving.
+Joined among_surfaces(double drag) {
+  Joined joined = scattered(200, {-1, 0.05, -1}, {1, 1.5, 1});
+  for (std::size_t i = 0; i < joined.v.size(); ++i) joined.v[i] = {2 * test::scatter(i, 3), test::scatter(i, 4), test::scatter(i, 5)};
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  if (drag != 0) joined.scene.add(Drag{.coefficient = drag});
+  joined.scene.add(Plane{.restitution = 0.6, .friction = 0.2});
+  joined.scene.add(Plane{.normal = {1, 1, 0}, .offset = -1, .restitution = 0.3, .friction = 0.4, .viscosity = 0.1});
+  joined.scene.add(Sphere{.center = {0.2, 0.4, 0}, .radius = 0.3, .restitution = 0.5, .friction = 0.1});
+  joined.scene.add(Sphere{.center = {0, 0, 0}, .radius = 3, .side = Side::inside, .restitution = 0.8});
+  return joined;
+}
+
+void let_follow(Scene& scene, std::size_t motion) {
+  for (Contact& contact : scene.contacts) std::visit([&](auto& c) { c.motion = motion; }, contact);
+}
+
+}  // namespace
+
+TEST_CASE("motions: surfaces, particles and wind that move at one velocity act as at rest") {
+  for (const double drag : {0.0, 0.4}) {
+    const Joined still = among_surfaces(drag);
+    Joined moving = boosted(still);
+    let_follow(moving.scene, 0);
+    for (const std::size_t steps : {std::size_t{10}, std::size_t{40}}) {
+      const auto wanted = stepped<double>(still, {.isa = best_isa()}, steps);
+      const auto got = stepped<double>(moving, {.isa = best_isa()}, steps);
+      const double apart = furthest(wanted, got, static_cast<double>(steps) * still.step);
+      CHECK_MESSAGE(apart < 1e-9, "drag " << drag << ", " << steps << " steps: " << apart << " m");
+    }
+  }
+}
+
+TEST_CASE("motions: a floor that rises evenly throws a ball as one at rest does") {
+  for (const double e : {1.0, 0.5, 0.0}) {
+    Joined still;
+    still.name = "ball";
+    still.x = {{0.3, 1, 0}};
+    still.v = {{0.5, 0, 0}};
+    still.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+    still.scene.add(Plane{.restitution = e});
+    Joined rising = still;
+    rising.v[0][1] = 2;
+    rising.scene.add(along({0, 2, 0}));
+    let_follow(rising.scene, 0);
+    const auto wanted = stepped<double>(still, {.isa = best_isa()}, 120);
+    const auto got = stepped<double>(rising, {.isa = best_isa()}, 120);
+    CHECK(std::abs(got[1] - 2 * 2.0 - wanted[1]) < 1e-9);
+    CHECK(std::abs(got[4] - 2 - wanted[4]) < 1e-9);
+    CHECK(std::abs(got[0] - wanted[0]) < 1e-12);
+  }
+}
+
+TEST_CASE("motions: a sphere swept through resting particles leaves none inside, and passes none") {
+  const Joined of = scattered(2000, {-0.4, -0.4, 0}, {0.4, 0.4, 3});
+  const auto check = [&]<class T>(T, double h, double e, Isa isa) {
+    Joined joined = of;
+    joined.step = h;
+    joined.scene.add(Sphere{.center = {0, 0, -0.5}, .radius = 0.1, .restitution = e, .motion = 0});
+    joined.scene.add(sweep({0, 0, 4}, 0.2));  // 20 m/s
+    test::Batch<T> batch(test::Layout::soa, joined.x.size());
+    place(joined, batch.view());
+    // None that was inside already.
+    const auto plan = test::plan_of(joined, {.isa = isa}, batch.view());
+    for (int n = 1; n * h < 0.2; ++n) {
+      REQUIRE(plan.step(batch.view()) == StepResult::done);
+      const double z = -0.5 + 20 * h * n;
+      std::size_t inside = 0;
+      std::size_t passed = 0;
+      for (std::size_t i = 0; i < joined.x.size(); ++i) {
+        const double r = std::hypot(double{batch.view().x[0][i]}, double{batch.view().x[1][i]}, double{batch.view().x[2][i]} - z);
+        inside += r < 0.1 * (1 - 1e-5) ? 1 : 0;
+        const bool was_in_the_way = std::hypot(joined.x[i][0], joined.x[i][1]) < 0.0999 && joined.x[i][2] < z;
+        const bool is_unmoved = double{batch.view().x[2][i]} == double{static_cast<T>(joined.x[i][2])} && double{batch.view().v[2][i]} == 0;
+        passed += was_in_the_way && is_unmoved ? 1 : 0;
+      }
+      CHECK(inside == 0);
+      CHECK(passed == 0);
+    }
+  };
+  for (const Isa isa : available_isas()) {
+    for (const double h : {1.0 / 30, 1.0 / 120}) {
+      for (const double e : {0.0, 0.5}) {
+        check(float{}, h, e, isa);
+        check(double{}, h, e, isa);
+      }
+    }
+  }
+}
+
+TEST_CASE("motions: a ball lies on a turntable that holds it, and is carried round") {
+  Joined joined;
+  joined.name = "turntable";
+  joined.x = {{0.5, 0, 0}, {0, 0, -0.25}};
+  joined.v = {{0, 0, -1}, {-0.5, 0, 0}};  // 2 rad/s about y
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  joined.scene.add(Plane{.friction = 2, .motion = 0});
+  joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 1, .rotation = {0, 2, 0}}, {.time = 2, .rotation = {0, 4, 0}}}});
+  const auto values = stepped<double>(joined, {.isa = best_isa()}, 60);
+  CHECK(std::abs(values[0] - 0.5 * std::cos(2.0)) < 1e-9);
+  CHECK(std::abs(values[2] + 0.5 * std::sin(2.0)) < 1e-9);
+  CHECK(values[1] == 0);
+  CHECK(std::abs(values[3] + std::sin(2.0)) < 1e-9);
+  CHECK(std::abs(values[6] + 0.25 * std::sin(2.0)) < 1e-9);
+}
+
+TEST_CASE("motions: what slips on a turntable speeds up by friction against it") {
+  // mu g = 0.981 m/s^2 for the first moments, against 1 m/s of the table.
+  Joined joined;
+  joined.name = "slipping";
+  joined.x = {{0.5, 0, 0}};
+  joined.v = {{}};
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  joined.scene.add(Plane{.friction = 0.1, .motion = 0});
+  joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 1, .rotation = {0, 2, 0}}}});
+  const auto values = stepped<double>(joined, {.isa = best_isa()}, 6);
+  CHECK(test::is_close(values[5], -0.0981, 0.01));
+  CHECK(std::abs(values[3]) < 0.01);
+}
+
+TEST_CASE("motions: moving surfaces have the same bits on every instruction set, in every arithmetic") {
+  for (const double drag : {0.0, 0.4}) {
+    Joined joined = among_surfaces(drag);
+    joined.scene.add(along({0.5, 0.3, 0}));
+    joined.scene.add(Motion{.center = {0, 1, 0}, .keys = {{.time = 0}, {.time = 0.05, .rotation = {0.2, 0.1, 0.3}}, {.time = 1, .translation = {0, 0.4, 0.2}}}});
+    std::size_t j = 0;
+    for (Contact& contact : joined.scene.contacts) {
+      if (j != 0) std::visit([&](auto& c) { c.motion = j % 2; }, contact);
+      ++j;
+    }
+    const auto check = [&]<class T>(T) {
+      for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+        const auto wanted = stepped<T>(joined, {.arithmetic = arithmetic}, 20);
+        for (const Isa isa : available_isas(arithmetic)) {
+          CHECK(test::difference(wanted, stepped<T>(joined, {.isa = isa, .arithmetic = arithmetic}, 20)) == "");
+        }
+      }
+    };
+    check(float{});
+    check(double{});
+  }
+}
