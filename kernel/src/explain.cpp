@@ -287,7 +287,8 @@ std::string describe_form(const ColoursForm<T>& form) {
 
 // What the other schemes would take for the same springs and step, and which order the scene's steps would have.
 template <class T>
-std::string describe_other_schemes(const Joints<T>& joints, const Scene& scene, const System& system) {
+std::string describe_other_schemes(const Joints<T>& joints, const NetworkLimit& limit, const Scene& scene,
+                                   const System& system) {
   const auto order = [&](Scheme scheme) {
     Scene by_other = scene;
     by_other.coupling.scheme = scheme;
@@ -296,7 +297,7 @@ std::string describe_other_schemes(const Joints<T>& joints, const Scene& scene, 
   std::string words;
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
     if (joints.coupling.scheme == scheme) continue;
-    const int substeps = joints.chosen_substeps({.scheme = scheme});
+    const int substeps = substeps_for(calm_limit({.scheme = scheme}), joints.step, {limit.bound, limit.damping});
     const std::int64_t pulses = scheme == Scheme::fourth_order ? 6 : 1;
     words += "             " + std::string(name(scheme)) + " would take " + std::to_string(substeps) + " sub-steps, " +
              std::to_string(substeps * pulses) + " pulses a step" + order(scheme);
@@ -316,8 +317,7 @@ std::string describe_margin(const NetworkLimit& limit, double most, double takes
 }
 
 template <class T>
-std::string describe_damping(const Joints<T>& joints, double h) {
-  const NetworkLimit& limit = joints.limit;
+std::string describe_damping(const Joints<T>& joints, const NetworkLimit& limit, double h) {
   if (!joints.is_damped()) return "";
   std::string words = "damping      at most " + text(limit.damping, 6) + " 1/s along the springs in any position";
   if (const std::size_t passes = joints.damping_passes(); passes != 0) {
@@ -330,17 +330,18 @@ std::string describe_damping(const Joints<T>& joints, double h) {
 }
 
 template <class T>
-std::string describe_network(const Joints<T>& joints, const Scene& scene, const System& system, std::size_t workspace_bytes) {
+std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& compiled, const System& system,
+                             std::size_t workspace_bytes) {
   if (joints.springs == 0) return "";
-  const NetworkLimit& limit = joints.limit;
+  const Scene& scene = compiled.scene;
+  const NetworkLimit limit = joints.limit(scene, compiled.start);
   const Coupling& coupling = joints.coupling;
   const std::string form = std::visit([](const auto& of) { return describe_form(of); }, joints.form);
   std::string words = "springs      " + std::to_string(joints.springs) + ", " + form + "; " + std::to_string(joints.bytes()) +
                       " bytes, and " + std::to_string(workspace_bytes) + " of working memory a state\n";
   words += "scheme       " + std::string(name(coupling.scheme)) + ", " + std::to_string(limit.substeps) + " sub-steps a step";
   if (coupling.scheme == Scheme::sequential) {
-    const double substep = joints.step / limit.substeps;
-    words += is_generalized_alpha(coupling) ? ", generalized alpha, rho " + text(rho_of(joints.frequencies.bound, substep), 6)
+    words += is_generalized_alpha(coupling) ? ", generalized alpha, rho " + text(joints.chosen.rho, 6)
                                             : ", theta " + text(theta_of(coupling), 6);
     words += coupling.sweeps == SweepOrder::symmetric ? ", forward and backward" : ", forward";
   }
@@ -358,22 +359,21 @@ std::string describe_network(const Joints<T>& joints, const Scene& scene, const 
              text(limit.bound * h, 3) + "; the scheme takes " + text(limit.limit, 3) + ": " +
              describe_margin(limit, limit.bound * h, limit.limit, " where the springs fold onto one line");
   }
-  words += describe_damping(joints, h);
+  words += describe_damping(joints, limit, h);
   if (coupling.scheme == Scheme::accumulate && coupling.method == Method::exact) {
     words += "             exact contributions of springs that share particles gain energy at every step\n";
   }
-  return words + describe_other_schemes(joints, scene, system);
+  return words + describe_other_schemes(joints, limit, scene, system);
 }
 
 template <class T>
 std::string describe_constraints(const Joints<T>& joints) {
   const auto& constraints = joints.constraints;
   if (!constraints) return "";
-  const NetworkLimit& limit = joints.limit;
   std::string words = "constraints  " + std::to_string(constraints->count()) + " in " +
                       std::to_string(constraints->colours().size()) + " colours";
   if (constraints->chains() != 0) words += ", " + std::to_string(constraints->chains()) + " chains solved whole";
-  words += "; " + std::to_string(constraints->sweeps()) + " sweeps over them in each of " + std::to_string(limit.substeps) +
+  words += "; " + std::to_string(constraints->sweeps()) + " sweeps over them in each of " + std::to_string(joints.chosen.substeps) +
            " sub-steps; " + std::to_string(constraints->bytes()) + " bytes\n";
   if (constraints->sweeps() > 1) {
     words +=
@@ -424,7 +424,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   words += describe_accuracy(scene, system, compiled.options.impacts);
   words += describe_stability(compiled, system);
   if (joined != nullptr) {
-    words += describe_network(joined->joints(), scene, system, workspace_bytes) + describe_constraints(joined->joints());
+    words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_constraints(joined->joints());
   }
   const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
   words += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");

@@ -140,6 +140,37 @@ Expected<void> Plan<T>::replace(std::size_t index, const Force& force) {
 }
 
 template <class T>
+Expected<void> Plan<T>::replace(std::size_t index, const Contact& contact) {
+  const StepEnvironment environment;
+  return std::visit([&](auto& in) { return in.become(with_contact(*in.scene, index, contact)); }, parts_->in);
+}
+
+template <class T>
+Expected<void> Plan<T>::set_stiffness(std::size_t index, const GridStiffness& stiffness) {
+  return parts_->change(GridStiffnessChange{index, stiffness});
+}
+template <class T>
+Expected<void> Plan<T>::set_stiffness(std::size_t index, const SpringsStiffness& stiffness) {
+  return parts_->change(SpringsStiffnessChange{index, stiffness});
+}
+template <class T>
+Expected<void> Plan<T>::set_mass(std::size_t particle, double mass) {
+  return parts_->change(MassChange{particle, mass});
+}
+template <class T>
+Expected<void> Plan<T>::fix(std::size_t particle) {
+  return parts_->change(Fixing{particle});
+}
+template <class T>
+Expected<void> Plan<T>::release(std::size_t particle) {
+  return parts_->change(Releasing{particle});
+}
+template <class T>
+Expected<void> Plan<T>::break_spring(std::size_t index, const Pair& ends) {
+  return parts_->change(Break{index, ends});
+}
+
+template <class T>
 const Scene& Plan<T>::scene() const noexcept {
   return std::visit([](const auto& in) -> const Scene& { return in.scene->scene; }, parts_->in);
 }
@@ -168,7 +199,7 @@ template <class T>
 std::optional<NetworkLimit> Plan<T>::network_limit() const {
   const auto limit = [](const auto& in) -> std::optional<NetworkLimit> {
     if (in.scene->joined() == nullptr) return std::nullopt;
-    return in.scene->joined()->joints().limit;
+    return in.scene->joined()->joints().limit(in.scene->scene, in.scene->start);
   };
   return std::visit(limit, parts_->in);
 }

@@ -28,6 +28,7 @@ struct Grid {
   double shear = 0;       // N/m >= 0: along both diagonals
   double bend = 0;        // N/m >= 0: between every second particle of a row or a column
   double damping = 0;     // kg/s >= 0, along each spring
+  std::vector<Pair> broken{};  // springs that are torn, by their ends; each once
   bool operator==(const Grid&) const = default;
 };
 
@@ -38,10 +39,20 @@ struct Springs {
   Scalars stiffness = 0.0;               // N/m >= 0: one for all, or one a pair
   std::optional<Scalars> rest_length{};  // m >= 0; none: each pair's distance when the plan is compiled
   double damping = 0;                    // kg/s >= 0, along each spring
+  std::vector<Pair> broken{};            // of `pairs`, those that are torn; each once. All springs of the network between two
   bool operator==(const Springs&) const = default;
 };
 
 using Network = std::variant<Grid, Springs>;
+
+// What a network's springs are made of, without what they join: Plan::set_stiffness. The fields are those of Grid and Springs.
+struct GridStiffness {
+  double structural = 0, shear = 0, bend = 0, damping = 0;
+};
+struct SpringsStiffness {
+  Scalars stiffness = 0.0;
+  double damping = 0;
+};
 
 // A grid's springs as a list, sorted by their ends: the same springs for the graph layout.
 Springs springs_of(const Grid& grid);

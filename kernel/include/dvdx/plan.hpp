@@ -106,7 +106,7 @@ class DVDX_EXPORT Workspace {
 
 // T is float or double. A plan is a compiled scene, which its clones share, and a workspace of its own. Any number of threads
 // may step different states with it at once, each with its own clone or workspace (a scene that joins no particles needs
-// neither), none of them while set_step or replace runs.
+// neither), none of them while a change runs.
 template <class T>
 class DVDX_EXPORT Plan {
  public:
@@ -140,11 +140,26 @@ class DVDX_EXPORT Plan {
   // contacts, radial springs and fixed particles; an error names what is in the way.
   Expected<void> seek(State<T>& state, std::uint64_t steps) const;
 
-  // Both make what the change touches again, and change nothing where they fail: with an error, or with std::bad_alloc. Not
-  // while another thread steps with this plan; clones keep what they had.
+  // Changes of the scene. Each makes again what it touches, and changes nothing where it fails: with an error, or with
+  // std::bad_alloc. Not while another thread steps with this plan; clones keep what they had. The plan then steps as one
+  // compiled anew from scene() and the particles where the first one was compiled: rest lengths and anchors at the start stay
+  // what they were.
   Expected<void> set_step(double h);
-  // forces[index] becomes `force`. Anchors at the start stay there, and springs between particles are not made again.
+  // forces[index] becomes `force`.
   Expected<void> replace(std::size_t index, const Force& force);
+  // contacts[index] becomes `contact`: its pose and all its numbers.
+  Expected<void> replace(std::size_t index, const Contact& contact);
+  // Of networks[index], a Grid or Springs, for every spring that is not torn. Lengths stay.
+  Expected<void> set_stiffness(std::size_t index, const GridStiffness& stiffness);
+  Expected<void> set_stiffness(std::size_t index, const SpringsStiffness& stiffness);
+  // kg, > 0. Where all particles are alike so far they get a number each: the plan must know how many there are, which it does
+  // where something joins them or a value is given for each.
+  Expected<void> set_mass(std::size_t particle, double mass);
+  // Holds a particle where the state has it, from the next step on; lets it go, with the velocity that the state has.
+  Expected<void> fix(std::size_t particle);
+  Expected<void> release(std::size_t particle);
+  // Tears what networks[index] joins two particles by, for good: scene() lists them as `broken`.
+  Expected<void> break_spring(std::size_t index, const Pair& ends);
 
   [[nodiscard]] const Scene& scene() const noexcept;
   [[nodiscard]] double step_size() const noexcept;  // s

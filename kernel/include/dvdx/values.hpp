@@ -21,6 +21,13 @@ class Scalars {
   [[nodiscard]] bool is_uniform() const noexcept { return !is_each_; }
   [[nodiscard]] double operator[](std::size_t particle) const noexcept { return is_each_ ? each_[particle] : all_; }
   [[nodiscard]] const std::vector<double>& each() const noexcept { return each_; }
+  // One for each of `count` particles, all what they were; and that of one of them.
+  void make_each(std::size_t count) {
+    if (is_each_) return;
+    each_.assign(count, all_);
+    is_each_ = true;
+  }
+  void set(std::size_t particle, double value) noexcept { each_[particle] = value; }
   bool operator==(const Scalars&) const = default;
 
  private:

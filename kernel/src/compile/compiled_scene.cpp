@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "compile/checker.hpp"
 #include "compile/particle_values.hpp"
 #include "compile/range.hpp"
 #include "compile/validate.hpp"
@@ -42,7 +43,7 @@ std::optional<Error> make_free(CompiledScene<T>& compiled) {
 template <class T>
 std::optional<Error> make_joined(CompiledScene<T>& compiled, std::shared_ptr<const Joints<T>> joints) {
   if (joints == nullptr) joints = std::make_shared<const Joints<T>>(compiled.scene, compiled.options, compiled.start);
-  if (auto error = joints->refusal(compiled.options.unstable)) return error;
+  if (auto error = joints->refusal(compiled.scene, compiled.start, compiled.options.unstable)) return error;
   auto motion = std::make_unique<const JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes,
                                                         compiled.start);
   auto error = motion->refusal();
@@ -72,21 +73,61 @@ Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa 
   return build<T>(std::move(scene), options, isa, count, std::move(start), nullptr);
 }
 
+namespace {
+
+// joints: those of `before` where springs and step are the same, or others.
+template <class T>
+std::shared_ptr<const Joints<T>> shared_joints(const CompiledScene<T>& before) {
+  return before.joined() != nullptr ? before.joined()->shared_joints() : nullptr;
+}
+
 // Joined particles may get another number of sub-steps, and with it other coefficients of every spring.
+template <class T>
+std::shared_ptr<const Joints<T>> changed_joints(const CompiledScene<T>& before, const Scene& scene, const Options& options,
+                                                Changed changed) {
+  if (before.joined() == nullptr) return nullptr;
+  return std::make_shared<const Joints<T>>(scene, options, before.start, before.joined()->joints(), changed);
+}
+
+Error no_such(const std::string& field, const std::string& what, std::size_t count) {
+  return {field, "no " + what, "an index below " + std::to_string(count)};
+}
+
+}  // namespace
+
 template <class T>
 Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h) {
   Options options = before.options;
   options.step = h;
   if (auto error = check(options)) return tl::unexpected(*error);
-  return build<T>(before.scene, options, before.isa, before.count, before.start, nullptr);
+  if (auto error = check_range<T>(before.scene, options, before.count, before.start)) return tl::unexpected(*error);
+  auto joints = changed_joints(before, before.scene, options, Changed::step);
+  return build<T>(before.scene, options, before.isa, before.count, before.start, std::move(joints));
+}
+
+template <class T>
+Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene) {
+  if (auto error = check(scene, before.count)) return tl::unexpected(*error);
+  if (auto error = check_range<T>(scene, before.options, before.count, before.start)) return tl::unexpected(*error);
+  auto joints = changed_joints(before, scene, before.options, Changed::springs);
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, std::move(joints));
+}
+
+template <class T>
+Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_t index, const Contact& contact) {
+  if (index >= before.scene.contacts.size()) {
+    return tl::unexpected(no_such(element("contacts", index), "contact", before.scene.contacts.size()));
+  }
+  Scene scene = before.scene;
+  scene.contacts[index] = contact;
+  if (auto error = check(scene, before.count)) return tl::unexpected(*error);
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
 }
 
 template <class T>
 Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t index, const Force& force) {
-  const std::string field = "forces[" + std::to_string(index) + "]";
-  if (index >= before.scene.forces.size()) {
-    return tl::unexpected(Error{field, "no force", "an index below " + std::to_string(before.scene.forces.size())});
-  }
+  const std::string field = element("forces", index);
+  if (index >= before.scene.forces.size()) return tl::unexpected(no_such(field, "force", before.scene.forces.size()));
   Scene scene = before.scene;
   scene.forces[index] = force;
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
@@ -94,8 +135,7 @@ Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t 
     return tl::unexpected(Error{field + ".anchor", "at_start", "given, or at the start from the first"});
   }
   // A gust each frame must not look for the springs' frequency again.
-  auto joints = before.joined() != nullptr ? before.joined()->shared_joints() : nullptr;
-  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, std::move(joints));
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
 }
 
 template struct CompiledScene<float>;
@@ -108,5 +148,9 @@ template Expected<SharedScene<float>> with_step<float>(const CompiledScene<float
 template Expected<SharedScene<double>> with_step<double>(const CompiledScene<double>&, double);
 template Expected<SharedScene<float>> with_force<float>(const CompiledScene<float>&, std::size_t, const Force&);
 template Expected<SharedScene<double>> with_force<double>(const CompiledScene<double>&, std::size_t, const Force&);
+template Expected<SharedScene<float>> with_contact<float>(const CompiledScene<float>&, std::size_t, const Contact&);
+template Expected<SharedScene<float>> with_scene<float>(const CompiledScene<float>&, Scene);
+template Expected<SharedScene<double>> with_contact<double>(const CompiledScene<double>&, std::size_t, const Contact&);
+template Expected<SharedScene<double>> with_scene<double>(const CompiledScene<double>&, Scene);
 
 }  // namespace dvdx

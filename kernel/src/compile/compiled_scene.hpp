@@ -52,10 +52,15 @@ template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
                                        std::vector<Vec3> start);
 
-// The same with another step, or with forces[index] another: what the change does not touch is shared.
+// The same with another step, or with forces[index] or contacts[index] another: what the change does not touch is shared.
 template <class T>
 Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h);
 template <class T>
 Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t index, const Force& force);
+template <class T>
+Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_t index, const Contact& contact);
+// A scene of the same particles and springs, which differs in what these are made of, in masses and in what is fixed or torn.
+template <class T>
+Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene);
 
 }  // namespace dvdx

@@ -16,8 +16,37 @@ bool is_any_damped(std::span<const JoinedPair> springs) noexcept {
   return std::any_of(springs.begin(), springs.end(), [](const JoinedPair& s) { return s.c != 0; });
 }
 
+namespace {
+
+// Of the springs that begin in a row: all of them whole.
 template <class T>
-GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid) {
+const T* whole_row(const GridTerms<T>& terms, Columns<T>& columns) {
+  return columns.add(grid_directions * terms.pitch, T(1), column_margin);
+}
+
+// Which of a row's lines a direction has: in the order of GridFamilies.
+std::size_t line_of(const GridSpring& spring) {
+  if (spring.down == 0) return spring.right == 1 ? 0 : 1;
+  return spring.down == 1 ? static_cast<std::size_t>(3 + spring.right) : 5;
+}
+
+}  // namespace
+
+template <class T>
+void tear(GridForm<T>& form, const GridSpring& spring) noexcept {
+  const std::size_t column = spring.right < 0 ? spring.column - 1 : spring.column;
+  const_cast<T*>(form.whole[spring.row])[line_of(spring) * form.terms.pitch + column] = T(0);  // our own memory
+}
+
+template <class T>
+void reserve_torn_row(GridForm<T>& form, std::size_t row, Columns<T>& columns) {
+  if (form.whole.empty()) form.whole.resize(form.terms.rows, nullptr);
+  if (form.whole[row] == nullptr) form.whole[row] = whole_row(form.terms, columns);
+  form.terms.whole = form.whole.data();
+}
+
+template <class T>
+GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid, Columns<T>& columns) {
   GridForm<T> form;
   GridTerms<T>& terms = form.terms;
   terms.rows = grid.rows;
@@ -30,6 +59,11 @@ GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid) {
     if (d.down == 0) (d.right == 1 ? along.right : along.right2) = family;
     if (d.down == 1) (d.right < 0 ? along.left_below : (d.right == 0 ? along.below : along.right_below)) = family;
     if (d.down == 2) along.below2 = family;
+  }
+  for (const Pair& ends : grid.broken) {
+    const GridSpring spring = *spring_between(grid, ends);
+    reserve_torn_row(form, spring.row, columns);
+    tear(form, spring);
   }
   return form;
 }
@@ -166,7 +200,7 @@ void add_damped_slots(const NetworkInput& all, GraphForm<T>& form, Columns<T>& c
   const std::vector<SliceSlots> slices = slices_of(in);
   T* const c_of = slot_column(slices, columns, form.damped.c);
   fill_slots(in, slices, form.damped_lists, form.damped,
-             [&](const JoinedPair& s, double, std::size_t lane) { c_of[lane] = static_cast<T>(s.c); });
+             [&](const JoinedPair& s, double, std::size_t lane) { c_of[lane] = s.is_broken ? T(0) : static_cast<T>(s.c); });
 }
 
 }  // namespace
@@ -180,6 +214,7 @@ GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
   T* const kl_of = slot_column(slices, columns, form.terms.kl);
   T* const c_of = is_any_damped(in.springs) ? slot_column(slices, columns, form.terms.c) : nullptr;
   fill_slots(in, slices, form.lists, form.terms, [&](const JoinedPair& s, double, std::size_t lane) {
+    if (s.is_broken) return;  // the columns hold zeros
     double k = s.k;
     double c = s.c;
     if (in.coupling.scheme == Scheme::accumulate) {
@@ -210,6 +245,8 @@ PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns) {
   const bool is_any_linear = std::any_of(in.springs.begin(), in.springs.end(), is_linear);
   T* const linear = is_any_linear ? slot_column(slices, columns, form.terms.linear) : nullptr;
   fill_slots<T>(in, slices, form.lists, form.terms, [&](const JoinedPair& s, double w, std::size_t lane) {
+    if (linear != nullptr) linear[lane] = is_linear(s) ? T(1) : T(0);
+    if (s.is_broken) return;
     const double both = in.w[s.a] + in.w[s.b];
     const Contribution alone = spring(s.k * both, s.c * both, in.substep, in.coupling.method);
     const double share = w / both;
@@ -218,13 +255,16 @@ PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns) {
     C[lane] = static_cast<T>(share * alone.C);
     D[lane] = static_cast<T>(share * alone.D);
     l[lane] = unless_empty<T>(A[lane] == 0 && B[lane] == 0 && C[lane] == 0 && D[lane] == 0, s.l);
-    if (linear != nullptr) linear[lane] = is_linear(s) ? T(1) : T(0);
   });
   return form;
 }
 
-template GridForm<float> make_grid_form(const NetworkInput&, const Grid&);
-template GridForm<double> make_grid_form(const NetworkInput&, const Grid&);
+template GridForm<float> make_grid_form(const NetworkInput&, const Grid&, Columns<float>&);
+template void reserve_torn_row(GridForm<float>&, std::size_t, Columns<float>&);
+template void tear(GridForm<float>&, const GridSpring&) noexcept;
+template GridForm<double> make_grid_form(const NetworkInput&, const Grid&, Columns<double>&);
+template void reserve_torn_row(GridForm<double>&, std::size_t, Columns<double>&);
+template void tear(GridForm<double>&, const GridSpring&) noexcept;
 template GraphForm<float> make_graph_form(const NetworkInput&, Columns<float>&);
 template GraphForm<double> make_graph_form(const NetworkInput&, Columns<double>&);
 template PairsForm<float> make_pairs_form(const NetworkInput&, Columns<float>&);

@@ -34,7 +34,7 @@ Compliances compliances(const Implicitness& of, double k, double c, double w) {
 
 Implicitness implicitness(const NetworkInput& in) {
   if (!is_generalized_alpha(in.coupling)) return theta_scheme(theta_of(in.coupling), in.substep);
-  return generalized_alpha(rho_of(in.frequency, in.substep), in.substep).implicitness;
+  return generalized_alpha(in.rho, in.substep).implicitness;
 }
 Implicitness implicitness_of_start(const NetworkInput& in) { return start_of_generalized_alpha(in.substep).implicitness; }
 
@@ -70,7 +70,7 @@ AlphaTerms<T> rounded(const AlphaTerms<double>& of, Damping damping) {
 template <class T>
 std::optional<Alpha<T>> make_alpha(const NetworkInput& in, const SweepTerms<T>& sweeps) {
   if (!is_generalized_alpha(in.coupling)) return std::nullopt;
-  const GeneralizedAlpha on = generalized_alpha(rho_of(in.frequency, in.substep), in.substep);
+  const GeneralizedAlpha on = generalized_alpha(in.rho, in.substep);
   const GeneralizedAlpha start = start_of_generalized_alpha(in.substep);
   Alpha<T> alpha{
       .on = rounded<T>(on.terms, sweeps.damping), .start = rounded<T>(start.terms, sweeps.damping), .sweeps_of_start = sweeps};
@@ -144,13 +144,28 @@ T* strand_inverses(const Implicitness& of, std::span<const GridDirection> direct
 
 }  // namespace
 
+// Torn springs have no coefficient: no sweep moves anything by them.
+template <class T>
+void tear(StrandsForm<T>& form, const ParticleOrder& order, const Grid& grid, const GridSpring& spring) noexcept {
+  const std::uint32_t a = order.of[grid.first + spring.row * grid.columns + spring.column];
+  const std::vector<GridDirection>& directions = form.directions;
+  for (const Strand& strand : form.strands) {
+    const GridDirection& d = directions[strand.family];
+    if (d.down != spring.down || d.right != spring.right || a < strand.a || a - strand.a >= strand.count) continue;
+    const std::size_t s = strand.springs + (a - strand.a);
+    const_cast<T*>(form.terms.inverse)[s] = T(0);  // our own memory
+    if (form.alpha) const_cast<T*>(form.alpha->sweeps_of_start.inverse)[s] = T(0);
+  }
+}
+
 // Bands of rows, and in each the directions one after the other.
 template <class T>
 StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, const T* w, Columns<T>& columns) {
   StrandsForm<T> form;
   form.terms = sweep_terms<T>(in);
   form.shift = shift_terms<T>(in);
-  const std::vector<GridDirection> directions = directions_of(grid);
+  form.directions = directions_of(grid);
+  const std::vector<GridDirection>& directions = form.directions;
   const std::size_t band = rows_of_band(grid.columns);
   for (std::size_t from = 0; from < grid.rows; from += band) {
     form.bands.push_back(form.strands.size());
@@ -167,6 +182,7 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, const
   make(implicitness(in), form.families, form.terms);
   form.alpha = make_alpha(in, form.terms);
   if (form.alpha) make(implicitness_of_start(in), form.families_of_start, form.alpha->sweeps_of_start);
+  for (const Pair& ends : grid.broken) tear(form, in.order, grid, *spring_between(grid, ends));
   return form;
 }
 
@@ -303,9 +319,10 @@ class Ranges {
     Set set{};
     for (std::size_t lane = 0; lane < slice; ++lane) {
       const JoinedPair* const p = lanes[lane];
+      const bool is_whole = p != nullptr && !p->is_broken;
       const double w_a = p != nullptr ? in_.w[p->a] : 0;
       const double w_b = p != nullptr ? in_.w[p->b] : 0;
-      const Compliances k = p != nullptr ? compliances(of, p->k, p->c, w_a + w_b) : Compliances{0, 0, 1};
+      const Compliances k = is_whole ? compliances(of, p->k, p->c, w_a + w_b) : Compliances{0, 0, 1};
       const std::array of_lane{k.kappa, k.eta, k.inverse, w_a, w_b};
       for (std::size_t n = 0; n < coefficient_sets; ++n) set[n * slice + lane] = static_cast<T>(of_lane[n]);
     }
@@ -368,6 +385,8 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
 
 template StrandsForm<float> make_strands_form(const NetworkInput&, const Grid&, const float*, Columns<float>&);
 template StrandsForm<double> make_strands_form(const NetworkInput&, const Grid&, const double*, Columns<double>&);
+template void tear(StrandsForm<float>&, const ParticleOrder&, const Grid&, const GridSpring&) noexcept;
+template void tear(StrandsForm<double>&, const ParticleOrder&, const Grid&, const GridSpring&) noexcept;
 template ColoursForm<float> make_colours_form(const NetworkInput&, Columns<float>&);
 template ColoursForm<double> make_colours_form(const NetworkInput&, Columns<double>&);
 

@@ -1,12 +1,13 @@
 #include "compile/joints.hpp"
 
-#include "compile/particle_values.hpp"
-#include "compile/pose_track.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+
+#include "compile/particle_values.hpp"
+#include "compile/pose_track.hpp"
+#include "compile/sweep_scheme.hpp"
 
 namespace dvdx {
 namespace {
@@ -31,35 +32,32 @@ struct Limited {
   LimitedBy by = LimitedBy::frequency;
 };
 
-Limited limit_of(const Coupling& coupling, const Frequencies& frequencies, double h, bool hangs_free) {
+Limited limit_of(const SubstepRule& rule, const Frequencies& frequencies, double h, int substeps, bool hangs_free) {
   Limited found;
   NetworkLimit& limit = found.limit;
+  limit.substeps = substeps;
   limit.frequency = frequencies.start;
   limit.bound = frequencies.bound;
   limit.particle = frequencies.particle;
   limit.damping = frequencies.damping;
-  // A pair's own contribution is stable at any step where its particles have no other spring.
-  const bool is_alone = coupling.scheme == Scheme::accumulate && frequencies.is_isolated;
-  const StableRange stable = is_alone ? StableRange{} : scheme_limit(coupling);
-  limit.limit = stable.frequency;
-  limit.damping_limit = stable.damping;
-  if (is_alone) limit.substeps = coupling.substeps.value_or(1);
-  if (is_alone) return found;
+  limit.limit = rule.stable.frequency;
+  limit.damping_limit = rule.stable.damping;
+  if (rule.is_alone) return found;
   HighestRates rates{frequencies.bound, frequencies.damping};
-  limit.safe = substeps_for(stable, h, rates);
+  limit.safe = substeps_for(rule.stable, h, rates);
   limit.fewest = limit.safe;
   // Of the matrix M^-1 K the margin is the square of the frequency's, and so it is of M^-1 C.
   const HighestRates at_start{frequencies.start * start_margin, frequencies.damping_start * start_margin * start_margin};
-  if (hangs_free && substeps_for(stable, h, at_start) < limit.safe) {
-    limit.fewest = substeps_for(stable, h, at_start);
+  if (hangs_free && substeps_for(rule.stable, h, at_start) < limit.safe) {
+    limit.fewest = substeps_for(rule.stable, h, at_start);
     rates = at_start;
   }
-  found.by = limited_by(stable, h, rates);
-  limit.substeps = coupling.substeps.value_or(substeps_for(calm_limit(coupling), h, {frequencies.bound, frequencies.damping}));
+  found.by = limited_by(rule.stable, h, rates);
   return found;
 }
 
-// A surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola: half a radian at most.
+// A surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola: half a radian at
+// most.
 int substeps_of_turns(const Scene& scene, double h) {
   constexpr double most_turn = 0.5;  // rad
   double turn = 0;
@@ -69,6 +67,20 @@ int substeps_of_turns(const Scene& scene, double h) {
     }
   }
   return static_cast<int>(std::clamp(std::ceil(turn / most_turn), 1.0, 1e6));
+}
+
+// fewest: where they are not asked for.
+Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h, const HighestRates& rates, int fewest) {
+  if (rule.is_alone) return {.substeps = coupling.substeps.value_or(fewest)};
+  Substeps found;
+  found.substeps = coupling.substeps ? *coupling.substeps : std::max(fewest, substeps_for(rule.calm, h, rates));
+  if (is_generalized_alpha(coupling)) found.rho = rho_of(rates.frequency, h / found.substeps);
+  found.is_safe = found.substeps >= substeps_for(rule.stable, h, rates);
+  return found;
+}
+
+const Grid* stepped_as_grid(const Scene& scene, std::size_t count) {
+  return scene.coupling.scheme != Scheme::accumulate ? only_grid(scene, count) : nullptr;
 }
 
 // A sum of pairs' own contributions takes other coefficients than a pulse; the filtered pulse is one.
@@ -105,34 +117,81 @@ std::size_t bytes_of(const ColoursForm<T>& form) {
 
 }  // namespace
 
+SubstepRule::SubstepRule(const Coupling& coupling, bool is_isolated)
+    : is_alone(coupling.scheme == Scheme::accumulate && is_isolated),
+      stable(is_alone ? StableRange{} : scheme_limit(coupling)),
+      calm(is_alone ? StableRange{} : calm_limit(coupling)) {}
+
 template <class T>
 Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start)
+    : Joints(scene, options, start, nullptr, Changed::springs) {}
+
+template <class T>
+Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints& kept, Changed changed)
+    : Joints(scene, options, start, &kept, changed) {}
+
+template <class T>
+Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed)
     : coupling(scene.coupling),
       step(options.step),
       w_of(inverse_masses(scene, start.size())),
       splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
       columns_(options.memory) {
-  const std::vector<JoinedPair> pairs = joined_pairs(scene, start);
-  const Grid* grid = only_grid(scene, particles());
-  springs = pairs.size();
-  is_damped_ = is_any_damped(pairs);
-  frequencies = dvdx::frequencies(pairs, grid, w_of, start);
-  const Limited limited = limit_of(coupling, frequencies, step, grid != nullptr && scene.contacts.empty());
-  limit = limited.limit;
-  limited_by_ = limited.by;
-  if (!coupling.substeps) limit.substeps = std::max(limit.substeps, substeps_of_turns(scene, step));
-  make_order(scene, pairs, grid);
+  const Grid* grid = stepped_as_grid(scene, particles());
+  const std::vector<JoinedPair> pairs = grid == nullptr ? joined_pairs(scene, start) : std::vector<JoinedPair>{};
+  springs = grid != nullptr ? count_springs(*grid) : pairs.size();
+  is_damped_ = grid != nullptr ? grid->damping != 0 && springs != 0 : is_any_damped(pairs);
+  choose(scene, pairs, kept, changed);
+  make_order(scene, pairs, grid, kept);
   make_fixed(scene, start);
   make_inverse_masses();
   make_form(pairs, grid);
   if (!scene.constraints.empty()) constraints.emplace(scene, start, w_of, order, substep(), options.memory);
 }
 
+// By sums where they tell the number of sub-steps, by eigenvalues only where these would save some.
 template <class T>
-void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid) {
-  if (grid != nullptr && coupling.scheme != Scheme::accumulate) {
+void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed) {
+  const Grid* grid = only_grid(scene, particles());
+  const int fewest = substeps_of_turns(scene, step);
+  const auto by = [&](const HighestRates& highest) { return substeps_of(coupling, rule, step, highest, fewest); };
+  const bool has_rule = kept != nullptr && coupling.scheme != Scheme::accumulate;
+  rule = has_rule ? kept->rule : SubstepRule(coupling, are_isolated(pairs, w_of));
+  if (kept != nullptr && changed == Changed::step) {
+    rates = kept->rates;
+  } else {
+    rates = grid != nullptr ? rate_bounds(GridRates(*grid, w_of)) : rate_bounds(pairs, w_of);
+  }
+  if (by(rates.least) != by(rates.most)) rates.least = rates.most = highest_rates(pairs, w_of);
+  chosen = by(rates.most);
+}
+
+namespace {
+
+template <class T>
+Limited limited(const Joints<T>& joints, const Scene& scene, std::span<const Vec3> start) {
+  const Grid* grid = only_grid(scene, joints.particles());
+  const Frequencies found = frequencies(joined_pairs(scene, start), grid, joints.w_of, start);
+  const bool hangs_free = grid != nullptr && scene.contacts.empty();
+  return limit_of(joints.rule, found, joints.step, joints.chosen.substeps, hangs_free);
+}
+
+}  // namespace
+
+template <class T>
+NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) const {
+  return limited(*this, scene, start).limit;
+}
+
+template <class T>
+void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept) {
+  if (grid != nullptr) {
     const std::size_t phases = coupling.scheme != Scheme::sequential ? 1 : (grid->bend != 0 ? 4 : 2);
     order = grid_order(*grid, phases);
+    return;
+  }
+  if (kept != nullptr) {
+    order = kept->order;
     return;
   }
   std::vector<JoinedPair> near(pairs.begin(), pairs.end());
@@ -165,12 +224,12 @@ void Joints<T>::make_inverse_masses() {
 
 template <class T>
 void Joints<T>::make_form(std::span<const JoinedPair> pairs, const Grid* grid) {
-  const NetworkInput in{coupling, pairs, w_of, order, substep(), frequencies.bound};
+  const NetworkInput in{coupling, pairs, w_of, order, substep(), chosen.rho};
   const bool is_sequential = coupling.scheme == Scheme::sequential;
   if (grid != nullptr && is_sequential) {
     form = make_strands_form<T>(in, *grid, w, columns_);
-  } else if (grid != nullptr && coupling.scheme != Scheme::accumulate) {
-    form = make_grid_form<T>(in, *grid);
+  } else if (grid != nullptr) {
+    form = make_grid_form<T>(in, *grid, columns_);
   } else if (is_sequential) {
     form = make_colours_form<T>(in, columns_);
   } else if (sums_pairs(coupling)) {
@@ -187,15 +246,18 @@ std::size_t Joints<T>::bytes() const noexcept {
 }
 
 template <class T>
-std::optional<Error> Joints<T>::refusal(Unstable unstable) const {
+std::optional<Error> Joints<T>::refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable) const {
   const std::string field = "network.substeps";
-  if (limit.substeps > 1000000) {
-    return Error{field, std::to_string(limit.safe), "at most 1000000: a smaller step, less stiffness, or scheme sequential"};
+  if (chosen.substeps > 1000000) {
+    return Error{field, std::to_string(limited(*this, scene, start).limit.safe),
+                 "at most 1000000: a smaller step, less stiffness, or scheme sequential"};
   }
-  if (limit.substeps >= limit.fewest || unstable == Unstable::allowed) return std::nullopt;
+  if (chosen.is_safe || unstable == Unstable::allowed) return std::nullopt;
+  const auto [limit, by] = limited(*this, scene, start);
+  if (limit.substeps >= limit.fewest) return std::nullopt;
   return Error{field, std::to_string(limit.substeps),
                "at least " + std::to_string(limit.fewest) + " for this scheme, or the springs are unstable by their " +
-                   (limited_by_ == LimitedBy::damping ? "damping" : "frequency") + " (" + std::to_string(limit.safe) +
+                   (by == LimitedBy::damping ? "damping" : "frequency") + " (" + std::to_string(limit.safe) +
                    " are stable in any position); scheme sequential takes any"};
 }
 

@@ -24,21 +24,41 @@ struct FixedParticle {
   Vec3 place{};                           // m: where it is carried from, in the world
 };
 
+// Which sub-steps a coupling takes of springs whose rates lie within bounds.
+struct SubstepRule {
+  SubstepRule() = default;
+  SubstepRule(const Coupling& coupling, bool is_isolated);
+  bool is_alone = false;  // a pair's own contribution, stable at any step where its particles have no other spring
+  StableRange stable, calm;
+};
+struct Substeps {
+  int substeps = 1;     // a step
+  double rho = 0;       // of generalized alpha
+  bool is_safe = true;  // in any position
+  bool operator==(const Substeps&) const = default;
+};
+
+// Since other joints of the same particles were made.
+enum class Changed {
+  step,     // the step alone: rates and order stay
+  springs,  // what the springs are made of, masses, and what is fixed: the order stays
+};
+
 template <class T>
 class Joints {
  public:
   // The scene and the options have been checked; start: the particles' positions.
   Joints(const Scene& scene, const Options& options, std::span<const Vec3> start);
+  // The same particles joined by the same springs, of which `changed` may differ.
+  Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints& kept, Changed changed);
   Joints(const Joints&) = delete;
   Joints& operator=(const Joints&) = delete;
 
   // Where the scene asks for fewer sub-steps than the start's springs allow.
-  [[nodiscard]] std::optional<Error> refusal(Unstable unstable) const;
-  // What another scheme would choose for the same springs.
-  [[nodiscard]] int chosen_substeps(const Coupling& other) const {
-    return substeps_for(calm_limit(other), step, {frequencies.bound, frequencies.damping});
-  }
-  [[nodiscard]] double substep() const noexcept { return step / limit.substeps; }  // s
+  [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable) const;
+  // Of the springs as they are now, by eigenvalues: a hundred steps' time.
+  [[nodiscard]] NetworkLimit limit(const Scene& scene, std::span<const Vec3> start) const;
+  [[nodiscard]] double substep() const noexcept { return step / chosen.substeps; }  // s
   [[nodiscard]] std::size_t bytes() const noexcept;
   [[nodiscard]] bool is_damped() const noexcept { return is_damped_; }
   // How often a pulse applies the damping to what came before: it takes as many passes more over the springs that damp.
@@ -49,8 +69,9 @@ class Joints {
   std::size_t springs = 0;
   std::vector<double> w_of;  // 1/kg of each particle, 0 where fixed or kinematic
   Splitting splitting;
-  Frequencies frequencies;
-  NetworkLimit limit;
+  SubstepRule rule;
+  RateBounds rates;
+  Substeps chosen;
   ParticleOrder order;
   std::vector<FixedParticle> fixed;  // and kinematic ones, by element
   const T* w = nullptr;              // the working column of inverse masses
@@ -60,13 +81,15 @@ class Joints {
   [[nodiscard]] std::size_t particles() const noexcept { return w_of.size(); }
 
  private:
-  void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid);
+  Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed);
+
+  void choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed);
+  void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept);
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();
   void make_form(std::span<const JoinedPair> pairs, const Grid* grid);
 
   bool is_damped_ = false;
-  LimitedBy limited_by_ = LimitedBy::frequency;
   Columns<T> columns_;
 };
 

@@ -6,10 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 
 #include "compile/sweep_scheme.hpp"
-#include "math/elementary.hpp"
 
 namespace dvdx {
 namespace {
@@ -20,6 +18,9 @@ constexpr int most_iterations = 100;
 
 enum class Direction { any, start };  // in every direction, or along each spring as it stands at the start
 enum class Matrix { K, C };           // of stiffness, of damping
+
+double stiffness_of(const JoinedPair& s) { return s.is_broken ? 0 : s.k; }
+double damping_of(const JoinedPair& s) { return s.is_broken ? 0 : s.c; }
 
 // y = M^-1/2 K M^-1/2 x, three numbers a particle; or with C.
 class Stiffness {
@@ -41,8 +42,9 @@ class Stiffness {
   [[nodiscard]] Eigen::Matrix3Xd times(const Eigen::Matrix3Xd& x) const {
     Eigen::Matrix3Xd y = Eigen::Matrix3Xd::Zero(3, x.cols());
     for (std::size_t s = 0; s < springs_.size(); ++s) {
-      const auto [a, b, k, l, c] = springs_[s];
-      const double weight = matrix_ == Matrix::K ? k : c;
+      const std::uint32_t a = springs_[s].a;
+      const std::uint32_t b = springs_[s].b;
+      const double weight = matrix_ == Matrix::K ? stiffness_of(springs_[s]) : damping_of(springs_[s]);
       const Eigen::Vector3d stretch = root_[b] * x.col(b) - root_[a] * x.col(a);
       Eigen::Vector3d pull = weight * stretch;
       if (direction_ == Direction::start) {
@@ -114,6 +116,7 @@ int affordable_iterations(std::size_t springs) {
 struct SumBound {
   double value = 0;
   std::uint32_t particle = 0;
+  double on_diagonal = 0;  // the largest of one particle's own
 };
 
 template <class Weight>
@@ -125,46 +128,24 @@ SumBound sum_bound(std::span<const JoinedPair> springs, std::span<const double> 
   }
   SumBound bound;
   for (const JoinedPair& s : springs) {
+    if (s.is_broken) continue;
     const double of_a = w[s.a] * sum[s.a];
     const double of_b = w[s.b] * sum[s.b];
-    if (of_a + of_b > bound.value) bound = {of_a + of_b, of_a >= of_b ? s.a : s.b};
+    if (of_a + of_b > bound.value) {
+      bound.value = of_a + of_b;
+      bound.particle = of_a >= of_b ? s.a : s.b;
+    }
+    bound.on_diagonal = std::max({bound.on_diagonal, of_a, of_b});
   }
   return bound;
 }
 
-bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w) {
-  std::vector<bool> has_spring(w.size(), false);
-  for (const JoinedPair& s : springs) {
-    for (const std::uint32_t i : {s.a, s.b}) {
-      if (w[i] != 0 && has_spring[i]) return false;
-      has_spring[i] = true;
-    }
-  }
-  return true;
-}
-
-// weight(direction): of its springs.
-template <class Weight>
-double symbol_bound(const Grid& grid, std::span<const double> w, const Weight& weight) {
-  constexpr int samples = 128;
-  constexpr int farthest = 3 * samples;  // two rows down and one column across, or two columns
-  std::array<double, 2 * farthest + 1> rise{};
-  for (int n = -farthest; n <= farthest; ++n) {
-    rise[static_cast<std::size_t>(n + farthest)] = 1 - sincos(std::numbers::pi * n / samples).cos;
-  }
-  const std::vector<GridDirection> directions = directions_of(grid);
-  double largest = 0;
-  for (int p = 0; p <= samples; ++p) {
-    for (int q = -samples; q <= samples; ++q) {
-      double sum = 0;
-      for (const GridDirection& d : directions) {
-        const int n = p * static_cast<int>(d.down) + q * static_cast<int>(d.right);
-        sum += 2 * weight(d) * rise[static_cast<std::size_t>(n + farthest)];
-      }
-      largest = std::max(largest, sum);
-    }
-  }
-  return largest * *std::max_element(w.begin(), w.end());
+double bounded(Matrix matrix, std::span<const JoinedPair> springs, std::span<const double> w, const SumBound& sums) {
+  const int iterations = affordable_iterations(springs.size());
+  if (iterations != most_iterations) return sums.value;
+  // Lanczos' value comes from below; two hundredths more than what it misses after this many steps.
+  const Stiffness everywhere(matrix, springs, w, {}, Direction::any);
+  return std::clamp(1.02 * largest_eigenvalue(everywhere, w.size(), iterations), sums.on_diagonal, sums.value);
 }
 
 // The matrix of a splitting's step of one oscillator x'' = -x, row by row.
@@ -221,29 +202,51 @@ double accumulate_limit(Method method) {
 
 }  // namespace
 
+bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w) {
+  std::vector<bool> has_spring(w.size(), false);
+  for (const JoinedPair& s : springs) {
+    if (s.is_broken) continue;
+    for (const std::uint32_t i : {s.a, s.b}) {
+      if (w[i] != 0 && has_spring[i]) return false;
+      has_spring[i] = true;
+    }
+  }
+  return true;
+}
+
+RateBounds rate_bounds(const GridRates& grid) {
+  const HighestRates rates{std::sqrt(grid.of_stiffness()), grid.of_damping()};
+  return {rates, rates};
+}
+
+RateBounds rate_bounds(std::span<const JoinedPair> springs, std::span<const double> w) {
+  const SumBound of_k = sum_bound(springs, w, stiffness_of);
+  const SumBound of_c = sum_bound(springs, w, damping_of);
+  // The matrix of k 1 has the k of a particle's springs on its diagonal.
+  return {.least = {std::sqrt(of_k.on_diagonal), of_c.on_diagonal}, .most = {std::sqrt(of_k.value), of_c.value}};
+}
+
+HighestRates highest_rates(std::span<const JoinedPair> springs, std::span<const double> w) {
+  const double of_k = bounded(Matrix::K, springs, w, sum_bound(springs, w, stiffness_of));
+  const SumBound of_c = sum_bound(springs, w, damping_of);
+  return {std::sqrt(of_k), of_c.value == 0 ? 0 : bounded(Matrix::C, springs, w, of_c)};
+}
+
 Frequencies frequencies(std::span<const JoinedPair> springs, const Grid* grid, std::span<const double> w,
                         std::span<const Vec3> start) {
   Frequencies found;
   if (springs.empty()) return found;
-  const int iterations = affordable_iterations(springs.size());
-  const auto largest = [&](Matrix matrix, Direction direction) {
-    return largest_eigenvalue(Stiffness(matrix, springs, w, start, direction), w.size(), iterations);
+  const HighestRates highest = grid != nullptr ? rate_bounds(GridRates(*grid, w)).most : highest_rates(springs, w);
+  const auto largest_at_start = [&](Matrix matrix) {
+    return largest_eigenvalue(Stiffness(matrix, springs, w, start, Direction::start), w.size(),
+                              affordable_iterations(springs.size()));
   };
-  const auto bounded = [&](Matrix matrix, double sums, const auto& weight) {
-    if (grid != nullptr) return std::min(sums, symbol_bound(*grid, w, weight));
-    // Lanczos' value comes from below; two hundredths more than what it misses after this many steps.
-    return iterations == most_iterations ? std::min(sums, 1.02 * largest(matrix, Direction::any)) : sums;
-  };
-  const SumBound sums = sum_bound(springs, w, [](const JoinedPair& s) { return s.k; });
-  const double bound = bounded(Matrix::K, sums.value, [](const GridDirection& d) { return d.k; });
-  found.particle = sums.particle;
-  found.is_isolated = are_isolated(springs, w);
-  found.bound = std::sqrt(bound);
-  found.start = std::sqrt(std::min(bound, largest(Matrix::K, Direction::start)));
-  const SumBound damping = sum_bound(springs, w, [](const JoinedPair& s) { return s.c; });
-  if (damping.value == 0) return found;
-  found.damping = bounded(Matrix::C, damping.value, [grid](const GridDirection&) { return grid->damping; });
-  found.damping_start = std::min(found.damping, largest(Matrix::C, Direction::start));
+  found.particle = sum_bound(springs, w, stiffness_of).particle;
+  found.bound = highest.frequency;
+  found.start = std::min(found.bound, std::sqrt(largest_at_start(Matrix::K)));
+  if (highest.damping == 0) return found;
+  found.damping = highest.damping;
+  found.damping_start = std::min(found.damping, largest_at_start(Matrix::C));
   return found;
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "compile/grid_rates.hpp"
 #include "compile/particle_order.hpp"
 #include "dvdx/plan.hpp"
 
@@ -21,14 +22,29 @@ namespace dvdx {
 
 // The damping's matrix is bounded in the same way: C_e = c n n^T <= c 1, everywhere.
 
+// What eigenvalues tell of the springs. They take a hundred steps' time: only where they are asked for, or save sub-steps.
 struct Frequencies {
   double start = 0;          // rad/s, at the start's positions
   double bound = 0;          // rad/s, anywhere
   double damping_start = 0;  // 1/s, lambda(M^-1 C) at the start's positions
   double damping = 0;        // 1/s, anywhere
   std::uint32_t particle = 0;
-  bool is_isolated = true;  // no movable particle has two springs
 };
+
+struct HighestRates {
+  double frequency = 0, damping = 0;  // rad/s, 1/s
+};
+
+// What the bounds of `Frequencies` are at least and at most, by sums alone. Of a grid they are the bounds.
+struct RateBounds {
+  HighestRates least, most;
+};
+RateBounds rate_bounds(const GridRates& grid);
+RateBounds rate_bounds(std::span<const JoinedPair> springs, std::span<const double> w);
+// The bounds themselves.
+HighestRates highest_rates(std::span<const JoinedPair> springs, std::span<const double> w);
+// Whether no movable particle has two springs.
+bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w);
 
 // w: 1/kg of each particle, 0 where fixed.
 Frequencies frequencies(std::span<const JoinedPair> springs, const Grid* grid, std::span<const double> w,
@@ -48,10 +64,6 @@ StableRange scheme_limit(const Coupling& coupling);
 // The same up to which the energy of linear springs stays within half and twice of what it is (leapfrog's swings by
 // 1/(1 - z^2/4), without bound towards the limit), and what damps most loses a quarter of its speed at least in a sub-step.
 StableRange calm_limit(const Coupling& coupling);
-
-struct HighestRates {
-  double frequency = 0, damping = 0;  // rad/s, 1/s
-};
 
 // Sub-steps of a step h that keep both within such a range, and which of the two asks for more of them.
 int substeps_for(const StableRange& range, double h, const HighestRates& rates);

@@ -24,6 +24,7 @@ inline constexpr std::size_t column_margin = slice;
 template <class T>
 struct GridForm {
   GridTerms<T> terms;
+  std::vector<const T*> whole{};  // what the terms point to where a spring is torn
 };
 
 // Which neighbours each particle has.
@@ -67,6 +68,7 @@ struct StrandsForm {
   std::optional<Alpha<T>> alpha{};  // in its place
   std::vector<Strand> strands;
   std::vector<StrandFamily<T>> families, families_of_start;
+  std::vector<GridDirection> directions;  // of the families
   std::vector<std::size_t> bands;  // first strand of each band, and one more: bands two apart share no particle
   std::size_t springs = 0;         // columns of lambda
 };
@@ -102,14 +104,21 @@ struct NetworkInput {
   std::span<const double> w;  // 1/kg of each particle, 0 where fixed
   const ParticleOrder& order;
   double substep;    // s
-  double frequency;  // rad/s: the highest of the springs in any position
+  double rho;        // of generalized alpha
 };
 
 [[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;
 
 // Columns that a form refers to come from `columns`, which must live as long.
 template <class T>
-GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid);
+GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid, Columns<T>& columns);
+// Of a sheet: room for torn springs that begin in a row, and one of them torn.
+template <class T>
+void reserve_torn_row(GridForm<T>& form, std::size_t row, Columns<T>& columns);
+template <class T>
+void tear(GridForm<T>& form, const GridSpring& spring) noexcept;
+template <class T>
+void tear(StrandsForm<T>& form, const ParticleOrder& order, const Grid& grid, const GridSpring& spring) noexcept;
 template <class T>
 GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns);
 template <class T>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 #include <utility>
 
@@ -21,7 +22,19 @@ Vec3 spanned(const Grid& grid, std::size_t down, std::ptrdiff_t right) {
   return d;
 }
 
+// Pairs that are torn, in ascending order.
+std::vector<Pair> sorted(std::span<const Pair> broken) {
+  std::vector<Pair> list;
+  for (const auto& [i, j] : broken) list.push_back({std::min(i, j), std::max(i, j)});
+  std::sort(list.begin(), list.end());
+  return list;
+}
+void mark(std::span<const Pair> sorted_broken, JoinedPair& pair) {
+  pair.is_broken = std::binary_search(sorted_broken.begin(), sorted_broken.end(), Pair{pair.a, pair.b});
+}
+
 void append(const Grid& grid, std::vector<JoinedPair>& pairs) {
+  const std::vector<Pair> broken = sorted(grid.broken);
   const std::vector<GridDirection> directions = directions_of(grid);
   for (std::size_t row = 0; row < grid.rows; ++row) {
     for (std::size_t column = 0; column < grid.columns; ++column) {
@@ -32,16 +45,19 @@ void append(const Grid& grid, std::vector<JoinedPair>& pairs) {
         const std::size_t j = (row + d.down) * grid.columns + static_cast<std::size_t>(other);
         pairs.push_back(
             {static_cast<std::uint32_t>(grid.first + i), static_cast<std::uint32_t>(grid.first + j), d.k, d.l, grid.damping});
+        mark(broken, pairs.back());
       }
     }
   }
 }
 
 void append(const Springs& springs, std::span<const Vec3> start, std::vector<JoinedPair>& pairs) {
+  const std::vector<Pair> broken = sorted(springs.broken);
   for (std::size_t s = 0; s < springs.pairs.size(); ++s) {
     const auto [a, b] = std::minmax(springs.pairs[s][0], springs.pairs[s][1]);
     const double l = springs.rest_length ? (*springs.rest_length)[s] : distance(start[a], start[b]);
     pairs.push_back({a, b, springs.stiffness[s], l, springs.damping});
+    mark(broken, pairs.back());
   }
 }
 
@@ -215,6 +231,31 @@ std::vector<GridDirection> directions_of(const Grid& grid) {
   return directions;
 }
 
+std::optional<GridSpring> spring_between(const Grid& grid, const Pair& ends) {
+  const auto [from, to] = std::minmax(ends[0], ends[1]);
+  if (from < grid.first || to >= grid.first + grid.rows * grid.columns) return std::nullopt;
+  const auto place = [&](std::size_t particle) {
+    return std::pair((particle - grid.first) / grid.columns, (particle - grid.first) % grid.columns);
+  };
+  const auto [row, column] = place(from);
+  const auto [other_row, other_column] = place(to);
+  const std::size_t down = other_row - row;
+  const auto right = static_cast<std::ptrdiff_t>(other_column) - static_cast<std::ptrdiff_t>(column);
+  const bool is_along_row = down == 0 && (right == 1 || right == 2);
+  const bool is_below = (down == 1 && std::abs(right) <= 1) || (down == 2 && right == 0);
+  if (!is_along_row && !is_below) return std::nullopt;
+  return GridSpring{row, column, down, right};
+}
+
+std::size_t count_springs(const Grid& grid) {
+  std::size_t count = 0;
+  for (const GridDirection& d : directions_of(grid)) {
+    const auto across = static_cast<std::size_t>(std::abs(d.right));
+    if (d.down < grid.rows && across < grid.columns) count += (grid.rows - d.down) * (grid.columns - across);
+  }
+  return count;
+}
+
 DVDX_EXPORT Springs springs_of(const Grid& grid) {
   std::vector<JoinedPair> joined;
   append(grid, joined);
@@ -231,6 +272,9 @@ DVDX_EXPORT Springs springs_of(const Grid& grid) {
   springs.stiffness = std::move(stiffness);
   springs.rest_length = Scalars(std::move(length));
   springs.damping = grid.damping;
+  for (const Pair& ends : sorted(grid.broken)) {
+    if (std::binary_search(springs.pairs.begin(), springs.pairs.end(), ends)) springs.broken.push_back(ends);
+  }
   return springs;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,8 @@ namespace dvdx {
 struct JoinedPair {
   std::uint32_t a = 0, b = 0;
   double k = 0, l = 0, c = 0;  // N/m, m, kg/s
+  // It stays where it is among the others, so that no order and no colour changes with it, and pulls no more.
+  bool is_broken = false;
 };
 
 // One direction of a grid's springs, those between (row, column) and (row + down, column + right).
@@ -25,6 +28,16 @@ struct GridDirection {
 
 // Those with a stiffness (or a damping), in the order of the neighbour's number.
 std::vector<GridDirection> directions_of(const Grid& grid);
+
+// A spring of a sheet, by where it begins and its direction, whatever its stiffness.
+struct GridSpring {
+  std::size_t row = 0, column = 0;
+  std::size_t down = 0;
+  std::ptrdiff_t right = 0;
+};
+// The one that joins two particles, in either order, or none.
+std::optional<GridSpring> spring_between(const Grid& grid, const Pair& ends);
+std::size_t count_springs(const Grid& grid);
 
 // All springs of a scene, each pair in ascending order and the list sorted; rest lengths that the scene leaves open are the
 // start's distances. Pairs that several networks join are several springs.

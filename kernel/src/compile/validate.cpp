@@ -1,14 +1,17 @@
 #include "compile/validate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 
 #include "compile/checker.hpp"
 #include "compile/free_motion.hpp"
-#include "compile/pose_track.hpp"
+#include "compile/particle_order.hpp"
 #include "compile/particle_values.hpp"
+#include "compile/pose_track.hpp"
 #include "forces/polynomial.hpp"
 #include "math/vec3.hpp"
 #include "text.hpp"
@@ -166,12 +169,31 @@ struct NetworkChecker {
     check.number(at + ".shear", g.shear, Range::non_negative);
     check.number(at + ".bend", g.bend, Range::non_negative);
     check.number(at + ".damping", g.damping, Range::non_negative);
+    if (!check.error) broken(g.broken, [&](const Pair& ends) { return spring_between(g, ends).has_value(); });
   }
   void operator()(const Springs& s) const {
     pairs(s.pairs);
     each_pair(".stiffness", s.stiffness, s.pairs.size(), Range::non_negative);
     if (s.rest_length) each_pair(".rest_length", *s.rest_length, s.pairs.size(), Range::non_negative);
     check.number(at + ".damping", s.damping, Range::non_negative);
+    if (check.error || s.broken.empty()) return;
+    std::set<Pair> joined;
+    for (const Pair& pair : s.pairs) joined.insert(ascending(pair));
+    broken(s.broken, [&](const Pair& ends) { return joined.contains(ascending(ends)); });
+  }
+
+  static Pair ascending(const Pair& ends) { return {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])}; }
+
+  template <class IsJoined>
+  void broken(const std::vector<Pair>& list, const IsJoined& is_joined) const {
+    std::set<Pair> seen;
+    for (std::size_t k = 0; k < list.size() && !check.error; ++k) {
+      const auto [i, j] = list[k];
+      const bool is_new = seen.insert(ascending(list[k])).second;
+      if (is_new && is_joined(list[k])) continue;
+      check.fail(element(at + ".broken", k), element("", i).append(" and ").append(element("", j)),
+                 is_new ? "two particles that a spring of the network joins" : "named once");
+    }
   }
 
   void pairs(const std::vector<Pair>& list) const {

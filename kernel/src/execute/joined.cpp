@@ -83,6 +83,7 @@ class JoinedStep {
         joints_(motion.joints()),
         ws_(workspace),
         work_(workspace.work),
+        held_(std::span(workspace.held).first(joints_.fixed.size())),
         kernels_(scene.passes->template of<T>().network),
         residuals_(scene.passes->residual),
         parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel) {
@@ -113,13 +114,14 @@ class JoinedStep {
       }
     });
     for (std::size_t n = 0; n < joints_.fixed.size(); ++n) {
-      Held<T>& held = ws_.held[n];
+      Held<T>& held = held_[n];
       held.particle = joints_.fixed[n].particle;
       held.element = joints_.fixed[n].element;
       held.is_kinematic = joints_.fixed[n].motion.has_value();
       for (std::size_t axis = 0; axis < 3; ++axis) {
         load(residuals_, state.x[axis], state.x_rest[axis], held.particle, 1, &held.x[axis]);
         load(residuals_, state.v[axis], state.v_rest[axis], held.particle, 1, &held.v[axis]);
+        if (work_.a[axis] != nullptr) work_.a[axis][held.element] = T(0);  // it may have moved before it was fixed
       }
     }
     move_followers(state.clock);
@@ -149,7 +151,7 @@ class JoinedStep {
         put_back(residuals_, work_.v[axis] + first, particles, state.v[axis], state.v_rest[axis]);
       }
     });
-    for (const Held<T>& held : ws_.held) {
+    for (const Held<T>& held : held_) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         store(residuals_, &held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
         store(residuals_, &held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
@@ -176,7 +178,7 @@ class JoinedStep {
     clock_ = step_end_ = clock;
     step_end_.advance(joints_.step, 1);
     knows_origins_ = false;
-    for (int substep = 0; substep < joints_.limit.substeps; ++substep) {
+    for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
         std::visit([&](const auto& form) { flow_and_pulse(form, before[k], k); }, joints_.form);
@@ -231,9 +233,9 @@ class JoinedStep {
   }
 
   void hold_fixed(std::size_t from, std::size_t to) noexcept {
-    auto held = std::lower_bound(ws_.held.begin(), ws_.held.end(), from,
+    auto held = std::lower_bound(held_.begin(), held_.end(), from,
                                  [](const Held<T>& h, std::size_t element) { return h.element < element; });
-    for (; held != ws_.held.end() && held->element < to; ++held) {
+    for (; held != held_.end() && held->element < to; ++held) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         work_.x[axis][held->element] = is_relative() ? way_in_step(*held, axis) : held->x[axis];
         work_.v[axis][held->element] = held->u[axis];
@@ -413,7 +415,7 @@ class JoinedStep {
         clock_.advance(stage.motion->step(), 1);
       });
     };
-    for (int substep = 0; substep < joints_.limit.substeps; ++substep) {
+    for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
         add_flow(before[k]);
@@ -615,6 +617,7 @@ class JoinedStep {
   const Joints<T>& joints_;
   JoinedWorkspace<T>& ws_;
   WorkColumns<T>& work_;
+  std::span<Held<T>> held_;
   const NetworkKernels<T>& kernels_;
   const ResidualKernels& residuals_;
   ParallelFor parallel_;

@@ -5,7 +5,9 @@
 #include <utility>
 #include <variant>
 
+#include "compile/changes.hpp"
 #include "compile/compiled_scene.hpp"
+#include "execute/environment.hpp"
 #include "execute/workspace.hpp"
 
 namespace dvdx {
@@ -26,9 +28,25 @@ struct PlanIn {
   Expected<void> become(Expected<SharedScene<A>> changed) {
     if (!changed) return tl::unexpected(changed.error());
     const JoinedMotion<A>* joined = (*changed)->joined();
-    if (joined != nullptr && !workspace->fits(joined->shape())) workspace = make_workspace(**changed);
+    if (joined != nullptr) {
+      const WorkspaceShape shape = joined->shape();
+      if (workspace->has_columns_of(shape)) {
+        workspace->reserve_held(shape.fixed);
+      } else {
+        workspace = make_workspace(**changed);
+      }
+    }
     scene = std::move(*changed);
     return {};
+  }
+
+  // A change of particles or springs: see compile/changes.hpp.
+  template <class Change>
+  Expected<void> change(const Change& change) {
+    if (auto error = change.refusal(scene->scene, scene->count)) return tl::unexpected(*error);
+    Scene changed = scene->scene;
+    change.apply(changed, scene->count.value_or(0));
+    return become(with_scene(*scene, std::move(changed)));
   }
 
   SharedScene<A> scene;
@@ -40,6 +58,12 @@ template <class T>
 struct Plan<T>::Parts {
   template <class A>
   explicit Parts(SharedScene<A> scene) : in(PlanIn<A>(std::move(scene))) {}
+
+  template <class Change>
+  Expected<void> change(const Change& change) {
+    const StepEnvironment environment;
+    return std::visit([&](auto& of) { return of.change(change); }, in);
+  }
 
   std::variant<PlanIn<float>, PlanIn<double>> in;
 };

@@ -1,6 +1,7 @@
 // The working memory of one state of joined particles while it is stepped.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -29,7 +30,17 @@ class JoinedWorkspace {
   JoinedWorkspace(const JoinedWorkspace&) = delete;
   JoinedWorkspace& operator=(const JoinedWorkspace&) = delete;
 
-  [[nodiscard]] bool fits(const WorkspaceShape& shape) const noexcept { return shape_ == shape; }
+  // Room for more fixed particles than there are does no harm.
+  [[nodiscard]] bool fits(const WorkspaceShape& shape) const noexcept {
+    return has_columns_of(shape) && held.size() >= shape.fixed;
+  }
+  [[nodiscard]] bool has_columns_of(WorkspaceShape shape) const noexcept {
+    shape.fixed = shape_.fixed;
+    return shape_ == shape;
+  }
+  void reserve_held(std::size_t fixed) {
+    if (held.size() < fixed) held.resize(std::max(fixed, 2 * held.size()));
+  }
   [[nodiscard]] std::size_t bytes() const noexcept { return columns_.bytes() + held.capacity() * sizeof(Held<T>); }
 
   // Of a workspace with accelerations: whether they are of the state in these columns at this time, and whose they are now.
@@ -47,9 +58,9 @@ class JoinedWorkspace {
   [[nodiscard]] ConstraintTerms<T> with_columns(ConstraintTerms<T> terms) const noexcept;
 
   WorkColumns<T> work;
-  std::array<T*, 3> origin{};  // null, or where each particle was when the step began
-  std::vector<Held<T>> held;   // by element
-  std::vector<MovedPose> poses;  // of each motion, at the end of the flow
+  std::array<T*, 3> origin{};        // null, or where each particle was when the step began
+  std::vector<Held<T>> held;         // by element; the first of them, as many as are fixed
+  std::vector<MovedPose> poses;      // of each motion, at the end of the flow
   std::vector<Surface<T>> surfaces;  // of the flow, where some of them move
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 

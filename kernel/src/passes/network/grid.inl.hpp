@@ -112,6 +112,24 @@ class GridStripe {
     if constexpr (has_bend(weave)) keep(grid_.columns - 2, F.right2);
   }
 
+  // Springs that are torn.
+  [[gnu::always_inline]] void cut_torn(const T* whole, std::size_t column, Forces& F) const noexcept {
+    const auto keep = [&](std::size_t direction, Three<V>& force) {
+      const V is_whole = load_lanes<V>(whole + direction * grid_.pitch + column);
+      force = select(is_whole == V(T(1)), force, three<V>(V(T(0))));
+    };
+    keep(0, F.right);
+    keep(3, F.below);
+    if constexpr (has_shear(weave)) {
+      keep(2, F.left_below);
+      keep(4, F.right_below);
+    }
+    if constexpr (has_bend(weave)) {
+      keep(1, F.right2);
+      keep(5, F.below2);
+    }
+  }
+
   template <int by>
   [[gnu::always_inline]] static Three<V> moved(const Three<V>& before, const Three<V>& now) noexcept {
     return {{moved_up<by>(before[0], now[0]), moved_up<by>(before[1], now[1]), moved_up<by>(before[2], now[2])}};
@@ -120,14 +138,17 @@ class GridStripe {
   template <Row kind>
   void sweep_row(std::size_t row, bool is_first) noexcept {
     const Three<V> zero = three<V>(V(T(0)));
+    const T* const whole = grid_.whole_from(row);
     Forces before{zero, zero, zero, zero, zero, zero};
     if (from_ != 0) {
       before = pull_all(row, from_ - V::size);
       cut_border(from_ - V::size, before);
+      if (whole != nullptr) cut_torn(whole, from_ - V::size, before);
     }
     for (std::size_t column = from_; column < to_; column += V::size) {
       Forces F = pull_all(row, column);
       if (column + V::size + 2 > grid_.columns) cut_border(column, F);
+      if (whole != nullptr) cut_torn(whole, column, F);
       const std::size_t at = column - from_;
       Three<V> right_below = zero;
       if constexpr (has_shear(weave)) right_below = moved<1>(before.right_below, F.right_below);

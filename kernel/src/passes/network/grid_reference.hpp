@@ -1,6 +1,8 @@
 // The pulse of a grid's springs, scalar: each particle sums the springs to its neighbours, in the order of their numbers.
 #pragma once
 
+#include <algorithm>
+
 #include "passes/network/pull_reference.hpp"
 
 namespace dvdx::reference {
@@ -10,17 +12,18 @@ template <class T>
 struct Lead {
   std::ptrdiff_t down, right;
   const Family<T>* family;
+  std::size_t line;  // of a row's torn springs
 };
 
 // In the order of the neighbour's number.
 template <class T>
 std::array<Lead<T>, 6> leads(const GridFamilies<T>& f) noexcept {
-  return {{{0, 1, &f.right},
-           {0, 2, &f.right2},
-           {1, -1, &f.left_below},
-           {1, 0, &f.below},
-           {1, 1, &f.right_below},
-           {2, 0, &f.below2}}};
+  return {{{0, 1, &f.right, 0},
+           {0, 2, &f.right2, 1},
+           {1, -1, &f.left_below, 2},
+           {1, 0, &f.below, 3},
+           {1, 1, &f.right_below, 4},
+           {2, 0, &f.below2, 5}}};
 }
 
 enum class End { near, far };  // which end of the spring the particle is
@@ -36,6 +39,9 @@ void add_neighbour(const GridTerms<T>& grid, const Lead<T>& lead, End end, std::
   const bool is_there = other_row >= 0 && other_row < static_cast<std::ptrdiff_t>(grid.rows) && other_column >= 0 &&
                         other_column < static_cast<std::ptrdiff_t>(grid.columns);
   if (!is_there) return;
+  const T* const whole = grid.whole_from(std::min(row, static_cast<std::size_t>(other_row)));
+  const std::size_t lesser = std::min(column, static_cast<std::size_t>(other_column));
+  if (whole != nullptr && whole[lead.line * grid.pitch + lesser] != T(1)) return;
   const std::size_t own = row * grid.pitch + column;
   const std::size_t other = static_cast<std::size_t>(other_row) * grid.pitch + static_cast<std::size_t>(other_column);
   F = plus(F, pull(*lead.family, own, other));

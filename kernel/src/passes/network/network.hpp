@@ -77,7 +77,14 @@ struct GridTerms {
   std::size_t rows = 0, columns = 0;
   std::size_t pitch = 0;  // elements from a row to the next, a multiple of 16
   GridFamilies<T> along;
+  // Null where no spring is torn. Of each row: null, or a line of `pitch` for each direction, in the order of the families:
+  // 1 where the spring from that row is whole, 0 where it is torn, at the lesser column of its ends.
+  const T* const* whole = nullptr;
+
+  [[nodiscard]] const T* whole_from(std::size_t row) const noexcept { return whole != nullptr ? whole[row] : nullptr; }
 };
+
+inline constexpr std::size_t grid_directions = 6;
 
 // ---- graph: any springs, by owner --------------------------------------------------------------------------------------
 

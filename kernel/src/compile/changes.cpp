@@ -1,0 +1,108 @@
+#include "compile/changes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include "compile/checker.hpp"
+#include "compile/particle_order.hpp"
+
+namespace dvdx {
+namespace {
+
+template <class Kind>
+std::optional<Error> refusal_of(const Scene& scene, std::size_t network) {
+  constexpr bool is_grid = std::is_same_v<Kind, Grid>;
+  const std::string field = element("networks", network);
+  if (network >= scene.networks.size()) {
+    return Error{field, "no network", "an index below " + std::to_string(scene.networks.size())};
+  }
+  if (std::holds_alternative<Kind>(scene.networks[network])) return std::nullopt;
+  return Error{field, is_grid ? "a list of springs" : "a grid", is_grid ? "a grid" : "a list of springs"};
+}
+
+std::optional<Error> refusal_of_particle(std::size_t particle, std::optional<std::size_t> count) {
+  if (!count || particle < *count) return std::nullopt;
+  return Error{"particle", std::to_string(particle), "a particle id below " + std::to_string(*count)};
+}
+
+bool is_fixed(const Scene& scene, std::size_t particle) {
+  return std::binary_search(scene.fixed.begin(), scene.fixed.end(), particle);
+}
+
+bool is_same(const Pair& a, const Pair& b) { return a == b || a == Pair{b[1], b[0]}; }
+
+bool holds(const std::vector<Pair>& pairs, const Pair& ends) {
+  return std::any_of(pairs.begin(), pairs.end(), [&](const Pair& pair) { return is_same(pair, ends); });
+}
+
+}  // namespace
+
+std::optional<Error> GridStiffnessChange::refusal(const Scene& scene, std::optional<std::size_t> /*count*/) const {
+  return refusal_of<Grid>(scene, network);
+}
+void GridStiffnessChange::apply(Scene& scene, std::size_t /*count*/) const {
+  Grid& grid = std::get<Grid>(scene.networks[network]);
+  grid.structural = stiffness.structural;
+  grid.shear = stiffness.shear;
+  grid.bend = stiffness.bend;
+  grid.damping = stiffness.damping;
+}
+
+std::optional<Error> SpringsStiffnessChange::refusal(const Scene& scene, std::optional<std::size_t> /*count*/) const {
+  return refusal_of<Springs>(scene, network);
+}
+void SpringsStiffnessChange::apply(Scene& scene, std::size_t /*count*/) const {
+  Springs& springs = std::get<Springs>(scene.networks[network]);
+  springs.stiffness = stiffness.stiffness;
+  springs.damping = stiffness.damping;
+}
+
+std::optional<Error> MassChange::refusal(const Scene& scene, std::optional<std::size_t> count) const {
+  if (!count && scene.mass.is_uniform()) {
+    return Error{"mass", "one for all particles of a plan that does not know how many there are", "one for each"};
+  }
+  if (!(mass > 0) || !std::isfinite(mass)) return Error{element("mass", particle), text(mass), "a finite number > 0"};
+  return refusal_of_particle(particle, count);
+}
+void MassChange::apply(Scene& scene, std::size_t count) const {
+  scene.mass.make_each(count);
+  scene.mass.set(particle, mass);
+}
+
+std::optional<Error> Fixing::refusal(const Scene& scene, std::optional<std::size_t> count) const {
+  if (is_fixed(scene, particle)) return Error{"particle", std::to_string(particle), "one that is not fixed"};
+  return refusal_of_particle(particle, count);
+}
+void Fixing::apply(Scene& scene, std::size_t /*count*/) const {
+  scene.fixed.insert(std::lower_bound(scene.fixed.begin(), scene.fixed.end(), particle), particle);
+}
+
+std::optional<Error> Releasing::refusal(const Scene& scene, std::optional<std::size_t> count) const {
+  if (auto error = refusal_of_particle(particle, count)) return error;
+  if (!is_fixed(scene, particle)) return Error{"particle", std::to_string(particle), "one that is fixed"};
+  return std::nullopt;
+}
+void Releasing::apply(Scene& scene, std::size_t /*count*/) const {
+  scene.fixed.erase(std::lower_bound(scene.fixed.begin(), scene.fixed.end(), particle));
+}
+
+std::optional<Error> Break::refusal(const Scene& scene, std::optional<std::size_t> /*count*/) const {
+  const std::string field = element("networks", network);
+  if (network >= scene.networks.size()) {
+    return Error{field, "no network", "an index below " + std::to_string(scene.networks.size())};
+  }
+  const auto* grid = std::get_if<Grid>(&scene.networks[network]);
+  const auto* springs = std::get_if<Springs>(&scene.networks[network]);
+  const bool is_joined = grid != nullptr ? spring_between(*grid, ends).has_value() : holds(springs->pairs, ends);
+  if (is_joined && !holds(grid != nullptr ? grid->broken : springs->broken, ends)) return std::nullopt;
+  return Error{field + ".broken", std::to_string(ends[0]) + " and " + std::to_string(ends[1]),
+               "two particles that a whole spring of the network joins"};
+}
+void Break::apply(Scene& scene, std::size_t /*count*/) const {
+  std::visit([&](auto& network_) { network_.broken.push_back(ends); }, scene.networks[network]);
+}
+
+}  // namespace dvdx

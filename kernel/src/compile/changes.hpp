@@ -1,0 +1,54 @@
+// Changes of a scene while a plan runs: what each refuses, and what it makes of the scene.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "dvdx/plan.hpp"
+#include "dvdx/scene.hpp"
+
+namespace dvdx {
+
+// refusal() looks at what names the change's place; the values are checked with the scene that it makes.
+
+struct GridStiffnessChange {
+  std::size_t network;
+  GridStiffness stiffness;
+  [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
+  void apply(Scene& scene, std::size_t count) const;
+};
+
+struct SpringsStiffnessChange {
+  std::size_t network;
+  const SpringsStiffness& stiffness;
+  [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
+  void apply(Scene& scene, std::size_t count) const;
+};
+
+struct MassChange {
+  std::size_t particle;
+  double mass;  // kg
+  [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
+  void apply(Scene& scene, std::size_t count) const;
+};
+
+struct Fixing {
+  std::size_t particle;
+  [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
+  void apply(Scene& scene, std::size_t count) const;
+};
+
+struct Releasing {
+  std::size_t particle;
+  [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
+  void apply(Scene& scene, std::size_t count) const;
+};
+
+struct Break {
+  std::size_t network;
+  Pair ends;
+  [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
+  void apply(Scene& scene, std::size_t count) const;
+};
+
+}  // namespace dvdx

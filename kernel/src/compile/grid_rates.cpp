@@ -1,0 +1,159 @@
+#include "compile/grid_rates.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace dvdx {
+
+// With X = cos a, Y = cos b of a wave's angles from a column, and from a row, to the next, the springs' terms come to
+//   2 g,   g = ks (2 - X - Y) + 2 kb (2 - X^2 - Y^2) + 2 kd (1 - X Y),   X and Y from -1 to 1
+// (both diagonals: (1 - cos(a + b)) + (1 - cos(a - b)) = 2 - 2 X Y; every second one: 1 - cos 2a = 2 - 2 X^2). g is concave in
+// each of the two: its largest value lies on an edge, where the derivative along it is 0 or at its ends, or inside where both
+// are: at X = Y = -ks / (4 kb + 2 kd), or where 2 kb = kd on a line through it that ends on the edges.
+double largest_symbol(double structural, double shear, double bend) noexcept {
+  const auto g = [&](double X, double Y) {
+    return structural * (2 - X - Y) + 2 * bend * (2 - X * X - Y * Y) + 2 * shear * (1 - X * Y);
+  };
+  // Along an edge; X and Y change places.
+  const auto on_edge = [&](double X) {
+    double most = std::max(g(X, -1), g(X, 1));
+    if (bend > 0) most = std::max(most, g(X, std::clamp(-(structural + 2 * shear * X) / (4 * bend), -1.0, 1.0)));
+    return most;
+  };
+  double most = std::max(on_edge(-1), on_edge(1));
+  if (bend > 0 || shear > 0) {
+    const double inside = std::max(-1.0, -structural / (4 * bend + 2 * shear));
+    most = std::max(most, g(inside, inside));
+  }
+  return 2 * most;
+}
+
+namespace {
+
+double largest_symbol_of(const Grid& grid) {
+  return largest_symbol(grid.structural, grid.shear, grid.bend);
+}
+
+// Of the damping, which all springs that there are have alike.
+double largest_damping_symbol(const Grid& grid) {
+  const auto damping = [&](double k) { return k != 0 ? grid.damping : 0; };
+  return largest_symbol(damping(grid.structural), damping(grid.shear), damping(grid.bend));
+}
+
+}  // namespace
+
+GridRates::GridRates(const Grid& grid, std::span<const double> w)
+    : rows_(grid.rows),
+      columns_(grid.columns),
+      damping_(grid.damping),
+      directions_(directions_of(grid)),
+      symbol_k_(largest_symbol_of(grid)),
+      symbol_c_(largest_damping_symbol(grid)),
+      of_k_(w.size()),
+      of_c_(grid.damping != 0 ? w.size() : 0),
+      by_row_(grid.rows) {
+  for (const Pair& ends : grid.broken) {
+    reserve_broken();
+    const GridSpring spring = *spring_between(grid, ends);
+    for (std::size_t d = 0; d < directions_.size(); ++d) {
+      const bool is_it = directions_[d].down == spring.down && directions_[d].right == spring.right;
+      if (is_it) broken_[spring.row * columns_ + spring.column] |= static_cast<std::uint8_t>(1U << d);
+    }
+  }
+  for (std::size_t row = 0; row < rows_; ++row) {
+    for (std::size_t column = 0; column < columns_; ++column) sum_up(w, row, column);
+  }
+  for (std::size_t row = 0; row < rows_; ++row) look_at(w, row);
+}
+
+void GridRates::reserve_broken() {
+  if (broken_.empty()) broken_.resize(rows_ * columns_, 0);
+}
+
+bool GridRates::is_whole(std::size_t row, std::size_t column, std::size_t direction) const noexcept {
+  return broken_.empty() || (broken_[row * columns_ + column] >> direction & 1U) == 0;
+}
+
+void GridRates::sum_up(std::span<const double> w, std::size_t row, std::size_t column) noexcept {
+  double k = 0;
+  std::size_t springs = 0;
+  for (std::size_t n = 0; n < directions_.size(); ++n) {
+    const GridDirection& d = directions_[n];
+    const auto right = static_cast<std::ptrdiff_t>(column) + d.right;
+    const auto left = static_cast<std::ptrdiff_t>(column) - d.right;
+    const auto is_inside = [&](std::ptrdiff_t c) { return c >= 0 && c < static_cast<std::ptrdiff_t>(columns_); };
+    std::size_t ends = 0;
+    if (row + d.down < rows_ && is_inside(right) && is_whole(row, column, n)) ++ends;
+    if (row >= d.down && is_inside(left) && is_whole(row - d.down, static_cast<std::size_t>(left), n)) ++ends;
+    k += static_cast<double>(ends) * d.k;
+    springs += ends;
+  }
+  const std::size_t i = row * columns_ + column;
+  of_k_[i] = w[i] * k;
+  if (!of_c_.empty()) of_c_[i] = w[i] * (damping_ * static_cast<double>(springs));
+}
+
+void GridRates::look_at(std::span<const double> w, std::size_t row) noexcept {
+  Row found;
+  const std::size_t first = row * columns_;
+  for (std::size_t i = first; i < first + columns_; ++i) found.w = std::max(found.w, w[i]);
+  for (std::size_t n = 0; n < directions_.size(); ++n) {
+    const GridDirection& d = directions_[n];
+    if (row + d.down >= rows_) continue;
+    const std::size_t from = d.right < 0 ? static_cast<std::size_t>(-d.right) : 0;
+    const std::size_t across = d.right > 0 ? static_cast<std::size_t>(d.right) : 0;
+    const std::size_t to = columns_ > across ? columns_ - across : 0;
+    const auto other = static_cast<std::ptrdiff_t>(d.down * columns_) + d.right;
+    const auto most_of = [&](const std::vector<double>& of) {
+      double most = 0;
+      const double* const a = of.data() + first;
+      const double* const b = a + other;
+      for (std::size_t column = from; column < to; ++column) {
+        const double both = a[column] + b[column];
+        if (both > most && is_whole(row, column, n)) most = both;
+      }
+      return most;
+    };
+    found.of_k = std::max(found.of_k, most_of(of_k_));
+    if (!of_c_.empty()) found.of_c = std::max(found.of_c, most_of(of_c_));
+  }
+  by_row_[row] = found;
+}
+
+// Springs lead two rows down at most.
+void GridRates::look_around(std::span<const double> w, std::size_t row) noexcept {
+  for (std::size_t r = row - std::min<std::size_t>(row, 2); r <= row; ++r) look_at(w, r);
+}
+
+void GridRates::set_mass(std::span<const double> w, std::size_t particle) noexcept {
+  const std::size_t row = particle / columns_;
+  sum_up(w, row, particle % columns_);
+  look_around(w, row);
+}
+
+void GridRates::break_spring(std::span<const double> w, const GridSpring& spring) noexcept {
+  for (std::size_t n = 0; n < directions_.size(); ++n) {
+    if (directions_[n].down != spring.down || directions_[n].right != spring.right) continue;
+    broken_[spring.row * columns_ + spring.column] |= static_cast<std::uint8_t>(1U << n);
+  }
+  const auto other = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(spring.column) + spring.right);
+  sum_up(w, spring.row, spring.column);
+  sum_up(w, spring.row + spring.down, other);
+  const std::size_t from = spring.row - std::min<std::size_t>(spring.row, 2);
+  for (std::size_t r = from; r <= spring.row + spring.down; ++r) look_at(w, r);
+}
+
+double GridRates::of_stiffness() const noexcept {
+  Row most;
+  for (const Row& row : by_row_) most = {std::max(most.of_k, row.of_k), 0, std::max(most.w, row.w)};
+  return std::min(most.of_k, symbol_k_ * most.w);
+}
+
+double GridRates::of_damping() const noexcept {
+  Row most;
+  for (const Row& row : by_row_) most = {0, std::max(most.of_c, row.of_c), std::max(most.w, row.w)};
+  return std::min(most.of_c, symbol_c_ * most.w);
+}
+
+}  // namespace dvdx
