@@ -16,5 +16,6 @@ void register_step();
 void register_layout();
 void register_compensated();
 void register_clone();
+void register_change();
 
 }  // namespace dvdx::bench

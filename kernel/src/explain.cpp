@@ -436,7 +436,8 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
 template <class T>
 std::string Plan<T>::explain() const {
   const auto words = [](const auto& in) {
-    return dvdx::explain(*in.scene, in.workspace != nullptr ? in.workspace->bytes() : 0);
+    const bool is_joined = in.workspace != nullptr;
+    return dvdx::explain(*in.scene, is_joined ? in.workspace->bytes_for(in.scene->joined()->joints().fixed.size()) : 0);
   };
   return std::visit(words, parts_->in);
 }

@@ -130,19 +130,19 @@ void Plan<T>::forget() noexcept {
 template <class T>
 Expected<void> Plan<T>::set_step(double h) {
   const StepEnvironment environment;
-  return std::visit([h](auto& in) { return in.become(with_step(*in.scene, h)); }, parts_->in);
+  return std::visit([h](auto& in) { return in.set_step(h); }, parts_->in);
 }
 
 template <class T>
 Expected<void> Plan<T>::replace(std::size_t index, const Force& force) {
   const StepEnvironment environment;
-  return std::visit([&](auto& in) { return in.become(with_force(*in.scene, index, force)); }, parts_->in);
+  return std::visit([&](auto& in) { return in.replace(index, force); }, parts_->in);
 }
 
 template <class T>
 Expected<void> Plan<T>::replace(std::size_t index, const Contact& contact) {
   const StepEnvironment environment;
-  return std::visit([&](auto& in) { return in.become(with_contact(*in.scene, index, contact)); }, parts_->in);
+  return std::visit([&](auto& in) { return in.replace(index, contact); }, parts_->in);
 }
 
 template <class T>

@@ -10,7 +10,6 @@
 #include "compile/validate.hpp"
 
 namespace dvdx {
-namespace {
 
 std::optional<Error> check_sources(const System& system) {
   const auto& sources = system.sources();
@@ -22,47 +21,57 @@ std::optional<Error> check_sources(const System& system) {
 
 // Radial springs without a rest length pull alike in every direction: they are linear, and exact as such. (Their damping is
 // not: it brakes along the line alone.)
+Force with_linear_spring(Force force) {
+  const auto* radial = std::get_if<RadialSpring>(&force);
+  if (radial == nullptr || radial->damping != 0 || radial->rest_length != Scalars(0.0)) return force;
+  return Spring{.stiffness = radial->stiffness, .damping = 0, .anchor = radial->anchor, .method = radial->method};
+}
+
+namespace {
+
 Scene with_linear_springs(Scene scene) {
   for (Force& force : scene.forces) {
-    const auto* radial = std::get_if<RadialSpring>(&force);
-    if (radial == nullptr || radial->damping != 0 || radial->rest_length != Scalars(0.0)) continue;
-    force = Spring{.stiffness = radial->stiffness, .damping = 0, .anchor = radial->anchor, .method = radial->method};
+    if (std::holds_alternative<RadialSpring>(force)) force = with_linear_spring(force);
   }
   return scene;
 }
 
-template <class T>
-std::optional<Error> make_free(CompiledScene<T>& compiled) {
-  auto motion =
-      std::make_unique<const FreeMotion<T>>(compiled.scene, compiled.options, *compiled.passes, compiled.count, compiled.start);
-  auto error = motion->refusal();
-  compiled.motion = std::move(motion);
-  return error;
-}
+}  // namespace
 
 template <class T>
-std::optional<Error> make_joined(CompiledScene<T>& compiled, std::shared_ptr<const Joints<T>> joints) {
-  if (joints == nullptr) joints = std::make_shared<const Joints<T>>(compiled.scene, compiled.options, compiled.start);
-  if (auto error = joints->refusal(compiled.scene, compiled.start, compiled.options.unstable)) return error;
-  auto motion = std::make_unique<const JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes,
-                                                        compiled.start);
-  auto error = motion->refusal();
-  compiled.motion = std::move(motion);
-  return error;
+Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled, std::shared_ptr<Joints<T>> joints) {
+  const auto made = [](auto motion) -> Expected<typename CompiledScene<T>::Motion> {
+    if (auto error = motion->refusal()) return tl::unexpected(*error);
+    return motion;
+  };
+  if (joints == nullptr) {
+    return made(std::make_unique<FreeMotion<T>>(compiled.scene, compiled.options, *compiled.passes, compiled.count,
+                                                compiled.start));
+  }
+  return made(std::make_unique<JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes,
+                                                compiled.start));
 }
 
-// joints: those of the same networks and constraints at the same step, or null.
-template <class T>
+namespace {
+
+// joints(scene, options, start): those of the same networks and constraints at the same step, where something joins.
+template <class T, class MakeJoints>
 Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std::optional<std::size_t> count,
-                               std::vector<Vec3> start, std::shared_ptr<const Joints<T>> joints) {
+                               std::vector<Vec3> start, const MakeJoints& joints) {
   const Passes* passes = find_passes(isa, options.arithmetic);
   auto compiled =
       std::make_shared<CompiledScene<T>>(with_linear_springs(std::move(given)), options, isa, *passes, count, std::move(start));
   if (auto error = check_sources(System(compiled->scene, compiled->start, options.step))) return tl::unexpected(*error);
   if (auto error = check_range<T>(compiled->scene, options, count, compiled->start)) return tl::unexpected(*error);
-  const bool is_joined = steps_in_columns(compiled->scene);
-  if (auto error = is_joined ? make_joined(*compiled, std::move(joints)) : make_free(*compiled)) return tl::unexpected(*error);
-  return SharedScene<T>(std::move(compiled));
+  std::shared_ptr<Joints<T>> made;
+  if (steps_in_columns(compiled->scene)) made = joints(compiled->scene, options, compiled->start);
+  if (made != nullptr) {
+    if (auto error = made->refusal(compiled->scene, compiled->start, options.unstable)) return tl::unexpected(*error);
+  }
+  auto motion = make_motion(*compiled, std::move(made));
+  if (!motion) return tl::unexpected(motion.error());
+  compiled->motion = std::move(*motion);
+  return compiled;
 }
 
 }  // namespace
@@ -70,23 +79,26 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
 template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
                                        std::vector<Vec3> start) {
-  return build<T>(std::move(scene), options, isa, count, std::move(start), nullptr);
+  const auto joints = [](const Scene& of, const Options& with, std::span<const Vec3> at) {
+    return std::make_shared<Joints<T>>(of, with, at);
+  };
+  return build<T>(std::move(scene), options, isa, count, std::move(start), joints);
 }
 
 namespace {
 
-// joints: those of `before` where springs and step are the same, or others.
+// What a change of forces or contacts keeps.
 template <class T>
-std::shared_ptr<const Joints<T>> shared_joints(const CompiledScene<T>& before) {
-  return before.joined() != nullptr ? before.joined()->shared_joints() : nullptr;
+auto shared_joints(const CompiledScene<T>& before) {
+  return [&](const Scene&, const Options&, std::span<const Vec3>) { return before.joined()->shared_joints(); };
 }
 
 // Joined particles may get another number of sub-steps, and with it other coefficients of every spring.
 template <class T>
-std::shared_ptr<const Joints<T>> changed_joints(const CompiledScene<T>& before, const Scene& scene, const Options& options,
-                                                Changed changed) {
-  if (before.joined() == nullptr) return nullptr;
-  return std::make_shared<const Joints<T>>(scene, options, before.start, before.joined()->joints(), changed);
+auto changed_joints(const CompiledScene<T>& before, Changed changed) {
+  return [&before, changed](const Scene& scene, const Options& options, std::span<const Vec3> start) {
+    return std::make_shared<Joints<T>>(scene, options, start, before.joined()->joints(), changed);
+  };
 }
 
 Error no_such(const std::string& field, const std::string& what, std::size_t count) {
@@ -100,17 +112,14 @@ Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h) {
   Options options = before.options;
   options.step = h;
   if (auto error = check(options)) return tl::unexpected(*error);
-  if (auto error = check_range<T>(before.scene, options, before.count, before.start)) return tl::unexpected(*error);
-  auto joints = changed_joints(before, before.scene, options, Changed::step);
-  return build<T>(before.scene, options, before.isa, before.count, before.start, std::move(joints));
+  return build<T>(before.scene, options, before.isa, before.count, before.start, changed_joints(before, Changed::step));
 }
 
 template <class T>
 Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene) {
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
-  if (auto error = check_range<T>(scene, before.options, before.count, before.start)) return tl::unexpected(*error);
-  auto joints = changed_joints(before, scene, before.options, Changed::springs);
-  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, std::move(joints));
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start,
+                  changed_joints(before, Changed::springs));
 }
 
 template <class T>
@@ -125,20 +134,31 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
 }
 
 template <class T>
+std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t index, const Force& force) {
+  if (index >= compiled.scene.forces.size()) {
+    return no_such(element("forces", index), "force", compiled.scene.forces.size());
+  }
+  if (auto error = check(force, index, compiled.count)) return error;
+  if (!is_at_start(force) || !compiled.start.empty()) return std::nullopt;
+  return Error{element("forces", index) + ".anchor", "at_start", "given, or at the start from the first"};
+}
+
+template <class T>
 Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t index, const Force& force) {
-  const std::string field = element("forces", index);
-  if (index >= before.scene.forces.size()) return tl::unexpected(no_such(field, "force", before.scene.forces.size()));
+  if (auto error = refusal_of(before, index, force)) return tl::unexpected(*error);
   Scene scene = before.scene;
   scene.forces[index] = force;
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
-  if (is_at_start(force) && before.start.empty()) {
-    return tl::unexpected(Error{field + ".anchor", "at_start", "given, or at the start from the first"});
-  }
   // A gust each frame must not look for the springs' frequency again.
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
 }
 
+template std::optional<Error> refusal_of(const CompiledScene<float>&, std::size_t, const Force&);
+template std::optional<Error> refusal_of(const CompiledScene<double>&, std::size_t, const Force&);
 template struct CompiledScene<float>;
+template Expected<CompiledScene<float>::Motion> make_motion<float>(const CompiledScene<float>&, std::shared_ptr<Joints<float>>);
+template Expected<CompiledScene<double>::Motion> make_motion<double>(const CompiledScene<double>&,
+                                                                     std::shared_ptr<Joints<double>>);
 template struct CompiledScene<double>;
 template Expected<SharedScene<float>> compile_scene<float>(Scene, const Options&, Isa, std::optional<std::size_t>,
                                                            std::vector<Vec3>);

@@ -1,4 +1,5 @@
-// What a scene compiles to, for one step size, scalar type and instruction set. Immutable, and shared by a plan and its clones.
+// What a scene compiles to, for one step size, scalar type and instruction set. A plan and its clones share it: only a plan
+// that has it for itself may change it (compile/in_place.hpp).
 #pragma once
 
 #include <cstddef>
@@ -16,7 +17,7 @@ namespace dvdx {
 template <class T>
 struct CompiledScene {
   using Scalar = T;
-  using Motion = std::variant<std::unique_ptr<const FreeMotion<T>>, std::unique_ptr<const JoinedMotion<T>>>;
+  using Motion = std::variant<std::unique_ptr<FreeMotion<T>>, std::unique_ptr<JoinedMotion<T>>>;
 
   CompiledScene(Scene scene_, const Options& options_, Isa isa_, const Passes& passes_, std::optional<std::size_t> count_,
                 std::vector<Vec3> start_)
@@ -24,14 +25,10 @@ struct CompiledScene {
   CompiledScene(const CompiledScene&) = delete;
   CompiledScene& operator=(const CompiledScene&) = delete;
 
-  [[nodiscard]] const FreeMotion<T>* free() const noexcept {
-    const auto* held = std::get_if<std::unique_ptr<const FreeMotion<T>>>(&motion);
-    return held != nullptr ? held->get() : nullptr;
-  }
-  [[nodiscard]] const JoinedMotion<T>* joined() const noexcept {
-    const auto* held = std::get_if<std::unique_ptr<const JoinedMotion<T>>>(&motion);
-    return held != nullptr ? held->get() : nullptr;
-  }
+  [[nodiscard]] const FreeMotion<T>* free() const noexcept { return motion_as<FreeMotion<T>>(); }
+  [[nodiscard]] FreeMotion<T>* free() noexcept { return motion_as<FreeMotion<T>>(); }
+  [[nodiscard]] const JoinedMotion<T>* joined() const noexcept { return motion_as<JoinedMotion<T>>(); }
+  [[nodiscard]] JoinedMotion<T>* joined() noexcept { return motion_as<JoinedMotion<T>>(); }
   // Particles that stay in first-level cache together.
   [[nodiscard]] std::size_t block() const noexcept { return free() != nullptr ? free()->block : joined()->flows()[0]->block; }
 
@@ -42,10 +39,29 @@ struct CompiledScene {
   std::optional<std::size_t> count;  // none where all particles are alike
   std::vector<Vec3> start;           // m: only where anchors stand at the start, or something joins particles
   Motion motion;
+
+ private:
+  template <class Kind>
+  [[nodiscard]] Kind* motion_as() const noexcept {
+    const auto* held = std::get_if<std::unique_ptr<Kind>>(&motion);
+    return held != nullptr ? held->get() : nullptr;
+  }
 };
 
 template <class T>
-using SharedScene = std::shared_ptr<const CompiledScene<T>>;
+using SharedScene = std::shared_ptr<CompiledScene<T>>;
+
+// The motion of the scene as it is; joints: those of its networks and constraints at its step, which have not been refused, or
+// null where nothing joins particles.
+template <class T>
+Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled, std::shared_ptr<Joints<T>> joints);
+// What is wrong with a force in place of forces[index], all others being right.
+template <class T>
+std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t index, const Force& force);
+// Radial springs without a rest length are linear: they are exact as such.
+Force with_linear_spring(Force force);
+// More accelerations that differ from particle to particle than a pass takes.
+std::optional<Error> check_sources(const System& system);
 
 // The scene, the options and the start have been checked. Reads as contents: which forces combine, what is refused, what joins.
 template <class T>

@@ -46,12 +46,7 @@ void reserve_torn_row(GridForm<T>& form, std::size_t row, Columns<T>& columns) {
 }
 
 template <class T>
-GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid, Columns<T>& columns) {
-  GridForm<T> form;
-  GridTerms<T>& terms = form.terms;
-  terms.rows = grid.rows;
-  terms.columns = grid.columns;
-  terms.pitch = in.order.pitch;
+void set_stiffness(GridTerms<T>& terms, const Grid& grid) {
   for (const GridDirection& d : directions_of(grid)) {
     Family<T> family{.k = static_cast<T>(d.k), .kl = static_cast<T>(d.k * d.l), .c = static_cast<T>(grid.damping)};
     if (!family.is_there()) family = {};  // in T
@@ -60,6 +55,16 @@ GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid, Columns<T>&
     if (d.down == 1) (d.right < 0 ? along.left_below : (d.right == 0 ? along.below : along.right_below)) = family;
     if (d.down == 2) along.below2 = family;
   }
+}
+
+template <class T>
+GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid, Columns<T>& columns) {
+  GridForm<T> form;
+  GridTerms<T>& terms = form.terms;
+  terms.rows = grid.rows;
+  terms.columns = grid.columns;
+  terms.pitch = in.order.pitch;
+  set_stiffness(terms, grid);
   for (const Pair& ends : grid.broken) {
     const GridSpring spring = *spring_between(grid, ends);
     reserve_torn_row(form, spring.row, columns);
@@ -161,7 +166,7 @@ void fill_slots(const NetworkInput& in, const std::vector<SliceSlots>& slices, S
   terms.first_slot = lists.first_slot.data();
   terms.slots = lists.slots.data();
   terms.indices = lists.indices.data();
-  terms.damping = is_any_damped(in.springs) ? Damping::along : Damping::none;
+  terms.damping = in.is_damped ? Damping::along : Damping::none;
   terms.drift = static_cast<T>(in.coupling.axis == PairAxis::midpoint ? in.substep / 2 : 0);
 }
 
@@ -212,7 +217,7 @@ GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
   GraphForm<T> form;
   T* const k_of = slot_column(slices, columns, form.terms.k);
   T* const kl_of = slot_column(slices, columns, form.terms.kl);
-  T* const c_of = is_any_damped(in.springs) ? slot_column(slices, columns, form.terms.c) : nullptr;
+  T* const c_of = in.is_damped ? slot_column(slices, columns, form.terms.c) : nullptr;
   fill_slots(in, slices, form.lists, form.terms, [&](const JoinedPair& s, double, std::size_t lane) {
     if (s.is_broken) return;  // the columns hold zeros
     double k = s.k;
@@ -261,9 +266,11 @@ PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns) {
 
 template GridForm<float> make_grid_form(const NetworkInput&, const Grid&, Columns<float>&);
 template void reserve_torn_row(GridForm<float>&, std::size_t, Columns<float>&);
+template void set_stiffness(GridTerms<float>&, const Grid&);
 template void tear(GridForm<float>&, const GridSpring&) noexcept;
 template GridForm<double> make_grid_form(const NetworkInput&, const Grid&, Columns<double>&);
 template void reserve_torn_row(GridForm<double>&, std::size_t, Columns<double>&);
+template void set_stiffness(GridTerms<double>&, const Grid&);
 template void tear(GridForm<double>&, const GridSpring&) noexcept;
 template GraphForm<float> make_graph_form(const NetworkInput&, Columns<float>&);
 template GraphForm<double> make_graph_form(const NetworkInput&, Columns<double>&);

@@ -42,7 +42,7 @@ template <class T>
 SweepTerms<T> sweep_terms(const NetworkInput& in) {
   SweepTerms<T> terms;
   terms.h = static_cast<T>(implicitness(in).h);
-  terms.damping = is_any_damped(in.springs) ? Damping::along : Damping::none;
+  terms.damping = in.is_damped ? Damping::along : Damping::none;
   return terms;
 }
 
@@ -143,6 +143,25 @@ T* strand_inverses(const Implicitness& of, std::span<const GridDirection> direct
 }
 
 }  // namespace
+
+// Torn springs, which have none, keep none.
+template <class T>
+void set_inverses(StrandsForm<T>& form, const NetworkInput& in, const Grid& grid, const T* w, std::uint32_t element) noexcept {
+  const auto set = [&](const Implicitness& of, const T* inverses, const Strand& strand, std::size_t k) {
+    T& inverse = const_cast<T*>(inverses)[strand.springs + k];  // our own memory
+    const double both = static_cast<double>(w[strand.a + k]) + static_cast<double>(w[strand.b + k]);
+    if (inverse != 0) inverse = static_cast<T>(compliances(of, form.directions[strand.family].k, grid.damping, both).inverse);
+  };
+  const Implicitness on = implicitness(in);
+  const Implicitness start = implicitness_of_start(in);
+  for (const Strand& strand : form.strands) {
+    for (const std::uint32_t end : {strand.a, strand.b}) {
+      if (element < end || element - end >= strand.count) continue;
+      set(on, form.terms.inverse, strand, element - end);
+      if (form.alpha) set(start, form.alpha->sweeps_of_start.inverse, strand, element - end);
+    }
+  }
+}
 
 // Torn springs have no coefficient: no sweep moves anything by them.
 template <class T>
@@ -385,7 +404,9 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
 
 template StrandsForm<float> make_strands_form(const NetworkInput&, const Grid&, const float*, Columns<float>&);
 template StrandsForm<double> make_strands_form(const NetworkInput&, const Grid&, const double*, Columns<double>&);
+template void set_inverses(StrandsForm<float>&, const NetworkInput&, const Grid&, const float*, std::uint32_t) noexcept;
 template void tear(StrandsForm<float>&, const ParticleOrder&, const Grid&, const GridSpring&) noexcept;
+template void set_inverses(StrandsForm<double>&, const NetworkInput&, const Grid&, const double*, std::uint32_t) noexcept;
 template void tear(StrandsForm<double>&, const ParticleOrder&, const Grid&, const GridSpring&) noexcept;
 template ColoursForm<float> make_colours_form(const NetworkInput&, Columns<float>&);
 template ColoursForm<double> make_colours_form(const NetworkInput&, Columns<double>&);

@@ -282,10 +282,19 @@ void FreeMotion<T>::make_surfaces() {
   if (scene_.contacts.empty()) return;
   make_bend();
   surfaces_.clear();
-  for (const Contact& contact : scene_.contacts)
-    surfaces_.push_back(make_surface<T>(contact, scene_.origin.at(0), bend_q_ < 1 && bend_z_ < 2));
+  for (const Contact& contact : scene_.contacts) surfaces_.push_back(surface_of(contact));
   terms.surfaces = surfaces_.data();
   terms.surface_count = surfaces_.size();
+}
+
+template <class T>
+Surface<T> FreeMotion<T>::surface_of(const Contact& contact) const noexcept {
+  return make_surface<T>(contact, scene_.origin.at(0), bend_q_ < 1 && bend_z_ < 2);
+}
+
+template <class T>
+void FreeMotion<T>::set_contact(std::size_t index, const Contact& contact) noexcept {
+  if (index < surfaces_.size()) surfaces_[index] = surface_of(contact);
 }
 
 // The numbers w = W h^2 and q = g h of passes/contact/bend.hpp.

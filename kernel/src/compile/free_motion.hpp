@@ -34,6 +34,9 @@ class FreeMotion {
   // What overflows in T, or in float64 before: a step of such coefficients would be nonsense, silently.
   [[nodiscard]] std::optional<Error> refusal() const;
 
+  // The scene's contacts[index] is another from now on; nothing where this motion has none.
+  void set_contact(std::size_t index, const Contact& contact) noexcept;
+
   // The offsets of the step that starts at `clock`.
   void offsets_at(const Clock& clock, Offsets<T>& offsets) const noexcept;
 
@@ -60,6 +63,7 @@ class FreeMotion {
   void make_anchors();
   void make_radial();
   void make_surfaces();
+  [[nodiscard]] Surface<T> surface_of(const Contact& contact) const noexcept;
   void make_bend();
   [[nodiscard]] std::array<double, 3> drive_of(const Source& source) const;
   [[nodiscard]] std::size_t column_length() const noexcept;

@@ -132,10 +132,12 @@ void GridRates::set_mass(std::span<const double> w, std::size_t particle) noexce
   look_around(w, row);
 }
 
-void GridRates::break_spring(std::span<const double> w, const GridSpring& spring) noexcept {
+void GridRates::set_broken(std::span<const double> w, const GridSpring& spring, bool is_broken) noexcept {
   for (std::size_t n = 0; n < directions_.size(); ++n) {
     if (directions_[n].down != spring.down || directions_[n].right != spring.right) continue;
-    broken_[spring.row * columns_ + spring.column] |= static_cast<std::uint8_t>(1U << n);
+    const auto bit = static_cast<std::uint8_t>(1U << n);
+    std::uint8_t& bits = broken_[spring.row * columns_ + spring.column];
+    bits = static_cast<std::uint8_t>(is_broken ? bits | bit : bits & ~bit);
   }
   const auto other = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(spring.column) + spring.right);
   sum_up(w, spring.row, spring.column);

@@ -28,7 +28,7 @@ class GridRates {
   void set_mass(std::span<const double> w, std::size_t particle) noexcept;
   // Needs room for a byte a particle, which the first of them takes.
   void reserve_broken();
-  void break_spring(std::span<const double> w, const GridSpring& spring) noexcept;
+  void set_broken(std::span<const double> w, const GridSpring& spring, bool is_broken) noexcept;
 
  private:
   struct Row {

@@ -54,7 +54,7 @@ bool goes_back(const Splitting& splitting) {
 }  // namespace
 
 template <class T>
-JoinedMotion<T>::JoinedMotion(std::shared_ptr<const Joints<T>> joints, const Scene& scene, const Options& options,
+JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& scene, const Options& options,
                               const Passes& passes, std::span<const Vec3> start)
     : joints_(std::move(joints)),
       scene_(arranged(scene, joints_->order, Contacts::kept)),
@@ -95,7 +95,7 @@ std::size_t JoinedMotion<T>::flow_over(double part, const Options& options, cons
   const Scene& scene = part > 0 ? scene_ : backwards_scene_;
   Options of_flow = options;
   of_flow.step = duration;
-  flows_.push_back(std::make_unique<const FreeMotion<T>>(scene, of_flow, passes, joints_->order.size, start_));
+  flows_.push_back(std::make_unique<FreeMotion<T>>(scene, of_flow, passes, joints_->order.size, start_));
   return flows_.size() - 1;
 }
 
@@ -147,6 +147,11 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();
   return shape;
+}
+
+template <class T>
+void JoinedMotion<T>::set_contact(std::size_t index, const Contact& contact) noexcept {
+  for (const auto& flow : flows_) flow->set_contact(index, contact);
 }
 
 template class JoinedMotion<float>;

@@ -39,17 +39,19 @@ template <class T>
 class JoinedMotion {
  public:
   // The scene and the options have been checked; start: the particles' positions.
-  JoinedMotion(std::shared_ptr<const Joints<T>> joints, const Scene& scene, const Options& options, const Passes& passes,
+  JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& scene, const Options& options, const Passes& passes,
                std::span<const Vec3> start);
   JoinedMotion(const JoinedMotion&) = delete;
   JoinedMotion& operator=(const JoinedMotion&) = delete;
 
   [[nodiscard]] const Joints<T>& joints() const noexcept { return *joints_; }
-  [[nodiscard]] const std::shared_ptr<const Joints<T>>& shared_joints() const noexcept { return joints_; }
+  [[nodiscard]] const std::shared_ptr<Joints<T>>& shared_joints() const noexcept { return joints_; }
   [[nodiscard]] std::optional<Error> refusal() const;
   [[nodiscard]] WorkspaceShape shape() const;
 
-  [[nodiscard]] const std::vector<std::unique_ptr<const FreeMotion<T>>>& flows() const noexcept { return flows_; }
+  void set_contact(std::size_t index, const Contact& contact) noexcept;
+
+  [[nodiscard]] const std::vector<std::unique_ptr<FreeMotion<T>>>& flows() const noexcept { return flows_; }
   // Flow before each pulse of the first sub-step, and of the others.
   [[nodiscard]] const std::vector<std::size_t>& first() const noexcept { return first_; }
   [[nodiscard]] const std::vector<std::size_t>& again() const noexcept { return again_; }
@@ -66,12 +68,12 @@ class JoinedMotion {
  private:
   std::size_t flow_over(double part, const Options& options, const Passes& passes);
 
-  std::shared_ptr<const Joints<T>> joints_;
+  std::shared_ptr<Joints<T>> joints_;
   Scene scene_, backwards_scene_;  // of the flows that go forwards, and of those that go back: particles in the working order
   Vec3 origin_;
   std::vector<PoseTrack> tracks_;
   std::vector<Vec3> start_;        // likewise; only where anchors stand there
-  std::vector<std::unique_ptr<const FreeMotion<T>>> flows_;
+  std::vector<std::unique_ptr<FreeMotion<T>>> flows_;
   std::vector<std::size_t> first_, again_;
   std::optional<std::size_t> last_;
   CountedFrom counted_from_ = CountedFrom::zero;

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "compile/particle_values.hpp"
 #include "compile/pose_track.hpp"
 #include "compile/sweep_scheme.hpp"
+#include "compile/undo.hpp"
 
 namespace dvdx {
 namespace {
@@ -159,6 +161,7 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, co
   rule = has_rule ? kept->rule : SubstepRule(coupling, are_isolated(pairs, w_of));
   if (kept != nullptr && changed == Changed::step) {
     rates = kept->rates;
+    found_ = kept->found_;
   } else {
     rates = grid != nullptr ? rate_bounds(GridRates(*grid, w_of)) : rate_bounds(pairs, w_of);
   }
@@ -166,21 +169,23 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, co
   chosen = by(rates.most);
 }
 
+template <class T>
+Frequencies Joints<T>::find(const Scene& scene, std::span<const Vec3> start) const {
+  return frequencies(joined_pairs(scene, start), only_grid(scene, particles()), w_of, start);
+}
+
 namespace {
 
-template <class T>
-Limited limited(const Joints<T>& joints, const Scene& scene, std::span<const Vec3> start) {
-  const Grid* grid = only_grid(scene, joints.particles());
-  const Frequencies found = frequencies(joined_pairs(scene, start), grid, joints.w_of, start);
-  const bool hangs_free = grid != nullptr && scene.contacts.empty();
-  return limit_of(joints.rule, found, joints.step, joints.chosen.substeps, hangs_free);
+bool hangs_free(const Scene& scene, std::size_t particles) {
+  return only_grid(scene, particles) != nullptr && scene.contacts.empty();
 }
 
 }  // namespace
 
 template <class T>
 NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) const {
-  return limited(*this, scene, start).limit;
+  const Frequencies of = found_ ? *found_ : find(scene, start);
+  return limit_of(rule, of, step, chosen.substeps, hangs_free(scene, particles())).limit;
 }
 
 template <class T>
@@ -224,7 +229,7 @@ void Joints<T>::make_inverse_masses() {
 
 template <class T>
 void Joints<T>::make_form(std::span<const JoinedPair> pairs, const Grid* grid) {
-  const NetworkInput in{coupling, pairs, w_of, order, substep(), chosen.rho};
+  const NetworkInput in = input(pairs);
   const bool is_sequential = coupling.scheme == Scheme::sequential;
   if (grid != nullptr && is_sequential) {
     form = make_strands_form<T>(in, *grid, w, columns_);
@@ -240,20 +245,109 @@ void Joints<T>::make_form(std::span<const JoinedPair> pairs, const Grid* grid) {
 }
 
 template <class T>
+NetworkInput Joints<T>::input(std::span<const JoinedPair> pairs) const {
+  return {coupling, pairs, is_damped_, w_of, order, substep(), chosen.rho};
+}
+
+template <class T>
+bool Joints<T>::can_change_in_place() const noexcept {
+  // Where fewer sub-steps than are safe were asked for, eigenvalues tell whether they still do.
+  if (constraints || !chosen.is_safe) return false;
+  return std::holds_alternative<GridForm<T>>(form) || std::holds_alternative<StrandsForm<T>>(form);
+}
+
+template <class T>
+bool Joints<T>::can_change_step() const noexcept {
+  return std::holds_alternative<GridForm<T>>(form) && !constraints;
+}
+
+template <class T>
+void Joints<T>::change_step(double other_step) {
+  step = other_step;
+  chosen = substeps_of(coupling, rule, step, rates.most);
+}
+
+template <class T>
+void Joints<T>::reserve_rates(const Grid& grid) {
+  if (by_row_ == nullptr) by_row_ = std::make_unique<GridRates>(grid, w_of);
+}
+
+template <class T>
+Substeps Joints<T>::substeps_by(const GridRates& rates_of) const noexcept {
+  return substeps_of(coupling, rule, step, rate_bounds(rates_of).most);
+}
+
+template <class T>
+void Joints<T>::take(const GridRates& rates_of) noexcept {
+  found_.reset();
+  rates = rate_bounds(rates_of);
+}
+
+template <class T>
+bool Joints<T>::set_inverse_mass(const Grid& grid, std::size_t particle, double w_new) noexcept {
+  const double before = std::exchange(w_of[particle], w_new);
+  by_row_->set_mass(w_of, particle);
+  if (substeps_by(*by_row_) != chosen) {
+    w_of[particle] = before;
+    by_row_->set_mass(w_of, particle);
+    return false;
+  }
+  take(*by_row_);
+  const std::uint32_t element = order.of[particle];
+  const_cast<T*>(w)[element] = static_cast<T>(w_new);  // our own memory
+  if (auto* strands = std::get_if<StrandsForm<T>>(&form)) set_inverses(*strands, input({}), grid, w, element);
+  return true;
+}
+
+template <class T>
+bool Joints<T>::break_spring(const Grid& grid, const GridSpring& spring) {
+  by_row_->reserve_broken();
+  by_row_->set_broken(w_of, spring, true);
+  Undo undo([&] { by_row_->set_broken(w_of, spring, false); });
+  if (substeps_by(*by_row_) != chosen) return false;
+  if (auto* grid_form = std::get_if<GridForm<T>>(&form)) {
+    reserve_torn_row(*grid_form, spring.row, columns_);
+    tear(*grid_form, spring);
+  } else {
+    tear(std::get<StrandsForm<T>>(form), order, grid, spring);
+  }
+  undo.dismiss();
+  take(*by_row_);
+  return true;
+}
+
+template <class T>
+bool Joints<T>::set_stiffness(const Grid& grid) {
+  auto* grid_form = std::get_if<GridForm<T>>(&form);
+  if (grid_form == nullptr || constraints || (grid.damping != 0 && springs != 0) != is_damped_) return false;
+  if (count_springs(grid) != springs) return false;
+  auto by_row = std::make_unique<GridRates>(grid, w_of);
+  if (substeps_by(*by_row) != chosen) return false;
+  take(*by_row);
+  by_row_ = std::move(by_row);
+  dvdx::set_stiffness(grid_form->terms, grid);
+  return true;
+}
+
+template <class T>
 std::size_t Joints<T>::bytes() const noexcept {
   const std::size_t of_form = std::visit([](const auto& f) { return bytes_of<T>(f); }, form);
   return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0);
 }
 
 template <class T>
-std::optional<Error> Joints<T>::refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable) const {
+std::optional<Error> Joints<T>::refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable) {
   const std::string field = "network.substeps";
+  const auto limited = [&] {
+    if (!found_) found_ = find(scene, start);
+    return limit_of(rule, *found_, step, chosen.substeps, hangs_free(scene, particles()));
+  };
   if (chosen.substeps > 1000000) {
-    return Error{field, std::to_string(limited(*this, scene, start).limit.safe),
+    return Error{field, std::to_string(limited().limit.safe),
                  "at most 1000000: a smaller step, less stiffness, or scheme sequential"};
   }
   if (chosen.is_safe || unstable == Unstable::allowed) return std::nullopt;
-  const auto [limit, by] = limited(*this, scene, start);
+  const auto [limit, by] = limited();
   if (limit.substeps >= limit.fewest) return std::nullopt;
   return Error{field, std::to_string(limit.substeps),
                "at least " + std::to_string(limit.fewest) + " for this scheme, or the springs are unstable by their " +

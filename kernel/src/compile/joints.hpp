@@ -11,6 +11,7 @@
 
 #include "compile/columns.hpp"
 #include "compile/constraints.hpp"
+#include "compile/grid_rates.hpp"
 #include "compile/limit.hpp"
 #include "compile/network_forms.hpp"
 #include "compile/particle_order.hpp"
@@ -54,8 +55,8 @@ class Joints {
   Joints(const Joints&) = delete;
   Joints& operator=(const Joints&) = delete;
 
-  // Where the scene asks for fewer sub-steps than the start's springs allow.
-  [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable) const;
+  // Where the scene asks for fewer sub-steps than the start's springs allow. The eigenvalues that this takes are kept.
+  [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable);
   // Of the springs as they are now, by eigenvalues: a hundred steps' time.
   [[nodiscard]] NetworkLimit limit(const Scene& scene, std::span<const Vec3> start) const;
   [[nodiscard]] double substep() const noexcept { return step / chosen.substeps; }  // s
@@ -80,6 +81,20 @@ class Joints {
 
   [[nodiscard]] std::size_t particles() const noexcept { return w_of.size(); }
 
+  // Changes in place, of the only owner (execute/plan_parts.hpp): of a grid that is stepped as one, without constraints.
+  [[nodiscard]] bool can_change_in_place() const noexcept;
+  // Whether the springs' coefficients are those of another step too.
+  [[nodiscard]] bool can_change_step() const noexcept;
+  void change_step(double other_step);
+  // What looks at the neighbourhood of one particle alone; made at the first of these changes.
+  void reserve_rates(const Grid& grid);
+  // 1/kg of a particle, 0 where it is fixed: false, and nothing is changed, where it asks for other sub-steps.
+  [[nodiscard]] bool set_inverse_mass(const Grid& grid, std::size_t particle, double w) noexcept;
+  // Takes memory for the first torn spring that begins in a row.
+  [[nodiscard]] bool break_spring(const Grid& grid, const GridSpring& spring);
+  // The same sub-steps, and springs where there were some: else false, and nothing is changed.
+  [[nodiscard]] bool set_stiffness(const Grid& grid);
+
  private:
   Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed);
 
@@ -89,7 +104,14 @@ class Joints {
   void make_inverse_masses();
   void make_form(std::span<const JoinedPair> pairs, const Grid* grid);
 
+  void take(const GridRates& rates_of) noexcept;
+  [[nodiscard]] Frequencies find(const Scene& scene, std::span<const Vec3> start) const;
+  [[nodiscard]] Substeps substeps_by(const GridRates& rates_of) const noexcept;
+  [[nodiscard]] NetworkInput input(std::span<const JoinedPair> pairs) const;
+
   bool is_damped_ = false;
+  std::unique_ptr<GridRates> by_row_;
+  std::optional<Frequencies> found_;  // of the springs as they are now, where they were asked for
   Columns<T> columns_;
 };
 

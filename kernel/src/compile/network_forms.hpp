@@ -100,7 +100,8 @@ using NetworkForm = std::variant<GridForm<T>, GraphForm<T>, PairsForm<T>, Strand
 // What a form is made of.
 struct NetworkInput {
   const Coupling& coupling;
-  std::span<const JoinedPair> springs;
+  std::span<const JoinedPair> springs;  // of a list
+  bool is_damped;                       // whether any spring is
   std::span<const double> w;  // 1/kg of each particle, 0 where fixed
   const ParticleOrder& order;
   double substep;    // s
@@ -117,6 +118,12 @@ template <class T>
 void reserve_torn_row(GridForm<T>& form, std::size_t row, Columns<T>& columns);
 template <class T>
 void tear(GridForm<T>& form, const GridSpring& spring) noexcept;
+// Of the same directions.
+template <class T>
+void set_stiffness(GridTerms<T>& terms, const Grid& grid);
+// Since the inverse mass of the particle at an element has changed; in.springs is not read.
+template <class T>
+void set_inverses(StrandsForm<T>& form, const NetworkInput& in, const Grid& grid, const T* w, std::uint32_t element) noexcept;
 template <class T>
 void tear(StrandsForm<T>& form, const ParticleOrder& order, const Grid& grid, const GridSpring& spring) noexcept;
 template <class T>

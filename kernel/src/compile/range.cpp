@@ -25,19 +25,76 @@ template <class T>
 constexpr const char* type_name = sizeof(T) == 4 ? "float32" : "float64";
 
 template <class T>
+void out_of_range(Checker& check, const std::string& field, const std::string& value, const std::string& valid) {
+  check.fail(field, value, valid + " (the plan is of " + type_name<T> + ")");
+}
+
+template <class T>
+void range_of_place(Checker& check, const std::string& field, const Vec3& value, const Origin& origin, std::size_t particle) {
+  const Vec3 local = origin.from(value, particle);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (fits<T>(local[axis])) continue;
+    out_of_range<T>(check, element(field, axis), text(value[axis]),
+                    "within " + text(double{std::numeric_limits<T>::max()}, 8) + " m of the origin");
+  }
+}
+
+// Lengths are compared with the root of a sum of squares.
+template <class T>
+void range_of_length(Checker& check, const std::string& field, double value) {
+  if (fits<T>(value * value)) return;
+  out_of_range<T>(check, field, text(value), "at most " + text(std::sqrt(double{std::numeric_limits<T>::max()}), 8) + " m");
+}
+// ... and divided by.
+template <class T>
+void range_of_radius(Checker& check, const std::string& field, double value) {
+  const double least = std::sqrt(double{std::numeric_limits<T>::min()});
+  if (value < least) out_of_range<T>(check, field, text(value), "at least " + text(least, 8) + " m");
+  range_of_length<T>(check, field, value);
+}
+
+template <class T>
+void range_of(Checker& check, const Plane& plane, const std::string& at, const Origin& origin) {
+  const double local = plane.offset - dot(unit(plane.normal), origin.at(0));
+  if (fits<T>(local)) return;
+  out_of_range<T>(check, at + ".offset", text(plane.offset),
+                  "within " + text(double{std::numeric_limits<T>::max()}, 8) + " m of the origin");
+}
+template <class T>
+void range_of(Checker& check, const Sphere& sphere, const std::string& at, const Origin& origin) {
+  range_of_place<T>(check, at + ".center", sphere.center, origin, 0);
+  range_of_radius<T>(check, at + ".radius", sphere.radius);
+}
+
+// A step's angle whose sine means nothing: psi() cuts W h^2 off there, and coefficients of the whole W would be garbage.
+bool turns_too_far(double W, double h) { return !(W * h * h < psi_huge); }
+
+// What a step or a sub-step makes of a spring between two particles; w: w_a + w_b.
+template <class T>
+bool is_joint_in_range(double k, double c, double h, double w) {
+  return fits<T>(k * w) && fits<T>(k * h * h) && fits<T>(k * h * h * w) && fits<T>(k * h * w) && fits<T>(c * w) &&
+         fits<T>(c * h) && fits<T>(c * h * w) && !turns_too_far(k * w, h);
+}
+
+template <class T>
 class RangeChecker {
  public:
   RangeChecker(const Scene& scene, const Options& options, std::optional<std::size_t> count, std::span<const Vec3> start)
       : scene_(scene), h_(options.step), count_(count.value_or(1)), start_(start), system_(scene, start, options.step) {}
 
-  std::optional<Error> all() {
+  std::optional<Error> forces() {
     if (count_ == 0) return std::nullopt;  // nothing moves
     for (std::size_t i = 0; i < scene_.forces.size() && !check_.error; ++i) {
       std::visit([&](const auto& force) { check(force, i, element("forces", i)); }, scene_.forces[i]);
     }
     accelerations();
+    return check_.error;
+  }
+  std::optional<Error> all() {
+    if (count_ == 0) return std::nullopt;
+    forces();
     for (std::size_t i = 0; i < scene_.contacts.size() && !check_.error; ++i) {
-      std::visit([&](const auto& contact) { check(contact, element("contacts", i)); }, scene_.contacts[i]);
+      check_.error = check_range<T>(scene_.contacts[i], i, scene_.origin);
     }
     const bool is_only = scene_.networks.size() == 1;
     for (std::size_t i = 0; i < scene_.networks.size() && !check_.error; ++i) {
@@ -52,16 +109,12 @@ class RangeChecker {
 
  private:
   void fail(const std::string& field, const std::string& value, const std::string& valid) {
-    check_.fail(field, value, valid + " (the plan is of " + type_name<T> + ")");
+    out_of_range<T>(check_, field, value, valid);
   }
   void step(const std::string& valid) { fail("step", text(h_), valid); }
 
   void place(const std::string& field, const Vec3& value, std::size_t particle) {
-    const Vec3 local = scene_.origin.from(value, particle);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (fits<T>(local[axis])) continue;
-      fail(element(field, axis), text(value[axis]), "within " + text(double{limits::max()}, 8) + " m of the origin");
-    }
+    range_of_place<T>(check_, field, value, scene_.origin, particle);
   }
   void places(const std::string& field, const Anchor& anchor) {
     if (const auto* all = std::get_if<Vec3>(&anchor)) return place(field, *all, 0);
@@ -78,15 +131,8 @@ class RangeChecker {
 
   // Lengths are compared with the root of a sum of squares.
   [[nodiscard]] static bool is_length(double value) { return fits<T>(value * value); }
-  void length(const std::string& field, double value) {
-    if (!is_length(value)) fail(field, text(value), "at most " + text(std::sqrt(double{limits::max()}), 8) + " m");
-  }
-  // ... and divided by.
-  void radius(const std::string& field, double value) {
-    const double least = std::sqrt(double{limits::min()});
-    if (value < least) fail(field, text(value), "at least " + text(least, 8) + " m");
-    length(field, value);
-  }
+  void length(const std::string& field, double value) { range_of_length<T>(check_, field, value); }
+  void radius(const std::string& field, double value) { range_of_radius<T>(check_, field, value); }
   void lengths(const std::string& field, const Scalars& values, bool is_positive) {
     const std::size_t n = values.is_uniform() ? 1 : values.each().size();
     for (std::size_t k = 0; k < n && !check_.error; ++k) {
@@ -101,8 +147,7 @@ class RangeChecker {
   void check(const Polynomial&, std::size_t, const std::string&) {}
   void check(const Sinusoid&, std::size_t, const std::string&) {}
   void check(const Drag&, std::size_t, const std::string&) {}
-  // A step's angle whose sine means nothing: psi() cuts W h^2 off there, and coefficients of the whole W would be garbage.
-  [[nodiscard]] bool turns_too_far(double W) const { return !(W * h_ * h_ < psi_huge); }
+  [[nodiscard]] bool turns_too_far(double W) const { return dvdx::turns_too_far(W, h_); }
   static constexpr const char* turns_less = "one that turns by less than 2.9e135 radians in a step, with the springs beside it";
 
   void check(const Spring& spring, std::size_t force, const std::string& at) {
@@ -149,16 +194,6 @@ class RangeChecker {
     }
   }
 
-  void check(const Plane& plane, const std::string& at) {
-    const double local = plane.offset - dot(unit(plane.normal), scene_.origin.at(0));
-    if (!fits<T>(local))
-      fail(at + ".offset", text(plane.offset), "within " + text(double{limits::max()}, 8) + " m of the origin");
-  }
-  void check(const Sphere& sphere, const std::string& at) {
-    place(at + ".center", sphere.center, 0);
-    radius(at + ".radius", sphere.radius);
-  }
-
   // A spring's own numbers, and what a step or a sub-step of it makes of them.
   void joint(const std::string& at, const std::string& stiffness, double k, const std::string& rest_length, double l, double c,
              double w) {
@@ -166,12 +201,16 @@ class RangeChecker {
     if (!is_length(l)) return length(at + rest_length, l);
     if (!fits<T>(k * l)) return fail(at + stiffness, text(k), "one whose product with the rest length is finite");
     if (!fits<T>(c)) return fail(at + ".damping", text(c), "at most " + text(double{limits::max()}, 8) + " kg/s");
-    const bool is_good = fits<T>(k * w) && fits<T>(k * h_ * h_) && fits<T>(k * h_ * h_ * w) && fits<T>(k * h_ * w) &&
-                         fits<T>(c * w) && fits<T>(c * h_) && fits<T>(c * h_ * w) && !turns_too_far(k * w);
-    if (!is_good) step("one at which the network's coefficients stay finite");
+    if (!is_joint_in_range<T>(k, c, h_, w)) step("one at which the network's coefficients stay finite");
   }
   [[nodiscard]] double inverse_mass(std::size_t i) const { return 1 / scene_.mass[i]; }
+  // Where the inverse of the least is finite all are.
+  [[nodiscard]] double least_mass() const {
+    const std::vector<double>& each = scene_.mass.each();
+    return scene_.mass.is_uniform() ? scene_.mass[0] : *std::min_element(each.begin(), each.end());
+  }
   void masses() {
+    if (fits<T>(1 / least_mass())) return;
     for (std::size_t i = 0; i < (scene_.mass.is_uniform() ? 1 : count_) && !check_.error; ++i) {
       if (!fits<T>(inverse_mass(i))) {
         fail(scene_.mass.is_uniform() ? "mass" : element("mass", i), text(scene_.mass[i]), "one whose inverse is finite");
@@ -182,8 +221,7 @@ class RangeChecker {
     masses();
     length(at + ".edge_u", dvdx::length(grid.edge_u));
     length(at + ".edge_v", dvdx::length(grid.edge_v));
-    double w = 0;
-    for (std::size_t i = 0; i < count_; ++i) w = std::max(w, inverse_mass(i));
+    const double w = 1 / least_mass();
     const double l = dvdx::length(grid.edge_u) + dvdx::length(grid.edge_v);
     for (const auto& [name, k] : {std::pair{".structural", grid.structural}, {".shear", grid.shear}, {".bend", grid.bend}}) {
       if (!check_.error) joint(at, name, k, ".edge_u", l, grid.damping, 2 * w);
@@ -225,9 +263,36 @@ std::optional<Error> check_range(const Scene& scene, const Options& options, std
   return RangeChecker<T>(scene, options, count, start).all();
 }
 
+template <class T>
+std::optional<Error> check_range_of_forces(const Scene& scene, const Options& options, std::optional<std::size_t> count,
+                                           std::span<const Vec3> start) {
+  return RangeChecker<T>(scene, options, count, start).forces();
+}
+
+template <class T>
+std::optional<Error> check_range(const Contact& contact, std::size_t index, const Origin& origin) {
+  Checker check(std::nullopt);
+  std::visit([&](const auto& of) { range_of<T>(check, of, element("contacts", index), origin); }, contact);
+  return check.error;
+}
+
+template <class T>
+bool is_in_range(const Grid& grid, double h, double w) {
+  return fits<T>(w) && is_joint_in_range<T>(grid.structural, grid.damping, h, 2 * w) &&
+         is_joint_in_range<T>(grid.shear, grid.damping, h, 2 * w) && is_joint_in_range<T>(grid.bend, grid.damping, h, 2 * w);
+}
+
 template std::optional<Error> check_range<float>(const Scene&, const Options&, std::optional<std::size_t>,
                                                  std::span<const Vec3>);
 template std::optional<Error> check_range<double>(const Scene&, const Options&, std::optional<std::size_t>,
                                                   std::span<const Vec3>);
+template std::optional<Error> check_range_of_forces<float>(const Scene&, const Options&, std::optional<std::size_t>,
+                                                    std::span<const Vec3>);
+template std::optional<Error> check_range<float>(const Contact&, std::size_t, const Origin&);
+template bool is_in_range<float>(const Grid&, double, double);
+template std::optional<Error> check_range_of_forces<double>(const Scene&, const Options&, std::optional<std::size_t>,
+                                                    std::span<const Vec3>);
+template std::optional<Error> check_range<double>(const Contact&, std::size_t, const Origin&);
+template bool is_in_range<double>(const Grid&, double, double);
 
 }  // namespace dvdx

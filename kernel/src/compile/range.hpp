@@ -14,5 +14,13 @@ namespace dvdx {
 template <class T>
 std::optional<Error> check_range(const Scene& scene, const Options& options, std::optional<std::size_t> count,
                                  std::span<const Vec3> start);
+// Of the forces alone; of one contact; and whether a grid takes such an inverse mass, 1/kg.
+template <class T>
+std::optional<Error> check_range_of_forces(const Scene& scene, const Options& options, std::optional<std::size_t> count,
+                                           std::span<const Vec3> start);
+template <class T>
+std::optional<Error> check_range(const Contact& contact, std::size_t index, const Origin& origin);
+template <class T>
+bool is_in_range(const Grid& grid, double h, double w);
 
 }  // namespace dvdx

@@ -60,6 +60,11 @@ struct ForceChecker {
   }
 };
 
+void check_force(Checker& check, const std::string& at, const Force& force) {
+  std::visit(ForceChecker{check, at}, force);
+  std::visit([&](const auto& f) { check.method(at, f.method); }, force);
+}
+
 struct ContactChecker {
   Checker& check;
   std::string at;
@@ -333,17 +338,25 @@ void check_origin(Checker& check, const Scene& scene) {
 
 }  // namespace
 
+std::optional<Error> check(const Force& force, std::size_t index, std::optional<std::size_t> count) {
+  Checker check(count);
+  check_force(check, element("forces", index), force);
+  return check.error;
+}
+
+std::optional<Error> check(const Contact& contact, std::size_t index) {
+  Checker check(std::nullopt);
+  std::visit(ContactChecker{check, element("contacts", index)}, contact);
+  return check.error;
+}
+
 std::string Error::message() const { return field + " is " + value + ": must be " + valid; }
 
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count) {
   Checker check(count);
   check.choice("method", scene.method, Method::symplectic_euler);
   check.scalars("mass", scene.mass, Range::positive);
-  for (std::size_t i = 0; i < scene.forces.size(); ++i) {
-    const std::string at = element("forces", i);
-    std::visit(ForceChecker{check, at}, scene.forces[i]);
-    std::visit([&](const auto& f) { check.method(at, f.method); }, scene.forces[i]);
-  }
+  for (std::size_t i = 0; i < scene.forces.size(); ++i) check_force(check, element("forces", i), scene.forces[i]);
   for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
     std::visit(ContactChecker{check, element("contacts", i)}, scene.contacts[i]);
     if (const auto& motion = motion_of(scene.contacts[i])) {

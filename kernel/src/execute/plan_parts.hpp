@@ -2,11 +2,17 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <tuple>
 #include <utility>
 #include <variant>
 
 #include "compile/changes.hpp"
 #include "compile/compiled_scene.hpp"
+#include "compile/in_place.hpp"
+#include "compile/range.hpp"
+#include "compile/undo.hpp"
+#include "compile/validate.hpp"
 #include "execute/environment.hpp"
 #include "execute/workspace.hpp"
 
@@ -27,16 +33,9 @@ struct PlanIn {
   // All or nothing: a workspace that still fits is kept, and what it remembers with it.
   Expected<void> become(Expected<SharedScene<A>> changed) {
     if (!changed) return tl::unexpected(changed.error());
-    const JoinedMotion<A>* joined = (*changed)->joined();
-    if (joined != nullptr) {
-      const WorkspaceShape shape = joined->shape();
-      if (workspace->has_columns_of(shape)) {
-        workspace->reserve_held(shape.fixed);
-      } else {
-        workspace = make_workspace(**changed);
-      }
-    }
+    auto more = room_for((*changed)->joined());
     scene = std::move(*changed);
+    take(std::move(more));
     return {};
   }
 
@@ -44,13 +43,94 @@ struct PlanIn {
   template <class Change>
   Expected<void> change(const Change& change) {
     if (auto error = change.refusal(scene->scene, scene->count)) return tl::unexpected(*error);
+    if (is_only_owner(scene)) {
+      if (workspace != nullptr) workspace->reserve_held(scene->scene.fixed.size() + 1);
+      const Expected<InPlace> done = change_in_place(*scene, change);
+      if (!done) return tl::unexpected(done.error());
+      if (*done == InPlace::done) return {};
+    }
     Scene changed = scene->scene;
     change.apply(changed, scene->count.value_or(0));
     return become(with_scene(*scene, std::move(changed)));
   }
 
+  Expected<void> replace(std::size_t index, const Contact& contact) {
+    if (is_only_owner(scene)) {
+      const Expected<InPlace> done = replace_in_place(*scene, index, contact);
+      if (!done) return tl::unexpected(done.error());
+      if (*done == InPlace::done) return {};
+    }
+    return become(with_contact(*scene, index, contact));
+  }
+
+  Expected<void> replace(std::size_t index, const Force& force) {
+    if (!is_only_owner(scene)) return become(with_force(*scene, index, force));
+    if (auto error = refusal_of(*scene, index, force)) return tl::unexpected(*error);
+    Force other = with_linear_spring(force);
+    Force& place = scene->scene.forces[index];
+    std::swap(place, other);
+    Undo undo([&] { std::swap(place, other); });
+    if (auto error = check_sources(System(scene->scene, scene->start, scene->options.step))) return tl::unexpected(*error);
+    if (auto error = check_range_of_forces<A>(scene->scene, scene->options, scene->count, scene->start)) {
+      return tl::unexpected(*error);
+    }
+    return take_motion(undo, joints());
+  }
+
+  // Of springs whose form does not depend on it; the form of others is made again, with the frequencies that were found.
+  Expected<void> set_step(double h) {
+    const std::shared_ptr<Joints<A>> of = joints();
+    const bool is_alone = is_only_owner(scene) && (of == nullptr || of.use_count() == 2);
+    if (!is_alone || (of != nullptr && !of->can_change_step())) return become(with_step(*scene, h));
+    Options options = scene->options;
+    options.step = h;
+    if (auto error = check(options)) return tl::unexpected(*error);
+    std::swap(scene->options.step, h);
+    std::optional<std::pair<double, Substeps>> before;
+    Undo undo([&] {
+      scene->options.step = h;
+      if (before) std::tie(of->step, of->chosen) = *before;
+    });
+    if (auto error = check_range<A>(scene->scene, scene->options, scene->count, scene->start)) return tl::unexpected(*error);
+    if (of != nullptr) {
+      before.emplace(of->step, of->chosen);
+      of->change_step(scene->options.step);
+      if (auto error = of->refusal(scene->scene, scene->start, options.unstable)) return tl::unexpected(*error);
+    }
+    return take_motion(undo, of);
+  }
+
   SharedScene<A> scene;
   std::unique_ptr<JoinedWorkspace<A>> workspace;
+
+ private:
+  [[nodiscard]] std::shared_ptr<Joints<A>> joints() const {
+    return scene->joined() != nullptr ? scene->joined()->shared_joints() : nullptr;
+  }
+
+  // A workspace where the one that there is does not fit.
+  std::unique_ptr<JoinedWorkspace<A>> room_for(const JoinedMotion<A>* joined) {
+    if (joined == nullptr) return nullptr;
+    const WorkspaceShape shape = joined->shape();
+    if (!workspace->has_columns_of(shape)) return std::make_unique<JoinedWorkspace<A>>(shape, scene->options.memory);
+    workspace->reserve_held(shape.fixed);
+    return nullptr;
+  }
+  void take(std::unique_ptr<JoinedWorkspace<A>> more) noexcept {
+    if (more != nullptr) workspace = std::move(more);
+  }
+
+  template <class TakeBack>
+  Expected<void> take_motion(Undo<TakeBack>& undo, std::shared_ptr<Joints<A>> joints) {
+    auto motion = make_motion(*scene, std::move(joints));
+    if (!motion) return tl::unexpected(motion.error());
+    const auto* joined = std::get_if<std::unique_ptr<JoinedMotion<A>>>(&*motion);
+    auto more = room_for(joined != nullptr ? joined->get() : nullptr);
+    scene->motion = std::move(*motion);
+    take(std::move(more));
+    undo.dismiss();
+    return {};
+  }
 };
 
 // Of states of T: in float64 where T is, or where float32 is compensated.

@@ -41,7 +41,9 @@ class JoinedWorkspace {
   void reserve_held(std::size_t fixed) {
     if (held.size() < fixed) held.resize(std::max(fixed, 2 * held.size()));
   }
-  [[nodiscard]] std::size_t bytes() const noexcept { return columns_.bytes() + held.capacity() * sizeof(Held<T>); }
+  [[nodiscard]] std::size_t bytes() const noexcept { return bytes_for(held.capacity()); }
+  // Of a workspace for so many fixed particles.
+  [[nodiscard]] std::size_t bytes_for(std::size_t fixed) const noexcept { return columns_.bytes() + fixed * sizeof(Held<T>); }
 
   // Of a workspace with accelerations: whether they are of the state in these columns at this time, and whose they are now.
   [[nodiscard]] bool remembers(const void* columns, const Clock& clock) const noexcept {

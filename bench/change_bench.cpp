@@ -1,0 +1,158 @@
+// Changes of a plan while it runs: a sheet of 64x64 at 5 sub-steps, one thread. `of_step` is what a change takes as a part of
+// what one step takes, measured in the same run; `bar` is the most that it should be.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+
+#include "dvdx/layouts/state_hash.hpp"
+#include "dvdx/plan.hpp"
+#include "support/benches.hpp"
+#include "support/plan_bench.hpp"
+
+namespace dvdx::bench {
+namespace {
+
+constexpr std::size_t side = 64;
+enum class Form { grid, list };
+
+Scene sheet(Scheme scheme, Form form) {
+  Scene scene;
+  scene.mass = 1.0 / (side * side);
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Sphere{.center = {1, -1, 1}, .radius = 0.5, .friction = 0.3});
+  const Grid grid{
+      .rows = side, .columns = side, .edge_u = {2, 0, 0}, .edge_v = {0, 0, 2}, .structural = 100, .shear = 100, .bend = 10};
+  scene.add(form == Form::grid ? Network(grid) : Network(springs_of(grid)));
+  scene.coupling.scheme = scheme;
+  scene.coupling.substeps = 5;
+  scene.fixed = {0, side - 1};
+  return scene;
+}
+
+constexpr double step = 1.0 / 480;  // s: stable in 5 sub-steps in any position, by leapfrog
+
+Held<float> hung() {
+  Held<float> held = hold_padded<float>(side * side);
+  for (std::size_t i = 0; i < held.state.count; ++i) {
+    held.state.x[0][i] = 2.0F * static_cast<float>(i % side) / (side - 1);
+    held.state.x[1][i] = 0;
+    held.state.x[2][i] = 2.0F * static_cast<float>(i / side) / (side - 1);
+    for (std::size_t axis = 0; axis < 3; ++axis) held.state.v[axis][i] = 0;
+  }
+  return held;
+}
+
+using Clock = std::chrono::steady_clock;
+
+// s: the shortest of some.
+template <class Work>
+double shortest(int rounds, const Work& work) {
+  double least = 1;
+  for (int round = 0; round < rounds; ++round) {
+    const auto from = Clock::now();
+    work();
+    least = std::min(least, std::chrono::duration<double>(Clock::now() - from).count());
+  }
+  return least;
+}
+
+// change(plan, n): the n-th of a run of changes. At the end the plan steps as one compiled anew.
+template <class Change>
+void time_change(benchmark::State& timing, const Scene& scene, double bar, const Change& change) {
+  Held<float> held = hung();
+  auto plan = compile<float>(scene, {.step = step}, held.state);
+  if (!plan) return timing.SkipWithError(plan.error().message().c_str());
+  const double of_step = shortest(20, [&] { plan->step(held.state); });
+  std::size_t n = 0;
+  double least = 1;
+  for (auto _ : timing) {
+    const auto from = Clock::now();
+    if (const auto changed = change(*plan, n++); !changed) timing.SkipWithError(changed.error().message().c_str());
+    least = std::min(least, std::chrono::duration<double>(Clock::now() - from).count());
+  }
+  timing.counters["of_step"] = least / of_step;
+  timing.counters["bar"] = bar;
+  const Held<float> start = hung();
+  Held<float> by_plan = hung();
+  Held<float> by_other = hung();
+  const auto anew = compile<float>(plan->scene(), {.step = plan->step_size()}, start.state);
+  plan->step(by_plan.state, 3);
+  if (!anew || anew->step(by_other.state, 3) != StepResult::done || state_hash(by_plan.state) != state_hash(by_other.state)) {
+    timing.SkipWithError("the plan differs from one compiled anew");
+  }
+}
+
+// The inner particles of the sheet in turn.
+std::size_t inner(std::size_t n) { return (1 + n / (side - 2) % (side - 2)) * side + 1 + n % (side - 2); }
+
+void add_changes(const std::string& name, const Scene& scene) {
+  const auto add_one = [&](const std::string& what, double bar, auto change) {
+    add("change/" + what + "/" + name,
+        [=](benchmark::State& timing) { time_change(timing, scene, bar, change); });
+  };
+  using P = Plan<float>;
+  const auto sway = [](std::size_t n) { return 1e-3 * static_cast<double>(n % 2); };
+  add_one("contact", 0.01, [=](P& plan, std::size_t n) {
+    return plan.replace(0, Sphere{.center = {1, -1 + sway(n), 1}, .radius = 0.5, .friction = 0.3});
+  });
+  add_one("force", 0.05,
+          [=](P& plan, std::size_t n) { return plan.replace(0, Constant{.acceleration = {sway(n), -9.81, 0}}); });
+  add_one("step", 0.2, [=](P& plan, std::size_t n) { return plan.set_step(step * (1 - sway(n))); });
+  add_one("stiffness", 0.5, [=](P& plan, std::size_t n) {
+    const double k = 100 - sway(n);
+    if (std::holds_alternative<Grid>(plan.scene().networks[0])) {
+      return plan.set_stiffness(0, GridStiffness{.structural = k, .shear = k, .bend = k / 10});
+    }
+    return plan.set_stiffness(0, SpringsStiffness{.stiffness = k});
+  });
+  add_one("mass", 0.05, [=](P& plan, std::size_t n) {
+    return plan.set_mass(inner(n), (1.5 + sway(n)) / (side * side));
+  });
+  add_one("fix_and_release", 0.1, [=](P& plan, std::size_t n) {
+    const auto fixed = plan.fix(inner(n));
+    return fixed ? plan.release(inner(n)) : fixed;
+  });
+  add_one("break", 0.05, [=](P& plan, std::size_t n) -> Expected<void> {
+    const auto i = static_cast<std::uint32_t>(inner(n));
+    if (n >= (side - 2) * (side - 2)) return {};  // all of them are torn
+    return plan.break_spring(0, {i, i + 1});
+  });
+}
+
+// of_step of the whole plan, for one more state or from nothing.
+template <class Make>
+void time_plan(benchmark::State& timing, const Scene& scene, double bar, const Make& make) {
+  Held<float> held = hung();
+  const Held<float> start = hung();
+  auto plan = compile<float>(scene, {.step = step}, start.state);
+  const double of_step = shortest(20, [&] { plan->step(held.state); });
+  double least = 1;
+  for (auto _ : timing) least = std::min(least, shortest(1, [&] { make(*plan, scene, start.state); }));
+  timing.counters["of_step"] = least / of_step;
+  timing.counters["bar"] = bar;
+}
+
+}  // namespace
+
+void register_change() {
+  for (const auto& [name, scheme] : {std::pair{"leapfrog", Scheme::leapfrog}, std::pair{"sequential", Scheme::sequential}}) {
+    for (const auto& [form_name, form] : {std::pair{"grid", Form::grid}, std::pair{"list", Form::list}}) {
+      const Scene scene = sheet(scheme, form);
+      const std::string of = std::string(form_name) + "/" + name;
+      add_changes(of, scene);
+      add("change/clone/" + of, [=](benchmark::State& timing) {
+        time_plan(timing, scene, 0.5,
+                  [](const Plan<float>& plan, const Scene&, const State<float>&) { benchmark::DoNotOptimize(plan.clone()); });
+      });
+      add("change/compile/" + of, [=](benchmark::State& timing) {
+        time_plan(timing, scene, 20, [](const Plan<float>&, const Scene& anew, const State<float>& start) {
+          benchmark::DoNotOptimize(compile<float>(anew, {.step = step}, start));
+        });
+      });
+    }
+  }
+}
+
+}  // namespace dvdx::bench
