@@ -21,6 +21,7 @@ struct WorkspaceShape {
   std::size_t elements = 0;       // of a column of particles
   std::size_t fixed = 0;          // particles, kinematic ones too
   std::size_t motions = 0;
+  std::vector<std::size_t> groups{};  // particles of each of Scene::kinematic
   std::size_t surfaces = 0;  // where some of them move
   std::size_t sweep_springs = 0;  // 0: no sweeps
   std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
@@ -70,6 +71,7 @@ class JoinedMotion {
   Scene scene_, backwards_scene_;  // of the flows that go forwards, and of those that go back: particles in the working order
   Vec3 origin_;
   std::vector<PoseTrack> tracks_;
+  std::vector<std::size_t> groups_;
   std::vector<Vec3> start_;        // likewise; only where anchors stand there
   std::vector<std::unique_ptr<const FreeMotion<T>>> flows_;
   std::vector<std::size_t> first_, again_;

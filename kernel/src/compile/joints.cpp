@@ -144,12 +144,16 @@ template <class T>
 void Joints<T>::make_fixed(const Scene& scene, std::span<const Vec3> start) {
   for (const std::size_t i : scene.fixed) fixed.push_back({.particle = static_cast<std::uint32_t>(i), .element = order.of[i]});
   const Vec3& origin = scene.origin.at(0);
-  for (const Kinematic& followers : scene.kinematic) {
-    for (const std::size_t i : followers.particles) {
+  for (std::size_t group = 0; group < scene.kinematic.size(); ++group) {
+    const Kinematic& followers = scene.kinematic[group];
+    for (std::size_t k = 0; k < followers.particles.size(); ++k) {
+      const std::size_t i = followers.particles[k];
       const Vec3& x = start[i];
       fixed.push_back({.particle = static_cast<std::uint32_t>(i),
                        .element = order.of[i],
                        .motion = static_cast<std::uint32_t>(followers.motion),
+                       .group = static_cast<std::uint32_t>(group),
+                       .index = static_cast<std::uint32_t>(k),
                        .place = {x[0] + origin[0], x[1] + origin[1], x[2] + origin[2]}});
     }
   }

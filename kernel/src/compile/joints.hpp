@@ -21,6 +21,7 @@ namespace dvdx {
 struct FixedParticle {
   std::uint32_t particle = 0, element = 0;
   std::optional<std::uint32_t> motion{};  // that carries it
+  std::uint32_t group = 0, index = 0;     // of Scene::kinematic, and in its list
   Vec3 place{};                           // m: where it is carried from, in the world
 };
 

@@ -26,7 +26,11 @@ struct PlanIn {
   Expected<void> become(Expected<SharedScene<A>> changed) {
     if (!changed) return tl::unexpected(changed.error());
     const JoinedMotion<A>* joined = (*changed)->joined();
-    if (joined != nullptr && !workspace->fits(joined->shape())) workspace = make_workspace(**changed);
+    if (joined != nullptr && !workspace->fits(joined->shape())) {
+      auto made = make_workspace(**changed);
+      made->go_on_from(std::move(*workspace));
+      workspace = std::move(made);
+    }
     scene = std::move(*changed);
     return {};
   }
