@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "compile/accuracy.hpp"
+#include "compile/particle_values.hpp"
 #include "compile/sweep_scheme.hpp"
 #include "execute/plan_parts.hpp"
 #include "forces/radial_spring.hpp"
@@ -395,6 +396,19 @@ std::string describe_origin(const Origin& origin) {
   return "origin       [" + text(o[0], 6) + ", " + text(o[1], 6) + ", " + text(o[2], 6) + "] m\n";
 }
 
+std::string describe_motions(const Scene& scene) {
+  if (!has_followers(scene)) return "";
+  std::size_t particles = 0;
+  for (const Kinematic& followers : scene.kinematic) particles += followers.particles.size();
+  const auto contacts = std::count_if(scene.contacts.begin(), scene.contacts.end(),
+                                      [](const Contact& contact) { return motion_of(contact).has_value(); });
+  std::string words = "motions      " + std::to_string(scene.motions.size()) + ", followed by " + std::to_string(particles) +
+                      " particles and " + std::to_string(contacts) + " contacts; places, poses and velocities are made in each";
+  words += " flow of each sub-step, in working columns\n";
+  if (contacts != 0) words += "             what moves is looked for as the surface sees it, a batch at a time\n";
+  return words;
+}
+
 template <class T>
 std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_bytes) {
   const Scene& scene = compiled.scene;
@@ -423,6 +437,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   words += has_radial || !scene.contacts.empty() ? " before contacts and radial springs\n" : "\n";
   words += describe_accuracy(scene, system, compiled.options.impacts);
   words += describe_stability(compiled, system);
+  words += describe_motions(scene);
   if (joined != nullptr) {
     words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_constraints(joined->joints());
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "compile/checker.hpp"
 #include "compile/particle_values.hpp"
 #include "compile/validate.hpp"
 #include "execute/environment.hpp"
@@ -94,6 +95,54 @@ void Workspace<T>::forget() noexcept {
   std::visit(forget, parts_->in);
 }
 
+namespace {
+
+Error no_such(const std::string& list, std::size_t index, std::size_t count) {
+  return {element(list, index), "not there",
+          count == 0 ? "of a scene that has some" : "an index below " + std::to_string(count)};
+}
+
+template <class A>
+Expected<void> set_pose_in(JoinedWorkspace<A>* workspace, std::size_t motion, const Pose& target) {
+  const std::size_t count = workspace != nullptr ? workspace->motions.size() : 0;
+  if (motion >= count) return tl::unexpected(no_such("motions", motion, count));
+  Checker check(std::nullopt);
+  check.numbers("pose.translation", target.translation, Range::finite);
+  check.numbers("pose.rotation", target.rotation, Range::finite);
+  if (check.error) return tl::unexpected(*check.error);
+  workspace->motions[motion].ask(target.translation, target.rotation);
+  return {};
+}
+
+template <class A>
+Expected<void> set_places_in(JoinedWorkspace<A>* workspace, std::size_t kinematic, std::span<const Vec3> places) {
+  const std::size_t count = workspace != nullptr ? workspace->groups.size() : 0;
+  if (kinematic >= count) return tl::unexpected(no_such("kinematic", kinematic, count));
+  DrivenPlaces& group = workspace->groups[kinematic];
+  Checker check(std::nullopt);
+  if (places.size() != group.particles()) {
+    check.fail("places", std::to_string(places.size()) + " points",
+               "one for each of the " + std::to_string(group.particles()) + " particles of kinematic[" +
+                   std::to_string(kinematic) + "]");
+  }
+  for (std::size_t i = 0; i < places.size() && !check.error; ++i) check.numbers(element("places", i), places[i], Range::finite);
+  if (check.error) return tl::unexpected(*check.error);
+  group.ask(places);
+  return {};
+}
+
+}  // namespace
+
+template <class T>
+Expected<void> Workspace<T>::set_pose(std::size_t motion, const Pose& target) {
+  const StepEnvironment environment;
+  return std::visit([&](auto& in) { return set_pose_in(in.get(), motion, target); }, parts_->in);
+}
+template <class T>
+Expected<void> Workspace<T>::set_places(std::size_t kinematic, std::span<const Vec3> places) {
+  return std::visit([&](auto& in) { return set_places_in(in.get(), kinematic, places); }, parts_->in);
+}
+
 template <class T>
 Plan<T>::Plan(Parts* parts) noexcept : parts_(parts) {}
 template <class T>
@@ -125,6 +174,16 @@ void Plan<T>::forget() noexcept {
     if (in.workspace != nullptr) in.workspace->forget();
   };
   std::visit(forget, parts_->in);
+}
+
+template <class T>
+Expected<void> Plan<T>::set_pose(std::size_t motion, const Pose& target) {
+  const StepEnvironment environment;
+  return std::visit([&](auto& in) { return set_pose_in(in.workspace.get(), motion, target); }, parts_->in);
+}
+template <class T>
+Expected<void> Plan<T>::set_places(std::size_t kinematic, std::span<const Vec3> places) {
+  return std::visit([&](auto& in) { return set_places_in(in.workspace.get(), kinematic, places); }, parts_->in);
 }
 
 template <class T>

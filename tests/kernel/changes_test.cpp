@@ -158,7 +158,7 @@ TEST_CASE("changes: what names no place of the scene, or a value out of range, i
   CHECK(plan.set_mass(20, 1).error().field == "particle");
   CHECK(plan.set_mass(3, 0).error().field == "mass[3]");
   CHECK(plan.set_mass(3, -1).error().message() == "mass[3] is -1: must be a finite number > 0");
-  CHECK(plan.fix(0).error().valid == "one that is not fixed");
+  CHECK(plan.fix(0).error().valid == "one that is neither fixed nor kinematic");
   CHECK(plan.fix(20).error().field == "particle");
   CHECK(plan.release(1).error().valid == "one that is fixed");
   CHECK(plan.set_stiffness(1, GridStiffness{}).error().field == "networks[1]");

@@ -155,7 +155,7 @@ TEST_CASE("a step runs the functions of its program's table and no others") {
     for (auto& flow : table.step) flow.fill(nullptr);
     table.step[static_cast<std::size_t>(motion->flow)][static_cast<std::size_t>(motion->extra)] = spy;
     motion->kernels = &table;
-    compiled->motion = std::unique_ptr<const FreeMotion<float>>(std::move(motion));
+    compiled->motion = std::move(motion);
     const Plan<float> plan(new Plan<float>::Parts(SharedScene<float>(compiled)));
     Soa<float> memory(100);
     State<float> state = memory.view();

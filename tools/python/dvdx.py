@@ -139,6 +139,7 @@ def _fill_anchor(struct, value, keep):
 
 
 _LENGTHS = {"spread_box": 3, "inside": 6}
+_WIDTHS = {"keys": 7, "particles": None}  # numbers a row, where they are not those of a point or a pair
 _FILL = {"dvdx_scalars": _fill_scalars, "dvdx_per_axis": _fill_per_axis, "dvdx_anchor": _fill_anchor}
 
 
@@ -164,7 +165,8 @@ def _fill_field(struct, name, field, value, keep):
             raise ValueError(f"{count} numbers: must be {_LENGTHS[name]}")
         setattr(struct, name, rows)
     else:
-        rows, count = _rows(value, field.item.cname, 2 if field.item.cname == "uint32_t" else 3, keep)
+        width = _WIDTHS.get(name, 2 if field.item.cname == "uint32_t" else 3)
+        rows, count = _rows(value, field.item.cname, width, keep)
         setattr(struct, name, rows)
         setattr(struct, "terms" if hasattr(struct, "terms") else "count", count)
 
@@ -199,7 +201,8 @@ def _struct(kind, keywords, keep):
 class Scene:
     """What the world holds. One method for each force, contact, network and constraint of dvdx.h, with the names of its fields:
 
-    constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere; grid, springs; distance, on_point, on_line.
+    constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere; grid, springs; distance, on_point, on_line;
+    motion, kinematic. A motion's keys are rows of time, translation and rotation vector, seven numbers each.
     Choices are words (method="pulse", sweep="line"). A stiffness, a mass or another number that particles may have each their
     own of is a number or an array; one for each axis is a tuple of three. An anchor is a point, an array of them, or "start".
     coupling(...) says how networks and constraints are stepped. origin, a point or one for each particle: where a state's
@@ -220,6 +223,12 @@ class Scene:
             _call(_lib.dvdx_scene_set_fixed, self._handle, *_rows(np.unique(fixed), "size_t", None, keep))
         if origin is not None:
             _call(_lib.dvdx_scene_set_origin, self._handle, *_rows(np.atleast_2d(origin), "double", 3, keep))
+
+
+    def contact_motion(self, contact, motion):
+        """Contact `contact` follows motion `motion`, both counted from 0."""
+        _call(_lib.dvdx_scene_set_contact_motion, self._handle, contact, motion)
+        return self
 
 
 def _scene_method(function, kind):
@@ -398,6 +407,15 @@ class Plan:
     def forget(self):
         """After a jump of the state: what its springs did in the last step is not carried on."""
         _lib.dvdx_plan_forget(self._handle)
+
+    def set_pose(self, motion, translation=(0, 0, 0), rotation=(0, 0, 0)):
+        """What follows motion `motion` is there at the end of the next step: on its way in every sub-step, with its velocity."""
+        _call(_lib.dvdx_plan_set_pose, self._handle, motion, _vector(translation), _vector(rotation))
+
+    def set_places(self, kinematic, places):
+        """The particles of group `kinematic` are at these places, (n, 3), at the end of the next step."""
+        keep = []
+        _call(_lib.dvdx_plan_set_places, self._handle, kinematic, *_rows(places, "double", 3, keep))
 
     def set_step(self, step):
         """Another step, s."""

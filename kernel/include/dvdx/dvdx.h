@@ -221,6 +221,21 @@ typedef struct dvdx_sphere {
   dvdx_surface surface;
 } dvdx_sphere;
 
+// A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation; between keys
+// the translation is linear in time, and the rotation goes evenly, the short way round.
+typedef struct dvdx_motion {
+  double center[3];    // m
+  const double* keys;  // of each key 7 numbers: time, s; translation, m; rotation vector, rad. Times ascend
+  size_t count;        // keys, at least 1
+} dvdx_motion;
+
+// Particles that nothing acts on: each is where a motion carries the place at which it stood when the plan was made.
+typedef struct dvdx_kinematic {
+  const size_t* particles;  // none of them fixed, none twice
+  size_t count;
+  size_t motion;  // of the scene's motions, from 0
+} dvdx_kinematic;
+
 // A rectangular sheet of springs: the particle at (row, column) is first + row * columns + column.
 typedef struct dvdx_grid {
   size_t rows, columns;  // >= 2 each
@@ -308,6 +323,11 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_drag(dvdx_scene* scene, const dvdx_drag* 
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_plane(dvdx_scene* scene, const dvdx_plane* contact, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_sphere(dvdx_scene* scene, const dvdx_sphere* contact, dvdx_error* error);
+
+DVDX_EXPORT dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_motion* motion, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error);
+// A contact that is there follows a motion, which carries it from where it was added. Both count from 0.
+DVDX_EXPORT dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* network, dvdx_error* error);
@@ -406,6 +426,17 @@ DVDX_EXPORT dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state,
 // on what their springs did in the last step. Not needed for another state or another clock, nor where all particles are moved
 // alike or kicked. A null pointer is fine. Not while another thread steps with this plan.
 DVDX_EXPORT void dvdx_plan_forget(dvdx_plan* plan);
+
+// "Be there at the end of the next step": what follows a motion, or each particle of a group of kinematic ones, is on the
+// straight way there in every sub-step of it and has its velocity (a pose also turns evenly, the short way round); after it they
+// rest, until the next of these, and the motion's keys count no more. Nothing is compiled; set_places takes memory at its
+// first call. Not while another thread steps with this plan.
+// translation: three numbers, m; rotation: a rotation vector, rad, or null: not turned.
+DVDX_EXPORT dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const double* translation, const double* rotation,
+                                           dvdx_error* error);
+// places: three numbers for each of the group's particles, m, in the world.
+DVDX_EXPORT dvdx_status dvdx_plan_set_places(dvdx_plan* plan, size_t kinematic, const double* places, size_t count,
+                                             dvdx_error* error);
 
 // Another step, in s. Not while another thread steps with this plan.
 DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_error* error);

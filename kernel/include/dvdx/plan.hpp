@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <tl/expected.hpp>
 
@@ -96,6 +97,9 @@ class DVDX_EXPORT Workspace {
   [[nodiscard]] std::size_t bytes() const noexcept;
   // As Plan::forget().
   void forget() noexcept;
+  // As Plan's, for the state that is stepped in this workspace.
+  Expected<void> set_pose(std::size_t motion, const Pose& target);
+  Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places);
 
  private:
   friend class Plan<T>;
@@ -139,6 +143,14 @@ class DVDX_EXPORT Plan {
   // The same motion `steps` steps ahead by powers of the step's matrix. Only for scenes without networks, constraints,
   // contacts, radial springs and fixed particles; an error names what is in the way.
   Expected<void> seek(State<T>& state, std::uint64_t steps) const;
+
+  // "Be there at the end of the next step", whichever call makes it. In every sub-step of it what follows motions[motion], or
+  // the particles of kinematic[kinematic], are on the straight way there (a pose also turns evenly, the short way round) and
+  // have its velocity; after it they rest, until the next of these. The keys of the motion count no more. Neither compiles
+  // anything; set_places takes memory at its first call. Of the state that is stepped in the plan's own workspace; a clone
+  // starts by the keys. Not while another thread steps with it.
+  Expected<void> set_pose(std::size_t motion, const Pose& target);
+  Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places);  // m, in the world, one for each particle
 
   // Changes of the scene. Each makes again what it touches, and changes nothing where it fails: with an error, or with
   // std::bad_alloc. Not while another thread steps with this plan; clones keep what they had. The plan then steps as one

@@ -67,6 +67,13 @@ struct Drag {
 
 using Force = std::variant<Constant, Polynomial, Sinusoid, Spring, RadialSpring, Drag>;
 
+// Where a motion carries what follows it: p to center + R (p - center) + translation, R by the rotation vector.
+struct Pose {
+  Vec3 translation{};  // m
+  Vec3 rotation{};     // rad: axis times angle
+  bool operator==(const Pose&) const = default;
+};
+
 // A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation, R by the
 // rotation vector (axis times angle). Between keys the translation is linear in time, and the rotation goes about a fixed axis
 // at a constant angular velocity, the short way round. Before the first and after the last key the pose is held, at rest.

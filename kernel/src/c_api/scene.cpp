@@ -119,6 +119,22 @@ Contact value(const dvdx_sphere& from, const std::string& at) {
               from.surface, at);
 }
 
+Motion value(const dvdx_motion& from, const std::string& at) {
+  need(from.keys, from.count, at + ".keys");
+  Motion motion{.center = vec3(from.center), .keys = {}};
+  for (std::size_t k = 0; k < from.count; ++k) {
+    const double* key = from.keys + 7 * k;
+    motion.keys.push_back({.time = key[0], .translation = {key[1], key[2], key[3]}, .rotation = {key[4], key[5], key[6]}});
+  }
+  return motion;
+}
+Kinematic value(const dvdx_kinematic& from, const std::string& at) {
+  need(from.particles, from.count, at + ".particles");
+  Kinematic followers{.particles = {}, .motion = from.motion};
+  if (from.count != 0) followers.particles.assign(from.particles, from.particles + from.count);
+  return followers;
+}
+
 Network value(const dvdx_grid& from, const std::string& /*at*/) {
   return Grid{.rows = from.rows,
               .columns = from.columns,
@@ -249,6 +265,21 @@ dvdx_status dvdx_scene_add_plane(dvdx_scene* scene, const dvdx_plane* contact, d
 }
 dvdx_status dvdx_scene_add_sphere(dvdx_scene* scene, const dvdx_sphere* contact, dvdx_error* error) {
   return added(scene, contact, &Scene::contacts, "contacts", error);
+}
+
+dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_motion* motion, dvdx_error* error) {
+  return added(scene, motion, &Scene::motions, "motions", error);
+}
+dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error) {
+  return added(scene, followers, &Scene::kinematic, "kinematic", error);
+}
+dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error) {
+  return changed(scene, &contact, "contact", error, [&](Scene& to, std::size_t) {
+    if (contact >= to.contacts.size()) {
+      throw dvdx::Error{"contact", std::to_string(contact), "below the scene's " + std::to_string(to.contacts.size()) + " contacts"};
+    }
+    std::visit([&](auto& c) { c.motion = motion; }, to.contacts[contact]);
+  });
 }
 
 dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error) {

@@ -8,6 +8,7 @@
 
 #include "compile/checker.hpp"
 #include "compile/particle_order.hpp"
+#include "compile/particle_values.hpp"
 
 namespace dvdx {
 namespace {
@@ -73,7 +74,9 @@ void MassChange::apply(Scene& scene, std::size_t count) const {
 }
 
 std::optional<Error> Fixing::refusal(const Scene& scene, std::optional<std::size_t> count) const {
-  if (is_fixed(scene, particle)) return Error{"particle", std::to_string(particle), "one that is not fixed"};
+  if (is_fixed(scene, particle) || is_kinematic(scene, particle)) {
+    return Error{"particle", std::to_string(particle), "one that is neither fixed nor kinematic"};
+  }
   return refusal_of_particle(particle, count);
 }
 void Fixing::apply(Scene& scene, std::size_t /*count*/) const {

@@ -45,11 +45,11 @@ Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& 
     return motion;
   };
   if (joints == nullptr) {
-    return made(std::make_unique<FreeMotion<T>>(compiled.scene, compiled.options, *compiled.passes, compiled.count,
-                                                compiled.start));
+    return made(
+        std::make_unique<FreeMotion<T>>(compiled.scene, compiled.options, *compiled.passes, compiled.count, compiled.start));
   }
-  return made(std::make_unique<JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes,
-                                                compiled.start));
+  return made(
+      std::make_unique<JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes, compiled.start));
 }
 
 namespace {
@@ -130,7 +130,16 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
   Scene scene = before.scene;
   scene.contacts[index] = contact;
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
-  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
+  if (!has_followers(before.scene) && !has_followers(scene)) {
+    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
+  }
+  if (before.joined() == nullptr) {
+    return tl::unexpected(
+        Error{element("contacts", index) + ".motion", "given", "none where nothing followed one from the first"});
+  }
+  // Surfaces that turn ask for sub-steps.
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start,
+                  changed_joints(before, Changed::step));
 }
 
 template <class T>

@@ -31,9 +31,7 @@ double largest_symbol(double structural, double shear, double bend) noexcept {
 
 namespace {
 
-double largest_symbol_of(const Grid& grid) {
-  return largest_symbol(grid.structural, grid.shear, grid.bend);
-}
+double largest_symbol_of(const Grid& grid) { return largest_symbol(grid.structural, grid.shear, grid.bend); }
 
 // Of the damping, which all springs that there are have alike.
 double largest_damping_symbol(const Grid& grid) {

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "compile/particle_values.hpp"
 #include "compile/range.hpp"
 #include "compile/undo.hpp"
 #include "compile/validate.hpp"
@@ -79,7 +80,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const MassChange& change)
     each->make_each(*compiled.count);
   }
   joints->reserve_rates(grid);
-  const bool moves = !is_fixed(scene, change.particle);
+  const bool moves = !is_fixed(scene, change.particle) && !is_kinematic(scene, change.particle);
   if (moves && !joints->set_inverse_mass(grid, change.particle, 1 / change.mass)) return InPlace::not_done;
   if (each) scene.mass = std::move(*each);
   scene.mass.set(change.particle, change.mass);
@@ -135,6 +136,7 @@ Expected<InPlace> change_in_place(CompiledScene<T>& compiled, const Change& chan
 template <class T>
 Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index, const Contact& contact) {
   if (index >= compiled.scene.contacts.size()) return InPlace::not_done;
+  if (motion_of(contact) || motion_of(compiled.scene.contacts[index])) return InPlace::not_done;
   if (auto error = check(contact, index)) return tl::unexpected(*error);
   if (auto error = check_range<T>(contact, index, compiled.scene.origin)) return tl::unexpected(*error);
   compiled.scene.contacts[index] = contact;

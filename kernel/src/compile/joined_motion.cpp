@@ -60,6 +60,7 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
       scene_(arranged(scene, joints_->order, Contacts::kept)),
       origin_(scene.origin.is_each() ? Vec3{} : scene.origin.at(0)),
       tracks_(scene.motions.begin(), scene.motions.end()) {
+  for (const Kinematic& followers : scene.kinematic) groups_.push_back(followers.particles.size());
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
   }
@@ -128,6 +129,7 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.elements = joints.order.size;
   shape.fixed = joints.fixed.size();
   shape.motions = tracks_.size();
+  shape.groups = groups_;
   shape.surfaces = has_moving_contacts() ? contacts().size() : 0;
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
   shape.accelerations = kicks ? joints.damping_passes() : 0;

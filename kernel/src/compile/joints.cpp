@@ -58,16 +58,19 @@ Limited limit_of(const SubstepRule& rule, const Frequencies& frequencies, double
   return found;
 }
 
-// A surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola: half a radian at
-// most.
-int substeps_of_turns(const Scene& scene, double h) {
-  constexpr double most_turn = 0.5;  // rad
+// rad/s, of the surfaces that follow a motion.
+double fastest_turn_of(const Scene& scene) {
   double turn = 0;
   for (const Contact& contact : scene.contacts) {
-    if (const auto& motion = motion_of(contact)) {
-      turn = std::max(turn, PoseTrack(scene.motions[*motion]).fastest_turn() * std::abs(h));
-    }
+    if (const auto& motion = motion_of(contact)) turn = std::max(turn, PoseTrack(scene.motions[*motion]).fastest_turn());
   }
+  return turn;
+}
+
+// A surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola: half a radian at
+// most.
+int substeps_of_turn(double turn) {
+  constexpr double most_turn = 0.5;  // rad
   return static_cast<int>(std::clamp(std::ceil(turn / most_turn), 1.0, 1e6));
 }
 
@@ -155,8 +158,8 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
 template <class T>
 void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed) {
   const Grid* grid = only_grid(scene, particles());
-  const int fewest = substeps_of_turns(scene, step);
-  const auto by = [&](const HighestRates& highest) { return substeps_of(coupling, rule, step, highest, fewest); };
+  fastest_turn_ = fastest_turn_of(scene);
+  const auto by = [&](const HighestRates& highest) { return substeps_by(highest); };
   const bool has_rule = kept != nullptr && coupling.scheme != Scheme::accumulate;
   rule = has_rule ? kept->rule : SubstepRule(coupling, are_isolated(pairs, w_of));
   if (kept != nullptr && changed == Changed::step) {
@@ -208,12 +211,16 @@ template <class T>
 void Joints<T>::make_fixed(const Scene& scene, std::span<const Vec3> start) {
   for (const std::size_t i : scene.fixed) fixed.push_back({.particle = static_cast<std::uint32_t>(i), .element = order.of[i]});
   const Vec3& origin = scene.origin.at(0);
-  for (const Kinematic& followers : scene.kinematic) {
-    for (const std::size_t i : followers.particles) {
+  for (std::size_t group = 0; group < scene.kinematic.size(); ++group) {
+    const Kinematic& followers = scene.kinematic[group];
+    for (std::size_t k = 0; k < followers.particles.size(); ++k) {
+      const std::size_t i = followers.particles[k];
       const Vec3& x = start[i];
       fixed.push_back({.particle = static_cast<std::uint32_t>(i),
                        .element = order.of[i],
                        .motion = static_cast<std::uint32_t>(followers.motion),
+                       .group = static_cast<std::uint32_t>(group),
+                       .index = static_cast<std::uint32_t>(k),
                        .place = {x[0] + origin[0], x[1] + origin[1], x[2] + origin[2]}});
     }
   }
@@ -264,7 +271,7 @@ bool Joints<T>::can_change_step() const noexcept {
 template <class T>
 void Joints<T>::change_step(double other_step) {
   step = other_step;
-  chosen = substeps_of(coupling, rule, step, rates.most);
+  chosen = substeps_by(rates.most);
 }
 
 template <class T>
@@ -273,8 +280,13 @@ void Joints<T>::reserve_rates(const Grid& grid) {
 }
 
 template <class T>
+Substeps Joints<T>::substeps_by(const HighestRates& highest) const noexcept {
+  return substeps_of(coupling, rule, step, highest, substeps_of_turn(fastest_turn_ * std::abs(step)));
+}
+
+template <class T>
 Substeps Joints<T>::substeps_by(const GridRates& rates_of) const noexcept {
-  return substeps_of(coupling, rule, step, rate_bounds(rates_of).most);
+  return substeps_by(rate_bounds(rates_of).most);
 }
 
 template <class T>

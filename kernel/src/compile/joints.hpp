@@ -22,6 +22,7 @@ namespace dvdx {
 struct FixedParticle {
   std::uint32_t particle = 0, element = 0;
   std::optional<std::uint32_t> motion{};  // that carries it
+  std::uint32_t group = 0, index = 0;     // of Scene::kinematic, and in its list
   Vec3 place{};                           // m: where it is carried from, in the world
 };
 
@@ -106,10 +107,12 @@ class Joints {
 
   void take(const GridRates& rates_of) noexcept;
   [[nodiscard]] Frequencies find(const Scene& scene, std::span<const Vec3> start) const;
+  [[nodiscard]] Substeps substeps_by(const HighestRates& highest) const noexcept;
   [[nodiscard]] Substeps substeps_by(const GridRates& rates_of) const noexcept;
   [[nodiscard]] NetworkInput input(std::span<const JoinedPair> pairs) const;
 
   bool is_damped_ = false;
+  double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
   std::unique_ptr<GridRates> by_row_;
   std::optional<Frequencies> found_;  // of the springs as they are now, where they were asked for
   Columns<T> columns_;

@@ -60,6 +60,13 @@ inline const std::optional<std::size_t>& motion_of(const Contact& contact) {
   return std::visit([](const auto& c) -> const std::optional<std::size_t>& { return c.motion; }, contact);
 }
 
+// Whether a motion carries the particle.
+inline bool is_kinematic(const Scene& scene, std::size_t particle) {
+  return std::any_of(scene.kinematic.begin(), scene.kinematic.end(), [&](const Kinematic& followers) {
+    return std::find(followers.particles.begin(), followers.particles.end(), particle) != followers.particles.end();
+  });
+}
+
 // Whether anything follows a motion.
 inline bool has_followers(const Scene& scene) {
   return !scene.kinematic.empty() ||

@@ -177,6 +177,7 @@ class JoinedStep {
   void step(Clock clock) noexcept {
     clock_ = step_end_ = clock;
     step_end_.advance(joints_.step, 1);
+    set_out();
     knows_origins_ = false;
     for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
       const auto& before = substep == 0 ? m_.first() : m_.again();
@@ -251,18 +252,31 @@ class JoinedStep {
     return std::abs(apart) < 1e-6 * std::abs(joints_.substep()) ? step_end_ : clock_;
   }
 
+  // What the caller drives begins this step's way.
+  void set_out() noexcept {
+    for (std::size_t k = 0; k < ws_.motions.size(); ++k) ws_.motions[k].begin(m_.tracks()[k], clock_, joints_.step);
+    for (const FixedParticle& of : joints_.fixed) {
+      if (!of.motion || !ws_.groups[of.group].has_way()) continue;
+      ws_.groups[of.group].begin(of.index, ws_.poses[*of.motion].place(of.place), joints_.step);
+    }
+    for (DrivenPlaces& group : ws_.groups) {
+      if (group.has_way()) group.begin(clock_, joints_.step);
+    }
+  }
+
   // Kinematic particles go to where their motions have them at this time.
   void move_followers(const Clock& at) noexcept {
     if (m_.tracks().empty()) return;
-    for (std::size_t k = 0; k < m_.tracks().size(); ++k) ws_.poses[k] = m_.tracks()[k].at(at);
+    for (std::size_t k = 0; k < m_.tracks().size(); ++k) ws_.poses[k] = ws_.motions[k].at(m_.tracks()[k], at);
     const Vec3& origin = m_.origin();
     for (std::size_t n = 0; n < joints_.fixed.size(); ++n) {
       const FixedParticle& of = joints_.fixed[n];
       if (!of.motion) continue;
       Held<T>& held = ws_.held[n];
       const MovedPose& pose = ws_.poses[*of.motion];
-      const Vec3 x = pose.place(of.place);
-      const Vec3 u = pose.velocity_of(of.place);
+      const DrivenPlaces& driven = ws_.groups[of.group];
+      const Vec3 x = driven.is_driven() ? driven.place(of.index, at) : pose.place(of.place);
+      const Vec3 u = driven.is_driven() ? driven.velocity(of.index) : pose.velocity_of(of.place);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         held.x[axis] = static_cast<T>(x[axis] - origin[axis]);
         held.u[axis] = held.v[axis] = static_cast<T>(u[axis]);
@@ -288,7 +302,7 @@ class JoinedStep {
       surface = motion.terms.surfaces[j];
       const auto& of = motion_of(m_.contacts()[j]);
       if (!of) continue;
-      move_surface(surface, m_.contacts()[j], m_.tracks()[*of].at_end_of(start, end), m_.origin());
+      move_surface(surface, m_.contacts()[j], ws_.motions[*of].at_end_of(m_.tracks()[*of], start, end), m_.origin());
       moved_terms_.moves = moved_terms_.moves || surface.movement != Movement::rest;
     }
   }

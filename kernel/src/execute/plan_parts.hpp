@@ -112,12 +112,15 @@ struct PlanIn {
   std::unique_ptr<JoinedWorkspace<A>> room_for(const JoinedMotion<A>* joined) {
     if (joined == nullptr) return nullptr;
     const WorkspaceShape shape = joined->shape();
-    if (!workspace->has_columns_of(shape)) return std::make_unique<JoinedWorkspace<A>>(shape, scene->options.memory);
+    if (workspace == nullptr || !workspace->has_columns_of(shape))
+      return std::make_unique<JoinedWorkspace<A>>(shape, scene->options.memory);
     workspace->reserve_held(shape.fixed);
     return nullptr;
   }
   void take(std::unique_ptr<JoinedWorkspace<A>> more) noexcept {
-    if (more != nullptr) workspace = std::move(more);
+    if (more == nullptr) return;
+    if (workspace != nullptr) more->go_on_from(std::move(*workspace));
+    workspace = std::move(more);
   }
 
   template <class TakeBack>

@@ -10,6 +10,7 @@
 #include "compile/columns.hpp"
 #include "compile/joined_motion.hpp"
 #include "dvdx/layouts/state.hpp"
+#include "execute/driven.hpp"
 #include "passes/network/network.hpp"
 
 namespace dvdx {
@@ -55,15 +56,23 @@ class JoinedWorkspace {
   }
   void forget() noexcept { remembered_ = nullptr; }
 
+  // What is driven goes on in another workspace of the same motions and groups.
+  void go_on_from(JoinedWorkspace&& other) noexcept {
+    if (shape_.motions == other.shape_.motions) motions = std::move(other.motions);
+    if (shape_.groups == other.shape_.groups) groups = std::move(other.groups);
+  }
+
   // The plan's terms with this workspace's columns put in.
   [[nodiscard]] SweepTerms<T> with_columns(SweepTerms<T> terms) const noexcept;
   [[nodiscard]] ConstraintTerms<T> with_columns(ConstraintTerms<T> terms) const noexcept;
 
   WorkColumns<T> work;
-  std::array<T*, 3> origin{};        // null, or where each particle was when the step began
-  std::vector<Held<T>> held;         // by element; the first of them, as many as are fixed
-  std::vector<MovedPose> poses;      // of each motion, at the end of the flow
-  std::vector<Surface<T>> surfaces;  // of the flow, where some of them move
+  std::array<T*, 3> origin{};         // null, or where each particle was when the step began
+  std::vector<Held<T>> held;          // by element; the first of them, as many as are fixed
+  std::vector<DrivenMotion> motions;  // what the caller has asked of each motion,
+  std::vector<DrivenPlaces> groups;   // and of each group of kinematic particles
+  std::vector<MovedPose> poses;       // of each motion, at the end of the flow
+  std::vector<Surface<T>> surfaces;   // of the flow, where some of them move
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 
  private:

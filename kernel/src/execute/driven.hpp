@@ -1,0 +1,132 @@
+// Motions and kinematic particles that the caller drives: "be there at the end of the next step". It belongs to a state, and
+// stands in its workspace.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "compile/pose_track.hpp"
+
+namespace dvdx {
+
+// The step on which what is driven is on its way.
+struct DrivenStep {
+  Clock begin{};
+  double duration = 1;  // s
+
+  // 0..1, and exactly 1 at the end, which a sum of sub-steps may miss by rounding.
+  [[nodiscard]] double part_passed(const Clock& at) const noexcept {
+    const double part = ((at.seconds - begin.seconds) + (at.carry - begin.carry)) / duration;
+    if (part > 1 - 1e-6) return 1;
+    return part > 0 ? part : 0;
+  }
+};
+
+class DrivenMotion {
+ public:
+  void ask(const Vec3& translation, const Vec3& rotation) noexcept { asked_ = Target{translation, quaternion(rotation)}; }
+
+  // A step of this duration begins: it goes where it was asked to, or rests where the step before has led.
+  void begin(const PoseTrack& track, const Clock& clock, double duration) noexcept {
+    if (!asked_) {
+      if (to_) rest_at(*to_);
+      return;
+    }
+    const Target target = *std::exchange(asked_, std::nullopt);
+    from_ = at(track, clock);
+    for (std::size_t k = 0; k < 3; ++k) from_.velocity[k] = (target.translation[k] - from_.translation[k]) / duration;
+    from_.angular_velocity = scaled(rotation_vector(target.turn * conjugate(from_.turn)), 1 / duration);
+    to_ = from_;
+    to_->translation = target.translation;
+    to_->turn = target.turn;
+    step_ = {clock, duration};
+  }
+
+  [[nodiscard]] MovedPose at(const PoseTrack& track, const Clock& clock) const noexcept {
+    if (!to_) return track.at(clock);
+    const double part = step_.part_passed(clock);
+    if (part == 1) return *to_;
+    MovedPose pose = from_;
+    const double passed = part * step_.duration;
+    for (std::size_t k = 0; k < 3; ++k) pose.translation[k] = from_.translation[k] + passed * from_.velocity[k];
+    pose.turn = quaternion(scaled(from_.angular_velocity, passed)) * from_.turn;
+    return pose;
+  }
+  // At `end`, with the velocities that lead there from `start`.
+  [[nodiscard]] MovedPose at_end_of(const PoseTrack& track, const Clock& start, const Clock& end) const noexcept {
+    return to_ ? at(track, end) : track.at_end_of(start, end);
+  }
+
+ private:
+  struct Target {
+    Vec3 translation{};
+    Quaternion turn{};
+  };
+
+  void rest_at(MovedPose pose) noexcept {
+    pose.velocity = pose.angular_velocity = {};
+    from_ = pose;
+    to_ = pose;
+  }
+
+  std::optional<Target> asked_;
+  MovedPose from_;
+  std::optional<MovedPose> to_;  // none: by the motion's keys
+  DrivenStep step_;
+};
+
+// The particles of one group of Scene::kinematic, each by itself. m, in the world.
+class DrivenPlaces {
+ public:
+  explicit DrivenPlaces(std::size_t particles = 0) : particles_(particles) {}
+
+  [[nodiscard]] std::size_t particles() const noexcept { return particles_; }
+  [[nodiscard]] bool is_driven() const noexcept { return is_driven_; }
+
+  // Allocates at the first call, and changes nothing where that fails.
+  void ask(std::span<const Vec3> places) {
+    if (ways_.empty()) ways_.resize(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) ways_[i].asked = places[i];
+    is_asked_ = true;
+  }
+
+  [[nodiscard]] bool has_way() const noexcept { return is_asked_ || is_driven_; }
+
+  // Of a group that has a way, when a step begins: each particle, from `undriven` where nothing has driven it yet; then the
+  // group.
+  void begin(std::size_t i, const Vec3& undriven, double duration) noexcept {
+    Way& way = ways_[i];
+    way.from = is_driven_ ? way.to : undriven;
+    way.to = is_asked_ ? way.asked : way.from;
+    way.velocity = scaled(difference(way.to, way.from), 1 / duration);
+  }
+  void begin(const Clock& clock, double duration) noexcept {
+    is_driven_ = true;
+    is_asked_ = false;
+    step_ = {clock, duration};
+  }
+
+  [[nodiscard]] Vec3 place(std::size_t i, const Clock& clock) const noexcept {
+    const Way& way = ways_[i];
+    const double part = step_.part_passed(clock);
+    if (part == 1) return way.to;
+    Vec3 x = way.from;
+    for (std::size_t k = 0; k < 3; ++k) x[k] += part * step_.duration * way.velocity[k];
+    return x;
+  }
+  [[nodiscard]] const Vec3& velocity(std::size_t i) const noexcept { return ways_[i].velocity; }
+
+ private:
+  struct Way {
+    Vec3 from{}, to{}, asked{}, velocity{};
+  };
+  std::size_t particles_;
+  std::vector<Way> ways_;
+  bool is_asked_ = false, is_driven_ = false;
+  DrivenStep step_;
+};
+
+}  // namespace dvdx
