@@ -81,7 +81,8 @@ struct Coupling {
   std::optional<int> substeps{};  // 1..1000000 a step; none: the fewest that the scheme's limit allows (sequential: 1)
   // Of sequential. None, with symmetric sweeps: generalized alpha, of second order, which has not been seen to give energy to
   // cloth that crumples; none, with forward sweeps: 1. A number, 0.5..1: where in the sub-step the springs act. 0.5 is of
-  // second order; below 0.7 cloth that crumples gains energy at coarse steps (docs/stability.md).
+  // second order; cloth that crumples gains energy at coarse steps, much of it below 0.7, rarely from there on
+  // (docs/stability.md).
   std::optional<double> theta{};
   SweepOrder sweeps = SweepOrder::symmetric;
   Method method = Method::exact;  // of accumulate; combined: one pulse at the middle, filtered so that an isolated pair

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -44,8 +45,7 @@ Scene scene_of(const std::vector<Plane>& planes, const Vec3& acceleration = {}) 
 }
 Scene falling(const std::vector<Plane>& planes) { return scene_of(planes, {0, -gravity, 0}); }
 
-// --- 20: rest
-// -----------------------------------------------------------------------------------------------------------------
+// --- 20: rest ------------------------------------------------------------------------------------------------------------
 
 template <class T>
 Worst rest_on_axis(CaseRun& way) {
@@ -122,14 +122,13 @@ Worst rest_on_incline(CaseRun& way) {
   return worst;
 }
 
-// A tenth steeper it slides as the closed form does, g (sin - mu cos) t^2/2 in 10 s: over the way without friction.
+// A steeper one: it slides as the closed form does, g (sin - mu cos) t^2/2 in 10 s, over the way without friction.
 template <class T>
-Worst sliding(CaseRun& way) {
-  constexpr double friction = 0.5;
+Worst slides_down(CaseRun& way, double friction, double restitution, std::initializer_list<double> steepnesses) {
   Worst worst;
-  for (const double steepness : {1.1, 2.0}) {
+  for (const double steepness : steepnesses) {
     const double angle = std::atan(steepness * friction);
-    Plane incline = wall({std::sin(angle), std::cos(angle), 0}, 0, 0);
+    Plane incline = wall({std::sin(angle), std::cos(angle), 0}, 0, restitution);
     incline.friction = friction;
     Trial<T> trial(way, falling({incline}), hz60, Start{});
     trial.step(600);
@@ -141,8 +140,12 @@ Worst sliding(CaseRun& way) {
   return worst;
 }
 
-// --- 21, 22: bounces
-// ----------------------------------------------------------------------------------------------------------
+template <class T>
+Worst sliding(CaseRun& way) {
+  return slides_down<T>(way, 0.5, 0, {1.1, 2.0});
+}
+
+// --- 21, 22: bounces -----------------------------------------------------------------------------------------------------
 
 // Of a ball dropped from 1 m: bounce k comes at first (1 + 2 (e + ... + e^k)).
 long double first_bounce() { return std::sqrt(2.0L / static_cast<long double>(gravity)); }
@@ -224,8 +227,7 @@ Worst elastic_energy(CaseRun& way) {
   return worst;
 }
 
-// --- 23 to 26: at the surface
-// -------------------------------------------------------------------------------------------------
+// --- 23 to 26: at the surface --------------------------------------------------------------------------------------------
 
 template <class T>
 Worst grazing(CaseRun& way) {
@@ -289,8 +291,7 @@ Worst corners(CaseRun& way) {
   return worst;
 }
 
-// --- 27 to 29: many impacts in a step, fast particles
-// -------------------------------------------------------------------------
+// --- 27 to 29: many impacts in a step, fast particles --------------------------------------------------------------------
 
 // What 16 particles do in a wedge of 20 degrees, closed by a wall.
 struct Wedge {
@@ -387,8 +388,7 @@ Worst tunnelling(CaseRun& way) {
   return worst;
 }
 
-// --- 30, 42: what an impact leaves
-// --------------------------------------------------------------------------------------------
+// --- 30, 42: what an impact leaves ---------------------------------------------------------------------------------------
 
 template <class T>
 Vec3 left_of(CaseRun& way, double restitution, double viscosity, double friction) {
@@ -452,8 +452,7 @@ Worst sticks_in_corner(CaseRun& way) {
   return worst;
 }
 
-// --- 39: the time of impact
-// ---------------------------------------------------------------------------------------------------
+// --- 39: the time of impact ----------------------------------------------------------------------------------------------
 
 struct Flight {
   double W = 0, g = 0, a = 0;  // about the origin
@@ -535,8 +534,7 @@ Worst curved_impacts(CaseRun& way) {
   return worst;
 }
 
-// --- 46: bounces under forces
-// -------------------------------------------------------------------------------------------------
+// --- 46: bounces under forces --------------------------------------------------------------------------------------------
 
 // In units of a step: the angle of a spring, what drag takes, the angle of a force that is a sine of time.
 struct Acting {
@@ -689,8 +687,7 @@ Worst dips(CaseRun& way) {
   return worst;
 }
 
-// --- 47: pressed into a corner
-// -------------------------------------------------------------------------------------------------
+// --- 47: pressed into a corner -------------------------------------------------------------------------------------------
 
 // Stones blown into the corner of three planes for an hour: how far and how fast each one moves after its first minute, and how
 // deep it lies inside, over 4 eps of its distance from the origin.
@@ -754,8 +751,7 @@ Worst bounce_in_groove(CaseRun& way) {
   return worst;
 }
 
-// --- 48: the angle of friction; an oblique puck
-// -------------------------------------------------------------------------------------------------
+// --- 48: the angle of friction; an oblique puck --------------------------------------------------------------------------
 
 // Put down an hour ago on an incline a part in ten thousand less steep than friction holds.
 template <class T>
@@ -781,23 +777,9 @@ Worst held_for_an_hour(CaseRun& way) {
   return worst;
 }
 
-// A part in a hundred steeper it slides with g (sin - mu cos) t^2/2: over the way without friction, as in 20.
 template <class T>
 Worst slides_just_above(CaseRun& way) {
-  constexpr double friction = 0.4;
-  Worst worst;
-  for (const double steepness : {1.01, 1.1}) {
-    const double angle = std::atan(steepness * friction);
-    Plane incline = wall({std::sin(angle), std::cos(angle), 0}, 0, 0.3);
-    incline.friction = friction;
-    Trial<T> trial(way, falling({incline}), hz60, Start{});
-    trial.step(600);
-    const double pull = gravity * (std::sin(angle) - friction * std::cos(angle));
-    const double down = std::cos(angle) * trial.x(0) - std::sin(angle) * trial.x(1);
-    worst.see(std::abs(down - pull * 50) / (gravity * std::sin(angle) * 50),
-              fmt::format("{:g} times as steep as holds", steepness));
-  }
-  return worst;
+  return slides_down<T>(way, 0.4, 0.3, {1.01, 1.1});
 }
 
 // A frictionless puck thrown obliquely at the floor keeps its way along it, bounces and rest included: in eps of that way.
