@@ -14,8 +14,6 @@
 namespace dvdx::test {
 namespace {
 
-constexpr double hz60 = 1.0 / 60;
-
 template <class T>
 Bend<T> bend_of(double z, double q, double theta) {
   Bend<T> bend;

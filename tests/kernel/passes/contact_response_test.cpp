@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -13,26 +12,6 @@
 
 namespace dvdx::test {
 namespace {
-
-constexpr double hz60 = 1.0 / 60;
-
-template <class T>
-constexpr double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
-
-template <class T>
-Vec3 wide(const std::array<T, 3>& a) {
-  return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
-}
-
-template <class T>
-State3<T> state(const Vec3& x, const Vec3& v) {
-  State3<T> state;
-  for (std::size_t k = 0; k < 3; ++k) {
-    state.x[k] = static_cast<T>(x[k]);
-    state.v[k] = static_cast<T>(v[k]);
-  }
-  return state;
-}
 
 // a + s b
 Vec3 sum(const Vec3& a, double s, const Vec3& b) { return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]}; }

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "kernel/passes/particles.hpp"
@@ -11,26 +10,6 @@
 
 namespace dvdx::test {
 namespace {
-
-constexpr double hz60 = 1.0 / 60;
-
-template <class T>
-constexpr double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
-
-template <class T>
-Vec3 wide(const std::array<T, 3>& a) {
-  return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
-}
-
-template <class T>
-State3<T> state(const Vec3& x, const Vec3& v) {
-  State3<T> state;
-  for (std::size_t k = 0; k < 3; ++k) {
-    state.x[k] = static_cast<T>(x[k]);
-    state.v[k] = static_cast<T>(v[k]);
-  }
-  return state;
-}
 
 Plane plane(const Vec3& normal, double offset, double restitution, double friction) {
   return {.normal = normal, .offset = offset, .restitution = restitution, .friction = friction};

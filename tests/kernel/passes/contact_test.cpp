@@ -17,12 +17,8 @@
 namespace dvdx::test {
 namespace {
 
-constexpr double hz60 = 1.0 / 60;
 constexpr Vec3 still{};
 constexpr Vec3 gravity{0, -9.81, 0};
-
-template <class T>
-constexpr double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
 
 Plane plane(const Vec3& normal, double offset, double restitution) {
   Plane plane;
@@ -40,10 +36,6 @@ State3<T> state(double x, double y, double z, double u, double v, double w) {
 
 double product(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vec3& a) { return std::sqrt(product(a, a)); }
-template <class T>
-Vec3 wide(const std::array<T, 3>& a) {
-  return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
-}
 Vec3 unit(const Vec3& a) { return {a[0] / length(a), a[1] / length(a), a[2] / length(a)}; }
 
 template <class T>

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,26 @@ template <class T>
 struct State3 {
   std::array<T, 3> x{}, v{};
 };
+
+inline constexpr double hz60 = 1.0 / 60;
+
+template <class T>
+constexpr double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
+
+template <class T>
+Vec3 wide(const std::array<T, 3>& a) {
+  return {static_cast<double>(a[0]), static_cast<double>(a[1]), static_cast<double>(a[2])};
+}
+
+template <class T>
+State3<T> state(const Vec3& x, const Vec3& v) {
+  State3<T> state;
+  for (std::size_t k = 0; k < 3; ++k) {
+    state.x[k] = static_cast<T>(x[k]);
+    state.v[k] = static_cast<T>(v[k]);
+  }
+  return state;
+}
 
 // f(kernels, words) for every table that this machine can run.
 template <class T, class F>
