@@ -31,6 +31,7 @@ Scene sheet(Scheme scheme, Form form) {
   return scene;
 }
 
+constexpr std::size_t most_changes = (side - 2) * (side - 2);  // then every inner particle has had one
 constexpr double step = 1.0 / 480;  // s: stable in 5 sub-steps in any position, by leapfrog
 
 Held<float> hung() {
@@ -69,8 +70,10 @@ void time_change(benchmark::State& timing, const Scene& scene, double bar, const
   double least = 1;
   for (auto _ : timing) {
     const auto from = Clock::now();
-    if (const auto changed = change(*plan, n++); !changed) timing.SkipWithError(changed.error().message().c_str());
-    least = std::min(least, std::chrono::duration<double>(Clock::now() - from).count());
+    const auto changed = change(*plan, n++);
+    const double passed = std::chrono::duration<double>(Clock::now() - from).count();
+    if (!changed) timing.SkipWithError(changed.error().message().c_str());
+    if (n <= most_changes) least = std::min(least, passed);
   }
   timing.counters["of_step"] = least / of_step;
   timing.counters["bar"] = bar;
@@ -114,7 +117,7 @@ void add_changes(const std::string& name, const Scene& scene) {
   });
   add_one("break", 0.05, [=](P& plan, std::size_t n) -> Expected<void> {
     const auto i = static_cast<std::uint32_t>(inner(n));
-    if (n >= (side - 2) * (side - 2)) return {};  // all of them are torn
+    if (n >= most_changes) return {};  // all of them are torn
     return plan.break_spring(0, {i, i + 1});
   });
 }

@@ -283,6 +283,51 @@ TEST_CASE("c: seek, another step, another force, and what a plan says of itself"
   CHECK(std::string(dvdx_version()) == DVDX_VERSION);
 }
 
+TEST_CASE("c: a plan is changed while it runs as in C++") {
+  Handles h;
+  const std::vector<uint32_t> pairs = {0, 1, 1, 2, 2, 3};
+  dvdx_springs springs{};
+  springs.pairs = pairs.data();
+  springs.count = 3;
+  springs.stiffness.all = 40;
+  CHECK(dvdx_scene_add_springs(h.scene, &springs, &h.error) == DVDX_DONE);
+  const dvdx_plane floor{.normal = {0, 1, 0}, .offset = -5, .surface = {.restitution = 0.5}};
+  CHECK(dvdx_scene_add_plane(h.scene, &floor, &h.error) == DVDX_DONE);
+  Arrays<double> arrays(4), other(4);
+  dvdx_state start = arrays.c();
+  REQUIRE(h.make(options_of(0.01, DVDX_FLOAT64), &start) == DVDX_DONE);
+  const dvdx_scalars stiffness{.all = 30, .each = nullptr, .count = 0};
+  CHECK(dvdx_plan_set_springs_stiffness(h.plan, 0, &stiffness, 0.1, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_set_mass(h.plan, 1, 2, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_fix(h.plan, 0, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_fix(h.plan, 3, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_release(h.plan, 3, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_break_spring(h.plan, 0, 2, 1, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_replace_contact(h.plan, 0, h.scene, 0, &h.error) == DVDX_DONE);
+  dvdx_state a = arrays.c();
+  CHECK(dvdx_plan_step(h.plan, &a, 5, nullptr, &h.error) == DVDX_DONE);
+
+  dvdx::Scene scene;
+  scene.mass = std::vector<double>{1, 2, 1, 1};
+  scene.fixed = {0};
+  scene.add(dvdx::Springs{.pairs = {{0, 1}, {1, 2}, {2, 3}}, .stiffness = 30.0, .damping = 0.1, .broken = {{1, 2}}});
+  scene.add(dvdx::Plane{.offset = -5, .restitution = 0.5});
+  dvdx::State<double> b = other.cpp();
+  const auto plan = dvdx::compile<double>(scene, {.step = 0.01}, b);
+  REQUIRE(plan.has_value());
+  REQUIRE(plan->step(b, 5) == dvdx::StepResult::done);
+  CHECK(arrays.memory == other.memory);
+
+  CHECK(dvdx_plan_set_grid_stiffness(h.plan, 0, 1, 1, 1, 0, &h.error) == DVDX_INVALID);
+  CHECK(std::string(&h.error.field[0]) == "networks[0]");
+  CHECK(dvdx_plan_break_spring(h.plan, 0, 2, 1, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_set_mass(h.plan, 4, 1, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_replace_contact(h.plan, 1, h.scene, 0, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_replace_contact(h.plan, 0, h.scene, 1, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_set_springs_stiffness(h.plan, 0, nullptr, 0, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_release(nullptr, 0, &h.error) == DVDX_INVALID);
+}
+
 TEST_CASE("c: an error names the field, the value and the range, and changes nothing") {
   Handles h;
   dvdx_spring spring{};

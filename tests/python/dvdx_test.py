@@ -331,6 +331,31 @@ class Plans(unittest.TestCase):
         with self.assertRaises(dvdx.DvdxError):
             plan.set_step(float("nan"))
 
+    def test_a_plan_is_changed_while_it_runs(self):
+        def hanging(stiffness, mass, fixed):
+            scene = dvdx.Scene(mass=mass, fixed=fixed)
+            scene.constant(acceleration=(0, -9.81, 0))
+            scene.plane(normal=(0, 1, 0), offset=-100)
+            scene.springs(pairs=[(0, 1), (1, 2), (2, 3)], stiffness=stiffness)
+            return scene
+
+        changed, wanted = dvdx.State(*lattice(4)), dvdx.State(*lattice(4))
+        plan = dvdx.compile(hanging(40, 1, [0]), changed)
+        plan.set_springs_stiffness([30, 20, 10])
+        plan.set_mass(2, 1.5)
+        plan.fix(3)
+        plan.release(0)
+        plan.replace_contact(0, hanging(1, 1, []))
+        anew = dvdx.compile(hanging([30, 20, 10], [1, 1, 1.5, 1], [3]), wanted)
+        plan.step(changed, 5)
+        anew.step(wanted, 5)
+        np.testing.assert_array_equal(changed.arrays["x"], wanted.arrays["x"])
+        plan.break_spring(1, 2)
+        with self.assertRaisesRegex(dvdx.DvdxError, "broken"):
+            plan.break_spring(2, 1)
+        with self.assertRaises(dvdx.DvdxError):
+            plan.set_grid_stiffness(structural=1)
+
     def test_explain_speaks_of_the_scene(self):
         plan = dvdx.compile(rich_scene(), dvdx.State(*lattice(2)))
         self.assertIn("contact", plan.explain())

@@ -425,6 +425,37 @@ class Plan:
         """The plan's force `index` becomes force `force` of a scene."""
         _call(_lib.dvdx_plan_replace, self._handle, index, scene._handle, force)
 
+    def replace_contact(self, index, scene, contact=0):
+        """The plan's contact `index` becomes contact `contact` of a scene."""
+        _call(_lib.dvdx_plan_replace_contact, self._handle, index, scene._handle, contact)
+
+    def set_grid_stiffness(self, index=0, structural=0.0, shear=0.0, bend=0.0, damping=0.0):
+        """Of the plan's network `index`, a grid, N/m; damping in kg/s. Torn springs stay torn."""
+        _call(_lib.dvdx_plan_set_grid_stiffness, self._handle, index, structural, shear, bend, damping)
+
+    def set_springs_stiffness(self, stiffness, index=0, damping=0.0):
+        """Of the plan's network `index`, a list: one number for all springs or one for each, N/m; damping in kg/s."""
+        keep = []
+        scalars = _ffi.new("dvdx_scalars*")
+        _fill_scalars(scalars, stiffness, keep)
+        _call(_lib.dvdx_plan_set_springs_stiffness, self._handle, index, scalars, damping)
+
+    def set_mass(self, particle, mass):
+        """kg, > 0"""
+        _call(_lib.dvdx_plan_set_mass, self._handle, particle, mass)
+
+    def fix(self, particle):
+        """Holds a particle where the state has it."""
+        _call(_lib.dvdx_plan_fix, self._handle, particle)
+
+    def release(self, particle):
+        """Lets a particle go, with the velocity that the state has."""
+        _call(_lib.dvdx_plan_release, self._handle, particle)
+
+    def break_spring(self, a, b, index=0):
+        """Tears what the plan's network `index` joins two particles by, for good."""
+        _call(_lib.dvdx_plan_break_spring, self._handle, index, a, b)
+
     @property
     def step_size(self):
         """s"""

@@ -438,11 +438,27 @@ DVDX_EXPORT dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const
 DVDX_EXPORT dvdx_status dvdx_plan_set_places(dvdx_plan* plan, size_t kinematic, const double* places, size_t count,
                                              dvdx_error* error);
 
-// Another step, in s. Not while another thread steps with this plan.
+// Changes. Each makes again what it touches, and changes nothing where it fails. Not while another thread steps with this plan;
+// clones keep what they had. Rest lengths and anchors at the start stay what they were.
+// Another step, in s.
 DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_error* error);
-// The plan's force `index` becomes force `from` of a scene. Not while another thread steps with this plan.
+// The plan's force, or contact, `index` becomes force, or contact, `from` of a scene.
 DVDX_EXPORT dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
                                           dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_plan_replace_contact(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
+                                                  dvdx_error* error);
+// Of the plan's network `index`, a grid or springs: the fields of dvdx_grid or dvdx_springs that bear these names.
+DVDX_EXPORT dvdx_status dvdx_plan_set_grid_stiffness(dvdx_plan* plan, size_t index, double structural, double shear,
+                                                     double bend, double damping, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_plan_set_springs_stiffness(dvdx_plan* plan, size_t index, const dvdx_scalars* stiffness,
+                                                        double damping, dvdx_error* error);
+// kg > 0. The plan must know how many particles there are: where something joins them, or a value is given for each.
+DVDX_EXPORT dvdx_status dvdx_plan_set_mass(dvdx_plan* plan, size_t particle, double mass, dvdx_error* error);
+// Holds a particle where the state has it; lets it go with the velocity that the state has.
+DVDX_EXPORT dvdx_status dvdx_plan_fix(dvdx_plan* plan, size_t particle, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_plan_release(dvdx_plan* plan, size_t particle, dvdx_error* error);
+// Tears what the plan's network `index` joins two particles by, for good.
+DVDX_EXPORT dvdx_status dvdx_plan_break_spring(dvdx_plan* plan, size_t index, uint32_t a, uint32_t b, dvdx_error* error);
 
 // Of a null pointer: a step that is not a number, DVDX_ISA_BEST, DVDX_FLOAT32, no limit and no text.
 DVDX_EXPORT double dvdx_plan_step_size(const dvdx_plan* plan);  // s

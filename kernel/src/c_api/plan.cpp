@@ -95,9 +95,31 @@ dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state, uint64_t st
   return guarded(error, [&] { return std::visit([&](const auto& p) { return seek(p, *state, steps, error); }, plan->plan); });
 }
 
-dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double h, dvdx_error* error) {
+namespace {
+
+// change(the plan as C++ has it)
+template <class Change>
+dvdx_status changed(dvdx_plan* plan, dvdx_error* error, const Change& change) {
   if (plan == nullptr) return missing(error, "plan");
-  return guarded(error, [&] { return std::visit([&](auto& p) { return done_or(error, p.set_step(h)); }, plan->plan); });
+  return guarded(error, [&] { return std::visit([&](auto& p) { return done_or(error, change(p)); }, plan->plan); });
+}
+
+// The plan's force or contact becomes one of a scene's `list`.
+template <class List>
+dvdx_status replaced(dvdx_plan* plan, std::size_t index, const List& list, std::size_t from, const char* kind,
+                     dvdx_error* error) {
+  return changed(plan, error, [&](auto& p) {
+    if (from >= list.size()) {
+      throw dvdx::Error{"from", std::to_string(from), "below the scene's " + std::to_string(list.size()) + " " + kind};
+    }
+    return p.replace(index, list[from]);
+  });
+}
+
+}  // namespace
+
+dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double h, dvdx_error* error) {
+  return changed(plan, error, [&](auto& p) { return p.set_step(h); });
 }
 
 dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const double* translation, const double* rotation,
@@ -132,13 +154,43 @@ void dvdx_plan_forget(dvdx_plan* plan) {
 dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from, dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");
   if (scene == nullptr) return missing(error, "scene");
-  return guarded(error, [&] {
-    const auto& forces = scene->scene.forces;
-    if (from >= forces.size()) {
-      throw dvdx::Error{"from", std::to_string(from), "below the scene's " + std::to_string(forces.size()) + " forces"};
-    }
-    return std::visit([&](auto& p) { return done_or(error, p.replace(index, forces[from])); }, plan->plan);
+  return replaced(plan, index, scene->scene.forces, from, "forces", error);
+}
+
+dvdx_status dvdx_plan_replace_contact(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (scene == nullptr) return missing(error, "scene");
+  return replaced(plan, index, scene->scene.contacts, from, "contacts", error);
+}
+
+dvdx_status dvdx_plan_set_grid_stiffness(dvdx_plan* plan, size_t index, double structural, double shear, double bend,
+                                         double damping, dvdx_error* error) {
+  const dvdx::GridStiffness stiffness{.structural = structural, .shear = shear, .bend = bend, .damping = damping};
+  return changed(plan, error, [&](auto& p) { return p.set_stiffness(index, stiffness); });
+}
+
+dvdx_status dvdx_plan_set_springs_stiffness(dvdx_plan* plan, size_t index, const dvdx_scalars* stiffness, double damping,
+                                            dvdx_error* error) {
+  if (stiffness == nullptr) return missing(error, "stiffness");
+  return changed(plan, error, [&](auto& p) {
+    return p.set_stiffness(index, dvdx::SpringsStiffness{.stiffness = scalars(*stiffness, "stiffness"), .damping = damping});
   });
+}
+
+dvdx_status dvdx_plan_set_mass(dvdx_plan* plan, size_t particle, double mass, dvdx_error* error) {
+  return changed(plan, error, [&](auto& p) { return p.set_mass(particle, mass); });
+}
+
+dvdx_status dvdx_plan_fix(dvdx_plan* plan, size_t particle, dvdx_error* error) {
+  return changed(plan, error, [&](auto& p) { return p.fix(particle); });
+}
+
+dvdx_status dvdx_plan_release(dvdx_plan* plan, size_t particle, dvdx_error* error) {
+  return changed(plan, error, [&](auto& p) { return p.release(particle); });
+}
+
+dvdx_status dvdx_plan_break_spring(dvdx_plan* plan, size_t index, uint32_t a, uint32_t b, dvdx_error* error) {
+  return changed(plan, error, [&](auto& p) { return p.break_spring(index, {a, b}); });
 }
 
 double dvdx_plan_step_size(const dvdx_plan* plan) {

@@ -11,6 +11,13 @@
 #include "forces/polynomial.hpp"
 
 namespace dvdx::c_api {
+
+Scalars scalars(const dvdx_scalars& from, const std::string& field) {
+  if (from.each == nullptr) return from.all;
+  need(from.each, from.count, field);
+  return std::vector<double>(from.each, from.each + from.count);
+}
+
 namespace {
 
 constexpr int methods = 6, expansions = 2, path_sweeps = 2, responses = 2, sides = 2, anchorings = 3, bounds = 3, schemes = 4,
@@ -30,12 +37,7 @@ std::vector<Pair> pairs(const std::uint32_t* ends, std::size_t count, const std:
   return list;
 }
 
-Scalars scalars(const dvdx_scalars& from, const std::string& field) {
-  if (from.each == nullptr) return from.all;
-  need(from.each, from.count, field);
-  return std::vector<double>(from.each, from.each + from.count);
-}
-
+using c_api::scalars;
 std::optional<Scalars> scalars(const dvdx_scalars* from, const std::string& field) {
   return from == nullptr ? std::nullopt : std::optional(scalars(*from, field));
 }

@@ -59,9 +59,7 @@ GridRates::GridRates(const Grid& grid, std::span<const double> w)
       if (is_it) broken_[spring.row * columns_ + spring.column] |= static_cast<std::uint8_t>(1U << d);
     }
   }
-  for (std::size_t row = 0; row < rows_; ++row) {
-    for (std::size_t column = 0; column < columns_; ++column) sum_up(w, row, column);
-  }
+  for (std::size_t row = 0; row < rows_; ++row) sum_up_row(w, row);
   for (std::size_t row = 0; row < rows_; ++row) look_at(w, row);
 }
 
@@ -73,9 +71,8 @@ bool GridRates::is_whole(std::size_t row, std::size_t column, std::size_t direct
   return broken_.empty() || (broken_[row * columns_ + column] >> direction & 1U) == 0;
 }
 
-void GridRates::sum_up(std::span<const double> w, std::size_t row, std::size_t column) noexcept {
-  double k = 0;
-  std::size_t springs = 0;
+GridRates::Springs GridRates::springs_at(std::size_t row, std::size_t column) const noexcept {
+  Springs found;
   for (std::size_t n = 0; n < directions_.size(); ++n) {
     const GridDirection& d = directions_[n];
     const auto right = static_cast<std::ptrdiff_t>(column) + d.right;
@@ -84,12 +81,26 @@ void GridRates::sum_up(std::span<const double> w, std::size_t row, std::size_t c
     std::size_t ends = 0;
     if (row + d.down < rows_ && is_inside(right) && is_whole(row, column, n)) ++ends;
     if (row >= d.down && is_inside(left) && is_whole(row - d.down, static_cast<std::size_t>(left), n)) ++ends;
-    k += static_cast<double>(ends) * d.k;
-    springs += ends;
+    found.k += static_cast<double>(ends) * d.k;
+    found.count += ends;
   }
+  return found;
+}
+
+void GridRates::sum_up(std::span<const double> w, std::size_t row, std::size_t column, const Springs& springs) noexcept {
   const std::size_t i = row * columns_ + column;
-  of_k_[i] = w[i] * k;
-  if (!of_c_.empty()) of_c_[i] = w[i] * (damping_ * static_cast<double>(springs));
+  of_k_[i] = w[i] * springs.k;
+  if (!of_c_.empty()) of_c_[i] = w[i] * (damping_ * static_cast<double>(springs.count));
+}
+
+// Two columns from the sheet's sides, particles of a row have the same springs, where none is torn.
+void GridRates::sum_up_row(std::span<const double> w, std::size_t row) noexcept {
+  const bool is_alike = broken_.empty() && columns_ > 4;
+  const Springs inside = is_alike ? springs_at(row, 2) : Springs{};
+  for (std::size_t column = 0; column < columns_; ++column) {
+    const bool is_inside = is_alike && column >= 2 && column + 2 < columns_;
+    sum_up(w, row, column, is_inside ? inside : springs_at(row, column));
+  }
 }
 
 void GridRates::look_at(std::span<const double> w, std::size_t row) noexcept {
@@ -126,7 +137,7 @@ void GridRates::look_around(std::span<const double> w, std::size_t row) noexcept
 
 void GridRates::set_mass(std::span<const double> w, std::size_t particle) noexcept {
   const std::size_t row = particle / columns_;
-  sum_up(w, row, particle % columns_);
+  sum_up(w, row, particle % columns_, springs_at(row, particle % columns_));
   look_around(w, row);
 }
 
@@ -138,8 +149,8 @@ void GridRates::set_broken(std::span<const double> w, const GridSpring& spring, 
     bits = static_cast<std::uint8_t>(is_broken ? bits | bit : bits & ~bit);
   }
   const auto other = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(spring.column) + spring.right);
-  sum_up(w, spring.row, spring.column);
-  sum_up(w, spring.row + spring.down, other);
+  sum_up(w, spring.row, spring.column, springs_at(spring.row, spring.column));
+  sum_up(w, spring.row + spring.down, other, springs_at(spring.row + spring.down, other));
   const std::size_t from = spring.row - std::min<std::size_t>(spring.row, 2);
   for (std::size_t r = from; r <= spring.row + spring.down; ++r) look_at(w, r);
 }

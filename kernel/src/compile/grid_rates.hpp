@@ -36,8 +36,15 @@ class GridRates {
     double w = 0;
   };
 
+  struct Springs {  // of one particle
+    double k = 0;
+    std::size_t count = 0;
+  };
+
   [[nodiscard]] bool is_whole(std::size_t row, std::size_t column, std::size_t direction) const noexcept;
-  void sum_up(std::span<const double> w, std::size_t row, std::size_t column) noexcept;
+  [[nodiscard]] Springs springs_at(std::size_t row, std::size_t column) const noexcept;
+  void sum_up(std::span<const double> w, std::size_t row, std::size_t column, const Springs& springs) noexcept;
+  void sum_up_row(std::span<const double> w, std::size_t row) noexcept;
   void look_at(std::span<const double> w, std::size_t row) noexcept;
   void look_around(std::span<const double> w, std::size_t row) noexcept;
 

@@ -61,7 +61,6 @@ struct Spectrum {
     const double A = f.A, B = f.B, C = f.C, S = f.S;
     const double d_trace = (B + C) - trace;
     const double d_det = (C * B + A * S) - det;
-    if (is_free) return 0;
     return 2.0 * d_trace * d_trace - 2.0 * d_trace * d_det * inverse_sum + d_det * d_det * inverse_square_sum;
   }
 
@@ -96,6 +95,7 @@ FusedF paired(const Combined& exact) noexcept {
   const Spectrum spectrum(exact);
   FusedF best = {static_cast<float>(exact.A), static_cast<float>(exact.B), static_cast<float>(exact.C),
                  static_cast<float>(exact.S)};
+  if (spectrum.is_free) return best;  // no choice is nearer
   double smallest = std::numeric_limits<double>::infinity();
   for (const float A : neighbours(exact.A)) {
     for (const float B : neighbours(exact.B)) {
