@@ -698,3 +698,57 @@ TEST_CASE("c: wherever the allocator has no memory left, making a plan fails and
 }
 
 }  // namespace
+
+TEST_CASE("c: motions carry particles and contacts as C++ has them, and the caller drives them") {
+  Handles h;
+  const double keys[] = {0, 0, 0, 0, 0, 0, 0, 2, 4, 0, 0, 0, 1, 0};
+  const dvdx_motion motion{{0, 0, 0}, &keys[0], 2};
+  const std::size_t ids[] = {1};
+  const dvdx_kinematic followers{&ids[0], 1, 0};
+  dvdx_plane plane{};
+  plane.normal[1] = 1;
+  plane.offset = 0.5;
+  CHECK(dvdx_scene_add_motion(h.scene, &motion, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_kinematic(h.scene, &followers, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_plane(h.scene, &plane, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_set_contact_motion(h.scene, 1, 0, &h.error) == DVDX_INVALID);
+  CHECK(h.message() == "contact is 1: must be below the scene's 1 contacts");
+  CHECK(dvdx_scene_set_contact_motion(h.scene, 0, 0, &h.error) == DVDX_DONE);
+
+  dvdx::Scene scene;
+  scene.add(dvdx::Motion{.center = {}, .keys = {{.time = 0}, {.time = 2, .translation = {4, 0, 0}, .rotation = {0, 1, 0}}}});
+  scene.add(dvdx::Kinematic{.particles = {1}, .motion = 0});
+  scene.add(dvdx::Plane{.normal = {0, 1, 0}, .offset = 0.5, .motion = 0});
+  Arrays<double> by_c(3);
+  Arrays<double> by_cpp(3);
+  dvdx_state in_c = by_c.c();
+  auto in_cpp = by_cpp.cpp();
+  REQUIRE(h.make(options_of(0.125, DVDX_FLOAT64), &in_c) == DVDX_DONE);
+  auto plan = dvdx::compile<double>(scene, {.step = 0.125}, in_cpp);
+  REQUIRE(plan.has_value());
+  const auto step_both = [&] {
+    CHECK(dvdx_plan_step(h.plan, &in_c, 1, nullptr, &h.error) == DVDX_DONE);
+    CHECK(plan->step(in_cpp) == dvdx::StepResult::done);
+    CHECK(by_c.memory == by_cpp.memory);
+  };
+  step_both();
+  const double there[] = {1, 2, 3};
+  const double turn[] = {0, 0.5, 0};
+  CHECK(dvdx_plan_set_pose(h.plan, 0, &there[0], &turn[0], &h.error) == DVDX_DONE);
+  CHECK(plan->set_pose(0, {.translation = {1, 2, 3}, .rotation = {0, 0.5, 0}}).has_value());
+  step_both();
+  CHECK(dvdx_plan_set_pose(h.plan, 0, &there[0], nullptr, &h.error) == DVDX_DONE);
+  CHECK(plan->set_pose(0, {.translation = {1, 2, 3}, .rotation = {}}).has_value());
+  step_both();
+  CHECK(dvdx_plan_set_places(h.plan, 0, &there[0], 1, &h.error) == DVDX_DONE);
+  const std::vector<dvdx::Vec3> place{{1, 2, 3}};
+  CHECK(plan->set_places(0, place).has_value());
+  step_both();
+  CHECK(by_c.column(1)[1] == 2);
+  CHECK(dvdx_plan_set_pose(h.plan, 1, &there[0], nullptr, &h.error) == DVDX_INVALID);
+  CHECK(h.message() == "motions[1] is not there: must be an index below 1");
+  CHECK(dvdx_plan_set_pose(h.plan, 0, nullptr, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_set_places(h.plan, 0, &there[0], 0, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_set_places(h.plan, 0, nullptr, 1, &h.error) == DVDX_INVALID);
+  CHECK(h.field() == "places");
+}

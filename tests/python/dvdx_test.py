@@ -356,6 +356,30 @@ class Plans(unittest.TestCase):
         with self.assertRaises(dvdx.DvdxError):
             plan.set_grid_stiffness(structural=1)
 
+    def test_motions_carry_particles_and_contacts(self):
+        positions, velocities = np.zeros((2, 3)), np.zeros((2, 3))
+        scene = dvdx.Scene()
+        scene.motion(keys=[(0, 0, 0, 0, 0, 0, 0), (2, 4, 0, 0, 0, 0, 0)])
+        scene.kinematic(particles=[1], motion=0)
+        scene.plane(normal=(0, 1, 0), offset=-1)
+        scene.contact_motion(0, 0)
+        state = dvdx.State(positions, velocities)
+        plan = dvdx.compile(scene, state, step=0.25)
+        plan.step(state, 2)
+        np.testing.assert_allclose(positions[1], (1, 0, 0), atol=1e-15)
+        np.testing.assert_allclose(velocities[1], (2, 0, 0), atol=1e-15)
+        plan.set_pose(0, translation=(1, 2, 0))
+        plan.step(state)
+        np.testing.assert_array_equal(positions[1], (1, 2, 0))
+        self.assertEqual(positions[0, 1], 1)  # the plane has lifted it
+        plan.set_places(0, [(5, 6, 7)])
+        plan.step(state)
+        np.testing.assert_array_equal(positions[1], (5, 6, 7))
+        with self.assertRaises(dvdx.DvdxError):
+            plan.set_pose(3)
+        with self.assertRaises(ValueError):
+            plan.set_places(0, [1, 2, 3])
+
     def test_explain_speaks_of_the_scene(self):
         plan = dvdx.compile(rich_scene(), dvdx.State(*lattice(2)))
         self.assertIn("contact", plan.explain())

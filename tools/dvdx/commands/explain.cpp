@@ -27,7 +27,10 @@ void print_summary(const LoadedScene& loaded) {
   if (is_live(file)) {
     print_answer(fmt::format("particles    {} at the start, at most {}\n", file.particles.count, file.turnover.capacity));
   } else {
-    print_answer(fmt::format("particles    {}, {} of them fixed\n", file.particles.count, file.scene.fixed.size()));
+    std::size_t kinematic = 0;
+    for (const Kinematic& followers : file.scene.kinematic) kinematic += followers.particles.size();
+    const std::string carried = kinematic != 0 ? fmt::format(", {} carried by motions", kinematic) : "";
+    print_answer(fmt::format("particles    {}, {} of them fixed{}\n", file.particles.count, file.scene.fixed.size(), carried));
   }
   print_answer(fmt::format("duration     {} s in {} steps\n", file.duration, loaded.steps));
   print_answer(fmt::format("method       {}\n", name_in(methods, file.scene.method)));

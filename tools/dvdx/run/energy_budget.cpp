@@ -122,9 +122,7 @@ std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
   constexpr double turn = 0.3;  // rad, between looks
   constexpr double coarse = 1;  // rad a step: beyond it the middle stands for nothing
   if (file.scene.networks.empty() || is_live(file) || !(file.step > 0)) return std::nullopt;
-  const auto is_moved = [](const Contact& contact) { return std::visit([](const auto& c) { return c.motion.has_value(); }, contact); };
-  const auto& contacts = file.scene.contacts;
-  if (!file.scene.kinematic.empty() || std::any_of(contacts.begin(), contacts.end(), is_moved)) return std::nullopt;
+  if (has_followers(file.scene)) return std::nullopt;
   double fastest = 0;  // rad a step
   for (const auto& force : file.scene.forces) {
     if (const auto* sine = std::get_if<Sinusoid>(&force)) {

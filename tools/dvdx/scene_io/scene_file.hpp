@@ -1,6 +1,7 @@
 // What a scene file holds: the library's scene, and how the particles start.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -47,6 +48,14 @@ struct SceneFile {
 
 // Whether particles come and go: such a scene needs a plan of its own (dvdx/live.hpp).
 [[nodiscard]] inline bool is_live(const SceneFile& file) noexcept { return file.turnover.capacity != 0; }
+
+// Whether motions carry particles or contacts.
+[[nodiscard]] inline bool has_followers(const Scene& scene) noexcept {
+  const auto is_moved = [](const Contact& contact) {
+    return std::visit([](const auto& c) { return c.motion.has_value(); }, contact);
+  };
+  return !scene.kinematic.empty() || std::any_of(scene.contacts.begin(), scene.contacts.end(), is_moved);
+}
 
 // Whether networks or constraints join particles, or motions carry some: such a scene runs whole or not at all.
 [[nodiscard]] inline bool is_joined(const Scene& scene) noexcept {

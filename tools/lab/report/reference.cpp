@@ -77,6 +77,10 @@ double rounding_of(const Path& path, const SceneFile& sample, const Grid& grid) 
 
 // From impact to impact where the scene is such; else why it is not.
 std::optional<Reference> impact_reference(const SceneFile& sample, const Grid& grid, std::string& why) {
+  if (has_followers(sample.scene)) {
+    why = "motions carry particles or contacts";
+    return std::nullopt;
+  }
   auto found = impact_path(sample, grid.coarsest, grid.counts);
   if (const auto* none = std::get_if<NoImpactPath>(&found)) {
     why = none->why;
@@ -239,7 +243,8 @@ bool keeps_energy(const Scene& scene) {
   const auto is_elastic = [](const auto& contact) {
     return contact.restitution == 1 && contact.friction == 0 && contact.viscosity == 0 && contact.normal_viscosity == 0;
   };
-  return std::all_of(scene.networks.begin(), scene.networks.end(),
+  return !has_followers(scene) &&
+         std::all_of(scene.networks.begin(), scene.networks.end(),
                      [&](const Network& n) { return std::visit(is_undamped, n); }) &&
          std::all_of(scene.forces.begin(), scene.forces.end(), [&](const Force& f) { return std::visit(keeps, f); }) &&
          std::all_of(scene.contacts.begin(), scene.contacts.end(), [&](const Contact& c) { return std::visit(is_elastic, c); });

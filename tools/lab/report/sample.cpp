@@ -91,6 +91,7 @@ SceneFile resized(const SceneFile& file, std::size_t count) {
   sample.scene.origin = picked(file.scene.origin, picks);
   sample.is_origin_free = file.is_origin_free;
   sample.scene.contacts = file.scene.contacts;
+  sample.scene.motions = file.scene.motions;
   sample.scene.forces = file.scene.forces;
   for (auto& force : sample.scene.forces) pick_values(force, picks);
   sample.scene.fixed = places_of(file.scene.fixed, picks);

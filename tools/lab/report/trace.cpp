@@ -105,6 +105,9 @@ void move_start(const SceneFile& file, const Nudge& nudge, State<T>& state) {
   if (nudge.most == 0) return;
   std::vector<bool> is_fixed(state.count, false);
   for (const auto id : file.scene.fixed) is_fixed[id] = true;
+  for (const Kinematic& followers : file.scene.kinematic) {
+    for (const auto id : followers.particles) is_fixed[id] = true;
+  }
   for (std::size_t i = 0; i < state.count; ++i) {
     if (is_fixed[i]) continue;
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
