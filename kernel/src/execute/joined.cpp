@@ -45,6 +45,22 @@ void put_back(const ResidualKernels& kernels, const A* from, const ParticleSpan&
     store(kernels, from + span.element + k, span.particle + k * span.every, 1, to, residual);
 }
 
+// The same without a call for each particle.
+template <class T>
+void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const ParticleSpan& span,
+           T* to) noexcept {
+  if (span.every == 1 || !from.is_contiguous()) return fetch<T, T>(kernels, from, residual, span, to);
+  const T* const first = from.base + span.particle;
+  for (std::size_t k = 0; k < span.count; ++k) to[span.element + k] = first[k * span.every];
+}
+template <class T>
+void put_back(const ResidualKernels& kernels, const T* from, const ParticleSpan& span, const Column<T>& to,
+              const Column<T>& residual) noexcept {
+  if (span.every == 1 || !to.is_contiguous()) return put_back<T, T>(kernels, from, span, to, residual);
+  T* const first = to.base + span.particle;
+  for (std::size_t k = 0; k < span.count; ++k) first[k * span.every] = from[span.element + k];
+}
+
 // The same of particles anywhere: tight loops, in which many reads are on their way at once.
 template <class T>
 void fetch(const ResidualKernels& /*kernels*/, const Column<T>& from, const Column<T>& /*residual*/,
@@ -141,8 +157,8 @@ class JoinedStep {
   void put_back_all(State<Kept>& state) noexcept {
     for_each_span([&](const ParticleSpan& span) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        put_back<T>(residuals_, position(axis), span, state.x[axis], state.x_rest[axis]);
-        put_back<T>(residuals_, work_.v[axis], span, state.v[axis], state.v_rest[axis]);
+        put_back(residuals_, position(axis), span, state.x[axis], state.x_rest[axis]);
+        put_back(residuals_, work_.v[axis], span, state.v[axis], state.v_rest[axis]);
       }
     });
     for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {

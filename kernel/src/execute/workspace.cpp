@@ -28,7 +28,7 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   if (shape.sweep_records != 0) {
     add_records();
   } else if (shape.keeps_distances) {
-    sweep_.apart = {of_springs(), of_springs(), of_springs()};
+    sweep_.apart = columns_.add_axes(shape.sweep_springs, T(0), column_margin);
   }
 
   const auto axes = [&](std::size_t size) -> Axes<T> { return {columns_.add(size), columns_.add(size), columns_.add(size)}; };
