@@ -567,31 +567,27 @@ class JoinedStep {
     run();
   }
 
-  // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order.
+  // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order, so that each
+  // band of odd number goes through both sweeps while it is in cache.
   void sweep(const StrandsForm<T>& form, const SweepTerms<T>& terms) noexcept {
-    sweep_bands(form, terms, 0, Direction::forward, Visit::first);
-    sweep_bands(form, terms, 1, Direction::forward, Visit::first);
-    if (joints_.coupling.sweeps == SweepOrder::symmetric) {
-      sweep_bands(form, terms, 1, Direction::backward, Visit::again);
-      sweep_bands(form, terms, 0, Direction::backward, Visit::again);
-    }
+    const bool is_symmetric = joints_.coupling.sweeps == SweepOrder::symmetric;
+    const auto forward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::first, from, to); };
+    const auto backward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::again, to, from); };
+    for_each_band(form, 0, forward);
+    for_each_band(form, 1, [&](std::size_t from, std::size_t to) {
+      forward(from, to);
+      if (is_symmetric) backward(from, to);
+    });
+    if (is_symmetric) for_each_band(form, 0, backward);
   }
 
-  enum class Direction { forward, backward };
-
-  void sweep_bands(const StrandsForm<T>& form, const SweepTerms<T>& terms, std::size_t first, Direction direction,
-                   Visit visit) noexcept {
+  // Calls use(from, to) with the strands of every second band.
+  template <class Use>
+  void for_each_band(const StrandsForm<T>& form, std::size_t first, const Use& use) noexcept {
     const std::size_t bands = form.bands.size() - 1;
-    if (first >= bands) return;
-    for_each_task(parallel_, (bands - first + 1) / 2, [&](std::size_t task) {
+    for_each_task(parallel_, (bands + 1 - first) / 2, [&](std::size_t task) {
       const std::size_t band = first + 2 * task;
-      const std::size_t from = form.bands[band];
-      const std::size_t to = form.bands[band + 1];
-      if (direction == Direction::forward) {
-        kernels_.strands(terms, work_, visit, from, to);
-      } else {
-        kernels_.strands(terms, work_, visit, to, from);
-      }
+      use(form.bands[band], form.bands[band + 1]);
     });
   }
 
