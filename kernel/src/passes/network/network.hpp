@@ -38,7 +38,8 @@ struct InverseRoot<double> {
   static constexpr int steps = 4;
 };
 
-// The plan's working columns. Lanes beyond the particles hold NaN, which nothing reads from a particle.
+// The plan's working columns. Lanes beyond the particles hold NaN, which nothing reads from a particle. Where springs are swept
+// in strands, an axis is as far from the next in each of them.
 template <class T>
 struct WorkColumns {
   std::array<T*, 3> x{};             // m, from `origin` where there is one
@@ -167,7 +168,7 @@ struct SweepTerms {
   const Strand* strands = nullptr;
   const StrandFamily<T>* families = nullptr;
   const T* inverse = nullptr;  // 1 / (1 + (kappa + eta) (w_a + w_b))
-  std::array<T*, 3> apart{};   // x_b - x_a before the sweeps, kept by the first visit for the second
+  std::array<T*, 3> apart{};   // x_b - x_a before the sweeps, kept by the first visit for the second; axes equally far apart
   RangeTerms<T> ranges{};      // or springs anywhere
   T* lambda = nullptr;
   T h{};  // theta times the sub-step

@@ -8,79 +8,160 @@ namespace {
 
 template <class V>
 struct Spring {
-  V kappa, eta, l, inverse, w_a, w_b;
+  V kappa, eta, l, inverse;
 };
 
+// What a spring reads of its ends, Three or Records of V: their shifts, and d with them. path: how far they move along d.
+template <class V, class Axes>
+struct Met {
+  Axes shift_a, shift_b, d;
+  V r2, path;
+};
+
+// more: of lambda. Each end's shift moves by -+ w t d.
 template <class V>
-struct Shifts {
-  Three<V> a, b;
+struct Pull {
+  Mask<V> is_sound;
+  V more, t;
 };
 
-// Moves the ends' shifts by what more of lambda the spring asks for; u = v_b - v_a.
+// A visit has three parts: meet the ends, solve, move the ends. One spring's chain of roundings takes longer than its
+// arithmetic: a core is kept busy by the parts of several that stand side by side.
 template <Damping damping, Arithmetic arithmetic, class V>
-[[gnu::always_inline]] inline Shifts<V> visited(const Spring<V>& spring, const Three<V>& apart, const Shifts<V>& shift,
-                                                const Three<V>& u, V h, V& lambda) noexcept {
+[[gnu::always_inline]] inline Pull<V> solve(const Spring<V>& spring, V r2, V path, V lambda) noexcept {
   using T = Scalar<V>;
-  const Three<V> moved = shift.b - shift.a;
-  const Three<V> d = apart + moved;
-  const auto [is_long, r2, y] = length<arithmetic>(d);
-  Mask<V> is_sound = is_long;
+  Mask<V> is_sound = (r2 > V(least_square<T>)) & (r2 < V(most_square<T>));
+  const V y = inverse_root<arithmetic>(r2);
   V g = spring.kappa * subtract_product<arithmetic>(spring.l, r2, y);  // -kappa C
   if constexpr (damping == Damping::along) {
-    const V path = dot<arithmetic>(multiply_add<arithmetic>(h, u, moved), d);
     is_sound = is_sound & (magnitude(path) < V(most_square<T>));
     g = subtract_product<arithmetic>(g, spring.eta * y, path);
   }
   const V more = product_where<V>(is_sound, g - lambda, spring.inverse);
-  lambda = lambda + more;
-  const V t = more * y;
-  return {shift.a - product_where(is_sound, spring.w_a * t, d), shift.b + product_where(is_sound, spring.w_b * t, d)};
+  return {is_sound, more, more * y};
 }
+
+// ---- strands -----------------------------------------------------------------------------------------------------------
 
 template <class V>
-[[gnu::always_inline]] inline Three<V> kept_apart(const SweepTerms<Scalar<V>>& sweep, std::size_t s) noexcept {
-  return {{load_lanes<V>(sweep.apart[0] + s), load_lanes<V>(sweep.apart[1] + s), load_lanes<V>(sweep.apart[2] + s)}};
+[[gnu::always_inline]] inline Three<V> load_three(const Scalar<V>* p, std::ptrdiff_t pitch) noexcept {
+  return {{load_lanes<V>(p), load_lanes<V>(p + pitch), load_lanes<V>(p + 2 * pitch)}};
+}
+template <class V>
+[[gnu::always_inline]] inline void store_three(Scalar<V>* p, std::ptrdiff_t pitch, const Three<V>& value) noexcept {
+  for (std::ptrdiff_t axis = 0; axis < 3; ++axis) store_lanes(p + axis * pitch, value.at[axis]);
+}
+template <class T>
+[[gnu::always_inline]] inline T* from_element(T* column, std::size_t i) noexcept {
+  return column == nullptr ? nullptr : column + i;
 }
 
-// (Two independent strands at a time, to hide the latency of one spring's chain, gained 5 % on AVX-512, 15 % on SSE2.)
+// One strand. It has pointers of its own, as few as can be: those in the terms would be read again after each store.
 template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
-void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const Strand& strand) noexcept {
+class StrandSweep {
+ public:
   using T = Scalar<V>;
-  const StrandFamily<T>& family = sweep.families[strand.family];
-  const V kappa(family.kappa);
-  const V eta(family.eta);
-  const V l(family.l);
-  const V h(sweep.h);
-  for (std::size_t k = 0; k < strand.count; k += V::size) {
-    const std::size_t a = strand.a + k;
-    const std::size_t b = strand.b + k;
-    const std::size_t s = strand.springs + k;
+
+  [[gnu::always_inline]] StrandSweep(const SweepTerms<T>& sweep, const WorkColumns<T>& work, const Strand& strand) noexcept
+      : count_(strand.count),
+        pitch_(work.x[1] - work.x[0]),
+        x_a_(work.x[0] + strand.a),
+        x_b_(work.x[0] + strand.b),
+        v_a_(work.v[0] + strand.a),
+        v_b_(work.v[0] + strand.b),
+        shift_a_(work.shift[0] + strand.a),
+        shift_b_(work.shift[0] + strand.b),
+        origin_a_(from_element(work.origin[0], strand.a)),
+        origin_b_(from_element(work.origin[0], strand.b)),
+        apart_(from_element(sweep.apart[0], strand.springs)),
+        apart_pitch_(apart_ == nullptr ? 0 : sweep.apart[1] - sweep.apart[0]),
+        w_a_(work.w + strand.a),
+        w_b_(work.w + strand.b),
+        inverse_(sweep.inverse + strand.springs),
+        lambda_(sweep.lambda + strand.springs),
+        kappa_(sweep.families[strand.family].kappa),
+        eta_(sweep.families[strand.family].eta),
+        l_(sweep.families[strand.family].l),
+        h_(sweep.h) {}
+
+  // Two registers of springs at a time.
+  [[gnu::always_inline]] void run() const noexcept {
+    for (std::size_t k = 0; k < count_; k += 2 * V::size) {
+      const std::size_t next = k + V::size;
+      const Ends ends = meet(k);
+      if (next >= count_) return move(k, ends, solve_at(k, ends));
+      const Ends next_ends = meet(next);
+      const Pull<V> pull = solve_at(k, ends);
+      const Pull<V> next_pull = solve_at(next, next_ends);
+      move(k, ends, pull);
+      move(next, next_ends, next_pull);
+    }
+  }
+
+ private:
+  using Ends = Met<V, Three<V>>;
+
+  [[gnu::always_inline]] Ends meet(std::size_t k) const noexcept {
     Three<V> apart;
     if constexpr (visit == Visit::again) {
-      apart = kept_apart<V>(sweep, s);
+      apart = load_three<V>(apart_ + k, apart_pitch_);
     } else {
-      apart = load_three<V>(work.x, b) - load_three<V>(work.x, a);
+      apart = load_three<V>(x_b_ + k, pitch_) - load_three<V>(x_a_ + k, pitch_);
       if constexpr (origin == CountedFrom::step) {
-        apart = (load_three<V>(work.origin, b) - load_three<V>(work.origin, a)) + apart;
+        apart = (load_three<V>(origin_b_ + k, pitch_) - load_three<V>(origin_a_ + k, pitch_)) + apart;
       }
-      if (sweep.apart[0] != nullptr) store_three<V>(sweep.apart, s, apart);
+      if (apart_ != nullptr) store_three<V>(apart_ + k, apart_pitch_, apart);
     }
-    Three<V> u = apart;  // not read where nothing damps
-    if constexpr (damping == Damping::along) u = load_three<V>(work.v, b) - load_three<V>(work.v, a);
-    const Spring<V> spring{
-        kappa, eta, l, load_lanes<V>(sweep.inverse + s), load_lanes<V>(work.w + a), load_lanes<V>(work.w + b)};
-    const Shifts<V> before{load_three<V>(work.shift, a), load_three<V>(work.shift, b)};
-    V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(sweep.lambda + s);
-    Shifts<V> after = visited<damping, arithmetic>(spring, apart, before, u, h, lambda);
-    if (k + V::size > strand.count) {  // what lies beyond the strand belongs to others
-      const Mask<V> is_spring = first_lanes<V>(strand.count - k);
-      after = {select(is_spring, after.a, before.a), select(is_spring, after.b, before.b)};
+    Ends ends;
+    ends.shift_a = load_three<V>(shift_a_ + k, pitch_);
+    ends.shift_b = load_three<V>(shift_b_ + k, pitch_);
+    const Three<V> moved = ends.shift_b - ends.shift_a;
+    ends.d = apart + moved;
+    ends.r2 = dot<arithmetic>(ends.d, ends.d);
+    ends.path = ends.r2;  // not read where nothing damps
+    if constexpr (damping == Damping::along) {
+      const Three<V> u = load_three<V>(v_b_ + k, pitch_) - load_three<V>(v_a_ + k, pitch_);
+      ends.path = dot<arithmetic>(multiply_add<arithmetic>(h_, u, moved), ends.d);
     }
-    store_three<V>(work.shift, a, after.a);
-    store_three<V>(work.shift, b, after.b);
-    store_lanes(sweep.lambda + s, lambda);
+    return ends;
   }
+
+  [[gnu::always_inline]] Pull<V> solve_at(std::size_t k, const Ends& ends) const noexcept {
+    const V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(lambda_ + k);
+    return solve<damping, arithmetic>(Spring<V>{kappa_, eta_, l_, load_lanes<V>(inverse_ + k)}, ends.r2, ends.path, lambda);
+  }
+
+  [[gnu::always_inline]] void move(std::size_t k, const Ends& ends, const Pull<V>& pull) const noexcept {
+    Three<V> a = ends.shift_a - product_where(pull.is_sound, load_lanes<V>(w_a_ + k) * pull.t, ends.d);
+    Three<V> b = ends.shift_b + product_where(pull.is_sound, load_lanes<V>(w_b_ + k) * pull.t, ends.d);
+    if (k + V::size > count_) {  // what lies beyond the strand belongs to others
+      const Mask<V> is_spring = first_lanes<V>(count_ - k);
+      a = select(is_spring, a, ends.shift_a);
+      b = select(is_spring, b, ends.shift_b);
+    }
+    store_three<V>(shift_a_ + k, pitch_, a);
+    store_three<V>(shift_b_ + k, pitch_, b);
+    if constexpr (visit == Visit::first) store_lanes(lambda_ + k, V(T(0)) + pull.more);
+  }
+
+  std::size_t count_;
+  std::ptrdiff_t pitch_;
+  const T *x_a_, *x_b_, *v_a_, *v_b_;
+  T *shift_a_, *shift_b_;
+  const T *origin_a_, *origin_b_;
+  T* apart_;
+  std::ptrdiff_t apart_pitch_;
+  const T *w_a_, *w_b_, *inverse_;
+  T* lambda_;
+  V kappa_, eta_, l_, h_;
+};
+
+template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
+void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const Strand& strand) noexcept {
+  StrandSweep<V, damping, origin, visit, arithmetic>(sweep, work, strand).run();
 }
+
+// ---- ranges ------------------------------------------------------------------------------------------------------------
 
 template <class V>
 struct Coefficients {
@@ -104,62 +185,123 @@ template <class V>
   return product;
 }
 
-// As visited(), but records are turned into lanes only where a spring's numbers meet: d for its length, and t on the way back.
+// Records are turned into lanes only where a spring's numbers meet: d for its length, and t on the way back.
 template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
-void sweep_range(const SweepTerms<Scalar<V>>& sweep, std::size_t from, std::size_t to) noexcept {
+class RangeSweep {
+ public:
   using T = Scalar<V>;
-  const RangeTerms<T>& terms = sweep.ranges;
-  for (std::size_t s = from; s < to; s += V::size) {
-    const std::uint32_t* const a = terms.a + s;
-    const std::uint32_t* const b = terms.b + s;
-    const Records<V> shift_a = gather_records<V>(terms.shift, a);
-    const Records<V> shift_b = gather_records<V>(terms.shift, b);
-    const Records<V> moved = shift_b - shift_a;
+
+  explicit RangeSweep(const SweepTerms<T>& sweep) noexcept : sweep_(sweep), terms_(sweep.ranges) {}
+
+  // The next springs' ends are met while these are solved, where there are registers enough: springs of a range share none.
+  [[gnu::always_inline]] void run(std::size_t from, std::size_t to) const noexcept {
+    if (from == to) return;
+    std::size_t s = from;
+    if constexpr (sizeof(V) == 64) {
+      Ends ends = meet(s);
+      for (; s + V::size < to; s += V::size) {
+        const Moves moves = solve_at(s, ends);
+        const Ends next = meet(s + V::size);
+        move(s, ends, moves);
+        hand_on(next, ends);
+      }
+      move(s, ends, solve_at(s, ends));
+    } else {
+      for (; s < to; s += V::size) {
+        const Ends ends = meet(s);
+        move(s, ends, solve_at(s, ends));
+      }
+    }
+  }
+
+ private:
+  using Ends = Met<V, Records<V>>;
+  struct Moves {
+    Mask<V> is_sound;
+    V a, b;
+  };
+
+  // Register by register: g++ copies a whole struct of them through memory.
+  [[gnu::always_inline]] static void hand_on(const Ends& from, Ends& to) noexcept {
+    for (std::size_t n = 0; n < 4; ++n) {
+      to.shift_a.at[n] = from.shift_a.at[n];
+      to.shift_b.at[n] = from.shift_b.at[n];
+      to.d.at[n] = from.d.at[n];
+    }
+    to.r2 = from.r2;
+    to.path = from.path;
+  }
+
+  [[gnu::always_inline]] Ends meet(std::size_t s) const noexcept {
+    const std::uint32_t* const a = terms_.a + s;
+    const std::uint32_t* const b = terms_.b + s;
+    Ends ends;
+    ends.shift_a = gather_records<V>(terms_.shift, a);
+    ends.shift_b = gather_records<V>(terms_.shift, b);
+    const Records<V> moved = ends.shift_b - ends.shift_a;
     Records<V> apart;
     if constexpr (visit == Visit::again) {
-      apart = load_records<V>(terms.apart + record * s);
+      apart = load_records<V>(terms_.apart + record * s);
     } else {
-      apart = gather_records<V>(terms.x, b) - gather_records<V>(terms.x, a);
-      if constexpr (origin == CountedFrom::step) apart = load_records<V>(terms.from_origin + record * s) + apart;
-      if (terms.apart != nullptr) store_records(terms.apart + record * s, apart);
+      apart = gather_records<V>(terms_.x, b) - gather_records<V>(terms_.x, a);
+      if constexpr (origin == CountedFrom::step) apart = load_records<V>(terms_.from_origin + record * s) + apart;
+      if (terms_.apart != nullptr) store_records(terms_.apart + record * s, apart);
     }
-    const Records<V> d = apart + moved;
-    const auto [d_x, d_y, d_z, no_axis] = columns_of(d);
-    const Three<V> axes{{d_x, d_y, d_z}};
-    const auto [kappa, eta, inverse, w_a, w_b] = coefficients_of<V>(terms, s);
-    const auto [is_long, r2, y] = length<arithmetic>(axes);
-    Mask<V> is_sound = is_long;
-    V g = kappa * subtract_product<arithmetic>(load_lanes<V>(terms.l + s), r2, y);  // -kappa C
-    if constexpr (damping == Damping::along) {
-      Records<V> u;
-      if constexpr (visit == Visit::again) {
-        u = load_records<V>(terms.u + record * s);
-      } else {
-        u = gather_records<V>(terms.v, b) - gather_records<V>(terms.v, a);
-        if (terms.u != nullptr) store_records(terms.u + record * s, u);
-      }
-      Records<V> path_of;
-      for (std::size_t n = 0; n < 4; ++n) path_of.at[n] = multiply_add<arithmetic>(V(sweep.h), u.at[n], moved.at[n]);
-      const auto [path_x, path_y, path_z, no_path] = columns_of(path_of);
-      const V path = dot<arithmetic>(Three<V>{{path_x, path_y, path_z}}, axes);
-      is_sound = is_sound & (magnitude(path) < V(most_square<T>));
-      g = subtract_product<arithmetic>(g, eta * y, path);
-    }
-    if constexpr (visit == Visit::again) g = g - load_lanes<V>(sweep.lambda + s);
-    const V more = product_where<V>(is_sound, g, inverse);
-    if constexpr (visit == Visit::first) store_lanes(sweep.lambda + s, V(T(0)) + more);
-    const V t = more * y;
-    const Records<V> t_a = records_of(w_a * t);
-    const Records<V> t_b = records_of(w_b * t);
-    Records<V> way_a = t_a * d;
-    Records<V> way_b = t_b * d;
-    if (!all_lanes<V>(is_sound)) {
-      way_a = product_where(is_sound, t_a, d);
-      way_b = product_where(is_sound, t_b, d);
-    }
-    scatter_records(terms.shift, a, shift_a - way_a);
-    scatter_records(terms.shift, b, shift_b + way_b);
+    ends.d = apart + moved;
+    const Three<V> d = axes_of(ends.d);
+    ends.r2 = dot<arithmetic>(d, d);
+    ends.path = ends.r2;  // not read where nothing damps
+    if constexpr (damping == Damping::along) ends.path = dot<arithmetic>(axes_of(path_of(s, moved)), d);
+    return ends;
   }
+
+  [[gnu::always_inline]] static Three<V> axes_of(const Records<V>& records) noexcept {
+    const auto [x, y, z, nothing] = columns_of(records);
+    return {{x, y, z}};
+  }
+
+  [[gnu::always_inline]] Records<V> path_of(std::size_t s, const Records<V>& moved) const noexcept {
+    Records<V> u;
+    if constexpr (visit == Visit::again) {
+      u = load_records<V>(terms_.u + record * s);
+    } else {
+      u = gather_records<V>(terms_.v, terms_.b + s) - gather_records<V>(terms_.v, terms_.a + s);
+      if (terms_.u != nullptr) store_records(terms_.u + record * s, u);
+    }
+    Records<V> path;
+    for (std::size_t n = 0; n < 4; ++n) path.at[n] = multiply_add<arithmetic>(V(sweep_.h), u.at[n], moved.at[n]);
+    return path;
+  }
+
+  [[gnu::always_inline]] Moves solve_at(std::size_t s, const Ends& ends) const noexcept {
+    const auto [kappa, eta, inverse, w_a, w_b] = coefficients_of<V>(terms_, s);
+    const V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(sweep_.lambda + s);
+    const Spring<V> spring{kappa, eta, load_lanes<V>(terms_.l + s), inverse};
+    const auto [is_sound, more, t] = solve<damping, arithmetic>(spring, ends.r2, ends.path, lambda);
+    if constexpr (visit == Visit::first) store_lanes(sweep_.lambda + s, V(T(0)) + more);
+    return {is_sound, w_a * t, w_b * t};
+  }
+
+  [[gnu::always_inline]] void move(std::size_t s, const Ends& ends, const Moves& by) const noexcept {
+    const Records<V> t_a = records_of(by.a);
+    const Records<V> t_b = records_of(by.b);
+    Records<V> way_a = t_a * ends.d;
+    Records<V> way_b = t_b * ends.d;
+    if (!all_lanes<V>(by.is_sound)) {
+      way_a = product_where(by.is_sound, t_a, ends.d);
+      way_b = product_where(by.is_sound, t_b, ends.d);
+    }
+    scatter_records(terms_.shift, terms_.a + s, ends.shift_a - way_a);
+    scatter_records(terms_.shift, terms_.b + s, ends.shift_b + way_b);
+  }
+
+  const SweepTerms<T>& sweep_;
+  const RangeTerms<T>& terms_;
+};
+
+template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
+void sweep_range(const SweepTerms<Scalar<V>>& sweep, std::size_t from, std::size_t to) noexcept {
+  RangeSweep<V, damping, origin, visit, arithmetic>(sweep).run(from, to);
 }
 
 // Calls with the template arguments that the terms ask for.
