@@ -193,8 +193,8 @@ class RangeSweep {
 
   explicit RangeSweep(const SweepTerms<T>& sweep) noexcept : sweep_(sweep), terms_(sweep.ranges) {}
 
-  // The next springs' ends are met while these are solved, which none of them shares: 9 to 12 % on AVX-512 in float32. Elsewhere
-  // registers are too few, or roots too fast: it lost 2 to 5 %.
+  // The next springs' ends are met while these are solved, which none of them shares: 9 to 12 % on AVX-512 in float32.
+  // Elsewhere registers are too few, or roots too fast: it lost 2 to 5 %.
   static constexpr bool meets_ahead = sizeof(V) == 64 && sizeof(T) == 4 && arithmetic != Arithmetic::fast;
 
   [[gnu::always_inline]] void run(std::size_t from, std::size_t to) const noexcept {
