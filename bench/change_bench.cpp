@@ -32,7 +32,7 @@ Scene sheet(Scheme scheme, Form form) {
 }
 
 constexpr std::size_t most_changes = (side - 2) * (side - 2);  // then every inner particle has had one
-constexpr double step = 1.0 / 480;  // s: stable in 5 sub-steps in any position, by leapfrog
+constexpr double step = 1.0 / 480;                             // s: stable in 5 sub-steps in any position, by leapfrog
 
 Held<float> hung() {
   Held<float> held = hold_padded<float>(side * side);
@@ -92,16 +92,16 @@ std::size_t inner(std::size_t n) { return (1 + n / (side - 2) % (side - 2)) * si
 
 void add_changes(const std::string& name, const Scene& scene) {
   const auto add_one = [&](const std::string& what, double bar, auto change) {
-    add("change/" + what + "/" + name,
-        [=](benchmark::State& timing) { time_change(timing, scene, bar, change); });
+    add("change/" + what + "/" + name, [=](benchmark::State& timing) { time_change(timing, scene, bar, change); });
   };
   using P = Plan<float>;
   const auto sway = [](std::size_t n) { return 1e-3 * static_cast<double>(n % 2); };
   add_one("contact", 0.01, [=](P& plan, std::size_t n) {
     return plan.replace(0, Sphere{.center = {1, -1 + sway(n), 1}, .radius = 0.5, .friction = 0.3});
   });
-  add_one("force", 0.05,
-          [=](P& plan, std::size_t n) { return plan.replace(0, Constant{.acceleration = {sway(n), -9.81, 0}}); });
+  add_one("force", 0.05, [=](P& plan, std::size_t n) {
+    return plan.replace(0, Constant{.acceleration = {sway(n), -9.81, 0}});
+  });
   add_one("step", 0.2, [=](P& plan, std::size_t n) { return plan.set_step(step * (1 - sway(n))); });
   add_one("stiffness", 0.5, [=](P& plan, std::size_t n) {
     const double k = 100 - sway(n);
@@ -110,9 +110,7 @@ void add_changes(const std::string& name, const Scene& scene) {
     }
     return plan.set_stiffness(0, SpringsStiffness{.stiffness = k});
   });
-  add_one("mass", 0.05, [=](P& plan, std::size_t n) {
-    return plan.set_mass(inner(n), (1.5 + sway(n)) / (side * side));
-  });
+  add_one("mass", 0.05, [=](P& plan, std::size_t n) { return plan.set_mass(inner(n), (1.5 + sway(n)) / (side * side)); });
   add_one("fix_and_release", 0.1, [=](P& plan, std::size_t n) {
     const auto fixed = plan.fix(inner(n));
     return fixed ? plan.release(inner(n)) : fixed;

@@ -45,11 +45,11 @@ Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& 
     return motion;
   };
   if (joints == nullptr) {
-    return made(std::make_unique<FreeMotion<T>>(compiled.scene, compiled.options, *compiled.passes, compiled.count,
-                                                compiled.start));
+    return made(
+        std::make_unique<FreeMotion<T>>(compiled.scene, compiled.options, *compiled.passes, compiled.count, compiled.start));
   }
-  return made(std::make_unique<JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes,
-                                                compiled.start));
+  return made(
+      std::make_unique<JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes, compiled.start));
 }
 
 namespace {

@@ -1,6 +1,6 @@
 // Changes of a compiled scene that one plan has for itself: they make again what they touch and nothing else. Each says whether
-// it was done. Where it was not, and where it fails, by an error or by std::bad_alloc, the scene is as it was; what was not done
-// asks for a new one (compile/compiled_scene.hpp).
+// it was done. Where it was not, and where it fails, by an error or by std::bad_alloc, the scene is as it was; what was not
+// done asks for a new one (compile/compiled_scene.hpp).
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace dvdx {
 
-// Whether nobody else has a share in it. Who had one is done with it, on whichever thread: taking one and leaving it again comes
-// after what was left before.
+// Whether nobody else has a share in it. Who had one is done with it, on whichever thread: taking one and leaving it again
+// comes after what was left before.
 template <class Held>
 bool is_only_owner(const std::shared_ptr<Held>& shared) noexcept {
   if (shared.use_count() != 1) return false;

@@ -69,8 +69,8 @@ struct StrandsForm {
   std::vector<Strand> strands;
   std::vector<StrandFamily<T>> families, families_of_start;
   std::vector<GridDirection> directions;  // of the families
-  std::vector<std::size_t> bands;  // first strand of each band, and one more: bands two apart share no particle
-  std::size_t springs = 0;         // columns of lambda
+  std::vector<std::size_t> bands;         // first strand of each band, and one more: bands two apart share no particle
+  std::size_t springs = 0;                // columns of lambda
 };
 
 // Any springs in sweeps: passes/network/sequential. First those within each piece of the particles, in colours; then those that
@@ -102,10 +102,10 @@ struct NetworkInput {
   const Coupling& coupling;
   std::span<const JoinedPair> springs;  // of a list
   bool is_damped;                       // whether any spring is
-  std::span<const double> w;  // 1/kg of each particle, 0 where fixed
+  std::span<const double> w;            // 1/kg of each particle, 0 where fixed
   const ParticleOrder& order;
-  double substep;    // s
-  double rho;        // of generalized alpha
+  double substep;  // s
+  double rho;      // of generalized alpha
 };
 
 [[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;

@@ -287,11 +287,11 @@ template std::optional<Error> check_range<float>(const Scene&, const Options&, s
 template std::optional<Error> check_range<double>(const Scene&, const Options&, std::optional<std::size_t>,
                                                   std::span<const Vec3>);
 template std::optional<Error> check_range_of_forces<float>(const Scene&, const Options&, std::optional<std::size_t>,
-                                                    std::span<const Vec3>);
+                                                           std::span<const Vec3>);
 template std::optional<Error> check_range<float>(const Contact&, std::size_t, const Origin&);
 template bool is_in_range<float>(const Grid&, double, double);
 template std::optional<Error> check_range_of_forces<double>(const Scene&, const Options&, std::optional<std::size_t>,
-                                                    std::span<const Vec3>);
+                                                            std::span<const Vec3>);
 template std::optional<Error> check_range<double>(const Contact&, std::size_t, const Origin&);
 template bool is_in_range<double>(const Grid&, double, double);
 
