@@ -32,7 +32,7 @@ Scene sheet(Scheme scheme, Form form) {
 }
 
 constexpr std::size_t most_changes = (side - 2) * (side - 2);  // then every inner particle has had one
-constexpr double step = 1.0 / 480;  // s: stable in 5 sub-steps in any position, by leapfrog
+constexpr double step = 1.0 / 480;                             // s: stable in 5 sub-steps in any position, by leapfrog
 
 Held<float> hung() {
   Held<float> held = hold_padded<float>(side * side);

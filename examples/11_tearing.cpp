@@ -58,8 +58,8 @@ int main() {
   scene.mass = 0.2 / (side * side);
   scene.add(dvdx::Constant{.acceleration = {0, -9.81, 0}});
   scene.add(dvdx::Drag{.coefficient = 5e-5});
-  scene.add(dvdx::Network(dvdx::Grid{
-      .rows = side, .columns = side, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 60, .damping = 0.002}));
+  scene.add(dvdx::Network(
+      dvdx::Grid{.rows = side, .columns = side, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 60, .damping = 0.002}));
   scene.fixed = {0, side - 1, side * (side - 1), side * side - 1};
 
   dvdx::Soa<float> particles(side * side);
@@ -85,6 +85,7 @@ int main() {
     torn += now;
   }
   const float depth = state.x[1][middle];
-  std::printf("%d springs torn before, %d after; the heavy particle is %.1f m below\n", torn_before, torn - torn_before, -depth);
+  std::printf("%d springs torn before, %d after; the heavy particle is %.1f m below\n", torn_before, torn - torn_before,
+              -depth);
   return torn_before == 0 && torn >= 4 && depth < -5 && std::isfinite(state.x[1][1]) ? 0 : 1;
 }

@@ -374,8 +374,8 @@ std::string describe_constraints(const Joints<T>& joints) {
   std::string words = "constraints  " + std::to_string(constraints->count()) + " in " +
                       std::to_string(constraints->colours().size()) + " colours";
   if (constraints->chains() != 0) words += ", " + std::to_string(constraints->chains()) + " chains solved whole";
-  words += "; " + std::to_string(constraints->sweeps()) + " sweeps over them in each of " + std::to_string(joints.chosen.substeps) +
-           " sub-steps; " + std::to_string(constraints->bytes()) + " bytes\n";
+  words += "; " + std::to_string(constraints->sweeps()) + " sweeps over them in each of " +
+           std::to_string(joints.chosen.substeps) + " sub-steps; " + std::to_string(constraints->bytes()) + " bytes\n";
   if (constraints->sweeps() > 1) {
     words +=
         "             those that share particles are solved one after the other: more sub-steps bring them nearer than more "

@@ -161,7 +161,9 @@ TEST_CASE("a change of what is joined that fails for want of memory changes noth
         [](Plan<T>& plan) { return plan.set_mass(9, 0.02); },
         [](Plan<T>& plan) { return plan.fix(9); },
         [](Plan<T>& plan) { return plan.release(0); },
-        [](Plan<T>& plan) { return plan.break_spring(0, {9, 10}); },
+        [](Plan<T>& plan) {
+          return plan.break_spring(0, {9, 10});
+        },
     };
     for (const Change<T>& change : changes) CHECK(fails_without_trace<T>(joined, change) >= 0);
     if (joined.scene.contacts.empty()) continue;

@@ -197,11 +197,9 @@ void FreeMotion<T>::make_uniform() {
     const AxisMotion motion = system.motion(axis, 0);
     terms.anchor[axis] = static_cast<T>(motion.c + (equilibrium ? (*equilibrium)[axis] : 0));
     const bool is_again = axis != 0 && system.is_isotropic();
-    terms.fused[axis] =
-        is_again ? terms.fused[0] : (system.is_one_system() ? rounded_together<T>(motion) : rounded<T>(motion));
+    terms.fused[axis] = is_again ? terms.fused[0] : (system.is_one_system() ? rounded_together<T>(motion) : rounded<T>(motion));
     if (is_shear(flow)) {
-      terms.shear[axis] =
-          is_again ? terms.shear[0] : rounded<T>(shear(motion.combined, motion.g, system.flow_step()));
+      terms.shear[axis] = is_again ? terms.shear[0] : rounded<T>(shear(motion.combined, motion.g, system.flow_step()));
       if (terms.shear[axis].sign < 0) terms.turn = Turn::turned;
     }
     for (std::size_t k = 0; k < gains_.size(); ++k) gains_[k][axis] = system.gain(system.sources()[k], axis, 0, motion);
