@@ -144,11 +144,11 @@ class DVDX_EXPORT Plan {
   // contacts, radial springs and fixed particles; an error names what is in the way.
   Expected<void> seek(State<T>& state, std::uint64_t steps) const;
 
-  // "Be there at the end of the next step", whichever call makes it. In every sub-step of it what follows motions[motion], or the
-  // particles of kinematic[kinematic], are on the straight way there (a pose also turns evenly, the short way round) and have its
-  // velocity; after it they rest, until the next of these. The keys of the motion count no more. Neither compiles anything;
-  // set_places takes memory at its first call. Of the state that is stepped in the plan's own workspace; a clone starts by the
-  // keys. Not while another thread steps with it.
+  // "Be there at the end of the next step", whichever call makes it. In every sub-step of it what follows motions[motion], or
+  // the particles of kinematic[kinematic], are on the straight way there (a pose also turns evenly, the short way round) and
+  // have its velocity; after it they rest, until the next of these. The keys of the motion count no more. Neither compiles
+  // anything; set_places takes memory at its first call. Of the state that is stepped in the plan's own workspace; a clone
+  // starts by the keys. Not while another thread steps with it.
   Expected<void> set_pose(std::size_t motion, const Pose& target);
   Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places);  // m, in the world, one for each particle
 

@@ -18,14 +18,14 @@ namespace dvdx {
 
 // Which columns a state needs while it is stepped, and how long they are.
 struct WorkspaceShape {
-  std::size_t elements = 0;       // of a column of particles
-  std::size_t fixed = 0;          // particles, kinematic ones too
+  std::size_t elements = 0;  // of a column of particles
+  std::size_t fixed = 0;     // particles, kinematic ones too
   std::size_t motions = 0;
   std::vector<std::size_t> groups{};  // particles of each of Scene::kinematic
-  std::size_t surfaces = 0;  // where some of them move
-  std::size_t sweep_springs = 0;  // 0: no sweeps
-  std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
-  std::size_t sweep_records = 0;  // of particles, for sweeps over a list
+  std::size_t surfaces = 0;           // where some of them move
+  std::size_t sweep_springs = 0;      // 0: no sweeps
+  std::size_t accelerations = 0;      // of a damped network's pulse: 0 to 2
+  std::size_t sweep_records = 0;      // of particles, for sweeps over a list
   bool has_second_velocity = false;
   bool has_pair_sums = false;
   bool keeps_distances = false;   // of the sweeps' first visits
@@ -72,7 +72,7 @@ class JoinedMotion {
   Vec3 origin_;
   std::vector<PoseTrack> tracks_;
   std::vector<std::size_t> groups_;
-  std::vector<Vec3> start_;        // likewise; only where anchors stand there
+  std::vector<Vec3> start_;  // likewise; only where anchors stand there
   std::vector<std::unique_ptr<const FreeMotion<T>>> flows_;
   std::vector<std::size_t> first_, again_;
   std::optional<std::size_t> last_;

@@ -1,12 +1,12 @@
 #include "compile/joints.hpp"
 
-#include "compile/particle_values.hpp"
-#include "compile/pose_track.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+
+#include "compile/particle_values.hpp"
+#include "compile/pose_track.hpp"
 
 namespace dvdx {
 namespace {
@@ -59,7 +59,8 @@ Limited limit_of(const Coupling& coupling, const Frequencies& frequencies, doubl
   return found;
 }
 
-// A surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola: half a radian at most.
+// A surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola: half a radian at
+// most.
 int substeps_of_turns(const Scene& scene, double h) {
   constexpr double most_turn = 0.5;  // rad
   double turn = 0;

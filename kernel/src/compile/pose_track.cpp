@@ -42,9 +42,8 @@ MovedPose PoseTrack::at_end_of(const Clock& start, const Clock& end) const noexc
   const Clock& earlier = duration < 0 ? end : start;
   const Clock& later = duration < 0 ? start : end;
   const auto passed = [](const Clock& clock, const Part& part) { return (clock.seconds - part.start) + clock.carry; };
-  const bool is_any_key_between = std::any_of(parts_.begin(), parts_.end(), [&](const Part& part) {
-    return passed(earlier, part) < 0 && passed(later, part) > 0;
-  });
+  const bool is_any_key_between = std::any_of(
+      parts_.begin(), parts_.end(), [&](const Part& part) { return passed(earlier, part) < 0 && passed(later, part) > 0; });
   if (!is_any_key_between) {
     const MovedPose& first = duration < 0 ? pose : before;
     const Vec3 velocity = first.velocity;

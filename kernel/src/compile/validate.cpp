@@ -7,8 +7,8 @@
 
 #include "compile/checker.hpp"
 #include "compile/free_motion.hpp"
-#include "compile/pose_track.hpp"
 #include "compile/particle_values.hpp"
+#include "compile/pose_track.hpp"
 #include "forces/polynomial.hpp"
 #include "math/vec3.hpp"
 #include "text.hpp"

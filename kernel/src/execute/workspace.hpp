@@ -14,13 +14,11 @@
 
 namespace dvdx {
 
-// A particle that stays where the state has it, or goes where a motion carries it.
+// A particle that stays where the state has it, or goes where a motion carries it (then with the velocity v).
 template <class T>
 struct Held {
   std::uint32_t particle = 0, element = 0;
   std::array<T, 3> x{}, v{};
-  std::array<T, 3> u{};  // m/s: what those that it is joined to see
-  bool is_kinematic = false;
 };
 
 template <class T>
@@ -54,12 +52,12 @@ class JoinedWorkspace {
   [[nodiscard]] ConstraintTerms<T> with_columns(ConstraintTerms<T> terms) const noexcept;
 
   WorkColumns<T> work;
-  std::array<T*, 3> origin{};  // null, or where each particle was when the step began
-  std::vector<Held<T>> held;   // by element
+  std::array<T*, 3> origin{};         // null, or where each particle was when the step began
+  std::vector<Held<T>> held;          // by element
   std::vector<DrivenMotion> motions;  // what the caller has asked of each motion,
   std::vector<DrivenPlaces> groups;   // and of each group of kinematic particles
   std::vector<MovedPose> poses;       // of each motion, at the end of the flow
-  std::vector<Surface<T>> surfaces;  // of the flow, where some of them move
+  std::vector<Surface<T>> surfaces;   // of the flow, where some of them move
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 
  private:
