@@ -157,8 +157,9 @@ TEST_CASE("motions: a pin that moves at 1 m/s gives the sheet the speeds of the 
 }
 
 TEST_CASE("motions: kinematic particles are where the motion has them, whatever acts on them") {
-  Joined joined = carried(test::sheet(5, 6, 40), {.center = {0.5, 0, 0},
-                                                  .keys = {{.time = 0}, {.time = 0.5, .translation = {0, 1, 0}, .rotation = {0, 0, 1}}}});
+  Joined joined =
+      carried(test::sheet(5, 6, 40),
+              {.center = {0.5, 0, 0}, .keys = {{.time = 0}, {.time = 0.5, .translation = {0, 1, 0}, .rotation = {0, 0, 1}}}});
   joined.scene.add(RadialSpring{.stiffness = 3.0, .anchor = Vec3{0, 3, 0}, .rest_length = 0.5});
   const auto values = stepped<double>(joined, {.isa = best_isa()}, 15);
   const MovedPose pose = PoseTrack(joined.scene.motions[0]).at({.seconds = 0.25});
@@ -203,12 +204,14 @@ TEST_CASE("motions: what is wrong with them is named") {
   CHECK(message([](Scene& s) { s.motions[0].keys[1].time = 0; }) ==
         "motions[0].keys[1].time is 0: must be later than the key before, at 0 s");
   CHECK(message([&](Scene& s) { s.motions[0].keys[1].time = nan; }).starts_with("motions[0].keys[1].time is nan"));
-  CHECK(message([&](Scene& s) { s.motions[0].keys[1].translation[2] = nan; })
-            .starts_with("motions[0].keys[1].translation[2] is nan: must be a finite number"));
+  CHECK(message([&](Scene& s) {
+          s.motions[0].keys[1].translation[2] = nan;
+        }).starts_with("motions[0].keys[1].translation[2] is nan: must be a finite number"));
   CHECK(message([&](Scene& s) { s.motions[0].keys[0].rotation[0] = INFINITY; }).starts_with("motions[0].keys[0].rotation[0]"));
   CHECK(message([&](Scene& s) { s.motions[0].center[1] = nan; }).starts_with("motions[0].center[1]"));
-  CHECK(message([&](Scene& s) { s.motions[0].keys[1] = {.time = 1e-300, .translation = {1e300, 0, 0}}; }) ==
-        "motions[0].keys[1] is too far from the key before: must be a pose that is reached at a finite speed");
+  CHECK(message([&](Scene& s) {
+          s.motions[0].keys[1] = {.time = 1e-300, .translation = {1e300, 0, 0}};
+        }) == "motions[0].keys[1] is too far from the key before: must be a pose that is reached at a finite speed");
   CHECK(message([](Scene& s) { s.kinematic[0].motion = 1; }) == "kinematic[0].motion is 1: must be a motion's index below 1");
   CHECK(message([](Scene& s) { s.kinematic[0].particles[1] = 9; }) ==
         "kinematic[0].particles[1] is 9: must be a particle id below 9");
@@ -235,12 +238,15 @@ Joined scattered(std::size_t count, const Vec3& least, const Vec3& most) {
   return joined;
 }
 
-Motion sweep(const Vec3& way, double seconds) { return {.center = {}, .keys = {{.time = 0}, {.time = seconds, .translation = way}}}; }
+Motion sweep(const Vec3& way, double seconds) {
+  return {.center = {}, .keys = {{.time = 0}, {.time = seconds, .translation = way}}};
+}
 
 // Everything that a contact can do, at rest and moving.
 Joined among_surfaces(double drag) {
   Joined joined = scattered(200, {-1, 0.05, -1}, {1, 1.5, 1});
-  for (std::size_t i = 0; i < joined.v.size(); ++i) joined.v[i] = {2 * test::scatter(i, 3), test::scatter(i, 4), test::scatter(i, 5)};
+  for (std::size_t i = 0; i < joined.v.size(); ++i)
+    joined.v[i] = {2 * test::scatter(i, 3), test::scatter(i, 4), test::scatter(i, 5)};
   joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
   if (drag != 0) joined.scene.add(Drag{.coefficient = drag});
   joined.scene.add(Plane{.restitution = 0.6, .friction = 0.2});
@@ -307,10 +313,12 @@ TEST_CASE("motions: a sphere swept through resting particles leaves none inside,
       std::size_t inside = 0;
       std::size_t passed = 0;
       for (std::size_t i = 0; i < joined.x.size(); ++i) {
-        const double r = std::hypot(double{batch.view().x[0][i]}, double{batch.view().x[1][i]}, double{batch.view().x[2][i]} - z);
+        const double r =
+            std::hypot(double{batch.view().x[0][i]}, double{batch.view().x[1][i]}, double{batch.view().x[2][i]} - z);
         inside += r < 0.1 * (1 - 1e-5) ? 1 : 0;
         const bool was_in_the_way = std::hypot(joined.x[i][0], joined.x[i][1]) < 0.0999 && joined.x[i][2] < z;
-        const bool is_unmoved = double{batch.view().x[2][i]} == double{static_cast<T>(joined.x[i][2])} && double{batch.view().v[2][i]} == 0;
+        const bool is_unmoved =
+            double{batch.view().x[2][i]} == double{static_cast<T>(joined.x[i][2])} && double{batch.view().v[2][i]} == 0;
         passed += was_in_the_way && is_unmoved ? 1 : 0;
       }
       CHECK(inside == 0);
@@ -334,7 +342,8 @@ TEST_CASE("motions: a ball lies on a turntable that holds it, and is carried rou
   joined.v = {{0, 0, -1}, {-0.5, 0, 0}};  // 2 rad/s about y
   joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
   joined.scene.add(Plane{.friction = 2, .motion = 0});
-  joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 1, .rotation = {0, 2, 0}}, {.time = 2, .rotation = {0, 4, 0}}}});
+  joined.scene.add(
+      Motion{.center = {}, .keys = {{.time = 0}, {.time = 1, .rotation = {0, 2, 0}}, {.time = 2, .rotation = {0, 4, 0}}}});
   const auto values = stepped<double>(joined, {.isa = best_isa()}, 60);
   CHECK(std::abs(values[0] - 0.5 * std::cos(2.0)) < 1e-9);
   CHECK(std::abs(values[2] + 0.5 * std::sin(2.0)) < 1e-9);
@@ -361,7 +370,9 @@ TEST_CASE("motions: moving surfaces have the same bits on every instruction set,
   for (const double drag : {0.0, 0.4}) {
     Joined joined = among_surfaces(drag);
     joined.scene.add(along({0.5, 0.3, 0}));
-    joined.scene.add(Motion{.center = {0, 1, 0}, .keys = {{.time = 0}, {.time = 0.05, .rotation = {0.2, 0.1, 0.3}}, {.time = 1, .translation = {0, 0.4, 0.2}}}});
+    joined.scene.add(
+        Motion{.center = {0, 1, 0},
+               .keys = {{.time = 0}, {.time = 0.05, .rotation = {0.2, 0.1, 0.3}}, {.time = 1, .translation = {0, 0.4, 0.2}}}});
     std::size_t j = 0;
     for (Contact& contact : joined.scene.contacts) {
       if (j != 0) std::visit([&](auto& c) { c.motion = j % 2; }, contact);
@@ -472,7 +483,8 @@ TEST_CASE("motions: a target that is wrong is refused, and changes nothing") {
           "pose.translation[1] is nan: must be a finite number");
     CHECK(plan.set_pose(0, {.translation = {}, .rotation = {INFINITY, 0, 0}}).error().field == "pose.rotation[0]");
     CHECK(plan.set_places(1, two).error().message() == "kinematic[1] is not there: must be an index below 1");
-    CHECK(plan.set_places(0, {}).error().message() == "places is 0 points: must be one for each of the 2 particles of kinematic[0]");
+    CHECK(plan.set_places(0, {}).error().message() ==
+          "places is 0 points: must be one for each of the 2 particles of kinematic[0]");
     const std::vector<Vec3> bad{{0, 0, 0}, {0, 0, std::nan("")}};
     CHECK(plan.set_places(0, bad).error().message() == "places[1][2] is nan: must be a finite number");
   });

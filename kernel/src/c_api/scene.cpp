@@ -278,7 +278,8 @@ dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* fo
 dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error) {
   return changed(scene, &contact, "contact", error, [&](Scene& to, std::size_t) {
     if (contact >= to.contacts.size()) {
-      throw dvdx::Error{"contact", std::to_string(contact), "below the scene's " + std::to_string(to.contacts.size()) + " contacts"};
+      throw dvdx::Error{"contact", std::to_string(contact),
+                        "below the scene's " + std::to_string(to.contacts.size()) + " contacts"};
     }
     std::visit([&](auto& c) { c.motion = motion; }, to.contacts[contact]);
   });

@@ -8,13 +8,13 @@
 #include <span>
 #include <utility>
 
+#include "compile/particle_values.hpp"
 #include "execute/constraints.hpp"
 #include "execute/environment.hpp"
 #include "execute/state_io.hpp"
 #include "execute/stepping.hpp"
 #include "execute/tasks.hpp"
 #include "execute/tiles.hpp"
-#include "compile/particle_values.hpp"
 #include "passes/contact/make_surface.hpp"
 
 namespace dvdx {
@@ -133,7 +133,6 @@ class JoinedStep {
       Held<T>& held = held_[n];
       held.particle = joints_.fixed[n].particle;
       held.element = joints_.fixed[n].element;
-      held.is_kinematic = joints_.fixed[n].motion.has_value();
       for (std::size_t axis = 0; axis < 3; ++axis) {
         load(residuals_, state.x[axis], state.x_rest[axis], held.particle, 1, &held.x[axis]);
         load(residuals_, state.v[axis], state.v_rest[axis], held.particle, 1, &held.v[axis]);
@@ -244,9 +243,12 @@ class JoinedStep {
     });
   }
 
+  [[nodiscard]] bool is_kinematic(const Held<T>& held) const noexcept {
+    return joints_.fixed[static_cast<std::size_t>(&held - ws_.held.data())].motion.has_value();
+  }
   // A fixed one may be anywhere, at infinity too.
   [[nodiscard]] T way_in_step(const Held<T>& held, std::size_t axis) const noexcept {
-    return held.is_kinematic ? held.x[axis] - ws_.origin[axis][held.element] : T(0);
+    return is_kinematic(held) ? held.x[axis] - ws_.origin[axis][held.element] : T(0);
   }
 
   void hold_fixed(std::size_t from, std::size_t to) noexcept {
@@ -255,7 +257,7 @@ class JoinedStep {
     for (; held != held_.end() && held->element < to; ++held) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         work_.x[axis][held->element] = is_relative() ? way_in_step(*held, axis) : held->x[axis];
-        work_.v[axis][held->element] = held->u[axis];
+        work_.v[axis][held->element] = is_kinematic(*held) ? held->v[axis] : T(0);
       }
     }
   }
@@ -295,7 +297,7 @@ class JoinedStep {
       const Vec3 u = driven.is_driven() ? driven.velocity(of.index) : pose.velocity_of(of.place);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         held.x[axis] = static_cast<T>(x[axis] - origin[axis]);
-        held.u[axis] = held.v[axis] = static_cast<T>(u[axis]);
+        held.v[axis] = static_cast<T>(u[axis]);
       }
     }
   }
@@ -400,7 +402,7 @@ class JoinedStep {
       }
     });
     for (const Held<T>& held : ws_.held) {
-      for (std::size_t axis = 0; axis < 3 && held.is_kinematic; ++axis) ws_.origin[axis][held.element] = held.x[axis];
+      for (std::size_t axis = 0; axis < 3 && is_kinematic(held); ++axis) ws_.origin[axis][held.element] = held.x[axis];
     }
   }
 

@@ -7,7 +7,13 @@ namespace dvdx {
 // Padding holds NaN: nothing may read it, and a test would see what does.
 template <class T>
 JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& memory)
-    : held(shape.fixed), motions(shape.motions), groups(shape.groups.begin(), shape.groups.end()), poses(shape.motions), surfaces(shape.surfaces), shape_(shape), columns_(memory) {
+    : held(shape.fixed),
+      motions(shape.motions),
+      groups(shape.groups.begin(), shape.groups.end()),
+      poses(shape.motions),
+      surfaces(shape.surfaces),
+      shape_(shape),
+      columns_(memory) {
   constexpr T nothing = std::numeric_limits<T>::quiet_NaN();
   const auto of_particles = [&](T fill) { return columns_.add_axes(shape.elements, fill, column_margin); };
   work.x = of_particles(nothing);

@@ -15,13 +15,11 @@
 
 namespace dvdx {
 
-// A particle that stays where the state has it, or goes where a motion carries it.
+// A particle that stays where the state has it, or goes where a motion carries it (then with the velocity v).
 template <class T>
 struct Held {
   std::uint32_t particle = 0, element = 0;
   std::array<T, 3> x{}, v{};
-  std::array<T, 3> u{};  // m/s: what those that it is joined to see
-  bool is_kinematic = false;
 };
 
 template <class T>

@@ -95,9 +95,9 @@ struct Terms {
   const Surface<T>* surfaces = nullptr;
   std::size_t surface_count = 0;
   bool moves = false;  // whether some surface does
-  int impacts = 0;  // of a particle in a step that are resolved in time order
-  T h = 0;          // the whole step, s
-  Bend<T> bend{};   // of the paths on which impacts are looked for
+  int impacts = 0;     // of a particle in a step that are resolved in time order
+  T h = 0;             // the whole step, s
+  Bend<T> bend{};      // of the paths on which impacts are looked for
   const RadialTerms<T>* radial = nullptr;
   std::size_t radial_count = 0;
   std::size_t kicks = 0;  // how many of the radial springs, which stand first, kick at the middle of the step

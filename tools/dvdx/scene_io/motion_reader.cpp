@@ -70,7 +70,8 @@ void read_kinematic(const Fields& fields, SceneFile& file, const Population& pop
                         .motion = motions.index_of(group.required("motion"))};
     for (const std::size_t id : followers.particles) {
       const auto [before, is_first] = taken.emplace(id, ids.path());
-      if (!is_first) ids.fail(fmt::format("has particle {}, which is in {} already: may be in one of them", id, before->second));
+      if (!is_first)
+        ids.fail(fmt::format("has particle {}, which is in {} already: may be in one of them", id, before->second));
     }
     file.scene.add(std::move(followers));
   }

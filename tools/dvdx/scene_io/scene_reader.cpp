@@ -322,10 +322,10 @@ constexpr std::uint64_t most_iterations = 1000;
 SceneFile scene_of(const std::string& path, const json& root, const ReadOptions& options) {
   const Node node(root, "", path);
   check_format(node);
-  const Fields fields(node, "a scene",
-                      {"format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network",
-                       "constraints", "constraint_iterations", "fixed", "motions", "kinematic", "origin", "emitters", "capacity",
-                       "removal"});
+  const Fields fields(
+      node, "a scene",
+      {"format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network", "constraints",
+       "constraint_iterations", "fixed", "motions", "kinematic", "origin", "emitters", "capacity", "removal"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");

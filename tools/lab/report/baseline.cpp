@@ -217,7 +217,8 @@ class PlainRun {
 bool has_baselines(const SceneFile& file) {
   const auto is_radial = [](const Force& force) { return std::holds_alternative<RadialSpring>(force); };
   const auto& scene = file.scene;
-  return !is_joined(scene) && !has_followers(scene) && scene.fixed.empty() && std::none_of(scene.forces.begin(), scene.forces.end(), is_radial);
+  return !is_joined(scene) && !has_followers(scene) && scene.fixed.empty() &&
+         std::none_of(scene.forces.begin(), scene.forces.end(), is_radial);
 }
 
 std::string baseline_isa(Isa isa) { return plain_loops(isa).isa; }

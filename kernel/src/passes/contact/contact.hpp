@@ -120,10 +120,10 @@ inline constexpr int clamp_rounds = 64;
 
 // sin w / w and (1 - cos w) / w^2 by powers of w^2: to 1e-16 up to half a radian.
 template <class T>
-inline constexpr std::array<T, 7> turn_sine = {T(1),           T(-1.0 / 6),        T(1.0 / 120),       T(-1.0 / 5040),
-                                               T(1.0 / 362880), T(-1.0 / 39916800), T(1.0 / 6227020800.0)};
+inline constexpr std::array<T, 7> turn_sine = {
+    T(1), T(-1.0 / 6), T(1.0 / 120), T(-1.0 / 5040), T(1.0 / 362880), T(-1.0 / 39916800), T(1.0 / 6227020800.0)};
 template <class T>
-inline constexpr std::array<T, 7> turn_versine = {T(1.0 / 2),       T(-1.0 / 24),        T(1.0 / 720),        T(-1.0 / 40320),
+inline constexpr std::array<T, 7> turn_versine = {T(1.0 / 2),       T(-1.0 / 24),        T(1.0 / 720),          T(-1.0 / 40320),
                                                   T(1.0 / 3628800), T(-1.0 / 479001600), T(1.0 / 87178291200.0)};
 
 }  // namespace dvdx

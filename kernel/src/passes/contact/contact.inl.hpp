@@ -60,8 +60,7 @@ Three<V> velocity_at(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) 
 template <class V, Arithmetic arithmetic>
 Three<V> taken_along(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) noexcept {
   if (surface.movement != Movement::turns) return multiply_add<arithmetic>(t, three<V>(surface.u), x);
-  return three<V>(surface.at) +
-         turned_by<V, arithmetic>(t * three<V>(surface.omega), arm_of<V, arithmetic>(surface, x, t));
+  return three<V>(surface.at) + turned_by<V, arithmetic>(t * three<V>(surface.omega), arm_of<V, arithmetic>(surface, x, t));
 }
 
 template <class V, Arithmetic arithmetic>
@@ -481,7 +480,8 @@ class PlanePath {
 // m: as the surface sees it; own: as it is.
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                        [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+                        [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held,
+                        V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
@@ -582,7 +582,8 @@ SphereEnd<V> newton_to_sphere(const Surface<Scalar<V>>& surface, const Way& way,
 
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                         [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+                         [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held,
+                         V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
@@ -897,8 +898,7 @@ template <class V, Arithmetic arithmetic>
   const Against<V> one = against_one<V, arithmetic>(terms, a, m, t);
   const Three<V> other = against_one<V, arithmetic>(terms, b, m, t).v;
   const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);
-  const V share =
-      select<V>(wedge.is_wedge, wedge.scale * dot<arithmetic>(b.n, other - one.v), V(Scalar<V>(0)));
+  const V share = select<V>(wedge.is_wedge, wedge.scale * dot<arithmetic>(b.n, other - one.v), V(Scalar<V>(0)));
   const Three<V> more = share * subtract_product<arithmetic>(b.n, wedge.kappa, a.n);
   Against<V> against = one;
   against.v = one.v + more;
@@ -913,7 +913,8 @@ template <class V>
 Against<V> select(const Mask<V>& where, const Against<V>& a, const Against<V>& b) noexcept {
   return {{select(where, a.m.x0, b.m.x0), select(where, a.m.v0, b.m.v0), select(where, a.m.x1, b.m.x1),
            select(where, a.m.v1, b.m.v1)},
-          select(where, a.v, b.v), select(where, a.more, b.more)};
+          select(where, a.v, b.v),
+          select(where, a.more, b.more)};
 }
 
 // What holds lanes that end at x goes there by this.
@@ -1313,8 +1314,9 @@ template <class V, Arithmetic arithmetic>
 template <class V>
 bool is_one_plane(const Terms<Scalar<V>>& terms) noexcept {
   const Surface<Scalar<V>>& surface = terms.surfaces[0];
-  return terms.surface_count == 1 && !terms.moves && terms.bend.degree == 0 && terms.impacts > 1 && surface.shape == Shape::plane &&
-         surface.sweep == ContactPath::curve && surface.response == Response::resume && surface.tau == 1;
+  return terms.surface_count == 1 && !terms.moves && terms.bend.degree == 0 && terms.impacts > 1 &&
+         surface.shape == Shape::plane && surface.sweep == ContactPath::curve && surface.response == Response::resume &&
+         surface.tau == 1;
 }
 
 template <class V, Arithmetic arithmetic>

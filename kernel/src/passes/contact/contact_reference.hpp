@@ -559,8 +559,8 @@ struct Holder {
 template <Arithmetic arithmetic, class T>
 Holder<T> holder_of(std::size_t number, const Surface<T>& surface, T s, T s0, const Vector<T>& n, const Particle<T>& p,
                     const Particle<T>& seen) noexcept {
-  Holder<T> holder{.number = number, .s = s, .s0 = s0, .mu = surface.mu, .hold = surface.hold, .n = n, .x0 = seen.x0,
-                   .v0 = seen.v0};
+  Holder<T> holder{
+      .number = number, .s = s, .s0 = s0, .mu = surface.mu, .hold = surface.hold, .n = n, .x0 = seen.x0, .v0 = seen.v0};
   if (surface.movement != Movement::rest) holder.V = velocity_at<arithmetic>(surface, p.x1, T(0));
   return holder;
 }
@@ -754,9 +754,9 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   }
   if (terms.moves) {
     const Surface<T>& surface = terms.surfaces[a.number];
-    end.v = sum_of(end.v, surface.movement == Movement::turns
-                              ? sum_of(velocity_at<arithmetic>(surface, end.x, T(0)), against.more)
-                              : against.V);
+    end.v =
+        sum_of(end.v, surface.movement == Movement::turns ? sum_of(velocity_at<arithmetic>(surface, end.x, T(0)), against.more)
+                                                          : against.V);
     end.v0 = sum_of(p.v0, difference(end.v0, against.p.v0));
   }
   held.dx = difference(end.x, p.x1);
