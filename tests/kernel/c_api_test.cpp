@@ -291,7 +291,10 @@ TEST_CASE("c: a plan is changed while it runs as in C++") {
   springs.count = 3;
   springs.stiffness.all = 40;
   CHECK(dvdx_scene_add_springs(h.scene, &springs, &h.error) == DVDX_DONE);
-  const dvdx_plane floor{.normal = {0, 1, 0}, .offset = -5, .surface = {.restitution = 0.5}};
+  dvdx_plane floor{};
+  floor.normal[1] = 1;
+  floor.offset = -5;
+  floor.surface.restitution = 0.5;
   CHECK(dvdx_scene_add_plane(h.scene, &floor, &h.error) == DVDX_DONE);
   Arrays<double> arrays(4), other(4);
   dvdx_state start = arrays.c();

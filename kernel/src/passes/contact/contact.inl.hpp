@@ -75,7 +75,8 @@ template <class V, Arithmetic arithmetic>
 
 // The trajectory itself where the surface rests, else how it sees it, in `room`.
 template <class V, Arithmetic arithmetic>
-const Trajectory<V>& seen_from(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, Trajectory<V>& room) noexcept {
+[[gnu::always_inline]] inline const Trajectory<V>& seen_from(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t,
+                                                             Trajectory<V>& room) noexcept {
   if (surface.movement == Movement::rest) return m;
   room = as_seen<V, arithmetic>(surface, m, t);
   return room;
@@ -143,11 +144,16 @@ template <class V, Arithmetic arithmetic>
 
 // t: what remains of the step; corner: the part of it after which the path's tangents meet, in seconds.
 template <class V, Arithmetic arithmetic>
-Mask<V> may_touch_moving(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Three<V>& middle, V t,
-                         V corner) noexcept {
-  if (surface.movement == Movement::rest) return may_touch<V, arithmetic>(surface, m, middle);
+[[gnu::noinline]] Mask<V> may_touch_moving(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, V corner) noexcept {
   const Trajectory<V> seen = as_seen<V, arithmetic>(surface, m, t);
   return may_touch<V, arithmetic>(surface, seen, multiply_add<arithmetic>(corner, seen.v0, seen.x0));
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::always_inline]] inline Mask<V> may_touch(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                                                const Three<V>& middle, V t, V corner) noexcept {
+  if (surface.movement == Movement::rest) return may_touch<V, arithmetic>(surface, m, middle);
+  return may_touch_moving<V, arithmetic>(surface, m, t, corner);
 }
 
 template <class V, Arithmetic arithmetic>
@@ -156,7 +162,7 @@ template <class V, Arithmetic arithmetic>
   const Three<V> middle = multiply_add<arithmetic>(corner, m.v0, m.x0);
   Mask<V> touches(false);
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    touches = touches | may_touch_moving<V, arithmetic>(terms.surfaces[j], m, middle, V(terms.h), corner);
+    touches = touches | may_touch<V, arithmetic>(terms.surfaces[j], m, middle, V(terms.h), corner);
   }
   return touches;
 }
@@ -236,7 +242,7 @@ Touch<V> touch_plane(const Surface<Scalar<V>>& surface, const Three<V>& x) noexc
 }
 
 template <class V, Arithmetic arithmetic>
-Touch<V> touch_sphere(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
+[[gnu::noinline]] Touch<V> touch_sphere(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
   const V zero(Scalar<V>(0));
   const V one(Scalar<V>(1));
   const V side(surface.side);
@@ -249,7 +255,7 @@ Touch<V> touch_sphere(const Surface<Scalar<V>>& surface, const Three<V>& x) noex
 }
 
 template <class V, Arithmetic arithmetic>
-Touch<V> touch(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
+[[gnu::always_inline]] inline Touch<V> touch(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
   switch (surface.shape) {
     case Shape::plane:
       return touch_plane<V, arithmetic>(surface, x);
@@ -1152,7 +1158,7 @@ class Nearness {
         middle_(multiply_add<arithmetic>(corner_, m.v0, m.x0)) {}
 
   [[nodiscard]] Mask<V> operator()(std::size_t j) const noexcept {
-    return may_touch_moving<V, arithmetic>(terms_.surfaces[j], m_, middle_, course_.t, corner_) &
+    return may_touch<V, arithmetic>(terms_.surfaces[j], m_, middle_, course_.t, corner_) &
            !is_among(course_.held, V(static_cast<T>(j)));
   }
 
