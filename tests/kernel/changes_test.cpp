@@ -217,6 +217,26 @@ TEST_CASE("changes: what a plan remembers of its springs outlives a change") {
   }
 }
 
+TEST_CASE("changes: particles are fixed and released beside those that a motion carries") {
+  Joined joined = test::sheet(6, columns, 40);
+  joined.scene.fixed.clear();
+  joined.scene.motions = {{.center = {}, .keys = {{.time = 0}, {.time = 1, .translation = {0.3, 0, 0}}}}};
+  joined.scene.kinematic = {{.particles = {0, 1, 2, 3, 4, 5}, .motion = 0}};
+  joined.scene.coupling.scheme = Scheme::leapfrog;
+  Batch<double> batch(Layout::soa, joined.x.size()), other(Layout::soa, joined.x.size());
+  test::place(joined, batch.view());
+  test::place(joined, other.view());
+  Plan<double> plan = test::plan_of(joined, {.isa = best_isa()}, batch.view());
+  for (const std::size_t i : {20U, 25U, 18U, 27U, 30U}) REQUIRE(plan.fix(i).has_value());
+  REQUIRE(plan.release(25).has_value());
+  joined.scene.fixed = {18, 20, 27, 30};
+  const Plan<double> anew = test::plan_of(joined, {.isa = best_isa()}, other.view());
+  REQUIRE(plan.step(batch.view(), 5) == StepResult::done);
+  REQUIRE(anew.step(other.view(), 5) == StepResult::done);
+  CHECK(test::difference(test::values_of(other.view()), test::values_of(batch.view())) == "");
+  CHECK(plan.fix(3).error().valid == "one that is neither fixed nor kinematic");
+}
+
 TEST_CASE("changes: a clone keeps what it had, and a change of it leaves the plan as it was") {
   const Joined joined = test::sheet(4, columns, 40);
   Batch<float> batch(Layout::soa, joined.x.size());

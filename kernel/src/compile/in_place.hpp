@@ -16,7 +16,7 @@ namespace dvdx {
 template <class Held>
 bool is_only_owner(const std::shared_ptr<Held>& shared) noexcept {
   if (shared.use_count() != 1) return false;
-  const std::shared_ptr<Held> after = shared;
+  (void)std::shared_ptr<Held>(shared);
   return true;
 }
 

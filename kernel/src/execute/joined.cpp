@@ -244,7 +244,7 @@ class JoinedStep {
   }
 
   [[nodiscard]] bool is_kinematic(const Held<T>& held) const noexcept {
-    return joints_.fixed[static_cast<std::size_t>(&held - ws_.held.data())].motion.has_value();
+    return joints_.fixed[static_cast<std::size_t>(&held - held_.data())].motion.has_value();
   }
   // A fixed one may be anywhere, at infinity too.
   [[nodiscard]] T way_in_step(const Held<T>& held, std::size_t axis) const noexcept {
@@ -290,7 +290,7 @@ class JoinedStep {
     for (std::size_t n = 0; n < joints_.fixed.size(); ++n) {
       const FixedParticle& of = joints_.fixed[n];
       if (!of.motion) continue;
-      Held<T>& held = ws_.held[n];
+      Held<T>& held = held_[n];
       const MovedPose& pose = ws_.poses[*of.motion];
       const DrivenPlaces& driven = ws_.groups[of.group];
       const Vec3 x = driven.is_driven() ? driven.place(of.index, at) : pose.place(of.place);
@@ -401,7 +401,7 @@ class JoinedStep {
         }
       }
     });
-    for (const Held<T>& held : ws_.held) {
+    for (const Held<T>& held : held_) {
       for (std::size_t axis = 0; axis < 3 && is_kinematic(held); ++axis) ws_.origin[axis][held.element] = held.x[axis];
     }
   }

@@ -44,7 +44,7 @@ struct PlanIn {
   Expected<void> change(const Change& change) {
     if (auto error = change.refusal(scene->scene, scene->count)) return tl::unexpected(*error);
     if (is_only_owner(scene)) {
-      if (workspace != nullptr) workspace->reserve_held(scene->scene.fixed.size() + 1);
+      if (scene->joined() != nullptr) workspace->reserve_held(scene->joined()->joints().fixed.size() + 1);
       const Expected<InPlace> done = change_in_place(*scene, change);
       if (!done) return tl::unexpected(done.error());
       if (*done == InPlace::done) return {};

@@ -6,6 +6,9 @@ import { type GrowthMap, type Report, cheapestOf, nsPerParticleSecond } from '..
 import { bandsOf } from '../../src/report/throughput';
 import { Scratch, launched, opened, settings } from './browser';
 
+// How long a busy machine may take to draw.
+const patience = { timeout: 30000 };
+
 // Values in full of the first table after a heading, a row each.
 const tableValues = (page: Page, heading: string): Promise<(number | null)[][]> =>
   page.evaluate((text) => {
@@ -84,9 +87,9 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
     const curves = chart.locator('svg path[stroke="#0072b2"]'); // of the first method
     await curves.first().waitFor({ state: 'attached' });
     await page.locator('input[value="combined"]').uncheck();
-    await expect.poll(() => curves.count()).toBe(0);
+    await expect.poll(() => curves.count(), patience).toBe(0);
     await page.locator('input[value="combined"]').check();
-    await expect.poll(() => curves.count()).toBeGreaterThan(0);
+    await expect.poll(() => curves.count(), patience).toBeGreaterThan(0);
     const marks = chart.locator('svg path[fill="#0072b2"]');
     const box = (await marks.last().boundingBox())!;
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
@@ -137,7 +140,7 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
       for (const width of [1280, 800, 420]) {
         await page.setViewportSize({ width, height: 800 });
         // Charts follow their boxes a picture later.
-        await expect.poll(() => page.evaluate(() => document.documentElement.scrollWidth)).toBeLessThanOrEqual(width);
+        await expect.poll(() => page.evaluate(() => document.documentElement.scrollWidth), patience).toBeLessThanOrEqual(width);
         // What is narrower than 800 scrolls a table in its box; and so does 800 the one of all runs, which has 17 columns.
         const boxes = await page.evaluate(() => [...document.querySelectorAll('.wide')].map((box) => ({ all: box.closest('.runs') !== null, over: box.scrollWidth - box.clientWidth })));
         expect(boxes.length).toBeGreaterThan(3);
