@@ -10,40 +10,24 @@
 #include "dvdx/plan.hpp"
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
+#include "support/starts.hpp"
 
 namespace dvdx::bench {
 namespace {
 
-constexpr std::size_t side = 64;
+constexpr std::size_t side = sheet_side;
 enum class Form { grid, list };
 
 Scene sheet(Scheme scheme, Form form) {
-  Scene scene;
-  scene.mass = 1.0 / (side * side);
-  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  Scene scene = hung_sheet(scheme);
   scene.add(Sphere{.center = {1, -1, 1}, .radius = 0.5, .friction = 0.3});
-  const Grid grid{
-      .rows = side, .columns = side, .edge_u = {2, 0, 0}, .edge_v = {0, 0, 2}, .structural = 100, .shear = 100, .bend = 10};
-  scene.add(form == Form::grid ? Network(grid) : Network(springs_of(grid)));
-  scene.coupling.scheme = scheme;
+  if (form == Form::list) scene.networks[0] = springs_of(std::get<Grid>(scene.networks[0]));
   scene.coupling.substeps = 5;
-  scene.fixed = {0, side - 1};
   return scene;
 }
 
 constexpr std::size_t most_changes = (side - 2) * (side - 2);  // then every inner particle has had one
 constexpr double step = 1.0 / 480;                             // s: stable in 5 sub-steps in any position, by leapfrog
-
-Held<float> hung() {
-  Held<float> held = hold_padded<float>(side * side);
-  for (std::size_t i = 0; i < held.state.count; ++i) {
-    held.state.x[0][i] = 2.0F * static_cast<float>(i % side) / (side - 1);
-    held.state.x[1][i] = 0;
-    held.state.x[2][i] = 2.0F * static_cast<float>(i / side) / (side - 1);
-    for (std::size_t axis = 0; axis < 3; ++axis) held.state.v[axis][i] = 0;
-  }
-  return held;
-}
 
 using Clock = std::chrono::steady_clock;
 

@@ -7,33 +7,10 @@
 #include "dvdx/plan.hpp"
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
+#include "support/starts.hpp"
 
 namespace dvdx::bench {
 namespace {
-
-constexpr std::size_t side = 64;
-
-Scene sheet(Scheme scheme) {
-  Scene scene;
-  scene.mass = 1.0 / (side * side);
-  scene.add(Constant{.acceleration = {0, -9.81, 0}});
-  scene.add(Network(Grid{
-      .rows = side, .columns = side, .edge_u = {2, 0, 0}, .edge_v = {0, 0, 2}, .structural = 100, .shear = 100, .bend = 10}));
-  scene.coupling.scheme = scheme;
-  scene.fixed = {0, side - 1};
-  return scene;
-}
-
-Held<float> hung() {
-  Held<float> held = hold_padded<float>(side * side);
-  for (std::size_t i = 0; i < held.state.count; ++i) {
-    held.state.x[0][i] = 2.0F * static_cast<float>(i % side) / (side - 1);
-    held.state.x[1][i] = 0;
-    held.state.x[2][i] = 2.0F * static_cast<float>(i / side) / (side - 1);
-    for (std::size_t axis = 0; axis < 3; ++axis) held.state.v[axis][i] = 0;
-  }
-  return held;
-}
 
 // A clone steps a state as its plan does.
 bool is_right(const Plan<float>& plan) {
@@ -46,13 +23,13 @@ bool is_right(const Plan<float>& plan) {
 
 void time_compile(benchmark::State& timing, Scheme scheme) {
   const Held<float> held = hung();
-  const Scene scene = sheet(scheme);
+  const Scene scene = hung_sheet(scheme);
   for (auto _ : timing) benchmark::DoNotOptimize(compile<float>(scene, {}, held.state));
 }
 
 void time_clone(benchmark::State& timing, Scheme scheme) {
   const Held<float> held = hung();
-  const auto plan = compile<float>(sheet(scheme), {}, held.state);
+  const auto plan = compile<float>(hung_sheet(scheme), {}, held.state);
   for (auto _ : timing) benchmark::DoNotOptimize(plan->clone());
   timing.counters["bytes"] = static_cast<double>(plan->workspace().bytes());
   if (!is_right(*plan)) timing.SkipWithError("a clone gives other bits");

@@ -1,4 +1,4 @@
-// Particles that are in contact all the time.
+// Where particles start: in contact all the time, or as a sheet that hangs.
 #pragma once
 
 #include "support/held.hpp"
@@ -26,6 +26,37 @@ void start_resting(State<T>& state) {
     state.x[1][i] = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) state.v[axis][i] = 0;
   }
+}
+
+inline constexpr std::size_t sheet_side = 64;  // particles
+
+// Flat and at rest, as hung_sheet() has it.
+inline Held<float> hung() {
+  Held<float> held = hold_padded<float>(sheet_side * sheet_side);
+  for (std::size_t i = 0; i < held.state.count; ++i) {
+    held.state.x[0][i] = 2.0F * static_cast<float>(i % sheet_side) / (sheet_side - 1);
+    held.state.x[1][i] = 0;
+    held.state.x[2][i] = 2.0F * static_cast<float>(i / sheet_side) / (sheet_side - 1);
+    for (std::size_t axis = 0; axis < 3; ++axis) held.state.v[axis][i] = 0;
+  }
+  return held;
+}
+
+// Held at two corners, under gravity.
+inline Scene hung_sheet(Scheme scheme) {
+  Scene scene;
+  scene.mass = 1.0 / (sheet_side * sheet_side);
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Grid{.rows = sheet_side,
+                 .columns = sheet_side,
+                 .edge_u = {2, 0, 0},
+                 .edge_v = {0, 0, 2},
+                 .structural = 100,
+                 .shear = 100,
+                 .bend = 10});
+  scene.coupling.scheme = scheme;
+  scene.fixed = {0, sheet_side - 1};
+  return scene;
 }
 
 }  // namespace dvdx::bench

@@ -97,11 +97,6 @@ void Workspace<T>::forget() noexcept {
 
 namespace {
 
-Error no_such(const std::string& list, std::size_t index, std::size_t count) {
-  return {element(list, index), "not there",
-          count == 0 ? "of a scene that has some" : "an index below " + std::to_string(count)};
-}
-
 template <class A>
 Expected<void> set_pose_in(JoinedWorkspace<A>* workspace, std::size_t motion, const Pose& target) {
   const std::size_t count = workspace != nullptr ? workspace->motions.size() : 0;
@@ -140,6 +135,7 @@ Expected<void> Workspace<T>::set_pose(std::size_t motion, const Pose& target) {
 }
 template <class T>
 Expected<void> Workspace<T>::set_places(std::size_t kinematic, std::span<const Vec3> places) {
+  const StepEnvironment environment;
   return std::visit([&](auto& in) { return set_places_in(in.get(), kinematic, places); }, parts_->in);
 }
 
@@ -183,6 +179,7 @@ Expected<void> Plan<T>::set_pose(std::size_t motion, const Pose& target) {
 }
 template <class T>
 Expected<void> Plan<T>::set_places(std::size_t kinematic, std::span<const Vec3> places) {
+  const StepEnvironment environment;
   return std::visit([&](auto& in) { return set_places_in(in.workspace.get(), kinematic, places); }, parts_->in);
 }
 

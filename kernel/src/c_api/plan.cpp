@@ -126,23 +126,20 @@ dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const double* tra
                                dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");
   if (translation == nullptr) return missing(error, "translation");
-  return guarded(error, [&] {
-    dvdx::Pose pose;
-    for (std::size_t k = 0; k < 3; ++k) {
-      pose.translation[k] = translation[k];
-      if (rotation != nullptr) pose.rotation[k] = rotation[k];
-    }
-    return std::visit([&](auto& p) { return done_or(error, p.set_pose(motion, pose)); }, plan->plan);
-  });
+  dvdx::Pose pose;
+  for (std::size_t k = 0; k < 3; ++k) {
+    pose.translation[k] = translation[k];
+    if (rotation != nullptr) pose.rotation[k] = rotation[k];
+  }
+  return changed(plan, error, [&](auto& p) { return p.set_pose(motion, pose); });
 }
 
 dvdx_status dvdx_plan_set_places(dvdx_plan* plan, size_t kinematic, const double* places, size_t count, dvdx_error* error) {
-  if (plan == nullptr) return missing(error, "plan");
-  return guarded(error, [&] {
+  return changed(plan, error, [&](auto& p) {
     need(places, count, "places");
     std::vector<dvdx::Vec3> points(count);
     for (std::size_t i = 0; i < count; ++i) points[i] = {places[3 * i], places[3 * i + 1], places[3 * i + 2]};
-    return std::visit([&](auto& p) { return done_or(error, p.set_places(kinematic, points)); }, plan->plan);
+    return p.set_places(kinematic, points);
   });
 }
 

@@ -16,21 +16,15 @@ namespace {
 template <class Kind>
 std::optional<Error> refusal_of(const Scene& scene, std::size_t network) {
   constexpr bool is_grid = std::is_same_v<Kind, Grid>;
-  const std::string field = element("networks", network);
-  if (network >= scene.networks.size()) {
-    return Error{field, "no network", "an index below " + std::to_string(scene.networks.size())};
-  }
+  if (network >= scene.networks.size()) return no_such("networks", network, scene.networks.size());
   if (std::holds_alternative<Kind>(scene.networks[network])) return std::nullopt;
-  return Error{field, is_grid ? "a list of springs" : "a grid", is_grid ? "a grid" : "a list of springs"};
+  return Error{element("networks", network), is_grid ? "a list of springs" : "a grid",
+               is_grid ? "a grid" : "a list of springs"};
 }
 
 std::optional<Error> refusal_of_particle(std::size_t particle, std::optional<std::size_t> count) {
   if (!count || particle < *count) return std::nullopt;
   return Error{"particle", std::to_string(particle), "a particle id below " + std::to_string(*count)};
-}
-
-bool is_fixed(const Scene& scene, std::size_t particle) {
-  return std::binary_search(scene.fixed.begin(), scene.fixed.end(), particle);
 }
 
 bool is_same(const Pair& a, const Pair& b) { return a == b || a == Pair{b[1], b[0]}; }
@@ -93,16 +87,12 @@ void Releasing::apply(Scene& scene, std::size_t /*count*/) const {
 }
 
 std::optional<Error> Break::refusal(const Scene& scene, std::optional<std::size_t> /*count*/) const {
-  const std::string field = element("networks", network);
-  if (network >= scene.networks.size()) {
-    return Error{field, "no network", "an index below " + std::to_string(scene.networks.size())};
-  }
+  if (network >= scene.networks.size()) return no_such("networks", network, scene.networks.size());
   const auto* grid = std::get_if<Grid>(&scene.networks[network]);
   const auto* springs = std::get_if<Springs>(&scene.networks[network]);
   const bool is_joined = grid != nullptr ? spring_between(*grid, ends).has_value() : holds(springs->pairs, ends);
   if (is_joined && !holds(grid != nullptr ? grid->broken : springs->broken, ends)) return std::nullopt;
-  return Error{field + ".broken", std::to_string(ends[0]) + " and " + std::to_string(ends[1]),
-               "two particles that a whole spring of the network joins"};
+  return Error{element("networks", network) + ".broken", text(ends), "two particles that a whole spring of the network joins"};
 }
 void Break::apply(Scene& scene, std::size_t /*count*/) const {
   std::visit([&](auto& network_) { network_.broken.push_back(ends); }, scene.networks[network]);

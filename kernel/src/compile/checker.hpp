@@ -19,6 +19,14 @@ enum class Range { finite, non_negative, non_negative_or_infinite, positive, uni
   return name.append("[").append(std::to_string(i)).append("]");
 }
 
+[[nodiscard]] inline std::string text(const Pair& ends) { return std::to_string(ends[0]) + " and " + std::to_string(ends[1]); }
+
+// list[index] of a list of so many.
+[[nodiscard]] inline Error no_such(const std::string& list, std::size_t index, std::size_t count) {
+  return {element(list, index), "not there",
+          count == 0 ? "of a scene that has some" : "an index below " + std::to_string(count)};
+}
+
 [[nodiscard]] constexpr std::string_view words(Range range) {
   switch (range) {
     case Range::finite:

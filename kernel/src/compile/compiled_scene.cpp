@@ -101,10 +101,6 @@ auto changed_joints(const CompiledScene<T>& before, Changed changed) {
   };
 }
 
-Error no_such(const std::string& field, const std::string& what, std::size_t count) {
-  return {field, "no " + what, "an index below " + std::to_string(count)};
-}
-
 }  // namespace
 
 template <class T>
@@ -125,7 +121,7 @@ Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene)
 template <class T>
 Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_t index, const Contact& contact) {
   if (index >= before.scene.contacts.size()) {
-    return tl::unexpected(no_such(element("contacts", index), "contact", before.scene.contacts.size()));
+    return tl::unexpected(no_such("contacts", index, before.scene.contacts.size()));
   }
   Scene scene = before.scene;
   scene.contacts[index] = contact;
@@ -145,7 +141,7 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
 template <class T>
 std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t index, const Force& force) {
   if (index >= compiled.scene.forces.size()) {
-    return no_such(element("forces", index), "force", compiled.scene.forces.size());
+    return no_such("forces", index, compiled.scene.forces.size());
   }
   if (auto error = check(force, index, compiled.count)) return error;
   if (!is_at_start(force) || !compiled.start.empty()) return std::nullopt;

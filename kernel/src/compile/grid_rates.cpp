@@ -53,11 +53,7 @@ GridRates::GridRates(const Grid& grid, std::span<const double> w)
       by_row_(grid.rows) {
   for (const Pair& ends : grid.broken) {
     reserve_broken();
-    const GridSpring spring = *spring_between(grid, ends);
-    for (std::size_t d = 0; d < directions_.size(); ++d) {
-      const bool is_it = directions_[d].down == spring.down && directions_[d].right == spring.right;
-      if (is_it) broken_[spring.row * columns_ + spring.column] |= static_cast<std::uint8_t>(1U << d);
-    }
+    mark(*spring_between(grid, ends), true);
   }
   for (std::size_t row = 0; row < rows_; ++row) sum_up_row(w, row);
   for (std::size_t row = 0; row < rows_; ++row) look_at(w, row);
@@ -141,13 +137,17 @@ void GridRates::set_mass(std::span<const double> w, std::size_t particle) noexce
   look_around(w, row);
 }
 
-void GridRates::set_broken(std::span<const double> w, const GridSpring& spring, bool is_broken) noexcept {
+void GridRates::mark(const GridSpring& spring, bool is_broken) noexcept {
   for (std::size_t n = 0; n < directions_.size(); ++n) {
     if (directions_[n].down != spring.down || directions_[n].right != spring.right) continue;
     const auto bit = static_cast<std::uint8_t>(1U << n);
     std::uint8_t& bits = broken_[spring.row * columns_ + spring.column];
     bits = static_cast<std::uint8_t>(is_broken ? bits | bit : bits & ~bit);
   }
+}
+
+void GridRates::set_broken(std::span<const double> w, const GridSpring& spring, bool is_broken) noexcept {
+  mark(spring, is_broken);
   const auto other = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(spring.column) + spring.right);
   sum_up(w, spring.row, spring.column, springs_at(spring.row, spring.column));
   sum_up(w, spring.row + spring.down, other, springs_at(spring.row + spring.down, other));

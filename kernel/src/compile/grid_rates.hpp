@@ -41,6 +41,7 @@ class GridRates {
     std::size_t count = 0;
   };
 
+  void mark(const GridSpring& spring, bool is_broken) noexcept;
   [[nodiscard]] bool is_whole(std::size_t row, std::size_t column, std::size_t direction) const noexcept;
   [[nodiscard]] Springs springs_at(std::size_t row, std::size_t column) const noexcept;
   void sum_up(std::span<const double> w, std::size_t row, std::size_t column, const Springs& springs) noexcept;

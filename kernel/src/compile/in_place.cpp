@@ -25,10 +25,6 @@ Joints<T>* joints_in_place(CompiledScene<T>& compiled) {
 // What a plan steps as a grid has one network.
 Grid& grid_of(Scene& scene) { return std::get<Grid>(scene.networks[0]); }
 
-bool is_fixed(const Scene& scene, std::size_t particle) {
-  return std::binary_search(scene.fixed.begin(), scene.fixed.end(), particle);
-}
-
 bool depends_on_mass(const Force& force) {
   return std::holds_alternative<Spring>(force) || std::holds_alternative<RadialSpring>(force) ||
          std::holds_alternative<Drag>(force);

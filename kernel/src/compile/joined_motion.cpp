@@ -119,7 +119,7 @@ constexpr bool is_in_sweeps = requires(const Form& form) {
 
 template <class T>
 bool JoinedMotion<T>::has_moving_contacts() const noexcept {
-  return std::any_of(contacts().begin(), contacts().end(), [](const Contact& c) { return motion_of(c).has_value(); });
+  return is_any_carried(contacts());
 }
 
 template <class T>

@@ -5,6 +5,7 @@
 #include <string>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "dvdx/scene.hpp"
 
@@ -60,6 +61,11 @@ inline const std::optional<std::size_t>& motion_of(const Contact& contact) {
   return std::visit([](const auto& c) -> const std::optional<std::size_t>& { return c.motion; }, contact);
 }
 
+// Whether the particle is held where it is. Of a scene in a plan, whose list is sorted.
+inline bool is_fixed(const Scene& scene, std::size_t particle) {
+  return std::binary_search(scene.fixed.begin(), scene.fixed.end(), particle);
+}
+
 // Whether a motion carries the particle.
 inline bool is_kinematic(const Scene& scene, std::size_t particle) {
   return std::any_of(scene.kinematic.begin(), scene.kinematic.end(), [&](const Kinematic& followers) {
@@ -67,11 +73,12 @@ inline bool is_kinematic(const Scene& scene, std::size_t particle) {
   });
 }
 
-// Whether anything follows a motion.
-inline bool has_followers(const Scene& scene) {
-  return !scene.kinematic.empty() ||
-         std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return motion_of(c).has_value(); });
+inline bool is_any_carried(const std::vector<Contact>& contacts) {
+  return std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return motion_of(c).has_value(); });
 }
+
+// Whether anything follows a motion.
+inline bool has_followers(const Scene& scene) { return !scene.kinematic.empty() || is_any_carried(scene.contacts); }
 
 // Whether the scene is stepped in working columns, sub-step by sub-step.
 inline bool steps_in_columns(const Scene& scene) { return joins_particles(scene) || has_followers(scene); }

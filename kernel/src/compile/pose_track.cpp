@@ -4,6 +4,11 @@
 
 namespace dvdx {
 
+// s, from the part's start to a time.
+double PoseTrack::passed_since(const Part& part, const Clock& clock) noexcept {
+  return (clock.seconds - part.start) + clock.carry;
+}
+
 PoseTrack::PoseTrack(const Motion& motion) : center_(motion.center) {
   for (const MotionKey& key : motion.keys) {
     const Quaternion turn = quaternion(key.rotation);
@@ -18,8 +23,8 @@ PoseTrack::PoseTrack(const Motion& motion) : center_(motion.center) {
 }
 
 MovedPose PoseTrack::at(const Clock& clock) const noexcept {
-  const auto passed_since = [&](const Part& part) { return (clock.seconds - part.start) + clock.carry; };
-  const auto next = std::partition_point(parts_.begin(), parts_.end(), [&](const Part& p) { return passed_since(p) >= 0; });
+  const auto has_begun = [&](const Part& part) { return passed_since(part, clock) >= 0; };
+  const auto next = std::partition_point(parts_.begin(), parts_.end(), has_begun);
   MovedPose pose{.center = center_};
   if (next == parts_.begin()) {
     pose.translation = next->translation;
@@ -27,7 +32,7 @@ MovedPose PoseTrack::at(const Clock& clock) const noexcept {
     return pose;
   }
   const Part& part = *(next - 1);
-  const double passed = passed_since(part);
+  const double passed = passed_since(part, clock);
   for (std::size_t k = 0; k < 3; ++k) pose.translation[k] = part.translation[k] + passed * part.velocity[k];
   pose.turn = quaternion(scaled(part.angular_velocity, passed)) * part.turn;
   pose.velocity = part.velocity;
@@ -41,15 +46,13 @@ MovedPose PoseTrack::at_end_of(const Clock& start, const Clock& end) const noexc
   const MovedPose before = at(start);
   const Clock& earlier = duration < 0 ? end : start;
   const Clock& later = duration < 0 ? start : end;
-  const auto passed = [](const Clock& clock, const Part& part) { return (clock.seconds - part.start) + clock.carry; };
-  const bool is_any_key_between = std::any_of(
-      parts_.begin(), parts_.end(), [&](const Part& part) { return passed(earlier, part) < 0 && passed(later, part) > 0; });
+  const bool is_any_key_between = std::any_of(parts_.begin(), parts_.end(), [&](const Part& part) {
+    return passed_since(part, earlier) < 0 && passed_since(part, later) > 0;
+  });
   if (!is_any_key_between) {
-    const MovedPose& first = duration < 0 ? pose : before;
-    const Vec3 velocity = first.velocity;
-    const Vec3 angular_velocity = first.angular_velocity;
-    pose.velocity = velocity;
-    pose.angular_velocity = angular_velocity;
+    if (duration < 0) return pose;
+    pose.velocity = before.velocity;
+    pose.angular_velocity = before.angular_velocity;
     return pose;
   }
   pose.velocity = scaled(difference(pose.translation, before.translation), 1 / duration);

@@ -32,6 +32,8 @@ class PoseTrack {
     Quaternion turn{};
     Vec3 velocity{}, angular_velocity{};  // up to the next part
   };
+  [[nodiscard]] static double passed_since(const Part& part, const Clock& clock) noexcept;
+
   Vec3 center_;
   std::vector<Part> parts_;
 };

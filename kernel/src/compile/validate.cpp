@@ -193,10 +193,9 @@ struct NetworkChecker {
   void broken(const std::vector<Pair>& list, const IsJoined& is_joined) const {
     std::set<Pair> seen;
     for (std::size_t k = 0; k < list.size() && !check.error; ++k) {
-      const auto [i, j] = list[k];
       const bool is_new = seen.insert(ascending(list[k])).second;
       if (is_new && is_joined(list[k])) continue;
-      check.fail(element(at + ".broken", k), element("", i).append(" and ").append(element("", j)),
+      check.fail(element(at + ".broken", k), text(list[k]),
                  is_new ? "two particles that a spring of the network joins" : "named once");
     }
   }
@@ -206,7 +205,7 @@ struct NetworkChecker {
       const auto [i, j] = list[k];
       const bool is_there = i < *check.count() && j < *check.count();
       if (is_there && i != j) continue;
-      check.fail(element(at + ".pairs", k), element("", i).append(" and ").append(element("", j)),
+      check.fail(element(at + ".pairs", k), text(list[k]),
                  "two different particle ids below " + std::to_string(*check.count()));
     }
   }

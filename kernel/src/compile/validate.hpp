@@ -11,7 +11,7 @@ namespace dvdx {
 // The first thing that is wrong, or nothing. count: the state's particles, where a state is given.
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count);
 std::optional<Error> check(const Options& options);
-// Of one alone: forces[index], contacts[index], networks[index] of a scene of so many networks.
+// Of one alone: forces[index], contacts[index].
 std::optional<Error> check(const Force& force, std::size_t index, std::optional<std::size_t> count);
 std::optional<Error> check(const Contact& contact, std::size_t index);
 
