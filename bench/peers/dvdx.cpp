@@ -100,6 +100,10 @@ Peers dvdx_peers() {
     variant.lie = Lie::mesh;
     return variant;
   };
+  const auto with_fast = [](Variant variant) {
+    variant.arithmetic = Arithmetic::fast;
+    return variant;
+  };
   return {peer<float>("leapfrog", leapfrog, leapfrog_counts),
           peer<float>("leapfrog, contracted", contracted, leapfrog_counts),
           peer<float>("leapfrog, fast", fast, leapfrog_counts),
@@ -108,14 +112,19 @@ Peers dvdx_peers() {
           peer<double>("fourth_order", fourth_order, fourth_order_counts),
           peer<float>("sequential", sequential, any_ladder),
           peer<float>("sequential, theta 0.5, symmetric", middle, any_ladder),
+          peer<float>("sequential, theta 0.5, symmetric, fast", with_fast(middle), any_ladder),
           peer<float>("sequential, theta 0.55, symmetric", damped, any_ladder),
           peer<float>("sequential, theta 1, forward", forward, any_ladder),
+          peer<float>("sequential, theta 1, forward, fast", with_fast(forward), any_ladder),
           peer<float>("leapfrog", mesh(leapfrog), leapfrog_counts),
           peer<float>("leapfrog, contracted", mesh(contracted), leapfrog_counts),
+          peer<float>("leapfrog, fast", mesh(fast), leapfrog_counts),
           peer<float>("fourth_order", mesh(fourth_order), fourth_order_counts),
           peer<float>("sequential", mesh(sequential), any_ladder),
           peer<float>("sequential, theta 0.5, symmetric", mesh(middle), any_ladder),
-          peer<float>("sequential, theta 1, forward", mesh(forward), any_ladder)};
+          peer<float>("sequential, theta 0.5, symmetric, fast", mesh(with_fast(middle)), any_ladder),
+          peer<float>("sequential, theta 1, forward", mesh(forward), any_ladder),
+          peer<float>("sequential, theta 1, forward, fast", mesh(with_fast(forward)), any_ladder)};
 }
 
 }  // namespace dvdx::bench
