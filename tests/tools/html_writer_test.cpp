@@ -375,6 +375,10 @@ TEST_CASE("a page tells of the scene, whatever its name has in it") {
   SceneFile file{
       .path = "a.json", .name = "</script> & <b>", .about = "", .step = 0.1, .duration = 1, .particles = {}, .scene = {}};
   file.scene.add(Plane{.normal = {0, 2, 0}, .offset = -1});
+  file.scene.add(Sphere{.radius = 2, .motion = 0});
+  file.scene.add(Motion{.center = {1, 0, 0}, .keys = {{}, {.time = 2, .translation = {0, 3, 0}, .rotation = {0, 0, 1}}}});
+  file.scene.fixed = {2};
+  file.scene.kinematic = {{.particles = {0}}};
   file.scene.add(Spring{.stiffness = 1.0, .anchor = Vec3{1, 2, 3}});
   const Topology topology{.lines = {{2, 1}}, .faces = {{0, 1, 2}}};
   Soa<float> memory(3);
@@ -389,6 +393,13 @@ TEST_CASE("a page tells of the scene, whatever its name has in it") {
   CHECK(scene["name"] == "</script> & <b>");
   CHECK(scene["contacts"][0]["type"] == "plane");
   CHECK(scene["contacts"][0]["offset"] == -1);
+  CHECK_FALSE(scene["contacts"][0].contains("motion"));
+  CHECK(scene["contacts"][1]["motion"] == 0);
+  CHECK(scene["motions"][0]["center"] == nlohmann::json{1, 0, 0});
+  CHECK(scene["motions"][0]["keys"][1]["time"] == 2);
+  CHECK(scene["motions"][0]["keys"][1]["translation"] == nlohmann::json{0, 3, 0});
+  CHECK(scene["motions"][0]["keys"][1]["rotation"] == nlohmann::json{0, 0, 1});
+  CHECK(scene["pins"] == nlohmann::json{2, 0});
   CHECK(scene["anchors"][0] == nlohmann::json{1, 2, 3});
   CHECK(unpacked(elements(document, "lines")[0].text().get(), 100).size() == 8);
   CHECK(unpacked(elements(document, "faces")[0].text().get(), 100) == std::string("\3\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0", 16));

@@ -18,13 +18,14 @@ const keys: readonly [string, string][] = [
   ['Q E', 'nearer, farther'],
   ['R', 'look as at first'],
   ['C', 'colour'],
-  ['P L F O', 'points, springs, faces, surroundings'],
+  ['P L F N O', 'points, springs, faces, pins, surroundings'],
 ];
 
 const partNames: readonly [Part, string, string][] = [
   ['points', 'points', 'p'],
   ['springs', 'springs', 'l'],
   ['faces', 'faces', 'f'],
+  ['pins', 'pins', 'n'],
   ['contacts', 'surroundings', 'o'],
 ];
 

@@ -27,6 +27,16 @@ const ballShader = /* glsl */ `
     gl_FragColor = vec4(colour * (0.55 + 0.45 * sqrt(1.0 - squared) - 0.12 * (from.y + from.x)), 1.0);
   }`;
 
+// A ring: what is held is not hidden.
+const pinShader = /* glsl */ `
+  uniform vec3 ink;
+  void main() {
+    vec2 from = 2.0 * gl_PointCoord - 1.0;
+    float squared = dot(from, from);
+    if (squared > 1.0 || squared < 0.2) discard;
+    gl_FragColor = vec4(ink, 1.0);
+  }`;
+
 const plainShader = /* glsl */ `
   varying vec3 colour;
   void main() { gl_FragColor = vec4(colour, 1.0); }`;
@@ -44,10 +54,13 @@ export interface Look {
   points: THREE.ShaderMaterial;
   lines: THREE.ShaderMaterial;
   faces: THREE.ShaderMaterial;
+  pins: THREE.ShaderMaterial;
   uniforms: Record<'blend' | 'pointSize' | 'focus', THREE.IUniform<number>>;
 }
 
-export function makeLook(pointSize: number): Look {
+const pinSize = 7; // pixels at least
+
+export function makeLook(pointSize: number, ink: THREE.ColorRepresentation): Look {
   const uniforms = { blend: { value: 0 }, pointSize: { value: pointSize }, focus: { value: 1 } };
   const material = (vertex: string, fragment: string, side: THREE.Side = THREE.FrontSide): THREE.ShaderMaterial =>
     new THREE.ShaderMaterial({ uniforms, vertexShader: vertex, fragmentShader: fragment, side });
@@ -55,5 +68,10 @@ export function makeLook(pointSize: number): Look {
   faces.polygonOffset = true; // so that the springs in a face are seen
   faces.polygonOffsetFactor = 1;
   faces.polygonOffsetUnits = 1;
-  return { points: material(vertexShader, ballShader), lines: material(vertexShader, plainShader), faces, uniforms };
+  const pins = new THREE.ShaderMaterial({
+    uniforms: { ...uniforms, pointSize: { value: Math.max(pinSize, 1.5 * pointSize) }, ink: { value: new THREE.Color(ink) } },
+    vertexShader,
+    fragmentShader: pinShader,
+  });
+  return { points: material(vertexShader, ballShader), lines: material(vertexShader, plainShader), faces, pins, uniforms };
 }

@@ -4,13 +4,17 @@ import { unpacked } from '../shared/bytes';
 
 export type Vector = [number, number, number];
 
-export interface PlaneContact {
+interface AnyContact {
+  motion?: number; // of the scene's, which carries it from where it is written
+}
+
+export interface PlaneContact extends AnyContact {
   type: 'plane';
   normal: Vector;
   offset: number;
 }
 
-export interface SphereContact {
+export interface SphereContact extends AnyContact {
   type: 'sphere';
   center: Vector;
   radius: number;
@@ -18,6 +22,18 @@ export interface SphereContact {
 }
 
 export type Contact = PlaneContact | SphereContact;
+
+export interface MotionKey {
+  time: number; // s
+  translation: Vector; // m
+  rotation: Vector; // rad: axis times angle
+}
+
+export interface Motion {
+  center: Vector; // m
+  keys: MotionKey[]; // at least one, their times ascending
+}
+
 export type Anchors = 'start' | Vector | Vector[]; // one for all particles, or one each
 
 export interface Scene {
@@ -31,6 +47,8 @@ export interface Scene {
   reference?: string;
   gravity?: Vector; // m/s^2
   contacts?: Contact[];
+  motions?: Motion[];
+  pins?: number[]; // particles that are held
   anchors?: Anchors[];
 }
 

@@ -1,10 +1,18 @@
-// What the particles meet: planes and spheres.
+// What the particles meet, where it is at each moment.
 import * as THREE from 'three';
-import type { Contact, PlaneContact, SphereContact } from './scene';
+import { placement } from './poses';
+import type { Contact, Motion, PlaneContact, SphereContact } from './scene';
 
 export type Drawn = 'grids' | 'grids and sheets';
 
-function plane(contact: PlaneContact, center: THREE.Vector3, size: number, ink: THREE.ColorRepresentation, drawn: Drawn): THREE.Object3D {
+export interface Ground {
+  center: THREE.Vector3; // of all that moves
+  size: number; // m: planes are drawn so wide
+  ink: THREE.ColorRepresentation;
+  drawn: Drawn;
+}
+
+function plane(contact: PlaneContact, { center, size, ink, drawn }: Ground): THREE.Object3D {
   const normal = new THREE.Vector3(...contact.normal);
   const length = normal.length();
   normal.divideScalar(length);
@@ -25,32 +33,69 @@ function plane(contact: PlaneContact, center: THREE.Vector3, size: number, ink: 
   return group;
 }
 
-function sphere(contact: SphereContact, ink: THREE.ColorRepresentation): THREE.Object3D {
-  const isInside = contact.side === 'inside';
-  const material = new THREE.MeshLambertMaterial({
+function skin(side: 'outside' | 'inside', { ink }: Ground): THREE.Material {
+  const isInside = side === 'inside';
+  return new THREE.MeshLambertMaterial({
     color: ink,
     side: isInside ? THREE.BackSide : THREE.FrontSide,
     transparent: isInside,
     opacity: isInside ? 0.25 : 1,
   });
-  const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 64, 32), material);
-  mesh.scale.setScalar(contact.radius * (isInside ? 1.005 : 0.995)); // particles rest on it, not in it
-  mesh.position.set(...contact.center);
+}
+
+// Particles rest on a body, not in it.
+const beside = (side: 'outside' | 'inside'): number => (side === 'inside' ? 1.005 : 0.995);
+
+function sphere({ center, radius, side }: SphereContact, ground: Ground): THREE.Object3D {
+  const mesh = new THREE.Mesh(new THREE.SphereGeometry(1, 64, 32), skin(side, ground));
+  mesh.scale.setScalar(radius * beside(side));
+  mesh.position.set(...center);
   return mesh;
 }
 
-export function surroundings(
-  contacts: readonly Contact[],
-  center: THREE.Vector3,
-  size: number,
-  ink: THREE.ColorRepresentation,
-  drawn: Drawn,
-): THREE.Group {
-  const group = new THREE.Group();
-  for (const contact of contacts) {
-    group.add(contact.type === 'plane' ? plane(contact, center, size, ink, drawn) : sphere(contact, ink));
+function bodyOf(contact: Contact, ground: Ground): THREE.Object3D {
+  switch (contact.type) {
+    case 'plane':
+      return plane(contact, ground);
+    case 'sphere':
+      return sphere(contact, ground);
   }
-  const light = new THREE.HemisphereLight(0xffffff, 0x808080, Math.PI);
-  group.add(light);
-  return group;
+}
+
+interface Follower {
+  object: THREE.Object3D;
+  motion: Motion;
+}
+
+export class Surroundings {
+  readonly object = new THREE.Group();
+  private readonly followers: Follower[] = [];
+  private time = NaN; // s, where they are
+
+  constructor(contacts: readonly Contact[], motions: readonly Motion[], ground: Ground) {
+    for (const contact of contacts) {
+      const body = bodyOf(contact, ground);
+      const motion = contact.motion === undefined ? undefined : motions[contact.motion];
+      this.object.add(motion ? this.follower(body, motion) : body);
+    }
+    this.object.add(new THREE.HemisphereLight(0xffffff, 0x808080, Math.PI));
+  }
+
+  // Whether anything is elsewhere since.
+  move(time: number): boolean {
+    if (this.followers.length === 0 || time === this.time) return false;
+    this.time = time;
+    for (const { object, motion } of this.followers) {
+      object.matrix.copy(placement(motion, time));
+      object.matrixWorldNeedsUpdate = true;
+    }
+    return true;
+  }
+
+  private follower(body: THREE.Object3D, motion: Motion): THREE.Object3D {
+    const object = new THREE.Group().add(body);
+    object.matrixAutoUpdate = false;
+    this.followers.push({ object, motion });
+    return object;
+  }
 }

@@ -7,10 +7,10 @@ import { DottedPicture, type Shown, packed } from './dots';
 import type { Frame } from './frames';
 import { type Look, makeLook } from './materials';
 import type { Bounds, Joints, Scene } from './scene';
-import { surroundings } from './surroundings';
+import { Surroundings } from './surroundings';
 import { type Colouring, type Highest, colourTable, fillTints } from './tints';
 
-export type Part = 'points' | 'springs' | 'faces' | 'contacts';
+export type Part = 'points' | 'springs' | 'faces' | 'pins' | 'contacts';
 
 export interface Inks {
   plain: Colour;
@@ -45,6 +45,7 @@ export class View {
   private hasCorners = false; // something is drawn from the three
   private readonly parts: Partial<Record<Part, THREE.Object3D>> = {};
   private readonly anchored: AnchoredSprings | undefined;
+  private readonly surroundings: Surroundings | undefined;
   private readonly dotted: DottedPicture | undefined; // in place of WebGL's: the processor draws, and points alone move
   private dotColours = new Uint32Array(256);
   private readonly center: THREE.Vector3;
@@ -68,7 +69,7 @@ export class View {
     const pointSize = Math.min(14, Math.max(2, 16 * capacity ** -0.19));
     THREE.ColorManagement.enabled = false; // all colours are the screen's
     const paper = new THREE.Color(inks.ground);
-    const arePointsAlone = joints.lines.length === 0 && joints.triangles.length === 0 && !scene.anchors?.length;
+    const arePointsAlone = joints.lines.length === 0 && joints.triangles.length === 0 && !scene.anchors?.length && !scene.pins?.length;
     if (isPlain && arePointsAlone && pointSize < largestDots) this.dotted = new DottedPicture(canvas, Math.round(pointSize), paper);
     this.renderer = new THREE.WebGLRenderer({ ...(this.dotted ? {} : { canvas }), antialias: !isPlain, alpha: false });
     this.renderer.setClearColor(paper);
@@ -80,7 +81,7 @@ export class View {
     this.size = Math.max(low.distanceTo(high), 1e-6 * this.center.length(), 1e-9);
     this.up = this.upward();
 
-    this.look = makeLook(pointSize);
+    this.look = makeLook(pointSize, inks.line);
     const attribute = (array: Float32Array | Uint8Array, items: number): THREE.BufferAttribute =>
       new THREE.BufferAttribute(array, items, array instanceof Uint8Array).setUsage(THREE.DynamicDrawUsage);
     this.position = attribute(new Float32Array(3 * capacity), 3);
@@ -93,7 +94,9 @@ export class View {
       this.add('springs', this.anchored.object);
     }
     if (scene.contacts?.length) {
-      this.add('contacts', surroundings(scene.contacts, this.center, 1.4 * this.size, inks.line, isPlain ? 'grids' : 'grids and sheets'));
+      const drawn = isPlain ? 'grids' : 'grids and sheets';
+      this.surroundings = new Surroundings(scene.contacts, scene.motions ?? [], { center: this.center, size: 1.4 * this.size, ink: inks.line, drawn });
+      this.add('contacts', this.surroundings.object);
     }
 
     this.controls = new OrbitControls(this.camera, canvas);
@@ -119,9 +122,13 @@ export class View {
     this.isStale = true;
   }
 
-  // `blend` of the way from a frame to the next.
-  show(now: Frame, blend: number): void {
+  // `blend` of the way from a frame to the next, at a time in s.
+  show(now: Frame, blend: number, time: number): void {
     const { uniforms } = this.look;
+    if (this.surroundings?.move(time)) {
+      this.dotted?.forgetGround();
+      this.isStale = true;
+    }
     const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
     const highest: Highest = { speed: this.highestSpeed, error: this.bounds.error };
     if (isNew && this.dotted) this.dotColours = Uint32Array.from(colourTable(now, this.colouring, highest, this.inks.plain), packed);
@@ -204,6 +211,7 @@ export class View {
     };
     this.add('points', this.dotted ? new THREE.Group() : new THREE.Points(geometry(), this.look.points));
     if (joints.lines.length > 0) this.add('springs', new THREE.LineSegments(geometry(joints.lines), this.look.lines));
+    if (this.scene.pins?.length) this.add('pins', new THREE.Points(geometry(Uint32Array.from(this.scene.pins)), this.look.pins));
     if (joints.triangles.length > 0) {
       this.add('faces', new THREE.Mesh(geometry(joints.triangles), this.look.faces));
       this.toggle('points');

@@ -1,5 +1,5 @@
 // Real scenes, run, opened from disk, played and scrubbed.
-import { readFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import type { Browser, Page } from 'playwright-core';
 import { afterAll, beforeAll, describe, expect, test } from 'vitest';
 import { Scratch, colours, launched, opened, settings } from './browser';
@@ -102,6 +102,39 @@ describe.skipIf(settings.program === undefined)('the playback page', () => {
     const picture = await page.screenshot({ style: hidden });
     expect(picture.equals(ground)).toBe(false);
     expect(colours(picture)).toBeGreaterThan(colours(ground) + 10);
+    expect(complaints).toEqual([]);
+    await page.close();
+  }, 120000);
+
+  test('what a motion carries is drawn where it is, and pins are marked', async () => {
+    const contact = { type: 'sphere', center: [0, 0, 0], radius: 0.3, motion: 'aside' };
+    const motions = { aside: { keys: [{ time: 0 }, { time: 1, translation: [1, 0, 0] }] } };
+    const scene = {
+      format: 'dvdx-scene/1', name: 'aside', step: 0.05, duration: 1, motions, contacts: [contact], fixed: [0, 1],
+      particles: { count: 2, position: { values: [[-2, -1, 0], [2, 1, 0]] } },
+    };
+    writeFileSync(scratch.path('aside.json'), JSON.stringify(scene));
+    scratch.dvdx('run', scratch.path('aside.json'), '--every', '1', '--out', scratch.path('aside.html'));
+    const { page, complaints } = await opened(browser, scratch.path('aside.html'));
+    await whole(page);
+    await page.keyboard.press(' ');
+    const hidden = '#message, header, footer, aside { visibility: hidden }';
+    const pictureAt = async (part: number): Promise<Buffer> => {
+      const { drawn } = await shown(page);
+      await page.locator('#scrub').evaluate((slider: HTMLInputElement, at: number) => {
+        slider.value = String(at * Number(slider.max));
+        slider.dispatchEvent(new Event('input'));
+      }, part);
+      await page.waitForFunction((pictures) => window.dvdx!().drawn > pictures, drawn);
+      return page.screenshot({ style: hidden });
+    };
+    const half = await pictureAt(0.5);
+    const end = await pictureAt(1);
+    expect(end.equals(half)).toBe(false); // nothing but the sphere moves
+    const { drawn } = await shown(page);
+    await page.keyboard.press('n');
+    await page.waitForFunction((pictures) => window.dvdx!().drawn > pictures, drawn);
+    expect((await page.screenshot({ style: hidden })).equals(end)).toBe(false);
     expect(complaints).toEqual([]);
     await page.close();
   }, 120000);

@@ -1,0 +1,111 @@
+#include "output/html_scene.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "scene_io/names.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t most_shown = 50000;    // of particles that nothing joins
+constexpr std::size_t most_anchored = 2000;  // springs to anchors that are drawn
+
+std::string name_of(Side side) { return side == Side::inside ? "inside" : "outside"; }
+
+Json json_of(const Plane& plane) { return {{"type", "plane"}, {"normal", plane.normal}, {"offset", plane.offset}}; }
+Json json_of(const Sphere& sphere) {
+  return {{"type", "sphere"}, {"center", sphere.center}, {"radius", sphere.radius}, {"side", name_of(sphere.side)}};
+}
+
+Json json_of(const Contact& contact) {
+  const auto with_motion = [](const auto& shape) {
+    Json json = json_of(shape);
+    if (shape.motion) json["motion"] = *shape.motion;
+    return json;
+  };
+  return std::visit(with_motion, contact);
+}
+
+Json json_of(const Motion& motion) {
+  Json keys = Json::array();
+  for (const auto& key : motion.keys) {
+    keys.push_back({{"time", key.time}, {"translation", key.translation}, {"rotation", key.rotation}});
+  }
+  return {{"center", motion.center}, {"keys", std::move(keys)}};
+}
+
+std::optional<Anchor> anchor_of(const Force& force) {
+  if (const auto* spring = std::get_if<Spring>(&force)) return spring->anchor;
+  if (const auto* spring = std::get_if<RadialSpring>(&force)) return spring->anchor;
+  return std::nullopt;
+}
+
+// One spring's anchors: a point for all particles, one each, or "start".
+Json json_of(const Anchor& anchor) {
+  if (const auto* point = std::get_if<Vec3>(&anchor)) return *point;
+  if (const auto* points = std::get_if<std::vector<Vec3>>(&anchor)) return *points;
+  return "start";
+}
+
+Vec3 gravity_of(const Scene& scene) {
+  Vec3 gravity{};
+  for (const auto& force : scene.forces) {
+    const auto* constant = std::get_if<Constant>(&force);
+    for (std::size_t axis = 0; constant != nullptr && axis < 3; ++axis) gravity[axis] += constant->acceleration[axis];
+  }
+  return gravity;
+}
+
+// Particles that are held, at rest or by a motion.
+std::vector<std::size_t> pins_of(const Scene& scene) {
+  std::vector<std::size_t> pins = scene.fixed;
+  for (const auto& followers : scene.kinematic) {
+    pins.insert(pins.end(), followers.particles.begin(), followers.particles.end());
+  }
+  return pins;
+}
+
+void add_scene(const Output& output, Json& json) {
+  const auto& file = *output.scene;
+  json["name"] = file.name;
+  json["about"] = file.about;
+  json["method"] = name_in(methods, file.scene.method);
+  json["gravity"] = gravity_of(file.scene);
+  json["step"] = file.step;
+  json["duration"] = file.duration;
+  json["reference"] = output.reference_text;
+  json["contacts"] = Json::array();
+  for (const auto& contact : file.scene.contacts) json["contacts"].push_back(json_of(contact));
+  json["motions"] = Json::array();
+  for (const auto& motion : file.scene.motions) json["motions"].push_back(json_of(motion));
+  json["pins"] = stride_of(output) == 1 ? Json(pins_of(file.scene)) : Json::array();
+  json["anchors"] = Json::array();
+  if (output.counts == Counts::fixed && output.particles <= most_anchored) {
+    for (const auto& force : file.scene.forces) {
+      if (const auto anchor = anchor_of(force)) json["anchors"].push_back(json_of(*anchor));
+    }
+  }
+}
+
+}  // namespace
+
+std::size_t stride_of(const Output& output) {
+  if (*output.topology != no_topology) return 1;
+  return std::max<std::size_t>(1, (output.particles + most_shown - 1) / most_shown);
+}
+
+Json scene_json(const Output& output) {
+  Json json{{"every", stride_of(output)}, {"states", output.states}};
+  if (output.scene != nullptr) add_scene(output, json);
+  return json;
+}
+
+}  // namespace dvdx::tool
