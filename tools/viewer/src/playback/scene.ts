@@ -1,6 +1,7 @@
 // What the page was given besides its frames.
 import { takenText } from '../shared/page';
 import { unpacked } from '../shared/bytes';
+import type { HalfSpace } from './bodies';
 
 export type Vector = [number, number, number];
 
@@ -21,7 +22,32 @@ export interface SphereContact extends AnyContact {
   side: 'outside' | 'inside';
 }
 
-export type Contact = PlaneContact | SphereContact;
+export interface CapsuleContact extends AnyContact {
+  type: 'capsule';
+  ends: [Vector, Vector];
+  radii: [number, number];
+}
+
+export interface BoxContact extends AnyContact {
+  type: 'box';
+  center: Vector;
+  half_extents: Vector;
+  rotation: Vector; // rad: axis times angle
+  side: 'outside' | 'inside';
+}
+
+export interface ConvexContact extends AnyContact {
+  type: 'convex';
+  planes: HalfSpace[];
+}
+
+export interface MeshContact extends AnyContact {
+  type: 'mesh';
+  vertices: Vector[];
+  triangles: Vector[]; // numbers of vertices
+}
+
+export type Contact = PlaneContact | SphereContact | CapsuleContact | BoxContact | ConvexContact | MeshContact;
 
 export interface MotionKey {
   time: number; // s

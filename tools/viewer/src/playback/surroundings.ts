@@ -1,7 +1,8 @@
 // What the particles meet, where it is at each moment.
 import * as THREE from 'three';
-import { placement } from './poses';
-import type { Contact, Motion, PlaneContact, SphereContact } from './scene';
+import { capsule, convex, triangleMesh } from './bodies';
+import { placement, turnBy } from './poses';
+import type { BoxContact, Contact, Motion, PlaneContact, SphereContact } from './scene';
 
 export type Drawn = 'grids' | 'grids and sheets';
 
@@ -53,12 +54,31 @@ function sphere({ center, radius, side }: SphereContact, ground: Ground): THREE.
   return mesh;
 }
 
+function box({ center, half_extents, rotation, side }: BoxContact, ground: Ground): THREE.Object3D {
+  const [a, b, c] = half_extents;
+  const mesh = new THREE.Mesh(new THREE.BoxGeometry(2 * a, 2 * b, 2 * c), skin(side, ground));
+  mesh.scale.setScalar(beside(side));
+  mesh.quaternion.copy(turnBy(rotation));
+  mesh.position.set(...center);
+  return mesh;
+}
+
+const body = (geometry: THREE.BufferGeometry, ground: Ground): THREE.Object3D => new THREE.Mesh(geometry, skin('outside', ground));
+
 function bodyOf(contact: Contact, ground: Ground): THREE.Object3D {
   switch (contact.type) {
     case 'plane':
       return plane(contact, ground);
     case 'sphere':
       return sphere(contact, ground);
+    case 'capsule':
+      return body(capsule(contact.ends, contact.radii), ground);
+    case 'box':
+      return box(contact, ground);
+    case 'convex':
+      return body(convex(contact.planes), ground);
+    case 'mesh':
+      return body(triangleMesh(contact.vertices, contact.triangles), ground);
   }
 }
 
@@ -74,9 +94,9 @@ export class Surroundings {
 
   constructor(contacts: readonly Contact[], motions: readonly Motion[], ground: Ground) {
     for (const contact of contacts) {
-      const body = bodyOf(contact, ground);
+      const object = bodyOf(contact, ground);
       const motion = contact.motion === undefined ? undefined : motions[contact.motion];
-      this.object.add(motion ? this.follower(body, motion) : body);
+      this.object.add(motion ? this.follower(object, motion) : object);
     }
     this.object.add(new THREE.HemisphereLight(0xffffff, 0x808080, Math.PI));
   }
