@@ -85,11 +85,18 @@ const depthLook = new THREE.ShaderMaterial({
     }`,
 });
 
-// What stands still between the points, drawn by WebGL when the camera has moved and read back.
+// fine: a pixel each; coarse: a quarter of them, for what moves with every picture: drawing and reading back take a quarter too.
+export type Grain = 'fine' | 'coarse';
+
+const isTransparent = (object: THREE.Object3D): boolean => 'material' in object && (object.material as THREE.Material).transparent;
+const isOpaque = (object: THREE.Object3D): boolean => 'material' in object && !(object.material as THREE.Material).transparent;
+
+// What is there besides the points, drawn by WebGL when it or the camera has moved, and read back.
 class Ground {
   readonly picture: Picture;
   private readonly target: THREE.WebGLRenderTarget;
   private readonly bytes: Uint8Array<ArrayBuffer>;
+  private isFlat = true; // all depths are the farthest
 
   constructor(width: number, height: number) {
     this.picture = new Picture(width, height);
@@ -101,17 +108,25 @@ class Ground {
     this.target.dispose();
   }
 
-  draw(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera): void {
+  draw(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera, grain: Grain): void {
     const { pixels, depths } = this.picture;
     const clear: THREE.Object3D[] = []; // one sees through them
-    world.traverse((object) => {
-      if ('material' in object && (object.material as THREE.Material).transparent && object.visible) clear.push(object);
+    let hidesAny = false;
+    world.traverseVisible((object) => {
+      if (isTransparent(object)) clear.push(object);
+      hidesAny ||= isOpaque(object);
     });
-    this.read(renderer, world, camera, (pixel, word) => (pixels[pixel] = (0xff000000 | word) >>> 0));
+    this.read(renderer, world, camera, grain, (pixel, word) => (pixels[pixel] = (0xff000000 | word) >>> 0));
+    if (!hidesAny) {
+      if (!this.isFlat) depths.fill(farthest);
+      this.isFlat = true;
+      return;
+    }
+    this.isFlat = false;
     for (const object of clear) object.visible = false;
     world.overrideMaterial = depthLook;
     renderer.setClearColor(0xffffff);
-    this.read(renderer, world, camera, (pixel, word) => {
+    this.read(renderer, world, camera, grain, (pixel, word) => {
       const depth = ((word & 255) << 16) | (word & 0xff00) | ((word >> 16) & 255);
       depths[pixel] = depth === 0xffffff ? farthest : (2 * depth) / 16777214 - 1;
     });
@@ -120,15 +135,21 @@ class Ground {
   }
 
   // WebGL's rows are from the bottom up.
-  private read(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera, take: (pixel: number, word: number) => void): void {
+  private read(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera, grain: Grain, take: (pixel: number, word: number) => void): void {
     const { width, height } = this.picture;
+    const shift = grain === 'coarse' ? 1 : 0;
+    const across = (width + shift) >> shift;
+    const down = (height + shift) >> shift;
+    this.target.setSize(across, down);
     renderer.setRenderTarget(this.target);
     renderer.render(world, camera);
-    renderer.readRenderTargetPixels(this.target, 0, 0, width, height, this.bytes);
+    renderer.readRenderTargetPixels(this.target, 0, 0, across, down, this.bytes);
     renderer.setRenderTarget(null);
     const words = new Uint32Array(this.bytes.buffer);
     for (let y = 0; y < height; ++y) {
-      for (let x = 0; x < width; ++x) take((height - 1 - y) * width + x, words[y * width + x]!);
+      const row = (y >> shift) * across;
+      const to = (height - 1 - y) * width;
+      for (let x = 0; x < width; ++x) take(to + x, words[row + (x >> shift)]!);
     }
   }
 }
@@ -164,12 +185,12 @@ export class DottedPicture {
     this.groundSeen = '';
   }
 
-  draw(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera, shown: Shown | undefined, colours: Uint32Array): void {
+  draw(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera, grain: Grain, shown: Shown | undefined, colours: Uint32Array): void {
     const seen = new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse).elements;
     const from = seen.join();
     if (from !== this.groundSeen) {
       renderer.setClearColor(this.paper);
-      this.ground.draw(renderer, world, camera);
+      this.ground.draw(renderer, world, camera, grain);
       this.groundSeen = from;
     }
     this.picture.begin(this.ground.picture);

@@ -3,7 +3,7 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Colour } from '../shared/palette';
 import { AnchoredSprings } from './anchored';
-import { DottedPicture, type Shown, packed } from './dots';
+import { DottedPicture, type Grain, type Shown, packed } from './dots';
 import type { Frame } from './frames';
 import { type Look, makeLook } from './materials';
 import type { Bounds, Joints, Scene } from './scene';
@@ -54,6 +54,7 @@ export class View {
   private shown: Shown | undefined;
   private onward: Float32Array | undefined; // of the frame that is shown
   private isStale = true;
+  private grain: Grain = 'fine'; // of the surroundings behind dots
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -125,10 +126,7 @@ export class View {
   // `blend` of the way from a frame to the next, at a time in s.
   show(now: Frame, blend: number, time: number): void {
     const { uniforms } = this.look;
-    if (this.surroundings?.move(time)) {
-      this.dotted?.forgetGround();
-      this.isStale = true;
-    }
+    this.moveSurroundings(time);
     const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
     const highest: Highest = { speed: this.highestSpeed, error: this.bounds.error };
     if (isNew && this.dotted) this.dotColours = Uint32Array.from(colourTable(now, this.colouring, highest, this.inks.plain), packed);
@@ -148,6 +146,15 @@ export class View {
     this.isStale = true;
   }
 
+  // Coarse while they move; fine again when they rest.
+  private moveSurroundings(time: number): void {
+    const grain = this.surroundings?.move(time) ? 'coarse' : 'fine';
+    if (grain === 'fine' && this.grain === 'fine') return;
+    this.grain = grain;
+    this.dotted?.forgetGround();
+    this.isStale = true;
+  }
+
   // Whether anything was drawn: not where the picture is as it was.
   draw(): boolean {
     this.controls.update();
@@ -159,7 +166,7 @@ export class View {
     this.camera.far = distance + 20 * this.size;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
-    if (this.dotted) this.dotted.draw(this.renderer, this.world, this.camera, this.isVisible('points') ? this.shown : undefined, this.dotColours);
+    if (this.dotted) this.dotted.draw(this.renderer, this.world, this.camera, this.grain, this.isVisible('points') ? this.shown : undefined, this.dotColours);
     else this.renderer.render(this.world, this.camera);
     return true;
   }
