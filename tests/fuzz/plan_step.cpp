@@ -1,5 +1,6 @@
 // Scenes within the documented ranges, stepped by every instruction set in some layout, block size and number of threads: the
 // bits of the scalar reference, or the same error.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -7,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "fuzz/random_scene.hpp"
@@ -58,15 +60,44 @@ double place_of(Choices& choices) {
   return std::isfinite(number) ? number : 1000;
 }
 
-// Behind all else, so that inputs of before mean what they meant.
-void choose_more(Choices& choices, Deeds& deeds, RandomScene& random) {
-  if (choices.below(4) == 3) deeds.unstable = Unstable::allowed;
+Vec3 place_anywhere(Choices& choices) { return {place_of(choices), place_of(choices), place_of(choices)}; }
+
+void add_origin(Choices& choices, RandomScene& random) {
   if (choices.below(4) != 3) return;
   Scene& scene = random.scene;
   const bool may_be_each = scene.contacts.empty() && scene.networks.empty() && scene.constraints.empty();
   std::vector<Vec3> origins(may_be_each && choices.flip() ? random.x.size() : 1);
-  for (Vec3& origin : origins) origin = {place_of(choices), place_of(choices), place_of(choices)};
+  for (Vec3& origin : origins) origin = place_anywhere(choices);
   scene.origin = origins.size() == 1 ? Origin(origins[0]) : Origin(origins);
+}
+
+// What carries some of the contacts and particles, if anything may.
+void add_motions(Choices& choices, Scene& scene, std::size_t count) {
+  const bool is_summed = scene.coupling.scheme == Scheme::accumulate && scene.coupling.method != Method::combined;
+  if (choices.below(4) != 3 || is_summed || scene.origin.is_each()) return;
+  Motion motion{.center = place_anywhere(choices), .keys = {}};
+  const std::size_t keys = 1 + choices.below(3);
+  for (std::size_t k = 0; k < keys; ++k) {
+    const double angle = choices.byte() / 255.0;
+    motion.keys.push_back(
+        {.time = static_cast<double>(k), .translation = place_anywhere(choices), .rotation = {angle, 0, -angle}});
+  }
+  scene.add(std::move(motion));
+  for (Contact& contact : scene.contacts) {
+    if (choices.flip()) std::visit([](auto& each) { each.motion = 0; }, contact);
+  }
+  Kinematic group;
+  for (std::size_t i = choices.below(4); i < count; i += 1 + choices.below(16)) {
+    if (!std::binary_search(scene.fixed.begin(), scene.fixed.end(), i)) group.particles.push_back(i);
+  }
+  if (choices.flip()) scene.add(std::move(group));
+}
+
+// Behind all else, so that inputs of before mean what they meant.
+void choose_more(Choices& choices, Deeds& deeds, RandomScene& random) {
+  if (choices.below(4) == 3) deeds.unstable = Unstable::allowed;
+  add_origin(choices, random);
+  add_motions(choices, random.scene, random.x.size());
 }
 
 template <class T>

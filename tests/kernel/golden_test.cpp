@@ -78,6 +78,11 @@ constexpr Golden golden_cases[] = {
     {"a sheet in contact: leapfrog", 0xD23A65528616700A, 0x68CB04EEDB85D9CA},
     {"a sheet in contact: fourth order", 0xBC27F0C4357861DF, 0xEB034149EDB14857},
     {"a sheet in contact: sequential", 0x47746F2792108808, 0xE6B658C5C648AEFE},
+    {"motions: leapfrog", 0xE134B59C541E3018, 0xCCF553EC0EC13E6A},
+    {"motions: fourth order", 0xB8A6DE01CD5D958C, 0x6DF592BCE90AD7F7},
+    {"motions: sequential", 0x91A0B87FCC733C94, 0x740BB39AE717FCAE},
+    {"motions: generalized alpha", 0x9CA97FEE3FFD6E41, 0xF107A33C72138DBA},
+    {"motions: particles that nothing joins", 0x3BAF4C4EAE780D32, 0x332F0FE21D804F85},
     {"constraints: rods", 0x8E2FC1963B333E19, 0xED5D1BA66A5C3766},
     {"constraints: ropes", 0xB8EF5053C24C81F6, 0xD2B26F3BE0DDFD36},
     {"constraints: at least", 0xB7578552F11943A6, 0x246FC6978C038383},
@@ -334,6 +339,43 @@ test::Joined chain(std::string name) {
   return joined;
 }
 
+// A row of a sheet that is swung, above a sphere that passes and a plane that tilts; and particles with no sheet among them.
+Cases motion_cases() {
+  const auto add_world = [](Scene& scene) {
+    scene.add(
+        Motion{.center = {0.5, 0, 0}, .keys = {{}, {.time = 0.3, .translation = {0.1, 0, 0.2}, .rotation = {0, 0.5, 0.2}}}});
+    scene.add(Motion{.keys = {{.time = 0.05}, {.time = 0.35, .translation = {0.5, 0.1, 0}}}});
+    Sphere sphere = touched(Sphere{.center = {0.2, -0.15, 0.5}, .radius = 0.14}, Response::resume, ContactPath::curve);
+    sphere.motion = 1;
+    scene.add(sphere);
+    Plane plane = touched(Plane{.normal = {0, 1, 0}, .offset = -0.05}, Response::resume, ContactPath::curve);
+    plane.motion = 0;
+    scene.add(plane);
+  };
+  Cases cases;
+  const Coupling couplings[] = {{.scheme = Scheme::leapfrog, .substeps = 20},
+                                {.scheme = Scheme::fourth_order, .substeps = 20},
+                                {.scheme = Scheme::sequential, .substeps = 3, .theta = 0.55},
+                                {.scheme = Scheme::sequential, .substeps = 3}};
+  const char* names[] = {"leapfrog", "fourth order", "sequential", "generalized alpha"};
+  for (std::size_t k = 0; k < std::size(couplings); ++k) {
+    test::Joined sheet = test::sheet(7, 18, 50, 0.001);
+    sheet.scene.coupling = couplings[k];
+    sheet.scene.fixed.clear();
+    add_world(sheet.scene);
+    sheet.scene.add(Kinematic{.particles = {0, 1, 2, 3, 16, 17}, .motion = 0});
+    sheet.name = std::string("motions: ") + names[k];
+    cases.push_back(case_of(sheet));
+  }
+  test::Joined loose = chain("rods");
+  loose.scene.fixed.clear();
+  loose.scene.add(Drag{.coefficient = 0.2});
+  add_world(loose.scene);
+  loose.name = "motions: particles that nothing joins";
+  cases.push_back(case_of(loose));
+  return cases;
+}
+
 std::vector<Pair> neighbours() {
   std::vector<Pair> pairs;
   for (std::uint32_t i = 0; i + 1 < count; ++i) pairs.push_back({i, i + 1});
@@ -520,8 +562,9 @@ Cases live_cases() {
 
 Cases all_cases() {
   Cases all;
-  for (const Cases& cases : {contact_cases(), radial_cases(), accumulate_cases(), pulse_cases(), sheet_contact_cases(),
-                             constraint_cases(), generalized_alpha_cases(), compensated_cases(), live_cases()}) {
+  for (const Cases& cases :
+       {contact_cases(), radial_cases(), accumulate_cases(), pulse_cases(), sheet_contact_cases(), motion_cases(),
+        constraint_cases(), generalized_alpha_cases(), compensated_cases(), live_cases()}) {
     all.insert(all.end(), cases.begin(), cases.end());
   }
   return all;
@@ -560,7 +603,8 @@ TEST_CASE("golden: the hash of all scenes is the committed one on every ISA") {
 }
 
 TEST_CASE(
-    "golden: the hash of each contact, radial spring, pair, constraint, rest and life is the committed one on every ISA") {
+    "golden: the hash of each contact, motion, radial spring, pair, constraint, rest and life is the committed one on every "
+    "ISA") {
   std::map<std::string_view, Golden> left;
   for (const Golden& line : golden_cases) left[line.name] = line;
   std::size_t tried = 0;

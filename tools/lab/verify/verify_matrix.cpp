@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "dvdx/layouts/convert.hpp"
@@ -41,6 +42,7 @@ class Picked {
       std::visit([this](auto& each) { pick_force(each); }, force);
     }
     pick_fixed();
+    pick_kinematic();
   }
 
   [[nodiscard]] const Scene& scene() const noexcept { return scene_; }
@@ -76,6 +78,17 @@ class Picked {
       if (std::binary_search(scene_.fixed.begin(), scene_.fixed.end(), particles_[k])) fixed.push_back(k);
     }
     scene_.fixed = std::move(fixed);
+  }
+
+  // Groups stay, in their order, though nothing of them may have been picked.
+  void pick_kinematic() {
+    for (Kinematic& group : scene_.kinematic) {
+      const std::set<std::size_t> all(group.particles.begin(), group.particles.end());
+      group.particles.clear();
+      for (std::size_t k = 0; k < particles_.size(); ++k) {
+        if (all.contains(particles_[k])) group.particles.push_back(k);
+      }
+    }
   }
 
   Scene scene_;
