@@ -67,6 +67,71 @@ double furthest(const std::vector<double>& still, const std::vector<double>& mov
   return most;
 }
 
+// ---- a pendulum: 0.5 kg on a spring of 1 m and 200 N/m, whose pivot sways ---------------------------------------------------
+
+constexpr double sway_step = 0.02;  // s, from key to key
+constexpr std::size_t sway_steps = 50;
+
+// 0.3 m sin(4 t) at the keys.
+Motion sway() {
+  Motion motion{.center = {}, .keys = {}};
+  for (std::size_t k = 0; k <= sway_steps; ++k) {
+    const double t = static_cast<double>(k) * sway_step;
+    motion.keys.push_back({.time = t, .translation = {0.3 * std::sin(4 * t), 0, 0.1 * std::sin(6 * t)}});
+  }
+  return motion;
+}
+
+Joined pendulum() {
+  Joined joined;
+  joined.name = "a pendulum on a pivot that sways";
+  joined.step = sway_step;
+  joined.x = {{0, 0, 0}, {0.6, -0.8, 0}};
+  joined.v = {{}, {}};
+  joined.scene.mass = 0.5;
+  joined.scene.fixed = {0};
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  joined.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 200.0, .rest_length = 1.0}));
+  return carried(joined, sway());
+}
+
+struct Bob {
+  Vec3 x, v;
+};
+
+// By the fourth-order Runge-Kutta method in steps of 10 us, the pivot linear from key to key.
+Bob pendulum_by_runge_kutta() {
+  const Motion motion = sway();
+  const auto sum = [](const Vec3& a, double s, const Vec3& b) {
+    return Vec3{a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]};
+  };
+  constexpr int parts = 2000;
+  const double h = sway_step / parts;
+  Bob bob{{0.6, -0.8, 0}, {}};
+  for (std::size_t k = 0; k < sway_steps; ++k) {
+    const Vec3& from = motion.keys[k].translation;
+    const Vec3& to = motion.keys[k + 1].translation;
+    const auto acceleration = [&](const Vec3& x, double part) {
+      const Vec3 arm = sum(x, -1, sum(from, part, sum(to, -1, from)));
+      const double r = std::hypot(arm[0], arm[1], arm[2]);
+      return sum({0, -9.81, 0}, -200 / 0.5 * (r - 1) / r, arm);
+    };
+    for (int n = 0; n < parts; ++n) {
+      const double at = static_cast<double>(n) / parts, half = at + 0.5 / parts, end = at + 1.0 / parts;
+      const Vec3 a1 = acceleration(bob.x, at);
+      const Vec3 v2 = sum(bob.v, h / 2, a1);
+      const Vec3 a2 = acceleration(sum(bob.x, h / 2, bob.v), half);
+      const Vec3 v3 = sum(bob.v, h / 2, a2);
+      const Vec3 a3 = acceleration(sum(bob.x, h / 2, v2), half);
+      const Vec3 v4 = sum(bob.v, h, a3);
+      const Vec3 a4 = acceleration(sum(bob.x, h, v3), end);
+      bob.x = sum(bob.x, h / 6, sum(sum(bob.v, 2, v2), 2, sum(v3, 0.5, v4)));
+      bob.v = sum(bob.v, h / 6, sum(sum(a1, 2, a2), 2, sum(a3, 0.5, a4)));
+    }
+  }
+  return bob;
+}
+
 }  // namespace
 
 TEST_CASE("motions: a pose is carried linearly, and turns about a fixed axis the short way round") {
@@ -106,6 +171,34 @@ TEST_CASE("motions: everything that moves at one velocity moves as at rest, but 
       const double apart = furthest(wanted, got, steps * of.step);
       CHECK_MESSAGE(apart < 1e-9, of.name << ", scheme " << static_cast<int>(coupling.scheme) << ": " << apart << " m");
     }
+  }
+}
+
+TEST_CASE("motions: a pendulum whose pivot sways is as right as its scheme's order says") {
+  const Bob wanted = pendulum_by_runge_kutta();
+  const auto error = [&](const Coupling& coupling, int substeps) {
+    Joined joined = pendulum();
+    joined.scene.coupling = coupling;
+    joined.scene.coupling.substeps = substeps;
+    const auto got = stepped<double>(joined, {.isa = best_isa()}, sway_steps);
+    double most = 0;
+    for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::abs(got[6 + k] - wanted.x[k]));
+    return most;
+  };
+  struct Wanted {
+    Coupling coupling;
+    double order, error;  // m, of 16 sub-steps
+  };
+  const Wanted all[] = {{{.scheme = Scheme::leapfrog}, 2, 1e-5},
+                        {{.scheme = Scheme::fourth_order}, 4, 1e-9},
+                        {{.scheme = Scheme::sequential}, 2, 1e-4},
+                        {{.scheme = Scheme::sequential, .theta = 0.5}, 2, 1e-4}};
+  for (const Wanted& of : all) {
+    CAPTURE(static_cast<int>(of.coupling.scheme));
+    const double coarse = error(of.coupling, 8), fine = error(of.coupling, 16);
+    CHECK(std::log2(coarse / fine) == doctest::Approx(of.order).epsilon(0.05));
+    CHECK(fine < of.error);
+    MESSAGE(coarse << " and " << fine << " m by 8 and 16 sub-steps");
   }
 }
 
