@@ -45,9 +45,9 @@ TEST_CASE("run --json prints one object with exactly the contract's keys") {
   const auto report = json::parse(result.out);
   std::vector<std::string> keys;
   for (const auto& item : report.items()) keys.push_back(item.key());
-  CHECK(keys == std::vector<std::string>{"arithmetic", "bad_particles", "diverged", "energy", "isa", "layout", "method",
-                                         "particle_steps_per_second", "particles", "precision", "scene", "scheme", "state_hash",
-                                         "steps", "substeps", "threads", "wall_seconds"});
+  CHECK(keys == std::vector<std::string>{"arithmetic", "bad_particles", "contacts", "diverged", "energy", "isa", "layout",
+                                         "method", "particle_steps_per_second", "particles", "precision", "scene", "scheme",
+                                         "state_hash", "steps", "substeps", "threads", "wall_seconds"});
   CHECK(report["scene"] == "fall");
   CHECK(report["particles"] == 20);
   CHECK(report["steps"] == 10);

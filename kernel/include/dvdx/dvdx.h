@@ -31,6 +31,7 @@ typedef enum dvdx_status {
   DVDX_PRECISION_DIFFERS,   // the state's numbers are of another type than the plan's
   DVDX_ABI_DIFFERS,         // the caller was compiled for another DVDX_ABI_VERSION than this library's
   DVDX_FAILED,              // an unexpected failure; the message says what is known
+  DVDX_REPORT_DIFFERS,      // the report is for another number of contacts than the plan's scene has
 } dvdx_status;
 
 // What went wrong, in the caller's memory; texts that do not fit are cut. Written by every call that takes it, also by one that
@@ -418,6 +419,47 @@ DVDX_EXPORT void dvdx_plan_destroy(dvdx_plan* plan);
 DVDX_EXPORT dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,
                                        dvdx_error* error);
 
+// What a scene's contacts do to its particles: see contact_report.hpp. The sums are of one contact, over all particles and all
+// steps so far: they depend on neither instruction set, threads nor layout.
+typedef struct dvdx_contact_sum {
+  uint64_t hits;             // impacts
+  double impulse[3];         // N s, on the surface: of impacts, and of what rests on it
+  double torque_impulse[3];  // N m s, about the moved center of its motion, else about its own center or the origin
+} dvdx_contact_sum;
+
+// An impact. Resting on a surface makes none.
+typedef struct dvdx_contact_event {
+  uint64_t step;  // of the report's, at whose end the particle has bounced: the first is 1
+  double time;    // s, of the scene
+  size_t particle;
+  size_t contact;
+  double x[3];        // m, where, in the world
+  double n[3];        // the surface's normal there, of length 1
+  double impulse[3];  // N s, on the surface
+} dvdx_contact_event;
+
+typedef struct dvdx_contact_report dvdx_contact_report;
+
+// For a scene of so many contacts. Events go to `room`, memory of the caller's for `capacity` of them; what does not fit there
+// is counted. Null and 0: none are kept.
+DVDX_EXPORT dvdx_status dvdx_contact_report_create(size_t contacts, dvdx_contact_event* room, size_t capacity,
+                                                   dvdx_contact_report** report, dvdx_error* error);
+// A null pointer is fine.
+DVDX_EXPORT void dvdx_contact_report_destroy(dvdx_contact_report* report);
+DVDX_EXPORT dvdx_status dvdx_contact_report_sum(const dvdx_contact_report* report, size_t contact, dvdx_contact_sum* sum,
+                                                dvdx_error* error);
+// Events that stand in the room, in the order of step, particle, time; and those that found none.
+DVDX_EXPORT size_t dvdx_contact_report_events(const dvdx_contact_report* report);
+DVDX_EXPORT uint64_t dvdx_contact_report_lost(const dvdx_contact_report* report);
+// From now on there are no events; and all sums are 0, too.
+DVDX_EXPORT void dvdx_contact_report_clear_events(dvdx_contact_report* report);
+DVDX_EXPORT void dvdx_contact_report_clear(dvdx_contact_report* report);
+
+// As dvdx_plan_step(), with the same bits, and reports. What touches a surface is resolved particle by particle meanwhile.
+DVDX_EXPORT dvdx_status dvdx_plan_step_and_report(const dvdx_plan* plan, dvdx_state* state, size_t steps,
+                                                  const dvdx_parallel* parallel, dvdx_contact_report* report,
+                                                  dvdx_error* error);
+
 // The same motion by powers of the step's matrix: for scenes without networks, constraints, contacts, radial springs and fixed
 // particles; else DVDX_INVALID names what is in the way.
 DVDX_EXPORT dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state, uint64_t steps, dvdx_error* error);
@@ -547,6 +589,10 @@ DVDX_EXPORT void dvdx_live_plan_destroy(dvdx_live_plan* plan);
 // DVDX_IN_USE.
 DVDX_EXPORT dvdx_status dvdx_live_plan_step(const dvdx_live_plan* plan, dvdx_live* live, size_t steps,
                                             const dvdx_parallel* parallel, dvdx_error* error);
+// The same, and reports, step by step. A particle's number is where it stood when its step began.
+DVDX_EXPORT dvdx_status dvdx_live_plan_step_and_report(const dvdx_live_plan* plan, dvdx_live* live, size_t steps,
+                                                       const dvdx_parallel* parallel, dvdx_contact_report* report,
+                                                       dvdx_error* error);
 // Removes what is to go as the particles stand, and moves nothing on. To remove one of your own choice, make its age infinite.
 DVDX_EXPORT dvdx_status dvdx_live_plan_remove(const dvdx_live_plan* plan, dvdx_live* live, const dvdx_parallel* parallel,
                                               dvdx_error* error);

@@ -52,6 +52,10 @@ class DVDX_EXPORT LivePlan {
   // in_use where another thread steps this plan. Then nothing was stepped. Allocates nothing, throws nothing, locks nothing.
   StepResult step(LiveState<T>& live, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
 
+  // The same, and reports what contacts do, step by step. A particle's number is where it stood when its step began.
+  StepResult step(LiveState<T>& live, ContactReport& contacts, std::size_t steps = 1,
+                  const ParallelFor& parallel = {}) const noexcept;
+
   // Removes what is to go as the particles stand, and moves nothing on. To remove one of your own choice, make its age
   // infinite.
   StepResult remove(LiveState<T>& live, const ParallelFor& parallel = {}) const noexcept;

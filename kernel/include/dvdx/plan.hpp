@@ -8,6 +8,7 @@
 #include <string>
 #include <tl/expected.hpp>
 
+#include "dvdx/contact_report.hpp"
 #include "dvdx/export.h"
 #include "dvdx/isa.hpp"
 #include "dvdx/layouts/memory.hpp"
@@ -64,6 +65,7 @@ enum class StepResult {
                        // stepped
   in_use,              // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
   workspace_differs,   // the workspace given was made for another scene or number of sub-steps: nothing was stepped
+  report_differs,      // the report given is for another number of contacts: nothing was stepped
 };
 
 // What limits the sub-steps of a scene's networks.
@@ -83,6 +85,8 @@ struct NetworkLimit {
 
 template <class T>
 class Plan;
+template <class T>
+struct ReportedStep;  // private to the library
 
 // The memory that one state works in while a plan steps it: nothing where a scene joins no particles. One may serve many
 // states, one after the other. But networks by scheme sequential without theta carry on what the springs did in the last step,
@@ -135,6 +139,12 @@ class DVDX_EXPORT Plan {
   // another. The bits do not depend on which workspace it is, but for what one carries on.
   StepResult step(State<T>& state, Workspace<T>& workspace, std::size_t steps = 1,
                   const ParallelFor& parallel = {}) const noexcept;
+  // The same, and reports what the scene's contacts do. The bits are those of a step without: what touches a surface is then
+  // resolved particle by particle, and all else as fast as ever.
+  StepResult step(State<T>& state, ContactReport& contacts, std::size_t steps = 1,
+                  const ParallelFor& parallel = {}) const noexcept;
+  StepResult step(State<T>& state, Workspace<T>& workspace, ContactReport& contacts, std::size_t steps = 1,
+                  const ParallelFor& parallel = {}) const noexcept;
 
   // After a jump of the state, as by a teleport of some of its particles: what its springs did before is not carried on. Not
   // needed for another state or another clock, nor where all particles are moved alike, kicked, or stepped with another step.
@@ -185,6 +195,7 @@ class DVDX_EXPORT Plan {
   [[nodiscard]] std::string explain() const;
 
  private:
+  friend struct ReportedStep<T>;
   Parts* parts_;  // owned; <memory> would cost each file that includes this a tenth of a second
 };
 

@@ -83,6 +83,8 @@ dvdx_status status_of(StepResult result) noexcept {
       return DVDX_IN_USE;
     case StepResult::workspace_differs:  // a plan by C steps in its own workspace, which always fits
       return DVDX_FAILED;
+    case StepResult::report_differs:
+      return DVDX_REPORT_DIFFERS;
   }
   return DVDX_FAILED;
 }

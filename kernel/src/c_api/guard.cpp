@@ -15,7 +15,8 @@ constexpr std::array texts = {"done",
                               "another thread steps this plan, which steps one state at a time",
                               "the state's numbers are of another type than the plan's",
                               "compiled for another version of the library",
-                              "failed for an unknown reason"};
+                              "failed for an unknown reason",
+                              "the report is for another number of contacts than the plan's scene has"};
 
 const char* text_of(dvdx_status status) noexcept {
   const auto i = static_cast<std::size_t>(status);

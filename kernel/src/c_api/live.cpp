@@ -10,6 +10,7 @@
 #include <utility>
 #include <variant>
 
+#include "c_api/contact_report.hpp"
 #include "c_api/convert.hpp"
 #include "c_api/guard.hpp"
 #include "c_api/scene.hpp"
@@ -179,6 +180,17 @@ dvdx_status dvdx_live_plan_step(const dvdx_live_plan* plan, dvdx_live* live, siz
   if (plan == nullptr) return missing(error, "plan");
   if (live == nullptr) return missing(error, "live");
   const auto step = [&](const auto& p, auto& particles) { return p.step(particles, steps, threads_of(parallel)); };
+  return std::visit([&](const auto& p) { return stepped(p, *live, error, step); }, plan->plan);
+}
+
+dvdx_status dvdx_live_plan_step_and_report(const dvdx_live_plan* plan, dvdx_live* live, size_t steps,
+                                           const dvdx_parallel* parallel, dvdx_contact_report* contacts, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (live == nullptr) return missing(error, "live");
+  if (contacts == nullptr) return missing(error, "report");
+  const auto step = [&](const auto& p, auto& particles) {
+    return p.step(particles, contacts->report, steps, threads_of(parallel));
+  };
   return std::visit([&](const auto& p) { return stepped(p, *live, error, step); }, plan->plan);
 }
 

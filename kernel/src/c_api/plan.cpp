@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "c_api/contact_report.hpp"
 #include "c_api/convert.hpp"
 #include "c_api/guard.hpp"
 #include "c_api/scene.hpp"
@@ -31,12 +32,14 @@ dvdx_status create(const Scene& scene, const Options& options, const dvdx_state*
   return report(error, DVDX_DONE);
 }
 
+// contacts: null, or what they do is reported to.
 template <class T>
 dvdx_status step(const Plan<T>& plan, dvdx_state& state, std::size_t steps, const dvdx_parallel* parallel,
-                 dvdx_error* error) noexcept {
+                 ContactReport* contacts, dvdx_error* error) noexcept {
   if (const dvdx_status status = check_columns<T>(state, state.count, error); status != DVDX_DONE) return status;
   State<T> particles = view<T>(state);
-  const StepResult result = plan.step(particles, steps, threads_of(parallel));
+  const StepResult result = contacts != nullptr ? plan.step(particles, *contacts, steps, threads_of(parallel))
+                                                : plan.step(particles, steps, threads_of(parallel));
   if (result == StepResult::done) put_clock(particles.clock, state);
   return report(error, status_of(result));
 }
@@ -86,7 +89,15 @@ dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t step
                            dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");
   if (state == nullptr) return missing(error, "state");
-  return std::visit([&](const auto& p) { return step(p, *state, steps, parallel, error); }, plan->plan);
+  return std::visit([&](const auto& p) { return step(p, *state, steps, parallel, nullptr, error); }, plan->plan);
+}
+
+dvdx_status dvdx_plan_step_and_report(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,
+                                      dvdx_contact_report* contacts, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (state == nullptr) return missing(error, "state");
+  if (contacts == nullptr) return missing(error, "report");
+  return std::visit([&](const auto& p) { return step(p, *state, steps, parallel, &contacts->report, error); }, plan->plan);
 }
 
 dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state, uint64_t steps, dvdx_error* error) {

@@ -39,7 +39,8 @@ struct ParticleGroup {
   std::size_t first = 0, count = 0;
   std::size_t steps = 0;
   Clock clock{};
-  bool is_new = false;  // born in this batch: looked at before the first step too
+  bool is_new = false;       // born in this batch: looked at before the first step too
+  std::size_t aside_of = 0;  // of particles that are stepped aside: where the first of them stands
 };
 
 // Immutable.

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "execute/contact_recorder.hpp"
 #include "execute/environment.hpp"
 #include "execute/joined.hpp"
 #include "execute/plan_parts.hpp"
@@ -28,7 +29,27 @@ struct Batch {
   const FreeMotion<A>& motion;
   const State<T>& state;
   Steps<A> steps;
+  Clock start{};                           // of the first of these steps
+  ContactReport::Parts* report = nullptr;  // null: nobody asks what contacts do
+  std::uint64_t number = 0;                // of the report's steps, the first of these
+  const LoggedParticles* logged = nullptr;
 };
+
+// With a report step by step: it is told which one it is.
+template <class A, class T>
+void run_steps(const Batch<A, T>& batch, Block<A>& block, ContactRecorder<A>* recorder) noexcept {
+  const FreeMotion<A>& motion = batch.motion;
+  const StepBlock<A> run = motion.kernels->at(motion.flow, motion.extra);
+  if (recorder == nullptr) return run(block, motion.terms, batch.steps);
+  block.log = recorder;
+  Clock clock = batch.start;
+  for (std::size_t n = 0; n < batch.steps.count; ++n) {
+    recorder->begin(batch.number + n, clock, motion.step());
+    const Offsets<A>* const offsets = batch.steps.offsets + n * batch.steps.offsets_per_step;
+    run(block, motion.terms, {.offsets = offsets, .offsets_per_step = 0, .count = 1});
+    clock.advance(motion.step(), 1);
+  }
+}
 
 // A block's columns in contiguous memory, its last register filled up with copies of the last particle.
 template <class A, class T>
@@ -88,7 +109,7 @@ bool may_step_in_place(const State<T>& state, std::size_t first, std::size_t n) 
 }
 
 template <class A, class T>
-bool step_in_place(const Batch<A, T>& batch, StepBlock<A> run, std::size_t first, std::size_t n) noexcept {
+bool step_in_place(const Batch<A, T>& batch, std::size_t first, std::size_t n, ContactRecorder<A>* recorder) noexcept {
   if constexpr (std::is_same_v<A, T>) {
     if (!may_step_in_place(batch.state, first, n)) return false;
     Block<T> block{.x = {}, .v = {}, .first = first, .count = (n + block_unit - 1) / block_unit * block_unit};
@@ -96,24 +117,23 @@ bool step_in_place(const Batch<A, T>& batch, StepBlock<A> run, std::size_t first
       block.x[axis] = batch.state.x[axis].base + first;
       block.v[axis] = batch.state.v[axis].base + first;
     }
-    run(block, batch.motion.terms, batch.steps);
+    run_steps(batch, block, recorder);
     return true;
   }
   return false;
 }
 
 template <class A, class T>
-void step_one_block(const Batch<A, T>& batch, std::size_t first, std::size_t n) noexcept {
-  const FreeMotion<A>& motion = batch.motion;
-  const StepBlock<A> run = motion.kernels->at(motion.flow, motion.extra);
+void step_one_block(const Batch<A, T>& batch, std::size_t first, std::size_t n, ContactRecorder<A>* recorder) noexcept {
   const auto& fixed = batch.scene.scene.fixed;
   auto next_fixed = std::lower_bound(fixed.begin(), fixed.end(), first);
   const bool has_fixed = next_fixed != fixed.end() && *next_fixed < first + n;
 
-  if (!has_fixed && step_in_place(batch, run, first, n)) return;
+  if (!has_fixed && step_in_place(batch, first, n, recorder)) return;
 
   Stage<A, T> stage(batch.scene.passes->residual, batch.state, first, n);
-  run(stage.block(), motion.terms, batch.steps);
+  Block<A> block = stage.block();
+  run_steps(batch, block, recorder);
   std::size_t from = first;
   for (; next_fixed != fixed.end() && *next_fixed < first + n; ++next_fixed) {
     stage.write(from, *next_fixed);
@@ -129,9 +149,14 @@ void run(const Batch<A, T>& batch, const ParallelFor& parallel) noexcept {
   const bool is_worth_threads = batch.state.count * batch.steps.count >= parallel_from;
   for_each_task(is_worth_threads ? parallel : ParallelFor{}, tasks_of(batch.state.count, per_task), [&](std::size_t task) {
     const std::size_t end = std::min(batch.state.count, (task + 1) * per_task);
-    for (std::size_t first = task * per_task; first < end; first += block) {
-      step_one_block(batch, first, std::min(block, end - first));
-    }
+    const auto step = [&](ContactRecorder<A>* recorder) {
+      for (std::size_t first = task * per_task; first < end; first += block) {
+        step_one_block(batch, first, std::min(block, end - first), recorder);
+      }
+    };
+    if (batch.report == nullptr) return step(nullptr);
+    ContactRecorder<A> recorder(*batch.report, *batch.logged, batch.scene.options.arithmetic);
+    step(&recorder);
   });
 }
 
@@ -147,13 +172,21 @@ StepResult check_state(const CompiledScene<A>& scene, const State<T>& state) noe
   return is_any_small ? StepResult::capacity_too_small : StepResult::done;
 }
 
+// A call's report, and the number of the state's first particle in it.
+struct Reported {
+  ContactReport::Parts* report = nullptr;  // null: none
+  std::size_t first = 0;
+};
+
 // Where offsets depend on time they are made for some steps at once; else once.
 template <class A, class T>
 void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, State<T>& state, std::size_t steps,
-               const ParallelFor& parallel) noexcept {
+               const ParallelFor& parallel, const Reported& reported) noexcept {
   const std::size_t per_step = motion.offsets_per_step();
   const bool is_timed = motion.system.depends_on_time();
   const double h = motion.step();
+  const LoggedParticles logged(scene.scene, reported.first, state.count);
+  std::uint64_t number = reported.report != nullptr ? reported.report->steps + 1 : 0;
   std::array<Offsets<A>, max_offsets> offsets;
   for (std::size_t left = steps; left != 0;) {
     const std::size_t now = is_timed ? std::min(left, max_offsets / per_step) : left;
@@ -164,8 +197,9 @@ void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, State
       clock.advance(h / static_cast<double>(per_step), 1);
     }
     const Steps<A> run_of{.offsets = offsets.data(), .offsets_per_step = is_timed ? per_step : 0, .count = now};
-    run(Batch<A, T>{scene, motion, state, run_of}, parallel);
+    run(Batch<A, T>{scene, motion, state, run_of, state.clock, reported.report, number, &logged}, parallel);
     state.clock.advance(h, static_cast<double>(now));
+    number += now;
     left -= now;
   }
 }
@@ -173,19 +207,39 @@ void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, State
 // workspace: null where nothing joins particles.
 template <class A, class T>
 StepResult step_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, State<T>& state, std::size_t steps,
-                   const ParallelFor& parallel) noexcept {
+                   const ParallelFor& parallel, const Reported& reported = {}) noexcept {
   if constexpr (sizeof(A) < sizeof(T)) {
     return StepResult::done;  // no plan for float64 states is worked out in float32
   } else {
     if (const StepResult result = check_state(scene, state); result != StepResult::done) return result;
     const JoinedMotion<A>* joined = scene.joined();
     if (joined != nullptr && (workspace == nullptr || !workspace->fits(joined->shape()))) return StepResult::workspace_differs;
+    if (reported.report != nullptr && reported.report->centers.size() != scene.scene.contacts.size()) {
+      return StepResult::report_differs;
+    }
     if (scene.options.step == 0) return StepResult::done;
     const StepEnvironment environment;  // the offsets are made here, whatever the caller's rounding mode
-    if (joined != nullptr) return step_joined(scene, *joined, *workspace, state, steps, parallel);
-    step_free(scene, *scene.free(), state, steps, parallel);
+    if (joined != nullptr) return step_joined(scene, *joined, *workspace, state, steps, parallel, reported.report);
+    step_free(scene, *scene.free(), state, steps, parallel, reported);
     return StepResult::done;
   }
+}
+
+// The same with a report, from its beginning to its end.
+template <class A, class T>
+StepResult report_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, State<T>& state, ContactReport& report,
+                     std::size_t steps, const ParallelFor& parallel) noexcept {
+  ContactReport::Parts& parts = report.parts();
+  if (parts.centers.size() == scene.scene.contacts.size()) begin_report(parts, scene.scene);
+  const StepResult result = step_by(scene, workspace, state, steps, parallel, {.report = &parts});
+  if (result == StepResult::done) end_report(parts, steps);
+  return result;
+}
+
+// The working memory of a caller's workspace, if it is of the plan's kind.
+template <class In, class Given>
+const auto* own_workspace(const In& /*in*/, const Given& given) noexcept {
+  return std::get_if<std::decay_t<decltype(std::declval<In>().workspace)>>(&given);
 }
 
 }  // namespace
@@ -200,14 +254,50 @@ template <class T>
 StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, std::size_t steps,
                          const ParallelFor& parallel) const noexcept {
   const auto step = [&](const auto& in) noexcept {
-    using Own = std::decay_t<decltype(in.workspace)>;
-    const Own* given = std::get_if<Own>(&workspace.parts_->in);
+    const auto* given = own_workspace(in, workspace.parts_->in);
     if (given == nullptr) return StepResult::workspace_differs;
     return step_by(*in.scene, given->get(), state, steps, parallel);
   };
   return std::visit(step, parts_->in);
 }
 
+template <class T>
+StepResult Plan<T>::step(State<T>& state, ContactReport& contacts, std::size_t steps,
+                         const ParallelFor& parallel) const noexcept {
+  const auto step = [&](const auto& in) noexcept {
+    return report_by(*in.scene, in.workspace.get(), state, contacts, steps, parallel);
+  };
+  return std::visit(step, parts_->in);
+}
+
+template <class T>
+StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, ContactReport& contacts, std::size_t steps,
+                         const ParallelFor& parallel) const noexcept {
+  const auto step = [&](const auto& in) noexcept {
+    const auto* given = own_workspace(in, workspace.parts_->in);
+    if (given == nullptr) return StepResult::workspace_differs;
+    return report_by(*in.scene, given->get(), state, contacts, steps, parallel);
+  };
+  return std::visit(step, parts_->in);
+}
+
+template <class T>
+StepResult ReportedStep<T>::run(const Plan<T>& plan, State<T>& state, std::size_t steps, ContactReport::Parts& report,
+                                std::size_t first) noexcept {
+  const auto step = [&](const auto& in) noexcept {
+    return step_by(*in.scene, in.workspace.get(), state, steps, {}, {.report = &report, .first = first});
+  };
+  return std::visit(step, plan.parts_->in);
+}
+
+template struct ReportedStep<float>;
+template struct ReportedStep<double>;
+template StepResult Plan<float>::step(State<float>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult Plan<double>::step(State<double>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult Plan<float>::step(State<float>&, Workspace<float>&, ContactReport&, std::size_t,
+                                      const ParallelFor&) const noexcept;
+template StepResult Plan<double>::step(State<double>&, Workspace<double>&, ContactReport&, std::size_t,
+                                       const ParallelFor&) const noexcept;
 template StepResult Plan<float>::step(State<float>&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult Plan<double>::step(State<double>&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult Plan<float>::step(State<float>&, Workspace<float>&, std::size_t, const ParallelFor&) const noexcept;

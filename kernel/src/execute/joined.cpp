@@ -94,15 +94,18 @@ template <class T>
 class JoinedStep {
  public:
   JoinedStep(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace,
-             const ParallelFor& parallel) noexcept
-      : m_(motion),
+             const ParallelFor& parallel, ContactReport::Parts* report) noexcept
+      : scene_(scene),
+        m_(motion),
         joints_(motion.joints()),
         ws_(workspace),
         work_(workspace.work),
         held_(std::span(workspace.held).first(joints_.fixed.size())),
         kernels_(scene.passes->template of<T>().network),
         residuals_(scene.passes->residual),
-        parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel) {
+        parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel),
+        report_(report),
+        logged_(scene.scene, joints_.order, joints_.w_of) {
     work_.w = joints_.w;
     if (joints_.constraints) {
       constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
@@ -184,6 +187,7 @@ class JoinedStep {
         add_stages(clock, stages);
       }
       clock.advance(step, 1);
+      ++number_;
     }
     run_stages();
   }
@@ -320,7 +324,9 @@ class JoinedStep {
       surface = motion.terms.surfaces[j];
       const auto& of = motion_of(m_.contacts()[j]);
       if (!of) continue;
-      move_surface(surface, m_.contacts()[j], ws_.motions[*of].at_end_of(m_.tracks()[*of], start, end), m_.origin());
+      const MovedPose pose = ws_.motions[*of].at_end_of(m_.tracks()[*of], start, end);
+      move_surface(surface, m_.contacts()[j], pose, m_.origin());
+      if (report_ != nullptr) report_->centers[j] = {pose.place(pose.center), pose.velocity};
       moved_terms_.moves = moved_terms_.moves || surface.movement != Movement::rest;
     }
   }
@@ -348,11 +354,13 @@ class JoinedStep {
     const Left left = std::exchange(left_, Left{});
     const AlphaTerms<T>* const begin = after == After::sweeps ? alpha_ : nullptr;
     for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
+      std::optional<ContactRecorder<T>> recorder;
+      begin_recording(recorder, motion, start, number_);
       const std::size_t end = std::min(size(), (task + 1) * particles_per_task);
       for (std::size_t first = task * particles_per_task; first < end; first += motion.block) {
         const std::size_t count = std::min(motion.block, end - first);
         take(left, first, first + count);
-        flow_block(motion, offsets_[f], first, count);
+        flow_block(motion, offsets_[f], first, count, recorder ? &*recorder : nullptr);
         if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);
         hold_fixed(first, first + count);
         if (begin != nullptr) kernels_.begin_sweeps(*begin, work_, first, first + count);
@@ -360,8 +368,16 @@ class JoinedStep {
     });
   }
 
-  void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, std::size_t first, std::size_t count) noexcept {
-    Block<T> block{.x = {}, .v = {}, .first = first, .count = count};
+  void begin_recording(std::optional<ContactRecorder<T>>& recorder, const FreeMotion<T>& motion, const Clock& start,
+                       std::uint64_t number) noexcept {
+    if (report_ == nullptr || motion.terms.surface_count == 0) return;
+    recorder.emplace(*report_, logged_, scene_.options.arithmetic);
+    recorder->begin(report_->steps + number, start, motion.step());
+  }
+
+  void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, std::size_t first, std::size_t count,
+                  ContactLog<T>* log) noexcept {
+    Block<T> block{.x = {}, .v = {}, .first = first, .count = count, .log = log};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       block.x[axis] = work_.x[axis] + first;
       block.v[axis] = work_.v[axis] + first;
@@ -413,6 +429,8 @@ class JoinedStep {
     Kind kind = Kind::flow;
     const FreeMotion<T>* motion = nullptr;
     FlowOffsets offsets;
+    Clock start{};
+    std::uint64_t number = 0;  // of the step
     T pulse{};
   };
 
@@ -444,6 +462,8 @@ class JoinedStep {
         stage.kind = Kind::flow;
         stage.motion = m_.flows()[f].get();
         make_offsets(f, clock_, stage.offsets);
+        stage.start = clock_;
+        stage.number = number_;
         clock_.advance(stage.motion->step(), 1);
       });
     };
@@ -473,10 +493,12 @@ class JoinedStep {
 
   void run_stage(const Stage& stage, const GridTerms<T>& grid, std::size_t from, std::size_t to) noexcept {
     if (stage.kind == Kind::pulse) return kernels_.grid(grid, work_, stage.pulse, from, to);
+    std::optional<ContactRecorder<T>> recorder;
+    begin_recording(recorder, *stage.motion, stage.start, stage.number);
     const std::size_t end = to * grid.pitch;
     for (std::size_t first = from * grid.pitch; first < end; first += stage.motion->block) {
       const std::size_t count = std::min(stage.motion->block, end - first);
-      flow_block(*stage.motion, stage.offsets, first, count);
+      flow_block(*stage.motion, stage.offsets, first, count, recorder ? &*recorder : nullptr);
       hold_fixed(first, first + count);
     }
   }
@@ -641,6 +663,7 @@ class JoinedStep {
     });
   }
 
+  const CompiledScene<T>& scene_;
   const JoinedMotion<T>& m_;
   const Joints<T>& joints_;
   JoinedWorkspace<T>& ws_;
@@ -660,17 +683,21 @@ class JoinedStep {
   std::array<FlowOffsets, max_flows> offsets_;
   std::array<Stage, max_stages> stages_;
   std::size_t stage_count_ = 0;
+  ContactReport::Parts* report_;  // null: nobody asks
+  LoggedParticles logged_;
+  std::uint64_t number_ = 1;  // of the step within the call
 };
 
 }  // namespace
 
 template <class T, class Kept>
 StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace,
-                       State<Kept>& state, std::size_t steps, const ParallelFor& parallel) noexcept {
+                       State<Kept>& state, std::size_t steps, const ParallelFor& parallel,
+                       ContactReport::Parts* report) noexcept {
   const Stepping stepping(workspace.is_stepping);
   if (!stepping) return StepResult::in_use;
   if (steps == 0) return StepResult::done;
-  JoinedStep<T> call(scene, motion, workspace, parallel);
+  JoinedStep<T> call(scene, motion, workspace, parallel, report);
   call.fetch_all(state);
   call.run(state.clock, scene.options.step, steps);
   call.put_back_all(state);
@@ -679,10 +706,10 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
 }
 
 template StepResult step_joined(const CompiledScene<float>&, const JoinedMotion<float>&, JoinedWorkspace<float>&, State<float>&,
-                                std::size_t, const ParallelFor&) noexcept;
+                                std::size_t, const ParallelFor&, ContactReport::Parts*) noexcept;
 template StepResult step_joined(const CompiledScene<double>&, const JoinedMotion<double>&, JoinedWorkspace<double>&,
-                                State<double>&, std::size_t, const ParallelFor&) noexcept;
+                                State<double>&, std::size_t, const ParallelFor&, ContactReport::Parts*) noexcept;
 template StepResult step_joined(const CompiledScene<double>&, const JoinedMotion<double>&, JoinedWorkspace<double>&,
-                                State<float>&, std::size_t, const ParallelFor&) noexcept;
+                                State<float>&, std::size_t, const ParallelFor&, ContactReport::Parts*) noexcept;
 
 }  // namespace dvdx

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "dvdx/layouts/convert.hpp"
+#include "execute/contact_recorder.hpp"
 #include "execute/environment.hpp"
 #include "execute/stepping.hpp"
 #include "execute/tasks.hpp"
@@ -174,16 +175,23 @@ template <class T>
 class LifecycleStep {
  public:
   LifecycleStep(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
-                const ParallelFor& parallel) noexcept
-      : p_(compiled), ws_(workspace), kernels_(compiled.passes.template of<T>().removal), live_(live), parallel_(parallel) {}
+                const ParallelFor& parallel, ContactReport::Parts* report) noexcept
+      : p_(compiled),
+        ws_(workspace),
+        kernels_(compiled.passes.template of<T>().removal),
+        live_(live),
+        parallel_(parallel),
+        report_(report) {}
 
   // Steps batch by batch.
   void step(std::size_t steps) noexcept {
-    // Which particle fills which hole depends on the births of the steps before: one step at a time where they do.
-    const std::size_t most = fills_holes(p_.turnover.removal) ? 1 : batch_steps;
+    // Which particle fills which hole depends on the births of the steps before: one step at a time where they do. In a report
+    // a particle is known by where it stands when its step begins.
+    const std::size_t most = fills_holes(p_.turnover.removal) || report_ != nullptr ? 1 : batch_steps;
     for (std::size_t left = steps; left != 0;) {
       const std::size_t now = batch_of(std::min(left, most));
       step_batch(now);
+      if (report_ != nullptr) report_->steps += now;
       left -= now;
     }
   }
@@ -567,6 +575,7 @@ class LifecycleStep {
       stepped.at = scratch_of(scratch);
       stepped.is_apart = true;
       here.first = 0;
+      here.aside_of = chunk.first;
       for_each_pair(live_, stepped.at,
                     [&](const Strip& from, const Strip& aside) { move_strip(from, chunk.first, chunk.count, aside, 0); });
     }
@@ -650,7 +659,11 @@ class LifecycleStep {
         column.capacity = chunk.count;
       }
     }
-    p_.plan.step(view, steps);
+    if (report_ != nullptr) {
+      ReportedStep<T>::run(p_.plan, view, steps, *report_, chunk.aside_of + chunk.first);
+    } else {
+      p_.plan.step(view, steps);
+    }
     return view.clock;
   }
 
@@ -688,6 +701,7 @@ class LifecycleStep {
   const RemovalKernels<T>& kernels_;
   LiveState<T>& live_;
   ParallelFor parallel_;
+  ContactReport::Parts* report_;  // null: nobody asks what contacts do
   Run run_{};
   std::array<Segment, most_groups> segments_{};
   std::size_t segment_count_ = 0;
@@ -710,12 +724,12 @@ StepResult check_live(const CompiledLifecycle<T>& compiled, const LiveState<T>& 
 
 template <class T, class Work>
 StepResult run(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
-               const ParallelFor& parallel, const Work& work) noexcept {
+               const ParallelFor& parallel, ContactReport::Parts* report, const Work& work) noexcept {
   if (const StepResult result = check_live(compiled, live); result != StepResult::done) return result;
   const Stepping stepping(workspace.is_stepping);
   if (!stepping) return StepResult::in_use;
   const StepEnvironment environment;
-  LifecycleStep<T> now(compiled, workspace, live, parallel);
+  LifecycleStep<T> now(compiled, workspace, live, parallel, report);
   work(now);
   return StepResult::done;
 }
@@ -724,16 +738,31 @@ StepResult run(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& work
 
 template <class T>
 StepResult LivePlan<T>::step(LiveState<T>& live, std::size_t steps, const ParallelFor& parallel) const noexcept {
-  return run(parts_->compiled, parts_->workspace, live, parallel, [steps](LifecycleStep<T>& now) { now.step(steps); });
+  return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, [steps](LifecycleStep<T>& now) { now.step(steps); });
+}
+
+template <class T>
+StepResult LivePlan<T>::step(LiveState<T>& live, ContactReport& contacts, std::size_t steps,
+                             const ParallelFor& parallel) const noexcept {
+  ContactReport::Parts& report = contacts.parts();
+  const Scene& scene = parts_->compiled.plan.scene();
+  if (report.centers.size() != scene.contacts.size()) return StepResult::report_differs;
+  begin_report(report, scene);
+  const auto work = [steps](LifecycleStep<T>& now) { now.step(steps); };
+  const StepResult result = run(parts_->compiled, parts_->workspace, live, parallel, &report, work);
+  if (result == StepResult::done) end_report(report, 0);  // its steps have been counted
+  return result;
 }
 
 template <class T>
 StepResult LivePlan<T>::remove(LiveState<T>& live, const ParallelFor& parallel) const noexcept {
-  return run(parts_->compiled, parts_->workspace, live, parallel, [](LifecycleStep<T>& now) { now.remove(); });
+  return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, [](LifecycleStep<T>& now) { now.remove(); });
 }
 
 template StepResult LivePlan<float>::step(LiveState<float>&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult LivePlan<double>::step(LiveState<double>&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult LivePlan<float>::step(LiveState<float>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::step(LiveState<double>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult LivePlan<float>::remove(LiveState<float>&, const ParallelFor&) const noexcept;
 template StepResult LivePlan<double>::remove(LiveState<double>&, const ParallelFor&) const noexcept;
 

@@ -128,7 +128,7 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
   }
   bool touched = false;
   if constexpr (has_contacts(extra)) {
-    touched = resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, waiting);
+    touched = resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, waiting, particles.log);
   }
   store_trajectory<V>(particles, i, m);
   return touched;

@@ -82,6 +82,8 @@ struct Rates {
 template <class T>
 struct Surface;  // passes/contact/contact.hpp
 template <class T>
+class ContactLog;  // passes/contact/contact_log.hpp
+template <class T>
 struct RadialTerms;  // passes/radial/radial.hpp
 
 template <class T>
@@ -109,6 +111,7 @@ template <class T>
 struct Block {
   std::array<T*, 3> x{}, v{};
   std::size_t first = 0, count = 0;
+  ContactLog<T>* log = nullptr;  // null: nobody asks what contacts do
 };
 
 // offsets[n * offsets_per_step] belongs to step n; where springs kick at the middle of a step, offsets[... + 1] to its second

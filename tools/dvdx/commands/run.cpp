@@ -16,6 +16,7 @@
 #include "dvdx/plan.hpp"
 #include "output/console.hpp"
 #include "output/writer.hpp"
+#include "run/contact_watch.hpp"
 #include "run/energy.hpp"
 #include "run/energy_budget.hpp"
 #include "run/engine.hpp"
@@ -34,6 +35,7 @@ struct RunOptions {
   SceneOptions scene;
   EngineOptions engine;
   std::string out;
+  std::string events;
   std::optional<std::uint64_t> every{};  // 0: the last state alone; where not given, as the file's kind has it
   bool error = false;                    // a page is coloured by it
   bool json = false;
@@ -157,7 +159,7 @@ class Simulation {
         plan_(made(loaded.file, engine, state_)),
         threads_(engine.threads) {}
 
-  Outcome run(Observer<T>& observer, std::uint64_t every) {
+  Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts) {
     outcome_.network = plan_.network_limit();
     const auto start = observer.health(state_);
     outcome_.energy_start = observer.energy(state_);
@@ -166,12 +168,14 @@ class Simulation {
     {
       Progress progress(loaded_.steps);
       while (done_ < loaded_.steps) {
-        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), watch, progress);
+        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), watch, contacts, progress);
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), state_);
       }
     }
     observer.write(moment(), state_);
     observer.finish();
+    contacts.finish();
+    outcome_.contacts = contacts.sums();
     outcome_.energy_end = observer.energy(state_);
     outcome_.hash = observer.hash(state_);
     const auto end = observer.health(state_);
@@ -197,16 +201,21 @@ class Simulation {
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
 
-  void advance(std::uint64_t until, HeatWatch<T>& watch, Progress& progress) {
+  StepResult step(std::uint64_t steps, ContactReport* report) {
+    return report != nullptr ? plan_.step(state_, *report, steps, threads_.parallel_for())
+                             : plan_.step(state_, steps, threads_.parallel_for());
+  }
+
+  void advance(std::uint64_t until, HeatWatch<T>& watch, ContactWatch& contacts, Progress& progress) {
     const auto most = batch_for(state_.count);
     while (done_ < until) {
-      const auto steps = watch.most_steps(done_, std::min(most, until - done_));
+      const auto steps = contacts.most_steps(watch.most_steps(done_, std::min(most, until - done_)));
       const auto before = std::chrono::steady_clock::now();
-      if (plan_.step(state_, steps, threads_.parallel_for()) != StepResult::done)
-        throw std::logic_error("the plan is for another state");
+      if (step(steps, contacts.report()) != StepResult::done) throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       done_ += steps;
       watch.look(state_, done_);
+      contacts.write();
       progress.at(done_);
     }
   }
@@ -242,7 +251,8 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
     output->reference_text = reference.text;
   }
   Observer<T> observer(loaded, engine, output);
-  return simulation.run(observer, every);
+  ContactWatch contacts(loaded.file, options.json ? Sums::counted : Sums::left_out, options.events);
+  return simulation.run(observer, every, contacts);
 }
 
 template <class T>
@@ -287,6 +297,10 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   report["energy"] = {{"start", outcome.energy_start}, {"end", outcome.energy_end}};
   report["diverged"] = outcome.diverged;
   report["bad_particles"] = outcome.bad_particles;
+  report["contacts"] = nlohmann::ordered_json::array();
+  for (const ContactSum& sum : outcome.contacts) {
+    report["contacts"].push_back({{"hits", sum.hits}, {"impulse", sum.impulse}, {"torque_impulse", sum.torque_impulse}});
+  }
   if (outcome.network) report["heating"] = outcome.warmth ? nlohmann::ordered_json(outcome.warmth->is_heating) : nullptr;
   print_json(report.dump(2) + "\n");
 }
@@ -331,6 +345,9 @@ void warn_of_heat(const RunOptions& options, const LoadedScene& loaded, const Ou
 
 Exit run(const RunOptions& options) {
   if (!options.out.empty()) check_extension(options.out);
+  if (!options.events.empty() && options.events == options.out) {
+    throw Fault(Exit::usage, "--events " + options.events + ": is also where --out goes");
+  }
   if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
   const auto engine = engine_of(options.engine);
   const auto loaded = load_scene(options.scene, engine.precision);
@@ -364,6 +381,7 @@ void add_run(CLI::App& app, Exit& exit) {
   command->add_flag(
       "--error", options->error,
       "with --out of an .html: hold each state against the closed form, or against steps of an eighth in float64");
+  command->add_option("--events", options->events, "write each impact on a contact to a .csv file");
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &exit] { exit = run(*options); });
 }

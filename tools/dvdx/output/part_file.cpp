@@ -41,13 +41,14 @@ void check_target(const fs::path& target) {
   if (access(target.c_str(), W_OK) != 0) refuse(target, std::strerror(errno));
 }
 
-void check_is_no_source(const fs::path& target, std::span<const fs::path> sources, const fs::path& out) {
+void check_is_no_source(const fs::path& target, std::span<const fs::path> sources, const fs::path& out,
+                        std::string_view option) {
   std::error_code ignored;
   if (!fs::exists(target, ignored)) return;
   for (const auto& source : sources) {
     if (!fs::equivalent(target, source, ignored)) continue;
-    throw Fault(Exit::usage, "--out " + out.string() + ": " + target.string() + " would replace " + source.string() +
-                                 ", which the scene is read from");
+    throw Fault(Exit::usage, std::string(option) + " " + out.string() + ": " + target.string() + " would replace " +
+                                 source.string() + ", which the scene is read from");
   }
 }
 

@@ -17,9 +17,9 @@ namespace dvdx::tool {
 void check_target(const std::filesystem::path& target);
 
 // Throws Fault (usage) where what is at `target` is one of `sources`, under this name or another. `out` is what the user asked
-// for.
+// for, by `option`.
 void check_is_no_source(const std::filesystem::path& target, std::span<const std::filesystem::path> sources,
-                        const std::filesystem::path& out);
+                        const std::filesystem::path& out, std::string_view option = "--out");
 
 // Throws Fault (input_output) from every member that writes.
 class PartFile {

@@ -8,6 +8,7 @@
 #include "commands/progress.hpp"
 #include "commands/scene_options.hpp"
 #include "output/writer.hpp"
+#include "run/contact_watch.hpp"
 #include "run/engine.hpp"
 #include "run/health.hpp"
 #include "run/live_memory.hpp"
@@ -37,19 +38,21 @@ class LiveSimulation {
 
   // The observer writes, weighs and hashes.
   template <class Observer>
-  Outcome run(Observer& observer, std::uint64_t every) {
+  Outcome run(Observer& observer, std::uint64_t every, ContactWatch& contacts) {
     const auto start = observer.health(live_.state);
     outcome_.energy_start = observer.energy(live_.state);
     if (every > 0 && loaded_.steps > 0) observer.write(moment(), live_.state);
     {
       Progress progress(loaded_.steps);
       while (done_ < loaded_.steps) {
-        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), progress);
+        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), contacts, progress);
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), live_.state);
       }
     }
     observer.write(moment(), live_.state);
     observer.finish();
+    contacts.finish();
+    outcome_.contacts = contacts.sums();
     outcome_.energy_end = observer.energy(live_.state);
     outcome_.hash = observer.hash(live_.state);
     const auto end = observer.health(live_.state);
@@ -69,15 +72,20 @@ class LiveSimulation {
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = live_.state.clock.seconds}; }
 
-  void advance(std::uint64_t until, Progress& progress) {
+  StepResult step(std::uint64_t steps, ContactReport* report) {
+    return report != nullptr ? plan_.step(live_, *report, steps, threads_.parallel_for())
+                             : plan_.step(live_, steps, threads_.parallel_for());
+  }
+
+  void advance(std::uint64_t until, ContactWatch& contacts, Progress& progress) {
     while (done_ < until) {
-      const auto steps = std::min(together, until - done_);
+      const auto steps = contacts.most_steps(std::min(together, until - done_));
       const auto before = std::chrono::steady_clock::now();
-      if (plan_.step(live_, steps, threads_.parallel_for()) != StepResult::done)
-        throw std::logic_error("the plan is for another state");
+      if (step(steps, contacts.report()) != StepResult::done) throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       turned_.particle_steps += live_.state.count * steps;
       done_ += steps;
+      contacts.write();
       progress.at(done_);
     }
   }

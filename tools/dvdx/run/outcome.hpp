@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
+#include "dvdx/contact_report.hpp"
 #include "dvdx/plan.hpp"
 
 namespace dvdx::tool {
@@ -35,6 +37,7 @@ struct Outcome {
   std::optional<Warmth> warmth{};  // none where no bound is known
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
+  std::vector<ContactSum> contacts{};  // in the scene's order, where they were asked for
 };
 
 }  // namespace dvdx::tool

@@ -9,6 +9,7 @@
 #include "isa/lanes.hpp"
 #include "passes/contact/bend.inl.hpp"
 #include "passes/contact/contact.hpp"
+#include "passes/contact/contact_log.hpp"
 #include "passes/terms.hpp"
 #include "passes/three.inl.hpp"
 #include "passes/trajectory.inl.hpp"
@@ -1490,11 +1491,41 @@ std::size_t lanes_in(Mask<V> mask) noexcept {
   return count;
 }
 
+// Lanes of particles from `first` on, one after the other by the scalar twin.
+template <class V>
+[[gnu::noinline]] void resolve_logged(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches,
+                                      Trajectory<V>& m, std::size_t first, ContactLog<Scalar<V>>& log) noexcept {
+  using T = Scalar<V>;
+  alignas(64) T lanes[12][V::size];
+  alignas(64) T is_touching[V::size];
+  store_lanes(is_touching, select<V>(touches, V(T(1)), V(T(0))));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    store_lanes(lanes[axis], m.x0[axis]);
+    store_lanes(lanes[3 + axis], m.v0[axis]);
+    store_lanes(lanes[6 + axis], m.x1[axis]);
+    store_lanes(lanes[9 + axis], m.v1[axis]);
+  }
+  for (std::size_t k = 0; k < V::size; ++k) {
+    if (is_touching[k] == T(0)) continue;
+    const auto three_from = [&](std::size_t n) { return std::array<T, 3>{lanes[n][k], lanes[n + 1][k], lanes[n + 2][k]}; };
+    reference::Particle<T> p{three_from(0), three_from(3), three_from(6), three_from(9)};
+    log.resolve(terms, offsets, p, first + k, log);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lanes[6 + axis][k] = p.x1[axis];
+      lanes[9 + axis][k] = p.v1[axis];
+    }
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    m.x1[axis] = load_lanes<V>(lanes[6 + axis]);
+    m.v1[axis] = load_lanes<V>(lanes[9 + axis]);
+  }
+}
+
 // Lanes from i of the block on. Whether any of them touched a surface. Those that wait end later than m says.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline bool resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
                                                     Trajectory<V>& m, std::size_t first, std::size_t i,
-                                                    Waiting<V, arithmetic>& waiting) noexcept {
+                                                    Waiting<V, arithmetic>& waiting, ContactLog<Scalar<V>>* log) noexcept {
   const Mask<V> touches = terms.moves
                               ? may_touch_any<V, arithmetic>(terms, {copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)})
                               : TouchTest<V, arithmetic>(terms)(m, {});
@@ -1502,6 +1533,12 @@ template <class V, Arithmetic arithmetic>
     return false;
   // The original never has its address taken, and is copied register by register, so that it stays in registers elsewhere.
   Trajectory<V> copy{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
+  if (log != nullptr) {
+    resolve_logged<V>(terms, offsets, touches, copy, first + i, *log);
+    m.x1 = copied(copy.x1);
+    m.v1 = copied(copy.v1);
+    return true;
+  }
   const Mask<V> left = is_one_plane<V>(terms) ? bounce_once<V, arithmetic>(terms, touches, copy) : touches;
   if (!any_lane<V>(left)) {
     m.x1 = copied(copy.x1);

@@ -10,13 +10,12 @@
 
 #include "passes/contact/bend_reference.hpp"
 #include "passes/contact/contact.hpp"
+#include "passes/contact/contact_log.hpp"
+#include "passes/contact/recording_reference.hpp"
 #include "passes/particle.hpp"
 #include "passes/terms.hpp"
 
 namespace dvdx::reference {
-
-template <class T>
-using Vector = std::array<T, 3>;
 
 template <Arithmetic arithmetic, class T>
 T dot(const Vector<T>& a, const Vector<T>& b) noexcept {
@@ -251,6 +250,7 @@ struct Course {
   T h = 0, left = 1;
   Responses<T> end{};
   Drive<T> drive{};
+  Recording<T>* recording = nullptr;  // null: nobody asks
 };
 
 template <Arithmetic arithmetic, class T>
@@ -604,6 +604,7 @@ template <class T>
 struct HeldEnd {
   Vector<T> x{}, v{}, v0{};
   T slide = 0, hold = 0;
+  std::array<T, 3> removed{};  // by each holder along its normal, of the end's velocity
 };
 
 template <Arithmetic arithmetic, class T>
@@ -612,7 +613,7 @@ HeldEnd<T> held_by_one(const Holder<T>& a, const Particle<T>& p, T direction) no
   const bool is_pressed = direction * vn < 0;
   const T removed = is_pressed ? std::abs(vn) : T(0);
   const T vn0 = dot<arithmetic>(a.n, p.v0);
-  HeldEnd<T> end{.x = {}, .v = p.v1, .v0 = p.v0, .slide = a.mu * removed, .hold = a.hold * removed};
+  HeldEnd<T> end{.x = {}, .v = p.v1, .v0 = p.v0, .slide = a.mu * removed, .hold = a.hold * removed, .removed = {removed, 0, 0}};
   for (std::size_t k = 0; k < 3; ++k) {
     end.x[k] = subtract_product<arithmetic>(p.x1[k], a.s, a.n[k]);
     if (is_pressed) end.v[k] = subtract_product<arithmetic>(p.v1[k], vn, a.n[k]);
@@ -640,6 +641,7 @@ HeldEnd<T> held_by_two(const Holder<T>& a, const Holder<T>& b, const Particle<T>
   }
   end.slide = multiply_add<arithmetic>(b.mu, removed.b, a.mu * removed.a);
   end.hold = multiply_add<arithmetic>(b.hold, removed.b, a.hold * removed.a);
+  end.removed = {removed.a, removed.b, 0};
   return end;
 }
 
@@ -705,9 +707,53 @@ HeldEnd<T> held_by_three(const Holder<T>& a, const Holder<T>& b, const Holder<T>
                                          multiply_add<arithmetic>(way.a, dot<arithmetic>(first.n, other.n), other.s));
     return s >= depth;
   };
-  if (leaves(a, b)) return held_by_two<arithmetic>(a, c, p, direction);
-  if (leaves(b, a)) return held_by_two<arithmetic>(b, c, p, direction);
+  if (leaves(a, b)) {
+    HeldEnd<T> end = held_by_two<arithmetic>(a, c, p, direction);
+    end.removed = {end.removed[0], 0, end.removed[1]};
+    return end;
+  }
+  if (leaves(b, a)) {
+    HeldEnd<T> end = held_by_two<arithmetic>(b, c, p, direction);
+    end.removed = {0, end.removed[0], end.removed[1]};
+    return end;
+  }
   return {.x = p.x0};
+}
+
+// What each of the holders did to the particle, which ends at p: along its normal, and of the friction as much as it presses.
+template <Arithmetic arithmetic, PathForm form, class T>
+void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T>& end, const Vector<T>& friction,
+                 const Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
+  const Vector<T>& dv = course.held.dv;
+  std::array<T, 3> removed = end.removed;
+  if (holders[2]->number != Held<T>::none && removed == std::array<T, 3>{}) {
+    removed = multiples(holders[0]->n, holders[1]->n, holders[2]->n, scaled_by(course.direction, dv));
+  }
+  std::size_t main = 0;
+  while (main < 2 && !(removed[main] > 0)) ++main;
+  if (!(removed[main] > 0)) main = 0;
+  std::array<Vector<T>, 3> shares{};
+  shares[main] = dv;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (k == main || !(removed[k] > 0)) continue;
+    const T part = end.slide > 0 ? (holders[k]->mu * removed[k]) / end.slide : T(0);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      shares[k][axis] = (course.direction * removed[k]) * holders[k]->n[axis] + part * friction[axis];
+      shares[main][axis] = shares[main][axis] - shares[k][axis];
+    }
+  }
+  // A force that holds all the time gives more than is left of it at the end, where springs and drag act on that.
+  Vector<T> grown{1, 1, 1};
+  if constexpr (form == PathForm::flow) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (course.end.P1[axis] != 0) grown[axis] = course.left / course.end.P1[axis];
+    }
+  }
+  course.recording->begin_hold(p.x0, p.x1, course.t);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (shares[k] == Vector<T>{}) continue;
+    course.recording->hold(holders[k]->number, {grown[0] * shares[k][0], grown[1] * shares[k][1], grown[2] * shares[k][2]});
+  }
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
@@ -728,23 +774,26 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   held.b = held.c = none;
   if (a.number == none) return;
 
+  Holder<T> b, c;
   Against<T> against = against_one(terms, a, p);
   HeldEnd<T> end = held_by_one<arithmetic>(a, against.p, course.direction);
-  const Holder<T> b = deepest(terms, p, course, end.x);
+  b = deepest(terms, p, course, end.x);
   if (b.number != none) {
     against = against_two<arithmetic>(terms, a, b, p, course.t);
     end = held_by_two<arithmetic>(a, b, against.p, course.direction);
     held.b = b.number;
-    const Holder<T> c = deepest(terms, p, course, end.x);
+    c = deepest(terms, p, course, end.x);
     if (c.number != none) {
       end = held_by_three<arithmetic>(a, b, c, against.p, course.direction);
       held.c = c.number;
     }
   }
   const T kept = kept_by_friction(end.slide, end.hold, std::sqrt(dot<arithmetic>(end.v, end.v)));
+  Vector<T> friction;
   for (std::size_t k = 0; k < 3; ++k) {
     const T rubbed = kept * end.v[k];
-    end.x[k] = multiply_add<arithmetic>(T(0.5) * course.t, rubbed - end.v[k], end.x[k]);
+    friction[k] = rubbed - end.v[k];
+    end.x[k] = multiply_add<arithmetic>(T(0.5) * course.t, friction[k], end.x[k]);
     end.v[k] = rubbed;
   }
   const T motion = std::abs(course.t) * one_norm(sum_of(end.v0, end.v));
@@ -764,6 +813,7 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   p.x1 = end.x;
   p.v1 = end.v;
   p.v0 = end.v0;
+  if (course.recording != nullptr) record_hold({&a, &b, &c}, end, friction, p, course);
 }
 
 // ---------------------------------------------------------------------------------- impacts
@@ -836,8 +886,20 @@ Meeting<T> meeting(const Surface<T>& surface, const Vector<T>& x, T t) noexcept 
   return {turned_by<arithmetic>(scaled_by(-t, surface.omega), n), V};
 }
 
+// Whether a particle lies on a surface that it is pressed onto from here on. Of a sheet that rests, each pulse of its springs
+// presses.
+template <Arithmetic arithmetic, PathForm form, class T>
+bool is_pressed_on(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
+  const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
+  const Touch<T> start = touch<arithmetic>(surface, seen.x0);
+  const T sizes = (one_norm(seen.x0) + one_norm(p.x1)) + (surface.radius + surface.radius);
+  return start.s <= 2 * std::numeric_limits<T>::epsilon() * sizes && course.direction * dot<arithmetic>(start.n, seen.v0) <= 0;
+}
+
 template <Arithmetic arithmetic, PathForm form, class T>
 void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form, T>& course, T f) noexcept {
+  const bool lies = course.recording != nullptr && is_pressed_on(surface, p, course);
+  if (course.recording != nullptr) course.recording->let_go(f);
   const Vector<T> gain = difference(p.v1, p.v0);
   const auto [xf, vf] = moment(surface, p, course, gain, f);
   const T rest = 1 - f;
@@ -895,6 +957,10 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
     p.v1[k] = form == PathForm::parabola ? multiply_add<arithmetic>(rest, gain[k], after)
                                          : multiply_add<arithmetic>(course.end.P0[k], pulse, p.v1[k]);
     p.v0[k] = after;
+  }
+  if (course.recording != nullptr) {
+    const auto told = lies && e == 0 ? Told::hold : Told::impact;
+    course.recording->push(told, course.last, xf, n, difference(p.v0, vf), course.t);
   }
   let_go();
 }
@@ -967,6 +1033,7 @@ void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form,
   for (int impact = 0; impact < terms.impacts; ++impact) {
     if (!resolve_earliest(terms, p, course)) break;
   }
+  if (course.recording != nullptr) course.recording->let_go(1);
   T tolerance = 0;
   for (int round = 0; round < clamp_rounds; ++round) {
     bool is_clamped = false;
@@ -976,7 +1043,9 @@ void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form,
       if (round == 0 && is_held && terms.surfaces[j].shape == Shape::plane) continue;
       if (!(touch<arithmetic>(terms.surfaces[j], p.x1).s < -(tolerance * size))) continue;
       is_clamped = true;
+      const Vector<T> before = p.v1;
       clamp(terms.surfaces[j], p, course, course.last == j || is_held, size);
+      if (course.recording != nullptr) course.recording->push(Told::hold, j, p.x1, {}, difference(p.v1, before), T(0));
     }
     if (!is_clamped) return;
     tolerance = 2 * std::numeric_limits<T>::epsilon();
@@ -985,11 +1054,13 @@ void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form,
 
 // i: the particle's number in the plan's columns.
 template <Arithmetic arithmetic, class T>
-void resolve_contacts(const Terms<T>& terms, const Offsets<T>& offsets, Particle<T>& p, std::size_t i) noexcept {
+void resolve_contacts(const Terms<T>& terms, const Offsets<T>& offsets, Particle<T>& p, std::size_t i,
+                      Recording<T>* recording = nullptr) noexcept {
   if (!may_touch<arithmetic>(terms, p)) return;
   const T direction = terms.h < 0 ? T(-1) : T(1);
   if (terms.bend.degree == 0) {
-    Course<arithmetic, PathForm::parabola, T> course{.direction = direction, .t = terms.h, .last = terms.surface_count};
+    Course<arithmetic, PathForm::parabola, T> course{
+        .direction = direction, .t = terms.h, .last = terms.surface_count, .recording = recording};
     resolve_all(terms, p, course);
     return;
   }
@@ -1000,9 +1071,16 @@ void resolve_contacts(const Terms<T>& terms, const Offsets<T>& offsets, Particle
                                                .bending = &bending,
                                                .h = terms.h,
                                                .left = 1,
-                                               .end = bending(T(1))};
+                                               .end = bending(T(1)),
+                                               .recording = recording};
   if (bending.is_driven()) course.drive = {offsets.drive[0], offsets.drive[1], offsets.drive[2]};
   resolve_all(terms, p, course);
+}
+
+template <Arithmetic arithmetic, class T>
+void resolve_and_log(const Terms<T>& terms, const Offsets<T>& offsets, Particle<T>& p, std::size_t i, ContactLog<T>& log) {
+  Recording<T> recording(log, i);
+  resolve_contacts<arithmetic>(terms, offsets, p, i, &recording);
 }
 
 }  // namespace dvdx::reference

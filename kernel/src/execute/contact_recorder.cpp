@@ -1,0 +1,184 @@
+#include "execute/contact_recorder.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "math/vec3.hpp"
+
+namespace dvdx {
+namespace {
+
+Vec3 center_of(const Contact& contact) noexcept {
+  return std::visit(
+      [](const auto& c) {
+        if constexpr (requires { c.center; }) {
+          return c.center;
+        } else {
+          return Vec3{};
+        }
+      },
+      contact);
+}
+
+bool is_before(const ContactEvent& a, const ContactEvent& b) noexcept {
+  const auto key = [](const ContactEvent& e) { return std::tie(e.step, e.particle, e.time, e.contact, e.x, e.n, e.impulse); };
+  return key(a) < key(b);
+}
+
+}  // namespace
+
+void begin_report(ContactReport::Parts& report, const Scene& scene) noexcept {
+  for (std::size_t j = 0; j < scene.contacts.size(); ++j) report.centers[j] = {center_of(scene.contacts[j]), {}};
+  constexpr std::uint64_t most = std::uint64_t{1} << 30U;
+  if (report.joined.load(std::memory_order_relaxed) < most) return;
+  report.joined = 0;
+  for (std::size_t first = 0; first < report.words.size(); first += contact_words) {
+    for (std::size_t sum = 0; sum < contact_sums; ++sum) {
+      carry(std::span(report.words).subspan(first + 1 + sum * exact_words, exact_limbs));
+    }
+  }
+}
+
+void end_report(ContactReport::Parts& report, std::size_t steps) noexcept {
+  const std::size_t claimed = report.claimed;
+  const std::size_t kept = std::min(claimed, report.room.size());
+  std::sort(report.room.begin() + static_cast<std::ptrdiff_t>(report.kept),
+            report.room.begin() + static_cast<std::ptrdiff_t>(kept), is_before);
+  report.lost += claimed - kept;
+  report.claimed = kept;
+  report.kept = kept;
+  report.steps += steps;
+}
+
+// ---- sums ----------------------------------------------------------------------------------------------------------------
+
+void ContactSums::add(std::size_t sum, double term) noexcept {
+  for_each_word(term, [&](std::size_t word, std::int64_t number) {
+    words_[sum][word] += number;
+    first_[sum] = std::min(first_[sum], word);
+    end_[sum] = std::max(end_[sum], word + 1);
+  });
+}
+
+void ContactSums::add(const Vec3& impulse, const Vec3& torque) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    add(axis, impulse[axis]);
+    add(3 + axis, torque[axis]);
+  }
+  // Carries in time, where one thread takes very many steps.
+  if (++terms_ < most_terms) return;
+  terms_ = 0;
+  for (std::size_t sum = 0; sum < contact_sums; ++sum) {
+    carry(std::span(words_[sum]).first(exact_limbs));
+    end_[sum] = std::max(end_[sum], exact_limbs);
+  }
+}
+
+// Any number of threads may be at it: whole numbers have one sum.
+void ContactSums::join(ContactReport::Parts& report) noexcept {
+  std::int64_t* const to = report.words.data() + contact_ * contact_words;
+  const auto add = [](std::int64_t& word, std::int64_t number) {
+    if (number != 0) std::atomic_ref(word).fetch_add(number, std::memory_order_relaxed);
+  };
+  add(*to, hits_);
+  for (std::size_t sum = 0; sum < contact_sums; ++sum) {
+    if (first_[sum] == exact_words) continue;
+    std::int64_t* const of_sum = to + 1 + sum * exact_words;
+    const std::size_t end = std::min(end_[sum] + 2, exact_limbs);  // carries go up two limbs
+    if (first_[sum] < end) carry(std::span(words_[sum]).subspan(first_[sum], end - first_[sum]));
+    for (std::size_t word = first_[sum]; word < end; ++word) add(of_sum[word], words_[sum][word]);
+    add(of_sum[exact_limbs], words_[sum][exact_limbs]);
+  }
+  report.joined.fetch_add(1, std::memory_order_relaxed);
+}
+
+// ---- particles -----------------------------------------------------------------------------------------------------------
+
+std::optional<std::size_t> LoggedParticles::number(std::size_t element) const noexcept {
+  if (order_ == nullptr) {
+    const bool is_fixed = std::binary_search(scene_.fixed.begin(), scene_.fixed.end(), first_ + element);
+    if (element >= count_ || is_fixed) return std::nullopt;
+    return first_ + element;
+  }
+  std::optional<std::size_t> particle;
+  if (!order_->particles.empty()) {
+    if (element < order_->particles.size()) particle = order_->particles[element];
+  } else {
+    const auto& spans = order_->spans;
+    auto span = std::upper_bound(spans.begin(), spans.end(), element,
+                                 [](std::size_t at, const ParticleSpan& s) { return at < s.element; });
+    if (span == spans.begin()) return std::nullopt;
+    --span;
+    if (element - span->element < span->count) particle = span->particle + (element - span->element) * span->every;
+  }
+  if (particle && inverse_masses_[*particle] == 0) particle.reset();
+  return particle;
+}
+
+// ---- a task ---------------------------------------------------------------------------------------------------------------
+
+template <class T>
+ContactRecorder<T>::~ContactRecorder() {
+  for (auto& sums : sums_) {
+    if (sums) sums->join(report_);
+  }
+}
+
+template <class T>
+ContactSums& ContactRecorder<T>::sums_of(std::size_t contact) noexcept {
+  std::optional<ContactSums>& sums = sums_[contact % sums_.size()];
+  if (sums && sums->contact() != contact) {
+    sums->join(report_);
+    sums.reset();
+  }
+  if (!sums) sums.emplace(contact);
+  return *sums;
+}
+
+template <class T>
+auto ContactRecorder<T>::add(const ContactPush<T>& push, bool is_hit) noexcept -> std::optional<Impulse> {
+  const std::optional<std::size_t> particle = particles_.number(push.particle);
+  if (!particle) return std::nullopt;
+  const double mass = particles_.mass(*particle);
+  const Vec3 origin = particles_.origin();
+  const TorqueCenter& center = report_.centers[push.contact];
+  const auto t = static_cast<double>(push.t);
+  Impulse impulse{.particle = *particle};
+  Vec3 arm{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    impulse.x[axis] = static_cast<double>(push.x[axis]) + origin[axis];
+    impulse.on_surface[axis] = -(mass * static_cast<double>(push.dv[axis]));
+    arm[axis] = impulse.x[axis] - (center.at[axis] - t * center.velocity[axis]);
+  }
+  ContactSums& sums = sums_of(push.contact);
+  sums.add(impulse.on_surface, cross(arm, impulse.on_surface));
+  if (is_hit) sums.count_hit();
+  return impulse;
+}
+
+template <class T>
+void ContactRecorder<T>::take_hold(const ContactPush<T>& push) noexcept {
+  add(push, false);
+}
+
+template <class T>
+void ContactRecorder<T>::take_impact(const ContactPush<T>& push, const std::array<T, 3>& normal) noexcept {
+  const std::optional<Impulse> impulse = add(push, true);
+  if (!impulse || report_.room.empty()) return;
+  const std::size_t place = report_.claimed.fetch_add(1, std::memory_order_relaxed);
+  if (place >= report_.room.size()) return;
+  const double passed = 1 - static_cast<double>(push.t) / static_cast<double>(static_cast<T>(h_));
+  report_.room[place] = {.step = step_,
+                         .time = start_.seconds + (start_.carry + h_ * passed),
+                         .particle = impulse->particle,
+                         .contact = push.contact,
+                         .x = impulse->x,
+                         .n = {static_cast<double>(normal[0]), static_cast<double>(normal[1]), static_cast<double>(normal[2])},
+                         .impulse = impulse->on_surface};
+}
+
+template class ContactRecorder<float>;
+template class ContactRecorder<double>;
+
+}  // namespace dvdx

@@ -1,0 +1,137 @@
+// Where what contacts do to particles becomes sums and events of a report.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "compile/compiled_scene.hpp"
+#include "dvdx/contact_report.hpp"
+#include "dvdx/plan.hpp"
+#include "math/exact_sum.hpp"
+#include "passes/contact/contact_log.hpp"
+
+namespace dvdx {
+
+// What a contact's torque is counted about: where it is at the end of the flow, m in the world, and its velocity.
+struct TorqueCenter {
+  Vec3 at{}, velocity{};
+};
+
+// The words of one contact: the hits, then three sums of the impulse and three of its torque.
+inline constexpr std::size_t contact_sums = 6;
+inline constexpr std::size_t contact_words = 1 + contact_sums * exact_words;
+
+struct ContactReport::Parts {
+  Parts(std::size_t contacts, std::span<ContactEvent> room_)
+      : words(contacts * contact_words), centers(contacts), room(room_) {}
+
+  std::vector<std::int64_t> words;
+  std::vector<TorqueCenter> centers;
+  std::span<ContactEvent> room;
+  std::atomic<std::size_t> claimed{0};   // of the room, and beyond it
+  std::atomic<std::uint64_t> joined{0};  // sums since carries were last taken on
+  std::size_t kept = 0;                  // events, in order
+  std::uint64_t lost = 0;
+  std::uint64_t steps = 0;
+};
+
+// A call of step() begins, or ends, on the calling thread.
+void begin_report(ContactReport::Parts& report, const Scene& scene) noexcept;
+void end_report(ContactReport::Parts& report, std::size_t steps) noexcept;
+
+// Of one contact, on one thread, on their way to the report.
+class ContactSums {
+ public:
+  explicit ContactSums(std::size_t contact) noexcept : contact_(contact) {}
+
+  [[nodiscard]] std::size_t contact() const noexcept { return contact_; }
+  void count_hit() noexcept { ++hits_; }
+  void add(const Vec3& impulse, const Vec3& torque) noexcept;
+  void join(ContactReport::Parts& report) noexcept;
+
+ private:
+  static constexpr std::uint32_t most_terms = 1U << 28U;
+
+  void add(std::size_t sum, double term) noexcept;
+
+  std::size_t contact_;
+  std::int64_t hits_ = 0;
+  std::uint32_t terms_ = 0;
+  std::array<std::array<std::int64_t, exact_words>, contact_sums> words_{};
+  std::array<std::size_t, contact_sums> first_{exact_words, exact_words, exact_words, exact_words, exact_words, exact_words};
+  std::array<std::size_t, contact_sums> end_{};
+};
+
+// Which particle stands at an element of a plan's columns, if one that surfaces can move.
+class LoggedParticles {
+ public:
+  // As they stand in the state, from number `first` on.
+  LoggedParticles(const Scene& scene, std::size_t first, std::size_t count) noexcept
+      : scene_(scene), first_(first), count_(count) {}
+  LoggedParticles(const Scene& scene, const ParticleOrder& order, std::span<const double> inverse_masses) noexcept
+      : scene_(scene), order_(&order), inverse_masses_(inverse_masses) {}
+
+  [[nodiscard]] std::optional<std::size_t> number(std::size_t element) const noexcept;
+  [[nodiscard]] double mass(std::size_t number) const noexcept { return scene_.mass[number]; }  // kg
+  [[nodiscard]] Vec3 origin() const noexcept { return scene_.origin.at(0); }                    // m, of all particles
+
+ private:
+  const Scene& scene_;
+  std::size_t first_ = 0, count_ = 0;
+  const ParticleOrder* order_ = nullptr;
+  std::span<const double> inverse_masses_;
+};
+
+// One task's.
+template <class T>
+class ContactRecorder final : public ContactLog<T> {
+ public:
+  ContactRecorder(ContactReport::Parts& report, const LoggedParticles& particles, Arithmetic arithmetic) noexcept
+      : ContactLog<T>(resolve_logged<T>(arithmetic)), report_(report), particles_(particles) {}
+  ~ContactRecorder();
+
+  // A flow of the report's step `step` starts at this time and takes h seconds.
+  void begin(std::uint64_t step, const Clock& start, double h) noexcept {
+    step_ = step;
+    start_ = start;
+    h_ = h;
+  }
+  void take_impact(const ContactPush<T>& push, const std::array<T, 3>& normal) noexcept override;
+  void take_hold(const ContactPush<T>& push) noexcept override;
+
+ private:
+  struct Impulse {
+    std::size_t particle = 0;
+    Vec3 x{}, on_surface{};
+  };
+
+  std::optional<Impulse> add(const ContactPush<T>& push, bool is_hit) noexcept;
+  ContactSums& sums_of(std::size_t contact) noexcept;
+
+  ContactReport::Parts& report_;
+  const LoggedParticles& particles_;
+  std::uint64_t step_ = 0;
+  Clock start_{};
+  double h_ = 1;
+  std::array<std::optional<ContactSums>, 4> sums_;  // of the contacts touched last
+};
+
+extern template class ContactRecorder<float>;
+extern template class ContactRecorder<double>;
+
+// A plan's step within a call that has begun, of the particles from number `first` on.
+template <class T>
+struct ReportedStep {
+  static StepResult run(const Plan<T>& plan, State<T>& state, std::size_t steps, ContactReport::Parts& report,
+                        std::size_t first) noexcept;
+};
+
+extern template struct ReportedStep<float>;
+extern template struct ReportedStep<double>;
+
+}  // namespace dvdx

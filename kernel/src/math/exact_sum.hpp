@@ -1,0 +1,82 @@
+// Sums of doubles without any rounding, so that they depend neither on the order of the terms nor on how these are split: whole
+// numbers of 2^-1074, the smallest double, in words of 32 bits that have room for 2^31 carries.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+namespace dvdx {
+
+inline constexpr std::size_t exact_limbs = 66;               // 2098 bits
+inline constexpr std::size_t exact_words = exact_limbs + 1;  // the last counts the terms that are not finite
+
+// Calls add(word, number) for the words that a term falls into; what is added to a word is below 2^33 in size.
+template <class Add>
+void for_each_word(double term, const Add& add) noexcept {
+  const auto bits = std::bit_cast<std::uint64_t>(term);
+  const auto exponent = static_cast<std::size_t>(bits >> 52U & 0x7ffU);
+  if (exponent == 0x7ff) return add(exact_limbs, std::int64_t{1});
+  const std::uint64_t fraction = bits & ((std::uint64_t{1} << 52U) - 1);
+  const std::uint64_t digits = exponent == 0 ? fraction : fraction | std::uint64_t{1} << 52U;
+  if (digits == 0) return;
+  const std::size_t place = exponent == 0 ? 0 : exponent - 1;
+  const std::size_t first = place / 32;
+  const std::size_t shift = place % 32;
+  constexpr std::uint64_t low = 0xffffffff;
+  const std::uint64_t a = (digits & low) << shift;
+  const std::uint64_t b = (digits >> 32U) << shift;
+  const std::int64_t sign = (bits >> 63U) != 0 ? -1 : 1;
+  add(first, sign * static_cast<std::int64_t>(a & low));
+  add(first + 1, sign * static_cast<std::int64_t>((a >> 32U) + (b & low)));
+  if (b >> 32U != 0) add(first + 2, sign * static_cast<std::int64_t>(b >> 32U));
+}
+
+// Every word but the last limb below 2^32 in size; the sum stays what it is.
+inline void carry(std::span<std::int64_t> limbs) noexcept {
+  constexpr std::int64_t base = std::int64_t{1} << 32U;
+  for (std::size_t k = 0; k + 1 < limbs.size(); ++k) {
+    limbs[k + 1] += limbs[k] / base;
+    limbs[k] %= base;
+  }
+}
+
+// The nearest double.
+inline double rounded(std::span<const std::int64_t, exact_words> words) noexcept {
+  if (words[exact_limbs] != 0) return std::numeric_limits<double>::quiet_NaN();
+  constexpr std::size_t below = 2;  // zeros, so that the lowest limb has two below it
+  std::array<std::int64_t, below + exact_limbs + 1> limbs{};
+  std::copy_n(words.begin(), exact_limbs, limbs.begin() + below);
+  carry(limbs);
+  std::size_t top = limbs.size();
+  while (top > 0 && limbs[top - 1] == 0) --top;
+  if (top == 0) return 0;
+  const double sign = limbs[--top] < 0 ? -1 : 1;
+  if (sign < 0) {
+    for (std::int64_t& limb : limbs) limb = -limb;
+  }
+  for (std::size_t k = 0; k < top; ++k) {  // borrow: all of one sign
+    if (limbs[k] >= 0) continue;
+    limbs[k] += std::int64_t{1} << 32U;
+    --limbs[k + 1];
+  }
+  while (limbs[top] == 0) --top;
+  const auto at = [&](std::size_t k) { return static_cast<std::uint64_t>(limbs[k]); };
+  const std::uint64_t two = at(top) << 32U | at(top - 1);
+  const auto free = static_cast<unsigned>(std::countl_zero(two));  // below 32
+  std::uint64_t digits = two << free;
+  const std::uint64_t third = at(top - 2) << free;
+  digits |= third >> 32U;
+  bool is_more = (third & 0xffffffffU) != 0;
+  for (std::size_t k = 0; k + 2 < top; ++k) is_more = is_more || limbs[k] != 0;
+  if (is_more) digits |= 1U;  // far below the last digit of a double: it only decides between two
+  const int place = 32 * static_cast<int>(top - 1 - below) - static_cast<int>(free) - 1074;
+  return sign * std::ldexp(static_cast<double>(digits), place);
+}
+
+}  // namespace dvdx

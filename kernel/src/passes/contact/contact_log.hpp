@@ -1,0 +1,55 @@
+// What contacts do to particles, told one impulse at a time. Where a block has a log, each particle that touches a surface is
+// resolved by the scalar twin, which has the same bits: the wide pass knows of no log but that it is there.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "dvdx/isa.hpp"
+#include "passes/particle.hpp"
+#include "passes/terms.hpp"
+
+namespace dvdx {
+
+// A change dv of a particle's velocity by a surface, at x, t before the end of the flow.
+template <class T>
+struct ContactPush {
+  std::size_t particle = 0;  // its number in the plan's columns
+  std::size_t contact = 0;
+  std::array<T, 3> x{}, dv{};
+  T t = 0;
+};
+
+template <class T>
+class ContactLog;
+
+// Touches are looked for, and what is found is resolved.
+template <class T>
+using ResolveLogged = void (*)(const Terms<T>&, const Offsets<T>&, reference::Particle<T>&, std::size_t particle,
+                               ContactLog<T>&);
+
+// Takes what the contacts of some particles do, on one thread.
+template <class T>
+class ContactLog {
+ public:
+  explicit ContactLog(ResolveLogged<T> resolve_) noexcept : resolve(resolve_) {}
+  ContactLog(const ContactLog&) = delete;
+  ContactLog& operator=(const ContactLog&) = delete;
+
+  virtual void take_impact(const ContactPush<T>& push, const std::array<T, 3>& normal) noexcept = 0;
+  // By a surface that holds a particle, evenly about the time given, or that puts it back outside.
+  virtual void take_hold(const ContactPush<T>& push) noexcept = 0;
+
+  const ResolveLogged<T> resolve;
+
+ protected:
+  ~ContactLog() = default;
+};
+
+template <class T>
+ResolveLogged<T> resolve_logged(Arithmetic arithmetic) noexcept;
+
+extern template ResolveLogged<float> resolve_logged<float>(Arithmetic) noexcept;
+extern template ResolveLogged<double> resolve_logged<double>(Arithmetic) noexcept;
+
+}  // namespace dvdx
