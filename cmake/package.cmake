@@ -1,4 +1,5 @@
-# cpack -G DEB: libdvdx1 (the shared library), libdvdx-dev (headers, archives, CMake and pkg-config files), dvdx (the command).
+# cpack -G DEB: libdvdx1 (the shared library), libdvdx-dev (headers, archives, CMake and pkg-config files), dvdx (the command),
+# dvdx-mpi (what the command needs to run on many ranks).
 set(CPACK_PACKAGE_NAME dvdx)
 set(CPACK_PACKAGE_VENDOR dvdx)
 set(CPACK_PACKAGE_CONTACT "the dvdx authors <dvdx@localhost>")
@@ -9,6 +10,12 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_ALL library development)
 if(TARGET dvdx_command)
   list(APPEND CPACK_COMPONENTS_ALL tools)
+endif()
+if(TARGET dvdx_mpi_module)
+  list(APPEND CPACK_COMPONENTS_ALL mpi)
+  set(CPACK_DEBIAN_MPI_PACKAGE_NAME dvdx-mpi)
+  set(CPACK_DEBIAN_MPI_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "dvdx (= ${PROJECT_VERSION})")
 endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)

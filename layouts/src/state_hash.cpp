@@ -20,7 +20,12 @@ std::uint64_t mix(std::uint64_t hash, T value) noexcept {
 
 template <class T>
 std::uint64_t state_hash(const State<T>& state) noexcept {
-  std::uint64_t hash = 0xCBF29CE484222325U;
+  return state_hash(state, empty_state_hash);
+}
+
+template <class T>
+std::uint64_t state_hash(const State<T>& state, std::uint64_t before) noexcept {
+  std::uint64_t hash = before;
   for (std::size_t i = 0; i < state.count; ++i) {
     for (const auto& column : state.x) hash = mix<T>(hash, column[i]);
     for (const auto& column : state.v) hash = mix<T>(hash, column[i]);
@@ -37,5 +42,7 @@ std::string hash_text(std::uint64_t hash) {
 
 template std::uint64_t state_hash(const State<float>&) noexcept;
 template std::uint64_t state_hash(const State<double>&) noexcept;
+template std::uint64_t state_hash(const State<float>&, std::uint64_t) noexcept;
+template std::uint64_t state_hash(const State<double>&, std::uint64_t) noexcept;
 
 }  // namespace dvdx

@@ -9,5 +9,6 @@ namespace dvdx::test {
 [[nodiscard]] std::string scenes();   // the folder of the shipped scenes
 [[nodiscard]] std::string schema();   // the JSON Schema of scenes
 [[nodiscard]] std::string command();  // the program dvdx
+[[nodiscard]] std::string mpirun();   // that starts it on many ranks; empty where it was built without MPI
 
 }  // namespace dvdx::test

@@ -3,6 +3,7 @@
 #include <memory>
 #include <new>
 #include <sstream>
+#include <string_view>
 
 #include "commands/commands.hpp"
 #include "dvdx/build_info.hpp"
@@ -51,8 +52,9 @@ int run(int argc, char** argv) {
   return static_cast<int>(exit);
 }
 
-int failed(Exit exit, const char* message) {
-  dvdx::tool::print_message(message);
+// Of several ranks that share a fault, one alone has something to say.
+int failed(Exit exit, std::string_view message) {
+  if (!message.empty()) dvdx::tool::print_message(message);
   return static_cast<int>(exit);
 }
 

@@ -9,6 +9,7 @@
 #include <tl/expected.hpp>
 
 #include "dvdx/contact_report.hpp"
+#include "dvdx/elsewhere.hpp"
 #include "dvdx/export.h"
 #include "dvdx/isa.hpp"
 #include "dvdx/layouts/memory.hpp"
@@ -56,6 +57,7 @@ struct Options {
   // Where the plan's columns come from: what holds a number for each particle, spring or constraint and is read or worked in by
   // a step. The scene's copy and its lists come from operator new. Where either has none left, std::bad_alloc is thrown.
   Memory memory{};
+  Elsewhere elsewhere{};  // of a batch that is stepped in parts
 };
 
 enum class StepResult {

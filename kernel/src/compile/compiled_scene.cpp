@@ -61,7 +61,8 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   const Passes* passes = find_passes(isa, options.arithmetic);
   auto compiled =
       std::make_shared<CompiledScene<T>>(with_linear_springs(std::move(given)), options, isa, *passes, count, std::move(start));
-  if (auto error = check_sources(System(compiled->scene, compiled->start, options.step))) return tl::unexpected(*error);
+  if (auto error = check_sources(System(compiled->scene, compiled->start, options.step, options.elsewhere)))
+    return tl::unexpected(*error);
   if (auto error = check_range<T>(compiled->scene, options, count, compiled->start)) return tl::unexpected(*error);
   std::shared_ptr<Joints<T>> made;
   if (steps_in_columns(compiled->scene)) made = joints(compiled->scene, options, compiled->start);

@@ -115,7 +115,7 @@ ShearAxis<T> rounded(const Shear& exact) {
 template <class T>
 FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Passes& passes, std::optional<std::size_t> count,
                           std::span<const Vec3> start)
-    : system(scene, start, options.step),
+    : system(scene, start, options.step, options.elsewhere),
       kernels(&passes.of<T>()),
       equilibrium(equilibrium_shift<T>(system)),
       flow(choose_flow<T>(system, equilibrium ? Drive::none : Drive::offsets)),
@@ -126,6 +126,7 @@ FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Pass
       count_(count),
       step_(options.step),
       impacts_(options.impacts),
+      elsewhere_(options.elsewhere),
       columns_(options.memory),
       bend_columns_(options.memory) {
   reserve(options.block);
@@ -303,6 +304,8 @@ template <class T>
 void FreeMotion<T>::make_bend() {
   Bend<T>& bend = terms.bend;
   bend.axes = system.is_isotropic() ? 1 : 3;
+  bend_q_ = elsewhere_.g * std::abs(step_);
+  bend_z_ = std::sqrt(elsewhere_.W) * std::abs(step_);
   const bool is_each = !system.is_uniform();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     T* w_each = nullptr;

@@ -76,6 +76,7 @@ class FreeMotion {
   std::optional<std::size_t> count_;
   double step_;  // s
   int impacts_;
+  Elsewhere elsewhere_;
   Columns<T> columns_;
   Columns<T> bend_columns_;         // which impacts alone read
   double bend_z_ = 0, bend_q_ = 0;  // the strongest sqrt(W) |h| and g |h| of any particle and axis

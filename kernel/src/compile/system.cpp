@@ -28,7 +28,8 @@ Polynomial8 local_polynomial(const Polynomial& force, std::size_t axis, const Cl
 
 }  // namespace
 
-System::System(const Scene& scene, std::span<const Vec3> start, double h) : scene_(&scene), start_(start), h_(h) {
+System::System(const Scene& scene, std::span<const Vec3> start, double h, const Elsewhere& elsewhere)
+    : scene_(&scene), start_(start), h_(h), elsewhere_(elsewhere) {
   sort_forces();
   find_sources();
 }
@@ -84,12 +85,15 @@ void System::sort_forces() {
   }
   const auto first_other =
       std::stable_partition(radial_.begin(), radial_.end(), [&](std::size_t i) { return method(i) == Method::combined; });
+  has_springs_ = has_springs_ || elsewhere_.W > 0;
+  is_damped_ = is_damped_ || elsewhere_.g > 0;
   kicks_ = static_cast<std::size_t>(first_other - radial_.begin());
   has_anchor_each_ = has_anchor_each_ && has_springs_;
   is_uniform_ = is_uniform_ && !(has_anchor_each_ && anchors_differ());
 }
 
 bool System::anchors_differ() const {
+  if (elsewhere_.anchors_differ) return true;
   const Anchor* first = nullptr;
   for (const auto* group : {&combined_, &separate_}) {
     for (const std::size_t i : *group) {

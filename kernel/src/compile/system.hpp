@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "dvdx/elsewhere.hpp"
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/scene.hpp"
 #include "forces/combined.hpp"
@@ -50,7 +51,7 @@ struct Rate {
 class System {
  public:
   // Particle i starts at start[i] (empty where no anchor stands at the start). h may be negative. The scene must outlive this.
-  System(const Scene& scene, std::span<const Vec3> start, double h);
+  System(const Scene& scene, std::span<const Vec3> start, double h, const Elsewhere& elsewhere = {});
 
   [[nodiscard]] bool has_springs() const noexcept { return has_springs_; }
   [[nodiscard]] bool is_damped() const noexcept { return is_damped_; }
@@ -58,6 +59,7 @@ class System {
   [[nodiscard]] bool is_uniform() const noexcept { return is_uniform_; }      // all particles alike but for anchors
   [[nodiscard]] bool has_anchor_each() const noexcept { return has_anchor_each_; }
   [[nodiscard]] bool is_one_system() const noexcept { return separate_.empty(); }  // no spring or drag stands alone
+  [[nodiscard]] bool anchors_differ() const;  // of springs that do not combine
   [[nodiscard]] bool depends_on_time() const noexcept { return depends_on_time_; }
   [[nodiscard]] const std::vector<std::size_t>& combined() const noexcept { return combined_; }
   [[nodiscard]] const std::vector<std::size_t>& separate() const noexcept { return separate_; }  // springs and drags alone
@@ -89,7 +91,6 @@ class System {
   void sort_forces();
   void find_sources();
   void add_sources_of(std::size_t force, Source::Group group);
-  [[nodiscard]] bool anchors_differ() const;
   [[nodiscard]] Gain anchor_gain(std::size_t axis, std::size_t particle) const;
   [[nodiscard]] Vec3 amplitude_of(std::size_t force, const Source& source, const Clock& clock) const noexcept;
   [[nodiscard]] Rate coefficient(std::size_t force, std::size_t axis, std::size_t particle) const noexcept;
@@ -98,6 +99,7 @@ class System {
   const Scene* scene_;
   std::span<const Vec3> start_;
   double h_;
+  Elsewhere elsewhere_;
   std::vector<std::size_t> combined_, separate_, alone_, radial_;
   std::vector<Source> sources_;
   std::size_t kicks_ = 0;

@@ -16,6 +16,10 @@
 #include "dvdx/plan.hpp"
 #include "output/console.hpp"
 #include "output/writer.hpp"
+#include "ranks/agree.hpp"
+#include "ranks/join.hpp"
+#include "ranks/over_ranks.hpp"
+#include "ranks/refusal.hpp"
 #include "run/contact_watch.hpp"
 #include "run/energy.hpp"
 #include "run/energy_budget.hpp"
@@ -53,11 +57,13 @@ std::uint64_t states_written(std::uint64_t steps, std::uint64_t every) {
 }
 
 // Writes, weighs and hashes states as the world sees them: in float64 where their own columns are counted from an origin of
-// their own or carry residuals, else as they are.
+// their own or carry residuals, else as they are. Of several ranks each has its part of the particles, and all are told the
+// same.
 template <class T>
 class Observer {
  public:
-  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output) : file_(loaded.file) {
+  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, Ranks& ranks)
+      : file_(loaded.file), ranks_(ranks) {
     if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
     if (!output) return;
     if (world_) {
@@ -77,10 +83,14 @@ class Observer {
   }
 
   [[nodiscard]] double energy(const State<T>& state) {
-    return world_ ? tool::energy(file_, seen(state)) : tool::energy(file_, state);
+    return world_ ? tool::energy(ranks_, file_, seen(state)) : tool::energy(ranks_, file_, state);
   }
-  [[nodiscard]] std::uint64_t hash(const State<T>& state) { return world_ ? state_hash(seen(state)) : state_hash(state); }
-  [[nodiscard]] Health health(const State<T>& state) { return world_ ? health_of(seen(state)) : health_of(state); }
+  [[nodiscard]] std::uint64_t hash(const State<T>& state) {
+    return world_ ? tool::state_hash(ranks_, seen(state)) : tool::state_hash(ranks_, state);
+  }
+  [[nodiscard]] Health health(const State<T>& state) {
+    return combined(ranks_, world_ ? health_of(seen(state)) : health_of(state));
+  }
   [[nodiscard]] EnergyBudget budget(const State<T>& state) {
     return world_ ? EnergyBudget(file_, seen(state)) : EnergyBudget(file_, state);
   }
@@ -100,12 +110,13 @@ class Observer {
   }
 
   const SceneFile& file_;
+  Ranks& ranks_;
   std::optional<Soa<double>> world_;
   std::unique_ptr<Writer<T>> writer_;
   std::unique_ptr<Writer<double>> world_writer_;
 };
 
-std::size_t most_particles(const SceneFile& file) { return std::max(file.particles.count, file.turnover.capacity); }
+std::size_t most_particles(const SceneFile& file) { return std::max(file.particles.total(), file.turnover.capacity); }
 
 // A page plays what it holds, so it holds many states; but not more than play well.
 std::uint64_t every_of(const RunOptions& options, const LoadedScene& loaded) {
@@ -152,11 +163,12 @@ class HeatWatch {
 template <class T>
 class Simulation {
  public:
-  Simulation(const LoadedScene& loaded, const Engine& engine)
+  Simulation(const LoadedScene& loaded, const Engine& engine, Ranks& ranks)
       : loaded_(loaded),
+        ranks_(ranks),
         memory_(engine.layout, loaded.file.particles.count, rounding_of(engine.precision)),
-        state_(started(loaded.file, memory_.view())),
-        plan_(made(loaded.file, engine, state_)),
+        state_(together(ranks, [&] { return started(loaded.file, memory_.view()); })),
+        plan_(made(loaded.file, engine, state_, ranks)),
         threads_(engine.threads) {}
 
   Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts) {
@@ -166,7 +178,8 @@ class Simulation {
     HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
     if (every > 0 && loaded_.steps > 0) observer.write(moment(), state_);
     {
-      Progress progress(loaded_.steps);
+      std::optional<Progress> progress;
+      if (ranks_.rank() == 0) progress.emplace(loaded_.steps);
       while (done_ < loaded_.steps) {
         advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), watch, contacts, progress);
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), state_);
@@ -175,6 +188,7 @@ class Simulation {
     observer.write(moment(), state_);
     observer.finish();
     contacts.finish();
+    contacts.join(ranks_);
     outcome_.contacts = contacts.sums();
     outcome_.energy_end = observer.energy(state_);
     outcome_.hash = observer.hash(state_);
@@ -182,6 +196,7 @@ class Simulation {
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
     outcome_.warmth = watch.warmth();
+    outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
     return outcome_;
   }
 
@@ -191,12 +206,15 @@ class Simulation {
     return state;
   }
 
-  static Plan<T> made(const SceneFile& file, const Engine& engine, const State<T>& state) {
-    const Options options{
+  static Plan<T> made(const SceneFile& file, const Engine& engine, const State<T>& state, Ranks& ranks) {
+    Options options{
         .step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
-    auto plan = compile<T>(file.scene, options, state);
-    if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
-    return std::move(*plan);
+    if (is_split_by_ranges(file, ranks)) options.elsewhere = elsewhere_of(ranks, file);
+    return together(ranks, [&] {
+      auto plan = compile<T>(file.scene, options, state);
+      if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+      return std::move(*plan);
+    });
   }
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
@@ -206,8 +224,8 @@ class Simulation {
                              : plan_.step(state_, steps, threads_.parallel_for());
   }
 
-  void advance(std::uint64_t until, HeatWatch<T>& watch, ContactWatch& contacts, Progress& progress) {
-    const auto most = batch_for(state_.count);
+  void advance(std::uint64_t until, HeatWatch<T>& watch, ContactWatch& contacts, std::optional<Progress>& progress) {
+    const auto most = batch_for(loaded_.file.particles.total());
     while (done_ < until) {
       const auto steps = contacts.most_steps(watch.most_steps(done_, std::min(most, until - done_)));
       const auto before = std::chrono::steady_clock::now();
@@ -216,11 +234,12 @@ class Simulation {
       done_ += steps;
       watch.look(state_, done_);
       contacts.write();
-      progress.at(done_);
+      if (progress) progress->at(done_);
     }
   }
 
   const LoadedScene& loaded_;
+  Ranks& ranks_;
   StateMemory<T> memory_;
   State<T> state_;
   Plan<T> plan_;
@@ -230,8 +249,8 @@ class Simulation {
 };
 
 template <class T, class Simulated>
-Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
-  Simulated simulation(loaded, engine);
+Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engine& engine, Ranks& ranks) {
+  Simulated simulation(loaded, engine, ranks);
   const auto every = every_of(options, loaded);
   std::optional<Output> output;
   if (!options.out.empty()) {
@@ -240,7 +259,9 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
               .states = states_written(loaded.steps, every),
               .topology = &loaded.file.topology,
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
-              .scene = &loaded.file};
+              .scene = &loaded.file,
+              .ranks = ranks.count() > 1 ? &ranks : nullptr,
+              .first = loaded.file.particles.first};
   }
   if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
     if (is_page(options.out)) output->ids = simulation.ids();
@@ -250,29 +271,29 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
     output->reference = reference.positions;
     output->reference_text = reference.text;
   }
-  Observer<T> observer(loaded, engine, output);
+  Observer<T> observer(loaded, engine, output, ranks);
   ContactWatch contacts(loaded.file, options.json ? Sums::counted : Sums::left_out, options.events);
   return simulation.run(observer, every, contacts);
 }
 
 template <class T>
-Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
-  return is_live(loaded.file) ? run_all<T, LiveSimulation<T>>(options, loaded, engine)
-                              : run_all<T, Simulation<T>>(options, loaded, engine);
+Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Engine& engine, Ranks& ranks) {
+  return is_live(loaded.file) ? run_all<T, LiveSimulation<T>>(options, loaded, engine, ranks)
+                              : run_all<T, Simulation<T>>(options, loaded, engine, ranks);
 }
 
 double particle_steps_per_second(const LoadedScene& loaded, const Outcome& outcome) {
   const auto all = outcome.turned ? static_cast<double>(outcome.turned->particle_steps)
-                                  : static_cast<double>(loaded.file.particles.count) * static_cast<double>(loaded.steps);
+                                  : static_cast<double>(loaded.file.particles.total()) * static_cast<double>(loaded.steps);
   return outcome.wall_seconds > 0 ? all / outcome.wall_seconds : 0;
 }
 
 // At the end.
 std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome) {
-  return outcome.turned ? outcome.turned->live : loaded.file.particles.count;
+  return outcome.turned ? outcome.turned->live : loaded.file.particles.total();
 }
 
-void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
+void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks) {
   nlohmann::ordered_json report;
   report["scene"] = loaded.file.name;
   report["particles"] = particles_of(loaded, outcome);
@@ -289,6 +310,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   report["precision"] = name_in(precisions, engine.precision);
   report["isa"] = name(engine.isa);
   report["threads"] = engine.threads;
+  if (ranks) report["ranks"] = *ranks;
   report["layout"] = name_in(layouts, engine.layout);
   report["arithmetic"] = name(engine.arithmetic);
   report["wall_seconds"] = outcome.wall_seconds;
@@ -305,7 +327,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   print_json(report.dump(2) + "\n");
 }
 
-void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome) {
+void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks) {
   const auto row = [](std::string_view name, const std::string& value) {
     print_answer(fmt::format("{:<12} {}\n", name, value));
   };
@@ -324,6 +346,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   row("engine",
       fmt::format("{}, {}, {} arithmetic, {}, {} thread{}", name_in(precisions, engine.precision), name(engine.isa),
                   name(engine.arithmetic), name_in(layouts, engine.layout), engine.threads, engine.threads == 1 ? "" : "s"));
+  if (ranks) row("ranks", fmt::format("{}, each with {} thread{}", *ranks, engine.threads, engine.threads == 1 ? "" : "s"));
   row("time",
       fmt::format("{:.3g} s, {:.3g} particle-steps/s", outcome.wall_seconds, particle_steps_per_second(loaded, outcome)));
   row("energy", fmt::format("{:.9g} J at the start, {:.9g} J at the end", outcome.energy_start, outcome.energy_end));
@@ -343,25 +366,52 @@ void warn_of_heat(const RunOptions& options, const LoadedScene& loaded, const Ou
                   warmth.given, loaded.file.scene.coupling.scheme == Scheme::sequential ? " or a larger theta" : ""));
 }
 
-Exit run(const RunOptions& options) {
-  if (!options.out.empty()) check_extension(options.out);
-  if (!options.events.empty() && options.events == options.out) {
-    throw Fault(Exit::usage, "--events " + options.events + ": is also where --out goes");
-  }
-  if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
-  const auto engine = engine_of(options.engine);
-  const auto loaded = load_scene(options.scene, engine.precision);
-  if (options.error && is_live(loaded.file)) {
-    throw Fault(Exit::usage, "--error: there is no reference for particles that come and go");
-  }
-  const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine)
-                                                            : simulate<float>(options, loaded, engine);
-  (options.json ? print_outcome_json : print_table)(loaded, engine, outcome);
+Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
+  const auto engine = together(ranks, [&] {
+    if (!options.out.empty()) check_extension(options.out);
+    if (!options.events.empty() && options.events == options.out) {
+      throw Fault(Exit::usage, "--events " + options.events + ": is also where --out goes");
+    }
+    if (!options.events.empty() && ranks.count() > 1) {
+      throw Fault(Exit::usage, "--events: cannot be written by several ranks: one rank writes it");
+    }
+    if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
+    return engine_of(options.engine, by_launcher ? ranks_here() : 1);
+  });
+  const auto loaded = load_scene(options.scene, engine.precision, ranks);
+  together(ranks, [&] {
+    if (options.error && is_live(loaded.file)) {
+      throw Fault(Exit::usage, "--error: there is no reference for particles that come and go");
+    }
+    if (ranks.count() > 1) check_can_be_split(loaded.file, options.out);
+  });
+  const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine, ranks)
+                                                            : simulate<float>(options, loaded, engine, ranks);
+  const Exit exit = outcome.diverged ? Exit::diverged : Exit::done;
+  if (ranks.rank() > 0) return exit;
+  const auto shown = by_launcher ? std::optional(ranks.count()) : std::nullopt;
+  (options.json ? print_outcome_json : print_table)(loaded, engine, outcome, shown);
   warn_of_heat(options, loaded, outcome);
-  if (!outcome.diverged) return Exit::done;
+  if (!outcome.diverged) return exit;
   print_message(fmt::format("{}: the simulation diverged: {} of {} particles are not finite", options.scene.scene,
                             outcome.bad_particles, particles_of(loaded, outcome)));
-  return Exit::diverged;
+  return exit;
+}
+
+// A fault that one rank alone has met ends the others too: they would wait for it.
+Exit run(const RunOptions& options) {
+  const auto [ranks, by_launcher] = join_ranks();
+  if (ranks->count() == 1) return run_on(options, *ranks, by_launcher);
+  try {
+    return run_on(options, *ranks, by_launcher);
+  } catch (const SharedFault&) {
+    throw;
+  } catch (...) {
+    const auto trouble = trouble_of([] { throw; });
+    print_message(trouble->message);
+    ranks->end_all(static_cast<int>(trouble->exit));
+    return trouble->exit;  // g++ 12 does not see that a virtual function may not return
+  }
 }
 
 }  // namespace

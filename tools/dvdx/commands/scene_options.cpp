@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "ranks/agree.hpp"
 #include "run/origin.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/names.hpp"
@@ -80,17 +81,27 @@ void add_scene_replacements(CLI::App& app, SceneOptions& options) {
 }
 
 LoadedScene load_scene(const SceneOptions& options, Precision precision) {
-  const ReadOptions read{.overrides = options.overrides, .seed = options.seed, .scalar_bytes = bytes_of(precision)};
-  LoadedScene loaded{.file = read_scene(options.scene, read)};
-  auto& file = loaded.file;
-  if (options.step) file.step = checked("--step", *options.step, *options.step != 0, "a finite number other than 0");
-  if (options.duration) {
-    file.duration = checked("--duration", *options.duration, *options.duration >= 0, "a finite number >= 0");
-  }
-  if (!options.method.empty()) use_method(file.scene, named(methods, options.method));
-  couple(file, options);
-  choose_origin(file, precision);
-  loaded.steps = steps_of(file, options);
+  OneRank alone;
+  return load_scene(options, precision, alone);
+}
+
+LoadedScene load_scene(const SceneOptions& options, Precision precision, Ranks& ranks) {
+  auto loaded = together(ranks, [&] {
+    const RankShare share{.rank = static_cast<std::size_t>(ranks.rank()), .ranks = static_cast<std::size_t>(ranks.count())};
+    const ReadOptions read{
+        .overrides = options.overrides, .seed = options.seed, .scalar_bytes = bytes_of(precision), .share = share};
+    LoadedScene scene{.file = read_scene(options.scene, read)};
+    auto& file = scene.file;
+    if (options.step) file.step = checked("--step", *options.step, *options.step != 0, "a finite number other than 0");
+    if (options.duration) {
+      file.duration = checked("--duration", *options.duration, *options.duration >= 0, "a finite number >= 0");
+    }
+    if (!options.method.empty()) use_method(file.scene, named(methods, options.method));
+    couple(file, options);
+    scene.steps = steps_of(file, options);
+    return scene;
+  });
+  choose_origin(loaded.file, precision, ranks);
   return loaded;
 }
 

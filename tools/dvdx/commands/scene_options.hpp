@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "dvdx/ranks.hpp"
 #include "run/engine.hpp"
 #include "scene_io/scene_file.hpp"
 
@@ -35,6 +36,8 @@ struct LoadedScene {
 };
 
 // Throws Fault: usage where an option cannot go with the scene, and all that read_scene throws.
+// Of several ranks, each gets its part where the scene can be split by ranges, and all choose the same origins.
 [[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision);
+[[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision, Ranks& ranks);
 
 }  // namespace dvdx::tool

@@ -12,33 +12,38 @@ namespace {
 template <class T>
 class CsvWriter final : public Writer<T> {
  public:
-  explicit CsvWriter(const Output& output) : file_(output.target) { text_ = "step,time,particle,x,y,z,vx,vy,vz\n"; }
+  explicit CsvWriter(const Output& output) : file_(output.target, output.ranks), first_(output.first) {
+    file_.write("step,time,particle,x,y,z,vx,vy,vz\n");
+  }
 
   void write(const Moment& moment, const State<T>& state) override {
+    file_.write_in_turn([&](const PartFile::Put& put) { write_rows(moment, state, put); });
+  }
+
+  void finish() override { file_.commit(); }
+
+ private:
+  static constexpr std::size_t chunk = 1 << 20;
+
+  void write_rows(const Moment& moment, const State<T>& state, const PartFile::Put& put) {
     const std::string start = fmt::format("{},{},", moment.step, moment.time);
     for (std::size_t i = 0; i < state.count; ++i) {
       const auto& [x, y, z] = state.x;
       const auto& [vx, vy, vz] = state.v;
       text_ += start;
-      fmt::format_to(std::back_inserter(text_), "{},{},{},{},{},{},{}\n", i, x[i], y[i], z[i], vx[i], vy[i], vz[i]);
-      if (text_.size() > chunk) flush();
+      fmt::format_to(std::back_inserter(text_), "{},{},{},{},{},{},{}\n", first_ + i, x[i], y[i], z[i], vx[i], vy[i], vz[i]);
+      if (text_.size() > chunk) flush(put);
     }
+    flush(put);
   }
 
-  void finish() override {
-    flush();
-    file_.commit();
-  }
-
- private:
-  static constexpr std::size_t chunk = 1 << 20;
-
-  void flush() {
-    file_.write(text_);
+  void flush(const PartFile::Put& put) {
+    put(text_);
     text_.clear();
   }
 
   PartFile file_;
+  std::size_t first_;  // particle
   std::string text_;
 };
 

@@ -9,6 +9,7 @@
 #include "output/part_file.hpp"
 #include "output/temporary.hpp"
 #include "output/writer.hpp"
+#include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -89,17 +90,18 @@ class NpzWriter final : public Writer<T> {
   // Positions and velocities grow side by side while the states come, but stand one after the other in the archive: they wait
   // in files of their own.
   explicit NpzWriter(const Output& output)
-      : archive_(output.target),
-        positions_(beside(output.target, "positions")),
-        velocities_(beside(output.target, "velocities")) {
+      : ranks_(output.ranks),
+        archive_(output.target, ranks_),
+        positions_(beside(output.target, "positions"), ranks_),
+        velocities_(beside(output.target, "velocities"), ranks_) {
     const auto header = npy_header(type, fmt::format("{}, {}, 3", output.states, output.particles));
     positions_.write(header);
     velocities_.write(header);
   }
 
   void write(const Moment& moment, const State<T>& state) override {
-    positions_.write(interleaved(state.x, state.count));
-    velocities_.write(interleaved(state.v, state.count));
+    positions_.write_parts(interleaved(state.x, state.count));
+    velocities_.write_parts(interleaved(state.v, state.count));
     steps_.push_back(static_cast<std::int64_t>(moment.step));
     times_.push_back(moment.time);
   }
@@ -108,6 +110,14 @@ class NpzWriter final : public Writer<T> {
     positions_.close();
     velocities_.close();
     archive_.close();
+    together(ranks_, [this] {
+      if (ranks_ == nullptr || ranks_->rank() == 0) fill_archive();
+    });
+    archive_.commit();
+  }
+
+ private:
+  void fill_archive() {
     const std::string shape = fmt::format("{},", steps_.size());
     const std::string steps = npy_header("<i8", shape) + bytes_of(steps_);
     const std::string times = npy_header("<f8", shape) + bytes_of(times_);
@@ -117,16 +127,15 @@ class NpzWriter final : public Writer<T> {
     archive.add_file("positions.npy", positions_.part());
     archive.add_file("velocities.npy", velocities_.part());
     archive.close();
-    archive_.commit();
   }
 
- private:
   static constexpr const char* type = sizeof(T) == 4 ? "<f4" : "<f8";
 
   static std::filesystem::path beside(std::filesystem::path target, std::string_view name) {
     return target.replace_filename(fmt::format("{}-{}", target.filename().string(), name));
   }
 
+  Ranks* ranks_;
   PartFile archive_;
   PartFile positions_;   // never renamed into place
   PartFile velocities_;  // neither

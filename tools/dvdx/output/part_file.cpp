@@ -5,10 +5,12 @@
 #include <cerrno>
 #include <cstring>
 #include <functional>
+#include <numeric>
 #include <string>
 #include <system_error>
 #include <utility>
 
+#include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -52,9 +54,37 @@ void check_is_no_source(const fs::path& target, std::span<const fs::path> source
   }
 }
 
-PartFile::PartFile(fs::path target) : target_(std::move(target)), part_(part_of(target_)) {
-  check_target(target_);
-  file_.reset(std::fopen(part().c_str(), "wb"));
+PartFile::PartFile(fs::path target, Ranks* ranks) : target_(std::move(target)), ranks_(ranks) {
+  if (ranks_ != nullptr) {
+    open_together();
+  } else {
+    part_.emplace(part_of(target_));
+    check_target(target_);
+    open(part().c_str(), "wb");
+  }
+}
+
+// The first rank makes the file, the others find it by its name.
+void PartFile::open_together() {
+  std::string name;
+  together(ranks_, [&] {
+    if (!is_first()) return;
+    part_.emplace(part_of(target_));
+    check_target(target_);
+    open(part().c_str(), "wb");
+    name = part().string();
+  });
+  std::uint64_t size = name.size();
+  ranks_->broadcast(0, writable_bytes_in(size));
+  name.resize(size);
+  ranks_->broadcast(0, std::as_writable_bytes(std::span(name)));
+  together(ranks_, [&] {
+    if (!is_first()) open(name.c_str(), "r+b");
+  });
+}
+
+void PartFile::open(const char* path, const char* mode) {
+  file_.reset(std::fopen(path, mode));
   if (!file_) fail("cannot be written", errno);
 }
 
@@ -62,20 +92,58 @@ void PartFile::fail(std::string_view what, int error) const {
   throw Fault(Exit::input_output, target_.string() + ": " + std::string(what) + ": " + std::strerror(error));
 }
 
-void PartFile::write(std::string_view bytes) {
+void PartFile::put(std::string_view bytes) {
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail("cannot be written", errno);
 }
 
+void PartFile::put_at(std::uint64_t place, std::string_view bytes) {
+  if (bytes.empty()) return;
+  if (fseeko(file_.get(), static_cast<off_t>(place), SEEK_SET) != 0) fail("cannot be written", errno);
+  put(bytes);
+}
+
+void PartFile::write(std::string_view bytes) {
+  if (ranks_ == nullptr) return put(bytes);
+  if (is_first()) put_at(end_, bytes);
+  end_ += bytes.size();
+}
+
+void PartFile::write_parts(std::string_view bytes) {
+  if (ranks_ == nullptr) return put(bytes);
+  std::vector<std::uint64_t> sizes(static_cast<std::size_t>(ranks_->count()), 0);
+  const auto own = sizes.begin() + ranks_->rank();
+  *own = bytes.size();
+  ranks_->sum(sizes);
+  put_at(std::accumulate(sizes.begin(), own, end_), bytes);
+  end_ = std::accumulate(sizes.begin(), sizes.end(), end_);
+}
+
+void PartFile::write_in_turn(const std::function<void(const Put&)>& produce) {
+  if (ranks_ == nullptr) return produce([this](std::string_view bytes) { put(bytes); });
+  end_ = in_turn(*ranks_, end_, [&](std::uint64_t place) {
+    produce([&](std::string_view bytes) {
+      put_at(place, bytes);
+      place += bytes.size();
+    });
+    return place;
+  });
+}
+
 void PartFile::close() {
-  if (file_ && std::fclose(file_.release()) != 0) fail("cannot be written", errno);
+  together(ranks_, [this] {
+    if (file_ && std::fclose(file_.release()) != 0) fail("cannot be written", errno);
+  });
 }
 
 void PartFile::commit() {
   close();
-  std::error_code error;
-  fs::rename(part(), target_, error);
-  if (error) fail("cannot be put in its place", error.value());
-  part_.keep();
+  together(ranks_, [this] {
+    if (!is_first()) return;
+    std::error_code error;
+    fs::rename(part(), target_, error);
+    if (error) fail("cannot be put in its place", error.value());
+    part_->keep();
+  });
 }
 
 void commit_all(std::vector<PartFile>& files) {

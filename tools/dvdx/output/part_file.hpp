@@ -1,13 +1,17 @@
 // A file that is there whole or not at all: written beside its place under another name, and renamed when all is well.
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "dvdx/ranks.hpp"
 #include "output/temporary.hpp"
 
 namespace dvdx::tool {
@@ -21,27 +25,41 @@ void check_target(const std::filesystem::path& target);
 void check_is_no_source(const std::filesystem::path& target, std::span<const std::filesystem::path> sources,
                         const std::filesystem::path& out, std::string_view option = "--out");
 
-// Throws Fault (input_output) from every member that writes.
+// Throws Fault (input_output) from every member that writes. Several ranks may write a file together: each makes one and calls
+// the same members, and each writes its own bytes where they belong.
 class PartFile {
  public:
-  explicit PartFile(std::filesystem::path target);
+  // ranks: none where this process writes it alone.
+  explicit PartFile(std::filesystem::path target, Ranks* ranks = nullptr);
 
-  void write(std::string_view bytes);
+  void write(std::string_view bytes);  // of several ranks: the same bytes from all, once
+  // What this rank has, behind what those before it have.
+  void write_parts(std::string_view bytes);
+  // The same of what is not worth holding at once: `produce` gets a function to write by. One rank after the other.
+  using Put = std::function<void(std::string_view)>;
+  void write_in_turn(const std::function<void(const Put&)>& produce);
   void close();   // all bytes are in the file, still under its other name
   void commit();  // closes and renames it into place
 
   [[nodiscard]] const std::filesystem::path& target() const noexcept { return target_; }
-  [[nodiscard]] const std::filesystem::path& part() const noexcept { return part_.path(); }  // until it is committed
+  [[nodiscard]] const std::filesystem::path& part() const noexcept { return part_->path(); }  // until it is committed; of the first rank
 
  private:
   struct Close {
     void operator()(std::FILE* file) const noexcept { std::fclose(file); }
   };
   [[noreturn]] void fail(std::string_view what, int error) const;
+  [[nodiscard]] bool is_first() const noexcept { return ranks_ == nullptr || ranks_->rank() == 0; }
+  void open(const char* path, const char* mode);
+  void open_together();
+  void put(std::string_view bytes);
+  void put_at(std::uint64_t place, std::string_view bytes);
 
   std::filesystem::path target_;
-  Temporary part_;
+  Ranks* ranks_;
+  std::optional<Temporary> part_;  // the first rank's
   std::unique_ptr<std::FILE, Close> file_;
+  std::uint64_t end_ = 0;  // of several ranks: bytes so far
 };
 
 // Renames all of them into place, and no signal comes between; where one cannot be, those before it are removed again.

@@ -14,6 +14,7 @@
 #include "output/bytes.hpp"
 #include "output/part_file.hpp"
 #include "output/writer.hpp"
+#include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -91,13 +92,27 @@ std::vector<std::array<std::size_t, 2>> holding_lines(const Topology& topology, 
 }
 
 template <class T>
+void write_vertices(const PartFile::Put& put, const State<T>& state) {
+  constexpr std::size_t chunk = 1 << 20;
+  std::string text;
+  for (std::size_t i = 0; i < state.count; ++i) {
+    fmt::format_to(std::back_inserter(text), "v {} {} {}\n", state.x[0][i], state.x[1][i], state.x[2][i]);
+    if (text.size() <= chunk) continue;
+    put(text);
+    text.clear();
+  }
+  put(text);
+}
+
+template <class T>
 void write_obj(PartFile& file, const Output& output, const State<T>& state) {
   ObjText text(file);
   text.add("{}the first state, whose vertices a .pc2 moves\n", obj_mark);
-  for (std::size_t i = 0; i < state.count; ++i) text.add("v {} {} {}\n", state.x[0][i], state.x[1][i], state.x[2][i]);
+  text.flush();
+  file.write_in_turn([&](const PartFile::Put& put) { write_vertices(put, state); });
   text.add_all('f', output.topology->faces);
   text.add_all('l', output.topology->lines);
-  text.add_all('l', holding_lines(*output.topology, state.count));
+  text.add_all('l', holding_lines(*output.topology, all_particles(output, state)));
   text.flush();
 }
 
@@ -118,17 +133,21 @@ template <class T>
 class Pc2Writer final : public Writer<T> {
  public:
   explicit Pc2Writer(const Output& output) : output_(output) {
-    const auto start = header(output);
-    auto obj = checked_obj(output.target);
+    std::string start;
+    fs::path obj;
+    together(output.ranks, [&] {
+      start = header(output);
+      obj = checked_obj(output.target);
+    });
     files_.reserve(2);
-    files_.emplace_back(output.target).write(start);
-    files_.emplace_back(std::move(obj));
+    files_.emplace_back(output.target, output.ranks).write(start);
+    files_.emplace_back(std::move(obj), output.ranks);
   }
 
   void write(const Moment&, const State<T>& state) override {
     if (is_first_) write_obj(files_[1], output_, state);
     is_first_ = false;
-    files_[0].write(points(state));
+    files_[0].write_parts(points(state));
   }
 
   void finish() override { commit_all(files_); }

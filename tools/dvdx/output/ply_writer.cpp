@@ -79,17 +79,18 @@ template <class T>
 class PlyWriter final : public Writer<T> {
  public:
   explicit PlyWriter(const Output& output)
-      : target_(output.target),
+      : output_(output),
         old_frames_(old_frames(output)),
         joints_header_(joints_header(*output.topology)),
         joints_(joints(*output.topology)) {
-    const PartFile probe(numbered(target_, 0));  // so that a disk that takes nothing is known before the run
+    const PartFile probe(numbered(output_.target, 0),
+                         output_.ranks);  // so that a disk that takes nothing is known before the run
   }
 
   void write(const Moment& moment, const State<T>& state) override {
-    files_.emplace_back(numbered(target_, files_.size()));
-    files_.back().write(header<T>(moment, state.count) + joints_header_ + "end_header\n");
-    files_.back().write(vertices(state));
+    files_.emplace_back(numbered(output_.target, files_.size()), output_.ranks);
+    files_.back().write(header<T>(moment, all_particles(output_, state)) + joints_header_ + "end_header\n");
+    files_.back().write_parts(vertices(state));
     files_.back().write(joints_);
     files_.back().close();
   }
@@ -97,7 +98,7 @@ class PlyWriter final : public Writer<T> {
   void finish() override { commit_series(files_, old_frames_); }
 
  private:
-  std::filesystem::path target_;
+  Output output_;
   std::vector<std::filesystem::path> old_frames_;
   std::string joints_header_;  // of faces and edges, which are the same in every state
   std::string joints_;

@@ -1,9 +1,12 @@
 // VTK XML PolyData, a file a state with inline base64, and a .pvd that gives each file its time: what ParaView opens.
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <pugixml.hpp>
+#include <span>
 #include <sstream>
 #include <vector>
 
@@ -16,11 +19,49 @@ namespace dvdx::tool {
 namespace {
 
 // VTK wants the byte count before the data, both in one base64 text (header_type UInt64).
-std::string inline_binary(std::string_view bytes) {
-  std::string with_size(sizeof(std::uint64_t), '\0');
-  const std::uint64_t size = bytes.size();
-  std::memcpy(with_size.data(), &size, sizeof size);
-  return base64(with_size.append(bytes));
+std::string with_size(std::uint64_t size, std::string_view bytes) {
+  std::string all(sizeof size, '\0');
+  std::memcpy(all.data(), &size, sizeof size);
+  return all.append(bytes);
+}
+std::string inline_binary(std::string_view bytes) { return base64(with_size(bytes.size(), bytes)); }
+
+// The same of what several ranks hold, each `bytes` of it from `place` on: the text of this rank's part. Three bytes make four
+// letters, so what does not fill three goes to the next rank.
+std::string inline_binary_part(Ranks& ranks, std::uint64_t size, std::uint64_t place, std::string_view part) {
+  const bool is_first = ranks.rank() == 0;
+  std::string bytes = is_first ? with_size(size, part) : std::string(part);
+  const std::uint64_t from = is_first ? 0 : sizeof size + place;
+  const std::uint64_t to = from + bytes.size();
+  const auto last_two = [&](std::size_t n) { return bytes.size() > n ? bytes[bytes.size() - 1 - n] : '\0'; };
+  const std::array<char, 2> passed_on{last_two(1), last_two(0)};
+  std::array<char, 2> carried{};
+  if (!is_first) ranks.start_receive(ranks.rank() - 1, std::as_writable_bytes(std::span(carried)));
+  if (ranks.rank() + 1 < ranks.count()) ranks.start_send(ranks.rank() + 1, std::as_bytes(std::span(passed_on)));
+  ranks.finish();
+  if (part.empty() && !is_first) return {};
+  const auto before = static_cast<std::size_t>(from % 3);
+  bytes.insert(bytes.begin(), carried.end() - static_cast<std::ptrdiff_t>(before), carried.end());
+  if (to != sizeof size + size) bytes.resize(bytes.size() - bytes.size() % 3);
+  return base64(bytes);
+}
+
+// A file's text: what is alike for all ranks, and between it arrays of which each rank writes its part.
+struct Text {
+  std::string skeleton;             // with a mark in each array's place
+  std::vector<std::string> arrays;  // in their order
+};
+constexpr char mark = '@';  // no letter of base64, nor of anything else that is written here
+
+void write_text(PartFile& file, const Text& text) {
+  std::string_view left = text.skeleton;
+  for (const auto& array : text.arrays) {
+    const auto place = left.find(mark);
+    file.write(left.substr(0, place));
+    file.write_parts(array);
+    left.remove_prefix(place + 1);
+  }
+  file.write(left);
 }
 
 template <class T>
@@ -37,6 +78,13 @@ void add_array(pugi::xml_node parent, const char* name, std::string_view type, i
   array.text() = encoded.c_str();
 }
 
+// An array of which each rank has the part from element `first` on, of `all`.
+template <class Bytes>
+std::string encoded_part(const Output& output, std::size_t all, std::size_t first, std::size_t element, const Bytes& bytes) {
+  if (output.ranks == nullptr) return inline_binary(bytes);
+  return inline_binary_part(*output.ranks, all * element, first * element, bytes);
+}
+
 // Cells of one kind. Where the count of particles is, they are the same in every state: encoded once.
 struct Cells {
   const char* element;
@@ -44,6 +92,7 @@ struct Cells {
   std::size_t count;
   std::string connectivity;
   std::string offsets;
+  bool is_split = false;  // each rank has a part of both texts
 };
 
 template <class Shapes>
@@ -57,9 +106,24 @@ Cells cells_of(const char* element, const char* count_name, const Shapes& shapes
   return {element, count_name, shapes.size(), inline_binary(bytes_of(corners)), inline_binary(bytes_of(ends))};
 }
 
+// Cells of one particle each, where nothing joins any: of several ranks each has those of its own.
+Cells loose_cells(const Output& output, std::size_t here) {
+  std::vector<std::int64_t> corners(here);
+  std::iota(corners.begin(), corners.end(), static_cast<std::int64_t>(output.first));
+  std::vector<std::int64_t> ends(here);
+  std::iota(ends.begin(), ends.end(), static_cast<std::int64_t>(output.first) + 1);
+  const auto encoded = [&](const auto& numbers) {
+    return encoded_part(output, output.particles, output.first, sizeof(std::int64_t), bytes_of(numbers));
+  };
+  return {"Verts", "NumberOfVerts", output.particles, encoded(corners), encoded(ends), true};
+}
+
 // ParaView draws only what is in a cell: a particle that nothing joins is one of its own.
-std::vector<Cells> all_cells(const Topology& topology, std::size_t particles) {
+std::vector<Cells> all_cells(const Output& output, std::size_t here) {
+  const Topology& topology = *output.topology;
   std::vector<Cells> cells;
+  if (output.ranks != nullptr && topology == no_topology) return {loose_cells(output, here)};
+  const std::size_t particles = output.ranks == nullptr ? here : output.particles;
   const auto add = [&](const char* element, const char* count_name, const auto& shapes) {
     if (!shapes.empty()) cells.push_back(cells_of(element, count_name, shapes));
   };
@@ -85,7 +149,10 @@ std::string text_of(const pugi::xml_document& document) {
 }
 
 template <class T>
-std::string poly_data(const Moment& moment, const State<T>& state, const std::vector<Cells>& all) {
+Text poly_data(const Output& output, const Moment& moment, const State<T>& state, const std::vector<Cells>& all) {
+  const std::size_t particles = all_particles(output, state);
+  Text text;
+  const std::string here(1, mark);
   pugi::xml_document document;
   auto data = add_root(document, "PolyData").append_child("PolyData");
   auto time = data.append_child("FieldData").append_child("DataArray");
@@ -95,35 +162,38 @@ std::string poly_data(const Moment& moment, const State<T>& state, const std::ve
   time.append_attribute("format") = "ascii";
   time.text() = fmt::format("{}", moment.time).c_str();
   auto piece = data.append_child("Piece");
-  piece.append_attribute("NumberOfPoints") = std::to_string(state.count).c_str();
+  piece.append_attribute("NumberOfPoints") = std::to_string(particles).c_str();
   for (const auto& cells : all) piece.append_attribute(cells.count_name) = std::to_string(cells.count).c_str();
-  const auto encoded = [&](const auto& columns) { return inline_binary(interleaved(columns, state.count)); };
-  add_array(piece.append_child("PointData"), "velocity", vtk_type<T>(), 3, encoded(state.v));
-  add_array(piece.append_child("Points"), "position", vtk_type<T>(), 3, encoded(state.x));
+  const auto add_columns = [&](pugi::xml_node parent, const char* name, const std::array<Column<T>, 3>& columns) {
+    add_array(parent, name, vtk_type<T>(), 3, here);
+    text.arrays.push_back(encoded_part(output, particles, output.first, 3 * sizeof(T), interleaved(columns, state.count)));
+  };
+  add_columns(piece.append_child("PointData"), "velocity", state.v);
+  add_columns(piece.append_child("Points"), "position", state.x);
+  const auto add_cells = [&](pugi::xml_node element, const char* name, const Cells& cells, const std::string& encoded) {
+    add_array(element, name, "Int64", 1, cells.is_split ? here : encoded);
+    if (cells.is_split) text.arrays.push_back(encoded);
+  };
   for (const auto& cells : all) {
     auto element = piece.append_child(cells.element);
-    add_array(element, "connectivity", "Int64", 1, cells.connectivity);
-    add_array(element, "offsets", "Int64", 1, cells.offsets);
+    add_cells(element, "connectivity", cells, cells.connectivity);
+    add_cells(element, "offsets", cells, cells.offsets);
   }
-  return text_of(document);
+  text.skeleton = text_of(document);
+  return text;
 }
 
 template <class T>
 class VtpWriter final : public Writer<T> {
  public:
-  explicit VtpWriter(const Output& output)
-      : target_(output.target),
-        old_frames_(old_frames(output)),
-        topology_(*output.topology),
-        particles_(output.particles),
-        cells_(all_cells(topology_, particles_)) {
-    const PartFile probe(series());
+  explicit VtpWriter(const Output& output) : output_(output), old_frames_(old_frames(output)) {
+    const PartFile probe(series(), output.ranks);
   }
 
   void write(const Moment& moment, const State<T>& state) override {
-    if (state.count != particles_) cells_ = all_cells(topology_, particles_ = state.count);
-    files_.emplace_back(numbered(target_, files_.size()));
-    files_.back().write(poly_data(moment, state, cells_));
+    if (cells_.empty() || state.count != particles_) cells_ = all_cells(output_, particles_ = state.count);
+    files_.emplace_back(numbered(output_.target, files_.size()), output_.ranks);
+    write_text(files_.back(), poly_data(output_, moment, state, cells_));
     files_.back().close();
     times_.push_back(moment.time);
   }
@@ -137,21 +207,20 @@ class VtpWriter final : public Writer<T> {
       entry.append_attribute("part") = 0;
       entry.append_attribute("file") = files_[i].target().filename().c_str();
     }
-    files_.emplace_back(series());
+    files_.emplace_back(series(), output_.ranks);
     files_.back().write(text_of(document));
     commit_series(files_, old_frames_);
   }
 
  private:
   [[nodiscard]] std::filesystem::path series() const {
-    auto path = target_;
+    auto path = output_.target;
     return path.replace_extension(".pvd");
   }
 
-  std::filesystem::path target_;
+  Output output_;
   std::vector<std::filesystem::path> old_frames_;
-  const Topology& topology_;
-  std::size_t particles_;  // of which cells_ are
+  std::size_t particles_ = 0;  // of which cells_ are
   std::vector<Cells> cells_;
   std::vector<PartFile> files_;
   std::vector<double> times_;

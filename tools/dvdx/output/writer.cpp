@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "output/part_file.hpp"
+#include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_file.hpp"
 
@@ -61,6 +62,10 @@ void check_targets(const Output& output, Files files) {
   for (const auto& frame : old_frames(output)) check_is_no_source(frame, sources, output.target);
 }
 
+void check_targets_together(const Output& output, Files files) {
+  together(output.ranks, [&] { check_targets(output, files); });
+}
+
 template <class T>
 const Format<T>* format_for(const std::filesystem::path& target) {
   const auto found = std::find_if(formats<T>.begin(), formats<T>.end(),
@@ -87,7 +92,7 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
                             "go: .csv, .ply, .vtp and .html hold them",
                             output.target.string(), format.extension));
   }
-  check_targets(output, format.files);
+  check_targets_together(output, format.files);
   return format.make(output);
 }
 

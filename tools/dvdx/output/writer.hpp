@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dvdx/layouts/state.hpp"
+#include "dvdx/ranks.hpp"
 #include "scene_io/topology.hpp"
 
 namespace dvdx::tool {
@@ -58,6 +59,9 @@ struct Output {
   ReferencePositions reference{};  // where the states should be
   std::string reference_text{};    // what that is
   ParticleIds ids{};               // where counts change; asked for after each state
+  // Where several ranks hold the particles, each of them writes its own, from `first` on. A page is not written so.
+  Ranks* ranks = nullptr;
+  std::size_t first = 0;
 };
 
 // Throws Fault (usage) where no writer knows the extension.
@@ -95,6 +99,12 @@ void commit_series(std::vector<PartFile>& files, const std::vector<std::filesyst
 
 // The particles that no line and no face holds, in order.
 [[nodiscard]] std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count);
+
+// Of a state in the file, of which `state` is this rank's part.
+template <class T>
+[[nodiscard]] std::size_t all_particles(const Output& output, const State<T>& state) noexcept {
+  return output.ranks == nullptr ? state.count : output.particles;
+}
 
 // x0 y0 z0 x1 ... of three columns, as bytes.
 template <class T>

@@ -73,6 +73,15 @@ void ContactWatch::finish() {
   file_->commit();
 }
 
+void ContactWatch::join(Ranks& ranks) {
+  if (!report_ || ranks.count() == 1) return;
+  const auto mine = report_->words();
+  std::vector<std::uint64_t> all(mine.begin(), mine.end());
+  ranks.sum(all);
+  report_->clear();
+  report_->add(std::vector<std::int64_t>(all.begin(), all.end()));
+}
+
 std::vector<ContactSum> ContactWatch::sums() const {
   std::vector<ContactSum> sums;
   for (std::size_t j = 0; report_ && j < contacts_; ++j) sums.push_back(report_->of(j));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dvdx/contact_report.hpp"
+#include "dvdx/ranks.hpp"
 #include "output/part_file.hpp"
 #include "scene_io/scene_file.hpp"
 
@@ -30,6 +31,8 @@ class ContactWatch {
   // What the last call has left. Throws Fault (input_output) where there was more than room.
   void write();
   void finish();
+  // Takes the other ranks' sums too. To be called by all.
+  void join(Ranks& ranks);
   // In the scene's order.
   [[nodiscard]] std::vector<ContactSum> sums() const;
 

@@ -5,23 +5,17 @@
 #include <cstddef>
 
 namespace dvdx::tool {
+
+void EnergySum::add(double term) noexcept {
+  const double next = total_ + term;
+  lost_ += std::abs(total_) >= std::abs(term) ? (total_ - next) + term : (term - next) + total_;
+  total_ = next;
+}
+
+// Infinities and NaN leave the compensation without meaning.
+double EnergySum::value() const noexcept { return std::isfinite(total_) ? total_ + lost_ : total_; }
+
 namespace {
-
-// Neumaier's sum: what each addition loses is kept beside it.
-class Sum {
- public:
-  void add(double term) {
-    const double next = total_ + term;
-    lost_ += std::abs(total_) >= std::abs(term) ? (total_ - next) + term : (term - next) + total_;
-    total_ = next;
-  }
-  // Infinities and NaN leave the compensation without meaning.
-  [[nodiscard]] double value() const { return std::isfinite(total_) ? total_ + lost_ : total_; }
-
- private:
-  double total_ = 0;
-  double lost_ = 0;
-};
 
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double square(double value) { return value * value; }
@@ -80,7 +74,7 @@ template <class T>
 struct Stored {
   const SceneFile& file;
   const State<T>& state;
-  Sum& sum;
+  EnergySum& sum;
 
   void add(std::size_t i, std::size_t j, double stiffness, double rest_length) const {
     const double r = distance(vector_at(state.x, i), vector_at(state.x, j));
@@ -125,18 +119,32 @@ struct Stored {
 }  // namespace
 
 template <class T>
-double energy(const SceneFile& file, const State<T>& state) {
-  Sum sum;
+void add_particles(const SceneFile& file, const State<T>& state, EnergySum& sum) {
   for (std::size_t i = 0; i < state.count; ++i) {
     const auto velocity = vector_at(state.v, i);
     sum.add(0.5 * file.scene.mass[i] * dot(velocity, velocity));
     const Potential<T> potential{file, state, i, vector_at(state.x, i)};
     for (const auto& force : file.scene.forces) sum.add(std::visit(potential, force));
   }
+}
+
+template <class T>
+void add_networks(const SceneFile& file, const State<T>& state, EnergySum& sum) {
   for (const auto& network : file.scene.networks) std::visit(Stored<T>{file, state, sum}, network);
+}
+
+template <class T>
+double energy(const SceneFile& file, const State<T>& state) {
+  EnergySum sum;
+  add_particles(file, state, sum);
+  add_networks(file, state, sum);
   return sum.value();
 }
 
+template void add_particles(const SceneFile&, const State<float>&, EnergySum&);
+template void add_particles(const SceneFile&, const State<double>&, EnergySum&);
+template void add_networks(const SceneFile&, const State<float>&, EnergySum&);
+template void add_networks(const SceneFile&, const State<double>&, EnergySum&);
 template double energy(const SceneFile&, const State<float>&);
 template double energy(const SceneFile&, const State<double>&);
 

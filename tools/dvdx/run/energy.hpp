@@ -6,12 +6,33 @@
 
 namespace dvdx::tool {
 
+// Neumaier's sum: what each addition loses is kept beside it.
+class EnergySum {
+ public:
+  void add(double term) noexcept;
+  [[nodiscard]] double value() const noexcept;  // J
+
+ private:
+  double total_ = 0;
+  double lost_ = 0;
+};
+
 // J: kinetic, plus the potential of constant forces (zero at the origin), springs, radial springs and networks, whose rest
 // lengths "start" are those of the scene's start. Drag and forces of time alone have none. Summed in float64 in particle order
 // with a running compensation, so the same for every layout and thread count.
 template <class T>
 [[nodiscard]] double energy(const SceneFile& file, const State<T>& state);
 
+// The two parts of it: of each particle, and of the springs of networks.
+template <class T>
+void add_particles(const SceneFile& file, const State<T>& state, EnergySum& sum);
+template <class T>
+void add_networks(const SceneFile& file, const State<T>& state, EnergySum& sum);
+
+extern template void add_particles(const SceneFile&, const State<float>&, EnergySum&);
+extern template void add_particles(const SceneFile&, const State<double>&, EnergySum&);
+extern template void add_networks(const SceneFile&, const State<float>&, EnergySum&);
+extern template void add_networks(const SceneFile&, const State<double>&, EnergySum&);
 extern template double energy(const SceneFile&, const State<float>&);
 extern template double energy(const SceneFile&, const State<double>&);
 

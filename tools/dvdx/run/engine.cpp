@@ -33,8 +33,8 @@ Isa isa_of(const std::string& wanted, Arithmetic arithmetic) {
   return best_isa(arithmetic);
 }
 
-int threads_of(int wanted) {
-  if (wanted == 0) return all_cores();
+int threads_of(int wanted, int sharers) {
+  if (wanted == 0) return std::max(1, all_cores() / sharers);
   if (wanted <= most_threads()) return wanted;
   throw Fault(Exit::usage, fmt::format("--threads {}: must be at most {} in this build", wanted, most_threads()));
 }
@@ -66,13 +66,13 @@ void add_machine_options(CLI::App& app, EngineOptions& options) {
   app.add_option("--threads", options.threads, "all cores where not given")->check(CLI::Range(1, 1024));
 }
 
-Engine engine_of(const EngineOptions& options) {
+Engine engine_of(const EngineOptions& options, int sharers) {
   Engine engine;
   engine.precision = named(precisions, options.precision);
   engine.arithmetic = named(arithmetics, options.arithmetic);
   engine.layout = named(layouts, options.layout);
   engine.isa = isa_of(options.isa, engine.arithmetic);
-  engine.threads = threads_of(options.threads);
+  engine.threads = threads_of(options.threads, sharers);
   return engine;
 }
 

@@ -48,7 +48,8 @@ void add_engine_options(CLI::App& app, EngineOptions& options);
 void add_machine_options(CLI::App& app, EngineOptions& options);
 
 // Throws Fault (usage) for an instruction set that this binary or this machine lacks.
-[[nodiscard]] Engine engine_of(const EngineOptions& options);
+// sharers: processes that share this machine's cores, where the threads are not given.
+[[nodiscard]] Engine engine_of(const EngineOptions& options, int sharers = 1);
 
 // "reference, sse2, avx2"
 [[nodiscard]] std::string listed(const std::vector<Isa>& isas);

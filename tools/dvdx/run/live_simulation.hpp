@@ -20,7 +20,7 @@ namespace dvdx::tool {
 template <class T>
 class LiveSimulation {
  public:
-  LiveSimulation(const LoadedScene& loaded, const Engine& engine)
+  LiveSimulation(const LoadedScene& loaded, const Engine& engine, Ranks& /*one*/)
       : loaded_(loaded),
         memory_(loaded.file, engine.layout),
         live_(memory_.live()),

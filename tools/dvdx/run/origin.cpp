@@ -1,6 +1,7 @@
 #include "run/origin.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "dvdx/layouts/convert.hpp"
+#include "ranks/refusal.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -34,27 +36,48 @@ std::optional<Vec3> anchor_of(const Scene& scene, std::size_t particle) {
   return std::nullopt;
 }
 
-Origin origin_each(const SceneFile& file) {
-  std::vector<Vec3> each(file.particles.count);
-  for (std::size_t i = 0; i < each.size(); ++i) {
-    const Vec3 near = anchor_of(file.scene, i).value_or(value_of(file.particles.position, i));
-    if (size_of(near) >= home) each[i] = whole(near);
-  }
-  const bool is_one = std::all_of(each.begin(), each.end(), [&](const Vec3& x) { return x == each.front(); });
-  return is_one ? Origin(each.empty() ? Vec3{} : each.front()) : Origin(std::move(each));
-}
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
-Origin origin_of_all(const SceneFile& file) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
+// The box around points, of which each rank has some.
+struct Box {
   Vec3 low{infinity, infinity, infinity};
   Vec3 high{-infinity, -infinity, -infinity};
-  for (std::size_t i = 0; i < file.particles.count; ++i) {
-    const Vec3 x = value_of(file.particles.position, i);
+
+  void take(const Vec3& x) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(low[axis], x[axis]);
       high[axis] = std::max(high[axis], x[axis]);
     }
   }
+  void take_of_others(Ranks& ranks) {
+    std::array<double, 6> ends{high[0], high[1], high[2], -low[0], -low[1], -low[2]};
+    ranks.highest(ends);
+    high = {ends[0], ends[1], ends[2]};
+    low = {-ends[3], -ends[4], -ends[5]};
+  }
+};
+
+Origin origin_each(const SceneFile& file, Ranks& ranks) {
+  std::vector<Vec3> each(file.particles.count);
+  for (std::size_t i = 0; i < each.size(); ++i) {
+    const Vec3 near = anchor_of(file.scene, i).value_or(value_of(file.particles.position, i));
+    if (size_of(near) >= home) each[i] = whole(near);
+  }
+  Box box;
+  for (const Vec3& x : each) box.take(x);
+  box.take_of_others(ranks);
+  if (box.low != box.high) return Origin(std::move(each));
+  Vec3 one = each.empty() ? Vec3{} : each.front();
+  ranks.broadcast(0, writable_bytes_in(one));  // the first rank has particles where any has
+  return one;
+}
+
+Origin origin_of_all(const SceneFile& file, Ranks& ranks) {
+  Box box;
+  for (std::size_t i = 0; i < file.particles.count; ++i) box.take(value_of(file.particles.position, i));
+  if (is_split_by_ranges(file, ranks)) box.take_of_others(ranks);
+  const Vec3& low = box.low;
+  const Vec3& high = box.high;
   const Vec3 reach{(high[0] - low[0]) / 2, (high[1] - low[1]) / 2, (high[2] - low[2]) / 2};
   const Vec3 middle = whole({low[0] + reach[0], low[1] + reach[1], low[2] + reach[2]});
   const bool is_worth = size_of(middle) >= home && worth * size_of(reach) <= size_of(middle);
@@ -64,9 +87,14 @@ Origin origin_of_all(const SceneFile& file) {
 }  // namespace
 
 void choose_origin(SceneFile& file, Precision precision) {
-  if (precision != Precision::float32 || !file.is_origin_free || file.particles.count == 0) return;
+  OneRank alone;
+  choose_origin(file, precision, alone);
+}
+
+void choose_origin(SceneFile& file, Precision precision, Ranks& ranks) {
+  if (precision != Precision::float32 || !file.is_origin_free || file.particles.total() == 0) return;
   const bool is_alone = !is_joined(file.scene) && file.scene.contacts.empty();
-  file.scene.origin = is_alone ? origin_each(file) : origin_of_all(file);
+  file.scene.origin = is_alone ? origin_each(file, ranks) : origin_of_all(file, ranks);
 }
 
 bool is_seen_from_elsewhere(const Scene& scene, Rounding rounding) noexcept {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dvdx/layouts/state.hpp"
+#include "dvdx/ranks.hpp"
 #include "run/engine.hpp"
 #include "scene_io/scene_file.hpp"
 
@@ -11,6 +12,8 @@ namespace dvdx::tool {
 //   nothing but forces of its own on each particle: whole metres near its anchor, or else near its start, for each that is far;
 //   contacts, networks or constraints: whole metres at the middle of them all, where that brings all of them nearer.
 void choose_origin(SceneFile& file, Precision precision);
+// Of the particles of all ranks.
+void choose_origin(SceneFile& file, Precision precision, Ranks& ranks);
 
 // Whether a state's own columns are not yet what the world sees.
 [[nodiscard]] bool is_seen_from_elsewhere(const Scene& scene, Rounding rounding) noexcept;

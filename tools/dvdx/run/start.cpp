@@ -16,8 +16,9 @@ template <class T>
 T rounded(double value, const SceneFile& file, const char* field, std::size_t particle) {
   const auto result = static_cast<T>(value);
   if (std::isfinite(result)) return result;
-  throw Fault(Exit::bad_scene, fmt::format("{}: particles.{} is {} for particle {}: must be at most {:.3g} in float32",
-                                           file.path, field, value, particle, std::numeric_limits<T>::max()));
+  throw Fault(Exit::bad_scene,
+              fmt::format("{}: particles.{} is {} for particle {}: must be at most {:.3g} in float32", file.path, field, value,
+                          file.particles.first + particle, std::numeric_limits<T>::max()));
 }
 
 }  // namespace

@@ -31,6 +31,14 @@ void check_length(const Node& node, std::size_t length, const Population& popula
 
 [[noreturn]] void fail_file(const Node& node, const std::string& what) { node.fail("is " + shown(node.json()) + ": " + what); }
 
+// The part of a list that the population keeps.
+template <class Value>
+std::vector<Value> kept_of(std::vector<Value> values, const Population& population) {
+  if (!population.kept) return values;
+  const auto from = values.begin() + static_cast<std::ptrdiff_t>(population.kept->first);
+  return {from, from + static_cast<std::ptrdiff_t>(population.kept->count)};
+}
+
 // Reads a file by `read` and says where a fault in it came from.
 template <class Read>
 auto from_file(const Node& node, const Population& population, std::string_view what, const Read& read) {
@@ -56,11 +64,12 @@ void check_order(const Node& min, const Node& max, const std::string& max_name) 
 
 std::uint64_t seed_of(const Fields& fields) { return fields.required("seed").whole(0, any_seed); }
 
-UniformVectors uniform_vectors(const Node& node) {
+UniformVectors uniform_vectors(const Node& node, const Population& population) {
   const Fields fields(node, "a uniform distribution", {"min", "max", "seed"});
   const auto min = fields.required("min");
   const auto max = fields.required("max");
-  const UniformVectors uniform{.min = min.vector(), .max = max.vector(), .seed = seed_of(fields)};
+  const UniformVectors uniform{
+      .min = min.vector(), .max = max.vector(), .seed = seed_of(fields), .first = population.run().first};
   for (std::size_t axis = 0; axis < 3; ++axis) check_order(min.at(axis), max.at(axis), "max[" + std::to_string(axis) + "]");
   return uniform;
 }
@@ -73,8 +82,9 @@ std::vector<double> uniform_scalars(const Node& node, const Population& populati
   const double most = max.number(range);
   const auto seed = seed_of(fields);
   check_order(min, max, "max");
-  std::vector<double> values(population.count);
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = uniform_value(least, most, seed, i, 0);
+  const auto [first, count] = population.run();
+  std::vector<double> values(count);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = uniform_value(least, most, seed, first + i, 0);
   return values;
 }
 
@@ -84,7 +94,7 @@ std::vector<Vec3> listed_vectors(const Node& node, const Population& population)
   std::vector<Vec3> values;
   values.reserve(elements.size());
   for (const auto& element : elements) values.push_back(element.vector());
-  return values;
+  return kept_of(std::move(values), population);
 }
 
 std::vector<double> listed_scalars(const Node& node, const Population& population, const Range& range) {
@@ -93,7 +103,7 @@ std::vector<double> listed_scalars(const Node& node, const Population& populatio
   std::vector<double> values;
   values.reserve(elements.size());
   for (const auto& element : elements) values.push_back(element.number(range));
-  return values;
+  return kept_of(std::move(values), population);
 }
 
 std::vector<double> scalars_from_file(const Node& node, const Population& population, const Range& range) {
@@ -104,7 +114,7 @@ std::vector<double> scalars_from_file(const Node& node, const Population& popula
     if (valid && values[i] <= range.max) continue;
     fail_file(node, "number " + std::to_string(i) + " is " + shown(value) + ": must be " + std::string(range.text));
   }
-  return values;
+  return kept_of(std::move(values), population);
 }
 
 }  // namespace
@@ -115,7 +125,7 @@ Vec3 value_of(const Vectors& vectors, std::size_t particle) {
   const auto& uniform = std::get<UniformVectors>(vectors);
   Vec3 value{};
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
-    value[axis] = uniform_value(uniform.min[axis], uniform.max[axis], uniform.seed, particle, axis);
+    value[axis] = uniform_value(uniform.min[axis], uniform.max[axis], uniform.seed, uniform.first + particle, axis);
   }
   return value;
 }
@@ -129,8 +139,8 @@ Vectors read_vectors(const Node& node, const Population& population) {
   if (node.json().is_array()) return node.vector();
   const auto form = form_of(node, "[x, y, z] or an object with one of values, uniform, file");
   if (is_form(form, "values")) return listed_vectors(form, population);
-  if (is_form(form, "uniform")) return uniform_vectors(form);
-  return from_file(form, population, "points", read_points);
+  if (is_form(form, "uniform")) return uniform_vectors(form, population);
+  return kept_of(from_file(form, population, "points", read_points), population);
 }
 
 Scalars read_scalars(const Node& node, const Population& population, const Range& range) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,11 +16,19 @@ namespace dvdx::tool {
 // A seed may be any number of 64 bits: the most that one can be.
 inline constexpr std::uint64_t any_seed = std::numeric_limits<std::uint64_t>::max();
 
+// Particles in a row.
+struct Run {
+  std::size_t first = 0, count = 0;
+};
+
 // Where values per particle come from, and for how many particles.
 struct Population {
   std::size_t count = 0;
   SceneFolder* folder = nullptr;     // never null where values are read
   std::string_view of = "particle";  // what the values are of
+  std::optional<Run> kept{};         // of these alone; none: of all
+
+  [[nodiscard]] Run run() const noexcept { return kept.value_or(Run{.first = 0, .count = count}); }
 };
 
 // The memory that the particles may take.

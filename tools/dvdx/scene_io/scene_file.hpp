@@ -19,6 +19,7 @@ struct UniformVectors {
   Vec3 min{};
   Vec3 max{};
   std::uint64_t seed = 0;
+  std::size_t first = 0;  // number of the particle that is drawn as the first of these
   bool operator==(const UniformVectors&) const = default;
 };
 
@@ -28,8 +29,13 @@ using Vectors = std::variant<Vec3, std::vector<Vec3>, UniformVectors>;  // one f
 
 struct Particles {
   std::size_t count = 0;
+  // Where several ranks hold a scene's particles, this one has those from `first` on, and the others have so many.
+  std::size_t first = 0;
+  std::size_t elsewhere = 0;
   Vectors position = Vec3{};  // m
   Vectors velocity = Vec3{};  // m/s
+
+  [[nodiscard]] std::size_t total() const noexcept { return count + elsewhere; }
 };
 
 struct SceneFile {

@@ -58,7 +58,7 @@ Anchor anchor_of(const Node& node, const Population& population) {
   auto vectors = read_vectors(node, population);
   if (const auto* all = std::get_if<Vec3>(&vectors)) return *all;
   if (auto* each = std::get_if<std::vector<Vec3>>(&vectors)) return std::move(*each);
-  return each_of(vectors, population.count);
+  return each_of(vectors, population.run().count);
 }
 
 Force read_constant(const Node& node) {
@@ -231,10 +231,17 @@ Room room_for_networks(const json& scene, const ReadOptions& options) {
   return room;
 }
 
+// Whether each particle moves by itself, so that a rank may hold some of them without the others.
+bool can_split_by_ranges(const json& scene) {
+  return !scene.contains("network") && !scene.contains("constraints") && !scene.contains("kinematic") &&
+         !scene.contains("emitters");
+}
+
 std::size_t read_count(const Node& node, const json& scene, const ReadOptions& options) {
   const auto count = node.whole(1, most_particles);
   const auto room = room_for(scene, options);
-  if (count > room.most()) node.refuse(room.limit());
+  const std::size_t most_here = can_split_by_ranges(scene) ? options.share.of(count).count : count;
+  if (most_here > room.most()) node.refuse(room.limit());
   return count;
 }
 
@@ -260,7 +267,11 @@ void read_own_particles(const Fields& fields, SceneFile& file, Population& popul
   const Fields particles(fields.required("particles"), "particles", {"count", "mass", "position", "velocity"});
   const auto count = may_be_none ? particles.optional("count") : particles.required("count");
   population.count = count ? read_count(*count, fields.node().json(), options) : 0;
-  file.particles.count = population.count;
+  if (options.share.ranks > 1 && can_split_by_ranges(fields.node().json())) {
+    population.kept = options.share.of(population.count);
+  }
+  const auto [first, here] = population.run();
+  file.particles = {.count = here, .first = first, .elsewhere = population.count - here};
   if (const auto mass = particles.optional("mass")) file.scene.mass = read_scalars(*mass, population, positive);
   if (const auto node = particles.optional("position")) file.particles.position = read_vectors(*node, population);
   if (const auto node = particles.optional("velocity")) file.particles.velocity = read_vectors(*node, population);
@@ -303,8 +314,10 @@ std::optional<NetworkReader> read_particles_and_networks(const Fields& fields, S
 void read_fixed(const Fields& fields, SceneFile& file, const Population& population) {
   auto& fixed = file.scene.fixed;
   if (const auto node = fields.optional("fixed")) {
-    const auto own = read_ids(*node, population);
-    fixed.insert(fixed.end(), own.begin(), own.end());
+    const auto [first, count] = population.run();
+    for (const std::size_t id : read_ids(*node, population)) {
+      if (id >= first && id - first < count) fixed.push_back(id - first);
+    }
   }
   std::sort(fixed.begin(), fixed.end());
   fixed.erase(std::unique(fixed.begin(), fixed.end()), fixed.end());

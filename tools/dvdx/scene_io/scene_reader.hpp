@@ -1,23 +1,35 @@
 // From a scene file, format "dvdx-scene/1", to a scene. docs/scene.md is the format's description.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "scene_io/particle_values.hpp"
 #include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
 
 [[nodiscard]] std::uint64_t available_memory();  // bytes
 
+// One of several ranks that hold a scene's particles together.
+struct RankShare {
+  std::size_t rank = 0, ranks = 1;
+  [[nodiscard]] Run of(std::size_t particles) const noexcept {
+    const auto start = [&](std::size_t r) { return particles / ranks * r + std::min(r, particles % ranks); };
+    return {.first = start(rank), .count = start(rank + 1) - start(rank)};
+  }
+};
+
 struct ReadOptions {
   std::vector<std::string> overrides{};             // of --set
   std::optional<std::uint64_t> seed{};              // draws other values than the scene's own seeds
   std::size_t scalar_bytes = sizeof(float);         // of a number of the state
   std::uint64_t memory_bytes = available_memory();  // that the particles may take
+  RankShare share{};                                // of the particles of a scene that can be split by ranges
 };
 
 // Throws Fault: input_output where the file cannot be read, bad_scene where what it holds is not a scene. The message names

@@ -14,10 +14,17 @@ namespace dvdx {
 template <class T>
 [[nodiscard]] DVDX_EXPORT std::uint64_t state_hash(const State<T>& state) noexcept;
 
+// That of more particles, where `before` is that of all before them.
+inline constexpr std::uint64_t empty_state_hash = 0xCBF29CE484222325U;
+template <class T>
+[[nodiscard]] DVDX_EXPORT std::uint64_t state_hash(const State<T>& state, std::uint64_t before) noexcept;
+
 // 16 hexadecimal digits.
 [[nodiscard]] DVDX_EXPORT std::string hash_text(std::uint64_t hash);
 
 extern template std::uint64_t state_hash(const State<float>&) noexcept;
 extern template std::uint64_t state_hash(const State<double>&) noexcept;
+extern template std::uint64_t state_hash(const State<float>&, std::uint64_t) noexcept;
+extern template std::uint64_t state_hash(const State<double>&, std::uint64_t) noexcept;
 
 }  // namespace dvdx

@@ -1,0 +1,51 @@
+#include "ranks/over_ranks.hpp"
+
+#include <array>
+#include <span>
+
+#include "dvdx/layouts/state_hash.hpp"
+#include "ranks/agree.hpp"
+#include "run/energy.hpp"
+
+namespace dvdx::tool {
+
+template <class T>
+std::uint64_t state_hash(Ranks& ranks, const State<T>& state) {
+  return in_turn(ranks, empty_state_hash, [&](std::uint64_t before) { return dvdx::state_hash(state, before); });
+}
+
+template <class T>
+double energy(Ranks& ranks, const SceneFile& file, const State<T>& state) {
+  const auto of_particles = in_turn(ranks, EnergySum{}, [&](EnergySum sum) {
+    add_particles(file, state, sum);
+    return sum;
+  });
+  return of_particles.value();
+}
+
+Health combined(Ranks& ranks, const Health& mine) {
+  std::uint64_t bad = mine.bad_particles;
+  double largest = mine.largest;
+  ranks.sum(std::span(&bad, 1));
+  ranks.highest(std::span(&largest, 1));
+  return {.bad_particles = bad, .largest = largest};
+}
+
+Elsewhere elsewhere_of(Ranks& ranks, const SceneFile& file) {
+  const Elsewhere mine = dvdx::elsewhere_of(file.scene, file.particles.count);
+  std::array<double, 3> numbers{mine.W, mine.g, mine.anchors_differ ? 1.0 : 0.0};
+  ranks.highest(numbers);
+  return {.W = numbers[0], .g = numbers[1], .anchors_differ = numbers[2] != 0};
+}
+
+double longest(Ranks& ranks, double seconds) {
+  ranks.highest(std::span(&seconds, 1));
+  return seconds;
+}
+
+template std::uint64_t state_hash(Ranks&, const State<float>&);
+template std::uint64_t state_hash(Ranks&, const State<double>&);
+template double energy(Ranks&, const SceneFile&, const State<float>&);
+template double energy(Ranks&, const SceneFile&, const State<double>&);
+
+}  // namespace dvdx::tool
