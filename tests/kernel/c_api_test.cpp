@@ -700,6 +700,47 @@ TEST_CASE("c: wherever the allocator has no memory left, making a plan fails and
   }
 }
 
+TEST_CASE("C: a report tells what contacts do, in the caller's room") {
+  Handles h;
+  dvdx_constant gravity{};
+  gravity.acceleration[1] = -8;
+  REQUIRE(dvdx_scene_add_constant(h.scene, &gravity, &h.error) == DVDX_DONE);
+  dvdx_plane floor{};
+  floor.normal[1] = 1;
+  floor.surface.restitution = 0.5;
+  REQUIRE(dvdx_scene_add_plane(h.scene, &floor, &h.error) == DVDX_DONE);
+  REQUIRE(h.make(options_of(0.125, DVDX_FLOAT64)) == DVDX_DONE);
+  double x[6] = {0, 0.81, 0, 0, 0, 0};
+  dvdx_state state = dvdx_soa(DVDX_FLOAT64, &x[0], &x[1], &x[2], &x[3], &x[4], &x[5], 1);
+  dvdx_contact_event room[2];
+  dvdx_contact_report* report = nullptr;
+  REQUIRE(dvdx_contact_report_create(1, &room[0], 2, &report, &h.error) == DVDX_DONE);
+  REQUIRE(dvdx_plan_step_and_report(h.plan, &state, 6, nullptr, report, &h.error) == DVDX_DONE);
+  CHECK(dvdx_contact_report_events(report) == 1);
+  CHECK(dvdx_contact_report_lost(report) == 0);
+  CHECK(room[0].step == 4);
+  CHECK(std::abs(room[0].time - 0.45) < 1e-12);
+  CHECK(room[0].n[1] == 1);
+  CHECK(std::abs(room[0].impulse[1] + 5.4) < 1e-12);
+  dvdx_contact_sum sum{};
+  REQUIRE(dvdx_contact_report_sum(report, 0, &sum, &h.error) == DVDX_DONE);
+  CHECK(sum.hits == 1);
+  CHECK(sum.impulse[1] == room[0].impulse[1]);
+  CHECK(dvdx_contact_report_sum(report, 1, &sum, &h.error) == DVDX_INVALID);
+  CHECK(h.field() == "contact");
+  dvdx_contact_report_clear(report);
+  CHECK(dvdx_contact_report_events(report) == 0);
+  dvdx_contact_report_destroy(report);
+
+  REQUIRE(dvdx_contact_report_create(2, nullptr, 0, &report, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_step_and_report(h.plan, &state, 1, nullptr, report, &h.error) == DVDX_REPORT_DIFFERS);
+  CHECK(h.message() == dvdx_status_text(DVDX_REPORT_DIFFERS));
+  CHECK(dvdx_plan_step_and_report(h.plan, &state, 1, nullptr, nullptr, &h.error) == DVDX_INVALID);
+  dvdx_contact_report_destroy(report);
+  CHECK(dvdx_contact_report_create(1, nullptr, 3, &report, &h.error) == DVDX_INVALID);
+  CHECK(report == nullptr);
+}
+
 }  // namespace
 
 TEST_CASE("c: motions carry particles and contacts as C++ has them, and the caller drives them") {

@@ -380,6 +380,27 @@ class Plans(unittest.TestCase):
         with self.assertRaises(ValueError):
             plan.set_places(0, [1, 2, 3])
 
+    def test_a_report_tells_what_contacts_do(self):
+        positions, velocities = np.array([(1.0, 0, 0), (0, 0.81, 0)]), np.zeros((2, 3))
+        scene = dvdx.Scene(mass=2)
+        scene.constant(acceleration=(0, -8, 0))
+        scene.plane(normal=(0, 1, 0), restitution=0.5)
+        state = dvdx.State(positions, velocities)
+        plan = dvdx.compile(scene, state, step=0.125)
+        report = dvdx.ContactReport(1, events=8)
+        plan.step(state, 6, contacts=report)
+        (event,) = report.events
+        self.assertEqual((event["step"], event["particle"], event["contact"]), (4, 1, 0))
+        np.testing.assert_allclose((event["time"], *event["impulse"]), (0.45, 0, -10.8, 0), atol=1e-12)
+        (of_plane,) = report.sums
+        self.assertEqual(of_plane["hits"], 1)
+        np.testing.assert_allclose(of_plane["impulse"], (0, -10.8 - 16 * 0.75, 0), atol=1e-12)
+        np.testing.assert_allclose(of_plane["torque_impulse"], (0, 0, -12), atol=1e-12)
+        report.clear()
+        self.assertEqual((len(report.events), report.lost, report.sums[0]["hits"]), (0, 0, 0))
+        with self.assertRaises(dvdx.DvdxError):
+            plan.step(state, contacts=dvdx.ContactReport(2))
+
     def test_explain_speaks_of_the_scene(self):
         plan = dvdx.compile(rich_scene(), dvdx.State(*lattice(2)))
         self.assertIn("contact", plan.explain())

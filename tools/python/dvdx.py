@@ -396,9 +396,15 @@ class Plan:
     def __init__(self, handle):
         self._handle = _ffi.gc(handle, _lib.dvdx_plan_destroy)
 
-    def step(self, state, steps=1):
-        """Moves every particle of the state by so many steps, where it lies, and the state's time."""
-        _call(_lib.dvdx_plan_step, self._handle, state._struct, steps, _ffi.NULL)
+    def step(self, state, steps=1, contacts=None):
+        """Moves every particle of the state by so many steps, where it lies, and the state's time.
+
+        contacts: a ContactReport, which is told what the scene's contacts do.
+        """
+        if contacts is None:
+            _call(_lib.dvdx_plan_step, self._handle, state._struct, steps, _ffi.NULL)
+        else:
+            _call(_lib.dvdx_plan_step_and_report, self._handle, state._struct, steps, _ffi.NULL, contacts._handle)
 
     def seek(self, state, steps):
         """The same motion by powers of the step's matrix, where the scene allows it."""
@@ -479,15 +485,67 @@ class Plan:
         return {name: getattr(limit, name) for name, _ in _ffi.typeof("dvdx_network_limit").fields}
 
 
+class ContactReport:
+    """What a scene's contacts do, step after step: ContactReport(contacts, events) keeps at most so many events."""
+
+    _EVENT = np.dtype(
+        [("step", np.uint64), ("time", float), ("particle", np.uintp), ("contact", np.uintp)]
+        + [(name, float, 3) for name in ("x", "n", "impulse")]
+    )
+
+    def __init__(self, contacts, events=0):
+        self._room = np.zeros(events, self._EVENT)
+        room = _ffi.from_buffer("dvdx_contact_event[]", self._room) if events else _ffi.NULL
+        handle = _ffi.new("dvdx_contact_report**")
+        _call(_lib.dvdx_contact_report_create, contacts, room, events, handle)
+        self._handle = _ffi.gc(handle[0], _lib.dvdx_contact_report_destroy)
+        self._contacts = contacts
+
+    @property
+    def sums(self):
+        """Of each contact hits, impulse (N s) and torque_impulse (N m s), of all particles and all steps so far."""
+        sums = []
+        for contact in range(self._contacts):
+            in_c = _ffi.new("dvdx_contact_sum*")
+            _call(_lib.dvdx_contact_report_sum, self._handle, contact, in_c)
+            vectors = {name: np.array(list(getattr(in_c, name))) for name in ("impulse", "torque_impulse")}
+            sums.append({"hits": in_c.hits, **vectors})
+        return sums
+
+    @property
+    def events(self):
+        """Impacts, a row each of step, time, particle, contact, x, n, impulse, in the order of step, particle, time: a copy."""
+        return self._room[: _lib.dvdx_contact_report_events(self._handle)].copy()
+
+    @property
+    def lost(self):
+        """Events that found no room."""
+        return _lib.dvdx_contact_report_lost(self._handle)
+
+    def clear_events(self):
+        """From now on there are none; the sums stay."""
+        _lib.dvdx_contact_report_clear_events(self._handle)
+
+    def clear(self):
+        """From now on there are no events, and all sums are 0."""
+        _lib.dvdx_contact_report_clear(self._handle)
+
+
 class LivePlan:
     """A plan for particles that come and go; made by compile_live(). Steps one state at a time."""
 
     def __init__(self, handle):
         self._handle = _ffi.gc(handle, _lib.dvdx_live_plan_destroy)
 
-    def step(self, state, steps=1):
-        """Moves, removes and makes particles for so many steps: len(state) is then how many live."""
-        _call(_lib.dvdx_live_plan_step, self._handle, state._live, steps, _ffi.NULL)
+    def step(self, state, steps=1, contacts=None):
+        """Moves, removes and makes particles for so many steps: len(state) is then how many live.
+
+        contacts: a ContactReport, in which a particle is known by its place when a step begins.
+        """
+        if contacts is None:
+            _call(_lib.dvdx_live_plan_step, self._handle, state._live, steps, _ffi.NULL)
+        else:
+            _call(_lib.dvdx_live_plan_step_and_report, self._handle, state._live, steps, _ffi.NULL, contacts._handle)
 
     def remove(self, state):
         """Removes what is to go as it stands; to remove one of your own choice, make its age infinite."""
