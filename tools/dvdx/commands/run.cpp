@@ -8,10 +8,13 @@
 #include <optional>
 #include <type_traits>
 
+#include "checkpoint/checkpoints.hpp"
+#include "checkpoint/states_out.hpp"
 #include "commands/commands.hpp"
 #include "commands/progress.hpp"
 #include "commands/run_reference.hpp"
 #include "commands/scene_options.hpp"
+#include "dvdx/build_info.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
 #include "output/console.hpp"
@@ -25,6 +28,7 @@
 #include "run/outcome.hpp"
 #include "run/start.hpp"
 #include "run/threads.hpp"
+#include "scene_io/fingerprint.hpp"
 #include "scene_io/names.hpp"
 
 namespace dvdx::tool {
@@ -37,6 +41,7 @@ struct RunOptions {
   std::optional<std::uint64_t> every{};  // 0: the last state alone; where not given, as the file's kind has it
   bool error = false;                    // a page is coloured by it
   bool json = false;
+  CheckpointOptions checkpoint;
 };
 
 // Steps that one call takes: many, so that a block stays in cache for them, but not so many that progress stands still. A
@@ -55,23 +60,25 @@ std::uint64_t states_written(std::uint64_t steps, std::uint64_t every) {
 template <class T>
 class Observer {
  public:
-  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output) : file_(loaded.file) {
+  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, std::uint64_t every,
+           Checkpoints& checkpoints)
+      : file_(loaded.file) {
     if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
     if (!output) return;
     if (world_) {
-      world_writer_ = make_writer<double>(*output);
+      world_out_ = std::make_unique<StatesOut<double>>(*output, every, checkpoints);
     } else {
-      writer_ = make_writer<T>(*output);
+      out_ = std::make_unique<StatesOut<T>>(*output, every, checkpoints);
     }
   }
 
   void write(const Moment& moment, const State<T>& state) {
-    if (writer_ != nullptr) writer_->write(moment, state);
-    if (world_writer_ != nullptr) world_writer_->write(moment, seen(state));
+    if (out_ != nullptr) out_->write(moment, state);
+    if (world_out_ != nullptr) world_out_->write(moment, seen(state));
   }
   void finish() {
-    if (writer_ != nullptr) writer_->finish();
-    if (world_writer_ != nullptr) world_writer_->finish();
+    if (out_ != nullptr) out_->finish();
+    if (world_out_ != nullptr) world_out_->finish();
   }
 
   [[nodiscard]] double energy(const State<T>& state) {
@@ -99,8 +106,8 @@ class Observer {
 
   const SceneFile& file_;
   std::optional<Soa<double>> world_;
-  std::unique_ptr<Writer<T>> writer_;
-  std::unique_ptr<Writer<double>> world_writer_;
+  std::unique_ptr<StatesOut<T>> out_;
+  std::unique_ptr<StatesOut<double>> world_out_;
 };
 
 std::size_t most_particles(const SceneFile& file) { return std::max(file.particles.count, file.turnover.capacity); }
@@ -139,7 +146,35 @@ class HeatWatch {
   }
   [[nodiscard]] const std::optional<Warmth>& warmth() const { return warmth_; }
 
+  void save(Sink& sink) const {
+    if (!warmth_) return;
+    EnergyBudget::Account account = budget_->account();
+    for_each_number(account, [&](double& number) { sink.put(number); });
+    sink.put(warmth_->is_heating);
+    sink.put(warmth_->kinetic);
+    sink.put(warmth_->given);
+    sink.put(warmth_->step);
+  }
+  void load(Source& source) {
+    if (!warmth_) return;
+    EnergyBudget::Account account;
+    for_each_number(account, [&](double& number) { source.get(number); });
+    budget_->go_on_from(account);
+    source.get(warmth_->is_heating);
+    source.get(warmth_->kinetic);
+    source.get(warmth_->given);
+    source.get(warmth_->step);
+  }
+
  private:
+  template <class Use>
+  static void for_each_number(EnergyBudget::Account& account, const Use& use) {
+    use(account.now.kinetic);
+    for (double& number : account.now.mass) use(number);
+    for (double& number : account.now.momentum) use(number);
+    for (double* const number : {&account.now.wind, &account.seconds, &account.work, &account.most_work}) use(*number);
+  }
+
   Observer<T>& observer_;
   std::optional<std::uint64_t> every_;
   std::optional<EnergyBudget> budget_;
@@ -157,19 +192,26 @@ class Simulation {
         plan_(made(loaded.file, engine, state_)),
         threads_(engine.threads) {}
 
-  Outcome run(Observer<T>& observer, std::uint64_t every) {
+  Outcome run(Observer<T>& observer, std::uint64_t every, Checkpoints& checkpoints) {
     outcome_.network = plan_.network_limit();
     const auto start = observer.health(state_);
     outcome_.energy_start = observer.energy(state_);
     HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
-    if (every > 0 && loaded_.steps > 0) observer.write(moment(), state_);
+    if (checkpoints.resumed() != nullptr) {
+      go_on(*checkpoints.resumed(), watch);
+    } else if (every > 0 && loaded_.steps > 0) {
+      observer.write(moment(), state_);
+    }
+    const SaveRun save = [&](Sink& sink) { this->save(sink, watch); };
     {
-      Progress progress(loaded_.steps);
+      Progress progress(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
-        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), watch, progress);
+        const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
+        advance(until, watch, progress, checkpoints, save);
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), state_);
       }
     }
+    checkpoints.finish(done_, save);
     observer.write(moment(), state_);
     observer.finish();
     outcome_.energy_end = observer.energy(state_);
@@ -197,10 +239,31 @@ class Simulation {
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
 
-  void advance(std::uint64_t until, HeatWatch<T>& watch, Progress& progress) {
+  void save(Sink& sink, const HeatWatch<T>& watch) const {
+    put_state(sink, state_);
+    sink.put(std::span<const double>(plan_.carried(state_)));
+    watch.save(sink);
+    sink.put(outcome_.wall_seconds);
+  }
+  void go_on(const Checkpoint& checkpoint, HeatWatch<T>& watch) {
+    checkpoint.load([&](Source& source) {
+      const auto count = state_.count;
+      get_state(source, state_, count);
+      std::vector<double> carried;
+      source.get(carried);
+      if (state_.count != count || !plan_.restore(carried, state_)) source.fail();
+      watch.load(source);
+      source.get(outcome_.wall_seconds);
+    });
+    done_ = checkpoint.header().step;
+    outcome_.resumed_at = done_;
+  }
+
+  void advance(std::uint64_t until, HeatWatch<T>& watch, Progress& progress, Checkpoints& checkpoints, const SaveRun& save) {
     const auto most = batch_for(state_.count);
     while (done_ < until) {
-      const auto steps = watch.most_steps(done_, std::min(most, until - done_));
+      checkpoints.look(done_, save);
+      const auto steps = checkpoints.most_steps(done_, watch.most_steps(done_, std::min(most, until - done_)));
       const auto before = std::chrono::steady_clock::now();
       if (plan_.step(state_, steps, threads_.parallel_for()) != StepResult::done)
         throw std::logic_error("the plan is for another state");
@@ -220,6 +283,23 @@ class Simulation {
   Outcome outcome_;
 };
 
+// The bits of a run hang on all of this, but neither on threads nor on the layout, and on the instruction set only where
+// arithmetic is fast.
+RunIdentity identity_of(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
+  if (options.checkpoint.file.empty() && options.checkpoint.resume.empty()) return {};
+  const auto& scene = options.scene;
+  RunIdentity run{.version = std::string(build_info().version),
+                  .precision = std::string(name_in(precisions, engine.precision)),
+                  .arithmetic = std::string(name(engine.arithmetic)),
+                  .scene = hash_text(fingerprint_of(loaded.file, {.overrides = scene.overrides, .seed = scene.seed}))};
+  if (engine.arithmetic == Arithmetic::fast) run.arithmetic += " on " + std::string(name(engine.isa));
+  for (const auto& [option, value] :
+       {std::pair("method", scene.method), std::pair("scheme", scene.scheme), std::pair("substeps", scene.substeps)}) {
+    if (!value.empty()) run.scene += fmt::format(" {} {}", option, value);
+  }
+  return run;
+}
+
 template <class T, class Simulated>
 Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
   Simulated simulation(loaded, engine);
@@ -233,16 +313,19 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
               .scene = &loaded.file};
   }
+  Checkpoints checkpoints(options.checkpoint, identity_of(options, loaded, engine), loaded.file.name,
+                          engine.precision == Precision::float32_compensated ? CallsEnd::where_they_do : CallsEnd::anywhere,
+                          loaded.file.sources);
   if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
-    if (is_page(options.out)) output->ids = simulation.ids();
+    if (output && (is_page(options.out) || checkpoints.is_writing())) output->ids = simulation.ids();
   }
   if (options.error) {
     const auto reference = reference_of(loaded, engine);
     output->reference = reference.positions;
     output->reference_text = reference.text;
   }
-  Observer<T> observer(loaded, engine, output);
-  return simulation.run(observer, every);
+  Observer<T> observer(loaded, engine, output, every, checkpoints);
+  return simulation.run(observer, every, checkpoints);
 }
 
 template <class T>
@@ -272,6 +355,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
     report["dropped"] = outcome.turned->dropped;
   }
   report["steps"] = loaded.steps;
+  if (outcome.resumed_at) report["resumed_at_step"] = *outcome.resumed_at;
   report["method"] = name_in(methods, loaded.file.scene.method);
   report["scheme"] = nullptr;
   if (outcome.network) report["scheme"] = name_in(schemes, loaded.file.scene.coupling.scheme);
@@ -307,6 +391,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
     row("networks", fmt::format("{}, {} sub-step{} a step", name_in(schemes, file.scene.coupling.scheme),
                                 outcome.network->substeps, outcome.network->substeps == 1 ? "" : "s"));
   }
+  if (outcome.resumed_at) row("resumed", fmt::format("at step {}", *outcome.resumed_at));
   row("engine",
       fmt::format("{}, {}, {} arithmetic, {}, {} thread{}", name_in(precisions, engine.precision), name(engine.isa),
                   name(engine.arithmetic), name_in(layouts, engine.layout), engine.threads, engine.threads == 1 ? "" : "s"));
@@ -364,6 +449,14 @@ void add_run(CLI::App& app, Exit& exit) {
   command->add_flag(
       "--error", options->error,
       "with --out of an .html: hold each state against the closed form, or against steps of an eighth in float64");
+  auto* const checkpoint = command->add_option("--checkpoint", options->checkpoint.file,
+                                               "a file from which --resume goes on, should the run be stopped");
+  auto* const often = command->add_option("--checkpoint-every", options->checkpoint.every, "write it every N steps")
+                          ->check(CLI::PositiveNumber);
+  checkpoint->needs(often);
+  often->needs(checkpoint);
+  command->add_option("--resume", options->checkpoint.resume,
+                      "go on from a checkpoint: with the same scene and options the same bits and files come out");
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &exit] { exit = run(*options); });
 }

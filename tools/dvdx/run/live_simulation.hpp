@@ -5,6 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "checkpoint/checkpoints.hpp"
 #include "commands/progress.hpp"
 #include "commands/scene_options.hpp"
 #include "output/writer.hpp"
@@ -37,17 +38,22 @@ class LiveSimulation {
 
   // The observer writes, weighs and hashes.
   template <class Observer>
-  Outcome run(Observer& observer, std::uint64_t every) {
+  Outcome run(Observer& observer, std::uint64_t every, Checkpoints& checkpoints) {
     const auto start = observer.health(live_.state);
     outcome_.energy_start = observer.energy(live_.state);
-    if (every > 0 && loaded_.steps > 0) observer.write(moment(), live_.state);
+    if (checkpoints.resumed() != nullptr) {
+      go_on(*checkpoints.resumed());
+    } else if (every > 0 && loaded_.steps > 0) {
+      observer.write(moment(), live_.state);
+    }
     {
-      Progress progress(loaded_.steps);
+      Progress progress(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
-        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), progress);
+        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), progress, checkpoints);
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), live_.state);
       }
     }
+    checkpoints.finish(done_, [this](Sink& sink) { save(sink); });
     observer.write(moment(), live_.state);
     observer.finish();
     outcome_.energy_end = observer.energy(live_.state);
@@ -69,9 +75,25 @@ class LiveSimulation {
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = live_.state.clock.seconds}; }
 
-  void advance(std::uint64_t until, Progress& progress) {
+  void save(Sink& sink) const {
+    memory_.save(sink);
+    sink.put(turned_.particle_steps);
+    sink.put(outcome_.wall_seconds);
+  }
+  void go_on(const Checkpoint& checkpoint) {
+    checkpoint.load([this](Source& source) {
+      memory_.load(source);
+      source.get(turned_.particle_steps);
+      source.get(outcome_.wall_seconds);
+    });
+    done_ = checkpoint.header().step;
+    outcome_.resumed_at = done_;
+  }
+
+  void advance(std::uint64_t until, Progress& progress, Checkpoints& checkpoints) {
     while (done_ < until) {
-      const auto steps = std::min(together, until - done_);
+      checkpoints.look(done_, [this](Sink& sink) { save(sink); });
+      const auto steps = checkpoints.most_steps(done_, std::min(together, until - done_));
       const auto before = std::chrono::steady_clock::now();
       if (plan_.step(live_, steps, threads_.parallel_for()) != StepResult::done)
         throw std::logic_error("the plan is for another state");

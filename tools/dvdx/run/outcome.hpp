@@ -35,6 +35,7 @@ struct Outcome {
   std::optional<Warmth> warmth{};  // none where no bound is known
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
+  std::optional<std::uint64_t> resumed_at{};  // step, of a run that went on from a checkpoint
 };
 
 }  // namespace dvdx::tool
