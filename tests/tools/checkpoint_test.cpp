@@ -1,5 +1,6 @@
 // A run that is stopped and goes on: the same bits and the same files as one that never was.
 #include <doctest/doctest.h>
+#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -207,6 +208,150 @@ TEST_CASE("a run that goes on from a checkpoint at any step has the bits and the
     }
     folder.remove("first");
     folder.remove("second");
+    folder.remove("at");
+  }
+}
+
+TEST_CASE("a damaged checkpoint is refused with the reason, whatever is wrong with it") {
+  const Folder folder("damaged");
+  const std::string start = "run 'sweeps that carry on.json' --every 7 --out a.csv";
+  folder.done(start + " --checkpoint at --checkpoint-every 40");
+  const auto at = folder.read("at");
+  const auto states = folder.read("at.states");
+  Random random(2);
+  for (int n = 0; n < 100; ++n) {
+    auto bad = n % 5 == 4 ? states : at;
+    // Of the states the checkpoint counts on the first six of ten.
+    const auto place = random.below(n % 5 == 4 ? bad.size() / 2 : bad.size());
+    CAPTURE(n);
+    CAPTURE(place);
+    if (n % 3 == 0) {
+      bad.resize(place);
+    } else {
+      bad[place] = static_cast<char>(bad[place] ^ (1 << random.below(8)));
+    }
+    folder.write(n % 5 == 4 ? "at.states" : "at", bad);
+    const auto result = folder.command(start + " --resume at");
+    CHECK(result.exit == 4);
+    CHECK(result.err.starts_with("dvdx: at"));
+    const bool is_named =
+        result.err.find("is damaged") != std::string::npos || result.err.find("is no checkpoint") != std::string::npos;
+    CHECK(is_named);
+    folder.write("at", at);
+    folder.write("at.states", states);
+  }
+  folder.write("at", at + "x");
+  CHECK(folder.command(start + " --resume at").exit == 4);
+  CHECK(folder.command(start + " --resume nowhere").exit == 4);
+  CHECK(folder.command(start + " --resume .").exit == 4);
+  folder.write("at", at);
+  CHECK(folder.command(start + " --resume at").exit == 0);
+  fs::remove(folder.path() / "at.states");
+  CHECK(folder.command(start + " --resume at").exit == 4);
+}
+
+TEST_CASE("a checkpoint of another run is refused with what differs") {
+  const Folder folder("another");
+  folder.write("points.csv", "x,y,z\n0,1,0\n1,2,3\n");
+  folder.write("points.json", R"({"format": "dvdx-scene/1", "name": "from a file", "step": 0.125, "duration": 2,
+    "particles": {"count": 2, "position": {"file": "points.csv"}}, "forces": [{"type": "constant", "acceleration": [0, -8, 0]}]})");
+  const auto refused = [&](const std::string& arguments, const std::string& reason) {
+    CAPTURE(arguments);
+    const auto result = folder.command(arguments + " --resume at --out b.csv --every 0");
+    CHECK(result.exit == 3);
+    CHECK(result.err.find(reason) != std::string::npos);
+    CHECK(folder.files("b").empty());
+  };
+  const std::string start = "run points.json --checkpoint at --checkpoint-every 9";
+  folder.done(start);
+  for (const char* change : {"--set duration=3", "--duration 1", "--step 0.0625", "--set 'forces[0].acceleration=[0,-9,0]'",
+                             "--method pulse", "--set name=other", "--set particles.mass=2"}) {
+    refused(std::string("run points.json ") + change, "is a checkpoint of another scene");
+  }
+  refused("run free.json", "is a checkpoint of another scene, \"from a file\"");
+  refused("run points.json --precision float64", "precision float32, and this run has float64");
+  refused("run points.json --precision float32_compensated", "precision");
+  refused("run points.json --arithmetic contracted", "arithmetic separate, and this run has contracted");
+  CHECK(folder.command("run points.json --set duration=2.0 --resume at").exit == 0);  // the same number
+  folder.write("points.csv", "x,y,z\n0,1,0\n1,2,4\n");
+  refused("run points.json", "data files");
+}
+
+TEST_CASE("options that cannot go together, and states that a checkpoint does not have, are refused before the run") {
+  const Folder folder("options");
+  const auto refused = [&](const std::string& arguments, int exit, const std::string& reason) {
+    CAPTURE(arguments);
+    const auto result = folder.command("run free.json " + arguments);
+    CHECK(result.exit == exit);
+    CHECK(result.err.find(reason) != std::string::npos);
+  };
+  refused("--checkpoint at", 2, "--checkpoint-every");
+  refused("--checkpoint-every 5", 2, "--checkpoint");
+  refused("--checkpoint at --checkpoint-every 0", 2, "--checkpoint-every");
+  refused("--checkpoint free.json --checkpoint-every 5", 2, "which the scene is read from");
+  refused("--checkpoint nowhere/at --checkpoint-every 5", 4, "there is no directory");
+  folder.done("run free.json --checkpoint at --checkpoint-every 40");
+  refused("--resume at --out a.csv --every 5", 2, "at has none of the states up to step 40");
+  CHECK(folder.command("run free.json --resume at --out a.csv").exit == 0);  // the last state alone
+  folder.done("run free.json --checkpoint at --checkpoint-every 40 --out a.csv --every 7");
+  refused("--resume at --out a.csv --every 5", 2, "at has the states of every 7 steps up to step 40");
+  CHECK(folder.command("run free.json --resume at --out a.vtp --every 7").exit == 0);  // any format is made of them
+}
+
+TEST_CASE("a checkpoint that cannot be written ends the run with the reason, and the one before stays") {
+  const Folder folder("full");
+  folder.done("run free.json --checkpoint at --checkpoint-every 40");
+  const auto before = folder.read("at");
+  const std::string big = "run free.json --set particles.count=60000 --checkpoint at --checkpoint-every 20";
+  const auto result = run(folder, big, "ulimit -f 64;");
+  CHECK(result.exit == 4);
+  CHECK(result.err.find("at: cannot be written: File too large") != std::string::npos);
+  CHECK(folder.read("at") == before);
+  CHECK(folder.files(".at").empty());
+}
+
+// The command by itself, ended by SIGKILL after so long.
+int killed_after(const ScratchFolder& folder, std::vector<std::string> arguments, std::chrono::milliseconds time) {
+  arguments.insert(arguments.begin(), dvdx::test::command());
+  std::vector<char*> pointers;
+  for (auto& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    const int null = open("/dev/null", O_WRONLY);
+    if (chdir(folder.path().c_str()) == 0 && dup2(null, 1) == 1 && dup2(null, 2) == 2) execv(pointers[0], pointers.data());
+    _exit(127);
+  }
+  std::this_thread::sleep_for(time);
+  kill(pid, SIGKILL);
+  int status = 0;
+  waitpid(pid, &status, 0);
+  return status;
+}
+
+TEST_CASE("a run that is killed at any moment, again and again, comes to the same end") {
+  const Folder folder("killed");
+  for (const std::string scene : {"sweeps that carry on", "come and go"}) {
+    CAPTURE(scene);
+    // Some tenths of a second.
+    const std::string what = "run '" + scene + ".json' --duration 100 --every 100";
+    const auto whole = outcome(folder.done(what + " --out whole.csv"));
+    const std::vector<std::string> arguments{
+        "run", scene + ".json",      "--duration", "100", "--every", "100", "--out", "killed.csv", "--checkpoint",
+        "at",  "--checkpoint-every", "77"};
+    Random random(3);
+    int kills = 0;
+    for (int n = 0; n < 12; ++n) {
+      auto now = arguments;
+      if (fs::exists(folder.path() / "at")) now.insert(now.end(), {"--resume", "at"});
+      const int status = killed_after(folder, now, std::chrono::milliseconds(random.below(120)));
+      if (WIFSIGNALED(status)) ++kills;
+      if (WIFEXITED(status)) CHECK(WEXITSTATUS(status) == 0);
+    }
+    CHECK(kills > 0);
+    const std::string go_on = fs::exists(folder.path() / "at") ? " --resume at" : "";
+    CHECK(outcome(folder.done(what + " --out killed.csv" + go_on)) == whole);
+    CHECK(folder.read("killed.csv") == folder.read("whole.csv"));
     folder.remove("at");
   }
 }
