@@ -469,6 +469,16 @@ DVDX_EXPORT dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state,
 // alike or kicked. A null pointer is fine. Not while another thread steps with this plan.
 DVDX_EXPORT void dvdx_plan_forget(dvdx_plan* plan);
 
+// What the next step depends on beside the state's columns and its clock: what the springs did in the last step, where that is
+// carried on (see above), and what is driven. With it a state that was stored goes on with the same bits in another plan of the
+// same scene, made for the same start. Not while another thread steps with this plan.
+// Writes at most `capacity` numbers, and says in *count how many there are: numbers may be null where capacity is 0.
+DVDX_EXPORT dvdx_status dvdx_plan_carried(const dvdx_plan* plan, const dvdx_state* state, double* numbers, size_t capacity,
+                                          size_t* count, dvdx_error* error);
+// For the state as it was then. Changes nothing where it fails.
+DVDX_EXPORT dvdx_status dvdx_plan_restore(dvdx_plan* plan, const double* numbers, size_t count, const dvdx_state* state,
+                                          dvdx_error* error);
+
 // "Be there at the end of the next step": what follows a motion, or each particle of a group of kinematic ones, is on the
 // straight way there in every sub-step of it and has its velocity (a pose also turns evenly, the short way round); after it they
 // rest, until the next of these, and the motion's keys count no more. Nothing is compiled; set_places takes memory at its

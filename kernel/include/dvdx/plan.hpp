@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <tl/expected.hpp>
+#include <vector>
 
 #include "dvdx/contact_report.hpp"
 #include "dvdx/elsewhere.hpp"
@@ -151,6 +152,17 @@ class DVDX_EXPORT Plan {
   // After a jump of the state, as by a teleport of some of its particles: what its springs did before is not carried on. Not
   // needed for another state or another clock, nor where all particles are moved alike, kicked, or stepped with another step.
   void forget() noexcept;
+
+  // What the next step depends on beside the state's columns and its clock: what the springs did in the last step, where that
+  // is carried on (see Workspace), and what is driven by set_pose and set_places. With it a state that was stored goes on
+  // elsewhere with the same bits: in a plan of the same scene, compiled for the same start, on any instruction set. Numbers for
+  // restore() alone, few or none where there is nothing to keep. Not while another thread steps with this plan, or in this
+  // workspace.
+  [[nodiscard]] std::vector<double> carried(const State<T>& state) const;
+  [[nodiscard]] std::vector<double> carried(const State<T>& state, const Workspace<T>& workspace) const;
+  // For the state as it was then: count, columns and clock. Changes nothing where it fails.
+  Expected<void> restore(std::span<const double> carried, const State<T>& state);
+  Expected<void> restore(std::span<const double> carried, const State<T>& state, Workspace<T>& workspace) const;
 
   // The same motion `steps` steps ahead by powers of the step's matrix. Only for scenes without networks, constraints,
   // contacts, radial springs and fixed particles; an error names what is in the way.

@@ -1,6 +1,8 @@
 // Plans by C: a handle that holds a plan of either precision, in the caller's memory.
+#include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -157,6 +159,44 @@ dvdx_status dvdx_plan_set_places(dvdx_plan* plan, size_t kinematic, const double
 void dvdx_plan_forget(dvdx_plan* plan) {
   if (plan == nullptr) return;
   std::visit([](auto& p) { p.forget(); }, plan->plan);
+}
+
+namespace {
+
+// use(the plan, the state) where the state has columns as the plan needs them.
+template <class P, class Use>
+dvdx_status with_state(P& plan, const dvdx_state& state, dvdx_error* error, const Use& use) {
+  const auto of = [&]<class T>(const dvdx::Plan<T>& /*plan*/) -> dvdx_status {
+    const dvdx_status status = check_columns<T>(state, state.count, error);
+    return status != DVDX_DONE ? status : use(std::get<dvdx::Plan<T>>(plan.plan), view<T>(state));
+  };
+  return guarded(error, [&] { return std::visit(of, plan.plan); });
+}
+
+}  // namespace
+
+dvdx_status dvdx_plan_carried(const dvdx_plan* plan, const dvdx_state* state, double* numbers, size_t capacity, size_t* count,
+                              dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (state == nullptr) return missing(error, "state");
+  if (count == nullptr) return missing(error, "count");
+  if (numbers == nullptr && capacity != 0) return missing(error, "numbers");
+  return with_state(*plan, *state, error, [&](const auto& p, const auto& particles) {
+    const std::vector<double> carried = p.carried(particles);
+    *count = carried.size();
+    std::copy_n(carried.begin(), std::min(capacity, carried.size()), numbers);
+    return report(error, DVDX_DONE);
+  });
+}
+
+dvdx_status dvdx_plan_restore(dvdx_plan* plan, const double* numbers, size_t count, const dvdx_state* state,
+                              dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (state == nullptr) return missing(error, "state");
+  return with_state(*plan, *state, error, [&](auto& p, const auto& particles) {
+    need(numbers, count, "numbers");
+    return done_or(error, p.restore(std::span(numbers, count), particles));
+  });
 }
 
 dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from, dvdx_error* error) {

@@ -23,6 +23,12 @@ struct DrivenStep {
     if (part > 1 - 1e-6) return 1;
     return part > 0 ? part : 0;
   }
+
+  // Hands each number to an archive, which reads or writes it; so do pass() below.
+  template <class Archive>
+  void pass(Archive& archive) {
+    for (double* const number : {&begin.seconds, &begin.carry, &duration}) archive(*number);
+  }
 };
 
 class DrivenMotion {
@@ -60,11 +66,43 @@ class DrivenMotion {
     return to_ ? at(track, end) : track.at_end_of(start, end);
   }
 
+  template <class Archive>
+  void pass(Archive& archive) {
+    const auto pass_vector = [&](Vec3& v) {
+      for (double& number : v) archive(number);
+    };
+    const auto pass_pose = [&](MovedPose& pose) {
+      for (Vec3* const v : {&pose.center, &pose.translation, &pose.turn.v, &pose.velocity, &pose.angular_velocity})
+        pass_vector(*v);
+      archive(pose.turn.w);
+    };
+    pass_there(archive, asked_, [&](Target& target) {
+      pass_vector(target.translation);
+      pass_vector(target.turn.v);
+      archive(target.turn.w);
+    });
+    pass_there(archive, to_, [&](MovedPose& to) {
+      pass_pose(to);
+      pass_pose(from_);
+      step_.pass(archive);
+    });
+  }
+
  private:
   struct Target {
     Vec3 translation{};
     Quaternion turn{};
   };
+
+  // Whether it is there, and if so what.
+  template <class Archive, class Value, class Pass>
+  static void pass_there(Archive& archive, std::optional<Value>& value, const Pass& pass) {
+    bool is_there = value.has_value();
+    archive(is_there);
+    if (is_there && !value) value.emplace();
+    if (!is_there) value.reset();
+    if (value) pass(*value);
+  }
 
   void rest_at(MovedPose pose) noexcept {
     pose.velocity = pose.angular_velocity = {};
@@ -118,6 +156,22 @@ class DrivenPlaces {
     return x;
   }
   [[nodiscard]] const Vec3& velocity(std::size_t i) const noexcept { return ways_[i].velocity; }
+
+  // has(n): whether the archive has n numbers more, asked before memory is taken for them.
+  template <class Archive, class Has>
+  void pass(Archive& archive, const Has& has) {
+    archive(is_asked_);
+    archive(is_driven_);
+    if (!has_way()) return;
+    constexpr std::size_t numbers = sizeof(Way) / sizeof(double);
+    if (ways_.empty() && has(numbers * particles_)) ways_.resize(particles_);
+    for (Way& way : ways_) {
+      for (Vec3* const v : {&way.from, &way.to, &way.asked, &way.velocity}) {
+        for (double& number : *v) archive(number);
+      }
+    }
+    step_.pass(archive);
+  }
 
  private:
   struct Way {

@@ -32,7 +32,8 @@ Progress::Form Progress::form_here() {
   return plain != nullptr && *plain != '\0' ? Form::bar : Form::coloured_bar;
 }
 
-Progress::Progress(std::uint64_t total) : total_(total), form_(form_here()), start_(Clock::now()) {
+Progress::Progress(std::uint64_t total, std::uint64_t done)
+    : total_(total), before_(done), form_(form_here()), start_(Clock::now()) {
   next_ = start_ + (form_ == Form::lines ? Clock::duration(line_comes) : Clock::duration(bar_starts));
 }
 
@@ -42,10 +43,10 @@ Progress::~Progress() {
 
 void Progress::at(std::uint64_t done) {
   const auto now = Clock::now();
-  if (now < next_ || done == 0) return;
+  if (now < next_ || done == before_) return;
   next_ = now + (form_ == Form::lines ? Clock::duration(line_comes) : Clock::duration(bar_moves));
   const double spent = std::chrono::duration<double>(now - start_).count();
-  draw(done, spent * static_cast<double>(total_ - done) / static_cast<double>(done));
+  draw(done, spent * static_cast<double>(total_ - done) / static_cast<double>(done - before_));
 }
 
 void Progress::draw(std::uint64_t done, double seconds_left) {

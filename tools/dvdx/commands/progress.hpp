@@ -8,7 +8,7 @@ namespace dvdx::tool {
 
 class Progress {
  public:
-  explicit Progress(std::uint64_t total);
+  explicit Progress(std::uint64_t total, std::uint64_t done = 0);
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   ~Progress();  // takes the bar away
@@ -23,6 +23,7 @@ class Progress {
   void draw(std::uint64_t done, double seconds_left);
 
   std::uint64_t total_;
+  std::uint64_t before_;  // done when it began
   Form form_;
   Clock::time_point start_;
   Clock::time_point next_;

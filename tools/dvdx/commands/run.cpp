@@ -8,10 +8,13 @@
 #include <optional>
 #include <type_traits>
 
+#include "checkpoint/checkpoints.hpp"
+#include "checkpoint/states_out.hpp"
 #include "commands/commands.hpp"
 #include "commands/progress.hpp"
 #include "commands/run_reference.hpp"
 #include "commands/scene_options.hpp"
+#include "dvdx/build_info.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
 #include "output/console.hpp"
@@ -30,6 +33,7 @@
 #include "run/outcome.hpp"
 #include "run/start.hpp"
 #include "run/threads.hpp"
+#include "scene_io/fingerprint.hpp"
 #include "scene_io/names.hpp"
 
 namespace dvdx::tool {
@@ -43,6 +47,7 @@ struct RunOptions {
   std::optional<std::uint64_t> every{};  // 0: the last state alone; where not given, as the file's kind has it
   bool error = false;                    // a page is coloured by it
   bool json = false;
+  CheckpointOptions checkpoint;
 };
 
 // Steps that one call takes: many, so that a block stays in cache for them, but not so many that progress stands still. A
@@ -62,24 +67,25 @@ std::uint64_t states_written(std::uint64_t steps, std::uint64_t every) {
 template <class T>
 class Observer {
  public:
-  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, Ranks& ranks)
+  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, std::uint64_t every,
+           Checkpoints& checkpoints, Ranks& ranks)
       : file_(loaded.file), ranks_(ranks) {
     if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
     if (!output) return;
     if (world_) {
-      world_writer_ = make_writer<double>(*output);
+      world_out_ = std::make_unique<StatesOut<double>>(*output, every, checkpoints);
     } else {
-      writer_ = make_writer<T>(*output);
+      out_ = std::make_unique<StatesOut<T>>(*output, every, checkpoints);
     }
   }
 
   void write(const Moment& moment, const State<T>& state) {
-    if (writer_ != nullptr) writer_->write(moment, state);
-    if (world_writer_ != nullptr) world_writer_->write(moment, seen(state));
+    if (out_ != nullptr) out_->write(moment, state);
+    if (world_out_ != nullptr) world_out_->write(moment, seen(state));
   }
   void finish() {
-    if (writer_ != nullptr) writer_->finish();
-    if (world_writer_ != nullptr) world_writer_->finish();
+    if (out_ != nullptr) out_->finish();
+    if (world_out_ != nullptr) world_out_->finish();
   }
 
   [[nodiscard]] double energy(const State<T>& state) {
@@ -112,8 +118,8 @@ class Observer {
   const SceneFile& file_;
   Ranks& ranks_;
   std::optional<Soa<double>> world_;
-  std::unique_ptr<Writer<T>> writer_;
-  std::unique_ptr<Writer<double>> world_writer_;
+  std::unique_ptr<StatesOut<T>> out_;
+  std::unique_ptr<StatesOut<double>> world_out_;
 };
 
 std::size_t most_particles(const SceneFile& file) { return std::max(file.particles.total(), file.turnover.capacity); }
@@ -152,7 +158,35 @@ class HeatWatch {
   }
   [[nodiscard]] const std::optional<Warmth>& warmth() const { return warmth_; }
 
+  void save(Sink& sink) const {
+    if (!warmth_) return;
+    EnergyBudget::Account account = budget_->account();
+    for_each_number(account, [&](double& number) { sink.put(number); });
+    sink.put(warmth_->is_heating);
+    sink.put(warmth_->kinetic);
+    sink.put(warmth_->given);
+    sink.put(warmth_->step);
+  }
+  void load(Source& source) {
+    if (!warmth_) return;
+    EnergyBudget::Account account;
+    for_each_number(account, [&](double& number) { source.get(number); });
+    budget_->go_on_from(account);
+    source.get(warmth_->is_heating);
+    source.get(warmth_->kinetic);
+    source.get(warmth_->given);
+    source.get(warmth_->step);
+  }
+
  private:
+  template <class Use>
+  static void for_each_number(EnergyBudget::Account& account, const Use& use) {
+    use(account.now.kinetic);
+    for (double& number : account.now.mass) use(number);
+    for (double& number : account.now.momentum) use(number);
+    for (double* const number : {&account.now.wind, &account.seconds, &account.work, &account.most_work}) use(*number);
+  }
+
   Observer<T>& observer_;
   std::optional<std::uint64_t> every_;
   std::optional<EnergyBudget> budget_;
@@ -171,20 +205,27 @@ class Simulation {
         plan_(made(loaded.file, engine, state_, ranks)),
         threads_(engine.threads) {}
 
-  Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts) {
+  Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
     outcome_.network = plan_.network_limit();
     const auto start = observer.health(state_);
     outcome_.energy_start = observer.energy(state_);
     HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
-    if (every > 0 && loaded_.steps > 0) observer.write(moment(), state_);
+    if (checkpoints.resumed() != nullptr) {
+      go_on(*checkpoints.resumed(), watch, contacts);
+    } else if (every > 0 && loaded_.steps > 0) {
+      observer.write(moment(), state_);
+    }
+    const SaveRun save = [&](Sink& sink) { this->save(sink, watch, contacts); };
     {
       std::optional<Progress> progress;
-      if (ranks_.rank() == 0) progress.emplace(loaded_.steps);
+      if (ranks_.rank() == 0) progress.emplace(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
-        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), watch, contacts, progress);
+        const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
+        advance(until, watch, contacts, progress, checkpoints, save);
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), state_);
       }
     }
+    checkpoints.finish(done_, save);
     observer.write(moment(), state_);
     observer.finish();
     contacts.finish();
@@ -224,10 +265,35 @@ class Simulation {
                              : plan_.step(state_, steps, threads_.parallel_for());
   }
 
-  void advance(std::uint64_t until, HeatWatch<T>& watch, ContactWatch& contacts, std::optional<Progress>& progress) {
+  void save(Sink& sink, const HeatWatch<T>& watch, const ContactWatch& contacts) const {
+    put_state(sink, state_);
+    sink.put(std::span<const double>(plan_.carried(state_)));
+    watch.save(sink);
+    contacts.save(sink);
+    sink.put(outcome_.wall_seconds);
+  }
+  void go_on(const Checkpoint& checkpoint, HeatWatch<T>& watch, ContactWatch& contacts) {
+    checkpoint.load([&](Source& source) {
+      const auto count = state_.count;
+      get_state(source, state_, count);
+      std::vector<double> carried;
+      source.get(carried);
+      if (state_.count != count || !plan_.restore(carried, state_)) source.fail();
+      watch.load(source);
+      contacts.load(source);
+      source.get(outcome_.wall_seconds);
+    });
+    done_ = checkpoint.header().step;
+    outcome_.resumed_at = done_;
+  }
+
+  void advance(std::uint64_t until, HeatWatch<T>& watch, ContactWatch& contacts, std::optional<Progress>& progress,
+               Checkpoints& checkpoints, const SaveRun& save) {
     const auto most = batch_for(loaded_.file.particles.total());
     while (done_ < until) {
-      const auto steps = contacts.most_steps(watch.most_steps(done_, std::min(most, until - done_)));
+      checkpoints.look(done_, save);
+      const auto wanted = watch.most_steps(done_, std::min(most, until - done_));
+      const auto steps = contacts.most_steps(checkpoints.most_steps(done_, wanted));
       const auto before = std::chrono::steady_clock::now();
       if (step(steps, contacts.report()) != StepResult::done) throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
@@ -248,6 +314,23 @@ class Simulation {
   Outcome outcome_;
 };
 
+// The bits of a run hang on all of this, but neither on threads nor on the layout, and on the instruction set only where
+// arithmetic is fast.
+RunIdentity identity_of(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
+  if (options.checkpoint.file.empty() && options.checkpoint.resume.empty()) return {};
+  const auto& scene = options.scene;
+  RunIdentity run{.version = std::string(build_info().version),
+                  .precision = std::string(name_in(precisions, engine.precision)),
+                  .arithmetic = std::string(name(engine.arithmetic)),
+                  .scene = hash_text(fingerprint_of(loaded.file, {.overrides = scene.overrides, .seed = scene.seed}))};
+  if (engine.arithmetic == Arithmetic::fast) run.arithmetic += " on " + std::string(name(engine.isa));
+  for (const auto& [option, value] :
+       {std::pair("method", scene.method), std::pair("scheme", scene.scheme), std::pair("substeps", scene.substeps)}) {
+    if (!value.empty()) run.scene += fmt::format(" {} {}", option, value);
+  }
+  return run;
+}
+
 template <class T, class Simulated>
 Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engine& engine, Ranks& ranks) {
   Simulated simulation(loaded, engine, ranks);
@@ -263,17 +346,21 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
               .ranks = ranks.count() > 1 ? &ranks : nullptr,
               .first = loaded.file.particles.first};
   }
+  Checkpoints checkpoints(options.checkpoint, identity_of(options, loaded, engine), loaded.file.name,
+                          engine.precision == Precision::float32_compensated ? CallsEnd::where_they_do : CallsEnd::anywhere,
+                          loaded.file.sources);
   if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
-    if (is_page(options.out)) output->ids = simulation.ids();
+    if (output && (is_page(options.out) || checkpoints.is_writing())) output->ids = simulation.ids();
   }
   if (options.error) {
     const auto reference = reference_of(loaded, engine);
     output->reference = reference.positions;
     output->reference_text = reference.text;
   }
-  Observer<T> observer(loaded, engine, output, ranks);
-  ContactWatch contacts(loaded.file, options.json ? Sums::counted : Sums::left_out, options.events);
-  return simulation.run(observer, every, contacts);
+  Observer<T> observer(loaded, engine, output, every, checkpoints, ranks);
+  const bool counts = options.json || checkpoints.is_writing();
+  ContactWatch contacts(loaded.file, counts ? Sums::counted : Sums::left_out, options.events);
+  return simulation.run(observer, every, contacts, checkpoints);
 }
 
 template <class T>
@@ -303,6 +390,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
     report["dropped"] = outcome.turned->dropped;
   }
   report["steps"] = loaded.steps;
+  if (outcome.resumed_at) report["resumed_at_step"] = *outcome.resumed_at;
   report["method"] = name_in(methods, loaded.file.scene.method);
   report["scheme"] = nullptr;
   if (outcome.network) report["scheme"] = name_in(schemes, loaded.file.scene.coupling.scheme);
@@ -343,6 +431,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
     row("networks", fmt::format("{}, {} sub-step{} a step", name_in(schemes, file.scene.coupling.scheme),
                                 outcome.network->substeps, outcome.network->substeps == 1 ? "" : "s"));
   }
+  if (outcome.resumed_at) row("resumed", fmt::format("at step {}", *outcome.resumed_at));
   row("engine",
       fmt::format("{}, {}, {} arithmetic, {}, {} thread{}", name_in(precisions, engine.precision), name(engine.isa),
                   name(engine.arithmetic), name_in(layouts, engine.layout), engine.threads, engine.threads == 1 ? "" : "s"));
@@ -366,6 +455,16 @@ void warn_of_heat(const RunOptions& options, const LoadedScene& loaded, const Ou
                   warmth.given, loaded.file.scene.coupling.scheme == Scheme::sequential ? " or a larger theta" : ""));
 }
 
+void check_checkpoints(const RunOptions& options, const Ranks& ranks) {
+  const auto& [file, every, resume] = options.checkpoint;
+  if (file.empty() && resume.empty()) return;
+  const char* const option = file.empty() ? "--resume" : "--checkpoint";
+  if (ranks.count() > 1) throw Fault(Exit::usage, std::string(option) + ": one rank does it, not several");
+  if (!options.events.empty()) {
+    throw Fault(Exit::usage, "--events: cannot be kept over a stop: leave out " + std::string(option));
+  }
+}
+
 Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
   const auto engine = together(ranks, [&] {
     if (!options.out.empty()) check_extension(options.out);
@@ -375,6 +474,7 @@ Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
     if (!options.events.empty() && ranks.count() > 1) {
       throw Fault(Exit::usage, "--events: cannot be written by several ranks: one rank writes it");
     }
+    check_checkpoints(options, ranks);
     if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
     return engine_of(options.engine, by_launcher ? ranks_here() : 1);
   });
@@ -432,6 +532,14 @@ void add_run(CLI::App& app, Exit& exit) {
       "--error", options->error,
       "with --out of an .html: hold each state against the closed form, or against steps of an eighth in float64");
   command->add_option("--events", options->events, "write each impact on a contact to a .csv file");
+  auto* const checkpoint = command->add_option("--checkpoint", options->checkpoint.file,
+                                               "a file from which --resume goes on, should the run be stopped");
+  auto* const often = command->add_option("--checkpoint-every", options->checkpoint.every, "write it every N steps")
+                          ->check(CLI::PositiveNumber);
+  checkpoint->needs(often);
+  often->needs(checkpoint);
+  command->add_option("--resume", options->checkpoint.resume,
+                      "go on from a checkpoint: with the same scene and options the same bits and files come out");
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &exit] { exit = run(*options); });
 }

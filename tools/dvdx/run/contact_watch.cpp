@@ -73,6 +73,16 @@ void ContactWatch::finish() {
   file_->commit();
 }
 
+void ContactWatch::save(Sink& sink) const { sink.put(report_ ? report_->words() : std::span<const std::int64_t>()); }
+
+void ContactWatch::load(Source& source) {
+  std::vector<std::int64_t> words;
+  source.get(words);
+  if (!report_) return;
+  if (words.size() != report_->words().size()) source.fail();
+  report_->add(words);
+}
+
 void ContactWatch::join(Ranks& ranks) {
   if (!report_ || ranks.count() == 1) return;
   const auto mine = report_->words();

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "checkpoint/byte_stream.hpp"
 #include "dvdx/contact_report.hpp"
 #include "dvdx/ranks.hpp"
 #include "output/part_file.hpp"
@@ -31,6 +32,9 @@ class ContactWatch {
   // What the last call has left. Throws Fault (input_output) where there was more than room.
   void write();
   void finish();
+  // The sums, as part of a checkpoint; and those that a run goes on from.
+  void save(Sink& sink) const;
+  void load(Source& source);
   // Takes the other ranks' sums too. To be called by all.
   void join(Ranks& ranks);
   // In the scene's order.

@@ -83,38 +83,42 @@ double noise_of(const SceneFile& file, const State<T>& state) {
 
 template <class T>
 EnergyBudget::EnergyBudget(const SceneFile& file, const State<T>& start)
-    : file_(file), now_(moments_of(file.scene, start)), seconds_(start.clock.seconds), noise_(noise_of(file, start)) {
+    : file_(file),
+      account_{.now = moments_of(file.scene, start), .seconds = start.clock.seconds},
+      noise_(noise_of(file, start)) {
   // `energy` is kinetic, the springs', and -a.mx of the constant forces.
   start_ = energy(file, start);
   for (const auto& force : file.scene.forces) {
     const auto* constant = std::get_if<Constant>(&force);
     if (constant == nullptr) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) start_ += constant->acceleration[axis] * now_.mass[axis];
+    for (std::size_t axis = 0; axis < 3; ++axis) start_ += constant->acceleration[axis] * account_.now.mass[axis];
   }
 }
 
 template <class T>
 void EnergyBudget::look(const State<T>& state) {
+  auto& [now, seconds, work, most_work] = account_;
   const auto next = moments_of(file_.scene, state);
   const double until = state.clock.seconds;
-  const double sixth = (until - seconds_) / 6;
-  const Vec3 a0 = acceleration_at(file_.scene, seconds_);
-  const Vec3 a = acceleration_at(file_.scene, 0.5 * (seconds_ + until));
+  const double sixth = (until - seconds) / 6;
+  const Vec3 a0 = acceleration_at(file_.scene, seconds);
+  const Vec3 a = acceleration_at(file_.scene, 0.5 * (seconds + until));
   const Vec3 a1 = acceleration_at(file_.scene, until);
   // The way is h/6 (p0 + 4 p + p1), the work h/6 (a0 p0 + 4 a p + a1 p1).
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    work_ += a[axis] * (next.mass[axis] - now_.mass[axis]);
-    work_ += sixth * ((a0[axis] - a[axis]) * now_.momentum[axis] + (a1[axis] - a[axis]) * next.momentum[axis]);
+    work += a[axis] * (next.mass[axis] - now.mass[axis]);
+    work += sixth * ((a0[axis] - a[axis]) * now.momentum[axis] + (a1[axis] - a[axis]) * next.momentum[axis]);
   }
-  work_ += next.wind - now_.wind;
-  most_work_ = std::max(most_work_, work_);
-  now_ = next;
-  seconds_ = until;
+  work += next.wind - now.wind;
+  most_work = std::max(most_work, work);
+  now = next;
+  seconds = until;
 }
 
 double EnergyBudget::share() const noexcept {
-  if (std::isnan(now_.kinetic)) return now_.kinetic;
-  return now_.kinetic <= noise_ ? 0 : now_.kinetic / std::max(given(), noise_);
+  const double kinetic = account_.now.kinetic;
+  if (std::isnan(kinetic)) return kinetic;
+  return kinetic <= noise_ ? 0 : kinetic / std::max(given(), noise_);
 }
 
 std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {

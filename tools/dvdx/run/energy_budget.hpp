@@ -40,19 +40,25 @@ class EnergyBudget {
   template <class T>
   void look(const State<T>& state);
 
-  [[nodiscard]] double kinetic() const noexcept { return now_.kinetic; }       // J, at the last look
-  [[nodiscard]] double given() const noexcept { return start_ + most_work_; }  // J, at most, since the start
+  [[nodiscard]] double kinetic() const noexcept { return account_.now.kinetic; }       // J, at the last look
+  [[nodiscard]] double given() const noexcept { return start_ + account_.most_work; }  // J, at most, since the start
   // Kinetic over given: 0 where no more moves than rounding may, not a number where the state is none.
   [[nodiscard]] double share() const noexcept;
 
+  // What it has taken down since the start: a budget of the same start goes on from it.
+  struct Account {
+    Moments now{};
+    double seconds = 0;
+    double work = 0, most_work = 0;  // J
+  };
+  [[nodiscard]] const Account& account() const noexcept { return account_; }
+  void go_on_from(const Account& account) noexcept { account_ = account; }
+
  private:
   const SceneFile& file_;
-  Moments now_;
-  double seconds_ = 0;
+  Account account_;
   double start_ = 0;  // J
   double noise_ = 0;  // J
-  double work_ = 0;
-  double most_work_ = 0;
 };
 
 // Steps from look to look. None where no bound is known: where nothing joins particles, where they come and go, where the step

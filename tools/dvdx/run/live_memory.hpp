@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "checkpoint/byte_stream.hpp"
 #include "dvdx/live.hpp"
 #include "run/start.hpp"
 #include "run/state_memory.hpp"
@@ -20,7 +21,7 @@ class LiveMemory {
  public:
   // The scene's own particles have age 0 and die of no age.
   LiveMemory(const SceneFile& file, Layout layout)
-      : state_(layout, file.turnover.capacity), lives_(layout, file.turnover.capacity) {
+      : capacity_(file.turnover.capacity), state_(layout, capacity_), lives_(layout, capacity_) {
     live_.state = state_.view();
     live_.state.count = file.particles.count;
     place_at_start(file, live_.state);
@@ -48,7 +49,28 @@ class LiveMemory {
     return {ids_.data(), count};
   }
 
+  void save(Sink& sink) const {
+    put_state(sink, live_.state);
+    sink.put(live_.age, live_.state.count);
+    sink.put(live_.lifetime, live_.state.count);
+    for (const auto number : {live_.born, live_.removed, live_.dropped}) sink.put(number);
+    sink.put(std::span<const std::uint32_t>(ids_.data(), ids_.empty() ? 0 : live_.state.count));
+    sink.put(last_id_);
+  }
+  void load(Source& source) {
+    get_state(source, live_.state, capacity_);
+    source.get(live_.age, live_.state.count);
+    source.get(live_.lifetime, live_.state.count);
+    for (auto* const number : {&live_.born, &live_.removed, &live_.dropped}) source.get(*number);
+    std::vector<std::uint32_t> ids;
+    source.get(ids);
+    source.get(last_id_);
+    if (!ids.empty() && ids.size() != live_.state.count) source.fail();
+    if (!ids_.empty()) std::copy(ids.begin(), ids.end(), ids_.begin());
+  }
+
  private:
+  std::size_t capacity_;
   StateMemory<T> state_, lives_;
   LiveState<T> live_;
   std::vector<std::uint32_t> ids_;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "checkpoint/checkpoints.hpp"
 #include "commands/progress.hpp"
 #include "commands/scene_options.hpp"
 #include "output/writer.hpp"
@@ -38,17 +39,23 @@ class LiveSimulation {
 
   // The observer writes, weighs and hashes.
   template <class Observer>
-  Outcome run(Observer& observer, std::uint64_t every, ContactWatch& contacts) {
+  Outcome run(Observer& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(live_.state);
     outcome_.energy_start = observer.energy(live_.state);
-    if (every > 0 && loaded_.steps > 0) observer.write(moment(), live_.state);
+    if (checkpoints.resumed() != nullptr) {
+      go_on(*checkpoints.resumed(), contacts);
+    } else if (every > 0 && loaded_.steps > 0) {
+      observer.write(moment(), live_.state);
+    }
     {
-      Progress progress(loaded_.steps);
+      Progress progress(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
-        advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), contacts, progress);
+        const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
+        advance(until, contacts, progress, checkpoints);
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), live_.state);
       }
     }
+    checkpoints.finish(done_, [&](Sink& sink) { save(sink, contacts); });
     observer.write(moment(), live_.state);
     observer.finish();
     contacts.finish();
@@ -77,9 +84,27 @@ class LiveSimulation {
                              : plan_.step(live_, steps, threads_.parallel_for());
   }
 
-  void advance(std::uint64_t until, ContactWatch& contacts, Progress& progress) {
+  void save(Sink& sink, const ContactWatch& contacts) const {
+    memory_.save(sink);
+    contacts.save(sink);
+    sink.put(turned_.particle_steps);
+    sink.put(outcome_.wall_seconds);
+  }
+  void go_on(const Checkpoint& checkpoint, ContactWatch& contacts) {
+    checkpoint.load([&](Source& source) {
+      memory_.load(source);
+      contacts.load(source);
+      source.get(turned_.particle_steps);
+      source.get(outcome_.wall_seconds);
+    });
+    done_ = checkpoint.header().step;
+    outcome_.resumed_at = done_;
+  }
+
+  void advance(std::uint64_t until, ContactWatch& contacts, Progress& progress, Checkpoints& checkpoints) {
     while (done_ < until) {
-      const auto steps = contacts.most_steps(std::min(together, until - done_));
+      checkpoints.look(done_, [&](Sink& sink) { save(sink, contacts); });
+      const auto steps = contacts.most_steps(checkpoints.most_steps(done_, std::min(together, until - done_)));
       const auto before = std::chrono::steady_clock::now();
       if (step(steps, contacts.report()) != StepResult::done) throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();

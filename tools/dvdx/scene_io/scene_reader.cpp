@@ -400,18 +400,30 @@ std::uint64_t available_memory() {
   return static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-SceneFile parse_scene(const std::string& path, std::string_view text, const ReadOptions& options) {
+namespace {
+
+json json_in(const std::string& path, std::string_view text, const ReadOptions& options) {
   check_encoding(path, text);
   json root = parse_json(path, text);
   for (const auto& assignment : options.overrides) apply_override(root, path, assignment);
   if (options.seed) reseed(root, *options.seed);
-  return scene_of(path, root, options);
+  return root;
+}
+
+}  // namespace
+
+SceneFile parse_scene(const std::string& path, std::string_view text, const ReadOptions& options) {
+  return scene_of(path, json_in(path, text, options), options);
+}
+
+json read_json(const std::string& path, const ReadOptions& options) {
+  const auto text = read_file(path, scene_limit);
+  if (!text) throw Fault(Exit::input_output, path + ": " + text.error());
+  return json_in(path, *text, options);
 }
 
 SceneFile read_scene(const std::string& path, const ReadOptions& options) {
-  const auto text = read_file(path, scene_limit);
-  if (!text) throw Fault(Exit::input_output, path + ": " + text.error());
-  return parse_scene(path, *text, options);
+  return scene_of(path, read_json(path, options), options);
 }
 
 }  // namespace dvdx::tool

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -36,7 +37,10 @@ struct ReadOptions {
 // the file, the path of the key, the value, and what is valid.
 [[nodiscard]] SceneFile read_scene(const std::string& path, const ReadOptions& options = {});
 
-// The same from text; files that it refers to are looked for beside `path`.
+// What the file holds, with what `options` replace in it; not yet looked at as a scene. Throws as read_scene.
+[[nodiscard]] nlohmann::json read_json(const std::string& path, const ReadOptions& options = {});
+
+// The same as read_scene from text; files that it refers to are looked for beside `path`.
 [[nodiscard]] SceneFile parse_scene(const std::string& path, std::string_view text, const ReadOptions& options = {});
 
 }  // namespace dvdx::tool

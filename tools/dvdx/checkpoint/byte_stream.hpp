@@ -1,0 +1,125 @@
+// Numbers as the bytes of a checkpoint, and back.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "dvdx/layouts/convert.hpp"
+#include "dvdx/layouts/state.hpp"
+
+namespace dvdx::tool {
+
+static_assert(std::endian::native == std::endian::little, "checkpoints are little endian");
+
+template <class V>
+concept Number = std::is_arithmetic_v<V>;
+
+// Where bytes go.
+class Sink {
+ public:
+  Sink() = default;
+  Sink(const Sink&) = delete;
+  Sink& operator=(const Sink&) = delete;
+  virtual ~Sink() = default;
+  virtual void write(std::string_view bytes) = 0;
+
+  template <Number V>
+  void put(V value) {
+    write({reinterpret_cast<const char*>(&value), sizeof(V)});
+  }
+  template <Number V>
+  void put(std::span<const V> values) {
+    put<std::uint64_t>(values.size());
+    write({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(V)});
+  }
+  // The first `count`, whatever the layout.
+  template <class T>
+  void put(const Column<T>& column, std::size_t count) {
+    std::array<T, 4096> some;
+    for (std::size_t first = 0; first < count; first += some.size()) {
+      const std::size_t n = std::min(some.size(), count - first);
+      gather(column, first, n, some.data());
+      write({reinterpret_cast<const char*>(some.data()), n * sizeof(T)});
+    }
+  }
+};
+
+// Where they come from.
+class Source {
+ public:
+  Source() = default;
+  Source(const Source&) = delete;
+  Source& operator=(const Source&) = delete;
+  virtual ~Source() = default;
+  virtual void read(char* bytes, std::size_t count) = 0;
+  [[nodiscard]] virtual std::uint64_t left() const = 0;  // bytes
+  [[noreturn]] virtual void fail() const = 0;            // it holds something else than was to be read
+
+  template <Number V>
+  [[nodiscard]] V get() {
+    V value{};
+    read(reinterpret_cast<char*>(&value), sizeof(V));
+    return value;
+  }
+  template <Number V>
+  void get(V& value) {
+    value = get<V>();
+  }
+  template <Number V>
+  void get(std::vector<V>& values) {
+    const auto count = get<std::uint64_t>();
+    if (count > left() / sizeof(V)) fail();
+    values.resize(count);
+    read(reinterpret_cast<char*>(values.data()), count * sizeof(V));
+  }
+  template <class T>
+  void get(const Column<T>& column, std::size_t count) {
+    std::array<T, 4096> some;
+    for (std::size_t first = 0; first < count; first += some.size()) {
+      const std::size_t n = std::min(some.size(), count - first);
+      read(reinterpret_cast<char*>(some.data()), n * sizeof(T));
+      scatter(some.data(), first, n, column);
+    }
+  }
+};
+
+template <class T>
+void put_state(Sink& sink, const State<T>& state) {
+  sink.put<std::uint64_t>(state.count);
+  sink.put(state.clock.seconds);
+  sink.put(state.clock.carry);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    sink.put(state.x[axis], state.count);
+    sink.put(state.v[axis], state.count);
+    if (!state.has_rests()) continue;
+    sink.put(state.x_rest[axis], state.count);
+    sink.put(state.v_rest[axis], state.count);
+  }
+}
+
+// `most`: particles that the state's columns have room for.
+template <class T>
+void get_state(Source& source, State<T>& state, std::size_t most) {
+  const auto count = source.get<std::uint64_t>();
+  if (count > most) source.fail();
+  state.count = count;
+  source.get(state.clock.seconds);
+  source.get(state.clock.carry);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    source.get(state.x[axis], state.count);
+    source.get(state.v[axis], state.count);
+    if (!state.has_rests()) continue;
+    source.get(state.x_rest[axis], state.count);
+    source.get(state.v_rest[axis], state.count);
+  }
+}
+
+}  // namespace dvdx::tool

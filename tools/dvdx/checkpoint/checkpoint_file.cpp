@@ -1,0 +1,256 @@
+#include "checkpoint/checkpoint_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "checkpoint/files.hpp"
+#include "scene_io/fault.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view mark = "dvdx-checkpoint\n";
+constexpr std::uint32_t format = 1;
+constexpr std::uint32_t most_header = std::uint32_t{1} << 20U;                 // bytes
+constexpr std::uint64_t front = 16 + 3 * sizeof(std::uint32_t);                // mark, format, bytes of the header, their CRC
+constexpr std::uint64_t back = sizeof(std::uint64_t) + sizeof(std::uint32_t);  // bytes of the data, their CRC
+
+class Counting final : public Sink {
+ public:
+  void write(std::string_view some) override { bytes += some.size(); }
+  std::uint64_t bytes = 0;
+};
+
+class ToText final : public Sink {
+ public:
+  void write(std::string_view some) override { text += some; }
+  std::string text;
+};
+
+// With the CRC of all that went through.
+class Checked final : public Sink {
+ public:
+  explicit Checked(Sink& to) : to_(to) {}
+  void write(std::string_view some) override {
+    crc = crc_of(some, crc);
+    bytes += some.size();
+    to_.write(some);
+  }
+  std::uint64_t bytes = 0;
+  std::uint32_t crc = 0;
+
+ private:
+  Sink& to_;
+};
+
+class ToFile final : public Sink {
+ public:
+  ToFile(int descriptor, const fs::path& file) : descriptor_(descriptor), file_(file) {}
+  void write(std::string_view some) override {
+    text_ += some;
+    if (text_.size() >= most) flush();
+  }
+  void flush() {
+    write_all(descriptor_, file_, text_);
+    text_.clear();
+  }
+
+ private:
+  static constexpr std::size_t most = std::size_t{1} << 20U;
+  int descriptor_;
+  const fs::path& file_;
+  std::string text_;
+};
+
+std::string text_of(const CheckpointHeader& header) {
+  Json json{{"dvdx", header.run.version},
+            {"precision", header.run.precision},
+            {"arithmetic", header.run.arithmetic},
+            {"scene", header.run.scene},
+            {"name", header.name},
+            {"step", header.step},
+            {"states", nullptr}};
+  if (header.states) {
+    const auto& states = *header.states;
+    json["states"] = {
+        {"file", states.file}, {"every", states.every}, {"count", states.count}, {"bytes", states.bytes}, {"crc", states.crc}};
+  }
+  return json.dump();
+}
+
+CheckpointHeader header_of(std::string_view text) {
+  const auto json = Json::parse(text);
+  CheckpointHeader header{.run = {.version = json.at("dvdx"),
+                                  .precision = json.at("precision"),
+                                  .arithmetic = json.at("arithmetic"),
+                                  .scene = json.at("scene")},
+                          .name = json.at("name"),
+                          .step = json.at("step")};
+  if (const auto& states = json.at("states"); !states.is_null()) {
+    header.states = {.file = states.at("file"),
+                     .every = states.at("every"),
+                     .count = states.at("count"),
+                     .bytes = states.at("bytes"),
+                     .crc = states.at("crc")};
+  }
+  return header;
+}
+
+void write_text(Sink& sink, const CheckpointHeader& header, const SaveRun& save) {
+  const auto text = text_of(header);
+  ToText start;
+  start.write(mark);
+  start.put(format);
+  start.put(static_cast<std::uint32_t>(text.size()));
+  const auto crc = crc_of(text, crc_of(start.text));
+  sink.write(start.text);
+  sink.put(crc);
+  sink.write(text);
+  Checked data(sink);
+  save(data);
+  sink.put(data.bytes);
+  sink.put(data.crc);
+}
+
+[[noreturn]] void refuse(const fs::path& file, const std::string& what) {
+  throw Fault(Exit::input_output, file.string() + ": " + what);
+}
+
+// What stands before the data, and where that begins.
+struct Head {
+  CheckpointHeader header;
+  std::uint64_t data = 0;
+};
+
+Head head_of(const fs::path& file, std::uint64_t size) {
+  if (size < front + back) refuse(file, fmt::format("is no checkpoint: it has {} bytes", size));
+  FileSource source(file, 0, size);
+  std::string start(mark.size() + 2 * sizeof(std::uint32_t), '\0');
+  source.read(start.data(), start.size());
+  if (!start.starts_with(mark)) refuse(file, "is no checkpoint: it does not start like one, or is damaged");
+  std::uint32_t written_format = 0;
+  std::uint32_t length = 0;
+  std::memcpy(&written_format, start.data() + mark.size(), sizeof(written_format));
+  std::memcpy(&length, start.data() + mark.size() + sizeof(written_format), sizeof(length));
+  const auto crc = source.get<std::uint32_t>();
+  if (length > most_header || length > source.left()) refuse(file, "is damaged: its head is not whole");
+  std::string text(length, '\0');
+  source.read(text.data(), text.size());
+  if (crc != crc_of(text, crc_of(start))) refuse(file, "is damaged: its head is not what was written");
+  if (written_format != format) {
+    throw Fault(Exit::bad_scene, fmt::format("{}: is a checkpoint of format {}: must be {}, which this dvdx writes",
+                                             file.string(), written_format, format));
+  }
+  try {
+    return {.header = header_of(text), .data = front + length};
+  } catch (const nlohmann::json::exception&) {
+    refuse(file, "is damaged: its head lacks something");
+  }
+}
+
+std::uint64_t size_of(const fs::path& file) {
+  std::error_code error;
+  if (fs::exists(file, error) && !fs::is_regular_file(file, error)) refuse(file, "cannot be read: it is no plain file");
+  const auto size = fs::file_size(file, error);
+  if (error) refuse(file, "cannot be read: " + error.message());
+  return size;
+}
+
+void check_same(const fs::path& file, std::string_view what, const std::string& theirs, const std::string& ours) {
+  if (theirs == ours) return;
+  throw Fault(Exit::bad_scene, fmt::format("{}: is a checkpoint of {} {}, and this run has {}: must be the same", file.string(),
+                                           what, theirs, ours));
+}
+
+}  // namespace
+
+std::uint64_t bytes_of(const SaveRun& save) {
+  Counting counting;
+  save(counting);
+  return counting.bytes;
+}
+
+std::string checkpoint_text(const CheckpointHeader& header, const SaveRun& save) {
+  ToText whole;
+  whole.text.reserve(bytes_of(save) + most_header);
+  write_text(whole, header, save);
+  return std::move(whole.text);
+}
+
+namespace {
+
+template <class Write>
+void write_whole(const fs::path& file, const fs::path& part, const Write& write) {
+  {
+    const Descriptor descriptor(part, O_TRUNC);
+    write(descriptor.number());
+    sync_file(descriptor.number(), file);
+  }
+  std::error_code error;
+  fs::rename(part, file, error);
+  if (error) refuse_to_write(file, error.value());
+  sync_folder_of(file);
+}
+
+}  // namespace
+
+void write_checkpoint(const fs::path& file, const fs::path& part, std::string_view text) {
+  write_whole(file, part, [&](int descriptor) { write_all(descriptor, file, text); });
+}
+
+void write_checkpoint(const fs::path& file, const fs::path& part, const CheckpointHeader& header, const SaveRun& save) {
+  write_whole(file, part, [&](int descriptor) {
+    ToFile sink(descriptor, file);
+    write_text(sink, header, save);
+    sink.flush();
+  });
+}
+
+std::optional<CheckpointHeader> peek_checkpoint(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return std::nullopt;
+  try {
+    return head_of(file, size_of(file)).header;
+  } catch (const Fault&) {
+    return std::nullopt;
+  }
+}
+
+Checkpoint::Checkpoint(fs::path file, const RunIdentity& run) : file_(std::move(file)) {
+  const auto size = size_of(file_);
+  auto head = head_of(file_, size);
+  header_ = std::move(head.header);
+  data_ = head.data;
+  check_same(file_, "dvdx", header_.run.version, run.version);
+  check_same(file_, "precision", header_.run.precision, run.precision);
+  check_same(file_, "arithmetic", header_.run.arithmetic, run.arithmetic);
+  if (header_.run.scene != run.scene) {
+    throw Fault(
+        Exit::bad_scene,
+        fmt::format("{}: is a checkpoint of another scene, \"{}\", or of this one with other values, step, duration, method "
+                    "or data files: must be of this very run",
+                    file_.string(), header_.name));
+  }
+  if (size < data_ + back) refuse(file_, "is damaged: its end is missing");
+  bytes_ = size - data_ - back;
+  FileSource end(file_, data_ + bytes_, back);
+  if (end.get<std::uint64_t>() != bytes_) refuse(file_, "is damaged: its end is missing");
+  if (end.get<std::uint32_t>() != crc_of_file(file_, data_, bytes_)) {
+    refuse(file_, "is damaged: its data is not what was written");
+  }
+}
+
+void Checkpoint::load(const std::function<void(Source&)>& load) const {
+  FileSource source(file_, data_, bytes_);
+  load(source);
+  if (source.left() != 0) source.fail();
+}
+
+}  // namespace dvdx::tool

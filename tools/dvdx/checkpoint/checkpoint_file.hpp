@@ -1,0 +1,67 @@
+// The file that a run goes on from. docs/checkpoints.md describes its bytes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "checkpoint/byte_stream.hpp"
+#include "checkpoint/kept_states.hpp"
+
+namespace dvdx::tool {
+
+// What a run must have in common with the one that it goes on from, for the bits to be the same.
+struct RunIdentity {
+  std::string version;     // of dvdx
+  std::string precision;   // "float32"
+  std::string arithmetic;  // "separate"
+  std::string scene;       // fingerprint
+};
+
+struct CheckpointHeader {
+  RunIdentity run;
+  std::string name;                        // the scene's own
+  std::uint64_t step = 0;                  // at which it was written
+  std::optional<KeptStatesMark> states{};  // that the run had written until then
+};
+
+// What is left to write of the run's data.
+using SaveRun = std::function<void(Sink&)>;
+
+// The bytes that `save` makes.
+[[nodiscard]] std::uint64_t bytes_of(const SaveRun& save);
+// A whole file.
+[[nodiscard]] std::string checkpoint_text(const CheckpointHeader& header, const SaveRun& save);
+
+// Beside its place as `part` and on the disk, then renamed: the file before it is there until this one is. Throws Fault
+// (input_output).
+void write_checkpoint(const std::filesystem::path& file, const std::filesystem::path& part, std::string_view text);
+// The same without the whole text in memory.
+void write_checkpoint(const std::filesystem::path& file, const std::filesystem::path& part, const CheckpointHeader& header,
+                      const SaveRun& save);
+
+// The header alone; none where there is no whole one.
+[[nodiscard]] std::optional<CheckpointHeader> peek_checkpoint(const std::filesystem::path& file);
+
+// A file that is whole, of this run.
+class Checkpoint {
+ public:
+  // Throws Fault: input_output where it cannot be read, is none or is damaged, bad_scene where it is of another run.
+  Checkpoint(std::filesystem::path file, const RunIdentity& run);
+
+  [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
+  [[nodiscard]] const CheckpointHeader& header() const noexcept { return header_; }
+  // Hands over the run's data, all of which `load` must read.
+  void load(const std::function<void(Source&)>& load) const;
+
+ private:
+  std::filesystem::path file_;
+  CheckpointHeader header_;
+  std::uint64_t data_ = 0;   // where it begins
+  std::uint64_t bytes_ = 0;  // of it
+};
+
+}  // namespace dvdx::tool

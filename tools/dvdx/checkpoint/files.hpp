@@ -1,0 +1,64 @@
+// Files by descriptors: what must be on the disk when a call returns.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+#include "checkpoint/byte_stream.hpp"
+
+namespace dvdx::tool {
+
+// Throws Fault (input_output): "run.checkpoint: cannot be written: No space left on device".
+[[noreturn]] void refuse_to_write(const std::filesystem::path& file, int error);
+
+class Descriptor {
+ public:
+  // Throws Fault (input_output) where it cannot be opened to be written.
+  Descriptor(const std::filesystem::path& file, int flags);
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor();
+  [[nodiscard]] int number() const noexcept { return number_; }
+
+ private:
+  int number_;
+};
+
+// All of them, however many calls it takes.
+void write_all(int descriptor, const std::filesystem::path& file, std::string_view bytes);
+// What of a file is written is on the disk.
+void sync_file(int descriptor, const std::filesystem::path& file);
+// So are the names in the folder in which it stands.
+void sync_folder_of(const std::filesystem::path& file);
+
+// CRC-32 (zlib's) of bytes that follow on bytes with the CRC `before`.
+[[nodiscard]] std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0);
+
+// A file's bytes from `first` on, `count` of them.
+class FileSource final : public Source {
+ public:
+  // Throws Fault (input_output) where it cannot be read.
+  FileSource(std::filesystem::path file, std::uint64_t first, std::uint64_t count);
+  ~FileSource() override;
+
+  void read(char* bytes, std::size_t count) override;
+  [[nodiscard]] std::uint64_t left() const override { return left_ + (end_ - at_); }
+  [[noreturn]] void fail() const override;
+
+ private:
+  void fill();
+
+  std::filesystem::path path_;
+  std::FILE* file_ = nullptr;
+  std::uint64_t left_ = 0;  // not yet in the buffer
+  std::vector<char> buffer_;
+  std::size_t at_ = 0, end_ = 0;
+};
+
+// Of count bytes from `first` on.
+[[nodiscard]] std::uint32_t crc_of_file(const std::filesystem::path& file, std::uint64_t first, std::uint64_t count);
+
+}  // namespace dvdx::tool

@@ -1,0 +1,73 @@
+#include "checkpoint/states_out.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "scene_io/fault.hpp"
+
+namespace dvdx::tool {
+
+template <class S>
+StatesOut<S>::StatesOut(Output output, std::uint64_t every, Checkpoints& checkpoints)
+    : output_(std::move(output)), every_(every), checkpoints_(checkpoints), ids_(output_.ids) {
+  if (has_states_before()) check_states_before();
+  make_writer();  // what is wrong with the target is said before the first step
+  if (checkpoints_.is_writing() && every_ > 0) {
+    writer_.reset();
+    checkpoints_.keep_states(every_);
+  } else if (has_states_before()) {
+    write_kept(checkpoints_.resumed_states(), checkpoints_.resumed()->header().states.value());
+  }
+}
+
+template <class S>
+void StatesOut<S>::check_states_before() const {
+  const auto& header = checkpoints_.resumed()->header();
+  const auto refuse = [&](const std::string& what) {
+    throw Fault(Exit::usage, fmt::format("--out {} --every {}: {}; --every 0 writes the last state alone",
+                                         output_.target.string(), every_, what));
+  };
+  const auto& file = checkpoints_.resumed()->file();
+  if (!header.states) refuse(fmt::format("{} has none of the states up to step {}", file.string(), header.step));
+  if (header.states->every != every_) {
+    refuse(fmt::format("{} has the states of every {} steps up to step {}", file.string(), header.states->every, header.step));
+  }
+  check_kept_states(checkpoints_.resumed_states(), *header.states);
+}
+
+template <class S>
+void StatesOut<S>::make_writer() {
+  if (ids_) output_.ids = [this](std::size_t count) { return is_writing_kept_ ? kept_ids_ : ids_(count); };
+  writer_ = tool::make_writer<S>(output_);
+}
+
+template <class S>
+void StatesOut<S>::write_kept(const std::filesystem::path& path, const KeptStatesMark& mark) {
+  is_writing_kept_ = true;
+  for_each_kept_state<S>(path, mark, [&](const Moment& moment, const State<S>& state, std::span<const std::uint32_t> ids) {
+    kept_ids_ = ids;
+    writer_->write(moment, state);
+  });
+  is_writing_kept_ = false;
+}
+
+template <class S>
+void StatesOut<S>::write(const Moment& moment, const State<S>& state) {
+  if (writer_ != nullptr) return writer_->write(moment, state);
+  checkpoints_.states()->append(moment, state, ids_ ? ids_(state.count) : std::span<const std::uint32_t>());
+}
+
+template <class S>
+void StatesOut<S>::finish() {
+  if (writer_ == nullptr) {
+    make_writer();
+    write_kept(checkpoints_.states()->path(), checkpoints_.states()->mark());
+  }
+  writer_->finish();
+}
+
+template class StatesOut<float>;
+template class StatesOut<double>;
+
+}  // namespace dvdx::tool
