@@ -221,7 +221,14 @@ Cases contact_cases() {
   const std::pair<Contact, const char*> shapes[] = {
       {Plane{.normal = {0.3, 2, -0.1}, .offset = -0.5}, "plane"},
       {Sphere{.center = {0.2, -0.4, 0}, .radius = 0.45}, "sphere"},
-      {Sphere{.center = {0, 0.1, 0}, .radius = 1.7, .side = Side::inside}, "inside a sphere"}};
+      {Sphere{.center = {0, 0.1, 0}, .radius = 1.7, .side = Side::inside}, "inside a sphere"},
+      {Capsule{.ends = {{{-0.4, -0.4, 0.1}, {0.5, -0.5, 0}}}, .radius = {0.2, 0.3}}, "capsule"},
+      {OrientedBox{.center = {0.1, -0.5, 0}, .half_extents = {0.6, 0.2, 0.5}, .rotation = {0.2, 0.3, -0.1}, .thickness = 0.05},
+       "box"},
+      {OrientedBox{.half_extents = {1.1, 1.2, 1.3}, .rotation = {0.2, 0.3, -0.1}, .side = Side::inside}, "inside a box"},
+      {Convex{.planes = {{{0, 1, 0}, -0.3}, {{0, -3, 0}, 0.6}, {{1, 0.5, 0}, 0.5}, {{-1, 0.5, 0}, 0.4}, {{0, 0.5, 1}, 0.4},
+                         {{0, 0, -1}, 0.5}}},
+       "convex body"}};
   const std::pair<Response, const char*> responses[] = {{Response::resume, "resume"}, {Response::end_on_surface, "seed"}};
   const std::pair<ContactPath, const char*> sweeps[] = {{ContactPath::curve, "curve"}, {ContactPath::line, "line"}};
   for (const auto& [shape, shape_name] : shapes) {

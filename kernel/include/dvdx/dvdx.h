@@ -204,6 +204,7 @@ typedef struct dvdx_surface {
   double normal_viscosity;  // >= 0: and the normal one by exp(-normal_viscosity)
   dvdx_response response;
   dvdx_sweep sweep;
+  double thickness;  // m, >= 0: particles are kept so far off the surface
 } dvdx_surface;
 
 // Particles may be where normal . x >= offset, the normal taken to unit length.
@@ -220,6 +221,29 @@ typedef struct dvdx_sphere {
   dvdx_side side;
   dvdx_surface surface;
 } dvdx_sphere;
+
+// Particles may be outside the convex hull of two spheres.
+typedef struct dvdx_capsule {
+  double ends[2][3];  // m, the spheres' centers
+  double radius[2];   // m, each > 0
+  dvdx_surface surface;
+} dvdx_capsule;
+
+// Particles may be outside or inside.
+typedef struct dvdx_box {
+  double center[3];        // m
+  double half_extents[3];  // m, each > 0
+  double rotation[3];      // rad: axis times angle, about the center
+  dvdx_side side;
+  dvdx_surface surface;
+} dvdx_box;
+
+// Particles may be outside the body that is where normal . x <= offset for all planes.
+typedef struct dvdx_convex {
+  const double* planes;  // four numbers each: the normal, taken to unit length, and the offset, m
+  size_t count;          // 4 to 64
+  dvdx_surface surface;
+} dvdx_convex;
 
 // A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation; between keys
 // the translation is linear in time, and the rotation goes evenly, the short way round.
@@ -323,6 +347,9 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_drag(dvdx_scene* scene, const dvdx_drag* 
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_plane(dvdx_scene* scene, const dvdx_plane* contact, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_sphere(dvdx_scene* scene, const dvdx_sphere* contact, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_capsule(dvdx_scene* scene, const dvdx_capsule* contact, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_box(dvdx_scene* scene, const dvdx_box* contact, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_convex(dvdx_scene* scene, const dvdx_convex* contact, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_motion* motion, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error);

@@ -318,9 +318,10 @@ class JoinedStep {
     for (std::size_t j = 0; j < ws_.surfaces.size(); ++j) {
       Surface<T>& surface = ws_.surfaces[j];
       surface = motion.terms.surfaces[j];
-      const auto& of = motion_of(m_.contacts()[j]);
+      const Contact& contact = m_.contacts()[surface.contact];
+      const auto& of = motion_of(contact);
       if (!of) continue;
-      move_surface(surface, m_.contacts()[j], ws_.motions[*of].at_end_of(m_.tracks()[*of], start, end), m_.origin());
+      move_surface(surface, contact, ws_.motions[*of].at_end_of(m_.tracks()[*of], start, end), m_.origin());
       moved_terms_.moves = moved_terms_.moves || surface.movement != Movement::rest;
     }
   }

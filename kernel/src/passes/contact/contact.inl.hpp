@@ -9,6 +9,7 @@
 #include "isa/lanes.hpp"
 #include "passes/contact/bend.inl.hpp"
 #include "passes/contact/contact.hpp"
+#include "passes/contact/shape.inl.hpp"
 #include "passes/terms.hpp"
 #include "passes/three.inl.hpp"
 #include "passes/trajectory.inl.hpp"
@@ -137,9 +138,13 @@ template <class V, Arithmetic arithmetic>
     case Shape::plane:
       return may_touch_plane<V, arithmetic>(surface, m, middle);
     case Shape::sphere:
+      return may_touch_sphere<V, arithmetic>(surface, m, middle);
+    case Shape::capsule:
+    case Shape::box:
+    case Shape::convex:
       break;
   }
-  return may_touch_sphere<V, arithmetic>(surface, m, middle);
+  return may_touch_solid<V, arithmetic>(surface, m, middle);
 }
 
 // t: what remains of the step; corner: the part of it after which the path's tangents meet, in seconds.
@@ -229,12 +234,6 @@ class PlaneTouchTest {
 
 // ---------------------------------------------------------------------------------- geometry
 
-template <class V>
-struct Touch {
-  Three<V> n;  // unit normal
-  V s;         // distance, negative inside
-};
-
 template <class V, Arithmetic arithmetic>
 Touch<V> touch_plane(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
   const Three<V> n = three<V>(surface.n);
@@ -260,9 +259,15 @@ template <class V, Arithmetic arithmetic>
     case Shape::plane:
       return touch_plane<V, arithmetic>(surface, x);
     case Shape::sphere:
+      return touch_sphere<V, arithmetic>(surface, x);
+    case Shape::capsule:
+      return touch_capsule<V, arithmetic>(surface, x);
+    case Shape::box:
+      return touch_box<V, arithmetic>(surface, x);
+    case Shape::convex:
       break;
   }
-  return touch_sphere<V, arithmetic>(surface, x);
+  return touch_convex<V, arithmetic>(surface, x);
 }
 
 template <class V>
@@ -528,6 +533,17 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
   }
 }
 
+// The curvature of the path itself at its start.
+template <class V, Arithmetic arithmetic>
+void bend_at_start(const FlowPath<V, arithmetic>& bent, const Slip<V>& slip,
+                   const Course<V, arithmetic, PathForm::flow>& course, Path<V>& way) noexcept {
+  const V half_square = V(Scalar<V>(0.5)) * (course.left * course.left);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
+    if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
+  }
+}
+
 // Along a straight line or a parabola from r0.
 template <class V, Arithmetic arithmetic>
 struct SphereCurve {
@@ -604,13 +620,7 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   if constexpr (form == PathForm::flow) {
     bent = flow_path<V, arithmetic>(own, course);
     slip = slip_of(surface, own, m, course.t);
-    if (is_flow && surface.finds_dips) {  // the path's own curvature at its start
-      const V half_square = V(T(0.5)) * (course.left * course.left);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
-        if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
-      }
-    }
+    if (is_flow && surface.finds_dips) bend_at_start(bent, slip, course, way);
   }
 
   const V start = k * (dot<arithmetic>(r0, r0) - square);
@@ -645,6 +655,53 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   return {end.f, ((g1 < zero) | dips) & !(held & stays(surface, d0, c, low))};
 }
 
+// Of a body with a signed distance.
+template <class V, Arithmetic arithmetic, PathForm form>
+[[gnu::noinline]] Crossing<V> cross_solid(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                                          [[maybe_unused]] const Trajectory<V>& own,
+                                          const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const V one(T(1));
+  Path<V> way = path(surface, m, course.t);
+  const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
+  FlowPath<V, arithmetic> bent;
+  Slip<V> slip;
+  if constexpr (form == PathForm::flow) {
+    bent = flow_path<V, arithmetic>(own, course);
+    slip = slip_of(surface, own, m, course.t);
+    if (is_flow && surface.finds_dips) bend_at_start(bent, slip, course, way);
+  }
+  const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
+  const V s0 = select<V>(held | (start.s < zero), zero, start.s);
+  const V s1 = touch<V, arithmetic>(surface, m.x1).s;
+  const V d0 = dot<arithmetic>(start.n, way.u);
+  const V c = (s1 - s0) - d0;
+  const V tolerance =
+      V(16 * std::numeric_limits<T>::epsilon()) * ((one_norm(m.x0) + one_norm(way.u)) + V(surface.radius));
+  const Mask<V> kept = held & stays(surface, d0, c, low);
+  const Approach<V> found =
+      approach<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, s0}, tolerance, course.active & !kept);
+  const V secant = first_root(s0, d0, c, discriminant<V, arithmetic>(s0, d0, c));
+  V f = select<V>(found.arrives, found.f, select<V>(secant < one, secant, one));
+  Mask<V> hits = (s1 < zero) | found.arrives;
+  if constexpr (form == PathForm::flow) {
+    if (is_flow && any_lane<V>(course.active & hits & !kept)) {
+      const SphereFlow<V, arithmetic> along_it{m.x0, bent, slip, course};
+      const auto gap = [&](V at) {
+        Three<V> x, tangent;
+        along_it(at, x, tangent);
+        const Touch<V> there = touch<V, arithmetic>(surface, x);
+        return Gap<V>{there.s, dot<arithmetic>(there.n, tangent)};
+      };
+      f = refined(gap, f, one, solid_newton_steps, true);
+      const Gap<V> end = gap(f);
+      hits = (s1 < zero) | (found.arrives & (end.slope < zero) & (end.s <= tolerance));
+    }
+  }
+  return {f, hits & !kept};
+}
+
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                   const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
@@ -654,9 +711,13 @@ Crossing<V> cross(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surfa
     case Shape::plane:
       return cross_plane<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
     case Shape::sphere:
+      return cross_sphere<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
+    case Shape::capsule:
+    case Shape::box:
+    case Shape::convex:
       break;
   }
-  return cross_sphere<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
+  return cross_solid<V, arithmetic, form>(surface, seen, m, course, held, low);
 }
 
 // ---------------------------------------------------------------------------------- friction
@@ -1219,11 +1280,13 @@ void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V, 
   const V motion = magnitude(course.t) * one_norm(seen.v0 + slower);
   const Mask<V> rests = held & (motion < V(std::numeric_limits<T>::epsilon() / 4) * size);
   const Three<V> base = select(rests, seen.x0, m.x1);
-  const bool moves = surface.movement != Movement::rest;
-  if (!moves) m.v1 = slower;
   const Touch<V> there = touch<V, arithmetic>(surface, base);
   m.x1 = select(inside, subtract_product<arithmetic>(base, there.s, there.n), m.x1);
-  if (moves) m.v1 = select(is_pressed, slower + velocity_at<V, arithmetic>(surface, m.x1, V(T(0))), m.v1);
+  if (surface.movement == Movement::rest) {
+    m.v1 = slower;
+  } else {
+    m.v1 = select(is_pressed, slower + velocity_at<V, arithmetic>(surface, m.x1, V(T(0))), m.v1);
+  }
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>
@@ -1252,9 +1315,9 @@ void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V, 
 }
 
 template <class T>
-bool has_sphere(const Terms<T>& terms) noexcept {
+bool has_body(const Terms<T>& terms) noexcept {
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    if (terms.surfaces[j].shape == Shape::sphere) return true;
+    if (terms.surfaces[j].shape != Shape::plane) return true;
   }
   return false;
 }
@@ -1270,8 +1333,8 @@ void resolve_all(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standi
   for (int impact = 0; impact < terms.impacts; ++impact) {
     if (!resolve_earliest<V, arithmetic, form>(terms, m, course)) break;
   }
-  // What was near nothing in the end but planes that hold it is outside. (Of a sphere the two tests round in different ways.)
-  const Mask<V> lanes = has_sphere(terms) ? touches : touches & (course.loose | course.active);
+  // What was near nothing in the end but planes that hold it is outside. (Of a body the two tests round in different ways.)
+  const Mask<V> lanes = has_body(terms) ? touches : touches & (course.loose | course.active);
   if (any_lane<V>(lanes)) clamp_all<V, arithmetic, form>(terms, m, course, lanes);
 }
 
@@ -1398,7 +1461,7 @@ template <class V, Arithmetic arithmetic>
   const Mask<V> is_held = touches & (course.held.a >= V(Scalar<V>(0)));
   const bool holds = any_lane<V>(is_held);
   const Mask<V> lanes = touches & !busy;
-  if (has_sphere(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, course, lanes);
+  if (has_body(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, course, lanes);
   return {busy, holds ? Standing::unknown : Standing::none};
 }
 
