@@ -430,7 +430,8 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   if (has_radial) words += ", radial (" + std::to_string(system.radial().size()) + " springs)";
   if (!scene.contacts.empty()) {
     words += ", contact (" + std::to_string(scene.contacts.size()) + " surfaces, up to " +
-             std::to_string(compiled.options.impacts) + " impacts a particle and step)";
+             std::to_string(compiled.options.impacts) + " impacts a particle and step";
+    words += motion.terms.searches ? "; a block looks for those near it)" : ")";
   }
   words += "\nflow         " + describe(motion.flow) + "\n";
   const int count = operations(motion.flow, motion.terms.rates.sources) * (system.kicks() != 0 ? 2 : 1);

@@ -131,7 +131,8 @@ dvdx::Scene same_forces() {
   scene.add(Sphere{.radius = 50, .side = Side::inside});
   scene.add(Capsule{.ends = {{{4, 0, 0}, {0, 2, 0}}}, .radius = {0.5, 0.25}, .thickness = 0.125});
   scene.add(OrientedBox{.center = {0, -3, 0}, .half_extents = {2, 2, 2}, .rotation = {0, 0, 0.5}});
-  scene.add(Convex{.planes = {{{1, 0, 0}, 9}, {{-1, 0, 0}, -8}, {{0, 1, 0}, 1}, {{0, -1, 0}, 0}, {{0, 0, 1}, 1}, {{0, 0, -1}, 0}}});
+  scene.add(
+      Convex{.planes = {{{1, 0, 0}, 9}, {{-1, 0, 0}, -8}, {{0, 1, 0}, 1}, {{0, -1, 0}, 0}, {{0, 0, 1}, 1}, {{0, 0, -1}, 0}}});
   return scene;
 }
 

@@ -114,10 +114,8 @@ TEST_CASE("a scene with one of everything is read as it stands") {
                    .motion = 1});
   scene.add(Capsule{.ends = {{{0, 1, 0}, {2, 1, 0}}}, .radius = {0.5, 0.25}, .thickness = 0.125});
   scene.add(Capsule{.ends = {{{0, 1, 0}, {0, 1, 0}}}, .radius = {2, 2}, .friction = 0.5});
-  scene.add(
-      OrientedBox{.center = {1, 0, 0}, .half_extents = {4, 5, 6}, .rotation = {0, 0.5, 0}, .side = Side::inside});
-  scene.add(Convex{
-      .planes = {{{-1, 0, 0}, 0}, {{0, -1, 0}, 0}, {{0, 0, -1}, 0}, {{0, 0.6, 0.8}, 1.5}, {{1, 0, 0}, 1}}});
+  scene.add(OrientedBox{.center = {1, 0, 0}, .half_extents = {4, 5, 6}, .rotation = {0, 0.5, 0}, .side = Side::inside});
+  scene.add(Convex{.planes = {{{-1, 0, 0}, 0}, {{0, -1, 0}, 0}, {{0, 0, -1}, 0}, {{0, 0.6, 0.8}, 1.5}, {{1, 0, 0}, 1}}});
   scene.add(Motion{.center = {}, .keys = {{.time = 0}}});
   scene.add(Motion{.center = {0, 1, 0}, .keys = {{.time = -1, .translation = {0, 1, 0}}, {.time = 2, .rotation = {0, 3, 0}}}});
   scene.add(Kinematic{.particles = {1}, .motion = 1});
@@ -316,7 +314,8 @@ constexpr BadValue bad_values[] = {
     {"/forces/5/expansion", "\"second_order\"",
      "forces[5].expansion is \"second_order\": must be \"exact\" or \"first_order\""},
     {"/contacts", "7", "contacts is 7: must be a list of contacts"},
-    {"/contacts/0/type", "\"cube\"", "contacts[0].type is \"cube\": must be \"plane\", \"sphere\", \"capsule\", \"box\" or \"convex\""},
+    {"/contacts/0/type", "\"cube\"",
+     "contacts[0].type is \"cube\": must be \"plane\", \"sphere\", \"capsule\", \"box\" or \"convex\""},
     {"/contacts/0/normal", "[0,0,0]", "contacts[0].normal is [0,0,0]: must be a vector of finite length > 0",
      BySchema::accepted},
     {"/contacts/0/offset", nullptr, "contacts[0].offset is missing: a plane needs it"},

@@ -131,8 +131,8 @@ struct Sphere {
 
 // Particles may be outside the convex hull of two spheres; all else as for a plane.
 struct Capsule {
-  std::array<Vec3, 2> ends{};           // m, the spheres' centers
-  std::array<double, 2> radius{1, 1};   // m, each > 0
+  std::array<Vec3, 2> ends{};          // m, the spheres' centers
+  std::array<double, 2> radius{1, 1};  // m, each > 0
   double restitution = 0;
   double friction = 0;
   double viscosity = 0;
@@ -146,9 +146,9 @@ struct Capsule {
 
 // Particles may be outside (or inside) a box; all else as for a plane. Thickness rounds the edges of an outside.
 struct OrientedBox {
-  Vec3 center{};                // m
-  Vec3 half_extents{1, 1, 1};   // m, each > 0
-  Vec3 rotation{};              // rad: axis times angle, about the center
+  Vec3 center{};               // m
+  Vec3 half_extents{1, 1, 1};  // m, each > 0
+  Vec3 rotation{};             // rad: axis times angle, about the center
   Side side = Side::outside;
   double restitution = 0;
   double friction = 0;

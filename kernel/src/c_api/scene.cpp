@@ -122,14 +122,14 @@ Contact value(const dvdx_sphere& from, const std::string& at) {
               from.surface, at);
 }
 Contact value(const dvdx_capsule& from, const std::string& at) {
-  return with(Capsule{.ends = {vec3(from.ends[0]), vec3(from.ends[1])}, .radius = {from.radius[0], from.radius[1]}}, from.surface,
-              at);
+  return with(Capsule{.ends = {vec3(from.ends[0]), vec3(from.ends[1])}, .radius = {from.radius[0], from.radius[1]}},
+              from.surface, at);
 }
 Contact value(const dvdx_box& from, const std::string& at) {
   return with(OrientedBox{.center = vec3(from.center),
-                  .half_extents = vec3(from.half_extents),
-                  .rotation = vec3(from.rotation),
-                  .side = choice<Side>(from.side, sides, at + ".side")},
+                          .half_extents = vec3(from.half_extents),
+                          .rotation = vec3(from.rotation),
+                          .side = choice<Side>(from.side, sides, at + ".side")},
               from.surface, at);
 }
 Contact value(const dvdx_convex& from, const std::string& at) {

@@ -293,6 +293,15 @@ void FreeMotion<T>::make_surfaces() {
   }
   terms.surfaces = surfaces_.data();
   terms.surface_count = surfaces_.size();
+  choose_search();
+}
+
+// Whether blocks look for the surfaces near them.
+template <class T>
+void FreeMotion<T>::choose_search() noexcept {
+  const auto is_body = [](const Surface<T>& s) { return s.shape != Shape::plane && s.shape != Shape::sphere; };
+  terms.searches = surfaces_.size() > unsearched_surfaces || std::any_of(surfaces_.begin(), surfaces_.end(), is_body);
+  for (Surface<T>& s : surfaces_) s.is_searched = terms.searches && s.shape == Shape::sphere && s.side > 0;
 }
 
 template <class T>
@@ -307,6 +316,7 @@ void FreeMotion<T>::set_contact(std::size_t index, const Contact& contact) noexc
   for (Surface<T>& surface : surfaces_) {
     if (surface.contact == index) surface = surface_of(index, surface.part, contact);
   }
+  choose_search();
 }
 
 // The numbers w = W h^2 and q = g h of passes/contact/bend.hpp.

@@ -65,6 +65,7 @@ class FreeMotion {
   void make_radial();
   void make_surfaces();
   [[nodiscard]] Surface<T> surface_of(std::size_t index, std::size_t part, const Contact& contact) const noexcept;
+  void choose_search() noexcept;
   void make_bend();
   [[nodiscard]] std::array<double, 3> drive_of(const Source& source) const;
   [[nodiscard]] std::size_t column_length() const noexcept;

@@ -97,7 +97,8 @@ void range_of(Checker& check, const Convex& convex, const std::string& at, const
   range_of_place<T>(check, at + ".planes", body.center(), origin, 0);
   range_of_body<T>(check, at + ".planes", body.radius(), convex.thickness, at);
   const double least = std::sqrt(double{std::numeric_limits<T>::min()});
-  if (body.radius() < least) out_of_range<T>(check, at + ".planes", text(body.radius()), "a body of at least " + text(least, 8) + " m");
+  if (body.radius() < least)
+    out_of_range<T>(check, at + ".planes", text(body.radius()), "a body of at least " + text(least, 8) + " m");
 }
 
 // A step's angle whose sine means nothing: psi() cuts W h^2 off there, and coefficients of the whole W would be garbage.

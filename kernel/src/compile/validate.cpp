@@ -122,14 +122,16 @@ struct ContactChecker {
       case ConvexBody::Fault::none:
         return;
       case ConvexBody::Fault::empty:
-        return check.fail(at + ".planes", "planes that no body is behind", "planes with normals outwards, and a body behind all");
+        return check.fail(at + ".planes", "planes that no body is behind",
+                          "planes with normals outwards, and a body behind all");
       case ConvexBody::Fault::unbounded:
         return check.fail(at + ".planes", "planes that bound no body", "planes around a body of finite size");
     }
   }
   // Of an inside.
   void leaves_room(double thickness, double size, const std::string& of) const {
-    if (!(size - thickness > 0)) check.fail(at + ".thickness", text(thickness), "less than the " + of + ", " + text(size) + " m");
+    if (!(size - thickness > 0))
+      check.fail(at + ".thickness", text(thickness), "less than the " + of + ", " + text(size) + " m");
   }
   template <class Contact>
   void material(const Contact& c) const {

@@ -64,7 +64,8 @@ void add_bodies(Scene& scene) {
   scene.add(touched(Capsule{.ends = {{{-0.6, 0, -0.5}, {0.4, 0.2, -0.6}}}, .radius = {0.2, 0.1}}));
   scene.add(touched(Capsule{.ends = {{{-0.5, -0.4, 0.6}, {-0.5, 0.3, 0.4}}}, .radius = {0.15, 0.15}, .thickness = 0.02}));
   scene.add(touched(OrientedBox{.center = {0.5, -0.4, -0.1}, .half_extents = {0.3, 0.2, 0.25}, .rotation = {0.3, 0.2, -0.4}}));
-  scene.add(touched(OrientedBox{.center = {-0.6, -0.5, 0}, .half_extents = {0.2, 0.1, 0.2}, .sweep = ContactPath::line, .thickness = 0.03}));
+  scene.add(touched(
+      OrientedBox{.center = {-0.6, -0.5, 0}, .half_extents = {0.2, 0.1, 0.2}, .sweep = ContactPath::line, .thickness = 0.03}));
   scene.add(touched(OrientedBox{.half_extents = {1.2, 1.5, 1.3}, .rotation = {0, 0.2, 0}, .side = Side::inside}));
   Convex wedge = cube({0, -0.6, 0.1}, {0.2, 0.3, 0.2});
   wedge.planes.push_back({.normal = {1, 1, 1}, .offset = -0.2});
@@ -124,7 +125,8 @@ TEST_CASE("bodies: a large box's face is a plane, and so is that of a convex bod
   const auto plane = after(of, touched(Plane{.normal = normal, .offset = -0.5}), 90);
   const OrientedBox box{.center = scaled(normal, -3), .half_extents = {20, 2.5, 20}, .rotation = rotation};
   CHECK(furthest(plane, after(of, touched(box), 90)) < 1e-9);
-  const OrientedBox thick{.center = scaled(normal, -3), .half_extents = {20, 2.25, 20}, .rotation = rotation, .thickness = 0.25};
+  const OrientedBox thick{
+      .center = scaled(normal, -3), .half_extents = {20, 2.25, 20}, .rotation = rotation, .thickness = 0.25};
   CHECK(furthest(plane, after(of, touched(thick), 90)) < 1e-9);
   Convex body = cube({}, {40, 40, 40});
   body.planes.push_back({.normal = scaled(normal, 3), .offset = -0.5});
@@ -355,8 +357,8 @@ TEST_CASE("bodies: the bits are the scalar twin's on every instruction set, in e
         const test::Layout layout = test::layouts[turn++ % test::layouts.size()];
         test::Batch<T> batch(layout, count);
         place(joined, batch.view());
-        auto plan = compile<T>(joined.scene, {.step = joined.step, .isa = isa, .arithmetic = arithmetic, .block = block},
-                               batch.view());
+        auto plan =
+            compile<T>(joined.scene, {.step = joined.step, .isa = isa, .arithmetic = arithmetic, .block = block}, batch.view());
         REQUIRE(plan.has_value());
         test::Threads workers(1 + turn % 3);
         REQUIRE(plan->step(batch.view(), steps, workers.parallel_for()) == StepResult::done);
@@ -377,8 +379,9 @@ TEST_CASE("bodies: moving ones have the scalar twin's bits, too") {
   Joined joined = cloud(200);
   add_bodies(joined.scene);
   joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 16, .translation = {1, 2, 0.5}}}});
-  joined.scene.add(Motion{.center = {0, 1, 0},
-                          .keys = {{.time = 0}, {.time = 0.1, .rotation = {0.4, 0.2, 0.6}}, {.time = 1, .translation = {0, 0.4, 0.2}}}});
+  joined.scene.add(
+      Motion{.center = {0, 1, 0},
+             .keys = {{.time = 0}, {.time = 0.1, .rotation = {0.4, 0.2, 0.6}}, {.time = 1, .translation = {0, 0.4, 0.2}}}});
   for (std::size_t j = 1; j < joined.scene.contacts.size(); ++j) {
     std::visit([&](auto& c) { c.motion = j % 2; }, joined.scene.contacts[j]);
   }
@@ -410,9 +413,10 @@ TEST_CASE("bodies: a particle that is no number stays alone") {
 TEST_CASE("bodies: another contact in place of one is the scene that has it") {
   Joined joined = cloud(100);
   add_bodies(joined.scene);
-  const Contact replacements[] = {
-      Capsule{.ends = {{{0, 0, 0}, {0.5, 0, 0}}}, .radius = {0.3, 0.2}}, OrientedBox{.half_extents = {0.3, 0.3, 0.3}},
-      OrientedBox{.half_extents = {1.1, 1.6, 1.4}, .side = Side::inside}, cube({0, 0, 0}, {0.2, 0.2, 0.3}), Plane{.offset = -0.9}};
+  const Contact replacements[] = {Capsule{.ends = {{{0, 0, 0}, {0.5, 0, 0}}}, .radius = {0.3, 0.2}},
+                                  OrientedBox{.half_extents = {0.3, 0.3, 0.3}},
+                                  OrientedBox{.half_extents = {1.1, 1.6, 1.4}, .side = Side::inside},
+                                  cube({0, 0, 0}, {0.2, 0.2, 0.3}), Plane{.offset = -0.9}};
   for (std::size_t index = 0; index < joined.scene.contacts.size(); ++index) {
     for (const Contact& contact : replacements) {
       test::Batch<double> changed(test::Layout::soa, joined.x.size());

@@ -24,9 +24,7 @@ Json json_of(const Plane& plane) { return {{"type", "plane"}, {"normal", plane.n
 Json json_of(const Sphere& sphere) {
   return {{"type", "sphere"}, {"center", sphere.center}, {"radius", sphere.radius}, {"side", name_of(sphere.side)}};
 }
-Json json_of(const Capsule& capsule) {
-  return {{"type", "capsule"}, {"ends", capsule.ends}, {"radii", capsule.radius}};
-}
+Json json_of(const Capsule& capsule) { return {{"type", "capsule"}, {"ends", capsule.ends}, {"radii", capsule.radius}}; }
 Json json_of(const OrientedBox& box) {
   return {{"type", "box"},
           {"center", box.center},

@@ -151,7 +151,8 @@ constexpr std::array<Named<ContactType>, 5> contact_types{{{"plane", ContactType
 std::vector<std::string_view> contact_keys(std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};
   keys.insert(keys.end(), own);
-  keys.insert(keys.end(), {"restitution", "friction", "viscosity", "normal_viscosity", "response", "sweep", "thickness", "motion"});
+  keys.insert(keys.end(),
+              {"restitution", "friction", "viscosity", "normal_viscosity", "response", "sweep", "thickness", "motion"});
   return keys;
 }
 

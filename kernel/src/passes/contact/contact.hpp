@@ -94,18 +94,14 @@ struct Surface {
   T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
   T hold = 0;  // resting: tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
   Movement movement = Movement::rest;
-  std::array<T, 3> u{};      // m/s
-  std::array<T, 3> omega{};  // rad/s
-  std::array<T, 3> at{};     // m: turns about this point, which goes by u, where it is at the flow's end
+  std::array<T, 3> u{};       // m/s
+  std::array<T, 3> omega{};   // rad/s
+  std::array<T, 3> at{};      // m: turns about this point, which goes by u, where it is at the flow's end
   std::uint32_t contact = 0;  // of the scene: that which this is
   std::uint32_t part = 0;     // ... of which this is one of several planes
+  bool is_searched = false;   // a sphere's outside where blocks search (near.hpp)
   Solid<T> solid{};           // capsule, box, convex
 };
-
-template <class T>
-constexpr bool is_solid(const Surface<T>& surface) noexcept {
-  return surface.shape != Shape::plane && surface.shape != Shape::sphere;
-}
 
 // Whether impacts are looked for along the chord of the path.
 template <class T>

@@ -131,6 +131,14 @@ template <class V, Arithmetic arithmetic>
   return surface.finds_dips ? near1 | (along_m <= zero) | (along_m * along_m <= reach) : near1;
 }
 
+// Of a plane or a sphere: nothing is called, so that the loop around it keeps its registers.
+template <class V, Arithmetic arithmetic>
+[[gnu::always_inline]] inline Mask<V> may_touch_simple(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                                                       const Three<V>& middle) noexcept {
+  if (surface.shape == Shape::plane) return may_touch_plane<V, arithmetic>(surface, m, middle);
+  return may_touch_sphere<V, arithmetic>(surface, m, middle);
+}
+
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> may_touch(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                 const Three<V>& middle) noexcept {
@@ -151,14 +159,17 @@ template <class V, Arithmetic arithmetic>
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Mask<V> may_touch_moving(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, V corner) noexcept {
   const Trajectory<V> seen = as_seen<V, arithmetic>(surface, m, t);
-  return may_touch<V, arithmetic>(surface, seen, multiply_add<arithmetic>(corner, seen.v0, seen.x0));
+  const Three<V> middle = multiply_add<arithmetic>(corner, seen.v0, seen.x0);
+  const Mask<V> near = may_touch<V, arithmetic>(surface, seen, middle);
+  return surface.is_searched ? near & overlaps(surface, seen, middle) : near;
 }
 
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> may_touch(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                 const Three<V>& middle, V t, V corner) noexcept {
-  if (surface.movement == Movement::rest) return may_touch<V, arithmetic>(surface, m, middle);
-  return may_touch_moving<V, arithmetic>(surface, m, t, corner);
+  if (surface.movement != Movement::rest) return may_touch_moving<V, arithmetic>(surface, m, t, corner);
+  const Mask<V> near = may_touch<V, arithmetic>(surface, m, middle);
+  return surface.is_searched ? near & overlaps(surface, m, middle) : near;
 }
 
 template <class V, Arithmetic arithmetic>
@@ -188,7 +199,7 @@ class TouchTest {
     const Three<V> middle = multiply_add<arithmetic>(corner_, m.v0, m.x0);
     Mask<V> touches(false);
     for (const Surface<T>* surface = first_; surface != end_; ++surface) {
-      touches = touches | may_touch<V, arithmetic>(*surface, m, middle);
+      touches = touches | may_touch_simple<V, arithmetic>(*surface, m, middle);
     }
     return touches;
   }
@@ -304,6 +315,7 @@ struct Course {
   V direction, t, last;
   Mask<V> active, loose;  // loose: near a surface, and did not hit it
   Held<V> held;
+  Mask<V> strayed = Mask<V>(false);  // out of the region where the list of surfaces holds
 };
 template <class V, Arithmetic arithmetic>
 struct Course<V, arithmetic, PathForm::flow> {
@@ -314,7 +326,19 @@ struct Course<V, arithmetic, PathForm::flow> {
   V h, left;         // the whole step, s, and the part of it that remains
   Responses<V> end;  // those of what remains
   Drive<V> drive;    // where forces depend on time
+  Mask<V> strayed = Mask<V>(false);
 };
+
+// Lanes at x that are out of the region where the list of surfaces holds are worked out again.
+template <class V, class AnyCourse>
+void watch(const Terms<Scalar<V>>& terms, AnyCourse& course, const Three<V>& x, Mask<V> lanes) noexcept {
+  if (terms.whole == nullptr) return;
+  Mask<V> is_within(true);
+  for (std::size_t k = 0; k < 3; ++k) {
+    is_within = is_within & (x[k] >= V(terms.region.low[k])) & (x[k] <= V(terms.region.high[k]));
+  }
+  course.strayed = course.strayed | (lanes & !is_within);
+}
 
 // D1 P + D2 P' + D3 P'': what forces of time add to a path or a velocity.
 template <class V, Arithmetic arithmetic>
@@ -658,8 +682,8 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
 // Of a body with a signed distance.
 template <class V, Arithmetic arithmetic, PathForm form>
 [[gnu::noinline]] Crossing<V> cross_solid(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                                          [[maybe_unused]] const Trajectory<V>& own,
-                                          const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+                                          [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course,
+                                          Mask<V> held, V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
@@ -677,8 +701,7 @@ template <class V, Arithmetic arithmetic, PathForm form>
   const V s1 = touch<V, arithmetic>(surface, m.x1).s;
   const V d0 = dot<arithmetic>(start.n, way.u);
   const V c = (s1 - s0) - d0;
-  const V tolerance =
-      V(16 * std::numeric_limits<T>::epsilon()) * ((one_norm(m.x0) + one_norm(way.u)) + V(surface.radius));
+  const V tolerance = V(16 * std::numeric_limits<T>::epsilon()) * ((one_norm(m.x0) + one_norm(way.u)) + V(surface.radius));
   const Mask<V> kept = held & stays(surface, d0, c, low);
   const Approach<V> found =
       approach<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, s0}, tolerance, course.active & !kept);
@@ -1005,6 +1028,7 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   using T = Scalar<V>;
   const V zero(T(0));
   const V none(T(-1));
+  watch(terms, course, m.x1, lanes);
   Candidates<V, arithmetic, form> candidates(terms, m, course);
   Holder<V> a = no_holder<V>();
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
@@ -1028,12 +1052,14 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   if (terms.moves) moved = against_one<V, arithmetic>(terms, a, m, course.t);
   const auto against = [&]() -> const Trajectory<V>& { return terms.moves ? moved.m : m; };
   HeldEnd<V> end = held_by_one<V, arithmetic>(a, against(), course.direction);
+  watch(terms, course, end.x, is_held);
   const Holder<V> b = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, is_held);
   const Mask<V> has_b = b.number >= zero;
   if (any_lane<V>(has_b)) {
     if (terms.moves) moved = select(has_b, against_two<V, arithmetic>(terms, a, b, m, course.t), moved);
     end = select(has_b, held_by_two<V, arithmetic>(a, b, against(), course.direction), end);
     held.b = select<V>(has_b, b.number, held.b);
+    watch(terms, course, end.x, has_b);
     const Holder<V> c = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, has_b);
     const Mask<V> has_c = c.number >= zero;
     if (any_lane<V>(has_c)) {
@@ -1218,6 +1244,11 @@ class Nearness {
         corner_(V(terms.bend.corner) * course.t),
         middle_(multiply_add<arithmetic>(corner_, m.v0, m.x0)) {}
 
+  void watch_ends(Course<V, arithmetic, form>& course, Mask<V> lanes) const noexcept {
+    watch(terms_, course, m_.x1, lanes);
+    watch(terms_, course, middle_, lanes);
+  }
+
   [[nodiscard]] Mask<V> operator()(std::size_t j) const noexcept {
     return may_touch<V, arithmetic>(terms_.surfaces[j], m_, middle_, course_.t, corner_) &
            !is_among(course_.held, V(static_cast<T>(j)));
@@ -1237,6 +1268,7 @@ bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V,
   using T = Scalar<V>;
   const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * one_norm(m.x0);
   const Nearness<V, arithmetic, form> near(terms, m, course);
+  near.watch_ends(course, course.active);
   V earliest(T(2));
   V which(T(-1));
   Mask<V> any_near(false);
@@ -1290,9 +1322,9 @@ void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V, 
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>
-void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V, arithmetic, form>& course,
-               Mask<V> touches) noexcept {
+void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course, Mask<V> touches) noexcept {
   using T = Scalar<V>;
+  watch(terms, course, m.x1, touches);
   V tolerance(T(0));
   for (int round = 0; round < clamp_rounds; ++round) {
     Mask<V> is_clamped(false);
@@ -1307,6 +1339,7 @@ void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V, 
       if (!any_lane<V>(inside)) continue;
       is_clamped = is_clamped | inside;
       clamp<V, arithmetic, form>(surface, m, course, (course.last == number) | is_held, inside, size);
+      watch(terms, course, m.x1, inside);
     }
     touches = touches & is_clamped;
     if (!any_lane<V>(touches)) return;
@@ -1349,16 +1382,18 @@ Course<V, arithmetic, PathForm::parabola> course_of(const Terms<Scalar<V>>& term
           .held = not_held<V>()};
 }
 
+// Both return the lanes that have strayed.
 template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] void resolve_on_parabolas(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing,
-                                            Trajectory<V>& m) noexcept {
+[[gnu::noinline]] Mask<V> resolve_on_parabolas(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing,
+                                               Trajectory<V>& m) noexcept {
   auto course = course_of<V, arithmetic>(terms, touches);
   resolve_all<V, arithmetic, PathForm::parabola>(terms, touches, standing, m, course);
+  return course.strayed;
 }
 
 template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] void resolve_in_flow(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches,
-                                       Standing standing, Trajectory<V>& m, const Bending<V, arithmetic>& bending) noexcept {
+[[gnu::noinline]] Mask<V> resolve_in_flow(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches,
+                                          Standing standing, Trajectory<V>& m, const Bending<V, arithmetic>& bending) noexcept {
   using T = Scalar<V>;
   const V one(T(1));
   Course<V, arithmetic, PathForm::flow> course{.direction = V(terms.h < 0 ? T(-1) : T(1)),
@@ -1376,6 +1411,7 @@ template <class V, Arithmetic arithmetic>
     course.drive = {three<V>(offsets.drive[0]), three<V>(offsets.drive[1]), three<V>(offsets.drive[2])};
   }
   resolve_all<V, arithmetic, PathForm::flow>(terms, touches, standing, m, course);
+  return course.strayed;
 }
 
 // The commonest impact straight on: lanes that come from above the only plane, bounce off it once along their parabolas, and do
@@ -1383,7 +1419,7 @@ template <class V, Arithmetic arithmetic>
 template <class V>
 bool is_one_plane(const Terms<Scalar<V>>& terms) noexcept {
   const Surface<Scalar<V>>& surface = terms.surfaces[0];
-  return terms.surface_count == 1 && !terms.moves && terms.bend.degree == 0 && terms.impacts > 1 &&
+  return terms.surface_count == 1 && !terms.moves && !terms.searches && terms.bend.degree == 0 && terms.impacts > 1 &&
          surface.shape == Shape::plane && surface.sweep == ContactPath::curve && surface.response == Response::resume &&
          surface.tau == 1;
 }
@@ -1448,6 +1484,7 @@ template <class V>
 struct Settled {
   Mask<V> busy;  // lanes that are not done with
   Standing standing;
+  Mask<V> strayed;
 };
 
 template <class V, Arithmetic arithmetic>
@@ -1455,6 +1492,7 @@ template <class V, Arithmetic arithmetic>
   auto course = course_of<V, arithmetic>(terms, touches);
   hold<V, arithmetic, PathForm::parabola>(terms, m, course, touches);
   const Nearness<V, arithmetic, PathForm::parabola> near(terms, m, course);
+  near.watch_ends(course, touches);
   Mask<V> busy(false);
   for (std::size_t j = 0; j < terms.surface_count; ++j) busy = busy | near(j);
   busy = busy & touches;
@@ -1462,7 +1500,7 @@ template <class V, Arithmetic arithmetic>
   const bool holds = any_lane<V>(is_held);
   const Mask<V> lanes = touches & !busy;
   if (has_body(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, course, lanes);
-  return {busy, holds ? Standing::unknown : Standing::none};
+  return {busy & !course.strayed, holds ? Standing::unknown : Standing::none, course.strayed};
 }
 
 // Lanes that meet surfaces wait here until they fill a register: one of them would take as long as all.
@@ -1499,19 +1537,13 @@ class Waiting {
       for (auto& column : numbers_) column[k] = column[0];
       at_[k] = at_[0];
     }
-    Trajectory<V> m;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      m.x0[axis] = load_lanes<V>(numbers_[axis]);
-      m.v0[axis] = load_lanes<V>(numbers_[3 + axis]);
-      m.x1[axis] = load_lanes<V>(numbers_[6 + axis]);
-      m.v1[axis] = load_lanes<V>(numbers_[9 + axis]);
-    }
-    const Mask<V> touches = first_lanes<V>(n);
-    if (terms.bend.degree == 0) {
-      resolve_on_parabolas<V, arithmetic>(terms, touches, Standing::unknown, m);
-    } else {
-      const Bending<V, arithmetic> bending(terms.bend, particles.first, at_);
-      resolve_in_flow<V, arithmetic>(terms, offsets, touches, Standing::unknown, m, bending);
+    Trajectory<V> m = first_waiting();
+    const Mask<V> strayed = resolve(particles, terms, offsets, first_lanes<V>(n), m);
+    if (terms.whole != nullptr && any_lane<V>(strayed)) {
+      Trajectory<V> again = first_waiting();
+      resolve(particles, *terms.whole, offsets, strayed, again);
+      m.x1 = select(strayed, again.x1, m.x1);
+      m.v1 = select(strayed, again.v1, m.v1);
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       put_back(m.x1[axis], particles.x[axis], n);
@@ -1526,6 +1558,24 @@ class Waiting {
 
  private:
   static constexpr std::size_t numbers = 12;
+
+  [[nodiscard]] Trajectory<V> first_waiting() const noexcept {
+    Trajectory<V> m;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      m.x0[axis] = load_lanes<V>(numbers_[axis]);
+      m.v0[axis] = load_lanes<V>(numbers_[3 + axis]);
+      m.x1[axis] = load_lanes<V>(numbers_[6 + axis]);
+      m.v1[axis] = load_lanes<V>(numbers_[9 + axis]);
+    }
+    return m;
+  }
+
+  Mask<V> resolve(const Block<T>& particles, const Terms<T>& terms, const Offsets<T>& offsets, Mask<V> lanes,
+                  Trajectory<V>& m) const noexcept {
+    if (terms.bend.degree == 0) return resolve_on_parabolas<V, arithmetic>(terms, lanes, Standing::unknown, m);
+    const Bending<V, arithmetic> bending(terms.bend, particles.first, at_);
+    return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, Standing::unknown, m, bending);
+  }
 
   void put_back(V value, T* to, std::size_t n) const noexcept {
     alignas(64) T lanes[V::size];
@@ -1553,12 +1603,21 @@ std::size_t lanes_in(Mask<V> mask) noexcept {
   return count;
 }
 
+// Lanes from i of the plan's columns on; returns those that have strayed.
+template <class V, Arithmetic arithmetic>
+[[gnu::always_inline]] inline Mask<V> resolve_busy(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
+                                                   Mask<V> lanes, Standing standing, Trajectory<V>& m, std::size_t i) noexcept {
+  if (terms.bend.degree == 0) return resolve_on_parabolas<V, arithmetic>(terms, lanes, standing, m);
+  const Bending<V, arithmetic> bending(terms.bend, i);
+  return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, standing, m, bending);
+}
+
 // Lanes from i of the block on. Whether any of them touched a surface. Those that wait end later than m says.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline bool resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
                                                     Trajectory<V>& m, std::size_t first, std::size_t i,
                                                     Waiting<V, arithmetic>& waiting) noexcept {
-  const Mask<V> touches = terms.moves
+  const Mask<V> touches = terms.moves || terms.searches
                               ? may_touch_any<V, arithmetic>(terms, {copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)})
                               : TouchTest<V, arithmetic>(terms)(m, {});
   if (!any_lane<V>(touches)) [[likely]]
@@ -1572,20 +1631,22 @@ template <class V, Arithmetic arithmetic>
     return true;
   }
   const Settled<V> settled = settle<V, arithmetic>(terms, left, copy);
+  Mask<V> strayed = settled.strayed;
   if (any_lane<V>(settled.busy)) {
     Trajectory<V> fresh{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
     if (2 * lanes_in<V>(settled.busy) < V::size) {
       waiting.take(fresh, settled.busy, i);
     } else {
-      if (terms.bend.degree == 0) {
-        resolve_on_parabolas<V, arithmetic>(terms, settled.busy, settled.standing, fresh);
-      } else {
-        const Bending<V, arithmetic> bending(terms.bend, first + i);
-        resolve_in_flow<V, arithmetic>(terms, offsets, settled.busy, settled.standing, fresh, bending);
-      }
+      strayed = strayed | resolve_busy<V, arithmetic>(terms, offsets, settled.busy, settled.standing, fresh, first + i);
       copy.x1 = select(settled.busy, fresh.x1, copy.x1);
       copy.v1 = select(settled.busy, fresh.v1, copy.v1);
     }
+  }
+  if (terms.whole != nullptr && any_lane<V>(strayed)) {
+    Trajectory<V> again{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
+    resolve_busy<V, arithmetic>(*terms.whole, offsets, strayed, Standing::unknown, again, first + i);
+    copy.x1 = select(strayed, again.x1, copy.x1);
+    copy.v1 = select(strayed, again.v1, copy.v1);
   }
   m.x1 = copied(copy.x1);
   m.v1 = copied(copy.v1);

@@ -152,11 +152,13 @@ bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>&
 // t: what remains of the step; corner: the part of it after which the path's tangents meet, in seconds.
 template <Arithmetic arithmetic, class T>
 bool may_touch_moving(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle, T t, T corner) noexcept {
-  if (surface.movement == Movement::rest) return may_touch<arithmetic>(surface, p, middle);
+  if (surface.movement == Movement::rest) {
+    return may_touch<arithmetic>(surface, p, middle) && (!surface.is_searched || overlaps(surface, p, middle));
+  }
   const Particle<T> seen = seen_from<arithmetic>(surface, p, t);
   Vector<T> between;
   for (std::size_t k = 0; k < 3; ++k) between[k] = multiply_add<arithmetic>(corner, seen.v0[k], seen.x0[k]);
-  return may_touch<arithmetic>(surface, seen, between);
+  return may_touch<arithmetic>(surface, seen, between) && (!surface.is_searched || overlaps(surface, seen, between));
 }
 
 template <Arithmetic arithmetic, class T>

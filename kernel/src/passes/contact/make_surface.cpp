@@ -42,7 +42,8 @@ void set_bound(Surface<T>& surface, double radius) noexcept {
   surface.radius = static_cast<T>(radius * (1 + 8 * static_cast<double>(std::numeric_limits<T>::epsilon())));
 }
 
-// ---- bodies: what they are, and where the pose has them ----------------------------------------------------------------------
+// ---- bodies: what they are, and where the pose has them
+// ----------------------------------------------------------------------
 
 // One of its spheres holds the other.
 bool is_ball(const Capsule& capsule) noexcept {

@@ -59,13 +59,15 @@ struct BodyTouch {
 template <class V, Arithmetic arithmetic>
 Three<V> from_body(const Solid<Scalar<V>>& solid, const Three<V>& n) noexcept {
   const Three<V> first = n[0] * three<V>(solid.axes[0]);
-  return multiply_add<arithmetic>(n[2], three<V>(solid.axes[2]), multiply_add<arithmetic>(n[1], three<V>(solid.axes[1]), first));
+  return multiply_add<arithmetic>(n[2], three<V>(solid.axes[2]),
+                                  multiply_add<arithmetic>(n[1], three<V>(solid.axes[1]), first));
 }
 template <class V, Arithmetic arithmetic>
 Three<V> to_body(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
   const Three<V> r = x - three<V>(surface.center);
   const auto& axes = surface.solid.axes;
-  return {{dot<arithmetic>(three<V>(axes[0]), r), dot<arithmetic>(three<V>(axes[1]), r), dot<arithmetic>(three<V>(axes[2]), r)}};
+  return {
+      {dot<arithmetic>(three<V>(axes[0]), r), dot<arithmetic>(three<V>(axes[1]), r), dot<arithmetic>(three<V>(axes[2]), r)}};
 }
 
 template <class V, Arithmetic arithmetic>
@@ -86,8 +88,8 @@ template <class V, Arithmetic arithmetic>
   const Mask<V> is_second = q[1] > q[0];
   const V largest = select<V>(is_second, q[1], q[0]);
   const Mask<V> is_third = q[2] > largest;
-  const Three<V> face = {{select<V>(is_second | is_third, zero, one), select<V>(is_third, zero, select<V>(is_second, one, zero)),
-                          select<V>(is_third, one, zero)}};
+  const Three<V> face = {{select<V>(is_second | is_third, zero, one),
+                          select<V>(is_third, zero, select<V>(is_second, one, zero)), select<V>(is_third, one, zero)}};
   Three<V> n = select(is_outside, scale * out, face);
   for (std::size_t k = 0; k < 3; ++k) n[k] = select<V>(y[k] < zero, -n[k], n[k]);
   const V s = select<V>(is_outside, length, select<V>(is_third, q[2], largest));
@@ -121,21 +123,27 @@ Touch<V> touch_solid(const Surface<Scalar<V>>& surface, const Three<V>& x) noexc
 
 // ---------------------------------------------------------------------------------- what every particle near it pays for
 
+// Whether the box about a trajectory overlaps the box about what the surface's radius bounds.
+template <class V>
+Mask<V> overlaps(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Three<V>& middle) noexcept {
+  Mask<V> near(true);
+  for (std::size_t k = 0; k < 3; ++k) {
+    V low = select<V>(m.x1[k] < m.x0[k], m.x1[k], m.x0[k]);
+    V high = select<V>(m.x1[k] > m.x0[k], m.x1[k], m.x0[k]);
+    if (surface.finds_dips) {
+      low = select<V>(middle[k] < low, middle[k], low);
+      high = select<V>(middle[k] > high, middle[k], high);
+    }
+    near = near & (low <= V(surface.center[k] + surface.radius)) & (high >= V(surface.center[k] - surface.radius));
+  }
+  return near;
+}
+
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Mask<V> may_touch_solid(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                           const Three<V>& middle) noexcept {
   using T = Scalar<V>;
-  const V square(surface.radius * surface.radius);
-  const Three<V> c = three<V>(surface.center);
-  const Three<V> r0 = m.x0 - c;
-  const V square0 = dot<arithmetic>(r0, r0);
-  const V reach = square * square0;
-  const auto comes_near = [&](const Three<V>& x) {
-    const V along = dot<arithmetic>(r0, x - c);
-    return (along <= V(T(0))) | (along * along <= reach);
-  };
-  Mask<V> near = (square0 <= square) | comes_near(m.x1);
-  if (surface.finds_dips) near = near | comes_near(middle);
+  const Mask<V> near = overlaps(surface, m, middle);
   if (!any_lane<V>(near)) return near;
   const Touch<V> start = touch_solid<V, arithmetic>(surface, m.x0);
   const V rounding = V(8 * std::numeric_limits<T>::epsilon()) * (one_norm(m.x0) + V(surface.radius));

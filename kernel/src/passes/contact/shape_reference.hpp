@@ -1,5 +1,5 @@
-// Bodies with a signed distance, scalar: written by hand beside shape.inl.hpp, the same letters in the same order of operations.
-// Derivations and sources stand in shape.hpp.
+// Bodies with a signed distance, scalar: written by hand beside shape.inl.hpp, the same letters in the same order of
+// operations. Derivations and sources stand in shape.hpp.
 #pragma once
 
 #include <array>
@@ -133,22 +133,27 @@ Touch<T> touch_solid(const Surface<T>& surface, const Vector<T>& x) noexcept {
 
 // ---------------------------------------------------------------------------------- does anything happen at all
 
+// Whether the box about a trajectory overlaps the box about what the surface's radius bounds.
+template <class T>
+bool overlaps(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle) noexcept {
+  for (std::size_t k = 0; k < 3; ++k) {
+    T low = p.x1[k] < p.x0[k] ? p.x1[k] : p.x0[k];
+    T high = p.x1[k] > p.x0[k] ? p.x1[k] : p.x0[k];
+    if (surface.finds_dips) {
+      low = middle[k] < low ? middle[k] : low;
+      high = middle[k] > high ? middle[k] : high;
+    }
+    if (!(low <= surface.center[k] + surface.radius && high >= surface.center[k] - surface.radius)) return false;
+  }
+  return true;
+}
+
 template <Arithmetic arithmetic, class T>
 bool may_touch_solid(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle) noexcept {
-  const T square = surface.radius * surface.radius;
-  const Vector<T> r0 = difference(p.x0, surface.center);
-  const T square0 = dot<arithmetic>(r0, r0);
-  const T reach = square * square0;
-  const auto comes_near = [&](const Vector<T>& x) {
-    const T along = dot<arithmetic>(r0, difference(x, surface.center));
-    return along <= 0 || along * along <= reach;
-  };
-  if (!(square0 <= square || comes_near(p.x1) || (surface.finds_dips && comes_near(middle)))) return false;
+  if (!overlaps(surface, p, middle)) return false;
   const Touch<T> start = touch_solid<arithmetic>(surface, p.x0);
   const T rounding = 8 * std::numeric_limits<T>::epsilon() * (one_norm(p.x0) + surface.radius);
-  const auto passes = [&](const Vector<T>& x) {
-    return start.s + dot<arithmetic>(start.n, difference(x, p.x0)) <= rounding;
-  };
+  const auto passes = [&](const Vector<T>& x) { return start.s + dot<arithmetic>(start.n, difference(x, p.x0)) <= rounding; };
   return passes(p.x1) || (surface.finds_dips && passes(middle));
 }
 
