@@ -31,6 +31,16 @@ void start_cornered(State<T>& state) {
   }
 }
 
+// 64 capsules beside each other: far from all particles, or where each of them flies through some.
+Scene capsules(double height) {
+  Scene scene = fall();
+  for (int k = 0; k < 64; ++k) {
+    const Vec3 a{0.25 * k - 8, height, -20};
+    scene.add(Capsule{.ends = {{a, {a[0], height, 20}}}, .radius = {0.1, 0.1}, .restitution = 0.5});
+  }
+  return scene;
+}
+
 template <class T>
 void add_contacts() {
   const auto in = [](Scene scene, Contact contact) {
@@ -43,6 +53,8 @@ void add_contacts() {
   add_in_cache<T>({.name = "contact/resting", .scene = in(thrown(), ground()), .start = start_resting<T>});
   add_in_cache<T>({.name = "contact/air_hit", .scene = in(fall(), floor()), .start = start_hopping<T>});
   add_in_cache<T>({.name = "contact/corner", .scene = [](std::size_t) { return corner(); }, .start = start_cornered<T>});
+  add_in_cache<T>({.name = "contact/64_capsules_far", .scene = [](std::size_t) { return capsules(-1e4); }});
+  add_in_cache<T>({.name = "contact/64_capsules_near", .scene = [](std::size_t) { return capsules(0); }});
   add_plain<T>(
       "contact/all_hit", [](const PlainArrays<T>& arrays) { plain_floor_step(arrays, T(9.81), T(1), static_cast<T>(frame)); },
       start_hopping<T>);

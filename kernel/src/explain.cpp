@@ -197,9 +197,11 @@ std::string describe_accuracy(const Scene& scene, const System& system, int impa
   if (scene.contacts.empty()) return words;
   words += "             as long as no particle has more than " + std::to_string(impacts) +
            " impacts in a step; what bounces ever lower comes to lie within a step of its time";
-  const auto is_sphere = [](const Contact& contact) { return std::holds_alternative<Sphere>(contact); };
-  if (std::any_of(scene.contacts.begin(), scene.contacts.end(), is_sphere))
+  const auto any_is = [&](const auto& is_it) { return std::any_of(scene.contacts.begin(), scene.contacts.end(), is_it); };
+  if (any_is([](const Contact& contact) { return std::holds_alternative<Sphere>(contact); }))
     words += ", and what slides on a sphere is of order 1";
+  if (any_is([](const Contact& contact) { return std::holds_alternative<Capsule>(contact); }))
+    words += ", and what slides on a capsule is of order 1";
   return words + "\n";
 }
 
@@ -428,7 +430,8 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   if (has_radial) words += ", radial (" + std::to_string(system.radial().size()) + " springs)";
   if (!scene.contacts.empty()) {
     words += ", contact (" + std::to_string(scene.contacts.size()) + " surfaces, up to " +
-             std::to_string(compiled.options.impacts) + " impacts a particle and step)";
+             std::to_string(compiled.options.impacts) + " impacts a particle and step";
+    words += motion.terms.searches ? "; a block looks for those near it)" : ")";
   }
   words += "\nflow         " + describe(motion.flow) + "\n";
   const int count = operations(motion.flow, motion.terms.rates.sources) * (system.kicks() != 0 ? 2 : 1);

@@ -153,11 +153,44 @@ class Maker {
     const bool is_summed = scene().coupling.scheme == Scheme::accumulate && scene().coupling.method != Method::combined;
     const std::size_t contacts = choose_.below(4);
     for (std::size_t k = 0; k < contacts && !(is_legal() && is_summed); ++k) {
-      if (choose_.flip()) {
+      add_contact();
+    }
+  }
+  void add_contact() {
+    const auto side = [&] { return choose_.flip() ? Side::inside : Side::outside; };
+    switch (choose_.below(6)) {
+      case 0:
+      case 1:
         scene().add(surface(Plane{.normal = direction(), .offset = finite()}));
-      } else {
-        const Side side = choose_.flip() ? Side::inside : Side::outside;
-        scene().add(surface(Sphere{.center = vector(), .radius = positive(), .side = side}));
+        return;
+      case 2: {
+        const Side of = side();
+        scene().add(surface(Sphere{.center = vector(), .radius = positive(), .side = of}));
+        return;
+      }
+      case 3: {
+        Capsule capsule{.ends = {{vector(), vector()}}};
+        capsule.radius[0] = positive();
+        capsule.radius[1] = choose_.flip() ? capsule.radius[0] : positive();
+        scene().add(surface(capsule));
+        return;
+      }
+      case 4: {
+        OrientedBox box{.center = vector(), .half_extents = {positive(), positive(), positive()}, .rotation = vector()};
+        box.side = side();
+        if (box.side == Side::outside) box.thickness = not_negative();
+        scene().add(surface(box));
+        return;
+      }
+      default: {  // a cube that more planes may cut
+        const Vec3 center = vector();
+        Convex convex;
+        for (std::size_t k = 0; k < 6; ++k) {
+          Face face{.normal = {}, .offset = (k % 2 == 0 ? 1 : -1) * center[k / 2] + positive()};
+          face.normal[k / 2] = k % 2 == 0 ? 1 : -1;
+          convex.planes.push_back(face);
+        }
+        scene().add(surface(convex));
       }
     }
   }

@@ -99,6 +99,23 @@ void add_forces(Handles& h) {
   CHECK(dvdx_scene_add_drag(h.scene, &drag, &h.error) == DVDX_DONE);
   CHECK(dvdx_scene_add_plane(h.scene, &plane, &h.error) == DVDX_DONE);
   CHECK(dvdx_scene_add_sphere(h.scene, &sphere, &h.error) == DVDX_DONE);
+  dvdx_capsule capsule{};
+  capsule.ends[0][0] = 4;
+  capsule.ends[1][1] = 2;
+  capsule.radius[0] = 0.5;
+  capsule.radius[1] = 0.25;
+  capsule.surface.thickness = 0.125;
+  dvdx_box box{};
+  box.center[1] = -3;
+  for (double& half : box.half_extents) half = 2;
+  box.rotation[2] = 0.5;
+  const double planes[] = {1, 0, 0, 9, -1, 0, 0, -8, 0, 1, 0, 1, 0, -1, 0, 0, 0, 0, 1, 1, 0, 0, -1, 0};
+  dvdx_convex convex{};
+  convex.planes = planes;
+  convex.count = 6;
+  CHECK(dvdx_scene_add_capsule(h.scene, &capsule, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_box(h.scene, &box, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_add_convex(h.scene, &convex, &h.error) == DVDX_DONE);
 }
 
 dvdx::Scene same_forces() {
@@ -112,6 +129,10 @@ dvdx::Scene same_forces() {
   scene.add(Drag{.coefficient = 0.02, .wind = {3, 0, 0}, .method = Method::exact});
   scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.4});
   scene.add(Sphere{.radius = 50, .side = Side::inside});
+  scene.add(Capsule{.ends = {{{4, 0, 0}, {0, 2, 0}}}, .radius = {0.5, 0.25}, .thickness = 0.125});
+  scene.add(OrientedBox{.center = {0, -3, 0}, .half_extents = {2, 2, 2}, .rotation = {0, 0, 0.5}});
+  scene.add(
+      Convex{.planes = {{{1, 0, 0}, 9}, {{-1, 0, 0}, -8}, {{0, 1, 0}, 1}, {{0, -1, 0}, 0}, {{0, 0, 1}, 1}, {{0, 0, -1}, 0}}});
   return scene;
 }
 

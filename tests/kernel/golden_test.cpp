@@ -48,6 +48,22 @@ constexpr Golden golden_cases[] = {
     {"contact: inside a sphere, resume, line", 0x1D06439028884B66, 0xD42E13BFEA80B902},
     {"contact: inside a sphere, seed, curve", 0x804C21D83041A81B, 0x196E5CD7FD6D09B7},
     {"contact: inside a sphere, seed, line", 0x1F07DE0152CF5A4D, 0x845B3E4C7B6039F9},
+    {"contact: capsule, resume, curve", 0xDE081C088B42FA50, 0xD4F146B3765C0A9B},
+    {"contact: capsule, resume, line", 0xADD4E0EBB00BF08F, 0x526174230FE5A3A0},
+    {"contact: capsule, seed, curve", 0x2FCE6027F21921DB, 0x1EFA91A21BA39B96},
+    {"contact: capsule, seed, line", 0x244F7850BAD01239, 0x5FC09441A2D4C801},
+    {"contact: box, resume, curve", 0xB38A87AAEF74F669, 0x069B36AB6C973639},
+    {"contact: box, resume, line", 0xD63CB460CFD3E388, 0x14729FA9352E4CE4},
+    {"contact: box, seed, curve", 0xDFAE24AB855E85AE, 0xD7911F9BE6982A61},
+    {"contact: box, seed, line", 0x39398E8144C4FB18, 0xDCEF54BD0FED2B40},
+    {"contact: inside a box, resume, curve", 0x24F882DC859027A6, 0x6841240DD747D3A0},
+    {"contact: inside a box, resume, line", 0xF2FBD3C5C3124866, 0x81B4D90EC8A50461},
+    {"contact: inside a box, seed, curve", 0x923D20901B6C8FAB, 0xF4B9C816BBFDC130},
+    {"contact: inside a box, seed, line", 0xA15F6D51E2894E39, 0x54365A56DBD6EA8B},
+    {"contact: convex body, resume, curve", 0xC4EAB9147C805D5D, 0x2AF164492C005D04},
+    {"contact: convex body, resume, line", 0xEB1CC53F60941AE8, 0x3DBB2422248BA56C},
+    {"contact: convex body, seed, curve", 0x88EDE56798EE935C, 0x253B5B27E82A1A7B},
+    {"contact: convex body, seed, line", 0x71E10A3E4F19EB0A, 0xC1567BCD7D6D5589},
     {"contact: a corner of two planes and a sphere", 0xEE02DFF9536A20B1, 0x5C4530195A528514},
     {"radial springs: combined", 0x469C48FBE752C8CF, 0x9E0DA197B9BD98B9},
     {"radial springs: exact", 0x477009E4612E8E9F, 0x442B6904B079EBCA},
@@ -221,7 +237,18 @@ Cases contact_cases() {
   const std::pair<Contact, const char*> shapes[] = {
       {Plane{.normal = {0.3, 2, -0.1}, .offset = -0.5}, "plane"},
       {Sphere{.center = {0.2, -0.4, 0}, .radius = 0.45}, "sphere"},
-      {Sphere{.center = {0, 0.1, 0}, .radius = 1.7, .side = Side::inside}, "inside a sphere"}};
+      {Sphere{.center = {0, 0.1, 0}, .radius = 1.7, .side = Side::inside}, "inside a sphere"},
+      {Capsule{.ends = {{{-0.4, -0.4, 0.1}, {0.5, -0.5, 0}}}, .radius = {0.2, 0.3}}, "capsule"},
+      {OrientedBox{.center = {0.1, -0.5, 0}, .half_extents = {0.6, 0.2, 0.5}, .rotation = {0.2, 0.3, -0.1}, .thickness = 0.05},
+       "box"},
+      {OrientedBox{.half_extents = {1.1, 1.2, 1.3}, .rotation = {0.2, 0.3, -0.1}, .side = Side::inside}, "inside a box"},
+      {Convex{.planes = {{{0, 1, 0}, -0.3},
+                         {{0, -3, 0}, 0.6},
+                         {{1, 0.5, 0}, 0.5},
+                         {{-1, 0.5, 0}, 0.4},
+                         {{0, 0.5, 1}, 0.4},
+                         {{0, 0, -1}, 0.5}}},
+       "convex body"}};
   const std::pair<Response, const char*> responses[] = {{Response::resume, "resume"}, {Response::end_on_surface, "seed"}};
   const std::pair<ContactPath, const char*> sweeps[] = {{ContactPath::curve, "curve"}, {ContactPath::line, "line"}};
   for (const auto& [shape, shape_name] : shapes) {

@@ -41,7 +41,13 @@ constexpr const char* full_scene = R"({
   "contacts": [
     {"type": "plane", "normal": [0, 3, 4], "offset": -1, "restitution": 0.5, "friction": 0.2},
     {"type": "sphere", "center": [1, 2, 3], "radius": 9, "side": "inside", "viscosity": 0.1, "normal_viscosity": 0.3,
-     "response": "seed", "sweep": "line", "motion": "lift"}
+     "response": "seed", "sweep": "line", "motion": "lift"},
+    {"type": "capsule", "ends": [[0, 1, 0], [2, 1, 0]], "radius": [0.5, 0.25], "thickness": 0.125},
+    {"type": "capsule", "ends": [[0, 1, 0], [0, 1, 0]], "radius": 2, "friction": 0.5},
+    {"type": "box", "center": [1, 0, 0], "half_extents": [4, 5, 6], "rotation": [0, 0.5, 0], "side": "inside"},
+    {"type": "convex", "planes": [{"normal": [-1, 0, 0], "offset": 0}, {"normal": [0, -2, 0], "offset": 0},
+                                  {"normal": [0, 0, -1], "offset": 0}, {"normal": [0, 3, 4], "offset": 1.5},
+                                  {"normal": [1, 0, 0], "offset": 1}]}
   ],
   "motions": {
     "arm": {"keys": [{"time": 0}]},
@@ -106,6 +112,10 @@ TEST_CASE("a scene with one of everything is read as it stands") {
                    .response = Response::end_on_surface,
                    .sweep = ContactPath::line,
                    .motion = 1});
+  scene.add(Capsule{.ends = {{{0, 1, 0}, {2, 1, 0}}}, .radius = {0.5, 0.25}, .thickness = 0.125});
+  scene.add(Capsule{.ends = {{{0, 1, 0}, {0, 1, 0}}}, .radius = {2, 2}, .friction = 0.5});
+  scene.add(OrientedBox{.center = {1, 0, 0}, .half_extents = {4, 5, 6}, .rotation = {0, 0.5, 0}, .side = Side::inside});
+  scene.add(Convex{.planes = {{{-1, 0, 0}, 0}, {{0, -1, 0}, 0}, {{0, 0, -1}, 0}, {{0, 0.6, 0.8}, 1.5}, {{1, 0, 0}, 1}}});
   scene.add(Motion{.center = {}, .keys = {{.time = 0}}});
   scene.add(Motion{.center = {0, 1, 0}, .keys = {{.time = -1, .translation = {0, 1, 0}}, {.time = 2, .rotation = {0, 3, 0}}}});
   scene.add(Kinematic{.particles = {1}, .motion = 1});
@@ -304,7 +314,8 @@ constexpr BadValue bad_values[] = {
     {"/forces/5/expansion", "\"second_order\"",
      "forces[5].expansion is \"second_order\": must be \"exact\" or \"first_order\""},
     {"/contacts", "7", "contacts is 7: must be a list of contacts"},
-    {"/contacts/0/type", "\"cube\"", "contacts[0].type is \"cube\": must be \"plane\" or \"sphere\""},
+    {"/contacts/0/type", "\"cube\"",
+     "contacts[0].type is \"cube\": must be \"plane\", \"sphere\", \"capsule\", \"box\" or \"convex\""},
     {"/contacts/0/normal", "[0,0,0]", "contacts[0].normal is [0,0,0]: must be a vector of finite length > 0",
      BySchema::accepted},
     {"/contacts/0/offset", nullptr, "contacts[0].offset is missing: a plane needs it"},
@@ -318,6 +329,20 @@ constexpr BadValue bad_values[] = {
     {"/contacts/1/response", "\"bounce\"", "contacts[1].response is \"bounce\": must be \"resume\" or \"seed\""},
     {"/contacts/1/sweep", "\"arc\"", "contacts[1].sweep is \"arc\": must be \"curve\" or \"line\""},
     {"/contacts/1/motion", "\"lilt\"", "contacts[1].motion is \"lilt\": must be \"arm\" or \"lift\"", BySchema::accepted},
+    {"/contacts/0/thickness", "-1", "contacts[0].thickness is -1: must be a finite number >= 0"},
+    {"/contacts/2/ends", "[[0,0,0]]", "contacts[2].ends is [[0,0,0]]: must be two points"},
+    {"/contacts/2/ends", "[[0,0,0],[1,2]]", "contacts[2].ends[1] is [1,2]: must be a list of 3 numbers"},
+    {"/contacts/2/radius", "[1,2,3]", "contacts[2].radius is [1,2,3]: must be a number, or one for each end"},
+    {"/contacts/2/radius", "[1,0]", "contacts[2].radius[1] is 0: must be a finite number > 0"},
+    {"/contacts/3/radius", "-2", "contacts[3].radius is -2: must be a finite number > 0"},
+    {"/contacts/4/half_extents", "[1,0,1]", "contacts[4].half_extents[1] is 0: must be a finite number > 0"},
+    {"/contacts/4/rotation", "1", "contacts[4].rotation is 1: must be a list of 3 numbers"},
+    {"/contacts/4/side", "\"left\"", "contacts[4].side is \"left\": must be \"outside\" or \"inside\""},
+    {"/contacts/5/planes", "[]", "contacts[5].planes has 0 planes: must have 4 to 64"},
+    {"/contacts/5/planes", "7", "contacts[5].planes is 7: must be a list of 4 to 64 planes"},
+    {"/contacts/5/planes/1/normal", "[0,0,0]", "contacts[5].planes[1].normal is [0,0,0]: must be a vector of finite length > 0",
+     BySchema::accepted},
+    {"/contacts/5/planes/1/offset", nullptr, "contacts[5].planes[1].offset is missing: a plane of a convex body needs it"},
     {"/motions", "[]", "motions is []: must be an object of named motions"},
     {"/motions/arm/keys", "[]", "motions.arm.keys is []: must be a list of at least one key"},
     {"/motions/arm/keys", nullptr, "motions.arm.keys is missing: a motion needs it"},

@@ -110,6 +110,15 @@ def _vector(value):
     return [float(number) for number in value]
 
 
+def _array(value, field):
+    """The numbers of a fixed array: a vector, a few numbers, or a few vectors."""
+    if field.length == 3:
+        return _vector(value)
+    if len(value) != field.length:
+        raise ValueError(f"{len(value)} values: must be {field.length}")
+    return [_vector(each) if field.item.kind == "array" else float(each) for each in value]
+
+
 def _fill_scalars(struct, value, keep):
     if np.ndim(value) == 0:
         struct.all = value
@@ -139,7 +148,7 @@ def _fill_anchor(struct, value, keep):
 
 
 _LENGTHS = {"spread_box": 3, "inside": 6}
-_WIDTHS = {"keys": 7, "particles": None}  # numbers a row, where they are not those of a point or a pair
+_WIDTHS = {"keys": 7, "planes": 4, "particles": None}  # numbers a row, where they are not those of a point or a pair
 _FILL = {"dvdx_scalars": _fill_scalars, "dvdx_per_axis": _fill_per_axis, "dvdx_anchor": _fill_anchor}
 
 
@@ -149,7 +158,7 @@ def _fill_field(struct, name, field, value, keep):
     elif field.cname in _FILL:
         _FILL[field.cname](getattr(struct, name), value, keep)
     elif field.kind == "array":
-        setattr(struct, name, _vector(value))
+        setattr(struct, name, _array(value, field))
     elif field.kind != "pointer":
         setattr(struct, name, value)
     elif field.item.cname == "dvdx_scalars":
@@ -201,10 +210,11 @@ def _struct(kind, keywords, keep):
 class Scene:
     """What the world holds. One method for each force, contact, network and constraint of dvdx.h, with the names of its fields:
 
-    constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere; grid, springs; distance, on_point, on_line;
+    constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere, capsule, box, convex; grid, springs; distance, on_point, on_line;
     motion, kinematic. A motion's keys are rows of time, translation and rotation vector, seven numbers each.
     Choices are words (method="pulse", sweep="line"). A stiffness, a mass or another number that particles may have each their
     own of is a number or an array; one for each axis is a tuple of three. An anchor is a point, an array of them, or "start".
+    A capsule's radius is one number for each end; a convex body's planes are rows of normal and offset.
     coupling(...) says how networks and constraints are stepped. origin, a point or one for each particle: where a state's
     positions are measured from.
     """

@@ -100,8 +100,8 @@ DVDX_EXPORT dvdx_state dvdx_soa(dvdx_precision precision, void* x, void* y, void
 DVDX_EXPORT dvdx_state dvdx_aos(dvdx_precision precision, void* first_position, void* first_velocity, size_t struct_bytes,
                                 size_t count);
 
-// FNV-1a over x, y, z, vx, vy, vz, particle by particle: what `dvdx run --json` prints. 0 of a null pointer, and of a state that
-// no plan would step.
+// FNV-1a over x, y, z, vx, vy, vz, particle by particle: what `dvdx run --json` prints. 0 of a null pointer, and of a state
+// that no plan would step.
 DVDX_EXPORT uint64_t dvdx_state_hash(const dvdx_state* state);
 
 // ---- Scenes ------------------------------------------------------------------------------------------------------------
@@ -205,6 +205,7 @@ typedef struct dvdx_surface {
   double normal_viscosity;  // >= 0: and the normal one by exp(-normal_viscosity)
   dvdx_response response;
   dvdx_sweep sweep;
+  double thickness;  // m, >= 0: particles are kept so far off the surface
 } dvdx_surface;
 
 // Particles may be where normal . x >= offset, the normal taken to unit length.
@@ -222,8 +223,31 @@ typedef struct dvdx_sphere {
   dvdx_surface surface;
 } dvdx_sphere;
 
-// A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation; between keys
-// the translation is linear in time, and the rotation goes evenly, the short way round.
+// Particles may be outside the convex hull of two spheres.
+typedef struct dvdx_capsule {
+  double ends[2][3];  // m, the spheres' centers
+  double radius[2];   // m, each > 0
+  dvdx_surface surface;
+} dvdx_capsule;
+
+// Particles may be outside or inside.
+typedef struct dvdx_box {
+  double center[3];        // m
+  double half_extents[3];  // m, each > 0
+  double rotation[3];      // rad: axis times angle, about the center
+  dvdx_side side;
+  dvdx_surface surface;
+} dvdx_box;
+
+// Particles may be outside the body that is where normal . x <= offset for all planes.
+typedef struct dvdx_convex {
+  const double* planes;  // four numbers each: the normal, taken to unit length, and the offset, m
+  size_t count;          // 4 to 64
+  dvdx_surface surface;
+} dvdx_convex;
+
+// A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation; between
+// keys the translation is linear in time, and the rotation goes evenly, the short way round.
 typedef struct dvdx_motion {
   double center[3];    // m
   const double* keys;  // of each key 7 numbers: time, s; translation, m; rotation vector, rad. Times ascend
@@ -324,6 +348,9 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_drag(dvdx_scene* scene, const dvdx_drag* 
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_plane(dvdx_scene* scene, const dvdx_plane* contact, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_sphere(dvdx_scene* scene, const dvdx_sphere* contact, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_capsule(dvdx_scene* scene, const dvdx_capsule* contact, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_box(dvdx_scene* scene, const dvdx_box* contact, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_convex(dvdx_scene* scene, const dvdx_convex* contact, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_motion* motion, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error);
@@ -361,9 +388,9 @@ typedef enum dvdx_arithmetic {
 // is made, changed or destroyed, never by a step, and on the thread that calls.
 typedef struct dvdx_allocator {
   // Memory aligned to `alignment` bytes, a power of two; null: there is none.
-  void* (*allocate)(void* context, size_t bytes, size_t alignment);  // null: the C++ library's
+  void* (*allocate)(void* context, size_t bytes, size_t alignment);              // null: the C++ library's
   void (*release)(void* context, void* memory, size_t bytes, size_t alignment);  // not null where allocate is not
-  void* context;  // must live as long as the plan
+  void* context;                                                                 // must live as long as the plan
 } dvdx_allocator;
 
 typedef enum dvdx_rounding {
@@ -392,13 +419,13 @@ typedef struct dvdx_parallel {
 
 // What limits the sub-steps of a scene's networks: see NetworkLimit in plan.hpp.
 typedef struct dvdx_network_limit {
-  int substeps;       // a step, chosen or asked for
-  double frequency;   // rad/s: the highest of the springs as they stand at the start
-  double bound;       // rad/s: no position has a higher one
-  double limit;       // frequency times sub-step that the scheme takes; infinite for sequential
-  int fewest;         // sub-steps below which no plan is made
-  int safe;           // sub-steps that are stable in any position
-  uint32_t particle;  // whose springs set the bound
+  int substeps;          // a step, chosen or asked for
+  double frequency;      // rad/s: the highest of the springs as they stand at the start
+  double bound;          // rad/s: no position has a higher one
+  double limit;          // frequency times sub-step that the scheme takes; infinite for sequential
+  int fewest;            // sub-steps below which no plan is made
+  int safe;              // sub-steps that are stable in any position
+  uint32_t particle;     // whose springs set the bound
   double damping;        // 1/s: no position has a higher rate of damping along the springs
   double damping_limit;  // that rate times sub-step that the scheme takes; infinite for sequential
 } dvdx_network_limit;
@@ -464,9 +491,9 @@ DVDX_EXPORT dvdx_status dvdx_plan_step_and_report(const dvdx_plan* plan, dvdx_st
 // particles; else DVDX_INVALID names what is in the way.
 DVDX_EXPORT dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state, uint64_t steps, dvdx_error* error);
 
-// After a jump of the state, as by a teleport of some of its particles: networks by scheme sequential without theta do not carry
-// on what their springs did in the last step. Not needed for another state or another clock, nor where all particles are moved
-// alike or kicked. A null pointer is fine. Not while another thread steps with this plan.
+// After a jump of the state, as by a teleport of some of its particles: networks by scheme sequential without theta do not
+// carry on what their springs did in the last step. Not needed for another state or another clock, nor where all particles are
+// moved alike or kicked. A null pointer is fine. Not while another thread steps with this plan.
 DVDX_EXPORT void dvdx_plan_forget(dvdx_plan* plan);
 
 // What the next step depends on beside the state's columns and its clock: what the springs did in the last step, where that is
@@ -480,8 +507,8 @@ DVDX_EXPORT dvdx_status dvdx_plan_restore(dvdx_plan* plan, const double* numbers
                                           dvdx_error* error);
 
 // "Be there at the end of the next step": what follows a motion, or each particle of a group of kinematic ones, is on the
-// straight way there in every sub-step of it and has its velocity (a pose also turns evenly, the short way round); after it they
-// rest, until the next of these, and the motion's keys count no more. Nothing is compiled; set_places takes memory at its
+// straight way there in every sub-step of it and has its velocity (a pose also turns evenly, the short way round); after it
+// they rest, until the next of these, and the motion's keys count no more. Nothing is compiled; set_places takes memory at its
 // first call. Not while another thread steps with this plan.
 // translation: three numbers, m; rotation: a rotation vector, rad, or null: not turned.
 DVDX_EXPORT dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const double* translation, const double* rotation,
@@ -564,7 +591,7 @@ typedef struct dvdx_turnover {
   const double* inside;   // m: particles outside of this box are removed, min x y z, max x y z; null: none
   dvdx_not_finite not_finite;
   dvdx_survivor_order order;  // of those that stay
-  size_t capacity;  // particles, 1 to 4294967295: most that live at once; further births are dropped and counted
+  size_t capacity;            // particles, 1 to 4294967295: most that live at once; further births are dropped and counted
 } dvdx_turnover;
 
 // A column of the caller's own that goes along with the particles: element i stands at base + i * stride bytes. What is born

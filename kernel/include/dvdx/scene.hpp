@@ -1,6 +1,7 @@
 // A scene: what the world holds. Plain values in SI units; nothing is checked before compile().
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -107,6 +108,7 @@ struct Plane {
   double normal_viscosity = 0;  // >= 0: and the normal one by exp(-normal_viscosity)
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
+  double thickness = 0;                 // m, >= 0: particles are kept so far off the surface
   std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const Plane&) const = default;
 };
@@ -122,11 +124,67 @@ struct Sphere {
   double normal_viscosity = 0;
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
+  double thickness = 0;
   std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const Sphere&) const = default;
 };
 
-using Contact = std::variant<Plane, Sphere>;
+// Particles may be outside the convex hull of two spheres; all else as for a plane.
+struct Capsule {
+  std::array<Vec3, 2> ends{};          // m, the spheres' centers
+  std::array<double, 2> radius{1, 1};  // m, each > 0
+  double restitution = 0;
+  double friction = 0;
+  double viscosity = 0;
+  double normal_viscosity = 0;
+  Response response = Response::resume;
+  ContactPath sweep = ContactPath::curve;
+  double thickness = 0;
+  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  bool operator==(const Capsule&) const = default;
+};
+
+// Particles may be outside (or inside) a box; all else as for a plane. Thickness rounds the edges of an outside.
+struct OrientedBox {
+  Vec3 center{};               // m
+  Vec3 half_extents{1, 1, 1};  // m, each > 0
+  Vec3 rotation{};             // rad: axis times angle, about the center
+  Side side = Side::outside;
+  double restitution = 0;
+  double friction = 0;
+  double viscosity = 0;
+  double normal_viscosity = 0;
+  Response response = Response::resume;
+  ContactPath sweep = ContactPath::curve;
+  double thickness = 0;
+  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  bool operator==(const OrientedBox&) const = default;
+};
+
+// A face of a convex body, which is where normal . x <= offset for all of its faces; the normal need not be of unit length (the
+// offset then belongs to the unit one).
+struct Face {
+  Vec3 normal{0, 1, 0};
+  double offset = 0;  // m
+  bool operator==(const Face&) const = default;
+};
+
+// Particles may be outside a convex body; all else as for a plane. Thickness moves its faces outwards.
+struct Convex {
+  std::vector<Face> planes;  // 4 to 64, which together bound a body
+  double restitution = 0;
+  double friction = 0;
+  double viscosity = 0;
+  double normal_viscosity = 0;
+  Response response = Response::resume;
+  ContactPath sweep = ContactPath::curve;
+  double thickness = 0;
+  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  bool operator==(const Convex&) const = default;
+};
+
+using Contact = std::variant<Plane, Sphere, Capsule, OrientedBox, Convex>;
+inline constexpr std::size_t most_contacts = 4096;
 
 struct Scene {
   Method method = Method::combined;  // of every force that names none

@@ -74,6 +74,7 @@ Surface with(Surface to, const dvdx_surface& from, const std::string& at) {
   to.normal_viscosity = from.normal_viscosity;
   to.response = choice<Response>(from.response, responses, at + ".surface.response");
   to.sweep = choice<ContactPath>(from.sweep, path_sweeps, at + ".surface.sweep");
+  to.thickness = from.thickness;
   return to;
 }
 
@@ -119,6 +120,26 @@ Contact value(const dvdx_plane& from, const std::string& at) {
 Contact value(const dvdx_sphere& from, const std::string& at) {
   return with(Sphere{.center = vec3(from.center), .radius = from.radius, .side = choice<Side>(from.side, sides, at + ".side")},
               from.surface, at);
+}
+Contact value(const dvdx_capsule& from, const std::string& at) {
+  return with(Capsule{.ends = {vec3(from.ends[0]), vec3(from.ends[1])}, .radius = {from.radius[0], from.radius[1]}},
+              from.surface, at);
+}
+Contact value(const dvdx_box& from, const std::string& at) {
+  return with(OrientedBox{.center = vec3(from.center),
+                          .half_extents = vec3(from.half_extents),
+                          .rotation = vec3(from.rotation),
+                          .side = choice<Side>(from.side, sides, at + ".side")},
+              from.surface, at);
+}
+Contact value(const dvdx_convex& from, const std::string& at) {
+  need(from.planes, from.count, at + ".planes");
+  Convex convex;
+  for (std::size_t k = 0; k < from.count; ++k) {
+    const double* plane = from.planes + 4 * k;
+    convex.planes.push_back({.normal = {plane[0], plane[1], plane[2]}, .offset = plane[3]});
+  }
+  return with(std::move(convex), from.surface, at);
 }
 
 Motion value(const dvdx_motion& from, const std::string& at) {
@@ -266,6 +287,16 @@ dvdx_status dvdx_scene_add_plane(dvdx_scene* scene, const dvdx_plane* contact, d
   return added(scene, contact, &Scene::contacts, "contacts", error);
 }
 dvdx_status dvdx_scene_add_sphere(dvdx_scene* scene, const dvdx_sphere* contact, dvdx_error* error) {
+  return added(scene, contact, &Scene::contacts, "contacts", error);
+}
+
+dvdx_status dvdx_scene_add_capsule(dvdx_scene* scene, const dvdx_capsule* contact, dvdx_error* error) {
+  return added(scene, contact, &Scene::contacts, "contacts", error);
+}
+dvdx_status dvdx_scene_add_box(dvdx_scene* scene, const dvdx_box* contact, dvdx_error* error) {
+  return added(scene, contact, &Scene::contacts, "contacts", error);
+}
+dvdx_status dvdx_scene_add_convex(dvdx_scene* scene, const dvdx_convex* contact, dvdx_error* error) {
   return added(scene, contact, &Scene::contacts, "contacts", error);
 }
 

@@ -284,19 +284,40 @@ void FreeMotion<T>::make_surfaces() {
   if (scene_.contacts.empty()) return;
   make_bend();
   surfaces_.clear();
-  for (const Contact& contact : scene_.contacts) surfaces_.push_back(surface_of(contact));
+  faces_.clear();
+  for (std::size_t i = 0; i < scene_.contacts.size(); ++i) {
+    const Contact& contact = scene_.contacts[i];
+    for (std::size_t part = 0; part < parts_of(contact); ++part) surfaces_.push_back(surface_of(i, part, contact));
+    if (const auto* body = std::get_if<Convex>(&contact)) {
+      add_faces(surfaces_.back(), *body, scene_.origin.at(0), faces_.emplace_back());
+    }
+  }
   terms.surfaces = surfaces_.data();
   terms.surface_count = surfaces_.size();
+  choose_search();
+}
+
+// Whether blocks look for the surfaces near them.
+template <class T>
+void FreeMotion<T>::choose_search() noexcept {
+  const auto is_body = [](const Surface<T>& s) { return s.shape != Shape::plane && s.shape != Shape::sphere; };
+  terms.searches = surfaces_.size() > unsearched_surfaces || std::any_of(surfaces_.begin(), surfaces_.end(), is_body);
+  for (Surface<T>& s : surfaces_) s.is_searched = terms.searches && s.shape == Shape::sphere && s.side > 0;
 }
 
 template <class T>
-Surface<T> FreeMotion<T>::surface_of(const Contact& contact) const noexcept {
-  return make_surface<T>(contact, scene_.origin.at(0), bend_q_ < 1 && bend_z_ < 2);
+Surface<T> FreeMotion<T>::surface_of(std::size_t index, std::size_t part, const Contact& contact) const noexcept {
+  Surface<T> surface = make_surface<T>(contact, scene_.origin.at(0), bend_q_ < 1 && bend_z_ < 2, part);
+  surface.contact = static_cast<std::uint32_t>(index);
+  return surface;
 }
 
 template <class T>
 void FreeMotion<T>::set_contact(std::size_t index, const Contact& contact) noexcept {
-  if (index < surfaces_.size()) surfaces_[index] = surface_of(contact);
+  for (Surface<T>& surface : surfaces_) {
+    if (surface.contact == index) surface = surface_of(index, surface.part, contact);
+  }
+  choose_search();
 }
 
 // The numbers w = W h^2 and q = g h of passes/contact/bend.hpp.

@@ -13,6 +13,7 @@
 #include "dvdx/plan.hpp"
 #include "isa/passes.hpp"
 #include "passes/contact/contact.hpp"
+#include "passes/contact/make_surface.hpp"
 #include "passes/radial/radial.hpp"
 #include "passes/terms.hpp"
 
@@ -34,7 +35,7 @@ class FreeMotion {
   // What overflows in T, or in float64 before: a step of such coefficients would be nonsense, silently.
   [[nodiscard]] std::optional<Error> refusal() const;
 
-  // The scene's contacts[index] is another from now on; nothing where this motion has none.
+  // The scene's contacts[index] is another from now on, of as many surfaces; nothing where this motion has none.
   void set_contact(std::size_t index, const Contact& contact) noexcept;
 
   // The offsets of the step that starts at `clock`.
@@ -63,7 +64,8 @@ class FreeMotion {
   void make_anchors();
   void make_radial();
   void make_surfaces();
-  [[nodiscard]] Surface<T> surface_of(const Contact& contact) const noexcept;
+  [[nodiscard]] Surface<T> surface_of(std::size_t index, std::size_t part, const Contact& contact) const noexcept;
+  void choose_search() noexcept;
   void make_bend();
   [[nodiscard]] std::array<double, 3> drive_of(const Source& source) const;
   [[nodiscard]] std::size_t column_length() const noexcept;
@@ -81,6 +83,7 @@ class FreeMotion {
   Columns<T> bend_columns_;         // which impacts alone read
   double bend_z_ = 0, bend_q_ = 0;  // the strongest sqrt(W) |h| and g |h| of any particle and axis
   std::vector<Surface<T>> surfaces_;
+  std::vector<Faces<T>> faces_;  // of each convex body
   std::vector<RadialTerms<T>> radial_;
   std::vector<std::array<Gain, 3>> gains_;     // of each source, where it is alike for all particles
   std::vector<std::array<double, 3>> drives_;  // of each source: D1, D2, D3 of passes/contact/bend.hpp for an amplitude of 1

@@ -10,6 +10,7 @@
 #include "compile/range.hpp"
 #include "compile/undo.hpp"
 #include "compile/validate.hpp"
+#include "passes/contact/make_surface.hpp"
 
 namespace dvdx {
 namespace {
@@ -132,7 +133,9 @@ Expected<InPlace> change_in_place(CompiledScene<T>& compiled, const Change& chan
 template <class T>
 Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index, const Contact& contact) {
   if (index >= compiled.scene.contacts.size()) return InPlace::not_done;
-  if (motion_of(contact) || motion_of(compiled.scene.contacts[index])) return InPlace::not_done;
+  const Contact& before = compiled.scene.contacts[index];
+  if (motion_of(contact) || motion_of(before) || has_faces(contact) || has_faces(before)) return InPlace::not_done;
+  if (parts_of(contact) != parts_of(before)) return InPlace::not_done;
   if (auto error = check(contact, index)) return tl::unexpected(*error);
   if (auto error = check_range<T>(contact, index, compiled.scene.origin)) return tl::unexpected(*error);
   compiled.scene.contacts[index] = contact;

@@ -130,7 +130,7 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.fixed = joints.fixed.size();
   shape.motions = tracks_.size();
   shape.groups = groups_;
-  shape.surfaces = has_moving_contacts() ? contacts().size() : 0;
+  shape.surfaces = has_moving_contacts() ? flows_[0]->terms.surface_count : 0;
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
   shape.accelerations = kicks ? joints.damping_passes() : 0;
   shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && joints.springs != 0;

@@ -11,6 +11,7 @@
 #include "forces/radial_spring.hpp"
 #include "math/psi.hpp"
 #include "math/vec3.hpp"
+#include "passes/contact/convex_body.hpp"
 #include "text.hpp"
 
 namespace dvdx {
@@ -53,9 +54,17 @@ void range_of_radius(Checker& check, const std::string& field, double value) {
   range_of_length<T>(check, field, value);
 }
 
+// The fourth power of the ball that holds a body is compared: by what passes it (passes/contact/shape.hpp).
+template <class T>
+void range_of_body(Checker& check, const std::string& field, double size, double thickness, const std::string& at) {
+  const double most = std::sqrt(std::sqrt(double{std::numeric_limits<T>::max()})) / 4;
+  if (!(size <= most)) out_of_range<T>(check, field, text(size), "a size of at most " + text(most, 8) + " m");
+  if (!(thickness <= most)) out_of_range<T>(check, at + ".thickness", text(thickness), "at most " + text(most, 8) + " m");
+}
+
 template <class T>
 void range_of(Checker& check, const Plane& plane, const std::string& at, const Origin& origin) {
-  const double local = plane.offset - dot(unit(plane.normal), origin.at(0));
+  const double local = (plane.offset + plane.thickness) - dot(unit(plane.normal), origin.at(0));
   if (fits<T>(local)) return;
   out_of_range<T>(check, at + ".offset", text(plane.offset),
                   "within " + text(double{std::numeric_limits<T>::max()}, 8) + " m of the origin");
@@ -64,6 +73,32 @@ template <class T>
 void range_of(Checker& check, const Sphere& sphere, const std::string& at, const Origin& origin) {
   range_of_place<T>(check, at + ".center", sphere.center, origin, 0);
   range_of_radius<T>(check, at + ".radius", sphere.radius);
+  if (sphere.thickness == 0) return;
+  const double side = sphere.side == Side::outside ? 1 : -1;
+  range_of_radius<T>(check, at + ".thickness", sphere.radius + side * sphere.thickness);
+}
+template <class T>
+void range_of(Checker& check, const Capsule& capsule, const std::string& at, const Origin& origin) {
+  for (std::size_t k = 0; k < 2; ++k) {
+    range_of_place<T>(check, element(at + ".ends", k), capsule.ends[k], origin, 0);
+    range_of_radius<T>(check, element(at + ".radius", k), capsule.radius[k]);
+  }
+  range_of_body<T>(check, at + ".ends", distance(capsule.ends[0], capsule.ends[1]), capsule.thickness, at);
+}
+template <class T>
+void range_of(Checker& check, const OrientedBox& box, const std::string& at, const Origin& origin) {
+  range_of_place<T>(check, at + ".center", box.center, origin, 0);
+  for (std::size_t k = 0; k < 3; ++k) range_of_radius<T>(check, element(at + ".half_extents", k), box.half_extents[k]);
+  range_of_body<T>(check, at + ".half_extents", length(box.half_extents), box.thickness, at);
+}
+template <class T>
+void range_of(Checker& check, const Convex& convex, const std::string& at, const Origin& origin) {
+  const ConvexBody body(convex);
+  range_of_place<T>(check, at + ".planes", body.center(), origin, 0);
+  range_of_body<T>(check, at + ".planes", body.radius(), convex.thickness, at);
+  const double least = std::sqrt(double{std::numeric_limits<T>::min()});
+  if (body.radius() < least)
+    out_of_range<T>(check, at + ".planes", text(body.radius()), "a body of at least " + text(least, 8) + " m");
 }
 
 // A step's angle whose sine means nothing: psi() cuts W h^2 off there, and coefficients of the whole W would be garbage.

@@ -14,6 +14,7 @@
 #include "compile/pose_track.hpp"
 #include "forces/polynomial.hpp"
 #include "math/vec3.hpp"
+#include "passes/contact/convex_body.hpp"
 #include "text.hpp"
 
 namespace dvdx {
@@ -83,9 +84,58 @@ struct ContactChecker {
     check.number(at + ".radius", c.radius, Range::positive);
     check.choice(at + ".side", c.side, Side::inside);
     material(c);
+    if (c.side == Side::inside) leaves_room(c.thickness, c.radius, "radius");
+  }
+  void operator()(const Capsule& c) const {
+    for (std::size_t k = 0; k < 2; ++k) {
+      check.numbers(element(at + ".ends", k), c.ends[k], Range::finite);
+      check.number(element(at + ".radius", k), c.radius[k], Range::positive);
+    }
+    material(c);
+  }
+  void operator()(const OrientedBox& c) const {
+    check.numbers(at + ".center", c.center, Range::finite);
+    for (std::size_t k = 0; k < 3; ++k) check.number(element(at + ".half_extents", k), c.half_extents[k], Range::positive);
+    check.numbers(at + ".rotation", c.rotation, Range::finite);
+    check.choice(at + ".side", c.side, Side::inside);
+    material(c);
+    const double least = *std::min_element(c.half_extents.begin(), c.half_extents.end());
+    if (c.side == Side::inside) leaves_room(c.thickness, least, "least half extent");
+  }
+  void operator()(const Convex& c) const {
+    if (c.planes.size() < fewest_planes || c.planes.size() > most_planes) {
+      check.fail(at + ".planes", std::to_string(c.planes.size()) + " planes",
+                 std::to_string(fewest_planes) + " to " + std::to_string(most_planes));
+    }
+    for (std::size_t k = 0; k < c.planes.size() && !check.error; ++k) {
+      const std::string of_plane = element(at + ".planes", k);
+      check.numbers(of_plane + ".normal", c.planes[k].normal, Range::finite);
+      const double length = dvdx::length(c.planes[k].normal);
+      if (!(length > 0) || !std::isfinite(length)) {
+        check.fail(of_plane + ".normal", text(c.planes[k].normal), "a vector of finite length > 0");
+      }
+      check.number(of_plane + ".offset", c.planes[k].offset, Range::finite);
+    }
+    material(c);
+    if (check.error) return;
+    switch (ConvexBody(c).fault()) {
+      case ConvexBody::Fault::none:
+        return;
+      case ConvexBody::Fault::empty:
+        return check.fail(at + ".planes", "planes that no body is behind",
+                          "planes with normals outwards, and a body behind all");
+      case ConvexBody::Fault::unbounded:
+        return check.fail(at + ".planes", "planes that bound no body", "planes around a body of finite size");
+    }
+  }
+  // Of an inside.
+  void leaves_room(double thickness, double size, const std::string& of) const {
+    if (!(size - thickness > 0))
+      check.fail(at + ".thickness", text(thickness), "less than the " + of + ", " + text(size) + " m");
   }
   template <class Contact>
   void material(const Contact& c) const {
+    check.number(at + ".thickness", c.thickness, Range::non_negative);
     check.number(at + ".restitution", c.restitution, Range::unit);
     check.number(at + ".friction", c.friction, Range::non_negative_or_infinite);
     check.number(at + ".viscosity", c.viscosity, Range::non_negative_or_infinite);
@@ -356,7 +406,10 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
   check.choice("method", scene.method, Method::symplectic_euler);
   check.scalars("mass", scene.mass, Range::positive);
   for (std::size_t i = 0; i < scene.forces.size(); ++i) check_force(check, element("forces", i), scene.forces[i]);
-  for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
+  if (scene.contacts.size() > most_contacts) {
+    check.fail("contacts", std::to_string(scene.contacts.size()) + " contacts", "at most " + std::to_string(most_contacts));
+  }
+  for (std::size_t i = 0; i < scene.contacts.size() && !check.error; ++i) {
     std::visit(ContactChecker{check, element("contacts", i)}, scene.contacts[i]);
     if (const auto& motion = motion_of(scene.contacts[i])) {
       check_motion_index(check, element("contacts", i) + ".motion", *motion, scene);

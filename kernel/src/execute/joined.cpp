@@ -322,11 +322,12 @@ class JoinedStep {
     for (std::size_t j = 0; j < ws_.surfaces.size(); ++j) {
       Surface<T>& surface = ws_.surfaces[j];
       surface = motion.terms.surfaces[j];
-      const auto& of = motion_of(m_.contacts()[j]);
+      const Contact& contact = m_.contacts()[surface.contact];
+      const auto& of = motion_of(contact);
       if (!of) continue;
       const MovedPose pose = ws_.motions[*of].at_end_of(m_.tracks()[*of], start, end);
-      move_surface(surface, m_.contacts()[j], pose, m_.origin());
-      if (report_ != nullptr) report_->centers[j] = {pose.place(pose.center), pose.velocity};
+      move_surface(surface, contact, pose, m_.origin());
+      if (report_ != nullptr) report_->centers[surface.contact] = {pose.place(pose.center), pose.velocity};
       moved_terms_.moves = moved_terms_.moves || surface.movement != Movement::rest;
     }
   }

@@ -6,6 +6,7 @@
 
 #include "passes/affine/affine.inl.hpp"
 #include "passes/contact/contact.inl.hpp"
+#include "passes/contact/near.inl.hpp"
 #include "passes/radial/radial.inl.hpp"
 #include "passes/rate/rate.inl.hpp"
 #include "passes/terms.hpp"
@@ -111,10 +112,10 @@ template <class V>
   }
 }
 
-// The batch at i, with whatever the step holds for it. Whether it touched a surface.
+// The batch at i, moved by all but contacts.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
-[[gnu::noinline]] bool step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
-                                  const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting) noexcept {
+[[gnu::always_inline]] inline Trajectory<V> move_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                                                       const Offsets<Scalar<V>>* offsets, std::size_t i) noexcept {
   Trajectory<V> m = load_trajectory<V>(particles, i);
   const Affine<V, OneAxis> affine(terms, offsets[0]);
   affine(m, particles.first + i);
@@ -126,6 +127,14 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
     }
     radial_contribution<V, arithmetic>(terms, m, particles.first + i);
   }
+  return m;
+}
+
+// The batch at i, with whatever the step holds for it. Whether it touched a surface.
+template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+[[gnu::noinline]] bool step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                                  const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting) noexcept {
+  Trajectory<V> m = move_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
   bool touched = false;
   if constexpr (has_contacts(extra)) {
     touched = resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, waiting, particles.log);
@@ -171,8 +180,183 @@ std::size_t step_untouched(const Block<Scalar<V>>& particles, const Terms<Scalar
   return step_untouched_by<V, OneAxis, PlaneTouchTest<V, arithmetic>>(particles, terms, offsets, i);
 }
 
+// ---- many surfaces: passes/contact/near.hpp --------------------------------------------------------------------------------
+
+// Where the block's trajectories lie in this step.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+[[gnu::noinline]] Region<Scalar<V>> region_of(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                                              const Offsets<Scalar<V>>* offsets) noexcept {
+  using T = Scalar<V>;
+  const V corner(terms.h * terms.bend.corner);
+  Bounds<V> bounds[3];
+  V way(T(0));
+  for (std::size_t i = 0; i < particles.count; i += V::size) {
+    const Trajectory<V> m = move_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      bounds[axis].take(m.x0[axis]);
+      bounds[axis].take(m.x1[axis]);
+      bounds[axis].take(multiply_add<arithmetic>(corner, m.v0[axis], m.x0[axis]));
+      way = greatest(way, magnitude(m.x1[axis] - m.x0[axis]));
+    }
+  }
+  Region<T> box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] = bounds[axis].lowest();
+    box.high[axis] = bounds[axis].highest();
+  }
+  return widened(box, Bounds<V>{V(T(0)), way}.highest());
+}
+
+// Where one axis' values lie, and where a step takes them.
+template <class V>
+class Rectangle {
+  using T = Scalar<V>;
+
+ public:
+  Rectangle(const T* x, const T* v, std::size_t count) noexcept {
+    Bounds<V> at, speed;
+    for (std::size_t i = 0; i < count; i += V::size) {
+      at.take(load_lanes<V>(x + i));
+      speed.take(load_lanes<V>(v + i));
+    }
+    x_[0] = at.lowest();
+    x_[1] = at.highest();
+    v_[0] = speed.lowest();
+    v_[1] = speed.highest();
+  }
+
+  // low, high: take what the step's paths lie between. way: takes how far they go.
+  template <class OneAxis>
+  void step(const OneAxis& affine, T corner, T& low, T& high, T& way) noexcept {
+    const Rectangle before = *this;
+    bool is_first = true;
+    for (const T x : before.x_) {
+      for (const T v : before.v_) {
+        const AxisState<V> end = affine(V(x), V(v), 0);
+        alignas(64) T x1[V::size];
+        alignas(64) T v1[V::size];
+        store_lanes(x1, end.x);
+        store_lanes(v1, end.v);
+        x_[0] = is_first || x1[0] < x_[0] ? x1[0] : x_[0];
+        x_[1] = is_first || x1[0] > x_[1] ? x1[0] : x_[1];
+        v_[0] = is_first || v1[0] < v_[0] ? v1[0] : v_[0];
+        v_[1] = is_first || v1[0] > v_[1] ? v1[0] : v_[1];
+        is_first = false;
+        for (const T reached : {x, x1[0], x + corner * v}) {
+          low = reached < low ? reached : low;
+          high = reached > high ? reached : high;
+        }
+        const T went = x1[0] < x ? x - x1[0] : x1[0] - x;
+        way = went > way ? went : way;
+      }
+    }
+  }
+
+ private:
+  T x_[2], v_[2];
+};
+
+// Where the block's trajectories lie in all of its steps, if it touches nothing.
+template <class V, class OneAxis>
+[[gnu::noinline]] Region<Scalar<V>> region_of_all(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                                                  const Steps<Scalar<V>>& steps) noexcept {
+  using T = Scalar<V>;
+  Region<T> box;
+  T way = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Rectangle<V> at(particles.x[axis], particles.v[axis], particles.count);
+    T& low = box.low[axis] = std::numeric_limits<T>::infinity();
+    T& high = box.high[axis] = -std::numeric_limits<T>::infinity();
+    for (std::size_t n = 0; n < steps.count; ++n) {
+      const OneAxis affine(terms, steps.offsets[n * steps.offsets_per_step], axis);
+      at.step(affine, terms.h * terms.bend.corner, low, high, way);
+    }
+  }
+  return widened(box, way);
+}
+
+template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+void step_batches(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                  const Offsets<Scalar<V>>* offsets) noexcept {
+  Waiting<V, arithmetic> waiting;
+  for (std::size_t i = 0; i < particles.count; i += V::size) {
+    step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting);
+    if (waiting.is_full()) waiting.resolve(particles, terms, offsets[0]);
+  }
+  waiting.resolve(particles, terms, offsets[0]);
+}
+
+// With the surfaces of the list alone.
+template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+[[gnu::noinline]] void step_near(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                                 const Offsets<Scalar<V>>* offsets, const NearList& near,
+                                 const Region<Scalar<V>>& region) noexcept {
+  using T = Scalar<V>;
+  Surface<T> surfaces[most_near];
+  Terms<T> own = terms;
+  own.surfaces = surfaces;
+  own.surface_count = near.count;
+  own.whole = &terms;
+  own.region = region;
+  for (std::size_t j = 0; j < near.count; ++j) surfaces[j] = terms.surfaces[near.at[j]];
+  step_batches<V, OneAxis, extra, arithmetic>(particles, own, offsets);
+}
+
+// Nothing is near: as without contacts.
+template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+void step_alone(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+  if constexpr (extra == Extras::contact) {
+    run_axes<V, OneAxis>(particles, terms, steps);
+  } else {
+    Waiting<V, arithmetic> waiting;
+    for (std::size_t i = 0; i < particles.count; i += V::size) {
+      step_batch<V, OneAxis, Extras::radial, arithmetic>(particles, terms, steps.offsets, i, waiting);
+    }
+  }
+}
+
+enum class Particles { alike, each };
+
+template <class V, class OneAxis, Extras extra, Particles particles_are, Arithmetic arithmetic>
+void run_searching(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+  using T = Scalar<V>;
+  NearList near;
+  if constexpr (particles_are == Particles::alike && extra == Extras::contact) {
+    find_near(terms, region_of_all<V, OneAxis>(particles, terms, steps), near);
+    if (near.count == 0) return step_alone<V, OneAxis, extra, arithmetic>(particles, terms, steps);
+  }
+  for (std::size_t n = 0; n < steps.count; ++n) {
+    const Offsets<T>* offsets = steps.offsets + n * steps.offsets_per_step;
+    const Region<T> region = region_of<V, OneAxis, extra, arithmetic>(particles, terms, offsets);
+    find_near(terms, region, near);
+    if (near.count == 0) {
+      step_alone<V, OneAxis, extra, arithmetic>(particles, terms, {.offsets = offsets, .offsets_per_step = 0, .count = 1});
+    } else if (near.count <= most_near) {
+      step_near<V, OneAxis, extra, arithmetic>(particles, terms, offsets, near, region);
+    } else if (particles.count <= least_block) {
+      step_batches<V, OneAxis, extra, arithmetic>(particles, terms, offsets);
+    } else {
+      const std::size_t half = particles.count / 2 / 16 * 16;
+      const Steps<T> left{.offsets = offsets, .offsets_per_step = steps.offsets_per_step, .count = steps.count - n};
+      Block<T> part = particles;
+      part.count = half;
+      run_searching<V, OneAxis, extra, particles_are, arithmetic>(part, terms, left);
+      part.count = particles.count - half;
+      part.first += half;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        part.x[axis] += half;
+        part.v[axis] += half;
+      }
+      return run_searching<V, OneAxis, extra, particles_are, arithmetic>(part, terms, left);
+    }
+  }
+}
+
+template <class V, class OneAxis, Extras extra, Particles particles_are, Arithmetic arithmetic>
 void run_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+  if constexpr (has_contacts(extra)) {
+    if (terms.searches) return run_searching<V, OneAxis, extra, particles_are, arithmetic>(block, terms, steps);
+  }
   const Block<Scalar<V>> particles = block;  // a copy that no store can alias
   Waiting<V, arithmetic> waiting;
   for (std::size_t n = 0; n < steps.count; ++n) {
@@ -197,7 +381,8 @@ void step_turned(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, c
   if constexpr (extra == Extras::none) {
     run_axes<V, OneAxis>(block, terms, steps);
   } else {
-    run_block<V, OneAxis, extra, arithmetic>(block, terms, steps);
+    constexpr auto particles_are = is_rate(flow) || has_anchor_each(flow) ? Particles::each : Particles::alike;
+    run_block<V, OneAxis, extra, particles_are, arithmetic>(block, terms, steps);
   }
 }
 

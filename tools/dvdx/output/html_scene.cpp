@@ -24,6 +24,19 @@ Json json_of(const Plane& plane) { return {{"type", "plane"}, {"normal", plane.n
 Json json_of(const Sphere& sphere) {
   return {{"type", "sphere"}, {"center", sphere.center}, {"radius", sphere.radius}, {"side", name_of(sphere.side)}};
 }
+Json json_of(const Capsule& capsule) { return {{"type", "capsule"}, {"ends", capsule.ends}, {"radii", capsule.radius}}; }
+Json json_of(const OrientedBox& box) {
+  return {{"type", "box"},
+          {"center", box.center},
+          {"half_extents", box.half_extents},
+          {"rotation", box.rotation},
+          {"side", name_of(box.side)}};
+}
+Json json_of(const Convex& convex) {
+  Json planes = Json::array();
+  for (const Face& face : convex.planes) planes.push_back({{"normal", face.normal}, {"offset", face.offset}});
+  return {{"type", "convex"}, {"planes", std::move(planes)}};
+}
 
 Json json_of(const Contact& contact) {
   const auto with_motion = [](const auto& shape) {

@@ -37,7 +37,7 @@ struct Outcome {
   std::optional<Warmth> warmth{};  // none where no bound is known
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
-  std::vector<ContactSum> contacts{};  // in the scene's order, where they were asked for
+  std::vector<ContactSum> contacts{};         // in the scene's order, where they were asked for
   std::optional<std::uint64_t> resumed_at{};  // step, of a run that went on from a checkpoint
 };
 

@@ -141,13 +141,18 @@ Force read_force(const Node& node, const Population& population) {
 
 // ---- contacts ----------------------------------------------------------------------------------------------------------
 
-enum class ContactType { plane, sphere };
-constexpr std::array<Named<ContactType>, 2> contact_types{{{"plane", ContactType::plane}, {"sphere", ContactType::sphere}}};
+enum class ContactType { plane, sphere, capsule, box, convex };
+constexpr std::array<Named<ContactType>, 5> contact_types{{{"plane", ContactType::plane},
+                                                           {"sphere", ContactType::sphere},
+                                                           {"capsule", ContactType::capsule},
+                                                           {"box", ContactType::box},
+                                                           {"convex", ContactType::convex}}};
 
 std::vector<std::string_view> contact_keys(std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};
   keys.insert(keys.end(), own);
-  keys.insert(keys.end(), {"restitution", "friction", "viscosity", "normal_viscosity", "response", "sweep", "motion"});
+  keys.insert(keys.end(),
+              {"restitution", "friction", "viscosity", "normal_viscosity", "response", "sweep", "thickness", "motion"});
   return keys;
 }
 
@@ -159,6 +164,7 @@ C with_surface(C contact, const Fields& fields, const MotionNames& motions) {
   contact.normal_viscosity = fields.number("normal_viscosity", not_negative, 0);
   contact.response = fields.choice("response", responses, Response::resume);
   contact.sweep = fields.choice("sweep", sweeps, ContactPath::curve);
+  contact.thickness = fields.number("thickness", not_negative, 0);
   if (const auto motion = fields.optional("motion")) contact.motion = motions.index_of(*motion);
   return contact;
 }
@@ -187,8 +193,59 @@ Contact read_sphere(const Node& node, const MotionNames& motions) {
   return with_surface(sphere, fields, motions);
 }
 
+Contact read_capsule(const Node& node, const MotionNames& motions) {
+  const Fields fields(node, "a capsule", contact_keys({"ends", "radius"}));
+  Capsule capsule;
+  const Node ends = fields.required("ends");
+  const auto points = ends.elements("two points");
+  if (points.size() != 2) ends.refuse("two points");
+  const Node radius = fields.required("radius");
+  const bool is_each = radius.json().is_array();
+  if (is_each && radius.json().size() != 2) radius.refuse("a number, or one for each end");
+  for (std::size_t k = 0; k < 2; ++k) {
+    capsule.ends[k] = points[k].vector();
+    capsule.radius[k] = (is_each ? radius.at(k) : radius).number(positive);
+  }
+  return with_surface(capsule, fields, motions);
+}
+
+Contact read_box(const Node& node, const MotionNames& motions) {
+  const Fields fields(node, "a box", contact_keys({"center", "half_extents", "rotation", "side"}));
+  OrientedBox box;
+  box.center = fields.required("center").vector();
+  box.half_extents = fields.required("half_extents").vector(positive);
+  box.rotation = fields.vector("rotation", {});
+  box.side = fields.choice("side", sides, Side::outside);
+  return with_surface(box, fields, motions);
+}
+
+Contact read_convex(const Node& node, const MotionNames& motions) {
+  const Fields fields(node, "a convex body", contact_keys({"planes"}));
+  Convex convex;
+  const Node planes = fields.required("planes");
+  const auto list = planes.elements("a list of 4 to 64 planes");
+  if (list.size() < 4 || list.size() > 64) planes.fail(fmt::format("has {} planes: must have 4 to 64", list.size()));
+  for (const Node& each : list) {
+    const Fields plane(each, "a plane of a convex body", {"normal", "offset"});
+    convex.planes.push_back({.normal = unit_vector(plane.required("normal")), .offset = plane.required("offset").number()});
+  }
+  return with_surface(std::move(convex), fields, motions);
+}
+
 Contact read_contact(const Node& node, const MotionNames& motions) {
-  return type_of(node, contact_types, "contact") == ContactType::plane ? read_plane(node, motions) : read_sphere(node, motions);
+  switch (type_of(node, contact_types, "contact")) {
+    case ContactType::plane:
+      return read_plane(node, motions);
+    case ContactType::sphere:
+      return read_sphere(node, motions);
+    case ContactType::capsule:
+      return read_capsule(node, motions);
+    case ContactType::box:
+      return read_box(node, motions);
+    case ContactType::convex:
+      return read_convex(node, motions);
+  }
+  node.refuse("a contact");
 }
 
 // ---- particles ---------------------------------------------------------------------------------------------------------

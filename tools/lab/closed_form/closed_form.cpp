@@ -277,7 +277,7 @@ BounceProblem bounce_problem(const SceneFile& file, std::size_t particle) {
     for (std::size_t axis = 0; axis < 3; ++axis) problem.acceleration[axis] += constant.acceleration[axis];
   }
   problem.equation.restitution = plane.restitution;
-  problem.start = {dot(problem.normal, value_of(file.particles.position, particle)) - plane.offset,
+  problem.start = {dot(problem.normal, value_of(file.particles.position, particle)) - plane.offset - plane.thickness,
                    dot(problem.normal, value_of(file.particles.velocity, particle))};
   return problem;
 }

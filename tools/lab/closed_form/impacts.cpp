@@ -233,7 +233,11 @@ std::variant<ImpactPath, NoImpactPath> impact_path(const SceneFile& file, double
   for (const auto count : counts) times.push_back(static_cast<Real>(unit) * static_cast<Real>(count));
   const Vector origin = origin_of(counted_from);
   std::vector<Surface> surfaces;
-  for (const auto& contact : file.scene.contacts) surfaces.push_back(surface_of(contact, origin));
+  try {
+    for (const auto& contact : file.scene.contacts) surfaces.push_back(surface_of(contact, origin));
+  } catch (const NotCovered& reason) {
+    return NoImpactPath{fmt::format("a particle {}", reason.what())};
+  }
   auto fixed = file.scene.fixed;
   std::sort(fixed.begin(), fixed.end());
   for (std::size_t i = 0; i < file.particles.count; ++i) {

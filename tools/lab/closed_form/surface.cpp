@@ -7,14 +7,19 @@ namespace {
 
 void set_shape(Surface& surface, const Plane& plane, const Vector& origin) {
   surface.n = unit(vector_of(plane.normal));
-  surface.d = plane.offset - dot(surface.n, origin);
+  surface.d = static_cast<Real>(plane.offset) + static_cast<Real>(plane.thickness) - dot(surface.n, origin);
 }
 
 void set_shape(Surface& surface, const Sphere& sphere, const Vector& origin) {
   surface.is_plane = false;
   surface.center = vector_of(sphere.center) - origin;
-  surface.radius = sphere.radius;
   surface.side = sphere.side == Side::outside ? 1 : -1;
+  surface.radius = sphere.radius + surface.side * static_cast<Real>(sphere.thickness);
+}
+
+template <class Other>
+void set_shape(Surface&, const Other&, const Vector&) {
+  throw NotCovered("may meet a capsule, a box or a convex body");
 }
 
 }  // namespace

@@ -98,15 +98,15 @@ PlainSurface<T> plain_surface(const Contact& contact) {
                             .e = static_cast<T>(c.restitution * std::exp(-c.normal_viscosity)),
                             .tau = static_cast<T>(std::exp(-c.viscosity)),
                             .mu = static_cast<T>(c.friction)};
-    if constexpr (requires { c.radius; }) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(c)>, Sphere>) {
       surface.n = rounded(c.center);
-      surface.d = static_cast<T>(c.radius);
       surface.side = static_cast<T>(c.side == Side::outside ? 1 : -1);
-    } else {
+      surface.d = static_cast<T>(c.radius + (c.side == Side::outside ? c.thickness : -c.thickness));
+    } else if constexpr (std::is_same_v<std::decay_t<decltype(c)>, Plane>) {
       surface.is_plane = true;
       const double length = std::sqrt(c.normal[0] * c.normal[0] + c.normal[1] * c.normal[1] + c.normal[2] * c.normal[2]);
       surface.n = rounded({c.normal[0] / length, c.normal[1] / length, c.normal[2] / length});
-      surface.d = static_cast<T>(c.offset);
+      surface.d = static_cast<T>(c.offset + c.thickness);
     }
     return surface;
   };
@@ -215,10 +215,14 @@ class PlainRun {
 }  // namespace
 
 bool has_baselines(const SceneFile& file) {
+  const auto is_plane_or_sphere = [](const Contact& contact) {
+    return std::holds_alternative<Plane>(contact) || std::holds_alternative<Sphere>(contact);
+  };
   const auto is_radial = [](const Force& force) { return std::holds_alternative<RadialSpring>(force); };
   const auto& scene = file.scene;
   return !is_joined(scene) && !has_followers(scene) && scene.fixed.empty() &&
-         std::none_of(scene.forces.begin(), scene.forces.end(), is_radial);
+         std::none_of(scene.forces.begin(), scene.forces.end(), is_radial) &&
+         std::all_of(scene.contacts.begin(), scene.contacts.end(), is_plane_or_sphere);
 }
 
 std::string baseline_isa(Isa isa) { return plain_loops(isa).isa; }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <string_view>
+#include <variant>
 
 #include "scene_io/names.hpp"
 
@@ -56,12 +58,13 @@ Part advice_on_force(const Scene& scene, std::size_t index, const Candidate& cho
 // The other sweep is advised where it keeps the goal and takes less time.
 Part advice_on_contact(const Scene& scene, std::size_t index, double goal, const ErrorsOf& errors,
                        const CostRatioOf& cost_ratio) {
+  constexpr std::array<std::string_view, std::variant_size_v<Contact>> types{"plane", "sphere", "capsule", "box", "convex"};
   const auto& contact = scene.contacts[index];
   const auto sweep = std::visit([](const auto& c) { return c.sweep; }, contact);
   const auto other = sweep == ContactPath::curve ? ContactPath::line : ContactPath::curve;
   const auto swap = [index, other](Scene& s) { std::visit([other](auto& c) { c.sweep = other; }, s.contacts[index]); };
   Part part{.index = index,
-            .type = std::holds_alternative<Plane>(contact) ? "plane" : "sphere",
+            .type = std::string(types[contact.index()]),
             .advice = std::string(name_in(sweeps, sweep)),
             .changes = {}};
   part.changes.push_back(

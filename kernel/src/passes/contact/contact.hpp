@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "dvdx/method.hpp"
+#include "passes/contact/shape.hpp"
 
 // A step without its contacts runs from (x0, v0) to (x1, v1) in the time t. With f in 0..1 the fraction of it that has passed:
 //
@@ -69,7 +70,7 @@ namespace dvdx {
 
 // Whatever depends on it is a switch that names every shape, in all builds by -Werror=switch: a new one does not compile until
 // each place has it.
-enum class Shape : std::uint8_t { plane, sphere };
+enum class Shape : std::uint8_t { plane, sphere, capsule, box, convex };
 
 enum class Movement : std::uint8_t { rest, shifts, turns };
 
@@ -84,8 +85,8 @@ struct Surface {
   bool finds_dips = true;  // curve: the parabola is good enough to believe a dip that ends outside (and, of spheres, itself)
   std::array<T, 3> n{0, 1, 0};  // plane: unit normal
   T d = 0;                      // plane: offset, m
-  std::array<T, 3> center{};    // sphere, m
-  T radius = 0;                 // sphere, m; a plane has none
+  std::array<T, 3> center{};    // sphere, m; of a body the ball that holds it
+  T radius = 0;                 // m; a plane has none
   T side = 1;                   // sphere: 1 where particles are outside, -1 inside
   T half_curvature = T(0.5);    // sphere: side / (2 radius), 1/m
   T e = 0;                      // what an impact leaves of the normal velocity, restitution and normal viscosity together
@@ -93,9 +94,13 @@ struct Surface {
   T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
   T hold = 0;  // resting: tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
   Movement movement = Movement::rest;
-  std::array<T, 3> u{};      // m/s
-  std::array<T, 3> omega{};  // rad/s
-  std::array<T, 3> at{};     // m: turns about this point, which goes by u, where it is at the flow's end
+  std::array<T, 3> u{};       // m/s
+  std::array<T, 3> omega{};   // rad/s
+  std::array<T, 3> at{};      // m: turns about this point, which goes by u, where it is at the flow's end
+  std::uint32_t contact = 0;  // of the scene: that which this is
+  std::uint32_t part = 0;     // ... of which this is one of several planes
+  bool is_searched = false;   // a sphere's outside where blocks search (near.hpp)
+  Solid<T> solid{};           // capsule, box, convex
 };
 
 // Whether impacts are looked for along the chord of the path.
@@ -105,6 +110,9 @@ constexpr bool goes_straight(const Surface<T>& surface) noexcept {
     case Shape::plane:
       return surface.sweep == ContactPath::line;
     case Shape::sphere:
+    case Shape::capsule:
+    case Shape::box:
+    case Shape::convex:
       break;
   }
   return surface.sweep == ContactPath::line || !surface.finds_dips;

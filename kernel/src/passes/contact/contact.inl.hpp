@@ -10,6 +10,7 @@
 #include "passes/contact/bend.inl.hpp"
 #include "passes/contact/contact.hpp"
 #include "passes/contact/contact_log.hpp"
+#include "passes/contact/shape.inl.hpp"
 #include "passes/terms.hpp"
 #include "passes/three.inl.hpp"
 #include "passes/trajectory.inl.hpp"
@@ -131,6 +132,14 @@ template <class V, Arithmetic arithmetic>
   return surface.finds_dips ? near1 | (along_m <= zero) | (along_m * along_m <= reach) : near1;
 }
 
+// Of a plane or a sphere: nothing is called, so that the loop around it keeps its registers.
+template <class V, Arithmetic arithmetic>
+[[gnu::always_inline]] inline Mask<V> may_touch_simple(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                                                       const Three<V>& middle) noexcept {
+  if (surface.shape == Shape::plane) return may_touch_plane<V, arithmetic>(surface, m, middle);
+  return may_touch_sphere<V, arithmetic>(surface, m, middle);
+}
+
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> may_touch(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                 const Three<V>& middle) noexcept {
@@ -138,23 +147,30 @@ template <class V, Arithmetic arithmetic>
     case Shape::plane:
       return may_touch_plane<V, arithmetic>(surface, m, middle);
     case Shape::sphere:
+      return may_touch_sphere<V, arithmetic>(surface, m, middle);
+    case Shape::capsule:
+    case Shape::box:
+    case Shape::convex:
       break;
   }
-  return may_touch_sphere<V, arithmetic>(surface, m, middle);
+  return may_touch_solid<V, arithmetic>(surface, m, middle);
 }
 
 // t: what remains of the step; corner: the part of it after which the path's tangents meet, in seconds.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Mask<V> may_touch_moving(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, V corner) noexcept {
   const Trajectory<V> seen = as_seen<V, arithmetic>(surface, m, t);
-  return may_touch<V, arithmetic>(surface, seen, multiply_add<arithmetic>(corner, seen.v0, seen.x0));
+  const Three<V> middle = multiply_add<arithmetic>(corner, seen.v0, seen.x0);
+  const Mask<V> near = may_touch<V, arithmetic>(surface, seen, middle);
+  return surface.is_searched ? near & overlaps(surface, seen, middle) : near;
 }
 
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> may_touch(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                 const Three<V>& middle, V t, V corner) noexcept {
-  if (surface.movement == Movement::rest) return may_touch<V, arithmetic>(surface, m, middle);
-  return may_touch_moving<V, arithmetic>(surface, m, t, corner);
+  if (surface.movement != Movement::rest) return may_touch_moving<V, arithmetic>(surface, m, t, corner);
+  const Mask<V> near = may_touch<V, arithmetic>(surface, m, middle);
+  return surface.is_searched ? near & overlaps(surface, m, middle) : near;
 }
 
 template <class V, Arithmetic arithmetic>
@@ -184,7 +200,7 @@ class TouchTest {
     const Three<V> middle = multiply_add<arithmetic>(corner_, m.v0, m.x0);
     Mask<V> touches(false);
     for (const Surface<T>* surface = first_; surface != end_; ++surface) {
-      touches = touches | may_touch<V, arithmetic>(*surface, m, middle);
+      touches = touches | may_touch_simple<V, arithmetic>(*surface, m, middle);
     }
     return touches;
   }
@@ -230,12 +246,6 @@ class PlaneTouchTest {
 
 // ---------------------------------------------------------------------------------- geometry
 
-template <class V>
-struct Touch {
-  Three<V> n;  // unit normal
-  V s;         // distance, negative inside
-};
-
 template <class V, Arithmetic arithmetic>
 Touch<V> touch_plane(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
   const Three<V> n = three<V>(surface.n);
@@ -261,9 +271,15 @@ template <class V, Arithmetic arithmetic>
     case Shape::plane:
       return touch_plane<V, arithmetic>(surface, x);
     case Shape::sphere:
+      return touch_sphere<V, arithmetic>(surface, x);
+    case Shape::capsule:
+      return touch_capsule<V, arithmetic>(surface, x);
+    case Shape::box:
+      return touch_box<V, arithmetic>(surface, x);
+    case Shape::convex:
       break;
   }
-  return touch_sphere<V, arithmetic>(surface, x);
+  return touch_convex<V, arithmetic>(surface, x);
 }
 
 template <class V>
@@ -300,6 +316,7 @@ struct Course {
   V direction, t, last;
   Mask<V> active, loose;  // loose: near a surface, and did not hit it
   Held<V> held;
+  Mask<V> strayed = Mask<V>(false);  // out of the region where the list of surfaces holds
 };
 template <class V, Arithmetic arithmetic>
 struct Course<V, arithmetic, PathForm::flow> {
@@ -310,7 +327,19 @@ struct Course<V, arithmetic, PathForm::flow> {
   V h, left;         // the whole step, s, and the part of it that remains
   Responses<V> end;  // those of what remains
   Drive<V> drive;    // where forces depend on time
+  Mask<V> strayed = Mask<V>(false);
 };
+
+// Lanes at x that are out of the region where the list of surfaces holds are worked out again.
+template <class V, class AnyCourse>
+void watch(const Terms<Scalar<V>>& terms, AnyCourse& course, const Three<V>& x, Mask<V> lanes) noexcept {
+  if (terms.whole == nullptr) return;
+  Mask<V> is_within(true);
+  for (std::size_t k = 0; k < 3; ++k) {
+    is_within = is_within & (x[k] >= V(terms.region.low[k])) & (x[k] <= V(terms.region.high[k]));
+  }
+  course.strayed = course.strayed | (lanes & !is_within);
+}
 
 // D1 P + D2 P' + D3 P'': what forces of time add to a path or a velocity.
 template <class V, Arithmetic arithmetic>
@@ -529,6 +558,17 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
   }
 }
 
+// The curvature of the path itself at its start.
+template <class V, Arithmetic arithmetic>
+void bend_at_start(const FlowPath<V, arithmetic>& bent, const Slip<V>& slip,
+                   const Course<V, arithmetic, PathForm::flow>& course, Path<V>& way) noexcept {
+  const V half_square = V(Scalar<V>(0.5)) * (course.left * course.left);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
+    if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
+  }
+}
+
 // Along a straight line or a parabola from r0.
 template <class V, Arithmetic arithmetic>
 struct SphereCurve {
@@ -605,13 +645,7 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   if constexpr (form == PathForm::flow) {
     bent = flow_path<V, arithmetic>(own, course);
     slip = slip_of(surface, own, m, course.t);
-    if (is_flow && surface.finds_dips) {  // the path's own curvature at its start
-      const V half_square = V(T(0.5)) * (course.left * course.left);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
-        if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
-      }
-    }
+    if (is_flow && surface.finds_dips) bend_at_start(bent, slip, course, way);
   }
 
   const V start = k * (dot<arithmetic>(r0, r0) - square);
@@ -646,6 +680,52 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   return {end.f, ((g1 < zero) | dips) & !(held & stays(surface, d0, c, low))};
 }
 
+// Of a body with a signed distance.
+template <class V, Arithmetic arithmetic, PathForm form>
+[[gnu::noinline]] Crossing<V> cross_solid(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                                          [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course,
+                                          Mask<V> held, V low) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const V one(T(1));
+  Path<V> way = path(surface, m, course.t);
+  const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
+  FlowPath<V, arithmetic> bent;
+  Slip<V> slip;
+  if constexpr (form == PathForm::flow) {
+    bent = flow_path<V, arithmetic>(own, course);
+    slip = slip_of(surface, own, m, course.t);
+    if (is_flow && surface.finds_dips) bend_at_start(bent, slip, course, way);
+  }
+  const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
+  const V s0 = select<V>(held | (start.s < zero), zero, start.s);
+  const V s1 = touch<V, arithmetic>(surface, m.x1).s;
+  const V d0 = dot<arithmetic>(start.n, way.u);
+  const V c = (s1 - s0) - d0;
+  const V tolerance = V(16 * std::numeric_limits<T>::epsilon()) * ((one_norm(m.x0) + one_norm(way.u)) + V(surface.radius));
+  const Mask<V> kept = held & stays(surface, d0, c, low);
+  const Approach<V> found =
+      approach<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, s0}, tolerance, course.active & !kept);
+  const V secant = first_root(s0, d0, c, discriminant<V, arithmetic>(s0, d0, c));
+  V f = select<V>(found.arrives, found.f, select<V>(secant < one, secant, one));
+  Mask<V> hits = (s1 < zero) | found.arrives;
+  if constexpr (form == PathForm::flow) {
+    if (is_flow && any_lane<V>(course.active & hits & !kept)) {
+      const SphereFlow<V, arithmetic> along_it{m.x0, bent, slip, course};
+      const auto gap = [&](V at) {
+        Three<V> x, tangent;
+        along_it(at, x, tangent);
+        const Touch<V> there = touch<V, arithmetic>(surface, x);
+        return Gap<V>{there.s, dot<arithmetic>(there.n, tangent)};
+      };
+      f = refined(gap, f, one, solid_newton_steps, true);
+      const Gap<V> end = gap(f);
+      hits = (s1 < zero) | (found.arrives & (end.slope < zero) & (end.s <= tolerance));
+    }
+  }
+  return {f, hits & !kept};
+}
+
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                   const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
@@ -655,9 +735,13 @@ Crossing<V> cross(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surfa
     case Shape::plane:
       return cross_plane<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
     case Shape::sphere:
+      return cross_sphere<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
+    case Shape::capsule:
+    case Shape::box:
+    case Shape::convex:
       break;
   }
-  return cross_sphere<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
+  return cross_solid<V, arithmetic, form>(surface, seen, m, course, held, low);
 }
 
 // ---------------------------------------------------------------------------------- friction
@@ -945,6 +1029,7 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   using T = Scalar<V>;
   const V zero(T(0));
   const V none(T(-1));
+  watch(terms, course, m.x1, lanes);
   Candidates<V, arithmetic, form> candidates(terms, m, course);
   Holder<V> a = no_holder<V>();
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
@@ -968,12 +1053,14 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   if (terms.moves) moved = against_one<V, arithmetic>(terms, a, m, course.t);
   const auto against = [&]() -> const Trajectory<V>& { return terms.moves ? moved.m : m; };
   HeldEnd<V> end = held_by_one<V, arithmetic>(a, against(), course.direction);
+  watch(terms, course, end.x, is_held);
   const Holder<V> b = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, is_held);
   const Mask<V> has_b = b.number >= zero;
   if (any_lane<V>(has_b)) {
     if (terms.moves) moved = select(has_b, against_two<V, arithmetic>(terms, a, b, m, course.t), moved);
     end = select(has_b, held_by_two<V, arithmetic>(a, b, against(), course.direction), end);
     held.b = select<V>(has_b, b.number, held.b);
+    watch(terms, course, end.x, has_b);
     const Holder<V> c = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, has_b);
     const Mask<V> has_c = c.number >= zero;
     if (any_lane<V>(has_c)) {
@@ -1158,6 +1245,11 @@ class Nearness {
         corner_(V(terms.bend.corner) * course.t),
         middle_(multiply_add<arithmetic>(corner_, m.v0, m.x0)) {}
 
+  void watch_ends(Course<V, arithmetic, form>& course, Mask<V> lanes) const noexcept {
+    watch(terms_, course, m_.x1, lanes);
+    watch(terms_, course, middle_, lanes);
+  }
+
   [[nodiscard]] Mask<V> operator()(std::size_t j) const noexcept {
     return may_touch<V, arithmetic>(terms_.surfaces[j], m_, middle_, course_.t, corner_) &
            !is_among(course_.held, V(static_cast<T>(j)));
@@ -1177,6 +1269,7 @@ bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V,
   using T = Scalar<V>;
   const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * one_norm(m.x0);
   const Nearness<V, arithmetic, form> near(terms, m, course);
+  near.watch_ends(course, course.active);
   V earliest(T(2));
   V which(T(-1));
   Mask<V> any_near(false);
@@ -1220,17 +1313,19 @@ void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V, 
   const V motion = magnitude(course.t) * one_norm(seen.v0 + slower);
   const Mask<V> rests = held & (motion < V(std::numeric_limits<T>::epsilon() / 4) * size);
   const Three<V> base = select(rests, seen.x0, m.x1);
-  const bool moves = surface.movement != Movement::rest;
-  if (!moves) m.v1 = slower;
   const Touch<V> there = touch<V, arithmetic>(surface, base);
   m.x1 = select(inside, subtract_product<arithmetic>(base, there.s, there.n), m.x1);
-  if (moves) m.v1 = select(is_pressed, slower + velocity_at<V, arithmetic>(surface, m.x1, V(T(0))), m.v1);
+  if (surface.movement == Movement::rest) {
+    m.v1 = slower;
+  } else {
+    m.v1 = select(is_pressed, slower + velocity_at<V, arithmetic>(surface, m.x1, V(T(0))), m.v1);
+  }
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>
-void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V, arithmetic, form>& course,
-               Mask<V> touches) noexcept {
+void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course, Mask<V> touches) noexcept {
   using T = Scalar<V>;
+  watch(terms, course, m.x1, touches);
   V tolerance(T(0));
   for (int round = 0; round < clamp_rounds; ++round) {
     Mask<V> is_clamped(false);
@@ -1245,6 +1340,7 @@ void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V, 
       if (!any_lane<V>(inside)) continue;
       is_clamped = is_clamped | inside;
       clamp<V, arithmetic, form>(surface, m, course, (course.last == number) | is_held, inside, size);
+      watch(terms, course, m.x1, inside);
     }
     touches = touches & is_clamped;
     if (!any_lane<V>(touches)) return;
@@ -1253,9 +1349,9 @@ void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, const Course<V, 
 }
 
 template <class T>
-bool has_sphere(const Terms<T>& terms) noexcept {
+bool has_body(const Terms<T>& terms) noexcept {
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    if (terms.surfaces[j].shape == Shape::sphere) return true;
+    if (terms.surfaces[j].shape != Shape::plane) return true;
   }
   return false;
 }
@@ -1271,8 +1367,8 @@ void resolve_all(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standi
   for (int impact = 0; impact < terms.impacts; ++impact) {
     if (!resolve_earliest<V, arithmetic, form>(terms, m, course)) break;
   }
-  // What was near nothing in the end but planes that hold it is outside. (Of a sphere the two tests round in different ways.)
-  const Mask<V> lanes = has_sphere(terms) ? touches : touches & (course.loose | course.active);
+  // What was near nothing in the end but planes that hold it is outside. (Of a body the two tests round in different ways.)
+  const Mask<V> lanes = has_body(terms) ? touches : touches & (course.loose | course.active);
   if (any_lane<V>(lanes)) clamp_all<V, arithmetic, form>(terms, m, course, lanes);
 }
 
@@ -1287,16 +1383,18 @@ Course<V, arithmetic, PathForm::parabola> course_of(const Terms<Scalar<V>>& term
           .held = not_held<V>()};
 }
 
+// Both return the lanes that have strayed.
 template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] void resolve_on_parabolas(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing,
-                                            Trajectory<V>& m) noexcept {
+[[gnu::noinline]] Mask<V> resolve_on_parabolas(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing,
+                                               Trajectory<V>& m) noexcept {
   auto course = course_of<V, arithmetic>(terms, touches);
   resolve_all<V, arithmetic, PathForm::parabola>(terms, touches, standing, m, course);
+  return course.strayed;
 }
 
 template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] void resolve_in_flow(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches,
-                                       Standing standing, Trajectory<V>& m, const Bending<V, arithmetic>& bending) noexcept {
+[[gnu::noinline]] Mask<V> resolve_in_flow(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches,
+                                          Standing standing, Trajectory<V>& m, const Bending<V, arithmetic>& bending) noexcept {
   using T = Scalar<V>;
   const V one(T(1));
   Course<V, arithmetic, PathForm::flow> course{.direction = V(terms.h < 0 ? T(-1) : T(1)),
@@ -1314,6 +1412,7 @@ template <class V, Arithmetic arithmetic>
     course.drive = {three<V>(offsets.drive[0]), three<V>(offsets.drive[1]), three<V>(offsets.drive[2])};
   }
   resolve_all<V, arithmetic, PathForm::flow>(terms, touches, standing, m, course);
+  return course.strayed;
 }
 
 // The commonest impact straight on: lanes that come from above the only plane, bounce off it once along their parabolas, and do
@@ -1321,7 +1420,7 @@ template <class V, Arithmetic arithmetic>
 template <class V>
 bool is_one_plane(const Terms<Scalar<V>>& terms) noexcept {
   const Surface<Scalar<V>>& surface = terms.surfaces[0];
-  return terms.surface_count == 1 && !terms.moves && terms.bend.degree == 0 && terms.impacts > 1 &&
+  return terms.surface_count == 1 && !terms.moves && !terms.searches && terms.bend.degree == 0 && terms.impacts > 1 &&
          surface.shape == Shape::plane && surface.sweep == ContactPath::curve && surface.response == Response::resume &&
          surface.tau == 1;
 }
@@ -1386,6 +1485,7 @@ template <class V>
 struct Settled {
   Mask<V> busy;  // lanes that are not done with
   Standing standing;
+  Mask<V> strayed;
 };
 
 template <class V, Arithmetic arithmetic>
@@ -1393,14 +1493,15 @@ template <class V, Arithmetic arithmetic>
   auto course = course_of<V, arithmetic>(terms, touches);
   hold<V, arithmetic, PathForm::parabola>(terms, m, course, touches);
   const Nearness<V, arithmetic, PathForm::parabola> near(terms, m, course);
+  near.watch_ends(course, touches);
   Mask<V> busy(false);
   for (std::size_t j = 0; j < terms.surface_count; ++j) busy = busy | near(j);
   busy = busy & touches;
   const Mask<V> is_held = touches & (course.held.a >= V(Scalar<V>(0)));
   const bool holds = any_lane<V>(is_held);
   const Mask<V> lanes = touches & !busy;
-  if (has_sphere(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, course, lanes);
-  return {busy, holds ? Standing::unknown : Standing::none};
+  if (has_body(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, course, lanes);
+  return {busy & !course.strayed, holds ? Standing::unknown : Standing::none, course.strayed};
 }
 
 // Lanes that meet surfaces wait here until they fill a register: one of them would take as long as all.
@@ -1437,19 +1538,13 @@ class Waiting {
       for (auto& column : numbers_) column[k] = column[0];
       at_[k] = at_[0];
     }
-    Trajectory<V> m;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      m.x0[axis] = load_lanes<V>(numbers_[axis]);
-      m.v0[axis] = load_lanes<V>(numbers_[3 + axis]);
-      m.x1[axis] = load_lanes<V>(numbers_[6 + axis]);
-      m.v1[axis] = load_lanes<V>(numbers_[9 + axis]);
-    }
-    const Mask<V> touches = first_lanes<V>(n);
-    if (terms.bend.degree == 0) {
-      resolve_on_parabolas<V, arithmetic>(terms, touches, Standing::unknown, m);
-    } else {
-      const Bending<V, arithmetic> bending(terms.bend, particles.first, at_);
-      resolve_in_flow<V, arithmetic>(terms, offsets, touches, Standing::unknown, m, bending);
+    Trajectory<V> m = first_waiting();
+    const Mask<V> strayed = resolve(particles, terms, offsets, first_lanes<V>(n), m);
+    if (terms.whole != nullptr && any_lane<V>(strayed)) {
+      Trajectory<V> again = first_waiting();
+      resolve(particles, *terms.whole, offsets, strayed, again);
+      m.x1 = select(strayed, again.x1, m.x1);
+      m.v1 = select(strayed, again.v1, m.v1);
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       put_back(m.x1[axis], particles.x[axis], n);
@@ -1464,6 +1559,24 @@ class Waiting {
 
  private:
   static constexpr std::size_t numbers = 12;
+
+  [[nodiscard]] Trajectory<V> first_waiting() const noexcept {
+    Trajectory<V> m;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      m.x0[axis] = load_lanes<V>(numbers_[axis]);
+      m.v0[axis] = load_lanes<V>(numbers_[3 + axis]);
+      m.x1[axis] = load_lanes<V>(numbers_[6 + axis]);
+      m.v1[axis] = load_lanes<V>(numbers_[9 + axis]);
+    }
+    return m;
+  }
+
+  Mask<V> resolve(const Block<T>& particles, const Terms<T>& terms, const Offsets<T>& offsets, Mask<V> lanes,
+                  Trajectory<V>& m) const noexcept {
+    if (terms.bend.degree == 0) return resolve_on_parabolas<V, arithmetic>(terms, lanes, Standing::unknown, m);
+    const Bending<V, arithmetic> bending(terms.bend, particles.first, at_);
+    return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, Standing::unknown, m, bending);
+  }
 
   void put_back(V value, T* to, std::size_t n) const noexcept {
     alignas(64) T lanes[V::size];
@@ -1521,12 +1634,21 @@ template <class V>
   }
 }
 
+// Lanes from i of the plan's columns on; returns those that have strayed.
+template <class V, Arithmetic arithmetic>
+[[gnu::always_inline]] inline Mask<V> resolve_busy(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
+                                                   Mask<V> lanes, Standing standing, Trajectory<V>& m, std::size_t i) noexcept {
+  if (terms.bend.degree == 0) return resolve_on_parabolas<V, arithmetic>(terms, lanes, standing, m);
+  const Bending<V, arithmetic> bending(terms.bend, i);
+  return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, standing, m, bending);
+}
+
 // Lanes from i of the block on. Whether any of them touched a surface. Those that wait end later than m says.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline bool resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
                                                     Trajectory<V>& m, std::size_t first, std::size_t i,
                                                     Waiting<V, arithmetic>& waiting, ContactLog<Scalar<V>>* log) noexcept {
-  const Mask<V> touches = terms.moves
+  const Mask<V> touches = terms.moves || terms.searches
                               ? may_touch_any<V, arithmetic>(terms, {copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)})
                               : TouchTest<V, arithmetic>(terms)(m, {});
   if (!any_lane<V>(touches)) [[likely]]
@@ -1546,20 +1668,22 @@ template <class V, Arithmetic arithmetic>
     return true;
   }
   const Settled<V> settled = settle<V, arithmetic>(terms, left, copy);
+  Mask<V> strayed = settled.strayed;
   if (any_lane<V>(settled.busy)) {
     Trajectory<V> fresh{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
     if (2 * lanes_in<V>(settled.busy) < V::size) {
       waiting.take(fresh, settled.busy, i);
     } else {
-      if (terms.bend.degree == 0) {
-        resolve_on_parabolas<V, arithmetic>(terms, settled.busy, settled.standing, fresh);
-      } else {
-        const Bending<V, arithmetic> bending(terms.bend, first + i);
-        resolve_in_flow<V, arithmetic>(terms, offsets, settled.busy, settled.standing, fresh, bending);
-      }
+      strayed = strayed | resolve_busy<V, arithmetic>(terms, offsets, settled.busy, settled.standing, fresh, first + i);
       copy.x1 = select(settled.busy, fresh.x1, copy.x1);
       copy.v1 = select(settled.busy, fresh.v1, copy.v1);
     }
+  }
+  if (terms.whole != nullptr && any_lane<V>(strayed)) {
+    Trajectory<V> again{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
+    resolve_busy<V, arithmetic>(*terms.whole, offsets, strayed, Standing::unknown, again, first + i);
+    copy.x1 = select(strayed, again.x1, copy.x1);
+    copy.v1 = select(strayed, again.v1, copy.v1);
   }
   m.x1 = copied(copy.x1);
   m.v1 = copied(copy.v1);

@@ -12,25 +12,11 @@
 #include "passes/contact/contact.hpp"
 #include "passes/contact/contact_log.hpp"
 #include "passes/contact/recording_reference.hpp"
+#include "passes/contact/shape_reference.hpp"
 #include "passes/particle.hpp"
 #include "passes/terms.hpp"
 
 namespace dvdx::reference {
-
-template <Arithmetic arithmetic, class T>
-T dot(const Vector<T>& a, const Vector<T>& b) noexcept {
-  return multiply_add<arithmetic>(a[2], b[2], multiply_add<arithmetic>(a[1], b[1], a[0] * b[0]));
-}
-
-template <class T>
-Vector<T> difference(const Vector<T>& a, const Vector<T>& b) noexcept {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-template <class T>
-T one_norm(const Vector<T>& a) noexcept {
-  return (std::abs(a[0]) + std::abs(a[1])) + std::abs(a[2]);
-}
 
 // ---------------------------------------------------------------------------------- surfaces that move
 
@@ -156,19 +142,25 @@ bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>&
     case Shape::plane:
       return may_touch_plane<arithmetic>(surface, p, middle);
     case Shape::sphere:
+      return may_touch_sphere<arithmetic>(surface, p, middle);
+    case Shape::capsule:
+    case Shape::box:
+    case Shape::convex:
       break;
   }
-  return may_touch_sphere<arithmetic>(surface, p, middle);
+  return may_touch_solid<arithmetic>(surface, p, middle);
 }
 
 // t: what remains of the step; corner: the part of it after which the path's tangents meet, in seconds.
 template <Arithmetic arithmetic, class T>
 bool may_touch_moving(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle, T t, T corner) noexcept {
-  if (surface.movement == Movement::rest) return may_touch<arithmetic>(surface, p, middle);
+  if (surface.movement == Movement::rest) {
+    return may_touch<arithmetic>(surface, p, middle) && (!surface.is_searched || overlaps(surface, p, middle));
+  }
   const Particle<T> seen = seen_from<arithmetic>(surface, p, t);
   Vector<T> between;
   for (std::size_t k = 0; k < 3; ++k) between[k] = multiply_add<arithmetic>(corner, seen.v0[k], seen.x0[k]);
-  return may_touch<arithmetic>(surface, seen, between);
+  return may_touch<arithmetic>(surface, seen, between) && (!surface.is_searched || overlaps(surface, seen, between));
 }
 
 template <Arithmetic arithmetic, class T>
@@ -183,12 +175,6 @@ bool may_touch(const Terms<T>& terms, const Particle<T>& p) noexcept {
 }
 
 // ---------------------------------------------------------------------------------- geometry
-
-template <class T>
-struct Touch {
-  Vector<T> n{};
-  T s = 0;
-};
 
 template <Arithmetic arithmetic, class T>
 Touch<T> touch_sphere(const Surface<T>& surface, const Vector<T>& x) noexcept {
@@ -208,9 +194,13 @@ Touch<T> touch(const Surface<T>& surface, const Vector<T>& x) noexcept {
     case Shape::plane:
       return {surface.n, dot<arithmetic>(surface.n, x) - surface.d};
     case Shape::sphere:
+      return touch_sphere<arithmetic>(surface, x);
+    case Shape::capsule:
+    case Shape::box:
+    case Shape::convex:
       break;
   }
-  return touch_sphere<arithmetic>(surface, x);
+  return touch_solid<arithmetic>(surface, x);
 }
 
 template <class T>
@@ -534,6 +524,59 @@ std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, 
   const bool dips = found && end.slope < 0 && end.g <= 16 * std::numeric_limits<T>::epsilon() * scale;
   if (!(g1 < 0 || dips)) return std::nullopt;
   return end.f;
+}
+
+template <Arithmetic arithmetic, PathForm form, class T>
+std::optional<T> cross_solid(const Surface<T>& surface, const Particle<T>& p, const Particle<T>& own,
+                             const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
+  Path<T> way = path(surface, p, course.t);
+  const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
+  FlowPath<arithmetic, T> bent;
+  Slip<T> slip;
+  if constexpr (form == PathForm::flow) {
+    bent = flow_path(own, course);
+    slip = slip_of(surface, own, p, course.t);
+    if (is_flow && surface.finds_dips) {
+      const T half_square = T(0.5) * (course.left * course.left);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
+        if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
+      }
+    }
+  }
+  const Touch<T> start = touch<arithmetic>(surface, p.x0);
+  const T s0 = is_held || start.s < 0 ? T(0) : start.s;
+  const T s1 = touch<arithmetic>(surface, p.x1).s;
+  const T d0 = dot<arithmetic>(start.n, way.u);
+  const T c = (s1 - s0) - d0;
+  const T tolerance = 16 * std::numeric_limits<T>::epsilon() * ((one_norm(p.x0) + one_norm(way.u)) + surface.radius);
+  if (is_held && (surface.response == Response::end_on_surface || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
+  const std::optional<T> found = approach<arithmetic>(surface, p.x0, way.u, way.a, {start.n, s0}, tolerance);
+  if (!(s1 < 0 || found)) return std::nullopt;
+  const T secant = first_root(s0, d0, c, discriminant<arithmetic>(s0, d0, c));
+  T f = found ? *found : secant < 1 ? secant : T(1);
+  if (!is_flow) return f;
+  if constexpr (form == PathForm::flow) {
+    const auto gap = [&](T at) {
+      const Responses<T> P = (*course.bending)(at * course.left);
+      const Vector<T> passed = bent.way(P);
+      const Vector<T> rate = bent.rate(P);
+      Vector<T> x, tangent;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        x[axis] = p.x0[axis] + passed[axis];
+        tangent[axis] = course.left * rate[axis];
+        if (!slip.is_there) continue;
+        x[axis] = multiply_add<arithmetic>(at, multiply_add<arithmetic>(at, slip.q[axis], slip.l[axis]), x[axis]);
+        tangent[axis] = multiply_add<arithmetic>(at + at, slip.q[axis], tangent[axis] + slip.l[axis]);
+      }
+      const Touch<T> there = touch<arithmetic>(surface, x);
+      return Gap<T>{there.s, dot<arithmetic>(there.n, tangent)};
+    };
+    f = refined(gap, f, T(1), solid_newton_steps, true);
+    const Gap<T> end = gap(f);
+    if (!(s1 < 0 || (end.slope < 0 && end.s <= tolerance))) return std::nullopt;
+  }
+  return f;
 }
 
 // ---------------------------------------------------------------------------------- friction
@@ -973,9 +1016,13 @@ std::optional<T> cross(const Terms<T>& terms, const Surface<T>& surface, const P
     case Shape::plane:
       return cross_plane(terms, surface, seen, p, course, is_held, low);
     case Shape::sphere:
+      return cross_sphere(terms, surface, seen, p, course, is_held, low);
+    case Shape::capsule:
+    case Shape::box:
+    case Shape::convex:
       break;
   }
-  return cross_sphere(terms, surface, seen, p, course, is_held, low);
+  return cross_solid(surface, seen, p, course, is_held, low);
 }
 
 // Whether there was an impact.
@@ -1077,10 +1124,12 @@ void resolve_contacts(const Terms<T>& terms, const Offsets<T>& offsets, Particle
   resolve_all(terms, p, course);
 }
 
+// With all surfaces, also of a block that knows those near it: what strays from them would be told twice.
 template <Arithmetic arithmetic, class T>
 void resolve_and_log(const Terms<T>& terms, const Offsets<T>& offsets, Particle<T>& p, std::size_t i, ContactLog<T>& log) {
-  Recording<T> recording(log, i);
-  resolve_contacts<arithmetic>(terms, offsets, p, i, &recording);
+  const Terms<T>& all = terms.whole != nullptr ? *terms.whole : terms;
+  Recording<T> recording(log, all, i);
+  resolve_contacts<arithmetic>(all, offsets, p, i, &recording);
 }
 
 }  // namespace dvdx::reference

@@ -1,10 +1,13 @@
 #include "passes/contact/make_surface.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "math/elementary.hpp"
 #include "math/vec3.hpp"
+#include "passes/contact/convex_body.hpp"
 
 namespace dvdx {
 namespace {
@@ -19,7 +22,7 @@ void set_shape(Surface<T>& surface, const Plane& plane, const Vec3& origin) noex
   surface.shape = Shape::plane;
   const Vec3 n = unit(plane.normal);
   surface.n = rounded<T>(n);
-  surface.d = static_cast<T>(plane.offset - dot(n, origin));
+  surface.d = static_cast<T>((plane.offset + plane.thickness) - dot(n, origin));
 }
 
 template <class T>
@@ -27,9 +30,106 @@ void set_shape(Surface<T>& surface, const Sphere& sphere, const Vec3& origin) no
   const double side = sphere.side == Side::outside ? 1 : -1;
   surface.shape = Shape::sphere;
   surface.center = rounded<T>(difference(sphere.center, origin));
-  surface.radius = static_cast<T>(sphere.radius);
+  const double radius = sphere.radius + side * sphere.thickness;
+  surface.radius = static_cast<T>(radius);
   surface.side = static_cast<T>(side);
-  surface.half_curvature = static_cast<T>(side / (2 * sphere.radius));
+  surface.half_curvature = static_cast<T>(side / (2 * radius));
+}
+
+// The ball that holds a body, a little larger than rounding needs.
+template <class T>
+void set_bound(Surface<T>& surface, double radius) noexcept {
+  surface.radius = static_cast<T>(radius * (1 + 8 * static_cast<double>(std::numeric_limits<T>::epsilon())));
+}
+
+// ---- bodies: what they are, and where the pose has them
+// ----------------------------------------------------------------------
+
+// One of its spheres holds the other.
+bool is_ball(const Capsule& capsule) noexcept {
+  return length(difference(capsule.ends[1], capsule.ends[0])) <= std::abs(capsule.radius[1] - capsule.radius[0]);
+}
+
+template <class T>
+void set_body(Surface<T>& surface, const Capsule& capsule) noexcept {
+  const double half_length = length(difference(capsule.ends[1], capsule.ends[0])) / 2;
+  const auto [first, second] = capsule.radius;
+  const double largest = std::max(first, second);
+  Solid<T>& solid = surface.solid;
+  surface.shape = Shape::capsule;
+  if (is_ball(capsule)) {
+    solid.middle_radius = static_cast<T>(largest + capsule.thickness);
+    return set_bound(surface, largest + capsule.thickness);
+  }
+  const double slope = (second - first) / (2 * half_length);
+  solid.half_length = static_cast<T>(half_length);
+  solid.middle_radius = static_cast<T>((first + second) / 2 + capsule.thickness);
+  solid.slope = static_cast<T>(slope);
+  solid.lean = static_cast<T>(slope / std::sqrt((1 - slope) * (1 + slope)));
+  set_bound(surface, half_length + largest + capsule.thickness);
+}
+template <class T>
+void place_body(Surface<T>& surface, const Capsule& capsule, const MovedPose& pose, const Vec3& origin) noexcept {
+  const Vec3 a = pose.place(capsule.ends[0]);
+  const Vec3 b = pose.place(capsule.ends[1]);
+  const bool ball = is_ball(capsule);
+  const Vec3& larger = capsule.radius[1] > capsule.radius[0] ? b : a;
+  Vec3 center{};
+  for (std::size_t k = 0; k < 3; ++k) center[k] = ball ? larger[k] : a[k] + (b[k] - a[k]) / 2;
+  surface.center = rounded<T>(difference(center, origin));
+  const Vec3 w = ball ? Vec3{0, 1, 0} : unit(difference(b, a));
+  surface.solid.axes = {rounded<T>(w), rounded<T>(across(w)[0]), rounded<T>(across(w)[1])};
+}
+
+template <class T>
+void set_axes(Surface<T>& surface, const Quaternion& turn) noexcept {
+  for (std::size_t k = 0; k < 3; ++k) {
+    Vec3 axis{};
+    axis[k] = 1;
+    surface.solid.axes[k] = rounded<T>(turned(turn, axis));
+  }
+}
+
+template <class T>
+void set_body(Surface<T>& surface, const OrientedBox& box) noexcept {
+  surface.shape = Shape::box;
+  surface.solid.half_extents = rounded<T>(box.half_extents);
+  surface.solid.thickness = static_cast<T>(box.thickness);
+  set_bound(surface, length(box.half_extents) + box.thickness);
+}
+template <class T>
+void place_body(Surface<T>& surface, const OrientedBox& box, const MovedPose& pose, const Vec3& origin) noexcept {
+  surface.center = rounded<T>(difference(pose.place(box.center), origin));
+  set_axes(surface, pose.turn * quaternion(box.rotation));
+}
+
+// The rest of it is in its faces: add_faces.
+template <class T>
+void set_body(Surface<T>& surface, const Convex&) noexcept {
+  surface.shape = Shape::convex;
+}
+template <class T>
+void place_body(Surface<T>& surface, const Convex&, const MovedPose& pose, const Vec3& origin) noexcept {
+  surface.center = rounded<T>(difference(pose.place(surface.solid.home), origin));
+  set_axes(surface, pose.turn);
+}
+
+// Particles are inside: the face that looks towards them.
+Plane face_of(const OrientedBox& box, std::size_t part) noexcept {
+  const std::size_t axis = part / 2;
+  Vec3 outwards{};
+  outwards[axis] = part % 2 == 0 ? 1 : -1;
+  outwards = turned(quaternion(box.rotation), outwards);
+  return {.normal = scaled(outwards, -1),
+          .offset = -(dot(outwards, box.center) + box.half_extents[axis]),
+          .restitution = box.restitution,
+          .friction = box.friction,
+          .viscosity = box.viscosity,
+          .normal_viscosity = box.normal_viscosity,
+          .response = box.response,
+          .sweep = box.sweep,
+          .thickness = box.thickness,
+          .motion = box.motion};
 }
 
 template <class T>
@@ -43,24 +143,62 @@ void set_impact(Surface<T>& surface, double restitution, double friction, double
   surface.hold = std::max(surface.mu, 8 * limits.epsilon());
 }
 
-Contact carried(Plane plane, const MovedPose& pose) noexcept {
+Plane carried(Plane plane, const MovedPose& pose) noexcept {
   const Vec3 n = unit(plane.normal);
   plane.normal = turned(pose.turn, n);
   plane.offset = dot(unit(plane.normal), pose.place(scaled(n, plane.offset)));
   return plane;
 }
 
-Contact carried(Sphere sphere, const MovedPose& pose) noexcept {
+Sphere carried(Sphere sphere, const MovedPose& pose) noexcept {
   sphere.center = pose.place(sphere.center);
   return sphere;
 }
 
+// A contact as the surface's part of it is: the box whose inside is six planes is one of them.
+template <class Visitor>
+void visit_part(const Contact& contact, std::size_t part, const Visitor& visitor) noexcept {
+  const auto* box = std::get_if<OrientedBox>(&contact);
+  if (box != nullptr && box->side == Side::inside) return visitor(face_of(*box, part));
+  std::visit(visitor, contact);
+}
+
+template <class C>
+constexpr bool is_body = std::is_same_v<C, Capsule> || std::is_same_v<C, OrientedBox> || std::is_same_v<C, Convex>;
+
 }  // namespace
+
+std::size_t parts_of(const Contact& contact) noexcept {
+  const auto* box = std::get_if<OrientedBox>(&contact);
+  return box != nullptr && box->side == Side::inside ? 6 : 1;
+}
+
+bool has_faces(const Contact& contact) noexcept { return std::holds_alternative<Convex>(contact); }
+
+template <class T>
+void add_faces(Surface<T>& surface, const Convex& body, const Vec3& origin, Faces<T>& faces) {
+  const ConvexBody made(body);
+  surface.solid.home = made.center();
+  faces.clear();
+  for (const Face& face : made.faces()) {
+    const auto n = rounded<T>(face.normal);
+    faces.push_back({n[0], n[1], n[2], static_cast<T>(face.offset - dot(face.normal, made.center()))});
+  }
+  surface.solid.planes = faces.data();
+  surface.solid.plane_count = faces.size();
+  set_bound(surface, made.radius());
+  place_body(surface, body, MovedPose{}, origin);
+}
 
 template <class T>
 void move_surface(Surface<T>& surface, const Contact& contact, const MovedPose& pose, const Vec3& origin) noexcept {
-  const Contact there = std::visit([&](const auto& c) { return carried(c, pose); }, contact);
-  std::visit([&](const auto& c) { set_shape(surface, c, origin); }, there);
+  visit_part(contact, surface.part, [&](const auto& c) {
+    if constexpr (is_body<std::decay_t<decltype(c)>>) {
+      place_body(surface, c, pose, origin);
+    } else {
+      set_shape(surface, carried(c, pose), origin);
+    }
+  });
   const Vec3 at{(pose.center[0] + pose.translation[0]) - origin[0], (pose.center[1] + pose.translation[1]) - origin[1],
                 (pose.center[2] + pose.translation[2]) - origin[2]};
   surface.u = rounded<T>(pose.velocity);
@@ -71,23 +209,29 @@ void move_surface(Surface<T>& surface, const Contact& contact, const MovedPose& 
 }
 
 template <class T>
-Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_dips) noexcept {
+Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_dips, std::size_t part) noexcept {
   Surface<T> surface;
-  std::visit(
-      [&](const auto& c) {
-        set_shape(surface, c, origin);
-        set_impact(surface, c.restitution, c.friction, c.viscosity, c.normal_viscosity);
-        surface.sweep = c.sweep;
-        surface.response = c.response;
-        surface.finds_dips = finds_dips && c.sweep == ContactPath::curve;
-      },
-      contact);
+  surface.part = static_cast<std::uint32_t>(part);
+  visit_part(contact, part, [&](const auto& c) {
+    if constexpr (is_body<std::decay_t<decltype(c)>>) {
+      set_body(surface, c);
+      place_body(surface, c, MovedPose{}, origin);
+    } else {
+      set_shape(surface, c, origin);
+    }
+    set_impact(surface, c.restitution, c.friction, c.viscosity, c.normal_viscosity);
+    surface.sweep = c.sweep;
+    surface.response = c.response;
+    surface.finds_dips = finds_dips && c.sweep == ContactPath::curve;
+  });
   return surface;
 }
 
+template void add_faces<float>(Surface<float>&, const Convex&, const Vec3&, Faces<float>&);
+template void add_faces<double>(Surface<double>&, const Convex&, const Vec3&, Faces<double>&);
 template void move_surface<float>(Surface<float>&, const Contact&, const MovedPose&, const Vec3&) noexcept;
 template void move_surface<double>(Surface<double>&, const Contact&, const MovedPose&, const Vec3&) noexcept;
-template Surface<float> make_surface<float>(const Contact&, const Vec3&, bool) noexcept;
-template Surface<double> make_surface<double>(const Contact&, const Vec3&, bool) noexcept;
+template Surface<float> make_surface<float>(const Contact&, const Vec3&, bool, std::size_t) noexcept;
+template Surface<double> make_surface<double>(const Contact&, const Vec3&, bool, std::size_t) noexcept;
 
 }  // namespace dvdx

@@ -5,12 +5,11 @@
 #include <cmath>
 #include <cstddef>
 
+#include "passes/contact/contact.hpp"
 #include "passes/contact/contact_log.hpp"
+#include "passes/contact/shape_reference.hpp"
 
 namespace dvdx::reference {
-
-template <class T>
-using Vector = std::array<T, 3>;
 
 // What stays on a surface makes no event.
 enum class Told { impact, hold };
@@ -19,12 +18,13 @@ enum class Told { impact, hold };
 template <class T>
 class Recording {
  public:
-  Recording(ContactLog<T>& log, std::size_t particle) noexcept : log_(log), particle_(particle) {}
+  Recording(ContactLog<T>& log, const Terms<T>& terms, std::size_t particle) noexcept
+      : log_(log), surfaces_(terms.surfaces), particle_(particle) {}
 
   // dv of the surface's, at x, t before the end.
-  void push(Told told, std::size_t contact, const Vector<T>& x, const Vector<T>& n, const Vector<T>& dv, T t) noexcept {
-    if (told == Told::impact) return log_.take_impact({particle_, contact, x, dv, t}, n);
-    log_.take_hold({particle_, contact, x, dv, t});
+  void push(Told told, std::size_t surface, const Vector<T>& x, const Vector<T>& n, const Vector<T>& dv, T t) noexcept {
+    if (told == Told::impact) return log_.take_impact({particle_, contact_of(surface), x, dv, t}, n);
+    log_.take_hold({particle_, contact_of(surface), x, dv, t});
   }
 
   // From x0 to x1, for t up to the end.
@@ -33,7 +33,7 @@ class Recording {
     x1_ = x1;
     t_ = t;
   }
-  void hold(std::size_t contact, const Vector<T>& dv) noexcept { held_[count_++] = {contact, dv}; }
+  void hold(std::size_t surface, const Vector<T>& dv) noexcept { held_[count_++] = {contact_of(surface), dv}; }
   // After the part f of that time.
   void let_go(T f) noexcept {
     const T middle = f / 2;
@@ -52,7 +52,10 @@ class Recording {
     Vector<T> dv{};
   };
 
+  [[nodiscard]] std::size_t contact_of(std::size_t surface) const noexcept { return surfaces_[surface].contact; }
+
   ContactLog<T>& log_;
+  const Surface<T>* surfaces_;
   std::size_t particle_;
   Vector<T> x0_{}, x1_{};
   T t_ = 0;

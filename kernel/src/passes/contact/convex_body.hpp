@@ -1,0 +1,36 @@
+// The body that planes bound: its corners, a point within it, the ball that holds it.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "dvdx/scene.hpp"
+
+namespace dvdx {
+
+inline constexpr std::size_t fewest_planes = 4, most_planes = 64;
+
+class ConvexBody {
+ public:
+  // Of planes with finite normals of some length and finite offsets.
+  explicit ConvexBody(const Convex& convex);
+
+  // What is wrong with it: why there is no such body.
+  enum class Fault { none, empty, unbounded };
+  [[nodiscard]] Fault fault() const noexcept { return fault_; }
+
+  [[nodiscard]] const std::vector<Face>& faces() const noexcept { return faces_; }  // unit normals; moved by the thickness
+  [[nodiscard]] const Vec3& center() const noexcept { return center_; }             // within the body, m
+  [[nodiscard]] double radius() const noexcept { return radius_; }                  // m, about the center
+
+ private:
+  [[nodiscard]] bool is_bounded() const;
+  [[nodiscard]] std::vector<Vec3> corners() const;
+
+  std::vector<Face> faces_;
+  Vec3 center_{};
+  double radius_ = 0;
+  Fault fault_ = Fault::none;
+};
+
+}  // namespace dvdx

@@ -1,0 +1,127 @@
+// Many contacts: what a block leaves out of its list changes no bit.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "dvdx/plan.hpp"
+#include "kernel/passes/cloths.hpp"
+#include "kernel/passes/joined_run.hpp"
+#include "support/batch.hpp"
+#include "support/threads.hpp"
+
+namespace {
+
+using namespace dvdx;
+using test::Joined;
+using test::scatter;
+using test::stepped;
+
+// Rows of particles, so that those of a block are beside each other, thrown about in a wide box.
+Joined rows(std::size_t count) {
+  Joined joined;
+  joined.name = "rows";
+  for (std::size_t i = 0; i < count; ++i) {
+    const double along = static_cast<double>(i) / static_cast<double>(count);
+    joined.x.push_back({16 * along - 8, 1 + 0.4 * scatter(i, 1), 0.5 * scatter(i, 2)});
+    joined.v.push_back({4 * scatter(i, 3), 2 * scatter(i, 4), 3 * scatter(i, 5)});
+  }
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  return joined;
+}
+
+// Of all shapes, near each other, so that what bounces off one meets another that is not on the block's list.
+void add_many(Scene& scene, std::size_t count) {
+  scene.add(Plane{.offset = -1, .restitution = 0.7, .friction = 0.1});
+  for (std::size_t j = 0; j < count; ++j) {
+    const Vec3 c{8 * scatter(j, 11), 0.6 * scatter(j, 12) - 0.2, 0.8 * scatter(j, 13)};
+    const double r = 0.12 + 0.08 * scatter(j, 14);
+    const Vec3 end{c[0] + 0.3 * scatter(j, 15), c[1] + 0.3 * scatter(j, 16), c[2] + 0.3 * scatter(j, 17)};
+    switch (j % 4) {
+      case 0:
+        scene.add(Sphere{.center = c, .radius = r, .restitution = 0.8});
+        break;
+      case 1:
+        scene.add(Capsule{.ends = {{c, end}}, .radius = {r, 0.7 * r}, .restitution = 0.8, .friction = 0.2});
+        break;
+      case 2:
+        scene.add(OrientedBox{.center = c, .half_extents = {r, 0.5 * r, 0.8 * r}, .rotation = end, .restitution = 0.6});
+        break;
+      default:
+        scene.add(Capsule{.ends = {{c, end}}, .radius = {0.5 * r, 0.5 * r}, .restitution = 1, .thickness = 0.01});
+    }
+  }
+}
+
+template <class T>
+void check_runs(const Joined& joined, std::size_t steps, Arithmetic arithmetic, bool is_free) {
+  const auto wanted = stepped<T>(joined, {.arithmetic = arithmetic}, steps);
+  std::size_t turn = 0;
+  for (const Isa isa : available_isas(arithmetic)) {
+    for (const std::size_t block : {std::size_t{16}, std::size_t{96}, std::size_t{1024}}) {
+      test::Batch<T> batch(test::layouts[turn % test::layouts.size()], joined.x.size());
+      place(joined, batch.view());
+      auto plan =
+          compile<T>(joined.scene, {.step = joined.step, .isa = isa, .arithmetic = arithmetic, .block = block}, batch.view());
+      REQUIRE(plan.has_value());
+      test::Threads workers(1 + turn % 3);
+      REQUIRE(plan->step(batch.view(), steps, workers.parallel_for()) == StepResult::done);
+      const std::string difference = test::difference(wanted, test::values_of(batch.view()));
+      CHECK_MESSAGE(difference == "", joined.name << ", " << name(isa) << ", block " << block << ", " << 8 * sizeof(T)
+                                                  << " bits: " << difference);
+      ++turn;
+      if (!is_free) break;
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("many contacts: the list of those near a block has the bits of all of them") {
+  for (const std::size_t contacts : {std::size_t{60}, std::size_t{400}}) {
+    Joined joined = rows(700);
+    joined.name = std::to_string(contacts) + " contacts";
+    add_many(joined.scene, contacts);
+    check_runs<float>(joined, 40, Arithmetic::separate, true);
+    check_runs<double>(joined, 40, Arithmetic::contracted, true);
+    joined.scene.add(Drag{.coefficient = 0.3, .wind = {1, 0, 0}});
+    check_runs<float>(joined, 40, Arithmetic::contracted, true);
+    joined.scene.add(RadialSpring{.stiffness = 2.0, .anchor = Vec3{0, 0.5, 0}, .rest_length = 0.5});
+    check_runs<double>(joined, 20, Arithmetic::separate, true);
+  }
+}
+
+TEST_CASE("many contacts: moving ones, too") {
+  Joined joined = rows(400);
+  add_many(joined.scene, 80);
+  joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 1, .translation = {3, 1, -1}}}});
+  joined.scene.add(Motion{.center = {1, 0, 0}, .keys = {{.time = 0}, {.time = 0.2, .rotation = {0.6, 1.5, 0.4}}, {.time = 1}}});
+  for (std::size_t j = 1; j < joined.scene.contacts.size(); ++j) {
+    if (j % 3 != 0) std::visit([&](auto& c) { c.motion = j % 2; }, joined.scene.contacts[j]);
+  }
+  check_runs<float>(joined, 30, Arithmetic::separate, false);
+  check_runs<double>(joined, 30, Arithmetic::contracted, false);
+}
+
+TEST_CASE("many contacts: planes and spheres alone have the bits that few of them have") {
+  // Those that are far count for nothing: with them the scene searches, without it does not.
+  Joined few = rows(300);
+  few.scene.add(Plane{.offset = -0.5, .restitution = 0.5, .friction = 0.3});
+  few.scene.add(Sphere{.center = {0.5, 0.2, 0}, .radius = 0.6, .restitution = 0.7});
+  Joined many = few;
+  for (int k = 0; k < 10; ++k) many.scene.add(Sphere{.center = {0, 100.0 + k, 0}, .radius = 0.4});
+  CHECK(test::difference(stepped<double>(few, {.isa = best_isa()}, 60), stepped<double>(many, {.isa = best_isa()}, 60)) == "");
+}
+
+TEST_CASE("many contacts: 4096 of them are taken, and the last one is hit") {
+  Joined joined = rows(64);
+  for (std::size_t j = 0; j < 4095; ++j) {
+    joined.scene.add(Sphere{.center = {8 * scatter(j, 1), -50 + 8 * scatter(j, 2), 8 * scatter(j, 3)}, .radius = 0.2});
+  }
+  joined.scene.add(Plane{.offset = 0.2});
+  const auto values = stepped<float>(joined, {.isa = best_isa()}, 60);
+  for (std::size_t i = 0; i < 64; ++i) CHECK(values[6 * i + 1] >= 0.2F);
+  for (std::size_t i = 0; i < 64; ++i) CHECK(values[6 * i + 1] < 0.3F);
+}
