@@ -205,11 +205,11 @@ TEST_CASE("a network's own scheme is raced in every arithmetic, at its usual sub
   const auto report = measured(shipped("seed-pair"));
   for (const std::string word : {"contracted", "fast"}) {
     CAPTURE(word);
-    const auto race = std::find_if(report.runs.begin(), report.runs.end(), [&](const Run& r) { return r.arithmetic == word; });
+    const auto race = std::find_if(report.runs.begin(), report.runs.end(), [&](const auto& r) { return r.arithmetic == word; });
     REQUIRE(race != report.runs.end());
     CHECK(race->method == "leapfrog, " + word);
     CHECK(race->timing.ns_per_particle_step > 0);
-    const auto own = std::find_if(report.runs.begin(), report.runs.end(), [&](const Run& other) {
+    const auto own = std::find_if(report.runs.begin(), report.runs.end(), [&](const auto& other) {
       return other.method == "leapfrog" && other.substeps == race->substeps;
     });
     REQUIRE(own != report.runs.end());

@@ -312,10 +312,10 @@ TEST_CASE("bodies: swept at 20 m/s and turned at 30 rad/s through resting partic
       for (std::size_t i = 0; i < count; ++i) {
         const Vec3 r{double{batch.view().x[0][i]}, double{batch.view().x[1][i]},
                      double{batch.view().x[2][i]} - (-0.5 + 20 * t)};
-        inside += distance_to(contact, turned(back, r)) < -1e-5 ? 1 : 0;
+        inside += static_cast<std::size_t>(distance_to(contact, turned(back, r)) < -1e-5);
         const bool was_in_the_way =
             std::hypot(joined.x[i][0], joined.x[i][1]) < 0.999 * inscribed && joined.x[i][2] < -0.5 + 20 * t;
-        passed += was_in_the_way && double{batch.view().v[2][i]} == 0 ? 1 : 0;
+        passed += static_cast<std::size_t>(was_in_the_way && double{batch.view().v[2][i]} == 0);
       }
       CHECK_MESSAGE(inside == 0, joined.name << ", h " << h << ", " << 8 * sizeof(T) << " bits, step " << n << ": " << inside);
       CHECK(passed == 0);
