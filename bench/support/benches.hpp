@@ -17,5 +17,6 @@ void register_layout();
 void register_compensated();
 void register_clone();
 void register_change();
+void register_drawing();
 
 }  // namespace dvdx::bench

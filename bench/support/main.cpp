@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   dvdx::bench::register_compensated();
   dvdx::bench::register_clone();
   dvdx::bench::register_change();
+  dvdx::bench::register_drawing();
   Watched watched;
   const bool is_any = benchmark::RunSpecifiedBenchmarks(&watched) > 0;
   benchmark::Shutdown();

@@ -39,6 +39,7 @@ struct Configuration {
   std::size_t layout = 0;  // of test::layouts; beyond: columns of just the size, whose ends the sanitizer guards
   std::size_t block = 0;
   ParallelFor parallel{};
+  bool reports = false;  // what contacts do
 };
 
 Deeds deeds(Choices& choices) {
@@ -117,11 +118,17 @@ struct Outcome {
   std::string error{};  // empty: done
   std::vector<T> values{};
   double seconds = 0;
+  std::vector<double> told{};  // of contacts, where it was asked for
 };
 
+// report: null where nobody asks.
 template <class T>
-std::string step_all(Plan<T>& plan, State<T>& state, const Deeds& deeds, const ParallelFor& parallel) {
-  const auto step = [&] { expect(plan.step(state, deeds.steps, parallel) == StepResult::done, "a plan steps its state"); };
+std::string step_all(Plan<T>& plan, State<T>& state, const Deeds& deeds, const ParallelFor& parallel, ContactReport* report) {
+  const auto step = [&] {
+    const StepResult result =
+        report != nullptr ? plan.step(state, *report, deeds.steps, parallel) : plan.step(state, deeds.steps, parallel);
+    expect(result == StepResult::done, "a plan steps its state");
+  };
   step();
   if (deeds.other_step) {
     if (const auto changed = plan.set_step(*deeds.other_step); !changed) return changed.error().message();
@@ -139,6 +146,17 @@ bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds
   const auto limit = plan.network_limit();
   const bool is_slow = limit || !random.scene.contacts.empty() || !random.scene.constraints.empty();
   return !is_slow || (deeds.steps < 10 && (!limit || limit->substeps <= 64));
+}
+
+std::vector<double> told_by(const ContactReport& report) {
+  std::vector<double> told{static_cast<double>(report.events().size()), static_cast<double>(report.lost())};
+  for (std::size_t j = 0; j < report.contacts(); ++j) {
+    const ContactSum sum = report.of(j);
+    told.push_back(static_cast<double>(sum.hits));
+    told.insert(told.end(), sum.impulse.begin(), sum.impulse.end());
+    told.insert(told.end(), sum.torque_impulse.begin(), sum.torque_impulse.end());
+  }
+  return told;
 }
 
 template <class T>
@@ -159,7 +177,10 @@ Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Deeds& d
     (k % 2 == 0 ? state.x : state.v)[k % 3][i] = static_cast<T>(deeds.spoil[k % 2]);
   }
   Outcome<T> outcome;
-  outcome.error = step_all(*plan, state, deeds, way.parallel);
+  std::array<ContactEvent, 64> room;
+  ContactReport report(random.scene.contacts.size(), room);
+  outcome.error = step_all(*plan, state, deeds, way.parallel, way.reports ? &report : nullptr);
+  if (way.reports) outcome.told = told_by(report);
   outcome.values = test::values_of(state);
   outcome.seconds = state.clock.seconds;
   return outcome;
@@ -197,6 +218,16 @@ void expect_same(const Outcome<T>& wanted, const Outcome<T>& got, const Configur
   }
 }
 
+template <class T>
+void expect_told_alike(const Outcome<T>& wanted, const Outcome<T>& got, const Configuration& way) {
+  expect(wanted.told.size() == got.told.size(), "reports tell of as many contacts");
+  for (std::size_t k = 0; k < wanted.told.size(); ++k) {
+    expect(is_same(wanted.told[k], got.told[k]), std::string(name(way.isa)) + ": number " + std::to_string(k) +
+                                                     " of the report is " + std::to_string(got.told[k]) +
+                                                     ", and the reference has " + std::to_string(wanted.told[k]));
+  }
+}
+
 // What a scene within the documented ranges may be refused for; a value that the scalar type cannot hold says which type it is.
 void expect_allowed(const std::string& error) {
   if (error.find("(the plan is of float") != std::string::npos) return;
@@ -216,12 +247,18 @@ void compare(const RandomScene& random, const Deeds& deeds, std::size_t turn) {
   constexpr std::array<std::size_t, 4> blocks = {0, 16, 32, 1024};
   const Outcome<T> wanted = outcome<T>(random, deeds, {.layout = test::layouts.size()});
   expect_allowed(wanted.error);
+  const Configuration telling{.layout = test::layouts.size(), .reports = true};
+  const Outcome<T> told = outcome<T>(random, deeds, telling);
+  expect_same(wanted, told, telling);
   test::Threads threads(2);
   for (const Isa isa : available_isas(deeds.arithmetic)) {
     Configuration way{.isa = isa, .layout = turn % (test::layouts.size() + 1), .block = blocks[turn % blocks.size()]};
     if (turn % 3 == 1) way.parallel = {.run = backwards};
     if (turn % 3 == 2) way.parallel = threads.parallel_for();
-    expect_same(wanted, outcome<T>(random, deeds, way), way);
+    way.reports = turn % 2 == 1;
+    const Outcome<T> got = outcome<T>(random, deeds, way);
+    expect_same(wanted, got, way);
+    if (way.reports) expect_told_alike(told, got, way);
     ++turn;
   }
 }

@@ -762,6 +762,39 @@ TEST_CASE("C: a report tells what contacts do, in the caller's room") {
   CHECK(report == nullptr);
 }
 
+TEST_CASE("C: normals and bounds for drawing") {
+  float x[18] = {0, 1, 0, 1, 5, 0, 0, 0, 1, 1, 5, 0, 0, 0, 0, 0, 5, 0};  // four corners of a cell, and one apart
+  float v[18]{};
+  dvdx_state state = dvdx_soa(DVDX_FLOAT32, &x[0], &x[6], &x[12], &v[0], &v[6], &v[12], 5);
+  float n[15];
+  for (float& each : n) each = 9;
+  const dvdx_column to[3] = {{&n[0], 0, 0, 5}, {&n[5], 0, 0, 5}, {&n[10], 0, 0, 5}};
+  dvdx_error error{};
+  REQUIRE(dvdx_grid_normals(2, 2, 0, &state, &to[0], &error) == DVDX_DONE);
+  for (std::size_t i = 0; i < 4; ++i) CHECK((n[i] == 0 && n[5 + i] == 0 && n[10 + i] == 1));
+  CHECK(n[14] == 9);
+  const std::uint32_t corners[] = {0, 2, 1};
+  REQUIRE(dvdx_triangle_normals(&corners[0], 1, &state, &to[0], &error) == DVDX_DONE);
+  CHECK(n[10] == -1);
+  CHECK(n[13] == 0);
+  CHECK(n[14] == 0);
+  dvdx_bounds box{};
+  REQUIRE(dvdx_state_bounds(&state, &box, &error) == DVDX_DONE);
+  CHECK(box.particles == 5);
+  CHECK(box.least[0] == 0);
+  CHECK(box.most[2] == 5);
+
+  CHECK(dvdx_grid_normals(3, 2, 0, &state, &to[0], &error) == DVDX_INVALID);
+  CHECK(dvdx_grid_normals(2, 2, 2, &state, &to[0], &error) == DVDX_INVALID);
+  const std::uint32_t beyond[] = {0, 5, 1};
+  CHECK(dvdx_triangle_normals(&beyond[0], 1, &state, &to[0], &error) == DVDX_INVALID);
+  CHECK(std::string(&error.field[0]) == "corners[1]");
+  const dvdx_column small[3] = {{&n[0], 0, 0, 3}, {&n[5], 0, 0, 5}, {&n[10], 0, 0, 5}};
+  CHECK(dvdx_grid_normals(2, 2, 0, &state, &small[0], &error) == DVDX_CAPACITY_TOO_SMALL);
+  CHECK(dvdx_grid_normals(2, 2, 0, nullptr, &to[0], &error) == DVDX_INVALID);
+  CHECK(dvdx_state_bounds(&state, nullptr, &error) == DVDX_INVALID);
+}
+
 }  // namespace
 
 TEST_CASE("c: motions carry particles and contacts as C++ has them, and the caller drives them") {

@@ -403,6 +403,22 @@ class Plans(unittest.TestCase):
         with self.assertRaises(dvdx.DvdxError):
             plan.step(state, contacts=dvdx.ContactReport(2))
 
+    def test_normals_and_bounds_for_drawing(self):
+        rows, columns = 3, 4
+        positions = np.zeros((13, 3))
+        positions[1:, 0] = np.tile(np.arange(columns), rows)
+        positions[1:, 1] = np.repeat(np.arange(rows), columns)
+        state = dvdx.State(positions, np.zeros((13, 3)))
+        np.testing.assert_array_equal(dvdx.grid_normals(state, rows, columns, first=1), np.tile((0.0, 0, 1), (rows, columns, 1)))
+        normals = dvdx.triangle_normals(state, [(1, 5, 2), (2, 5, 6)])
+        np.testing.assert_array_equal(normals[[0, 1, 2, 5, 6]], [(0, 0, 0)] + 4 * [(0, 0, -1)])
+        least, most = dvdx.bounds(state)
+        np.testing.assert_array_equal((least, most), ((0, 0, 0), (columns - 1, rows - 1, 0)))
+        with self.assertRaises(dvdx.DvdxError):
+            dvdx.grid_normals(state, rows, columns, first=2)
+        with self.assertRaises(dvdx.DvdxError):
+            dvdx.triangle_normals(state, [(1, 2, 13)])
+
     def test_explain_speaks_of_the_scene(self):
         plan = dvdx.compile(rich_scene(), dvdx.State(*lattice(2)))
         self.assertIn("contact", plan.explain())

@@ -616,6 +616,35 @@ def compile(scene, state, step=1 / 60, **options):  # noqa: A001: the library's 
     return Plan(handle[0])
 
 
+def grid_normals(state, rows, columns, first=0):
+    """Normals of the sheet of particles first + row * columns + column, (rows, columns, 3), for drawing."""
+    return _normals(state, rows * columns, _lib.dvdx_grid_normals, rows, columns, first).reshape(rows, columns, 3)
+
+
+def triangle_normals(state, triangles):
+    """Normals of all particles, (n, 3), by triangles (m, 3) of their numbers; zero where none is."""
+    keep = []
+    corners, count = _rows(triangles, "uint32_t", 3, keep)
+    return _normals(state, len(state), _lib.dvdx_triangle_normals, corners, count)
+
+
+def _normals(state, count, function, *arguments):
+    normals = np.zeros((count, 3), np.float64 if state._struct.precision == _lib.DVDX_FLOAT64 else np.float32)
+    to = _ffi.new("dvdx_column[3]")
+    for axis in range(3):
+        to[axis].base = _ffi.cast("char*", _ffi.from_buffer(normals)) + axis * normals.itemsize
+        to[axis].stride, to[axis].run, to[axis].capacity = normals.strides[0], 1, count
+    _call(function, *arguments, state._struct, to)
+    return normals
+
+
+def bounds(state):
+    """The box that holds the particles whose place is finite: least and most, (3,) each."""
+    box = _ffi.new("dvdx_bounds*")
+    _call(_lib.dvdx_state_bounds, state._struct, box)
+    return np.array(list(box.least)), np.array(list(box.most))
+
+
 def build_info():
     """Version, compiler and instruction sets of the library, in a line."""
     return _text(_lib.dvdx_build_info)

@@ -548,6 +548,26 @@ DVDX_EXPORT int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limi
 // What the scene needs, in words: passes, forces, bytes, operations, what is unstable. As dvdx_build_info().
 DVDX_EXPORT size_t dvdx_plan_explain(const dvdx_plan* plan, char* text, size_t capacity);
 
+// ---- Drawing -----------------------------------------------------------------------------------------------------------
+
+// The sum of the normals of the triangles that meet at a particle, each weighed by its area, at unit length; zero where that sum
+// is. Of the sheet of particles first + row * columns + column, whose cells are cut from (row, column) to (row + 1, column + 1).
+// to: three columns of the state's precision for rows * columns numbers, which share no memory with it.
+DVDX_EXPORT dvdx_status dvdx_grid_normals(size_t rows, size_t columns, size_t first, const dvdx_state* state,
+                                          const dvdx_column* to, dvdx_error* error);
+// The same of `count` triangles, three particles each, for every particle of the state: zero where no triangle is.
+DVDX_EXPORT dvdx_status dvdx_triangle_normals(const uint32_t* corners, size_t count, const dvdx_state* state,
+                                              const dvdx_column* to, dvdx_error* error);
+
+typedef struct dvdx_bounds {
+  double least[3];   // m, from the scene's origin; infinite where no particle counts
+  double most[3];    // m
+  size_t particles;  // whose place is finite: those that count
+} dvdx_bounds;
+
+// The box that holds the particles.
+DVDX_EXPORT dvdx_status dvdx_state_bounds(const dvdx_state* state, dvdx_bounds* bounds, dvdx_error* error);
+
 // ---- Particles that come and go ------------------------------------------------------------------------------------------
 
 typedef enum dvdx_emit { DVDX_EMIT_POINT = 0, DVDX_EMIT_DISC, DVDX_EMIT_BOX } dvdx_emit;

@@ -1,6 +1,8 @@
 #include "execute/contact_recorder.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -21,8 +23,17 @@ Vec3 center_of(const Contact& contact) noexcept {
       contact);
 }
 
+// In the order of the numbers, and what is not a number behind all others: a sort must not be led astray.
+std::int64_t ordinal(double number) noexcept {
+  const auto bits = std::bit_cast<std::int64_t>(number);
+  return bits >= 0 ? bits : std::numeric_limits<std::int64_t>::min() - bits;
+}
+
 bool is_before(const ContactEvent& a, const ContactEvent& b) noexcept {
-  const auto key = [](const ContactEvent& e) { return std::tie(e.step, e.particle, e.time, e.contact, e.x, e.n, e.impulse); };
+  const auto of = [](const Vec3& v) { return std::array{ordinal(v[0]), ordinal(v[1]), ordinal(v[2])}; };
+  const auto key = [&](const ContactEvent& e) {
+    return std::tuple(e.step, e.particle, ordinal(e.time), e.contact, of(e.x), of(e.n), of(e.impulse));
+  };
   return key(a) < key(b);
 }
 

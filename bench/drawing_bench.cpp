@@ -1,0 +1,93 @@
+// Normals and bounds for drawing, in ns a particle; and what a report of contacts costs a step.
+#include <vector>
+
+#include "dvdx/drawing.hpp"
+#include "dvdx/plan.hpp"
+#include "support/benches.hpp"
+#include "support/plan_bench.hpp"
+#include "support/scenes.hpp"
+#include "support/starts.hpp"
+
+namespace dvdx::bench {
+namespace {
+
+struct Sheet {
+  explicit Sheet(std::size_t side) : grid{.rows = side, .columns = side}, memory(side * side), out(side * side) {
+    const auto state = memory.view();
+    for (std::size_t i = 0; i < state.count; ++i) {
+      state.x[0][i] = static_cast<float>(i % side);
+      state.x[1][i] = 0.01F * static_cast<float>(i * 7919 % 100);
+      state.x[2][i] = static_cast<float>(i / side);
+    }
+    for (std::uint32_t i = 0; i + side < state.count; ++i) {
+      const auto below = i + static_cast<std::uint32_t>(side);
+      if ((i + 1) % side == 0) continue;
+      triangles.push_back({i, i + 1, below + 1});
+      triangles.push_back({i, below + 1, below});
+    }
+  }
+  Grid grid;
+  Soa<float> memory, out;
+  std::vector<Triangle> triangles;
+};
+
+template <class Work>
+void time_sheet(benchmark::State& timing, std::size_t side, const Work& work) {
+  Sheet sheet(side);
+  const auto state = sheet.memory.view();
+  const auto to = sheet.out.view().x;
+  for (auto _ : timing) {
+    work(sheet, state, to);
+    benchmark::ClobberMemory();
+  }
+  timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(side * side));
+}
+
+enum class Told { nothing, contacts };
+
+// A thousand particles that hop on a floor, or lie on it.
+void time_report(benchmark::State& timing, Told told, const Plane& surface, void (*start)(State<float>&)) {
+  constexpr std::size_t count = 1024;
+  Scene scene;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}}).add(surface);
+  Soa<float> memory(count);
+  auto state = memory.view();
+  start(state);
+  const auto plan = compile<float>(scene, {.step = frame});
+  ContactReport report(1);
+  for (auto _ : timing) {
+    if (told == Told::contacts) {
+      (void)plan->step(state, report);
+    } else {
+      (void)plan->step(state);
+    }
+  }
+  timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(count));
+}
+
+}  // namespace
+
+void register_drawing() {
+  for (const std::size_t side : {std::size_t{64}, std::size_t{1024}}) {
+    const std::string size = "/" + std::to_string(side) + "x" + std::to_string(side);
+    add("drawing/normals_of_grid" + size, [side](benchmark::State& timing) {
+      time_sheet(timing, side, [](const Sheet& sheet, const auto& state, const auto& to) { normals(sheet.grid, state, to); });
+    });
+    add("drawing/normals_of_triangles" + size, [side](benchmark::State& timing) {
+      time_sheet(timing, side, [](const Sheet& sheet, const auto& state, const auto& to) {
+        normals(std::span<const Triangle>(sheet.triangles), state, to);
+      });
+    });
+    add("drawing/bounds" + size, [side](benchmark::State& timing) {
+      time_sheet(timing, side, [](const Sheet&, const auto& state, const auto&) { benchmark::DoNotOptimize(bounds(state)); });
+    });
+  }
+  for (const auto& [words, told] : {std::pair{"without", Told::nothing}, std::pair{"with", Told::contacts}}) {
+    add(std::string("report/hopping/") + words,
+        [told = told](benchmark::State& timing) { time_report(timing, told, floor(), start_hopping<float>); });
+    add(std::string("report/resting/") + words,
+        [told = told](benchmark::State& timing) { time_report(timing, told, ground(), start_resting<float>); });
+  }
+}
+
+}  // namespace dvdx::bench
