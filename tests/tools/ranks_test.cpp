@@ -16,10 +16,12 @@ using dvdx::test::CommandResult;
 using dvdx::test::run;
 using dvdx::test::ScratchFolder;
 
-// More ranks than cores, and as root where the tests run in a container.
+// More ranks than cores, as root where the tests run in a container, and without a look for other machines, which takes
+// longest.
 std::string launcher(int ranks, const std::string& by = "") {
-  return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 " + by + " '" + dvdx::test::mpirun() +
-         "' --oversubscribe -n " + std::to_string(ranks);
+  return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_plm=isolated OMPI_MCA_pml=ob1 "
+         "OMPI_MCA_btl=self,vader " +
+         by + " '" + dvdx::test::mpirun() + "' --oversubscribe -n " + std::to_string(ranks);
 }
 
 CommandResult run_on(int ranks, const ScratchFolder& folder, const std::string& arguments) {

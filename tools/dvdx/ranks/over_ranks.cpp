@@ -16,11 +16,12 @@ std::uint64_t state_hash(Ranks& ranks, const State<T>& state) {
 
 template <class T>
 double energy(Ranks& ranks, const SceneFile& file, const State<T>& state) {
-  const auto of_particles = in_turn(ranks, EnergySum{}, [&](EnergySum sum) {
-    add_particles(file, state, sum);
-    return sum;
+  auto sum = in_turn(ranks, EnergySum{}, [&](EnergySum before) {
+    add_particles(file, state, before);
+    return before;
   });
-  return of_particles.value();
+  if (ranks.count() == 1) add_networks(file, state, sum);  // ranges of particles are joined by none
+  return sum.value();
 }
 
 Health combined(Ranks& ranks, const Health& mine) {
