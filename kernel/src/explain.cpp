@@ -370,6 +370,22 @@ std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& co
 }
 
 template <class T>
+std::string describe_air(const Joints<T>& joints, const CompiledScene<T>& compiled) {
+  if (!joints.air) return "";
+  const Air<T>& air = *joints.air;
+  std::string words = "air          " + std::to_string(air.count()) + " triangles, " +
+                      (air.is_grid() ? "each once by rows" : "a list, each with its particles anywhere");
+  const bool is_halved = joints.splitting.b.size() > 1 || joints.coupling.scheme == Scheme::sequential ||
+                         std::holds_alternative<PairsForm<T>>(joints.form);
+  words += is_halved ? ", twice a sub-step" : ", once a sub-step";
+  words += "; " + std::to_string(air.bytes()) + " bytes\n";
+  const std::size_t gusts = compiled.scene.wind.gusts.size();
+  words += "             the wind has " + (gusts == 0 ? std::string("no gusts") : std::to_string(gusts) + " gusts");
+  words += "; stable at any sub-step, and takes no sub-steps more\n";
+  return words;
+}
+
+template <class T>
 std::string describe_constraints(const Joints<T>& joints) {
   const auto& constraints = joints.constraints;
   if (!constraints) return "";
@@ -442,7 +458,8 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   words += describe_stability(compiled, system);
   words += describe_motions(scene);
   if (joined != nullptr) {
-    words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_constraints(joined->joints());
+    words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_air(joined->joints(), compiled) +
+             describe_constraints(joined->joints());
   }
   const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
   words += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");

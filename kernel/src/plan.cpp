@@ -202,6 +202,10 @@ Expected<void> Plan<T>::replace(std::size_t index, const Contact& contact) {
 }
 
 template <class T>
+Expected<void> Plan<T>::set_wind(const Wind& wind) {
+  return std::visit([&](auto& in) { return in.set_wind(wind); }, parts_->in);
+}
+template <class T>
 Expected<void> Plan<T>::set_stiffness(std::size_t index, const GridStiffness& stiffness) {
   return parts_->change(GridStiffnessChange{index, stiffness});
 }

@@ -148,7 +148,8 @@ def _fill_anchor(struct, value, keep):
 
 
 _LENGTHS = {"spread_box": 3, "inside": 6}
-_WIDTHS = {"keys": 7, "planes": 4, "particles": None}  # numbers a row, where they are not those of a point or a pair
+# Numbers a row, where they are not those of a point or a pair.
+_WIDTHS = {"keys": 7, "planes": 4, "particles": None, "triangles": 3, "gusts": 5}
 _FILL = {"dvdx_scalars": _fill_scalars, "dvdx_per_axis": _fill_per_axis, "dvdx_anchor": _fill_anchor}
 
 
@@ -212,6 +213,8 @@ class Scene:
 
     constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere, capsule, box, convex; grid, springs; distance, on_point, on_line;
     motion, kinematic. A motion's keys are rows of time, translation and rotation vector, seven numbers each.
+    aerodynamics(network=0, density=1.2, drag=1, lift=0.5) lets a network meet the air; springs take triangles, rows of three
+    particles. wind(mean=..., gusts=...): rows of amplitude, angular frequency and phase, five numbers each.
     Choices are words (method="pulse", sweep="line"). A stiffness, a mass or another number that particles may have each their
     own of is a number or an array; one for each axis is a tuple of three. An anchor is a point, an array of them, or "start".
     A capsule's radius is one number for each end; a convex body's planes are rows of normal and offset.
@@ -444,6 +447,12 @@ class Plan:
     def replace_contact(self, index, scene, contact=0):
         """The plan's contact `index` becomes contact `contact` of a scene."""
         _call(_lib.dvdx_plan_replace_contact, self._handle, index, scene._handle, contact)
+
+    def set_wind(self, mean=(0, 0, 0), gusts=()):
+        """The air's velocity, m/s; gusts: rows of amplitude, angular frequency (rad/s) and phase (rad), five numbers each."""
+        keep = []
+        wind = _struct("dvdx_wind", {"mean": mean, "gusts": np.reshape(gusts, (-1, 5))}, keep)
+        _call(_lib.dvdx_plan_set_wind, self._handle, wind)
 
     def set_grid_stiffness(self, index=0, structural=0.0, shear=0.0, bend=0.0, damping=0.0):
         """Of the plan's network `index`, a grid, N/m; damping in kg/s. Torn springs stay torn."""

@@ -282,6 +282,22 @@ typedef struct dvdx_springs {
   double damping;                   // kg/s >= 0, along each spring
 } dvdx_springs;
 
+// The air that a network's triangles meet: see Aerodynamics in network.hpp.
+typedef struct dvdx_aerodynamics {
+  size_t network;             // of the scene's networks, from 0
+  double density;             // kg/m^3 >= 0
+  double drag, lift;          // 0..1e6
+  const uint32_t* triangles;  // of springs: three particles of the first, three of the second, ...; of a grid null
+  size_t count;               // triangles
+} dvdx_aerodynamics;
+
+// The velocity of the air at time t: mean + sum of amplitude sin(angular_frequency t + phase).
+typedef struct dvdx_wind {
+  double mean[3];       // m/s
+  const double* gusts;  // of each gust 5 numbers: amplitude, m/s; angular frequency, rad/s; phase, rad
+  size_t count;         // gusts
+} dvdx_wind;
+
 typedef enum dvdx_bound { DVDX_EQUAL = 0, DVDX_AT_MOST, DVDX_AT_LEAST } dvdx_bound;
 
 // The distance of pairs is held to a length: rods, ropes, strain limits.
@@ -359,6 +375,10 @@ DVDX_EXPORT dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t 
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* network, dvdx_error* error);
+
+// A network that is there meets air; replaces what it met before.
+DVDX_EXPORT dvdx_status dvdx_scene_set_aerodynamics(dvdx_scene* scene, const dvdx_aerodynamics* air, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_on_point(dvdx_scene* scene, const dvdx_on_point* constraint, dvdx_error* error);
@@ -526,6 +546,8 @@ DVDX_EXPORT dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const d
                                           dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_plan_replace_contact(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
                                                   dvdx_error* error);
+// The air that networks with aerodynamics meet. Takes memory for what it copies.
+DVDX_EXPORT dvdx_status dvdx_plan_set_wind(dvdx_plan* plan, const dvdx_wind* wind, dvdx_error* error);
 // Of the plan's network `index`, a grid or springs: the fields of dvdx_grid or dvdx_springs that bear these names.
 DVDX_EXPORT dvdx_status dvdx_plan_set_grid_stiffness(dvdx_plan* plan, size_t index, double structural, double shear,
                                                      double bend, double damping, dvdx_error* error);

@@ -17,6 +17,20 @@ namespace dvdx {
 // Two particles, by number; never the same one twice.
 using Pair = std::array<std::uint32_t, 2>;
 
+// Three particles, by number, all different: a flat piece of cloth between springs.
+using Triangle = std::array<std::uint32_t, 3>;
+
+// The air that a network's triangles meet. Of a triangle of area A and unit normal n, with u = wind - mean velocity of its
+// corners, n turned so that c = n.u / |u| >= 0, and q = density |u| A / 2, the force is
+//   drag q c u + lift q c |u| (n - c u / |u|),
+// a third of it on each corner. A triangle one of whose sides is torn (`broken`) meets no air.
+struct Aerodynamics {
+  double density = 1.2;  // kg/m^3, >= 0
+  double drag = 1;       // >= 0
+  double lift = 0.5;     // >= 0
+  bool operator==(const Aerodynamics&) const = default;
+};
+
 // A rectangular sheet: the particle at (row, column) is first + row * columns + column. Rest lengths are the distances in the
 // flat sheet that edge_u and edge_v span. Neighbours stand at fixed offsets, so that a step loads no index.
 struct Grid {
@@ -29,6 +43,8 @@ struct Grid {
   double bend = 0;             // N/m >= 0: between every second particle of a row or a column
   double damping = 0;          // kg/s >= 0, along each spring
   std::vector<Pair> broken{};  // springs that are torn, by their ends; each once
+  // Its cells are cut from (row, column) to (row + 1, column + 1).
+  std::optional<Aerodynamics> aerodynamics{};
   bool operator==(const Grid&) const = default;
 };
 
@@ -40,6 +56,8 @@ struct Springs {
   std::optional<Scalars> rest_length{};  // m >= 0; none: each pair's distance when the plan is compiled
   double damping = 0;                    // kg/s >= 0, along each spring
   std::vector<Pair> broken{};            // of `pairs`, those that are torn; each once. All springs of the network between two
+  std::vector<Triangle> triangles{};     // read where there is air
+  std::optional<Aerodynamics> aerodynamics{};
   bool operator==(const Springs&) const = default;
 };
 

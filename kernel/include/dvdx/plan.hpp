@@ -185,6 +185,8 @@ class DVDX_EXPORT Plan {
   Expected<void> replace(std::size_t index, const Force& force);
   // contacts[index] becomes `contact`: its pose and all its numbers.
   Expected<void> replace(std::size_t index, const Contact& contact);
+  // The air that networks with `aerodynamics` meet. Takes memory where there are more gusts than before.
+  Expected<void> set_wind(const Wind& wind);
   // Of networks[index], a Grid or Springs, for every spring that is not torn. Lengths stay.
   Expected<void> set_stiffness(std::size_t index, const GridStiffness& stiffness);
   Expected<void> set_stiffness(std::size_t index, const SpringsStiffness& stiffness);

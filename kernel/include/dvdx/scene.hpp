@@ -186,6 +186,20 @@ struct Convex {
 using Contact = std::variant<Plane, Sphere, Capsule, OrientedBox, Convex>;
 inline constexpr std::size_t most_contacts = 4096;
 
+// amplitude sin(angular_frequency t + phase), t the scene's time; m/s, rad/s, rad
+struct Gust {
+  Vec3 amplitude{};
+  double angular_frequency = 0;
+  double phase = 0;
+  bool operator==(const Gust&) const = default;
+};
+// The velocity of the air that networks with `aerodynamics` meet: m/s, the gusts added to the mean.
+struct Wind {
+  Vec3 mean{};
+  std::vector<Gust> gusts{};
+  bool operator==(const Wind&) const = default;
+};
+
 struct Scene {
   Method method = Method::combined;  // of every force that names none
   Scalars mass = 1.0;                // kg, > 0
@@ -200,6 +214,7 @@ struct Scene {
   Origin origin{};
   std::vector<Motion> motions;
   std::vector<Kinematic> kinematic;
+  Wind wind{};
 
   Scene& add(Force force) {
     forces.push_back(std::move(force));

@@ -211,6 +211,11 @@ dvdx_status dvdx_plan_replace_contact(dvdx_plan* plan, size_t index, const dvdx_
   return replaced(plan, index, scene->scene.contacts, from, "contacts", error);
 }
 
+dvdx_status dvdx_plan_set_wind(dvdx_plan* plan, const dvdx_wind* wind, dvdx_error* error) {
+  if (wind == nullptr) return missing(error, "wind");
+  return changed(plan, error, [&](auto& p) { return p.set_wind(wind_of(*wind)); });
+}
+
 dvdx_status dvdx_plan_set_grid_stiffness(dvdx_plan* plan, size_t index, double structural, double shear, double bend,
                                          double damping, dvdx_error* error) {
   const dvdx::GridStiffness stiffness{.structural = structural, .shear = shear, .bend = bend, .damping = damping};

@@ -18,6 +18,16 @@ Scalars scalars(const dvdx_scalars& from, const std::string& field) {
   return std::vector<double>(from.each, from.each + from.count);
 }
 
+Wind wind_of(const dvdx_wind& from) {
+  need(from.gusts, from.count, "wind.gusts");
+  Wind wind{.mean = vec3(from.mean)};
+  for (std::size_t k = 0; k < from.count; ++k) {
+    const double* gust = from.gusts + 5 * k;
+    wind.gusts.push_back({.amplitude = {gust[0], gust[1], gust[2]}, .angular_frequency = gust[3], .phase = gust[4]});
+  }
+  return wind;
+}
+
 namespace {
 
 constexpr int methods = 6, expansions = 2, path_sweeps = 2, responses = 2, sides = 2, anchorings = 3, bounds = 3, schemes = 4,
@@ -200,6 +210,32 @@ Coupling value(const dvdx_coupling& from) {
   return to;
 }
 
+// Of a grid the triangles are those of its cells.
+void take_triangles(Grid& /*grid*/, const dvdx_aerodynamics& from) {
+  if (from.count == 0) return;
+  throw Error{"aerodynamics.triangles", std::to_string(from.count), "none of a grid, whose cells are cut"};
+}
+void take_triangles(Springs& springs, const dvdx_aerodynamics& from) {
+  need(from.triangles, from.count, "aerodynamics.triangles");
+  springs.triangles.clear();
+  for (std::size_t t = 0; t < from.count; ++t) {
+    const std::uint32_t* corners = from.triangles + 3 * t;
+    springs.triangles.push_back({corners[0], corners[1], corners[2]});
+  }
+}
+
+void set_aerodynamics(Scene& to, const dvdx_aerodynamics& from) {
+  if (from.network >= to.networks.size()) {
+    throw Error{"aerodynamics.network", std::to_string(from.network),
+                "below the scene's " + std::to_string(to.networks.size()) + " networks"};
+  }
+  const auto take = [&](auto& network) {
+    take_triangles(network, from);
+    network.aerodynamics = Aerodynamics{.density = from.density, .drag = from.drag, .lift = from.lift};
+  };
+  std::visit(take, to.networks[from.network]);
+}
+
 // change(scene, *what), with both pointers looked at first.
 template <class What, class Change>
 dvdx_status changed(dvdx_scene* scene, const What* what, const char* name, dvdx_error* error, const Change& change) noexcept {
@@ -321,6 +357,13 @@ dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvd
 }
 dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* network, dvdx_error* error) {
   return added(scene, network, &Scene::networks, "network", error);
+}
+
+dvdx_status dvdx_scene_set_aerodynamics(dvdx_scene* scene, const dvdx_aerodynamics* air, dvdx_error* error) {
+  return changed(scene, air, "air", error, set_aerodynamics);
+}
+dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_error* error) {
+  return changed(scene, wind, "wind", error, [](Scene& to, const dvdx_wind& from) { to.wind = wind_of(from); });
 }
 
 dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error) {

@@ -13,5 +13,6 @@ struct dvdx_scene {
 namespace dvdx::c_api {
 
 Scalars scalars(const dvdx_scalars& from, const std::string& field);
+Wind wind_of(const dvdx_wind& from);
 
 }  // namespace dvdx::c_api

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "compile/air.hpp"
 #include "compile/sweep_scheme.hpp"
 
 namespace dvdx {
@@ -130,6 +131,7 @@ class Search {
                                        [&](const Network& network) { return std::visit(has_damping, network); });
     is_joint_damped_ = is_joint_damped_ || is_damped;
     is_any_damped_ = is_any_damped_ || is_damped;
+    if (meets_air(scene_)) limit(2, "air acts in pulses of second order");
     switch (coupling.scheme) {
       case Scheme::leapfrog:
         return limit(2, "leapfrog");

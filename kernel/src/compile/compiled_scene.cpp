@@ -159,6 +159,13 @@ Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t 
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
 }
 
+template <class T>
+Expected<SharedScene<T>> with_wind(const CompiledScene<T>& before, const Wind& wind) {
+  Scene scene = before.scene;
+  scene.wind = wind;
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
+}
+
 template std::optional<Error> refusal_of(const CompiledScene<float>&, std::size_t, const Force&);
 template std::optional<Error> refusal_of(const CompiledScene<double>&, std::size_t, const Force&);
 template struct CompiledScene<float>;
@@ -174,6 +181,8 @@ template Expected<SharedScene<float>> with_step<float>(const CompiledScene<float
 template Expected<SharedScene<double>> with_step<double>(const CompiledScene<double>&, double);
 template Expected<SharedScene<float>> with_force<float>(const CompiledScene<float>&, std::size_t, const Force&);
 template Expected<SharedScene<double>> with_force<double>(const CompiledScene<double>&, std::size_t, const Force&);
+template Expected<SharedScene<float>> with_wind<float>(const CompiledScene<float>&, const Wind&);
+template Expected<SharedScene<double>> with_wind<double>(const CompiledScene<double>&, const Wind&);
 template Expected<SharedScene<float>> with_contact<float>(const CompiledScene<float>&, std::size_t, const Contact&);
 template Expected<SharedScene<float>> with_scene<float>(const CompiledScene<float>&, Scene);
 template Expected<SharedScene<double>> with_contact<double>(const CompiledScene<double>&, std::size_t, const Contact&);

@@ -75,6 +75,8 @@ template <class T>
 Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t index, const Force& force);
 template <class T>
 Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_t index, const Contact& contact);
+template <class T>
+Expected<SharedScene<T>> with_wind(const CompiledScene<T>& before, const Wind& wind);
 // A scene of the same particles and springs, which differs in what these are made of, in masses and in what is fixed or torn.
 template <class T>
 Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene);

@@ -147,6 +147,18 @@ Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index
   return InPlace::done;
 }
 
+template <class T>
+void set_wind_in_place(CompiledScene<T>& compiled, const Wind& wind) {
+  compiled.scene.wind.gusts.reserve(wind.gusts.size());
+  if (compiled.joined() != nullptr) {
+    compiled.joined()->reserve_gusts(wind.gusts.size());
+    compiled.joined()->set_wind(wind);
+  }
+  compiled.scene.wind = wind;
+}
+
+template void set_wind_in_place(CompiledScene<float>&, const Wind&);
+template void set_wind_in_place(CompiledScene<double>&, const Wind&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const GridStiffnessChange&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const SpringsStiffnessChange&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const MassChange&);

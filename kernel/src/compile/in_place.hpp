@@ -29,4 +29,8 @@ Expected<InPlace> change_in_place(CompiledScene<T>& compiled, const Change& chan
 template <class T>
 Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index, const Contact& contact);
 
+// What refuses a wind has been looked at. Takes memory where it has more gusts than before.
+template <class T>
+void set_wind_in_place(CompiledScene<T>& compiled, const Wind& wind);
+
 }  // namespace dvdx

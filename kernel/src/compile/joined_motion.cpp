@@ -6,6 +6,7 @@
 
 #include "compile/particle_values.hpp"
 #include "compile/sweep_scheme.hpp"
+#include "forces/sinusoid.hpp"
 
 namespace dvdx {
 namespace {
@@ -59,7 +60,8 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
     : joints_(std::move(joints)),
       scene_(arranged(scene, joints_->order, Contacts::kept)),
       origin_(scene.origin.is_each() ? Vec3{} : scene.origin.at(0)),
-      tracks_(scene.motions.begin(), scene.motions.end()) {
+      tracks_(scene.motions.begin(), scene.motions.end()),
+      wind_(scene.wind) {
   for (const Kinematic& followers : scene.kinematic) groups_.push_back(followers.particles.size());
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
@@ -133,8 +135,10 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.surfaces = has_moving_contacts() ? flows_[0]->terms.surface_count : 0;
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
   shape.accelerations = kicks ? joints.damping_passes() : 0;
-  shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && joints.springs != 0;
-  shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped() && shape.accelerations == 0;
+  shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && !joints.splitting.b.empty();
+  shape.has_second_velocity =
+      ((kicks || shape.keeps_acceleration) && joints.is_damped() && shape.accelerations == 0) || joints.air != nullptr;
+  shape.triangles = joints.air ? joints.air->list_size() : 0;
   shape.has_pair_sums = std::holds_alternative<PairsForm<T>>(joints.form);
   const auto springs = [](const auto& form) -> std::size_t {
     if constexpr (is_in_sweeps<std::decay_t<decltype(form)>>) return std::max<std::size_t>(1, form.springs);
@@ -154,6 +158,16 @@ WorkspaceShape JoinedMotion<T>::shape() const {
 template <class T>
 void JoinedMotion<T>::set_contact(std::size_t index, const Contact& contact) noexcept {
   for (const auto& flow : flows_) flow->set_contact(index, contact);
+}
+
+template <class T>
+Vec3 JoinedMotion<T>::wind_at(const Clock& clock) const noexcept {
+  Vec3 wind = wind_.mean;
+  for (const Gust& gust : wind_.gusts) {
+    const double now = phase_at(gust.angular_frequency, gust.phase, clock).sin;
+    for (std::size_t axis = 0; axis < 3; ++axis) wind[axis] += gust.amplitude[axis] * now;
+  }
+  return wind;
 }
 
 template class JoinedMotion<float>;

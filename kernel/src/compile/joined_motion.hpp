@@ -32,6 +32,7 @@ struct WorkspaceShape {
   bool keeps_velocities = false;  // for sweeps over a list that damps
   bool has_origin = false;
   bool keeps_acceleration = false;
+  std::size_t triangles = 0;  // of a list that meets air
   ConstraintShape constraints{};
   bool operator==(const WorkspaceShape&) const = default;
 };
@@ -51,6 +52,11 @@ class JoinedMotion {
   [[nodiscard]] WorkspaceShape shape() const;
 
   void set_contact(std::size_t index, const Contact& contact) noexcept;
+  // The motion's own copy, after which set_wind() cannot fail.
+  void reserve_gusts(std::size_t gusts) { wind_.gusts.reserve(gusts); }
+  void set_wind(const Wind& wind) noexcept { wind_ = wind; }
+  // m/s
+  [[nodiscard]] Vec3 wind_at(const Clock& clock) const noexcept;
 
   [[nodiscard]] const std::vector<std::unique_ptr<FreeMotion<T>>>& flows() const noexcept { return flows_; }
   // Flow before each pulse of the first sub-step, and of the others.
@@ -79,6 +85,7 @@ class JoinedMotion {
   std::vector<std::size_t> first_, again_;
   std::optional<std::size_t> last_;
   CountedFrom counted_from_ = CountedFrom::zero;
+  Wind wind_;
 };
 
 extern template class JoinedMotion<float>;

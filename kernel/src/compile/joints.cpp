@@ -151,6 +151,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   make_fixed(scene, start);
   make_inverse_masses();
   make_form(pairs, grid);
+  if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
   if (!scene.constraints.empty()) constraints.emplace(scene, start, w_of, order, substep(), options.memory);
 }
 
@@ -259,7 +260,7 @@ NetworkInput Joints<T>::input(std::span<const JoinedPair> pairs) const {
 template <class T>
 bool Joints<T>::can_change_in_place() const noexcept {
   // Where fewer sub-steps than are safe were asked for, eigenvalues tell whether they still do.
-  if (constraints || !chosen.is_safe) return false;
+  if (constraints || !chosen.is_safe || (air && !air->is_grid())) return false;
   return std::holds_alternative<GridForm<T>>(form) || std::holds_alternative<StrandsForm<T>>(form);
 }
 
@@ -308,6 +309,7 @@ bool Joints<T>::set_inverse_mass(const Grid& grid, std::size_t particle, double 
   const std::uint32_t element = order.of[particle];
   const_cast<T*>(w)[element] = static_cast<T>(w_new);  // our own memory
   if (auto* strands = std::get_if<StrandsForm<T>>(&form)) set_inverses(*strands, input({}), grid, w, element);
+  if (air) air->set_inverse_mass(w_of, particle);
   return true;
 }
 
@@ -323,6 +325,7 @@ bool Joints<T>::break_spring(const Grid& grid, const GridSpring& spring) {
   } else {
     tear(std::get<StrandsForm<T>>(form), order, grid, spring);
   }
+  if (air) air->tear(w_of, spring);
   undo.dismiss();
   take(*by_row_);
   return true;
@@ -344,7 +347,7 @@ bool Joints<T>::set_stiffness(const Grid& grid) {
 template <class T>
 std::size_t Joints<T>::bytes() const noexcept {
   const std::size_t of_form = std::visit([](const auto& f) { return bytes_of<T>(f); }, form);
-  return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0);
+  return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0) + (air ? air->bytes() : 0);
 }
 
 template <class T>

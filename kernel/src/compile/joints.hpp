@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "compile/air.hpp"
 #include "compile/columns.hpp"
 #include "compile/constraints.hpp"
 #include "compile/grid_rates.hpp"
@@ -79,6 +80,7 @@ class Joints {
   const T* w = nullptr;              // the working column of inverse masses
   NetworkForm<T> form;
   std::optional<Constraints<T>> constraints;
+  std::unique_ptr<Air<T>> air;  // or null
 
   [[nodiscard]] std::size_t particles() const noexcept { return w_of.size(); }
 

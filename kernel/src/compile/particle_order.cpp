@@ -256,6 +256,19 @@ std::size_t count_springs(const Grid& grid) {
   return count;
 }
 
+std::vector<Triangle> triangles_of(const Grid& grid) {
+  std::vector<Triangle> triangles;
+  for (std::size_t row = 0; row + 1 < grid.rows; ++row) {
+    for (std::size_t column = 0; column + 1 < grid.columns; ++column) {
+      const auto at = static_cast<std::uint32_t>(grid.first + row * grid.columns + column);
+      const auto below = static_cast<std::uint32_t>(at + grid.columns);
+      triangles.push_back({at, below + 1, at + 1});
+      triangles.push_back({at, below + 1, below});
+    }
+  }
+  return triangles;
+}
+
 DVDX_EXPORT Springs springs_of(const Grid& grid) {
   std::vector<JoinedPair> joined;
   append(grid, joined);
@@ -275,6 +288,8 @@ DVDX_EXPORT Springs springs_of(const Grid& grid) {
   for (const Pair& ends : sorted(grid.broken)) {
     if (std::binary_search(springs.pairs.begin(), springs.pairs.end(), ends)) springs.broken.push_back(ends);
   }
+  springs.aerodynamics = grid.aerodynamics;
+  if (grid.aerodynamics) springs.triangles = triangles_of(grid);
   return springs;
 }
 

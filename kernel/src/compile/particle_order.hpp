@@ -29,6 +29,9 @@ struct GridDirection {
 // Those with a stiffness (or a damping), in the order of the neighbour's number.
 std::vector<GridDirection> directions_of(const Grid& grid);
 
+// A sheet's cells, each cut from (row, column) to (row + 1, column + 1), in the order of the cells.
+std::vector<Triangle> triangles_of(const Grid& grid);
+
 // A spring of a sheet, by where it begins and its direction, whatever its stiffness.
 struct GridSpring {
   std::size_t row = 0, column = 0;

@@ -135,6 +135,7 @@ class RangeChecker {
     for (std::size_t i = 0; i < scene_.networks.size() && !check_.error; ++i) {
       std::visit([&](const auto& network) { check(network, is_only ? "network" : element("network", i)); }, scene_.networks[i]);
     }
+    if (!check_.error) check_.error = check_range<T>(scene_.wind);
     for (std::size_t i = 0; i < scene_.constraints.size() && !check_.error; ++i) {
       std::visit([&](const auto& constraint) { check(constraint, element("constraints", i)); }, scene_.constraints[i]);
     }
@@ -252,8 +253,13 @@ class RangeChecker {
       }
     }
   }
+  void air(const std::string& at, const std::optional<Aerodynamics>& of) {
+    if (!of || (fits<T>(of->density) && fits<T>(of->density * h_))) return;
+    fail(at + ".aerodynamics.density", text(of->density), "one whose product with the step is finite");
+  }
   void check(const Grid& grid, const std::string& at) {
     masses();
+    air(at, grid.aerodynamics);
     length(at + ".edge_u", dvdx::length(grid.edge_u));
     length(at + ".edge_v", dvdx::length(grid.edge_v));
     const double w = 1 / least_mass();
@@ -264,6 +270,7 @@ class RangeChecker {
   }
   void check(const Springs& springs, const std::string& at) {
     masses();
+    air(at, springs.aerodynamics);
     for (std::size_t s = 0; s < springs.pairs.size() && !check_.error; ++s) {
       const auto [a, b] = springs.pairs[s];
       const double l = springs.rest_length ? (*springs.rest_length)[s] : distance(start_[a], start_[b]);
@@ -311,6 +318,18 @@ std::optional<Error> check_range(const Contact& contact, std::size_t index, cons
   return check.error;
 }
 
+// Speeds are compared by their squares, and multiplied with an area's.
+template <class T>
+std::optional<Error> check_range(const Wind& wind) {
+  constexpr double most = sizeof(T) == 4 ? 1e9 : 1e70;
+  double speed = dvdx::length(wind.mean);
+  for (const Gust& gust : wind.gusts) speed += dvdx::length(gust.amplitude);
+  if (speed <= most) return std::nullopt;
+  Checker check(std::nullopt);
+  out_of_range<T>(check, "wind", text(speed) + " m/s with all gusts", "at most " + text(most) + " m/s");
+  return check.error;
+}
+
 template <class T>
 bool is_in_range(const Grid& grid, double h, double w) {
   return fits<T>(w) && is_joint_in_range<T>(grid.structural, grid.damping, h, 2 * w) &&
@@ -324,6 +343,8 @@ template std::optional<Error> check_range<double>(const Scene&, const Options&, 
 template std::optional<Error> check_range_of_forces<float>(const Scene&, const Options&, std::optional<std::size_t>,
                                                            std::span<const Vec3>);
 template std::optional<Error> check_range<float>(const Contact&, std::size_t, const Origin&);
+template std::optional<Error> check_range<float>(const Wind&);
+template std::optional<Error> check_range<double>(const Wind&);
 template bool is_in_range<float>(const Grid&, double, double);
 template std::optional<Error> check_range_of_forces<double>(const Scene&, const Options&, std::optional<std::size_t>,
                                                             std::span<const Vec3>);

@@ -21,6 +21,8 @@ std::optional<Error> check_range_of_forces(const Scene& scene, const Options& op
 template <class T>
 std::optional<Error> check_range(const Contact& contact, std::size_t index, const Origin& origin);
 template <class T>
+std::optional<Error> check_range(const Wind& wind);
+template <class T>
 bool is_in_range(const Grid& grid, double h, double w);
 
 }  // namespace dvdx

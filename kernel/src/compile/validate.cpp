@@ -23,6 +23,7 @@ namespace {
 constexpr std::size_t most_particles = 0xffffffff;
 constexpr int most_substeps = 1000000;
 constexpr int most_iterations = 1000;
+constexpr double most_coefficient = 1e6;  // of drag and lift: what a pulse makes of it stays finite (most_air)
 
 struct ForceChecker {
   Checker& check;
@@ -224,6 +225,7 @@ struct NetworkChecker {
     check.number(at + ".shear", g.shear, Range::non_negative);
     check.number(at + ".bend", g.bend, Range::non_negative);
     check.number(at + ".damping", g.damping, Range::non_negative);
+    air(g.aerodynamics);
     if (!check.error) broken(g.broken, [&](const Pair& ends) { return spring_between(g, ends).has_value(); });
   }
   void operator()(const Springs& s) const {
@@ -231,10 +233,34 @@ struct NetworkChecker {
     each_pair(".stiffness", s.stiffness, s.pairs.size(), Range::non_negative);
     if (s.rest_length) each_pair(".rest_length", *s.rest_length, s.pairs.size(), Range::non_negative);
     check.number(at + ".damping", s.damping, Range::non_negative);
+    triangles(s.triangles);
+    air(s.aerodynamics);
+    if (s.aerodynamics && s.triangles.empty()) {
+      check.fail(at + ".aerodynamics", "given", "left out of a network without triangles");
+    }
     if (check.error || s.broken.empty()) return;
     std::set<Pair> joined;
     for (const Pair& pair : s.pairs) joined.insert(ascending(pair));
     broken(s.broken, [&](const Pair& ends) { return joined.contains(ascending(ends)); });
+  }
+
+  void air(const std::optional<Aerodynamics>& of) const {
+    if (!of) return;
+    check.number(at + ".aerodynamics.density", of->density, Range::non_negative);
+    for (const auto& [name, value] : {std::pair{".drag", of->drag}, std::pair{".lift", of->lift}}) {
+      if (!(value >= 0 && value <= most_coefficient)) {
+        check.fail(at + ".aerodynamics" + name, text(value), "a number from 0 to " + text(most_coefficient));
+      }
+    }
+  }
+  void triangles(const std::vector<Triangle>& list) const {
+    for (std::size_t t = 0; t < list.size() && !check.error; ++t) {
+      const auto [a, b, c] = list[t];
+      if (std::max({a, b, c}) < *check.count() && a != b && b != c && c != a) continue;
+      check.fail(element(at + ".triangles", t),
+                 element("", a).append(", ").append(element("", b)).append(" and ").append(element("", c)),
+                 "three different particle ids below " + std::to_string(*check.count()));
+    }
   }
 
   static Pair ascending(const Pair& ends) { return {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])}; }
@@ -399,6 +425,18 @@ std::optional<Error> check(const Contact& contact, std::size_t index) {
   return check.error;
 }
 
+std::optional<Error> check(const Wind& wind) {
+  Checker check(std::nullopt);
+  check.numbers("wind.mean", wind.mean, Range::finite);
+  for (std::size_t k = 0; k < wind.gusts.size() && !check.error; ++k) {
+    const std::string at = element("wind.gusts", k);
+    check.numbers(at + ".amplitude", wind.gusts[k].amplitude, Range::finite);
+    check.number(at + ".angular_frequency", wind.gusts[k].angular_frequency, Range::finite);
+    check.number(at + ".phase", wind.gusts[k].phase, Range::finite);
+  }
+  return check.error;
+}
+
 std::string Error::message() const { return field + " is " + value + ": must be " + valid; }
 
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count) {
@@ -423,6 +461,7 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
   check_networks(check, scene);
   check_constraints(check, scene);
   check_substeps(check, scene);
+  if (!check.error) check.error = dvdx::check(scene.wind);
   return check.error;
 }
 

@@ -14,5 +14,6 @@ std::optional<Error> check(const Options& options);
 // Of one alone: forces[index], contacts[index].
 std::optional<Error> check(const Force& force, std::size_t index, std::optional<std::size_t> count);
 std::optional<Error> check(const Contact& contact, std::size_t index);
+std::optional<Error> check(const Wind& wind);
 
 }  // namespace dvdx

@@ -102,6 +102,7 @@ class JoinedStep {
         work_(workspace.work),
         held_(std::span(workspace.held).first(joints_.fixed.size())),
         kernels_(scene.passes->template of<T>().network),
+        air_kernels_(scene.passes->template of<T>().air),
         residuals_(scene.passes->residual),
         parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel),
         report_(report),
@@ -442,11 +443,11 @@ class JoinedStep {
     return bytes_in_cache / (columns * sizeof(T) * grid.pitch);
   }
 
-  // 0 where the sheet is in cache anyway, where a pulse reads the neighbours' velocities, which the stage before has changed,
-  // where constraints stand between the pulses, and where each stage has its own poses of motions.
+  // 0 where the sheet is in cache anyway, where a pulse reads the neighbours' velocities, which the stage before has changed
+  // (damping, air), where constraints stand between the pulses, and where each stage has its own poses of motions.
   [[nodiscard]] std::size_t stages_at_once() const noexcept {
     const auto* form = std::get_if<GridForm<T>>(&joints_.form);
-    if (form == nullptr || joints_.damping_passes() != 0 || constraints_ || !m_.tracks().empty()) return 0;
+    if (form == nullptr || joints_.damping_passes() != 0 || joints_.air || constraints_ || !m_.tracks().empty()) return 0;
     const std::size_t rows = rows_in_cache(form->terms);
     return form->terms.rows <= 2 * rows ? 0 : std::min(max_stages, rows / reach(form->terms) / 2);
   }
@@ -506,19 +507,30 @@ class JoinedStep {
 
   // ---- pulses, one for each form ------------------------------------------------------------------------------------------
 
+  struct Units {  // rows, slices, or particles and triangles by slices
+    std::size_t count, per_task, size = 1;
+  };
+
   template <class Form>
   void flow_and_pulse(const Form& form, std::size_t f, std::size_t k) noexcept {
     flow(f, After::nothing);
+    const double air = part_of_air(k);
+    if (air == 0) return pulse(form, k);
+    if (joints_.damping_passes() != 0) keep_velocity();  // else the pulse leaves it in v_next
     pulse(form, k);
+    over(elements(), [&](std::size_t from, std::size_t to) { air_kernels_.middle(work_, from, to); });
+    blow(air);
   }
   // Brown's contributions are of the whole sub-step, from where it starts.
   void flow_and_pulse(const PairsForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept {
     constexpr std::size_t per_task = particles_per_task / slice;
     const std::size_t slices = size() / slice;
+    blow_on_velocity(0.5);
     for_each_task(parallel_, tasks_of(slices, per_task), [&](std::size_t task) {
       kernels_.pairs(form.terms, work_, task * per_task, std::min(slices, (task + 1) * per_task));
     });
     flow(f, After::pairs);
+    blow_on_velocity(0.5);
   }
 
   void flow_and_pulse(const StrandsForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept { flow_and_sweep(form, f); }
@@ -528,18 +540,25 @@ class JoinedStep {
   void flow_and_sweep(const Form& form, std::size_t f) noexcept {
     if (form.alpha) return flow_and_sweep(form, *form.alpha, f);
     flow(f, After::nothing);
+    blow_on_velocity(0.5);
     sweep(form, ws_.with_columns(form.terms));
     left_ = {.shift = &form.shift};
+    blow_after_sweeps();
   }
   template <class Form>
   void flow_and_sweep(const Form& form, const Alpha<T>& alpha, std::size_t f) noexcept {
     const bool is_start = std::exchange(is_start_, false);
     alpha_ = is_start ? &alpha.start : &alpha.on;
-    flow(f, After::sweeps);
+    flow(f, joints_.air ? After::nothing : After::sweeps);
+    if (joints_.air) {
+      blow_on_velocity(0.5);
+      over(elements(), [&](std::size_t from, std::size_t to) { kernels_.begin_sweeps(*alpha_, work_, from, to); });
+    }
     std::swap(work_.v, work_.v_next);  // the same where nothing damps
     sweep(form, ws_.with_columns(is_start ? alpha.sweeps_of_start : form.terms));
     std::swap(work_.v, work_.v_next);
     left_ = {.alpha = alpha_};
+    blow_after_sweeps();
   }
 
   void pulse(const GridForm<T>& form, std::size_t k) noexcept {
@@ -555,19 +574,66 @@ class JoinedStep {
     take_acceleration(kernels_.damp_graph, form.damped, k, slices);
   }
 
+  // ---- air, in the middle of a pulse or in halves before and after it: passes/air/air.hpp ----------------------------------
+
+  // Of a sub-step's air, what goes with the pulse k: one pulse of six, the third and the fourth have half of it each.
+  [[nodiscard]] double part_of_air(std::size_t k) const noexcept {
+    if (!joints_.air) return 0;
+    const std::size_t pulses = joints_.splitting.b.size();
+    if (pulses == 1) return 1;
+    return k + 1 == pulses / 2 || k == pulses / 2 ? 0.5 : 0;
+  }
+
+  [[nodiscard]] Units elements() const noexcept { return {size() / slice, particles_per_task / slice, slice}; }
+
+  void keep_velocity() noexcept {
+    over(elements(), [&](std::size_t from, std::size_t to) {
+      for (std::size_t axis = 0; axis < 3; ++axis) std::copy_n(work_.v[axis] + from, to - from, work_.v_next[axis] + from);
+    });
+  }
+  void blow_on_velocity(double part) noexcept {
+    if (!joints_.air) return;
+    keep_velocity();
+    blow(part);
+  }
+  void blow_after_sweeps() noexcept {
+    if (!joints_.air) return;
+    take_what_the_sweeps_left();
+    blow_on_velocity(0.5);
+  }
+
+  // That part of a sub-step's air, on what moves as v_next.
+  void blow(double part) noexcept {
+    const Air<T>& air = *joints_.air;
+    const Vec3 wind = m_.wind_at(end_of_flow());
+    const TriangleTerms<T> list = ws_.with_columns(air.triangles());
+    for (const AirNetwork& of : air.networks()) {
+      const AirPulse<T> pulse = air_pulse<T>(of.aerodynamics, wind, part * joints_.substep());
+      if (air.is_grid()) {
+        const Units rows{air.grid().rows, particles_per_task / air.grid().pitch};
+        over(rows, [&](std::size_t from, std::size_t to) { air_kernels_.grid(air.grid(), pulse, work_, from, to); });
+      } else {
+        const Units triangles{(of.end - of.first) / slice, particles_per_task / slice, slice};
+        over(triangles, [&](std::size_t from, std::size_t to) {
+          air_kernels_.triangles(list, pulse, work_, of.first + from, of.first + to);
+        });
+      }
+    }
+    if (air.is_grid()) return;
+    over({size() / slice, particles_per_task / slice},
+         [&](std::size_t from, std::size_t to) { air_kernels_.gather(list, work_, from, to); });
+  }
+
   [[nodiscard]] T pulse_length(std::size_t k) const noexcept {
     return static_cast<T>(joints_.splitting.b[k] * joints_.substep());
   }
 
-  struct Units {  // rows or slices
-    std::size_t count, per_task;
-  };
   template <class Pass>
   void over(const Units& units, const Pass& pass) noexcept {
     const std::size_t per_task = std::max<std::size_t>(1, units.per_task);
     for_each_task(parallel_, tasks_of(units.count, per_task), [&](std::size_t task) {
       const std::size_t from = task * per_task;
-      pass(from, std::min(units.count, from + per_task));
+      pass(from * units.size, std::min(units.count, from + per_task) * units.size);
     });
   }
 
@@ -671,6 +737,7 @@ class JoinedStep {
   WorkColumns<T>& work_;
   std::span<Held<T>> held_;
   const NetworkKernels<T>& kernels_;
+  const AirKernels<T>& air_kernels_;
   const ResidualKernels& residuals_;
   ParallelFor parallel_;
   ConstraintTerms<T> constraint_terms_{};

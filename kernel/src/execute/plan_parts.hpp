@@ -63,6 +63,14 @@ struct PlanIn {
     return become(with_contact(*scene, index, contact));
   }
 
+  Expected<void> set_wind(const Wind& wind) {
+    if (auto error = check(wind)) return tl::unexpected(*error);
+    if (auto error = check_range<A>(wind)) return tl::unexpected(*error);
+    if (!is_only_owner(scene)) return become(with_wind(*scene, wind));
+    set_wind_in_place(*scene, wind);
+    return {};
+  }
+
   Expected<void> replace(std::size_t index, const Force& force) {
     if (!is_only_owner(scene)) return become(with_force(*scene, index, force));
     if (auto error = refusal_of(*scene, index, force)) return tl::unexpected(*error);

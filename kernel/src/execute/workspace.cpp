@@ -49,6 +49,7 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
     chains.kept = axes(size);
     for (T** column : {&chains.s, &chains.over, &chains.rest}) *column = columns_.add(size);
   }
+  if (const std::size_t size = shape.triangles; size != 0) air_ = axes(size);
   if (const std::size_t size = shape.constraints.lines; size != 0) {
     for (T** column : {&constraints_.lines.s1, &constraints_.lines.s2}) *column = columns_.add(size);
   }
@@ -98,6 +99,12 @@ ConstraintTerms<T> JoinedWorkspace<T>::with_columns(ConstraintTerms<T> terms) co
   terms.chains.rest = chains.rest;
   terms.lines.s1 = lines.s1;
   terms.lines.s2 = lines.s2;
+  return terms;
+}
+
+template <class T>
+TriangleTerms<T> JoinedWorkspace<T>::with_columns(TriangleTerms<T> terms) const noexcept {
+  terms.p = air_;
   return terms;
 }
 

@@ -63,6 +63,7 @@ class JoinedWorkspace {
   // The plan's terms with this workspace's columns put in.
   [[nodiscard]] SweepTerms<T> with_columns(SweepTerms<T> terms) const noexcept;
   [[nodiscard]] ConstraintTerms<T> with_columns(ConstraintTerms<T> terms) const noexcept;
+  [[nodiscard]] TriangleTerms<T> with_columns(TriangleTerms<T> terms) const noexcept;
 
   WorkColumns<T> work;
   std::array<T*, 3> origin{};         // null, or where each particle was when the step began
@@ -82,6 +83,7 @@ class JoinedWorkspace {
   Columns<T> columns_;
   SweepTerms<T> sweep_{};             // lambda, apart and records
   ConstraintTerms<T> constraints_{};  // the columns of sums
+  std::array<T*, 3> air_{};           // what each triangle of a list comes to
 };
 
 extern template class JoinedWorkspace<float>;

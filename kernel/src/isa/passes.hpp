@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "dvdx/isa.hpp"
+#include "passes/air/air.hpp"
 #include "passes/constraint/constraint.hpp"
 #include "passes/emission/emission.hpp"
 #include "passes/network/network.hpp"
@@ -24,6 +25,7 @@ struct Kernels {
   NetworkKernels<T> network;
   ConstraintKernels<T> constraint;
   RemovalKernels<T> removal;
+  AirKernels<T> air;
 
   [[nodiscard]] StepBlock<T> at(Flow flow, Extras extra) const noexcept {
     return step[static_cast<std::size_t>(flow)][static_cast<std::size_t>(extra)];

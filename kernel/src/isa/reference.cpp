@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "isa/passes.hpp"
+#include "passes/air/air_reference.hpp"
 #include "passes/block_loop_reference.hpp"
 #include "passes/constraint/chain_reference.hpp"
 #include "passes/constraint/constraint_reference.hpp"
@@ -50,7 +51,11 @@ constexpr Kernels<T> scalar_kernels() noexcept {
           .removal = {.grow_old = grow_old<T>,
                       .grow_old_and_mark = grow_old_and_mark<T>,
                       .count_aged = count_aged<T>,
-                      .mark_placed = mark_placed<T>}};
+                      .mark_placed = mark_placed<T>},
+          .air = {.middle = middle_velocity<T>,
+                  .grid = blow_grid<T, arithmetic>,
+                  .triangles = blow_triangles<T, arithmetic>,
+                  .gather = gather_air<T, arithmetic>}};
 }
 
 template <Arithmetic arithmetic>

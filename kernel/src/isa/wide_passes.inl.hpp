@@ -2,6 +2,7 @@
 #pragma once
 
 #include "isa/passes.hpp"
+#include "passes/air/air.inl.hpp"
 #include "passes/block_loop.inl.hpp"
 #include "passes/constraint/chain.inl.hpp"
 #include "passes/constraint/constraint.inl.hpp"
@@ -55,7 +56,11 @@ constexpr Kernels<T> wide_kernels() noexcept {
           .removal = {.grow_old = grow_old<V>,
                       .grow_old_and_mark = grow_old_and_mark<V>,
                       .count_aged = count_aged<V>,
-                      .mark_placed = mark_placed<V>}};
+                      .mark_placed = mark_placed<V>},
+          .air = {.middle = middle_velocity<V>,
+                  .grid = blow_grid<V, arithmetic>,
+                  .triangles = blow_triangles<V, arithmetic>,
+                  .gather = gather_air<V, arithmetic>}};
 }
 
 template <class Arch, Arithmetic arithmetic>

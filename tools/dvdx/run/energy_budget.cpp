@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "run/air_power.hpp"
 #include "run/energy.hpp"
 
 namespace dvdx::tool {
@@ -43,6 +44,7 @@ Vec3 acceleration_at(const Scene& scene, double seconds) {
 template <class T>
 Moments moments_of(const Scene& scene, const State<T>& state) {
   Moments sums;
+  sums.air = air_power(scene, state);
   for (std::size_t i = 0; i < state.count; ++i) {
     const double m = scene.mass[i];
     double squares = 0;
@@ -110,6 +112,7 @@ void EnergyBudget::look(const State<T>& state) {
     work += sixth * ((a0[axis] - a[axis]) * now.momentum[axis] + (a1[axis] - a[axis]) * next.momentum[axis]);
   }
   work += next.wind - now.wind;
+  work += 0.5 * (now.air + next.air) * (until - seconds);
   most_work = std::max(most_work, work);
   now = next;
   seconds = until;
@@ -122,7 +125,6 @@ double EnergyBudget::share() const noexcept {
 }
 
 std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
-  constexpr double most = 32;   // steps: a look costs a walk over the particles
   constexpr double turn = 0.3;  // rad, between looks
   constexpr double coarse = 1;  // rad a step: beyond it the middle stands for nothing
   if (file.scene.networks.empty() || is_live(file) || !(file.step > 0)) return std::nullopt;
@@ -132,6 +134,11 @@ std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
     if (const auto* sine = std::get_if<Sinusoid>(&force)) {
       fastest = std::max(fastest, std::abs(sine->angular_frequency) * file.step);
     }
+  }
+  double most = 32;  // steps: a look costs a walk over the particles
+  if (meets_air(file.scene)) {
+    most = 4;
+    for (const Gust& gust : file.scene.wind.gusts) fastest = std::max(fastest, std::abs(gust.angular_frequency) * file.step);
   }
   if (fastest > coarse) return std::nullopt;
   return static_cast<std::uint64_t>(fastest * most <= turn ? most : std::max(1.0, turn / fastest));

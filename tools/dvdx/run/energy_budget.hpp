@@ -16,6 +16,7 @@ struct Moments {
   Vec3 mass{};         // kg m: sum of m x
   Vec3 momentum{};     // kg m/s: sum of m v
   double wind = 0;     // J: sum of c wind.x over the drags
+  double air = 0;      // W: sum of F.wind over the triangles that the wind pushes ahead
 };
 
 // Kinetic energy is at most
@@ -27,6 +28,9 @@ struct Moments {
 // only takes. As all of these are alike for every particle but for m and c, the work of a constant one follows from the sums
 // of m x and c x, exactly, however far apart the looks are. That of a force of time is Simpson's sum over a, at both looks and
 // between, times the momentum, which between follows from the way.
+//
+// What the air gives a triangle is F.(wind - u) = F.wind - drag q c u^2, at most F.wind: the mean of both looks, of the
+// triangles where it is positive.
 //
 // The most work seen so far counts: what gravity gave and took back may still be in the motion of others, and a contact that
 // lifts what lay below it takes no motion away. What was given and then lost counts on, so that the bound says less and less

@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "scene_io/air_reader.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/json_text.hpp"
 #include "scene_io/mesh_file.hpp"
@@ -35,8 +36,9 @@ Fields fields_of(const Node& network) {
   const auto kind = kind_of(network);
   std::vector<std::string_view> keys{"type", "damping", "fixed", "scheme", "substeps", "method", "theta", "sweep", "axis"};
   const auto add = [&](std::initializer_list<std::string_view> more) { keys.insert(keys.end(), more); };
-  if (kind == Kind::grid) add({"rows", "columns", "origin", "edge_u", "edge_v", "mass", "structural", "shear", "bend"});
-  if (kind == Kind::mesh) add({"file", "mass", "edge", "bend"});
+  if (kind == Kind::grid)
+    add({"rows", "columns", "origin", "edge_u", "edge_v", "mass", "structural", "shear", "bend", "aerodynamics"});
+  if (kind == Kind::mesh) add({"file", "mass", "edge", "bend", "aerodynamics"});
   if (kind == Kind::springs) add({"pairs", "stiffness", "rest_length"});
   return {network, "a network of type " + std::string(name_in(kinds, kind)), std::move(keys)};
 }
@@ -106,6 +108,10 @@ GridKeys read_grid(const Fields& fields) {
   grid.shear = fields.number("shear", not_negative, 0);
   grid.bend = fields.number("bend", not_negative, 0);
   grid.damping = fields.number("damping", not_negative, 0);
+  grid.aerodynamics = read_aerodynamics(fields);
+  if (grid.aerodynamics && (grid.rows == 1 || grid.columns == 1)) {
+    fields.required("aerodynamics").fail("is there, and a grid of one row or one column has no triangles: must be left out");
+  }
   return keys;
 }
 
@@ -388,7 +394,12 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   check_room(node, made.first + mesh.vertices.size(), room_);
   auto springs = springs_of(mesh, made.first, edge, bend);
   springs.damping = fields.number("damping", not_negative, 0);
-  if (!springs.pairs.empty()) made.network = std::move(springs);
+  springs.aerodynamics = read_aerodynamics(fields);
+  if (springs.aerodynamics) springs.triangles = triangles_of(mesh.faces, made.first);
+  if (springs.aerodynamics && springs.triangles.empty()) {
+    fields.required("aerodynamics").fail("is there, and the mesh has no faces: must be left out");
+  }
+  if (!springs.pairs.empty() || springs.aerodynamics) made.network = std::move(springs);
   made.topology = topology_of(mesh, made.first);
   add_particles(node, std::move(mesh.vertices), mass);
 }

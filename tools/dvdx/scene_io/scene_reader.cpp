@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "scene_io/air_reader.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/json_text.hpp"
@@ -392,10 +393,10 @@ constexpr std::uint64_t most_iterations = 1000;
 SceneFile scene_of(const std::string& path, const json& root, const ReadOptions& options) {
   const Node node(root, "", path);
   check_format(node);
-  const Fields fields(
-      node, "a scene",
-      {"format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network", "constraints",
-       "constraint_iterations", "fixed", "motions", "kinematic", "origin", "emitters", "capacity", "removal"});
+  const Fields fields(node, "a scene", {"format",    "name",    "about",     "step",    "duration",    "method",
+                                        "particles", "forces",  "contacts",  "network", "constraints", "constraint_iterations",
+                                        "fixed",     "motions", "kinematic", "origin",  "emitters",    "capacity",
+                                        "removal",   "wind"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -420,6 +421,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   }
   read_fixed(fields, file, population);
   read_kinematic(fields, file, population, motions, networks);
+  if (const auto wind = fields.optional("wind")) file.scene.wind = read_wind(*wind);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
   read_turnover(fields, file, room_for_live(options));
   file.sources = folder.named();

@@ -239,7 +239,7 @@ bool keeps_energy(const Scene& scene) {
     if constexpr (requires { force.damping; }) return force.damping == 0;
     return std::is_same_v<Type, Constant>;
   };
-  const auto is_undamped = [](const auto& network) { return network.damping == 0; };
+  const auto is_undamped = [](const auto& network) { return network.damping == 0 && !network.aerodynamics; };
   const auto is_elastic = [](const auto& contact) {
     return contact.restitution == 1 && contact.friction == 0 && contact.viscosity == 0 && contact.normal_viscosity == 0;
   };

@@ -1,0 +1,201 @@
+#include "compile/air.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "compile/network_forms.hpp"
+
+namespace dvdx {
+namespace {
+
+const std::optional<Aerodynamics>& aerodynamics_of(const Network& network) {
+  return std::visit([](const auto& of) -> const std::optional<Aerodynamics>& { return of.aerodynamics; }, network);
+}
+
+Pair ascending(std::uint32_t i, std::uint32_t j) { return {std::min(i, j), std::max(i, j)}; }
+
+// Two particles between which the network is torn, in ascending order.
+std::vector<Pair> torn_sides(const std::vector<Pair>& broken) {
+  std::vector<Pair> sides;
+  for (const auto& [i, j] : broken) sides.push_back(ascending(i, j));
+  std::sort(sides.begin(), sides.end());
+  return sides;
+}
+bool is_torn(const Triangle& t, const std::vector<Pair>& sides) {
+  const auto is_side = [&](std::uint32_t i, std::uint32_t j) {
+    return std::binary_search(sides.begin(), sides.end(), ascending(i, j));
+  };
+  return !sides.empty() && (is_side(t[0], t[1]) || is_side(t[1], t[2]) || is_side(t[2], t[0]));
+}
+
+std::vector<Triangle> triangles_of(const Springs& springs) { return springs.triangles; }
+
+template <class AnyNetwork>
+std::vector<Triangle> whole_triangles(const AnyNetwork& network) {
+  const std::vector<Pair> torn = torn_sides(network.broken);
+  std::vector<Triangle> found;
+  for (const Triangle& t : triangles_of(network)) {
+    if (!is_torn(t, torn)) found.push_back(t);
+  }
+  return found;
+}
+
+// W of a triangle is a ninth of the sum over its corners of their triangles' number times their inverse mass.
+constexpr double ninth = 1.0 / 9;
+
+}  // namespace
+
+bool meets_air(const Network& network) noexcept { return aerodynamics_of(network).has_value(); }
+bool meets_air(const Scene& scene) noexcept {
+  return std::any_of(scene.networks.begin(), scene.networks.end(), [](const Network& n) { return meets_air(n); });
+}
+
+template <class T>
+Air<T>::Air(const Scene& scene, const Grid* grid, std::span<const double> w, const ParticleOrder& order, const Memory& memory)
+    : columns_(memory) {
+  if (grid != nullptr && order.phases == 1) {
+    make_grid(*grid, w, order);
+  } else {
+    make_list(scene, w, order);
+  }
+}
+
+template <class T>
+std::size_t Air<T>::bytes() const noexcept {
+  const std::size_t indices = a_.size() + b_.size() + c_.size() + slots_.size() + first_slot_.size();
+  return columns_.bytes() + indices * sizeof(std::int32_t);
+}
+
+// ---- a sheet in rows ------------------------------------------------------------------------------------------------------
+
+template <class T>
+void Air<T>::make_grid(const Grid& grid, std::span<const double> w, const ParticleOrder& order) {
+  networks_.push_back({*grid.aerodynamics, 0, 0});
+  W_right_ = columns_.add(order.size, T(-1), column_margin);
+  W_below_ = columns_.add(order.size, T(-1), column_margin);
+  grid_ = {.rows = grid.rows, .columns = grid.columns, .pitch = order.pitch, .W_right = W_right_, .W_below = W_below_};
+  count_ = 2 * (grid.rows - 1) * (grid.columns - 1);
+  for (std::size_t row = 0; row + 1 < grid.rows; ++row) {
+    std::fill_n(W_right_ + element(row, 0), grid.columns - 1, T(0));
+    std::fill_n(W_below_ + element(row, 0), grid.columns - 1, T(0));
+  }
+  for (const Pair& ends : grid.broken) {
+    if (const auto spring = spring_between(grid, ends)) tear({}, *spring);
+  }
+  refresh(w, 0, 0, std::max(grid.rows, grid.columns));
+}
+
+template <class T>
+int Air<T>::triangles_at(std::size_t row, std::size_t column) const noexcept {
+  const auto is_there = [&](const T* of, std::size_t up, std::size_t left) {
+    return row >= up && column >= left && of[element(row - up, column - left)] >= T(0) ? 1 : 0;
+  };
+  return is_there(W_right_, 0, 0) + is_there(W_below_, 0, 0) + is_there(W_right_, 0, 1) + is_there(W_below_, 1, 0) +
+         is_there(W_right_, 1, 1) + is_there(W_below_, 1, 1);
+}
+
+// Of the triangles whose cells are not farther than `reach` from that of (row, column).
+template <class T>
+void Air<T>::refresh(std::span<const double> w, std::size_t row, std::size_t column, std::size_t reach) noexcept {
+  const std::size_t to_row = std::min(grid_.rows - 1, row + reach + 1);
+  const std::size_t to_column = std::min(grid_.columns - 1, column + reach + 1);
+  const auto share = [&](std::size_t i, std::size_t j) { return triangles_at(i, j) * w[i * grid_.columns + j]; };
+  for (std::size_t i = row - std::min(row, reach); i < to_row; ++i) {
+    for (std::size_t j = column - std::min(column, reach); j < to_column; ++j) {
+      const double across = share(i, j) + share(i + 1, j + 1);
+      T& right = W_right_[element(i, j)];
+      T& below = W_below_[element(i, j)];
+      if (right >= T(0)) right = static_cast<T>((across + share(i, j + 1)) * ninth);
+      if (below >= T(0)) below = static_cast<T>((across + share(i + 1, j)) * ninth);
+    }
+  }
+}
+
+template <class T>
+void Air<T>::set_inverse_mass(std::span<const double> w, std::size_t particle) noexcept {
+  refresh(w, particle / grid_.columns, particle % grid_.columns, 1);
+}
+
+template <class T>
+void Air<T>::take_away(T* of, std::size_t row, std::size_t column) noexcept {
+  T& W = of[element(row, column)];
+  if (W < T(0)) return;
+  W = T(-1);
+  --count_;
+}
+
+// w: empty where everything is refreshed afterwards.
+template <class T>
+void Air<T>::tear(std::span<const double> w, const GridSpring& spring) noexcept {
+  const auto [row, column, down, right] = spring;
+  if (down == 0 && right == 1) {
+    take_away(W_right_, row, column);
+    if (row != 0) take_away(W_below_, row - 1, column);
+  } else if (down == 1 && right == 0) {
+    take_away(W_below_, row, column);
+    if (column != 0) take_away(W_right_, row, column - 1);
+  } else if (down == 1 && right == 1) {
+    take_away(W_right_, row, column);
+    take_away(W_below_, row, column);
+  }
+  if (!w.empty()) refresh(w, row, column, 2);
+}
+
+// ---- a list ---------------------------------------------------------------------------------------------------------------
+
+template <class T>
+void Air<T>::make_list(const Scene& scene, std::span<const double> w, const ParticleOrder& order) {
+  std::vector<Triangle> all;
+  std::vector<std::size_t> places;
+  std::size_t size = 0;
+  for (const Network& network : scene.networks) {
+    if (!meets_air(network)) continue;
+    const std::vector<Triangle> own = std::visit([](const auto& of) { return whole_triangles(of); }, network);
+    for (std::size_t t = 0; t < own.size(); ++t) places.push_back(size + t);
+    all.insert(all.end(), own.begin(), own.end());
+    // One more than there are: a triangle that is none, for the slots that are left over.
+    const std::size_t end = size + (own.size() / slice + 1) * slice;
+    networks_.push_back({*aerodynamics_of(network), size, end});
+    size = end;
+  }
+  count_ = all.size();
+  std::vector<double> share(w.size(), 0.0);
+  for (const Triangle& t : all) {
+    for (const std::uint32_t i : t) share[i] += w[i];
+  }
+  for (std::vector<std::int32_t>* corner : {&a_, &b_, &c_}) corner->assign(size, 0);
+  T* const W = columns_.add(size, T(-1));
+  for (std::size_t t = 0; t < all.size(); ++t) {
+    const auto [a, b, c] = all[t];
+    const std::size_t at = places[t];
+    a_[at] = static_cast<std::int32_t>(order.of[a]);
+    b_[at] = static_cast<std::int32_t>(order.of[b]);
+    c_[at] = static_cast<std::int32_t>(order.of[c]);
+    W[at] = static_cast<T>((share[a] + share[b] + share[c]) * ninth);
+  }
+  make_slots(all, places, order);
+  list_ = {.a = a_.data(), .b = b_.data(), .c = c_.data(), .W = W, .first_slot = first_slot_.data(), .slots = slots_.data()};
+}
+
+template <class T>
+void Air<T>::make_slots(std::span<const Triangle> of, std::span<const std::size_t> places, const ParticleOrder& order) {
+  std::vector<std::vector<std::int32_t>> at(order.size);
+  for (std::size_t t = 0; t < of.size(); ++t) {
+    for (const std::uint32_t i : of[t]) at[order.of[i]].push_back(static_cast<std::int32_t>(places[t]));
+  }
+  const auto none = static_cast<std::int32_t>(a_.size() - 1);
+  for (std::size_t first = 0; first < order.size; first += slice) {
+    first_slot_.push_back(static_cast<std::uint32_t>(slots_.size() / slice));
+    std::size_t most = 0;
+    for (std::size_t k = 0; k < slice; ++k) most = std::max(most, at[first + k].size());
+    for (std::size_t n = 0; n < most; ++n) {
+      for (std::size_t k = 0; k < slice; ++k) slots_.push_back(n < at[first + k].size() ? at[first + k][n] : none);
+    }
+  }
+  first_slot_.push_back(static_cast<std::uint32_t>(slots_.size() / slice));
+}
+
+template class Air<float>;
+template class Air<double>;
+
+}  // namespace dvdx
