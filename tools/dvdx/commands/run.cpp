@@ -184,7 +184,7 @@ class HeatWatch {
     use(account.now.kinetic);
     for (double& number : account.now.mass) use(number);
     for (double& number : account.now.momentum) use(number);
-    for (double* const number : {&account.now.wind, &account.seconds, &account.work, &account.most_work}) use(*number);
+    for (double* const number : {&account.now.wind, &account.now.air, &account.seconds, &account.work, &account.most_work}) use(*number);
   }
 
   Observer<T>& observer_;
