@@ -81,7 +81,7 @@ TEST_CASE_TEMPLATE("no scene whose particles are joined allocates in a step", T,
     test::Joined held = sheet;
     held.scene.add(Constraint(Distance{.pairs = {{40, 41}, {41, 42}, {60, 80}}}));
     std::vector<test::Joined> all{sheet, test::as_list(sheet), held};
-    if (scheme != Scheme::accumulate) {  // which takes no contacts
+    if (scheme != Scheme::accumulate) {  // by its own method, exact, it takes no contacts
       all.push_back(sheet);
       all.back().scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.005, .friction = 0.2});
     }
