@@ -23,14 +23,14 @@ constexpr const char* balls = R"({
   "format": "dvdx-scene/1", "name": "balls", "step": 0.0125, "duration": 1,
   "particles": {"count": 2, "mass": 2, "position": {"values": [[0, 0, 0], [3, 1, 0]]}},
   "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
-  "contacts": [{"type": "plane", "normal": [0, 1, 0], "restitution": 0.5},
+  "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0, "restitution": 0.5},
                {"type": "sphere", "center": [50, 0, 0], "radius": 1}]
 })";
 constexpr const char* rain = R"({
   "format": "dvdx-scene/1", "name": "rain", "step": 0.0125, "duration": 1,
   "particles": {"count": 3000, "mass": 0.1, "position": {"uniform": {"min": [-1, 0.5, -1], "max": [1, 2, 1], "seed": 3}}},
   "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.02}],
-  "contacts": [{"type": "plane", "normal": [0, 1, 0], "restitution": 0.5, "friction": 0.3},
+  "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0, "restitution": 0.5, "friction": 0.3},
                {"type": "sphere", "center": [0, 0.1, 0], "radius": 0.6, "restitution": 0.7}]
 })";
 
@@ -128,7 +128,7 @@ TEST_CASE("--events is a .csv of its own, which is there whole or not at all") {
   const Folder folder("refused");
   folder.write("points.csv", "x,y,z\n0,1,0\n");
   folder.write("from.json", R"({"format": "dvdx-scene/1", "name": "f", "step": 0.1, "duration": 1,
-    "particles": {"count": 1, "position": {"file": "points.csv"}}, "contacts": [{"type": "plane", "normal": [0, 1, 0]}]})");
+    "particles": {"count": 1, "position": {"file": "points.csv"}}, "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0}]})");
   CHECK(run(folder, "run balls.json --events e.txt").exit == 2);
   CHECK(run(folder, "run balls.json --events a.csv --out a.csv").exit == 2);
   const auto source = run(folder, "run from.json --events points.csv");
