@@ -186,7 +186,13 @@ class Maker {
         const Vec3 center = vector();
         Convex convex;
         for (std::size_t k = 0; k < 6; ++k) {
-          Face face{.normal = {}, .offset = (k % 2 == 0 ? 1 : -1) * center[k / 2] + positive()};
+          double at = (k % 2 == 0 ? 1 : -1) * center[k / 2];
+          double half = positive();
+          if (is_legal()) {  // rounding leaves a body, of finite size
+            at = std::clamp(at, -1e12, 1e12);
+            half = std::clamp(half, 1e-3 * std::abs(at), 1e12);
+          }
+          Face face{.normal = {}, .offset = at + half};
           face.normal[k / 2] = k % 2 == 0 ? 1 : -1;
           convex.planes.push_back(face);
         }
