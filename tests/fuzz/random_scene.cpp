@@ -149,6 +149,24 @@ class Maker {
     contact.sweep = choose_.flip() ? ContactPath::line : ContactPath::curve;
     return contact;
   }
+  // By six planes. A legal one is a cube that rounding leaves.
+  Convex block() {
+    Vec3 center = vector();
+    double half = positive();
+    if (is_legal()) {
+      double largest = 0;
+      for (double& c : center) largest = std::max(largest, std::abs(c = std::clamp(c, -1e12, 1e12)));
+      half = std::clamp(half, std::max(1e-12, 1e-3 * largest), 1e12);
+    }
+    Convex convex;
+    for (std::size_t k = 0; k < 6; ++k) {
+      const double sign = k % 2 == 0 ? 1 : -1;
+      Face face{.normal = {}, .offset = sign * center[k / 2] + (is_legal() ? half : positive())};
+      face.normal[k / 2] = sign;
+      convex.planes.push_back(face);
+    }
+    return convex;
+  }
   void add_contacts() {
     const bool is_summed = scene().coupling.scheme == Scheme::accumulate && scene().coupling.method != Method::combined;
     const std::size_t contacts = choose_.below(4);
@@ -183,20 +201,7 @@ class Maker {
         return;
       }
       default: {  // a cube that more planes may cut
-        const Vec3 center = vector();
-        Convex convex;
-        for (std::size_t k = 0; k < 6; ++k) {
-          double at = (k % 2 == 0 ? 1 : -1) * center[k / 2];
-          double half = positive();
-          if (is_legal()) {  // rounding leaves a body, of finite size
-            at = std::clamp(at, -1e12, 1e12);
-            half = std::clamp(half, 1e-3 * std::abs(at), 1e12);
-          }
-          Face face{.normal = {}, .offset = at + half};
-          face.normal[k / 2] = k % 2 == 0 ? 1 : -1;
-          convex.planes.push_back(face);
-        }
-        scene().add(surface(convex));
+        scene().add(surface(block()));
       }
     }
   }
