@@ -22,13 +22,14 @@ using Pair = std::array<std::uint32_t, 2>;
 struct Grid {
   std::size_t rows = 0, columns = 0;  // >= 2 each, at most 2^32 particles together
   std::size_t first = 0;
-  Vec3 edge_u{};               // m, spanned by a row's columns
-  Vec3 edge_v{};               // m, spanned by the rows
-  double structural = 0;       // N/m >= 0: between neighbours of a row or a column; 0: none
-  double shear = 0;            // N/m >= 0: along both diagonals
-  double bend = 0;             // N/m >= 0: between every second particle of a row or a column
-  double damping = 0;          // kg/s >= 0, along each spring
-  std::vector<Pair> broken{};  // springs that are torn, by their ends; each once
+  Vec3 edge_u{};                  // m, spanned by a row's columns
+  Vec3 edge_v{};                  // m, spanned by the rows
+  double structural = 0;          // N/m >= 0: between neighbours of a row or a column; 0: none
+  double shear = 0;               // N/m >= 0: along both diagonals
+  double bend = 0;                // N/m >= 0: between every second particle of a row or a column
+  double damping = 0;             // kg/s >= 0, along each spring
+  std::vector<Pair> broken{};     // springs that are torn, by their ends; each once
+  std::size_t rows_of_whole = 0;  // that edge_v spans, where these rows are a part of a larger sheet; 0: `rows`
   bool operator==(const Grid&) const = default;
 };
 

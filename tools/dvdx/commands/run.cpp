@@ -20,6 +20,7 @@
 #include "ranks/join.hpp"
 #include "ranks/over_ranks.hpp"
 #include "ranks/refusal.hpp"
+#include "ranks/split.hpp"
 #include "run/energy.hpp"
 #include "run/energy_budget.hpp"
 #include "run/engine.hpp"
@@ -61,7 +62,10 @@ template <class T>
 class Observer {
  public:
   Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, Ranks& ranks)
-      : file_(loaded.file), ranks_(ranks) {
+      : file_(loaded.file),
+        is_absent_(is_split_by_springs(file_, ranks) && ranks.rank() > 0),
+        ranks_(is_split_by_springs(file_, ranks) ? alone_ : ranks) {
+    if (is_absent_) return;
     if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
     if (!output) return;
     if (world_) {
@@ -70,6 +74,9 @@ class Observer {
       writer_ = make_writer<T>(*output);
     }
   }
+
+  // Where springs join particles the first rank is told all of them, and the others have nothing to say.
+  [[nodiscard]] bool is_absent() const noexcept { return is_absent_; }
 
   void write(const Moment& moment, const State<T>& state) {
     if (writer_ != nullptr) writer_->write(moment, state);
@@ -81,12 +88,15 @@ class Observer {
   }
 
   [[nodiscard]] double energy(const State<T>& state) {
+    if (is_absent_) return 0;
     return world_ ? tool::energy(ranks_, file_, seen(state)) : tool::energy(ranks_, file_, state);
   }
   [[nodiscard]] std::uint64_t hash(const State<T>& state) {
+    if (is_absent_) return 0;
     return world_ ? tool::state_hash(ranks_, seen(state)) : tool::state_hash(ranks_, state);
   }
   [[nodiscard]] Health health(const State<T>& state) {
+    if (is_absent_) return {};
     return combined(ranks_, world_ ? health_of(seen(state)) : health_of(state));
   }
   [[nodiscard]] EnergyBudget budget(const State<T>& state) {
@@ -108,6 +118,8 @@ class Observer {
   }
 
   const SceneFile& file_;
+  OneRank alone_;
+  bool is_absent_;
   Ranks& ranks_;
   std::optional<Soa<double>> world_;
   std::unique_ptr<Writer<T>> writer_;
@@ -132,7 +144,7 @@ class HeatWatch {
   HeatWatch(const LoadedScene& loaded, const std::optional<NetworkLimit>& limit, Observer<T>& observer, const State<T>& start)
       : observer_(observer) {
     every_ = limit ? steps_between_looks(loaded.file) : std::nullopt;
-    if (!every_) return;
+    if (!every_ || observer.is_absent()) return;
     budget_.emplace(observer.budget(start));
     most_ = most_share(*limit, loaded.file.step);
     warmth_.emplace();
@@ -148,6 +160,7 @@ class HeatWatch {
     *warmth_ = {
         .is_heating = !(budget_->share() <= most_), .kinetic = budget_->kinetic(), .given = budget_->given(), .step = done};
   }
+  [[nodiscard]] bool looks() const { return every_.has_value(); }
   [[nodiscard]] const std::optional<Warmth>& warmth() const { return warmth_; }
 
  private:
@@ -164,13 +177,17 @@ class Simulation {
   Simulation(const LoadedScene& loaded, const Engine& engine, Ranks& ranks)
       : loaded_(loaded),
         ranks_(ranks),
-        memory_(engine.layout, loaded.file.particles.count, rounding_of(engine.precision)),
+        memory_(engine.layout, has_state() ? loaded.file.particles.count : 0, rounding_of(engine.precision)),
         state_(together(ranks, [&] { return started(loaded.file, memory_.view()); })),
-        plan_(made(loaded.file, engine, state_, ranks)),
-        threads_(engine.threads) {}
+        plan_(made(loaded.file, engine, state_)),
+        threads_(engine.threads) {
+    outcome_.network = limit();
+    if (!is_split_by_springs(loaded.file, ranks)) return;
+    plan_.reset();
+    split_.emplace(loaded.file, engine, ranks, outcome_.network->substeps);
+  }
 
   Outcome run(Observer<T>& observer, std::uint64_t every) {
-    outcome_.network = plan_.network_limit();
     const auto start = observer.health(state_);
     outcome_.energy_start = observer.energy(state_);
     HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
@@ -180,16 +197,17 @@ class Simulation {
       if (ranks_.rank() == 0) progress.emplace(loaded_.steps);
       while (done_ < loaded_.steps) {
         advance(every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every), watch, progress);
-        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), state_);
+        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), gathered());
       }
     }
-    observer.write(moment(), state_);
+    observer.write(moment(), gathered());
     observer.finish();
     outcome_.energy_end = observer.energy(state_);
     outcome_.hash = observer.hash(state_);
     const auto end = observer.health(state_);
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
+    ranks_.broadcast(0, writable_bytes_in(outcome_.diverged));
     outcome_.warmth = watch.warmth();
     outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
     return outcome_;
@@ -197,19 +215,45 @@ class Simulation {
 
  private:
   static State<T> started(const SceneFile& file, State<T> state) {
-    place_at_start(file, state);
+    if (state.count == file.particles.count) place_at_start(file, state);
     return state;
   }
 
-  static Plan<T> made(const SceneFile& file, const Engine& engine, const State<T>& state, Ranks& ranks) {
+  // Where springs are split, the first rank has the whole state to show, and made the whole plan to learn its sub-steps.
+  [[nodiscard]] bool has_state() const { return !is_split_by_springs(loaded_.file, ranks_) || ranks_.rank() == 0; }
+
+  std::optional<Plan<T>> made(const SceneFile& file, const Engine& engine, const State<T>& state) {
     Options options{
         .step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
-    if (is_split_by_ranges(file, ranks)) options.elsewhere = elsewhere_of(ranks, file);
-    return together(ranks, [&] {
+    if (is_split_by_ranges(file, ranks_)) options.elsewhere = elsewhere_of(ranks_, file);
+    return together(ranks_, [&]() -> std::optional<Plan<T>> {
+      if (!has_state()) return std::nullopt;
       auto plan = compile<T>(file.scene, options, state);
       if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
       return std::move(*plan);
     });
+  }
+
+  [[nodiscard]] std::optional<NetworkLimit> limit() {
+    if (!is_split_by_springs(loaded_.file, ranks_)) return plan_->network_limit();
+    NetworkLimit limit;
+    if (plan_) limit = plan_->network_limit().value_or(limit);
+    ranks_.broadcast(0, writable_bytes_in(limit));
+    return limit;
+  }
+
+  // What the observer sees.
+  const State<T>& gathered() {
+    if (split_) split_->gather(state_);
+    return state_;
+  }
+
+  void step(std::uint64_t steps) {
+    if (split_) {
+      split_->step(steps, threads_.parallel_for());
+    } else if (plan_->step(state_, steps, threads_.parallel_for()) != StepResult::done) {
+      throw std::logic_error("the plan is for another state");
+    }
   }
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
@@ -219,11 +263,10 @@ class Simulation {
     while (done_ < until) {
       const auto steps = watch.most_steps(done_, std::min(most, until - done_));
       const auto before = std::chrono::steady_clock::now();
-      if (plan_.step(state_, steps, threads_.parallel_for()) != StepResult::done)
-        throw std::logic_error("the plan is for another state");
+      step(steps);
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       done_ += steps;
-      watch.look(state_, done_);
+      if (watch.looks()) watch.look(gathered(), done_);
       if (progress) progress->at(done_);
     }
   }
@@ -232,7 +275,8 @@ class Simulation {
   Ranks& ranks_;
   StateMemory<T> memory_;
   State<T> state_;
-  Plan<T> plan_;
+  std::optional<Plan<T>> plan_;
+  std::optional<Split<T>> split_;
   Threads threads_;
   std::uint64_t done_ = 0;
   Outcome outcome_;
@@ -250,13 +294,13 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
               .topology = &loaded.file.topology,
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
               .scene = &loaded.file,
-              .ranks = ranks.count() > 1 ? &ranks : nullptr,
+              .ranks = is_split_by_ranges(loaded.file, ranks) ? &ranks : nullptr,
               .first = loaded.file.particles.first};
   }
   if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
     if (is_page(options.out)) output->ids = simulation.ids();
   }
-  if (options.error) {
+  if (options.error && ranks.rank() == 0) {
     const auto reference = reference_of(loaded, engine);
     output->reference = reference.positions;
     output->reference_text = reference.text;
