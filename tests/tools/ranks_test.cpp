@@ -109,6 +109,33 @@ TEST_CASE("ranks: more ranks than particles, and particles far from home" * doct
   }
 }
 
+TEST_CASE("ranks: networks have the bits of one rank" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("ranks-networks");
+  folder.write("sheet.json", R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.05,
+    "network": {"type": "grid", "rows": 9, "columns": 7, "origin": [0, 1, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0.3, 1], "mass": 0.2,
+                "structural": 40, "shear": 20, "bend": 5, "fixed": ["corners_top"]},
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.001}],
+    "contacts": [{"type": "sphere", "center": [0.5, 0.9, 0.5], "radius": 0.2, "friction": 0.3}]})");
+  // Numbers as they come, two springs between two particles, and a particle that none holds.
+  folder.write("list.json", R"({"format": "dvdx-scene/1", "name": "list", "step": 0.01, "duration": 0.05,
+    "particles": {"count": 12, "mass": {"uniform": {"min": 0.1, "max": 0.3, "seed": 4}},
+                  "position": {"uniform": {"min": [0, 0, 0], "max": [1, 1, 1], "seed": 3}}},
+    "network": [{"type": "springs", "pairs": [[0, 7], [7, 3], [3, 9], [9, 1], [1, 10], [10, 4], [4, 7], [3, 7]], "stiffness": 30,
+                 "rest_length": 0.4, "damping": 0.02},
+                {"type": "springs", "pairs": [[4, 8], [8, 2], [2, 5], [5, 0], [5, 11], [11, 0]], "stiffness": 30, "rest_length": "start"}],
+    "fixed": [1], "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]})");
+  for (const char* run_of : {"sheet.json", "sheet.json --set network.bend=0 --set network.damping=0.01 --precision float64",
+                             "list.json", "list.json --scheme fourth_order --precision float32_compensated"}) {
+    CAPTURE(run_of);
+    const std::string arguments = std::string("run ") + run_of + " --json --threads 1";
+    const auto alone = said(run(folder, arguments));
+    for (const int ranks : {2, 3, 5}) {
+      CAPTURE(ranks);
+      CHECK(said(run_on(ranks, folder, arguments)) == alone);
+    }
+  }
+}
+
 TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("files");
   for (const std::string kind : {"csv", "npz", "ply", "pc2", "vtp"}) {
@@ -152,7 +179,7 @@ TEST_CASE("ranks: what ends one ends all, says so once and leaves nothing" * doc
   check("--out nowhere/all.csv", 4, "there is no directory nowhere");
   check("--out all.html", 2, "a page is not written by several ranks");
   check("--set 'network={\"type\":\"springs\",\"pairs\":[[0,1]],\"stiffness\":1,\"rest_length\":1,\"scheme\":\"sequential\"}'",
-        3, "cannot be split over ranks");
+        3, "network.scheme sequential cannot be split over ranks");
   check("--set 'constraints=[{\"type\":\"distance\",\"pairs\":[[0,1]],\"length\":1}]'", 3, "constraints cannot be split");
 }
 

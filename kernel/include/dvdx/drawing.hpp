@@ -15,8 +15,8 @@ namespace dvdx {
 // Three particles; the normal is that of (second - first) x (third - first).
 using Triangle = std::array<std::uint32_t, 3>;
 
-// The sum of the normals of the triangles that meet at a particle, each weighed by its area, at unit length; zero where that sum
-// is. Of a grid they are those of its cells, each cut from (row, column) to (row + 1, column + 1), and to[.][i] is that of
+// The sum of the normals of the triangles that meet at a particle, each weighed by its area, at unit length; zero where that
+// sum is. Of a grid they are those of its cells, each cut from (row, column) to (row + 1, column + 1), and to[.][i] is that of
 // particle grid.first + i. Each is the same whatever the layout, instruction set and compiler. `to` must not overlap the state.
 template <class T>
 DVDX_EXPORT void normals(const Grid& grid, const State<T>& state, const std::array<Column<T>, 3>& to) noexcept;

@@ -1,12 +1,32 @@
 // What a plan must know of the particles that it does not step, where a batch is stepped in parts.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "dvdx/export.h"
 #include "dvdx/scene.hpp"
 
 namespace dvdx {
+
+// Three columns of a number for each particle, of which those of others in a part's halo are to be told by their owners.
+struct HaloColumns {
+  std::array<void*, 3> columns{};          // x, y, z
+  std::size_t scalar_bytes = 0;            // float's or double's
+  const std::uint32_t* element = nullptr;  // of each particle, where it stands in them
+};
+
+// What a step of a part does between its springs' pulses, in which a halo's particles lack springs. A plan with one keeps its
+// particles in the order in which they are numbered.
+struct Exchange {
+  void* context = nullptr;
+  // Tells what is the part's own, and puts in place what others tell. Called once a pulse, and once more for each of its passes
+  // over springs that damp. Allocates nothing.
+  void (*run)(void* context, const HaloColumns& columns) noexcept = nullptr;
+  // Of each particle: 0 where it is another part's, whose reports of contacts tell of it. Null: all are this part's.
+  const std::uint8_t* is_own = nullptr;
+};
 
 // Some formulas are chosen by the fastest particle of all: with these numbers of the whole batch in Options::elsewhere, a
 // part's bits are those that it has in the whole.
@@ -14,6 +34,8 @@ struct Elsewhere {
   double W = 0;                 // 1/s^2: the highest stiffness over mass, of any particle and axis
   double g = 0;                 // 1/s: the highest damping over mass
   bool anchors_differ = false;  // springs whose methods keep them apart have anchors of their own
+  bool springs_damp = false;    // any spring between particles does
+  Exchange exchange{};          // of the halo, where springs lead out of the part
 };
 
 // Of the scene's first `count` particles.

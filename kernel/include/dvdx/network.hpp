@@ -45,6 +45,7 @@ struct Grid {
   std::vector<Pair> broken{};  // springs that are torn, by their ends; each once
   // Its cells are cut from (row, column) to (row + 1, column + 1).
   std::optional<Aerodynamics> aerodynamics{};
+  std::size_t rows_of_whole = 0;  // that edge_v spans, where these rows are a part of a larger sheet; 0: `rows`
   bool operator==(const Grid&) const = default;
 };
 

@@ -146,6 +146,8 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   const std::vector<JoinedPair> pairs = grid == nullptr ? joined_pairs(scene, start) : std::vector<JoinedPair>{};
   springs = grid != nullptr ? count_springs(*grid) : pairs.size();
   is_damped_ = grid != nullptr ? grid->damping != 0 && springs != 0 : is_any_damped(pairs);
+  is_damped_ = is_damped_ || options.elsewhere.springs_damp;
+  keeps_order_ = options.elsewhere.exchange.run != nullptr;
   choose(scene, pairs, kept, changed);
   make_order(scene, pairs, grid, kept);
   make_fixed(scene, start);
@@ -205,7 +207,11 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
   }
   std::vector<JoinedPair> near(pairs.begin(), pairs.end());
   for (const JoinedPair& pair : constrained_pairs(scene)) near.push_back(pair);
-  order = coupling.scheme == Scheme::sequential ? pieces_order(near, particles()) : graph_order(near, particles());
+  if (keeps_order_) {
+    order = own_order(particles());
+  } else {
+    order = coupling.scheme == Scheme::sequential ? pieces_order(near, particles()) : graph_order(near, particles());
+  }
 }
 
 template <class T>

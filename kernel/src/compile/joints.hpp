@@ -114,7 +114,8 @@ class Joints {
   [[nodiscard]] NetworkInput input(std::span<const JoinedPair> pairs) const;
 
   bool is_damped_ = false;
-  double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
+  bool keeps_order_ = false;  // of a part of a larger scene
+  double fastest_turn_ = 0;   // rad/s, of the surfaces that follow a motion
   std::unique_ptr<GridRates> by_row_;
   std::optional<Frequencies> found_;  // of the springs as they are now, where they were asked for
   Columns<T> columns_;

@@ -15,9 +15,10 @@ namespace {
 
 Vec3 spanned(const Grid& grid, std::size_t down, std::ptrdiff_t right) {
   Vec3 d{};
+  const std::size_t rows = grid.rows_of_whole != 0 ? grid.rows_of_whole : grid.rows;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     d[axis] = static_cast<double>(right) * grid.edge_u[axis] / static_cast<double>(grid.columns - 1) +
-              static_cast<double>(down) * grid.edge_v[axis] / static_cast<double>(grid.rows - 1);
+              static_cast<double>(down) * grid.edge_v[axis] / static_cast<double>(rows - 1);
   }
   return d;
 }
@@ -346,6 +347,14 @@ ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count
   } else {
     lay_out_as_they_are(order, count);
   }
+  fill_places(order, count);
+  return order;
+}
+
+ParticleOrder own_order(std::size_t count) {
+  ParticleOrder order;
+  order.size = filled(count);
+  lay_out_as_they_are(order, count);
   fill_places(order, count);
   return order;
 }

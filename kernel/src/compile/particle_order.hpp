@@ -68,6 +68,8 @@ struct ParticleOrder {
 
 ParticleOrder grid_order(const Grid& grid, std::size_t phases);
 // In an order of the particles that keeps neighbours near: their own where it does, else reverse Cuthill-McKee.
+// As they are numbered.
+ParticleOrder own_order(std::size_t count);
 ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count);
 // In pieces of neighbours that few springs lead out of.
 ParticleOrder pieces_order(std::span<const JoinedPair> springs, std::size_t count);

@@ -59,7 +59,7 @@ class System {
   [[nodiscard]] bool is_uniform() const noexcept { return is_uniform_; }      // all particles alike but for anchors
   [[nodiscard]] bool has_anchor_each() const noexcept { return has_anchor_each_; }
   [[nodiscard]] bool is_one_system() const noexcept { return separate_.empty(); }  // no spring or drag stands alone
-  [[nodiscard]] bool anchors_differ() const;  // of springs that do not combine
+  [[nodiscard]] bool anchors_differ() const;                                       // of springs that do not combine
   [[nodiscard]] bool depends_on_time() const noexcept { return depends_on_time_; }
   [[nodiscard]] const std::vector<std::size_t>& combined() const noexcept { return combined_; }
   [[nodiscard]] const std::vector<std::size_t>& separate() const noexcept { return separate_; }  // springs and drags alone

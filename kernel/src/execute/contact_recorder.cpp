@@ -124,6 +124,7 @@ std::optional<std::size_t> LoggedParticles::number(std::size_t element) const no
     if (element - span->element < span->count) particle = span->particle + (element - span->element) * span->every;
   }
   if (particle && inverse_masses_[*particle] == 0) particle.reset();
+  if (particle && is_own_ != nullptr && is_own_[*particle] == 0) particle.reset();
   return particle;
 }
 

@@ -73,8 +73,10 @@ class LoggedParticles {
   // As they stand in the state, from number `first` on.
   LoggedParticles(const Scene& scene, std::size_t first, std::size_t count) noexcept
       : scene_(scene), first_(first), count_(count) {}
-  LoggedParticles(const Scene& scene, const ParticleOrder& order, std::span<const double> inverse_masses) noexcept
-      : scene_(scene), order_(&order), inverse_masses_(inverse_masses) {}
+  // is_own: null, or of each particle, 0 where another part of the batch logs it.
+  LoggedParticles(const Scene& scene, const ParticleOrder& order, std::span<const double> inverse_masses,
+                  const std::uint8_t* is_own) noexcept
+      : scene_(scene), order_(&order), inverse_masses_(inverse_masses), is_own_(is_own) {}
 
   [[nodiscard]] std::optional<std::size_t> number(std::size_t element) const noexcept;
   [[nodiscard]] double mass(std::size_t number) const noexcept { return scene_.mass[number]; }  // kg
@@ -85,6 +87,7 @@ class LoggedParticles {
   std::size_t first_ = 0, count_ = 0;
   const ParticleOrder* order_ = nullptr;
   std::span<const double> inverse_masses_;
+  const std::uint8_t* is_own_ = nullptr;
 };
 
 // One task's.

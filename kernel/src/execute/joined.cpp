@@ -104,9 +104,10 @@ class JoinedStep {
         kernels_(scene.passes->template of<T>().network),
         air_kernels_(scene.passes->template of<T>().air),
         residuals_(scene.passes->residual),
+        exchange_(scene.options.elsewhere.exchange),
         parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel),
         report_(report),
-        logged_(scene.scene, joints_.order, joints_.w_of) {
+        logged_(scene.scene, joints_.order, joints_.w_of, exchange_.is_own) {
     work_.w = joints_.w;
     if (joints_.constraints) {
       constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
@@ -448,6 +449,7 @@ class JoinedStep {
   [[nodiscard]] std::size_t stages_at_once() const noexcept {
     const auto* form = std::get_if<GridForm<T>>(&joints_.form);
     if (form == nullptr || joints_.damping_passes() != 0 || joints_.air || constraints_ || !m_.tracks().empty()) return 0;
+    if (exchange_.run != nullptr) return 0;
     const std::size_t rows = rows_in_cache(form->terms);
     return form->terms.rows <= 2 * rows ? 0 : std::min(max_stages, rows / reach(form->terms) / 2);
   }
@@ -642,20 +644,30 @@ class JoinedStep {
     const T pulse = pulse_length(k);
     over(units, [&](std::size_t from, std::size_t to) { kick(terms, work_, pulse, from, to); });
     std::swap(work_.v, work_.v_next);
+    exchange(work_.v);
+  }
+
+  // A halo's particles lack the springs that lead elsewhere.
+  void exchange(const std::array<T*, 3>& columns) noexcept {
+    if (exchange_.run == nullptr) return;
+    exchange_.run(exchange_.context, {{columns[0], columns[1], columns[2]}, sizeof(T), joints_.order.of.data()});
   }
 
   // v += b h a + (b h)^2/2 a1 + beta h^3 a2, the last of them where the scheme has it.
   template <class Damp, class Terms>
   void take_acceleration(const Damp& damp, const Terms& terms, std::size_t k, const Units& units) noexcept {
+    exchange(work_.a0);
     const double h = joints_.substep();
     const double t = joints_.splitting.b[k] * h;
     DampingPass<T> pass{.of = work_.a0, .y = work_.a1, .s = static_cast<T>(t), .t = static_cast<T>(t * t / 2)};
     const auto run = [&] { over(units, [&](std::size_t from, std::size_t to) { damp(terms, work_, pass, from, to); }); };
     run();
-    if (joints_.damping_passes() == 1) return;
+    if (joints_.damping_passes() == 1) return exchange(work_.v);
+    exchange(work_.a1);
     const double beta = joints_.splitting.beta[k];
     pass = {.of = work_.a1, .y = {}, .s = static_cast<T>(t * t / 2), .t = static_cast<T>(beta * h * h * h)};
     run();
+    exchange(work_.v);
   }
 
   // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order, so that each
@@ -739,6 +751,7 @@ class JoinedStep {
   const NetworkKernels<T>& kernels_;
   const AirKernels<T>& air_kernels_;
   const ResidualKernels& residuals_;
+  Exchange exchange_;
   ParallelFor parallel_;
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;

@@ -78,7 +78,8 @@ struct PlanIn {
     Force& place = scene->scene.forces[index];
     std::swap(place, other);
     Undo undo([&] { std::swap(place, other); });
-    if (auto error = check_sources(System(scene->scene, scene->start, scene->options.step, scene->options.elsewhere))) return tl::unexpected(*error);
+    if (auto error = check_sources(System(scene->scene, scene->start, scene->options.step, scene->options.elsewhere)))
+      return tl::unexpected(*error);
     if (auto error = check_range_of_forces<A>(scene->scene, scene->options, scene->count, scene->start)) {
       return tl::unexpected(*error);
     }

@@ -23,6 +23,7 @@
 #include "ranks/join.hpp"
 #include "ranks/over_ranks.hpp"
 #include "ranks/refusal.hpp"
+#include "ranks/split.hpp"
 #include "run/contact_watch.hpp"
 #include "run/energy.hpp"
 #include "run/energy_budget.hpp"
@@ -69,7 +70,10 @@ class Observer {
  public:
   Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, std::uint64_t every,
            Checkpoints& checkpoints, Ranks& ranks)
-      : file_(loaded.file), ranks_(ranks) {
+      : file_(loaded.file),
+        is_absent_(is_split_by_springs(file_, ranks) && ranks.rank() > 0),
+        ranks_(is_split_by_springs(file_, ranks) ? alone_ : ranks) {
+    if (is_absent_) return;
     if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
     if (!output) return;
     if (world_) {
@@ -78,6 +82,9 @@ class Observer {
       out_ = std::make_unique<StatesOut<T>>(*output, every, checkpoints);
     }
   }
+
+  // Where springs join particles the first rank is told all of them, and the others have nothing to say.
+  [[nodiscard]] bool is_absent() const noexcept { return is_absent_; }
 
   void write(const Moment& moment, const State<T>& state) {
     if (out_ != nullptr) out_->write(moment, state);
@@ -89,12 +96,15 @@ class Observer {
   }
 
   [[nodiscard]] double energy(const State<T>& state) {
+    if (is_absent_) return 0;
     return world_ ? tool::energy(ranks_, file_, seen(state)) : tool::energy(ranks_, file_, state);
   }
   [[nodiscard]] std::uint64_t hash(const State<T>& state) {
+    if (is_absent_) return 0;
     return world_ ? tool::state_hash(ranks_, seen(state)) : tool::state_hash(ranks_, state);
   }
   [[nodiscard]] Health health(const State<T>& state) {
+    if (is_absent_) return {};
     return combined(ranks_, world_ ? health_of(seen(state)) : health_of(state));
   }
   [[nodiscard]] EnergyBudget budget(const State<T>& state) {
@@ -116,6 +126,8 @@ class Observer {
   }
 
   const SceneFile& file_;
+  OneRank alone_;
+  bool is_absent_;
   Ranks& ranks_;
   std::optional<Soa<double>> world_;
   std::unique_ptr<StatesOut<T>> out_;
@@ -140,7 +152,7 @@ class HeatWatch {
   HeatWatch(const LoadedScene& loaded, const std::optional<NetworkLimit>& limit, Observer<T>& observer, const State<T>& start)
       : observer_(observer) {
     every_ = limit ? steps_between_looks(loaded.file) : std::nullopt;
-    if (!every_) return;
+    if (!every_ || observer.is_absent()) return;
     budget_.emplace(observer.budget(start));
     most_ = most_share(*limit, loaded.file.step);
     warmth_.emplace();
@@ -156,6 +168,7 @@ class HeatWatch {
     *warmth_ = {
         .is_heating = !(budget_->share() <= most_), .kinetic = budget_->kinetic(), .given = budget_->given(), .step = done};
   }
+  [[nodiscard]] bool looks() const { return every_.has_value(); }
   [[nodiscard]] const std::optional<Warmth>& warmth() const { return warmth_; }
 
   void save(Sink& sink) const {
@@ -184,7 +197,8 @@ class HeatWatch {
     use(account.now.kinetic);
     for (double& number : account.now.mass) use(number);
     for (double& number : account.now.momentum) use(number);
-    for (double* const number : {&account.now.wind, &account.now.air, &account.seconds, &account.work, &account.most_work}) use(*number);
+    auto& [now, seconds, work, most_work] = account;
+    for (double* const number : {&now.wind, &now.air, &seconds, &work, &most_work}) use(*number);
   }
 
   Observer<T>& observer_;
@@ -200,13 +214,17 @@ class Simulation {
   Simulation(const LoadedScene& loaded, const Engine& engine, Ranks& ranks)
       : loaded_(loaded),
         ranks_(ranks),
-        memory_(engine.layout, loaded.file.particles.count, rounding_of(engine.precision)),
+        memory_(engine.layout, has_state() ? loaded.file.particles.count : 0, rounding_of(engine.precision)),
         state_(together(ranks, [&] { return started(loaded.file, memory_.view()); })),
-        plan_(made(loaded.file, engine, state_, ranks)),
-        threads_(engine.threads) {}
+        plan_(made(loaded.file, engine, state_)),
+        threads_(engine.threads) {
+    outcome_.network = limit();
+    if (!is_split_by_springs(loaded.file, ranks)) return;
+    plan_.reset();
+    split_.emplace(loaded.file, engine, ranks, outcome_.network->substeps);
+  }
 
   Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
-    outcome_.network = plan_.network_limit();
     const auto start = observer.health(state_);
     outcome_.energy_start = observer.energy(state_);
     HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
@@ -222,11 +240,11 @@ class Simulation {
       while (done_ < loaded_.steps) {
         const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
         advance(until, watch, contacts, progress, checkpoints, save);
-        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), state_);
+        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), gathered());
       }
     }
     checkpoints.finish(done_, save);
-    observer.write(moment(), state_);
+    observer.write(moment(), gathered());
     observer.finish();
     contacts.finish();
     contacts.join(ranks_);
@@ -236,6 +254,7 @@ class Simulation {
     const auto end = observer.health(state_);
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
+    ranks_.broadcast(0, writable_bytes_in(outcome_.diverged));
     outcome_.warmth = watch.warmth();
     outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
     return outcome_;
@@ -243,31 +262,52 @@ class Simulation {
 
  private:
   static State<T> started(const SceneFile& file, State<T> state) {
-    place_at_start(file, state);
+    if (state.count == file.particles.count) place_at_start(file, state);
     return state;
   }
 
-  static Plan<T> made(const SceneFile& file, const Engine& engine, const State<T>& state, Ranks& ranks) {
+  // Where springs are split, the first rank has the whole state to show, and made the whole plan to learn its sub-steps.
+  [[nodiscard]] bool has_state() const { return !is_split_by_springs(loaded_.file, ranks_) || ranks_.rank() == 0; }
+
+  std::optional<Plan<T>> made(const SceneFile& file, const Engine& engine, const State<T>& state) {
     Options options{
         .step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
-    if (is_split_by_ranges(file, ranks)) options.elsewhere = elsewhere_of(ranks, file);
-    return together(ranks, [&] {
+    if (is_split_by_ranges(file, ranks_)) options.elsewhere = elsewhere_of(ranks_, file);
+    return together(ranks_, [&]() -> std::optional<Plan<T>> {
+      if (!has_state()) return std::nullopt;
       auto plan = compile<T>(file.scene, options, state);
       if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
       return std::move(*plan);
     });
   }
 
-  [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
-
-  StepResult step(std::uint64_t steps, ContactReport* report) {
-    return report != nullptr ? plan_.step(state_, *report, steps, threads_.parallel_for())
-                             : plan_.step(state_, steps, threads_.parallel_for());
+  [[nodiscard]] std::optional<NetworkLimit> limit() {
+    if (!is_split_by_springs(loaded_.file, ranks_)) return plan_->network_limit();
+    NetworkLimit limit;
+    if (plan_) limit = plan_->network_limit().value_or(limit);
+    ranks_.broadcast(0, writable_bytes_in(limit));
+    return limit;
   }
+
+  // What the observer sees.
+  const State<T>& gathered() {
+    if (split_) split_->gather(state_);
+    return state_;
+  }
+
+  void step(std::uint64_t steps, ContactReport* report) {
+    const ParallelFor parallel = threads_.parallel_for();
+    if (split_) return split_->step(steps, report, parallel);
+    const StepResult result =
+        report != nullptr ? plan_->step(state_, *report, steps, parallel) : plan_->step(state_, steps, parallel);
+    if (result != StepResult::done) throw std::logic_error("the plan is for another state");
+  }
+
+  [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
 
   void save(Sink& sink, const HeatWatch<T>& watch, const ContactWatch& contacts) const {
     put_state(sink, state_);
-    sink.put(std::span<const double>(plan_.carried(state_)));
+    sink.put(std::span<const double>(plan_->carried(state_)));
     watch.save(sink);
     contacts.save(sink);
     sink.put(outcome_.wall_seconds);
@@ -278,7 +318,7 @@ class Simulation {
       get_state(source, state_, count);
       std::vector<double> carried;
       source.get(carried);
-      if (state_.count != count || !plan_.restore(carried, state_)) source.fail();
+      if (state_.count != count || !plan_->restore(carried, state_)) source.fail();
       watch.load(source);
       contacts.load(source);
       source.get(outcome_.wall_seconds);
@@ -295,10 +335,10 @@ class Simulation {
       const auto wanted = watch.most_steps(done_, std::min(most, until - done_));
       const auto steps = contacts.most_steps(checkpoints.most_steps(done_, wanted));
       const auto before = std::chrono::steady_clock::now();
-      if (step(steps, contacts.report()) != StepResult::done) throw std::logic_error("the plan is for another state");
+      step(steps, contacts.report());
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       done_ += steps;
-      watch.look(state_, done_);
+      if (watch.looks()) watch.look(gathered(), done_);
       contacts.write();
       if (progress) progress->at(done_);
     }
@@ -308,7 +348,8 @@ class Simulation {
   Ranks& ranks_;
   StateMemory<T> memory_;
   State<T> state_;
-  Plan<T> plan_;
+  std::optional<Plan<T>> plan_;
+  std::optional<Split<T>> split_;
   Threads threads_;
   std::uint64_t done_ = 0;
   Outcome outcome_;
@@ -343,7 +384,7 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
               .topology = &loaded.file.topology,
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
               .scene = &loaded.file,
-              .ranks = ranks.count() > 1 ? &ranks : nullptr,
+              .ranks = is_split_by_ranges(loaded.file, ranks) ? &ranks : nullptr,
               .first = loaded.file.particles.first};
   }
   Checkpoints checkpoints(options.checkpoint, identity_of(options, loaded, engine), loaded.file.name,
@@ -352,7 +393,7 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
   if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
     if (output && (is_page(options.out) || checkpoints.is_writing())) output->ids = simulation.ids();
   }
-  if (options.error) {
+  if (options.error && ranks.rank() == 0) {
     const auto reference = reference_of(loaded, engine);
     output->reference = reference.positions;
     output->reference_text = reference.text;

@@ -42,7 +42,9 @@ class PartFile {
   void commit();  // closes and renames it into place
 
   [[nodiscard]] const std::filesystem::path& target() const noexcept { return target_; }
-  [[nodiscard]] const std::filesystem::path& part() const noexcept { return part_->path(); }  // until it is committed; of the first rank
+  [[nodiscard]] const std::filesystem::path& part() const noexcept {
+    return part_->path();
+  }  // until it is committed; of the first rank
 
  private:
   struct Close {

@@ -11,9 +11,10 @@ void check_can_be_split(const SceneFile& file, const std::filesystem::path& out)
   };
   if (is_live(file)) refuse("emitters: particles that come and go");
   if (!file.scene.constraints.empty()) refuse("constraints");
-  if (!file.scene.kinematic.empty()) refuse("kinematic: particles that motions carry");
-  if (!file.scene.networks.empty()) refuse("network: springs between particles");
-  if (!out.empty() && is_page(out)) {
+  const auto scheme = file.scene.coupling.scheme;
+  if (!file.scene.networks.empty() && scheme == Scheme::sequential) refuse("network.scheme sequential");
+  if (!file.scene.networks.empty() && scheme == Scheme::accumulate) refuse("network.scheme accumulate");
+  if (!out.empty() && is_page(out) && !is_joined(file.scene)) {
     throw Fault(Exit::usage, "--out " + out.string() + ": a page is not written by several ranks: must run on one");
   }
 }

@@ -13,6 +13,11 @@ namespace dvdx::tool {
   return ranks.count() > 1 && !is_joined(file.scene) && !is_live(file);
 }
 
+// Whether each rank steps a part of a scene whose particles stand for one another, and the first has all of it besides.
+[[nodiscard]] inline bool is_split_by_springs(const SceneFile& file, const Ranks& ranks) noexcept {
+  return ranks.count() > 1 && is_joined(file.scene);
+}
+
 // Throws Fault (bad_scene) that names what of a scene cannot be split, and Fault (usage) where its output cannot.
 void check_can_be_split(const SceneFile& file, const std::filesystem::path& out);
 

@@ -1,0 +1,44 @@
+// A scene whose springs join particles, cut into parts that are stepped apart: who owns which particle, which ones of others
+// its springs reach, and what is told to whom. Nothing here talks to other processes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dvdx/export.h"
+#include "dvdx/scene.hpp"
+
+namespace dvdx {
+
+// What one part tells another, and is told by it: places in its own list of particles, both in the order of their numbers.
+struct Neighbour {
+  std::uint32_t part = 0;
+  std::vector<std::uint32_t> sent, received;
+};
+
+struct Part {
+  // Numbers in the whole scene: those that the part owns, and those of others that springs join to them (the halo). They stand
+  // in the order in which a particle sums its springs.
+  std::vector<std::uint32_t> particles;
+  std::vector<std::uint8_t> is_own;   // of each of them: 1, or 0
+  std::vector<Neighbour> neighbours;  // parts that share springs with this one, ascending
+  std::size_t own = 0;                // particles
+  std::size_t springs = 0, cut = 0;   // that reach an own particle; and of these, those that another part shares
+};
+
+// The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows, as many for
+// each part as can be.
+[[nodiscard]] DVDX_EXPORT std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts);
+
+// The springs as pairs of particles, the lesser number first, each pair as often as springs join it: what a graph is cut by.
+[[nodiscard]] DVDX_EXPORT std::vector<Pair> joined(const Scene& scene, std::size_t count);
+
+[[nodiscard]] DVDX_EXPORT Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part);
+
+// The scene of a part: its own numbers, fixed and kinematic particles, springs, in the whole's order; origin, contacts, motions
+// and what is alike for all particles as they were. Scenes with constraints have no parts.
+[[nodiscard]] DVDX_EXPORT Scene scene_of(const Scene& whole, const Part& part);
+
+}  // namespace dvdx

@@ -1,0 +1,196 @@
+#include "dvdx/partition.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "compile/particle_order.hpp"
+#include "compile/particle_values.hpp"
+
+namespace dvdx {
+namespace {
+
+bool is_sheet(const Scene& scene, std::size_t count) {
+  return scene.coupling.scheme != Scheme::accumulate && only_grid(scene, count) != nullptr;
+}
+
+// Where each particle stands among those whose springs are summed: as compile/joints.cpp orders the whole scene.
+std::vector<std::uint32_t> places(const Scene& scene, std::size_t count) {
+  std::vector<std::uint32_t> place(count);
+  std::iota(place.begin(), place.end(), 0U);
+  if (is_sheet(scene, count) || scene.networks.empty()) return place;
+  const std::vector<Vec3> nowhere(count);  // lengths do not matter
+  return graph_order(joined_pairs(scene, nowhere), count).of;
+}
+
+// From numbers of the whole to numbers of the part.
+class Renumbered {
+ public:
+  explicit Renumbered(const Part& part) : part_(part), in_order_(part.particles.size()) {
+    std::iota(in_order_.begin(), in_order_.end(), 0U);
+    std::sort(in_order_.begin(), in_order_.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return part.particles[a] < part.particles[b]; });
+  }
+  [[nodiscard]] std::optional<std::uint32_t> operator()(std::size_t number) const {
+    const auto found = std::lower_bound(in_order_.begin(), in_order_.end(), number,
+                                        [&](std::uint32_t a, std::size_t n) { return part_.particles[a] < n; });
+    if (found == in_order_.end() || part_.particles[*found] != number) return std::nullopt;
+    return *found;
+  }
+  [[nodiscard]] bool is_own(std::uint32_t particle) const { return part_.is_own[particle] != 0; }
+
+ private:
+  const Part& part_;
+  std::vector<std::uint32_t> in_order_;
+};
+
+Scalars taken(const Scalars& values, std::span<const std::uint32_t> particles) {
+  if (values.is_uniform()) return values;
+  std::vector<double> each;
+  each.reserve(particles.size());
+  for (const std::uint32_t i : particles) each.push_back(values[i]);
+  return each;
+}
+PerAxis taken(const PerAxis& values, std::span<const std::uint32_t> particles) {
+  return values.is_uniform() ? values : PerAxis(taken(values.scalars(), particles));
+}
+Anchor taken(const Anchor& anchor, std::span<const std::uint32_t> particles) {
+  const auto* all = std::get_if<std::vector<Vec3>>(&anchor);
+  if (all == nullptr) return anchor;
+  std::vector<Vec3> each;
+  each.reserve(particles.size());
+  for (const std::uint32_t i : particles) each.push_back((*all)[i]);
+  return each;
+}
+
+// The springs that reach an own particle.
+Springs taken(const Springs& whole, const Renumbered& renumbered) {
+  Springs springs{.pairs = {}, .damping = whole.damping};
+  std::vector<std::uint32_t> kept;
+  const auto both = [&](const Pair& pair) -> std::optional<Pair> {
+    const auto a = renumbered(pair[0]);
+    const auto b = renumbered(pair[1]);
+    if (!a || !b || (!renumbered.is_own(*a) && !renumbered.is_own(*b))) return std::nullopt;
+    return Pair{*a, *b};
+  };
+  for (std::size_t s = 0; s < whole.pairs.size(); ++s) {
+    const auto pair = both(whole.pairs[s]);
+    if (!pair) continue;
+    springs.pairs.push_back(*pair);
+    kept.push_back(static_cast<std::uint32_t>(s));
+  }
+  springs.stiffness = taken(whole.stiffness, kept);
+  if (whole.rest_length) springs.rest_length = taken(*whole.rest_length, kept);
+  for (const Pair& torn : whole.broken) {
+    if (const auto pair = both(torn)) springs.broken.push_back(*pair);
+  }
+  return springs;
+}
+
+// The part's rows, where it holds whole ones side by side.
+std::optional<Grid> rows_of(const Grid& whole, const Part& part) {
+  const auto& numbers = part.particles;
+  if (numbers.empty() || numbers.front() % whole.columns != 0 || numbers.size() % whole.columns != 0) return std::nullopt;
+  if (numbers.back() - numbers.front() + 1 != numbers.size() || numbers.size() < 2 * whole.columns) return std::nullopt;
+  Grid grid = whole;
+  grid.rows = numbers.size() / whole.columns;
+  grid.rows_of_whole = whole.rows_of_whole != 0 ? whole.rows_of_whole : whole.rows;
+  grid.broken.clear();
+  for (const auto& [a, b] : whole.broken) {
+    if (std::min(a, b) < numbers.front() || std::max(a, b) > numbers.back()) continue;
+    grid.broken.push_back({a - numbers.front(), b - numbers.front()});
+  }
+  return grid;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts) {
+  const std::size_t together = is_sheet(scene, count) ? std::get<Grid>(scene.networks[0]).columns : 1;
+  const std::size_t units = count / together;
+  const std::vector<std::uint32_t> place = places(scene, count);
+  std::vector<std::uint32_t> owner(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    owner[i] = static_cast<std::uint32_t>((place[i] / together) * parts / units);
+  }
+  return owner;
+}
+
+std::vector<Pair> joined(const Scene& scene, std::size_t count) {
+  const std::vector<Vec3> nowhere(count);
+  std::vector<Pair> pairs;
+  for (const JoinedPair& pair : joined_pairs(scene, nowhere)) pairs.push_back({pair.a, pair.b});
+  return pairs;
+}
+
+Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part) {
+  const std::size_t count = owner.size();
+  Part made;
+  std::vector<std::uint8_t> held(count, 0);
+  for (std::size_t i = 0; i < count; ++i) held[i] = owner[i] == part ? 1 : 0;
+  made.own = static_cast<std::size_t>(std::count(held.begin(), held.end(), 1));
+  struct Told {
+    std::vector<std::uint32_t> sent, received;
+  };
+  std::map<std::uint32_t, Told> told;  // in numbers of the whole
+  for (const auto& [a, b] : joined(scene, count)) {
+    if (owner[a] != part && owner[b] != part) continue;
+    ++made.springs;
+    if (owner[a] == owner[b]) continue;
+    ++made.cut;
+    const std::uint32_t mine = owner[a] == part ? a : b;
+    const std::uint32_t other = owner[a] == part ? b : a;
+    told[owner[other]].sent.push_back(mine);
+    told[owner[other]].received.push_back(other);
+    held[other] = 1;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (held[i] != 0) made.particles.push_back(static_cast<std::uint32_t>(i));
+  }
+  const std::vector<std::uint32_t> place = places(scene, count);
+  std::sort(made.particles.begin(), made.particles.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return place[a] < place[b]; });
+  for (const std::uint32_t i : made.particles) made.is_own.push_back(owner[i] == part ? 1 : 0);
+  const Renumbered renumbered(made);
+  const auto in_part = [&](std::vector<std::uint32_t>& numbers) {
+    std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    for (std::uint32_t& number : numbers) number = *renumbered(number);
+    return std::move(numbers);
+  };
+  for (auto& [other, lists] : told) made.neighbours.push_back({other, in_part(lists.sent), in_part(lists.received)});
+  return made;
+}
+
+Scene scene_of(const Scene& whole, const Part& part) {
+  Scene scene = whole;
+  const Renumbered renumbered(part);
+  for_each_particle_value_of(scene, [&](const std::string&, auto& value) { value = taken(value, part.particles); });
+  const auto renumber = [&](std::vector<std::size_t>& list) {
+    std::vector<std::size_t> kept;
+    for (const std::size_t i : list) {
+      if (const auto number = renumbered(i)) kept.push_back(*number);
+    }
+    list = std::move(kept);
+  };
+  renumber(scene.fixed);
+  std::sort(scene.fixed.begin(), scene.fixed.end());
+  for (Kinematic& followers : scene.kinematic) renumber(followers.particles);
+  for (Network& network : scene.networks) {
+    if (const auto* grid = std::get_if<Grid>(&network)) {
+      const bool is_alone = whole.networks.size() == 1 && whole.coupling.scheme != Scheme::accumulate && grid->first == 0;
+      if (const auto rows = is_alone ? rows_of(*grid, part) : std::nullopt) {
+        network = *rows;
+      } else {
+        network = taken(springs_of(*grid), renumbered);
+      }
+    } else {
+      network = taken(std::get<Springs>(network), renumbered);
+    }
+  }
+  return scene;
+}
+
+}  // namespace dvdx

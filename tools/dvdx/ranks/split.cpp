@@ -1,0 +1,195 @@
+#include "ranks/split.hpp"
+
+#include <span>
+#include <stdexcept>
+#include <utility>
+
+#include "ranks/agree.hpp"
+#include "run/start.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/particle_values.hpp"
+
+namespace dvdx::tool {
+
+HaloExchange::HaloExchange(Ranks& ranks, const Part& part) : ranks_(ranks), part_(part) {
+  for (const Neighbour& neighbour : part_.neighbours) {
+    buffers_.push_back({std::vector<double>(3 * neighbour.sent.size()), std::vector<double>(3 * neighbour.received.size())});
+  }
+}
+
+void HaloExchange::run(void* context, const HaloColumns& columns) noexcept {
+  auto& self = *static_cast<HaloExchange*>(context);
+  if (columns.scalar_bytes == sizeof(float)) {
+    self.exchange_all<float>(columns);
+  } else {
+    self.exchange_all<double>(columns);
+  }
+}
+
+namespace {
+
+// As many numbers as the buffer holds of double.
+template <class A>
+std::span<A> numbers(std::vector<double>& room) noexcept {
+  return {static_cast<A*>(static_cast<void*>(room.data())), room.size()};
+}
+
+}  // namespace
+
+template <class A>
+void HaloExchange::exchange_all(const HaloColumns& columns) noexcept {
+  const std::vector<Neighbour>& neighbours = part_.neighbours;
+  for (std::size_t n = 0; n < neighbours.size(); ++n) {
+    ranks_.start_receive(static_cast<int>(neighbours[n].part), std::as_writable_bytes(numbers<A>(buffers_[n].received)));
+  }
+  for (std::size_t n = 0; n < neighbours.size(); ++n) {
+    const auto sent = numbers<A>(buffers_[n].sent);
+    std::size_t next = 0;
+    for (const auto* column : columns.columns) {
+      for (const std::uint32_t i : neighbours[n].sent) sent[next++] = static_cast<const A*>(column)[columns.element[i]];
+    }
+    ranks_.start_send(static_cast<int>(neighbours[n].part), std::as_bytes(sent));
+  }
+  ranks_.finish();
+  for (std::size_t n = 0; n < neighbours.size(); ++n) {
+    const auto received = numbers<A>(buffers_[n].received);
+    std::size_t next = 0;
+    for (auto* column : columns.columns) {
+      for (const std::uint32_t i : neighbours[n].received) static_cast<A*>(column)[columns.element[i]] = received[next++];
+    }
+  }
+}
+
+namespace {
+
+Part part_here(const SceneFile& file, const Ranks& ranks) {
+  const auto owners = stripes(file.scene, file.particles.count, static_cast<std::uint32_t>(ranks.count()));
+  return part_of(file.scene, owners, static_cast<std::uint32_t>(ranks.rank()));
+}
+
+Vectors taken(const Vectors& vectors, std::span<const std::uint32_t> particles) {
+  if (std::holds_alternative<Vec3>(vectors)) return vectors;
+  std::vector<Vec3> each;
+  each.reserve(particles.size());
+  for (const std::uint32_t i : particles) each.push_back(value_of(vectors, i));
+  return each;
+}
+
+SceneFile file_of(const SceneFile& whole, const Part& part, int substeps) {
+  SceneFile file{.path = whole.path, .name = whole.name, .about = {}, .particles = {}, .scene = scene_of(whole.scene, part)};
+  file.step = whole.step;
+  file.scene.coupling.substeps = substeps;
+  file.particles = {.count = part.particles.size(),
+                    .position = taken(whole.particles.position, part.particles),
+                    .velocity = taken(whole.particles.velocity, part.particles)};
+  return file;
+}
+
+bool is_any_damped(const Scene& scene) {
+  for (const Network& network : scene.networks) {
+    if (std::visit([](const auto& springs) { return springs.damping != 0; }, network)) return true;
+  }
+  return false;
+}
+
+std::vector<std::uint32_t> own_places(const Part& part) {
+  std::vector<std::uint32_t> places;
+  for (std::size_t k = 0; k < part.particles.size(); ++k) {
+    if (part.is_own[k] != 0) places.push_back(static_cast<std::uint32_t>(k));
+  }
+  return places;
+}
+
+// Of every rank, on the first one.
+std::vector<std::vector<std::uint32_t>> owned_by_all(Ranks& ranks, const Part& part, std::span<const std::uint32_t> own) {
+  std::vector<std::uint32_t> numbers;
+  for (const std::uint32_t k : own) numbers.push_back(part.particles[k]);
+  std::vector<std::uint64_t> sizes(static_cast<std::size_t>(ranks.count()), 0);
+  sizes[static_cast<std::size_t>(ranks.rank())] = numbers.size();
+  ranks.sum(sizes);
+  if (ranks.rank() != 0) {
+    ranks.send(0, std::as_bytes(std::span(numbers)));
+    return {};
+  }
+  std::vector<std::vector<std::uint32_t>> all{std::move(numbers)};
+  for (int rank = 1; rank < ranks.count(); ++rank) {
+    all.emplace_back(sizes[static_cast<std::size_t>(rank)]);
+    ranks.receive(rank, std::as_writable_bytes(std::span(all.back())));
+  }
+  return all;
+}
+
+template <class T>
+State<T> started(const SceneFile& file, State<T> state) {
+  place_at_start(file, state);
+  return state;
+}
+
+}  // namespace
+
+template <class T>
+Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, int substeps)
+    : ranks_(ranks),
+      part_(together(ranks, [&] { return part_here(file, ranks); })),
+      own_(own_places(part_)),
+      halo_(ranks, part_),
+      file_(file_of(file, part_, substeps)),
+      memory_(engine.layout, part_.particles.size(), rounding_of(engine.precision)),
+      state_(started(file_, memory_.view())),
+      owned_(owned_by_all(ranks, part_, own_)) {
+  Options options{
+      .step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
+  options.unstable = Unstable::allowed;  // the whole scene's plan was not refused
+  options.elsewhere = elsewhere_of(file.scene, file.particles.count);
+  options.elsewhere.springs_damp = is_any_damped(file.scene);
+  options.elsewhere.exchange = halo_.exchange();
+  together(ranks, [&] {
+    if (part_.particles.empty()) return;
+    auto plan = compile<T>(file_.scene, options, state_);
+    if (!plan) throw Fault(Exit::bad_scene, file_.path + ": " + plan.error().message());
+    plan_.emplace(std::move(*plan));
+  });
+}
+
+template <class T>
+void Split<T>::step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel) {
+  if (!plan_) return state_.clock.advance(file_.step, static_cast<double>(steps));
+  const StepResult result =
+      report != nullptr ? plan_->step(state_, *report, steps, parallel) : plan_->step(state_, steps, parallel);
+  if (result != StepResult::done) throw std::logic_error("the plan is for another state");
+}
+
+template <class T>
+std::vector<const std::array<Column<T>, 3>*> Split<T>::columns(const State<T>& state) const {
+  if (!state.has_rests()) return {&state.x, &state.v};
+  return {&state.x, &state.v, &state.x_rest, &state.v_rest};
+}
+
+template <class T>
+void Split<T>::gather(State<T>& whole) {
+  const auto here = columns(state_);
+  buffer_.clear();
+  for (const auto* three : here) {
+    for (const auto& column : *three) {
+      for (const std::uint32_t k : own_) buffer_.push_back(column[k]);
+    }
+  }
+  if (ranks_.rank() != 0) return ranks_.send(0, std::as_bytes(std::span(buffer_)));
+  whole.clock = state_.clock;
+  for (int rank = 0; rank < ranks_.count(); ++rank) {
+    const auto& numbers = owned_[static_cast<std::size_t>(rank)];
+    buffer_.resize(3 * here.size() * numbers.size());
+    if (rank > 0) ranks_.receive(rank, std::as_writable_bytes(std::span(buffer_)));
+    const T* next = buffer_.data();
+    for (const auto* three : columns(whole)) {
+      for (const auto& column : *three) {
+        for (const std::uint32_t i : numbers) column[i] = *next++;
+      }
+    }
+  }
+}
+
+template class Split<float>;
+template class Split<double>;
+
+}  // namespace dvdx::tool

@@ -1,0 +1,71 @@
+// A scene whose particles springs join, stepped by several ranks: each holds the particles that it owns and those that its
+// springs reach (dvdx/partition.hpp).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "dvdx/partition.hpp"
+#include "dvdx/plan.hpp"
+#include "dvdx/ranks.hpp"
+#include "run/engine.hpp"
+#include "run/state_memory.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool {
+
+// Tells the particles of a halo, between the pulses of a step.
+class HaloExchange {
+ public:
+  HaloExchange(Ranks& ranks, const Part& part);
+  HaloExchange(const HaloExchange&) = delete;
+  HaloExchange& operator=(const HaloExchange&) = delete;
+
+  // Valid as long as this.
+  [[nodiscard]] Exchange exchange() noexcept { return {.context = this, .run = run, .is_own = part_.is_own.data()}; }
+
+ private:
+  static void run(void* context, const HaloColumns& columns) noexcept;
+  template <class A>
+  void exchange_all(const HaloColumns& columns) noexcept;
+
+  struct Buffers {
+    std::vector<double> sent, received;  // room for three numbers a particle in either precision
+  };
+  Ranks& ranks_;
+  const Part& part_;
+  std::vector<Buffers> buffers_;
+};
+
+template <class T>
+class Split {
+ public:
+  // Throws SharedFault where a rank cannot make its part. substeps: those of the whole scene.
+  Split(const SceneFile& file, const Engine& engine, Ranks& ranks, int substeps);
+
+  // report: null, or what this rank's own particles do to contacts.
+  void step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel);
+  // To the first rank, which alone has a whole state.
+  void gather(State<T>& whole);
+
+ private:
+  [[nodiscard]] std::vector<const std::array<Column<T>, 3>*> columns(const State<T>& state) const;
+
+  Ranks& ranks_;
+  Part part_;
+  std::vector<std::uint32_t> own_;  // places in part_.particles
+  HaloExchange halo_;
+  SceneFile file_;
+  StateMemory<T> memory_;
+  State<T> state_;
+  std::optional<Plan<T>> plan_;                    // none where a rank has no particles
+  std::vector<std::vector<std::uint32_t>> owned_;  // of the first rank: numbers of each rank's own particles, in their order
+  std::vector<T> buffer_;
+};
+
+extern template class Split<float>;
+extern template class Split<double>;
+
+}  // namespace dvdx::tool
