@@ -38,6 +38,7 @@ int run(int argc, char** argv) {
   dvdx::tool::add_explain(app, exit);
   dvdx::tool::add_verify(app, exit);
   dvdx::tool::add_stability(app, exit);
+  dvdx::tool::add_merge(app, exit);
   dvdx::tool::add_info(app, exit);
   try {
     app.parse(argc, argv);

@@ -15,6 +15,7 @@ void add_tune(CLI::App& app, Exit& exit);
 void add_explain(CLI::App& app, Exit& exit);
 void add_verify(CLI::App& app, Exit& exit);
 void add_stability(CLI::App& app, Exit& exit);
+void add_merge(CLI::App& app, Exit& exit);
 void add_info(CLI::App& app, Exit& exit);
 
 }  // namespace dvdx::tool

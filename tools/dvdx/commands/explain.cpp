@@ -2,14 +2,21 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <limits>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 
 #include "commands/commands.hpp"
 #include "commands/scene_options.hpp"
 #include "dvdx/plan.hpp"
 #include "output/console.hpp"
+#include "output/part_file.hpp"
 #include "run/live_memory.hpp"
 #include "run/start.hpp"
+#include "scale/prediction.hpp"
 #include "scene_io/names.hpp"
 
 namespace dvdx::tool {
@@ -18,7 +25,13 @@ namespace {
 struct ExplainOptions {
   SceneOptions scene;
   EngineOptions engine;
+  std::optional<std::uint64_t> ranks{};
+  std::string size{};     // that ranks are counted for, in place of the scene's
+  std::string picture{};  // of the efficiency over ranks
+  Machine machine{};
 };
+
+constexpr std::uint64_t most_ranks = 131072;
 
 void print_summary(const LoadedScene& loaded) {
   const auto& file = loaded.file;
@@ -50,6 +63,59 @@ std::string explained(const SceneFile& file, const Engine& engine) {
   return plan->explain();
 }
 
+// s of a particle's sub-step on one thread here: the least of several calls, for a quarter of a second.
+template <class T>
+double measured(const SceneFile& file, const Engine& engine) {
+  StateMemory<T> memory(engine.layout, file.particles.count, rounding_of(engine.precision));
+  auto state = memory.view();
+  place_at_start(file, state);
+  const auto plan = compile<T>(
+      file.scene,
+      {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)},
+      state);
+  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  const auto limit = plan->network_limit();
+  const double substeps = static_cast<double>(state.count) * (limit ? limit->substeps : 1);
+  using Clock = std::chrono::steady_clock;
+  const auto seconds_since = [](Clock::time_point time) { return std::chrono::duration<double>(Clock::now() - time).count(); };
+  const auto start = Clock::now();
+  double least = std::numeric_limits<double>::infinity();
+  for (int calls = 0; calls < 3 || seconds_since(start) < 0.25; ++calls) {
+    const auto before = Clock::now();
+    if (plan->step(state, 1) != StepResult::done) throw std::logic_error("the plan is for another state");
+    least = std::min(least, seconds_since(before) / substeps);
+  }
+  return least;
+}
+
+void explain_ranks(const ExplainOptions& options, const SceneFile& file, const Engine& engine) {
+  if (is_live(file) || !file.scene.constraints.empty())
+    throw Fault(Exit::bad_scene,
+                file.path + ": particles that come and go, or that constraints join, cannot be split over ranks");
+  const Extent extent = extent_of(file, options.size);
+  const auto telling = telling_of(file, bytes_of(engine.precision));
+  const auto cuts = cuts_of(extent, *options.ranks);
+  if (cuts.empty())
+    throw Fault(Exit::usage,
+                fmt::format("--ranks {}: no way to share {} particles among so many", *options.ranks, extent.particles));
+  Machine machine = options.machine;
+  const bool is_measured = !machine.particle_seconds;
+  if (is_measured) {
+    machine.particle_seconds =
+        is_kept_in_float64(engine.precision) ? measured<double>(file, engine) : measured<float>(file, engine);
+  }
+  print_answer(table_of(cuts, telling, machine, cuts_of(extent, 1).front()));
+  const auto curve = curve_of(extent, telling, machine, most_ranks);
+  print_answer(table_of(curve));
+  print_answer(fmt::format("\nby a latency of {:.3g} s, a bandwidth of {:.3g} bytes/s and {:.3g} s a particle's sub-step{}\n",
+                           machine.latency, machine.bandwidth, *machine.particle_seconds,
+                           is_measured ? ", measured here on one thread" : ""));
+  if (options.picture.empty()) return;
+  PartFile picture(options.picture);
+  picture.write(picture_of(curve, fmt::format("{}, {:.3g} particles", file.name, static_cast<double>(extent.particles))));
+  picture.commit();
+}
+
 void explain(const ExplainOptions& options) {
   const auto engine = engine_of(options.engine);
   const auto loaded = load_scene(options.scene, engine.precision);
@@ -57,6 +123,7 @@ void explain(const ExplainOptions& options) {
       engine.precision == Precision::float32 ? explained<float>(loaded.file, engine) : explained<double>(loaded.file, engine);
   print_summary(loaded);
   print_answer(text);
+  if (options.ranks) explain_ranks(options, loaded.file, engine);
 }
 
 }  // namespace
@@ -67,6 +134,28 @@ void add_explain(CLI::App& app, Exit& /*exit*/) {
   command->footer("dvdx explain two-springs.json --method average_acceleration");
   add_scene_options(*command, options->scene);
   add_engine_options(*command, options->engine);
+  auto* const ranks =
+      command
+          ->add_option("--ranks", options->ranks,
+                       "also what so many ranks would have and tell each other, and the time that it would take")
+          ->check(CLI::Range(std::uint64_t{1}, most_ranks));
+  command->add_option("--latency", options->machine.latency, "s: of a message between ranks, 1.5e-6 where not given")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(ranks);
+  command->add_option("--bandwidth", options->machine.bandwidth, "bytes/s: of a rank's link, 12.5e9 where not given")
+      ->check(CLI::PositiveNumber)
+      ->needs(ranks);
+  command
+      ->add_option("--particle-time", options->machine.particle_seconds,
+                   "s: of a particle's sub-step on a rank; measured here where not given")
+      ->check(CLI::PositiveNumber)
+      ->needs(ranks);
+  command
+      ->add_option("--size", options->size,
+                   "count ranks for so many particles (1e10), or a sheet of so many rows and columns (32768x32768), in the "
+                   "scene's place")
+      ->needs(ranks);
+  command->add_option("--picture", options->picture, "draw the predicted efficiency over ranks to an .svg")->needs(ranks);
   command->callback([options] { explain(*options); });
 }
 

@@ -1,0 +1,68 @@
+// What a scene would take on many ranks: what is counted, and a time from a latency and a bandwidth.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dvdx/plan.hpp"
+#include "scale/cut.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool {
+
+// The defaults are those of one 100 Gbit/s port and a core a rank.
+struct Machine {
+  double latency = 1.5e-6;                   // s: of a message
+  double bandwidth = 12.5e9;                 // bytes/s: of a rank's link
+  std::optional<double> particle_seconds{};  // of a particle's sub-step; measured here where none is given
+};
+
+// What is counted: the scene, or something like it of another size.
+struct Extent {
+  std::uint64_t particles = 0;
+  std::optional<Grid> sheet{};  // that holds all of them
+  const Scene* list = nullptr;  // of springs that are no sheet
+  [[nodiscard]] bool is_joined() const noexcept { return sheet || list != nullptr; }
+};
+// size: "1e10", of a scene in which nothing joins particles; "32768x32768" of a sheet; empty: the scene's. Throws Fault
+// (usage).
+[[nodiscard]] Extent extent_of(const SceneFile& file, const std::string& size);
+
+// What is told between two sub-steps.
+struct Telling {
+  std::uint64_t times = 0;    // a sub-step
+  std::uint64_t numbers = 0;  // of each particle of the halo, each time
+  std::uint64_t bytes = 0;    // of a number
+};
+[[nodiscard]] Telling telling_of(const SceneFile& file, std::size_t scalar_bytes);
+
+// The ways to share it out among so many ranks; none where there are too many of them.
+[[nodiscard]] std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks);
+
+struct Times {
+  double own = 0;   // s a sub-step: particles of the fullest rank
+  double told = 0;  // of the rank that is told most
+  [[nodiscard]] double all() const noexcept { return own + told; }
+};
+// Nothing is taken to overlap: the messages wait for the particles, and these for the messages.
+[[nodiscard]] Times times_of(const Cut& cut, const Telling& telling, const Machine& machine);
+
+// A table of one number of ranks.
+[[nodiscard]] std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const Machine& machine,
+                                   const Cut& one);
+
+// Of the cheapest sharing at 1, 2, 4, ... ranks up to `most`.
+struct ScalePoint {
+  std::uint64_t ranks = 1;
+  double strong = 1;  // efficiency: the scene on so many ranks
+  double weak = 1;    // the scene on each of so many
+};
+[[nodiscard]] std::vector<ScalePoint> curve_of(const Extent& extent, const Telling& telling, const Machine& machine,
+                                               std::uint64_t most);
+[[nodiscard]] std::string table_of(const std::vector<ScalePoint>& curve);
+// An SVG. Throws Fault (input_output) where gnuplot cannot draw it.
+[[nodiscard]] std::string picture_of(const std::vector<ScalePoint>& curve, const std::string& title);
+
+}  // namespace dvdx::tool
