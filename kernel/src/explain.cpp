@@ -375,9 +375,7 @@ std::string describe_air(const Joints<T>& joints, const CompiledScene<T>& compil
   const Air<T>& air = *joints.air;
   std::string words = "air          " + std::to_string(air.count()) + " triangles, " +
                       (air.is_grid() ? "each once by rows" : "a list, each with its particles anywhere");
-  const bool is_halved = joints.splitting.b.size() > 1 || joints.coupling.scheme == Scheme::sequential ||
-                         std::holds_alternative<PairsForm<T>>(joints.form);
-  words += is_halved ? ", twice a sub-step" : ", once a sub-step";
+  words += "; a pulse of it in two stages for up to five sub-steps";
   words += "; " + std::to_string(air.bytes()) + " bytes\n";
   const std::size_t gusts = compiled.scene.wind.gusts.size();
   words += "             the wind has " + (gusts == 0 ? std::string("no gusts") : std::to_string(gusts) + " gusts");

@@ -34,6 +34,7 @@ class Maker {
     const std::size_t forces = choose_.below(6);
     for (std::size_t k = 0; k < forces; ++k) scene().add(force());
     fix();
+    add_air();  // last, so that bytes of older inputs mean what they meant
     return std::move(made_);
   }
 
@@ -294,6 +295,33 @@ class Maker {
     std::set<std::size_t> ids;
     for (std::size_t k = 0; k < most; ++k) ids.insert(id());
     scene().fixed.assign(ids.begin(), ids.end());
+  }
+
+  void add_air() {
+    const auto coefficient = [&] { return is_legal() ? std::min(not_negative(), 1e6) : finite(); };
+    for (Network& network : scene().networks) {
+      if (choose_.below(2) == 0) continue;
+      const Aerodynamics air{.density = not_negative(), .drag = coefficient(), .lift = coefficient()};
+      std::visit([&](auto& of) { of.aerodynamics = air; }, network);
+      auto* springs = std::get_if<Springs>(&network);
+      if (springs == nullptr) continue;
+      for (std::size_t k = choose_.below(12); k-- > 0;) {
+        const std::size_t i = id();
+        const std::array<std::size_t, 3> corners{i, i + 1, i + 2 + choose_.below(3)};
+        Triangle triangle{};
+        for (std::size_t n = 0; n < 3; ++n) {
+          triangle[n] = static_cast<std::uint32_t>(is_legal() ? corners[n] % count_ : corners[n]);
+        }
+        const auto [a, b, c] = triangle;
+        if (!is_legal() || (a != b && b != c && c != a)) springs->triangles.push_back(triangle);
+      }
+      if (is_legal() && springs->triangles.empty()) springs->aerodynamics.reset();
+    }
+    if (choose_.below(2) == 0) return;
+    scene().wind.mean = vector();
+    for (std::size_t k = choose_.below(3); k-- > 0;) {
+      scene().wind.gusts.push_back({.amplitude = vector(), .angular_frequency = finite(), .phase = finite()});
+    }
   }
 
   Choices& choose_;

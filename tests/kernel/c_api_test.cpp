@@ -797,6 +797,64 @@ TEST_CASE("C: normals and bounds for drawing") {
 
 }  // namespace
 
+TEST_CASE("c: air on a grid and on triangles, and a wind that changes") {
+  const double gusts[] = {0, 1, 0, 3, 0.5};
+  const dvdx_wind wind{{1, 2, 3}, &gusts[0], 1};
+  const dvdx_wind calm{{0, 0.5, 0}, nullptr, 0};
+  const std::uint32_t corners[] = {0, 1, 2, 1, 2, 3};
+  const std::uint32_t ends[] = {0, 1, 1, 3, 3, 2, 2, 0};
+  for (const bool is_list : {false, true}) {
+    Handles h;
+    dvdx_grid grid{};
+    grid.rows = grid.columns = 2;
+    grid.edge_u[0] = grid.edge_v[2] = 1;
+    grid.structural = 5;
+    dvdx_springs springs{};
+    springs.pairs = &ends[0];
+    springs.count = 4;
+    springs.stiffness.all = 5;
+    dvdx_aerodynamics air{0, 1.2, 1, 0.5, nullptr, 0};
+    CHECK(dvdx_scene_set_aerodynamics(h.scene, &air, &h.error) == DVDX_INVALID);
+    CHECK(h.message() == "aerodynamics.network is 0: must be below the scene's 0 networks");
+    CHECK((is_list ? dvdx_scene_add_springs(h.scene, &springs, &h.error) : dvdx_scene_add_grid(h.scene, &grid, &h.error)) ==
+          DVDX_DONE);
+    air.count = 2;
+    air.triangles = is_list ? nullptr : &corners[0];
+    CHECK(dvdx_scene_set_aerodynamics(h.scene, &air, &h.error) == DVDX_INVALID);
+    if (is_list) air.triangles = &corners[0];
+    if (!is_list) air = {0, 1.2, 1, 0.5, nullptr, 0};
+    CHECK(dvdx_scene_set_aerodynamics(h.scene, &air, &h.error) == DVDX_DONE);
+    CHECK(dvdx_scene_set_wind(h.scene, &wind, &h.error) == DVDX_DONE);
+
+    dvdx::Scene scene;
+    if (is_list) {
+      scene.add(dvdx::Network(dvdx::Springs{.pairs = {{0, 1}, {1, 3}, {3, 2}, {2, 0}}, .stiffness = 5.0}));
+      std::get<dvdx::Springs>(scene.networks[0]).triangles = {{0, 1, 2}, {1, 2, 3}};
+    } else {
+      scene.add(dvdx::Network(dvdx::Grid{.rows = 2, .columns = 2, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 5}));
+    }
+    std::visit([](auto& of) { of.aerodynamics = dvdx::Aerodynamics{}; }, scene.networks[0]);
+    scene.wind = {.mean = {1, 2, 3}, .gusts = {{{0, 1, 0}, 3, 0.5}}};
+    Arrays<double> by_c(4);
+    Arrays<double> by_cpp(4);
+    for (Arrays<double>* by : {&by_c, &by_cpp}) by->column(2)[2] = by->column(2)[3] = 1;
+    dvdx_state in_c = by_c.c();
+    auto in_cpp = by_cpp.cpp();
+    REQUIRE(h.make(options_of(0.125, DVDX_FLOAT64), &in_c) == DVDX_DONE);
+    auto plan = dvdx::compile<double>(scene, {.step = 0.125}, in_cpp);
+    REQUIRE(plan.has_value());
+    CHECK(dvdx_plan_step(h.plan, &in_c, 3, nullptr, &h.error) == DVDX_DONE);
+    CHECK(plan->step(in_cpp, 3) == dvdx::StepResult::done);
+    CHECK(by_c.memory == by_cpp.memory);
+    CHECK(dvdx_plan_set_wind(h.plan, &calm, &h.error) == DVDX_DONE);
+    CHECK(plan->set_wind({.mean = {0, 0.5, 0}}).has_value());
+    CHECK(dvdx_plan_step(h.plan, &in_c, 3, nullptr, &h.error) == DVDX_DONE);
+    CHECK(plan->step(in_cpp, 3) == dvdx::StepResult::done);
+    CHECK(by_c.memory == by_cpp.memory);
+    CHECK(dvdx_plan_set_wind(h.plan, nullptr, &h.error) == DVDX_INVALID);
+  }
+}
+
 TEST_CASE("c: motions carry particles and contacts as C++ has them, and the caller drives them") {
   Handles h;
   const double keys[] = {0, 0, 0, 0, 0, 0, 0, 2, 4, 0, 0, 0, 1, 0};

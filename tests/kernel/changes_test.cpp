@@ -44,6 +44,8 @@ std::vector<Joined> scenes() {
       Grid& sheet = std::get<Grid>(grid.scene.networks[0]);
       if (kind != 0) sheet.bend = 7;
       if (kind == 2) sheet.shear = 0;
+      if (kind != 1) sheet.aerodynamics = Aerodynamics{.density = 2, .drag = 0.9};
+      grid.scene.wind = {.mean = {1, 0, 2}, .gusts = {{{0, 1, 0}, 7, 0.3}}};
       grid.scene.coupling = coupling;
       grid.name += ", kind " + std::to_string(kind) + ", scheme " + std::to_string(static_cast<int>(coupling.scheme));
       Joined as_list = test::as_list(grid);
@@ -76,7 +78,7 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
   const Scene& scene = plan.scene();
   const auto particle = static_cast<std::size_t>(random.below(count));
   const std::size_t contact = scene.contacts.empty() ? 0 : random.below(scene.contacts.size());
-  switch (random.below(9)) {
+  switch (random.below(10)) {
     case 0:
       return plan.set_step(random.between(0.002, 0.02));
     case 1:
@@ -101,6 +103,11 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
       return plan.fix(particle);
     case 6:
       return scene.fixed.empty() ? Expected<void>{} : plan.release(scene.fixed[random.below(scene.fixed.size())]);
+    case 8: {
+      Wind wind{.mean = {random.between(-3, 3), 0, 1}};
+      if (random.below(2) == 0) wind.gusts = {{{0, 0, 2}, random.between(0, 9), 0}, {{1, 0, 0}, 4, 0}};
+      return plan.set_wind(wind);
+    }
     case 7:
       return plan.break_spring(0, {static_cast<std::uint32_t>(particle), static_cast<std::uint32_t>(particle + 1)});
     default:

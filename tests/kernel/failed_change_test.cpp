@@ -165,6 +165,13 @@ TEST_CASE("a change of what is joined that fails for want of memory changes noth
           return plan.break_spring(0, {9, 10});
         },
     };
+    Joined windy = joined;
+    std::visit([](auto& network) { network.aerodynamics = Aerodynamics{}; }, windy.scene.networks[0]);
+    if (auto* springs = std::get_if<Springs>(&windy.scene.networks[0])) springs->triangles = {{0, 1, 7}, {3, 4, 9}};
+    CHECK(fails_without_trace<T>(windy, [](Plan<T>& plan) {
+            return plan.set_wind({.mean = {1, 2, 3}, .gusts = {{{0, 1, 0}, 3, 0.5}}});
+          }) > 0);
+    for (const Change<T>& change : changes) CHECK(fails_without_trace<T>(windy, change) >= 0);
     for (const Change<T>& change : changes) CHECK(fails_without_trace<T>(joined, change) >= 0);
     if (joined.scene.contacts.empty()) continue;
     CHECK(fails_without_trace<T>(joined, [](Plan<T>& plan) { return plan.replace(0, Plane{.offset = 0.005}); }) >= 0);

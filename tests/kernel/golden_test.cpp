@@ -91,6 +91,26 @@ constexpr Golden golden_cases[] = {
     {"springs: fourth order, a grid, damped", 0x2031BE8DCA2D4EA3, 0xC86452039DABBE1B},
     {"springs: fourth order, a list, damped", 0x2031BE8DCA2D4EA3, 0xC86452039DABBE1B},
     {"springs: fourth order, a grid and a rope, both damped", 0xA57834D45A95E055, 0xF3563846EFBA14B2},
+    {"air: leapfrog, a grid", 0x5FA2D70D2FB2692C, 0xA66880246546E69F},
+    {"air: leapfrog, a list", 0x92D2C245CBB2BFBC, 0xC4468222F98387E9},
+    {"air: leapfrog, a grid, damped", 0x8A8A64F17C77549B, 0x92F1AB42109FE75F},
+    {"air: leapfrog, a list, damped", 0xFA4A0D6177377C61, 0xFCF8AFE455B547D6},
+    {"air: fourth order, a grid", 0xA71D23BEF2D65B72, 0xA3994FC915604D7F},
+    {"air: fourth order, a list", 0xE299A6348A31CDFB, 0x52D8A89A0487265C},
+    {"air: fourth order, a grid, damped", 0x279B4DAFF271A270, 0xB3CD9F240AD8E3F8},
+    {"air: fourth order, a list, damped", 0xDFAAAE64BB83CFCC, 0x1F0D33B0A1E35CD3},
+    {"air: sequential, a grid", 0x62F95FE911D59F65, 0xFE031B59A9ED9A2D},
+    {"air: sequential, a list", 0x130F812BDBB79BC0, 0x5176939615DEDB22},
+    {"air: sequential, a grid, damped", 0x6ABCFADED928B0AB, 0x913EF658AC1B1D9D},
+    {"air: sequential, a list, damped", 0xCC093FC5E180D49F, 0x5484E8E6CB969645},
+    {"air: generalized alpha, a grid", 0xD25F1704CE364059, 0xF30E84DE8C66EE3D},
+    {"air: generalized alpha, a list", 0xD6D511755004A68C, 0x88B23374BD9E0499},
+    {"air: generalized alpha, a grid, damped", 0xF93BE54A61961F51, 0x5FAA00E1B26A7437},
+    {"air: generalized alpha, a list, damped", 0x78BAF24B38C2980D, 0x25606C368931C968},
+    {"air: accumulate, a grid", 0x07B146D8CFAA43E7, 0xCB75CC58ACE28F3E},
+    {"air: accumulate, a list", 0x07B146D8CFAA43E7, 0xCB75CC58ACE28F3E},
+    {"air: accumulate, a grid, damped", 0x672E22E0E1B2714C, 0x4AA746C00A4AF3E3},
+    {"air: accumulate, a list, damped", 0x672E22E0E1B2714C, 0x4AA746C00A4AF3E3},
     {"a sheet in contact: leapfrog", 0xD23A65528616700A, 0x68CB04EEDB85D9CA},
     {"a sheet in contact: fourth order", 0xBC27F0C4357861DF, 0xEB034149EDB14857},
     {"a sheet in contact: sequential", 0x47746F2792108808, 0xE6B658C5C648AEFE},
@@ -332,6 +352,34 @@ Cases pulse_cases() {
       add(test::as_list(sheet), "a list" + how);
       sheet.scene.add(Network(Springs{.pairs = {{0, 45}, {45, 101}, {101, 179}}, .stiffness = 20.0, .damping = 0.001}));
       add(sheet, (damping == 0 ? "a grid, and a rope that is damped" : "a grid and a rope, both damped"));
+    }
+  }
+  return cases;
+}
+
+// A grid and a list in a wind that gusts, with a torn side and one particle that is held, by every way in which air acts.
+Cases air_cases() {
+  Cases cases;
+  for (const auto& [coupling, scheme] :
+       {std::pair{Coupling{.scheme = Scheme::leapfrog, .substeps = 34}, "leapfrog"},
+        std::pair{Coupling{.scheme = Scheme::fourth_order, .substeps = 20}, "fourth order"},
+        std::pair{Coupling{.scheme = Scheme::sequential, .substeps = 4, .theta = 0.55}, "sequential"},
+        std::pair{Coupling{.scheme = Scheme::sequential, .substeps = 4}, "generalized alpha"},
+        std::pair{Coupling{.scheme = Scheme::accumulate, .substeps = 40, .method = Method::exact}, "accumulate"}}) {
+    for (const double damping : {0.0, 0.001}) {
+      test::Joined sheet = test::sheet(9, 20, 50, damping);
+      sheet.scene.coupling = coupling;
+      Grid& grid = std::get<Grid>(sheet.scene.networks[0]);
+      grid.aerodynamics = Aerodynamics{.density = 1.5, .drag = 0.9, .lift = 0.6};
+      grid.broken = {{45, 46}};
+      sheet.scene.wind = {.mean = {4, 1, -2}, .gusts = {{{0, 1, 2}, 6, 0.4}}};
+      const std::string how = damping == 0 ? "" : ", damped";
+      const std::string name = std::string("air: ") + scheme;
+      sheet.name = name + ", a grid" + how;
+      cases.push_back(case_of(sheet));
+      test::Joined list = test::as_list(sheet);
+      list.name = name + ", a list" + how;
+      cases.push_back(case_of(list));
     }
   }
   return cases;
@@ -590,7 +638,7 @@ Cases live_cases() {
 Cases all_cases() {
   Cases all;
   for (const Cases& cases :
-       {contact_cases(), radial_cases(), accumulate_cases(), pulse_cases(), sheet_contact_cases(), motion_cases(),
+       {contact_cases(), radial_cases(), accumulate_cases(), pulse_cases(), air_cases(), sheet_contact_cases(), motion_cases(),
         constraint_cases(), generalized_alpha_cases(), compensated_cases(), live_cases()}) {
     all.insert(all.end(), cases.begin(), cases.end());
   }

@@ -419,6 +419,23 @@ class Plans(unittest.TestCase):
         with self.assertRaises(dvdx.DvdxError):
             dvdx.triangle_normals(state, [(1, 2, 13)])
 
+    def test_air_blows_on_cloth(self):
+        positions = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1], [1, 0, 1]], np.float64)
+        velocities = np.zeros_like(positions)
+        scene = dvdx.Scene()
+        scene.springs(pairs=[(0, 1), (1, 3)], stiffness=0.0)
+        scene.aerodynamics(network=0, density=1.2, drag=1, lift=0.5, triangles=[(0, 3, 1), (0, 3, 2)])
+        scene.wind(mean=(0, 5, 0), gusts=[(0, 1, 0, 3, 0.5)])
+        plan = dvdx.compile(scene, dvdx.State(positions, velocities), step=0.01)
+        plan.step(dvdx.State(positions, velocities))
+        self.assertTrue((velocities[:, 1] > 0).all())
+        plan.set_wind(mean=(0, -50, 0))
+        plan.step(dvdx.State(positions, velocities), 10)
+        self.assertTrue((velocities[:, 1] < 0).all())
+        plan.set_wind(gusts=[(0, 1, 0, 3, 0.5), (1, 0, 0, 2, 0)])
+        with self.assertRaises(dvdx.DvdxError):
+            plan.set_wind(mean=(0, float("nan"), 0))
+
     def test_explain_speaks_of_the_scene(self):
         plan = dvdx.compile(rich_scene(), dvdx.State(*lattice(2)))
         self.assertIn("contact", plan.explain())

@@ -94,6 +94,37 @@ TEST_CASE("a grid's particles may be given a velocity, and nothing that the grid
   CHECK(message_of(scene) == "cloth.json: particles.velocity.values has 1 entries: must have 15, one for each particle");
 }
 
+TEST_CASE("a grid and a mesh may meet air, and the wind may gust") {
+  auto scene = with_network(grid);
+  scene["network"]["aerodynamics"] = json::parse(R"({"density":1.3,"drag":0.9,"lift":0.4})");
+  scene["wind"] = json::parse("[1,2,3]");
+  CHECK(scene_schema().accepts(scene));
+  CHECK(std::get<Grid>(read(scene).scene.networks[0]).aerodynamics == Aerodynamics{.density = 1.3, .drag = 0.9, .lift = 0.4});
+  CHECK(read(scene).scene.wind == Wind{.mean = {1, 2, 3}});
+  scene["network"]["aerodynamics"] = json::object();
+  scene["wind"] = json::parse(R"({"mean":[1,0,0],"gusts":[{"amplitude":[0,1,0],"angular_frequency":2,"phase":0.5},
+                                  {"amplitude":[3,0,0],"angular_frequency":4}]})");
+  CHECK(scene_schema().accepts(scene));
+  CHECK(std::get<Grid>(read(scene).scene.networks[0]).aerodynamics == Aerodynamics{});
+  CHECK(read(scene).scene.wind == Wind{.mean = {1, 0, 0}, .gusts = {{{0, 1, 0}, 2, 0.5}, {{3, 0, 0}, 4, 0}}});
+  const auto refused = [&](const char* air, const char* wind) {
+    auto bad = scene;
+    bad["network"]["aerodynamics"] = json::parse(air);
+    bad["wind"] = json::parse(wind);
+    CHECK(!scene_schema().accepts(bad));
+    return message_of(bad);
+  };
+  CHECK(refused(R"({"density":-1})", "[0,0,0]") ==
+        "cloth.json: network.aerodynamics.density is -1: must be a finite number >= 0");
+  CHECK(refused(R"({"drag":2e6})", "[0,0,0]").find("network.aerodynamics.drag") != std::string::npos);
+  CHECK(refused(R"({"mass":1})", "[0,0,0]").find("mass") != std::string::npos);
+  CHECK(refused("{}", "[0,0]").find("wind") != std::string::npos);
+  CHECK(refused("{}", R"({"gusts":[{"amplitude":[0,0,1]}]})").find("wind.gusts[0]") != std::string::npos);
+  scene["network"]["rows"] = 1;
+  CHECK(message_of(scene) ==
+        "cloth.json: network.aerodynamics is there, and a grid of one row or one column has no triangles: must be left out");
+}
+
 TEST_CASE("a grid of one row or one column is a rope") {
   const auto springs = [](const char* rows_and_columns) {
     auto scene = with_network(grid);

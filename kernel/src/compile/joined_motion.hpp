@@ -32,7 +32,8 @@ struct WorkspaceShape {
   bool keeps_velocities = false;  // for sweeps over a list that damps
   bool has_origin = false;
   bool keeps_acceleration = false;
-  std::size_t triangles = 0;  // of a list that meets air
+  bool meets_air = false;
+  std::size_t triangles = 0;  // of a list that does
   ConstraintShape constraints{};
   bool operator==(const WorkspaceShape&) const = default;
 };

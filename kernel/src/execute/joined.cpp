@@ -201,6 +201,7 @@ class JoinedStep {
     set_out();
     knows_origins_ = false;
     for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
+      air_substeps_ = joints_.air ? substeps_of_air(substep, joints_.chosen.substeps) : 0;
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
         std::visit([&](const auto& form) { flow_and_pulse(form, before[k], k); }, joints_.form);
@@ -517,22 +518,20 @@ class JoinedStep {
   void flow_and_pulse(const Form& form, std::size_t f, std::size_t k) noexcept {
     flow(f, After::nothing);
     const double air = part_of_air(k);
-    if (air == 0) return pulse(form, k);
-    if (joints_.damping_passes() != 0) keep_velocity();  // else the pulse leaves it in v_next
+    if (air != 0) keep_velocity();
     pulse(form, k);
-    over(elements(), [&](std::size_t from, std::size_t to) { air_kernels_.middle(work_, from, to); });
-    blow(air);
+    if (air != 0) blow_in_the_middle(air);
   }
   // Brown's contributions are of the whole sub-step, from where it starts.
   void flow_and_pulse(const PairsForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept {
     constexpr std::size_t per_task = particles_per_task / slice;
     const std::size_t slices = size() / slice;
-    blow_on_velocity(0.5);
+    if (air_substeps_ != 0) blow_on_velocity(0.5);
     for_each_task(parallel_, tasks_of(slices, per_task), [&](std::size_t task) {
       kernels_.pairs(form.terms, work_, task * per_task, std::min(slices, (task + 1) * per_task));
     });
     flow(f, After::pairs);
-    blow_on_velocity(0.5);
+    if (air_substeps_ != 0) blow_on_velocity(0.5);
   }
 
   void flow_and_pulse(const StrandsForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept { flow_and_sweep(form, f); }
@@ -542,25 +541,22 @@ class JoinedStep {
   void flow_and_sweep(const Form& form, std::size_t f) noexcept {
     if (form.alpha) return flow_and_sweep(form, *form.alpha, f);
     flow(f, After::nothing);
-    blow_on_velocity(0.5);
+    if (air_substeps_ != 0) keep_velocity();
     sweep(form, ws_.with_columns(form.terms));
     left_ = {.shift = &form.shift};
-    blow_after_sweeps();
+    if (air_substeps_ != 0) blow_after_sweeps();
   }
   template <class Form>
   void flow_and_sweep(const Form& form, const Alpha<T>& alpha, std::size_t f) noexcept {
     const bool is_start = std::exchange(is_start_, false);
     alpha_ = is_start ? &alpha.start : &alpha.on;
-    flow(f, joints_.air ? After::nothing : After::sweeps);
-    if (joints_.air) {
-      blow_on_velocity(0.5);
-      over(elements(), [&](std::size_t from, std::size_t to) { kernels_.begin_sweeps(*alpha_, work_, from, to); });
-    }
+    flow(f, After::sweeps);
+    if (air_substeps_ != 0) keep_velocity();
     std::swap(work_.v, work_.v_next);  // the same where nothing damps
     sweep(form, ws_.with_columns(is_start ? alpha.sweeps_of_start : form.terms));
     std::swap(work_.v, work_.v_next);
     left_ = {.alpha = alpha_};
-    blow_after_sweeps();
+    if (air_substeps_ != 0) blow_after_sweeps();
   }
 
   void pulse(const GridForm<T>& form, std::size_t k) noexcept {
@@ -576,11 +572,24 @@ class JoinedStep {
     take_acceleration(kernels_.damp_graph, form.damped, k, slices);
   }
 
-  // ---- air, in the middle of a pulse or in halves before and after it: passes/air/air.hpp ----------------------------------
+  // ---- air, in the middle of a pulse or in halves at both ends of a sub-step: passes/air/air.hpp
+  // ----------------------------------
 
-  // Of a sub-step's air, what goes with the pulse k: one pulse of six, the third and the fourth have half of it each.
+  // Air is far slower than the springs that ask for sub-steps. Up to five of these have one pulse of it together, in the middle
+  // one: 5, 5, ..., and of what is left 3 and 1. 0: none in this one.
+  [[nodiscard]] static int substeps_of_air(int substep, int substeps) noexcept {
+    for (const int together : {5, 3, 1}) {
+      const int groups = substeps / together;
+      if (substep < groups * together) return substep % together == together / 2 ? together : 0;
+      substep -= groups * together;
+      substeps -= groups * together;
+    }
+    return 0;
+  }
+
+  // Of that air, what goes with the pulse k: all, or of six pulses the third and the fourth have half of it each.
   [[nodiscard]] double part_of_air(std::size_t k) const noexcept {
-    if (!joints_.air) return 0;
+    if (air_substeps_ == 0) return 0;
     const std::size_t pulses = joints_.splitting.b.size();
     if (pulses == 1) return 1;
     return k + 1 == pulses / 2 || k == pulses / 2 ? 0.5 : 0;
@@ -590,40 +599,55 @@ class JoinedStep {
 
   void keep_velocity() noexcept {
     over(elements(), [&](std::size_t from, std::size_t to) {
-      for (std::size_t axis = 0; axis < 3; ++axis) std::copy_n(work_.v[axis] + from, to - from, work_.v_next[axis] + from);
+      for (std::size_t axis = 0; axis < 3; ++axis) std::copy_n(work_.v[axis] + from, to - from, ws_.air_v[axis] + from);
     });
   }
   void blow_on_velocity(double part) noexcept {
-    if (!joints_.air) return;
     keep_velocity();
     blow(part);
   }
+  // Since the velocity was kept the pulse has changed it.
+  void blow_in_the_middle(double part) noexcept {
+    const WorkColumns<T> work = columns_in_air();
+    over(elements(), [&](std::size_t from, std::size_t to) { air_kernels_.middle(work, from, to); });
+    blow(part);
+  }
   void blow_after_sweeps() noexcept {
-    if (!joints_.air) return;
     take_what_the_sweeps_left();
-    blow_on_velocity(0.5);
+    blow_in_the_middle(1);
+  }
+  [[nodiscard]] WorkColumns<T> columns_in_air() const noexcept {
+    WorkColumns<T> work = work_;
+    work.v_next = ws_.air_v;
+    return work;
   }
 
-  // That part of a sub-step's air, on what moves as v_next.
+  // That part of the air, on what moves as air_v.
   void blow(double part) noexcept {
-    const Air<T>& air = *joints_.air;
     const Vec3 wind = m_.wind_at(end_of_flow());
-    const TriangleTerms<T> list = ws_.with_columns(air.triangles());
-    for (const AirNetwork& of : air.networks()) {
-      const AirPulse<T> pulse = air_pulse<T>(of.aerodynamics, wind, part * joints_.substep());
-      if (air.is_grid()) {
-        const Units rows{air.grid().rows, particles_per_task / air.grid().pitch};
-        over(rows, [&](std::size_t from, std::size_t to) { air_kernels_.grid(air.grid(), pulse, work_, from, to); });
-      } else {
-        const Units triangles{(of.end - of.first) / slice, particles_per_task / slice, slice};
-        over(triangles, [&](std::size_t from, std::size_t to) {
-          air_kernels_.triangles(list, pulse, work_, of.first + from, of.first + to);
-        });
-      }
+    const double t = part * air_substeps_ * joints_.substep();
+    for (const AirStage stage : {AirStage::first, AirStage::second}) {
+      joints_.air->is_grid() ? blow_rows(stage, wind, t) : blow_list(stage, wind, t);
     }
-    if (air.is_grid()) return;
+  }
+  void blow_rows(AirStage stage, const Vec3& wind, double t) noexcept {
+    const GridAirTerms<T> grid = ws_.with_columns(joints_.air->grid());
+    const AirPulse<T> pulse = air_pulse<T>(joints_.air->networks()[0].aerodynamics, wind, t);
+    const WorkColumns<T> work = columns_in_air();
+    over({grid.rows, particles_per_task / grid.pitch},
+         [&](std::size_t from, std::size_t to) { air_kernels_.grid(grid, pulse, work, stage, from, to); });
+  }
+  void blow_list(AirStage stage, const Vec3& wind, double t) noexcept {
+    const TriangleTerms<T> list = ws_.with_columns(joints_.air->triangles());
+    const WorkColumns<T> work = columns_in_air();
+    for (const AirNetwork& of : joints_.air->networks()) {
+      const AirPulse<T> pulse = air_pulse<T>(of.aerodynamics, wind, t);
+      over({(of.end - of.first) / slice, particles_per_task / slice, slice}, [&](std::size_t from, std::size_t to) {
+        air_kernels_.triangles(list, pulse, work, stage, of.first + from, of.first + to);
+      });
+    }
     over({size() / slice, particles_per_task / slice},
-         [&](std::size_t from, std::size_t to) { air_kernels_.gather(list, work_, from, to); });
+         [&](std::size_t from, std::size_t to) { air_kernels_.gather(list, work, stage, from, to); });
   }
 
   [[nodiscard]] T pulse_length(std::size_t k) const noexcept {
@@ -761,6 +785,7 @@ class JoinedStep {
   const AlphaTerms<T>* alpha_ = nullptr;  // of this sub-step
   bool is_start_ = false;                 // the next sub-step has no acceleration to start from
   bool knows_origins_ = false;            // those of this step
+  int air_substeps_ = 0;                  // that this sub-step's air is of
   std::array<FlowOffsets, max_flows> offsets_;
   std::array<Stage, max_stages> stages_;
   std::size_t stage_count_ = 0;

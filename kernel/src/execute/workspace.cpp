@@ -49,7 +49,12 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
     chains.kept = axes(size);
     for (T** column : {&chains.s, &chains.over, &chains.rest}) *column = columns_.add(size);
   }
-  if (const std::size_t size = shape.triangles; size != 0) air_ = axes(size);
+  if (shape.meets_air) {
+    air_v = of_particles(T(0));
+    air_g_ = of_particles(T(0));
+    air_p_ = shape.triangles != 0 ? axes(shape.triangles) : of_particles(T(0));
+    if (shape.triangles == 0) air_p_below_ = of_particles(T(0));
+  }
   if (const std::size_t size = shape.constraints.lines; size != 0) {
     for (T** column : {&constraints_.lines.s1, &constraints_.lines.s2}) *column = columns_.add(size);
   }
@@ -104,7 +109,15 @@ ConstraintTerms<T> JoinedWorkspace<T>::with_columns(ConstraintTerms<T> terms) co
 
 template <class T>
 TriangleTerms<T> JoinedWorkspace<T>::with_columns(TriangleTerms<T> terms) const noexcept {
-  terms.p = air_;
+  terms.p = air_p_;
+  terms.g = air_g_;
+  return terms;
+}
+template <class T>
+GridAirTerms<T> JoinedWorkspace<T>::with_columns(GridAirTerms<T> terms) const noexcept {
+  terms.p_right = air_p_;
+  terms.p_below = air_p_below_;
+  terms.g = air_g_;
   return terms;
 }
 

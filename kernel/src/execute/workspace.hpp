@@ -64,9 +64,11 @@ class JoinedWorkspace {
   [[nodiscard]] SweepTerms<T> with_columns(SweepTerms<T> terms) const noexcept;
   [[nodiscard]] ConstraintTerms<T> with_columns(ConstraintTerms<T> terms) const noexcept;
   [[nodiscard]] TriangleTerms<T> with_columns(TriangleTerms<T> terms) const noexcept;
+  [[nodiscard]] GridAirTerms<T> with_columns(GridAirTerms<T> terms) const noexcept;
 
   WorkColumns<T> work;
   std::array<T*, 3> origin{};         // null, or where each particle was when the step began
+  std::array<T*, 3> air_v{};          // null, or the velocity that air meets
   std::vector<Held<T>> held;          // by element; the first of them, as many as are fixed
   std::vector<DrivenMotion> motions;  // what the caller has asked of each motion,
   std::vector<DrivenPlaces> groups;   // and of each group of kinematic particles
@@ -81,9 +83,9 @@ class JoinedWorkspace {
   const void* remembered_ = nullptr;
   Clock remembered_at_{};
   Columns<T> columns_;
-  SweepTerms<T> sweep_{};             // lambda, apart and records
-  ConstraintTerms<T> constraints_{};  // the columns of sums
-  std::array<T*, 3> air_{};           // what each triangle of a list comes to
+  SweepTerms<T> sweep_{};                                // lambda, apart and records
+  ConstraintTerms<T> constraints_{};                     // the columns of sums
+  std::array<T*, 3> air_g_{}, air_p_{}, air_p_below_{};  // of particles; of a list's triangles, or of a grid's by elements
 };
 
 extern template class JoinedWorkspace<float>;

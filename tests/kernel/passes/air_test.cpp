@@ -144,9 +144,11 @@ TEST_CASE("air: a sheet that falls face on reaches its terminal speed") {
   of.scene.add(Constant{.acceleration = {0, -9.81, 0}});
   of.step = 1.0 / 240;
   const double speed = std::sqrt(2 * mass * 9.81 / (rho * air.drag));
+  // Where a step ends with half of its air, or with all, gravity's next half or whole is still to come.
+  const double apart = 1e-3 * speed + 0.51 * 9.81 * of.step;
   for (const Coupling& coupling : couplings()) {
     const std::vector<double> values = stepped<double>(with(of, coupling), {}, 480);
-    for (std::size_t i = 0; i < of.x.size(); ++i) CHECK(is_close(-values[6 * i + 4], speed, 1e-3));
+    for (std::size_t i = 0; i < of.x.size(); ++i) CHECK(std::abs(-values[6 * i + 4] - speed) < apart);
   }
 }
 
@@ -229,7 +231,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("air: converges with springs, gusts and lift") {
+TEST_CASE("air: of second order by every scheme, with springs, gusts and lift") {
   Joined flag = in_air(test::sheet(8, 10, 30), {.density = 3, .drag = 1, .lift = 0.8},
                        {.mean = {4, 1, 2}, .gusts = {{.amplitude = {0, 0, 3}, .angular_frequency = 9, .phase = 0.3}}});
   flag.step = 0.04;
@@ -248,7 +250,10 @@ TEST_CASE("air: converges with springs, gusts and lift") {
           const std::vector<double> values = run(scheme, substeps);
           double error = 0;
           for (std::size_t k = 0; k < values.size(); ++k) error = std::max(error, std::abs(values[k] - finest[k]));
-          if (coarse != 0) CHECK(std::log2(coarse / error) > 0.9);
+          if (coarse != 0)
+            CHECK_MESSAGE(std::log2(coarse / error) > 1.8, form.name << ", scheme " << static_cast<int>(scheme) << ", damping "
+                                                                     << damping << ", " << substeps << " sub-steps: " << error
+                                                                     << ", order " << std::log2(coarse / error));
           coarse = error;
         }
       }
@@ -259,7 +264,7 @@ TEST_CASE("air: converges with springs, gusts and lift") {
 TEST_CASE("air: the bits depend neither on the instruction set, nor on threads, nor on layout") {
   const Wind wind{.mean = {3, 1, -2}, .gusts = {{{0, 0, 2}, 7, 0.5}, {{1, 0, 0}, 3, 0}}};
   std::vector<Joined> scenes;
-  for (const auto& [rows, columns] : {std::pair{2U, 2U}, {3U, 5U}, {17U, 33U}, {3U, 700U}}) {
+  for (const auto& [rows, columns] : {std::pair{2U, 2U}, {3U, 5U}, {7U, 33U}}) {
     scenes.push_back(in_air(test::sheet(rows, columns, 30), {}, wind));
   }
   scenes.push_back(in_air(test::sheet(9, 20, 30, 0.001), {.density = 900, .drag = 0.3, .lift = 2}, wind));
@@ -277,6 +282,9 @@ TEST_CASE("air: the bits depend neither on the instruction set, nor on threads, 
       }
     }
   };
+  const Joined wide = in_air(test::sheet(2, 600, 30), {}, wind);  // more than a stripe
+  check(float{}, with(wide, {.substeps = 40}));
+  check(double{}, with(wide, {.substeps = 40}));
   for (const Joined& scene : scenes) {
     for (const Joined& form : grid_and_list(scene)) {
       for (const Coupling& coupling : couplings()) {

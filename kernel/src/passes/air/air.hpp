@@ -31,14 +31,17 @@
 //               part x sin phi (1 - sin phi) that is left over, 1 + x^2 (1 - sin phi)^2/2 >= x (1 - sin phi) sqrt 2. What a
 //               part gains as energy relative to the wind is (|u(t)|^2 - |u|^2) / (2 W) <= 0, and the mean of the parts has no
 //               more than they have together. So has the cloth, whatever the step and the density are.
-// Step          The change of momentum (u - u(t)) / W, with everything divided by eta, so that W may be 0:
+// Step          One triangle's change of momentum is p(u) = (u - u(t)) / W, with everything divided by eta, so that W may be 0:
 //                 b = a + 2 y,   m = 1 + lambda^2 z
 //                 p = t rho N U / (4 b m) ((D c m + a l (lambda z - c)) u + a l (U / N) s sign(sigma))
-//               and v += (w/3) p at each corner. It stands in the middle of the springs' pulse: u is made of the mean of the
-//               velocities before and after it, which is what makes the whole of second order.
-// Order         Second in t for one triangle, and for all where they meet the same air. What neighbours do to a corner within
-//               t is taken as what the triangle itself does: the error is of first order in t times how much the force
-//               differs from the mean of the neighbours'.
+//               It takes what neighbours do to the corners within t for what the triangle does itself. Hence two stages:
+//                 first   p_1 = p(u),   g = (w/3) sum of the p_1 at a particle / 2: what half of t changes v by
+//                 second  e = mean of g over the corners - W p_1/2,   p_2 = p(u - e U^2 / (U^2 + 4 e^2)),
+//               and v += (w/3) sum of the p at a particle, p = p_2 where p_2.u >= W p_2^2/2, else p_1. The condition is that
+//               the parts gain no energy relative to the wind, which p_1 meets always; e is of first order in t, its factor 1
+//               but for second order, so that p is p_2 below some t where D > 0. Where all meet the same air e is 0. The pulse
+//               stands in the middle of the springs': u is made of the mean of the velocities before and after them.
+// Order         Second in t. Where D = 0 what is left of e is of first order.
 // Source        The force: the contract of the scene's files; drag and lift of a flat plate as in Keckeisen et al. 2004.
 
 namespace dvdx {
@@ -56,12 +59,16 @@ struct AirPulse {
   std::array<T, 3> wind{};  // m/s
 };
 
+enum class AirStage : std::uint8_t { first, second };
+
 // A grid's cells, each cut into (row, column), (row + 1, column + 1), (row, column + 1) and the same two with (row + 1,
 // column), at the element of (row, column). W below 0: no triangle.
 template <class T>
 struct GridAirTerms {
   std::size_t rows = 0, columns = 0, pitch = 0;
   const T *W_right = nullptr, *W_below = nullptr;
+  std::array<T*, 3> p_right{}, p_below{};  // N s: p_1/3 of each triangle
+  std::array<T*, 3> g{};                   // m/s, of each particle
 };
 
 // Triangles of anything: first what each comes to, then each particle's sum in the order of the triangles' numbers.
@@ -71,19 +78,21 @@ struct TriangleTerms {
   const T* W = nullptr;                                         // below 0: no triangle
   const std::uint32_t* first_slot = nullptr;                    // of each slice of particles, and one more
   const std::int32_t* slots = nullptr;                          // 16 triangles each; where there is none, one that is none
-  std::array<T*, 3> p{};                                        // N s: of each triangle
+  std::array<T*, 3> p{};                                        // N s: p/3 of each triangle
+  std::array<T*, 3> g{};                                        // m/s, of each particle
 };
 
 template <class T>
 struct AirKernels {
   // v_next = (v + v_next) / 2 for elements [from, to), multiples of 16
   void (*middle)(const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
-  // v += w p/3 of rows [from, to); the air meets v_next
-  void (*grid)(const GridAirTerms<T>&, const AirPulse<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
-  // p of triangles [from, to), multiples of 16; and v += w p/3 of slices [from, to)
-  void (*triangles)(const TriangleTerms<T>&, const AirPulse<T>&, const WorkColumns<T>&, std::size_t from,
+  // A stage for rows [from, to); the air meets v_next
+  void (*grid)(const GridAirTerms<T>&, const AirPulse<T>&, const WorkColumns<T>&, AirStage, std::size_t from,
+               std::size_t to) = nullptr;
+  // p of a stage for triangles [from, to), multiples of 16; and what it leaves at the particles of slices [from, to)
+  void (*triangles)(const TriangleTerms<T>&, const AirPulse<T>&, const WorkColumns<T>&, AirStage, std::size_t from,
                     std::size_t to) = nullptr;
-  void (*gather)(const TriangleTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
+  void (*gather)(const TriangleTerms<T>&, const WorkColumns<T>&, AirStage, std::size_t from, std::size_t to) = nullptr;
 };
 
 }  // namespace dvdx

@@ -15,15 +15,13 @@ template <Arithmetic arithmetic, class V>
            subtract_product<arithmetic>(d[0] * f[1], d[1], f[0])}};
 }
 
-// p/3 of triangles with sides d and f, whose corners' velocities come to `sum`.
+// p(u)/3 of triangles with the normals s.
 template <Arithmetic arithmetic, class V>
-[[gnu::always_inline]] inline Three<V> air_push(const AirPulse<Scalar<V>>& pulse, const Three<V>& d, const Three<V>& f,
-                                                const Three<V>& sum, V W) noexcept {
+[[gnu::always_inline]] inline Three<V> air_push(const AirPulse<Scalar<V>>& pulse, const Three<V>& s, const Three<V>& u,
+                                                V W) noexcept {
   using T = Scalar<V>;
-  const V zero(T(0)), one(T(1)), third(T(1) / T(3));
+  const V zero(T(0)), one(T(1));
   const V D(pulse.drag), L(pulse.lift);
-  const Three<V> s = cross<arithmetic>(d, f);
-  const Three<V> u = subtract_product<arithmetic>(three<V>(pulse.wind), third, sum);
   const V U2 = dot<arithmetic>(u, u);
   const V P = dot<arithmetic>(s, s) * U2;
   const V sigma = dot<arithmetic>(s, u);
@@ -53,10 +51,42 @@ template <Arithmetic arithmetic, class V>
            product_where<V>(is_sound, one, multiply_add<arithmetic>(along_u, u[2], along_s * s[2]))}};
 }
 
+// What a stage sums over the corners of triangles with sides d and f: v_next, and g in the second one.
+template <class V>
+struct AirCorners {
+  Three<V> d, f, v, g;
+};
+
+// p/3 of a stage; before: p_1/3.
+template <AirStage stage, Arithmetic arithmetic, class V>
+[[gnu::always_inline]] inline Three<V> air_push(const AirPulse<Scalar<V>>& pulse, const AirCorners<V>& of,
+                                                const Three<V>& before, V W) noexcept {
+  using T = Scalar<V>;
+  const V third(T(1) / T(3));
+  const Three<V> s = cross<arithmetic>(of.d, of.f);
+  const Three<V> u = subtract_product<arithmetic>(three<V>(pulse.wind), third, of.v);
+  if constexpr (stage == AirStage::first) return air_push<arithmetic>(pulse, s, u, W);
+  const V half_W = V(T(1.5)) * W;
+  const Three<V> e = subtract_product<arithmetic>(third * of.g, half_W, before);
+  const V U2 = dot<arithmetic>(u, u);
+  const V part = quotient(U2, multiply_add<arithmetic>(V(T(4)), dot<arithmetic>(e, e), U2));
+  const Three<V> p = air_push<arithmetic>(pulse, s, subtract_product<arithmetic>(u, part, e), W);
+  return select(dot<arithmetic>(p, u) >= half_W * dot<arithmetic>(p, p), p, before);
+}
+
+// What a stage leaves at particles whose triangles come to `sum`.
+template <AirStage stage, Arithmetic arithmetic, class V>
+[[gnu::always_inline]] inline void leave_air(const WorkColumns<Scalar<V>>& work, const std::array<Scalar<V>*, 3>& g,
+                                             std::size_t i, const Three<V>& sum) noexcept {
+  const V w = load_lanes<V>(work.w + i);
+  if constexpr (stage == AirStage::first) return store_three<V>(g, i, (V(Scalar<V>(0.5)) * w) * sum);
+  store_three<V>(work.v, i, multiply_add<arithmetic>(w, sum, load_three<V>(work.v, i)));
+}
+
 // Columns [from, to) of a grid. Every triangle is computed once: what a cell's right-hand corners get is moved up by a lane,
 // and what the row below gets is kept until that row comes. A particle sums what the row above has left, its left-hand cell and
 // its own.
-template <class V, Arithmetic arithmetic>
+template <class V, AirStage stage, Arithmetic arithmetic>
 class AirStripe {
   using T = Scalar<V>;
 
@@ -78,20 +108,31 @@ class AirStripe {
   enum class Row { above, own };
 
   struct Cell {
-    Three<V> right, both;  // of the triangle at the right, and of both; the one below
-    Three<V> below;
+    Three<V> right, below, both;
   };
+
+  [[gnu::always_inline]] Three<V> g_at(std::size_t i) const noexcept {
+    if constexpr (stage == AirStage::first) return three<V>(V(T(0)));
+    return load_three<V>(grid_.g, i);
+  }
+  [[gnu::always_inline]] static Three<V> before(const std::array<T*, 3>& p, std::size_t i) noexcept {
+    if constexpr (stage == AirStage::first) return three<V>(V(T(0)));
+    return load_three<V>(p, i);
+  }
 
   [[gnu::always_inline]] Cell cell(std::size_t i) const noexcept {
     const std::size_t below = i + grid_.pitch;
     const Three<V> x = load_three<V>(work_.x, i);
     const Three<V> d = load_three<V>(work_.x, below + 1) - x;
     const Three<V> v = load_three<V>(work_.v_next, i) + load_three<V>(work_.v_next, below + 1);
+    const Three<V> g = g_at(i) + g_at(below + 1);
+    const auto push = [&](std::size_t third, const std::array<T*, 3>& p, const T* W) {
+      const AirCorners<V> of{d, load_three<V>(work_.x, third) - x, v + load_three<V>(work_.v_next, third), g + g_at(third)};
+      return air_push<stage, arithmetic>(pulse_, of, before(p, i), load_lanes<V>(W + i));
+    };
     Cell found;
-    found.right = air_push<arithmetic>(pulse_, d, load_three<V>(work_.x, i + 1) - x, v + load_three<V>(work_.v_next, i + 1),
-                                       load_lanes<V>(grid_.W_right + i));
-    found.below = air_push<arithmetic>(pulse_, d, load_three<V>(work_.x, below) - x, v + load_three<V>(work_.v_next, below),
-                                       load_lanes<V>(grid_.W_below + i));
+    found.right = push(i + 1, grid_.p_right, grid_.W_right);
+    found.below = push(below, grid_.p_below, grid_.W_below);
     found.both = found.right + found.below;
     return found;
   }
@@ -110,9 +151,12 @@ class AirStripe {
       const std::size_t i = row * grid_.pitch + column;
       const Cell now = has_cells ? cell(i) : Cell{zero, zero, zero};
       if constexpr (kind == Row::own) {
+        if constexpr (stage == AirStage::first) {
+          store_three<V>(grid_.p_right, i, now.right);
+          store_three<V>(grid_.p_below, i, now.below);
+        }
         const Three<V> sum = (load_three<V>(kept(), column - from_) + moved(before.right, now.right)) + now.both;
-        const Three<V> v = load_three<V>(work_.v, i);
-        store_three<V>(work_.v, i, multiply_add<arithmetic>(load_lanes<V>(work_.w + i), sum, v));
+        leave_air<stage, arithmetic>(work_, grid_.g, i, sum);
       }
       store_three<V>(kept(), column - from_, moved(before.both, now.both) + now.below);
       before = now;
@@ -131,13 +175,19 @@ class AirStripe {
   alignas(64) std::array<T, 3 * (width + 16)> kept_;
 };
 
-template <class V, Arithmetic arithmetic>
-void blow_grid(const GridAirTerms<Scalar<V>>& grid, const AirPulse<Scalar<V>>& pulse, const WorkColumns<Scalar<V>>& work,
-               std::size_t from, std::size_t to) noexcept {
-  using Stripe = AirStripe<V, arithmetic>;
+template <class V, AirStage stage, Arithmetic arithmetic>
+void blow_grid_in(const GridAirTerms<Scalar<V>>& grid, const AirPulse<Scalar<V>>& pulse, const WorkColumns<Scalar<V>>& work,
+                  std::size_t from, std::size_t to) noexcept {
+  using Stripe = AirStripe<V, stage, arithmetic>;
   for (std::size_t column = 0; column < grid.columns; column += Stripe::width) {
     Stripe(grid, pulse, work, column, std::min(column + Stripe::width, grid.columns)).run(from, to);
   }
+}
+template <class V, Arithmetic arithmetic>
+void blow_grid(const GridAirTerms<Scalar<V>>& grid, const AirPulse<Scalar<V>>& pulse, const WorkColumns<Scalar<V>>& work,
+               AirStage stage, std::size_t from, std::size_t to) noexcept {
+  if (stage == AirStage::first) return blow_grid_in<V, AirStage::first, arithmetic>(grid, pulse, work, from, to);
+  blow_grid_in<V, AirStage::second, arithmetic>(grid, pulse, work, from, to);
 }
 
 template <class V>
@@ -150,26 +200,37 @@ template <class V>
   return {{gather_lanes<V>(columns[0], at), gather_lanes<V>(columns[1], at), gather_lanes<V>(columns[2], at)}};
 }
 
-template <class V, Arithmetic arithmetic>
-void blow_triangles(const TriangleTerms<Scalar<V>>& list, const AirPulse<Scalar<V>>& pulse, const WorkColumns<Scalar<V>>& work,
-                    std::size_t from, std::size_t to) noexcept {
+template <class V, AirStage stage, Arithmetic arithmetic>
+void blow_triangles_in(const TriangleTerms<Scalar<V>>& list, const AirPulse<Scalar<V>>& pulse,
+                       const WorkColumns<Scalar<V>>& work, std::size_t from, std::size_t to) noexcept {
+  const auto sum = [&](const std::array<Scalar<V>*, 3>& columns, std::size_t t) {
+    return (gather_three<V>(columns, list.a + t) + gather_three<V>(columns, list.b + t)) + gather_three<V>(columns, list.c + t);
+  };
   for (std::size_t t = from; t < to; t += V::size) {
     const Three<V> x = gather_three<V>(work.x, list.a + t);
-    Three<V> d = gather_three<V>(work.x, list.b + t) - x;
-    Three<V> f = gather_three<V>(work.x, list.c + t) - x;
+    AirCorners<V> of{gather_three<V>(work.x, list.b + t) - x, gather_three<V>(work.x, list.c + t) - x, sum(work.v_next, t), x};
     if (work.origin[0] != nullptr) {
       const Three<V> o = gather_three<V>(work.origin, list.a + t);
-      d = (gather_three<V>(work.origin, list.b + t) - o) + d;
-      f = (gather_three<V>(work.origin, list.c + t) - o) + f;
+      of.d = (gather_three<V>(work.origin, list.b + t) - o) + of.d;
+      of.f = (gather_three<V>(work.origin, list.c + t) - o) + of.f;
     }
-    const Three<V> v = (gather_three<V>(work.v_next, list.a + t) + gather_three<V>(work.v_next, list.b + t)) +
-                       gather_three<V>(work.v_next, list.c + t);
-    store_three<V>(list.p, t, air_push<arithmetic>(pulse, d, f, v, load_lanes<V>(list.W + t)));
+    Three<V> before = x;  // not read in the first stage, as g is not
+    if constexpr (stage == AirStage::second) {
+      of.g = sum(list.g, t);
+      before = load_three<V>(list.p, t);
+    }
+    store_three<V>(list.p, t, air_push<stage, arithmetic>(pulse, of, before, load_lanes<V>(list.W + t)));
   }
+}
+template <class V, Arithmetic arithmetic>
+void blow_triangles(const TriangleTerms<Scalar<V>>& list, const AirPulse<Scalar<V>>& pulse, const WorkColumns<Scalar<V>>& work,
+                    AirStage stage, std::size_t from, std::size_t to) noexcept {
+  if (stage == AirStage::first) return blow_triangles_in<V, AirStage::first, arithmetic>(list, pulse, work, from, to);
+  blow_triangles_in<V, AirStage::second, arithmetic>(list, pulse, work, from, to);
 }
 
 template <class V, Arithmetic arithmetic>
-void gather_air(const TriangleTerms<Scalar<V>>& list, const WorkColumns<Scalar<V>>& work, std::size_t from,
+void gather_air(const TriangleTerms<Scalar<V>>& list, const WorkColumns<Scalar<V>>& work, AirStage stage, std::size_t from,
                 std::size_t to) noexcept {
   for (std::size_t i = from * slice; i < to * slice; i += V::size) {
     Three<V> sum = three<V>(V(Scalar<V>(0)));
@@ -177,7 +238,11 @@ void gather_air(const TriangleTerms<Scalar<V>>& list, const WorkColumns<Scalar<V
     for (std::size_t n = list.first_slot[i / slice]; n < end; ++n) {
       sum = sum + gather_three<V>(list.p, list.slots + n * slice + i % slice);
     }
-    store_three<V>(work.v, i, multiply_add<arithmetic>(load_lanes<V>(work.w + i), sum, load_three<V>(work.v, i)));
+    if (stage == AirStage::first) {
+      leave_air<AirStage::first, arithmetic>(work, list.g, i, sum);
+    } else {
+      leave_air<AirStage::second, arithmetic>(work, list.g, i, sum);
+    }
   }
 }
 
