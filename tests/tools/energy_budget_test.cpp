@@ -175,7 +175,7 @@ TEST_CASE("energy budget: what the wind gives cloth is counted, however soon it 
       budget.look(state);
       most = std::max(most, budget.share());
     }
-    CHECK(most > 0.02);
+    CHECK(most > 5e-4);  // of a bound that is far above where the air is dense
     CHECK(most <= 1.05);
   }
 }
