@@ -16,8 +16,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcli11-dev nlohmann-json3-dev libfmt-dev
-          libzip-dev zlib1g-dev libpugixml-dev doctest-dev libbenchmark-dev gnuplot-nox libopenmpi-dev openmpi-bin)
-          libzip-dev zlib1g-dev libpugixml-dev libmetis-dev doctest-dev libbenchmark-dev gnuplot-nox)
+          libzip-dev zlib1g-dev libpugixml-dev libmetis-dev doctest-dev libbenchmark-dev gnuplot-nox libopenmpi-dev openmpi-bin)
 
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf 'tools/run.sh: %s\n' "$*" >&2; exit 2; }
