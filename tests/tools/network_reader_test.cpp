@@ -309,7 +309,8 @@ TEST_CASE("what is wrong in a grid is refused with its path, its value and what 
        {"/network/damping", "-1", "network.damping is -1: must be a finite number >= 0"},
        {"/network/edge", "1",
         "network.edge is not a key of a network of type grid: did you mean edge_u? Known are type, damping, fixed, scheme, "
-        "substeps, method, theta, sweep, axis, rows, columns, origin, edge_u, edge_v, mass, structural, shear, bend"},
+        "substeps, method, theta, sweep, axis, rows, columns, origin, edge_u, edge_v, mass, structural, shear, bend, "
+        "aerodynamics"},
        {"/network/scheme", "\"euler\"",
         "network.scheme is \"euler\": must be \"leapfrog\", \"fourth_order\", \"sequential\" or \"accumulate\""},
        {"/network/substeps", "0", "network.substeps is 0: must be a whole number from 1 to 1000000"},

@@ -31,9 +31,15 @@ struct DrivenStep {
   }
 };
 
+// Where it was asked to go.
+struct PoseTarget {
+  Vec3 translation{};
+  Quaternion turn{};
+};
+
 class DrivenMotion {
  public:
-  void ask(const Vec3& translation, const Vec3& rotation) noexcept { asked_ = Target{translation, quaternion(rotation)}; }
+  void ask(const Vec3& translation, const Vec3& rotation) noexcept { asked_ = PoseTarget{translation, quaternion(rotation)}; }
 
   // A step of this duration begins: it goes where it was asked to, or rests where the step before has led.
   void begin(const PoseTrack& track, const Clock& clock, double duration) noexcept {
@@ -41,7 +47,7 @@ class DrivenMotion {
       if (to_) rest_at(*to_);
       return;
     }
-    const Target target = *std::exchange(asked_, std::nullopt);
+    const PoseTarget target = *std::exchange(asked_, std::nullopt);
     from_ = at(track, clock);
     for (std::size_t k = 0; k < 3; ++k) from_.velocity[k] = (target.translation[k] - from_.translation[k]) / duration;
     from_.angular_velocity = scaled(rotation_vector(target.turn * conjugate(from_.turn)), 1 / duration);
@@ -76,7 +82,7 @@ class DrivenMotion {
         pass_vector(*v);
       archive(pose.turn.w);
     };
-    pass_there(archive, asked_, [&](Target& target) {
+    pass_there(archive, asked_, [&](PoseTarget& target) {
       pass_vector(target.translation);
       pass_vector(target.turn.v);
       archive(target.turn.w);
@@ -89,11 +95,6 @@ class DrivenMotion {
   }
 
  private:
-  struct Target {
-    Vec3 translation{};
-    Quaternion turn{};
-  };
-
   // Whether it is there, and if so what.
   template <class Archive, class Value, class Pass>
   static void pass_there(Archive& archive, std::optional<Value>& value, const Pass& pass) {
@@ -110,7 +111,7 @@ class DrivenMotion {
     to_ = pose;
   }
 
-  std::optional<Target> asked_;
+  std::optional<PoseTarget> asked_;
   MovedPose from_;
   std::optional<MovedPose> to_;  // none: by the motion's keys
   DrivenStep step_;
