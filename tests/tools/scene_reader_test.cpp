@@ -413,7 +413,8 @@ constexpr BadText bad_texts[] = {
     {"\xFF\xFE{", "the file starts with a byte order mark: must be UTF-8 without one"},
     {"[1, 2]",
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
-     "contacts, network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal, wind"},
+     "contacts, network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal, "
+     "wind"},
     {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
     {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
     {"{\"forces\": [{\"stiffness\": 1e999}]}", "forces[0].stiffness is 1e999: must be a finite number"},

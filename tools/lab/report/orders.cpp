@@ -162,9 +162,7 @@ Theory network_theory(const SceneFile& file, const Coupled& coupled) {
   const auto of_flows = smooth_order(file, file.scene.method).order;
   const auto meets_air = [](const Network& n) { return std::visit([](const auto& each) { return !!each.aerodynamics; }, n); };
   const double of_air = std::any_of(networks.begin(), networks.end(), meets_air) ? 2 : 4;
-  const auto order = [&](double of_pulses) {
-    return Theory{std::min({of_pulses, of_air, of_flows.value_or(of_pulses)}), ""};
-  };
+  const auto order = [&](double of_pulses) { return Theory{std::min({of_pulses, of_air, of_flows.value_or(of_pulses)}), ""}; };
   if (coupled.scheme == "leapfrog") return order(2);
   if (coupled.scheme == "fourth_order") return order(4);
   if (coupled.scheme == "sequential") return order(coupled.theta.value_or(0.5) == 0.5 && coupled.sweep == "symmetric" ? 2 : 1);
