@@ -16,8 +16,8 @@ Pair ascending(std::uint32_t i, std::uint32_t j) { return {std::min(i, j), std::
 
 // Two particles between which the network is torn, in ascending order.
 std::vector<Pair> torn_sides(const std::vector<Pair>& broken) {
-  std::vector<Pair> sides;
-  for (const auto& [i, j] : broken) sides.push_back(ascending(i, j));
+  std::vector<Pair> sides = broken;
+  for (Pair& ends : sides) ends = ascending(ends[0], ends[1]);
   std::sort(sides.begin(), sides.end());
   return sides;
 }
