@@ -16,10 +16,10 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view magic = "dvdx-checkpoint\n";
+constexpr std::string_view first_bytes = "dvdx-checkpoint\n";
 constexpr std::uint32_t format = 1;
-constexpr std::uint32_t most_header = std::uint32_t{1} << 20U;                 // bytes
-constexpr std::uint64_t front = 16 + 3 * sizeof(std::uint32_t);                // magic, format, bytes of the header, their CRC
+constexpr std::uint32_t most_header = std::uint32_t{1} << 20U;   // bytes
+constexpr std::uint64_t front = 16 + 3 * sizeof(std::uint32_t);  // first_bytes, format, bytes of the header, their CRC
 constexpr std::uint64_t back = sizeof(std::uint64_t) + sizeof(std::uint32_t);  // bytes of the data, their CRC
 
 class Counting final : public Sink {
@@ -106,7 +106,7 @@ CheckpointHeader header_of(std::string_view text) {
 void write_text(Sink& sink, const CheckpointHeader& header, const SaveRun& save) {
   const auto text = text_of(header);
   ToText start;
-  start.write(magic);
+  start.write(first_bytes);
   start.put(format);
   start.put(static_cast<std::uint32_t>(text.size()));
   const auto crc = crc_of(text, crc_of(start.text));
@@ -132,13 +132,13 @@ struct Head {
 Head head_of(const fs::path& file, std::uint64_t size) {
   if (size < front + back) refuse(file, fmt::format("is no checkpoint: it has {} bytes", size));
   FileSource source(file, 0, size);
-  std::string start(magic.size() + 2 * sizeof(std::uint32_t), '\0');
+  std::string start(first_bytes.size() + 2 * sizeof(std::uint32_t), '\0');
   source.read(start.data(), start.size());
-  if (!start.starts_with(magic)) refuse(file, "is no checkpoint: it does not start like one, or is damaged");
+  if (!start.starts_with(first_bytes)) refuse(file, "is no checkpoint: it does not start like one, or is damaged");
   std::uint32_t written_format = 0;
   std::uint32_t length = 0;
-  std::memcpy(&written_format, start.data() + magic.size(), sizeof(written_format));
-  std::memcpy(&length, start.data() + magic.size() + sizeof(written_format), sizeof(length));
+  std::memcpy(&written_format, start.data() + first_bytes.size(), sizeof(written_format));
+  std::memcpy(&length, start.data() + first_bytes.size() + sizeof(written_format), sizeof(length));
   const auto crc = source.get<std::uint32_t>();
   if (length > most_header || length > source.left()) refuse(file, "is damaged: its head is not whole");
   std::string text(length, '\0');
