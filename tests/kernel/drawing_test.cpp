@@ -72,7 +72,7 @@ TEST_CASE_TEMPLATE("normals of a grid are its triangles' sums, with the same bit
     const std::size_t count = grid.rows * grid.columns;
     std::vector<T> expected;
     for (const Layout layout : test::layouts) {
-      CAPTURE(columns);
+      CAPTURE(grid.columns);
       CAPTURE(test::name(layout));
       Batch<T> batch(layout, grid.first + count), out(layout, count);
       place(grid, batch.view());
