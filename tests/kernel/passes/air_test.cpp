@@ -231,7 +231,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("air: of second order by every scheme, with springs, gusts and lift") {
+TEST_CASE("air: of second order by every scheme, with springs, gusts and lift" * doctest::test_suite("long")) {
   Joined flag = in_air(test::sheet(8, 10, 30), {.density = 3, .drag = 1, .lift = 0.8},
                        {.mean = {4, 1, 2}, .gusts = {{.amplitude = {0, 0, 3}, .angular_frequency = 9, .phase = 0.3}}});
   flag.step = 0.04;

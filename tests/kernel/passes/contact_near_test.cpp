@@ -79,7 +79,7 @@ void check_runs(const Joined& joined, std::size_t steps, Arithmetic arithmetic, 
 
 }  // namespace
 
-TEST_CASE("many contacts: the list of those near a block has the bits of all of them") {
+TEST_CASE("many contacts: the list of those near a block has the bits of all of them" * doctest::test_suite("long")) {
   for (const std::size_t contacts : {std::size_t{60}, std::size_t{400}}) {
     Joined joined = rows(700);
     joined.name = std::to_string(contacts) + " contacts";
