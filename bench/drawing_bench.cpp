@@ -69,16 +69,16 @@ void time_report(benchmark::State& timing, Told told, const Plane& surface, void
 
 void register_drawing() {
   for (const std::size_t side : {std::size_t{64}, std::size_t{1024}}) {
-    const std::string size = "/" + std::to_string(side) + "x" + std::to_string(side);
-    add("drawing/normals_of_grid" + size, [side](benchmark::State& timing) {
+    const std::string size = std::string("/").append(std::to_string(side)).append("x").append(std::to_string(side));
+    add(std::string("drawing/normals_of_grid").append(size), [side](benchmark::State& timing) {
       time_sheet(timing, side, [](const Sheet& sheet, const auto& state, const auto& to) { normals(sheet.grid, state, to); });
     });
-    add("drawing/normals_of_triangles" + size, [side](benchmark::State& timing) {
+    add(std::string("drawing/normals_of_triangles").append(size), [side](benchmark::State& timing) {
       time_sheet(timing, side, [](const Sheet& sheet, const auto& state, const auto& to) {
         normals(std::span<const Triangle>(sheet.triangles), state, to);
       });
     });
-    add("drawing/bounds" + size, [side](benchmark::State& timing) {
+    add(std::string("drawing/bounds").append(size), [side](benchmark::State& timing) {
       time_sheet(timing, side, [](const Sheet&, const auto& state, const auto&) { benchmark::DoNotOptimize(bounds(state)); });
     });
   }
