@@ -165,7 +165,10 @@ std::vector<ScalePoint> curve_of(const Extent& extent, const Telling& telling, c
 
 std::string table_of(const std::vector<ScalePoint>& curve) {
   std::string text = fmt::format("\npredicted efficiency\n  {:>8}  {:>8}  {:>8}\n", "ranks", "strong", "weak");
-  for (const auto& [ranks, strong, weak] : curve) text += fmt::format("  {:>8}  {:>8.3f}  {:>8.3f}\n", ranks, strong, weak);
+  const auto shown = [](double efficiency) { return std::isnan(efficiency) ? "-" : fmt::format("{:.3f}", efficiency); };
+  for (const auto& [ranks, strong, weak] : curve) {
+    text += fmt::format("  {:>8}  {:>8}  {:>8}\n", ranks, shown(strong), shown(weak));
+  }
   return text;
 }
 
