@@ -33,7 +33,11 @@ Scene scene_of(const Cloth& cloth, const Variant& variant, int substeps) {
                   .edge_v = cloth.edge_v,
                   .structural = cloth.stiffness,
                   .shear = cloth.stiffness};
-  scene.add(variant.lie == Lie::grid ? Network(grid) : Network(springs_of(grid)));
+  if (variant.lie == Lie::grid) {
+    scene.add(grid);
+  } else {
+    scene.add(springs_of(grid));
+  }
   return scene;
 }
 
