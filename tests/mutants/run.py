@@ -103,6 +103,19 @@ def exactly(text):
     return r"\s+".join(re.escape(word) for word in text.split())
 
 
+def is_expression(text):
+    """Roughly: in brackets it is one operand, as a fault and what it replaces become in `(... ? (fault) : (original))`."""
+    text = re.sub(r'"[^"\n]*"|\'[^\'\n]*\'', "0", text)
+    text = re.sub(r"\b(\w+)<[\w:, ]*>(?=[({])", r"\1", text)  # arguments of a template
+    depth = 0
+    for character in text:
+        depth += (character in "([{") - (character in ")]}")
+        if depth < 0 or depth == 0 and character in ",;":
+            return False
+    operators = r"[-+*/%<>=&|^,.?:]"
+    return depth == 0 and not re.match(r"\s*([*&-]\s|[/%<>=|^,.?:]|&&|$)", text) and not re.search(operators + r"\s*$", text)
+
+
 def find(mutant, place, files):
     """Where a place lies: its file, and the span that is replaced, and by what."""
     paths = [path for path in files if f"/{path}".endswith(f"/{place.file}") and not path.startswith("tests/")]
@@ -123,6 +136,9 @@ def find(mutant, place, files):
     condition = f"dvdx_mutant({mutant.number()})"
     if original.endswith((";", "}")):  # statements
         return paths[0], begin, end, f"if ({condition}) {{ {fault} }} else {{ {original} }}"
+    for text in (original, fault):
+        if not is_expression(text):
+            raise Stale(f"{mutant.id}: no expression of its own: {text}")
     return paths[0], begin, end, f"({condition} ? ({fault}) : ({original}))"
 
 
