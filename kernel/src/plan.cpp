@@ -6,6 +6,7 @@
 
 #include "compile/checker.hpp"
 #include "compile/particle_values.hpp"
+#include "compile/tearing.hpp"
 #include "compile/validate.hpp"
 #include "execute/environment.hpp"
 #include "execute/plan_parts.hpp"
@@ -227,7 +228,20 @@ Expected<void> Plan<T>::release(std::size_t particle) {
 }
 template <class T>
 Expected<void> Plan<T>::break_spring(std::size_t index, const Pair& ends) {
+  return break_springs(index, {&ends, 1});
+}
+template <class T>
+Expected<void> Plan<T>::break_springs(std::size_t index, std::span<const Pair> ends) {
   return parts_->change(Break{index, ends});
+}
+template <class T>
+Expected<std::size_t> Plan<T>::tear(std::size_t index, double stretch, const State<T>& state) {
+  const auto find = [&](const auto& in) { return too_long(in.scene->scene, in.scene->start, index, stretch, state); };
+  const Expected<std::vector<Pair>> torn = std::visit(find, parts_->in);
+  if (!torn) return tl::unexpected(torn.error());
+  if (torn->empty()) return std::size_t{0};
+  if (const auto done = break_springs(index, *torn); !done) return tl::unexpected(done.error());
+  return torn->size();
 }
 
 template <class T>

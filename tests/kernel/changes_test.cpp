@@ -1,10 +1,12 @@
 // A plan that is changed while it runs: it steps as one compiled anew from the scene that it then has.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <variant>
 #include <vector>
@@ -262,6 +264,67 @@ TEST_CASE("changes: a clone keeps what it had, and a change of it leaves the pla
   REQUIRE(second.fix(40).has_value());
   CHECK(hash_after(plan, batch.view(), 3) == torn);
   CHECK(hash_after(second, batch.view(), 3) != torn);
+}
+
+// By the list of the sheet's springs.
+template <class T>
+std::vector<Pair> longer(const Grid& grid, double stretch, const State<T>& state) {
+  std::vector<Pair> found;
+  const Springs springs = springs_of(grid);
+  for (std::size_t s = 0; s < springs.pairs.size(); ++s) {
+    const auto [a, b] = springs.pairs[s];
+    const auto d = [&](std::size_t axis) {
+      return static_cast<double>(state.x[axis][a]) - static_cast<double>(state.x[axis][b]);
+    };
+    if (std::hypot(d(0), d(1), d(2)) > stretch * (*springs.rest_length)[s]) found.push_back({a, b});
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+TEST_CASE_TEMPLATE("changes: springs that a state has stretched too far tear together, and no other", T, float, double) {
+  const Joined sheet = test::sheet(6, columns, 40, 0.002);
+  const Grid grid = std::get<Grid>(sheet.scene.networks[0]);
+  Joined strands = sheet;
+  strands.scene.coupling.scheme = Scheme::sequential;
+  for (const Joined& joined : {sheet, strands, test::as_list(sheet)}) {
+    Batch<T> batch(Layout::soa, joined.x.size());
+    State<T> state = batch.view();
+    test::place(joined, state);
+    Plan<T> plan = test::plan_of(joined, {}, state);
+    for (const double far : {0.5, 8.0}) {  // cells that a particle is moved along its row; once more along the next
+      state.x[0][2 * columns + 5] += static_cast<T>(far * grid.edge_u[0] / (columns - 1));
+      state.x[0][4 * columns + 9] -= static_cast<T>(far * grid.edge_u[0] / (columns - 1));
+      const std::vector<Pair> expected = longer(grid, 1.4, state);
+      const std::size_t before = std::visit([](const auto& of) { return of.broken.size(); }, plan.scene().networks[0]);
+      REQUIRE(expected.size() > before);
+      CHECK(plan.tear(0, 1.4, state) == expected.size() - before);
+      std::vector<Pair> broken = std::visit([](const auto& of) { return of.broken; }, plan.scene().networks[0]);
+      std::sort(broken.begin(), broken.end());
+      CHECK(broken == expected);
+      CHECK(plan.tear(0, 1.4, state) == std::size_t{0});  // they tear once
+    }
+    test::place(joined, state);
+    Joined other = joined;
+    other.scene = plan.scene();
+    CHECK(hash_after(plan, state, 4) == hash_after(test::plan_of(other, {}, state), state, 4));
+  }
+}
+
+TEST_CASE("changes: a bad particle tears nothing, and what tearing needs is refused by name") {
+  const Joined joined = test::sheet(4, 5, 50);
+  Batch<double> batch(Layout::soa, joined.x.size());
+  State<double> state = batch.view();
+  test::place(joined, state);
+  Plan<double> plan = test::plan_of(joined, {}, state);
+  state.x[1][7] = std::numeric_limits<double>::quiet_NaN();
+  CHECK(plan.tear(0, 1.5, state) == std::size_t{0});
+  CHECK(plan.tear(1, 1.5, state).error().field == "networks[1]");
+  CHECK(plan.tear(0, 1, state).error().message() == "stretch is 1: must be a finite number > 1");
+  CHECK(plan.tear(0, std::numeric_limits<double>::infinity(), state).error().field == "stretch");
+  State<double> fewer = state;
+  fewer.count = 19;
+  CHECK(plan.tear(0, 1.5, fewer).error().message() == "state.count is 19: must be 20");
 }
 
 TEST_CASE("changes: what names no place of the scene, or a value out of range, is refused by name") {

@@ -3,6 +3,7 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
@@ -164,6 +165,10 @@ TEST_CASE("a change of what is joined that fails for want of memory changes noth
         [](Plan<T>& plan) {
           return plan.break_spring(0, {9, 10});
         },
+        [](Plan<T>& plan) {
+          const std::array<Pair, 2> torn{{{1, 2}, {10, 9}}};
+          return plan.break_springs(0, torn);
+        },
     };
     Joined windy = joined;
     std::visit([](auto& network) { network.aerodynamics = Aerodynamics{}; }, windy.scene.networks[0]);
@@ -216,6 +221,8 @@ TEST_CASE_TEMPLATE("a change that is refused changes nothing", T, float, double)
     if (!joined.scene.networks.empty()) CHECK_FALSE(plan.fix(1000).has_value());
     CHECK_FALSE(plan.release(7).has_value());
     CHECK_FALSE(plan.break_spring(0, {0, 29}).has_value());
+    const std::array<Pair, 2> twice{{{1, 2}, {2, 1}}};
+    CHECK_FALSE(plan.break_springs(0, twice).has_value());
     CHECK(before == seen(joined, plan));
   }
 }

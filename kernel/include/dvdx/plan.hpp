@@ -198,6 +198,10 @@ class DVDX_EXPORT Plan {
   Expected<void> release(std::size_t particle);
   // Tears what networks[index] joins two particles by, for good: scene() lists them as `broken`.
   Expected<void> break_spring(std::size_t index, const Pair& ends);
+  Expected<void> break_springs(std::size_t index, std::span<const Pair> ends);  // all of them, or none
+  // Tears every spring of networks[index] that in this state is longer than `stretch` (finite, > 1) times its rest length. How
+  // many those were. A spring without rest length never tears, nor one whose length is not a number.
+  Expected<std::size_t> tear(std::size_t index, double stretch, const State<T>& state);
 
   [[nodiscard]] const Scene& scene() const noexcept;
   [[nodiscard]] double step_size() const noexcept;  // s

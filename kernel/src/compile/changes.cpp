@@ -29,7 +29,7 @@ std::optional<Error> refusal_of_particle(std::size_t particle, std::optional<std
 
 bool is_same(const Pair& a, const Pair& b) { return a == b || a == Pair{b[1], b[0]}; }
 
-bool holds(const std::vector<Pair>& pairs, const Pair& ends) {
+bool holds(std::span<const Pair> pairs, const Pair& ends) {
   return std::any_of(pairs.begin(), pairs.end(), [&](const Pair& pair) { return is_same(pair, ends); });
 }
 
@@ -90,12 +90,18 @@ std::optional<Error> Break::refusal(const Scene& scene, std::optional<std::size_
   if (network >= scene.networks.size()) return no_such("networks", network, scene.networks.size());
   const auto* grid = std::get_if<Grid>(&scene.networks[network]);
   const auto* springs = std::get_if<Springs>(&scene.networks[network]);
-  const bool is_joined = grid != nullptr ? spring_between(*grid, ends).has_value() : holds(springs->pairs, ends);
-  if (is_joined && !holds(grid != nullptr ? grid->broken : springs->broken, ends)) return std::nullopt;
-  return Error{element("networks", network) + ".broken", text(ends), "two particles that a whole spring of the network joins"};
+  for (std::size_t k = 0; k < ends.size(); ++k) {
+    const bool is_joined = grid != nullptr ? spring_between(*grid, ends[k]).has_value() : holds(springs->pairs, ends[k]);
+    const bool is_whole = !holds(grid != nullptr ? grid->broken : springs->broken, ends[k]) && !holds(ends.first(k), ends[k]);
+    if (is_joined && is_whole) continue;
+    return Error{element("networks", network) + ".broken", text(ends[k]),
+                 "two particles that a whole spring of the network joins"};
+  }
+  return std::nullopt;
 }
 void Break::apply(Scene& scene, std::size_t /*count*/) const {
-  std::visit([&](auto& network_) { network_.broken.push_back(ends); }, scene.networks[network]);
+  std::visit([&](auto& network_) { network_.broken.insert(network_.broken.end(), ends.begin(), ends.end()); },
+             scene.networks[network]);
 }
 
 }  // namespace dvdx

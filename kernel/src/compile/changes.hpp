@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 
 #include "dvdx/plan.hpp"
 #include "dvdx/scene.hpp"
@@ -46,7 +47,7 @@ struct Releasing {
 
 struct Break {
   std::size_t network;
-  Pair ends;
+  std::span<const Pair> ends;
   [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
   void apply(Scene& scene, std::size_t count) const;
 };

@@ -31,10 +31,10 @@ bool depends_on_mass(const Force& force) {
          std::holds_alternative<Drag>(force);
 }
 
-// Room for one more, so that adding it cannot fail.
+// Room for more, so that adding them cannot fail.
 template <class Element>
-void make_room(std::vector<Element>& list) {
-  if (list.size() == list.capacity()) list.reserve(2 * list.size() + 8);
+void make_room(std::vector<Element>& list, std::size_t more = 1) {
+  if (list.capacity() - list.size() < more) list.reserve(2 * list.size() + more + 7);
 }
 
 bool by_element(const FixedParticle& a, const FixedParticle& b) { return a.element < b.element; }
@@ -116,9 +116,11 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Break& change) {
   Joints<T>* const joints = joints_in_place(compiled);
   if (joints == nullptr) return InPlace::not_done;
   Grid& grid = grid_of(compiled.scene);
-  make_room(grid.broken);
+  make_room(grid.broken, change.ends.size());
   joints->reserve_rates(grid);
-  if (!joints->break_spring(grid, *spring_between(grid, change.ends))) return InPlace::not_done;
+  std::vector<GridSpring> springs;
+  for (const Pair& ends : change.ends) springs.push_back(*spring_between(grid, ends));
+  if (!joints->break_springs(grid, springs)) return InPlace::not_done;
   change.apply(compiled.scene, 0);
   return InPlace::done;
 }

@@ -320,19 +320,26 @@ bool Joints<T>::set_inverse_mass(const Grid& grid, std::size_t particle, double 
 }
 
 template <class T>
-bool Joints<T>::break_spring(const Grid& grid, const GridSpring& spring) {
+bool Joints<T>::break_springs(const Grid& grid, std::span<const GridSpring> torn) {
   by_row_->reserve_broken();
-  by_row_->set_broken(w_of, spring, true);
-  Undo undo([&] { by_row_->set_broken(w_of, spring, false); });
+  for (const GridSpring& spring : torn) by_row_->set_broken(w_of, spring, true);
+  Undo undo([&] {
+    for (const GridSpring& spring : torn) by_row_->set_broken(w_of, spring, false);
+  });
   if (substeps_by(*by_row_) != chosen) return false;
-  if (auto* grid_form = std::get_if<GridForm<T>>(&form)) {
-    reserve_torn_row(*grid_form, spring.row, columns_);
-    tear(*grid_form, spring);
-  } else {
-    tear(std::get<StrandsForm<T>>(form), order, grid, spring);
+  auto* const grid_form = std::get_if<GridForm<T>>(&form);
+  for (const GridSpring& spring : torn) {
+    if (grid_form != nullptr) reserve_torn_row(*grid_form, spring.row, columns_);
   }
-  if (air) air->tear(w_of, spring);
   undo.dismiss();
+  for (const GridSpring& spring : torn) {
+    if (grid_form != nullptr) {
+      tear(*grid_form, spring);
+    } else {
+      tear(std::get<StrandsForm<T>>(form), order, grid, spring);
+    }
+    if (air) air->tear(w_of, spring);
+  }
   take(*by_row_);
   return true;
 }

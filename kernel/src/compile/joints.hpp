@@ -93,8 +93,8 @@ class Joints {
   void reserve_rates(const Grid& grid);
   // 1/kg of a particle, 0 where it is fixed: false, and nothing is changed, where it asks for other sub-steps.
   [[nodiscard]] bool set_inverse_mass(const Grid& grid, std::size_t particle, double w) noexcept;
-  // Takes memory for the first torn spring that begins in a row.
-  [[nodiscard]] bool break_spring(const Grid& grid, const GridSpring& spring);
+  // All of them or none. Takes memory for the first torn spring that begins in a row.
+  [[nodiscard]] bool break_springs(const Grid& grid, std::span<const GridSpring> torn);
   // The same sub-steps, and springs where there were some: else false, and nothing is changed.
   [[nodiscard]] bool set_stiffness(const Grid& grid);
 
