@@ -1,0 +1,79 @@
+// Whether a run heats: whether more moves than the start and the forces can have given.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "checkpoint/byte_stream.hpp"
+#include "commands/scene_options.hpp"
+#include "run/energy_budget.hpp"
+#include "run/observer.hpp"
+#include "run/outcome.hpp"
+
+namespace dvdx::tool {
+
+// Looked at from time to time. Does nothing where no bound is known.
+template <class T>
+class HeatWatch {
+ public:
+  HeatWatch(const LoadedScene& loaded, const std::optional<NetworkLimit>& limit, Observer<T>& observer, const State<T>& start)
+      : observer_(observer) {
+    every_ = limit ? steps_between_looks(loaded.file) : std::nullopt;
+    if (!every_ || observer.is_absent()) return;
+    budget_.emplace(observer.budget(start));
+    most_ = most_share(*limit, loaded.file.step);
+    warmth_.emplace();
+  }
+
+  // Steps until the next look, at most `wanted`.
+  [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const {
+    return every_ ? std::min(wanted, *every_ - done % *every_) : wanted;
+  }
+  void look(const State<T>& state, std::uint64_t done) {
+    if (!warmth_ || warmth_->is_heating) return;
+    observer_.look(*budget_, state);
+    *warmth_ = {
+        .is_heating = !(budget_->share() <= most_), .kinetic = budget_->kinetic(), .given = budget_->given(), .step = done};
+  }
+  [[nodiscard]] bool looks() const { return every_.has_value(); }
+  [[nodiscard]] const std::optional<Warmth>& warmth() const { return warmth_; }
+
+  void save(Sink& sink) const {
+    if (!warmth_) return;
+    EnergyBudget::Account account = budget_->account();
+    for_each_number(account, [&](double& number) { sink.put(number); });
+    sink.put(warmth_->is_heating);
+    sink.put(warmth_->kinetic);
+    sink.put(warmth_->given);
+    sink.put(warmth_->step);
+  }
+  void load(Source& source) {
+    if (!warmth_) return;
+    EnergyBudget::Account account;
+    for_each_number(account, [&](double& number) { source.get(number); });
+    budget_->go_on_from(account);
+    source.get(warmth_->is_heating);
+    source.get(warmth_->kinetic);
+    source.get(warmth_->given);
+    source.get(warmth_->step);
+  }
+
+ private:
+  template <class Use>
+  static void for_each_number(EnergyBudget::Account& account, const Use& use) {
+    use(account.now.kinetic);
+    for (double& number : account.now.mass) use(number);
+    for (double& number : account.now.momentum) use(number);
+    auto& [now, seconds, work, most_work] = account;
+    for (double* const number : {&now.wind, &now.air, &seconds, &work, &most_work}) use(*number);
+  }
+
+  Observer<T>& observer_;
+  std::optional<std::uint64_t> every_;
+  std::optional<EnergyBudget> budget_;
+  double most_ = 0;
+  std::optional<Warmth> warmth_;
+};
+
+}  // namespace dvdx::tool

@@ -1,0 +1,95 @@
+// What is seen of a run's states: their file, energy, hash and health.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "checkpoint/checkpoints.hpp"
+#include "checkpoint/states_out.hpp"
+#include "commands/scene_options.hpp"
+#include "dvdx/layouts/soa.hpp"
+#include "output/writer.hpp"
+#include "ranks/over_ranks.hpp"
+#include "ranks/refusal.hpp"
+#include "run/energy.hpp"
+#include "run/energy_budget.hpp"
+#include "run/engine.hpp"
+#include "run/health.hpp"
+#include "run/origin.hpp"
+
+namespace dvdx::tool {
+
+// Writes, weighs and hashes states as the world sees them: in float64 where their own columns are counted from an origin of
+// their own or carry residuals, else as they are. Of several ranks each has its part of the particles, and all are told the
+// same.
+template <class T>
+class Observer {
+ public:
+  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, std::uint64_t every,
+           Checkpoints& checkpoints, Ranks& ranks)
+      : file_(loaded.file),
+        is_absent_(is_split_by_springs(file_, ranks) && ranks.rank() > 0),
+        ranks_(is_split_by_springs(file_, ranks) ? alone_ : ranks) {
+    if (is_absent_) return;
+    if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
+    if (!output) return;
+    if (world_) {
+      world_out_ = std::make_unique<StatesOut<double>>(*output, every, checkpoints);
+    } else {
+      out_ = std::make_unique<StatesOut<T>>(*output, every, checkpoints);
+    }
+  }
+
+  // Where springs join particles the first rank is told all of them, and the others have nothing to say.
+  [[nodiscard]] bool is_absent() const noexcept { return is_absent_; }
+
+  void write(const Moment& moment, const State<T>& state) {
+    if (out_ != nullptr) out_->write(moment, state);
+    if (world_out_ != nullptr) world_out_->write(moment, seen(state));
+  }
+  void finish() {
+    if (out_ != nullptr) out_->finish();
+    if (world_out_ != nullptr) world_out_->finish();
+  }
+
+  [[nodiscard]] double energy(const State<T>& state) {
+    if (is_absent_) return 0;
+    return world_ ? tool::energy(ranks_, file_, seen(state)) : tool::energy(ranks_, file_, state);
+  }
+  [[nodiscard]] std::uint64_t hash(const State<T>& state) {
+    if (is_absent_) return 0;
+    return world_ ? tool::state_hash(ranks_, seen(state)) : tool::state_hash(ranks_, state);
+  }
+  [[nodiscard]] Health health(const State<T>& state) {
+    if (is_absent_) return {};
+    return combined(ranks_, world_ ? health_of(seen(state)) : health_of(state));
+  }
+  [[nodiscard]] EnergyBudget budget(const State<T>& state) {
+    return world_ ? EnergyBudget(file_, seen(state)) : EnergyBudget(file_, state);
+  }
+  void look(EnergyBudget& budget, const State<T>& state) {
+    if (world_) {
+      budget.look(seen(state));
+    } else {
+      budget.look(state);
+    }
+  }
+
+ private:
+  [[nodiscard]] State<double> seen(const State<T>& state) {
+    State<double> world = world_->view();
+    to_world(file_.scene, state, world);
+    return world;
+  }
+
+  const SceneFile& file_;
+  OneRank alone_;
+  bool is_absent_;
+  Ranks& ranks_;
+  std::optional<Soa<double>> world_;
+  std::unique_ptr<StatesOut<T>> out_;
+  std::unique_ptr<StatesOut<double>> world_out_;
+};
+
+}  // namespace dvdx::tool
