@@ -193,7 +193,7 @@ def build():
 
 
 def limit(seconds):
-    for what, most in ((resource.RLIMIT_CPU, int(seconds)), (resource.RLIMIT_AS, 16 << 30), (resource.RLIMIT_FSIZE, 1 << 30),
+    for what, most in ((resource.RLIMIT_CPU, int(seconds)), (resource.RLIMIT_AS, 16 << 30), (resource.RLIMIT_FSIZE, 5 << 30),
                        (resource.RLIMIT_CORE, 0)):
         resource.setrlimit(what, (most, most))
 
@@ -239,7 +239,7 @@ def unmutated():
     """Runs everything without a fault, which must pass: how long that takes, and which test cases are slow."""
     status, output = run_program(TESTS + ["--duration=true"], 0, 3600)
     if status != 0 or failure(ALLOCATIONS, 0, 3600):
-        sys.exit(output[-4000:] + "\nwithout a fault a test fails")
+        sys.exit(f"{output[-4000:]}\nwithout a fault a test fails: exit status {status}")
     cases = [(name, float(seconds)) for seconds, name in re.findall(r"^([0-9.]+) s: (.*)$", output, re.MULTILINE)]
     slow = [name for name, seconds in cases if seconds > SLOW]
     return {"slow": slow, "seconds": sum(seconds for name, seconds in cases),
