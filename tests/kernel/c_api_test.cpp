@@ -345,6 +345,17 @@ TEST_CASE("c: a plan is changed while it runs as in C++") {
   CHECK(dvdx_plan_set_grid_stiffness(h.plan, 0, 1, 1, 1, 0, &h.error) == DVDX_INVALID);
   CHECK(std::string(&h.error.field[0]) == "networks[0]");
   CHECK(dvdx_plan_break_spring(h.plan, 0, 2, 1, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_tear(h.plan, 0, 1e9, &a, nullptr, &h.error) == DVDX_DONE);
+  std::size_t torn = 9;
+  for (std::size_t i = 0; i < 4; ++i) arrays.column(0)[i] = 0.01 * static_cast<double>(i);
+  arrays.column(0)[3] += 9;
+  CHECK(dvdx_plan_tear(h.plan, 0, 1.5, &a, &torn, &h.error) == DVDX_DONE);
+  CHECK(torn == 1);
+  CHECK(dvdx_plan_tear(h.plan, 0, 1.5, &a, nullptr, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_tear(h.plan, 0, 1, &a, &torn, &h.error) == DVDX_INVALID);
+  CHECK(std::string(&h.error.field[0]) == "stretch");
+  CHECK(dvdx_plan_tear(h.plan, 0, 1.5, nullptr, &torn, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_tear(nullptr, 0, 1.5, &a, &torn, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_set_mass(h.plan, 4, 1, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_replace_contact(h.plan, 1, h.scene, 0, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_replace_contact(h.plan, 0, h.scene, 1, &h.error) == DVDX_INVALID);

@@ -76,6 +76,8 @@ std::vector<Small> small_scenes() {
       {"sweeps that carry on", sheet(R"("fixed": "corners_top", "scheme": "sequential", "damping": 0.01)") + "}"},
       {"sweeps by theta", sheet(R"("fixed": "corners_top", "scheme": "sequential", "theta": 0.6)") + "}"},
       {"list of sweeps", list(R"("scheme": "sequential")")},
+      {"tearing sheet", sheet(R"("fixed": "corners_top", "tears_at": 1.02)") + "}"},
+      {"tearing list", list(R"("scheme": "sequential", "tears_at": 1.02)")},
       {"accumulated", list(R"("scheme": "accumulate", "method": "pulse", "substeps": 4)")},
       {"carried", sheet(R"("scheme": "sequential", "damping": 0.01)") + ", " + motion +
                       R"(, "kinematic": [{"particles": "corners_top", "motion": "hand"}]})"},
@@ -131,7 +133,8 @@ class Folder : public ScratchFolder {
 // What of a run does not depend on when it ran and on what.
 json outcome(const json& report) {
   json same;
-  for (const char* key : {"particles", "steps", "state_hash", "energy", "diverged", "born", "removed", "dropped", "heating"}) {
+  for (const char* key :
+       {"particles", "steps", "state_hash", "energy", "diverged", "born", "removed", "dropped", "torn", "heating"}) {
     if (report.contains(key)) same[key] = report[key];
   }
   return same;

@@ -2,7 +2,9 @@
 #include <doctest/doctest.h>
 
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
@@ -123,6 +125,35 @@ TEST_CASE("a grid and a mesh may meet air, and the wind may gust") {
   scene["network"]["rows"] = 1;
   CHECK(message_of(scene) ==
         "cloth.json: network.aerodynamics is there, and a grid of one row or one column has no triangles: must be left out");
+}
+
+TEST_CASE("springs may be torn, and may tear") {
+  auto scene = with_network(grid);
+  CHECK(read(scene).tears_at.empty());
+  scene["network"]["broken"] = json::parse("[[0,1],[6,0]]");
+  CHECK(scene_schema().accepts(scene));
+  CHECK(std::get<Grid>(read(scene).scene.networks[0]).broken == std::vector<Pair>{{0, 1}, {6, 0}});
+  scene["network"]["tears_at"] = 1.5;
+  CHECK(scene_schema().accepts(scene));
+  CHECK(read(scene).tears_at == std::vector<double>{1.5});
+  scene["network"] =
+      json::array({scene["network"], json::parse(R"({"type":"springs","pairs":[[0,9]],"stiffness":1,"rest_length":1})")});
+  CHECK(read(scene).tears_at == std::vector<double>{1.5, std::numeric_limits<double>::infinity()});
+  scene["network"][0].erase("tears_at");
+  CHECK(read(scene).tears_at.empty());
+  for (const char* at : {"1", "-2", "\"soon\""}) {
+    scene["network"][1]["tears_at"] = json::parse(at);
+    CHECK(!scene_schema().accepts(scene));
+    CHECK(message_of(scene) == "cloth.json: network[1].tears_at is " + std::string(at) + ": must be a finite number > 1");
+  }
+}
+
+TEST_CASE("a face goes with a torn spring along one of its sides, a line with its own") {
+  const Topology whole{.lines = {{4, 5}, {5, 6}}, .faces = {{0, 1, 2, 3}, {1, 2, 4}, {4, 5, 6}}};
+  const std::vector<Tear> tears{{.step = 1, .ends = {2, 1}}, {.step = 3, .ends = {5, 6}}, {.step = 3, .ends = {0, 2}}};
+  CHECK(without(whole, {}) == whole);
+  CHECK(without(whole, std::span(tears).first(1)) == Topology{.lines = whole.lines, .faces = {{4, 5, 6}}});
+  CHECK(without(whole, tears) == Topology{.lines = {{4, 5}}, .faces = {}});
 }
 
 TEST_CASE("a grid of one row or one column is a rope") {
@@ -309,7 +340,8 @@ TEST_CASE("what is wrong in a grid is refused with its path, its value and what 
        {"/network/damping", "-1", "network.damping is -1: must be a finite number >= 0"},
        {"/network/edge", "1",
         "network.edge is not a key of a network of type grid: did you mean edge_u? Known are type, damping, fixed, scheme, "
-        "substeps, method, theta, sweep, axis, rows, columns, origin, edge_u, edge_v, mass, structural, shear, bend, "
+        "substeps, method, theta, sweep, axis, broken, tears_at, rows, columns, origin, edge_u, edge_v, mass, structural, "
+        "shear, bend, "
         "aerodynamics"},
        {"/network/scheme", "\"euler\"",
         "network.scheme is \"euler\": must be \"leapfrog\", \"fourth_order\", \"sequential\" or \"accumulate\""},

@@ -481,6 +481,12 @@ class Plan:
         """Tears what the plan's network `index` joins two particles by, for good."""
         _call(_lib.dvdx_plan_break_spring, self._handle, index, a, b)
 
+    def tear(self, state, stretch, index=0):
+        """Tears every spring of the network that is longer than `stretch` times its rest length: how many those were."""
+        torn = _ffi.new("size_t*")
+        _call(_lib.dvdx_plan_tear, self._handle, index, stretch, state._struct, torn)
+        return torn[0]
+
     @property
     def step_size(self):
         """s"""

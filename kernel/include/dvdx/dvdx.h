@@ -560,6 +560,10 @@ DVDX_EXPORT dvdx_status dvdx_plan_fix(dvdx_plan* plan, size_t particle, dvdx_err
 DVDX_EXPORT dvdx_status dvdx_plan_release(dvdx_plan* plan, size_t particle, dvdx_error* error);
 // Tears what the plan's network `index` joins two particles by, for good.
 DVDX_EXPORT dvdx_status dvdx_plan_break_spring(dvdx_plan* plan, size_t index, uint32_t a, uint32_t b, dvdx_error* error);
+// Tears every spring of the plan's network `index` that in this state is longer than `stretch` (> 1) times its rest length; says
+// in *torn (which may be null) how many those were.
+DVDX_EXPORT dvdx_status dvdx_plan_tear(dvdx_plan* plan, size_t index, double stretch, const dvdx_state* state, size_t* torn,
+                                       dvdx_error* error);
 
 // Of a null pointer: a step that is not a number, DVDX_ISA_BEST, DVDX_FLOAT32, no limit and no text.
 DVDX_EXPORT double dvdx_plan_step_size(const dvdx_plan* plan);  // s

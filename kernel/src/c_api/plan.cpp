@@ -246,6 +246,18 @@ dvdx_status dvdx_plan_break_spring(dvdx_plan* plan, size_t index, uint32_t a, ui
   return changed(plan, error, [&](auto& p) { return p.break_spring(index, {a, b}); });
 }
 
+dvdx_status dvdx_plan_tear(dvdx_plan* plan, size_t index, double stretch, const dvdx_state* state, size_t* torn,
+                           dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (state == nullptr) return missing(error, "state");
+  return with_state(*plan, *state, error, [&](auto& p, const auto& particles) {
+    const auto count = p.tear(index, stretch, particles);
+    if (!count) return report(error, count.error());
+    if (torn != nullptr) *torn = *count;
+    return report(error, DVDX_DONE);
+  });
+}
+
 double dvdx_plan_step_size(const dvdx_plan* plan) {
   if (plan == nullptr) return std::numeric_limits<double>::quiet_NaN();
   return std::visit([](const auto& p) { return p.step_size(); }, plan->plan);

@@ -16,8 +16,8 @@ StatesOut<S>::StatesOut(Output output, std::uint64_t every, Checkpoints& checkpo
   if (checkpoints_.is_writing() && every_ > 0) {
     writer_.reset();
     checkpoints_.keep_states(every_);
-  } else if (has_states_before()) {
-    write_kept(checkpoints_.resumed_states(), checkpoints_.resumed()->header().states.value());
+  } else {
+    are_kept_due_ = has_states_before();
   }
 }
 
@@ -54,6 +54,9 @@ void StatesOut<S>::write_kept(const std::filesystem::path& path, const KeptState
 
 template <class S>
 void StatesOut<S>::write(const Moment& moment, const State<S>& state) {
+  if (std::exchange(are_kept_due_, false)) {
+    write_kept(checkpoints_.resumed_states(), checkpoints_.resumed()->header().states.value());
+  }
   if (writer_ != nullptr) return writer_->write(moment, state);
   checkpoints_.states()->append(moment, state, ids_ ? ids_(state.count) : std::span<const std::uint32_t>());
 }

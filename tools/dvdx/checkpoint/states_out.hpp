@@ -37,6 +37,7 @@ class StatesOut {
   ParticleIds ids_;                          // of the run
   std::span<const std::uint32_t> kept_ids_;  // of the kept state that is being written
   bool is_writing_kept_ = false;
+  bool are_kept_due_ = false;  // before the first state that is written: by then the run knows what it went on from
   std::unique_ptr<Writer<S>> writer_;
 };
 

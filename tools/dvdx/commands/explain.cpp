@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -47,6 +48,12 @@ void print_summary(const LoadedScene& loaded) {
   }
   print_answer(fmt::format("duration     {} s in {} steps\n", file.duration, loaded.steps));
   print_answer(fmt::format("method       {}\n", name_in(methods, file.scene.method)));
+  for (std::size_t n = 0; n < file.tears_at.size(); ++n) {
+    if (!std::isfinite(file.tears_at[n])) continue;
+    print_answer(
+        fmt::format("tearing      springs of networks[{}] that are longer than {:g} times their rest length at a step's end\n",
+                    n, file.tears_at[n]));
+  }
 }
 
 template <class T>

@@ -17,6 +17,7 @@
 #include "report/pictures.hpp"
 #include "report/table.hpp"
 #include "run/threads.hpp"
+#include "scene_io/network_reader.hpp"
 #include "scene_io/scene_reader.hpp"
 #include "scene_io/turnover_reader.hpp"
 
@@ -49,6 +50,7 @@ std::vector<SceneFile> read_scenes(const ReportOptions& options) {
   for (const auto& path : options.scenes) {
     files.push_back(read_scene(path, {.overrides = {}, .scalar_bytes = sizeof(double)}));
     refuse_turnover(files.back(), "report");
+    refuse_tearing(files.back(), "report");
   }
   return files;
 }

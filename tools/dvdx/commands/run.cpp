@@ -93,6 +93,9 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
   if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
     if (output && (is_page(options.out) || checkpoints.is_writing())) output->ids = simulation.ids();
   }
+  if constexpr (std::is_same_v<Simulated, Simulation<T>>) {
+    if (output && !loaded.file.tears_at.empty()) output->tears = &simulation.tears();
+  }
   if (options.error && ranks.rank() == 0) {
     const auto reference = reference_of(loaded, engine);
     output->reference = reference.positions;
@@ -137,6 +140,9 @@ Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
   together(ranks, [&] {
     if (options.error && is_live(loaded.file)) {
       throw Fault(Exit::usage, "--error: there is no reference for particles that come and go");
+    }
+    if (options.error && !loaded.file.tears_at.empty()) {
+      throw Fault(Exit::usage, "--error: there is no reference for springs that tear");
     }
     if (ranks.count() > 1) check_can_be_split(loaded.file, options.out);
   });

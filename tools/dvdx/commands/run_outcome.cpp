@@ -55,6 +55,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   for (const ContactSum& sum : outcome.contacts) {
     report["contacts"].push_back({{"hits", sum.hits}, {"impulse", sum.impulse}, {"torque_impulse", sum.torque_impulse}});
   }
+  if (outcome.torn) report["torn"] = *outcome.torn;
   if (outcome.network) report["heating"] = outcome.warmth ? nlohmann::ordered_json(outcome.warmth->is_heating) : nullptr;
   print_json(report.dump(2) + "\n");
 }
@@ -75,6 +76,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
     row("networks", fmt::format("{}, {} sub-step{} a step", name_in(schemes, file.scene.coupling.scheme),
                                 outcome.network->substeps, outcome.network->substeps == 1 ? "" : "s"));
   }
+  if (outcome.torn) row("torn", fmt::format("{} springs", *outcome.torn));
   if (outcome.resumed_at) row("resumed", fmt::format("at step {}", *outcome.resumed_at));
   row("engine",
       fmt::format("{}, {}, {} arithmetic, {}, {} thread{}", name_in(precisions, engine.precision), name(engine.isa),

@@ -8,6 +8,7 @@
 #include "output/console.hpp"
 #include "report/machine.hpp"
 #include "run/threads.hpp"
+#include "scene_io/network_reader.hpp"
 #include "scene_io/turnover_reader.hpp"
 #include "tune/json.hpp"
 #include "tune/table.hpp"
@@ -45,7 +46,9 @@ Exit run(TuneOptions options) {
   for (const auto& path : options.scenes) {
     scenes.push_back(options.scene);
     scenes.back().scene = path;
-    refuse_turnover(load_scene(scenes.back(), Precision::float64).file, "tune");  // all are read before any work is done
+    const auto loaded = load_scene(scenes.back(), Precision::float64);  // all are read before any work is done
+    refuse_turnover(loaded.file, "tune");
+    refuse_tearing(loaded.file, "tune");
   }
   std::vector<tune::Tuning> tunings;
   {

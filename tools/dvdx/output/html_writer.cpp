@@ -39,6 +39,17 @@ std::string faces_element(const Topology& topology) {
   return fmt::format("<script type=\"text/x-dvdx-faces\">{}</script>\n", packed(corners));
 }
 
+// Of each spring that tears the first frame that shows it torn, and its ends.
+std::string torn_element(const Output& output, const std::vector<std::uint64_t>& steps) {
+  std::vector<std::uint32_t> numbers;
+  std::size_t frame = 0;
+  for (const Tear& tear : *output.tears) {
+    while (frame < steps.size() && steps[frame] < tear.step) ++frame;
+    numbers.insert(numbers.end(), {static_cast<std::uint32_t>(frame), tear.ends[0], tear.ends[1]});
+  }
+  return fmt::format("<script type=\"text/x-dvdx-torn\">{}</script>\n", packed(numbers));
+}
+
 std::string bounds_element(const Bounds& bounds) {
   return json_element("bounds", {{"low", bounds.low}, {"high", bounds.high}, {"speed", bounds.speed}, {"error", bounds.error}});
 }
@@ -57,7 +68,8 @@ template <class T>
 class HtmlWriter final : public Writer<T> {
  public:
   HtmlWriter(const Output& output, HtmlPage page)
-      : after_(std::move(page.after)),
+      : output_(output),
+        after_(std::move(page.after)),
         reference_(output.reference),
         ids_(output.ids),
         stride_(stride_of(output)),
@@ -73,15 +85,19 @@ class HtmlWriter final : public Writer<T> {
     const auto reference = reference_ ? reference_(moment, stride_) : std::vector<double>();
     const auto ids = ids_ ? ids_(state.count) : std::span<const std::uint32_t>();
     file_.write(frame_element(moment, coder_.code(state, reference, ids)));
+    if (output_.tears != nullptr) steps_.push_back(moment.step);
   }
 
   void finish() override {
+    if (output_.tears != nullptr) file_.write(torn_element(output_, steps_));
     file_.write(bounds_element(coder_.bounds()));
     file_.write(after_);
     file_.commit();
   }
 
  private:
+  Output output_;
+  std::vector<std::uint64_t> steps_;  // of the frames, where springs tear
   std::string after_;
   ReferencePositions reference_;
   ParticleIds ids_;

@@ -88,6 +88,12 @@ class PlyWriter final : public Writer<T> {
   }
 
   void write(const Moment& moment, const State<T>& state) override {
+    if (const std::size_t torn = tears_until(output_, moment.step); torn != torn_) {
+      torn_ = torn;
+      const Topology left = without(*output_.topology, {output_.tears->data(), torn});
+      joints_header_ = joints_header(left);
+      joints_ = joints(left);
+    }
     files_.emplace_back(numbered(output_.target, files_.size()), output_.ranks);
     files_.back().write(header<T>(moment, all_particles(output_, state)) + joints_header_ + "end_header\n");
     files_.back().write_parts(vertices(state));
@@ -100,8 +106,9 @@ class PlyWriter final : public Writer<T> {
  private:
   Output output_;
   std::vector<std::filesystem::path> old_frames_;
-  std::string joints_header_;  // of faces and edges, which are the same in every state
+  std::string joints_header_;  // of faces and edges, which are the same in every state until some tear
   std::string joints_;
+  std::size_t torn_ = 0;
   std::vector<PartFile> files_;
 };
 

@@ -119,8 +119,7 @@ Cells loose_cells(const Output& output, std::size_t here) {
 }
 
 // ParaView draws only what is in a cell: a particle that nothing joins is one of its own.
-std::vector<Cells> all_cells(const Output& output, std::size_t here) {
-  const Topology& topology = *output.topology;
+std::vector<Cells> all_cells(const Output& output, const Topology& topology, std::size_t here) {
   std::vector<Cells> cells;
   if (output.ranks != nullptr && topology == no_topology) return {loose_cells(output, here)};
   const std::size_t particles = output.ranks == nullptr ? here : output.particles;
@@ -191,7 +190,13 @@ class VtpWriter final : public Writer<T> {
   }
 
   void write(const Moment& moment, const State<T>& state) override {
-    if (cells_.empty() || state.count != particles_) cells_ = all_cells(output_, particles_ = state.count);
+    const std::size_t torn = tears_until(output_, moment.step);
+    if (cells_.empty() || state.count != particles_ || torn != torn_) {
+      particles_ = state.count;
+      torn_ = torn;
+      cells_ = torn == 0 ? all_cells(output_, *output_.topology, particles_)
+                         : all_cells(output_, without(*output_.topology, {output_.tears->data(), torn}), particles_);
+    }
     files_.emplace_back(numbered(output_.target, files_.size()), output_.ranks);
     write_text(files_.back(), poly_data(output_, moment, state, cells_));
     files_.back().close();
@@ -220,7 +225,7 @@ class VtpWriter final : public Writer<T> {
 
   Output output_;
   std::vector<std::filesystem::path> old_frames_;
-  std::size_t particles_ = 0;  // of which cells_ are
+  std::size_t particles_ = 0, torn_ = 0;  // of which cells_ are
   std::vector<Cells> cells_;
   std::vector<PartFile> files_;
   std::vector<double> times_;

@@ -120,6 +120,13 @@ std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_
   return path.replace_filename(fmt::format("{}-{:06}{}", target.stem().string(), index, target.extension().string()));
 }
 
+std::size_t tears_until(const Output& output, std::uint64_t step) {
+  if (output.tears == nullptr) return 0;
+  const auto is_later = [](std::uint64_t until, const Tear& tear) { return until < tear.step; };
+  return static_cast<std::size_t>(std::upper_bound(output.tears->begin(), output.tears->end(), step, is_later) -
+                                  output.tears->begin());
+}
+
 std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count) {
   std::vector<bool> is_joined(count);
   const auto mark = [&](const auto& shapes) {

@@ -52,8 +52,9 @@ struct Output {
   std::filesystem::path target;
   std::size_t particles = 0;  // of every state, or the most there may be where counts change
   std::uint64_t states = 0;
-  const Topology* topology = &no_topology;  // never null, and outlives the writer
-  Counts counts = Counts::fixed;            // changing: nothing joins the particles
+  const Topology* topology = &no_topology;   // never null, and outlives the writer
+  const std::vector<Tear>* tears = nullptr;  // what of it tears meanwhile, in the order of the steps; may be null
+  Counts counts = Counts::fixed;             // changing: nothing joins the particles
   // What a page shows in addition; other writers ignore it.
   const SceneFile* scene = nullptr;
   ReferencePositions reference{};  // where the states should be
@@ -96,6 +97,9 @@ template <class T>
 
 // Commits the files, then removes the old frames. Throws Fault (input_output).
 void commit_series(std::vector<PartFile>& files, const std::vector<std::filesystem::path>& old_frames);
+
+// How many tears there are until the end of a step.
+[[nodiscard]] std::size_t tears_until(const Output& output, std::uint64_t step);
 
 // The particles that no line and no face holds, in order.
 [[nodiscard]] std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count);

@@ -15,12 +15,12 @@ std::uint64_t state_hash(Ranks& ranks, const State<T>& state) {
 }
 
 template <class T>
-double energy(Ranks& ranks, const SceneFile& file, const State<T>& state) {
+double energy(Ranks& ranks, const SceneFile& file, std::span<const Network> networks, const State<T>& state) {
   auto sum = in_turn(ranks, EnergySum{}, [&](EnergySum before) {
     add_particles(file, state, before);
     return before;
   });
-  if (ranks.count() == 1) add_networks(file, state, sum);  // ranges of particles are joined by none
+  if (ranks.count() == 1) add_networks(file, networks, state, sum);  // ranges of particles are joined by none
   return sum.value();
 }
 
@@ -46,7 +46,7 @@ double longest(Ranks& ranks, double seconds) {
 
 template std::uint64_t state_hash(Ranks&, const State<float>&);
 template std::uint64_t state_hash(Ranks&, const State<double>&);
-template double energy(Ranks&, const SceneFile&, const State<float>&);
-template double energy(Ranks&, const SceneFile&, const State<double>&);
+template double energy(Ranks&, const SceneFile&, std::span<const Network>, const State<float>&);
+template double energy(Ranks&, const SceneFile&, std::span<const Network>, const State<double>&);
 
 }  // namespace dvdx::tool

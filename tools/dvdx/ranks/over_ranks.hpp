@@ -16,7 +16,7 @@ namespace dvdx::tool {
 template <class T>
 [[nodiscard]] std::uint64_t state_hash(Ranks& ranks, const State<T>& state);
 template <class T>
-[[nodiscard]] double energy(Ranks& ranks, const SceneFile& file, const State<T>& state);
+[[nodiscard]] double energy(Ranks& ranks, const SceneFile& file, std::span<const Network> networks, const State<T>& state);
 [[nodiscard]] Health combined(Ranks& ranks, const Health& mine);
 
 // What Options::elsewhere takes of all of them.
@@ -27,7 +27,7 @@ template <class T>
 
 extern template std::uint64_t state_hash(Ranks&, const State<float>&);
 extern template std::uint64_t state_hash(Ranks&, const State<double>&);
-extern template double energy(Ranks&, const SceneFile&, const State<float>&);
-extern template double energy(Ranks&, const SceneFile&, const State<double>&);
+extern template double energy(Ranks&, const SceneFile&, std::span<const Network>, const State<float>&);
+extern template double energy(Ranks&, const SceneFile&, std::span<const Network>, const State<double>&);
 
 }  // namespace dvdx::tool

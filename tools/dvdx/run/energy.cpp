@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
 namespace dvdx::tool {
 
@@ -69,14 +71,27 @@ Vec3 vector_at(const std::array<Column<T>, 3>& columns, std::size_t i) {
   return {static_cast<double>(columns[0][i]), static_cast<double>(columns[1][i]), static_cast<double>(columns[2][i])};
 }
 
-// Of the springs of networks.
+Pair ascending(std::size_t i, std::size_t j) {
+  return {static_cast<std::uint32_t>(std::min(i, j)), static_cast<std::uint32_t>(std::max(i, j))};
+}
+
+std::vector<Pair> torn_springs(const Network& network) {
+  std::vector<Pair> torn = std::visit([](const auto& of) { return of.broken; }, network);
+  for (Pair& ends : torn) ends = ascending(ends[0], ends[1]);
+  std::sort(torn.begin(), torn.end());
+  return torn;
+}
+
+// Of the whole springs of networks.
 template <class T>
 struct Stored {
   const SceneFile& file;
   const State<T>& state;
   EnergySum& sum;
+  const std::vector<Pair>& torn;  // ascending
 
   void add(std::size_t i, std::size_t j, double stiffness, double rest_length) const {
+    if (!torn.empty() && std::binary_search(torn.begin(), torn.end(), ascending(i, j))) return;
     const double r = distance(vector_at(state.x, i), vector_at(state.x, j));
     sum.add(0.5 * stiffness * square(r - rest_length));
   }
@@ -129,22 +144,22 @@ void add_particles(const SceneFile& file, const State<T>& state, EnergySum& sum)
 }
 
 template <class T>
-void add_networks(const SceneFile& file, const State<T>& state, EnergySum& sum) {
-  for (const auto& network : file.scene.networks) std::visit(Stored<T>{file, state, sum}, network);
+void add_networks(const SceneFile& file, std::span<const Network> networks, const State<T>& state, EnergySum& sum) {
+  for (const auto& network : networks) std::visit(Stored<T>{file, state, sum, torn_springs(network)}, network);
 }
 
 template <class T>
 double energy(const SceneFile& file, const State<T>& state) {
   EnergySum sum;
   add_particles(file, state, sum);
-  add_networks(file, state, sum);
+  add_networks(file, file.scene.networks, state, sum);
   return sum.value();
 }
 
 template void add_particles(const SceneFile&, const State<float>&, EnergySum&);
 template void add_particles(const SceneFile&, const State<double>&, EnergySum&);
-template void add_networks(const SceneFile&, const State<float>&, EnergySum&);
-template void add_networks(const SceneFile&, const State<double>&, EnergySum&);
+template void add_networks(const SceneFile&, std::span<const Network>, const State<float>&, EnergySum&);
+template void add_networks(const SceneFile&, std::span<const Network>, const State<double>&, EnergySum&);
 template double energy(const SceneFile&, const State<float>&);
 template double energy(const SceneFile&, const State<double>&);
 

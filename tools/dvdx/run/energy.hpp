@@ -1,6 +1,8 @@
 // Mechanical energy of a state.
 #pragma once
 
+#include <span>
+
 #include "dvdx/layouts/state.hpp"
 #include "scene_io/scene_file.hpp"
 
@@ -23,16 +25,16 @@ class EnergySum {
 template <class T>
 [[nodiscard]] double energy(const SceneFile& file, const State<T>& state);
 
-// The two parts of it: of each particle, and of the springs of networks.
+// The two parts of it: of each particle, and of the springs of networks, which are the file's with those torn that tore since.
 template <class T>
 void add_particles(const SceneFile& file, const State<T>& state, EnergySum& sum);
 template <class T>
-void add_networks(const SceneFile& file, const State<T>& state, EnergySum& sum);
+void add_networks(const SceneFile& file, std::span<const Network> networks, const State<T>& state, EnergySum& sum);
 
 extern template void add_particles(const SceneFile&, const State<float>&, EnergySum&);
 extern template void add_particles(const SceneFile&, const State<double>&, EnergySum&);
-extern template void add_networks(const SceneFile&, const State<float>&, EnergySum&);
-extern template void add_networks(const SceneFile&, const State<double>&, EnergySum&);
+extern template void add_networks(const SceneFile&, std::span<const Network>, const State<float>&, EnergySum&);
+extern template void add_networks(const SceneFile&, std::span<const Network>, const State<double>&, EnergySum&);
 extern template double energy(const SceneFile&, const State<float>&);
 extern template double energy(const SceneFile&, const State<double>&);
 

@@ -41,7 +41,7 @@ class LiveSimulation {
   template <class Observer>
   Outcome run(Observer& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(live_.state);
-    outcome_.energy_start = observer.energy(live_.state);
+    outcome_.energy_start = observer.energy({}, live_.state);
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), contacts);
     } else if (every > 0 && loaded_.steps > 0) {
@@ -60,7 +60,7 @@ class LiveSimulation {
     observer.finish();
     contacts.finish();
     outcome_.contacts = contacts.sums();
-    outcome_.energy_end = observer.energy(live_.state);
+    outcome_.energy_end = observer.energy({}, live_.state);
     outcome_.hash = observer.hash(live_.state);
     const auto end = observer.health(live_.state);
     outcome_.bad_particles = end.bad_particles;

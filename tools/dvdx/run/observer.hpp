@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "checkpoint/checkpoints.hpp"
 #include "checkpoint/states_out.hpp"
@@ -53,9 +54,10 @@ class Observer {
     if (world_out_ != nullptr) world_out_->finish();
   }
 
-  [[nodiscard]] double energy(const State<T>& state) {
+  // networks: the scene's as they are then.
+  [[nodiscard]] double energy(std::span<const Network> networks, const State<T>& state) {
     if (is_absent_) return 0;
-    return world_ ? tool::energy(ranks_, file_, seen(state)) : tool::energy(ranks_, file_, state);
+    return world_ ? tool::energy(ranks_, file_, networks, seen(state)) : tool::energy(ranks_, file_, networks, state);
   }
   [[nodiscard]] std::uint64_t hash(const State<T>& state) {
     if (is_absent_) return 0;

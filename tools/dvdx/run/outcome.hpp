@@ -38,6 +38,7 @@ struct Outcome {
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
   std::vector<ContactSum> contacts{};         // in the scene's order, where they were asked for
+  std::optional<std::size_t> torn{};          // springs, where some can tear
   std::optional<std::uint64_t> resumed_at{};  // step, of a run that went on from a checkpoint
 };
 

@@ -26,6 +26,7 @@
 #include "run/outcome.hpp"
 #include "run/start.hpp"
 #include "run/state_memory.hpp"
+#include "run/tearing.hpp"
 #include "run/threads.hpp"
 
 namespace dvdx::tool {
@@ -46,6 +47,7 @@ class Simulation {
         memory_(engine.layout, has_state() ? loaded.file.particles.count : 0, rounding_of(engine.precision)),
         state_(together(ranks, [&] { return started(loaded.file, memory_.view()); })),
         plan_(made(loaded.file, engine, state_)),
+        tearing_(loaded.file),
         threads_(engine.threads) {
     outcome_.network = limit();
     if (!is_split_by_springs(loaded.file, ranks)) return;
@@ -53,9 +55,12 @@ class Simulation {
     split_.emplace(loaded.file, engine, ranks, outcome_.network->substeps);
   }
 
+  // Grows while the run goes on.
+  [[nodiscard]] const std::vector<Tear>& tears() const noexcept { return tearing_.tears(); }
+
   Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(state_);
-    outcome_.energy_start = observer.energy(state_);
+    outcome_.energy_start = observer.energy(networks(), state_);
     HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), watch, contacts);
@@ -78,7 +83,8 @@ class Simulation {
     contacts.finish();
     contacts.join(ranks_);
     outcome_.contacts = contacts.sums();
-    outcome_.energy_end = observer.energy(state_);
+    outcome_.energy_end = observer.energy(networks(), state_);
+    if (tearing_.is_possible()) outcome_.torn = tearing_.tears().size();
     outcome_.hash = observer.hash(state_);
     const auto end = observer.health(state_);
     outcome_.bad_particles = end.bad_particles;
@@ -118,6 +124,11 @@ class Simulation {
     return limit;
   }
 
+  // As they are now: with what has torn.
+  [[nodiscard]] std::span<const Network> networks() const {
+    return tearing_.is_possible() ? plan_->scene().networks : loaded_.file.scene.networks;
+  }
+
   // What the observer sees.
   const State<T>& gathered() {
     if (split_) split_->gather(state_);
@@ -136,6 +147,7 @@ class Simulation {
 
   void save(Sink& sink, const HeatWatch<T>& watch, const ContactWatch& contacts) const {
     put_state(sink, state_);
+    tearing_.save(sink);
     sink.put(std::span<const double>(plan_->carried(state_)));
     watch.save(sink);
     contacts.save(sink);
@@ -145,6 +157,7 @@ class Simulation {
     checkpoint.load([&](Source& source) {
       const auto count = state_.count;
       get_state(source, state_, count);
+      tearing_.load(source, *plan_);
       std::vector<double> carried;
       source.get(carried);
       if (state_.count != count || !plan_->restore(carried, state_)) source.fail();
@@ -162,9 +175,10 @@ class Simulation {
     while (done_ < until) {
       checkpoints.look(done_, save);
       const auto wanted = watch.most_steps(done_, std::min(most, until - done_));
-      const auto steps = contacts.most_steps(checkpoints.most_steps(done_, wanted));
+      const auto steps = contacts.most_steps(checkpoints.most_steps(done_, tearing_.is_possible() ? 1 : wanted));
       const auto before = std::chrono::steady_clock::now();
       step(steps, contacts.report());
+      if (tearing_.is_possible()) tearing_.look(*plan_, state_, done_ + steps);
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       done_ += steps;
       if (watch.looks()) watch.look(gathered(), done_);
@@ -179,6 +193,7 @@ class Simulation {
   State<T> state_;
   std::optional<Plan<T>> plan_;
   std::optional<Split<T>> split_;
+  Tearing<T> tearing_;
   Threads threads_;
   std::uint64_t done_ = 0;
   Outcome outcome_;

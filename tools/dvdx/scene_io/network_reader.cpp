@@ -23,6 +23,7 @@ constexpr std::array<Named<Kind>, 3> kinds{{{"grid", Kind::grid}, {"mesh", Kind:
 constexpr std::array<Named<Joint>, 3> joints{{{"distance", Joint::distance}, {"point", Joint::point}, {"line", Joint::line}}};
 constexpr std::array<std::string_view, 2> grid_groups{"corners_top", "edge_top"};
 constexpr std::uint64_t most_rows = 1 << 20;
+constexpr Range above_one{.min = 1, .least = Range::Least::excluded, .text = "a finite number > 1"};
 
 // ---- keys --------------------------------------------------------------------------------------------------------------
 
@@ -34,7 +35,8 @@ Kind kind_of(const Node& network) {
 
 Fields fields_of(const Node& network) {
   const auto kind = kind_of(network);
-  std::vector<std::string_view> keys{"type", "damping", "fixed", "scheme", "substeps", "method", "theta", "sweep", "axis"};
+  std::vector<std::string_view> keys{"type",  "damping", "fixed", "scheme", "substeps", "method",
+                                     "theta", "sweep",   "axis",  "broken", "tears_at"};
   const auto add = [&](std::initializer_list<std::string_view> more) { keys.insert(keys.end(), more); };
   if (kind == Kind::grid)
     add({"rows", "columns", "origin", "edge_u", "edge_v", "mass", "structural", "shear", "bend", "aerodynamics"});
@@ -227,6 +229,17 @@ Springs read_springs(const Fields& fields, const Population& population) {
           .damping = fields.number("damping", not_negative, 0)};
 }
 
+// ---- what is torn ------------------------------------------------------------------------------------------------------
+
+void add_torn(const Fields& fields, const Population& population, Network network, SceneFile& file) {
+  if (const auto broken = fields.optional("broken")) {
+    std::visit([&](auto& of) { of.broken = read_pairs(*broken, population); }, network);
+  }
+  file.scene.add(std::move(network));
+  file.tears_at.resize(file.scene.networks.size(), std::numeric_limits<double>::infinity());
+  if (const auto tears_at = fields.optional("tears_at")) file.tears_at.back() = tears_at->number(above_one);
+}
+
 // ---- what is fixed -----------------------------------------------------------------------------------------------------
 
 void fix_group(const Node& group, const MadeNetwork& made, std::vector<std::size_t>& fixed) {
@@ -413,15 +426,17 @@ void NetworkReader::add_to(SceneFile& file, const Population& population) const 
     const auto coupling = read_coupling(fields, file.scene.method);
     if (n == 0) file.scene.coupling = coupling;
     check_alike(node, file.scene.coupling, coupling);
-    if (made.network) file.scene.add(*made.network);
+    if (made.network) add_torn(fields, population, *made.network, file);
     append(made.topology, file.topology);
     if (kind == Kind::springs) {
       auto springs = read_springs(fields, population);
       add_lines(springs.pairs, file.topology);
-      if (!springs.pairs.empty()) file.scene.add(Network(std::move(springs)));
+      if (!springs.pairs.empty()) add_torn(fields, population, Network(std::move(springs)), file);
     }
     if (const auto fixed = fields.optional("fixed")) read_fixed(*fixed, made, population, file.scene.fixed);
   }
+  if (std::none_of(file.tears_at.begin(), file.tears_at.end(), [](double at) { return std::isfinite(at); }))
+    file.tears_at.clear();
 }
 
 std::vector<std::size_t> NetworkReader::read_group(const Node& node, const Population& population) const {
@@ -429,6 +444,12 @@ std::vector<std::size_t> NetworkReader::read_group(const Node& node, const Popul
   std::vector<std::size_t> ids;
   read_fixed(node, grid != made_.end() ? *grid : MadeNetwork{}, population, ids);
   return ids;
+}
+
+void refuse_tearing(const SceneFile& file, std::string_view command) {
+  if (file.tears_at.empty()) return;
+  throw Fault(Exit::bad_scene,
+              fmt::format("{}: network.tears_at: dvdx {} tears no springs: must be left out", file.path, command));
 }
 
 void read_constraints(const Node& constraints, SceneFile& file, const Population& population) {

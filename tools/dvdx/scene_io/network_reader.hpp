@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "scene_io/particle_values.hpp"
@@ -47,6 +48,9 @@ class NetworkReader {
   std::vector<Vec3> positions_;
   std::vector<double> masses_;
 };
+
+// Throws Fault (bad_scene) where springs tear: `command` steps scenes in which they do not.
+void refuse_tearing(const SceneFile& file, std::string_view command);
 
 // Adds constraints to the scene.
 void read_constraints(const Node& constraints, SceneFile& file, const Population& population);

@@ -46,8 +46,11 @@ struct SceneFile {
   double step = 0;      // s
   double duration = 0;  // s
   Particles particles;
-  Scene scene;                 // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions
-  Topology topology{};         // of the networks and constraints
+  Scene scene;          // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions
+  Topology topology{};  // of the networks and constraints
+  // Of each network, where one has it: springs tear that are longer than so many times their rest length at a step's end.
+  // Infinite for networks that do not. The library's plans do not tear by themselves.
+  std::vector<double> tears_at{};
   bool is_origin_free = true;  // the file leaves the origin to the command that runs the scene
   Turnover turnover{};         // capacity 0: no particle comes or goes
 };

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace dvdx::tool {
@@ -12,5 +14,15 @@ struct Topology {
   std::vector<std::vector<std::uint32_t>> faces;    // a grid's quads, a mesh's own polygons
   bool operator==(const Topology&) const = default;
 };
+
+// A spring of a network that tore at the end of a step.
+struct Tear {
+  std::uint64_t step = 0;
+  std::size_t network = 0;
+  std::array<std::uint32_t, 2> ends{};
+};
+
+// What is left of it when these have torn: a face goes with the spring along one of its sides.
+[[nodiscard]] Topology without(const Topology& topology, std::span<const Tear> tears);
 
 }  // namespace dvdx::tool

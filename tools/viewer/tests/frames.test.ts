@@ -2,7 +2,7 @@ import { deflateSync } from 'node:zlib';
 import { describe, expect, test } from 'vitest';
 import { unpacked } from '../src/shared/bytes';
 import { FrameDecoder, type FrameFacts } from '../src/playback/frames';
-import { edges, triangles } from '../src/playback/scene';
+import { edges, sortedByTear, tornFrom, triangles } from '../src/playback/scene';
 
 const facts = (changes: Partial<FrameFacts>): FrameFacts => ({
   step: 0, time: 0, all: 2, count: 2, gone: 0, bad: 0, exponent: -2, order: 0, isAcross: false, planes: 1, speed: 1, error: 0, ...changes,
@@ -77,4 +77,21 @@ test('faces become fans of triangles, and each of their edges is one line', () =
   const faces = new Uint32Array([4, 0, 1, 2, 3, 3, 1, 2, 5]);
   expect([...triangles(faces)]).toEqual([0, 1, 2, 0, 2, 3, 1, 2, 5]);
   expect([...edges(faces)]).toEqual([0, 1, 1, 2, 2, 3, 3, 0, 2, 5, 5, 1]);
+});
+
+describe('springs that tear', () => {
+  const from = tornFrom(Uint32Array.from([4, 2, 1, 7, 3, 4]));
+
+  test('are torn from a frame on, by either order of their ends', () => {
+    expect([from(1, 2), from(2, 1), from(4, 3), from(1, 3)]).toEqual([4, 4, 7, Infinity]);
+  });
+
+  test('take with them the pieces that have them for a side, which stand last', () => {
+    const [lines, whole] = sortedByTear(Uint32Array.from([1, 2, 0, 1, 3, 4]), 2, from);
+    expect([...lines]).toEqual([0, 1, 3, 4, 1, 2]);
+    expect([0, 3, 4, 6, 7, 9].map(whole)).toEqual([3, 3, 2, 2, 1, 1]);
+    const [triangles, wholeTriangles] = sortedByTear(Uint32Array.from([0, 1, 2, 5, 6, 8, 3, 9, 4]), 3, from);
+    expect([...triangles]).toEqual([5, 6, 8, 3, 9, 4, 0, 1, 2]);
+    expect([3, 4, 7].map(wholeTriangles)).toEqual([3, 2, 1]);
+  });
 });

@@ -121,7 +121,7 @@ async function start(): Promise<void> {
     before = now;
     const { index, blend } = player.place();
     const frame = frames.all[index]!;
-    view.show(frame, blend, player.time());
+    view.show(frame, index, blend, player.time());
     if (view.draw()) ++drawn;
     if (!player.isPlaying || now - told > toldEvery) {
       controls.update();

@@ -89,7 +89,12 @@ export interface Bounds {
 export interface Joints {
   lines: Uint32Array<ArrayBuffer>; // two ends each
   triangles: Uint32Array<ArrayBuffer>;
+  wholeLines?: Whole; // where some tear
+  wholeTriangles?: Whole;
 }
+
+// How many of them are whole in a frame: they stand in the order in which they tear, what never does first.
+export type Whole = (frame: number) => number;
 
 function parsed<T>(name: string): T {
   const text = takenText(name);
@@ -125,7 +130,7 @@ export function edges(faces: Uint32Array): Uint32Array<ArrayBuffer> {
     for (let corner = 0; corner < corners; ++corner) {
       const a = faces[at + 1 + corner]!;
       const b = faces[at + 1 + ((corner + 1) % corners)]!;
-      const key = Math.min(a, b) * 2 ** 26 + Math.max(a, b);
+      const key = keyOf(a, b);
       if (seen.has(key)) continue;
       seen.add(key);
       ends.push(a, b);
@@ -134,8 +139,63 @@ export function edges(faces: Uint32Array): Uint32Array<ArrayBuffer> {
   return new Uint32Array(ends);
 }
 
+const keyOf = (a: number, b: number): number => Math.min(a, b) * 2 ** 26 + Math.max(a, b);
+
+// Frames from which on springs are torn, by their ends: `torn` holds a frame and two ends of each.
+export function tornFrom(torn: Uint32Array): (a: number, b: number) => number {
+  const frames = new Map<number, number>();
+  for (let at = 0; at < torn.length; at += 3) frames.set(keyOf(torn[at + 1]!, torn[at + 2]!), torn[at]!);
+  return (a, b) => frames.get(keyOf(a, b)) ?? Infinity;
+}
+
+// `pieces` of `corners` particles each, sorted so that those are first which are whole longest: a piece is torn with the first
+// of its sides.
+export function sortedByTear(pieces: Uint32Array, corners: number, from: (a: number, b: number) => number): [Uint32Array<ArrayBuffer>, Whole] {
+  const count = pieces.length / corners;
+  const until = Float64Array.from({ length: count }, (_, piece) => {
+    let first = Infinity;
+    for (let k = 0; k < corners; ++k) {
+      first = Math.min(first, from(pieces[piece * corners + k]!, pieces[piece * corners + ((k + 1) % corners)]!));
+    }
+    return first;
+  });
+  const order = Array.from({ length: count }, (_, piece) => piece).sort((a, b) => (until[a] === until[b] ? a - b : until[b]! - until[a]!));
+  const sorted = new Uint32Array(pieces.length);
+  order.forEach((piece, at) => sorted.set(pieces.subarray(piece * corners, (piece + 1) * corners), at * corners));
+  const ends = order.map((piece) => until[piece]!);
+  const whole: Whole = (frame) => {
+    let low = 0;
+    let high = count;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (ends[middle]! > frame) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  };
+  return [sorted, whole];
+}
+
+// As `from`, and inside a face when the first of its sides tears: its triangles go together.
+function trianglesUntil(faces: Uint32Array, from: (a: number, b: number) => number): (a: number, b: number) => number {
+  const sides = new Map<number, number>();
+  for (let at = 0; at < faces.length; at += 1 + faces[at]!) {
+    const corners = faces[at]!;
+    let first = Infinity;
+    for (let k = 0; k < corners; ++k) first = Math.min(first, from(faces[at + 1 + k]!, faces[at + 1 + ((k + 1) % corners)]!));
+    for (let k = 2; k + 1 < corners; ++k) sides.set(keyOf(faces[at + 1]!, faces[at + 1 + k]!), first);
+  }
+  return (a, b) => sides.get(keyOf(a, b)) ?? from(a, b);
+}
+
 export async function readJoints(): Promise<Joints> {
-  const lines = await numbers('lines');
+  const given = await numbers('lines');
   const faces = await numbers('faces');
-  return { lines: lines.length > 0 ? lines : edges(faces), triangles: triangles(faces) };
+  const torn = await numbers('torn');
+  const lines = given.length > 0 ? given : edges(faces);
+  if (torn.length === 0) return { lines, triangles: triangles(faces) };
+  const from = tornFrom(torn);
+  const [sortedLines, wholeLines] = sortedByTear(lines, 2, from);
+  const [sortedTriangles, wholeTriangles] = sortedByTear(triangles(faces), 3, trianglesUntil(faces, from));
+  return { lines: sortedLines, triangles: sortedTriangles, wholeLines, wholeTriangles };
 }

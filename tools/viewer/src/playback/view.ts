@@ -6,7 +6,7 @@ import { AnchoredSprings } from './anchored';
 import { DottedPicture, type Grain, type Shown, packed } from './dots';
 import type { Frame } from './frames';
 import { type Look, makeLook } from './materials';
-import type { Bounds, Joints, Scene } from './scene';
+import type { Bounds, Joints, Scene, Whole } from './scene';
 import { Surroundings } from './surroundings';
 import { type Colouring, type Highest, colourTable, fillTints } from './tints';
 
@@ -53,6 +53,7 @@ export class View {
   private readonly up: THREE.Vector3;
   private shown: Shown | undefined;
   private onward: Float32Array | undefined; // of the frame that is shown
+  private readonly tears: ((frame: number) => void)[] = []; // takes out of the picture what is torn in a frame
   private isStale = true;
   private grain: Grain = 'fine'; // of the surroundings behind dots
 
@@ -123,8 +124,8 @@ export class View {
     this.isStale = true;
   }
 
-  // `blend` of the way from a frame to the next, at a time in s.
-  show(now: Frame, blend: number, time: number): void {
+  // `blend` of the way from a frame, the index-th, to the next, at a time in s.
+  show(now: Frame, index: number, blend: number, time: number): void {
     const { uniforms } = this.look;
     this.moveSurroundings(time);
     const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
@@ -140,6 +141,7 @@ export class View {
     if (!isNew && !isOnward && uniforms.blend.value === blend) return;
     uniforms.blend.value = blend;
     this.setCount(now.count);
+    for (const takeOut of this.tears) takeOut(index);
     this.anchored?.move(now, blend);
     this.shown = { now, blend, colouring: this.colouring };
     this.onward = now.onward;
@@ -217,10 +219,17 @@ export class View {
       return made;
     };
     this.add('points', this.dotted ? new THREE.Group() : new THREE.Points(geometry(), this.look.points));
-    if (joints.lines.length > 0) this.add('springs', new THREE.LineSegments(geometry(joints.lines), this.look.lines));
+    const tearing = (pieces: Uint32Array<ArrayBuffer>, corners: number, whole: Whole | undefined): THREE.BufferGeometry => {
+      const made = geometry(pieces);
+      if (whole) this.tears.push((frame) => made.setDrawRange(0, corners * whole(frame)));
+      return made;
+    };
+    if (joints.lines.length > 0) {
+      this.add('springs', new THREE.LineSegments(tearing(joints.lines, 2, joints.wholeLines), this.look.lines));
+    }
     if (this.scene.pins?.length) this.add('pins', new THREE.Points(geometry(Uint32Array.from(this.scene.pins)), this.look.pins));
     if (joints.triangles.length > 0) {
-      this.add('faces', new THREE.Mesh(geometry(joints.triangles), this.look.faces));
+      this.add('faces', new THREE.Mesh(tearing(joints.triangles, 3, joints.wholeTriangles), this.look.faces));
       this.toggle('points');
       if (this.has('springs')) this.toggle('springs');
     }
