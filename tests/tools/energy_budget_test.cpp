@@ -57,6 +57,28 @@ Run run_of(const SceneFile& file, std::uint64_t steps, std::uint64_t every) {
           .energy_gained = energy(file, state) - start};
 }
 
+TEST_CASE("energy: a torn spring stores none, of a grid and of a list") {
+  SceneFile file = pair_of({}, 1.5);
+  Soa<double> memory(2);
+  State<double> state = memory.view();
+  place_at_start(file, state);
+  CHECK(is_close(energy(file, state), 2.0 + 0.5 * 50 * 0.25, 1e-12));
+  std::get<Springs>(file.scene.networks[0]).broken = {{1, 0}};
+  CHECK(is_close(energy(file, state), 2.0, 1e-12));
+
+  Grid grid{.rows = 2, .columns = 2, .edge_u = {1, 0, 0}, .edge_v = {0, 1, 0}, .structural = 8, .shear = 2};
+  SceneFile sheet{.path = {}, .name = {}, .about = {}, .particles = {}, .scene = {}};
+  sheet.particles = {.count = 4, .position = std::vector<Vec3>{{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {2, 1, 0}}};
+  sheet.scene.add(Network(grid));
+  Soa<double> of_sheet(4);
+  State<double> stretched = of_sheet.view();
+  place_at_start(sheet, stretched);
+  const double diagonals = (std::sqrt(5.0) - std::sqrt(2.0)) * (std::sqrt(5.0) - std::sqrt(2.0));  // both, of 2 N/m, halved
+  CHECK(is_close(energy(sheet, stretched), 0.5 * 8 * 2 + 2 * diagonals, 1e-12));
+  std::get<Grid>(sheet.scene.networks[0]).broken = {{0, 1}, {2, 1}};
+  CHECK(is_close(energy(sheet, stretched), 0.5 * 8 + diagonals, 1e-12));
+}
+
 TEST_CASE("energy budget: a falling pair moves with what gravity gave, however far apart the looks are") {
   for (const std::uint64_t every : {1U, 40U, 200U}) {
     const auto run = run_of(pair_of({Constant{.acceleration = {0, -10, 0}}}), 200, every);
