@@ -355,7 +355,7 @@ class Plans(unittest.TestCase):
         plan.break_spring(1, 2)
         with self.assertRaisesRegex(dvdx.DvdxError, "broken"):
             plan.break_spring(2, 1)
-        changed.arrays["x"][3, 0] += 9
+        changed.arrays["x"][3] += 90
         self.assertEqual(plan.tear(changed, 1.5), 1)
         self.assertEqual(plan.tear(changed, 1.5), 0)
         with self.assertRaisesRegex(dvdx.DvdxError, "stretch"):
