@@ -427,9 +427,10 @@ Mask<V> stays(const Surface<Scalar<V>>& surface, V d0, V c, V low) noexcept {
 }
 
 // Newton's steps for the first zero of `gap`, from f on, which keep between 0, where it is positive, and `end`, where it is
-// negative. `gap` returns it and its slope at f.
+// negative. `gap` returns it and its slope at f. Up to `close` it is none, and no half is taken: that would lead away from a
+// path that begins on the surface and goes along it.
 template <class V, class GapAt>
-V refined(const GapAt& gap, V f, V end, int steps, bool halves) noexcept {
+V refined(const GapAt& gap, V f, V end, int steps, bool halves, V close) noexcept {
   const V zero(Scalar<V>(0));
   const V half(Scalar<V>(0.5));
   V low = zero;
@@ -441,7 +442,8 @@ V refined(const GapAt& gap, V f, V end, int steps, bool halves) noexcept {
     low = select<V>(is_beyond, low, f);
     const V next = f - quotient<V>(s, slope);
     const Mask<V> is_good = (slope < zero) & (next >= low) & (next <= high);
-    f = select<V>(is_good, next, halves ? half * (low + high) : f);
+    const V otherwise = halves ? select<V>(xsimd::abs(s) <= close, f, half * (low + high)) : f;
+    f = select<V>(is_good, next, otherwise);
   }
   return f;
 }
@@ -553,7 +555,7 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
       }
     }
     hits = course.active & hits & !kept;
-    if (any_lane<V>(hits)) f = refined(path, f, end, terms.bend.newton_steps, terms.bend.is_far);
+    if (any_lane<V>(hits)) f = refined(path, f, end, terms.bend.newton_steps, terms.bend.is_far, V(T(-1)));
     return {f, hits};
   }
 }
@@ -627,10 +629,16 @@ SphereEnd<V> newton_to_sphere(const Surface<Scalar<V>>& surface, const Way& way,
   }
 }
 
+// A distance below which rounding alone keeps lanes off a curved surface. Told apart from none, it would be an impact of its
+// own with the square root of it: 1e-8 m/s in float64.
+template <class V>
+V at_surface(const Surface<Scalar<V>>& surface, const Trajectory<V>& own, const Three<V>& r) noexcept {
+  return V(4 * std::numeric_limits<Scalar<V>>::epsilon()) * ((one_norm(own.x0) + one_norm(r)) + V(surface.radius));
+}
+
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                         [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held,
-                         V low) noexcept {
+                         const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
@@ -649,7 +657,7 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   }
 
   const V start = k * (dot<arithmetic>(r0, r0) - square);
-  const V g0 = select<V>(held | (start < zero), zero, start);
+  const V g0 = select<V>(held | (start < at_surface(surface, own, r0)), zero, start);
   const V g1 = k * (dot<arithmetic>(r1, r1) - square);
   const V d0 = (k + k) * dot<arithmetic>(r0, way.u);
   const V across = dot<arithmetic>(r0, way.a);
@@ -698,7 +706,7 @@ template <class V, Arithmetic arithmetic, PathForm form>
     if (is_flow && surface.finds_dips) bend_at_start(bent, slip, course, way);
   }
   const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
-  const V s0 = select<V>(held | (start.s < zero), zero, start.s);
+  const V s0 = select<V>(held | (start.s < at_surface(surface, own, m.x0)), zero, start.s);
   const V s1 = touch<V, arithmetic>(surface, m.x1).s;
   const V d0 = dot<arithmetic>(start.n, way.u);
   const V c = (s1 - s0) - d0;
@@ -718,7 +726,7 @@ template <class V, Arithmetic arithmetic, PathForm form>
         const Touch<V> there = touch<V, arithmetic>(surface, x);
         return Gap<V>{there.s, dot<arithmetic>(there.n, tangent)};
       };
-      f = refined(gap, f, one, solid_newton_steps, true);
+      f = refined(gap, f, one, solid_newton_steps, true, at_surface(surface, own, m.x0));
       const Gap<V> end = gap(f);
       hits = (s1 < zero) | (found.arrives & (end.slope < zero) & (end.s <= tolerance));
     }

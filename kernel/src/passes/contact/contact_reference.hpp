@@ -320,7 +320,7 @@ T first_root(T s0, T d0, T c, T disc) noexcept {
 }
 
 template <class T, class GapAt>
-T refined(const GapAt& gap, T f, T end, int steps, bool halves) noexcept {
+T refined(const GapAt& gap, T f, T end, int steps, bool halves, T close) noexcept {
   T low = 0;
   T high = end;
   for (int step = 0; step < steps; ++step) {
@@ -329,7 +329,7 @@ T refined(const GapAt& gap, T f, T end, int steps, bool halves) noexcept {
     const T next = f - s / slope;
     if (slope < 0 && next >= low && next <= high) {
       f = next;
-    } else if (halves) {
+    } else if (halves && !(std::abs(s) <= close)) {
       f = T(0.5) * (low + high);
     }
   }
@@ -427,7 +427,7 @@ std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, c
       f = lowest.f * first_root(s0, d, b, discriminant<arithmetic>(s0, d, b));
       end = lowest.f;
     }
-    return refined(path, f, end, terms.bend.newton_steps, terms.bend.is_far);
+    return refined(path, f, end, terms.bend.newton_steps, terms.bend.is_far, T(-1));
   }
 }
 
@@ -459,6 +459,13 @@ SphereEnd<T> newton_to_sphere(const Surface<T>& surface, const Way& way, T f, in
   }
 }
 
+// A distance below which rounding alone keeps a particle off a curved surface. Told apart from none, it would be an impact of
+// its own with the square root of it: 1e-8 m/s in float64.
+template <class T>
+T at_surface(const Surface<T>& surface, const Particle<T>& own, const Vector<T>& r) noexcept {
+  return 4 * std::numeric_limits<T>::epsilon() * ((one_norm(own.x0) + one_norm(r)) + surface.radius);
+}
+
 template <Arithmetic arithmetic, PathForm form, class T>
 std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p, const Particle<T>& own,
                               const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
@@ -483,7 +490,7 @@ std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, 
   }
 
   T g0 = k * (dot<arithmetic>(r0, r0) - square);
-  if (is_held || g0 < 0) g0 = 0;
+  if (is_held || g0 < at_surface(surface, own, r0)) g0 = 0;
   const T g1 = k * (dot<arithmetic>(r1, r1) - square);
   const T d0 = (k + k) * dot<arithmetic>(r0, way.u);
   const T across = dot<arithmetic>(r0, way.a);
@@ -545,7 +552,7 @@ std::optional<T> cross_solid(const Surface<T>& surface, const Particle<T>& p, co
     }
   }
   const Touch<T> start = touch<arithmetic>(surface, p.x0);
-  const T s0 = is_held || start.s < 0 ? T(0) : start.s;
+  const T s0 = is_held || start.s < at_surface(surface, own, p.x0) ? T(0) : start.s;
   const T s1 = touch<arithmetic>(surface, p.x1).s;
   const T d0 = dot<arithmetic>(start.n, way.u);
   const T c = (s1 - s0) - d0;
@@ -572,7 +579,7 @@ std::optional<T> cross_solid(const Surface<T>& surface, const Particle<T>& p, co
       const Touch<T> there = touch<arithmetic>(surface, x);
       return Gap<T>{there.s, dot<arithmetic>(there.n, tangent)};
     };
-    f = refined(gap, f, T(1), solid_newton_steps, true);
+    f = refined(gap, f, T(1), solid_newton_steps, true, at_surface(surface, own, p.x0));
     const Gap<T> end = gap(f);
     if (!(s1 < 0 || (end.slope < 0 && end.s <= tolerance))) return std::nullopt;
   }
