@@ -21,11 +21,21 @@ Scene linked(std::size_t count, std::uint32_t links, Bound bound) {
   return scene.add(std::move(distance));
 }
 
+// Every particle falls onto its limit, 0.1 mm away, and hangs there; or out of the ball behind it.
+Scene on_a_skin(std::size_t count, bool is_near) {
+  Scene scene = fall();
+  Skin skin{.particles = {}, .points = {}, .at_most = is_near ? 1e-4 : 1e4};
+  for (std::size_t i = 0; i < count; ++i) skin.particles.push_back(i);
+  return scene.add(std::move(skin));
+}
+
 template <class T>
 void add_linked() {
   add_in_cache<T>({.name = "constraint/rods", .scene = [](std::size_t n) { return linked(n, 1, Bound::equal); }});
   add_in_cache<T>({.name = "constraint/ropes_of_15", .scene = [](std::size_t n) { return linked(n, 15, Bound::equal); }});
   add_in_cache<T>({.name = "constraint/strain_limits", .scene = [](std::size_t n) { return linked(n, 15, Bound::at_most); }});
+  add_in_cache<T>({.name = "constraint/skin_near", .scene = [](std::size_t n) { return on_a_skin(n, true); }});
+  add_in_cache<T>({.name = "constraint/skin_far", .scene = [](std::size_t n) { return on_a_skin(n, false); }});
 }
 
 }  // namespace

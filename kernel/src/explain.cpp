@@ -400,6 +400,26 @@ std::string describe_constraints(const Joints<T>& joints) {
   return words;
 }
 
+template <class T>
+std::string describe_balls(const Joints<T>& joints, const CompiledScene<T>& compiled) {
+  if (!joints.balls) return "";
+  std::size_t near = 0, outside = 0, tethered = 0;
+  for (const BallList<T>& list : joints.balls->lists()) {
+    (list.is_backstop() ? outside : (list.skin ? near : tethered)) += list.count;
+  }
+  std::string words;
+  if (near + outside != 0) {
+    words += "skins        " + std::to_string(compiled.scene.skins.size()) + ": " + std::to_string(near) +
+             " particles stay within at_most of their points, " + std::to_string(outside) + " out of the balls behind\n";
+  }
+  if (tethered != 0) {
+    words += "tethers      " + std::to_string(tethered) + " particles, each to what it hangs on along whole springs\n";
+  }
+  return words + "             looked at once at the end of each of " + std::to_string(joints.chosen.substeps) +
+         " sub-steps, which then ends with a flow of its own; " + std::to_string(joints.balls->bytes()) +
+         " bytes; of second order where a particle stays on its limit, of first where it reaches it\n";
+}
+
 std::string_view name(Rounding how, bool is_float32) {
   if (how == Rounding::compensated) return "float32 compensated (worked out in float64)";
   return is_float32 ? "float32" : "float64";
@@ -457,7 +477,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   words += describe_motions(scene);
   if (joined != nullptr) {
     words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_air(joined->joints(), compiled) +
-             describe_constraints(joined->joints());
+             describe_constraints(joined->joints()) + describe_balls(joined->joints(), compiled);
   }
   const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
   words += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");

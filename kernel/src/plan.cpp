@@ -2,6 +2,7 @@
 #include "dvdx/plan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "compile/checker.hpp"
@@ -10,6 +11,7 @@
 #include "compile/validate.hpp"
 #include "execute/environment.hpp"
 #include "execute/plan_parts.hpp"
+#include "math/vec3.hpp"
 
 namespace dvdx {
 namespace {
@@ -127,7 +129,46 @@ Expected<void> set_places_in(JoinedWorkspace<A>* workspace, std::size_t kinemati
   return {};
 }
 
+bool is_finite(const Vec3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+bool is_direction(const Vec3& v) { return is_finite(v) && length(v) > 0 && std::isfinite(length(v)); }
+
+template <class A>
+Expected<void> set_skin_in(JoinedWorkspace<A>* workspace, std::size_t skin, std::span<const Vec3> points,
+                           std::span<const Vec3> normals) {
+  const std::size_t count = workspace != nullptr ? workspace->skins.size() : 0;
+  if (skin >= count) return tl::unexpected(no_such("skins", skin, count));
+  DrivenSkin& driven = workspace->skins[skin];
+  const std::size_t particles = driven.shape().particles;
+  const auto refuse = [](std::string field, std::string value, std::string valid) -> Expected<void> {
+    return tl::unexpected(Error{std::move(field), std::move(value), std::move(valid)});
+  };
+  const auto of_each = [&] {
+    return "one for each of the " + std::to_string(particles) + " particles of skins[" + std::to_string(skin) + "]";
+  };
+  if (points.size() != particles) return refuse("points", std::to_string(points.size()) + " points", of_each());
+  if (!normals.empty() && !driven.shape().has_normals) {
+    return refuse("normals", std::to_string(normals.size()) + " vectors", "none of a skin without a back-stop");
+  }
+  if (!normals.empty() && normals.size() != particles) {
+    return refuse("normals", std::to_string(normals.size()) + " vectors", of_each() + ", or none");
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!is_finite(points[i])) return refuse(element("points", i), text(points[i]), "three finite numbers");
+  }
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    if (!is_direction(normals[i])) return refuse(element("normals", i), text(normals[i]), "a vector of finite length > 0");
+  }
+  driven.ask(points, normals);
+  return {};
+}
+
 }  // namespace
+
+template <class T>
+Expected<void> Workspace<T>::set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals) {
+  const StepEnvironment environment;
+  return std::visit([&](auto& in) { return set_skin_in(in.get(), skin, points, normals); }, parts_->in);
+}
 
 template <class T>
 Expected<void> Workspace<T>::set_pose(std::size_t motion, const Pose& target) {
@@ -182,6 +223,12 @@ template <class T>
 Expected<void> Plan<T>::set_places(std::size_t kinematic, std::span<const Vec3> places) {
   const StepEnvironment environment;
   return std::visit([&](auto& in) { return set_places_in(in.workspace.get(), kinematic, places); }, parts_->in);
+}
+
+template <class T>
+Expected<void> Plan<T>::set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals) {
+  const StepEnvironment environment;
+  return std::visit([&](auto& in) { return set_skin_in(in.workspace.get(), skin, points, normals); }, parts_->in);
 }
 
 template <class T>

@@ -94,11 +94,32 @@ void add_motions(Choices& choices, Scene& scene, std::size_t count) {
   if (choices.flip()) scene.add(std::move(group));
 }
 
+// Limits of particles that no constraint names.
+void add_skins(Choices& choices, Scene& scene, std::size_t count) {
+  if (!scene.constraints.empty() || scene.origin.is_each()) return;
+  if (choices.below(4) == 3 && !scene.networks.empty()) scene.add(Tethers{.stretch = 1 + choices.byte() / 255.0});
+  if (choices.below(4) != 3) return;
+  Skin skin{.particles = {}, .points = {}, .at_most = choices.byte() / 64.0};
+  const bool has_points = choices.flip();
+  for (std::size_t i = choices.below(4); i < count; i += 1 + choices.below(16)) {
+    skin.particles.push_back(i);
+    if (has_points) skin.points.push_back(place_anywhere(choices));
+  }
+  if (choices.flip()) {
+    skin.backstop = Backstop{.normals = {{choices.byte() + 1.0, choices.byte() - 128.0, 1}},
+                             .offset = choices.byte() / 255.0,
+                             .radius = (1 + choices.byte()) / 64.0};
+  }
+  if (!scene.motions.empty() && choices.flip()) skin.motion = 0;
+  scene.add(std::move(skin));
+}
+
 // Behind all else, so that inputs of before mean what they meant.
 void choose_more(Choices& choices, Deeds& deeds, RandomScene& random) {
   if (choices.below(4) == 3) deeds.unstable = Unstable::allowed;
   add_origin(choices, random);
   add_motions(choices, random.scene, random.x.size());
+  add_skins(choices, random.scene, random.x.size());
 }
 
 template <class T>

@@ -111,6 +111,14 @@ constexpr Golden golden_cases[] = {
     {"air: accumulate, a list", 0x07B146D8CFAA43E7, 0xCB75CC58ACE28F3E},
     {"air: accumulate, a grid, damped", 0x672E22E0E1B2714C, 0x4AA746C00A4AF3E3},
     {"air: accumulate, a list, damped", 0x672E22E0E1B2714C, 0x4AA746C00A4AF3E3},
+    {"skin and tethers: leapfrog, a grid", 0xE2CCAE03B5739A36, 0xAEE444F3854FD709},
+    {"skin and tethers: leapfrog, a list", 0xE2CCAE03B5739A36, 0xAEE444F3854FD709},
+    {"skin and tethers: fourth order, a grid", 0x198D878D5E525DB0, 0x6ABA092E8227E4EE},
+    {"skin and tethers: fourth order, a list", 0x198D878D5E525DB0, 0x6ABA092E8227E4EE},
+    {"skin and tethers: generalized alpha, a grid", 0x86C80331971BA796, 0x161E2328D2583D21},
+    {"skin and tethers: generalized alpha, a list", 0x52146772C9B37872, 0xB94258C6E219CA45},
+    {"skin and tethers: accumulate, a grid", 0x6DCA1CF082AA7AAC, 0xBA14CA29CF62066C},
+    {"skin and tethers: accumulate, a list", 0x6DCA1CF082AA7AAC, 0xBA14CA29CF62066C},
     {"a sheet in contact: leapfrog", 0xD17BC4C683EFB326, 0x4CB9C7B85ABF3BCB},
     {"a sheet in contact: fourth order", 0x1B66636A5B76B339, 0x01FE5D00FF1FABB6},
     {"a sheet in contact: sequential", 0xEE80010D37DCB77D, 0x0DDE0051CEF8322E},
@@ -385,6 +393,38 @@ Cases air_cases() {
   return cases;
 }
 
+// A sheet on a skin that is carried and turns, out of the balls behind it, tethered; and a list of its springs.
+Cases skin_cases() {
+  Cases cases;
+  for (const auto& [coupling, scheme] :
+       {std::pair{Coupling{.scheme = Scheme::leapfrog, .substeps = 20}, "leapfrog"},
+        std::pair{Coupling{.scheme = Scheme::fourth_order, .substeps = 20}, "fourth order"},
+        std::pair{Coupling{.scheme = Scheme::sequential, .substeps = 4}, "generalized alpha"},
+        std::pair{Coupling{.scheme = Scheme::accumulate, .substeps = 40, .method = Method::exact}, "accumulate"}}) {
+    test::Joined sheet = test::sheet(9, 20, 50, 0.001);
+    sheet.scene.coupling = coupling;
+    Skin skin{.particles = {}, .at_most = 0.0, .motion = 0};
+    std::vector<double> at_most, offset;
+    for (std::size_t i = 0; i < sheet.x.size(); i += 1 + i % 3) {
+      skin.particles.push_back(i);
+      at_most.push_back(0.02 * (1 + test::scatter(i, 7)));
+      offset.push_back(0.01 * (1 + test::scatter(i, 8)));
+    }
+    skin.at_most = at_most;
+    skin.backstop = Backstop{.normals = {{0.2, 2, 0.4}}, .offset = offset, .radius = 0.1};
+    sheet.scene.add(std::move(skin));
+    sheet.scene.add(Tethers{.network = 0, .stretch = 1.0});
+    sheet.scene.add(Motion{.center = {0.5, 0, 0.5},
+                           .keys = {{.time = 0}, {.time = 0.1, .translation = {0.1, 0.05, 0}, .rotation = {0, 0.3, 0.2}}}});
+    sheet.name = std::string("skin and tethers: ") + scheme + ", a grid";
+    cases.push_back(case_of(sheet));
+    test::Joined list = test::as_list(sheet);
+    list.name = std::string("skin and tethers: ") + scheme + ", a list";
+    cases.push_back(case_of(list));
+  }
+  return cases;
+}
+
 // A sheet that falls on a sphere and is kept from sinking into a plane.
 Cases sheet_contact_cases() {
   Cases cases;
@@ -638,8 +678,8 @@ Cases live_cases() {
 Cases all_cases() {
   Cases all;
   for (const Cases& cases :
-       {contact_cases(), radial_cases(), accumulate_cases(), pulse_cases(), air_cases(), sheet_contact_cases(), motion_cases(),
-        constraint_cases(), generalized_alpha_cases(), compensated_cases(), live_cases()}) {
+       {contact_cases(), radial_cases(), accumulate_cases(), pulse_cases(), air_cases(), skin_cases(), sheet_contact_cases(),
+        motion_cases(), constraint_cases(), generalized_alpha_cases(), compensated_cases(), live_cases()}) {
     all.insert(all.end(), cases.begin(), cases.end());
   }
   return all;

@@ -387,6 +387,32 @@ class Plans(unittest.TestCase):
         with self.assertRaises(ValueError):
             plan.set_places(0, [1, 2, 3])
 
+    def test_skins_and_tethers_hold_particles(self):
+        positions, velocities = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0)]), np.zeros((3, 3))
+        scene = dvdx.Scene(fixed=[0])
+        scene.constant(acceleration=(0, -8, 0))
+        scene.springs(pairs=[(0, 1), (1, 2)], stiffness=0)
+        scene.skin(particles=[1], points=[(1, 0, 0)], at_most=0.25)
+        scene.backstop(skin=0, normals=[(0, 1, 0)], offset=0.125, radius=0.5)
+        scene.tethers(network=0, stretch=1)
+        state = dvdx.State(positions, velocities)
+        plan = dvdx.compile(scene, state, step=0.125)
+        plan.step(state, 8)
+        np.testing.assert_allclose(positions[1], (1, -0.125, 0), atol=1e-2)
+        self.assertAlmostEqual(np.linalg.norm(positions[2]), 2)
+        for _ in range(4):
+            plan.set_skin(0, [(1, 1, 0)], normals=[(0, 1, 0)])
+            plan.step(state)
+        self.assertGreater(positions[1, 1], 0.874)
+        with self.assertRaises(ValueError):
+            plan.set_skin(0, [(1, 1, 0)], normals=[(0, 1, 0), (0, 1, 0)])
+        with self.assertRaises(dvdx.DvdxError):
+            plan.set_skin(1, [(1, 1, 0)])
+        with self.assertRaises(ValueError):
+            scene.skin(particles=[1, 2], points=[(1, 1, 0)])
+        with self.assertRaises(dvdx.DvdxError):
+            scene.skin_motion(5, 0)
+
     def test_a_report_tells_what_contacts_do(self):
         positions, velocities = np.array([(1.0, 0, 0), (0, 0.81, 0)]), np.zeros((2, 3))
         scene = dvdx.Scene(mass=2)

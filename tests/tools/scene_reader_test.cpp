@@ -54,6 +54,8 @@ constexpr const char* full_scene = R"({
     "lift": {"center": [0, 1, 0], "keys": [{"time": -1, "translation": [0, 1, 0]}, {"time": 2, "rotation": [0, 3, 0]}]}
   },
   "kinematic": [{"particles": [1], "motion": "lift"}],
+  "skins": [{"particles": [2, 0], "points": [[0, 0, 0], [1, 0, 0]], "at_most": [0.5, 0], "motion": "arm",
+             "backstop": {"normals": [[0, 1, 0], [0, 0, 1]], "offset": [0.25, 0], "radius": 2}}],
   "fixed": [2]
 })";
 
@@ -119,6 +121,11 @@ TEST_CASE("a scene with one of everything is read as it stands") {
   scene.add(Motion{.center = {}, .keys = {{.time = 0}}});
   scene.add(Motion{.center = {0, 1, 0}, .keys = {{.time = -1, .translation = {0, 1, 0}}, {.time = 2, .rotation = {0, 3, 0}}}});
   scene.add(Kinematic{.particles = {1}, .motion = 1});
+  scene.add(Skin{.particles = {2, 0},
+                 .points = {{0, 0, 0}, {1, 0, 0}},
+                 .at_most = std::vector<double>{0.5, 0},
+                 .backstop = Backstop{.normals = {{0, 1, 0}, {0, 0, 1}}, .offset = std::vector<double>{0.25, 0}, .radius = 2.0},
+                 .motion = 0});
   scene.fixed = {2};
   CHECK(file.scene == scene);
   REQUIRE(stiffness.scalars().each().size() == 3);
@@ -229,7 +236,8 @@ constexpr BadValue bad_values[] = {
      "method is \"verlet\": must be \"combined\", \"exact\", \"average_acceleration\", \"pulse\" or \"symplectic_euler\""},
     {"/gravity", "9.81",
      "gravity is not a key of a scene: Known are format, name, about, step, duration, method, particles, forces, contacts, "
-     "network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal, wind"},
+     "network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal, wind, "
+     "skins, tethers"},
     {"/particles", nullptr, "particles is missing: a scene needs it"},
     {"/particles", "3", "particles is 3: must be an object with the keys count, mass, position, velocity"},
     {"/particles/count", nullptr, "particles.count is missing: particles needs it"},
@@ -364,6 +372,24 @@ constexpr BadValue bad_values[] = {
     {"/kinematic/1", R"({"particles":[0,1],"motion":"arm"})",
      "kinematic[1].particles has particle 1, which is in kinematic[0].particles already: may be in one of them",
      BySchema::accepted},
+    {"/skins", "{}", "skins is {}: must be a list of skins"},
+    {"/skins/0/particles", nullptr, "skins[0].particles is missing: a skin needs it"},
+    {"/skins/0/particles", "[2,3]", "skins[0].particles[1] is 3: must be a whole number from 0 to 2", BySchema::accepted},
+    {"/skins/0/points", "[[0,0,0]]", "skins[0].points has 1 entries: must have one for each of the skin's 2 particles",
+     BySchema::accepted},
+    {"/skins/0/at_most", "-1", "skins[0].at_most is -1: must be a finite number >= 0"},
+    {"/skins/0/at_most", "[1]", "skins[0].at_most has 1 entries: must have one for each of the skin's 2 particles",
+     BySchema::accepted},
+    {"/skins/0/motion", "\"hand\"", "skins[0].motion is \"hand\": must be \"arm\" or \"lift\"", BySchema::accepted},
+    {"/skins/0/backstop/radius", nullptr, "skins[0].backstop.radius is missing: a back-stop needs it"},
+    {"/skins/0/backstop/radius", "0", "skins[0].backstop.radius is 0: must be a finite number > 0"},
+    {"/skins/0/backstop/normals", "[0,0,0]", "skins[0].backstop.normals is [0,0,0]: must be a vector of length > 0",
+     BySchema::accepted},
+    {"/skins/0/backstop/normal", "1",
+     "skins[0].backstop.normal is not a key of a back-stop: did you mean normals? Known are normals, offset, radius"},
+    {"/skins/1", R"({"particles":[0]})",
+     "skins[1].particles has particle 0, which is in skins[0].particles already: may be in one of them", BySchema::accepted},
+    {"/tethers", "[{}]", "tethers is [{}]: must be left out of a scene without networks", BySchema::accepted},
     {"/fixed", "2", "fixed is 2: must be a list of particle ids"},
     {"/fixed", "[3]", "fixed[0] is 3: must be a whole number from 0 to 2", BySchema::accepted},
     {"/fixed", "[-1]", "fixed[0] is -1: must be a whole number from 0 to 2"},
@@ -414,7 +440,7 @@ constexpr BadText bad_texts[] = {
     {"[1, 2]",
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
      "contacts, network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal, "
-     "wind"},
+     "wind, skins, tethers"},
     {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
     {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
     {"{\"forces\": [{\"stiffness\": 1e999}]}", "forces[0].stiffness is 1e999: must be a finite number"},

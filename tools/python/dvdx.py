@@ -177,6 +177,8 @@ def _fill_field(struct, name, field, value, keep):
     else:
         width = _WIDTHS.get(name, 2 if field.item.cname == "uint32_t" else 3)
         rows, count = _rows(value, field.item.cname, width, keep)
+        if getattr(struct, "count", 0) not in (0, count):
+            raise ValueError(f"{count} rows: must be {struct.count}, as there are of the others")
         setattr(struct, name, rows)
         setattr(struct, "terms" if hasattr(struct, "terms") else "count", count)
 
@@ -212,9 +214,11 @@ class Scene:
     """What the world holds. One method for each force, contact, network and constraint of dvdx.h, with the names of its fields:
 
     constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere, capsule, box, convex; grid, springs; distance, on_point, on_line;
-    motion, kinematic. A motion's keys are rows of time, translation and rotation vector, seven numbers each.
+    motion, kinematic; skin, tethers. A motion's keys are rows of time, translation and rotation vector, seven numbers each.
     aerodynamics(network=0, density=1.2, drag=1, lift=0.5) lets a network meet the air; springs take triangles, rows of three
     particles. wind(mean=..., gusts=...): rows of amplitude, angular frequency and phase, five numbers each.
+    skin(particles=..., points=..., at_most=...) keeps particles near points that move, backstop(skin=0, normals=..., offset=...,
+    radius=...) out of a ball behind each of them; tethers(network=0, stretch=1.02) keeps a network near what it hangs on.
     Choices are words (method="pulse", sweep="line"). A stiffness, a mass or another number that particles may have each their
     own of is a number or an array; one for each axis is a tuple of three. An anchor is a point, an array of them, or "start".
     A capsule's radius is one number for each end; a convex body's planes are rows of normal and offset.
@@ -241,6 +245,11 @@ class Scene:
     def contact_motion(self, contact, motion):
         """Contact `contact` follows motion `motion`, both counted from 0."""
         _call(_lib.dvdx_scene_set_contact_motion, self._handle, contact, motion)
+        return self
+
+    def skin_motion(self, skin, motion):
+        """Skin `skin` follows motion `motion`, both counted from 0."""
+        _call(_lib.dvdx_scene_set_skin_motion, self._handle, skin, motion)
         return self
 
 
@@ -435,6 +444,16 @@ class Plan:
         """The particles of group `kinematic` are at these places, (n, 3), at the end of the next step."""
         keep = []
         _call(_lib.dvdx_plan_set_places, self._handle, kinematic, *_rows(places, "double", 3, keep))
+
+    def set_skin(self, skin, points, normals=None):
+        """The points, and normals, of skin `skin` are these, (n, 3), at the end of the next step."""
+        keep = []
+        points, count = _rows(points, "double", 3, keep)
+        if normals is not None:
+            normals, other = _rows(normals, "double", 3, keep)
+            if other != count:
+                raise ValueError(f"{other} normals: must be {count}, one for each point")
+        _call(_lib.dvdx_plan_set_skin, self._handle, skin, points, _ffi.NULL if normals is None else normals, count)
 
     def set_step(self, step):
         """Another step, s."""

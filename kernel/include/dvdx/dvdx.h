@@ -261,6 +261,30 @@ typedef struct dvdx_kinematic {
   size_t motion;  // of the scene's motions, from 0
 } dvdx_kinematic;
 
+// Points that an animation moves, one for each of these particles, which stay within at_most of them: see Skin in scene.hpp.
+typedef struct dvdx_skin {
+  const size_t* particles;  // none twice, none in two skins
+  size_t count;
+  const double* points;         // three numbers for each, m, in the world; null: where the particles are when the plan is made
+  const dvdx_scalars* at_most;  // m >= 0 or infinite, one for all or one for each; null: infinite
+} dvdx_skin;
+
+// A ball behind each point of a skin, which its particle may not enter: its center is offset + radius behind the point.
+typedef struct dvdx_backstop {
+  size_t skin;            // of the scene's skins, from 0
+  const double* normals;  // three numbers for all (count 1), or for each particle: they lead out of the skin, of any length
+  size_t count;
+  dvdx_scalars offset;  // m >= -at_most
+  dvdx_scalars radius;  // m > 0
+} dvdx_backstop;
+
+// Every particle of a network is at most `stretch` times so far from the fixed or kinematic one that is nearest along whole
+// springs.
+typedef struct dvdx_tethers {
+  size_t network;  // of the scene's networks, from 0
+  double stretch;  // >= 1
+} dvdx_tethers;
+
 // A rectangular sheet of springs: the particle at (row, column) is first + row * columns + column.
 typedef struct dvdx_grid {
   size_t rows, columns;  // >= 2 each
@@ -372,6 +396,13 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_moti
 DVDX_EXPORT dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error);
 // A contact that is there follows a motion, which carries it from where it was added. Both count from 0.
 DVDX_EXPORT dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error);
+
+DVDX_EXPORT dvdx_status dvdx_scene_add_skin(dvdx_scene* scene, const dvdx_skin* skin, dvdx_error* error);
+// Of a skin that is there, in place of the one that it had.
+DVDX_EXPORT dvdx_status dvdx_scene_set_backstop(dvdx_scene* scene, const dvdx_backstop* backstop, dvdx_error* error);
+// A skin that is there follows a motion, which carries its points and normals. Both count from 0.
+DVDX_EXPORT dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t skin, size_t motion, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_tethers(dvdx_scene* scene, const dvdx_tethers* tethers, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* network, dvdx_error* error);
@@ -536,6 +567,10 @@ DVDX_EXPORT dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const
 // places: three numbers for each of the group's particles, m, in the world.
 DVDX_EXPORT dvdx_status dvdx_plan_set_places(dvdx_plan* plan, size_t kinematic, const double* places, size_t count,
                                              dvdx_error* error);
+// Likewise a skin: points and normals, three numbers for each of its particles; normals may be null, and then stay what they
+// were. Takes no memory.
+DVDX_EXPORT dvdx_status dvdx_plan_set_skin(dvdx_plan* plan, size_t skin, const double* points, const double* normals,
+                                           size_t count, dvdx_error* error);
 
 // Changes. Each makes again what it touches, and changes nothing where it fails. Not while another thread steps with this plan;
 // clones keep what they had. Rest lengths and anchors at the start stay what they were.

@@ -107,6 +107,7 @@ class DVDX_EXPORT Workspace {
   // As Plan's, for the state that is stepped in this workspace.
   Expected<void> set_pose(std::size_t motion, const Pose& target);
   Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places);
+  Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {});
 
  private:
   friend class Plan<T>;
@@ -175,6 +176,9 @@ class DVDX_EXPORT Plan {
   // starts by the keys. Not while another thread steps with it.
   Expected<void> set_pose(std::size_t motion, const Pose& target);
   Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places);  // m, in the world, one for each particle
+  // Likewise skins[skin], one point and one normal for each of its particles (m, in the world; of any length > 0). Without
+  // normals those of a back-stop stay what they were. Takes no memory.
+  Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {});
 
   // Changes of the scene. Each makes again what it touches, and changes nothing where it fails: with an error, or with
   // std::bad_alloc. Not while another thread steps with this plan; clones keep what they had. The plan then steps as one

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -96,6 +97,34 @@ struct Kinematic {
   std::vector<std::size_t> particles;  // none of them fixed, none twice
   std::size_t motion = 0;              // of Scene::motions
   bool operator==(const Kinematic&) const = default;
+};
+
+// A ball behind a skin, which its particles may not enter: of radius R, its center (offset + R) behind the skin's point.
+struct Backstop {
+  std::vector<Vec3> normals;  // that lead out of the skin, of any length: one for all, or one for each particle
+  Scalars offset = 0.0;       // m, >= -at_most: how far behind the skin the ball begins; one for all, or one for each
+  Scalars radius = 1.0;       // m, > 0: one for all, or one for each
+  bool operator==(const Backstop&) const = default;
+};
+
+// Points that an animation moves, one for each of these particles, which stay near them: |x - point| <= at_most, and out of the
+// ball behind. Both hold at the end of every sub-step: the velocity relative to the point loses what leads beyond.
+struct Skin {
+  std::vector<std::size_t> particles;  // none twice, none in two skins
+  std::vector<Vec3> points{};          // m, in the world; empty: where the particles are when the plan is compiled
+  Scalars at_most = std::numeric_limits<double>::infinity();  // m, >= 0, infinite: anywhere; one for all, or one for each
+  std::optional<Backstop> backstop{};
+  std::optional<std::size_t> motion{};  // of Scene::motions, which carries points and normals; none: they rest
+  bool operator==(const Skin&) const = default;
+};
+
+// Every particle of a network that is neither fixed nor kinematic is at most `stretch` times so far from the fixed or kinematic
+// one that is nearest along its whole springs, by their rest lengths. At the end of every sub-step. Particles that no spring
+// leads to from one of those have no tether.
+struct Tethers {
+  std::size_t network = 0;  // of Scene::networks, none twice
+  double stretch = 1;       // >= 1
+  bool operator==(const Tethers&) const = default;
 };
 
 // Particles may be where normal . x >= offset; the normal need not be of unit length (the offset then belongs to the unit one).
@@ -215,6 +244,8 @@ struct Scene {
   std::vector<Motion> motions;
   std::vector<Kinematic> kinematic;
   Wind wind{};
+  std::vector<Skin> skins{};
+  std::vector<Tethers> tethers{};
 
   Scene& add(Force force) {
     forces.push_back(std::move(force));
@@ -238,6 +269,14 @@ struct Scene {
   }
   Scene& add(Kinematic followers) {
     kinematic.push_back(std::move(followers));
+    return *this;
+  }
+  Scene& add(Skin skin) {
+    skins.push_back(std::move(skin));
+    return *this;
+  }
+  Scene& add(Tethers of) {
+    tethers.push_back(of);
     return *this;
   }
   bool operator==(const Scene&) const = default;

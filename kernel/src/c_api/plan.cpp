@@ -156,6 +156,17 @@ dvdx_status dvdx_plan_set_places(dvdx_plan* plan, size_t kinematic, const double
   });
 }
 
+dvdx_status dvdx_plan_set_skin(dvdx_plan* plan, size_t skin, const double* points, const double* normals, size_t count,
+                               dvdx_error* error) {
+  return changed(plan, error, [&](auto& p) {
+    need(points, count, "points");
+    const auto vectors = [&](const double* of) {  // an array of three numbers is nothing but these
+      return std::span(reinterpret_cast<const dvdx::Vec3*>(of), of != nullptr ? count : 0);
+    };
+    return p.set_skin(skin, vectors(points), vectors(normals));
+  });
+}
+
 void dvdx_plan_forget(dvdx_plan* plan) {
   if (plan == nullptr) return;
   std::visit([](auto& p) { p.forget(); }, plan->plan);

@@ -168,6 +168,28 @@ Kinematic value(const dvdx_kinematic& from, const std::string& at) {
   return followers;
 }
 
+Skin value(const dvdx_skin& from, const std::string& at) {
+  need(from.particles, from.count, at + ".particles");
+  Skin skin;
+  if (from.count != 0) skin.particles.assign(from.particles, from.particles + from.count);
+  if (from.points != nullptr) skin.points = vectors(from.points, from.count, at + ".points");
+  if (auto at_most = scalars(from.at_most, at + ".at_most")) skin.at_most = std::move(*at_most);
+  return skin;
+}
+Tethers value(const dvdx_tethers& from, const std::string& /*at*/) {
+  return {.network = from.network, .stretch = from.stretch};
+}
+
+Skin& skin_of(Scene& scene, std::size_t skin, const char* field) {
+  if (skin < scene.skins.size()) return scene.skins[skin];
+  throw Error{field, std::to_string(skin), "below the scene's " + std::to_string(scene.skins.size()) + " skins"};
+}
+void set_backstop(Scene& to, const dvdx_backstop& from) {
+  skin_of(to, from.skin, "backstop.skin").backstop = Backstop{.normals = vectors(from.normals, from.count, "backstop.normals"),
+                                                              .offset = scalars(from.offset, "backstop.offset"),
+                                                              .radius = scalars(from.radius, "backstop.radius")};
+}
+
 Network value(const dvdx_grid& from, const std::string& /*at*/) {
   return Grid{.rows = from.rows,
               .columns = from.columns,
@@ -341,6 +363,18 @@ dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_motion* motion, 
 }
 dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error) {
   return added(scene, followers, &Scene::kinematic, "kinematic", error);
+}
+dvdx_status dvdx_scene_add_skin(dvdx_scene* scene, const dvdx_skin* skin, dvdx_error* error) {
+  return added(scene, skin, &Scene::skins, "skins", error);
+}
+dvdx_status dvdx_scene_set_backstop(dvdx_scene* scene, const dvdx_backstop* backstop, dvdx_error* error) {
+  return changed(scene, backstop, "backstop", error, set_backstop);
+}
+dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t skin, size_t motion, dvdx_error* error) {
+  return changed(scene, &skin, "skin", error, [&](Scene& to, std::size_t) { skin_of(to, skin, "skin").motion = motion; });
+}
+dvdx_status dvdx_scene_add_tethers(dvdx_scene* scene, const dvdx_tethers* tethers, dvdx_error* error) {
+  return added(scene, tethers, &Scene::tethers, "tethers", error);
 }
 dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error) {
   return changed(scene, &contact, "contact", error, [&](Scene& to, std::size_t) {

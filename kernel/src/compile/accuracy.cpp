@@ -21,6 +21,7 @@ class Search {
     apart();
     if (!scene_.networks.empty()) network();
     if (!scene_.constraints.empty()) constraints();
+    balls();
     for (std::size_t i = 0; i < scene_.contacts.size(); ++i) {
       std::visit([&](const auto& contact) { impacts(contact, "contacts[" + std::to_string(i) + "]"); }, scene_.contacts[i]);
     }
@@ -163,6 +164,12 @@ class Search {
       const auto* distance = std::get_if<Distance>(&constraint);
       if (distance != nullptr && distance->bound != Bound::equal) limit(1, "ropes tighten at the ends of steps");
     }
+  }
+
+  void balls() {
+    if (scene_.skins.empty() && scene_.tethers.empty()) return;
+    has_joint_ = true;
+    limit(1, scene_.skins.empty() ? "tethers tighten at the ends of sub-steps" : "skins hold at the ends of sub-steps");
   }
 
   template <class Shape>

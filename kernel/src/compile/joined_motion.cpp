@@ -43,6 +43,8 @@ Scene arranged(const Scene& scene, const ParticleOrder& order, Contacts contacts
   flow.constraints.clear();
   flow.fixed.clear();
   flow.kinematic.clear();
+  flow.skins.clear();
+  flow.tethers.clear();
   if (contacts == Contacts::left_out) flow.contacts.clear();
   for_each_particle_value_of(flow, [&](const std::string&, auto& value) { value = arranged(value, order); });
   return flow;
@@ -61,6 +63,7 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
       scene_(arranged(scene, joints_->order, Contacts::kept)),
       origin_(scene.origin.is_each() ? Vec3{} : scene.origin.at(0)),
       tracks_(scene.motions.begin(), scene.motions.end()),
+      skins_(skin_starts(scene, start)),
       wind_(scene.wind) {
   for (const Kinematic& followers : scene.kinematic) groups_.push_back(followers.particles.size());
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
@@ -78,13 +81,13 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
   for (std::size_t k = 0; k < b.size(); ++k) first_.push_back(over(a[k]));
   again_ = first_;
   if (a.size() > b.size()) {
-    // One flow where two would follow each other, but for constraints, which stand between them.
-    if (!joints_->constraints && !b.empty()) again_[0] = over(a.back() + a.front());
+    // One flow where two would follow each other, but for constraints and balls, which stand between them.
+    if (!joints_->closes_substeps() && !b.empty()) again_[0] = over(a.back() + a.front());
     last_ = over(a.back());
   }
   const bool is_free = std::all_of(flows_.begin(), flows_.end(),
                                    [](const auto& flow) { return is_drift(flow->flow) && flow->extra == Extras::none; });
-  const bool is_relative = joints_->coupling.scheme == Scheme::sequential && is_free && !joints_->constraints;
+  const bool is_relative = joints_->coupling.scheme == Scheme::sequential && is_free && !joints_->closes_substeps();
   counted_from_ = is_relative ? CountedFrom::step : CountedFrom::zero;
 }
 
@@ -152,6 +155,10 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.keeps_distances = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();
+  for (const SkinStart& skin : skins_) shape.skins.push_back({skin.points.size(), !skin.normals.empty()});
+  if (joints.balls) {
+    for (const BallList<T>& list : joints.balls->lists()) shape.balls.push_back(list.size());
+  }
   return shape;
 }
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "compile/balls.hpp"
 #include "compile/free_motion.hpp"
 #include "compile/joints.hpp"
 #include "compile/pose_track.hpp"
@@ -15,6 +16,12 @@
 #include "isa/passes.hpp"
 
 namespace dvdx {
+
+struct SkinShape {
+  std::size_t particles = 0;
+  bool has_normals = false;
+  bool operator==(const SkinShape&) const = default;
+};
 
 // Which columns a state needs while it is stepped, and how long they are.
 struct WorkspaceShape {
@@ -35,6 +42,8 @@ struct WorkspaceShape {
   bool meets_air = false;
   std::size_t triangles = 0;  // of a list that does
   ConstraintShape constraints{};
+  std::vector<SkinShape> skins{};
+  std::vector<std::size_t> balls{};  // of each list
   bool operator==(const WorkspaceShape&) const = default;
 };
 
@@ -72,6 +81,7 @@ class JoinedMotion {
   [[nodiscard]] const std::vector<PoseTrack>& tracks() const noexcept { return tracks_; }
   [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return scene_.contacts; }
   [[nodiscard]] bool has_moving_contacts() const noexcept;
+  [[nodiscard]] const std::vector<SkinStart>& skins() const noexcept { return skins_; }
 
  private:
   std::size_t flow_over(double part, const Options& options, const Passes& passes);
@@ -81,6 +91,7 @@ class JoinedMotion {
   Vec3 origin_;
   std::vector<PoseTrack> tracks_;
   std::vector<std::size_t> groups_;
+  std::vector<SkinStart> skins_;
   std::vector<Vec3> start_;  // likewise; only where anchors stand there
   std::vector<std::unique_ptr<FreeMotion<T>>> flows_;
   std::vector<std::size_t> first_, again_;

@@ -154,6 +154,9 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   make_inverse_masses();
   make_form(pairs, grid);
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
+  auto kept_in = std::make_unique<Balls<T>>(scene, start, w_of, order, options.memory);
+  if (kept_in->count() != 0) balls = std::move(kept_in);
+  has_tethers_ = !scene.tethers.empty();
   if (!scene.constraints.empty()) constraints.emplace(scene, start, w_of, order, substep(), options.memory);
 }
 
@@ -266,7 +269,8 @@ NetworkInput Joints<T>::input(std::span<const JoinedPair> pairs) const {
 template <class T>
 bool Joints<T>::can_change_in_place() const noexcept {
   // Where fewer sub-steps than are safe were asked for, eigenvalues tell whether they still do.
-  if (constraints || !chosen.is_safe || (air && !air->is_grid())) return false;
+  // Tethers lead along whole springs, to what is fixed.
+  if (constraints || has_tethers_ || !chosen.is_safe || (air && !air->is_grid())) return false;
   return std::holds_alternative<GridForm<T>>(form) || std::holds_alternative<StrandsForm<T>>(form);
 }
 
@@ -360,7 +364,8 @@ bool Joints<T>::set_stiffness(const Grid& grid) {
 template <class T>
 std::size_t Joints<T>::bytes() const noexcept {
   const std::size_t of_form = std::visit([](const auto& f) { return bytes_of<T>(f); }, form);
-  return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0) + (air ? air->bytes() : 0);
+  return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0) + (air ? air->bytes() : 0) +
+         (balls ? balls->bytes() : 0);
 }
 
 template <class T>

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "compile/air.hpp"
+#include "compile/balls.hpp"
 #include "compile/columns.hpp"
 #include "compile/constraints.hpp"
 #include "compile/grid_rates.hpp"
@@ -80,9 +81,12 @@ class Joints {
   const T* w = nullptr;              // the working column of inverse masses
   NetworkForm<T> form;
   std::optional<Constraints<T>> constraints;
-  std::unique_ptr<Air<T>> air;  // or null
+  std::unique_ptr<Air<T>> air;      // or null
+  std::unique_ptr<Balls<T>> balls;  // or null
 
   [[nodiscard]] std::size_t particles() const noexcept { return w_of.size(); }
+  // Whether something acts at the end of each sub-step, after its last flow.
+  [[nodiscard]] bool closes_substeps() const noexcept { return constraints.has_value() || balls != nullptr; }
 
   // Changes in place, of the only owner (execute/plan_parts.hpp): of a grid that is stepped as one, without constraints.
   [[nodiscard]] bool can_change_in_place() const noexcept;
@@ -114,6 +118,7 @@ class Joints {
   [[nodiscard]] NetworkInput input(std::span<const JoinedPair> pairs) const;
 
   bool is_damped_ = false;
+  bool has_tethers_ = false;
   bool keeps_order_ = false;  // of a part of a larger scene
   double fastest_turn_ = 0;   // rad/s, of the surfaces that follow a motion
   std::unique_ptr<GridRates> by_row_;

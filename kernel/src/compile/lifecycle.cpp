@@ -100,6 +100,8 @@ std::optional<Error> check_alike(const Scene& scene) {
   const std::string absent = "left out where particles come and go";
   if (!scene.networks.empty()) return Error{"network", "there", absent};
   if (!scene.constraints.empty()) return Error{"constraints", "there", absent};
+  if (!scene.skins.empty()) return Error{"skins", "there", absent};
+  if (!scene.tethers.empty()) return Error{"tethers", "there", absent};
   if (!scene.fixed.empty()) return Error{"fixed", "there", absent};
   if (has_followers(scene)) return Error{"motions", "followed", absent};
   if (!scene.origin.is_world()) return Error{"origin", "there", absent};

@@ -81,6 +81,8 @@ inline bool is_any_carried(const std::vector<Contact>& contacts) {
 inline bool has_followers(const Scene& scene) { return !scene.kinematic.empty() || is_any_carried(scene.contacts); }
 
 // Whether the scene is stepped in working columns, sub-step by sub-step.
-inline bool steps_in_columns(const Scene& scene) { return joins_particles(scene) || has_followers(scene); }
+inline bool steps_in_columns(const Scene& scene) {
+  return joins_particles(scene) || has_followers(scene) || !scene.skins.empty();
+}
 
 }  // namespace dvdx

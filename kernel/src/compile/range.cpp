@@ -139,7 +139,9 @@ class RangeChecker {
     for (std::size_t i = 0; i < scene_.constraints.size() && !check_.error; ++i) {
       std::visit([&](const auto& constraint) { check(constraint, element("constraints", i)); }, scene_.constraints[i]);
     }
-    if (!scene_.constraints.empty() && h_ != 0 && !fits<T>(1 / h_)) step("one that is not too short for velocities");
+    for (std::size_t i = 0; i < scene_.skins.size() && !check_.error; ++i) check(scene_.skins[i], element("skins", i));
+    const bool closes = !scene_.constraints.empty() || !scene_.skins.empty() || !scene_.tethers.empty();
+    if (closes && h_ != 0 && !fits<T>(1 / h_)) step("one that is not too short for velocities");
     return check_.error;
   }
 
@@ -284,6 +286,18 @@ class RangeChecker {
   void check(const Distance& distances, const std::string& at) {
     if (distances.length) return lengths(at + ".length", *distances.length, true);
     for (const Pair& pair : distances.pairs) length(at + ".length", distance(start_[pair[0]], start_[pair[1]]));
+  }
+  void check(const Skin& skin, const std::string& at) {
+    for (std::size_t k = 0; k < skin.points.size() && !check_.error; ++k) place(element(at + ".points", k), skin.points[k], 0);
+    const auto name = [&](const char* field, const Scalars& values, std::size_t k) {
+      return at + field + (values.is_uniform() ? std::string() : element("", k));
+    };
+    for (std::size_t k = 0; k < skin.particles.size() && !check_.error; ++k) {
+      if (!std::isinf(skin.at_most[k])) length(name(".at_most", skin.at_most, k), skin.at_most[k]);
+      if (!skin.backstop) continue;
+      radius(name(".backstop.radius", skin.backstop->radius, k), skin.backstop->radius[k]);
+      length(name(".backstop.offset", skin.backstop->offset, k), skin.backstop->offset[k]);
+    }
   }
   void check(const OnPoint& point, const std::string& at) { place(at + ".at", point.at, 0); }
   void check(const OnLine& line, const std::string& at) { place(at + ".through", line.through, 0); }

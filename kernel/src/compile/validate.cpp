@@ -371,8 +371,122 @@ void check_networks(Checker& check, const Scene& scene) {
   }
 }
 
+std::set<std::size_t> constrained_particles(const Scene& scene) {
+  std::set<std::size_t> found;
+  for (const Constraint& constraint : scene.constraints) {
+    if (const auto* distance = std::get_if<Distance>(&constraint)) {
+      for (const Pair& pair : distance->pairs) found.insert(pair.begin(), pair.end());
+    } else if (const auto* point = std::get_if<OnPoint>(&constraint)) {
+      found.insert(point->particle);
+    } else {
+      found.insert(std::get<OnLine>(constraint).particle);
+    }
+  }
+  return found;
+}
+
+struct SkinChecker {
+  Checker& check;
+  std::string at;
+  const Skin& skin;
+
+  void points() const {
+    const std::size_t count = skin.particles.size();
+    if (!skin.points.empty() && skin.points.size() != count) {
+      check.fail(at + ".points", std::to_string(skin.points.size()) + " points", of_each());
+    }
+    for (std::size_t k = 0; k < skin.points.size() && !check.error; ++k) {
+      check.numbers(element(at + ".points", k), skin.points[k], Range::finite);
+    }
+    each(".at_most", skin.at_most, Range::non_negative_or_infinite);
+  }
+  void backstop() const {
+    if (!skin.backstop || check.error) return;
+    const std::string of = at + ".backstop";
+    const std::vector<Vec3>& normals = skin.backstop->normals;
+    if (normals.size() != 1 && normals.size() != skin.particles.size()) {
+      check.fail(of + ".normals", std::to_string(normals.size()) + " vectors", "one, or " + of_each());
+    }
+    for (std::size_t k = 0; k < normals.size() && !check.error; ++k) {
+      const double length = dvdx::length(normals[k]);
+      if (length > 0 && std::isfinite(length)) continue;
+      check.fail(element(of + ".normals", k), text(normals[k]), "a vector of finite length > 0");
+    }
+    each(".backstop.offset", skin.backstop->offset, Range::finite);
+    each(".backstop.radius", skin.backstop->radius, Range::positive);
+    for (std::size_t k = 0; k < skin.particles.size() && !check.error; ++k) {
+      const double offset = skin.backstop->offset[k];
+      if (offset >= -skin.at_most[k]) continue;
+      check.fail(skin.backstop->offset.is_uniform() ? of + ".offset" : element(of + ".offset", k), text(offset),
+                 "at least minus at_most, " + text(-skin.at_most[k]) + " m, or no place is left for the particle");
+    }
+  }
+  void each(const std::string& name, const Scalars& values, Range range) const {
+    if (values.is_uniform()) return check.number(at + name, values[0], range);
+    if (values.each().size() != skin.particles.size()) {
+      check.fail(at + name, std::to_string(values.each().size()) + " values", of_each());
+    }
+    for (std::size_t k = 0; k < skin.particles.size() && !check.error; ++k) {
+      check.number(element(at + name, k), values[k], range);
+    }
+  }
+  [[nodiscard]] std::string of_each() const {
+    return "one for each of the skin's " + std::to_string(skin.particles.size()) + " particles";
+  }
+};
+
+void check_skins(Checker& check, const Scene& scene) {
+  if (scene.skins.empty() || check.error) return;
+  if (!check.count()) {
+    return check.fail("skins", "without a state",
+                      "compiled with one, whose particles they hold: compile(scene, options, state)");
+  }
+  const std::set<std::size_t> constrained = constrained_particles(scene);
+  std::map<std::size_t, std::string> taken;
+  for (std::size_t i = 0; i < scene.skins.size() && !check.error; ++i) {
+    const Skin& skin = scene.skins[i];
+    const std::string at = element("skins", i);
+    if (skin.motion) check_motion_index(check, at + ".motion", *skin.motion, scene);
+    for (std::size_t k = 0; k < skin.particles.size() && !check.error; ++k) {
+      const std::size_t id = skin.particles[k];
+      const std::string field = element(at + ".particles", k);
+      if (id >= *check.count()) {
+        check.fail(field, std::to_string(id), "a particle id below " + std::to_string(*check.count()));
+      }
+      if (constrained.contains(id)) check.fail(field, std::to_string(id), "a particle that no constraint names");
+      const auto [before, is_first] = taken.emplace(id, field);
+      if (!is_first) check.fail(field, std::to_string(id), "a particle that is not in " + before->second + " already");
+    }
+    const SkinChecker of{check, at, skin};
+    of.points();
+    of.backstop();
+  }
+}
+
+void check_tethers(Checker& check, const Scene& scene) {
+  std::map<std::size_t, std::size_t> tethered;
+  for (std::size_t i = 0; i < scene.tethers.size() && !check.error; ++i) {
+    const Tethers& tethers = scene.tethers[i];
+    const std::string at = element("tethers", i);
+    if (tethers.network >= scene.networks.size()) {
+      check.fail(at + ".network", std::to_string(tethers.network),
+                 scene.networks.empty() ? "of a scene with networks"
+                                        : "a network's index below " + std::to_string(scene.networks.size()));
+    }
+    const auto [before, is_first] = tethered.emplace(tethers.network, i);
+    if (!is_first) {
+      check.fail(at + ".network", std::to_string(tethers.network),
+                 "a network that " + element("tethers", before->second) + " does not already hold");
+    }
+    if (!(tethers.stretch >= 1 && std::isfinite(tethers.stretch))) {
+      check.fail(at + ".stretch", text(tethers.stretch), "a finite number >= 1");
+    }
+    if (!scene.constraints.empty()) check.fail(at, "there", "left out of a scene with constraints");
+  }
+}
+
 void check_substeps(Checker& check, const Scene& scene) {
-  if (scene.networks.empty() && scene.constraints.empty()) return;
+  if (scene.networks.empty() && scene.constraints.empty() && scene.skins.empty()) return;
   const Coupling& coupling = scene.coupling;
   if (coupling.substeps && (*coupling.substeps < 1 || *coupling.substeps > most_substeps)) {
     check.fail("network.substeps", std::to_string(*coupling.substeps),
@@ -460,6 +574,8 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
   check_coupling(check, scene.coupling);
   check_networks(check, scene);
   check_constraints(check, scene);
+  check_skins(check, scene);
+  check_tethers(check, scene);
   check_substeps(check, scene);
   if (!check.error) check.error = dvdx::check(scene.wind);
   return check.error;

@@ -54,9 +54,11 @@ void for_each_particle(const ParticleOrder& order, const Use& use) {
 
 // What is driven, in the order in which both ways pass it.
 template <class Archive, class A>
-void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vector<DrivenPlaces>& groups, const A& has) {
+void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vector<DrivenPlaces>& groups,
+                 std::vector<DrivenSkin>& skins, const A& has) {
   for (DrivenMotion& motion : motions) motion.pass(archive);
   for (DrivenPlaces& group : groups) group.pass(archive, has);
+  for (DrivenSkin& skin : skins) skin.pass(archive);
 }
 
 template <class T, class A>
@@ -73,7 +75,7 @@ std::vector<double> carried_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>
     });
     out.numbers.insert(out.numbers.end(), accelerations.begin(), accelerations.end());
   }
-  pass_driven(out, workspace->motions, workspace->groups, [](std::size_t) { return true; });
+  pass_driven(out, workspace->motions, workspace->groups, workspace->skins, [](std::size_t) { return true; });
   return std::move(out.numbers);
 }
 
@@ -101,10 +103,12 @@ Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* wor
   for (double& number : accelerations) in(number);
   auto motions = workspace->motions;
   auto groups = workspace->groups;
-  pass_driven(in, motions, groups, [&](std::size_t numbers) { return in.has(numbers); });
+  auto skins = workspace->skins;
+  pass_driven(in, motions, groups, skins, [&](std::size_t numbers) { return in.has(numbers); });
   if (!in.is_used_up()) return tl::unexpected(not_of_this_plan(carried));
   workspace->motions = std::move(motions);
   workspace->groups = std::move(groups);
+  workspace->skins = std::move(skins);
   workspace->forget();
   if (!remembers) return {};
   for (A* const column : a) std::fill_n(column, joined->joints().order.size, A(0));

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "compile/particle_values.hpp"
+#include "execute/balls.hpp"
 #include "execute/constraints.hpp"
 #include "execute/environment.hpp"
 #include "execute/state_io.hpp"
@@ -113,6 +114,7 @@ class JoinedStep {
       constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
       constraints_.emplace(*joints_.constraints, scene.passes->template of<T>().constraint, constraint_terms_, parallel_);
     }
+    if (joints_.balls) balls_.emplace(m_, ws_, scene.passes->template of<T>().ball, parallel_);
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
   JoinedStep(const JoinedStep&) = delete;
@@ -147,6 +149,7 @@ class JoinedStep {
     move_followers(state.clock);
     hold_fixed(0, size());
     if (constraints_) constraints_->prepare(work_.x);
+    if (balls_) balls_->prepare(state.clock);
     if (work_.a[0] != nullptr) recall(state);
   }
 
@@ -206,16 +209,16 @@ class JoinedStep {
       for (std::size_t k = 0; k < before.size(); ++k) {
         std::visit([&](const auto& form) { flow_and_pulse(form, before[k], k); }, joints_.form);
       }
-      if (constraints_) constrain();
+      if (joints_.closes_substeps()) close_substep();
       if (moves_alone()) flow(*m_.last(), After::nothing);
     }
-    if (m_.last() && !constraints_ && !moves_alone()) flow(*m_.last(), After::nothing);
+    if (m_.last() && !joints_.closes_substeps() && !moves_alone()) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
     if (is_relative()) count_from_here();
   }
 
   // No pulse stands between a sub-step's flow and the next one's.
-  [[nodiscard]] bool moves_alone() const noexcept { return m_.again().empty() && !constraints_; }
+  [[nodiscard]] bool moves_alone() const noexcept { return m_.again().empty() && !joints_.closes_substeps(); }
 
   enum class After { nothing, pairs, sweeps };  // what joins a flow in the same walk over the particles
 
@@ -287,6 +290,7 @@ class JoinedStep {
     for (DrivenPlaces& group : ws_.groups) {
       if (group.has_way()) group.begin(clock_, joints_.step);
     }
+    if (balls_) balls_->set_out(clock_, joints_.step);
   }
 
   // Kinematic particles go to where their motions have them at this time.
@@ -309,11 +313,12 @@ class JoinedStep {
     }
   }
 
-  // Constraints close each sub-step, which therefore ends with a flow of its own.
-  void constrain() noexcept {
+  // Constraints and balls close each sub-step, which therefore ends with a flow of its own.
+  void close_substep() noexcept {
     if (m_.last()) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
-    constraints_->solve(work_.x, work_.v);
+    if (constraints_) constraints_->solve(work_.x, work_.v);
+    if (balls_) balls_->keep(end_of_flow());
   }
 
   // Those of the flow from `start` to `end`.
@@ -449,7 +454,8 @@ class JoinedStep {
   // (damping, air), where constraints stand between the pulses, and where each stage has its own poses of motions.
   [[nodiscard]] std::size_t stages_at_once() const noexcept {
     const auto* form = std::get_if<GridForm<T>>(&joints_.form);
-    if (form == nullptr || joints_.damping_passes() != 0 || joints_.air || constraints_ || !m_.tracks().empty()) return 0;
+    if (form == nullptr || joints_.damping_passes() != 0 || joints_.air || joints_.closes_substeps() || !m_.tracks().empty())
+      return 0;
     if (exchange_.run != nullptr) return 0;
     const std::size_t rows = rows_in_cache(form->terms);
     return form->terms.rows <= 2 * rows ? 0 : std::min(max_stages, rows / reach(form->terms) / 2);
@@ -779,6 +785,7 @@ class JoinedStep {
   ParallelFor parallel_;
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;
+  std::optional<BallStep<T>> balls_;
   Clock clock_, step_end_;
   Terms<T> moved_terms_;  // of the flow, where surfaces move
   Left left_{};

@@ -11,6 +11,7 @@
 #include "compile/joined_motion.hpp"
 #include "dvdx/layouts/state.hpp"
 #include "execute/driven.hpp"
+#include "execute/driven_skin.hpp"
 #include "passes/network/network.hpp"
 
 namespace dvdx {
@@ -58,6 +59,7 @@ class JoinedWorkspace {
   void go_on_from(JoinedWorkspace&& other) noexcept {
     if (shape_.motions == other.shape_.motions) motions = std::move(other.motions);
     if (shape_.groups == other.shape_.groups) groups = std::move(other.groups);
+    if (shape_.skins == other.shape_.skins) skins = std::move(other.skins);
   }
 
   // The plan's terms with this workspace's columns put in.
@@ -72,6 +74,8 @@ class JoinedWorkspace {
   std::vector<Held<T>> held;          // by element; the first of them, as many as are fixed
   std::vector<DrivenMotion> motions;  // what the caller has asked of each motion,
   std::vector<DrivenPlaces> groups;   // and of each group of kinematic particles
+  std::vector<DrivenSkin> skins;      // and of each skin
+  std::vector<BallTerms<T>> balls;    // c, u and n of each list
   std::vector<MovedPose> poses;       // of each motion, at the end of the flow
   std::vector<Surface<T>> surfaces;   // of the flow, where some of them move
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;

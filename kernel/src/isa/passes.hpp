@@ -8,6 +8,7 @@
 
 #include "dvdx/isa.hpp"
 #include "passes/air/air.hpp"
+#include "passes/ball/ball.hpp"
 #include "passes/constraint/constraint.hpp"
 #include "passes/emission/emission.hpp"
 #include "passes/network/network.hpp"
@@ -26,6 +27,7 @@ struct Kernels {
   ConstraintKernels<T> constraint;
   RemovalKernels<T> removal;
   AirKernels<T> air;
+  BallKernels<T> ball;
 
   [[nodiscard]] StepBlock<T> at(Flow flow, Extras extra) const noexcept {
     return step[static_cast<std::size_t>(flow)][static_cast<std::size_t>(extra)];

@@ -3,6 +3,7 @@
 
 #include "isa/passes.hpp"
 #include "passes/air/air_reference.hpp"
+#include "passes/ball/ball_reference.hpp"
 #include "passes/block_loop_reference.hpp"
 #include "passes/constraint/chain_reference.hpp"
 #include "passes/constraint/constraint_reference.hpp"
@@ -55,7 +56,8 @@ constexpr Kernels<T> scalar_kernels() noexcept {
           .air = {.middle = middle_velocity<T>,
                   .grid = blow_grid<T, arithmetic>,
                   .triangles = blow_triangles<T, arithmetic>,
-                  .gather = gather_air<T, arithmetic>}};
+                  .gather = gather_air<T, arithmetic>},
+          .ball = {.prepare = prepare_balls<T>, .keep = keep_in_balls<T, arithmetic>}};
 }
 
 template <Arithmetic arithmetic>

@@ -3,6 +3,7 @@
 
 #include "isa/passes.hpp"
 #include "passes/air/air.inl.hpp"
+#include "passes/ball/ball.inl.hpp"
 #include "passes/block_loop.inl.hpp"
 #include "passes/constraint/chain.inl.hpp"
 #include "passes/constraint/constraint.inl.hpp"
@@ -60,7 +61,8 @@ constexpr Kernels<T> wide_kernels() noexcept {
           .air = {.middle = middle_velocity<V>,
                   .grid = blow_grid<V, arithmetic>,
                   .triangles = blow_triangles<V, arithmetic>,
-                  .gather = gather_air<V, arithmetic>}};
+                  .gather = gather_air<V, arithmetic>},
+          .ball = {.prepare = prepare_balls<V>, .keep = keep_in_balls<V, arithmetic>}};
 }
 
 template <class Arch, Arithmetic arithmetic>

@@ -15,6 +15,8 @@ void check_can_be_split(const SceneFile& file, const std::filesystem::path& out)
   if (is_live(file)) refuse("emitters: particles that come and go");
   if (!file.scene.constraints.empty()) refuse("constraints");
   if (!file.tears_at.empty()) refuse("network.tears_at");
+  if (!file.scene.skins.empty()) refuse("skins");
+  if (!file.scene.tethers.empty()) refuse("tethers");
   const auto meets_air = [](const Network& network) {
     return std::visit([](const auto& springs) { return springs.aerodynamics.has_value(); }, network);
   };

@@ -46,7 +46,7 @@ struct SceneFile {
   double step = 0;      // s
   double duration = 0;  // s
   Particles particles;
-  Scene scene;          // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions
+  Scene scene;          // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions, skins
   Topology topology{};  // of the networks and constraints
   // Of each network, where one has it: springs tear that are longer than so many times their rest length at a step's end.
   // Infinite for networks that do not. The library's plans do not tear by themselves.
@@ -63,12 +63,15 @@ struct SceneFile {
   const auto is_moved = [](const Contact& contact) {
     return std::visit([](const auto& c) { return c.motion.has_value(); }, contact);
   };
+  const auto is_carried = [](const Skin& skin) { return skin.motion.has_value(); };
+  if (std::any_of(scene.skins.begin(), scene.skins.end(), is_carried)) return true;
   return !scene.kinematic.empty() || std::any_of(scene.contacts.begin(), scene.contacts.end(), is_moved);
 }
 
-// Whether networks or constraints join particles, or motions carry some: such a scene runs whole or not at all.
+// Whether networks or constraints join particles, motions carry some, or skins hold them: such a scene runs whole or not at
+// all.
 [[nodiscard]] inline bool is_joined(const Scene& scene) noexcept {
-  return !scene.networks.empty() || !scene.constraints.empty() || !scene.kinematic.empty();
+  return !scene.networks.empty() || !scene.constraints.empty() || !scene.kinematic.empty() || !scene.skins.empty();
 }
 
 }  // namespace dvdx::tool

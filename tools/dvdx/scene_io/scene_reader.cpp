@@ -18,6 +18,7 @@
 #include "scene_io/overrides.hpp"
 #include "scene_io/particle_values.hpp"
 #include "scene_io/seeds.hpp"
+#include "scene_io/skin_reader.hpp"
 #include "scene_io/steps.hpp"
 #include "scene_io/turnover_reader.hpp"
 
@@ -292,7 +293,7 @@ Room room_for_networks(const json& scene, const ReadOptions& options) {
 // Whether each particle moves by itself, so that a rank may hold some of them without the others.
 bool can_split_by_ranges(const json& scene) {
   return !scene.contains("network") && !scene.contains("constraints") && !scene.contains("kinematic") &&
-         !scene.contains("emitters");
+         !scene.contains("emitters") && !scene.contains("skins");
 }
 
 std::size_t read_count(const Node& node, const json& scene, const ReadOptions& options) {
@@ -396,7 +397,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   const Fields fields(node, "a scene", {"format",    "name",    "about",     "step",    "duration",    "method",
                                         "particles", "forces",  "contacts",  "network", "constraints", "constraint_iterations",
                                         "fixed",     "motions", "kinematic", "origin",  "emitters",    "capacity",
-                                        "removal",   "wind"});
+                                        "removal",   "wind",    "skins",     "tethers"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -421,6 +422,8 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   }
   read_fixed(fields, file, population);
   read_kinematic(fields, file, population, motions, networks);
+  read_skins(fields, file.scene, population, motions, networks);
+  read_tethers(fields, file.scene);
   if (const auto wind = fields.optional("wind")) file.scene.wind = read_wind(*wind);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
   read_turnover(fields, file, room_for_live(options));

@@ -428,7 +428,7 @@ AxisState solve(const BounceEquation& equation, AxisState start, long double t) 
 
 ClosedForm closed_form_of(const SceneFile& file) {
   const auto& scene = file.scene;
-  if (has_followers(scene)) return ClosedForm::none;
+  if (has_followers(scene) || !scene.skins.empty() || !scene.tethers.empty()) return ClosedForm::none;
   if (is_joined(scene)) return is_pair(file) ? ClosedForm::pair : ClosedForm::none;
   const auto is_radial = [](const Force& force) { return std::holds_alternative<RadialSpring>(force); };
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_radial)) return ClosedForm::none;

@@ -81,6 +81,10 @@ std::optional<Reference> impact_reference(const SceneFile& sample, const Grid& g
     why = "motions carry particles or contacts";
     return std::nullopt;
   }
+  if (!sample.scene.skins.empty()) {
+    why = "skins hold particles";
+    return std::nullopt;
+  }
   auto found = impact_path(sample, grid.coarsest, grid.counts);
   if (const auto* none = std::get_if<NoImpactPath>(&found)) {
     why = none->why;
@@ -243,7 +247,7 @@ bool keeps_energy(const Scene& scene) {
   const auto is_elastic = [](const auto& contact) {
     return contact.restitution == 1 && contact.friction == 0 && contact.viscosity == 0 && contact.normal_viscosity == 0;
   };
-  return !has_followers(scene) &&
+  return !has_followers(scene) && scene.skins.empty() && scene.tethers.empty() &&
          std::all_of(scene.networks.begin(), scene.networks.end(),
                      [&](const Network& n) { return std::visit(is_undamped, n); }) &&
          std::all_of(scene.forces.begin(), scene.forces.end(), [&](const Force& f) { return std::visit(keeps, f); }) &&
