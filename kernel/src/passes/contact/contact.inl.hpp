@@ -151,6 +151,7 @@ template <class V, Arithmetic arithmetic>
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return may_touch_solid<V, arithmetic>(surface, m, middle);
@@ -277,9 +278,11 @@ template <class V, Arithmetic arithmetic>
     case Shape::box:
       return touch_box<V, arithmetic>(surface, x);
     case Shape::convex:
+      return touch_convex<V, arithmetic>(surface, x);
+    case Shape::mesh:
       break;
   }
-  return touch_convex<V, arithmetic>(surface, x);
+  return touch_mesh<V, arithmetic>(surface, x);
 }
 
 template <class V>
@@ -648,8 +651,7 @@ SphereEnd<V> newton_to_sphere(const Surface<Scalar<V>>& surface, const Way& way,
 
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                         const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held,
-                         V low) noexcept {
+                         const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
@@ -710,7 +712,9 @@ template <class V, Arithmetic arithmetic, PathForm form>
   const V tolerance = V(16 * std::numeric_limits<T>::epsilon()) * ((one_norm(m.x0) + one_norm(way.u)) + V(surface.radius));
   const Mask<V> kept = held & stays(surface, d0, c, low);
   const Approach<V> found =
-      approach<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, s0}, tolerance, course.active & !kept);
+      surface.shape == Shape::mesh
+          ? march<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, select<V>(held, zero, start.s)}, course.active & !kept)
+          : approach<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, s0}, tolerance, course.active & !kept);
   const V secant = first_root(s0, d0, c, discriminant<V, arithmetic>(s0, d0, c));
   V f = select<V>(found.arrives, found.f, select<V>(secant < one, secant, one));
   Mask<V> hits = (s1 < zero) | found.arrives;
@@ -725,7 +729,8 @@ template <class V, Arithmetic arithmetic, PathForm form>
       };
       f = refined(gap, f, one, solid_newton_steps, true);
       const Gap<V> end = gap(f);
-      hits = (s1 < zero) | (found.arrives & (end.slope < zero) & (end.s <= tolerance));
+      const V near = surface.shape == Shape::mesh ? V(surface.solid.cell / 1024) : tolerance;
+      hits = (s1 < zero) | (found.arrives & (end.slope < zero) & (end.s <= near));
     }
   }
   return {f, hits & !kept};
@@ -744,6 +749,7 @@ Crossing<V> cross(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surfa
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return cross_solid<V, arithmetic, form>(surface, seen, m, course, held, low);

@@ -146,6 +146,7 @@ bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>&
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return may_touch_solid<arithmetic>(surface, p, middle);
@@ -198,6 +199,7 @@ Touch<T> touch(const Surface<T>& surface, const Vector<T>& x) noexcept {
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return touch_solid<arithmetic>(surface, x);
@@ -560,7 +562,9 @@ std::optional<T> cross_solid(const Surface<T>& surface, const Particle<T>& p, co
   const T c = (s1 - s0) - d0;
   const T tolerance = 16 * std::numeric_limits<T>::epsilon() * ((one_norm(p.x0) + one_norm(way.u)) + surface.radius);
   if (is_held && (surface.response == Response::end_on_surface || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
-  const std::optional<T> found = approach<arithmetic>(surface, p.x0, way.u, way.a, {start.n, s0}, tolerance);
+  const std::optional<T> found = surface.shape == Shape::mesh
+                                     ? march<arithmetic>(surface, p.x0, way.u, way.a, {start.n, is_held ? T(0) : start.s})
+                                     : approach<arithmetic>(surface, p.x0, way.u, way.a, {start.n, s0}, tolerance);
   if (!(s1 < 0 || found)) return std::nullopt;
   const T secant = first_root(s0, d0, c, discriminant<arithmetic>(s0, d0, c));
   T f = found ? *found : secant < 1 ? secant : T(1);
@@ -574,7 +578,8 @@ std::optional<T> cross_solid(const Surface<T>& surface, const Particle<T>& p, co
     };
     f = refined(gap, f, T(1), solid_newton_steps, true);
     const Gap<T> end = gap(f);
-    if (!(s1 < 0 || (end.slope < 0 && end.s <= tolerance))) return std::nullopt;
+    const T near = surface.shape == Shape::mesh ? surface.solid.cell / 1024 : tolerance;
+    if (!(s1 < 0 || (end.slope < 0 && end.s <= near))) return std::nullopt;
   }
   return f;
 }
@@ -1020,6 +1025,7 @@ std::optional<T> cross(const Terms<T>& terms, const Surface<T>& surface, const P
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return cross_solid(surface, seen, p, course, is_held, low);
