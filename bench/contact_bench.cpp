@@ -41,6 +41,18 @@ Scene capsules(double height) {
   return scene;
 }
 
+// A mesh among particles, in a grid of 70 x 70 x 70 nodes.
+Scene octahedron() {
+  TriangleMesh mesh{.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}},
+                    .restitution = 0.5};
+  for (std::size_t k = 0; k < 6; ++k) {
+    mesh.vertices.emplace_back();
+    mesh.vertices.back()[k / 2] = k % 2 == 0 ? 2 : -2;
+  }
+  Scene scene = fall();
+  return scene.add(std::move(mesh));
+}
+
 template <class T>
 void add_contacts() {
   const auto in = [](Scene scene, Contact contact) {
@@ -55,6 +67,7 @@ void add_contacts() {
   add_in_cache<T>({.name = "contact/corner", .scene = [](std::size_t) { return corner(); }, .start = start_cornered<T>});
   add_in_cache<T>({.name = "contact/64_capsules_far", .scene = [](std::size_t) { return capsules(-1e4); }});
   add_in_cache<T>({.name = "contact/64_capsules_near", .scene = [](std::size_t) { return capsules(0); }});
+  add_in_cache<T>({.name = "contact/mesh", .scene = [](std::size_t) { return octahedron(); }});
   add_plain<T>(
       "contact/all_hit", [](const PlainArrays<T>& arrays) { plain_floor_step(arrays, T(9.81), T(1), static_cast<T>(frame)); },
       start_hopping<T>);

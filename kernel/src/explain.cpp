@@ -202,6 +202,8 @@ std::string describe_accuracy(const Scene& scene, const System& system, int impa
     words += ", and what slides on a sphere is of order 1";
   if (any_is([](const Contact& contact) { return std::holds_alternative<Capsule>(contact); }))
     words += ", and what slides on a capsule is of order 1";
+  if (any_is([](const Contact& contact) { return std::holds_alternative<TriangleMesh>(contact); }))
+    words += ", and what slides on a mesh is of order 1";
   return words + "\n";
 }
 
@@ -445,6 +447,24 @@ std::string describe_motions(const Scene& scene) {
   return words;
 }
 
+// What the grids of meshes hold, and what their cells cost. Flows share them.
+template <class T>
+std::string describe_meshes(const CompiledScene<T>& compiled) {
+  std::string words;
+  for (std::size_t i = 0; i < compiled.shapes.size(); ++i) {
+    if (compiled.shapes[i] == nullptr || compiled.shapes[i]->values.empty()) continue;
+    const Solid<T>& solid = compiled.shapes[i]->solid;
+    const double cell{solid.cell};
+    words += (words.empty() ? "meshes       " : "             ") + ("contacts[" + std::to_string(i) + "]: ");
+    for (std::size_t k = 0; k < 3; ++k) words += (k == 0 ? "" : " x ") + std::to_string(solid.nodes[k]);
+    words += " nodes, " + std::to_string(compiled.shapes[i]->values.size() * sizeof(T)) + " bytes, cells of " + text(cell, 3) +
+             " m: edges are rounded by up to " + text(cell / 2, 3) +
+             " m, corners by twice that; a face that curves with the radius R is up to " + text(cell * cell / 4, 3) +
+             " m^2/R off, its normal " + text(cell, 3) + " m/R\n";
+  }
+  return words;
+}
+
 template <class T>
 std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_bytes) {
   const Scene& scene = compiled.scene;
@@ -467,7 +487,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
              std::to_string(compiled.options.impacts) + " impacts a particle and step";
     words += motion.terms.searches ? "; a block looks for those near it)" : ")";
   }
-  words += "\nflow         " + describe(motion.flow) + "\n";
+  words += "\n" + describe_meshes(compiled) + "flow         " + describe(motion.flow) + "\n";
   const int count = operations(motion.flow, motion.terms.rates.sources) * (system.kicks() != 0 ? 2 : 1);
   words += "cost         " + std::to_string(12 * sizeof(T)) + " bytes of state, " + std::to_string(motion.column_bytes()) +
            " of columns, and " + std::to_string(count) + " operations a particle-step";

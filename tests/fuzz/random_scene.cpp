@@ -168,6 +168,25 @@ class Maker {
     }
     return convex;
   }
+  // An octahedron, in few cells: what is not legal lacks a face.
+  TriangleMesh octahedron() {
+    Vec3 center = vector();
+    double half = positive();
+    if (is_legal()) {
+      double largest = 0;
+      for (double& c : center) largest = std::max(largest, std::abs(c = std::clamp(c, -1e12, 1e12)));
+      half = std::clamp(half, std::max(1e-12, 1e-3 * largest), 1e12);
+    }
+    TriangleMesh mesh;
+    for (std::size_t k = 0; k < 6; ++k) {
+      mesh.vertices.push_back(center);
+      mesh.vertices.back()[k / 2] += k % 2 == 0 ? half : -half;
+    }
+    mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    mesh.cell = half / static_cast<double>(2 + choose_.below(5));
+    if (!is_legal() && choose_.flip()) mesh.triangles.pop_back();
+    return mesh;
+  }
   void add_contacts() {
     const bool is_summed = scene().coupling.scheme == Scheme::accumulate && scene().coupling.method != Method::combined;
     const std::size_t contacts = choose_.below(4);
@@ -177,7 +196,7 @@ class Maker {
   }
   void add_contact() {
     const auto side = [&] { return choose_.flip() ? Side::inside : Side::outside; };
-    switch (choose_.below(6)) {
+    switch (choose_.below(7)) {
       case 0:
       case 1:
         scene().add(surface(Plane{.normal = direction(), .offset = finite()}));
@@ -201,9 +220,11 @@ class Maker {
         scene().add(surface(box));
         return;
       }
-      default: {  // a cube that more planes may cut
+      case 5:  // a cube that more planes may cut
         scene().add(surface(block()));
-      }
+        return;
+      default:
+        scene().add(surface(octahedron()));
     }
   }
 

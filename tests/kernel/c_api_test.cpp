@@ -116,6 +116,16 @@ void add_forces(Handles& h) {
   CHECK(dvdx_scene_add_capsule(h.scene, &capsule, &h.error) == DVDX_DONE);
   CHECK(dvdx_scene_add_box(h.scene, &box, &h.error) == DVDX_DONE);
   CHECK(dvdx_scene_add_convex(h.scene, &convex, &h.error) == DVDX_DONE);
+  const double corners[] = {-6, 0, 0, -5, 0, 0, -6, 1, 0, -6, 0, 1};
+  const std::uint32_t triangles[] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  dvdx_mesh mesh{};
+  mesh.vertices = corners;
+  mesh.count = 4;
+  mesh.triangles = triangles;
+  mesh.triangle_count = 4;
+  mesh.cell = 0.125;
+  mesh.surface.restitution = 0.5;
+  CHECK(dvdx_scene_add_mesh(h.scene, &mesh, &h.error) == DVDX_DONE);
 }
 
 dvdx::Scene same_forces() {
@@ -133,6 +143,10 @@ dvdx::Scene same_forces() {
   scene.add(OrientedBox{.center = {0, -3, 0}, .half_extents = {2, 2, 2}, .rotation = {0, 0, 0.5}});
   scene.add(
       Convex{.planes = {{{1, 0, 0}, 9}, {{-1, 0, 0}, -8}, {{0, 1, 0}, 1}, {{0, -1, 0}, 0}, {{0, 0, 1}, 1}, {{0, 0, -1}, 0}}});
+  scene.add(TriangleMesh{.vertices = {{-6, 0, 0}, {-5, 0, 0}, {-6, 1, 0}, {-6, 0, 1}},
+                         .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}},
+                         .cell = 0.125,
+                         .restitution = 0.5});
   return scene;
 }
 

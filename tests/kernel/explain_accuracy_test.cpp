@@ -81,9 +81,37 @@ TEST_CASE("explain: contacts are exact under linear forces, and not beside radia
   scene.add(Spring{.stiffness = 4.0}).add(Drag{.coefficient = 0.1});
   CHECK(says(words(scene), "accuracy     exact for any step\n"));
   scene.add(Sinusoid{.acceleration = {1, 0, 0}, .angular_frequency = 3});
-  CHECK(says(words(scene), "order 5 in the step\n             contacts[0]: impacts are looked for on the cubic"));
+  CHECK(says(words(scene), "order 5 in the step\n             contacts[0, 1]: impacts are looked for on the cubic"));
   scene.add(RadialSpring{.stiffness = 4.0, .damping = 0.1, .rest_length = 1.0});
-  CHECK(says(words(scene), "order 1 in the step\n             contacts[0]: what damps"));
+  CHECK(says(words(scene), "order 1 in the step\n             contacts[0, 1]: what damps"));
+}
+
+TEST_CASE("explain: contacts of one law are told of in one line, with their numbers") {
+  Scene scene;
+  scene.add(gravity);
+  for (std::size_t i = 0; i < 9; ++i) {
+    scene.add(Capsule{.ends = {{{0, -1.0 * static_cast<double>(i), 0}, {1, 0, 0}}},
+                      .friction = i == 1 || (i > 2 && i < 7) ? 0.5 : 0.0,
+                      .response = i == 8 ? Response::end_on_surface : Response::resume});
+  }
+  CHECK(says(words(scene),
+             "order 1 in the step\n"
+             "             contacts[8] ends the step of an impact on the surface (response seed)\n"
+             "             contacts[1, 3 to 6] take the direction of friction from the ends of steps\n"
+             "             as long as"));
+}
+
+TEST_CASE("explain: a mesh says what its grid holds and what its cells cost") {
+  Scene scene;
+  scene.add(gravity).add(Plane{});
+  CHECK_FALSE(says(words(scene), "meshes"));
+  scene.add(TriangleMesh{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 2}},
+                         .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}},
+                         .cell = 0.125});
+  // 8, 8 and 16 cells with 3 on each side.
+  CHECK(says(words(scene),
+             "meshes       contacts[1]: 16 x 16 x 24 nodes, 49152 bytes, cells of 0.125 m: edges are rounded by up to"));
+  CHECK(says(words(scene), "and what slides on a mesh is of order 1"));
 }
 
 TEST_CASE("explain: networks and constraints are of their scheme's order") {

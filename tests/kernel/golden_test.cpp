@@ -64,6 +64,10 @@ constexpr Golden golden_cases[] = {
     {"contact: convex body, resume, line", 0xEB1CC53F60941AE8, 0x3DBB2422248BA56C},
     {"contact: convex body, seed, curve", 0x88EDE56798EE935C, 0x253B5B27E82A1A7B},
     {"contact: convex body, seed, line", 0x71E10A3E4F19EB0A, 0xC1567BCD7D6D5589},
+    {"contact: mesh, resume, curve", 0x50739AFB2FCA78F8, 0xD43DB807C7D3A0A1},
+    {"contact: mesh, resume, line", 0x0DB81FE51C95FD6B, 0x6299E53B01F7F873},
+    {"contact: mesh, seed, curve", 0x5AED9B6F6251C685, 0x6A5E59EBB993ACD1},
+    {"contact: mesh, seed, line", 0x681C1B48863897B3, 0x2F505E48F07BBAA4},
     {"contact: a corner of two planes and a sphere", 0xEE02DFF9536A20B1, 0x5C4530195A528514},
     {"radial springs: combined", 0x469C48FBE752C8CF, 0x9E0DA197B9BD98B9},
     {"radial springs: exact", 0x477009E4612E8E9F, 0x442B6904B079EBCA},
@@ -276,7 +280,12 @@ Cases contact_cases() {
                          {{-1, 0.5, 0}, 0.4},
                          {{0, 0.5, 1}, 0.4},
                          {{0, 0, -1}, 0.5}}},
-       "convex body"}};
+       "convex body"},
+      {TriangleMesh{
+           .vertices = {{0.7, -0.4, 0}, {-0.5, -0.4, 0.1}, {0.1, 0.1, 0}, {0.1, -0.8, 0}, {0.1, -0.4, 0.6}, {0.1, -0.4, -0.5}},
+           .triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}},
+           .cell = 0.07},
+       "mesh"}};
   const std::pair<Response, const char*> responses[] = {{Response::resume, "resume"}, {Response::end_on_surface, "seed"}};
   const std::pair<ContactPath, const char*> sweeps[] = {{ContactPath::curve, "curve"}, {ContactPath::line, "line"}};
   for (const auto& [shape, shape_name] : shapes) {

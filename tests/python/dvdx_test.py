@@ -310,6 +310,19 @@ class Faults(unittest.TestCase):
 
 
 class Plans(unittest.TestCase):
+    def test_a_mesh_holds_what_falls_on_it(self):
+        state = dvdx.State(np.array([[0.1, 0.5, 0.2]]), np.zeros((1, 3)))
+        scene = dvdx.Scene()
+        scene.constant(acceleration=(0, -9.81, 0))
+        corners = [[-2, 0, -1], [2, 0, -1], [0, 0, 2], [0, -2, 0]]
+        scene.mesh(vertices=corners, triangles=[[0, 2, 1], [2, 0, 3], [1, 2, 3], [0, 1, 3]], cell=0.1, friction=0.5)
+        dvdx.compile(scene, state, step=1 / 64).step(state, 128)
+        np.testing.assert_allclose(state.arrays["x"], [[0.1, 0, 0.2]], rtol=0, atol=1e-12)
+        with self.assertRaisesRegex(dvdx.DvdxError, "only one triangle"):
+            scene = dvdx.Scene()
+            scene.mesh(vertices=corners, triangles=[[0, 2, 1]])
+            dvdx.compile(scene, state)
+
     def test_seek_is_where_steps_lead(self):
         def swinging():
             state = dvdx.State(*lattice(9, np.float64))

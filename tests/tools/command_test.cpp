@@ -252,6 +252,30 @@ TEST_CASE("a grid's faces stand in the .obj beside its .pc2") {
   CHECK(folder.read("sheet.obj").find("\nf 1 2 8 7\n") != std::string::npos);
 }
 
+TEST_CASE("a mesh that grains fall on: run, explain and verify take it, and what is no body is exit 3") {
+  const test::ScratchFolder folder("mesh-contact");
+  const std::string corners = "v -1 -1 -1\nv 1 -1 -1\nv 1 -1 1\nv -1 -1 1\nv 0 0 0\n";
+  folder.write("roof.obj", corners + "f 1 2 3 4\nf 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n");
+  folder.write("open.obj", corners + "f 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n");
+  folder.write("scene.json", R"({"format": "dvdx-scene/1", "name": "roof", "step": 0.01, "duration": 0.6,
+    "particles": {"count": 100, "position": {"uniform": {"min": [-0.8, 0.1, -0.8], "max": [0.8, 0.5, 0.8], "seed": 3}}},
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
+    "contacts": [{"type": "mesh", "file": "roof.obj", "cell": 0.1, "restitution": 0.2}]})");
+  const auto result = run(folder, "run scene.json --json --out roof.csv --every 60");
+  CAPTURE(result.err);
+  REQUIRE(result.exit == 0);
+  const auto report = json::parse(result.out);
+  CHECK(report["contacts"][0]["hits"] >= 100);
+  CHECK(report["contacts"][0]["impulse"][1] < 0);
+  const auto told = run(folder, "explain scene.json");
+  CHECK(told.out.find("meshes       contacts[0]: 28 x 18 x 28 nodes, 56448 bytes, cells of 0.1 m: ") != std::string::npos);
+  CHECK(run(folder, "verify scene.json").exit == 0);
+  CHECK(run(folder, "run scene.json --out roof.html").exit == 0);
+  const auto refused = run(folder, "run scene.json --set contacts[0].file=open.obj");
+  CHECK(refused.exit == 3);
+  CHECK(refused.err.starts_with("dvdx: scene.json: contacts[0].triangles is of an edge that only one triangle has: must be "));
+}
+
 TEST_CASE("verify holds a scene with a network against the reference") {
   const SheetFolder folder("verify");
   const auto result = run(folder, "verify sheet.json --json");

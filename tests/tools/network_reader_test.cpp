@@ -207,6 +207,39 @@ TEST_CASE("a mesh's vertices are particles, joined along its edges and across th
             .ends_with("network.file is \"bad.obj\": line 4 names vertex 3: must be from 1 to 2, or count back from -1"));
 }
 
+TEST_CASE("a contact's mesh is its file's triangles, faces of more sides cut into fans") {
+  const test::ScratchFolder folder("body");
+  folder.write("wedge.obj", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nv 0 1 0\nf 1 2 3 4\nf 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n");
+  json scene = with_particles(1);
+  scene["contacts"] = json::parse(R"([{"type": "mesh", "file": "wedge.obj", "cell": 0.125, "restitution": 0.5, "friction": 0.25,
+    "viscosity": 0.1, "normal_viscosity": 0.2, "response": "seed", "sweep": "line", "thickness": 0.01, "motion": "arm"}])");
+  scene["motions"] = json::parse(R"({"arm": {"keys": [{"time": 0}]}})");
+  CHECK(scene_schema().accepts(scene));
+  const auto file = read(scene, folder / "scene.json");
+  const TriangleMesh wanted{.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}, {0, 1, 0}},
+                            .triangles = {{0, 1, 2}, {0, 2, 3}, {0, 4, 1}, {1, 4, 2}, {2, 4, 3}, {3, 4, 0}},
+                            .cell = 0.125,
+                            .restitution = 0.5,
+                            .friction = 0.25,
+                            .viscosity = 0.1,
+                            .normal_viscosity = 0.2,
+                            .response = Response::end_on_surface,
+                            .sweep = ContactPath::line,
+                            .thickness = 0.01,
+                            .motion = 0};
+  REQUIRE(file.scene.contacts.size() == 1);
+  CHECK(std::get<TriangleMesh>(file.scene.contacts[0]) == wanted);
+  const auto refusal = [&](const char* key, const json& value) {
+    json bad = scene;
+    bad["contacts"][0][key] = value;
+    return message_of(bad, folder / "s.json");
+  };
+  CHECK(refusal("file", "wedge.stl").ends_with("contacts[0].file is \"wedge.stl\": must be the name of an .obj file"));
+  CHECK(refusal("file", "none.obj").ends_with("contacts[0].file is \"none.obj\": cannot be read: No such file or directory"));
+  CHECK(refusal("cell", 0).ends_with("contacts[0].cell is 0: must be a finite number > 0"));
+  CHECK(refusal("side", "inside").find("contacts[0].side") != std::string::npos);
+}
+
 TEST_CASE("a mesh's faces of four sides are held across with the stiffness of their sides") {
   const test::ScratchFolder folder("quad");
   folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");

@@ -323,7 +323,7 @@ constexpr BadValue bad_values[] = {
      "forces[5].expansion is \"second_order\": must be \"exact\" or \"first_order\""},
     {"/contacts", "7", "contacts is 7: must be a list of contacts"},
     {"/contacts/0/type", "\"cube\"",
-     "contacts[0].type is \"cube\": must be \"plane\", \"sphere\", \"capsule\", \"box\" or \"convex\""},
+     "contacts[0].type is \"cube\": must be \"plane\", \"sphere\", \"capsule\", \"box\", \"convex\" or \"mesh\""},
     {"/contacts/0/normal", "[0,0,0]", "contacts[0].normal is [0,0,0]: must be a vector of finite length > 0",
      BySchema::accepted},
     {"/contacts/0/offset", nullptr, "contacts[0].offset is missing: a plane needs it"},

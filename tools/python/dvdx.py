@@ -149,7 +149,7 @@ def _fill_anchor(struct, value, keep):
 
 _LENGTHS = {"spread_box": 3, "inside": 6}
 # Numbers a row, where they are not those of a point or a pair.
-_WIDTHS = {"keys": 7, "planes": 4, "particles": None, "triangles": 3, "gusts": 5}
+_WIDTHS = {"keys": 7, "planes": 4, "particles": None, "vertices": 3, "triangles": 3, "gusts": 5}
 _FILL = {"dvdx_scalars": _fill_scalars, "dvdx_per_axis": _fill_per_axis, "dvdx_anchor": _fill_anchor}
 
 
@@ -180,7 +180,8 @@ def _fill_field(struct, name, field, value, keep):
         if getattr(struct, "count", 0) not in (0, count):
             raise ValueError(f"{count} rows: must be {struct.count}, as there are of the others")
         setattr(struct, name, rows)
-        setattr(struct, "terms" if hasattr(struct, "terms") else "count", count)
+        own = "triangle_count" if name == "triangles" else "terms"
+        setattr(struct, own if hasattr(struct, own) else "count", count)
 
 
 def _fields(kind):
@@ -189,7 +190,7 @@ def _fields(kind):
     for name, field in _ffi.typeof(kind).fields:
         if name == "surface":
             fields |= {inner: ("surface", type_) for inner, (_, type_) in _fields(field.type.cname).items()}
-        elif name not in ("count", "terms"):
+        elif name not in ("count", "terms", "triangle_count"):
             fields[name] = (None, field.type)
     return fields
 
@@ -213,7 +214,7 @@ def _struct(kind, keywords, keep):
 class Scene:
     """What the world holds. One method for each force, contact, network and constraint of dvdx.h, with the names of its fields:
 
-    constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere, capsule, box, convex; grid, springs; distance, on_point, on_line;
+    constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere, capsule, box, convex, mesh; grid, springs; distance, on_point, on_line;
     motion, kinematic; skin, tethers. A motion's keys are rows of time, translation and rotation vector, seven numbers each.
     aerodynamics(network=0, density=1.2, drag=1, lift=0.5) lets a network meet the air; springs take triangles, rows of three
     particles. wind(mean=..., gusts=...): rows of amplitude, angular frequency and phase, five numbers each.

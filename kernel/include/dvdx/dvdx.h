@@ -246,6 +246,16 @@ typedef struct dvdx_convex {
   dvdx_surface surface;
 } dvdx_convex;
 
+// Particles may be outside a closed surface of triangles, counter-clockwise seen from outside; it is sampled to a grid.
+typedef struct dvdx_mesh {
+  const double* vertices;  // x, y, z of each, m
+  size_t count;
+  const uint32_t* triangles;  // three numbers of vertices each
+  size_t triangle_count;
+  double cell;  // m, of the grid; 0: the longest side / 64
+  dvdx_surface surface;
+} dvdx_mesh;
+
 // A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation; between
 // keys the translation is linear in time, and the rotation goes evenly, the short way round.
 typedef struct dvdx_motion {
@@ -391,6 +401,7 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_sphere(dvdx_scene* scene, const dvdx_sphe
 DVDX_EXPORT dvdx_status dvdx_scene_add_capsule(dvdx_scene* scene, const dvdx_capsule* contact, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_box(dvdx_scene* scene, const dvdx_box* contact, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_convex(dvdx_scene* scene, const dvdx_convex* contact, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_scene_add_mesh(dvdx_scene* scene, const dvdx_mesh* contact, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_motion* motion, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error);

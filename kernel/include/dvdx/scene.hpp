@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -212,7 +213,24 @@ struct Convex {
   bool operator==(const Convex&) const = default;
 };
 
-using Contact = std::variant<Plane, Sphere, Capsule, OrientedBox, Convex>;
+// Particles may be outside a closed surface of triangles whose faces are turned outwards; all else as for a plane. It is
+// sampled to a grid of its signed distance when the plan is made.
+struct TriangleMesh {
+  std::vector<Vec3> vertices;                           // m
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise, seen from outside
+  double cell = 0;                                      // m, of the grid; 0: the longest side / 64
+  double restitution = 0;
+  double friction = 0;
+  double viscosity = 0;
+  double normal_viscosity = 0;
+  Response response = Response::resume;
+  ContactPath sweep = ContactPath::curve;
+  double thickness = 0;
+  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  bool operator==(const TriangleMesh&) const = default;
+};
+
+using Contact = std::variant<Plane, Sphere, Capsule, OrientedBox, Convex, TriangleMesh>;
 inline constexpr std::size_t most_contacts = 4096;
 
 // amplitude sin(angular_frequency t + phase), t the scene's time; m/s, rad/s, rad

@@ -151,6 +151,17 @@ Contact value(const dvdx_convex& from, const std::string& at) {
   }
   return with(std::move(convex), from.surface, at);
 }
+Contact value(const dvdx_mesh& from, const std::string& at) {
+  need(from.triangles, from.triangle_count, at + ".triangles");
+  TriangleMesh mesh;
+  mesh.vertices = vectors(from.vertices, from.count, at + ".vertices");
+  for (std::size_t k = 0; k < from.triangle_count; ++k) {
+    const std::uint32_t* corners = from.triangles + 3 * k;
+    mesh.triangles.push_back({corners[0], corners[1], corners[2]});
+  }
+  mesh.cell = from.cell;
+  return with(std::move(mesh), from.surface, at);
+}
 
 Motion value(const dvdx_motion& from, const std::string& at) {
   need(from.keys, from.count, at + ".keys");
@@ -355,6 +366,10 @@ dvdx_status dvdx_scene_add_box(dvdx_scene* scene, const dvdx_box* contact, dvdx_
   return added(scene, contact, &Scene::contacts, "contacts", error);
 }
 dvdx_status dvdx_scene_add_convex(dvdx_scene* scene, const dvdx_convex* contact, dvdx_error* error) {
+  return added(scene, contact, &Scene::contacts, "contacts", error);
+}
+
+dvdx_status dvdx_scene_add_mesh(dvdx_scene* scene, const dvdx_mesh* contact, dvdx_error* error) {
   return added(scene, contact, &Scene::contacts, "contacts", error);
 }
 

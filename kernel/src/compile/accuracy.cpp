@@ -22,9 +22,7 @@ class Search {
     if (!scene_.networks.empty()) network();
     if (!scene_.constraints.empty()) constraints();
     balls();
-    for (std::size_t i = 0; i < scene_.contacts.size(); ++i) {
-      std::visit([&](const auto& contact) { impacts(contact, "contacts[" + std::to_string(i) + "]"); }, scene_.contacts[i]);
-    }
+    impacts();
     return found_;
   }
 
@@ -172,16 +170,45 @@ class Search {
     limit(1, scene_.skins.empty() ? "tethers tighten at the ends of sub-steps" : "skins hold at the ends of sub-steps");
   }
 
-  template <class Shape>
-  void impacts(const Shape& contact, const std::string& at) {
-    if (contact.response == Response::end_on_surface)
-      limit(1, at + " ends the step of an impact on the surface (response seed)");
-    if (contact.friction > 0) limit(1, at + " takes the direction of friction from the ends of steps");
-    if (is_joint_damped_) limit(1, at + ": what damps is taken as if an impact did not turn the velocity");
-    if (has_joint_) limit(2, at + ": an impact does not see within a step what radial springs, networks and constraints do");
-    if (is_beyond_cubic_) limit(5, at + ": impacts are looked for on the cubic of a force of time");
-    if (contact.sweep == ContactPath::line && !scene_.forces.empty())
-      limit(2, at + ": impacts are looked for on a straight line");
+  // Contacts of one law are told of in one line.
+  void impacts() {
+    const auto which = [&](const auto& is_it) {
+      std::vector<std::size_t> numbers;
+      for (std::size_t i = 0; i < scene_.contacts.size(); ++i) {
+        if (std::visit(is_it, scene_.contacts[i])) numbers.push_back(i);
+      }
+      return numbers;
+    };
+    const auto all = which([](const auto&) { return true; });
+    if (all.empty()) return;
+    limit_impacts(1, which([](const auto& c) { return c.response == Response::end_on_surface; }), " ends", " end",
+                  " the step of an impact on the surface (response seed)");
+    limit_impacts(1, which([](const auto& c) { return c.friction > 0; }), " takes", " take",
+                  " the direction of friction from the ends of steps");
+    if (is_joint_damped_) limit_impacts(1, all, ":", ":", " what damps is taken as if an impact did not turn the velocity");
+    if (has_joint_) {
+      limit_impacts(2, all, ":", ":", " an impact does not see within a step what radial springs, networks and constraints do");
+    }
+    if (is_beyond_cubic_) limit_impacts(5, all, ":", ":", " impacts are looked for on the cubic of a force of time");
+    if (!scene_.forces.empty()) {
+      limit_impacts(2, which([](const auto& c) { return c.sweep == ContactPath::line; }), ":", ":",
+                    " impacts are looked for on a straight line");
+    }
+  }
+  void limit_impacts(int order, const std::vector<std::size_t>& contacts, const char* one, const char* several,
+                     const char* reason) {
+    if (!contacts.empty()) limit(order, "contacts[" + ranges(contacts) + "]" + (contacts.size() == 1 ? one : several) + reason);
+  }
+  // 0, 2 to 5: of ascending numbers.
+  static std::string ranges(const std::vector<std::size_t>& numbers) {
+    std::string words;
+    for (std::size_t k = 0, end = 0; k < numbers.size(); k = end) {
+      end = k + 1;
+      while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
+      words += (k == 0 ? "" : ", ") + std::to_string(numbers[k]);
+      if (end - k > 1) words += (end - k > 2 ? " to " : ", ") + std::to_string(numbers[end - 1]);
+    }
+    return words;
   }
 
   // A force of time that is no polynomial of third degree.

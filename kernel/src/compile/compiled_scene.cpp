@@ -45,19 +45,33 @@ Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& 
     return motion;
   };
   if (joints == nullptr) {
-    return made(
-        std::make_unique<FreeMotion<T>>(compiled.scene, compiled.options, *compiled.passes, compiled.count, compiled.start));
+    return made(std::make_unique<FreeMotion<T>>(compiled.scene, compiled.options, *compiled.passes, compiled.count,
+                                                compiled.start, compiled.shapes));
   }
-  return made(
-      std::make_unique<JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes, compiled.start));
+  return made(std::make_unique<JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes,
+                                                compiled.start, compiled.shapes));
 }
 
 namespace {
 
-// joints(scene, options, start): those of the same networks and constraints at the same step, where something joins.
+// before: another scene's, or none.
+template <class T>
+ShapeMemories<T> shapes_of(const std::vector<Contact>& contacts, const CompiledScene<T>* before) {
+  ShapeMemories<T> shapes(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (!has_memory(contacts[i])) continue;
+    const bool is_known =
+        before != nullptr && i < before->shapes.size() && have_same_memory(contacts[i], before->scene.contacts[i]);
+    shapes[i] = is_known ? before->shapes[i] : make_memory<T>(contacts[i]);
+  }
+  return shapes;
+}
+
+// joints(scene, options, start): those of the same networks and constraints at the same step, where something joins. before:
+// the scene that this one is a change of, if it is.
 template <class T, class MakeJoints>
 Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std::optional<std::size_t> count,
-                               std::vector<Vec3> start, const MakeJoints& joints) {
+                               std::vector<Vec3> start, const MakeJoints& joints, const CompiledScene<T>* before) {
   const Passes* passes = find_passes(isa, options.arithmetic);
   auto compiled =
       std::make_shared<CompiledScene<T>>(with_linear_springs(std::move(given)), options, isa, *passes, count, std::move(start));
@@ -69,6 +83,7 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   if (made != nullptr) {
     if (auto error = made->refusal(compiled->scene, compiled->start, options.unstable)) return tl::unexpected(*error);
   }
+  compiled->shapes = shapes_of(compiled->scene.contacts, before);
   auto motion = make_motion(*compiled, std::move(made));
   if (!motion) return tl::unexpected(motion.error());
   compiled->motion = std::move(*motion);
@@ -83,7 +98,7 @@ Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa 
   const auto joints = [](const Scene& of, const Options& with, std::span<const Vec3> at) {
     return std::make_shared<Joints<T>>(of, with, at);
   };
-  return build<T>(std::move(scene), options, isa, count, std::move(start), joints);
+  return build<T>(std::move(scene), options, isa, count, std::move(start), joints, nullptr);
 }
 
 namespace {
@@ -109,14 +124,15 @@ Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h) {
   Options options = before.options;
   options.step = h;
   if (auto error = check(options)) return tl::unexpected(*error);
-  return build<T>(before.scene, options, before.isa, before.count, before.start, changed_joints(before, Changed::step));
+  return build<T>(before.scene, options, before.isa, before.count, before.start, changed_joints(before, Changed::step),
+                  &before);
 }
 
 template <class T>
 Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene) {
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start,
-                  changed_joints(before, Changed::springs));
+                  changed_joints(before, Changed::springs), &before);
 }
 
 template <class T>
@@ -128,7 +144,7 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
   scene.contacts[index] = contact;
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
   if (!has_followers(before.scene) && !has_followers(scene)) {
-    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
+    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before), &before);
   }
   if (before.joined() == nullptr) {
     return tl::unexpected(
@@ -136,7 +152,7 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
   }
   // Surfaces that turn ask for sub-steps.
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start,
-                  changed_joints(before, Changed::step));
+                  changed_joints(before, Changed::step), &before);
 }
 
 template <class T>
@@ -156,14 +172,14 @@ Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t 
   scene.forces[index] = force;
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
   // A gust each frame must not look for the springs' frequency again.
-  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before), &before);
 }
 
 template <class T>
 Expected<SharedScene<T>> with_wind(const CompiledScene<T>& before, const Wind& wind) {
   Scene scene = before.scene;
   scene.wind = wind;
-  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before));
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before), &before);
 }
 
 template std::optional<Error> refusal_of(const CompiledScene<float>&, std::size_t, const Force&);

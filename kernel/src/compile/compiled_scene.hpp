@@ -38,6 +38,7 @@ struct CompiledScene {
   const Passes* passes;
   std::optional<std::size_t> count;  // none where all particles are alike
   std::vector<Vec3> start;           // m: only where anchors stand at the start, or something joins particles
+  ShapeMemories<T> shapes;           // of the contacts
   Motion motion;
 
  private:

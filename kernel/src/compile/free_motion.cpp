@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "compile/particle_values.hpp"
 #include "forces/paired.hpp"
 #include "forces/radial_spring.hpp"
 #include "math/elementary.hpp"
@@ -114,7 +115,7 @@ ShearAxis<T> rounded(const Shear& exact) {
 
 template <class T>
 FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Passes& passes, std::optional<std::size_t> count,
-                          std::span<const Vec3> start)
+                          std::span<const Vec3> start, const ShapeMemories<T>& shapes)
     : system(scene, start, options.step, options.elsewhere),
       kernels(&passes.of<T>()),
       equilibrium(equilibrium_shift<T>(system)),
@@ -127,6 +128,7 @@ FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Pass
       step_(options.step),
       impacts_(options.impacts),
       elsewhere_(options.elsewhere),
+      shapes_(shapes),
       columns_(options.memory),
       bend_columns_(options.memory) {
   reserve(options.block);
@@ -284,16 +286,14 @@ void FreeMotion<T>::make_surfaces() {
   if (scene_.contacts.empty()) return;
   make_bend();
   surfaces_.clear();
-  faces_.clear();
   for (std::size_t i = 0; i < scene_.contacts.size(); ++i) {
     const Contact& contact = scene_.contacts[i];
     for (std::size_t part = 0; part < parts_of(contact); ++part) surfaces_.push_back(surface_of(i, part, contact));
-    if (const auto* body = std::get_if<Convex>(&contact)) {
-      add_faces(surfaces_.back(), *body, scene_.origin.at(0), faces_.emplace_back());
-    }
   }
+  groups_.resize((surfaces_.size() + group_size - 1) / group_size);
   terms.surfaces = surfaces_.data();
   terms.surface_count = surfaces_.size();
+  terms.groups = groups_.data();
   choose_search();
 }
 
@@ -303,12 +303,37 @@ void FreeMotion<T>::choose_search() noexcept {
   const auto is_body = [](const Surface<T>& s) { return s.shape != Shape::plane && s.shape != Shape::sphere; };
   terms.searches = surfaces_.size() > unsearched_surfaces || std::any_of(surfaces_.begin(), surfaces_.end(), is_body);
   for (Surface<T>& s : surfaces_) s.is_searched = terms.searches && s.shape == Shape::sphere && s.side > 0;
+  for (std::size_t g = 0; g < groups_.size(); ++g) groups_[g] = group_from(g * group_size);
+}
+
+template <class T>
+SurfaceGroup FreeMotion<T>::group_from(std::size_t first) const noexcept {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const std::size_t end = std::min(first + group_size, surfaces_.size());
+  Vec3 low{infinity, infinity, infinity};
+  Vec3 high{-infinity, -infinity, -infinity};
+  for (std::size_t j = first; j < end; ++j) {
+    const Surface<T>& s = surfaces_[j];
+    const bool is_bounded = s.shape != Shape::plane && s.side > 0 && !motion_of(scene_.contacts[s.contact]);
+    if (!is_bounded) return {{}, {infinity, infinity, infinity}};
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], double{s.center[k]} - double{s.radius});
+      high[k] = std::max(high[k], double{s.center[k]} + double{s.radius});
+    }
+  }
+  SurfaceGroup group;
+  for (std::size_t k = 0; k < 3; ++k) {
+    group.half[k] = (high[k] - low[k]) / 2;
+    group.center[k] = low[k] + group.half[k];
+  }
+  return group;
 }
 
 template <class T>
 Surface<T> FreeMotion<T>::surface_of(std::size_t index, std::size_t part, const Contact& contact) const noexcept {
   Surface<T> surface = make_surface<T>(contact, scene_.origin.at(0), bend_q_ < 1 && bend_z_ < 2, part);
   surface.contact = static_cast<std::uint32_t>(index);
+  if (shapes_[index] != nullptr) set_memory(surface, *shapes_[index], scene_.origin.at(0));
   return surface;
 }
 

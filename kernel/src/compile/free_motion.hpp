@@ -25,10 +25,11 @@ inline constexpr std::size_t max_block = 1024;
 template <class T>
 class FreeMotion {
  public:
-  // The scene and the options have been checked; what joins particles is passed over, and so are fixed particles. The scene and
-  // the start must outlive this. count: none where all particles are alike. start: empty where no anchor stands there.
+  // The scene and the options have been checked; what joins particles is passed over, and so are fixed particles. The scene,
+  // the start and the shapes of its contacts must outlive this. count: none where all particles are alike. start: empty where
+  // no anchor stands there.
   FreeMotion(const Scene& scene, const Options& options, const Passes& passes, std::optional<std::size_t> count,
-             std::span<const Vec3> start);
+             std::span<const Vec3> start, const ShapeMemories<T>& shapes);
   FreeMotion(const FreeMotion&) = delete;
   FreeMotion& operator=(const FreeMotion&) = delete;
 
@@ -66,6 +67,7 @@ class FreeMotion {
   void make_surfaces();
   [[nodiscard]] Surface<T> surface_of(std::size_t index, std::size_t part, const Contact& contact) const noexcept;
   void choose_search() noexcept;
+  [[nodiscard]] SurfaceGroup group_from(std::size_t first) const noexcept;
   void make_bend();
   [[nodiscard]] std::array<double, 3> drive_of(const Source& source) const;
   [[nodiscard]] std::size_t column_length() const noexcept;
@@ -79,11 +81,12 @@ class FreeMotion {
   double step_;  // s
   int impacts_;
   Elsewhere elsewhere_;
+  const ShapeMemories<T>& shapes_;
   Columns<T> columns_;
   Columns<T> bend_columns_;         // which impacts alone read
   double bend_z_ = 0, bend_q_ = 0;  // the strongest sqrt(W) |h| and g |h| of any particle and axis
   std::vector<Surface<T>> surfaces_;
-  std::vector<Faces<T>> faces_;  // of each convex body
+  std::vector<SurfaceGroup> groups_;
   std::vector<RadialTerms<T>> radial_;
   std::vector<std::array<Gain, 3>> gains_;     // of each source, where it is alike for all particles
   std::vector<std::array<double, 3>> drives_;  // of each source: D1, D2, D3 of passes/contact/bend.hpp for an amplitude of 1

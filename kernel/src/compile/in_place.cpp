@@ -136,7 +136,8 @@ template <class T>
 Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index, const Contact& contact) {
   if (index >= compiled.scene.contacts.size()) return InPlace::not_done;
   const Contact& before = compiled.scene.contacts[index];
-  if (motion_of(contact) || motion_of(before) || has_faces(contact) || has_faces(before)) return InPlace::not_done;
+  if (motion_of(contact) || motion_of(before)) return InPlace::not_done;
+  if ((has_memory(contact) || has_memory(before)) && !have_same_memory(contact, before)) return InPlace::not_done;
   if (parts_of(contact) != parts_of(before)) return InPlace::not_done;
   if (auto error = check(contact, index)) return tl::unexpected(*error);
   if (auto error = check_range<T>(contact, index, compiled.scene.origin)) return tl::unexpected(*error);

@@ -58,12 +58,13 @@ bool goes_back(const Splitting& splitting) {
 
 template <class T>
 JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& scene, const Options& options,
-                              const Passes& passes, std::span<const Vec3> start)
+                              const Passes& passes, std::span<const Vec3> start, const ShapeMemories<T>& shapes)
     : joints_(std::move(joints)),
       scene_(arranged(scene, joints_->order, Contacts::kept)),
       origin_(scene.origin.is_each() ? Vec3{} : scene.origin.at(0)),
       tracks_(scene.motions.begin(), scene.motions.end()),
       skins_(skin_starts(scene, start)),
+      shapes_(shapes),
       wind_(scene.wind) {
   for (const Kinematic& followers : scene.kinematic) groups_.push_back(followers.particles.size());
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
@@ -101,7 +102,7 @@ std::size_t JoinedMotion<T>::flow_over(double part, const Options& options, cons
   const Scene& scene = part > 0 ? scene_ : backwards_scene_;
   Options of_flow = options;
   of_flow.step = duration;
-  flows_.push_back(std::make_unique<FreeMotion<T>>(scene, of_flow, passes, joints_->order.size, start_));
+  flows_.push_back(std::make_unique<FreeMotion<T>>(scene, of_flow, passes, joints_->order.size, start_, shapes_));
   return flows_.size() - 1;
 }
 

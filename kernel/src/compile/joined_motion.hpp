@@ -50,9 +50,10 @@ struct WorkspaceShape {
 template <class T>
 class JoinedMotion {
  public:
-  // The scene and the options have been checked; start: the particles' positions.
+  // The scene and the options have been checked; start: the particles' positions; shapes: of the contacts, which must outlive
+  // this.
   JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& scene, const Options& options, const Passes& passes,
-               std::span<const Vec3> start);
+               std::span<const Vec3> start, const ShapeMemories<T>& shapes);
   JoinedMotion(const JoinedMotion&) = delete;
   JoinedMotion& operator=(const JoinedMotion&) = delete;
 
@@ -93,6 +94,7 @@ class JoinedMotion {
   std::vector<std::size_t> groups_;
   std::vector<SkinStart> skins_;
   std::vector<Vec3> start_;  // likewise; only where anchors stand there
+  const ShapeMemories<T>& shapes_;
   std::vector<std::unique_ptr<FreeMotion<T>>> flows_;
   std::vector<std::size_t> first_, again_;
   std::optional<std::size_t> last_;

@@ -12,6 +12,7 @@
 #include "math/psi.hpp"
 #include "math/vec3.hpp"
 #include "passes/contact/convex_body.hpp"
+#include "passes/contact/signed_distance.hpp"
 #include "text.hpp"
 
 namespace dvdx {
@@ -99,6 +100,17 @@ void range_of(Checker& check, const Convex& convex, const std::string& at, const
   const double least = std::sqrt(double{std::numeric_limits<T>::min()});
   if (body.radius() < least)
     out_of_range<T>(check, at + ".planes", text(body.radius()), "a body of at least " + text(least, 8) + " m");
+}
+
+template <class T>
+void range_of(Checker& check, const TriangleMesh& mesh, const std::string& at, const Origin& origin) {
+  double size = 0;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    range_of_place<T>(check, element(at + ".vertices", i), mesh.vertices[i], origin, 0);
+    size = std::max(size, distance(mesh.vertices[i], mesh.vertices[0]));
+  }
+  range_of_body<T>(check, at + ".vertices", size, mesh.thickness, at);
+  range_of_radius<T>(check, at + ".cell", cell_of(mesh));
 }
 
 // A step's angle whose sine means nothing: psi() cuts W h^2 off there, and coefficients of the whole W would be garbage.

@@ -15,6 +15,7 @@
 #include "forces/polynomial.hpp"
 #include "math/vec3.hpp"
 #include "passes/contact/convex_body.hpp"
+#include "passes/contact/signed_distance.hpp"
 #include "text.hpp"
 
 namespace dvdx {
@@ -128,6 +129,45 @@ struct ContactChecker {
       case ConvexBody::Fault::unbounded:
         return check.fail(at + ".planes", "planes that bound no body", "planes around a body of finite size");
     }
+  }
+  void operator()(const TriangleMesh& c) const {
+    for (std::size_t i = 0; i < c.vertices.size(); ++i) {
+      check.numbers(element(at + ".vertices", i), c.vertices[i], Range::finite);
+    }
+    check.number(at + ".cell", c.cell, Range::non_negative);
+    material(c);
+    if (check.error) return;
+    const auto closed = [&](const std::string& what) {
+      check.fail(at + ".triangles", what,
+                 "a closed surface, each edge of it between two triangles, with faces turned outwards");
+    };
+    switch (fault_of(c)) {
+      case MeshFault::none:
+        break;
+      case MeshFault::no_triangles:
+        return closed("empty");
+      case MeshFault::no_such_vertex:
+        return check.fail(at + ".triangles", "of a vertex that is not there",
+                          "numbers below " + std::to_string(c.vertices.size()));
+      case MeshFault::no_area:
+        return closed("of a triangle without area");
+      case MeshFault::open:
+        return closed("of an edge that only one triangle has");
+      case MeshFault::folded:
+        return closed("of an edge that two triangles have in the same direction");
+      case MeshFault::pinched:
+        return closed("of surfaces that meet in a vertex alone");
+      case MeshFault::inwards:
+        return closed("turned inwards");
+    }
+    const auto [least, most] = cell_range_of(c);
+    if (cell_of(c) >= least && cell_of(c) <= most) return;
+    const std::string nodes = " (the grid has at most " + std::to_string(most_nodes) + " nodes)";
+    check.fail(at + ".cell", text(cell_of(c)),
+               least <= most
+                   ? "from " + text(least, 6) + nodes + " to half the shortest side with its thickness, " + text(most, 6)
+                   : "left to a mesh whose shortest side is longer: half of it is " + text(most, 6) + ", the least cell " +
+                         text(least, 6) + nodes);
   }
   // Of an inside.
   void leaves_room(double thickness, double size, const std::string& of) const {

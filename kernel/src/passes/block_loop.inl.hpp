@@ -196,7 +196,7 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
       bounds[axis].take(m.x0[axis]);
       bounds[axis].take(m.x1[axis]);
       bounds[axis].take(multiply_add<arithmetic>(corner, m.v0[axis], m.x0[axis]));
-      way = greatest(way, magnitude(m.x1[axis] - m.x0[axis]));
+      way = high_bound(way, magnitude(m.x1[axis] - m.x0[axis]));
     }
   }
   Region<T> box;
@@ -214,8 +214,17 @@ class Rectangle {
 
  public:
   Rectangle(const T* x, const T* v, std::size_t count) noexcept {
-    Bounds<V> at, speed;
-    for (std::size_t i = 0; i < count; i += V::size) {
+    Bounds<V> at, speed, more_at, more_speed;  // two of each hide each other's latency
+    std::size_t i = 0;
+    for (; i + 2 * V::size <= count; i += 2 * V::size) {
+      at.take(load_lanes<V>(x + i));
+      speed.take(load_lanes<V>(v + i));
+      more_at.take(load_lanes<V>(x + i + V::size));
+      more_speed.take(load_lanes<V>(v + i + V::size));
+    }
+    at.take(more_at);
+    speed.take(more_speed);
+    for (; i < count; i += V::size) {
       at.take(load_lanes<V>(x + i));
       speed.take(load_lanes<V>(v + i));
     }

@@ -97,13 +97,14 @@ struct Terms {
   Rates<T> rates{};
   const Surface<T>* surfaces = nullptr;
   std::size_t surface_count = 0;
-  bool moves = false;            // whether some surface does
-  bool searches = false;         // whether each block looks for the surfaces near it (passes/contact/near.hpp)
-  const Terms* whole = nullptr;  // of a block's own terms: those of all surfaces
-  Region<T> region{};            // ... and where its list of them holds
-  int impacts = 0;               // of a particle in a step that are resolved in time order
-  T h = 0;                       // the whole step, s
-  Bend<T> bend{};                // of the paths on which impacts are looked for
+  const SurfaceGroup* groups = nullptr;  // of group_size surfaces each, where blocks search
+  bool moves = false;                    // whether some surface does
+  bool searches = false;                 // whether each block looks for the surfaces near it (passes/contact/near.hpp)
+  const Terms* whole = nullptr;          // of a block's own terms: those of all surfaces
+  Region<T> region{};                    // ... and where its list of them holds
+  int impacts = 0;                       // of a particle in a step that are resolved in time order
+  T h = 0;                               // the whole step, s
+  Bend<T> bend{};                        // of the paths on which impacts are looked for
   const RadialTerms<T>* radial = nullptr;
   std::size_t radial_count = 0;
   std::size_t kicks = 0;  // how many of the radial springs, which stand first, kick at the middle of the step

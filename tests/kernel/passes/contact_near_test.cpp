@@ -105,6 +105,19 @@ TEST_CASE("many contacts: moving ones, too") {
   check_runs<double>(joined, 30, Arithmetic::contracted, false);
 }
 
+TEST_CASE("many contacts: groups that stand in a row, one of which moves and one of which has no bound") {
+  Joined joined = rows(160);
+  for (std::size_t j = 0; j < 96; ++j) {
+    const double x = -8 + static_cast<double>(j) / 6;
+    joined.scene.add(Capsule{.ends = {{{x, 0.2, -1}, {x, 0.1, 1}}}, .radius = {0.06, 0.06}, .restitution = 0.7});
+  }
+  joined.scene.contacts[40] = Plane{.offset = -0.6, .restitution = 0.5};
+  check_runs<float>(joined, 30, Arithmetic::separate, true);
+  joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 1, .translation = {6, 0, 0}}}});
+  std::get<Capsule>(joined.scene.contacts[70]).motion = 0;
+  check_runs<double>(joined, 30, Arithmetic::separate, false);
+}
+
 TEST_CASE("many contacts: planes and spheres alone have the bits that few of them have") {
   // Those that are far count for nothing: with them the scene searches, without it does not.
   Joined few = rows(300);

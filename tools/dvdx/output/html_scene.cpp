@@ -37,6 +37,9 @@ Json json_of(const Convex& convex) {
   for (const Face& face : convex.planes) planes.push_back({{"normal", face.normal}, {"offset", face.offset}});
   return {{"type", "convex"}, {"planes", std::move(planes)}};
 }
+Json json_of(const TriangleMesh& mesh) {
+  return {{"type", "mesh"}, {"vertices", mesh.vertices}, {"triangles", mesh.triangles}};
+}
 
 Json json_of(const Contact& contact) {
   const auto with_motion = [](const auto& shape) {

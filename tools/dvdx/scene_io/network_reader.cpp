@@ -179,15 +179,6 @@ Topology topology_of(const Grid& grid) {
 
 // ---- meshes ------------------------------------------------------------------------------------------------------------
 
-MeshFile mesh_of(const Node& node, SceneFolder& folder) {
-  if (!node.text().ends_with(".obj")) node.refuse("the name of an .obj file");
-  try {
-    return read_mesh(folder.find(node));
-  } catch (const FileFault& fault) {
-    node.fail("is " + shown(node.json()) + ": " + fault.what());
-  }
-}
-
 // The sides and, of four-sided faces, the diagonals with one stiffness; the bends with another.
 Springs springs_of(const MeshFile& mesh, std::size_t first, double edge, double bend) {
   Springs springs;
@@ -355,6 +346,15 @@ void append(const Topology& more, Topology& topology) {
 }
 
 }  // namespace
+
+MeshFile mesh_of(const Node& node, SceneFolder& folder) {
+  if (!node.text().ends_with(".obj")) node.refuse("the name of an .obj file");
+  try {
+    return read_mesh(folder.find(node));
+  } catch (const FileFault& fault) {
+    node.fail("is " + shown(node.json()) + ": " + fault.what());
+  }
+}
 
 NetworkReader::NetworkReader(const Node& network, SceneFolder& folder, const Room& room)
     : nodes_(network.json().is_array() ? network.elements("") : std::vector<Node>{network}), folder_(folder), room_(room) {

@@ -7,9 +7,13 @@
 #include <string_view>
 #include <vector>
 
+#include "scene_io/mesh_file.hpp"
 #include "scene_io/particle_values.hpp"
 
 namespace dvdx::tool {
+
+// The .obj file that the node names.
+[[nodiscard]] MeshFile mesh_of(const Node& node, SceneFolder& folder);
 
 // What a network makes: a grid or a mesh its own particles, springs none.
 struct MadeNetwork {

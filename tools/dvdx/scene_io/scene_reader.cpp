@@ -143,12 +143,13 @@ Force read_force(const Node& node, const Population& population) {
 
 // ---- contacts ----------------------------------------------------------------------------------------------------------
 
-enum class ContactType { plane, sphere, capsule, box, convex };
-constexpr std::array<Named<ContactType>, 5> contact_types{{{"plane", ContactType::plane},
+enum class ContactType { plane, sphere, capsule, box, convex, mesh };
+constexpr std::array<Named<ContactType>, 6> contact_types{{{"plane", ContactType::plane},
                                                            {"sphere", ContactType::sphere},
                                                            {"capsule", ContactType::capsule},
                                                            {"box", ContactType::box},
-                                                           {"convex", ContactType::convex}}};
+                                                           {"convex", ContactType::convex},
+                                                           {"mesh", ContactType::mesh}}};
 
 std::vector<std::string_view> contact_keys(std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};
@@ -234,7 +235,20 @@ Contact read_convex(const Node& node, const MotionNames& motions) {
   return with_surface(std::move(convex), fields, motions);
 }
 
-Contact read_contact(const Node& node, const MotionNames& motions) {
+// Polygons as fans of triangles from their first corner.
+Contact read_body_of_mesh(const Node& node, const MotionNames& motions, SceneFolder& folder) {
+  const Fields fields(node, "a mesh", contact_keys({"file", "cell"}));
+  const MeshFile file = mesh_of(fields.required("file"), folder);
+  TriangleMesh mesh;
+  mesh.vertices = file.vertices;
+  for (const auto& face : file.faces) {
+    for (std::size_t k = 2; k < face.size(); ++k) mesh.triangles.push_back({face[0], face[k - 1], face[k]});
+  }
+  mesh.cell = fields.number("cell", positive, 0);
+  return with_surface(std::move(mesh), fields, motions);
+}
+
+Contact read_contact(const Node& node, const MotionNames& motions, SceneFolder& folder) {
   switch (type_of(node, contact_types, "contact")) {
     case ContactType::plane:
       return read_plane(node, motions);
@@ -246,6 +260,8 @@ Contact read_contact(const Node& node, const MotionNames& motions) {
       return read_box(node, motions);
     case ContactType::convex:
       return read_convex(node, motions);
+    case ContactType::mesh:
+      return read_body_of_mesh(node, motions, folder);
   }
   node.refuse("a contact");
 }
@@ -414,7 +430,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
     for (const auto& force : forces->elements("a list of forces")) file.scene.add(read_force(force, population));
   }
   if (const auto contacts = fields.optional("contacts")) {
-    for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact, motions));
+    for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact, motions, folder));
   }
   if (const auto constraints = fields.optional("constraints")) read_constraints(*constraints, file, population);
   if (const auto iterations = fields.optional("constraint_iterations")) {

@@ -58,7 +58,8 @@ Part advice_on_force(const Scene& scene, std::size_t index, const Candidate& cho
 // The other sweep is advised where it keeps the goal and takes less time.
 Part advice_on_contact(const Scene& scene, std::size_t index, double goal, const ErrorsOf& errors,
                        const CostRatioOf& cost_ratio) {
-  constexpr std::array<std::string_view, std::variant_size_v<Contact>> types{"plane", "sphere", "capsule", "box", "convex"};
+  constexpr std::array<std::string_view, std::variant_size_v<Contact>> types{"plane", "sphere", "capsule",
+                                                                             "box",   "convex", "mesh"};
   const auto& contact = scene.contacts[index];
   const auto sweep = std::visit([](const auto& c) { return c.sweep; }, contact);
   const auto other = sweep == ContactPath::curve ? ContactPath::line : ContactPath::curve;

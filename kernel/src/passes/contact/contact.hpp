@@ -70,7 +70,7 @@ namespace dvdx {
 
 // Whatever depends on it is a switch that names every shape, in all builds by -Werror=switch: a new one does not compile until
 // each place has it.
-enum class Shape : std::uint8_t { plane, sphere, capsule, box, convex };
+enum class Shape : std::uint8_t { plane, sphere, capsule, box, convex, mesh };
 
 enum class Movement : std::uint8_t { rest, shifts, turns };
 
@@ -100,7 +100,7 @@ struct Surface {
   std::uint32_t contact = 0;  // of the scene: that which this is
   std::uint32_t part = 0;     // ... of which this is one of several planes
   bool is_searched = false;   // a sphere's outside where blocks search (near.hpp)
-  Solid<T> solid{};           // capsule, box, convex
+  Solid<T> solid{};           // of the other shapes
 };
 
 // Whether impacts are looked for along the chord of the path.
@@ -113,6 +113,7 @@ constexpr bool goes_straight(const Surface<T>& surface) noexcept {
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return surface.sweep == ContactPath::line || !surface.finds_dips;

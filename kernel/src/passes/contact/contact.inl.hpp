@@ -151,6 +151,7 @@ template <class V, Arithmetic arithmetic>
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return may_touch_solid<V, arithmetic>(surface, m, middle);
@@ -277,9 +278,11 @@ template <class V, Arithmetic arithmetic>
     case Shape::box:
       return touch_box<V, arithmetic>(surface, x);
     case Shape::convex:
+      return touch_convex<V, arithmetic>(surface, x);
+    case Shape::mesh:
       break;
   }
-  return touch_convex<V, arithmetic>(surface, x);
+  return touch_mesh<V, arithmetic>(surface, x);
 }
 
 template <class V>
@@ -560,15 +563,34 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
   }
 }
 
-// The curvature of the path itself at its start.
+// A path as a surface sees it. Where forces bend it, `way` has its curvature at its start, and `bent` and `slip` are the path.
 template <class V, Arithmetic arithmetic>
-void bend_at_start(const FlowPath<V, arithmetic>& bent, const Slip<V>& slip,
-                   const Course<V, arithmetic, PathForm::flow>& course, Path<V>& way) noexcept {
-  const V half_square = V(Scalar<V>(0.5)) * (course.left * course.left);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
-    if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
+struct Way {
+  Path<V> way;
+  bool is_flow;
+  FlowPath<V, arithmetic> bent;
+  Slip<V> slip;
+};
+
+template <class V, Arithmetic arithmetic, PathForm form>
+[[gnu::always_inline]] inline Way<V, arithmetic> way_of(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                                                        [[maybe_unused]] const Trajectory<V>& own,
+                                                        const Course<V, arithmetic, form>& course) noexcept {
+  Way<V, arithmetic> way;
+  way.way = path(surface, m, course.t);
+  way.is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
+  if constexpr (form == PathForm::flow) {
+    way.bent = flow_path<V, arithmetic>(own, course);
+    way.slip = slip_of(surface, own, m, course.t);
+    if (!way.is_flow || !surface.finds_dips) return way;
+    const V half_square = V(Scalar<V>(0.5)) * (course.left * course.left);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      V& a = way.way.a[axis];
+      a = half_square * subtract_product<arithmetic>(way.bent.F[axis], course.bending->q[axis], way.bent.u[axis]);
+      if (way.slip.is_there) a = a + way.slip.q[axis];
+    }
   }
+  return way;
 }
 
 // Along a straight line or a parabola from r0.
@@ -644,17 +666,10 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   const V one(T(1));
   const V k(surface.half_curvature);
   const V square(surface.radius * surface.radius);
-  Path<V> way = path(surface, m, course.t);
+  const auto bend = way_of<V, arithmetic, form>(surface, m, own, course);
+  const Path<V>& way = bend.way;
   const Three<V> r0 = m.x0 - three<V>(surface.center);
   const Three<V> r1 = m.x1 - three<V>(surface.center);
-  const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
-  FlowPath<V, arithmetic> bent;
-  Slip<V> slip;
-  if constexpr (form == PathForm::flow) {
-    bent = flow_path<V, arithmetic>(own, course);
-    slip = slip_of(surface, own, m, course.t);
-    if (is_flow && surface.finds_dips) bend_at_start(bent, slip, course, way);
-  }
 
   const V start = k * (dot<arithmetic>(r0, r0) - square);
   const V g0 = select<V>(held | (start < at_surface(surface, own, r0)), zero, start);
@@ -673,9 +688,9 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
 
   SphereEnd<V> end;
   if constexpr (form == PathForm::flow) {
-    if (is_flow) {
+    if (bend.is_flow) {
       const int steps = terms.bend.is_far ? 3 * newton_steps : newton_steps;
-      end = newton_to_sphere<V, arithmetic>(surface, SphereFlow<V, arithmetic>{r0, bent, slip, course}, f, steps,
+      end = newton_to_sphere<V, arithmetic>(surface, SphereFlow<V, arithmetic>{r0, bend.bent, bend.slip, course}, f, steps,
                                             terms.bend.is_far && !surface.finds_dips);
     } else {
       end = newton_to_sphere<V, arithmetic>(surface, SphereCurve<V, arithmetic>{r0, way}, f, newton_steps, false);
@@ -696,15 +711,8 @@ template <class V, Arithmetic arithmetic, PathForm form>
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
-  Path<V> way = path(surface, m, course.t);
-  const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
-  FlowPath<V, arithmetic> bent;
-  Slip<V> slip;
-  if constexpr (form == PathForm::flow) {
-    bent = flow_path<V, arithmetic>(own, course);
-    slip = slip_of(surface, own, m, course.t);
-    if (is_flow && surface.finds_dips) bend_at_start(bent, slip, course, way);
-  }
+  const auto bend = way_of<V, arithmetic, form>(surface, m, own, course);
+  const Path<V>& way = bend.way;
   const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
   const V s0 = select<V>(held | (start.s < at_surface(surface, own, m.x0)), zero, start.s);
   const V s1 = touch<V, arithmetic>(surface, m.x1).s;
@@ -713,13 +721,15 @@ template <class V, Arithmetic arithmetic, PathForm form>
   const V tolerance = V(16 * std::numeric_limits<T>::epsilon()) * ((one_norm(m.x0) + one_norm(way.u)) + V(surface.radius));
   const Mask<V> kept = held & stays(surface, d0, c, low);
   const Approach<V> found =
-      approach<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, s0}, tolerance, course.active & !kept);
+      surface.shape == Shape::mesh
+          ? march<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, select<V>(held, zero, start.s)}, course.active & !kept)
+          : approach<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, s0}, tolerance, course.active & !kept);
   const V secant = first_root(s0, d0, c, discriminant<V, arithmetic>(s0, d0, c));
   V f = select<V>(found.arrives, found.f, select<V>(secant < one, secant, one));
   Mask<V> hits = (s1 < zero) | found.arrives;
   if constexpr (form == PathForm::flow) {
-    if (is_flow && any_lane<V>(course.active & hits & !kept)) {
-      const SphereFlow<V, arithmetic> along_it{m.x0, bent, slip, course};
+    if (bend.is_flow && any_lane<V>(course.active & hits & !kept)) {
+      const SphereFlow<V, arithmetic> along_it{m.x0, bend.bent, bend.slip, course};
       const auto gap = [&](V at) {
         Three<V> x, tangent;
         along_it(at, x, tangent);
@@ -728,7 +738,8 @@ template <class V, Arithmetic arithmetic, PathForm form>
       };
       f = refined(gap, f, one, solid_newton_steps, true, at_surface(surface, own, m.x0));
       const Gap<V> end = gap(f);
-      hits = (s1 < zero) | (found.arrives & (end.slope < zero) & (end.s <= tolerance));
+      const V near = surface.shape == Shape::mesh ? V(surface.solid.cell / 1024) : tolerance;
+      hits = (s1 < zero) | (found.arrives & (end.slope < zero) & (end.s <= near));
     }
   }
   return {f, hits & !kept};
@@ -747,6 +758,7 @@ Crossing<V> cross(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surfa
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return cross_solid<V, arithmetic, form>(surface, seen, m, course, held, low);
@@ -1512,6 +1524,26 @@ template <class V, Arithmetic arithmetic>
   return {busy & !course.strayed, holds ? Standing::unknown : Standing::none, course.strayed};
 }
 
+// Lanes one by one: x0, v0, x1, v1 of each, and which of them are chosen (not 0).
+template <class V>
+struct Unpacked {
+  using T = Scalar<V>;
+  static constexpr std::size_t count = 12;
+
+  Unpacked(const Trajectory<V>& m, Mask<V> chosen) noexcept {
+    store_lanes(is_chosen, select<V>(chosen, V(T(1)), V(T(0))));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      store_lanes(numbers[axis], m.x0[axis]);
+      store_lanes(numbers[3 + axis], m.v0[axis]);
+      store_lanes(numbers[6 + axis], m.x1[axis]);
+      store_lanes(numbers[9 + axis], m.v1[axis]);
+    }
+  }
+
+  alignas(64) T numbers[count][V::size];
+  alignas(64) T is_chosen[V::size];
+};
+
 // Lanes that meet surfaces wait here until they fill a register: one of them would take as long as all.
 template <class V, Arithmetic arithmetic>
 class Waiting {
@@ -1520,18 +1552,10 @@ class Waiting {
  public:
   // m: lanes from i of the block on, before anything touched them.
   void take(const Trajectory<V>& m, Mask<V> busy, std::size_t i) noexcept {
-    alignas(64) T lanes[numbers][V::size];
-    alignas(64) T is_busy[V::size];
-    store_lanes(is_busy, select<V>(busy, V(T(1)), V(T(0))));
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      store_lanes(lanes[axis], m.x0[axis]);
-      store_lanes(lanes[3 + axis], m.v0[axis]);
-      store_lanes(lanes[6 + axis], m.x1[axis]);
-      store_lanes(lanes[9 + axis], m.v1[axis]);
-    }
+    const Unpacked<V> lanes(m, busy);
     for (std::size_t k = 0; k < V::size; ++k) {
-      if (is_busy[k] == T(0)) continue;
-      for (std::size_t n = 0; n < numbers; ++n) numbers_[n][count_] = lanes[n][k];
+      if (lanes.is_chosen[k] == T(0)) continue;
+      for (std::size_t n = 0; n < numbers; ++n) numbers_[n][count_] = lanes.numbers[n][k];
       at_[count_++] = i + k;
     }
   }
@@ -1566,7 +1590,7 @@ class Waiting {
   }
 
  private:
-  static constexpr std::size_t numbers = 12;
+  static constexpr std::size_t numbers = Unpacked<V>::count;
 
   [[nodiscard]] Trajectory<V> first_waiting() const noexcept {
     Trajectory<V> m;
@@ -1617,28 +1641,23 @@ template <class V>
 [[gnu::noinline]] void resolve_logged(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches,
                                       Trajectory<V>& m, std::size_t first, ContactLog<Scalar<V>>& log) noexcept {
   using T = Scalar<V>;
-  alignas(64) T lanes[12][V::size];
-  alignas(64) T is_touching[V::size];
-  store_lanes(is_touching, select<V>(touches, V(T(1)), V(T(0))));
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    store_lanes(lanes[axis], m.x0[axis]);
-    store_lanes(lanes[3 + axis], m.v0[axis]);
-    store_lanes(lanes[6 + axis], m.x1[axis]);
-    store_lanes(lanes[9 + axis], m.v1[axis]);
-  }
+  Unpacked<V> lanes(m, touches);
+  auto& numbers = lanes.numbers;
   for (std::size_t k = 0; k < V::size; ++k) {
-    if (is_touching[k] == T(0)) continue;
-    const auto three_from = [&](std::size_t n) { return std::array<T, 3>{lanes[n][k], lanes[n + 1][k], lanes[n + 2][k]}; };
+    if (lanes.is_chosen[k] == T(0)) continue;
+    const auto three_from = [&](std::size_t n) {
+      return std::array<T, 3>{numbers[n][k], numbers[n + 1][k], numbers[n + 2][k]};
+    };
     reference::Particle<T> p{three_from(0), three_from(3), three_from(6), three_from(9)};
     log.resolve(terms, offsets, p, first + k, log);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      lanes[6 + axis][k] = p.x1[axis];
-      lanes[9 + axis][k] = p.v1[axis];
+      numbers[6 + axis][k] = p.x1[axis];
+      numbers[9 + axis][k] = p.v1[axis];
     }
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    m.x1[axis] = load_lanes<V>(lanes[6 + axis]);
-    m.v1[axis] = load_lanes<V>(lanes[9 + axis]);
+    m.x1[axis] = load_lanes<V>(numbers[6 + axis]);
+    m.v1[axis] = load_lanes<V>(numbers[9 + axis]);
   }
 }
 

@@ -146,6 +146,7 @@ bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>&
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return may_touch_solid<arithmetic>(surface, p, middle);
@@ -198,6 +199,7 @@ Touch<T> touch(const Surface<T>& surface, const Vector<T>& x) noexcept {
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return touch_solid<arithmetic>(surface, x);
@@ -431,6 +433,52 @@ std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, c
   }
 }
 
+// A path as a surface sees it. Where forces bend it, `way` has its curvature at its start, and `bent` and `slip` are the path.
+template <Arithmetic arithmetic, class T>
+struct Way {
+  Path<T> way;
+  bool is_flow;
+  FlowPath<arithmetic, T> bent;
+  Slip<T> slip;
+};
+
+template <Arithmetic arithmetic, PathForm form, class T>
+Way<arithmetic, T> way_of(const Surface<T>& surface, const Particle<T>& p, [[maybe_unused]] const Particle<T>& own,
+                          const Course<arithmetic, form, T>& course) noexcept {
+  Way<arithmetic, T> way;
+  way.way = path(surface, p, course.t);
+  way.is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
+  if constexpr (form == PathForm::flow) {
+    way.bent = flow_path(own, course);
+    way.slip = slip_of(surface, own, p, course.t);
+    if (!way.is_flow || !surface.finds_dips) return way;
+    const T half_square = T(0.5) * (course.left * course.left);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      T& a = way.way.a[axis];
+      a = half_square * subtract_product<arithmetic>(way.bent.F[axis], course.bending->q[axis], way.bent.u[axis]);
+      if (way.slip.is_there) a = a + way.slip.q[axis];
+    }
+  }
+  return way;
+}
+
+// To the part `at` of a path that forces bend, from `start`.
+template <Arithmetic arithmetic, PathForm form, class T>
+void go_along(const Vector<T>& start, const Way<arithmetic, T>& bend, const Course<arithmetic, form, T>& course, T at,
+              Vector<T>& x, Vector<T>& tangent) noexcept {
+  const Responses<T> P = (*course.bending)(at * course.left);
+  const Vector<T> passed = bend.bent.way(P);
+  const Vector<T> rate = bend.bent.rate(P);
+  const Slip<T>& slip = bend.slip;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    x[axis] = start[axis] + passed[axis];
+    tangent[axis] = course.left * rate[axis];
+    if (!slip.is_there) continue;
+    x[axis] = multiply_add<arithmetic>(at, multiply_add<arithmetic>(at, slip.q[axis], slip.l[axis]), x[axis]);
+    tangent[axis] = multiply_add<arithmetic>(at + at, slip.q[axis], tangent[axis] + slip.l[axis]);
+  }
+}
+
 template <class T>
 struct SphereEnd {
   T f, g, slope;
@@ -471,23 +519,10 @@ std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, 
                               const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
   const T k = surface.half_curvature;
   const T square = surface.radius * surface.radius;
-  Path<T> way = path(surface, p, course.t);
+  const Way<arithmetic, T> bend = way_of(surface, p, own, course);
+  const Path<T>& way = bend.way;
   const Vector<T> r0 = difference(p.x0, surface.center);
   const Vector<T> r1 = difference(p.x1, surface.center);
-  const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
-  FlowPath<arithmetic, T> bent;
-  Slip<T> slip;
-  if constexpr (form == PathForm::flow) {
-    bent = flow_path(own, course);
-    slip = slip_of(surface, own, p, course.t);
-    if (is_flow && surface.finds_dips) {
-      const T half_square = T(0.5) * (course.left * course.left);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
-        if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
-      }
-    }
-  }
 
   T g0 = k * (dot<arithmetic>(r0, r0) - square);
   if (is_held || g0 < at_surface(surface, own, r0)) g0 = 0;
@@ -509,19 +544,8 @@ std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, 
     for (std::size_t axis = 0; axis < 3; ++axis) tangent[axis] = multiply_add<arithmetic>(at + at, way.a[axis], way.u[axis]);
   };
   SphereEnd<T> end;
-  if (is_flow) {
-    const auto on_flow = [&](T at, Vector<T>& r, Vector<T>& tangent) {
-      const Responses<T> P = (*course.bending)(at * course.left);
-      const Vector<T> passed = bent.way(P);
-      const Vector<T> rate = bent.rate(P);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        r[axis] = r0[axis] + passed[axis];
-        tangent[axis] = course.left * rate[axis];
-        if (!slip.is_there) continue;
-        r[axis] = multiply_add<arithmetic>(at, multiply_add<arithmetic>(at, slip.q[axis], slip.l[axis]), r[axis]);
-        tangent[axis] = multiply_add<arithmetic>(at + at, slip.q[axis], tangent[axis] + slip.l[axis]);
-      }
-    };
+  if (bend.is_flow) {
+    const auto on_flow = [&](T at, Vector<T>& r, Vector<T>& tangent) { go_along(r0, bend, course, at, r, tangent); };
     const int steps = terms.bend.is_far ? 3 * newton_steps : newton_steps;
     end = newton_to_sphere<arithmetic>(surface, on_flow, f, steps, terms.bend.is_far && !surface.finds_dips);
   } else {
@@ -536,21 +560,8 @@ std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, 
 template <Arithmetic arithmetic, PathForm form, class T>
 std::optional<T> cross_solid(const Surface<T>& surface, const Particle<T>& p, const Particle<T>& own,
                              const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
-  Path<T> way = path(surface, p, course.t);
-  const bool is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
-  FlowPath<arithmetic, T> bent;
-  Slip<T> slip;
-  if constexpr (form == PathForm::flow) {
-    bent = flow_path(own, course);
-    slip = slip_of(surface, own, p, course.t);
-    if (is_flow && surface.finds_dips) {
-      const T half_square = T(0.5) * (course.left * course.left);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        way.a[axis] = half_square * subtract_product<arithmetic>(bent.F[axis], course.bending->q[axis], bent.u[axis]);
-        if (slip.is_there) way.a[axis] = way.a[axis] + slip.q[axis];
-      }
-    }
-  }
+  const Way<arithmetic, T> bend = way_of(surface, p, own, course);
+  const Path<T>& way = bend.way;
   const Touch<T> start = touch<arithmetic>(surface, p.x0);
   const T s0 = is_held || start.s < at_surface(surface, own, p.x0) ? T(0) : start.s;
   const T s1 = touch<arithmetic>(surface, p.x1).s;
@@ -558,30 +569,24 @@ std::optional<T> cross_solid(const Surface<T>& surface, const Particle<T>& p, co
   const T c = (s1 - s0) - d0;
   const T tolerance = 16 * std::numeric_limits<T>::epsilon() * ((one_norm(p.x0) + one_norm(way.u)) + surface.radius);
   if (is_held && (surface.response == Response::end_on_surface || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
-  const std::optional<T> found = approach<arithmetic>(surface, p.x0, way.u, way.a, {start.n, s0}, tolerance);
+  const std::optional<T> found = surface.shape == Shape::mesh
+                                     ? march<arithmetic>(surface, p.x0, way.u, way.a, {start.n, is_held ? T(0) : start.s})
+                                     : approach<arithmetic>(surface, p.x0, way.u, way.a, {start.n, s0}, tolerance);
   if (!(s1 < 0 || found)) return std::nullopt;
   const T secant = first_root(s0, d0, c, discriminant<arithmetic>(s0, d0, c));
   T f = found ? *found : secant < 1 ? secant : T(1);
-  if (!is_flow) return f;
+  if (!bend.is_flow) return f;
   if constexpr (form == PathForm::flow) {
     const auto gap = [&](T at) {
-      const Responses<T> P = (*course.bending)(at * course.left);
-      const Vector<T> passed = bent.way(P);
-      const Vector<T> rate = bent.rate(P);
       Vector<T> x, tangent;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        x[axis] = p.x0[axis] + passed[axis];
-        tangent[axis] = course.left * rate[axis];
-        if (!slip.is_there) continue;
-        x[axis] = multiply_add<arithmetic>(at, multiply_add<arithmetic>(at, slip.q[axis], slip.l[axis]), x[axis]);
-        tangent[axis] = multiply_add<arithmetic>(at + at, slip.q[axis], tangent[axis] + slip.l[axis]);
-      }
+      go_along(p.x0, bend, course, at, x, tangent);
       const Touch<T> there = touch<arithmetic>(surface, x);
       return Gap<T>{there.s, dot<arithmetic>(there.n, tangent)};
     };
     f = refined(gap, f, T(1), solid_newton_steps, true, at_surface(surface, own, p.x0));
     const Gap<T> end = gap(f);
-    if (!(s1 < 0 || (end.slope < 0 && end.s <= tolerance))) return std::nullopt;
+    const T near = surface.shape == Shape::mesh ? surface.solid.cell / 1024 : tolerance;
+    if (!(s1 < 0 || (end.slope < 0 && end.s <= near))) return std::nullopt;
   }
   return f;
 }
@@ -1027,6 +1032,7 @@ std::optional<T> cross(const Terms<T>& terms, const Surface<T>& surface, const P
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
+    case Shape::mesh:
       break;
   }
   return cross_solid(surface, seen, p, course, is_held, low);

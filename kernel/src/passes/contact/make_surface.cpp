@@ -8,6 +8,7 @@
 #include "math/elementary.hpp"
 #include "math/vec3.hpp"
 #include "passes/contact/convex_body.hpp"
+#include "passes/contact/signed_distance.hpp"
 
 namespace dvdx {
 namespace {
@@ -36,10 +37,14 @@ void set_shape(Surface<T>& surface, const Sphere& sphere, const Vec3& origin) no
   surface.half_curvature = static_cast<T>(side / (2 * radius));
 }
 
-// The ball that holds a body, a little larger than rounding needs.
+// Of the ball that holds a body: a little larger than rounding needs.
+template <class T>
+T bound(double radius) noexcept {
+  return static_cast<T>(radius * (1 + 8 * static_cast<double>(std::numeric_limits<T>::epsilon())));
+}
 template <class T>
 void set_bound(Surface<T>& surface, double radius) noexcept {
-  surface.radius = static_cast<T>(radius * (1 + 8 * static_cast<double>(std::numeric_limits<T>::epsilon())));
+  surface.radius = bound<T>(radius);
 }
 
 // ---- bodies: what they are, and where the pose has them
@@ -103,15 +108,27 @@ void place_body(Surface<T>& surface, const OrientedBox& box, const MovedPose& po
   set_axes(surface, pose.turn * quaternion(box.rotation));
 }
 
-// The rest of it is in its faces: add_faces.
+// The rest of both is made with their memory.
 template <class T>
 void set_body(Surface<T>& surface, const Convex&) noexcept {
   surface.shape = Shape::convex;
 }
 template <class T>
-void place_body(Surface<T>& surface, const Convex&, const MovedPose& pose, const Vec3& origin) noexcept {
+void set_body(Surface<T>& surface, const TriangleMesh&) noexcept {
+  surface.shape = Shape::mesh;
+}
+template <class T>
+void place_at_home(Surface<T>& surface, const MovedPose& pose, const Vec3& origin) noexcept {
   surface.center = rounded<T>(difference(pose.place(surface.solid.home), origin));
   set_axes(surface, pose.turn);
+}
+template <class T>
+void place_body(Surface<T>& surface, const Convex&, const MovedPose& pose, const Vec3& origin) noexcept {
+  place_at_home(surface, pose, origin);
+}
+template <class T>
+void place_body(Surface<T>& surface, const TriangleMesh&, const MovedPose& pose, const Vec3& origin) noexcept {
+  place_at_home(surface, pose, origin);
 }
 
 // Particles are inside: the face that looks towards them.
@@ -164,7 +181,42 @@ void visit_part(const Contact& contact, std::size_t part, const Visitor& visitor
 }
 
 template <class C>
-constexpr bool is_body = std::is_same_v<C, Capsule> || std::is_same_v<C, OrientedBox> || std::is_same_v<C, Convex>;
+constexpr bool is_body = !std::is_same_v<C, Plane> && !std::is_same_v<C, Sphere>;
+
+template <class T>
+void add_shape(ShapeMemory<T>& memory, const Convex& body) {
+  const ConvexBody made(body);
+  for (const Face& face : made.faces()) {
+    const auto n = rounded<T>(face.normal);
+    memory.faces.push_back({n[0], n[1], n[2], static_cast<T>(face.offset - dot(face.normal, made.center()))});
+  }
+  memory.solid.home = made.center();
+  memory.solid.planes = memory.faces.data();
+  memory.solid.plane_count = memory.faces.size();
+  memory.radius = bound<T>(made.radius());
+}
+
+template <class T>
+void add_shape(ShapeMemory<T>& memory, const TriangleMesh& mesh) {
+  const DistanceGrid grid = sampled(mesh);
+  memory.values.reserve(grid.values.size());
+  for (const double value : grid.values) memory.values.push_back(static_cast<T>(value));
+  Solid<T>& solid = memory.solid;
+  solid.values = memory.values.data();
+  for (std::size_t k = 0; k < 3; ++k) solid.nodes[k] = static_cast<std::uint32_t>(grid.nodes[k]);
+  solid.home = grid.center;
+  solid.half_extents = rounded<T>(grid.half_extents);
+  solid.low = rounded<T>(grid.low);
+  solid.cell = static_cast<T>(grid.cell);
+  solid.inverse_cell = static_cast<T>(1 / grid.cell);
+  solid.steepness = static_cast<T>(grid.steepness);
+  double radius = 0;
+  for (const Vec3& vertex : mesh.vertices) radius = std::max(radius, distance(vertex, grid.center));
+  memory.radius = bound<T>(radius + mesh.thickness + 2 * grid.cell);  // what lies between nodes may be off by their cell
+}
+
+template <class C>
+constexpr bool is_with_memory = std::is_same_v<C, Convex> || std::is_same_v<C, TriangleMesh>;
 
 }  // namespace
 
@@ -173,21 +225,38 @@ std::size_t parts_of(const Contact& contact) noexcept {
   return box != nullptr && box->side == Side::inside ? 6 : 1;
 }
 
-bool has_faces(const Contact& contact) noexcept { return std::holds_alternative<Convex>(contact); }
+bool has_memory(const Contact& contact) noexcept {
+  return std::visit([](const auto& c) { return is_with_memory<std::decay_t<decltype(c)>>; }, contact);
+}
+
+bool have_same_memory(const Contact& a, const Contact& b) noexcept {
+  if (const auto* of_a = std::get_if<Convex>(&a), *of_b = std::get_if<Convex>(&b); of_a != nullptr && of_b != nullptr) {
+    return of_a->planes == of_b->planes && of_a->thickness == of_b->thickness;
+  }
+  if (const auto* of_a = std::get_if<TriangleMesh>(&a), *of_b = std::get_if<TriangleMesh>(&b);
+      of_a != nullptr && of_b != nullptr) {
+    return of_a->vertices == of_b->vertices && of_a->triangles == of_b->triangles && of_a->cell == of_b->cell &&
+           of_a->thickness == of_b->thickness;
+  }
+  return false;
+}
 
 template <class T>
-void add_faces(Surface<T>& surface, const Convex& body, const Vec3& origin, Faces<T>& faces) {
-  const ConvexBody made(body);
-  surface.solid.home = made.center();
-  faces.clear();
-  for (const Face& face : made.faces()) {
-    const auto n = rounded<T>(face.normal);
-    faces.push_back({n[0], n[1], n[2], static_cast<T>(face.offset - dot(face.normal, made.center()))});
-  }
-  surface.solid.planes = faces.data();
-  surface.solid.plane_count = faces.size();
-  set_bound(surface, made.radius());
-  place_body(surface, body, MovedPose{}, origin);
+std::shared_ptr<const ShapeMemory<T>> make_memory(const Contact& contact) {
+  auto memory = std::make_shared<ShapeMemory<T>>();
+  std::visit(
+      [&](const auto& c) {
+        if constexpr (is_with_memory<std::decay_t<decltype(c)>>) add_shape(*memory, c);
+      },
+      contact);
+  return memory;
+}
+
+template <class T>
+void set_memory(Surface<T>& surface, const ShapeMemory<T>& memory, const Vec3& origin) noexcept {
+  surface.solid = memory.solid;
+  surface.radius = memory.radius;
+  place_at_home(surface, MovedPose{}, origin);
 }
 
 template <class T>
@@ -227,8 +296,10 @@ Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_d
   return surface;
 }
 
-template void add_faces<float>(Surface<float>&, const Convex&, const Vec3&, Faces<float>&);
-template void add_faces<double>(Surface<double>&, const Convex&, const Vec3&, Faces<double>&);
+template std::shared_ptr<const ShapeMemory<float>> make_memory<float>(const Contact&);
+template std::shared_ptr<const ShapeMemory<double>> make_memory<double>(const Contact&);
+template void set_memory<float>(Surface<float>&, const ShapeMemory<float>&, const Vec3&) noexcept;
+template void set_memory<double>(Surface<double>&, const ShapeMemory<double>&, const Vec3&) noexcept;
 template void move_surface<float>(Surface<float>&, const Contact&, const MovedPose&, const Vec3&) noexcept;
 template void move_surface<double>(Surface<double>&, const Contact&, const MovedPose&, const Vec3&) noexcept;
 template Surface<float> make_surface<float>(const Contact&, const Vec3&, bool, std::size_t) noexcept;

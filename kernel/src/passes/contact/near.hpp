@@ -15,6 +15,8 @@
 //          times the region's size. So much wider is the surface's own bound.
 // Overlap. What passes a sphere by its tangent plane may pass far from it: where blocks search, a trajectory is near a
 //          sphere or a body only if its box overlaps the box about it. It overlaps none that the list leaves out.
+// Groups.  Surfaces that stand beside each other in the scene are looked at one by one only where the region overlaps the box
+//          about their group. A group that holds a plane, the inside of a sphere or what a motion carries has no bound.
 // Steps.   Where all particles have the same coefficients, an axis' step is one affine map of (x, v), and takes a rectangle
 //          of them to where it takes its corners: the boxes of many steps follow from that of the first. Where nothing is
 //          near any of them, the block is stepped as without contacts.
@@ -25,6 +27,11 @@ template <class T>
 struct Region {
   std::array<T, 3> low{}, high{};  // m
 };
+
+struct SurfaceGroup {
+  std::array<double, 3> center{}, half{};  // m: of the box about it; half is infinite where nothing bounds it
+};
+inline constexpr std::size_t group_size = 16;
 
 // Scenes of more surfaces than this search for those near a block, and so do all with bodies.
 inline constexpr std::size_t unsearched_surfaces = 8;

@@ -13,15 +13,6 @@
 namespace dvdx {
 namespace {
 
-template <class V>
-V least(V a, V b) noexcept {
-  return select<V>(b < a, b, a);
-}
-template <class V>
-V greatest(V a, V b) noexcept {
-  return select<V>(b > a, b, a);
-}
-
 // What a block's values lie between, lane by lane. NaNs are passed over: they touch nothing.
 template <class V>
 struct Bounds {
@@ -29,8 +20,12 @@ struct Bounds {
   V high = V(-std::numeric_limits<Scalar<V>>::infinity());
 
   [[gnu::always_inline]] void take(V x) noexcept {
-    low = least(low, x);
-    high = greatest(high, x);
+    low = low_bound(low, x);
+    high = high_bound(high, x);
+  }
+  void take(const Bounds& other) noexcept {
+    low = low_bound(low, other.low);
+    high = high_bound(high, other.high);
   }
   [[nodiscard]] Scalar<V> lowest() const noexcept {
     alignas(64) Scalar<V> lanes[V::size];
@@ -73,16 +68,25 @@ class Reach {
       middle_[k] = (double{region.low[k]} + double{region.high[k]}) / 2;
       half_[k] = (double{region.high[k]} - double{region.low[k]}) / 2;
       diameter_ += 2 * half_[k];
+      size_ += size_of(middle_[k]) + half_[k];
     }
+  }
+
+  // Whether one of the group may; twice the slack, as its box is rounded, too.
+  [[nodiscard]] bool has(const SurfaceGroup& group) const noexcept {
+    double size = size_;
+    for (std::size_t k = 0; k < 3; ++k) size += size_of(group.center[k]) + group.half[k];
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (size_of(middle_[k] - group.center[k]) > half_[k] + group.half[k] + 2 * slack * size) return false;
+    }
+    return true;
   }
 
   // Whether the surface may reach the region, seen at any time of the step.
   [[nodiscard]] bool has(const Surface<T>& surface) const noexcept {
     if (surface.shape == Shape::plane) return has_plane(surface);
     const double radius = double{surface.radius};
-    double offset = radius;
-    for (std::size_t k = 0; k < 3; ++k) offset += size_of(middle_[k]) + half_[k];
-    const double wider = widening(surface) + slack * offset;
+    const double wider = widening(surface) + slack * (radius + size_);
     if (surface.side < 0) return leaves_sphere(surface, radius - wider);
     const std::array<double, 3> extents = extents_of(surface);
     double square = 0;
@@ -122,9 +126,11 @@ class Reach {
     if (surface.shape == Shape::capsule) {
       const double end = double{solid.middle_radius} + size_of(double{solid.slope}) * double{solid.half_length};
       for (std::size_t k = 0; k < 3; ++k) extents[k] = end + size_of(double{solid.axes[0][k]}) * double{solid.half_length};
-    } else if (surface.shape == Shape::box) {
+    } else if (surface.shape == Shape::box || surface.shape == Shape::mesh) {
+      // What is between the nodes of a grid may be off by its cells.
+      const double more = surface.shape == Shape::mesh ? 2 * double{solid.cell} : double{solid.thickness};
       for (std::size_t k = 0; k < 3; ++k) {
-        extents[k] = double{solid.thickness};
+        extents[k] = more;
         for (std::size_t j = 0; j < 3; ++j) extents[k] += size_of(double{solid.axes[j][k]}) * double{solid.half_extents[j]};
       }
     }
@@ -146,7 +152,7 @@ class Reach {
 
   double h_, corner_;
   std::array<double, 3> middle_{}, half_{};
-  double diameter_ = 0;
+  double diameter_ = 0, size_ = 0;  // size_: of the region's coordinates
 };
 
 // The numbers of the surfaces that may reach a region.
@@ -159,13 +165,17 @@ template <class T>
 [[gnu::noinline]] void find_near(const Terms<T>& terms, const Region<T>& region, NearList& near) noexcept {
   const Reach<T> reach(terms, region);
   near.count = 0;
-  for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    if (!reach.has(terms.surfaces[j])) continue;
-    if (near.count == most_near) {
-      near.count = most_near + 1;
-      return;
+  for (std::size_t first = 0; first < terms.surface_count; first += group_size) {
+    if (!reach.has(terms.groups[first / group_size])) continue;
+    const std::size_t end = first + group_size < terms.surface_count ? first + group_size : terms.surface_count;
+    for (std::size_t j = first; j < end; ++j) {
+      if (!reach.has(terms.surfaces[j])) continue;
+      if (near.count == most_near) {
+        near.count = most_near + 1;
+        return;
+      }
+      near.at[near.count++] = static_cast<std::uint16_t>(j);
     }
-    near.at[near.count++] = static_cast<std::uint16_t>(j);
   }
 }
 
