@@ -9,6 +9,7 @@
 #   tools/run.sh fuzz [--plain] [SECONDS | --executions N] [TARGET...]   libFuzzer on readers and steps: 60 s a target, or so
 #                                    long, or N in all, with sanitizers; --plain: without them, optimised, many times as fast
 #   tools/run.sh mutants [NAME...]   small faults in the code, one at a time: each must make a test fail (--check: that all still apply)
+#   tools/run.sh ranks TRIAL [COUNT] [SEED]   many ranks: resume, damage, kill or scenes (tests/ranks/trials.py says what they do)
 #   tools/run.sh tidy [FILE...]      clang-tidy on every source file, or on these
 #   tools/run.sh install PACKAGE...  installs Debian packages, and fails where one cannot be
 # Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing.
@@ -182,6 +183,12 @@ case $action in
     packages+=(python3 git)
     install_missing
     python3 tests/mutants/run.py "$@"
+    ;;
+  ranks)
+    packages+=(python3)
+    install_missing
+    build release dvdx_command
+    python3 tests/ranks/trials.py build/release/tools/dvdx "$@"
     ;;
   tidy)
     packages+=(clang clang-tidy libomp-dev)

@@ -42,6 +42,8 @@ class MpiRanks final : public Ranks {
               [&](std::byte* to, int count) { MPI_Recv(to, count, MPI_BYTE, from, tag, communicator_, MPI_STATUS_IGNORE); });
   }
   void start_send(int to, std::span<const std::byte> bytes) noexcept override {
+    if (!bytes.empty()) ++started_.messages;
+    started_.bytes += bytes.size();
     in_pieces(bytes, [&](const std::byte* from, int count) {
       MPI_Isend(from, count, MPI_BYTE, to, tag, communicator_, &next_request());
     });
@@ -54,6 +56,8 @@ class MpiRanks final : public Ranks {
     MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
     requests_.clear();
   }
+
+  [[nodiscard]] Traffic started() const noexcept override { return started_; }
 
   void broadcast(int from, std::span<std::byte> bytes) noexcept override {
     in_pieces(bytes, [&](std::byte* at, int count) { MPI_Bcast(at, count, MPI_BYTE, from, communicator_); });
@@ -76,6 +80,7 @@ class MpiRanks final : public Ranks {
   MPI_Comm communicator_ = MPI_COMM_NULL;
   int rank_ = 0, count_ = 1;
   std::vector<MPI_Request> requests_;
+  Traffic started_;
 };
 
 }  // namespace

@@ -1,11 +1,19 @@
 // One scene on several ranks: the same bits, the same files, the same refusals as on one.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <pugixml.hpp>
 #include <string>
 
+#include "ranks/refusal.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/scene_reader.hpp"
 #include "support/paths.hpp"
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
@@ -33,7 +41,7 @@ nlohmann::json said(const CommandResult& result) {
   CHECK_MESSAGE(result.exit == 0, result.err);
   auto report = nlohmann::json::parse(result.out, nullptr, false);
   REQUIRE_FALSE(report.is_discarded());
-  for (const char* key : {"wall_seconds", "particle_steps_per_second", "threads", "ranks"}) report.erase(key);
+  for (const char* key : {"wall_seconds", "particle_steps_per_second", "threads", "ranks", "halo"}) report.erase(key);
   return report;
 }
 
@@ -58,6 +66,26 @@ std::string mixed() {
     "fixed": [3, 17, 52]})");
   for (int i = 0; i < 53; ++i) scene["forces"][2]["stiffness"]["values"].push_back(i == 50 ? 30000.0 : i < 20 ? 0.0 : 5.0);
   return scene.dump();
+}
+
+// 9 rows of 7, hung up by two corners over a ball.
+std::string sheet() {
+  return R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.05,
+    "network": {"type": "grid", "rows": 9, "columns": 7, "origin": [0, 1, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0.3, 1], "mass": 0.2,
+                "structural": 40, "shear": 20, "bend": 5, "fixed": ["corners_top"]},
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.001}],
+    "contacts": [{"type": "sphere", "center": [0.5, 0.9, 0.5], "radius": 0.2, "friction": 0.3}]})";
+}
+
+// Numbers as they come, two springs between two particles, and a particle that none holds.
+std::string list() {
+  return R"({"format": "dvdx-scene/1", "name": "list", "step": 0.01, "duration": 0.05,
+    "particles": {"count": 12, "mass": {"uniform": {"min": 0.1, "max": 0.3, "seed": 4}},
+                  "position": {"uniform": {"min": [0, 0, 0], "max": [1, 1, 1], "seed": 3}}},
+    "network": [{"type": "springs", "pairs": [[0, 7], [7, 3], [3, 9], [9, 1], [1, 10], [10, 4], [4, 7], [3, 7]], "stiffness": 30,
+                 "rest_length": 0.4, "damping": 0.02},
+                {"type": "springs", "pairs": [[4, 8], [8, 2], [2, 5], [5, 0], [5, 11], [11, 0]], "stiffness": 30, "rest_length": "start"}],
+    "fixed": [1], "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]})";
 }
 
 class MixedFolder : public ScratchFolder {
@@ -98,6 +126,24 @@ TEST_CASE("ranks: the number of ranks is said where a launcher started them, and
   }
 }
 
+TEST_CASE("ranks: of the shipped scenes all but some can be split") {
+  std::vector<std::string> refused;
+  std::size_t split = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(dvdx::test::scenes())) {
+    if (entry.path().extension() != ".json") continue;
+    try {
+      dvdx::tool::check_can_be_split(dvdx::tool::read_scene(entry.path().string()), "");
+      ++split;
+    } catch (const dvdx::tool::Fault& fault) {
+      CHECK(fault.exit() == dvdx::tool::Exit::bad_scene);
+      refused.push_back(entry.path().stem().string());
+    }
+  }
+  std::sort(refused.begin(), refused.end());
+  CHECK(refused == std::vector<std::string>{"fireworks", "fountain", "tear"});
+  CHECK(split >= 18);
+}
+
 TEST_CASE("ranks: more ranks than particles, and particles far from home" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-far");
   folder.write("far.json", R"({"format": "dvdx-scene/1", "name": "far", "step": 0.01, "duration": 0.1,
@@ -111,19 +157,8 @@ TEST_CASE("ranks: more ranks than particles, and particles far from home" * doct
 
 TEST_CASE("ranks: networks have the bits of one rank" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-networks");
-  folder.write("sheet.json", R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.05,
-    "network": {"type": "grid", "rows": 9, "columns": 7, "origin": [0, 1, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0.3, 1], "mass": 0.2,
-                "structural": 40, "shear": 20, "bend": 5, "fixed": ["corners_top"]},
-    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.001}],
-    "contacts": [{"type": "sphere", "center": [0.5, 0.9, 0.5], "radius": 0.2, "friction": 0.3}]})");
-  // Numbers as they come, two springs between two particles, and a particle that none holds.
-  folder.write("list.json", R"({"format": "dvdx-scene/1", "name": "list", "step": 0.01, "duration": 0.05,
-    "particles": {"count": 12, "mass": {"uniform": {"min": 0.1, "max": 0.3, "seed": 4}},
-                  "position": {"uniform": {"min": [0, 0, 0], "max": [1, 1, 1], "seed": 3}}},
-    "network": [{"type": "springs", "pairs": [[0, 7], [7, 3], [3, 9], [9, 1], [1, 10], [10, 4], [4, 7], [3, 7]], "stiffness": 30,
-                 "rest_length": 0.4, "damping": 0.02},
-                {"type": "springs", "pairs": [[4, 8], [8, 2], [2, 5], [5, 0], [5, 11], [11, 0]], "stiffness": 30, "rest_length": "start"}],
-    "fixed": [1], "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]})");
+  folder.write("sheet.json", sheet());
+  folder.write("list.json", list());
   for (const char* run_of : {"sheet.json", "sheet.json --set network.bend=0 --set network.damping=0.01 --precision float64",
                              "list.json", "list.json --scheme fourth_order --precision float32_compensated"}) {
     CAPTURE(run_of);
@@ -133,6 +168,37 @@ TEST_CASE("ranks: networks have the bits of one rank" * doctest::skip(has_no_mpi
       CAPTURE(ranks);
       CHECK(said(run_on(ranks, folder, arguments)) == alone);
     }
+  }
+}
+
+// The line of `explain --ranks` that counts what all ranks tell in a sub-step: bytes and messages of the way that tells least.
+std::array<std::uint64_t, 2> predicted(const ScratchFolder& folder, const std::string& scene, int ranks) {
+  const auto told = run(folder, "explain " + scene + " --particle-time 1e-9 --ranks " + std::to_string(ranks));
+  REQUIRE_MESSAGE(told.exit == 0, told.err);
+  std::array<std::uint64_t, 2> least{~std::uint64_t{0}, 0};
+  const std::string before = "to a rank at most; ";
+  for (auto at = told.out.find(before); at != std::string::npos; at = told.out.find(before, at + 1)) {
+    std::array<std::uint64_t, 2> some{};
+    REQUIRE(std::sscanf(told.out.c_str() + at + before.size(), "%lu bytes in %lu over all ranks", &some[0], &some[1]) == 2);
+    least = std::min(least, some);
+  }
+  return least;
+}
+
+TEST_CASE("ranks: what a run tells is what explain counts, byte for byte" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("ranks-told");
+  folder.write("sheet.json", sheet());
+  folder.write("list.json", list());
+  for (const char* scene : {"sheet.json", "sheet.json --set network.damping=0.01 --precision float64", "list.json"}) {
+    CAPTURE(scene);
+    const auto result = run_on(3, folder, std::string("run ") + scene + " --json --threads 1");
+    REQUIRE_MESSAGE(result.exit == 0, result.err);
+    const auto report = nlohmann::json::parse(result.out);
+    const auto [bytes, messages] = predicted(folder, scene, 3);
+    const auto substeps = report["steps"].get<std::uint64_t>() * report["substeps"].get<std::uint64_t>();
+    CHECK(messages > 0);
+    CHECK(report["halo"]["bytes"] == substeps * bytes);
+    CHECK(report["halo"]["messages"] == substeps * messages);
   }
 }
 
@@ -183,20 +249,133 @@ TEST_CASE("ranks: what ends one ends all, says so once and leaves nothing" * doc
   check("--set 'constraints=[{\"type\":\"distance\",\"pairs\":[[0,1]],\"length\":1}]'", 3, "constraints cannot be split");
 }
 
-TEST_CASE("ranks: one that is killed ends the others, and nothing is half written" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: cloth in wind has the bits of one rank, as a sheet and as a list" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("ranks-air");
+  auto scene = nlohmann::json::parse(sheet());
+  scene["network"]["bend"] = 0;
+  scene["network"]["aerodynamics"] = {{"density", 1.2}, {"drag", 1.0}, {"lift", 0.5}};
+  scene["wind"] = {{"mean", {9, 1, 3}}, {"gusts", {{{"amplitude", {2, 0, 5}}, {"angular_frequency", 40}}}}};
+  folder.write("sheet.json", scene.dump());
+  scene["network"]["damping"] = 0.01;
+  const nlohmann::json one_more{{"type", "springs"}, {"pairs", {{0, 10}}}, {"stiffness", 5}, {"rest_length", "start"}};
+  scene["network"] = {scene["network"], one_more};  // with which the sheet is stepped as a list
+  folder.write("list.json", scene.dump());
+  for (const char* run_of : {"sheet.json", "list.json --scheme fourth_order --precision float64"}) {
+    CAPTURE(run_of);
+    const std::string arguments = std::string("run ") + run_of + " --json --threads 1";
+    const auto alone = said(run(folder, arguments));
+    for (const int ranks : {2, 5}) {
+      CAPTURE(ranks);
+      CHECK(said(run_on(ranks, folder, arguments)) == alone);
+    }
+  }
+}
+
+// A run in three ways: never stopped, with checkpoints, and gone on from the last of them.
+TEST_CASE("ranks: what others wrote down goes on to the same bits, files, impacts and sums" * doctest::skip(has_no_mpi)) {
+  const MixedFolder folder("resumed");
+  folder.write("sheet.json", sheet());
+  struct Case {
+    std::string run;
+    int first, second;
+  };
+  for (const auto& [run_of, first, second] :
+       {Case{"mixed.json", 3, 2}, Case{"mixed.json --precision float32_compensated", 1, 3},
+        Case{"sheet.json --duration 0.2", 3, 2}, Case{"sheet.json --duration 0.2 --precision float32_compensated", 1, 2}}) {
+    CAPTURE(run_of);
+    const std::string arguments = "run " + run_of + " --json --every 3 --threads ";
+    const auto whole = said(run(folder, arguments + "1 --out whole.csv --events whole-events.csv"));
+    CHECK(folder.read("whole-events.csv").size() > 100);
+    const auto check = [&](int ranks, const std::string& more) {
+      const auto result = run_on(ranks, folder, arguments + "2 --out a.csv --events e.csv " + more);
+      auto report = said(result);
+      report.erase("resumed_at_step");
+      CHECK(report == whole);
+      CHECK(folder.read("a.csv") == folder.read("whole.csv"));
+      CHECK(folder.read("e.csv") == folder.read("whole-events.csv"));
+    };
+    check(first, "--checkpoint at --checkpoint-every 11");
+    check(second, "--resume at --checkpoint again --checkpoint-every 6");
+  }
+}
+
+TEST_CASE("ranks: a checkpoint has the bytes of one rank's, and of a damaged one all are told once" *
+          doctest::skip(has_no_mpi)) {
+  const MixedFolder folder("checkpoint");
+  const std::string arguments = "run mixed.json --every 4 --out a.csv --checkpoint at --checkpoint-every 13";
+  // All but the last eight bytes before the end, which say how long it took, and the sum over them.
+  const auto written = [&] {
+    const auto bytes = folder.read("at");
+    REQUIRE(bytes.size() > 20);
+    return bytes.substr(0, bytes.size() - 20) + folder.read("at.states");
+  };
+  REQUIRE(run(folder, arguments).exit == 0);
+  const auto alone = written();
+  std::filesystem::remove(folder / "at");
+  const auto result = run_on(3, folder, arguments);
+  REQUIRE_MESSAGE(result.exit == 0, result.err);
+  CHECK(written() == alone);
+  auto bytes = folder.read("at");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  folder.write("at", bytes);
+  const auto refused = run_on(3, folder, "run mixed.json --resume at");
+  CHECK(refused.exit == 4);
+  CHECK(times(refused.err, "at: is damaged") == 1);
+}
+
+TEST_CASE("ranks: a piece each, and an index that names them" * doctest::skip(has_no_mpi)) {
+  const MixedFolder folder("pieces");
+  const auto corners = [&](const std::string& file) {
+    pugi::xml_document piece;
+    REQUIRE(piece.load_file((folder / file).c_str()));
+    return piece.child("VTKFile").child("PolyData").child("Piece").attribute("NumberOfPoints").as_int();
+  };
+  for (const int ranks : {3, 1}) {
+    const auto result = run_on(ranks, folder, "run mixed.json --every 10 --out all.pvtp");
+    REQUIRE_MESSAGE(result.exit == 0, result.err);
+    for (const char* index : {"all.pvtp", "all-000000.pvtp", "all-000001.pvtp", "all-000002.pvtp"}) {
+      pugi::xml_document document;
+      REQUIRE(document.load_file((folder / index).c_str()));
+      const auto data = document.child("VTKFile").child("PPolyData");
+      CHECK(std::string(data.child("PPoints").child("PDataArray").attribute("Name").value()) == "position");
+      CHECK(std::string(data.child("PPointData").child("PDataArray").attribute("type").value()) == "Float32");
+      int particles = 0;
+      int pieces = 0;
+      for (const auto& piece : data.children("Piece")) {
+        ++pieces;
+        particles += corners(piece.attribute("Source").value());
+      }
+      CHECK(pieces == ranks);
+      CHECK(particles == 53);
+    }
+    CHECK(times(folder.read("all.pvd"), ".pvtp") == 3);
+    // Of more ranks none are left.
+    CHECK(std::filesystem::exists(folder / "all-000002-0002.vtp") == (ranks == 3));
+  }
+}
+
+TEST_CASE("ranks: one that is killed ends the others, nothing is half written, and the run goes on" *
+          doctest::skip(has_no_mpi)) {
   const MixedFolder folder("killed");
+  const std::string what = "run mixed.json --duration 4000 --every 50000 --json --threads 1 ";
+  const auto whole = said(run(folder, what + "--out whole.csv"));
   const auto start = std::chrono::steady_clock::now();
-  // Once all of them run, one is killed: the launcher is their parent.
+  // Once there is a checkpoint one rank is killed: the launcher is their parent.
   folder.write("kill.sh", R"("$@" & launcher=$!
-for n in $(seq 200); do
+for n in $(seq 300); do
+  [ -e at ] && break
   sleep 0.1
-  ranks=$(pgrep -P $launcher -x dvdx)
-  [ $n -gt 10 ] && [ $(echo $ranks | wc -w) -eq 3 ] && break
 done
+ranks=$(pgrep -P $launcher -x dvdx)
 kill -9 ${ranks##* }
 wait $launcher)");
-  const auto result = run(folder, "run mixed.json --duration 2e6 --every 1000 --out all.csv", launcher(3, "sh kill.sh"));
-  CHECK(result.exit != 0);
+  const auto killed = run(folder, what + "--out all.csv --checkpoint at --checkpoint-every 5000", launcher(3, "sh kill.sh"));
+  CHECK(killed.exit != 0);
   CHECK(std::chrono::steady_clock::now() - start < std::chrono::seconds(60));
   CHECK_FALSE(std::filesystem::exists(folder / "all.csv"));
+  auto report = said(run_on(2, folder, what + "--out all.csv --resume at"));
+  CHECK(report.contains("resumed_at_step"));
+  report.erase("resumed_at_step");
+  CHECK(report == whole);
+  CHECK(folder.read("all.csv") == folder.read("whole.csv"));
 }

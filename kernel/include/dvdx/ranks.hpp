@@ -9,6 +9,10 @@
 
 namespace dvdx {
 
+struct Traffic {
+  std::uint64_t messages = 0, bytes = 0;
+};
+
 // Every rank calls the same functions in the same order; send() and receive() meet one another. All of one thread.
 class Ranks {
  public:
@@ -27,6 +31,8 @@ class Ranks {
   virtual void start_send(int to, std::span<const std::byte> bytes) noexcept = 0;
   virtual void start_receive(int from, std::span<std::byte> bytes) noexcept = 0;
   virtual void finish() noexcept = 0;
+  // What start_send() has sent so far: a message each call that has bytes.
+  [[nodiscard]] virtual Traffic started() const noexcept { return {}; }
 
   virtual void broadcast(int from, std::span<std::byte> bytes) noexcept = 0;
   // Number by number, over all ranks, to all ranks.

@@ -632,18 +632,24 @@ class JoinedStep {
   void blow(double part) noexcept {
     const Vec3 wind = m_.wind_at(end_of_flow());
     const double t = part * air_substeps_ * joints_.substep();
-    for (const AirStage stage : {AirStage::first, AirStage::second}) {
-      joints_.air->is_grid() ? blow_rows(stage, wind, t) : blow_list(stage, wind, t);
-    }
+    const std::array<T*, 3> g = blow(AirStage::first, wind, t);
+    exchange(g);
+    blow(AirStage::second, wind, t);
+    exchange(work_.v);
   }
-  void blow_rows(AirStage stage, const Vec3& wind, double t) noexcept {
+  // The columns that the first stage leaves to the second.
+  std::array<T*, 3> blow(AirStage stage, const Vec3& wind, double t) noexcept {
+    return joints_.air->is_grid() ? blow_rows(stage, wind, t) : blow_list(stage, wind, t);
+  }
+  std::array<T*, 3> blow_rows(AirStage stage, const Vec3& wind, double t) noexcept {
     const GridAirTerms<T> grid = ws_.with_columns(joints_.air->grid());
     const AirPulse<T> pulse = air_pulse<T>(joints_.air->networks()[0].aerodynamics, wind, t);
     const WorkColumns<T> work = columns_in_air();
     over({grid.rows, particles_per_task / grid.pitch},
          [&](std::size_t from, std::size_t to) { air_kernels_.grid(grid, pulse, work, stage, from, to); });
+    return grid.g;
   }
-  void blow_list(AirStage stage, const Vec3& wind, double t) noexcept {
+  std::array<T*, 3> blow_list(AirStage stage, const Vec3& wind, double t) noexcept {
     const TriangleTerms<T> list = ws_.with_columns(joints_.air->triangles());
     const WorkColumns<T> work = columns_in_air();
     for (const AirNetwork& of : joints_.air->networks()) {
@@ -654,6 +660,7 @@ class JoinedStep {
     }
     over({size() / slice, particles_per_task / slice},
          [&](std::size_t from, std::size_t to) { air_kernels_.gather(list, work, stage, from, to); });
+    return list.g;
   }
 
   [[nodiscard]] T pulse_length(std::size_t k) const noexcept {

@@ -65,9 +65,23 @@ Anchor taken(const Anchor& anchor, std::span<const std::uint32_t> particles) {
   return each;
 }
 
+// Of triangles that meet air: those that reach an own particle, and those that share the particles of these with them.
+std::vector<Triangle> taken(const std::vector<Triangle>& whole, const Renumbered& renumbered) {
+  std::vector<Triangle> triangles;
+  for (const auto& [a, b, c] : whole) {
+    const auto i = renumbered(a);
+    const auto j = renumbered(b);
+    const auto k = renumbered(c);
+    if (i && j && k) triangles.push_back({*i, *j, *k});
+  }
+  return triangles;
+}
+
 // The springs that reach an own particle.
 Springs taken(const Springs& whole, const Renumbered& renumbered) {
   Springs springs{.pairs = {}, .damping = whole.damping};
+  if (whole.aerodynamics) springs.triangles = taken(whole.triangles, renumbered);
+  if (!springs.triangles.empty()) springs.aerodynamics = whole.aerodynamics;
   std::vector<std::uint32_t> kept;
   const auto both = [&](const Pair& pair) -> std::optional<Pair> {
     const auto a = renumbered(pair[0]);
@@ -104,6 +118,39 @@ std::optional<Grid> rows_of(const Grid& whole, const Part& part) {
   }
   return grid;
 }
+
+// The particles that a triangle in air shares with each, ascending: air on one depends on those that two such steps reach, as a
+// triangle's corners share what they weigh with their other triangles.
+class SharedTriangles {
+ public:
+  SharedTriangles(const Scene& scene, std::size_t count) {
+    for (const Network& network : scene.networks) {
+      const auto* const grid = std::get_if<Grid>(&network);
+      const Springs springs = grid != nullptr ? springs_of(*grid) : std::get<Springs>(network);
+      if (!springs.aerodynamics) continue;
+      near_.resize(count);
+      for (const Triangle& triangle : springs.triangles) {
+        for (const std::uint32_t i : triangle) near_[i].insert(near_[i].end(), triangle.begin(), triangle.end());
+      }
+    }
+    for (auto& list : near_) {
+      std::sort(list.begin(), list.end());
+      list.erase(std::unique(list.begin(), list.end()), list.end());
+    }
+  }
+
+  // Calls use(j) for each particle that two steps or fewer lead to, some of them several times.
+  template <class Use>
+  void for_each_within_two(std::size_t i, const Use& use) const {
+    if (near_.empty()) return;
+    for (const std::uint32_t middle : near_[i]) {
+      for (const std::uint32_t j : near_[middle]) use(j);
+    }
+  }
+
+ private:
+  std::vector<std::vector<std::uint32_t>> near_;  // empty where nothing meets air
+};
 
 }  // namespace
 
@@ -145,6 +192,16 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
     told[owner[other]].sent.push_back(mine);
     told[owner[other]].received.push_back(other);
     held[other] = 1;
+  }
+  const SharedTriangles in_air(scene, count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (owner[i] != part) continue;
+    in_air.for_each_within_two(i, [&](std::uint32_t j) {
+      if (owner[j] == part) return;
+      told[owner[j]].sent.push_back(i);
+      told[owner[j]].received.push_back(j);
+      held[j] = 1;
+    });
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (held[i] != 0) made.particles.push_back(static_cast<std::uint32_t>(i));

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,7 +23,7 @@ static_assert(std::endian::native == std::endian::little, "checkpoints are littl
 template <class V>
 concept Number = std::is_arithmetic_v<V>;
 
-// Where bytes go.
+// Where bytes go. Of several ranks that write one file, each has a sink of its own and writes the same to it, but for parts.
 class Sink {
  public:
   Sink() = default;
@@ -30,6 +31,9 @@ class Sink {
   Sink& operator=(const Sink&) = delete;
   virtual ~Sink() = default;
   virtual void write(std::string_view bytes) = 0;
+  // What is written in between is this rank's part, behind those of the ranks before it.
+  virtual void begin_part() {}
+  virtual void end_part() {}
 
   template <Number V>
   void put(V value) {
@@ -40,17 +44,22 @@ class Sink {
     put<std::uint64_t>(values.size());
     write({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(V)});
   }
-  // The first `count`, whatever the layout.
+  // The first `count`, whatever the layout: a part.
   template <class T>
   void put(const Column<T>& column, std::size_t count) {
     std::array<T, 4096> some;
+    begin_part();
     for (std::size_t first = 0; first < count; first += some.size()) {
       const std::size_t n = std::min(some.size(), count - first);
       gather(column, first, n, some.data());
       write({reinterpret_cast<const char*>(some.data()), n * sizeof(T)});
     }
+    end_part();
   }
 };
+
+// What is left to write of something: to be called with where it goes.
+using SaveRun = std::function<void(Sink&)>;
 
 // Where they come from.
 class Source {
@@ -60,6 +69,7 @@ class Source {
   Source& operator=(const Source&) = delete;
   virtual ~Source() = default;
   virtual void read(char* bytes, std::size_t count) = 0;
+  virtual void skip(std::uint64_t count) = 0;
   [[nodiscard]] virtual std::uint64_t left() const = 0;  // bytes
   [[noreturn]] virtual void fail() const = 0;            // it holds something else than was to be read
 
@@ -91,18 +101,29 @@ class Source {
   }
 };
 
+// Of so many particles in a file, those from `first` on: what a rank holds.
+struct Stretch {
+  std::size_t first = 0, all = 0;
+};
+
+template <class State, class Use>
+void for_each_column(State& state, const Use& use) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    use(state.x[axis]);
+    use(state.v[axis]);
+    if (!state.has_rests()) continue;
+    use(state.x_rest[axis]);
+    use(state.v_rest[axis]);
+  }
+}
+
+// all: particles of all ranks.
 template <class T>
-void put_state(Sink& sink, const State<T>& state) {
-  sink.put<std::uint64_t>(state.count);
+void put_state(Sink& sink, const State<T>& state, std::size_t all) {
+  sink.put<std::uint64_t>(all);
   sink.put(state.clock.seconds);
   sink.put(state.clock.carry);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    sink.put(state.x[axis], state.count);
-    sink.put(state.v[axis], state.count);
-    if (!state.has_rests()) continue;
-    sink.put(state.x_rest[axis], state.count);
-    sink.put(state.v_rest[axis], state.count);
-  }
+  for_each_column(state, [&](const Column<T>& column) { sink.put(column, state.count); });
 }
 
 // `most`: particles that the state's columns have room for.
@@ -113,13 +134,24 @@ void get_state(Source& source, State<T>& state, std::size_t most) {
   state.count = count;
   source.get(state.clock.seconds);
   source.get(state.clock.carry);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    source.get(state.x[axis], state.count);
-    source.get(state.v[axis], state.count);
-    if (!state.has_rests()) continue;
-    source.get(state.x_rest[axis], state.count);
-    source.get(state.v_rest[axis], state.count);
-  }
+  for_each_column(state, [&](const Column<T>& column) { source.get(column, state.count); });
+}
+
+// A column of a file of which `count` numbers from stretch.first on are wanted.
+template <class T>
+void get_stretch(Source& source, const Column<T>& column, std::size_t count, const Stretch& stretch) {
+  source.skip(stretch.first * sizeof(T));
+  source.get(column, count);
+  source.skip((stretch.all - stretch.first - count) * sizeof(T));
+}
+
+// As many particles as the state has.
+template <class T>
+void get_state(Source& source, State<T>& state, const Stretch& stretch) {
+  if (source.get<std::uint64_t>() != stretch.all) source.fail();
+  source.get(state.clock.seconds);
+  source.get(state.clock.carry);
+  for_each_column(state, [&](const Column<T>& column) { get_stretch(source, column, state.count, stretch); });
 }
 
 }  // namespace dvdx::tool

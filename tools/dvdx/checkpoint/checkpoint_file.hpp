@@ -26,10 +26,8 @@ struct CheckpointHeader {
   std::string name;                        // the scene's own
   std::uint64_t step = 0;                  // at which it was written
   std::optional<KeptStatesMark> states{};  // that the run had written until then
+  std::optional<KeptMark> events{};        // likewise
 };
-
-// What is left to write of the run's data.
-using SaveRun = std::function<void(Sink&)>;
 
 // The bytes that `save` makes.
 [[nodiscard]] std::uint64_t bytes_of(const SaveRun& save);
@@ -42,15 +40,21 @@ void write_checkpoint(const std::filesystem::path& file, const std::filesystem::
 // The same without the whole text in memory.
 void write_checkpoint(const std::filesystem::path& file, const std::filesystem::path& part, const CheckpointHeader& header,
                       const SaveRun& save);
+// The same by several ranks, each of which writes its parts of the data. header: the first rank's. To be called by all.
+void write_checkpoint(Ranks& ranks, const std::filesystem::path& file, const std::filesystem::path& part,
+                      const CheckpointHeader& header, const SaveRun& save);
 
 // The header alone; none where there is no whole one.
 [[nodiscard]] std::optional<CheckpointHeader> peek_checkpoint(const std::filesystem::path& file);
+
+// What of a checkpoint is looked at before a run goes on from it: of several ranks, one looks at the data.
+enum class Look { header, all };
 
 // A file that is whole, of this run.
 class Checkpoint {
  public:
   // Throws Fault: input_output where it cannot be read, is none or is damaged, bad_scene where it is of another run.
-  Checkpoint(std::filesystem::path file, const RunIdentity& run);
+  Checkpoint(std::filesystem::path file, const RunIdentity& run, Look look = Look::all);
 
   [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
   [[nodiscard]] const CheckpointHeader& header() const noexcept { return header_; }

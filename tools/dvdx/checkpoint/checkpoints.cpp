@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <memory>
 #include <utility>
 
 #include "output/part_file.hpp"
+#include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
 
@@ -22,9 +24,6 @@ fs::path part_of(const fs::path& file) {
   return path.replace_filename("." + file.filename().string() + ".part");
 }
 
-// One of two names, so that a run from the start leaves alone what an older checkpoint in its place counts on.
-fs::path states_of(const fs::path& file, int which) { return fs::path(file.string() + (which == 0 ? ".states" : ".states2")); }
-
 void check_is_no_source(const std::string& file, std::span<const fs::path> sources) {
   std::error_code ignored;
   for (const auto& source : sources) {
@@ -36,16 +35,16 @@ void check_is_no_source(const std::string& file, std::span<const fs::path> sourc
 }  // namespace
 
 Checkpoints::Checkpoints(const CheckpointOptions& options, RunIdentity run, std::string name, CallsEnd calls,
-                         std::span<const fs::path> sources)
-    : options_(options), run_(std::move(run)), name_(std::move(name)), calls_(calls) {
-  if (!options_.resume.empty()) {
-    resumed_.emplace(options_.resume, run_);
-    last_ = resumed_->header().step;
-  }
-  if (!is_writing()) return;
-  check_target(options_.file);
-  check_is_no_source(options_.file, sources);
-  part_.emplace(part_of(options_.file));
+                         std::span<const fs::path> sources, Ranks& ranks, Holders holders)
+    : options_(options), run_(std::move(run)), name_(std::move(name)), calls_(calls), ranks_(ranks), holders_(holders) {
+  together(ranks_, [&] {
+    if (!options_.resume.empty()) resumed_.emplace(options_.resume, run_, is_first() ? Look::all : Look::header);
+    if (!is_writing() || !is_first()) return;
+    check_target(options_.file);
+    check_is_no_source(options_.file, sources);
+    part_.emplace(part_of(options_.file));
+  });
+  if (resumed_) last_ = resumed_->header().step;
 }
 
 Checkpoints::~Checkpoints() {
@@ -53,25 +52,58 @@ Checkpoints::~Checkpoints() {
 }
 
 fs::path Checkpoints::resumed_states() const {
-  return fs::path(options_.resume).replace_filename(resumed_->header().states.value().file);
+  return fs::path(options_.resume).replace_filename(resumed_->header().states.value().kept.file);
+}
+
+fs::path Checkpoints::resumed_events() const {
+  return fs::path(options_.resume).replace_filename(resumed_->header().events.value().file);
+}
+
+bool Checkpoints::goes_on_in_place() const {
+  std::error_code ignored;
+  return resumed_ && fs::equivalent(options_.resume, options_.file, ignored);
+}
+
+// One of two names, so that a run from the start leaves alone what an older checkpoint in its place counts on.
+Checkpoints::Beside Checkpoints::beside(const char* extension, const KeptMark* older) {
+  const std::array<fs::path, 2> names{options_.file + extension, options_.file + extension + "2"};
+  const bool is_first_taken = older != nullptr && older->file == names[0].filename();
+  return {.path = names[is_first_taken ? 1 : 0], .old = names[is_first_taken ? 0 : 1]};
 }
 
 void Checkpoints::keep_states(std::uint64_t every) {
-  std::error_code ignored;
-  if (resumed_ && fs::equivalent(options_.resume, options_.file, ignored)) {
+  if (goes_on_in_place()) {
     const auto path = resumed_states();
-    states_.emplace(path, path, resumed_->header().states.value());
+    states_.emplace(path, path, resumed_->header().states.value(), writers());
     return;
   }
   const auto older = peek_checkpoint(options_.file);
-  const bool is_first_taken = older && older->states && older->states->file == states_of(options_.file, 0).filename();
-  const auto path = states_of(options_.file, is_first_taken ? 1 : 0);
-  old_states_ = states_of(options_.file, is_first_taken ? 0 : 1);
-  states_so_far_.emplace(path);
+  const auto [path, old] = beside(".states", older && older->states ? &older->states->kept : nullptr);
+  if (is_first()) {
+    old_.push_back(old);
+    so_far_.emplace_back(path);
+  }
   if (resumed_) {
-    states_.emplace(path, resumed_states(), resumed_->header().states.value());
+    states_.emplace(path, resumed_states(), resumed_->header().states.value(), writers());
   } else {
-    states_.emplace(path, every);
+    states_.emplace(path, every, writers());
+  }
+}
+
+void Checkpoints::keep_events() {
+  if (goes_on_in_place()) {
+    const auto path = resumed_events();
+    events_.emplace(path, path, resumed_->header().events.value(), nullptr);
+    return;
+  }
+  const auto older = peek_checkpoint(options_.file);
+  const auto [path, old] = beside(".events", older && older->events ? &*older->events : nullptr);
+  old_.push_back(old);
+  so_far_.emplace_back(path);
+  if (resumed_) {
+    events_.emplace(path, resumed_events(), resumed_->header().events.value(), nullptr);
+  } else {
+    events_.emplace(path, nullptr);
   }
 }
 
@@ -80,40 +112,71 @@ std::uint64_t Checkpoints::most_steps(std::uint64_t done, std::uint64_t wanted) 
   return std::min(wanted, options_.every - done % options_.every);
 }
 
+void Checkpoints::keep_what_is_counted_on() {
+  for (auto& made : so_far_) made.keep();
+  so_far_.clear();
+  std::error_code ignored;
+  for (const auto& old : std::exchange(old_, {})) fs::remove(old, ignored);
+}
+
 void Checkpoints::wait() {
   if (!writing_.valid()) return;
   writing_.get();
-  if (states_so_far_) states_so_far_->keep();
-  states_so_far_.reset();
-  if (old_states_.empty()) return;
-  std::error_code ignored;
-  fs::remove(std::exchange(old_states_, {}), ignored);
+  keep_what_is_counted_on();
 }
 
-void Checkpoints::look(std::uint64_t done, const SaveRun& save) {
-  if (!is_writing()) return;
+// The same answer on all ranks.
+bool Checkpoints::takes(std::uint64_t done) {
+  if (!is_writing()) return false;
+  const bool is_due = done / options_.every != last_ / options_.every;
+  if (holders_ == Holders::all) return is_due;
   using namespace std::chrono_literals;
-  const bool is_busy = writing_.valid() && writing_.wait_for(0s) != std::future_status::ready;
-  if (is_busy) return;
-  wait();
-  if (done / options_.every != last_ / options_.every) write(done, save);
+  bool is_free = !writing_.valid() || writing_.wait_for(0s) == std::future_status::ready;
+  if (is_free) wait();
+  if (!is_due) return false;
+  ranks_.broadcast(0, writable_bytes_in(is_free));
+  return is_free;
 }
 
-void Checkpoints::finish(std::uint64_t done, const SaveRun& save) {
+void Checkpoints::look(std::uint64_t done, const PrepareSave& prepare) {
+  if (takes(done)) write(done, prepare());
+}
+
+void Checkpoints::finish(std::uint64_t done, const PrepareSave& prepare) {
   wait();
-  look(done, save);
+  look(done, prepare);
   wait();
 }
 
-// A copy is written by a thread of its own where there is room for it, else the state itself, and the steps wait.
 void Checkpoints::write(std::uint64_t done, const SaveRun& save) {
   last_ = done;
   CheckpointHeader header{.run = run_, .name = name_, .step = done};
   if (states_) header.states = states_->mark();
+  if (events_) header.events = events_->mark();
+  if (holders_ == Holders::all) {
+    write_by_all(header, save);
+  } else if (is_first()) {
+    write_by_first(header, save);
+  }
+}
+
+// Each its parts, and the steps wait.
+void Checkpoints::write_by_all(const CheckpointHeader& header, const SaveRun& save) {
+  together(ranks_, [&] {
+    if (states_) states_->sync();
+    if (events_) events_->sync();
+  });
+  write_checkpoint(ranks_, options_.file, part_of(options_.file), header, save);
+  keep_what_is_counted_on();
+}
+
+// A copy is written by a thread of its own where there is room for it, else the state itself, and the steps wait.
+void Checkpoints::write_by_first(const CheckpointHeader& header, const SaveRun& save) {
   const bool has_room = bytes_of(save) <= available_memory() / 8;
   const auto text = std::make_shared<std::string>(has_room ? checkpoint_text(header, save) : "");
-  const auto write = [file = fs::path(options_.file), part = part_->path(), states = this->states()](const auto& use) {
-    if (states != nullptr) states->sync();
+  const auto write = [this, file = fs::path(options_.file), part = part_->path()](const auto& use) {
+    if (states_) states_->sync();
+    if (events_) events_->sync();
     use(file, part);
   };
   if (has_room) {

@@ -33,6 +33,16 @@ void write_all(int descriptor, const std::filesystem::path& file, std::string_vi
   }
 }
 
+void write_all_at(int descriptor, const std::filesystem::path& file, std::uint64_t place, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const auto written = ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(place));
+    if (written < 0 && errno != EINTR) refuse_to_write(file, errno);
+    if (written <= 0) continue;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+    place += static_cast<std::uint64_t>(written);
+  }
+}
+
 void sync_file(int descriptor, const std::filesystem::path& file) {
   if (fsync(descriptor) != 0) refuse_to_write(file, errno);
 }
@@ -49,6 +59,10 @@ void sync_folder_of(const std::filesystem::path& file) {
 std::uint32_t crc_of(std::string_view bytes, std::uint32_t before) {
   if (bytes.empty()) return before;  // zlib takes a null pointer for a question after the first CRC
   return static_cast<std::uint32_t>(crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+std::uint32_t crc_of_both(std::uint32_t before, std::uint32_t after, std::uint64_t count) {
+  return static_cast<std::uint32_t>(crc32_combine(before, after, static_cast<z_off_t>(count)));
 }
 
 FileSource::FileSource(std::filesystem::path file, std::uint64_t first, std::uint64_t count)
@@ -80,6 +94,15 @@ void FileSource::read(char* bytes, std::size_t count) {
     bytes += now;
     count -= now;
   }
+}
+
+void FileSource::skip(std::uint64_t count) {
+  const auto here = std::min<std::uint64_t>(count, end_ - at_);
+  at_ += static_cast<std::size_t>(here);
+  count -= here;
+  if (count == 0) return;
+  if (count > left_ || fseeko(file_, static_cast<off_t>(count), SEEK_CUR) != 0) fail();
+  left_ -= count;
 }
 
 void FileSource::fail() const {

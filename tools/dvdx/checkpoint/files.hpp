@@ -29,6 +29,8 @@ class Descriptor {
 
 // All of them, however many calls it takes.
 void write_all(int descriptor, const std::filesystem::path& file, std::string_view bytes);
+// The same at a place of the file.
+void write_all_at(int descriptor, const std::filesystem::path& file, std::uint64_t place, std::string_view bytes);
 // What of a file is written is on the disk.
 void sync_file(int descriptor, const std::filesystem::path& file);
 // So are the names in the folder in which it stands.
@@ -36,6 +38,9 @@ void sync_folder_of(const std::filesystem::path& file);
 
 // CRC-32 (zlib's) of bytes that follow on bytes with the CRC `before`.
 [[nodiscard]] std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0);
+
+// Of bytes with the CRC `before`, followed by `count` bytes with the CRC `after`.
+[[nodiscard]] std::uint32_t crc_of_both(std::uint32_t before, std::uint32_t after, std::uint64_t count);
 
 // A file's bytes from `first` on, `count` of them.
 class FileSource final : public Source {
@@ -45,6 +50,7 @@ class FileSource final : public Source {
   ~FileSource() override;
 
   void read(char* bytes, std::size_t count) override;
+  void skip(std::uint64_t count) override;
   [[nodiscard]] std::uint64_t left() const override { return left_ + (end_ - at_); }
   [[noreturn]] void fail() const override;
 

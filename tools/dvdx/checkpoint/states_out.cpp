@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -11,7 +12,9 @@ namespace dvdx::tool {
 template <class S>
 StatesOut<S>::StatesOut(Output output, std::uint64_t every, Checkpoints& checkpoints)
     : output_(std::move(output)), every_(every), checkpoints_(checkpoints), ids_(output_.ids) {
-  if (has_states_before()) check_states_before();
+  if (has_states_before()) {
+    together(output_.ranks, [this] { check_states_before(); });
+  }
   make_writer();  // what is wrong with the target is said before the first step
   if (checkpoints_.is_writing() && every_ > 0) {
     writer_.reset();
@@ -33,7 +36,7 @@ void StatesOut<S>::check_states_before() const {
   if (header.states->every != every_) {
     refuse(fmt::format("{} has the states of every {} steps up to step {}", file.string(), header.states->every, header.step));
   }
-  check_kept_states(checkpoints_.resumed_states(), *header.states);
+  if (output_.ranks == nullptr || output_.ranks->rank() == 0) check_kept(checkpoints_.resumed_states(), header.states->kept);
 }
 
 template <class S>
@@ -45,10 +48,15 @@ void StatesOut<S>::make_writer() {
 template <class S>
 void StatesOut<S>::write_kept(const std::filesystem::path& path, const KeptStatesMark& mark) {
   is_writing_kept_ = true;
-  for_each_kept_state<S>(path, mark, [&](const Moment& moment, const State<S>& state, std::span<const std::uint32_t> ids) {
-    kept_ids_ = ids;
-    writer_->write(moment, state);
-  });
+  KeptShare share;
+  if (output_.ranks != nullptr) {
+    share = {.is_whole = false, .stretch = {.first = output_.first, .all = output_.particles}, .count = output_.here};
+  }
+  for_each_kept_state<S>(path, mark, share,
+                         [&](const Moment& moment, const State<S>& state, std::span<const std::uint32_t> ids) {
+                           kept_ids_ = ids;
+                           writer_->write(moment, state);
+                         });
   is_writing_kept_ = false;
 }
 
@@ -58,7 +66,8 @@ void StatesOut<S>::write(const Moment& moment, const State<S>& state) {
     write_kept(checkpoints_.resumed_states(), checkpoints_.resumed()->header().states.value());
   }
   if (writer_ != nullptr) return writer_->write(moment, state);
-  checkpoints_.states()->append(moment, state, ids_ ? ids_(state.count) : std::span<const std::uint32_t>());
+  checkpoints_.states()->append(moment, state, all_particles(output_, state),
+                                ids_ ? ids_(state.count) : std::span<const std::uint32_t>());
 }
 
 template <class S>

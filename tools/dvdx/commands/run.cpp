@@ -85,11 +85,13 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
               .scene = &loaded.file,
               .ranks = is_split_by_ranges(loaded.file, ranks) ? &ranks : nullptr,
-              .first = loaded.file.particles.first};
+              .first = loaded.file.particles.first,
+              .here = loaded.file.particles.count};
   }
-  Checkpoints checkpoints(options.checkpoint, identity_of(options, loaded, engine), loaded.file.name,
+  Checkpoints checkpoints(options.checkpoint, together(ranks, [&] { return identity_of(options, loaded, engine); }),
+                          loaded.file.name,
                           engine.precision == Precision::float32_compensated ? CallsEnd::where_they_do : CallsEnd::anywhere,
-                          loaded.file.sources);
+                          loaded.file.sources, ranks, is_split_by_ranges(loaded.file, ranks) ? Holders::all : Holders::first);
   if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
     if (output && (is_page(options.out) || checkpoints.is_writing())) output->ids = simulation.ids();
   }
@@ -103,7 +105,7 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
   }
   Observer<T> observer(loaded, engine, output, every, checkpoints, ranks);
   const bool counts = options.json || checkpoints.is_writing();
-  ContactWatch contacts(loaded.file, counts ? Sums::counted : Sums::left_out, options.events);
+  ContactWatch contacts(loaded.file, counts ? Sums::counted : Sums::left_out, options.events, checkpoints, ranks);
   return simulation.run(observer, every, contacts, checkpoints);
 }
 
@@ -113,26 +115,12 @@ Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Eng
                               : run_all<T, Simulation<T>>(options, loaded, engine, ranks);
 }
 
-void check_checkpoints(const RunOptions& options, const Ranks& ranks) {
-  const auto& [file, every, resume] = options.checkpoint;
-  if (file.empty() && resume.empty()) return;
-  const char* const option = file.empty() ? "--resume" : "--checkpoint";
-  if (ranks.count() > 1) throw Fault(Exit::usage, std::string(option) + ": one rank does it, not several");
-  if (!options.events.empty()) {
-    throw Fault(Exit::usage, "--events: cannot be kept over a stop: leave out " + std::string(option));
-  }
-}
-
 Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
   const auto engine = together(ranks, [&] {
     if (!options.out.empty()) check_extension(options.out);
     if (!options.events.empty() && options.events == options.out) {
       throw Fault(Exit::usage, "--events " + options.events + ": is also where --out goes");
     }
-    if (!options.events.empty() && ranks.count() > 1) {
-      throw Fault(Exit::usage, "--events: cannot be written by several ranks: one rank writes it");
-    }
-    check_checkpoints(options, ranks);
     if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
     return engine_of(options.engine, by_launcher ? ranks_here() : 1);
   });
@@ -183,7 +171,7 @@ void add_run(CLI::App& app, Exit& exit) {
   command->footer("dvdx run hail.json --duration 5 --out hail.vtp --every 6");
   add_scene_options(*command, options->scene);
   add_engine_options(*command, options->engine);
-  command->add_option("--out", options->out, "write states to a .csv, .npz, .ply, .vtp, .pc2 or .html file");
+  command->add_option("--out", options->out, "write states to a .csv, .npz, .ply, .vtp, .pvtp, .pc2 or .html file");
   command
       ->add_option("--every", options->every,
                    "write step 0, every N-th step and the last; 0: the last alone. Where not given: 0, and for an .html as "

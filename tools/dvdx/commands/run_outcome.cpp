@@ -43,6 +43,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   report["isa"] = name(engine.isa);
   report["threads"] = engine.threads;
   if (ranks) report["ranks"] = *ranks;
+  if (outcome.halo) report["halo"] = {{"messages", outcome.halo->messages}, {"bytes", outcome.halo->bytes}};
   report["layout"] = name_in(layouts, engine.layout);
   report["arithmetic"] = name(engine.arithmetic);
   report["wall_seconds"] = outcome.wall_seconds;

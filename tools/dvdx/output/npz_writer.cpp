@@ -91,6 +91,8 @@ class NpzWriter final : public Writer<T> {
   // in files of their own.
   explicit NpzWriter(const Output& output)
       : ranks_(output.ranks),
+        first_(output.first),
+        particles_(output.particles),
         archive_(output.target, ranks_),
         positions_(beside(output.target, "positions"), ranks_),
         velocities_(beside(output.target, "velocities"), ranks_) {
@@ -100,8 +102,8 @@ class NpzWriter final : public Writer<T> {
   }
 
   void write(const Moment& moment, const State<T>& state) override {
-    positions_.write_parts(interleaved(state.x, state.count));
-    velocities_.write_parts(interleaved(state.v, state.count));
+    write(positions_, state.x, state.count);
+    write(velocities_, state.v, state.count);
     steps_.push_back(static_cast<std::int64_t>(moment.step));
     times_.push_back(moment.time);
   }
@@ -117,6 +119,12 @@ class NpzWriter final : public Writer<T> {
   }
 
  private:
+  void write(PartFile& file, const std::array<Column<T>, 3>& columns, std::size_t count) {
+    constexpr std::size_t element = 3 * sizeof(T);
+    file.write_share(first_ * element, particles_ * element,
+                     [&](const PartFile::Put& put) { put_interleaved<T>(columns, count, put); });
+  }
+
   void fill_archive() {
     const std::string shape = fmt::format("{},", steps_.size());
     const std::string steps = npy_header("<i8", shape) + bytes_of(steps_);
@@ -136,6 +144,7 @@ class NpzWriter final : public Writer<T> {
   }
 
   Ranks* ranks_;
+  std::size_t first_, particles_;
   PartFile archive_;
   PartFile positions_;   // never renamed into place
   PartFile velocities_;  // neither

@@ -108,16 +108,6 @@ void PartFile::write(std::string_view bytes) {
   end_ += bytes.size();
 }
 
-void PartFile::write_parts(std::string_view bytes) {
-  if (ranks_ == nullptr) return put(bytes);
-  std::vector<std::uint64_t> sizes(static_cast<std::size_t>(ranks_->count()), 0);
-  const auto own = sizes.begin() + ranks_->rank();
-  *own = bytes.size();
-  ranks_->sum(sizes);
-  put_at(std::accumulate(sizes.begin(), own, end_), bytes);
-  end_ = std::accumulate(sizes.begin(), sizes.end(), end_);
-}
-
 void PartFile::write_in_turn(const std::function<void(const Put&)>& produce) {
   if (ranks_ == nullptr) return produce([this](std::string_view bytes) { put(bytes); });
   end_ = in_turn(*ranks_, end_, [&](std::uint64_t place) {
@@ -127,6 +117,18 @@ void PartFile::write_in_turn(const std::function<void(const Put&)>& produce) {
     });
     return place;
   });
+}
+
+void PartFile::write_share(std::uint64_t place, std::uint64_t all, const std::function<void(const Put&)>& produce) {
+  if (ranks_ == nullptr) return produce([this](std::string_view bytes) { put(bytes); });
+  std::uint64_t at = end_ + place;
+  together(ranks_, [&] {
+    produce([&](std::string_view bytes) {
+      put_at(at, bytes);
+      at += bytes.size();
+    });
+  });
+  end_ += all;
 }
 
 void PartFile::close() {

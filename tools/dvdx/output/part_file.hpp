@@ -33,11 +33,11 @@ class PartFile {
   explicit PartFile(std::filesystem::path target, Ranks* ranks = nullptr);
 
   void write(std::string_view bytes);  // of several ranks: the same bytes from all, once
-  // What this rank has, behind what those before it have.
-  void write_parts(std::string_view bytes);
-  // The same of what is not worth holding at once: `produce` gets a function to write by. One rank after the other.
+  // What this rank has, behind what those before it have: `produce` gets a function to write by. One rank after the other.
   using Put = std::function<void(std::string_view)>;
   void write_in_turn(const std::function<void(const Put&)>& produce);
+  // The same, all ranks at a time, of what is known to be `all` bytes, of which this rank's begin at `place`.
+  void write_share(std::uint64_t place, std::uint64_t all, const std::function<void(const Put&)>& produce);
   void close();   // all bytes are in the file, still under its other name
   void commit();  // closes and renames it into place
 

@@ -42,13 +42,16 @@ std::string header(const Output& output) {
 }
 
 template <class T>
-std::string points(const State<T>& state) {
+void put_points(const State<T>& state, const PartFile::Put& put) {
+  constexpr std::size_t chunk = std::size_t{1} << 16U;
   std::string bytes;
-  bytes.reserve(3 * state.count * sizeof(float));
   for (std::size_t i = 0; i < state.count; ++i) {
     for (const auto& column : state.x) append_bytes(bytes, static_cast<float>(column[i]));
+    if (bytes.size() < chunk) continue;
+    put(bytes);
+    bytes.clear();
   }
-  return bytes;
+  put(bytes);
 }
 
 // Text that goes to its file piece by piece.
@@ -147,7 +150,9 @@ class Pc2Writer final : public Writer<T> {
   void write(const Moment&, const State<T>& state) override {
     if (is_first_) write_obj(files_[1], output_, state);
     is_first_ = false;
-    files_[0].write_parts(points(state));
+    constexpr std::size_t element = 3 * sizeof(float);
+    files_[0].write_share(output_.first * element, output_.particles * element,
+                          [&](const PartFile::Put& put) { put_points(state, put); });
   }
 
   void finish() override { commit_all(files_); }

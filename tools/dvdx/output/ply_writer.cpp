@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
 #include "output/bytes.hpp"
@@ -61,21 +61,6 @@ std::string joints(const Topology& topology) {
 }
 
 template <class T>
-std::string vertices(const State<T>& state) {
-  std::string bytes(6 * state.count * sizeof(T), '\0');
-  char* out = bytes.data();
-  const auto put = [&](T value) {
-    std::memcpy(out, &value, sizeof value);
-    out += sizeof value;
-  };
-  for (std::size_t i = 0; i < state.count; ++i) {
-    for (const auto& column : state.x) put(column[i]);
-    for (const auto& column : state.v) put(column[i]);
-  }
-  return bytes;
-}
-
-template <class T>
 class PlyWriter final : public Writer<T> {
  public:
   explicit PlyWriter(const Output& output)
@@ -96,7 +81,10 @@ class PlyWriter final : public Writer<T> {
     }
     files_.emplace_back(numbered(output_.target, files_.size()), output_.ranks);
     files_.back().write(header<T>(moment, all_particles(output_, state)) + joints_header_ + "end_header\n");
-    files_.back().write_parts(vertices(state));
+    const std::array columns{state.x[0], state.x[1], state.x[2], state.v[0], state.v[1], state.v[2]};
+    constexpr std::size_t element = columns.size() * sizeof(T);
+    files_.back().write_share(output_.first * element, all_particles(output_, state) * element,
+                              [&](const PartFile::Put& put) { put_interleaved<T>(columns, state.count, put); });
     files_.back().write(joints_);
     files_.back().close();
   }

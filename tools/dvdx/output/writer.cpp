@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Which files a format makes of a target.
-enum class Files { one, series, indexed_series, mesh_beside };
+enum class Files { one, series, indexed_series, pieces, mesh_beside };
 
 template <class T>
 struct Format {
@@ -30,23 +30,29 @@ struct Format {
 };
 
 template <class T>
-constexpr std::array<Format<T>, 6> formats{{{".csv", make_csv_writer<T>},
+constexpr std::array<Format<T>, 7> formats{{{".csv", make_csv_writer<T>},
                                             {".npz", make_npz_writer<T>, Files::one, Counts::fixed},
                                             {".ply", make_ply_writer<T>, Files::series},
                                             {".vtp", make_vtp_writer<T>, Files::indexed_series},
+                                            {".pvtp", make_pvtp_writer<T>, Files::pieces},
                                             {".pc2", make_pc2_writer<T>, Files::mesh_beside, Counts::fixed},
                                             {".html", make_html_writer<T>}}};
 
 fs::path renamed(fs::path target, const char* extension) { return target.replace_extension(extension); }
 
+bool is_series(Files files) { return files == Files::series || files == Files::indexed_series || files == Files::pieces; }
+
 std::vector<fs::path> targets_of(const Output& output, Files files) {
   std::vector<fs::path> targets;
-  if (files == Files::series || files == Files::indexed_series) {
+  const int rank = output.ranks == nullptr ? 0 : output.ranks->rank();
+  if (is_series(files)) {
     for (std::uint64_t i = 0; i < output.states; ++i) targets.push_back(numbered(output.target, i));
-  } else {
-    targets.push_back(output.target);
   }
-  if (files == Files::indexed_series) targets.push_back(renamed(output.target, ".pvd"));
+  for (std::uint64_t i = 0; files == Files::pieces && i < output.states; ++i) {
+    targets.push_back(piece_of(output.target, i, rank));
+  }
+  if (!is_series(files) || files == Files::pieces) targets.push_back(output.target);
+  if (files == Files::indexed_series || files == Files::pieces) targets.push_back(renamed(output.target, ".pvd"));
   if (files == Files::mesh_beside) targets.push_back(renamed(output.target, ".obj"));
   return targets;
 }
@@ -58,7 +64,7 @@ void check_targets(const Output& output, Files files) {
     check_target(target);
     check_is_no_source(target, sources, output.target);
   }
-  if (files != Files::series && files != Files::indexed_series) return;
+  if (!is_series(files)) return;
   for (const auto& frame : old_frames(output)) check_is_no_source(frame, sources, output.target);
 }
 
@@ -77,7 +83,7 @@ const Format<T>* format_for(const std::filesystem::path& target) {
 
 void check_extension(const std::filesystem::path& target) {
   if (format_for<float>(target) != nullptr) return;
-  throw Fault(Exit::usage, "--out " + target.string() + ": must end in .csv, .npz, .ply, .vtp, .pc2 or .html");
+  throw Fault(Exit::usage, "--out " + target.string() + ": must end in .csv, .npz, .ply, .vtp, .pvtp, .pc2 or .html");
 }
 
 bool is_page(const std::filesystem::path& target) { return target.extension() == ".html"; }
@@ -89,7 +95,7 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
   if (output.counts == Counts::changing && format.counts == Counts::fixed) {
     throw Fault(Exit::usage,
                 fmt::format("--out {}: a {} holds as many particles in every state, and those of this scene come and "
-                            "go: .csv, .ply, .vtp and .html hold them",
+                            "go: .csv, .ply, .vtp, .pvtp and .html hold them",
                             output.target.string(), format.extension));
   }
   check_targets_together(output, format.files);
@@ -127,6 +133,11 @@ std::size_t tears_until(const Output& output, std::uint64_t step) {
                                   output.tears->begin());
 }
 
+std::filesystem::path piece_of(const std::filesystem::path& target, std::uint64_t index, int rank) {
+  auto path = target;
+  return path.replace_filename(fmt::format("{}-{:06}-{:04}.vtp", target.stem().string(), index, rank));
+}
+
 std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count) {
   std::vector<bool> is_joined(count);
   const auto mark = [&](const auto& shapes) {
@@ -144,21 +155,26 @@ std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology
 }
 
 template <class T>
-std::string interleaved(const std::array<Column<T>, 3>& columns, std::size_t count) {
-  std::string bytes(3 * count * sizeof(T), '\0');
-  char* out = bytes.data();
-  for (std::size_t i = 0; i < count; ++i) {
-    for (const auto& column : columns) {
-      std::memcpy(out, column.at(i), sizeof(T));
-      out += sizeof(T);
+void put_interleaved(std::span<const Column<T>> columns, std::size_t count, const std::function<void(std::string_view)>& put) {
+  constexpr std::size_t at_once = 2048;
+  std::string bytes;
+  for (std::size_t first = 0; first < count; first += at_once) {
+    const std::size_t end = std::min(count, first + at_once);
+    bytes.resize((end - first) * columns.size() * sizeof(T));
+    char* out = bytes.data();
+    for (std::size_t i = first; i < end; ++i) {
+      for (const auto& column : columns) {
+        std::memcpy(out, column.at(i), sizeof(T));
+        out += sizeof(T);
+      }
     }
+    put(bytes);
   }
-  return bytes;
 }
 
 template std::unique_ptr<Writer<float>> make_writer(const Output&);
 template std::unique_ptr<Writer<double>> make_writer(const Output&);
-template std::string interleaved(const std::array<Column<float>, 3>&, std::size_t);
-template std::string interleaved(const std::array<Column<double>, 3>&, std::size_t);
+template void put_interleaved(std::span<const Column<float>>, std::size_t, const std::function<void(std::string_view)>&);
+template void put_interleaved(std::span<const Column<double>>, std::size_t, const std::function<void(std::string_view)>&);
 
 }  // namespace dvdx::tool

@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "dvdx/layouts/state.hpp"
@@ -62,7 +63,7 @@ struct Output {
   ParticleIds ids{};               // where counts change; asked for after each state
   // Where several ranks hold the particles, each of them writes its own, from `first` on. A page is not written so.
   Ranks* ranks = nullptr;
-  std::size_t first = 0;
+  std::size_t first = 0, here = 0;  // its first particle, and how many
 };
 
 // Throws Fault (usage) where no writer knows the extension.
@@ -85,12 +86,17 @@ template <class T>
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_vtp_writer(const Output& output);
 template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_pvtp_writer(const Output& output);
+template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_pc2_writer(const Output& output);
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_html_writer(const Output& output);
 
 // fall.ply, 12 -> fall-000012.ply
 [[nodiscard]] std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index);
+
+// fall.pvtp, 12, 3 -> fall-000012-0003.vtp
+[[nodiscard]] std::filesystem::path piece_of(const std::filesystem::path& target, std::uint64_t index, int rank);
 
 // Frames at the target that an older and longer series left: those that follow on from the last one of this.
 [[nodiscard]] std::vector<std::filesystem::path> old_frames(const Output& output);
@@ -110,8 +116,8 @@ template <class T>
   return output.ranks == nullptr ? state.count : output.particles;
 }
 
-// x0 y0 z0 x1 ... of three columns, as bytes.
+// x0 y0 z0 x1 ... of so many columns, as bytes, some at a time.
 template <class T>
-[[nodiscard]] std::string interleaved(const std::array<Column<T>, 3>& columns, std::size_t count);
+void put_interleaved(std::span<const Column<T>> columns, std::size_t count, const std::function<void(std::string_view)>& put);
 
 }  // namespace dvdx::tool

@@ -1,8 +1,5 @@
 #include "ranks/refusal.hpp"
 
-#include <algorithm>
-#include <variant>
-
 #include "output/writer.hpp"
 #include "scene_io/fault.hpp"
 
@@ -17,10 +14,6 @@ void check_can_be_split(const SceneFile& file, const std::filesystem::path& out)
   if (!file.tears_at.empty()) refuse("network.tears_at");
   if (!file.scene.skins.empty()) refuse("skins");
   if (!file.scene.tethers.empty()) refuse("tethers");
-  const auto meets_air = [](const Network& network) {
-    return std::visit([](const auto& springs) { return springs.aerodynamics.has_value(); }, network);
-  };
-  if (std::any_of(file.scene.networks.begin(), file.scene.networks.end(), meets_air)) refuse("network.aerodynamics");
   const auto scheme = file.scene.coupling.scheme;
   if (!file.scene.networks.empty() && scheme == Scheme::sequential) refuse("network.scheme sequential");
   if (!file.scene.networks.empty() && scheme == Scheme::accumulate) refuse("network.scheme accumulate");

@@ -1,11 +1,15 @@
 #include "ranks/split.hpp"
 
+#include <algorithm>
+#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <utility>
 
+#include "dvdx/layouts/convert.hpp"
 #include "ranks/agree.hpp"
 #include "run/start.hpp"
+#include "scale/cut.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/particle_values.hpp"
 
@@ -62,9 +66,27 @@ void HaloExchange::exchange_all(const HaloColumns& columns) noexcept {
 
 namespace {
 
-Part part_here(const SceneFile& file, const Ranks& ranks) {
-  const auto owners = stripes(file.scene, file.particles.count, static_cast<std::uint32_t>(ranks.count()));
-  return part_of(file.scene, owners, static_cast<std::uint32_t>(ranks.rank()));
+// Stripes, or what METIS cuts of a list where that tells less and leaves no rank without particles.
+std::vector<std::uint32_t> chosen_owners(const SceneFile& file, std::uint32_t ranks) {
+  const std::size_t count = file.particles.count;
+  auto owners = stripes(file.scene, count, ranks);
+  if (only_sheet(file.scene, count) != nullptr) return owners;
+  const auto pairs = joined(file.scene, count);
+  auto by_metis = owners_by_metis(pairs, count, ranks);
+  if (!by_metis) return owners;
+  const Cut cut = cut_of_pairs(pairs, *by_metis, ranks);
+  const bool tells_less = cut.all_halo < cut_of_pairs(pairs, owners, ranks).all_halo;
+  return tells_less && cut.fewest > 0 ? std::move(*by_metis) : owners;
+}
+
+// The first rank's choice: another's library may cut otherwise.
+Part part_here(const SceneFile& file, Ranks& ranks) {
+  auto owners = together(ranks, [&] {
+    return ranks.rank() == 0 ? chosen_owners(file, static_cast<std::uint32_t>(ranks.count()))
+                             : std::vector<std::uint32_t>(file.particles.count);
+  });
+  ranks.broadcast(0, std::as_writable_bytes(std::span(owners)));
+  return together(ranks, [&] { return part_of(file.scene, owners, static_cast<std::uint32_t>(ranks.rank())); });
 }
 
 Vectors taken(const Vectors& vectors, std::span<const std::uint32_t> particles) {
@@ -90,6 +112,20 @@ bool is_any_damped(const Scene& scene) {
     if (std::visit([](const auto& springs) { return springs.damping != 0; }, network)) return true;
   }
   return false;
+}
+
+bool is_in_air(const Scene& scene) {
+  return std::any_of(scene.networks.begin(), scene.networks.end(), [](const Network& network) {
+    return std::visit([](const auto& springs) { return springs.aerodynamics.has_value(); }, network);
+  });
+}
+
+// Air's pulses are told between the same parts as the springs' are: all of them must have some.
+void check_air(const SceneFile& whole, const Part& part, const Scene& scene) {
+  if (part.neighbours.empty() || !is_in_air(whole.scene) || is_in_air(scene)) return;
+  throw Fault(Exit::bad_scene, whole.path +
+                                   ": network.aerodynamics cannot be split over so many ranks: one of them would hold "
+                                   "no triangle that meets air (docs/ranks.md)");
 }
 
 std::vector<std::uint32_t> own_places(const Part& part) {
@@ -130,8 +166,9 @@ State<T> started(const SceneFile& file, State<T> state) {
 template <class T>
 Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, int substeps)
     : ranks_(ranks),
-      part_(together(ranks, [&] { return part_here(file, ranks); })),
+      part_(part_here(file, ranks)),
       own_(own_places(part_)),
+      all_(file.particles.count),
       halo_(ranks, part_),
       file_(file_of(file, part_, substeps)),
       memory_(engine.layout, part_.particles.size(), rounding_of(engine.precision)),
@@ -145,6 +182,7 @@ Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, int s
   options.elsewhere.exchange = halo_.exchange();
   together(ranks, [&] {
     if (part_.particles.empty()) return;
+    check_air(file, part_, file_.scene);
     auto plan = compile<T>(file_.scene, options, state_);
     if (!plan) throw Fault(Exit::bad_scene, file_.path + ": " + plan.error().message());
     plan_.emplace(std::move(*plan));
@@ -187,6 +225,45 @@ void Split<T>::gather(State<T>& whole) {
       }
     }
   }
+}
+
+// All of them are told all of it, some at a time, and take what they step.
+template <class T>
+void Split<T>::go_on(const State<T>& whole, std::vector<double>& carried) {
+  std::uint64_t count = carried.size();
+  ranks_.broadcast(0, writable_bytes_in(count));
+  carried.resize(count);
+  ranks_.broadcast(0, std::as_writable_bytes(std::span(carried)));
+  Clock clock = whole.clock;
+  ranks_.broadcast(0, writable_bytes_in(clock));
+  state_.clock = clock;
+  std::vector<std::uint32_t> in_order(part_.particles.size());
+  std::iota(in_order.begin(), in_order.end(), 0U);
+  std::sort(in_order.begin(), in_order.end(),
+            [this](std::uint32_t a, std::uint32_t b) { return part_.particles[a] < part_.particles[b]; });
+  constexpr std::size_t at_once = std::size_t{1} << 16U;
+  std::vector<T> some(at_once);
+  const auto from = columns(whole);
+  const auto to = columns(state_);
+  for (std::size_t n = 0; n < 3 * to.size(); ++n) {
+    auto next = in_order.begin();
+    for (std::size_t first = 0; first < all_; first += at_once) {
+      const std::size_t end = std::min(all_, first + at_once);
+      if (ranks_.rank() == 0) dvdx::gather((*from[n / 3])[n % 3], first, end - first, some.data());
+      ranks_.broadcast(0, std::as_writable_bytes(std::span(some).first(end - first)));
+      for (; next != in_order.end() && part_.particles[*next] < end; ++next) {
+        (*to[n / 3])[n % 3][*next] = some[part_.particles[*next] - first];
+      }
+    }
+  }
+  together(ranks_, [&] {
+    if (plan_ && !plan_->restore(carried, state_)) throw Fault(Exit::input_output, "the checkpoint is of another plan");
+  });
+}
+
+template <class T>
+std::vector<double> Split<T>::carried() const {
+  return plan_ ? plan_->carried(state_) : std::vector<double>();
 }
 
 template class Split<float>;

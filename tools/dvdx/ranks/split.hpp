@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "dvdx/partition.hpp"
@@ -49,6 +50,13 @@ class Split {
   void step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel);
   // To the first rank, which alone has a whole state.
   void gather(State<T>& whole);
+  // From the first rank: a state that a run goes on from, and what its plan carried then.
+  void go_on(const State<T>& whole, std::vector<double>& carried);
+  // What the whole scene's plan would carry.
+  [[nodiscard]] std::vector<double> carried() const;
+
+  // The scene's number of each that the plan steps.
+  [[nodiscard]] std::span<const std::uint32_t> particles() const noexcept { return part_.particles; }
 
  private:
   [[nodiscard]] std::vector<const std::array<Column<T>, 3>*> columns(const State<T>& state) const;
@@ -56,6 +64,7 @@ class Split {
   Ranks& ranks_;
   Part part_;
   std::vector<std::uint32_t> own_;  // places in part_.particles
+  std::size_t all_;                 // particles of the scene
   HaloExchange halo_;
   SceneFile file_;
   StateMemory<T> memory_;

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <iterator>
 #include <span>
+#include <utility>
 
 #include "dvdx/plan.hpp"
+#include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -21,36 +23,90 @@ constexpr std::size_t events_each = 256;
 
 }  // namespace
 
-ContactWatch::ContactWatch(const SceneFile& file, Sums sums, const std::filesystem::path& events)
-    : contacts_(file.scene.contacts.size()) {
-  if (events.empty()) {
+ContactWatch::ContactWatch(const SceneFile& file, Sums sums, const std::filesystem::path& events, Checkpoints& checkpoints,
+                           Ranks& ranks)
+    : ranks_(ranks), contacts_(file.scene.contacts.size()), first_(file.particles.first), events_(events) {
+  if (events_.empty()) {
     if (sums == Sums::counted && contacts_ != 0) report_.emplace(contacts_);
     return;
   }
-  if (events.extension() != ".csv") throw Fault(Exit::usage, "--events " + events.string() + ": must end in .csv");
-  check_is_no_source(events, file.sources, events, "--events");
-  file_.emplace(events);
-  text_ = "step,time,particle,contact,x,y,z,nx,ny,nz,impulse\n";
+  together(ranks_, [&] { open_events(file, checkpoints); });
   if (contacts_ == 0) return;
-  const std::size_t in_step = std::max<std::size_t>(1, std::max(file.particles.count, file.turnover.capacity)) * events_each;
+  const std::size_t in_step = std::max<std::size_t>(1, std::max(file.particles.total(), file.turnover.capacity)) * events_each;
   const std::size_t count = std::clamp(in_step, least_room, most_room);
   steps_in_room_ = std::max<std::uint64_t>(1, count / in_step);
   room_ = std::make_unique_for_overwrite<std::byte[]>(count * sizeof(ContactEvent));
   report_.emplace(contacts_, std::span(reinterpret_cast<ContactEvent*>(room_.get()), count));
 }
 
+// A run that can be gone on from keeps its events beside its checkpoint, and writes them all when it ends.
+void ContactWatch::open_events(const SceneFile& file, Checkpoints& checkpoints) {
+  if (events_.extension() != ".csv") throw Fault(Exit::usage, "--events " + events_.string() + ": must end in .csv");
+  if (ranks_.rank() != 0) return;
+  check_is_no_source(events_, file.sources, events_, "--events");
+  const Checkpoint* const resumed = checkpoints.resumed();
+  if (resumed != nullptr) {
+    const auto& header = resumed->header();
+    if (!header.events) {
+      throw Fault(Exit::usage, fmt::format("--events {}: {} has none of the impacts up to step {}", events_.string(),
+                                           resumed->file().string(), header.step));
+    }
+    check_kept(checkpoints.resumed_events(), *header.events);
+  }
+  file_.emplace(events_);  // what is wrong with the target is said before the first step
+  if (resumed == nullptr) text_ = "step,time,particle,contact,x,y,z,nx,ny,nz,impulse\n";
+  if (checkpoints.is_writing()) {
+    file_.reset();
+    checkpoints.keep_events();
+    kept_ = checkpoints.events();
+  } else if (resumed != nullptr) {
+    for_each_kept_piece(checkpoints.resumed_events(), *resumed->header().events,
+                        [this](std::string_view some) { file_->write(some); });
+  }
+}
+
 std::uint64_t ContactWatch::most_steps(std::uint64_t wanted) const noexcept {
   return steps_in_room_ == 0 ? wanted : std::min(wanted, steps_in_room_);
 }
 
-void ContactWatch::write() {
-  if (!file_ || !report_) return;
-  if (report_->lost() != 0) {
-    throw Fault(Exit::input_output, fmt::format("{}: step {} has {} impacts more than there is room for: a shorter --step has "
-                                                "fewer",
-                                                file_->target().string(), report_->steps(), report_->lost()));
+void ContactWatch::check_lost() {
+  if (report_->lost() == 0) return;
+  throw Fault(Exit::input_output, fmt::format("{}: step {} has {} impacts more than there is room for: a shorter --step has "
+                                              "fewer",
+                                              events_.string(), report_->steps(), report_->lost()));
+}
+
+// In the order of step and particle; each particle's are one rank's, in the order of time.
+std::span<const ContactEvent> ContactWatch::gathered() {
+  const auto mine = report_->events();
+  if (ranks_.count() == 1) return mine;
+  gathered_.assign(mine.begin(), mine.end());
+  for (ContactEvent& event : gathered_) {
+    event.particle = particles_.empty() ? first_ + event.particle : particles_[event.particle];
   }
-  for (const ContactEvent& event : report_->events()) {
+  std::vector<std::uint64_t> sizes(static_cast<std::size_t>(ranks_.count()), 0);
+  sizes[static_cast<std::size_t>(ranks_.rank())] = gathered_.size();
+  ranks_.sum(sizes);
+  if (ranks_.rank() != 0) {
+    if (!gathered_.empty()) ranks_.send(0, std::as_bytes(std::span(gathered_)));
+    return {};
+  }
+  for (std::size_t rank = 1; rank < sizes.size(); ++rank) {
+    if (sizes[rank] == 0) continue;
+    const std::size_t before = gathered_.size();
+    gathered_.resize(before + sizes[rank]);
+    ranks_.receive(static_cast<int>(rank), std::as_writable_bytes(std::span(gathered_).subspan(before)));
+  }
+  std::stable_sort(gathered_.begin(), gathered_.end(), [](const ContactEvent& a, const ContactEvent& b) {
+    return std::pair(a.step, a.particle) < std::pair(b.step, b.particle);
+  });
+  return gathered_;
+}
+
+void ContactWatch::write() {
+  if (events_.empty() || !report_) return;
+  together(ranks_, [this] { check_lost(); });
+  for (const ContactEvent& event : gathered()) {
     const auto& [x, y, z] = event.x;
     const auto& [nx, ny, nz] = event.n;
     const Vec3& p = event.impulse;
@@ -63,33 +119,47 @@ void ContactWatch::write() {
 }
 
 void ContactWatch::flush() {
-  file_->write(text_);
+  if (kept_ != nullptr) {
+    kept_->append(text_);
+  } else if (file_) {
+    file_->write(text_);
+  }
   text_.clear();
 }
 
 void ContactWatch::finish() {
-  if (!file_) return;
   flush();
-  file_->commit();
+  if (kept_ != nullptr) {
+    file_.emplace(events_);
+    for_each_kept_piece(kept_->path(), kept_->mark(), [this](std::string_view some) { file_->write(some); });
+  }
+  if (file_) file_->commit();
 }
 
-void ContactWatch::save(Sink& sink) const { sink.put(report_ ? report_->words() : std::span<const std::int64_t>()); }
-
-void ContactWatch::load(Source& source) {
-  std::vector<std::int64_t> words;
-  source.get(words);
-  if (!report_) return;
-  if (words.size() != report_->words().size()) source.fail();
-  report_->add(words);
-}
-
-void ContactWatch::join(Ranks& ranks) {
-  if (!report_ || ranks.count() == 1) return;
+std::vector<std::int64_t> ContactWatch::words() {
+  if (!report_) return {};
   const auto mine = report_->words();
   std::vector<std::uint64_t> all(mine.begin(), mine.end());
-  ranks.sum(all);
+  ranks_.sum(all);
+  return {all.begin(), all.end()};
+}
+
+void ContactWatch::load(std::span<const std::int64_t> words, std::uint64_t done, Source& source) {
+  go_on_at(done);
+  if (!report_) return;
+  if (words.size() != report_->words().size()) source.fail();
+  if (ranks_.rank() == 0) report_->add(words);
+}
+
+void ContactWatch::go_on_at(std::uint64_t done) {
+  if (report_) report_->set_steps(done);
+}
+
+void ContactWatch::join() {
+  if (!report_ || ranks_.count() == 1) return;
+  const auto all = words();
   report_->clear();
-  report_->add(std::vector<std::int64_t>(all.begin(), all.end()));
+  report_->add(all);
 }
 
 std::vector<ContactSum> ContactWatch::sums() const {

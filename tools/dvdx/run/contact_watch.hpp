@@ -6,10 +6,11 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "checkpoint/byte_stream.hpp"
+#include "checkpoint/checkpoints.hpp"
 #include "dvdx/contact_report.hpp"
 #include "dvdx/ranks.hpp"
 #include "output/part_file.hpp"
@@ -21,9 +22,13 @@ enum class Sums { left_out, counted };
 
 class ContactWatch {
  public:
-  // events: empty, or the file that they are written to. Throws Fault: usage where that is no .csv, or is what the scene is
-  // read from; input_output where it cannot be written.
-  ContactWatch(const SceneFile& file, Sums sums, const std::filesystem::path& events);
+  // events: empty, or the file that they are written to. Throws Fault: usage where that is no .csv, is what the scene is read
+  // from, or where the run that is gone on from has kept none; input_output where it cannot be written. All ranks make one and
+  // call the same members.
+  ContactWatch(const SceneFile& file, Sums sums, const std::filesystem::path& events, Checkpoints& checkpoints, Ranks& ranks);
+
+  // Of the scene's particles, those that the report tells of, in its order: kept by the caller. Else they are side by side.
+  void tell_of(std::span<const std::uint32_t> particles) noexcept { particles_ = particles; }
 
   // Null where nobody asks.
   [[nodiscard]] ContactReport* report() noexcept { return report_ ? &*report_ : nullptr; }
@@ -32,22 +37,34 @@ class ContactWatch {
   // What the last call has left. Throws Fault (input_output) where there was more than room.
   void write();
   void finish();
-  // The sums, as part of a checkpoint; and those that a run goes on from.
-  void save(Sink& sink) const;
-  void load(Source& source);
-  // Takes the other ranks' sums too. To be called by all.
-  void join(Ranks& ranks);
+  // What was written is on its way to the disk: a checkpoint counts on it.
+  void flush();
+  // All ranks' sums, as part of a checkpoint; and those that a run goes on from, of which a step was the last.
+  [[nodiscard]] std::vector<std::int64_t> words();
+  void load(std::span<const std::int64_t> words, std::uint64_t done, Source& source);
+  void go_on_at(std::uint64_t done);
+  // Takes the other ranks' sums too.
+  void join();
   // In the scene's order.
   [[nodiscard]] std::vector<ContactSum> sums() const;
 
  private:
-  void flush();
+  void open_events(const SceneFile& file, Checkpoints& checkpoints);
+  void check_lost();
+  // Of all ranks, on the first.
+  [[nodiscard]] std::span<const ContactEvent> gathered();
 
+  Ranks& ranks_;
   std::size_t contacts_;
+  std::size_t first_;  // the scene's number of the first of particles that are side by side
+  std::span<const std::uint32_t> particles_{};
+  std::filesystem::path events_;
+  std::vector<ContactEvent> gathered_;
   std::unique_ptr<std::byte[]> room_;  // what no event is written to takes no memory
   std::uint64_t steps_in_room_ = 0;    // 0: of any number of steps
   std::optional<ContactReport> report_;
-  std::optional<PartFile> file_;
+  std::optional<PartFile> file_;  // the first rank's
+  KeptFile* kept_ = nullptr;      // of a run that can be gone on from: the first rank's
   std::string text_;
 };
 

@@ -50,7 +50,7 @@ class LiveMemory {
   }
 
   void save(Sink& sink) const {
-    put_state(sink, live_.state);
+    put_state(sink, live_.state, live_.state.count);
     sink.put(live_.age, live_.state.count);
     sink.put(live_.lifetime, live_.state.count);
     for (const auto number : {live_.born, live_.removed, live_.dropped}) sink.put(number);

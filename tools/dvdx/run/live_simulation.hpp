@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
+#include <span>
 #include <stdexcept>
+#include <vector>
 
 #include "checkpoint/checkpoints.hpp"
 #include "commands/progress.hpp"
@@ -55,7 +58,7 @@ class LiveSimulation {
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), live_.state);
       }
     }
-    checkpoints.finish(done_, [&](Sink& sink) { save(sink, contacts); });
+    checkpoints.finish(done_, [&] { return prepare(contacts); });
     observer.write(moment(), live_.state);
     observer.finish();
     contacts.finish();
@@ -84,16 +87,21 @@ class LiveSimulation {
                              : plan_.step(live_, steps, threads_.parallel_for());
   }
 
-  void save(Sink& sink, const ContactWatch& contacts) const {
-    memory_.save(sink);
-    contacts.save(sink);
-    sink.put(turned_.particle_steps);
-    sink.put(outcome_.wall_seconds);
+  [[nodiscard]] SaveRun prepare(ContactWatch& contacts) const {
+    contacts.flush();
+    return [this, words = contacts.words()](Sink& sink) {
+      memory_.save(sink);
+      sink.put(std::span<const std::int64_t>(words));
+      sink.put(turned_.particle_steps);
+      sink.put(outcome_.wall_seconds);
+    };
   }
   void go_on(const Checkpoint& checkpoint, ContactWatch& contacts) {
     checkpoint.load([&](Source& source) {
       memory_.load(source);
-      contacts.load(source);
+      std::vector<std::int64_t> words;
+      source.get(words);
+      contacts.load(words, checkpoint.header().step, source);
       source.get(turned_.particle_steps);
       source.get(outcome_.wall_seconds);
     });
@@ -103,7 +111,7 @@ class LiveSimulation {
 
   void advance(std::uint64_t until, ContactWatch& contacts, Progress& progress, Checkpoints& checkpoints) {
     while (done_ < until) {
-      checkpoints.look(done_, [&](Sink& sink) { save(sink, contacts); });
+      checkpoints.look(done_, [&] { return prepare(contacts); });
       const auto steps = contacts.most_steps(checkpoints.most_steps(done_, std::min(together, until - done_)));
       const auto before = std::chrono::steady_clock::now();
       if (step(steps, contacts.report()) != StepResult::done) throw std::logic_error("the plan is for another state");

@@ -8,6 +8,7 @@
 
 #include "dvdx/contact_report.hpp"
 #include "dvdx/plan.hpp"
+#include "dvdx/ranks.hpp"
 
 namespace dvdx::tool {
 
@@ -37,6 +38,7 @@ struct Outcome {
   std::optional<Warmth> warmth{};  // none where no bound is known
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
+  std::optional<Traffic> halo{};              // over all ranks, where springs are split
   std::vector<ContactSum> contacts{};         // in the scene's order, where they were asked for
   std::optional<std::size_t> torn{};          // springs, where some can tear
   std::optional<std::uint64_t> resumed_at{};  // step, of a run that went on from a checkpoint

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -62,36 +63,28 @@ class Simulation {
     const auto start = observer.health(state_);
     outcome_.energy_start = observer.energy(networks(), state_);
     HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
+    if (split_) contacts.tell_of(split_->particles());
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), watch, contacts);
     } else if (every > 0 && loaded_.steps > 0) {
       observer.write(moment(), state_);
     }
-    const SaveRun save = [&](Sink& sink) { this->save(sink, watch, contacts); };
+    const PrepareSave prepare = [&] { return this->prepare(watch, contacts); };
     {
       std::optional<Progress> progress;
       if (ranks_.rank() == 0) progress.emplace(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
         const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
-        advance(until, watch, contacts, progress, checkpoints, save);
+        advance(until, watch, contacts, progress, checkpoints, prepare);
         if (every > 0 && done_ < loaded_.steps) observer.write(moment(), gathered());
       }
     }
-    checkpoints.finish(done_, save);
+    checkpoints.finish(done_, prepare);
     observer.write(moment(), gathered());
     observer.finish();
     contacts.finish();
-    contacts.join(ranks_);
-    outcome_.contacts = contacts.sums();
-    outcome_.energy_end = observer.energy(networks(), state_);
-    if (tearing_.is_possible()) outcome_.torn = tearing_.tears().size();
-    outcome_.hash = observer.hash(state_);
-    const auto end = observer.health(state_);
-    outcome_.bad_particles = end.bad_particles;
-    outcome_.diverged = has_diverged(start, end);
-    ranks_.broadcast(0, writable_bytes_in(outcome_.diverged));
-    outcome_.warmth = watch.warmth();
-    outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
+    contacts.join();
+    tell(observer, contacts, watch, start);
     return outcome_;
   }
 
@@ -145,35 +138,66 @@ class Simulation {
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
 
-  void save(Sink& sink, const HeatWatch<T>& watch, const ContactWatch& contacts) const {
-    put_state(sink, state_);
-    tearing_.save(sink);
-    sink.put(std::span<const double>(plan_->carried(state_)));
-    watch.save(sink);
-    contacts.save(sink);
-    sink.put(outcome_.wall_seconds);
+  void tell(Observer<T>& observer, const ContactWatch& contacts, const HeatWatch<T>& watch, const Health& start) {
+    outcome_.contacts = contacts.sums();
+    outcome_.energy_end = observer.energy(networks(), state_);
+    if (tearing_.is_possible()) outcome_.torn = tearing_.tears().size();
+    outcome_.hash = observer.hash(state_);
+    const auto end = observer.health(state_);
+    outcome_.bad_particles = end.bad_particles;
+    outcome_.diverged = has_diverged(start, end);
+    ranks_.broadcast(0, writable_bytes_in(outcome_.diverged));
+    outcome_.warmth = watch.warmth();
+    outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
+    if (!split_) return;
+    std::array<std::uint64_t, 2> told{ranks_.started().messages, ranks_.started().bytes};
+    ranks_.sum(told);
+    outcome_.halo = {.messages = told[0], .bytes = told[1]};
+  }
+
+  [[nodiscard]] std::vector<double> carried() const { return split_ ? split_->carried() : plan_->carried(state_); }
+
+  [[nodiscard]] SaveRun prepare(const HeatWatch<T>& watch, ContactWatch& contacts) {
+    gathered();
+    contacts.flush();
+    return [this, &watch, words = contacts.words(), seconds = longest(ranks_, outcome_.wall_seconds)](Sink& sink) {
+      put_state(sink, state_, loaded_.file.particles.total());
+      tearing_.save(sink);
+      sink.put(std::span<const double>(carried()));
+      watch.save(sink);
+      sink.put(std::span<const std::int64_t>(words));
+      sink.put(seconds);
+    };
+  }
+  // What each rank holds, or all of it on the first one.
+  void load(Source& source, std::uint64_t step, std::vector<double>& carried, HeatWatch<T>& watch, ContactWatch& contacts) {
+    get_state(source, state_, {.first = loaded_.file.particles.first, .all = loaded_.file.particles.total()});
+    if (plan_) tearing_.load(source, *plan_);
+    source.get(carried);
+    if (plan_ && !plan_->restore(carried, state_)) source.fail();
+    watch.load(source);
+    std::vector<std::int64_t> words;
+    source.get(words);
+    contacts.load(words, step, source);
+    source.get(outcome_.wall_seconds);
   }
   void go_on(const Checkpoint& checkpoint, HeatWatch<T>& watch, ContactWatch& contacts) {
-    checkpoint.load([&](Source& source) {
-      const auto count = state_.count;
-      get_state(source, state_, count);
-      tearing_.load(source, *plan_);
-      std::vector<double> carried;
-      source.get(carried);
-      if (state_.count != count || !plan_->restore(carried, state_)) source.fail();
-      watch.load(source);
-      contacts.load(source);
-      source.get(outcome_.wall_seconds);
+    std::vector<double> carried;
+    const auto step = checkpoint.header().step;
+    together(ranks_, [&] {
+      if (!has_state()) return contacts.go_on_at(step);
+      checkpoint.load([&](Source& source) { load(source, step, carried, watch, contacts); });
     });
-    done_ = checkpoint.header().step;
+    if (split_) split_->go_on(state_, carried);
+    done_ = step;
     outcome_.resumed_at = done_;
   }
 
   void advance(std::uint64_t until, HeatWatch<T>& watch, ContactWatch& contacts, std::optional<Progress>& progress,
-               Checkpoints& checkpoints, const SaveRun& save) {
+               Checkpoints& checkpoints, const PrepareSave& prepare) {
     const auto most = batch_for(loaded_.file.particles.total());
     while (done_ < until) {
-      checkpoints.look(done_, save);
+      checkpoints.look(done_, prepare);
       const auto wanted = watch.most_steps(done_, std::min(most, until - done_));
       const auto steps = contacts.most_steps(checkpoints.most_steps(done_, tearing_.is_possible() ? 1 : wanted));
       const auto before = std::chrono::steady_clock::now();

@@ -16,7 +16,7 @@ namespace dvdx::tool {
 
 enum class Sharing {
   ranges,   // particles that nothing joins, by their numbers
-  stripes,  // whole rows of a sheet, or particles of a list by their numbers
+  stripes,  // whole rows of a sheet, or particles of a list as they stand in memory
   blocks,   // of a sheet: rows and columns
   metis,    // of any network: METIS' k-way cut of the graph
 };

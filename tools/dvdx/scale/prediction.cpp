@@ -9,6 +9,7 @@
 #include <utility>
 #include <variant>
 
+#include "dvdx/partition.hpp"
 #include "output/gnuplot.hpp"
 #include "scene_io/fault.hpp"
 
@@ -103,7 +104,7 @@ std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
     return cuts;
   }
   const auto springs = springs_of(*extent.list);
-  cuts.push_back(cut_of_pairs(springs, owners_by_number(extent.particles, ranks), ranks));
+  cuts.push_back(cut_of_pairs(springs, stripes(*extent.list, extent.particles, static_cast<std::uint32_t>(ranks)), ranks));
   cuts.back().sharing = Sharing::stripes;
   if (const auto owner = owners_by_metis(springs, extent.particles, ranks)) {
     cuts.push_back(cut_of_pairs(springs, *owner, ranks));
