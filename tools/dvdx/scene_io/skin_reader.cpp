@@ -46,8 +46,8 @@ Vec3 read_direction(const Node& node) {
 }
 
 std::vector<Vec3> read_normals(const Node& node, std::size_t particles) {
-  const auto& json = node.json();
-  if (!json.is_array() || json.empty() || !json[0].is_array()) return {read_direction(node)};
+  const auto& given = node.json();
+  if (!given.is_array() || given.empty() || !given[0].is_array()) return {read_direction(node)};
   std::vector<Vec3> normals;
   for (const auto& normal : node.elements("a list of vectors")) normals.push_back(read_direction(normal));
   check_length(node, normals.size(), particles);
