@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdlib>
 #include <new>
+#include <utility>
 
 #include "dvdx/live.hpp"
 #include "dvdx/plan.hpp"
@@ -97,6 +98,26 @@ TEST_CASE_TEMPLATE("no scene whose particles are joined allocates in a step", T,
       CHECK_MESSAGE(allocations == before, joined.name << ", scheme " << static_cast<int>(scheme));
     }
   }
+}
+
+TEST_CASE_TEMPLATE("a skin that the caller moves allocates nothing, nor does a step on it", T, float, double) {
+  test::Joined sheet = test::sheet(12, 20, 50);
+  Skin skin{.particles = {}, .at_most = 0.01, .backstop = Backstop{.normals = {{0, 1, 0}}, .offset = 0.01, .radius = 0.2}};
+  for (std::size_t i = 0; i < sheet.x.size(); ++i) skin.particles.push_back(i);
+  sheet.scene.add(std::move(skin)).add(Tethers{});
+  sheet.scene.add(Motion{.center = {}, .keys = {{.time = 0}}});
+  sheet.scene.add(Kinematic{.particles = std::exchange(sheet.scene.fixed, {}), .motion = 0});
+  const std::vector<Vec3> up(sheet.x.size(), {0, 1, 0});
+  test::Batch<T> batch(test::Layout::aos, sheet.x.size());
+  test::place(sheet, batch.view());
+  auto plan = compile<T>(sheet.scene, {.step = sheet.step}, batch.view());
+  REQUIRE(plan.has_value());
+  const int before = allocations;
+  for (int call = 0; call < 3; ++call) {
+    (void)plan->set_skin(0, sheet.x, up);
+    (void)plan->step(batch.view(), 3);
+  }
+  CHECK(allocations == before);
 }
 
 TEST_CASE_TEMPLATE("no scene whose particles come and go allocates in a step", T, float, double) {

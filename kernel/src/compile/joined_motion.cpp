@@ -54,6 +54,17 @@ bool goes_back(const Splitting& splitting) {
   return std::any_of(splitting.a.begin(), splitting.a.end(), [](double part) { return part <= 0; });
 }
 
+template <class T>
+ListShapes list_shapes(const Scene& scene, std::span<const SkinStart> skins, const Joints<T>& joints) {
+  ListShapes shapes;
+  for (const Kinematic& followers : scene.kinematic) shapes.groups.push_back(followers.particles.size());
+  for (const SkinStart& skin : skins) shapes.skins.push_back({skin.points.size(), !skin.normals.empty()});
+  if (joints.balls) {
+    for (const BallList<T>& list : joints.balls->lists()) shapes.balls.push_back(list.size());
+  }
+  return shapes;
+}
+
 }  // namespace
 
 template <class T>
@@ -64,9 +75,12 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
       origin_(scene.origin.is_each() ? Vec3{} : scene.origin.at(0)),
       tracks_(scene.motions.begin(), scene.motions.end()),
       skins_(skin_starts(scene, start)),
+<<<<<<< HEAD
       shapes_(shapes),
+=======
+      lists_(list_shapes(scene, skins_, *joints_)),
+>>>>>>> 6c1058fff1e0671dfd2c18f35e0731e672d2102a
       wind_(scene.wind) {
-  for (const Kinematic& followers : scene.kinematic) groups_.push_back(followers.particles.size());
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
   }
@@ -131,11 +145,10 @@ bool JoinedMotion<T>::has_moving_contacts() const noexcept {
 template <class T>
 WorkspaceShape JoinedMotion<T>::shape() const {
   const Joints<T>& joints = *joints_;
-  WorkspaceShape shape;
+  WorkspaceShape shape(lists_);
   shape.elements = joints.order.size;
   shape.fixed = joints.fixed.size();
   shape.motions = tracks_.size();
-  shape.groups = groups_;
   shape.surfaces = has_moving_contacts() ? flows_[0]->terms.surface_count : 0;
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
   shape.accelerations = kicks ? joints.damping_passes() : 0;
@@ -156,10 +169,6 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.keeps_distances = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();
-  for (const SkinStart& skin : skins_) shape.skins.push_back({skin.points.size(), !skin.normals.empty()});
-  if (joints.balls) {
-    for (const BallList<T>& list : joints.balls->lists()) shape.balls.push_back(list.size());
-  }
   return shape;
 }
 

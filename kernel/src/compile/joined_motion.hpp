@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "compile/balls.hpp"
@@ -23,16 +24,34 @@ struct SkinShape {
   bool operator==(const SkinShape&) const = default;
 };
 
+// How long the lists of a scene are. Shared, so that a step, which asks for the shape, takes no memory.
+struct ListShapes {
+  std::vector<std::size_t> groups{};  // particles of each of Scene::kinematic
+  std::vector<SkinShape> skins{};
+  std::vector<std::size_t> balls{};  // of each list
+  bool operator==(const ListShapes&) const = default;
+};
+class SharedLists {
+ public:
+  explicit SharedLists(ListShapes lists = {}) : lists_(std::make_shared<const ListShapes>(std::move(lists))) {}
+  const ListShapes* operator->() const noexcept { return lists_.get(); }
+  bool operator==(const SharedLists& other) const noexcept { return lists_ == other.lists_ || *lists_ == *other.lists_; }
+
+ private:
+  std::shared_ptr<const ListShapes> lists_;
+};
+
 // Which columns a state needs while it is stepped, and how long they are.
 struct WorkspaceShape {
+  explicit WorkspaceShape(SharedLists lists_) : lists(std::move(lists_)) {}
+  SharedLists lists;
   std::size_t elements = 0;  // of a column of particles
   std::size_t fixed = 0;     // particles, kinematic ones too
   std::size_t motions = 0;
-  std::vector<std::size_t> groups{};  // particles of each of Scene::kinematic
-  std::size_t surfaces = 0;           // where some of them move
-  std::size_t sweep_springs = 0;      // 0: no sweeps
-  std::size_t accelerations = 0;      // of a damped network's pulse: 0 to 2
-  std::size_t sweep_records = 0;      // of particles, for sweeps over a list
+  std::size_t surfaces = 0;       // where some of them move
+  std::size_t sweep_springs = 0;  // 0: no sweeps
+  std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
+  std::size_t sweep_records = 0;  // of particles, for sweeps over a list
   bool has_second_velocity = false;
   bool has_pair_sums = false;
   bool keeps_distances = false;   // of the sweeps' first visits
@@ -42,8 +61,6 @@ struct WorkspaceShape {
   bool meets_air = false;
   std::size_t triangles = 0;  // of a list that does
   ConstraintShape constraints{};
-  std::vector<SkinShape> skins{};
-  std::vector<std::size_t> balls{};  // of each list
   bool operator==(const WorkspaceShape&) const = default;
 };
 
@@ -91,8 +108,8 @@ class JoinedMotion {
   Scene scene_, backwards_scene_;  // of the flows that go forwards, and of those that go back: particles in the working order
   Vec3 origin_;
   std::vector<PoseTrack> tracks_;
-  std::vector<std::size_t> groups_;
   std::vector<SkinStart> skins_;
+  SharedLists lists_;
   std::vector<Vec3> start_;  // likewise; only where anchors stand there
   const ShapeMemories<T>& shapes_;
   std::vector<std::unique_ptr<FreeMotion<T>>> flows_;

@@ -9,8 +9,8 @@ template <class T>
 JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& memory)
     : held(shape.fixed),
       motions(shape.motions),
-      groups(shape.groups.begin(), shape.groups.end()),
-      skins(shape.skins.begin(), shape.skins.end()),
+      groups(shape.lists->groups.begin(), shape.lists->groups.end()),
+      skins(shape.lists->skins.begin(), shape.lists->skins.end()),
       poses(shape.motions),
       surfaces(shape.surfaces),
       shape_(shape),
@@ -56,7 +56,7 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
     air_p_ = shape.triangles != 0 ? axes(shape.triangles) : of_particles(T(0));
     if (shape.triangles == 0) air_p_below_ = of_particles(T(0));
   }
-  for (const std::size_t size : shape.balls) balls.push_back({.c = axes(size), .u = axes(size), .n = axes(size)});
+  for (const std::size_t size : shape.lists->balls) balls.push_back({.c = axes(size), .u = axes(size), .n = axes(size)});
   if (const std::size_t size = shape.constraints.lines; size != 0) {
     for (T** column : {&constraints_.lines.s1, &constraints_.lines.s2}) *column = columns_.add(size);
   }

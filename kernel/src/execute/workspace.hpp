@@ -58,8 +58,8 @@ class JoinedWorkspace {
   // What is driven goes on in another workspace of the same motions and groups.
   void go_on_from(JoinedWorkspace&& other) noexcept {
     if (shape_.motions == other.shape_.motions) motions = std::move(other.motions);
-    if (shape_.groups == other.shape_.groups) groups = std::move(other.groups);
-    if (shape_.skins == other.shape_.skins) skins = std::move(other.skins);
+    if (shape_.lists->groups == other.shape_.lists->groups) groups = std::move(other.groups);
+    if (shape_.lists->skins == other.shape_.lists->skins) skins = std::move(other.skins);
   }
 
   // The plan's terms with this workspace's columns put in.
