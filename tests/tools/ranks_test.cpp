@@ -279,11 +279,11 @@ TEST_CASE("ranks: what others wrote down goes on to the same bits, files, impact
     std::string run;
     int first, second;
   };
-  for (const auto& [run_of, first, second] :
+  for (const Case& of :
        {Case{"mixed.json", 3, 2}, Case{"mixed.json --precision float32_compensated", 1, 3},
         Case{"sheet.json --duration 0.2", 3, 2}, Case{"sheet.json --duration 0.2 --precision float32_compensated", 1, 2}}) {
-    CAPTURE(run_of);
-    const std::string arguments = "run " + run_of + " --json --every 3 --threads ";
+    CAPTURE(of.run);
+    const std::string arguments = "run " + of.run + " --json --every 3 --threads ";
     const auto whole = said(run(folder, arguments + "1 --out whole.csv --events whole-events.csv"));
     CHECK(folder.read("whole-events.csv").size() > 100);
     const auto check = [&](int ranks, const std::string& more) {
@@ -294,8 +294,8 @@ TEST_CASE("ranks: what others wrote down goes on to the same bits, files, impact
       CHECK(folder.read("a.csv") == folder.read("whole.csv"));
       CHECK(folder.read("e.csv") == folder.read("whole-events.csv"));
     };
-    check(first, "--checkpoint at --checkpoint-every 11");
-    check(second, "--resume at --checkpoint again --checkpoint-every 6");
+    check(of.first, "--checkpoint at --checkpoint-every 11");
+    check(of.second, "--resume at --checkpoint again --checkpoint-every 6");
   }
 }
 

@@ -1,0 +1,170 @@
+// A scene in parts, each stepped by a thread of its own that tells the others its halo: the bits of the whole on every
+// instruction set and in both arithmetics.
+#include <doctest/doctest.h>
+
+#include <barrier>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "dvdx/elsewhere.hpp"
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/layouts/state_hash.hpp"
+#include "dvdx/partition.hpp"
+#include "dvdx/plan.hpp"
+
+namespace {
+
+using namespace dvdx;
+
+constexpr std::size_t height = 13, width = 6, count = height * width;
+
+Vec3 place_of(std::size_t i) { return {0.1 * static_cast<double>(i % width), 1, 0.1 * static_cast<double>(i / width)}; }
+
+// A damped sheet in wind over a ball, and with `pair` a list of springs.
+Scene scene_with(const std::optional<Pair>& pair) {
+  Scene scene;
+  scene.mass = 0.01;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  Grid grid{.rows = height, .columns = width, .edge_u = {0.5, 0, 0}, .edge_v = {0, 0, 1.2}};
+  grid.structural = 30;
+  grid.shear = 8;
+  grid.damping = 0.002;
+  grid.aerodynamics = Aerodynamics{};
+  scene.networks.push_back(grid);
+  if (pair) scene.networks.push_back(Springs{.pairs = {*pair}, .stiffness = 3.0});
+  scene.wind.mean = {2, 1, 3};
+  scene.fixed = {0, width - 1};
+  scene.contacts.push_back(Sphere{.center = {0.25, 0.8, 0.6}, .radius = 0.2, .restitution = 0, .friction = 0.3});
+  return scene;
+}
+
+// What each part tells its neighbours, and is told.
+class Halo {
+ public:
+  Halo(std::vector<Halo>& all, std::barrier<>& meeting, const Part& part, std::uint32_t number)
+      : all_(all), meeting_(meeting), part_(part), number_(number), told_(part.neighbours.size()) {}
+
+  [[nodiscard]] Exchange exchange() noexcept { return {.context = this, .run = run, .is_own = part_.is_own.data()}; }
+
+ private:
+  static void run(void* context, const HaloColumns& columns) noexcept {
+    auto& self = *static_cast<Halo*>(context);
+    for (std::size_t n = 0; n < self.told_.size(); ++n) {
+      self.told_[n].clear();
+      for (const auto* column : columns.columns) {
+        for (const std::uint32_t i : self.part_.neighbours[n].sent) {
+          self.told_[n].push_back(static_cast<const float*>(column)[columns.element[i]]);
+        }
+      }
+    }
+    self.meeting_.arrive_and_wait();
+    for (const Neighbour& neighbour : self.part_.neighbours) {
+      const float* next = self.all_[neighbour.part].told_to(self.number_).data();
+      for (auto* column : columns.columns) {
+        for (const std::uint32_t i : neighbour.received) static_cast<float*>(column)[columns.element[i]] = *next++;
+      }
+    }
+    self.meeting_.arrive_and_wait();
+  }
+  [[nodiscard]] const std::vector<float>& told_to(std::uint32_t part) const noexcept {
+    std::size_t n = 0;
+    while (part_.neighbours[n].part != part) ++n;
+    return told_[n];
+  }
+
+  std::vector<Halo>& all_;
+  std::barrier<>& meeting_;
+  const Part& part_;
+  std::uint32_t number_;
+  std::vector<std::vector<float>> told_;
+};
+
+void place(State<float> state, std::span<const std::uint32_t> particles) {
+  for (std::size_t k = 0; k < state.count; ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      state.x[axis][k] = static_cast<float>(place_of(particles.empty() ? k : particles[k])[axis]);
+      state.v[axis][k] = 0;
+    }
+  }
+}
+
+constexpr std::size_t steps = 6;
+
+std::uint64_t whole_hash(const Scene& scene, const Options& options, int& substeps) {
+  Soa<float> memory(count);
+  State<float> state = memory.view();
+  place(state, {});
+  auto plan = compile(scene, options, state);
+  REQUIRE(plan);
+  substeps = plan->network_limit()->substeps;
+  REQUIRE(plan->step(state, steps) == StepResult::done);
+  return state_hash(state);
+}
+
+std::uint64_t hash_in_parts(const Scene& whole, const Options& options, int substeps, std::uint32_t parts) {
+  const auto owners = stripes(whole, count, parts);
+  std::vector<Part> part;
+  for (std::uint32_t p = 0; p < parts; ++p) part.push_back(part_of(whole, owners, p));
+  std::barrier<> meeting(parts);
+  std::vector<Halo> halos;
+  halos.reserve(parts);
+  for (std::uint32_t p = 0; p < parts; ++p) halos.emplace_back(halos, meeting, part[p], p);
+  std::vector<std::unique_ptr<Soa<float>>> memory;
+  std::vector<State<float>> states;
+  std::vector<Plan<float>> plans;
+  for (std::uint32_t p = 0; p < parts; ++p) {
+    states.push_back(memory.emplace_back(std::make_unique<Soa<float>>(part[p].particles.size()))->view());
+    place(states[p], part[p].particles);
+    Scene scene = scene_of(whole, part[p]);
+    scene.coupling.substeps = substeps;
+    Options own = options;
+    own.unstable = Unstable::allowed;
+    own.elsewhere = elsewhere_of(whole, count);
+    own.elsewhere.springs_damp = true;
+    own.elsewhere.exchange = halos[p].exchange();
+    auto plan = compile(scene, own, states[p]);
+    REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
+    plans.push_back(std::move(*plan));
+  }
+  std::vector<std::thread> threads;
+  for (std::uint32_t p = 0; p < parts; ++p) threads.emplace_back([&, p] { (void)plans[p].step(states[p], steps); });
+  for (auto& thread : threads) thread.join();
+  Soa<float> all(count);
+  State<float> together = all.view();
+  for (std::uint32_t p = 0; p < parts; ++p) {
+    for (std::size_t k = 0; k < part[p].particles.size(); ++k) {
+      if (part[p].is_own[k] == 0) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        together.x[axis][part[p].particles[k]] = states[p].x[axis][k];
+        together.v[axis][part[p].particles[k]] = states[p].v[axis][k];
+      }
+    }
+  }
+  return state_hash(together);
+}
+
+}  // namespace
+
+TEST_CASE("split: parts of a sheet in wind have the bits of the whole, on every instruction set and in both arithmetics") {
+  for (const auto& pair : {std::optional<Pair>(), std::optional(Pair{0, 20})}) {
+    const Scene scene = scene_with(pair);
+    CAPTURE(pair.has_value());
+    for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+      for (const Isa isa : available_isas(arithmetic)) {
+        CAPTURE(name(isa));
+        CAPTURE(name(arithmetic));
+        const Options options{.step = 1.0 / 60, .isa = isa, .arithmetic = arithmetic};
+        int substeps = 0;
+        const auto whole = whole_hash(scene, options, substeps);
+        for (const std::uint32_t parts : {1U, 2U, 3U, 5U}) {
+          CAPTURE(parts);
+          CHECK(hash_in_parts(scene, options, substeps, parts) == whole);
+        }
+      }
+    }
+  }
+}
