@@ -75,8 +75,8 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
       origin_(scene.origin.is_each() ? Vec3{} : scene.origin.at(0)),
       tracks_(scene.motions.begin(), scene.motions.end()),
       skins_(skin_starts(scene, start)),
-      shapes_(shapes),
       lists_(list_shapes(scene, skins_, *joints_)),
+      shapes_(shapes),
       wind_(scene.wind) {
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
