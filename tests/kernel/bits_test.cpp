@@ -142,7 +142,8 @@ std::pair<Flow, Extras> path_of(const NamedScene& scene, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) start[i][axis] = static_cast<double>(batch.view().x[axis][i]);
   }
-  const FreeMotion<T> motion(scene.scene, {.step = scene.step}, *find_passes(Isa::reference), count, start);
+  const ShapeMemories<T> shapes(scene.scene.contacts.size());
+  const FreeMotion<T> motion(scene.scene, {.step = scene.step}, *find_passes(Isa::reference), count, start, shapes);
   return {motion.flow, motion.extra};
 }
 

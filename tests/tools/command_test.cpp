@@ -253,7 +253,7 @@ TEST_CASE("a grid's faces stand in the .obj beside its .pc2") {
 }
 
 TEST_CASE("a mesh that grains fall on: run, explain and verify take it, and what is no body is exit 3") {
-  const test::ScratchFolder folder("mesh-contact");
+  const ScratchFolder folder("mesh-contact");
   const std::string corners = "v -1 -1 -1\nv 1 -1 -1\nv 1 -1 1\nv -1 -1 1\nv 0 0 0\n";
   folder.write("roof.obj", corners + "f 1 2 3 4\nf 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n");
   folder.write("open.obj", corners + "f 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n");
