@@ -317,7 +317,8 @@ class Plans(unittest.TestCase):
         corners = [[-2, 0, -1], [2, 0, -1], [0, 0, 2], [0, -2, 0]]
         scene.mesh(vertices=corners, triangles=[[0, 2, 1], [2, 0, 3], [1, 2, 3], [0, 1, 3]], cell=0.1, friction=0.5)
         dvdx.compile(scene, state, step=1 / 64).step(state, 128)
-        np.testing.assert_allclose(state.arrays["x"], [[0.1, 0, 0.2]], rtol=0, atol=1e-12)
+        for axis, place in zip("xyz", (0.1, 0, 0.2)):
+            np.testing.assert_allclose(state.arrays[axis], [place], rtol=0, atol=1e-12)
         with self.assertRaisesRegex(dvdx.DvdxError, "only one triangle"):
             scene = dvdx.Scene()
             scene.mesh(vertices=corners, triangles=[[0, 2, 1]])
@@ -411,12 +412,14 @@ class Plans(unittest.TestCase):
         state = dvdx.State(positions, velocities)
         plan = dvdx.compile(scene, state, step=0.125)
         plan.step(state, 8)
-        np.testing.assert_allclose(positions[1], (1, -0.125, 0), atol=1e-2)
+        self.assertGreater(np.linalg.norm(positions[1] - (1, -0.625, 0)), 0.5 - 1e-3)  # on the ball
+        self.assertLess(np.linalg.norm(positions[1] - (1, 0, 0)), 0.25 + 1e-3)
+        self.assertLess(np.linalg.norm(positions[1]), 1 + 1e-3)  # and on its tether, which has drawn it aside
         self.assertAlmostEqual(np.linalg.norm(positions[2]), 2)
         for _ in range(4):
             plan.set_skin(0, [(1, 1, 0)], normals=[(0, 1, 0)])
             plan.step(state)
-        self.assertGreater(positions[1, 1], 0.874)
+        self.assertGreater(np.linalg.norm(positions[1] - (1, 0.375, 0)), 0.5 - 1e-3)
         with self.assertRaises(ValueError):
             plan.set_skin(0, [(1, 1, 0)], normals=[(0, 1, 0), (0, 1, 0)])
         with self.assertRaises(dvdx.DvdxError):

@@ -504,7 +504,8 @@ TEST_CASE(
 }
 
 TEST_CASE("an extension that nothing writes is a matter of usage, and the known ones are listed") {
-  CHECK_THROWS_WITH_AS(check_extension("a.xyz"), "--out a.xyz: must end in .csv, .npz, .ply, .vtp, .pvtp, .pc2 or .html", Fault);
+  CHECK_THROWS_WITH_AS(check_extension("a.xyz"), "--out a.xyz: must end in .csv, .npz, .ply, .vtp, .pvtp, .pc2 or .html",
+                       Fault);
   CHECK_NOTHROW(check_extension("a.pc2"));
   CHECK_NOTHROW(check_extension("a.html"));
   CHECK(exit_of("a") == Exit::usage);

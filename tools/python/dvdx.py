@@ -177,11 +177,12 @@ def _fill_field(struct, name, field, value, keep):
     else:
         width = _WIDTHS.get(name, 2 if field.item.cname == "uint32_t" else 3)
         rows, count = _rows(value, field.item.cname, width, keep)
-        if getattr(struct, "count", 0) not in (0, count):
-            raise ValueError(f"{count} rows: must be {struct.count}, as there are of the others")
-        setattr(struct, name, rows)
         own = "triangle_count" if name == "triangles" else "terms"
-        setattr(struct, own if hasattr(struct, own) else "count", count)
+        own = own if hasattr(struct, own) else "count"
+        if getattr(struct, own) not in (0, count):
+            raise ValueError(f"{count} rows: must be {getattr(struct, own)}, as there are of the others")
+        setattr(struct, name, rows)
+        setattr(struct, own, count)
 
 
 def _fields(kind):
