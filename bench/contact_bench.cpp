@@ -43,7 +43,8 @@ Scene capsules(double height) {
 
 // A mesh among particles, in a grid of 70 x 70 x 70 nodes.
 Scene octahedron() {
-  TriangleMesh mesh{.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}},
+  TriangleMesh mesh{.vertices = {},
+                    .triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}},
                     .restitution = 0.5};
   for (std::size_t k = 0; k < 6; ++k) {
     mesh.vertices.emplace_back();
