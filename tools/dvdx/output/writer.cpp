@@ -140,13 +140,13 @@ std::filesystem::path piece_of(const std::filesystem::path& target, std::uint64_
 
 std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count) {
   std::vector<bool> is_joined(count);
-  const auto mark = [&](const auto& shapes) {
+  const auto mark_held = [&](const auto& shapes) {
     for (const auto& shape : shapes) {
       for (const auto corner : shape) is_joined.at(corner) = true;
     }
   };
-  mark(topology.lines);
-  mark(topology.faces);
+  mark_held(topology.lines);
+  mark_held(topology.faces);
   std::vector<std::array<std::size_t, 1>> loose;
   for (std::size_t i = 0; i < count; ++i) {
     if (!is_joined[i]) loose.push_back({i});
