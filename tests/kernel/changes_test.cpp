@@ -273,11 +273,13 @@ std::vector<Pair> longer(const Grid& grid, double stretch, const State<T>& state
   std::vector<Pair> found;
   const Springs springs = springs_of(grid);
   for (std::size_t s = 0; s < springs.pairs.size(); ++s) {
-    const auto [a, b] = springs.pairs[s];
+    const Pair ends = springs.pairs[s];
+    const std::size_t a = ends[0];
+    const std::size_t b = ends[1];
     const auto d = [&](std::size_t axis) {
       return static_cast<double>(state.x[axis][a]) - static_cast<double>(state.x[axis][b]);
     };
-    if (std::hypot(d(0), d(1), d(2)) > stretch * (*springs.rest_length)[s]) found.push_back({a, b});
+    if (std::hypot(d(0), d(1), d(2)) > stretch * (*springs.rest_length)[s]) found.push_back(ends);
   }
   std::sort(found.begin(), found.end());
   return found;

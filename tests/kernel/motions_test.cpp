@@ -384,7 +384,9 @@ std::vector<Contact> bodies() {
 
 TEST_CASE("motions: what slides along a body, and off it, does so alike whatever moves with it") {
   for (const Contact& body : bodies()) {
-    for (const auto& [friction, drag] : {std::pair(0.0, 0.0), std::pair(0.0, 0.5), std::pair(0.6, 0.2)}) {
+    for (const std::pair<double, double> of : {std::pair(0.0, 0.0), std::pair(0.0, 0.5), std::pair(0.6, 0.2)}) {
+      const double friction = of.first;
+      const double drag = of.second;
       Joined still = scattered(200, {-1, 0.1, -1}, {1, 1.5, 1});
       for (std::size_t i = 0; i < still.v.size(); ++i) {
         still.v[i] = {test::scatter(i, 3), test::scatter(i, 4), test::scatter(i, 5)};
