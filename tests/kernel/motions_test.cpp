@@ -384,7 +384,7 @@ std::vector<Contact> bodies() {
 
 TEST_CASE("motions: what slides along a body, and off it, does so alike whatever moves with it") {
   for (const Contact& body : bodies()) {
-    for (const std::pair<double, double> of : {std::pair(0.0, 0.0), std::pair(0.0, 0.5), std::pair(0.6, 0.2)}) {
+    for (const std::pair<double, double>& of : {std::pair(0.0, 0.0), std::pair(0.0, 0.5), std::pair(0.6, 0.2)}) {
       const double friction = of.first;
       const double drag = of.second;
       Joined still = scattered(200, {-1, 0.1, -1}, {1, 1.5, 1});
