@@ -285,6 +285,18 @@ template <class V, Arithmetic arithmetic>
   return touch_mesh<V, arithmetic>(surface, x);
 }
 
+// What surrounds lanes: of planes at rest, all of them looked at, the loops over surfaces call nothing and test nothing.
+enum class Surroundings { any, planes };
+
+template <class V, Arithmetic arithmetic, Surroundings surroundings>
+[[gnu::always_inline]] inline Touch<V> touch(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
+  if constexpr (surroundings == Surroundings::planes) {
+    return touch_plane<V, arithmetic>(surface, x);
+  } else {
+    return touch<V, arithmetic>(surface, x);
+  }
+}
+
 template <class V>
 struct Path {
   Three<V> u, a;
@@ -804,7 +816,7 @@ Mask<V> is_among(const Held<V>& held, V number) noexcept {
 
 // Which surfaces may hold lanes from here on: they stand on them, and neither leave them higher than rounding nor come faster
 // than forces bring them to rest on them within the step. Looked at once for each of the first surfaces.
-template <class V, Arithmetic arithmetic, PathForm form>
+template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
 class Candidates {
   using T = Scalar<V>;
 
@@ -818,8 +830,8 @@ class Candidates {
   };
 
   // s1: the distance at the end.
-  [[nodiscard]] Candidate of(std::size_t j, V s1) noexcept {
-    if (j >= kept) return look(j, s1);
+  [[nodiscard]] [[gnu::always_inline]] inline Candidate of(std::size_t j, V s1) noexcept {
+    if (surroundings == Surroundings::planes || j >= kept) return look(j, s1);
     if (!is_known_[j]) known_[j] = look(j, s1);
     is_known_[j] = true;
     return known_[j];
@@ -830,10 +842,16 @@ class Candidates {
  private:
   [[nodiscard]] Candidate look(std::size_t j, V s1) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
+    if constexpr (surroundings == Surroundings::planes) return look(j, s1, m_, size_);
     Trajectory<V> room;
     const Trajectory<V>& m = seen_from<V, arithmetic>(surface, m_, course_.t, room);
-    const V size = surface.movement == Movement::rest ? size_ : one_norm(m.x0);
-    const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
+    return look(j, s1, m, surface.movement == Movement::rest ? size_ : one_norm(m.x0));
+  }
+
+  [[nodiscard]] [[gnu::always_inline]] inline Candidate look(std::size_t j, V s1, const Trajectory<V>& m,
+                                                             V size) const noexcept {
+    const Surface<T>& surface = terms_.surfaces[j];
+    const Touch<V> start = touch<V, arithmetic, surroundings>(surface, m.x0);
     const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * size;
     const V near = V(2 * std::numeric_limits<T>::epsilon()) * ((size + end_size) + V(surface.radius + surface.radius));
     const V d0 = course_.t * dot<arithmetic>(start.n, m.v0);
@@ -870,7 +888,7 @@ struct Wedge {
 };
 
 template <class V, Arithmetic arithmetic>
-Wedge<V> wedge_of(const Three<V>& a, const Three<V>& b) noexcept {
+[[gnu::always_inline]] inline Wedge<V> wedge_of(const Three<V>& a, const Three<V>& b) noexcept {
   using T = Scalar<V>;
   const V one(T(1));
   const V kappa = dot<arithmetic>(a, b);
@@ -880,7 +898,7 @@ Wedge<V> wedge_of(const Three<V>& a, const Three<V>& b) noexcept {
 }
 
 template <class V>
-Two<V> solve_two(V a, V b, const Wedge<V>& wedge) noexcept {
+[[gnu::always_inline]] inline Two<V> solve_two(V a, V b, const Wedge<V>& wedge) noexcept {
   const V zero(Scalar<V>(0));
   const V both_a = wedge.scale * (wedge.kappa * b - a);
   const V both_b = wedge.scale * (wedge.kappa * a - b);
@@ -907,7 +925,7 @@ HeldEnd<V> select(const Mask<V>& where, const HeldEnd<V>& a, const HeldEnd<V>& b
 }
 
 template <class V, Arithmetic arithmetic>
-HeldEnd<V> held_by_one(const Holder<V>& a, const Trajectory<V>& m, V direction) noexcept {
+[[gnu::always_inline]] inline HeldEnd<V> held_by_one(const Holder<V>& a, const Trajectory<V>& m, V direction) noexcept {
   const V zero(Scalar<V>(0));
   const V vn = dot<arithmetic>(a.n, m.v1);
   const Mask<V> is_pressed = direction * vn < zero;
@@ -918,7 +936,8 @@ HeldEnd<V> held_by_one(const Holder<V>& a, const Trajectory<V>& m, V direction) 
 }
 
 template <class V, Arithmetic arithmetic>
-HeldEnd<V> held_by_two(const Holder<V>& a, const Holder<V>& b, const Trajectory<V>& m, V direction) noexcept {
+[[gnu::always_inline]] inline HeldEnd<V> held_by_two(const Holder<V>& a, const Holder<V>& b, const Trajectory<V>& m,
+                                                     V direction) noexcept {
   const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);
   const Two<V> way = solve_two(a.s, b.s, wedge);
   const auto along_both = [&](const Three<V>& v, const Two<V>& removed) {
@@ -935,8 +954,8 @@ HeldEnd<V> held_by_two(const Holder<V>& a, const Holder<V>& b, const Trajectory<
 
 // Of the surfaces that may hold lanes, the one whose inside their end x lies deepest in, with its normal and distance at the
 // end as nothing would hold them.
-template <class V, Arithmetic arithmetic, PathForm form>
-Holder<V> deepest(const Terms<Scalar<V>>& terms, Candidates<V, arithmetic, form>& candidates, const Three<V>& x1,
+template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
+Holder<V> deepest(const Terms<Scalar<V>>& terms, Candidates<V, arithmetic, form, surroundings>& candidates, const Three<V>& x1,
                   const Held<V>& held, const Three<V>& x, Mask<V> lanes) noexcept {
   using T = Scalar<V>;
   Holder<V> found = no_holder<V>();
@@ -944,10 +963,10 @@ Holder<V> deepest(const Terms<Scalar<V>>& terms, Candidates<V, arithmetic, form>
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const V number(static_cast<T>(j));
-    const V s = touch<V, arithmetic>(surface, x).s;
+    const V s = touch<V, arithmetic, surroundings>(surface, x).s;
     const Mask<V> is_new = lanes & (s < depth) & !is_among(held, number);
     if (!any_lane<V>(is_new)) continue;
-    const Touch<V> end = touch<V, arithmetic>(surface, x1);
+    const Touch<V> end = touch<V, arithmetic, surroundings>(surface, x1);
     const auto candidate = candidates.of(j, end.s);
     const Mask<V> is_it = is_new & candidate.may_hold;
     depth = select<V>(is_it, s, depth);
@@ -1044,18 +1063,19 @@ template <class V, Arithmetic arithmetic>
 }
 
 // Ends the step of lanes on the surfaces that hold them from here on: an active set of at most three, the deepest first.
-template <class V, Arithmetic arithmetic, PathForm form>
+template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings = Surroundings::any>
 void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course, Mask<V> lanes) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V none(T(-1));
-  watch(terms, course, m.x1, lanes);
-  Candidates<V, arithmetic, form> candidates(terms, m, course);
+  constexpr bool is_any = surroundings == Surroundings::any;
+  if constexpr (is_any) watch(terms, course, m.x1, lanes);
+  Candidates<V, arithmetic, form, surroundings> candidates(terms, m, course);
   Holder<V> a = no_holder<V>();
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const V number(static_cast<T>(j));
-    const Touch<V> end = touch<V, arithmetic>(surface, m.x1);
+    const Touch<V> end = touch<V, arithmetic, surroundings>(surface, m.x1);
     const Mask<V> is_deeper = lanes & (end.s < a.s);
     if (!any_lane<V>(is_deeper)) continue;
     const auto candidate = candidates.of(j, end.s);
@@ -1069,19 +1089,20 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   held.c = select<V>(lanes, none, held.c);
   if (!any_lane<V>(is_held)) return;
 
+  const bool moves = is_any && terms.moves;
   Against<V> moved;
-  if (terms.moves) moved = against_one<V, arithmetic>(terms, a, m, course.t);
-  const auto against = [&]() -> const Trajectory<V>& { return terms.moves ? moved.m : m; };
+  if (moves) moved = against_one<V, arithmetic>(terms, a, m, course.t);
+  const auto against = [&]() -> const Trajectory<V>& { return moves ? moved.m : m; };
   HeldEnd<V> end = held_by_one<V, arithmetic>(a, against(), course.direction);
-  watch(terms, course, end.x, is_held);
-  const Holder<V> b = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, is_held);
+  if constexpr (is_any) watch(terms, course, end.x, is_held);
+  const Holder<V> b = deepest<V, arithmetic, form, surroundings>(terms, candidates, m.x1, held, end.x, is_held);
   const Mask<V> has_b = b.number >= zero;
   if (any_lane<V>(has_b)) {
-    if (terms.moves) moved = select(has_b, against_two<V, arithmetic>(terms, a, b, m, course.t), moved);
+    if (moves) moved = select(has_b, against_two<V, arithmetic>(terms, a, b, m, course.t), moved);
     end = select(has_b, held_by_two<V, arithmetic>(a, b, against(), course.direction), end);
     held.b = select<V>(has_b, b.number, held.b);
-    watch(terms, course, end.x, has_b);
-    const Holder<V> c = deepest<V, arithmetic, form>(terms, candidates, m.x1, held, end.x, has_b);
+    if constexpr (is_any) watch(terms, course, end.x, has_b);
+    const Holder<V> c = deepest<V, arithmetic, form, surroundings>(terms, candidates, m.x1, held, end.x, has_b);
     const Mask<V> has_c = c.number >= zero;
     if (any_lane<V>(has_c)) {
       end = select(has_c, held_by_three<V, arithmetic>(a, b, c, against(), course.direction), end);
@@ -1099,7 +1120,7 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   const Mask<V> rests = motion < V(std::numeric_limits<T>::epsilon() / 4) * candidates.end_size;
   const V sunk = select<V>(held.b < zero, a.s0, zero);
   end.x = select(rests, subtract_product<arithmetic>(against().x0, sunk, a.n), end.x);
-  if (terms.moves) {
+  if (moves) {
     end.v = end.v + velocity_of<V, arithmetic>(terms, a, moved, end.x);
     end.v0 = m.v0 + (end.v0 - moved.m.v0);
   }
@@ -1253,7 +1274,7 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arit
 }
 
 // Lanes whose path may touch a surface that does not hold them.
-template <class V, Arithmetic arithmetic, PathForm form>
+template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings = Surroundings::any>
 class Nearness {
   using T = Scalar<V>;
 
@@ -1266,16 +1287,25 @@ class Nearness {
         middle_(multiply_add<arithmetic>(corner_, m.v0, m.x0)) {}
 
   void watch_ends(Course<V, arithmetic, form>& course, Mask<V> lanes) const noexcept {
+    if constexpr (surroundings == Surroundings::planes) return;
     watch(terms_, course, m_.x1, lanes);
     watch(terms_, course, middle_, lanes);
   }
 
   [[nodiscard]] Mask<V> operator()(std::size_t j) const noexcept {
-    return may_touch<V, arithmetic>(terms_.surfaces[j], m_, middle_, course_.t, corner_) &
-           !is_among(course_.held, V(static_cast<T>(j)));
+    return may_touch(j) & !is_among(course_.held, V(static_cast<T>(j)));
   }
 
  private:
+  [[nodiscard]] [[gnu::always_inline]] Mask<V> may_touch(std::size_t j) const noexcept {
+    const Surface<T>& surface = terms_.surfaces[j];
+    if constexpr (surroundings == Surroundings::planes) {
+      return may_touch_plane<V, arithmetic>(surface, m_, middle_);
+    } else {
+      return dvdx::may_touch<V, arithmetic>(surface, m_, middle_, course_.t, corner_);
+    }
+  }
+
   const Terms<T>& terms_;
   const Trajectory<V>& m_;
   const Course<V, arithmetic, form>& course_;
@@ -1508,11 +1538,11 @@ struct Settled {
   Mask<V> strayed;
 };
 
-template <class V, Arithmetic arithmetic>
+template <class V, Arithmetic arithmetic, Surroundings surroundings>
 [[gnu::noinline]] Settled<V> settle(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
   auto course = course_of<V, arithmetic>(terms, touches);
-  hold<V, arithmetic, PathForm::parabola>(terms, m, course, touches);
-  const Nearness<V, arithmetic, PathForm::parabola> near(terms, m, course);
+  hold<V, arithmetic, PathForm::parabola, surroundings>(terms, m, course, touches);
+  const Nearness<V, arithmetic, PathForm::parabola, surroundings> near(terms, m, course);
   near.watch_ends(course, touches);
   Mask<V> busy(false);
   for (std::size_t j = 0; j < terms.surface_count; ++j) busy = busy | near(j);
@@ -1520,7 +1550,9 @@ template <class V, Arithmetic arithmetic>
   const Mask<V> is_held = touches & (course.held.a >= V(Scalar<V>(0)));
   const bool holds = any_lane<V>(is_held);
   const Mask<V> lanes = touches & !busy;
-  if (has_body(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, course, lanes);
+  if constexpr (surroundings == Surroundings::any) {
+    if (has_body(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, course, lanes);
+  }
   return {busy & !course.strayed, holds ? Standing::unknown : Standing::none, course.strayed};
 }
 
@@ -1694,7 +1726,8 @@ template <class V, Arithmetic arithmetic>
     m.v1 = copied(copy.v1);
     return true;
   }
-  const Settled<V> settled = settle<V, arithmetic>(terms, left, copy);
+  const Settled<V> settled = terms.are_planes && !terms.moves ? settle<V, arithmetic, Surroundings::planes>(terms, left, copy)
+                                                              : settle<V, arithmetic, Surroundings::any>(terms, left, copy);
   Mask<V> strayed = settled.strayed;
   if (any_lane<V>(settled.busy)) {
     Trajectory<V> fresh{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
