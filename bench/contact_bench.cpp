@@ -1,4 +1,7 @@
 // The contact pass: what looking for impacts costs where there are none, and what they cost.
+#include <utility>
+#include <variant>
+
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"
@@ -41,6 +44,15 @@ Scene capsules(double height) {
   return scene;
 }
 
+// Far off, and on its way up or around: what surfaces that move cost where nothing touches them.
+Scene with_motion(Contact contact, const Vec3& translation, const Vec3& rotation) {
+  Scene scene = fall();
+  scene.motions = {{.keys = {{.time = 0}, {.time = 1e3, .translation = translation, .rotation = rotation}}}};
+  std::visit([](auto& body) { body.motion = 0; }, contact);
+  scene.contacts.push_back(std::move(contact));
+  return scene;
+}
+
 // A mesh among particles, in a grid of 70 x 70 x 70 nodes.
 Scene octahedron() {
   TriangleMesh mesh{.vertices = {},
@@ -68,6 +80,12 @@ void add_contacts() {
   add_in_cache<T>({.name = "contact/corner", .scene = [](std::size_t) { return corner(); }, .start = start_cornered<T>});
   add_in_cache<T>({.name = "contact/64_capsules_far", .scene = [](std::size_t) { return capsules(-1e4); }});
   add_in_cache<T>({.name = "contact/64_capsules_near", .scene = [](std::size_t) { return capsules(0); }});
+  add_in_cache<T>({.name = "contact/moving_plane", .scene = [](std::size_t) {
+                     return with_motion(far_floor({0, 1, 0}), {0, 1e3, 0}, {});
+                   }});
+  add_in_cache<T>({.name = "contact/turning_box", .scene = [](std::size_t) {
+                     return with_motion(OrientedBox{.center = {0, -1e4, 0}, .restitution = 0.5}, {}, {0, 1e3, 0});
+                   }});
   add_in_cache<T>({.name = "contact/mesh", .scene = [](std::size_t) { return octahedron(); }});
   add_plain<T>(
       "contact/all_hit", [](const PlainArrays<T>& arrays) { plain_floor_step(arrays, T(9.81), T(1), static_cast<T>(frame)); },

@@ -165,8 +165,12 @@ std::string step_all(Plan<T>& plan, State<T>& state, const Deeds& deeds, const P
 template <class T>
 bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds) {
   const auto limit = plan.network_limit();
-  const bool is_slow = limit || !random.scene.contacts.empty() || !random.scene.constraints.empty();
-  return !is_slow || (deeds.steps < 10 && (!limit || limit->substeps <= 64));
+  const std::size_t contacts = random.scene.contacts.size();
+  const bool is_slow = limit || contacts > 0 || !random.scene.constraints.empty();
+  if (!is_slow) return true;
+  const int substeps = limit ? limit->substeps : 1;
+  const double impacts = static_cast<double>(deeds.steps * random.x.size() * contacts) * substeps * deeds.impacts;
+  return deeds.steps < 10 && substeps <= 64 && impacts < 2e5;
 }
 
 std::vector<double> told_by(const ContactReport& report) {

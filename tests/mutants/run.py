@@ -252,8 +252,8 @@ def filter_of(names):
 
 def programs(tests, baseline, last):
     """Test programs and the seconds that each may take. First the case that caught the fault in an earlier run, then the test
-    files nearest to the fault, then all, both without the slow cases; then those; then the counted allocations. The golden
-    hashes come last: they know that bits have changed, and not what is right."""
+    files nearest to the fault, then all, both without the slow cases; then the golden hashes, which know that bits have changed
+    and not what is right; then the counted allocations, and last the slow cases, which take minutes."""
     program = TESTS + ["--abort-after=1"]
     others = ["--source-file-exclude=*/golden_test.cpp"]
     slow = filter_of(baseline["slow"])
@@ -263,9 +263,9 @@ def programs(tests, baseline, last):
         yield program + [f"--source-file=*/{file}.cpp", f"--test-case={filter_of([case])}"], long
     yield program + [f"--test-case-exclude={slow}", "--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)], short
     yield program + [f"--test-case-exclude={slow}", *others], short
-    yield program + [f"--test-case={slow}", *others], long
-    yield ALLOCATIONS, short
     yield program + ["--source-file=*/golden_test.cpp"], short
+    yield ALLOCATIONS, short
+    yield program + [f"--test-case={slow}", *others], long
 
 
 def verdict(mutant, baseline, last=""):

@@ -1,0 +1,410 @@
+// Impacts in the order of time, wide. The scalar twin: impact_reference.hpp.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+
+#include "passes/contact/rest.inl.hpp"
+#include "passes/contact/time_of_impact.inl.hpp"
+#include "passes/contact/touch_test.inl.hpp"
+
+namespace dvdx {
+namespace {
+
+// What is left of the tangential velocity at an impact, and of infinitely many where they are over within the step. What lay or
+// slid on the surface before comes to none.
+template <class V, Arithmetic arithmetic, PathForm form>
+V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V, arithmetic, form>& course,
+                    const Three<V>& gain, Mask<V> is_over) noexcept {
+  using T = Scalar<V>;
+  const V one(T(1));
+  if (surface.tau == 1) return one;
+  constexpr T eps = std::numeric_limits<T>::epsilon();
+  const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
+  const V low = V(low_bounce * eps) * (one_norm(m.x0) + V(surface.radius));
+  const V out = course.direction * dot<arithmetic>(start.n, m.v0);
+  const V own = magnitude(dot<arithmetic>(start.n, gain));
+  const V rounding = V(4 * eps) * one_norm(m.v0);
+  const Mask<V> is_out = out > V(T(0));
+  const Mask<V> stays_low = (out <= rounding) | (out * out * magnitude(course.t) <= V(T(2)) * own * low);
+  const Mask<V> comes_slow = -out <= own + rounding;
+  const Mask<V> rests = (start.s <= V(T(4)) * low) & ((is_out & stays_low) | ((!is_out) & comes_slow));
+  return select<V>(rests, one, select<V>(is_over, V(T(0)), V(surface.tau)));
+}
+
+// A particle at the part f of what remains.
+template <class V>
+struct Moment {
+  Three<V> x, v;
+};
+
+template <class V, Arithmetic arithmetic, PathForm form>
+Moment<V> moment(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V, arithmetic, form>& course,
+                 const Three<V>& gain, V f) noexcept {
+  if constexpr (form == PathForm::parabola) {
+    return {along<V, arithmetic>(m.x0, path(surface, m, course.t), f), multiply_add<arithmetic>(f, gain, m.v0)};
+  } else {
+    const Responses<V> P = (*course.bending)(f * course.left);
+    const auto& end = course.end;
+    const bool is_driven = course.bending->is_driven();
+    const V frequency = quotient<V>(V(Scalar<V>(1)), course.h);
+    Three<V> v1 = m.v1;
+    if (is_driven) v1 = v1 - frequency * driven<V, arithmetic>(course.drive, end.P2, end.P3, end.P4);
+    Moment<V> at;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const V pull = subtract_product<arithmetic>(v1[k], m.v0[k], end.P0[k]) * inverse(end.P1[k]);
+      at.v[k] = multiply_add<arithmetic>(pull, P.P1[k], m.v0[k] * P.P0[k]);
+    }
+    if (is_driven) at.v = at.v + frequency * driven<V, arithmetic>(course.drive, P.P2, P.P3, P.P4);
+    at.x = surface.sweep == ContactPath::line ? along<V, arithmetic>(m.x0, path(surface, m, course.t), f)
+                                              : m.x0 + flow_path<V, arithmetic>(m, course).way(P);
+    return at;
+  }
+}
+
+// The normal and the velocity of a surface where it meets lanes at x, t before the end.
+template <class V>
+struct Meeting {
+  Three<V> n, v;
+};
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Meeting<V> meeting(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) noexcept {
+  const Three<V> n = touch<V, arithmetic>(surface, taken_along<V, arithmetic>(surface, x, t)).n;
+  const Three<V> v = velocity_at<V, arithmetic>(surface, x, t);
+  if (surface.movement != Movement::turns) return {n, v};
+  return {turned_by<V, arithmetic>((-t) * three<V>(surface.omega), n), v};
+}
+
+template <class V, Arithmetic arithmetic, PathForm form>
+void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arithmetic, form>& course, V f,
+             Mask<V> hits) noexcept {
+  const V zero(Scalar<V>(0));
+  const V one(Scalar<V>(1));
+  const Three<V> gain = m.v1 - m.v0;
+  const auto [xf, vf] = moment<V, arithmetic, form>(surface, m, course, gain, f);
+  const V rest = one - f;
+  const V t = rest * course.t;
+  const bool moves = surface.movement != Movement::rest;
+  Meeting<V> met;
+  if (moves) {
+    met = meeting<V, arithmetic>(surface, xf, t);
+  } else {
+    met.n = touch<V, arithmetic>(surface, xf).n;
+  }
+  const Three<V> n = met.n;
+  const Three<V> vr = moves ? vf - met.v : vf;
+  const V vn = dot<arithmetic>(n, vr);
+  const Mask<V> acts = hits & (course.direction * vn <= zero);
+
+  // An impact whose bounces would all be over within the step is the last of them. What holds a lane up to here, and its
+  // friction, do not press.
+  const Mask<V> was_held = course.held.a >= zero;
+  const Three<V> forces = select(was_held, gain - course.held.dv, gain);
+  const V pressed = rest * (course.direction * dot<arithmetic>(n, forces));
+  const Mask<V> is_over = V(surface.e + surface.e) * magnitude(vn) <= V(surface.e - 1) * pressed;
+  const bool may_settle = surface.response == Response::resume && surface.e > 0;
+  const V e = may_settle ? select<V>(is_over, zero, V(surface.e)) : V(surface.e);
+  Trajectory<V> room;
+  const V tau = kept_by_viscosity<V, arithmetic, form>(surface, seen_from<V, arithmetic>(surface, m, course.t, room), course,
+                                                       gain, may_settle ? is_over : Mask<V>(false));
+  const Three<V> vt = tau * subtract_product<arithmetic>(vr, vn, n);
+  const V slide = V(surface.mu) * ((one + e) * magnitude(vn));
+  const V kept = surface.mu == 0 ? one : kept_by_friction(slide, slide, square_root(dot<arithmetic>(vt, vt)));
+  const Three<V> away = subtract_product<arithmetic>(kept * vt, e * vn, n);
+  const Three<V> after = moves ? away + met.v : away;
+
+  // What held a lane up to here need not hold it in the rest.
+  const Three<V> x1 = select(was_held, subtract_product<arithmetic>(m.x1, rest * rest, course.held.dx), m.x1);
+  const Three<V> way = x1 - xf;
+  const V beyond = dot<arithmetic>(n, moves ? subtract_product<arithmetic>(way, t, met.v) : way);
+  Three<V> moved = subtract_product<arithmetic>(x1, beyond, n);
+  Three<V> v1;
+  if constexpr (form == PathForm::parabola) {
+    if (surface.response == Response::resume) moved = multiply_add<arithmetic>(t, after - vf, x1);
+    v1 = multiply_add<arithmetic>(rest, gain, after);
+  } else {
+    const V left = rest * course.left;
+    const Responses<V> P = (*course.bending)(left);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const V pulse = after[k] - vf[k];
+      if (surface.response == Response::resume) moved[k] = multiply_add<arithmetic>(course.h * P.P1[k], pulse, x1[k]);
+      v1[k] = multiply_add<arithmetic>(P.P0[k], pulse, m.v1[k]);
+    }
+    if (course.bending->is_driven()) {
+      const V passed = f * course.left;
+      const Drive<V>& drive = course.drive;
+      const Three<V> D2 = multiply_add<arithmetic>(passed, drive.D3, drive.D2);
+      const V half = V(Scalar<V>(0.5)) * passed;
+      const Three<V> D1 = multiply_add<arithmetic>(passed, multiply_add<arithmetic>(half, drive.D3, drive.D2), drive.D1);
+      course.drive = {select(hits, D1, drive.D1), select(hits, D2, drive.D2), drive.D3};
+    }
+    course.left = select<V>(hits, left, course.left);
+    course.end = select(hits, P, course.end);
+  }
+  v1 = select(was_held, subtract_product<arithmetic>(v1, rest, course.held.dv), v1);
+
+  m.x1 = select(acts, moved, select(hits, x1, m.x1));
+  m.v1 = select(acts, v1, select(hits & was_held, subtract_product<arithmetic>(m.v1, rest, course.held.dv), m.v1));
+  m.x0 = select(hits, xf, m.x0);
+  m.v0 = select(acts, after, select(hits, vf, m.v0));
+  course.t = select<V>(hits, t, course.t);
+}
+
+// Lanes whose path may touch a surface that does not hold them.
+template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings = Surroundings::any>
+class Nearness {
+  using T = Scalar<V>;
+
+ public:
+  Nearness(const Terms<T>& terms, const Trajectory<V>& m, const Course<V, arithmetic, form>& course) noexcept
+      : terms_(terms),
+        m_(m),
+        course_(course),
+        corner_(V(terms.bend.corner) * course.t),
+        middle_(multiply_add<arithmetic>(corner_, m.v0, m.x0)) {}
+
+  void watch_ends(Course<V, arithmetic, form>& course, Mask<V> lanes) const noexcept {
+    if constexpr (surroundings == Surroundings::planes) return;
+    watch(terms_, course, m_.x1, lanes);
+    watch(terms_, course, middle_, lanes);
+  }
+
+  [[nodiscard]] Mask<V> operator()(std::size_t j) const noexcept {
+    return may_touch(j) & !is_among(course_.held, V(static_cast<T>(j)));
+  }
+
+ private:
+  [[nodiscard]] [[gnu::always_inline]] Mask<V> may_touch(std::size_t j) const noexcept {
+    const Surface<T>& surface = terms_.surfaces[j];
+    if constexpr (surroundings == Surroundings::planes) {
+      return may_touch_plane<V, arithmetic>(surface, m_, middle_);
+    } else {
+      return dvdx::may_touch<V, arithmetic>(surface, m_, middle_, course_.t, corner_);
+    }
+  }
+
+  const Terms<T>& terms_;
+  const Trajectory<V>& m_;
+  const Course<V, arithmetic, form>& course_;
+  V corner_;
+  Three<V> middle_;
+};
+
+// The earliest impact of every lane; false where none remains.
+template <class V, Arithmetic arithmetic, PathForm form>
+bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course) noexcept {
+  using T = Scalar<V>;
+  const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * one_norm(m.x0);
+  const Nearness<V, arithmetic, form> near(terms, m, course);
+  near.watch_ends(course, course.active);
+  V earliest(T(2));
+  V which(T(-1));
+  Mask<V> any_near(false);
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const V number(static_cast<T>(j));
+    const Mask<V> lanes = course.active & near(j);
+    if (!any_lane<V>(lanes)) continue;
+    any_near = any_near | lanes;
+    const Crossing<V> crossing = cross<V, arithmetic, form>(terms, terms.surfaces[j], m, course, course.last == number, low);
+    const Mask<V> is_earlier = lanes & crossing.hits & (crossing.f < earliest);
+    earliest = select<V>(is_earlier, crossing.f, earliest);
+    which = select<V>(is_earlier, number, which);
+  }
+  course.active = course.active & (which >= V(T(0)));
+  course.loose = (course.loose | any_near) & !course.active;
+  if (!any_lane<V>(course.active)) return false;
+  course.last = select<V>(course.active, which, course.last);
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const Mask<V> hits = which == V(static_cast<T>(j));
+    if (any_lane<V>(hits)) respond<V, arithmetic, form>(terms.surfaces[j], m, course, earliest, hits);
+  }
+  hold<V, arithmetic, form>(terms, m, course, course.active);
+  return true;
+}
+
+template <class V, Arithmetic arithmetic, PathForm form>
+void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V, arithmetic, form>& course, Mask<V> held,
+           Mask<V> inside, V size) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const Three<V> n = touch<V, arithmetic>(surface, m.x1).n;
+  Trajectory<V> room;
+  const Trajectory<V>& seen = seen_from<V, arithmetic>(surface, m, course.t, room);
+  const V vn = dot<arithmetic>(n, seen.v1);
+  const V removed = magnitude(vn);
+  const Three<V> vt = subtract_product<arithmetic>(seen.v1, vn, n);
+  const V length = square_root(dot<arithmetic>(vt, vt));
+  const V kept = kept_by_friction(V(surface.mu) * removed, V(surface.hold) * removed, length);
+  const Mask<V> is_pressed = inside & (course.direction * vn < zero);
+  const Three<V> slower = select(is_pressed, kept * vt, seen.v1);
+  const V motion = magnitude(course.t) * one_norm(seen.v0 + slower);
+  const Mask<V> rests = held & (motion < V(std::numeric_limits<T>::epsilon() / 4) * size);
+  const Three<V> base = select(rests, seen.x0, m.x1);
+  const Touch<V> there = touch<V, arithmetic>(surface, base);
+  m.x1 = select(inside, subtract_product<arithmetic>(base, there.s, there.n), m.x1);
+  if (surface.movement == Movement::rest) {
+    m.v1 = slower;
+  } else {
+    m.v1 = select(is_pressed, slower + velocity_at<V, arithmetic>(surface, m.x1, V(T(0))), m.v1);
+  }
+}
+
+template <class V, Arithmetic arithmetic, PathForm form>
+void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course, Mask<V> touches) noexcept {
+  using T = Scalar<V>;
+  watch(terms, course, m.x1, touches);
+  V tolerance(T(0));
+  for (int round = 0; round < clamp_rounds; ++round) {
+    Mask<V> is_clamped(false);
+    for (std::size_t j = 0; j < terms.surface_count; ++j) {
+      const auto& surface = terms.surfaces[j];
+      const V size = one_norm(m.x1);
+      const V number(static_cast<T>(j));
+      const Mask<V> is_held = is_among(course.held, number);
+      // A plane that holds a lane has it where it should be.
+      const Mask<V> is_looked_at = round == 0 && surface.shape == Shape::plane ? touches & !is_held : touches;
+      const Mask<V> inside = is_looked_at & (touch<V, arithmetic>(surface, m.x1).s < -(tolerance * size));
+      if (!any_lane<V>(inside)) continue;
+      is_clamped = is_clamped | inside;
+      clamp<V, arithmetic, form>(surface, m, course, (course.last == number) | is_held, inside, size);
+      watch(terms, course, m.x1, inside);
+    }
+    touches = touches & is_clamped;
+    if (!any_lane<V>(touches)) return;
+    tolerance = V(2 * std::numeric_limits<T>::epsilon());
+  }
+}
+
+template <class T>
+bool has_body(const Terms<T>& terms) noexcept {
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    if (terms.surfaces[j].shape != Shape::plane) return true;
+  }
+  return false;
+}
+
+// Whether surfaces may hold lanes at their start. None: it has been looked at.
+enum class Standing { unknown, none };
+
+// Only lanes in `touches` change, so that a particle's bits do not depend on its neighbours.
+template <class V, Arithmetic arithmetic, PathForm form>
+void resolve_all(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing, Trajectory<V>& m,
+                 Course<V, arithmetic, form>& course) noexcept {
+  if (standing == Standing::unknown) hold<V, arithmetic, form>(terms, m, course, touches);
+  for (int impact = 0; impact < terms.impacts; ++impact) {
+    if (!resolve_earliest<V, arithmetic, form>(terms, m, course)) break;
+  }
+  // What was near nothing in the end but planes that hold it is outside. (Of a body the two tests round in different ways.)
+  const Mask<V> lanes = has_body(terms) ? touches : touches & (course.loose | course.active);
+  if (any_lane<V>(lanes)) clamp_all<V, arithmetic, form>(terms, m, course, lanes);
+}
+
+template <class V, Arithmetic arithmetic>
+Course<V, arithmetic, PathForm::parabola> course_of(const Terms<Scalar<V>>& terms, Mask<V> touches) noexcept {
+  using T = Scalar<V>;
+  return {.direction = V(terms.h < 0 ? T(-1) : T(1)),
+          .t = V(terms.h),
+          .last = V(T(-1)),
+          .active = touches,
+          .loose = Mask<V>(false),
+          .held = not_held<V>()};
+}
+
+// Both return the lanes that have strayed.
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Mask<V> resolve_on_parabolas(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing,
+                                               Trajectory<V>& m) noexcept {
+  auto course = course_of<V, arithmetic>(terms, touches);
+  resolve_all<V, arithmetic, PathForm::parabola>(terms, touches, standing, m, course);
+  return course.strayed;
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Mask<V> resolve_in_flow(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches,
+                                          Standing standing, Trajectory<V>& m, const Bending<V, arithmetic>& bending) noexcept {
+  using T = Scalar<V>;
+  const V one(T(1));
+  Course<V, arithmetic, PathForm::flow> course{.direction = V(terms.h < 0 ? T(-1) : T(1)),
+                                               .t = V(terms.h),
+                                               .last = V(T(-1)),
+                                               .active = touches,
+                                               .loose = Mask<V>(false),
+                                               .held = not_held<V>(),
+                                               .bending = &bending,
+                                               .h = V(terms.h),
+                                               .left = one,
+                                               .end = bending(one),
+                                               .drive = {}};
+  if (bending.is_driven()) {
+    course.drive = {three<V>(offsets.drive[0]), three<V>(offsets.drive[1]), three<V>(offsets.drive[2])};
+  }
+  resolve_all<V, arithmetic, PathForm::flow>(terms, touches, standing, m, course);
+  return course.strayed;
+}
+
+// The commonest impact straight on: lanes that come from above the only plane, bounce off it once along their parabolas, and do
+// not come near it again. The formulas and their order are those of resolve_all. Returns the lanes that are left.
+template <class V>
+bool is_one_plane(const Terms<Scalar<V>>& terms) noexcept {
+  const Surface<Scalar<V>>& surface = terms.surfaces[0];
+  return terms.surface_count == 1 && !terms.moves && !terms.searches && terms.bend.degree == 0 && terms.impacts > 1 &&
+         surface.shape == Shape::plane && surface.sweep == ContactPath::curve && surface.response == Response::resume &&
+         surface.tau == 1;
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Mask<V> bounce_once(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
+  using T = Scalar<V>;
+  const Surface<T>& surface = terms.surfaces[0];
+  const V zero(T(0));
+  const V one(T(1));
+  const V d(surface.d);
+  const V direction(terms.h < 0 ? T(-1) : T(1));
+  const V h(terms.h);
+  const Three<V> n = three<V>(surface.n);
+  const V start = dot<arithmetic>(n, m.x0) - d;
+  const V near = V(4 * std::numeric_limits<T>::epsilon()) * (one_norm(m.x0) + V(surface.radius));
+  const Mask<V> stands = magnitude(start) <= near;
+  if (!any_lane<V>(touches & !stands)) return touches;
+
+  const V s0 = select<V>(start < zero, zero, start);
+  const V s1 = dot<arithmetic>(n, m.x1) - d;
+  const V d0 = h * dot<arithmetic>(n, m.v0);
+  const V c = (s1 - s0) - d0;
+  const V disc = discriminant<V, arithmetic>(s0, d0, c);
+  V f = first_root(s0, d0, c, disc);
+  f = select<V>(f < one, f, one);
+  Mask<V> hits = s1 < zero;
+  if (surface.finds_dips) hits = hits | ((d0 < zero) & (disc > zero) & (-d0 < c + c));
+
+  const Three<V> gain = m.v1 - m.v0;
+  const Three<V> xf = along<V, arithmetic>(m.x0, path(surface, m, h), f);
+  const Three<V> vf = multiply_add<arithmetic>(f, gain, m.v0);
+  const V vn = dot<arithmetic>(n, vf);
+  const V rest = one - f;
+  const V t = rest * h;
+  const V pressed = rest * (direction * dot<arithmetic>(n, gain));
+  const Mask<V> is_over = V(surface.e + surface.e) * magnitude(vn) <= V(surface.e - 1) * pressed;
+  const V e = surface.e > 0 ? select<V>(is_over, zero, V(surface.e)) : V(surface.e);
+  Three<V> vt = subtract_product<arithmetic>(vf, vn, n);
+  if (surface.mu != 0) {
+    const V slide = V(surface.mu) * ((one + e) * magnitude(vn));
+    vt = kept_by_friction(slide, slide, square_root(dot<arithmetic>(vt, vt))) * vt;
+  }
+  const Three<V> after = subtract_product<arithmetic>(vt, e * vn, n);
+  const Three<V> x1 = multiply_add<arithmetic>(t, after - vf, m.x1);
+  const Three<V> v1 = multiply_add<arithmetic>(rest, gain, after);
+
+  const Three<V> middle = multiply_add<arithmetic>(V(terms.bend.corner) * t, after, xf);
+  const Mask<V> comes_back = (dot<arithmetic>(n, x1) < d) | (dot<arithmetic>(n, middle) < d);
+  const Mask<V> bounces = direction * vn <= zero;
+  const Mask<V> left = touches & (stands | (hits & (comes_back | !bounces)));
+  const Mask<V> done = touches & hits & !left;
+  m.x1 = select(done, x1, m.x1);
+  m.v1 = select(done, v1, m.v1);
+  return left;
+}
+
+}  // namespace
+}  // namespace dvdx
