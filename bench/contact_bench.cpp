@@ -83,6 +83,9 @@ void add_contacts() {
   add_in_cache<T>({.name = "contact/moving_plane", .scene = [](std::size_t) {
                      return with_motion(far_floor({0, 1, 0}), {0, 1e3, 0}, {});
                    }});
+  add_in_cache<T>({.name = "contact/moving_sphere", .scene = [](std::size_t) {
+                     return with_motion(Sphere{.center = {0, -1e4, 0}, .restitution = 0.5}, {0, 1, 0}, {});
+                   }});
   add_in_cache<T>({.name = "contact/turning_box", .scene = [](std::size_t) {
                      return with_motion(OrientedBox{.center = {0, -1e4, 0}, .restitution = 0.5}, {}, {0, 1e3, 0});
                    }});

@@ -301,7 +301,8 @@ void FreeMotion<T>::make_surfaces() {
 template <class T>
 void FreeMotion<T>::choose_search() noexcept {
   const auto is_body = [](const Surface<T>& s) { return s.shape != Shape::plane && s.shape != Shape::sphere; };
-  terms.searches = surfaces_.size() > unsearched_surfaces || std::any_of(surfaces_.begin(), surfaces_.end(), is_body);
+  terms.searches = surfaces_.size() > unsearched_surfaces || is_any_carried(scene_.contacts) ||
+                   std::any_of(surfaces_.begin(), surfaces_.end(), is_body);
   const auto is_plane = [](const Surface<T>& s) { return s.shape == Shape::plane; };
   terms.are_planes = !terms.searches && std::all_of(surfaces_.begin(), surfaces_.end(), is_plane);
   for (Surface<T>& s : surfaces_) s.is_searched = terms.searches && s.shape == Shape::sphere && s.side > 0;

@@ -33,7 +33,7 @@ struct SurfaceGroup {
 };
 inline constexpr std::size_t group_size = 16;
 
-// Scenes of more surfaces than this search for those near a block, and so do all with bodies.
+// Scenes of more surfaces than this search for those near a block, and so do all with bodies and where a surface moves.
 inline constexpr std::size_t unsearched_surfaces = 8;
 
 // On a block's list; where more are near, the block is halved, down to so many particles, which have all surfaces.
