@@ -533,6 +533,88 @@ void c_api(Report& report, const Run& run) {
   }
 }
 
+// Of a scene whose networks join the particles held.
+Stepper<float> joined_stepper(Scene scene, const Held<float>& held) {
+  constexpr double short_frame = 1.0 / 480;  // s: leapfrog is stable in 5 sub-steps
+  scene.coupling.substeps = 5;
+  auto plan = compile<float>(scene, {.step = short_frame}, held.state);
+  if (!plan) {
+    std::fprintf(stderr, "%s\n", plan.error().message().c_str());
+    std::exit(1);
+  }
+  return {std::make_shared<Plan<float>>(std::move(*plan)), held};
+}
+
+// One plan's sheets, a copy of the same one each; or as many states of one plan.
+struct Sheets {
+  static constexpr std::size_t many = 100;
+
+  static Stepper<float> in_one_plan(Scheme scheme) {
+    const Scene one = hung_sheet(scheme);
+    const Held<float> start = hung();
+    const std::size_t count = start.state.count;
+    Scene all = one;
+    all.networks.clear();
+    all.fixed.clear();
+    const Held<float> held = hold_padded<float>(many * count);
+    for (std::size_t sheet = 0; sheet < many; ++sheet) {
+      Grid grid = std::get<Grid>(one.networks[0]);
+      grid.first = sheet * count;
+      all.networks.emplace_back(grid);
+      for (const std::size_t particle : one.fixed) all.fixed.push_back(grid.first + particle);
+      for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          held.state.x[axis][grid.first + i] = start.state.x[axis][i];
+          held.state.v[axis][grid.first + i] = 0;
+        }
+      }
+    }
+    return joined_stepper(std::move(all), held);
+  }
+  static Stepper<float> alone(Scheme scheme) { return joined_stepper(hung_sheet(scheme), hung()); }
+};
+
+// Clones of a plan, each with a state of its own, over threads.
+class States {
+ public:
+  States(const Stepper<float>& one, int threads) : parallel_(on_threads(threads)) {
+    for (std::size_t n = 0; n < Sheets::many; ++n) {
+      states_->push_back({std::make_shared<Plan<float>>(one.plan->clone()), hung()});
+    }
+  }
+  void operator()() {
+    if (parallel_.run == nullptr) {
+      for (Stepper<float>& state : *states_) state();
+    } else {
+      parallel_.run(parallel_.context, states_->size(), step, states_.get());
+    }
+  }
+
+ private:
+  static void step(void* states, std::size_t n) { (*static_cast<std::vector<Stepper<float>>*>(states))[n](); }
+
+  ParallelFor parallel_;
+  std::shared_ptr<std::vector<Stepper<float>>> states_ = std::make_shared<std::vector<Stepper<float>>>();
+};
+
+void hundred_sheets(Report& report, const Run& run) {
+  for (const auto& [name, scheme] : {std::pair{"leapfrog", Scheme::leapfrog}, std::pair{"sequential", Scheme::sequential}}) {
+    const Stepper<float> alone = Sheets::alone(scheme);
+    constexpr auto many = static_cast<double>(Sheets::many);
+    const auto bar = [&](const std::string& what, const Race& race, double sheets) {
+      std::array<char, 96> note{};
+      std::snprintf(note.data(), note.size(), "%.1f against %.1f us", race.a * 1e6 / sheets, race.b * 1e6);
+      report.bar(std::string(name) + ": a sheet of " + what + " / one alone", {false, 1.1}, times(race, 1 / sheets),
+                 note.data());
+    };
+    bar("100 grids of a plan", bench::race(run.in_memory_on(1), Sheets::in_one_plan(scheme), alone), many);
+    for (int threads = 1; threads <= most_threads(); ++threads) {
+      const Race race = bench::race(run.in_memory_on(threads), States(alone, threads), alone);
+      bar("100 states" + threads_of(threads), race, many / threads);
+    }
+  }
+}
+
 struct Section {
   std::string name;
   void (*run)(Report&, const Run&);
@@ -568,6 +650,7 @@ const std::vector<Section>& sections() {
       {"Overheads and flows", in_memory_too<overheads>},
       {"Layouts", layouts},
       {"C API", c_api},
+      {"A hundred sheets", hundred_sheets},
       {"Turnover", turnover},
   };
   return all;

@@ -17,6 +17,7 @@
 #include "math/vec3.hpp"
 #include "passes/contact/signed_distance.hpp"
 #include "support/batch.hpp"
+#include "support/close.hpp"
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
 
@@ -178,6 +179,48 @@ TEST_CASE("meshes: the signed distance of triangles is that of the box, outside,
   CHECK(std::abs(angle.at({1.2, 1.3, 0}) - 0.2) < 1e-15);
   CHECK(std::abs(angle.at({0.9, 0.9, 0}) + std::sqrt(0.02)) < 1e-15);
   CHECK(std::abs(angle.at({0.5, 0.8, 0.7}) - 0.2) < 1e-15);
+}
+
+// One face of a steep spike is cut into four, so that the triangles about its tip lean to that side.
+TEST_CASE("meshes: inside and outside are told apart about sharp edges and a tip, however the faces are cut") {
+  const Vec3 tip{0, 4, 0};
+  const auto corner = [](double angle) { return Vec3{std::cos(angle), 0, std::sin(angle)}; };
+  const double third = 2 * std::numbers::pi / 3;
+  TriangleMesh spike;
+  spike.vertices = {tip, corner(0), corner(third), corner(2 * third)};
+  for (int n = 1; n < 4; ++n) {
+    const double part = n / 4.0;
+    spike.vertices.push_back({(1 - part) * corner(0)[0] + part * corner(third)[0], 0, part * corner(third)[2]});
+  }
+  spike.triangles = {{0, 4, 1}, {0, 5, 4}, {0, 6, 5}, {0, 2, 6}, {0, 3, 2},
+                     {0, 1, 3}, {3, 1, 4}, {3, 4, 5}, {3, 5, 6}, {3, 6, 2}};
+  const SignedDistance distance(spike);
+  const auto is_below = [](const Vec3& x, const Vec3& a, const Vec3& b, const Vec3& c) {
+    return dot(cross(difference(b, a), difference(c, a)), difference(x, a)) < 0;
+  };
+  std::size_t inside = 0;
+  for (std::size_t i = 0; i < 4000; ++i) {
+    const double size = i % 2 == 0 ? 1.5 : 0.2;  // about all of it, and about its tip
+    const Vec3 middle = i % 2 == 0 ? Vec3{0, 2, 0} : tip;
+    const Vec3 x{middle[0] + size * test::scatter(i, 0), middle[1] + 1.6 * size * test::scatter(i, 1),
+                 middle[2] + size * test::scatter(i, 2)};
+    const bool is_inside = x[1] > 0 && is_below(x, tip, corner(third), corner(0)) &&
+                           is_below(x, tip, corner(2 * third), corner(third)) && is_below(x, tip, corner(0), corner(2 * third));
+    inside += is_inside ? 1 : 0;
+    CAPTURE(i);
+    CHECK((distance.at(x) < 0) == is_inside);
+  }
+  CHECK(inside > 100);
+  CHECK(inside < 2000);
+}
+
+TEST_CASE("meshes: particles stay as far off a face as it is thick") {
+  TriangleMesh box = box_of_triangles({}, {1, 0.5, 1});
+  box.thickness = 0.05;
+  for (const Hit& hit : touched_by(box, {{{0.1, 3, 0.2}, {0, -6, 0}}, {{0.3, -2, -0.1}, {0, 4, 0}}})) {
+    CHECK(test::is_close(std::abs(hit.x[1]), 0.55, 1e-12));
+    CHECK(test::is_close(std::abs(hit.n[1]), 1, 1e-12));
+  }
 }
 
 TEST_CASE("meshes: where a ball of triangles is hit, and its normal, are off by what its cell and its faces cost") {
