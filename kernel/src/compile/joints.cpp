@@ -84,8 +84,26 @@ Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h
   return found;
 }
 
-const Grid* stepped_as_grid(const Scene& scene, std::size_t count) {
-  return scene.coupling.scheme != Scheme::accumulate ? only_grid(scene, count) : nullptr;
+// The one sheet that a scene is stepped as, if it is: its own, or a stack of its sheets.
+class SteppedGrid {
+ public:
+  SteppedGrid(const Scene& scene, std::size_t count, bool may_stack) {
+    if (scene.coupling.scheme == Scheme::accumulate) return;
+    own_ = only_grid(scene, count);
+    if (own_ == nullptr && may_stack) stack_ = stacked_grids(scene, count);
+  }
+  [[nodiscard]] bool is_stack() const noexcept { return stack_.has_value(); }
+  [[nodiscard]] const Grid* get() const noexcept { return stack_ ? &*stack_ : own_; }
+
+ private:
+  const Grid* own_ = nullptr;
+  std::optional<Grid> stack_;
+};
+
+std::size_t count_grid_springs(const Scene& scene) {
+  std::size_t count = 0;
+  for (const Network& network : scene.networks) count += count_springs(std::get<Grid>(network));
+  return count;
 }
 
 // A sum of pairs' own contributions takes other coefficients than a pulse; the filtered pulse is one.
@@ -142,13 +160,15 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
       w_of(inverse_masses(scene, start.size())),
       splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
       columns_(options.memory) {
-  const Grid* grid = stepped_as_grid(scene, particles());
+  const SteppedGrid stepped(scene, particles(), options.elsewhere.exchange.run == nullptr);
+  const Grid* const grid = stepped.get();
+  is_stack_ = stepped.is_stack();
   const std::vector<JoinedPair> pairs = grid == nullptr ? joined_pairs(scene, start) : std::vector<JoinedPair>{};
-  springs = grid != nullptr ? count_springs(*grid) : pairs.size();
+  springs = grid != nullptr ? count_grid_springs(scene) : pairs.size();
   is_damped_ = grid != nullptr ? grid->damping != 0 && springs != 0 : is_any_damped(pairs);
   is_damped_ = is_damped_ || options.elsewhere.springs_damp;
   keeps_order_ = options.elsewhere.exchange.run != nullptr;
-  choose(scene, pairs, kept, changed);
+  choose(scene, pairs, grid, kept, changed);
   make_order(scene, pairs, grid, kept);
   make_fixed(scene, start);
   make_inverse_masses();
@@ -162,8 +182,9 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
 
 // By sums where they tell the number of sub-steps, by eigenvalues only where these would save some.
 template <class T>
-void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed) {
-  const Grid* grid = only_grid(scene, particles());
+void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* stepped, const Joints* kept,
+                       Changed changed) {
+  const Grid* const grid = stepped != nullptr ? stepped : only_grid(scene, particles());
   fastest_turn_ = fastest_turn_of(scene);
   const auto by = [&](const HighestRates& highest) { return substeps_by(highest); };
   const bool has_rule = kept != nullptr && coupling.scheme != Scheme::accumulate;
@@ -180,7 +201,9 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, co
 
 template <class T>
 Frequencies Joints<T>::find(const Scene& scene, std::span<const Vec3> start) const {
-  return frequencies(joined_pairs(scene, start), only_grid(scene, particles()), w_of, start);
+  const SteppedGrid stepped(scene, particles(), !keeps_order_);
+  const Grid* const grid = stepped.get() != nullptr ? stepped.get() : only_grid(scene, particles());
+  return frequencies(joined_pairs(scene, start), grid, w_of, start);
 }
 
 namespace {
@@ -270,7 +293,7 @@ template <class T>
 bool Joints<T>::can_change_in_place() const noexcept {
   // Where fewer sub-steps than are safe were asked for, eigenvalues tell whether they still do.
   // Tethers lead along whole springs, to what is fixed.
-  if (constraints || has_tethers_ || !chosen.is_safe || (air && !air->is_grid())) return false;
+  if (is_stack_ || constraints || has_tethers_ || !chosen.is_safe || (air && !air->is_grid())) return false;
   return std::holds_alternative<GridForm<T>>(form) || std::holds_alternative<StrandsForm<T>>(form);
 }
 

@@ -105,7 +105,7 @@ class Joints {
  private:
   Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed);
 
-  void choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed);
+  void choose(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* stepped, const Joints* kept, Changed changed);
   void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept);
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();
@@ -119,6 +119,7 @@ class Joints {
 
   bool is_damped_ = false;
   bool has_tethers_ = false;
+  bool is_stack_ = false;     // of several sheets, stepped as one
   bool keeps_order_ = false;  // of a part of a larger scene
   double fastest_turn_ = 0;   // rad/s, of the surfaces that follow a motion
   std::unique_ptr<GridRates> by_row_;

@@ -314,6 +314,50 @@ const Grid* only_grid(const Scene& scene, std::size_t count) {
   return grid != nullptr && grid->first == 0 && grid->rows * grid->columns == count ? grid : nullptr;
 }
 
+namespace {
+
+// Of a stack of sheets with so many rows each.
+void tear_seams(Grid& stack, std::size_t rows) {
+  const std::vector<GridDirection> directions = directions_of(stack);
+  for (std::size_t seam = rows; seam < stack.rows; seam += rows) {
+    for (const GridDirection& d : directions) {
+      for (std::size_t row = seam - d.down; row < seam; ++row) {
+        for (std::size_t column = 0; column < stack.columns; ++column) {
+          const std::ptrdiff_t other = static_cast<std::ptrdiff_t>(column) + d.right;
+          if (other < 0 || other >= static_cast<std::ptrdiff_t>(stack.columns)) continue;
+          const std::size_t j = (row + d.down) * stack.columns + static_cast<std::size_t>(other);
+          stack.broken.push_back({static_cast<std::uint32_t>(row * stack.columns + column), static_cast<std::uint32_t>(j)});
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<Grid> stacked_grids(const Scene& scene, std::size_t count) {
+  if (scene.networks.size() < 2 || !std::holds_alternative<Grid>(scene.networks[0])) return std::nullopt;
+  const auto& first = std::get<Grid>(scene.networks[0]);
+  const std::size_t each = first.rows * first.columns;
+  if (each * scene.networks.size() != count) return std::nullopt;
+  Grid stack = first;
+  stack.broken.clear();
+  for (std::size_t n = 0; n < scene.networks.size(); ++n) {
+    const auto* grid = std::get_if<Grid>(&scene.networks[n]);
+    if (grid == nullptr || grid->aerodynamics || grid->first != n * each) return std::nullopt;
+    Grid alike = *grid;
+    alike.first = 0;
+    std::swap(alike.broken, stack.broken);
+    if (alike != stack) return std::nullopt;
+    std::swap(alike.broken, stack.broken);
+    stack.broken.insert(stack.broken.end(), grid->broken.begin(), grid->broken.end());
+  }
+  stack.rows_of_whole = first.rows_of_whole != 0 ? first.rows_of_whole : first.rows;
+  stack.rows = first.rows * scene.networks.size();
+  tear_seams(stack, first.rows);
+  return stack;
+}
+
 ParticleOrder grid_order(const Grid& grid, std::size_t phases) {
   ParticleOrder order;
   order.phases = phases;

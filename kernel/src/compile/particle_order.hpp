@@ -49,6 +49,10 @@ std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> s
 // The grid that holds all `count` particles and every spring, or null.
 const Grid* only_grid(const Scene& scene, std::size_t count);
 
+// Sheets that are alike and hold all `count` particles, one after the other, as one sheet whose springs across the seams are
+// torn; or none. Air would blow on the cells between them.
+std::optional<Grid> stacked_grids(const Scene& scene, std::size_t count);
+
 // Particles first, first + every, ... stand at elements element, element + 1, ... of the working columns.
 struct ParticleSpan {
   std::size_t particle = 0, every = 1;
