@@ -78,14 +78,19 @@ std::optional<Alpha<T>> make_alpha(const NetworkInput& in, const SweepTerms<T>& 
   return alpha;
 }
 
-// The strands of one direction in rows [from, to), in groups that share no particle.
+// Of the sheet in rows [first, end).
+struct Rows {
+  std::size_t first, end;
+};
+
+// The strands of one direction that begin in some of a sheet's rows, in groups that share no particle.
 template <class T>
-void add_strands(const ParticleOrder& order, const Grid& grid, const GridDirection& d, std::size_t family, std::size_t from,
-                 std::size_t to, StrandsForm<T>& form) {
+void add_strands(const ParticleOrder& order, const Grid& grid, const Rows& sheet, const GridDirection& d, std::size_t family,
+                 const Rows& rows, StrandsForm<T>& form) {
   const auto phases = static_cast<std::ptrdiff_t>(order.phases);
   const auto columns = static_cast<std::ptrdiff_t>(grid.columns);
   const auto add = [&](std::size_t row, std::ptrdiff_t phase) {
-    if (row + d.down >= grid.rows) return;
+    if (row + d.down >= sheet.end) return;
     const std::ptrdiff_t other = (phase + d.right + phases) % phases;
     const std::ptrdiff_t shift = (phase + d.right - other) / phases;
     const std::ptrdiff_t first = shift < 0 ? -shift : 0;
@@ -107,8 +112,8 @@ void add_strands(const ParticleOrder& order, const Grid& grid, const GridDirecti
   // Along a row phases that are `right` apart take turns; down the columns rows that are `down` apart do.
   const std::size_t turns = 2;
   for (std::size_t turn = 0; turn < turns; ++turn) {
-    for (std::size_t row = from; row < to; ++row) {
-      if (d.down != 0 && row / d.down % 2 != turn) continue;
+    for (std::size_t row = rows.first; row < rows.end; ++row) {
+      if (d.down != 0 && (row - sheet.first) / d.down % 2 != turn) continue;
       for (std::ptrdiff_t phase = 0; phase < phases; ++phase) {
         if (d.down == 0 && static_cast<std::size_t>(phase / d.right) % 2 != turn) continue;
         add(row, phase);
@@ -177,20 +182,25 @@ void tear(StrandsForm<T>& form, const ParticleOrder& order, const Grid& grid, co
   }
 }
 
-// Bands of rows, and in each the directions one after the other.
+// Sheet by sheet, in bands of rows, and in each the directions one after the other.
 template <class T>
-StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, const T* w, Columns<T>& columns) {
+StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::size_t sheet_rows, const T* w,
+                                 Columns<T>& columns) {
   StrandsForm<T> form;
   form.terms = sweep_terms<T>(in);
   form.shift = shift_terms<T>(in);
   form.directions = directions_of(grid);
   const std::vector<GridDirection>& directions = form.directions;
   const std::size_t band = rows_of_band(grid.columns);
-  for (std::size_t from = 0; from < grid.rows; from += band) {
-    form.bands.push_back(form.strands.size());
-    const std::size_t to = std::min(from + band, grid.rows);
-    for (std::size_t f = 0; f < directions.size(); ++f) add_strands(in.order, grid, directions[f], f, from, to, form);
+  for (Rows sheet{0, sheet_rows}; sheet.first < grid.rows; sheet = {sheet.end, sheet.end + sheet_rows}) {
+    form.sheets.push_back(form.bands.size());
+    for (Rows rows = sheet; rows.first < sheet.end; rows.first = rows.end) {
+      form.bands.push_back(form.strands.size());
+      rows.end = std::min(rows.first + band, sheet.end);
+      for (std::size_t f = 0; f < directions.size(); ++f) add_strands(in.order, grid, sheet, directions[f], f, rows, form);
+    }
   }
+  form.sheets.push_back(form.bands.size());
   form.bands.push_back(form.strands.size());
   form.terms.strands = form.strands.data();
   const auto make = [&](const Implicitness& of, std::vector<StrandFamily<T>>& families, SweepTerms<T>& terms) {
@@ -402,8 +412,8 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
   return form;
 }
 
-template StrandsForm<float> make_strands_form(const NetworkInput&, const Grid&, const float*, Columns<float>&);
-template StrandsForm<double> make_strands_form(const NetworkInput&, const Grid&, const double*, Columns<double>&);
+template StrandsForm<float> make_strands_form(const NetworkInput&, const Grid&, std::size_t, const float*, Columns<float>&);
+template StrandsForm<double> make_strands_form(const NetworkInput&, const Grid&, std::size_t, const double*, Columns<double>&);
 template void set_inverses(StrandsForm<float>&, const NetworkInput&, const Grid&, const float*, std::uint32_t) noexcept;
 template void tear(StrandsForm<float>&, const ParticleOrder&, const Grid&, const GridSpring&) noexcept;
 template void set_inverses(StrandsForm<double>&, const NetworkInput&, const Grid&, const double*, std::uint32_t) noexcept;

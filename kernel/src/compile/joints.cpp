@@ -84,22 +84,6 @@ Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h
   return found;
 }
 
-// The one sheet that a scene is stepped as, if it is: its own, or a stack of its sheets.
-class SteppedGrid {
- public:
-  SteppedGrid(const Scene& scene, std::size_t count, bool may_stack) {
-    if (scene.coupling.scheme == Scheme::accumulate) return;
-    own_ = only_grid(scene, count);
-    if (own_ == nullptr && may_stack) stack_ = stacked_grids(scene, count);
-  }
-  [[nodiscard]] bool is_stack() const noexcept { return stack_.has_value(); }
-  [[nodiscard]] const Grid* get() const noexcept { return stack_ ? &*stack_ : own_; }
-
- private:
-  const Grid* own_ = nullptr;
-  std::optional<Grid> stack_;
-};
-
 std::size_t count_grid_springs(const Scene& scene) {
   std::size_t count = 0;
   for (const Network& network : scene.networks) count += count_springs(std::get<Grid>(network));
@@ -172,7 +156,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   make_order(scene, pairs, grid, kept);
   make_fixed(scene, start);
   make_inverse_masses();
-  make_form(pairs, grid);
+  make_form(pairs, stepped);
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
   auto kept_in = std::make_unique<Balls<T>>(scene, start, w_of, order, options.memory);
   if (kept_in->count() != 0) balls = std::move(kept_in);
@@ -268,11 +252,12 @@ void Joints<T>::make_inverse_masses() {
 }
 
 template <class T>
-void Joints<T>::make_form(std::span<const JoinedPair> pairs, const Grid* grid) {
+void Joints<T>::make_form(std::span<const JoinedPair> pairs, const SteppedGrid& stepped) {
+  const Grid* const grid = stepped.get();
   const NetworkInput in = input(pairs);
   const bool is_sequential = coupling.scheme == Scheme::sequential;
   if (grid != nullptr && is_sequential) {
-    form = make_strands_form<T>(in, *grid, w, columns_);
+    form = make_strands_form<T>(in, stepped.grid(), stepped.sheet_rows(), w, columns_);
   } else if (grid != nullptr) {
     form = make_grid_form<T>(in, *grid, columns_);
   } else if (is_sequential) {

@@ -109,7 +109,7 @@ class Joints {
   void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept);
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();
-  void make_form(std::span<const JoinedPair> pairs, const Grid* grid);
+  void make_form(std::span<const JoinedPair> pairs, const SteppedGrid& stepped);
 
   void take(const GridRates& rates_of) noexcept;
   [[nodiscard]] Frequencies find(const Scene& scene, std::span<const Vec3> start) const;

@@ -70,6 +70,7 @@ struct StrandsForm {
   std::vector<StrandFamily<T>> families, families_of_start;
   std::vector<GridDirection> directions;  // of the families
   std::vector<std::size_t> bands;         // first strand of each band, and one more: bands two apart share no particle
+  std::vector<std::size_t> sheets;        // first band of each sheet, and one more: sheets share none
   std::size_t springs = 0;                // columns of lambda
 };
 
@@ -132,7 +133,8 @@ template <class T>
 PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns);
 // w: the working column of inverse masses.
 template <class T>
-StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, const T* w, Columns<T>& columns);
+StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::size_t sheet_rows, const T* w,
+                                 Columns<T>& columns);
 template <class T>
 ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns);
 

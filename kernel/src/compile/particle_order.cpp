@@ -314,28 +314,7 @@ const Grid* only_grid(const Scene& scene, std::size_t count) {
   return grid != nullptr && grid->first == 0 && grid->rows * grid->columns == count ? grid : nullptr;
 }
 
-namespace {
-
-// Of a stack of sheets with so many rows each.
-void tear_seams(Grid& stack, std::size_t rows) {
-  const std::vector<GridDirection> directions = directions_of(stack);
-  for (std::size_t seam = rows; seam < stack.rows; seam += rows) {
-    for (const GridDirection& d : directions) {
-      for (std::size_t row = seam - d.down; row < seam; ++row) {
-        for (std::size_t column = 0; column < stack.columns; ++column) {
-          const std::ptrdiff_t other = static_cast<std::ptrdiff_t>(column) + d.right;
-          if (other < 0 || other >= static_cast<std::ptrdiff_t>(stack.columns)) continue;
-          const std::size_t j = (row + d.down) * stack.columns + static_cast<std::size_t>(other);
-          stack.broken.push_back({static_cast<std::uint32_t>(row * stack.columns + column), static_cast<std::uint32_t>(j)});
-        }
-      }
-    }
-  }
-}
-
-}  // namespace
-
-std::optional<Grid> stacked_grids(const Scene& scene, std::size_t count) {
+std::optional<SheetStack> stacked_grids(const Scene& scene, std::size_t count) {
   if (scene.networks.size() < 2 || !std::holds_alternative<Grid>(scene.networks[0])) return std::nullopt;
   const auto& first = std::get<Grid>(scene.networks[0]);
   const std::size_t each = first.rows * first.columns;
@@ -354,8 +333,36 @@ std::optional<Grid> stacked_grids(const Scene& scene, std::size_t count) {
   }
   stack.rows_of_whole = first.rows_of_whole != 0 ? first.rows_of_whole : first.rows;
   stack.rows = first.rows * scene.networks.size();
-  tear_seams(stack, first.rows);
-  return stack;
+  return SheetStack{std::move(stack), first.rows};
+}
+
+namespace {
+
+Grid torn_at_seams(const SheetStack& stack) {
+  Grid torn = stack.grid;
+  const std::vector<GridDirection> directions = directions_of(torn);
+  for (std::size_t seam = stack.sheet_rows; seam < torn.rows; seam += stack.sheet_rows) {
+    for (const GridDirection& d : directions) {
+      for (std::size_t row = seam - d.down; row < seam; ++row) {
+        for (std::size_t column = 0; column < torn.columns; ++column) {
+          const std::ptrdiff_t other = static_cast<std::ptrdiff_t>(column) + d.right;
+          if (other < 0 || other >= static_cast<std::ptrdiff_t>(torn.columns)) continue;
+          const std::size_t j = (row + d.down) * torn.columns + static_cast<std::size_t>(other);
+          torn.broken.push_back({static_cast<std::uint32_t>(row * torn.columns + column), static_cast<std::uint32_t>(j)});
+        }
+      }
+    }
+  }
+  return torn;
+}
+
+}  // namespace
+
+SteppedGrid::SteppedGrid(const Scene& scene, std::size_t count, bool may_stack) {
+  if (scene.coupling.scheme == Scheme::accumulate) return;
+  own_ = only_grid(scene, count);
+  if (own_ == nullptr && may_stack) stack_ = stacked_grids(scene, count);
+  if (stack_) torn_ = torn_at_seams(*stack_);
 }
 
 ParticleOrder grid_order(const Grid& grid, std::size_t phases) {

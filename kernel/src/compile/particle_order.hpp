@@ -49,9 +49,29 @@ std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> s
 // The grid that holds all `count` particles and every spring, or null.
 const Grid* only_grid(const Scene& scene, std::size_t count);
 
-// Sheets that are alike and hold all `count` particles, one after the other, as one sheet whose springs across the seams are
-// torn; or none. Air would blow on the cells between them.
-std::optional<Grid> stacked_grids(const Scene& scene, std::size_t count);
+// Sheets that are alike and hold all `count` particles, one after the other, as one sheet of so many rows each; or none. Air
+// would blow on the cells between them.
+struct SheetStack {
+  Grid grid;
+  std::size_t sheet_rows;
+};
+std::optional<SheetStack> stacked_grids(const Scene& scene, std::size_t count);
+// The one sheet that a scene is stepped as, if it is: its own, or a stack of its sheets.
+class SteppedGrid {
+ public:
+  SteppedGrid(const Scene& scene, std::size_t count, bool may_stack);
+  [[nodiscard]] bool is_stack() const noexcept { return stack_.has_value(); }
+  // Or null. The springs from one sheet to the next are torn.
+  [[nodiscard]] const Grid* get() const noexcept { return stack_ ? &torn_ : own_; }
+  // Where there is one: it knows nothing of the seams, which are each so many rows apart.
+  [[nodiscard]] const Grid& grid() const noexcept { return stack_ ? stack_->grid : *own_; }
+  [[nodiscard]] std::size_t sheet_rows() const noexcept { return stack_ ? stack_->sheet_rows : own_->rows; }
+
+ private:
+  const Grid* own_ = nullptr;
+  std::optional<SheetStack> stack_;
+  Grid torn_;
+};
 
 // Particles first, first + every, ... stand at elements element, element + 1, ... of the working columns.
 struct ParticleSpan {

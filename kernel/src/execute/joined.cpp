@@ -101,6 +101,7 @@ class JoinedStep {
         joints_(motion.joints()),
         ws_(workspace),
         work_(workspace.work),
+        end_(motion.joints().order.size),
         held_(std::span(workspace.held).first(joints_.fixed.size())),
         kernels_(scene.passes->template of<T>().network),
         air_kernels_(scene.passes->template of<T>().air),
@@ -114,6 +115,7 @@ class JoinedStep {
       constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
       constraints_.emplace(*joints_.constraints, scene.passes->template of<T>().constraint, constraint_terms_, parallel_);
     }
+    if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) end_sheet_ = strands->sheets.size() - 1;
     if (joints_.balls) balls_.emplace(m_, ws_, scene.passes->template of<T>().ball, parallel_);
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
@@ -155,7 +157,8 @@ class JoinedStep {
 
   // What the springs do to this state may be carried on by the next call.
   template <class Kept>
-  void remember(const State<Kept>& state) noexcept {
+  void leave(const State<Kept>& state) noexcept {
+    ws_.work = work_;
     if (work_.a[0] != nullptr) ws_.remember(state.x[0].base, state.clock);
   }
 
@@ -184,6 +187,7 @@ class JoinedStep {
 
   // Leaves the clock where the last step ends.
   void run(Clock& clock, double step, std::size_t steps) noexcept {
+    if (goes_by_sheets()) return run_by_sheets(clock, step, steps);
     const std::size_t stages = stages_at_once();
     for (std::size_t n = 0; n < steps; ++n) {
       if (stages < 2) {
@@ -198,6 +202,31 @@ class JoinedStep {
   }
 
  private:
+  // One sheet of a stack in the whole's working columns, on one thread.
+  JoinedStep(const JoinedStep& whole, std::size_t sheet) noexcept
+      : JoinedStep(whole.scene_, whole.m_, whole.ws_, ParallelFor{}, whole.report_) {
+    const std::size_t each = whole.end_ / whole.end_sheet_;
+    first_ = sheet * each;
+    end_ = first_ + each;
+    first_sheet_ = sheet;
+    end_sheet_ = sheet + 1;
+    is_start_ = whole.is_start_;
+    number_ = whole.number_;
+  }
+
+  // Sheets that nothing but sweeps joins, each of which is in cache where all of them are not.
+  [[nodiscard]] bool goes_by_sheets() const noexcept {
+    return end_sheet_ - first_sheet_ > 1 && !joints_.closes_substeps() && !joints_.air && m_.tracks().empty();
+  }
+  void run_by_sheets(Clock& clock, double step, std::size_t steps) noexcept {
+    for_each_task(parallel_, end_sheet_, [&](std::size_t sheet) {
+      JoinedStep part(*this, sheet);
+      Clock of_part = clock;
+      part.run(of_part, step, steps);
+    });
+    for (std::size_t n = 0; n < steps; ++n) clock.advance(step, 1);
+  }
+
   void step(Clock clock) noexcept {
     clock_ = step_end_ = clock;
     step_end_.advance(joints_.step, 1);
@@ -240,6 +269,15 @@ class JoinedStep {
     const std::size_t tasks = std::min<std::size_t>(spans.size(), 64);
     for_each_task(parallel_, tasks, [&](std::size_t task) {
       for (std::size_t n = spans.size() * task / tasks; n < spans.size() * (task + 1) / tasks; ++n) use(spans[n]);
+    });
+  }
+
+  // Of what is stepped.
+  template <class Use>
+  void for_each_stepped(const Use& use) const noexcept {
+    for_each_task(parallel_, tasks_of(end_ - first_, particles_per_task), [&](std::size_t task) {
+      const std::size_t from = first_ + task * particles_per_task;
+      use(from, std::min(end_, from + particles_per_task));
     });
   }
 
@@ -362,11 +400,10 @@ class JoinedStep {
     move_surfaces(motion, start, end_of_flow());
     const Left left = std::exchange(left_, Left{});
     const AlphaTerms<T>* const begin = after == After::sweeps ? alpha_ : nullptr;
-    for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
+    for_each_stepped([&](std::size_t from, std::size_t end) {
       std::optional<ContactRecorder<T>> recorder;
       begin_recording(recorder, motion, start, number_);
-      const std::size_t end = std::min(size(), (task + 1) * particles_per_task);
-      for (std::size_t first = task * particles_per_task; first < end; first += motion.block) {
+      for (std::size_t first = from; first < end; first += motion.block) {
         const std::size_t count = std::min(motion.block, end - first);
         take(left, first, first + count);
         flow_block(motion, offsets_[f], first, count, recorder ? &*recorder : nullptr);
@@ -410,17 +447,13 @@ class JoinedStep {
   void take_what_the_sweeps_left() noexcept {
     const Left left = std::exchange(left_, Left{});
     if (left.shift == nullptr && left.alpha == nullptr) return;
-    for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
-      const std::size_t first = task * particles_per_task;
-      take(left, first, std::min(size(), first + particles_per_task));
-    });
+    for_each_stepped([&](std::size_t from, std::size_t end) { take(left, from, end); });
   }
 
   void count_from_here() noexcept {
-    for_each_task(parallel_, tasks_of(size(), particles_per_task), [&](std::size_t task) {
-      const std::size_t end = std::min(size(), (task + 1) * particles_per_task);
+    for_each_stepped([&](std::size_t from, std::size_t end) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        for (std::size_t i = task * particles_per_task; i < end; ++i) {
+        for (std::size_t i = from; i < end; ++i) {
           ws_.origin[axis][i] = ws_.origin[axis][i] + work_.x[axis][i];
           work_.x[axis][i] = T(0);
         }
@@ -721,14 +754,16 @@ class JoinedStep {
     if (is_symmetric) for_each_band(form, 0, backward);
   }
 
-  // Calls use(from, to) with the strands of every second band.
+  // Calls use(from, to) with the strands of every second band of each sheet.
   template <class Use>
   void for_each_band(const StrandsForm<T>& form, std::size_t first, const Use& use) noexcept {
-    const std::size_t bands = form.bands.size() - 1;
-    for_each_task(parallel_, (bands + 1 - first) / 2, [&](std::size_t task) {
-      const std::size_t band = first + 2 * task;
-      use(form.bands[band], form.bands[band + 1]);
-    });
+    for (std::size_t sheet = first_sheet_; sheet < end_sheet_; ++sheet) {
+      const std::size_t begin = form.sheets[sheet] + first;
+      for_each_task(parallel_, (form.sheets[sheet + 1] + 1 - begin) / 2, [&](std::size_t task) {
+        const std::size_t band = begin + 2 * task;
+        use(form.bands[band], form.bands[band + 1]);
+      });
+    }
   }
 
   // Outermost what leads from piece to piece. Each piece goes through both sweeps while it is in cache: springs of different
@@ -783,7 +818,9 @@ class JoinedStep {
   const JoinedMotion<T>& m_;
   const Joints<T>& joints_;
   JoinedWorkspace<T>& ws_;
-  WorkColumns<T>& work_;
+  WorkColumns<T> work_;
+  std::size_t first_ = 0, end_;  // the elements that are stepped
+  std::size_t first_sheet_ = 0, end_sheet_ = 1;
   std::span<Held<T>> held_;
   const NetworkKernels<T>& kernels_;
   const AirKernels<T>& air_kernels_;
@@ -821,7 +858,7 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
   call.fetch_all(state);
   call.run(state.clock, scene.options.step, steps);
   call.put_back_all(state);
-  call.remember(state);
+  call.leave(state);
   return StepResult::done;
 }
 
