@@ -84,6 +84,17 @@ Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h
   return found;
 }
 
+// Of a scene whose networks are grids that have no particle in common.
+RateBounds rate_bounds_of_grids(const Scene& scene, std::span<const double> w) {
+  HighestRates most;
+  for (const Network& network : scene.networks) {
+    const auto& grid = std::get<Grid>(network);
+    const HighestRates of = rate_bounds(GridRates(grid, w.subspan(grid.first, grid.rows * grid.columns))).most;
+    most = {std::max(most.frequency, of.frequency), std::max(most.damping, of.damping)};
+  }
+  return {most, most};
+}
+
 std::size_t count_grid_springs(const Scene& scene) {
   std::size_t count = 0;
   for (const Network& network : scene.networks) count += count_springs(std::get<Grid>(network));
@@ -152,7 +163,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   is_damped_ = grid != nullptr ? grid->damping != 0 && springs != 0 : is_any_damped(pairs);
   is_damped_ = is_damped_ || options.elsewhere.springs_damp;
   keeps_order_ = options.elsewhere.exchange.run != nullptr;
-  choose(scene, pairs, grid, kept, changed);
+  choose(scene, pairs, kept, changed);
   make_order(scene, pairs, grid, kept);
   make_fixed(scene, start);
   make_inverse_masses();
@@ -166,9 +177,8 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
 
 // By sums where they tell the number of sub-steps, by eigenvalues only where these would save some.
 template <class T>
-void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* stepped, const Joints* kept,
-                       Changed changed) {
-  const Grid* const grid = stepped != nullptr ? stepped : only_grid(scene, particles());
+void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed) {
+  const bool is_grid = is_stack_ || only_grid(scene, particles()) != nullptr;
   fastest_turn_ = fastest_turn_of(scene);
   const auto by = [&](const HighestRates& highest) { return substeps_by(highest); };
   const bool has_rule = kept != nullptr && coupling.scheme != Scheme::accumulate;
@@ -177,7 +187,7 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, co
     rates = kept->rates;
     found_ = kept->found_;
   } else {
-    rates = grid != nullptr ? rate_bounds(GridRates(*grid, w_of)) : rate_bounds(pairs, w_of);
+    rates = is_grid ? rate_bounds_of_grids(scene, w_of) : rate_bounds(pairs, w_of);
   }
   if (by(rates.least) != by(rates.most)) rates.least = rates.most = highest_rates(pairs, w_of);
   chosen = by(rates.most);
@@ -185,9 +195,9 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, co
 
 template <class T>
 Frequencies Joints<T>::find(const Scene& scene, std::span<const Vec3> start) const {
-  const SteppedGrid stepped(scene, particles(), !keeps_order_);
-  const Grid* const grid = stepped.get() != nullptr ? stepped.get() : only_grid(scene, particles());
-  return frequencies(joined_pairs(scene, start), grid, w_of, start);
+  std::optional<HighestRates> of_grids;
+  if (is_stack_ || only_grid(scene, particles()) != nullptr) of_grids = rate_bounds_of_grids(scene, w_of).most;
+  return frequencies(joined_pairs(scene, start), of_grids, w_of, start);
 }
 
 namespace {

@@ -105,7 +105,7 @@ class Joints {
  private:
   Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed);
 
-  void choose(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* stepped, const Joints* kept, Changed changed);
+  void choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed);
   void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept);
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();

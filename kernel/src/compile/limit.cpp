@@ -232,11 +232,11 @@ HighestRates highest_rates(std::span<const JoinedPair> springs, std::span<const 
   return {std::sqrt(of_k), of_c.value == 0 ? 0 : bounded(Matrix::C, springs, w, of_c)};
 }
 
-Frequencies frequencies(std::span<const JoinedPair> springs, const Grid* grid, std::span<const double> w,
-                        std::span<const Vec3> start) {
+Frequencies frequencies(std::span<const JoinedPair> springs, const std::optional<HighestRates>& of_grids,
+                        std::span<const double> w, std::span<const Vec3> start) {
   Frequencies found;
   if (springs.empty()) return found;
-  const HighestRates highest = grid != nullptr ? rate_bounds(GridRates(*grid, w)).most : highest_rates(springs, w);
+  const HighestRates highest = of_grids ? *of_grids : highest_rates(springs, w);
   const auto largest_at_start = [&](Matrix matrix) {
     return largest_eigenvalue(Stiffness(matrix, springs, w, start, Direction::start), w.size(),
                               affordable_iterations(springs.size()));

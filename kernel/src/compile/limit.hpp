@@ -46,9 +46,9 @@ HighestRates highest_rates(std::span<const JoinedPair> springs, std::span<const 
 // Whether no movable particle has two springs.
 bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w);
 
-// w: 1/kg of each particle, 0 where fixed.
-Frequencies frequencies(std::span<const JoinedPair> springs, const Grid* grid, std::span<const double> w,
-                        std::span<const Vec3> start);
+// w: 1/kg of each particle, 0 where fixed. of_grids: the bounds, where they are known.
+Frequencies frequencies(std::span<const JoinedPair> springs, const std::optional<HighestRates>& of_grids,
+                        std::span<const double> w, std::span<const Vec3> start);
 
 // What a scheme takes of frequency * sub-step and of the damping's rate * sub-step, z and q of any two modes: infinite where it
 // takes any.

@@ -321,16 +321,17 @@ std::optional<SheetStack> stacked_grids(const Scene& scene, std::size_t count) {
   if (each * scene.networks.size() != count) return std::nullopt;
   Grid stack = first;
   stack.broken.clear();
+  std::vector<Pair> broken;
   for (std::size_t n = 0; n < scene.networks.size(); ++n) {
     const auto* grid = std::get_if<Grid>(&scene.networks[n]);
     if (grid == nullptr || grid->aerodynamics || grid->first != n * each) return std::nullopt;
     Grid alike = *grid;
     alike.first = 0;
-    std::swap(alike.broken, stack.broken);
+    alike.broken.clear();
     if (alike != stack) return std::nullopt;
-    std::swap(alike.broken, stack.broken);
-    stack.broken.insert(stack.broken.end(), grid->broken.begin(), grid->broken.end());
+    broken.insert(broken.end(), grid->broken.begin(), grid->broken.end());
   }
+  stack.broken = std::move(broken);
   stack.rows_of_whole = first.rows_of_whole != 0 ? first.rows_of_whole : first.rows;
   stack.rows = first.rows * scene.networks.size();
   return SheetStack{std::move(stack), first.rows};

@@ -15,14 +15,19 @@ namespace dvdx {
 template <class T>
 class BallStep {
  public:
-  BallStep(const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, const BallKernels<T>& kernels,
-           const ParallelFor& parallel) noexcept
-      : m_(motion), ws_(workspace), lists_(motion.joints().balls->lists()), kernels_(kernels), parallel_(parallel) {}
+  BallStep(const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, const WorkColumns<T>& work,
+           const BallKernels<T>& kernels, const ParallelFor& parallel) noexcept
+      : m_(motion),
+        ws_(workspace),
+        work_(work),
+        lists_(motion.joints().balls->lists()),
+        kernels_(kernels),
+        parallel_(parallel) {}
 
   // Before the first sub-step of a call: poses and anchors are where they are at that time.
   void prepare(const Clock& at) const noexcept {
     for_each_part(at, [&](const BallList<T>& /*list*/, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
-      kernels_.prepare(terms, ws_.work, from, to);
+      kernels_.prepare(terms, work_, from, to);
     });
   }
 
@@ -38,7 +43,7 @@ class BallStep {
   void keep(const Clock& at) const noexcept {
     if (m_.joints().substep() == 0) return;
     for_each_part(at, [&](const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
-      kernels_.keep(terms, list.bound, ws_.work, from, to);
+      kernels_.keep(terms, list.bound, work_, from, to);
     });
   }
 
@@ -79,8 +84,8 @@ class BallStep {
     for (std::size_t s = from; s < to; ++s) {
       const std::size_t i = list.center[s];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        terms.c[axis][s] = ws_.work.x[axis][i];
-        terms.u[axis][s] = ws_.work.v[axis][i];
+        terms.c[axis][s] = work_.x[axis][i];
+        terms.u[axis][s] = work_.v[axis][i];
       }
     }
   }
@@ -115,6 +120,7 @@ class BallStep {
 
   const JoinedMotion<T>& m_;
   JoinedWorkspace<T>& ws_;
+  const WorkColumns<T>& work_;  // as the pulses have left them
   const std::vector<BallList<T>>& lists_;
   const BallKernels<T>& kernels_;
   const ParallelFor& parallel_;

@@ -116,7 +116,7 @@ class JoinedStep {
       constraints_.emplace(*joints_.constraints, scene.passes->template of<T>().constraint, constraint_terms_, parallel_);
     }
     if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) end_sheet_ = strands->sheets.size() - 1;
-    if (joints_.balls) balls_.emplace(m_, ws_, scene.passes->template of<T>().ball, parallel_);
+    if (joints_.balls) balls_.emplace(m_, ws_, work_, scene.passes->template of<T>().ball, parallel_);
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
   JoinedStep(const JoinedStep&) = delete;
