@@ -615,6 +615,35 @@ void hundred_sheets(Report& report, const Run& run) {
   }
 }
 
+// What a feature costs a sheet's step.
+void moving_world(Report& report, const Run& run) {
+  const Scene plain = hung_sheet(Scheme::leapfrog);
+  const auto bar = [&](const std::string& name, double bound, const Scene& with, const Scene& without) {
+    report.bar(name, {false, bound}, bench::race(run.effort, joined_stepper(with, hung()), joined_stepper(without, hung())),
+               "");
+  };
+  Scene among = plain;
+  Scene falling = fall();
+  for (int k = 0; k < 64; ++k) {
+    const Vec3 end{0.25 * k, -1e3, -20};
+    const Capsule capsule{.ends = {{end, {end[0], -1e3, 20}}}, .radius = {0.1, 0.1}, .restitution = 0.5};
+    among.add(capsule);
+    falling.add(capsule);
+  }
+  bar("a sheet, 64 capsules far away / none", 1.1, among, plain);
+  const Held<float> many = scattered<float>(in_second_cache);
+  const Race race = bench::race(run.effort, stepper(falling, many, 1), stepper(fall(), many, 1));
+  report.bar("16384 free particles, 64 capsules far away / none", {false, 1.1}, race,
+             against(race, in_second_cache, in_second_cache));
+  for (const double damping : {0.0, 0.001}) {
+    Scene still = plain;
+    std::get<Grid>(still.networks[0]).damping = damping;
+    Scene blown = still;
+    std::get<Grid>(blown.networks[0]).aerodynamics = Aerodynamics{.density = 1.2, .drag = 1, .lift = 1};
+    bar(damping == 0 ? "a sheet in air / none" : "a damped sheet in air / none", 1.5, blown, still);
+  }
+}
+
 struct Section {
   std::string name;
   void (*run)(Report&, const Run&);
@@ -651,6 +680,7 @@ const std::vector<Section>& sections() {
       {"Layouts", layouts},
       {"C API", c_api},
       {"A hundred sheets", hundred_sheets},
+      {"A moving world", moving_world},
       {"Turnover", turnover},
   };
   return all;
