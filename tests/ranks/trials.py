@@ -155,8 +155,8 @@ class Trials:
         for n in range(self.count):
             name = self.random.choice(list(self.scenes))
             ranks = self.random.choice([2, 3])
-            # Some seconds.
-            what = [f'{name}.json', '--duration', 60 if name in ('contacts', 'moving floor') else 6, '--every', 100, '--threads', 1]
+            duration = 6 if 'network' in self.scenes[name] else 60  # which takes some seconds
+            what = [f'{name}.json', '--duration', duration, '--every', 100, '--threads', 1]
             whole = self.outcome(self.run(0, *what, '--out', 'whole.csv'))
             arguments = [*what, '--out', 'a.csv', '--checkpoint', 'at', '--checkpoint-every', 50]
             process = subprocess.Popen(self.line(ranks, arguments), cwd=self.folder, env=self.environment,

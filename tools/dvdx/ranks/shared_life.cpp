@@ -102,12 +102,12 @@ std::span<const std::uint32_t> SharedLife<T>::places() {
   std::iota(places_.begin(), places_.end(), 0U);
   for (int rank = 0; rank < ranks_.count(); ++rank) {
     const bool is_own = rank == ranks_.rank();
-    if (!is_own) others_.resize(sizes[static_cast<std::size_t>(rank)]);
-    ranks_.broadcast(rank, std::as_writable_bytes(is_own ? own : std::span(others_)));
+    if (!is_own) told_.resize(sizes[static_cast<std::size_t>(rank)]);
+    ranks_.broadcast(rank, std::as_writable_bytes(is_own ? own : std::span(told_)));
     if (is_own) continue;
     std::uint32_t before = 0;
     for (std::size_t k = 0; k < own.size(); ++k) {
-      while (before < others_.size() && others_[before] < own[k]) ++before;
+      while (before < told_.size() && told_[before] < own[k]) ++before;
       places_[k] += before;
     }
   }
@@ -115,20 +115,34 @@ std::span<const std::uint32_t> SharedLife<T>::places() {
 }
 
 template <class T>
+void SharedLife<T>::send() {
+  const std::uint64_t count = places_.size();
+  ranks_.send(0, bytes_in(count));
+  ranks_.send(0, std::as_bytes(std::span(places_)));
+  ranks_.send(0, std::as_bytes(std::span(told_)));
+  ranks_.send(0, std::as_bytes(std::span(buffer_)));
+}
+
+template <class T>
+void SharedLife<T>::receive(int from) {
+  std::uint64_t count = 0;
+  ranks_.receive(from, writable_bytes_in(count));
+  places_.resize(count);
+  told_.resize(count);
+  buffer_.resize(columns_each * count);
+  ranks_.receive(from, std::as_writable_bytes(std::span(places_)));
+  ranks_.receive(from, std::as_writable_bytes(std::span(told_)));
+  ranks_.receive(from, std::as_writable_bytes(std::span(buffer_)));
+}
+
+template <class T>
 void SharedLife<T>::gather(LiveMemory<T>& whole) {
-  const auto own_places = places();
-  const auto own = numbers(own_places.size());
-  std::array<std::uint64_t, 2> sums{own.size(), live().removed};
+  std::array<std::uint64_t, 2> sums{places().size(), live().removed};
   ranks_.sum(sums);
+  const auto own = numbers(live().state.count);
+  told_.assign(own.begin(), own.end());
   take(live(), own.size(), buffer_, [](std::size_t k) { return k; });
-  if (ranks_.rank() != 0) {
-    const std::uint64_t count = own.size();
-    ranks_.send(0, bytes_in(count));
-    ranks_.send(0, std::as_bytes(own_places));
-    ranks_.send(0, std::as_bytes(own));
-    ranks_.send(0, std::as_bytes(std::span(buffer_)));
-    return;
-  }
+  if (ranks_.rank() != 0) return send();
   LiveState<T>& all = whole.live();
   all.state.count = sums[0];
   all.removed = sums[1];
@@ -137,20 +151,9 @@ void SharedLife<T>::gather(LiveMemory<T>& whole) {
   all.dropped = live().dropped;
   std::vector<std::int64_t> of_all(sums[0]);
   for (int rank = 0; rank < ranks_.count(); ++rank) {
-    std::uint64_t count = own.size();
-    if (rank > 0) {
-      ranks_.receive(rank, writable_bytes_in(count));
-      places_.resize(count);
-      others_.resize(count);
-      buffer_.resize(columns_each * count);
-      ranks_.receive(rank, std::as_writable_bytes(std::span(places_)));
-      ranks_.receive(rank, std::as_writable_bytes(std::span(others_)));
-      ranks_.receive(rank, std::as_writable_bytes(std::span(buffer_)));
-    } else {
-      others_.assign(own.begin(), own.end());
-    }
-    for (std::size_t k = 0; k < count; ++k) of_all[places_[k]] = others_[k];
-    put(buffer_, all, count, [this](std::size_t k) { return places_[k]; });
+    if (rank > 0) receive(rank);
+    for (std::size_t k = 0; k < places_.size(); ++k) of_all[places_[k]] = told_[k];
+    put(buffer_, all, places_.size(), [this](std::size_t k) { return places_[k]; });
   }
   whole.move_ids(of_all_, of_all);
   of_all_.swap(of_all);

@@ -36,6 +36,9 @@ class SharedLife {
   [[nodiscard]] std::span<const std::uint32_t> places();
 
  private:
+  // What is in the lists of what is told, to the first rank; and from another one.
+  void send();
+  void receive(int from);
   [[nodiscard]] std::span<std::int64_t> numbers(std::size_t count) noexcept { return {numbers_.data(), count}; }
 
   Ranks& ranks_;
@@ -43,7 +46,8 @@ class SharedLife {
   std::vector<std::int64_t> numbers_;  // of each own particle: those of the start or of a checkpoint before all births since
   Carried carried_;
   std::vector<std::int64_t> of_all_;  // of the first rank: of each when they were last dealt or gathered
-  std::vector<std::int64_t> others_;
+  // What is told: numbers, places and columns of one rank's particles.
+  std::vector<std::int64_t> told_;
   std::vector<std::uint32_t> places_;
   std::vector<T> buffer_;
 };
