@@ -208,7 +208,7 @@ class Model {
   Model(const Scene& scene, const Turnover& turnover)
       : plan_(*compile<T>(scene, {.step = h, .isa = Isa::reference})),
         turnover_(turnover),
-        compiled_(*compile<T>(scene, {.step = h}), turnover) {}
+        compiled_(*compile<T>(scene, {.step = h}), turnover, {}) {}
 
   std::vector<One<T>> all;
   std::uint64_t dropped = 0;

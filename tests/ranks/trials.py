@@ -21,7 +21,7 @@ from pathlib import Path
 SCENES = Path(__file__).resolve().parents[2] / 'tools' / 'scenes'
 MPI = {'OMPI_ALLOW_RUN_AS_ROOT': '1', 'OMPI_ALLOW_RUN_AS_ROOT_CONFIRM': '1', 'OMPI_MCA_plm': 'isolated', 'OMPI_MCA_pml': 'ob1',
        'OMPI_MCA_btl': 'self,vader'}
-SAME = ['particles', 'steps', 'state_hash', 'energy', 'diverged', 'bad_particles', 'contacts', 'heating']
+SAME = ['particles', 'born', 'removed', 'dropped', 'steps', 'state_hash', 'energy', 'diverged', 'bad_particles', 'contacts', 'heating']
 
 GRAVITY = {'type': 'constant', 'acceleration': [0, -9.81, 0]}
 FLOOR = {'type': 'plane', 'normal': [0, 1, 0.1], 'offset': 0, 'restitution': 0.6, 'friction': 0.2}
@@ -51,6 +51,11 @@ def small_scenes():
                     'kinematic': [{'particles': 'corners_top', 'motion': 'hand'}]},
         'wind': {**HEAD, 'network': grid(fixed='edge_top', aerodynamics={'density': 1.2, 'drag': 1, 'lift': 0.5}),
                  'wind': {'mean': [5, 1, 2], 'gusts': [{'amplitude': [2, 0, 1], 'angular_frequency': 9}]}, 'forces': [GRAVITY]},
+        'drops': {**HEAD, 'particles': {'count': 3, 'mass': 0.01, 'position': particles['position']}, 'capacity': 300,
+                  'emitters': [{'type': 'box', 'min': [0, 0, 0], 'max': [1, 0.1, 1], 'rate': 1500, 'velocity': [0, -1, 0], 'spread': 1,
+                                'lifetime': {'min': 0.05, 'max': 0.4}, 'seed': 5},
+                               {'type': 'point', 'at': [0, 0.5, 0], 'rate': 90, 'velocity': [1, 0, 0], 'spread': 0.2, 'seed': 6}],
+                  'removal': {'outside': {'min': [-1, -1, -1], 'max': [1.05, 3, 2]}}, 'forces': [GRAVITY], 'contacts': [FLOOR]},
         'list': {**HEAD, 'particles': particles, 'forces': [GRAVITY], 'contacts': [FLOOR],
                  'network': {'type': 'springs', 'pairs': pairs, 'stiffness': 40, 'damping': 0.05, 'rest_length': 'start'}},
     }
@@ -59,6 +64,8 @@ def small_scenes():
 class Trials:
     def __init__(self, dvdx, count, seed, folder):
         self.dvdx, self.count, self.random, self.folder = dvdx, count, random.Random(seed), folder
+        self.environment = {**os.environ, **MPI, 'DVDX_VIEWER': str(folder)}
+        (folder / 'playback.html').write_text('<!-- dvdx data -->')
         self.bad = 0
         self.scenes = small_scenes()
         for name, scene in self.scenes.items():
@@ -69,7 +76,7 @@ class Trials:
         return [*launcher, self.dvdx, 'run', *map(str, arguments), '--json']
 
     def run(self, ranks, *arguments):
-        return subprocess.run(self.line(ranks, arguments), cwd=self.folder, env={**os.environ, **MPI}, capture_output=True, text=True)
+        return subprocess.run(self.line(ranks, arguments), cwd=self.folder, env=self.environment, capture_output=True, text=True)
 
     def outcome(self, result):
         if result.returncode:
@@ -98,8 +105,9 @@ class Trials:
     def resume(self):
         for n in range(self.count):
             name = self.random.choice(list(self.scenes))
-            precision = self.random.choice(['float32', 'float64', 'float32_compensated'])
-            kind = self.random.choice(['csv', 'npz', 'ply', 'pc2'])
+            comes_and_goes = name == 'drops'
+            precision = self.random.choice(['float32', 'float64'] + ([] if comes_and_goes else ['float32_compensated']))
+            kind = self.random.choice(['csv', 'ply', 'html'] if comes_and_goes else ['csv', 'npz', 'ply', 'pc2'])
             every = self.random.choice([0, 7])
             first, second = self.random.choice([0, 1, 2, 3]), self.random.choice([1, 2, 3, 5])
             step = self.random.randrange(STEPS // 2 + 1, STEPS)
@@ -147,11 +155,11 @@ class Trials:
         for n in range(self.count):
             name = self.random.choice(list(self.scenes))
             ranks = self.random.choice([2, 3])
-            # Some seconds.
-            what = [f'{name}.json', '--duration', 60 if name in ('contacts', 'moving floor') else 6, '--every', 100, '--threads', 1]
+            duration = 6 if 'network' in self.scenes[name] else 60  # which takes some seconds
+            what = [f'{name}.json', '--duration', duration, '--every', 100, '--threads', 1]
             whole = self.outcome(self.run(0, *what, '--out', 'whole.csv'))
             arguments = [*what, '--out', 'a.csv', '--checkpoint', 'at', '--checkpoint-every', 50]
-            process = subprocess.Popen(self.line(ranks, arguments), cwd=self.folder, env={**os.environ, **MPI},
+            process = subprocess.Popen(self.line(ranks, arguments), cwd=self.folder, env=self.environment,
                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             end = time.time() + 60
             while not (self.folder / 'at').exists() and process.poll() is None and time.time() < end:

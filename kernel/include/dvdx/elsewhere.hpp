@@ -28,6 +28,16 @@ struct Exchange {
   const std::uint8_t* is_own = nullptr;
 };
 
+// Where particles come and go, parts share the births of each step: what is drawn for a birth is a function of its number, so
+// each part makes its own by itself. All parts step by the same calls, each with the particles that it made or was given.
+struct SharedBirths {
+  std::uint32_t part = 0, parts = 1;
+  void* context = nullptr;
+  // Particles of all parts, of which this one has `here`: which births find room depends on it. Called by all parts together,
+  // once a call of LivePlan::step with births, and up to twice a step where they might find no room. Allocates nothing.
+  std::uint64_t (*count_all)(void* context, std::uint64_t here) noexcept = nullptr;
+};
+
 // Some formulas are chosen by the fastest particle of all: with these numbers of the whole batch in Options::elsewhere, a
 // part's bits are those that it has in the whole.
 struct Elsewhere {
@@ -36,6 +46,7 @@ struct Elsewhere {
   bool anchors_differ = false;  // springs whose methods keep them apart have anchors of their own
   bool springs_damp = false;    // any spring between particles does
   Exchange exchange{};          // of the halo, where springs lead out of the part
+  SharedBirths births{};        // of LivePlan
 };
 
 // Of the scene's first `count` particles.

@@ -13,12 +13,17 @@
 
 namespace dvdx {
 
+// What is born gets in a column of the caller's own: zeros, or how many births of all parts there were before it, as int64_t
+// (of 8 bytes). By these numbers the particles that parts share stand in the order in which one plan would keep them.
+enum class AtBirth { zeros, number };
+
 // A column of the caller's own that removal moves along with the particles: an id, a colour. Element i stands at
-// base + i * stride bytes. What is born gets zeros.
+// base + i * stride bytes.
 struct Carried {
   void* base = nullptr;
   std::ptrdiff_t stride = 0;  // bytes from an element to the next
   std::size_t bytes = 0;      // of an element; 4 and 8 side by side move fastest
+  AtBirth at_birth = AtBirth::zeros;
 };
 
 // The live particles are the first state.count; every column must have room for the turnover's capacity. Only pointers and
@@ -29,9 +34,9 @@ struct LiveState {
   Column<T> age{};       // s since birth; without a base: not kept
   Column<T> lifetime{};  // s; without a base: none dies of age. Needs `age`
   std::span<const Carried> carried{};
-  std::uint64_t born = 0;     // so far, by the emitters
-  std::uint64_t removed = 0;  // so far
-  std::uint64_t dropped = 0;  // births that found no room
+  std::uint64_t born = 0;     // so far, by the emitters: of all parts, where some share births (dvdx/elsewhere.hpp)
+  std::uint64_t removed = 0;  // so far: of this part
+  std::uint64_t dropped = 0;  // births that found no room: of all parts
 };
 
 // Steps as Plan does, lets particles age, removes those that are to go, keeps the order of all others (or fills the holes from
@@ -69,7 +74,7 @@ class DVDX_EXPORT LivePlan {
 };
 
 // A plan for particles that are all alike: values each, anchors at the start, networks, constraints and fixed particles are
-// errors that name their field, and so is a step that is not > 0.
+// errors that name their field, and so is a step that is not > 0. Where parts share births the survivors' order must be kept.
 template <class T>
 DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
 

@@ -87,6 +87,13 @@ std::optional<Error> check(const Turnover& turnover, const Options& options) {
     check.emitter("emitters[" + std::to_string(i) + "]", turnover.emitters[i]);
   }
   check.removal(turnover.removal);
+  const SharedBirths& shared = options.elsewhere.births;
+  check.require(shared.parts > 0 && shared.part < shared.parts, "elsewhere.births.part", std::to_string(shared.part),
+                "below parts, which is " + std::to_string(shared.parts));
+  if (shared.parts > 1) {
+    check.require(shared.count_all != nullptr, "elsewhere.births.count_all", "null", "a function where parts share births");
+    check.require(!fills_holes(turnover.removal), "removal.order", "any", "kept where parts share births");
+  }
   return check.error;
 }
 
@@ -166,9 +173,10 @@ constexpr std::size_t numbers_each = 8;  // state, age and lifetime
 }  // namespace
 
 template <class T>
-CompiledLifecycle<T>::CompiledLifecycle(Plan<T> plan_, Turnover turnover_)
+CompiledLifecycle<T>::CompiledLifecycle(Plan<T> plan_, Turnover turnover_, const SharedBirths& shared_)
     : plan(std::move(plan_)),
       turnover(std::move(turnover_)),
+      shared(shared_),
       passes(*find_passes(plan.isa())),
       removal(terms_of<T>(turnover.removal)) {
   for (const Emitter& emitter : turnover.emitters) emitters.push_back(terms_of(emitter));
@@ -247,7 +255,7 @@ Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, cons
   if (auto error = check_alike(scene)) return tl::unexpected(*error);
   auto plan = compile<T>(scene, options);
   if (!plan) return tl::unexpected(plan.error());
-  return LivePlan<T>(new typename LivePlan<T>::Parts(std::move(*plan), turnover, options.memory));
+  return LivePlan<T>(new typename LivePlan<T>::Parts(std::move(*plan), turnover, options));
 }
 
 template struct CompiledLifecycle<float>;

@@ -46,10 +46,11 @@ struct ParticleGroup {
 // Immutable.
 template <class T>
 struct CompiledLifecycle {
-  CompiledLifecycle(Plan<T> plan_, Turnover turnover_);
+  CompiledLifecycle(Plan<T> plan_, Turnover turnover_, const SharedBirths& shared_);
 
   Plan<T> plan;
   Turnover turnover;
+  SharedBirths shared;
   const Passes& passes;
   RemovalTerms<T> removal;
   std::vector<EmissionTerms> emitters;
@@ -72,8 +73,8 @@ struct LifecycleWorkspace {
 
 template <class T>
 struct LivePlan<T>::Parts {
-  Parts(Plan<T> plan, const Turnover& turnover, const Memory& memory)
-      : compiled(std::move(plan), turnover), workspace(turnover, memory) {}
+  Parts(Plan<T> plan, const Turnover& turnover, const Options& options)
+      : compiled(std::move(plan), turnover, options.elsewhere.births), workspace(turnover, options.memory) {}
 
   CompiledLifecycle<T> compiled;
   LifecycleWorkspace<T> workspace;

@@ -181,7 +181,8 @@ class LifecycleStep {
         kernels_(compiled.passes.template of<T>().removal),
         live_(live),
         parallel_(parallel),
-        report_(report) {}
+        report_(report),
+        living_(compiled.turnover.capacity) {}
 
   // Steps batch by batch.
   void step(std::size_t steps) noexcept {
@@ -207,7 +208,13 @@ class LifecycleStep {
     std::size_t emitter = 0;
     Births births{};
     std::size_t at = 0;
-    std::size_t pieces = 0;  // of born_together
+    std::size_t pieces = 0;    // of born_together
+    std::uint64_t number = 0;  // births of all parts before
+  };
+
+  // Births side by side, counted from the first of their run.
+  struct Stretch {
+    std::uint64_t first = 0, count = 0;
   };
 
   // A chunk after its steps: where its columns are, and how many of its particles stay.
@@ -238,10 +245,18 @@ class LifecycleStep {
         ws_.births[n][e] = births_by(p_.turnover.emitters[e], ws_.clocks[n]);
       }
     }
-    const std::size_t room = p_.turnover.capacity - live_.state.count;
-    while (most > 1 && born_until(most) > room) most /= 2;
+    count_for(born_until(most));
+    while (most > 1 && born_until(most) > room()) most /= 2;
     return most;
   }
+
+  // Counts all that live, where it is not known that so many births find room.
+  void count_for(std::uint64_t births) noexcept {
+    if (births <= room()) return;
+    const std::uint64_t here = live_.state.count;
+    living_ = p_.shared.parts == 1 ? here : p_.shared.count_all(p_.shared.context, here);
+  }
+  [[nodiscard]] std::uint64_t room() const noexcept { return p_.turnover.capacity - living_; }
 
   void step_batch(std::size_t steps) noexcept {
     const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = steps, .clock = ws_.clocks[0]};
@@ -253,6 +268,7 @@ class LifecycleStep {
   // ---- births -------------------------------------------------------------------------------------------------------------
 
   void emit(std::size_t steps) noexcept {
+    count_for(born_until(steps));
     std::array<ParticleGroup, batch_steps> groups{};
     const std::size_t before = live_.state.count;
     for (std::size_t n = 0; n < steps; ++n) {
@@ -267,19 +283,32 @@ class LifecycleStep {
     const std::uint64_t first = ws_.births[step][emitter].whole;
     const BirthsBy& end = ws_.births[step + 1][emitter];
     const std::uint64_t wanted = end.whole - first;
-    const std::size_t room = p_.turnover.capacity - live_.state.count;
-    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(wanted, room));
-    live_.born += count;
-    live_.dropped += wanted - count;
-    if (count == 0) return;
-    const double lead = (end.number - TwoDouble(static_cast<double>(first) + 1)).value();
+    const std::uint64_t all = std::min(wanted, room());
+    const std::uint64_t number = live_.born;
+    living_ += all;
+    live_.born += all;
+    live_.dropped += wanted - all;
+    const Stretch here = share_of(first, all);
+    if (here.count == 0) return;
+    const auto count = static_cast<std::size_t>(here.count);
+    const double lead = (end.number - TwoDouble(static_cast<double>(first) + 1)).value() - static_cast<double>(here.first);
     run_ = {.emitter = emitter,
-            .births = {.first = first, .count = count, .lead = lead, .step = p_.plan.step_size()},
+            .births = {.first = first + here.first, .count = count, .lead = lead, .step = p_.plan.step_size()},
             .at = live_.state.count,
-            .pieces = (count + born_together - 1) / born_together};
+            .pieces = (count + born_together - 1) / born_together,
+            .number = number + here.first};
     live_.state.count += count;
     const bool is_worth_threads = parallel_.run != nullptr && count >= parallel_from / batch_steps;
     for_each_task(is_worth_threads ? parallel_ : ParallelFor{}, run_.pieces, [this](std::size_t piece) { emit_piece(piece); });
+  }
+
+  // This part's of so many births from number `first` on. They are as many for each part as can be, and which parts have one
+  // more goes round with the number.
+  [[nodiscard]] Stretch share_of(std::uint64_t first, std::uint64_t all) const noexcept {
+    const std::uint64_t parts = p_.shared.parts;
+    const std::uint64_t each = all / parts, more = all % parts;
+    const std::uint64_t turn = (p_.shared.part + parts - first % parts) % parts;
+    return {.first = turn * each + std::min(turn, more), .count = each + (turn < more ? 1 : 0)};
   }
 
   void emit_piece(std::size_t piece) const noexcept {
@@ -299,7 +328,18 @@ class LifecycleStep {
     if (live_.lifetime.base != nullptr) scatter(born.lifetime.data(), at, births.count, live_.lifetime);
     for (const Carried& carried : live_.carried) {
       const Strip strip = strip_of(carried);
-      for (std::size_t i = 0; i < births.count; ++i) std::memset(strip.at(at + i), 0, strip.bytes);
+      if (carried.at_birth == AtBirth::number) {
+        put_numbers(strip, at, births.count, run_.number + from);
+      } else {
+        for (std::size_t i = 0; i < births.count; ++i) std::memset(strip.at(at + i), 0, strip.bytes);
+      }
+    }
+  }
+
+  static void put_numbers(const Strip& strip, std::size_t at, std::size_t count, std::uint64_t first) noexcept {
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto number = static_cast<std::int64_t>(first + i);
+      std::memcpy(strip.at(at + i), &number, sizeof(number));
     }
   }
 
@@ -702,6 +742,7 @@ class LifecycleStep {
   LiveState<T>& live_;
   ParallelFor parallel_;
   ContactReport::Parts* report_;  // null: nobody asks what contacts do
+  std::uint64_t living_;          // at most, over all parts
   Run run_{};
   std::array<Segment, most_groups> segments_{};
   std::size_t segment_count_ = 0;

@@ -9,14 +9,17 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "commands/commands.hpp"
 #include "commands/scene_options.hpp"
 #include "dvdx/plan.hpp"
 #include "output/console.hpp"
 #include "output/part_file.hpp"
+#include "ranks/refusal.hpp"
 #include "run/live_memory.hpp"
 #include "run/start.hpp"
+#include "scale/births.hpp"
 #include "scale/prediction.hpp"
 #include "scene_io/names.hpp"
 
@@ -95,10 +98,18 @@ double measured(const SceneFile& file, const Engine& engine) {
   return least;
 }
 
+void explain_births(const ExplainOptions& options, const SceneFile& file) {
+  for (const auto& [option, value] : {std::pair("--size", options.size), std::pair("--picture", options.picture)}) {
+    if (!value.empty()) throw Fault(Exit::usage, fmt::format("{} {}: not where particles come and go", option, value));
+  }
+  check_can_be_split(file, {});
+  print_answer(table_of_births(file, *options.ranks, options.machine));
+}
+
 void explain_ranks(const ExplainOptions& options, const SceneFile& file, const Engine& engine) {
-  if (is_live(file) || !file.scene.constraints.empty())
-    throw Fault(Exit::bad_scene,
-                file.path + ": particles that come and go, or that constraints join, cannot be split over ranks");
+  if (is_live(file)) return explain_births(options, file);
+  if (!file.scene.constraints.empty())
+    throw Fault(Exit::bad_scene, file.path + ": particles that constraints join cannot be split over ranks");
   const Extent extent = extent_of(file, options.size);
   const auto telling = telling_of(file, bytes_of(engine.precision));
   const auto cuts = cuts_of(extent, *options.ranks);

@@ -9,7 +9,9 @@ void check_can_be_split(const SceneFile& file, const std::filesystem::path& out)
   const auto refuse = [&](const char* what) {
     throw Fault(Exit::bad_scene, file.path + ": " + what + " cannot be split over ranks: must run on one (docs/ranks.md)");
   };
-  if (is_live(file)) refuse("emitters: particles that come and go");
+  if (is_live(file) && file.turnover.removal.order == SurvivorOrder::any) {
+    refuse("removal.order any, by which a hole may be filled from another rank,");
+  }
   if (!file.scene.constraints.empty()) refuse("constraints");
   if (!file.tears_at.empty()) refuse("network.tears_at");
   if (!file.scene.skins.empty()) refuse("skins");
@@ -17,7 +19,7 @@ void check_can_be_split(const SceneFile& file, const std::filesystem::path& out)
   const auto scheme = file.scene.coupling.scheme;
   if (!file.scene.networks.empty() && scheme == Scheme::sequential) refuse("network.scheme sequential");
   if (!file.scene.networks.empty() && scheme == Scheme::accumulate) refuse("network.scheme accumulate");
-  if (!out.empty() && is_page(out) && !is_joined(file.scene)) {
+  if (!out.empty() && is_page(out) && !is_joined(file.scene) && !is_live(file)) {
     throw Fault(Exit::usage, "--out " + out.string() + ": a page is not written by several ranks: must run on one");
   }
 }

@@ -18,6 +18,16 @@ namespace dvdx::tool {
   return ranks.count() > 1 && is_joined(file.scene);
 }
 
+// Whether each rank steps the particles that it makes of those that come and go.
+[[nodiscard]] inline bool is_split_by_births(const SceneFile& file, const Ranks& ranks) noexcept {
+  return ranks.count() > 1 && is_live(file);
+}
+
+// Whether the first rank alone is told the whole state, which it shows.
+[[nodiscard]] inline bool is_gathered(const SceneFile& file, const Ranks& ranks) noexcept {
+  return is_split_by_springs(file, ranks) || is_split_by_births(file, ranks);
+}
+
 // Throws Fault (bad_scene) that names what of a scene cannot be split, and Fault (usage) where its output cannot.
 void check_can_be_split(const SceneFile& file, const std::filesystem::path& out);
 

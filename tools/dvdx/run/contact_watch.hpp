@@ -30,6 +30,9 @@ class ContactWatch {
   // Of the scene's particles, those that the report tells of, in its order: kept by the caller. Else they are side by side.
   void tell_of(std::span<const std::uint32_t> particles) noexcept { particles_ = particles; }
 
+  // Whether each event is told of, by the number of its particle.
+  [[nodiscard]] bool tells_events() const noexcept { return steps_in_room_ != 0; }
+
   // Null where nobody asks.
   [[nodiscard]] ContactReport* report() noexcept { return report_ ? &*report_ : nullptr; }
   // That one call may take of `wanted`, so that all their events find room.

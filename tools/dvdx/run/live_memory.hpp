@@ -16,21 +16,29 @@
 
 namespace dvdx::tool {
 
+// Steps that a run takes in one call, at most, so that progress does not stand still.
+inline constexpr std::uint64_t steps_a_call = 8;
+
 template <class T>
 class LiveMemory {
  public:
-  // The scene's own particles have age 0 and die of no age.
-  LiveMemory(const SceneFile& file, Layout layout)
-      : capacity_(file.turnover.capacity), state_(layout, capacity_), lives_(layout, capacity_) {
+  // Nothing lives yet.
+  LiveMemory(std::size_t capacity, Layout layout) : capacity_(capacity), state_(layout, capacity_), lives_(layout, capacity_) {
     live_.state = state_.view();
-    live_.state.count = file.particles.count;
-    place_at_start(file, live_.state);
+    live_.state.count = 0;
     live_.age = lives_.view().x[0];
     live_.lifetime = lives_.view().x[1];
-    for (std::size_t i = 0; i < file.particles.count; ++i) live_.lifetime[i] = std::numeric_limits<T>::infinity();
   }
+  LiveMemory(const SceneFile& file, Layout layout) : LiveMemory(file.turnover.capacity, layout) { start(file); }
   LiveMemory(const LiveMemory&) = delete;
   LiveMemory& operator=(const LiveMemory&) = delete;
+
+  // The scene's own particles have age 0 and die of no age.
+  void start(const SceneFile& file) {
+    live_.state.count = file.particles.count;
+    place_at_start(file, live_.state);
+    for (std::size_t i = 0; i < file.particles.count; ++i) live_.lifetime[i] = std::numeric_limits<T>::infinity();
+  }
 
   [[nodiscard]] LiveState<T>& live() noexcept { return live_; }
 
@@ -47,6 +55,16 @@ class LiveMemory {
       if (ids_[i] == 0) ids_[i] = ++last_id_;
     }
     return {ids_.data(), count};
+  }
+
+  // What stands at n is the particle of now[n], both ascending: one of `before`, at whose place it stood, or a later one.
+  void move_ids(std::span<const std::int64_t> before, std::span<const std::int64_t> now) noexcept {
+    if (ids_.empty()) return;
+    std::size_t from = 0;
+    for (std::size_t n = 0; n < now.size(); ++n) {
+      while (from < before.size() && before[from] < now[n]) ++from;
+      ids_[n] = from < before.size() && before[from] == now[n] ? ids_[from] : 0;
+    }
   }
 
   void save(Sink& sink) const {

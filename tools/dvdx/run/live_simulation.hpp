@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -12,6 +13,10 @@
 #include "commands/progress.hpp"
 #include "commands/scene_options.hpp"
 #include "output/writer.hpp"
+#include "ranks/agree.hpp"
+#include "ranks/over_ranks.hpp"
+#include "ranks/refusal.hpp"
+#include "ranks/shared_life.hpp"
 #include "run/contact_watch.hpp"
 #include "run/engine.hpp"
 #include "run/health.hpp"
@@ -24,17 +29,21 @@ namespace dvdx::tool {
 template <class T>
 class LiveSimulation {
  public:
-  LiveSimulation(const LoadedScene& loaded, const Engine& engine, Ranks& /*one*/)
+  LiveSimulation(const LoadedScene& loaded, const Engine& engine, Ranks& ranks)
       : loaded_(loaded),
-        memory_(loaded.file, engine.layout),
-        live_(memory_.live()),
-        plan_(live_plan<T>(loaded.file, {.step = loaded.file.step,
-                                         .isa = engine.isa,
-                                         .arithmetic = engine.arithmetic,
-                                         .rounding = rounding_of(engine.precision)})),
-        threads_(engine.threads) {}
+        ranks_(ranks),
+        memory_(has_state() ? loaded.file.turnover.capacity : 0, engine.layout),
+        plan_(together(ranks, [&] { return live_plan<T>(loaded.file, options_of(engine)); })),
+        threads_(engine.threads) {
+    together(ranks, [&] {
+      if (has_state()) memory_.start(loaded.file);
+    });
+    if (!is_split_by_births(loaded.file, ranks)) return;
+    shared_.emplace(loaded.file, engine.layout, ranks);
+    shared_->deal(memory_);
+  }
 
-  // The particles' ids, from now on.
+  // The particles' ids, from now on: of all that the first rank is told, where several step them.
   [[nodiscard]] ParticleIds ids() {
     memory_.carry_ids();
     return [this](std::size_t count) { return memory_.ids(count); };
@@ -43,94 +52,136 @@ class LiveSimulation {
   // The observer writes, weighs and hashes.
   template <class Observer>
   Outcome run(Observer& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
-    const auto start = observer.health(live_.state);
-    outcome_.energy_start = observer.energy({}, live_.state);
+    const auto start = observer.health(whole_.state);
+    outcome_.energy_start = observer.energy({}, whole_.state);
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), contacts);
     } else if (every > 0 && loaded_.steps > 0) {
-      observer.write(moment(), live_.state);
+      observer.write(moment(), whole_.state);
     }
     {
-      Progress progress(loaded_.steps, done_);
+      std::optional<Progress> progress;
+      if (ranks_.rank() == 0) progress.emplace(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
         const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
         advance(until, contacts, progress, checkpoints);
-        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), live_.state);
+        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), gathered());
       }
     }
     checkpoints.finish(done_, [&] { return prepare(contacts); });
-    observer.write(moment(), live_.state);
+    observer.write(moment(), gathered());
     observer.finish();
     contacts.finish();
+    contacts.join();
     outcome_.contacts = contacts.sums();
-    outcome_.energy_end = observer.energy({}, live_.state);
-    outcome_.hash = observer.hash(live_.state);
-    const auto end = observer.health(live_.state);
+    outcome_.energy_end = observer.energy({}, whole_.state);
+    outcome_.hash = observer.hash(whole_.state);
+    const auto end = observer.health(whole_.state);
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
-    turned_.live = live_.state.count;
-    turned_.born = live_.born;
-    turned_.removed = live_.removed;
-    turned_.dropped = live_.dropped;
-    outcome_.turned = turned_;
+    ranks_.broadcast(0, writable_bytes_in(outcome_.diverged));
+    outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
+    outcome_.turned = {.live = whole_.state.count,
+                       .born = whole_.born,
+                       .removed = whole_.removed,
+                       .dropped = whole_.dropped,
+                       .particle_steps = all_particle_steps()};
     return outcome_;
   }
 
  private:
-  // Steps that one call takes, so that progress does not stand still.
-  static constexpr std::uint64_t together = 8;
+  // Of several ranks the first one has the whole state to show.
+  [[nodiscard]] bool has_state() const { return ranks_.rank() == 0; }
 
-  [[nodiscard]] Moment moment() const { return {.step = done_, .time = live_.state.clock.seconds}; }
-
-  StepResult step(std::uint64_t steps, ContactReport* report) {
-    return report != nullptr ? plan_.step(live_, *report, steps, threads_.parallel_for())
-                             : plan_.step(live_, steps, threads_.parallel_for());
+  [[nodiscard]] Options options_of(const Engine& engine) const {
+    Options options{.step = loaded_.file.step,
+                    .isa = engine.isa,
+                    .arithmetic = engine.arithmetic,
+                    .rounding = rounding_of(engine.precision)};
+    if (is_split_by_births(loaded_.file, ranks_)) options.elsewhere.births = SharedLife<T>::births(ranks_);
+    return options;
   }
 
-  [[nodiscard]] SaveRun prepare(ContactWatch& contacts) const {
+  // What is stepped here.
+  [[nodiscard]] LiveState<T>& live() { return shared_ ? shared_->live() : whole_; }
+  // What the observer sees.
+  const State<T>& gathered() {
+    if (shared_) shared_->gather(memory_);
+    return whole_.state;
+  }
+  [[nodiscard]] std::uint64_t all_particle_steps() {
+    std::uint64_t all = particle_steps_;
+    ranks_.sum(std::span(&all, 1));
+    return all;
+  }
+
+  [[nodiscard]] Moment moment() { return {.step = done_, .time = live().state.clock.seconds}; }
+
+  StepResult step(std::uint64_t steps, ContactReport* report) {
+    return report != nullptr ? plan_.step(live(), *report, steps, threads_.parallel_for())
+                             : plan_.step(live(), steps, threads_.parallel_for());
+  }
+
+  [[nodiscard]] SaveRun prepare(ContactWatch& contacts) {
+    gathered();
     contacts.flush();
-    return [this, words = contacts.words()](Sink& sink) {
+    return [this, words = contacts.words(), particle_steps = all_particle_steps(),
+            seconds = longest(ranks_, outcome_.wall_seconds)](Sink& sink) {
       memory_.save(sink);
       sink.put(std::span<const std::int64_t>(words));
-      sink.put(turned_.particle_steps);
-      sink.put(outcome_.wall_seconds);
+      sink.put(particle_steps);
+      sink.put(seconds);
     };
   }
   void go_on(const Checkpoint& checkpoint, ContactWatch& contacts) {
-    checkpoint.load([&](Source& source) {
-      memory_.load(source);
-      std::vector<std::int64_t> words;
-      source.get(words);
-      contacts.load(words, checkpoint.header().step, source);
-      source.get(turned_.particle_steps);
-      source.get(outcome_.wall_seconds);
+    together(ranks_, [&] {
+      if (!has_state()) return contacts.go_on_at(checkpoint.header().step);
+      checkpoint.load([&](Source& source) {
+        memory_.load(source);
+        std::vector<std::int64_t> words;
+        source.get(words);
+        contacts.load(words, checkpoint.header().step, source);
+        source.get(particle_steps_);
+        source.get(outcome_.wall_seconds);
+      });
     });
+    if (shared_) shared_->deal(memory_);
     done_ = checkpoint.header().step;
     outcome_.resumed_at = done_;
   }
 
-  void advance(std::uint64_t until, ContactWatch& contacts, Progress& progress, Checkpoints& checkpoints) {
+  // As many of `wanted` as one call takes. A particle's number in an event is where it stands among all when its step begins:
+  // of several ranks' it is known at the start of a call.
+  std::uint64_t steps_of_call(std::uint64_t wanted, ContactWatch& contacts) {
+    if (!shared_ || !contacts.tells_events()) return contacts.most_steps(std::min(steps_a_call, wanted));
+    contacts.tell_of(shared_->places());
+    return 1;
+  }
+
+  void advance(std::uint64_t until, ContactWatch& contacts, std::optional<Progress>& progress, Checkpoints& checkpoints) {
     while (done_ < until) {
       checkpoints.look(done_, [&] { return prepare(contacts); });
-      const auto steps = contacts.most_steps(checkpoints.most_steps(done_, std::min(together, until - done_)));
+      const auto steps = steps_of_call(checkpoints.most_steps(done_, until - done_), contacts);
       const auto before = std::chrono::steady_clock::now();
       if (step(steps, contacts.report()) != StepResult::done) throw std::logic_error("the plan is for another state");
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
-      turned_.particle_steps += live_.state.count * steps;
+      particle_steps_ += live().state.count * steps;
       done_ += steps;
       contacts.write();
-      progress.at(done_);
+      if (progress) progress->at(done_);
     }
   }
 
   const LoadedScene& loaded_;
+  Ranks& ranks_;
   LiveMemory<T> memory_;
-  LiveState<T>& live_;
+  LiveState<T>& whole_ = memory_.live();
+  std::optional<SharedLife<T>> shared_;
   LivePlan<T> plan_;
   Threads threads_;
   std::uint64_t done_ = 0;
   Outcome outcome_{};
-  Turned turned_{};
+  std::uint64_t particle_steps_ = 0;
 };
 
 }  // namespace dvdx::tool

@@ -30,8 +30,8 @@ class Observer {
   Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, std::uint64_t every,
            Checkpoints& checkpoints, Ranks& ranks)
       : file_(loaded.file),
-        is_absent_(is_split_by_springs(file_, ranks) && ranks.rank() > 0),
-        ranks_(is_split_by_springs(file_, ranks) ? alone_ : ranks) {
+        is_absent_(is_gathered(file_, ranks) && ranks.rank() > 0),
+        ranks_(is_gathered(file_, ranks) ? alone_ : ranks) {
     if (is_absent_) return;
     if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
     if (!output) return;
@@ -42,7 +42,7 @@ class Observer {
     }
   }
 
-  // Where springs join particles the first rank is told all of them, and the others have nothing to say.
+  // Where the first rank is told all particles it shows them, and the others have nothing to say.
   [[nodiscard]] bool is_absent() const noexcept { return is_absent_; }
 
   void write(const Moment& moment, const State<T>& state) {

@@ -309,7 +309,7 @@ Room room_for_networks(const json& scene, const ReadOptions& options) {
 // Whether each particle moves by itself, so that a rank may hold some of them without the others.
 bool can_split_by_ranges(const json& scene) {
   return !scene.contains("network") && !scene.contains("constraints") && !scene.contains("kinematic") &&
-         !scene.contains("emitters") && !scene.contains("skins");
+         !scene.contains("emitters") && !scene.contains("removal") && !scene.contains("capacity") && !scene.contains("skins");
 }
 
 std::size_t read_count(const Node& node, const json& scene, const ReadOptions& options) {
