@@ -146,6 +146,18 @@ TEST_CASE("a signal leaves a directory that was there before, and what is in it"
   CHECK(folder.read("found/other.txt") == "mine");
 }
 
+// It comes while the steps go on, before the next look at what was written.
+TEST_CASE("a signal leaves the first checkpoint and the states and impacts that it counts on") {
+  const EndlessFolder folder("checkpoint");
+  Child child(folder, {"run", "endless.json", "--set", "particles.count=20000", "--every", "800", "--out", "a.csv", "--events",
+                       "e.csv", "--checkpoint", "at", "--checkpoint-every", "800", "--threads", "1"});
+  REQUIRE(comes_true([&] { return std::filesystem::exists(folder / "at"); }));
+  CHECK(WTERMSIG(child.end_by(SIGTERM)) == SIGTERM);
+  CHECK(std::filesystem::exists(folder / "at.states"));
+  CHECK(std::filesystem::exists(folder / "at.events"));
+  CHECK(folder.parts() == 0);
+}
+
 TEST_CASE("a signal that the program was started to ignore stays ignored") {
   const EndlessFolder folder("ignored");
   Child child(folder, {"run", "endless.json", "--every", "1000", "--out", "a.csv"}, SIGHUP);

@@ -202,31 +202,36 @@ void put_in_place(const fs::path& part, const fs::path& file) {
 }
 
 template <class Write>
-void write_whole(const fs::path& file, const fs::path& part, const Write& write) {
+void write_whole(const fs::path& file, const fs::path& part, const Write& write, const std::function<void()>& before_renamed) {
   {
     const Descriptor descriptor(part, O_TRUNC);
     write(descriptor.number());
     sync_file(descriptor.number(), file);
   }
+  before_renamed();
   put_in_place(part, file);
 }
 
 }  // namespace
 
-void write_checkpoint(const fs::path& file, const fs::path& part, std::string_view text) {
-  write_whole(file, part, [&](int descriptor) { write_all(descriptor, file, text); });
+void write_checkpoint(const fs::path& file, const fs::path& part, std::string_view text,
+                      const std::function<void()>& before_renamed) {
+  write_whole(
+      file, part, [&](int descriptor) { write_all(descriptor, file, text); }, before_renamed);
 }
 
-void write_checkpoint(const fs::path& file, const fs::path& part, const CheckpointHeader& header, const SaveRun& save) {
-  write_whole(file, part, [&](int descriptor) {
+void write_checkpoint(const fs::path& file, const fs::path& part, const CheckpointHeader& header, const SaveRun& save,
+                      const std::function<void()>& before_renamed) {
+  const auto write = [&](int descriptor) {
     ToFile sink(descriptor, file);
     write_text(sink, header, save);
     sink.flush();
-  });
+  };
+  write_whole(file, part, write, before_renamed);
 }
 
 void write_checkpoint(Ranks& ranks, const fs::path& file, const fs::path& part, const CheckpointHeader& header,
-                      const SaveRun& save) {
+                      const SaveRun& save, const std::function<void()>& before_renamed) {
   std::string text = text_of(header);
   std::uint64_t size = text.size();
   ranks.broadcast(0, writable_bytes_in(size));
@@ -250,7 +255,9 @@ void write_checkpoint(Ranks& ranks, const fs::path& file, const fs::path& part, 
   (void)write_together(ranks, number, file, head.bytes + data.bytes, write_end);
   together(ranks, [&] { sync_file(number, file); });
   together(ranks, [&] {
-    if (is_first) put_in_place(part, file);
+    if (!is_first) return;
+    before_renamed();
+    put_in_place(part, file);
   });
 }
 

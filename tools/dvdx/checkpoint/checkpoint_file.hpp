@@ -34,15 +34,16 @@ struct CheckpointHeader {
 // A whole file.
 [[nodiscard]] std::string checkpoint_text(const CheckpointHeader& header, const SaveRun& save);
 
-// Beside its place as `part` and on the disk, then renamed: the file before it is there until this one is. Throws Fault
-// (input_output).
-void write_checkpoint(const std::filesystem::path& file, const std::filesystem::path& part, std::string_view text);
+// Beside its place as `part` and on the disk, then renamed: the file before it is there until this one is. before_renamed is
+// called once it counts, on the first rank. Throws Fault (input_output).
+void write_checkpoint(const std::filesystem::path& file, const std::filesystem::path& part, std::string_view text,
+                      const std::function<void()>& before_renamed);
 // The same without the whole text in memory.
 void write_checkpoint(const std::filesystem::path& file, const std::filesystem::path& part, const CheckpointHeader& header,
-                      const SaveRun& save);
+                      const SaveRun& save, const std::function<void()>& before_renamed);
 // The same by several ranks, each of which writes its parts of the data. header: the first rank's. To be called by all.
 void write_checkpoint(Ranks& ranks, const std::filesystem::path& file, const std::filesystem::path& part,
-                      const CheckpointHeader& header, const SaveRun& save);
+                      const CheckpointHeader& header, const SaveRun& save, const std::function<void()>& before_renamed);
 
 // The header alone; none where there is no whole one.
 [[nodiscard]] std::optional<CheckpointHeader> peek_checkpoint(const std::filesystem::path& file);

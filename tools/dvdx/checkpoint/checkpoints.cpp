@@ -112,6 +112,12 @@ std::uint64_t Checkpoints::most_steps(std::uint64_t done, std::uint64_t wanted) 
   return std::min(wanted, options_.every - done % options_.every);
 }
 
+// On the thread that writes: the one that steps may be ended by a signal, while it waits for a rank that is no more, before it
+// sees that the checkpoint is there.
+void Checkpoints::spare_what_is_counted_on() const noexcept {
+  for (const auto& made : so_far_) made.spare();
+}
+
 void Checkpoints::keep_what_is_counted_on() {
   for (auto& made : so_far_) made.keep();
   so_far_.clear();
@@ -166,7 +172,7 @@ void Checkpoints::write_by_all(const CheckpointHeader& header, const SaveRun& sa
     if (states_) states_->sync();
     if (events_) events_->sync();
   });
-  write_checkpoint(ranks_, options_.file, part_of(options_.file), header, save);
+  write_checkpoint(ranks_, options_.file, part_of(options_.file), header, save, [this] { spare_what_is_counted_on(); });
   keep_what_is_counted_on();
 }
 
@@ -180,13 +186,17 @@ void Checkpoints::write_by_first(const CheckpointHeader& header, const SaveRun& 
     use(file, part);
   };
   if (has_room) {
-    writing_ = std::async(std::launch::async, [write, text] {
-      write([&](const fs::path& file, const fs::path& part) { write_checkpoint(file, part, *text); });
+    writing_ = std::async(std::launch::async, [this, write, text] {
+      write([&](const fs::path& file, const fs::path& part) {
+        write_checkpoint(file, part, *text, [this] { spare_what_is_counted_on(); });
+      });
     });
     return;
   }
   std::promise<void> done_here;
-  write([&](const fs::path& file, const fs::path& part) { write_checkpoint(file, part, header, save); });
+  write([&](const fs::path& file, const fs::path& part) {
+    write_checkpoint(file, part, header, save, [this] { spare_what_is_counted_on(); });
+  });
   done_here.set_value();
   writing_ = done_here.get_future();
 }

@@ -75,6 +75,7 @@ class Checkpoints {
   void write_by_all(const CheckpointHeader& header, const SaveRun& save);
   void write_by_first(const CheckpointHeader& header, const SaveRun& save);
   void wait();
+  void spare_what_is_counted_on() const noexcept;
   void keep_what_is_counted_on();
   [[nodiscard]] bool is_first() const noexcept { return ranks_.rank() == 0; }
   [[nodiscard]] Ranks* writers() noexcept { return holders_ == Holders::all ? &ranks_ : nullptr; }

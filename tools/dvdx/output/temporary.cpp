@@ -14,6 +14,7 @@ namespace dvdx::tool {
 struct Temporary::Entry {
   std::filesystem::path path;
   Kind kind;
+  std::atomic<bool> is_spared{false};
   std::atomic<Entry*> next{nullptr};
   Entry* previous = nullptr;
 };
@@ -27,7 +28,7 @@ using Entry = Temporary::Entry;
 // directory.
 std::atomic<Entry*> newest{nullptr};
 pthread_t owner;
-static_assert(std::atomic<Entry*>::is_always_lock_free);
+static_assert(std::atomic<Entry*>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
 constexpr std::array ending{SIGHUP, SIGINT, SIGQUIT, SIGPIPE, SIGTERM, SIGXCPU};
 
@@ -40,6 +41,7 @@ sigset_t ending_set() noexcept {
 
 // unlink and rmdir are async-signal-safe, std::filesystem is not.
 void remove(const Entry& entry) noexcept {
+  if (entry.is_spared.load()) return;
   if (entry.kind == Temporary::Kind::file) {
     unlink(entry.path.c_str());
   } else {
@@ -106,6 +108,10 @@ const std::filesystem::path& Temporary::path() const noexcept { return entry_->p
 void Temporary::keep() noexcept {
   if (entry_) unlink_entry(*entry_);
   entry_.reset();
+}
+
+void Temporary::spare() const noexcept {
+  if (entry_) entry_->is_spared.store(true);
 }
 
 SignalsHeld::SignalsHeld() {

@@ -13,7 +13,7 @@ namespace dvdx::tool {
 // be called on the thread that makes the Temporaries, before any other thread starts.
 void remove_temporaries_on_signals();
 
-// All are made, kept and destroyed on one thread.
+// All are made, kept and destroyed on one thread; any may spare one.
 class Temporary {
  public:
   enum class Kind { file, directory };
@@ -26,6 +26,8 @@ class Temporary {
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept;
   void keep() noexcept;  // what is at the path now stays
+  // The same from any thread, while the owner's neither keeps nor destroys it; keep() may follow.
+  void spare() const noexcept;
 
   struct Entry;  // of the list that the signal handler walks
 
