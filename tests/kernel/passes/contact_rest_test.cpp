@@ -1,10 +1,12 @@
 // Particles that surfaces hold: one, two and three of them, with friction, and what bounces while it is held.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
+#include "kernel/passes/cloths.hpp"
 #include "kernel/passes/particles.hpp"
 #include "math/vec3.hpp"
 
@@ -13,6 +15,22 @@ namespace {
 
 Plane plane(const Vec3& normal, double offset, double restitution, double friction) {
   return {.normal = normal, .offset = offset, .restitution = restitution, .friction = friction};
+}
+
+// The nearest to d of the points that are in front of three planes through the origin.
+Vec3 nearest_in_front(const std::array<Vec3, 3>& n, const Vec3& d) {
+  std::vector<Vec3> candidates = {d, {}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    candidates.push_back(dvdx::difference(d, scaled(n[k], dot(n[k], d))));
+    const Vec3 edge = unit(cross(n[k], n[(k + 1) % 3]));
+    candidates.push_back(scaled(edge, dot(edge, d)));
+  }
+  Vec3 nearest{};
+  for (const Vec3& x : candidates) {
+    const bool is_in_front = std::all_of(n.begin(), n.end(), [&](const Vec3& of) { return dot(of, x) >= -1e-14; });
+    if (is_in_front && length(dvdx::difference(x, d)) < length(dvdx::difference(nearest, d))) nearest = x;
+  }
+  return nearest;
 }
 
 }  // namespace
@@ -94,6 +112,29 @@ TEST_CASE_TEMPLATE("What lies in a groove slides along it with the friction of b
 }
 
 // Down the edge of two planes onto a third that leans over: it goes on along another edge, and is not caught.
+TEST_CASE_TEMPLATE("What is pressed from the tip of three walls goes where the nearest point in front of them is", T, float,
+                   double) {
+  for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
+    CAPTURE(words);
+    for (std::size_t i = 0; i < 150; ++i) {
+      std::array<Vec3, 3> n;
+      for (std::size_t k = 0; k < 3; ++k) n[k] = unit({scatter(i, 3 * k), scatter(i, 3 * k + 1), scatter(i, 3 * k + 2)});
+      if (std::abs(dot(n[0], cross(n[1], n[2]))) < 0.3) continue;
+      CAPTURE(i);
+      const Vec3 a{10 * scatter(i, 9), 10 * scatter(i, 10), 10 * scatter(i, 11)};
+      Particles<T> particles(kernels, hz60, a);
+      for (const Vec3& of : n) particles.add(plane(of, 0, 0, 0));
+      particles.set_all(state<T>({}, {}));
+      particles.step();
+      const double half_square = hz60 * hz60 / 2;
+      const Vec3 wanted = nearest_in_front(n, scaled(a, half_square));
+      const auto end = particles.at(0);
+      CHECK(length(dvdx::difference(wide(end.x), wanted)) <= 64 * eps<T> * half_square * length(a));
+      CHECK(length(dvdx::difference(wide(end.v), scaled(wanted, 2 / hz60))) <= 64 * eps<T> * hz60 * length(a));
+    }
+  });
+}
+
 TEST_CASE_TEMPLATE("What a third surface stops on one edge goes on along another", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);

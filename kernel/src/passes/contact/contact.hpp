@@ -38,7 +38,8 @@
 // where
 //          that is within the step, the impact is the last: e = 0, and with tau < 1 no tangential velocity is left.
 // Rest.    A surface may hold a particle that stands on it (4 eps of the coordinates) if that leaves it no higher than rounding
-//          (below) or comes no faster than forces bring it to rest there, and settles, within the step. Of those under which
+//          (below) or comes no faster than forces, and what holds it already, bring it to rest there, and settles, within the
+//          step: one wall may push it onto another that the forces lead away from. Of those under which
 //          the particle would end, the deepest takes it back along its normal; if another still has it inside, both do, with
 //          the multiples (kappa = n_a.n_b)
 //            l_a = (kappa s_b - s_a)/(1 - kappa^2),  l_b = (kappa s_a - s_b)/(1 - kappa^2),   neither of them negative;

@@ -44,7 +44,7 @@ Mask<V> is_among(const Held<V>& held, V number) noexcept {
 }
 
 // Which surfaces may hold lanes from here on: they stand on them, and neither leave them higher than rounding nor come faster
-// than forces bring them to rest on them within the step. Looked at once for each of the first surfaces.
+// than forces, and what holds them already, bring them to rest on them within the step.
 template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
 class Candidates {
   using T = Scalar<V>;
@@ -58,18 +58,8 @@ class Candidates {
     V s0;  // the distance at the start
   };
 
-  // s1: the distance at the end.
-  [[nodiscard]] [[gnu::always_inline]] inline Candidate of(std::size_t j, V s1) noexcept {
-    if (surroundings == Surroundings::planes || j >= kept) return look(j, s1);
-    if (!is_known_[j]) known_[j] = look(j, s1);
-    is_known_[j] = true;
-    return known_[j];
-  }
-
-  V end_size;  // the sum of the end's coordinates
-
- private:
-  [[nodiscard]] Candidate look(std::size_t j, V s1) const noexcept {
+  // s1: the distance at the end, as lanes are held up to now.
+  [[nodiscard]] Candidate of(std::size_t j, V s1) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
     if constexpr (surroundings == Surroundings::planes) return look(j, s1, m_, size_);
     Trajectory<V> room;
@@ -77,6 +67,9 @@ class Candidates {
     return look(j, s1, m, surface.movement == Movement::rest ? size_ : one_norm(m.x0));
   }
 
+  V end_size;  // the sum of the end's coordinates
+
+ private:
   [[nodiscard]] [[gnu::always_inline]] inline Candidate look(std::size_t j, V s1, const Trajectory<V>& m,
                                                              V size) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
@@ -92,14 +85,10 @@ class Candidates {
     return {stands & ((leaves & stays_low) | ((!leaves) & comes_slow)), start.s};
   }
 
-  static constexpr std::size_t kept = 6;  // a box
-
   const Terms<T>& terms_;
   const Trajectory<V>& m_;
   const Course<V, arithmetic, form>& course_;
   V size_;
-  Candidate known_[kept];
-  bool is_known_[kept] = {};
 };
 
 // The multiples of two normals, whose product is kappa, that bring the distances (or velocities) a and b to 0: neither of them
@@ -184,8 +173,8 @@ template <class V, Arithmetic arithmetic>
 // Of the surfaces that may hold lanes, the one whose inside their end x lies deepest in, with its normal and distance at the
 // end as nothing would hold them.
 template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
-Holder<V> deepest(const Terms<Scalar<V>>& terms, Candidates<V, arithmetic, form, surroundings>& candidates, const Three<V>& x1,
-                  const Held<V>& held, const Three<V>& x, Mask<V> lanes) noexcept {
+Holder<V> deepest(const Terms<Scalar<V>>& terms, const Candidates<V, arithmetic, form, surroundings>& candidates,
+                  const Three<V>& x1, const Held<V>& held, const Three<V>& x, Mask<V> lanes) noexcept {
   using T = Scalar<V>;
   Holder<V> found = no_holder<V>();
   V depth = V(-2 * std::numeric_limits<T>::epsilon()) * candidates.end_size;
@@ -196,7 +185,7 @@ Holder<V> deepest(const Terms<Scalar<V>>& terms, Candidates<V, arithmetic, form,
     const Mask<V> is_new = lanes & (s < depth) & !is_among(held, number);
     if (!any_lane<V>(is_new)) continue;
     const Touch<V> end = touch<V, arithmetic, surroundings>(surface, x1);
-    const auto candidate = candidates.of(j, end.s);
+    const auto candidate = candidates.of(j, s);
     const Mask<V> is_it = is_new & candidate.may_hold;
     depth = select<V>(is_it, s, depth);
     found = select(is_it, Holder<V>{number, end.s, candidate.s0, V(surface.mu), V(surface.hold), end.n}, found);
@@ -299,7 +288,7 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   const V none(T(-1));
   constexpr bool is_any = surroundings == Surroundings::any;
   if constexpr (is_any) watch(terms, course, m.x1, lanes);
-  Candidates<V, arithmetic, form, surroundings> candidates(terms, m, course);
+  const Candidates<V, arithmetic, form, surroundings> candidates(terms, m, course);
   Holder<V> a = no_holder<V>();
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];

@@ -34,7 +34,7 @@ Holder<T> holder_of(std::size_t number, const Surface<T>& surface, T s, T s0, co
   return holder;
 }
 
-// s1: the distance at the end; s0 becomes that at the start.
+// s1: the distance at the end, as it is held up to now; s0 becomes that at the start.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool may_hold(const Surface<T>& surface, T s1, const Particle<T>& p, const Course<arithmetic, form, T>& course, bool is_last,
               T& s0) noexcept {
@@ -159,7 +159,7 @@ Holder<T> deepest(const Terms<T>& terms, const Particle<T>& p, const Course<arit
     const Touch<T> end = touch<arithmetic>(surface, p.x1);
     const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
     T s0 = 0;
-    if (!may_hold(surface, end.s, seen, course, course.last == j, s0)) continue;
+    if (!may_hold(surface, s, seen, course, course.last == j, s0)) continue;
     depth = s;
     found = holder_of<arithmetic>(j, surface, end.s, s0, end.n, p, seen);
   }
