@@ -4,11 +4,13 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -99,6 +101,28 @@ long fails_without_trace(const Joined& joined, const Change<T>& change) {
   }
 }
 
+Joined on_a_skin(Joined joined) {
+  joined.name = "on a skin, with tethers";
+  joined.scene.skins = {{.particles = {13, 14, 20}, .at_most = 0.01, .backstop = Backstop{.normals = {{0, -1, 0}}}}};
+  joined.scene.tethers = {{.network = 0, .stretch = 1.02}};
+  return joined;
+}
+
+// A second sheet behind the first.
+Joined stacked(Joined joined) {
+  joined.name = "two sheets, scheme " + std::to_string(static_cast<int>(joined.scene.coupling.scheme));
+  const std::size_t count = joined.x.size();
+  Grid second = std::get<Grid>(joined.scene.networks[0]);
+  second.first = count;
+  joined.scene.networks.emplace_back(second);
+  joined.scene.fixed.push_back(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    joined.x.push_back({joined.x[i][0], joined.x[i][1] + 0.5, joined.x[i][2]});
+    joined.v.push_back(joined.v[i]);
+  }
+  return joined;
+}
+
 // Sheets by every scheme and form, chains with constraints, and particles on their own.
 std::vector<Joined> all_joined() {
   std::vector<Joined> list;
@@ -116,6 +140,9 @@ std::vector<Joined> all_joined() {
   held.name = "with constraints";
   held.scene.add(Distance{.pairs = {{10, 11}, {11, 12}, {14, 20}}}).add(OnPoint{.particle = 25, .at = {0.2, 0, 0.8}});
   list.push_back(held);
+  list.push_back(on_a_skin(list[0]));
+  list.push_back(stacked(list[0]));
+  list.push_back(stacked(list[4]));  // in sweeps
   Joined alone = grid;
   alone.name = "alone";
   alone.scene = {};
@@ -223,8 +250,30 @@ TEST_CASE_TEMPLATE("a change that is refused changes nothing", T, float, double)
     CHECK_FALSE(plan.break_spring(0, {0, 29}).has_value());
     const std::array<Pair, 2> twice{{{1, 2}, {2, 1}}};
     CHECK_FALSE(plan.break_springs(0, twice).has_value());
+    const std::vector<Vec3> points(3, Vec3{0.3, 0, 0.4});
+    CHECK_FALSE(plan.set_skin(0, std::span(points).first(2)).has_value());
+    CHECK_FALSE(plan.set_skin(0, points, std::vector<Vec3>(3)).has_value());  // normals without a length
+    CHECK_FALSE(plan.set_skin(0, std::vector<Vec3>(3, Vec3{std::nan(""), 0, 0})).has_value());
+    CHECK_FALSE(plan.set_skin(1, points).has_value());
     CHECK(before == seen(joined, plan));
   }
+}
+
+TEST_CASE("a skin that is moved takes no memory") {
+  const Joined joined = on_a_skin(sheet(5, 6, 50, 0.001));
+  Plan<float> plan = plan_of<float>(joined);
+  const std::string before = seen(joined, plan);
+  const std::vector<Vec3> points(3, Vec3{0.3, 0, 0.4});
+  const std::vector<Vec3> normals(3, Vec3{0, 1, 0.1});
+  allocations_left = 0;
+  bool is_done = false;
+  try {
+    is_done = plan.set_skin(0, points, normals).has_value();
+  } catch (const std::bad_alloc&) {
+  }
+  allocations_left.reset();
+  CHECK(is_done);
+  CHECK(before != seen(joined, plan));
 }
 
 }  // namespace dvdx::test

@@ -221,7 +221,7 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
     order = grid_order(*grid, phases);
     return;
   }
-  if (kept != nullptr) {
+  if (kept != nullptr && !kept->is_stack_) {
     order = kept->order;
     return;
   }
