@@ -38,7 +38,24 @@ std::vector<Coupling> couplings() {
           {.scheme = Scheme::accumulate, .method = Method::combined}};
 }
 
-// Sheets with and without diagonals, bend and damping, as grids and as lists, by every scheme; free particles too.
+// Two sheets more behind the first: alike until one of them is changed.
+Joined stacked(Joined joined) {
+  joined.name += ", stacked";
+  const std::size_t count = joined.x.size();
+  for (std::size_t n = 1; n < 3; ++n) {
+    Grid sheet = std::get<Grid>(joined.scene.networks[0]);
+    sheet.first = n * count;
+    joined.scene.networks.emplace_back(sheet);
+    joined.scene.fixed.push_back(sheet.first);
+    for (std::size_t i = 0; i < count; ++i) {
+      joined.x.push_back({joined.x[i][0], joined.x[i][1] + 0.1 * static_cast<double>(n), joined.x[i][2]});
+      joined.v.push_back(joined.v[i]);
+    }
+  }
+  return joined;
+}
+
+// Sheets with and without diagonals, bend and damping, as grids, stacks of them and lists, by every scheme; free particles too.
 std::vector<Joined> scenes() {
   std::vector<Joined> list;
   for (const Coupling& coupling : couplings()) {
@@ -59,6 +76,7 @@ std::vector<Joined> scenes() {
         grid.scene.add(Drag{.coefficient = 0.001, .wind = {1, 0, 0}});
       }
       list.push_back(grid);
+      if (kind == 1) list.push_back(stacked(grid));
       as_list.scene.add(Distance{.pairs = {{40, 41}, {41, 42}, {60, 70}}});
       list.push_back(as_list);
     }
