@@ -307,6 +307,21 @@ std::vector<Way> ways(Arithmetic arithmetic) {
   return all;
 }
 
+// In sweeps: a plan goes through them one after the other, all steps of a call at a time.
+Joined two_sheets() {
+  Joined joined = test::sheet(12, 17, 30);
+  joined.scene.coupling.scheme = Scheme::sequential;
+  const std::size_t count = joined.x.size();
+  Grid second = std::get<Grid>(joined.scene.networks[0]);
+  second.first = count;
+  joined.scene.networks.emplace_back(second);
+  for (std::size_t i = 0; i < count; ++i) {
+    joined.x.push_back({joined.x[i][0], joined.x[i][1] + 0.02, joined.x[i][2]});
+    joined.v.push_back(joined.v[i]);
+  }
+  return joined;
+}
+
 template <class T, class Place>
 void compare_ways(const Scene& scene, std::size_t count, double step, Arithmetic arithmetic, const Place& place) {
   constexpr std::size_t steps = 30;
@@ -366,7 +381,7 @@ TEST_CASE_TEMPLATE(
       });
     }
     SUBCASE("a sheet that falls on a sphere") {
-      for (Joined cloth : {test::sheet(12, 17, 30), test::as_list(test::sheet(12, 17, 30))}) {
+      for (Joined cloth : {test::sheet(12, 17, 30), test::as_list(test::sheet(12, 17, 30)), two_sheets()}) {
         cloth.scene.add(Sphere{.center = {0.5, -0.12, 0.5}, .radius = 0.1, .friction = 0.5});
         cloth.scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.06, .restitution = 0.3});
         compare_ways<T>(cloth.scene, cloth.x.size(), cloth.step, arithmetic,
