@@ -114,7 +114,7 @@ case $action in
     install_wanted python3-cffi python3-numpy python3-matplotlib # else the test of the Python module is skipped
     build developer all
     say "tests"
-    ctest --test-dir build/developer --output-on-failure --label-exclude page
+    ctest --test-dir build/developer --parallel "$(nproc)" --output-on-failure --label-exclude page
     grep -ha '^\[doctest\] \(test cases\|assertions\)' build/developer/Testing/Temporary/LastTest.log
     ;;
   page) # exit 3: the pages cannot be built here
