@@ -19,7 +19,8 @@ constexpr int most_iterations = 100;
 enum class Direction { any, start };  // in every direction, or along each spring as it stands at the start
 enum class Matrix { K, C };           // of stiffness, of damping
 
-double stiffness_of(const JoinedPair& s) { return s.is_broken ? 0 : s.k; }
+// In every direction a spring pulls at most as one without rest length does: k (n n^T + (1 - l/r)(1 - n n^T)) + q <= k + q.
+double stiffness_of(const JoinedPair& s) { return s.is_broken ? 0 : s.k + s.q; }
 double damping_of(const JoinedPair& s) { return s.is_broken ? 0 : s.c; }
 
 // y = M^-1/2 K M^-1/2 x, three numbers a particle; or with C.
@@ -49,7 +50,8 @@ class Stiffness {
       Eigen::Vector3d pull = weight * stretch;
       if (direction_ == Direction::start) {
         const double along = n_[s].dot(stretch);
-        pull = weight * (along * n_[s] + across_[s] * (stretch - along * n_[s]));
+        const double q = matrix_ == Matrix::K ? springs_[s].q : 0;
+        pull = (weight - q) * (along * n_[s] + across_[s] * (stretch - along * n_[s])) + q * stretch;
       }
       y.col(b) += root_[b] * pull;
       y.col(a) -= root_[a] * pull;
@@ -121,10 +123,13 @@ struct SumBound {
 
 template <class Weight>
 SumBound sum_bound(std::span<const JoinedPair> springs, std::span<const double> w, const Weight& weight) {
-  std::vector<double> sum(w.size(), 0);
+  std::vector<double> sum(w.size(), 0);  // of their magnitudes
+  std::vector<double> own(w.size(), 0);
   for (const JoinedPair& s : springs) {
-    sum[s.a] += weight(s);
-    sum[s.b] += weight(s);
+    for (const std::uint32_t i : {s.a, s.b}) {
+      sum[i] += std::abs(weight(s));
+      own[i] += weight(s);
+    }
   }
   SumBound bound;
   for (const JoinedPair& s : springs) {
@@ -135,7 +140,7 @@ SumBound sum_bound(std::span<const JoinedPair> springs, std::span<const double> 
       bound.value = of_a + of_b;
       bound.particle = of_a >= of_b ? s.a : s.b;
     }
-    bound.on_diagonal = std::max({bound.on_diagonal, of_a, of_b});
+    bound.on_diagonal = std::max({bound.on_diagonal, w[s.a] * own[s.a], w[s.b] * own[s.b]});
   }
   return bound;
 }
@@ -304,7 +309,7 @@ namespace {
 // 2 + (X^2/2)/(1 - X/2) >= 2: it suffices that z <= 4, whichever mode q is of and whichever z.
 // fourth_order: of one mode z <= 3.13 and q <= 8 (radius above one by 2e-16 at most, on a grid of both). Where K and C have
 // other modes it grows from q = 6.3 on, by up to 4e-4 a sub-step at 6.4 and 0.34 at 8; at 6.2 a search over pairs of matrices
-// found nothing that grows (tests/kernel/damped_limit_test.cpp).
+// found nothing that grows (tests/kernel/passes/damping_test.cpp).
 double damping_limit(const Coupling& coupling) { return coupling.scheme == Scheme::fourth_order ? 6 : 2; }
 
 }  // namespace

@@ -157,6 +157,29 @@ std::vector<Hit> touched_by(TriangleMesh mesh, const std::vector<Throw>& throws)
   return hits;
 }
 
+// What lies between the nodes about x, written out as a sum over the cell's corners, m.
+double between(const DistanceGrid& grid, const Vec3& x) {
+  std::array<std::size_t, 3> at{};
+  std::array<double, 3> part{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double cells = (x[k] - grid.center[k] - grid.low[k]) / grid.cell;
+    at[k] = static_cast<std::size_t>(cells);
+    part[k] = cells - static_cast<double>(at[k]);
+  }
+  double sum = 0;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    double weight = 1;
+    std::size_t node = 0;
+    for (std::size_t k = 3; k-- > 0;) {
+      const std::size_t up = corner >> k & 1U;
+      weight *= up != 0 ? part[k] : 1 - part[k];
+      node = node * grid.nodes[k] + at[k] + up;
+    }
+    sum += weight * grid.values[node];
+  }
+  return sum;
+}
+
 }  // namespace
 
 TEST_CASE("meshes: the signed distance of triangles is that of the box, outside, inside, beside edges and corners") {
@@ -227,33 +250,55 @@ TEST_CASE("meshes: an impact is where what lies between the nodes is 0, to a mil
   TriangleMesh ball = ball_of_triangles({}, 0.5, 3);
   ball.cell = 0.1;
   const DistanceGrid grid = sampled(ball);
-  const auto between = [&](const Vec3& x) {
-    std::array<std::size_t, 3> at{};
-    std::array<double, 3> part{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double cells = (x[k] - grid.center[k] - grid.low[k]) / grid.cell;
-      at[k] = static_cast<std::size_t>(cells);
-      part[k] = cells - static_cast<double>(at[k]);
-    }
-    double sum = 0;
-    for (std::size_t corner = 0; corner < 8; ++corner) {
-      double weight = 1;
-      std::size_t node = 0;
-      for (std::size_t k = 3; k-- > 0;) {
-        const std::size_t up = corner >> k & 1U;
-        weight *= up != 0 ? part[k] : 1 - part[k];
-        node = node * grid.nodes[k] + at[k] + up;
-      }
-      sum += weight * grid.values[node];
-    }
-    return sum;
-  };
   std::vector<Throw> throws;
   for (std::size_t i = 0; i < 300; ++i) {
     const Vec3 d = unit({test::scatter(i, 0), test::scatter(i, 1), test::scatter(i, 2)});
     throws.push_back({scaled(d, 0.8), difference(scaled(unit({d[1], d[2], d[0]}), 0.3), scaled(d, 0.7))});
   }
-  for (const Hit& hit : touched_by(ball, throws)) CHECK(std::abs(between(hit.x)) < 1e-6 * grid.cell);
+  for (const Hit& hit : touched_by(ball, throws)) CHECK(std::abs(between(grid, hit.x)) < 1e-6 * grid.cell);
+}
+
+TEST_CASE("meshes: what starts inside is put where what lies between the nodes is 0, to a millionth of a cell") {
+  TriangleMesh ball = ball_of_triangles({}, 0.5, 3);
+  ball.cell = 0.1;
+  const DistanceGrid grid = sampled(ball);
+  Joined joined;
+  joined.name = "inside";
+  for (std::size_t i = 0; i < 300; ++i) {
+    const Vec3 d = unit({test::scatter(i, 0), test::scatter(i, 1), test::scatter(i, 2)});
+    joined.x.push_back(scaled(d, 0.5 - 0.05 * (1.2 + test::scatter(i, 3))));
+    joined.v.push_back(scaled(d, -0.1));
+  }
+  joined.scene.add(Constant{.acceleration = {}});
+  joined.scene.add(ball);
+  for (const Isa isa : {Isa::reference, best_isa()}) {
+    const auto values = stepped<double>(joined, {.isa = isa}, 1);
+    double most = 0;
+    for (std::size_t i = 0; i < values.size(); i += 6) {
+      most = std::max(most, std::abs(between(grid, {values[i], values[i + 1], values[i + 2]})));
+    }
+    CHECK(most < 1e-6 * grid.cell);
+  }
+}
+
+TEST_CASE(
+    "meshes: what is thrown up inside and falls back before it is out has met nothing, and is put on the surface at rest") {
+  TriangleMesh box = box_of_triangles({}, {1, 0.5, 1});
+  box.restitution = 1;
+  Joined joined;
+  joined.name = "thrown up inside";
+  joined.step = 1.0 / 30;
+  joined.x = {{0.1, 0.49, 0.2}, {-0.4, 0.48, 0.3}};
+  joined.v = {{0, 0.1, 0}, {0, 0.2, 0}};
+  joined.scene.add(Constant{.acceleration = gravity});
+  joined.scene.add(box);
+  for (const Isa isa : {Isa::reference, best_isa()}) {
+    const auto values = stepped<double>(joined, {.isa = isa}, 1);
+    for (std::size_t i = 0; i < values.size(); i += 6) {
+      CHECK(test::is_close(values[i + 1], 0.5, 1e-12));
+      CHECK(std::abs(values[i + 4]) < 1e-12);
+    }
+  }
 }
 
 TEST_CASE("meshes: where a ball of triangles is hit, and its normal, are off by what its cell and its faces cost") {

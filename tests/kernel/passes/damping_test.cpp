@@ -24,6 +24,7 @@ using test::stepped;
 
 constexpr Coupling leapfrog{.scheme = Scheme::leapfrog};
 constexpr Coupling fourth_order{.scheme = Scheme::fourth_order};
+constexpr Coupling accumulate{.scheme = Scheme::accumulate};
 
 Joined with(Joined joined, Coupling coupling, int substeps) {
   joined.scene.coupling = coupling;
@@ -229,6 +230,21 @@ TEST_CASE("damping: sub-steps are the larger of what the frequency and the dampi
   }
 }
 
+TEST_CASE("damping: with the sub-steps of auto what damps most loses a quarter of its speed in each, at least") {
+  for (const Coupling& coupling : {leapfrog, fourth_order}) {
+    const double most = calm_limit(coupling).damping;
+    for (const double q : {0.6 * most, 0.9 * most, most}) {
+      const Matrix step = substep_of({{0, 0}, {q, 0}, 0}, coupling);
+      CHECK(std::abs(step[2][2]) <= 0.75 * (1 + 1e-12));
+    }
+  }
+}
+
+TEST_CASE("damping: the limit of accumulate is where a pulse turns the speed of what damps most round") {
+  const StableRange range = scheme_limit(accumulate);
+  for (const double q : {2.9, 40.0}) CHECK(substeps_for(range, 0.1, {0, q / 0.1}) == std::ceil(q / 2));
+}
+
 namespace {
 
 // A pair of 1 kg each on the x axis, at rest length, that flies apart.
@@ -291,7 +307,7 @@ TEST_CASE("damping: too few sub-steps are refused, and the message says whether 
 }
 
 TEST_CASE("damping: with the fewest sub-steps a strongly damped pair does not grow, with those of auto it comes to rest") {
-  for (const Coupling& coupling : {leapfrog, fourth_order}) {
+  for (const Coupling& coupling : {leapfrog, fourth_order, accumulate}) {
     Joined pair = pair_of(1e-6, 1000);
     pair.scene.coupling = coupling;
     const NetworkLimit limit = limit_of(pair);
