@@ -188,6 +188,65 @@ TEST_CASE(
   }
 }
 
+TEST_CASE_TEMPLATE("report: what slides on a curved surface with friction meets no impact, and no viscosity at any step", T,
+                   float, double) {
+  const std::array<Vec3, 2> in_bowl{Vec3{0.8, 0.4, 0}, Vec3{}};
+  const std::array<Vec3, 2> on_top{Vec3{0.5, std::sqrt(0.75), 0}, Vec3{}};
+  const auto speed_of = [](const Contact& contact, const std::array<Vec3, 2>& start, std::size_t steps) {
+    Scene scene = falling(1);
+    scene.add(contact);
+    const Reported<T> run(scene, {start}, steps, 0.4 / static_cast<double>(steps));
+    CHECK(run.report.of(0).hits == 0);
+    return size({run.end.v[0][0], run.end.v[1][0], run.end.v[2][0]});
+  };
+  for (const std::size_t steps : {20U, 40U, 160U}) {
+    CAPTURE(steps);
+    for (const double viscosity : {0.0, 0.5}) {
+      const Sphere bowl{.center = {0, 1, 0}, .radius = 1, .side = Side::inside, .friction = 0.3, .viscosity = viscosity};
+      const Sphere ball{.center = {}, .radius = 1, .friction = 0.3, .viscosity = viscosity};
+      const Capsule capsule{.ends = {Vec3{0, 0, -1}, Vec3{0, 0, 1}}, .radius = {1, 1}, .friction = 0.3, .viscosity = viscosity};
+      // The angle's equation by Runge and Kutta, 0.4 s: speeds of 1.7449 and 1.2633 m/s, to first order in the step.
+      const double within = 0.04 * 20 / static_cast<double>(steps);
+      CHECK(std::abs(speed_of(bowl, in_bowl, steps) - 1.7449) < within);
+      CHECK(std::abs(speed_of(ball, on_top, steps) - 1.2633) < within);
+      CHECK(std::abs(speed_of(capsule, on_top, steps) - 1.2633) < within);
+    }
+  }
+}
+
+TEST_CASE("report: cloth that lies and slides on a floor and a ball has one impact a particle, in every scheme") {
+  constexpr std::size_t side = 6;
+  const Sphere ball{.center = {0.25, -1, 0.25}, .radius = 1, .friction = 0.8, .viscosity = 0.5};
+  const Plane floor{.normal = {0, 1, 0}, .viscosity = 0.5};
+  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::sequential}) {
+    CAPTURE(static_cast<int>(scheme));
+    const auto hits_of = [&](const Contact& contact, double height, double vx, double* left) {
+      Scene scene = falling(0.1 / (side * side));
+      scene.coupling = {.scheme = scheme, .substeps = 16};
+      Grid grid{.rows = side, .columns = side, .edge_u = {0.5, 0, 0}, .edge_v = {0, 0, 0.5}, .structural = 50, .shear = 20};
+      grid.bend = 1;
+      grid.damping = 0.02;
+      scene.add(Network(grid));
+      scene.add(contact);
+      std::vector<std::array<Vec3, 2>> start;
+      for (std::size_t i = 0; i < side * side; ++i) {
+        start.push_back(
+            {Vec3{0.1 * static_cast<double>(i % side), height, 0.1 * static_cast<double>(i / side)}, Vec3{vx, 0, 0}});
+      }
+      const Reported<double> run(scene, start, 50, 0.01);
+      *left = run.end.v[0][7];
+      return run.report.of(0).hits;
+    };
+    double left = 0;
+    CHECK(hits_of(floor, 0, 1, &left) == 0);
+    CHECK(is_close(left, 1, 1e-9));
+    CHECK(hits_of(floor, 0.05, 1, &left) == side * side);
+    CHECK(is_close(left, std::exp(-0.5), 1e-6));
+    if (scheme == Scheme::fourth_order) continue;
+    CHECK(hits_of(ball, 0.02, 0, &left) < (scheme == Scheme::leapfrog ? 2 : 10) * side * side);
+  }
+}
+
 TEST_CASE("report: friction of an impact turns a sphere about its center") {
   constexpr double mu = 0.3;
   constexpr double e = 0.5;

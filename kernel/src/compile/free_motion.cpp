@@ -115,7 +115,7 @@ ShearAxis<T> rounded(const Shear& exact) {
 
 template <class T>
 FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Passes& passes, std::optional<std::size_t> count,
-                          std::span<const Vec3> start, const ShapeMemories<T>& shapes)
+                          std::span<const Vec3> start, const ShapeMemories<T>& shapes, FlowPlace place)
     : system(scene, start, options.step, options.elsewhere),
       kernels(&passes.of<T>()),
       equilibrium(equilibrium_shift<T>(system)),
@@ -128,6 +128,7 @@ FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Pass
       step_(options.step),
       impacts_(options.impacts),
       elsewhere_(options.elsewhere),
+      place_(place),
       shapes_(shapes),
       columns_(options.memory),
       bend_columns_(options.memory) {
@@ -337,6 +338,12 @@ Surface<T> FreeMotion<T>::surface_of(std::size_t index, std::size_t part, const 
   Surface<T> surface = make_surface<T>(contact, scene_.origin.at(0), bend_q_ < 1 && bend_z_ < 2, part);
   surface.contact = static_cast<std::uint32_t>(index);
   if (shapes_[index] != nullptr) set_memory(surface, *shapes_[index], scene_.origin.at(0));
+  if (place_ == FlowPlace::alone) return surface;
+  surface.is_pulsed = true;
+  if (surface.shape == Shape::sphere && surface.side > 0) surface.falls_away = surface.half_curvature;
+  if (const auto* capsule = std::get_if<Capsule>(&contact)) {
+    surface.falls_away = static_cast<T>(0.5 / (std::min(capsule->radius[0], capsule->radius[1]) + capsule->thickness));
+  }
   return surface;
 }
 

@@ -22,6 +22,8 @@ namespace dvdx {
 inline constexpr std::size_t block_unit = 16;  // particles: a whole number of registers on every ISA, in both precisions
 inline constexpr std::size_t max_block = 1024;
 
+enum class FlowPlace { alone, between_pulses };
+
 template <class T>
 class FreeMotion {
  public:
@@ -29,7 +31,7 @@ class FreeMotion {
   // the start and the shapes of its contacts must outlive this. count: none where all particles are alike. start: empty where
   // no anchor stands there.
   FreeMotion(const Scene& scene, const Options& options, const Passes& passes, std::optional<std::size_t> count,
-             std::span<const Vec3> start, const ShapeMemories<T>& shapes);
+             std::span<const Vec3> start, const ShapeMemories<T>& shapes, FlowPlace place = FlowPlace::alone);
   FreeMotion(const FreeMotion&) = delete;
   FreeMotion& operator=(const FreeMotion&) = delete;
 
@@ -81,6 +83,7 @@ class FreeMotion {
   double step_;  // s
   int impacts_;
   Elsewhere elsewhere_;
+  FlowPlace place_;
   const ShapeMemories<T>& shapes_;
   Columns<T> columns_;
   Columns<T> bend_columns_;         // which impacts alone read

@@ -93,7 +93,11 @@ struct Surface {
   T e = 0;                      // what an impact leaves of the normal velocity, restitution and normal viscosity together
   T tau = 1;                    // ... and of the tangential velocity, unless it is resting: exp(-viscosity)
   T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
-  T hold = 0;  // resting: tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
+  // Of a network: its springs' pulses stand between flows, and press what lies on the surface on, or lift it for less than a
+  // flow; and what goes at v along a curved surface may be so many (v t)^2 off it after one.
+  bool is_pulsed = false;
+  T falls_away = 0;  // 1/m
+  T hold = 0;        // resting: tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
   Movement movement = Movement::rest;
   std::array<T, 3> u{};       // m/s
   std::array<T, 3> omega{};   // rad/s

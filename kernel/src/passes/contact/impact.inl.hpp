@@ -11,6 +11,12 @@
 namespace dvdx {
 namespace {
 
+// How far off a curved surface the springs of a network may have left what lies on it.
+template <class V, Arithmetic arithmetic>
+V fallen_away(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) noexcept {
+  return V(surface.falls_away) * (t * t * dot<arithmetic>(m.v0, m.v0));
+}
+
 // What is left of the tangential velocity at an impact, and of infinitely many where they are over within the step. What lay or
 // slid on the surface before comes to none.
 template <class V, Arithmetic arithmetic, PathForm form>
@@ -28,7 +34,9 @@ V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, c
   const Mask<V> is_out = out > V(T(0));
   const Mask<V> stays_low = (out <= rounding) | (out * out * magnitude(course.t) <= V(T(2)) * own * low);
   const Mask<V> comes_slow = -out <= own + rounding;
-  const Mask<V> rests = (start.s <= V(T(4)) * low) & ((is_out & stays_low) | ((!is_out) & comes_slow));
+  const Mask<V> is_slow = Mask<V>(surface.is_pulsed) | (is_out & stays_low) | ((!is_out) & comes_slow);
+  const V near = V(T(4)) * low + fallen_away<V, arithmetic>(surface, m, course.t);
+  const Mask<V> rests = (start.s <= near) & is_slow;
   return select<V>(rests, one, select<V>(is_over, V(T(0)), V(surface.tau)));
 }
 

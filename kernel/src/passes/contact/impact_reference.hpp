@@ -12,6 +12,12 @@
 
 namespace dvdx::reference {
 
+// How far off a curved surface the springs of a network may have left what lies on it.
+template <Arithmetic arithmetic, class T>
+T fallen_away(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
+  return surface.falls_away * (t * t * dot<arithmetic>(p.v0, p.v0));
+}
+
 // What is left of the tangential velocity at an impact. What lay or slid on the surface before comes to none.
 template <Arithmetic arithmetic, PathForm form, class T>
 T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course,
@@ -25,7 +31,8 @@ T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Cours
   const T rounding = 4 * eps * one_norm(p.v0);
   const bool stays_low = out <= rounding || out * out * std::abs(course.t) <= 2 * own * low;
   const bool comes_slow = -out <= own + rounding;
-  const bool rests = start.s <= 4 * low && (out > 0 ? stays_low : comes_slow);
+  const bool is_slow = surface.is_pulsed || (out > 0 ? stays_low : comes_slow);
+  const bool rests = start.s <= 4 * low + fallen_away<arithmetic>(surface, p, course.t) && is_slow;
   return rests ? T(1) : is_over ? T(0) : surface.tau;
 }
 
@@ -81,13 +88,14 @@ Meeting<T> meeting(const Surface<T>& surface, const Vector<T>& x, T t) noexcept 
 }
 
 // Whether a particle lies on a surface that it is pressed onto from here on. Of a sheet that rests, each pulse of its springs
-// presses.
+// presses, or lifts it so little that it is back within the flow.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool is_pressed_on(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
   const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
   const Touch<T> start = touch<arithmetic>(surface, seen.x0);
   const T sizes = (one_norm(seen.x0) + one_norm(p.x1)) + (surface.radius + surface.radius);
-  return start.s <= 2 * std::numeric_limits<T>::epsilon() * sizes && course.direction * dot<arithmetic>(start.n, seen.v0) <= 0;
+  const T near = 2 * std::numeric_limits<T>::epsilon() * sizes + fallen_away<arithmetic>(surface, seen, course.t);
+  return start.s <= near && (surface.is_pulsed || course.direction * dot<arithmetic>(start.n, seen.v0) <= 0);
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>

@@ -45,6 +45,9 @@ Mask<V> is_among(const Held<V>& held, V number) noexcept {
 
 // Which surfaces may hold lanes from here on: they stand on them, and neither leave them higher than rounding nor come faster
 // than forces, and what holds them already, bring them to rest on them within the step.
+// What slides into the edge of two planes without restitution goes up the other one, comes back, and so on: each time the
+// speed is kappa times what it was, kappa the product of their normals. All of it is over after 1/(1 - kappa) times the first
+// way there and back, which takes d0/(-c) of the step.
 template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
 class Candidates {
   using T = Scalar<V>;
@@ -58,29 +61,30 @@ class Candidates {
     V s0;  // the distance at the start
   };
 
-  // s1: the distance at the end, as lanes are held up to now.
-  [[nodiscard]] Candidate of(std::size_t j, V s1) const noexcept {
+  // s1: the distance at the end, as lanes are held up to now; part: of the step, in which what leaves must be back.
+  [[nodiscard]] Candidate of(std::size_t j, V s1, V part) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
-    if constexpr (surroundings == Surroundings::planes) return look(j, s1, m_, size_);
+    if constexpr (surroundings == Surroundings::planes) return look(j, s1, part, m_, size_);
     Trajectory<V> room;
     const Trajectory<V>& m = seen_from<V, arithmetic>(surface, m_, course_.t, room);
-    return look(j, s1, m, surface.movement == Movement::rest ? size_ : one_norm(m.x0));
+    return look(j, s1, part, m, surface.movement == Movement::rest ? size_ : one_norm(m.x0));
   }
 
   V end_size;  // the sum of the end's coordinates
 
  private:
-  [[nodiscard]] [[gnu::always_inline]] inline Candidate look(std::size_t j, V s1, const Trajectory<V>& m,
+  [[nodiscard]] [[gnu::always_inline]] inline Candidate look(std::size_t j, V s1, V part, const Trajectory<V>& m,
                                                              V size) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
     const Touch<V> start = touch<V, arithmetic, surroundings>(surface, m.x0);
     const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * size;
-    const V near = V(2 * std::numeric_limits<T>::epsilon()) * ((size + end_size) + V(surface.radius + surface.radius));
+    const T roundings = surface.movement == Movement::rest ? T(2) : T(8);
+    const V near = V(roundings * std::numeric_limits<T>::epsilon()) * ((size + end_size) + V(surface.radius + surface.radius));
     const V d0 = course_.t * dot<arithmetic>(start.n, m.v0);
     const V c = s1 - d0;
     const Mask<V> stands = (start.s >= V(T(-0.5)) * near) & ((course_.last == V(static_cast<T>(j))) | (start.s <= near));
     const Mask<V> leaves = d0 > V(T(0));
-    const Mask<V> stays_low = d0 * d0 <= -(low * c);
+    const Mask<V> stays_low = (d0 * d0 <= -(low * c)) | (d0 <= part * -c);
     const Mask<V> comes_slow = (-d0 <= -(c + c)) & (V(surface.e) * -d0 <= V(T(1) - surface.e) * -c);
     return {stands & ((leaves & stays_low) | ((!leaves) & comes_slow)), start.s};
   }
@@ -172,10 +176,13 @@ template <class V, Arithmetic arithmetic>
 
 // Of the surfaces that may hold lanes, the one whose inside their end x lies deepest in, with its normal and distance at the
 // end as nothing would hold them.
+// first: the only one that holds lanes up to now, or null.
 template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
 Holder<V> deepest(const Terms<Scalar<V>>& terms, const Candidates<V, arithmetic, form, surroundings>& candidates,
-                  const Three<V>& x1, const Held<V>& held, const Three<V>& x, Mask<V> lanes) noexcept {
+                  const Three<V>& x1, const Held<V>& held, const Holder<V>* first, const Three<V>& x, Mask<V> lanes) noexcept {
   using T = Scalar<V>;
+  const V zero(T(0));
+  const V one(T(1));
   Holder<V> found = no_holder<V>();
   V depth = V(-2 * std::numeric_limits<T>::epsilon()) * candidates.end_size;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
@@ -185,7 +192,12 @@ Holder<V> deepest(const Terms<Scalar<V>>& terms, const Candidates<V, arithmetic,
     const Mask<V> is_new = lanes & (s < depth) & !is_among(held, number);
     if (!any_lane<V>(is_new)) continue;
     const Touch<V> end = touch<V, arithmetic, surroundings>(surface, x1);
-    const auto candidate = candidates.of(j, s);
+    V part = zero;
+    if (first != nullptr && surface.e == 0) {
+      const V over = one - dot<arithmetic>(first->n, end.n);
+      part = select<V>(over < one, over, one);
+    }
+    const auto candidate = candidates.of(j, s, part);
     const Mask<V> is_it = is_new & candidate.may_hold;
     depth = select<V>(is_it, s, depth);
     found = select(is_it, Holder<V>{number, end.s, candidate.s0, V(surface.mu), V(surface.hold), end.n}, found);
@@ -280,6 +292,20 @@ template <class V, Arithmetic arithmetic>
   return v;
 }
 
+// Friction has put ends along the planes that touch a curved surface: back onto it, and their velocities along it.
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] void follow(const Terms<Scalar<V>>& terms, const Holder<V>& a, Mask<V> lanes, HeldEnd<V>& end) noexcept {
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const Surface<Scalar<V>>& surface = terms.surfaces[j];
+    const Mask<V> is_it = lanes & (a.number == V(static_cast<Scalar<V>>(j)));
+    if (surface.shape == Shape::plane || !any_lane<V>(is_it)) continue;
+    const Touch<V> there = touch<V, arithmetic>(surface, end.x);
+    const V vn = dot<arithmetic>(there.n, end.v);
+    end.x = select(is_it, subtract_product<arithmetic>(end.x, there.s, there.n), end.x);
+    end.v = select(is_it, subtract_product<arithmetic>(end.v, vn, there.n), end.v);
+  }
+}
+
 // Ends the step of lanes on the surfaces that hold them from here on: an active set of at most three, the deepest first.
 template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings = Surroundings::any>
 void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course, Mask<V> lanes) noexcept {
@@ -296,7 +322,7 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
     const Touch<V> end = touch<V, arithmetic, surroundings>(surface, m.x1);
     const Mask<V> is_deeper = lanes & (end.s < a.s);
     if (!any_lane<V>(is_deeper)) continue;
-    const auto candidate = candidates.of(j, end.s);
+    const auto candidate = candidates.of(j, end.s, zero);
     a = select(is_deeper & candidate.may_hold, Holder<V>{number, end.s, candidate.s0, V(surface.mu), V(surface.hold), end.n},
                a);
   }
@@ -313,14 +339,14 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   const auto against = [&]() -> const Trajectory<V>& { return moves ? moved.m : m; };
   HeldEnd<V> end = held_by_one<V, arithmetic>(a, against(), course.direction);
   if constexpr (is_any) watch(terms, course, end.x, is_held);
-  const Holder<V> b = deepest<V, arithmetic, form, surroundings>(terms, candidates, m.x1, held, end.x, is_held);
+  const Holder<V> b = deepest<V, arithmetic, form, surroundings>(terms, candidates, m.x1, held, &a, end.x, is_held);
   const Mask<V> has_b = b.number >= zero;
   if (any_lane<V>(has_b)) {
     if (moves) moved = select(has_b, against_two<V, arithmetic>(terms, a, b, m, course.t), moved);
     end = select(has_b, held_by_two<V, arithmetic>(a, b, against(), course.direction), end);
     held.b = select<V>(has_b, b.number, held.b);
     if constexpr (is_any) watch(terms, course, end.x, has_b);
-    const Holder<V> c = deepest<V, arithmetic, form, surroundings>(terms, candidates, m.x1, held, end.x, has_b);
+    const Holder<V> c = deepest<V, arithmetic, form, surroundings>(terms, candidates, m.x1, held, nullptr, end.x, has_b);
     const Mask<V> has_c = c.number >= zero;
     if (any_lane<V>(has_c)) {
       end = select(has_c, held_by_three<V, arithmetic>(a, b, c, against(), course.direction), end);
@@ -332,6 +358,10 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   const Three<V> rubbed = kept * end.v;
   end.x = multiply_add<arithmetic>(V(T(0.5)) * course.t, rubbed - end.v, end.x);
   end.v = rubbed;
+  if constexpr (is_any) {
+    const Mask<V> slides = is_held & (held.b < zero) & (kept != V(T(1)));
+    if (any_lane<V>(slides)) follow<V, arithmetic>(terms, a, slides, end);
+  }
 
   // Rounding alone must not make a resting particle creep.
   const V motion = magnitude(course.t) * one_norm(end.v0 + end.v);

@@ -34,19 +34,21 @@ Holder<T> holder_of(std::size_t number, const Surface<T>& surface, T s, T s0, co
   return holder;
 }
 
-// s1: the distance at the end, as it is held up to now; s0 becomes that at the start.
+// s1: the distance at the end, as it is held up to now; part: of the step, in which what leaves must be back; s0 becomes the
+// distance at the start.
 template <Arithmetic arithmetic, PathForm form, class T>
-bool may_hold(const Surface<T>& surface, T s1, const Particle<T>& p, const Course<arithmetic, form, T>& course, bool is_last,
-              T& s0) noexcept {
+bool may_hold(const Surface<T>& surface, T s1, T part, const Particle<T>& p, const Course<arithmetic, form, T>& course,
+              bool is_last, T& s0) noexcept {
   constexpr T eps = std::numeric_limits<T>::epsilon();
   const Touch<T> start = touch<arithmetic>(surface, p.x0);
   const T low = 4 * low_bounce * eps * one_norm(p.x0);
-  const T near = 2 * eps * ((one_norm(p.x0) + one_norm(p.x1)) + (surface.radius + surface.radius));
+  const T roundings = surface.movement == Movement::rest ? 2 : 8;
+  const T near = roundings * eps * ((one_norm(p.x0) + one_norm(p.x1)) + (surface.radius + surface.radius));
   const T d0 = course.t * dot<arithmetic>(start.n, p.v0);
   const T c = s1 - d0;
   s0 = start.s;
   if (!(s0 >= T(-0.5) * near && (is_last || s0 <= near))) return false;
-  if (d0 > 0) return d0 * d0 <= -(low * c);
+  if (d0 > 0) return d0 * d0 <= -(low * c) || d0 <= part * -c;
   return -d0 <= -(c + c) && surface.e * -d0 <= (1 - surface.e) * -c;
 }
 
@@ -149,7 +151,7 @@ Against<T> against_two(const Terms<T>& terms, const Holder<T>& a, const Holder<T
 
 template <Arithmetic arithmetic, PathForm form, class T>
 Holder<T> deepest(const Terms<T>& terms, const Particle<T>& p, const Course<arithmetic, form, T>& course,
-                  const Vector<T>& x) noexcept {
+                  const Holder<T>* first, const Vector<T>& x) noexcept {
   Holder<T> found;
   T depth = -2 * std::numeric_limits<T>::epsilon() * one_norm(p.x1);
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
@@ -159,7 +161,12 @@ Holder<T> deepest(const Terms<T>& terms, const Particle<T>& p, const Course<arit
     const Touch<T> end = touch<arithmetic>(surface, p.x1);
     const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
     T s0 = 0;
-    if (!may_hold(surface, s, seen, course, course.last == j, s0)) continue;
+    T part = 0;
+    if (first != nullptr && surface.e == 0) {
+      const T over = 1 - dot<arithmetic>(first->n, end.n);
+      part = over < 1 ? over : T(1);
+    }
+    if (!may_hold(surface, s, part, seen, course, course.last == j, s0)) continue;
     depth = s;
     found = holder_of<arithmetic>(j, surface, end.s, s0, end.n, p, seen);
   }
@@ -225,6 +232,18 @@ void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T
   }
 }
 
+// Friction has put an end along the plane that touches a curved surface: back onto it, and its velocity along it.
+template <Arithmetic arithmetic, class T>
+void follow(const Surface<T>& surface, HeldEnd<T>& end) noexcept {
+  if (surface.shape == Shape::plane) return;
+  const Touch<T> there = touch<arithmetic>(surface, end.x);
+  const T vn = dot<arithmetic>(there.n, end.v);
+  for (std::size_t k = 0; k < 3; ++k) {
+    end.x[k] = subtract_product<arithmetic>(end.x[k], there.s, there.n[k]);
+    end.v[k] = subtract_product<arithmetic>(end.v[k], vn, there.n[k]);
+  }
+}
+
 template <Arithmetic arithmetic, PathForm form, class T>
 void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
   constexpr std::size_t none = Held<T>::none;
@@ -235,7 +254,7 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
     if (!(end.s < a.s)) continue;
     const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
     T s0 = 0;
-    if (!may_hold(surface, end.s, seen, course, course.last == j, s0)) continue;
+    if (!may_hold(surface, end.s, T(0), seen, course, course.last == j, s0)) continue;
     a = holder_of<arithmetic>(j, surface, end.s, s0, end.n, p, seen);
   }
   auto& held = course.held;
@@ -246,12 +265,12 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   Holder<T> b, c;
   Against<T> against = against_one(terms, a, p);
   HeldEnd<T> end = held_by_one<arithmetic>(a, against.p, course.direction);
-  b = deepest(terms, p, course, end.x);
+  b = deepest(terms, p, course, &a, end.x);
   if (b.number != none) {
     against = against_two<arithmetic>(terms, a, b, p, course.t);
     end = held_by_two<arithmetic>(a, b, against.p, course.direction);
     held.b = b.number;
-    c = deepest(terms, p, course, end.x);
+    c = deepest<arithmetic, form, T>(terms, p, course, nullptr, end.x);
     if (c.number != none) {
       end = held_by_three<arithmetic>(a, b, c, against.p, course.direction);
       held.c = c.number;
@@ -265,6 +284,7 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
     end.x[k] = multiply_add<arithmetic>(T(0.5) * course.t, friction[k], end.x[k]);
     end.v[k] = rubbed;
   }
+  if (held.b == none && kept != 1) follow<arithmetic>(terms.surfaces[a.number], end);
   const T motion = std::abs(course.t) * one_norm(sum_of(end.v0, end.v));
   if (motion < std::numeric_limits<T>::epsilon() / 4 * one_norm(p.x1)) {
     const T sunk = held.b == none ? a.s0 : T(0);
