@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "dvdx/bending.hpp"
 #include "dvdx/elsewhere.hpp"
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/layouts/state_hash.hpp"
@@ -24,7 +25,7 @@ constexpr std::size_t height = 13, width = 6, count = height * width;
 
 Vec3 place_of(std::size_t i) { return {0.1 * static_cast<double>(i % width), 1, 0.1 * static_cast<double>(i / width)}; }
 
-// A damped sheet in wind over a ball, and with `pair` a list of springs.
+// A damped sheet in wind over a ball, and with `pair` a list of springs, some of which bend by angles.
 Scene scene_with(const std::optional<Pair>& pair) {
   Scene scene;
   scene.mass = 0.01;
@@ -35,7 +36,13 @@ Scene scene_with(const std::optional<Pair>& pair) {
   grid.damping = 0.002;
   grid.aerodynamics = Aerodynamics{};
   scene.networks.push_back(grid);
-  if (pair) scene.networks.push_back(Springs{.pairs = {*pair}, .stiffness = 3.0});
+  if (pair) {
+    Springs springs{.pairs = {*pair}, .stiffness = 3.0};
+    std::vector<Vec3> flat(count);
+    for (std::size_t i = 0; i < count; ++i) flat[i] = place_of(i);
+    add_bending(springs, std::vector<Triangle>{{7, 8, 13}, {8, 14, 13}, {40, 41, 46}, {41, 47, 46}}, flat, 1e-3);
+    scene.networks.push_back(std::move(springs));
+  }
   scene.wind.mean = {2, 1, 3};
   scene.fixed = {0, width - 1};
   scene.contacts.push_back(Sphere{.center = {0.25, 0.8, 0.6}, .radius = 0.2, .restitution = 0, .friction = 0.3});
@@ -48,10 +55,16 @@ class Halo {
   Halo(std::vector<Halo>& all, std::barrier<>& meeting, const Part& part, std::uint32_t number)
       : all_(all), meeting_(meeting), part_(part), number_(number), told_(part.neighbours.size()) {}
 
-  [[nodiscard]] Exchange exchange() noexcept { return {.context = this, .run = run, .is_own = part_.is_own.data()}; }
+  [[nodiscard]] Exchange exchange(bool says_what_is_told) noexcept {
+    return {.context = this,
+            .start = start,
+            .finish = finish,
+            .is_told = says_what_is_told ? part_.is_told.data() : nullptr,
+            .is_own = part_.is_own.data()};
+  }
 
  private:
-  static void run(void* context, const HaloColumns& columns) noexcept {
+  static void start(void* context, const HaloColumns& columns) noexcept {
     auto& self = *static_cast<Halo*>(context);
     for (std::size_t n = 0; n < self.told_.size(); ++n) {
       self.told_[n].clear();
@@ -61,6 +74,9 @@ class Halo {
         }
       }
     }
+  }
+  static void finish(void* context, const HaloColumns& columns) noexcept {
+    auto& self = *static_cast<Halo*>(context);
     self.meeting_.arrive_and_wait();
     for (const Neighbour& neighbour : self.part_.neighbours) {
       const float* next = self.all_[neighbour.part].told_to(self.number_).data();
@@ -124,8 +140,8 @@ std::uint64_t hash_in_parts(const Scene& whole, const Options& options, int subs
     Options own = options;
     own.unstable = Unstable::allowed;
     own.elsewhere = elsewhere_of(whole, count);
-    own.elsewhere.springs_damp = true;
-    own.elsewhere.exchange = halos[p].exchange();
+    own.elsewhere.springs_damp = std::get<Grid>(whole.networks[0]).damping != 0;
+    own.elsewhere.exchange = halos[p].exchange(p % 2 == 0);  // the others work all out before they tell it
     auto plan = compile(scene, own, states[p]);
     REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
     plans.push_back(std::move(*plan));
@@ -164,6 +180,25 @@ TEST_CASE("split: parts of a sheet in wind have the bits of the whole, on every 
           CAPTURE(parts);
           CHECK(hash_in_parts(scene, options, substeps, parts) == whole);
         }
+      }
+    }
+  }
+}
+
+TEST_CASE("split: parts have the bits of the whole in every scheme that tells, damped and not") {
+  for (const auto& pair : {std::optional<Pair>(), std::optional(Pair{0, 20})}) {
+    for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
+      for (const double damping : {0.0, 0.002}) {
+        Scene scene = scene_with(pair);
+        scene.coupling.scheme = scheme;
+        std::get<Grid>(scene.networks[0]).damping = damping;
+        CAPTURE(pair.has_value());
+        CAPTURE(static_cast<int>(scheme));
+        CAPTURE(damping);
+        const Options options{.step = 1.0 / 60, .isa = best_isa()};
+        int substeps = 0;
+        const auto whole = whole_hash(scene, options, substeps);
+        CHECK(hash_in_parts(scene, options, substeps, 3) == whole);
       }
     }
   }

@@ -483,6 +483,22 @@ class Plans(unittest.TestCase):
         with self.assertRaises(dvdx.DvdxError):
             plan.set_wind(mean=(0, float("nan"), 0))
 
+    def test_a_mesh_bends_by_angles(self):
+        flat = np.array([(0, 0, 0), (1, 0, 0), (0.5, 1, 0), (0.5, -1, 0)], float)
+        positions, velocities = flat.copy(), np.zeros((4, 3))
+        positions[2:, 2] = 0.1
+        scene = dvdx.Scene()
+        scene.springs(pairs=[(0, 1)], stiffness=0.0)
+        scene.bending(network=0, modulus=0.02, triangles=[(0, 1, 2), (1, 0, 3)], flat=flat)
+        state = dvdx.State(positions, velocities)
+        dvdx.compile(scene, state, step=0.01).step(state)
+        # w = x0 + x1 - x2 - x3 = -0.2 z, whose force on each is +-0.02 w.
+        np.testing.assert_allclose(velocities[:, 2], 0.01 * 0.004 * np.array([1, 1, -1, -1]), rtol=1e-4)
+        for wrong in ({"network": 1}, {"modulus": -1.0}, {"flat": flat[:3]}):
+            fields = {"network": 0, "modulus": 0.02, "triangles": [(0, 1, 2), (1, 0, 3)], "flat": flat} | wrong
+            with self.assertRaises(dvdx.DvdxError):
+                scene.bending(**fields)
+
     def test_explain_speaks_of_the_scene(self):
         plan = dvdx.compile(rich_scene(), dvdx.State(*lattice(2)))
         self.assertIn("contact", plan.explain())

@@ -8,6 +8,7 @@
 
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
+#include "support/close.hpp"
 #include "support/paths.hpp"
 #include "tools/schema.hpp"
 #include "tools/scratch_folder.hpp"
@@ -207,6 +208,62 @@ TEST_CASE("a mesh's vertices are particles, joined along its edges and across th
             .ends_with("network.file is \"bad.obj\": line 4 names vertex 3: must be from 1 to 2, or count back from -1"));
 }
 
+TEST_CASE("a mesh may bend by angles, in the schemes and where it is not torn") {
+  const test::ScratchFolder folder("bending");
+  folder.write("fold.obj", "v 0 0 0\nv 1 0 0\nv 0.5 1 0\nv 0.5 -1 0\nf 1 2 3\nf 2 1 4\n");
+  auto scene = with_network(R"({"type":"mesh","file":"fold.obj","mass":4,"edge":7,"bending":0.02})");
+  const auto springs_in = [&] { return std::get<Springs>(read(scene, folder / "s.json").scene.networks[0]); };
+  const Springs springs = springs_in();
+  REQUIRE(springs.pairs.size() == 6);
+  CHECK(springs.stiffness[4] == 7);
+  CHECK(springs.stiffness[5] == 0);
+  CHECK((springs.pairs[5] == Pair{2, 3}));
+  // Each cotangent is 1/2, both areas are 1/2: w = x0 + x1 - x2 - x3.
+  CHECK(test::is_close(springs.zero_length[5], -0.02, 1e-12));
+  scene["network"]["edge"] = 0;
+  CHECK(springs_in().pairs.size() == 6);
+  scene["network"]["scheme"] = "sequential";
+  CHECK(message_of(scene, folder / "s.json")
+            .ends_with("network.bending is 0.02 in the scheme sequential: must be left out of another scheme than leapfrog and "
+                       "fourth_order"));
+  scene["network"]["scheme"] = "fourth_order";
+  scene["network"]["tears_at"] = 2;
+  CHECK(message_of(scene, folder / "s.json")
+            .ends_with("network.bending is 0.02: must be left out of a network that tears (tears_at)"));
+  scene["network"].erase("tears_at");
+  scene["network"]["bending"] = -1;
+  CHECK(message_of(scene, folder / "s.json").ends_with("network.bending is -1: must be a finite number >= 0"));
+  scene["network"]["bending"] = 0.02;
+  folder.write("fold.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3\nf 2 1 4\n");
+  CHECK(message_of(scene, folder / "s.json").ends_with("network.bending is 0.02: must be left out where faces have no area"));
+  folder.write("fold.obj", "v 0 0 0\nv 1 0 0\nv 2 1 0\nf 1 2 3\n");
+  CHECK(message_of(scene, folder / "s.json")
+            .ends_with("network.bending is 0.02: must be left out where no two faces share an edge"));
+}
+
+TEST_CASE("a strain limit bounds the sides of a grid's cells and of a mesh's faces") {
+  auto scene = with_network(grid);
+  scene["network"]["strain_limit"] = 0.25;
+  const auto sheet = read(scene);
+  REQUIRE(sheet.scene.constraints.size() == 1);
+  const auto& sides = std::get<Distance>(sheet.scene.constraints[0]);
+  CHECK(sides.bound == Bound::at_most);
+  REQUIRE(sides.pairs.size() == 3 * 4 + 2 * 5);
+  CHECK((sides.pairs[0] == Pair{0, 1}));
+  CHECK((*sides.length)[0] == 0.625);
+  CHECK((sides.pairs[12] == Pair{0, 5}));
+  CHECK((*sides.length)[12] == 2.5);
+  const test::ScratchFolder folder("strain");
+  folder.write("fold.obj", "v 0 0 0\nv 2 0 0\nv 1 1 0\nv 1 -1 0\nf 1 2 3\nf 2 1 4\n");
+  scene = with_network(R"({"type":"mesh","file":"fold.obj","mass":4,"strain_limit":0})");
+  const auto mesh = read(scene, folder / "s.json");
+  REQUIRE(mesh.scene.constraints.size() == 1);
+  CHECK(std::get<Distance>(mesh.scene.constraints[0]).pairs.size() == 5);
+  CHECK((*std::get<Distance>(mesh.scene.constraints[0]).length)[0] == 2);
+  scene["network"]["strain_limit"] = -0.1;
+  CHECK(message_of(scene, folder / "s.json").ends_with("network.strain_limit is -0.1: must be a finite number >= 0"));
+}
+
 TEST_CASE("a contact's mesh is its file's triangles, faces of more sides cut into fans") {
   const test::ScratchFolder folder("body");
   folder.write("wedge.obj", "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nv 0 1 0\nf 1 2 3 4\nf 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n");
@@ -375,7 +432,7 @@ TEST_CASE("what is wrong in a grid is refused with its path, its value and what 
         "network.edge is not a key of a network of type grid: did you mean edge_u? Known are type, damping, fixed, scheme, "
         "substeps, method, theta, sweep, axis, broken, tears_at, rows, columns, origin, edge_u, edge_v, mass, structural, "
         "shear, bend, "
-        "aerodynamics"},
+        "aerodynamics, strain_limit"},
        {"/network/scheme", "\"euler\"",
         "network.scheme is \"euler\": must be \"leapfrog\", \"fourth_order\", \"sequential\" or \"accumulate\""},
        {"/network/substeps", "0", "network.substeps is 0: must be a whole number from 1 to 1000000"},

@@ -218,7 +218,8 @@ class Scene:
     constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere, capsule, box, convex, mesh; grid, springs; distance, on_point, on_line;
     motion, kinematic; skin, tethers. A motion's keys are rows of time, translation and rotation vector, seven numbers each.
     aerodynamics(network=0, density=1.2, drag=1, lift=0.5) lets a network meet the air; springs take triangles, rows of three
-    particles. wind(mean=..., gusts=...): rows of amplitude, angular frequency and phase, five numbers each.
+    particles. bending(network=0, modulus=..., triangles=..., flat=...) makes springs bend by the angles across edges, flat being
+    a point for each particle. wind(mean=..., gusts=...): rows of amplitude, angular frequency and phase, five numbers each.
     skin(particles=..., points=..., at_most=...) keeps particles near points that move, backstop(skin=0, normals=..., offset=...,
     radius=...) out of a ball behind each of them; tethers(network=0, stretch=1.02) keeps a network near what it hangs on.
     Choices are words (method="pulse", sweep="line"). A stiffness, a mass or another number that particles may have each their

@@ -325,6 +325,16 @@ typedef struct dvdx_aerodynamics {
   size_t count;               // triangles
 } dvdx_aerodynamics;
 
+// Bend of a mesh by the angles across its edges, in leapfrog and fourth_order: see add_bending in bending.hpp.
+typedef struct dvdx_bending {
+  size_t network;             // of the scene's networks, from 0: springs
+  double modulus;             // N m >= 0: bending stiffness
+  const uint32_t* triangles;  // three particles of the first, three of the second, ...
+  size_t triangle_count;
+  const double* flat;  // m: x, y and z of each particle where the sheet is not bent
+  size_t count;        // particles
+} dvdx_bending;
+
 // The velocity of the air at time t: mean + sum of amplitude sin(angular_frequency t + phase).
 typedef struct dvdx_wind {
   double mean[3];       // m/s
@@ -420,6 +430,8 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_spr
 
 // A network that is there meets air; replaces what it met before.
 DVDX_EXPORT dvdx_status dvdx_scene_set_aerodynamics(dvdx_scene* scene, const dvdx_aerodynamics* air, dvdx_error* error);
+// A network that is there bends by angles from now on, besides what it did before.
+DVDX_EXPORT dvdx_status dvdx_scene_add_bending(dvdx_scene* scene, const dvdx_bending* bending, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error);

@@ -59,6 +59,9 @@ struct Springs {
   std::vector<Pair> broken{};            // of `pairs`, those that are torn; each once. All springs of the network between two
   std::vector<Triangle> triangles{};     // read where there is air
   std::optional<Aerodynamics> aerodynamics{};
+  // N/m: of a spring of no rest length beside each of these, in leapfrog and fourth_order; one for all, or one a pair. It may
+  // be negative where all together hold: bend by angles is such a sum (dvdx/bending.hpp). A network with any is not torn.
+  Scalars zero_length = 0.0;
   bool operator==(const Springs&) const = default;
 };
 

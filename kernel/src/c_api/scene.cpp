@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "c_api/guard.hpp"
+#include "dvdx/bending.hpp"
 #include "forces/polynomial.hpp"
+#include "text.hpp"
 
 namespace dvdx::c_api {
 
@@ -257,16 +259,38 @@ void take_triangles(Springs& springs, const dvdx_aerodynamics& from) {
   }
 }
 
-void set_aerodynamics(Scene& to, const dvdx_aerodynamics& from) {
-  if (from.network >= to.networks.size()) {
-    throw Error{"aerodynamics.network", std::to_string(from.network),
-                "below the scene's " + std::to_string(to.networks.size()) + " networks"};
+std::size_t network_of(const Scene& scene, std::size_t network, const char* field) {
+  if (network < scene.networks.size()) return network;
+  throw Error{field, std::to_string(network), "below the scene's " + std::to_string(scene.networks.size()) + " networks"};
+}
+
+void add_bending(Scene& to, const dvdx_bending& from) {
+  auto* const springs = std::get_if<Springs>(&to.networks[network_of(to, from.network, "bending.network")]);
+  if (springs == nullptr) throw Error{"bending.network", std::to_string(from.network), "a network of springs"};
+  if (!(from.modulus >= 0)) throw Error{"bending.modulus", text(from.modulus), "a number >= 0"};
+  need(from.triangles, from.triangle_count, "bending.triangles");
+  need(from.flat, from.count, "bending.flat");
+  std::vector<Triangle> triangles;
+  for (std::size_t t = 0; t < from.triangle_count; ++t) {
+    const std::uint32_t* corners = from.triangles + 3 * t;
+    triangles.push_back({corners[0], corners[1], corners[2]});
+    for (const std::uint32_t corner : triangles.back()) {
+      if (corner < from.count) continue;
+      throw Error{"bending.triangles[" + std::to_string(t) + "]", std::to_string(corner),
+                  "particles below " + std::to_string(from.count) + ", as many as flat has"};
+    }
   }
+  std::vector<Vec3> flat;
+  for (std::size_t i = 0; i < from.count; ++i) flat.push_back({from.flat[3 * i], from.flat[3 * i + 1], from.flat[3 * i + 2]});
+  dvdx::add_bending(*springs, triangles, flat, from.modulus);
+}
+
+void set_aerodynamics(Scene& to, const dvdx_aerodynamics& from) {
   const auto take = [&](auto& network) {
     take_triangles(network, from);
     network.aerodynamics = Aerodynamics{.density = from.density, .drag = from.drag, .lift = from.lift};
   };
-  std::visit(take, to.networks[from.network]);
+  std::visit(take, to.networks[network_of(to, from.network, "aerodynamics.network")]);
 }
 
 // change(scene, *what), with both pointers looked at first.
@@ -410,6 +434,9 @@ dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* networ
 
 dvdx_status dvdx_scene_set_aerodynamics(dvdx_scene* scene, const dvdx_aerodynamics* air, dvdx_error* error) {
   return changed(scene, air, "air", error, set_aerodynamics);
+}
+dvdx_status dvdx_scene_add_bending(dvdx_scene* scene, const dvdx_bending* bending, dvdx_error* error) {
+  return changed(scene, bending, "bending", error, add_bending);
 }
 dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_error* error) {
   return changed(scene, wind, "wind", error, [](Scene& to, const dvdx_wind& from) { to.wind = wind_of(from); });

@@ -231,6 +231,7 @@ GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
     k_of[lane] = static_cast<T>(k);
     if (c_of != nullptr) c_of[lane] = static_cast<T>(c);
     kl_of[lane] = unless_empty<T>(k_of[lane] == 0 && (c_of == nullptr || c_of[lane] == 0), k * s.l);
+    if (s.q != 0) k_of[lane] = static_cast<T>(k + s.q);
   });
   if (c_of != nullptr && in.coupling.scheme != Scheme::accumulate) add_damped_slots(in, form, columns);
   return form;

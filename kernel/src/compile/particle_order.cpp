@@ -58,6 +58,7 @@ void append(const Springs& springs, std::span<const Vec3> start, std::vector<Joi
     const auto [a, b] = std::minmax(springs.pairs[s][0], springs.pairs[s][1]);
     const double l = springs.rest_length ? (*springs.rest_length)[s] : distance(start[a], start[b]);
     pairs.push_back({a, b, springs.stiffness[s], l, springs.damping});
+    pairs.back().q = springs.zero_length[s];
     mark(broken, pairs.back());
   }
 }

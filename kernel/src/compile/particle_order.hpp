@@ -16,6 +16,7 @@ struct JoinedPair {
   double k = 0, l = 0, c = 0;  // N/m, m, kg/s
   // It stays where it is among the others, so that no order and no colour changes with it, and pulls no more.
   bool is_broken = false;
+  double q = 0;  // N/m, of a spring of no rest length beside it
 };
 
 // One direction of a grid's springs, those between (row, column) and (row + down, column + right).

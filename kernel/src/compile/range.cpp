@@ -292,6 +292,11 @@ class RangeChecker {
       joint(at, ".stiffness" + each(springs.stiffness), springs.stiffness[s],
             ".rest_length" + (springs.rest_length ? each(*springs.rest_length) : ""), l, springs.damping,
             inverse_mass(a) + inverse_mass(b));
+      const double q = springs.zero_length[s];
+      if (!check_.error && q != 0) {
+        joint(at, ".zero_length" + each(springs.zero_length), std::abs(springs.stiffness[s]) + std::abs(q), ".rest_length", 0,
+              0, inverse_mass(a) + inverse_mass(b));
+      }
     }
   }
 

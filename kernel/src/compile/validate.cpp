@@ -244,6 +244,7 @@ void check_kinematic(Checker& check, const Scene& scene) {
 struct NetworkChecker {
   Checker& check;
   std::string at;
+  Scheme scheme = Scheme::leapfrog;
 
   void operator()(const Grid& g) const {
     for (const auto& [name, size] : {std::pair{".rows", g.rows}, std::pair{".columns", g.columns}}) {
@@ -273,6 +274,7 @@ struct NetworkChecker {
     each_pair(".stiffness", s.stiffness, s.pairs.size(), Range::non_negative);
     if (s.rest_length) each_pair(".rest_length", *s.rest_length, s.pairs.size(), Range::non_negative);
     check.number(at + ".damping", s.damping, Range::non_negative);
+    zero_length(s);
     triangles(s.triangles);
     air(s.aerodynamics);
     if (s.aerodynamics && s.triangles.empty()) {
@@ -284,6 +286,19 @@ struct NetworkChecker {
     broken(s.broken, [&](const Pair& ends) { return joined.contains(ascending(ends)); });
   }
 
+  void zero_length(const Springs& s) const {
+    each_pair(".zero_length", s.zero_length, s.pairs.size(), Range::finite);
+    if (check.error) return;
+    const bool is_uniform = s.zero_length.is_uniform();
+    for (std::size_t n = 0; n < (is_uniform ? 1 : s.pairs.size()) && !check.error; ++n) {
+      if (s.zero_length[n] == 0) continue;
+      const std::string of = is_uniform ? at + ".zero_length" : element(at + ".zero_length", n);
+      if (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order) {
+        check.fail(of, text(s.zero_length[n]), "0 in another scheme than leapfrog and fourth_order");
+      }
+      if (!s.broken.empty()) check.fail(of, text(s.zero_length[n]), "0 in a network that is torn (broken)");
+    }
+  }
   void air(const std::optional<Aerodynamics>& of) const {
     if (!of) return;
     check.number(at + ".aerodynamics.density", of->density, Range::non_negative);
@@ -400,7 +415,8 @@ void check_networks(Checker& check, const Scene& scene) {
                       "compiled with one, whose particles it joins: compile(scene, options, state)");
   }
   for (std::size_t i = 0; i < scene.networks.size() && !check.error; ++i) {
-    std::visit(NetworkChecker{check, scene.networks.size() == 1 ? "network" : element("network", i)}, scene.networks[i]);
+    const std::string at = scene.networks.size() == 1 ? "network" : element("network", i);
+    std::visit(NetworkChecker{check, at, scene.coupling.scheme}, scene.networks[i]);
   }
   const Coupling& coupling = scene.coupling;
   if (coupling.theta && !(*coupling.theta >= 0.5 && *coupling.theta <= 1))

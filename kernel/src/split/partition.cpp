@@ -97,6 +97,7 @@ Springs taken(const Springs& whole, const Renumbered& renumbered) {
   }
   springs.stiffness = taken(whole.stiffness, kept);
   if (whole.rest_length) springs.rest_length = taken(*whole.rest_length, kept);
+  springs.zero_length = taken(whole.zero_length, kept);
   for (const Pair& torn : whole.broken) {
     if (const auto pair = both(torn)) springs.broken.push_back(*pair);
   }
@@ -217,7 +218,11 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
     for (std::uint32_t& number : numbers) number = *renumbered(number);
     return std::move(numbers);
   };
-  for (auto& [other, lists] : told) made.neighbours.push_back({other, in_part(lists.sent), in_part(lists.received)});
+  made.is_told.resize(made.particles.size());
+  for (auto& [other, lists] : told) {
+    made.neighbours.push_back({other, in_part(lists.sent), in_part(lists.received)});
+    for (const std::uint32_t i : made.neighbours.back().sent) made.is_told[i] = 1;
+  }
   return made;
 }
 

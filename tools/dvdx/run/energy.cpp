@@ -127,6 +127,7 @@ struct Stored {
       const double rest_length =
           springs.rest_length ? (*springs.rest_length)[n] : distance(start_of<T>(file, i), start_of<T>(file, j));
       add(i, j, springs.stiffness[n], rest_length);
+      if (springs.zero_length[n] != 0) add(i, j, springs.zero_length[n], 0);
     }
   }
 };

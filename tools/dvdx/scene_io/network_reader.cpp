@@ -7,7 +7,9 @@
 #include <limits>
 #include <string>
 
+#include "dvdx/bending.hpp"
 #include "scene_io/air_reader.hpp"
+#include "scene_io/fault.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/json_text.hpp"
 #include "scene_io/mesh_file.hpp"
@@ -40,7 +42,8 @@ Fields fields_of(const Node& network) {
   const auto add = [&](std::initializer_list<std::string_view> more) { keys.insert(keys.end(), more); };
   if (kind == Kind::grid)
     add({"rows", "columns", "origin", "edge_u", "edge_v", "mass", "structural", "shear", "bend", "aerodynamics"});
-  if (kind == Kind::mesh) add({"file", "mass", "edge", "bend", "aerodynamics"});
+  if (kind == Kind::mesh) add({"file", "mass", "edge", "bend", "bending", "aerodynamics"});
+  if (kind != Kind::springs) add({"strain_limit"});
   if (kind == Kind::springs) add({"pairs", "stiffness", "rest_length"});
   return {network, "a network of type " + std::string(name_in(kinds, kind)), std::move(keys)};
 }
@@ -159,6 +162,25 @@ Springs rope_of(const Grid& grid) {
   return rope;
 }
 
+// The sides of its cells, none longer than 1 + limit times what it is in the flat sheet.
+Distance limit_of(const Grid& grid, double limit) {
+  Distance distance{.pairs = {}, .length = {}, .bound = Bound::at_most};
+  std::vector<double> lengths;
+  const auto at = [&](std::size_t r, std::size_t c) { return static_cast<std::uint32_t>(grid.first + r * grid.columns + c); };
+  const auto join = [&](std::size_t down, std::size_t right, double side) {
+    for (std::size_t r = 0; r + down < grid.rows; ++r) {
+      for (std::size_t c = 0; c + right < grid.columns; ++c) {
+        distance.pairs.push_back({at(r, c), at(r + down, c + right)});
+        lengths.push_back((1 + limit) * side);
+      }
+    }
+  };
+  if (grid.columns > 1) join(0, 1, length(grid.edge_u) / static_cast<double>(grid.columns - 1));
+  if (grid.rows > 1) join(1, 0, length(grid.edge_v) / static_cast<double>(grid.rows - 1));
+  distance.length = Scalars(std::move(lengths));
+  return distance;
+}
+
 bool is_rope(const Grid& grid) { return grid.rows == 1 || grid.columns == 1; }
 
 Topology topology_of(const Grid& grid) {
@@ -195,6 +217,45 @@ Springs springs_of(const MeshFile& mesh, std::size_t first, double edge, double 
   add(bends_of(mesh), bend);
   springs.stiffness = std::move(stiffness);
   return springs;
+}
+
+// The sides of its faces.
+Distance limit_of(const MeshFile& mesh, std::size_t first, double limit) {
+  Distance distance{.pairs = {}, .length = {}, .bound = Bound::at_most};
+  std::vector<double> lengths;
+  for (const auto& [i, j] : edges_of(mesh)) {
+    const Vec3 &a = mesh.vertices[i], &b = mesh.vertices[j];
+    distance.pairs.push_back({static_cast<std::uint32_t>(first + i), static_cast<std::uint32_t>(first + j)});
+    lengths.push_back((1 + limit) * length({b[0] - a[0], b[1] - a[1], b[2] - a[2]}));
+  }
+  distance.length = Scalars(std::move(lengths));
+  return distance;
+}
+
+// The mesh is flat where its faces are in one plane; else it flattens.
+void bend_by_angles(const Fields& fields, const MeshFile& mesh, std::size_t first, Springs& springs) {
+  const double modulus = fields.number("bending", not_negative, 0);
+  if (modulus == 0) return;
+  const auto node = fields.required("bending");
+  const Scheme scheme = fields.choice("scheme", schemes, Scheme::leapfrog);
+  if (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order) {
+    node.fail("is " + shown(node.json()) + " in the scheme " + std::string(name_in(schemes, scheme)) +
+              ": must be left out of another scheme than leapfrog and fourth_order");
+  }
+  for (const char* key : {"broken", "tears_at"}) {
+    if (fields.optional(key))
+      node.fail("is " + shown(node.json()) + ": must be left out of a network that tears (" + key + ")");
+  }
+  std::vector<Vec3> places(first);
+  places.insert(places.end(), mesh.vertices.begin(), mesh.vertices.end());
+  const std::size_t before = springs.pairs.size();
+  add_bending(springs, triangles_of(mesh.faces, first), places, modulus);
+  for (std::size_t s = 0; s < springs.pairs.size(); ++s) {
+    if (!std::isfinite(springs.zero_length[s]))
+      node.fail("is " + shown(node.json()) + ": must be left out where faces have no area");
+  }
+  if (before == 0 && springs.pairs.empty())
+    node.fail("is " + shown(node.json()) + ": must be left out where no two faces share an edge");
 }
 
 Topology topology_of(const MeshFile& mesh, std::size_t first) {
@@ -384,7 +445,8 @@ void NetworkReader::add_particles(const Node& node, std::vector<Vec3> positions,
 }
 
 void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
-  auto keys = read_grid(fields_of(node));
+  const auto fields = fields_of(node);
+  auto keys = read_grid(fields);
   auto& grid = keys.grid;
   grid.first = made.first;
   made.columns = grid.columns;
@@ -395,6 +457,7 @@ void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
   } else if (auto rope = rope_of(grid); !rope.pairs.empty()) {
     made.network = std::move(rope);
   }
+  if (const auto limit = fields.optional("strain_limit")) made.strain_limit = limit_of(grid, limit->number(not_negative));
   made.topology = topology_of(grid);
 }
 
@@ -407,12 +470,16 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   check_room(node, made.first + mesh.vertices.size(), room_);
   auto springs = springs_of(mesh, made.first, edge, bend);
   springs.damping = fields.number("damping", not_negative, 0);
+  bend_by_angles(fields, mesh, made.first, springs);
   springs.aerodynamics = read_aerodynamics(fields);
   if (springs.aerodynamics) springs.triangles = triangles_of(mesh.faces, made.first);
   if (springs.aerodynamics && springs.triangles.empty()) {
     fields.required("aerodynamics").fail("is there, and the mesh has no faces: must be left out");
   }
   if (!springs.pairs.empty() || springs.aerodynamics) made.network = std::move(springs);
+  if (const auto limit = fields.optional("strain_limit")) {
+    made.strain_limit = limit_of(mesh, made.first, limit->number(not_negative));
+  }
   made.topology = topology_of(mesh, made.first);
   add_particles(node, std::move(mesh.vertices), mass);
 }
@@ -427,6 +494,7 @@ void NetworkReader::add_to(SceneFile& file, const Population& population) const 
     if (n == 0) file.scene.coupling = coupling;
     check_alike(node, file.scene.coupling, coupling);
     if (made.network) add_torn(fields, population, *made.network, file);
+    if (made.strain_limit && !made.strain_limit->pairs.empty()) file.scene.add(*made.strain_limit);
     append(made.topology, file.topology);
     if (kind == Kind::springs) {
       auto springs = read_springs(fields, population);

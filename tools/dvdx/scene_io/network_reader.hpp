@@ -20,6 +20,7 @@ struct MadeNetwork {
   std::size_t first = 0;             // of its particles
   std::size_t columns = 0;           // of a grid, else 0
   std::optional<Network> network{};  // none where nothing is joined
+  std::optional<Distance> strain_limit{};
   Topology topology{};
 };
 

@@ -196,8 +196,15 @@ Contact read_sphere(const Node& node, const MotionNames& motions) {
   return with_surface(sphere, fields, motions);
 }
 
+// Of a body that has no inside for particles.
+void require_outside(const Fields& fields) {
+  static constexpr std::array<std::string_view, 1> outside{"outside"};
+  if (const auto side = fields.optional("side")) (void)side->choice(std::span<const std::string_view>(outside));
+}
+
 Contact read_capsule(const Node& node, const MotionNames& motions) {
-  const Fields fields(node, "a capsule", contact_keys({"ends", "radius"}));
+  const Fields fields(node, "a capsule", contact_keys({"ends", "radius", "side"}));
+  require_outside(fields);
   Capsule capsule;
   const Node ends = fields.required("ends");
   const auto points = ends.elements("two points");
@@ -223,7 +230,8 @@ Contact read_box(const Node& node, const MotionNames& motions) {
 }
 
 Contact read_convex(const Node& node, const MotionNames& motions) {
-  const Fields fields(node, "a convex body", contact_keys({"planes"}));
+  const Fields fields(node, "a convex body", contact_keys({"planes", "side"}));
+  require_outside(fields);
   Convex convex;
   const Node planes = fields.required("planes");
   const auto list = planes.elements("a list of 4 to 64 planes");
@@ -237,7 +245,8 @@ Contact read_convex(const Node& node, const MotionNames& motions) {
 
 // Polygons as fans of triangles from their first corner.
 Contact read_body_of_mesh(const Node& node, const MotionNames& motions, SceneFolder& folder) {
-  const Fields fields(node, "a mesh", contact_keys({"file", "cell"}));
+  const Fields fields(node, "a mesh", contact_keys({"file", "cell", "side"}));
+  require_outside(fields);
   const MeshFile file = mesh_of(fields.required("file"), folder);
   TriangleMesh mesh;
   mesh.vertices = file.vertices;

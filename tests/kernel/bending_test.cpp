@@ -1,0 +1,287 @@
+// Bend by angles: what a sheet has of it when it is rolled, a hinge that swings as its closed form does, bits and refusals.
+#include "dvdx/bending.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "kernel/passes/joined_run.hpp"
+#include "math/vec3.hpp"
+#include "support/close.hpp"
+
+namespace {
+
+using namespace dvdx;
+using test::Joined;
+using test::stepped;
+
+constexpr double modulus = 3e-3;
+
+struct Sheet {
+  std::vector<Vec3> x;
+  std::vector<Triangle> triangles;
+};
+
+enum class Cut { equal_sides, right_angles };
+
+// In the plane z = 0.
+Sheet sheet_of(std::size_t rows, std::size_t columns, double side, Cut cut) {
+  Sheet sheet;
+  const double up = cut == Cut::equal_sides ? side * std::sqrt(0.75) : side;
+  for (std::size_t i = 0; i < rows * columns; ++i) {
+    const std::size_t row = i / columns;
+    const double shift = cut == Cut::equal_sides && row % 2 == 1 ? 0.5 : 0.0;
+    sheet.x.push_back({side * (static_cast<double>(i % columns) + shift), up * static_cast<double>(row), 0});
+  }
+  for (std::size_t row = 0; row + 1 < rows; ++row) {
+    for (std::size_t column = 0; column + 1 < columns; ++column) {
+      const auto a = static_cast<std::uint32_t>(row * columns + column);
+      const auto c = static_cast<std::uint32_t>(a + columns);
+      const bool leans = row % 2 == 1;
+      sheet.triangles.push_back(leans ? Triangle{a, a + 1, c + 1} : Triangle{a, a + 1, c});
+      sheet.triangles.push_back(leans ? Triangle{a, c + 1, c} : Triangle{a + 1, c + 1, c});
+    }
+  }
+  return sheet;
+}
+
+Springs bending_of(const Sheet& sheet) {
+  Springs springs{.pairs = {}, .stiffness = 0.0, .rest_length = Scalars(0.0)};
+  add_bending(springs, sheet.triangles, sheet.x, modulus);
+  return springs;
+}
+
+double energy(const Springs& springs, const std::vector<Vec3>& x) {
+  double sum = 0;
+  for (std::size_t s = 0; s < springs.pairs.size(); ++s) {
+    const Vec3 d = difference(x[springs.pairs[s][1]], x[springs.pairs[s][0]]);
+    sum += 0.5 * springs.zero_length[s] * dot(d, d);
+  }
+  return sum;
+}
+
+// Of all edges between two triangles: a third of what each of these has.
+double area_of_edges(const Sheet& sheet) {
+  double sum = 0;
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  std::vector<double> thirds;
+  for (const auto& t : sheet.triangles) {
+    const double third = length(cross(difference(sheet.x[t[1]], sheet.x[t[0]]), difference(sheet.x[t[2]], sheet.x[t[0]]))) / 6;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::array<std::uint32_t, 2> edge{std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])};
+      const auto found = std::find(edges.begin(), edges.end(), edge);
+      if (found == edges.end()) {
+        edges.push_back(edge);
+        thirds.push_back(third);
+      } else {
+        sum += thirds[static_cast<std::size_t>(found - edges.begin())] + third;
+      }
+    }
+  }
+  return sum;
+}
+
+// About an axis in the plane, at right angles to the direction in which it bends.
+std::vector<Vec3> rolled(const Sheet& sheet, double radius, double direction) {
+  const double c = std::cos(direction);
+  const double s = std::sin(direction);
+  std::vector<Vec3> x;
+  for (const Vec3& p : sheet.x) {
+    const double along = c * p[0] + s * p[1];
+    const double across = -s * p[0] + c * p[1];
+    const double bent = radius * std::sin(along / radius);
+    x.push_back({c * bent - s * across, s * bent + c * across, radius * (1 - std::cos(along / radius))});
+  }
+  return x;
+}
+
+// Two triangles that share an edge, and no other springs.
+Joined hinge() {
+  Joined joined;
+  joined.name = "hinge";
+  joined.x = {{0, 0, 0}, {0.1, 0.02, 0}, {0.03, 0.08, 0}, {0.06, -0.07, 0}};
+  joined.v.assign(4, Vec3{0.1, -0.2, 0.3});
+  joined.scene.mass = std::vector<double>{0.01, 0.02, 0.015, 0.01};
+  joined.step = 0.004;
+  Springs springs{.pairs = {}, .stiffness = 0.0, .rest_length = Scalars(0.0)};
+  add_bending(springs, std::vector<Triangle>{{0, 1, 2}, {1, 0, 3}}, joined.x, modulus);
+  joined.scene.add(Network(springs));
+  return joined;
+}
+
+// The weights of w, from the springs: q_ij = -D c_i c_j / A, with the one sign that makes the first positive.
+std::array<double, 4> weights_of(const Joined& joined) {
+  const auto& springs = std::get<Springs>(joined.scene.networks[0]);
+  const auto q = [&](std::uint32_t i, std::uint32_t j) {
+    for (std::size_t s = 0; s < springs.pairs.size(); ++s) {
+      const auto [a, b] = springs.pairs[s];
+      if ((a == i && b == j) || (a == j && b == i)) return springs.zero_length[s];
+    }
+    return 0.0;
+  };
+  const double first = std::sqrt(-q(0, 1) * q(0, 2) / q(1, 2));
+  return {first, -q(0, 1) / first, -q(0, 2) / first, -q(0, 3) / first};
+}
+
+double squared_frequency(const Joined& joined) {
+  double sum = 0;
+  const auto c = weights_of(joined);
+  for (std::size_t i = 0; i < 4; ++i) sum += c[i] * c[i] / joined.scene.mass[i];
+  return sum;
+}
+
+// The mode x_i = c_i/m_i z(t) on the uniform motion: z'' = -omega^2 z.
+double error_of(Joined joined, const Coupling& coupling, int substeps) {
+  joined.scene.coupling = coupling;
+  joined.scene.coupling.substeps = substeps;
+  const auto c = weights_of(joined);
+  const std::vector<Vec3> flat = joined.x;
+  constexpr double start = 4e-5;
+  for (std::size_t i = 0; i < 4; ++i) joined.x[i][2] += c[i] / joined.scene.mass[i] * start;
+  constexpr std::size_t steps = 20;
+  const auto values = stepped<double>(joined, {.isa = best_isa()}, steps);
+  const double t = joined.step * steps;
+  const double now = start * std::cos(std::sqrt(squared_frequency(joined)) * t);
+  double most = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double wanted = flat[i][axis] + t * joined.v[i][axis] + (axis == 2 ? c[i] / joined.scene.mass[i] * now : 0.0);
+      most = std::max(most, std::abs(values[6 * i + axis] - wanted));
+    }
+  }
+  return most;
+}
+
+constexpr Coupling leapfrog{.scheme = Scheme::leapfrog};
+constexpr Coupling fourth_order{.scheme = Scheme::fourth_order};
+
+std::string refusal_of(const Joined& joined) {
+  test::Batch<double> batch(test::Layout::soa, joined.x.size());
+  test::place(joined, batch.view());
+  const auto plan = compile<double>(joined.scene, {.step = joined.step}, batch.view());
+  return plan ? "" : plan.error().message();
+}
+
+}  // namespace
+
+TEST_CASE("bending: a rolled sheet has the energy of a plate, whichever way it is rolled") {
+  const Sheet equal = sheet_of(14, 14, 0.01, Cut::equal_sides);
+  const Sheet right = sheet_of(14, 14, 0.01, Cut::right_angles);
+  constexpr double radius = 0.2;
+  const auto ratio = [](const Sheet& sheet, double direction) {
+    const double plate = modulus / (2 * radius * radius) * area_of_edges(sheet);
+    return energy(bending_of(sheet), rolled(sheet, radius, direction)) / plate;
+  };
+  for (const double direction : {0.0, 0.3, 0.8, std::numbers::pi / 2}) {
+    CAPTURE(direction);
+    CHECK(std::abs(ratio(equal, direction) - 1) < 0.05);
+  }
+  // Across the sides of the squares alone, and across their cuts alone.
+  CHECK(std::abs(ratio(right, 0) - 1) < 0.1);
+  CHECK(ratio(right, 0.8) < 3.1);
+}
+
+TEST_CASE("bending: a sheet that is stretched and sheared within a plane bears no force") {
+  const Sheet sheet = sheet_of(5, 6, 0.1, Cut::equal_sides);
+  Joined joined;
+  joined.name = "stretched";
+  for (const Vec3& p : sheet.x) joined.x.push_back({1.3 * p[0] + 0.2 * p[1], 0.8 * p[1] - 0.1 * p[0], 0.5 * p[0] + 1.1 * p[1]});
+  joined.v.resize(joined.x.size());
+  joined.scene.mass = 1e-3;
+  joined.scene.add(Network(bending_of(sheet)));
+  for (const Coupling& coupling : {leapfrog, fourth_order}) {
+    joined.scene.coupling = coupling;
+    const auto values = stepped<double>(joined, {.isa = best_isa()}, 5);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (i % 6 >= 3) CHECK(std::abs(values[i]) < 1e-12);
+    }
+  }
+}
+
+TEST_CASE("bending: a hinge swings as its closed form does, by the scheme's order, on its own springs or on added ones") {
+  const Joined joined = hinge();
+  const double second = std::log2(error_of(joined, leapfrog, 4) / error_of(joined, leapfrog, 8));
+  const double fourth = std::log2(error_of(joined, fourth_order, 1) / error_of(joined, fourth_order, 2));
+  CHECK(std::abs(second - 2) < 0.1);
+  CHECK(std::abs(fourth - 4) < 0.3);
+  CHECK(error_of(joined, fourth_order, 16) < 1e-9);
+  // Where its pairs have springs already, in whatever order of their ends, these take it along.
+  Springs own{.pairs = {{3, 1}, {1, 0}, {2, 3}}, .stiffness = 0.0, .rest_length = Scalars(0.0)};
+  add_bending(own, std::vector<Triangle>{{0, 1, 2}, {1, 0, 3}}, joined.x, modulus);
+  CHECK(own.pairs.size() == 6);
+  CHECK((own.pairs[0] == Pair{3, 1}));
+  Joined other = joined;
+  other.scene.networks[0] = own;
+  CHECK(error_of(other, fourth_order, 16) < 1e-9);
+}
+
+TEST_CASE("bending: the plan's limit is the hinge's own frequency, and beside springs not below that of both") {
+  Joined joined = hinge();
+  test::Batch<double> batch(test::Layout::soa, 4);
+  test::place(joined, batch.view());
+  const double omega = std::sqrt(squared_frequency(joined));
+  const auto bound = [&] { return test::plan_of(joined, {}, batch.view()).network_limit()->bound; };
+  CHECK(bound() >= omega * (1 - 1e-9));
+  CHECK(bound() <= omega * 1.03);
+  auto& springs = std::get<Springs>(joined.scene.networks[0]);
+  springs.stiffness = 50.0;
+  springs.rest_length.reset();
+  CHECK(bound() > omega);
+  joined.scene.coupling.substeps = 1;
+  joined.step = 2.2 / bound();
+  CHECK(refusal_of(joined).find("network.substeps") != std::string::npos);
+}
+
+TEST_CASE("bending: the bits are the scalar twin's on every instruction set") {
+  const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
+  Joined joined;
+  joined.name = "bent";
+  joined.x = rolled(sheet, 0.4, 0.5);
+  joined.v.resize(joined.x.size());
+  joined.scene.mass = 1e-3;
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  Springs springs{.pairs = {}, .stiffness = 20.0, .damping = 1e-3};
+  for (const auto& [a, b, c] : sheet.triangles) springs.pairs.insert(springs.pairs.end(), {{a, b}, {b, c}});
+  add_bending(springs, sheet.triangles, sheet.x, modulus);
+  joined.scene.add(Network(springs));
+  for (const Coupling& coupling : {leapfrog, fourth_order}) {
+    joined.scene.coupling = coupling;
+    const auto wanted = stepped<float>(joined, {}, 10);
+    for (const Isa isa : available_isas(Arithmetic::separate)) CHECK(stepped<float>(joined, {.isa = isa}, 10) == wanted);
+    CHECK(std::all_of(wanted.begin(), wanted.end(), [](float value) { return std::isfinite(value); }));
+  }
+}
+
+TEST_CASE("bending: refused in other schemes, where springs are torn, and of triangles without area") {
+  Joined joined = hinge();
+  for (const Scheme scheme : {Scheme::sequential, Scheme::accumulate}) {
+    joined.scene.coupling.scheme = scheme;
+    CHECK(refusal_of(joined).find("network.zero_length[0]") != std::string::npos);
+    CHECK(refusal_of(joined).find("leapfrog and fourth_order") != std::string::npos);
+  }
+  joined.scene.coupling.scheme = Scheme::leapfrog;
+  auto& springs = std::get<Springs>(joined.scene.networks[0]);
+  springs.broken = {springs.pairs[2]};
+  CHECK(refusal_of(joined).find("broken") != std::string::npos);
+  springs.broken.clear();
+  springs.zero_length = std::vector<double>(3, 1.0);
+  CHECK(refusal_of(joined) == "network.zero_length is 3 values: must be one for each of the 6 pairs");
+  springs = {.pairs = {{0, 1}}, .stiffness = 1.0};
+  add_bending(springs, std::vector<Triangle>{{0, 1, 2}, {1, 0, 3}}, std::vector<Vec3>(4, Vec3{1, 1, 1}), modulus);
+  CHECK(refusal_of(joined).find("network.zero_length[0] is") != std::string::npos);
+  // Of a plan that runs.
+  joined = hinge();
+  test::Batch<double> batch(test::Layout::soa, 4);
+  test::place(joined, batch.view());
+  Plan<double> plan = test::plan_of(joined, {}, batch.view());
+  const auto torn = plan.break_spring(0, {0, 1});
+  REQUIRE_FALSE(torn.has_value());
+  CHECK(torn.error().message().find("zero_length") != std::string::npos);
+}
