@@ -130,7 +130,12 @@ TEST_CASE("a file that is larger than any scene is refused before it is read, wi
   fs::resize_file(folder / "large.csv", data_limit.bytes + 1);
   const auto data = run(folder, "explain scene.json --set particles.position.file=large.csv");
   CHECK(data.exit == 3);
-  CHECK(contains(data.err, "it is larger than 4 GiB"));
+  CHECK(contains(data.err, "line 1 is longer than 16 MiB"));
+  folder.write("large.obj", "");
+  fs::resize_file(folder / "large.obj", data_limit.bytes + 1);
+  const auto mesh = run(folder, R"(explain scene.json --set 'contacts=[{"type":"mesh","file":"large.obj"}]')");
+  CHECK(mesh.exit == 3);
+  CHECK(contains(mesh.err, "it is larger than 4 GiB"));
   CHECK(read_file(folder / "points.csv", {.bytes = 18, .text = "18 bytes"}) == std::string(points));
   CHECK_FALSE(read_file(folder / "points.csv", {.bytes = 17, .text = "17 bytes"}));
 }

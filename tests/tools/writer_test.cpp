@@ -173,7 +173,7 @@ TEST_CASE_TEMPLATE("a .ply a state, which the scene reader reads", T, float, dou
   CHECK(folder.entries() == 2);
   for (std::uint64_t state = 0; state < 2; ++state) {
     const std::string name = "a-00000" + std::to_string(state) + ".ply";
-    const auto points = read_points(folder / name);
+    const auto points = read_points(folder / name).values;
     REQUIRE(points.size() == particles);
     for (std::size_t i = 0; i < particles; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) CHECK(points[i][axis] == static_cast<double>(number<T>(state, i, axis)));
@@ -248,7 +248,7 @@ TEST_CASE_TEMPLATE("a .ply holds faces and edges after its vertices", T, float, 
   const ScratchFolder folder("ply-joints");
   States<T>().write(folder / "a.ply", 2, triangle);
   States<T>().write(folder / "plain.ply", 2);
-  CHECK(read_points(folder / "a-000001.ply") == read_points(folder / "plain-000001.ply"));
+  CHECK(read_points(folder / "a-000001.ply").values == read_points(folder / "plain-000001.ply").values);
   const auto bytes = folder.read("a-000001.ply");
   const std::string joints =
       "element face 1\nproperty list uchar int vertex_indices\nelement edge 1\nproperty int vertex1\n"
@@ -484,7 +484,7 @@ TEST_CASE(
   const auto rows = folder.read("a.csv");
   CHECK(std::count(rows.begin(), rows.end(), '\n') == 1 + 3 + 1);
   write_changing(folder / "a.ply");
-  CHECK(read_points(folder / "a-000001.ply").size() == 1);
+  CHECK(read_points(folder / "a-000001.ply").all == 1);
   write_changing(folder / "a.vtp");
   const auto counts = [&](const char* name) {
     pugi::xml_document document;

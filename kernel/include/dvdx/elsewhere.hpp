@@ -21,9 +21,13 @@ struct HaloColumns {
 // particles in the order in which they are numbered.
 struct Exchange {
   void* context = nullptr;
-  // Tells what is the part's own, and puts in place what others tell. Called once a pulse, and once more for each of its passes
-  // over springs that damp. Allocates nothing.
-  void (*run)(void* context, const HaloColumns& columns) noexcept = nullptr;
+  // Begins to tell what others hold of this part, while the step works out the rest of the same columns; and puts in place what
+  // others tell. One after the other, once a pulse, and once more for each of its passes over springs that damp. They allocate
+  // nothing. Null, both: no part.
+  void (*start)(void* context, const HaloColumns& columns) noexcept = nullptr;
+  void (*finish)(void* context, const HaloColumns& columns) noexcept = nullptr;
+  // Of each particle: 0 where no other part holds it. Null: any may be held, and all is worked out before it is told.
+  const std::uint8_t* is_told = nullptr;
   // Of each particle: 0 where it is another part's, whose reports of contacts tell of it. Null: all are this part's.
   const std::uint8_t* is_own = nullptr;
 };

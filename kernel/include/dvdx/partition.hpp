@@ -23,6 +23,7 @@ struct Part {
   // in the order in which a particle sums its springs.
   std::vector<std::uint32_t> particles;
   std::vector<std::uint8_t> is_own;   // of each of them: 1, or 0
+  std::vector<std::uint8_t> is_told;  // likewise: whether a neighbour is told of it
   std::vector<Neighbour> neighbours;  // parts that share springs with this one, ascending
   std::size_t own = 0;                // particles
   std::size_t springs = 0, cut = 0;   // that reach an own particle; and of these, those that another part shares

@@ -155,19 +155,20 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
       w_of(inverse_masses(scene, start.size())),
       splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
       columns_(options.memory) {
-  const SteppedGrid stepped(scene, particles(), options.elsewhere.exchange.run == nullptr);
+  const SteppedGrid stepped(scene, particles(), options.elsewhere.exchange.start == nullptr);
   const Grid* const grid = stepped.get();
   is_stack_ = stepped.is_stack();
   const std::vector<JoinedPair> pairs = grid == nullptr ? joined_pairs(scene, start) : std::vector<JoinedPair>{};
   springs = grid != nullptr ? count_grid_springs(scene) : pairs.size();
   is_damped_ = grid != nullptr ? grid->damping != 0 && springs != 0 : is_any_damped(pairs);
   is_damped_ = is_damped_ || options.elsewhere.springs_damp;
-  keeps_order_ = options.elsewhere.exchange.run != nullptr;
+  keeps_order_ = options.elsewhere.exchange.start != nullptr;
   choose(scene, pairs, kept, changed);
   make_order(scene, pairs, grid, kept);
   make_fixed(scene, start);
   make_inverse_masses();
   make_form(pairs, stepped);
+  make_telling_order(options.elsewhere.exchange);
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
   auto kept_in = std::make_unique<Balls<T>>(scene, start, w_of, order, options.memory);
   if (kept_in->count() != 0) balls = std::move(kept_in);
@@ -276,6 +277,23 @@ void Joints<T>::make_form(std::span<const JoinedPair> pairs, const SteppedGrid& 
     form = make_pairs_form<T>(in, columns_);
   } else {
     form = make_graph_form<T>(in, columns_);
+  }
+}
+
+template <class T>
+void Joints<T>::make_telling_order(const Exchange& exchange) {
+  if (exchange.start == nullptr) return;
+  const auto* const grid = std::get_if<GridForm<T>>(&form);
+  const std::size_t unit = grid != nullptr ? grid->terms.pitch : slice;  // particles
+  std::vector<std::uint8_t> is_told(grid != nullptr ? grid->terms.rows : order.size / slice, exchange.is_told == nullptr);
+  for (std::size_t i = 0; i < particles() && exchange.is_told != nullptr; ++i) {
+    if (exchange.is_told[i] != 0) is_told[order.of[i] / unit] = 1;
+  }
+  const std::size_t most = std::max<std::size_t>(1, particles_per_task / unit);
+  for (std::size_t n = 0; n < is_told.size(); ++n) {
+    std::vector<UnitRange>& ranges = is_told[n] != 0 ? telling.told : telling.inside;
+    if (ranges.empty() || ranges.back().to != n || n - ranges.back().from == most) ranges.push_back({n, n});
+    ranges.back().to = n + 1;
   }
 }
 

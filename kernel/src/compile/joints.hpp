@@ -21,6 +21,18 @@
 
 namespace dvdx {
 
+// Particles that one call of the caller's parallel_for takes: a fixed number, so that nothing depends on threads.
+inline constexpr std::size_t particles_per_task = 4096;
+
+// Of a part of a larger scene: rows of a grid or slices of a list, those first that hold a particle which other parts are told
+// of.
+struct UnitRange {
+  std::size_t from = 0, to = 0;
+};
+struct TellingOrder {
+  std::vector<UnitRange> told, inside;
+};
+
 struct FixedParticle {
   std::uint32_t particle = 0, element = 0;
   std::optional<std::uint32_t> motion{};  // that carries it
@@ -83,6 +95,7 @@ class Joints {
   std::optional<Constraints<T>> constraints;
   std::unique_ptr<Air<T>> air;      // or null
   std::unique_ptr<Balls<T>> balls;  // or null
+  TellingOrder telling;             // empty where nothing is told
 
   [[nodiscard]] std::size_t particles() const noexcept { return w_of.size(); }
   // Whether something acts at the end of each sub-step, after its last flow.
@@ -110,6 +123,7 @@ class Joints {
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();
   void make_form(std::span<const JoinedPair> pairs, const SteppedGrid& stepped);
+  void make_telling_order(const Exchange& exchange);
 
   void take(const GridRates& rates_of) noexcept;
   [[nodiscard]] Frequencies find(const Scene& scene, std::span<const Vec3> start) const;

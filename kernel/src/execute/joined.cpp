@@ -21,8 +21,6 @@
 namespace dvdx {
 namespace {
 
-// Particles that one call of the caller's parallel_for takes: a fixed number, so that nothing depends on threads.
-constexpr std::size_t particles_per_task = 4096;
 // Below this many particles, waking a thread for every pulse and flow costs more than it saves.
 constexpr std::size_t parallel_from = 16384;
 constexpr std::size_t max_flows = 8;
@@ -179,6 +177,17 @@ class JoinedStep {
     });
     for (const Held<T>& held : held_) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
+        store(residuals_, &held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
+        store(residuals_, &held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
+      }
+    }
+  }
+
+  // Of a call of no steps: what motions carry, where it is at this time.
+  template <class Kept>
+  void put_followers_back(State<Kept>& state) noexcept {
+    for (const Held<T>& held : held_) {
+      for (std::size_t axis = 0; axis < 3 && is_kinematic(held); ++axis) {
         store(residuals_, &held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
         store(residuals_, &held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
       }
@@ -489,7 +498,7 @@ class JoinedStep {
     const auto* form = std::get_if<GridForm<T>>(&joints_.form);
     if (form == nullptr || joints_.damping_passes() != 0 || joints_.air || joints_.closes_substeps() || !m_.tracks().empty())
       return 0;
-    if (exchange_.run != nullptr) return 0;
+    if (exchange_.start != nullptr) return 0;
     const std::size_t rows = rows_in_cache(form->terms);
     return form->terms.rows <= 2 * rows ? 0 : std::min(max_stages, rows / reach(form->terms) / 2);
   }
@@ -601,13 +610,13 @@ class JoinedStep {
   void pulse(const GridForm<T>& form, std::size_t k) noexcept {
     const Units rows{form.terms.rows, particles_per_task / form.terms.pitch};
     if (joints_.damping_passes() == 0) return kick(kernels_.grid, form.terms, k, rows);
-    over(rows, [&](std::size_t from, std::size_t to) { kernels_.grid_acceleration(form.terms, work_, from, to); });
+    tell(rows, work_.a0, [&](std::size_t from, std::size_t to) { kernels_.grid_acceleration(form.terms, work_, from, to); });
     take_acceleration(kernels_.damp_grid, form.terms, k, rows);
   }
   void pulse(const GraphForm<T>& form, std::size_t k) noexcept {
     const Units slices{size() / slice, particles_per_task / slice};
     if (joints_.damping_passes() == 0) return kick(kernels_.graph, form.terms, k, slices);
-    over(slices, [&](std::size_t from, std::size_t to) { kernels_.graph_acceleration(form.terms, work_, from, to); });
+    tell(slices, work_.a0, [&](std::size_t from, std::size_t to) { kernels_.graph_acceleration(form.terms, work_, from, to); });
     take_acceleration(kernels_.damp_graph, form.damped, k, slices);
   }
 
@@ -712,32 +721,54 @@ class JoinedStep {
   template <class Kick, class Terms>
   void kick(const Kick& kick, const Terms& terms, std::size_t k, const Units& units) noexcept {
     const T pulse = pulse_length(k);
-    over(units, [&](std::size_t from, std::size_t to) { kick(terms, work_, pulse, from, to); });
+    tell(units, work_.v_next, [&](std::size_t from, std::size_t to) { kick(terms, work_, pulse, from, to); });
     std::swap(work_.v, work_.v_next);
-    exchange(work_.v);
   }
 
-  // A halo's particles lack the springs that lead elsewhere.
+  // ---- a part of a larger scene: a halo's particles lack the springs that lead elsewhere
+  // -------------------------------------
+
+  [[nodiscard]] HaloColumns halo(const std::array<T*, 3>& columns) const noexcept {
+    return {{columns[0], columns[1], columns[2]}, sizeof(T), joints_.order.of.data()};
+  }
   void exchange(const std::array<T*, 3>& columns) noexcept {
-    if (exchange_.run == nullptr) return;
-    exchange_.run(exchange_.context, {{columns[0], columns[1], columns[2]}, sizeof(T), joints_.order.of.data()});
+    if (exchange_.start == nullptr) return;
+    exchange_.start(exchange_.context, halo(columns));
+    exchange_.finish(exchange_.context, halo(columns));
+  }
+  // A pass that fills these columns. What others hold comes first: they are told of it while the rest is worked out.
+  template <class Pass>
+  void tell(const Units& units, const std::array<T*, 3>& columns, const Pass& pass) noexcept {
+    if (exchange_.start == nullptr) return over(units, pass);
+    over(joints_.telling.told, pass);
+    exchange_.start(exchange_.context, halo(columns));
+    over(joints_.telling.inside, pass);
+    exchange_.finish(exchange_.context, halo(columns));
+  }
+  template <class Pass>
+  void over(const std::vector<UnitRange>& ranges, const Pass& pass) noexcept {
+    const std::size_t tasks = std::min<std::size_t>(ranges.size(), 64);
+    for_each_task(parallel_, tasks, [&](std::size_t task) {
+      for (std::size_t n = ranges.size() * task / tasks; n < ranges.size() * (task + 1) / tasks; ++n) {
+        pass(ranges[n].from, ranges[n].to);
+      }
+    });
   }
 
   // v += b h a + (b h)^2/2 a1 + beta h^3 a2, the last of them where the scheme has it.
   template <class Damp, class Terms>
   void take_acceleration(const Damp& damp, const Terms& terms, std::size_t k, const Units& units) noexcept {
-    exchange(work_.a0);
     const double h = joints_.substep();
     const double t = joints_.splitting.b[k] * h;
     DampingPass<T> pass{.of = work_.a0, .y = work_.a1, .s = static_cast<T>(t), .t = static_cast<T>(t * t / 2)};
-    const auto run = [&] { over(units, [&](std::size_t from, std::size_t to) { damp(terms, work_, pass, from, to); }); };
-    run();
-    if (joints_.damping_passes() == 1) return exchange(work_.v);
-    exchange(work_.a1);
+    const auto run = [&](const std::array<T*, 3>& told) {
+      tell(units, told, [&](std::size_t from, std::size_t to) { damp(terms, work_, pass, from, to); });
+    };
+    if (joints_.damping_passes() == 1) return run(work_.v);
+    run(work_.a1);
     const double beta = joints_.splitting.beta[k];
     pass = {.of = work_.a1, .y = {}, .s = static_cast<T>(t * t / 2), .t = static_cast<T>(beta * h * h * h)};
-    run();
-    exchange(work_.v);
+    run(work_.v);
   }
 
   // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order, so that each
@@ -853,9 +884,13 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
                        ContactReport::Parts* report) noexcept {
   const Stepping stepping(workspace.is_stepping);
   if (!stepping) return StepResult::in_use;
-  if (steps == 0) return StepResult::done;
+  if (steps == 0 && motion.joints().fixed.empty()) return StepResult::done;
   JoinedStep<T> call(scene, motion, workspace, parallel, report);
   call.fetch_all(state);
+  if (steps == 0) {
+    call.put_followers_back(state);
+    return StepResult::done;
+  }
   call.run(state.clock, scene.options.step, steps);
   call.put_back_all(state);
   call.leave(state);

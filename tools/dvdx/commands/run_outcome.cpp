@@ -37,13 +37,15 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   if (outcome.resumed_at) report["resumed_at_step"] = *outcome.resumed_at;
   report["method"] = name_in(methods, loaded.file.scene.method);
   report["scheme"] = nullptr;
-  if (outcome.network) report["scheme"] = name_in(schemes, loaded.file.scene.coupling.scheme);
+  if (!loaded.file.scene.networks.empty()) report["scheme"] = name_in(schemes, loaded.file.scene.coupling.scheme);
   report["substeps"] = outcome.network ? outcome.network->substeps : 1;
   report["precision"] = name_in(precisions, engine.precision);
   report["isa"] = name(engine.isa);
   report["threads"] = engine.threads;
   if (ranks) report["ranks"] = *ranks;
-  if (outcome.halo) report["halo"] = {{"messages", outcome.halo->messages}, {"bytes", outcome.halo->bytes}};
+  if (const auto& halo = outcome.halo) {
+    report["halo"] = {{"messages", halo->told.messages}, {"bytes", halo->told.bytes}, {"waited_seconds", halo->waited_seconds}};
+  }
   report["layout"] = name_in(layouts, engine.layout);
   report["arithmetic"] = name(engine.arithmetic);
   report["wall_seconds"] = outcome.wall_seconds;

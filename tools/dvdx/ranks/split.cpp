@@ -1,6 +1,7 @@
 #include "ranks/split.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <numeric>
 #include <span>
 #include <stdexcept>
@@ -21,15 +22,6 @@ HaloExchange::HaloExchange(Ranks& ranks, const Part& part) : ranks_(ranks), part
   }
 }
 
-void HaloExchange::run(void* context, const HaloColumns& columns) noexcept {
-  auto& self = *static_cast<HaloExchange*>(context);
-  if (columns.scalar_bytes == sizeof(float)) {
-    self.exchange_all<float>(columns);
-  } else {
-    self.exchange_all<double>(columns);
-  }
-}
-
 namespace {
 
 // As many numbers as the buffer holds of double.
@@ -41,7 +33,7 @@ std::span<A> numbers(std::vector<double>& room) noexcept {
 }  // namespace
 
 template <class A>
-void HaloExchange::exchange_all(const HaloColumns& columns) noexcept {
+void HaloExchange::send(const HaloColumns& columns) noexcept {
   const std::vector<Neighbour>& neighbours = part_.neighbours;
   for (std::size_t n = 0; n < neighbours.size(); ++n) {
     ranks_.start_receive(static_cast<int>(neighbours[n].part), std::as_writable_bytes(numbers<A>(buffers_[n].received)));
@@ -54,7 +46,11 @@ void HaloExchange::exchange_all(const HaloColumns& columns) noexcept {
     }
     ranks_.start_send(static_cast<int>(neighbours[n].part), std::as_bytes(sent));
   }
-  ranks_.finish();
+}
+
+template <class A>
+void HaloExchange::receive(const HaloColumns& columns) noexcept {
+  const std::vector<Neighbour>& neighbours = part_.neighbours;
   for (std::size_t n = 0; n < neighbours.size(); ++n) {
     const auto received = numbers<A>(buffers_[n].received);
     std::size_t next = 0;
@@ -62,6 +58,19 @@ void HaloExchange::exchange_all(const HaloColumns& columns) noexcept {
       for (const std::uint32_t i : neighbours[n].received) static_cast<A*>(column)[columns.element[i]] = received[next++];
     }
   }
+}
+
+void HaloExchange::start(void* context, const HaloColumns& columns) noexcept {
+  auto& self = *static_cast<HaloExchange*>(context);
+  columns.scalar_bytes == sizeof(float) ? self.send<float>(columns) : self.send<double>(columns);
+}
+
+void HaloExchange::finish(void* context, const HaloColumns& columns) noexcept {
+  auto& self = *static_cast<HaloExchange*>(context);
+  const auto before = std::chrono::steady_clock::now();
+  self.ranks_.finish();
+  self.waited_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+  columns.scalar_bytes == sizeof(float) ? self.receive<float>(columns) : self.receive<double>(columns);
 }
 
 namespace {

@@ -25,12 +25,19 @@ class HaloExchange {
   HaloExchange& operator=(const HaloExchange&) = delete;
 
   // Valid as long as this.
-  [[nodiscard]] Exchange exchange() noexcept { return {.context = this, .run = run, .is_own = part_.is_own.data()}; }
+  [[nodiscard]] Exchange exchange() noexcept {
+    return {.context = this, .start = start, .finish = finish, .is_told = part_.is_told.data(), .is_own = part_.is_own.data()};
+  }
+  // s: that others were waited for.
+  [[nodiscard]] double waited_seconds() const noexcept { return waited_seconds_; }
 
  private:
-  static void run(void* context, const HaloColumns& columns) noexcept;
+  static void start(void* context, const HaloColumns& columns) noexcept;
+  static void finish(void* context, const HaloColumns& columns) noexcept;
   template <class A>
-  void exchange_all(const HaloColumns& columns) noexcept;
+  void send(const HaloColumns& columns) noexcept;
+  template <class A>
+  void receive(const HaloColumns& columns) noexcept;
 
   struct Buffers {
     std::vector<double> sent, received;  // room for three numbers a particle in either precision
@@ -38,6 +45,7 @@ class HaloExchange {
   Ranks& ranks_;
   const Part& part_;
   std::vector<Buffers> buffers_;
+  double waited_seconds_ = 0;
 };
 
 template <class T>
@@ -57,6 +65,8 @@ class Split {
 
   // The scene's number of each that the plan steps.
   [[nodiscard]] std::span<const std::uint32_t> particles() const noexcept { return part_.particles; }
+  // s: of this rank's steps, in which it had nothing to do but to wait for what others tell.
+  [[nodiscard]] double waited_seconds() const noexcept { return halo_.waited_seconds(); }
 
  private:
   [[nodiscard]] std::vector<const std::array<Column<T>, 3>*> columns(const State<T>& state) const;

@@ -28,6 +28,11 @@ struct Warmth {
   std::uint64_t step = 0;
 };
 
+struct Halo {
+  Traffic told{};             // over all ranks
+  double waited_seconds = 0;  // of the wall's, of the rank that waited longest for what others tell
+};
+
 struct Outcome {
   double wall_seconds = 0;  // of the steps: neither of making the plan nor of writing
   std::uint64_t hash = 0;
@@ -38,7 +43,7 @@ struct Outcome {
   std::optional<Warmth> warmth{};  // none where no bound is known
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
-  std::optional<Traffic> halo{};              // over all ranks, where springs are split
+  std::optional<Halo> halo{};                 // where springs are split over ranks
   std::vector<ContactSum> contacts{};         // in the scene's order, where they were asked for
   std::optional<std::size_t> torn{};          // springs, where some can tear
   std::optional<std::uint64_t> resumed_at{};  // step, of a run that went on from a checkpoint

@@ -51,6 +51,7 @@ class Simulation {
         tearing_(loaded.file),
         threads_(engine.threads) {
     outcome_.network = limit();
+    if (plan_) (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
     if (!is_split_by_springs(loaded.file, ranks)) return;
     plan_.reset();
     split_.emplace(loaded.file, engine, ranks, outcome_.network->substeps);
@@ -152,7 +153,8 @@ class Simulation {
     if (!split_) return;
     std::array<std::uint64_t, 2> told{ranks_.started().messages, ranks_.started().bytes};
     ranks_.sum(told);
-    outcome_.halo = {.messages = told[0], .bytes = told[1]};
+    outcome_.halo =
+        Halo{.told = {.messages = told[0], .bytes = told[1]}, .waited_seconds = longest(ranks_, split_->waited_seconds())};
   }
 
   [[nodiscard]] std::vector<double> carried() const { return split_ ? split_->carried() : plan_->carried(state_); }

@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "scene_io/bytes.hpp"
+
 namespace dvdx::tool {
 namespace {
 
@@ -36,22 +38,56 @@ std::string kind_of(mode_t mode) {
   return S_ISSOCK(mode) ? "a socket" : "something else";
 }
 
-tl::unexpected<std::string> too_large(const FileLimit& limit) {
-  return unreadable("it is larger than " + std::string(limit.text) + ", the most that is read of such a file");
-}
-
-}  // namespace
-
-tl::expected<std::string, std::string> read_file(const std::filesystem::path& path, const FileLimit& limit) {
-  const Descriptor file(path);
+// Of a regular file.
+tl::expected<std::uint64_t, std::string> size_of(const Descriptor& file) {
   if (!file.is_open()) return unreadable(std::strerror(errno));
   struct stat status {};
   if (fstat(file.number(), &status) != 0) return unreadable(std::strerror(errno));
   if (S_ISDIR(status.st_mode)) return unreadable(std::strerror(EISDIR));
   if (!S_ISREG(status.st_mode)) return unreadable("it is " + kind_of(status.st_mode) + ": must be a regular file");
-  if (static_cast<std::uint64_t>(status.st_size) > limit.bytes) return too_large(limit);
+  return static_cast<std::uint64_t>(status.st_size);
+}
+
+tl::unexpected<std::string> too_large(const FileLimit& limit) {
+  return unreadable("it is larger than " + std::string(limit.text) + ", the most that is read of such a file");
+}
+
+class FileBytes final : public Bytes {
+ public:
+  explicit FileBytes(const std::filesystem::path& path) : file_(path) {
+    const auto size = size_of(file_);
+    if (!size) throw FileFault(size.error());
+    size_ = static_cast<std::size_t>(*size);
+  }
+  [[nodiscard]] std::size_t size() const noexcept override { return size_; }
+  [[nodiscard]] std::size_t read(std::size_t first, std::span<char> to) override {
+    std::size_t held = 0;
+    while (held < to.size()) {
+      const auto got = pread(file_.number(), to.data() + held, to.size() - held, static_cast<off_t>(first + held));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) throw FileFault(unreadable(std::strerror(errno)).value());
+      if (got == 0) break;
+      held += static_cast<std::size_t>(got);
+    }
+    return held;
+  }
+
+ private:
+  Descriptor file_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Bytes> bytes_of(const std::filesystem::path& path) { return std::make_unique<FileBytes>(path); }
+
+tl::expected<std::string, std::string> read_file(const std::filesystem::path& path, const FileLimit& limit) {
+  const Descriptor file(path);
+  const auto size = size_of(file);
+  if (!size) return tl::unexpected(size.error());
+  if (*size > limit.bytes) return too_large(limit);
   std::string text;
-  text.reserve(static_cast<std::size_t>(status.st_size) + 1);
+  text.reserve(static_cast<std::size_t>(*size) + 1);
   constexpr std::size_t chunk = 1 << 20;
   for (;;) {  // to its end, which may come later than its size said
     const std::size_t held = text.size();

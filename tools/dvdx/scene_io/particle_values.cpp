@@ -8,7 +8,6 @@
 #include "scene_io/counter_random.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/json_text.hpp"
-#include "scene_io/points_file.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -39,17 +38,17 @@ std::vector<Value> kept_of(std::vector<Value> values, const Population& populati
   return {from, from + static_cast<std::ptrdiff_t>(population.kept->count)};
 }
 
-// Reads a file by `read` and says where a fault in it came from.
+// Reads what the population keeps of a file by `read` and says where a fault in it came from.
 template <class Read>
 auto from_file(const Node& node, const Population& population, std::string_view what, const Read& read) {
   const auto path = population.folder->find(node);
   try {
-    auto values = read(path);
-    if (values.size() != population.count) {
-      fail_file(node, "holds " + std::to_string(values.size()) + " " + std::string(what) + ": must hold " +
+    auto kept = read(path, population.run());
+    if (kept.all != population.count) {
+      fail_file(node, "holds " + std::to_string(kept.all) + " " + std::string(what) + ": must hold " +
                           std::to_string(population.count) + ", one for each " + std::string(population.of));
     }
-    return values;
+    return std::move(kept.values);
   } catch (const FileFault& fault) {
     fail_file(node, fault.what());
   }
@@ -112,9 +111,10 @@ std::vector<double> scalars_from_file(const Node& node, const Population& popula
     const nlohmann::json value = values[i];
     const bool valid = range.least == Range::Least::included ? values[i] >= range.min : values[i] > range.min;
     if (valid && values[i] <= range.max) continue;
-    fail_file(node, "number " + std::to_string(i) + " is " + shown(value) + ": must be " + std::string(range.text));
+    fail_file(node, "number " + std::to_string(population.run().first + i) + " is " + shown(value) + ": must be " +
+                        std::string(range.text));
   }
-  return kept_of(std::move(values), population);
+  return values;
 }
 
 }  // namespace
@@ -140,7 +140,7 @@ Vectors read_vectors(const Node& node, const Population& population) {
   const auto form = form_of(node, "[x, y, z] or an object with one of values, uniform, file");
   if (is_form(form, "values")) return listed_vectors(form, population);
   if (is_form(form, "uniform")) return uniform_vectors(form, population);
-  return kept_of(from_file(form, population, "points", read_points), population);
+  return from_file(form, population, "points", read_points);
 }
 
 Scalars read_scalars(const Node& node, const Population& population, const Range& range) {

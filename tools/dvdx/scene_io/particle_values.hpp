@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scene_io/fields.hpp"
+#include "scene_io/points_file.hpp"
 #include "scene_io/scene_file.hpp"
 #include "scene_io/scene_folder.hpp"
 
@@ -15,11 +16,6 @@ namespace dvdx::tool {
 
 // A seed may be any number of 64 bits: the most that one can be.
 inline constexpr std::uint64_t any_seed = std::numeric_limits<std::uint64_t>::max();
-
-// Particles in a row.
-struct Run {
-  std::size_t first = 0, count = 0;
-};
 
 // Where values per particle come from, and for how many particles.
 struct Population {

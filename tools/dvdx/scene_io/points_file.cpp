@@ -9,9 +9,12 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 
+#include "scene_io/bytes.hpp"
 #include "scene_io/text_lines.hpp"
 
 namespace dvdx::tool {
@@ -19,7 +22,15 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the binary files read here are little endian");
 
-using Table = std::vector<double>;  // rows of a known width, one after another
+template <class Value>
+constexpr std::size_t width_of = std::tuple_size_v<Value>;
+template <>
+constexpr std::size_t width_of<double> = 1;
+
+double& part(double& number, std::size_t /*column*/) { return number; }
+double& part(Vec3& point, std::size_t column) { return point[column]; }
+
+bool is_in(const Run& run, std::size_t row) { return row >= run.first && row - run.first < run.count; }
 
 // ---- .csv --------------------------------------------------------------------------------------------------------------
 
@@ -40,14 +51,20 @@ Columns columns_of(const std::vector<std::string_view>& header, std::size_t widt
   return columns;
 }
 
-Table read_csv(std::string_view text, std::size_t width) {
-  Lines lines(text);
-  Table table;
+template <class Value>
+Kept<Value> read_csv(Bytes& bytes, const Run& run) {
+  constexpr std::size_t width = width_of<Value>;
+  Lines lines(bytes);
+  Kept<Value> kept;
   Columns columns;
   std::size_t cells = 0;
   while (lines.more()) {
     const auto line = lines.next();
     if (line.empty() || line.starts_with('#')) continue;
+    if (!columns.empty() && !is_in(run, kept.all)) {
+      ++kept.all;
+      continue;
+    }
     const auto row = split(line, ',');
     if (columns.empty()) {
       cells = row.size();
@@ -63,9 +80,11 @@ Table read_csv(std::string_view text, std::size_t width) {
     if (row.size() != cells) {
       fail(line_name(lines.number()) + " has " + std::to_string(row.size()) + " numbers: must have " + std::to_string(cells));
     }
-    for (const auto column : columns) table.push_back(finite_number(row[column], lines.number()));
+    if (!is_in(run, kept.all++)) continue;
+    Value& value = kept.values.emplace_back();
+    for (std::size_t i = 0; i < width; ++i) part(value, i) = finite_number(row[columns[i]], lines.number());
   }
-  return table;
+  return kept;
 }
 
 // ---- binary numbers ----------------------------------------------------------------------------------------------------
@@ -97,6 +116,52 @@ double finite_value(const NumberType& type, const char* bytes, std::size_t index
   const double value = type.read(bytes);
   if (!std::isfinite(value)) fail("number " + std::to_string(index) + " is not finite");
   return value;
+}
+
+// Rows of the same length, of which some numbers are wanted.
+template <class Value>
+struct BinaryRows {
+  struct Number {
+    const NumberType* type = nullptr;
+    std::size_t offset = 0;
+  };
+  std::array<Number, width_of<Value>> numbers;
+  std::size_t row_bytes = 0;
+  std::size_t begins = 0;  // bytes before the first
+  std::size_t all = 0;     // as the header promises
+};
+
+std::string cut_off(std::size_t held, std::size_t promised, std::string_view what) {
+  return "holds " + std::to_string(held) + " of the " + std::to_string(promised) + " " + std::string(what) +
+         " that its header promises: is it cut off?";
+}
+
+template <class Value>
+void require_all(const Bytes& bytes, const BinaryRows<Value>& rows, std::string_view what) {
+  const std::size_t held = (bytes.size() - std::min(bytes.size(), rows.begins)) / rows.row_bytes;
+  if (held < rows.all) fail(cut_off(held, rows.all, what));
+}
+
+template <class Value>
+Kept<Value> read_rows(Bytes& bytes, const BinaryRows<Value>& rows, const Run& run) {
+  const std::size_t at_once = std::max<std::size_t>(1, (std::size_t{1} << 18U) / rows.row_bytes);
+  const std::size_t first = std::min(run.first, rows.all);
+  const std::size_t end = first + std::min(run.count, rows.all - first);
+  Kept<Value> kept{.values = std::vector<Value>(end - first), .all = rows.all};
+  std::vector<char> some(at_once * rows.row_bytes);
+  for (std::size_t row = first; row < end; ++row) {
+    const std::size_t n = (row - first) % at_once;
+    if (n == 0) {
+      const std::size_t wanted = std::min(at_once, end - row) * rows.row_bytes;
+      if (bytes.read(rows.begins + row * rows.row_bytes, std::span(some).first(wanted)) < wanted) fail("ends while it is read");
+    }
+    for (std::size_t i = 0; i < width_of<Value>; ++i) {
+      const auto& [type, offset] = rows.numbers[i];
+      part(kept.values[row - first], i) =
+          finite_value(*type, some.data() + n * rows.row_bytes + offset, row * width_of<Value> + i);
+    }
+  }
+  return kept;
 }
 
 // ---- .ply --------------------------------------------------------------------------------------------------------------
@@ -159,50 +224,41 @@ PlyHeader read_ply_header(Lines& lines) {
   fail("ends inside its header: is it cut off?");
 }
 
-std::string cut_off(std::size_t held, std::size_t promised, std::string_view what) {
-  return "holds " + std::to_string(held) + " of the " + std::to_string(promised) + " " + std::string(what) +
-         " that its header promises: is it cut off?";
-}
-
-Table read_ply_ascii(const PlyHeader& header, Lines& lines) {
-  Table table;
+Kept<Vec3> read_ply_ascii(const PlyHeader& header, Lines& lines, const Run& run) {
+  Kept<Vec3> kept{.values = {}, .all = header.vertices};
   for (std::size_t vertex = 0; vertex < header.vertices; ++vertex) {
     if (!lines.more()) fail(cut_off(vertex, header.vertices, "vertices"));
-    const auto row = words(lines.next());
+    const auto line = lines.next();
+    if (!is_in(run, vertex)) continue;
+    const auto row = words(line);
     if (row.size() != header.types.size()) {
       fail(line_name(lines.number()) + " has " + std::to_string(row.size()) + " numbers: must have " +
            std::to_string(header.types.size()));
     }
-    for (const auto property : header.xyz) table.push_back(finite_number(row[property], lines.number()));
+    Vec3& point = kept.values.emplace_back();
+    for (std::size_t axis = 0; axis < 3; ++axis) point[axis] = finite_number(row[header.xyz[axis]], lines.number());
   }
-  return table;
+  return kept;
 }
 
-Table read_ply_binary(const PlyHeader& header, std::string_view data) {
-  std::array<std::size_t, 3> offsets{};
-  std::size_t row_bytes = 0;
+BinaryRows<Vec3> rows_of(const PlyHeader& header, std::size_t begins) {
+  BinaryRows<Vec3> rows{.numbers = {}, .row_bytes = 0, .begins = begins, .all = header.vertices};
   for (std::size_t property = 0; property < header.types.size(); ++property) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (header.xyz[axis] == property) offsets[axis] = row_bytes;
+      if (header.xyz[axis] == property) rows.numbers[axis] = {header.types[property], rows.row_bytes};
     }
-    row_bytes += header.types[property]->bytes;
+    rows.row_bytes += header.types[property]->bytes;
   }
-  if (data.size() / row_bytes < header.vertices) fail(cut_off(data.size() / row_bytes, header.vertices, "vertices"));
-  Table table;
-  table.reserve(3 * header.vertices);
-  for (std::size_t vertex = 0; vertex < header.vertices; ++vertex) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const char* bytes = data.data() + vertex * row_bytes + offsets[axis];
-      table.push_back(finite_value(*header.types[header.xyz[axis]], bytes, table.size()));
-    }
-  }
-  return table;
+  return rows;
 }
 
-Table read_ply(std::string_view text) {
-  Lines lines(text);
+Kept<Vec3> read_ply(Bytes& bytes, const Run& run) {
+  Lines lines(bytes);
   const auto header = read_ply_header(lines);
-  return header.form == PlyHeader::Form::ascii ? read_ply_ascii(header, lines) : read_ply_binary(header, lines.rest());
+  if (header.form == PlyHeader::Form::ascii) return read_ply_ascii(header, lines, run);
+  const auto rows = rows_of(header, lines.next_begins());
+  require_all(bytes, rows, "vertices");
+  return read_rows(bytes, rows, run);
 }
 
 // ---- .npy --------------------------------------------------------------------------------------------------------------
@@ -260,26 +316,32 @@ std::size_t npy_rows(const NpyHeader& header, std::size_t width) {
   return shape[0];
 }
 
-Table read_npy(std::string_view text, std::size_t width) {
+template <class Value>
+Kept<Value> read_npy(Bytes& bytes, const Run& run) {
   constexpr std::string_view magic = "\x93NUMPY";
-  if (!text.starts_with(magic)) fail("is not a NumPy array file");
+  constexpr std::size_t width = width_of<Value>;
+  std::array<char, 12> start{};
+  const std::size_t got = bytes.read(0, start);
+  if (!std::string_view(start.data(), got).starts_with(magic)) fail("is not a NumPy array file");
   const auto ends = [] { fail("ends inside its header: is it cut off?"); };
-  if (text.size() < 12) ends();
-  const int version = text[6];
+  if (got < start.size()) ends();
+  const int version = start[6];
   if (version != 1 && version != 2) fail("must be of format version 1 or 2");
-  const std::size_t start = version == 1 ? 10 : 12;
-  const double length = version == 1 ? number_at<std::uint16_t>(&text[8]) : number_at<std::uint32_t>(&text[8]);
-  const std::size_t data_start = start + static_cast<std::size_t>(length);
-  if (text.size() < data_start) ends();
-  const auto header = parse_npy_header(text.substr(start, data_start - start));
-  const auto rows = npy_rows(header, width);
-  const auto data = text.substr(data_start);
-  const std::size_t row_bytes = width * header.type->bytes;
-  if (data.size() / row_bytes < rows) fail(cut_off(data.size() / row_bytes, rows, "rows"));
-  if (data.size() != rows * row_bytes) fail("holds more than the " + std::to_string(rows) + " rows that its header promises");
-  Table table(rows * width);
-  for (std::size_t i = 0; i < table.size(); ++i) table[i] = finite_value(*header.type, &data[i * header.type->bytes], i);
-  return table;
+  const std::size_t text_begins = version == 1 ? 10 : 12;
+  const double length = version == 1 ? number_at<std::uint16_t>(&start[8]) : number_at<std::uint32_t>(&start[8]);
+  const std::size_t begins = text_begins + static_cast<std::size_t>(length);
+  if (bytes.size() < begins) ends();
+  std::string text(begins - text_begins, '\0');
+  if (bytes.read(text_begins, text) < text.size()) ends();
+  const auto header = parse_npy_header(text);
+  BinaryRows<Value> rows{
+      .numbers = {}, .row_bytes = width * header.type->bytes, .begins = begins, .all = npy_rows(header, width)};
+  for (std::size_t i = 0; i < width; ++i) rows.numbers[i] = {header.type, i * header.type->bytes};
+  require_all(bytes, rows, "rows");
+  if (bytes.size() - begins != rows.all * rows.row_bytes) {
+    fail("holds more than the " + std::to_string(rows.all) + " rows that its header promises");
+  }
+  return read_rows(bytes, rows, run);
 }
 
 // ---- any of them -------------------------------------------------------------------------------------------------------
@@ -292,42 +354,46 @@ std::optional<PointsFormat> format_of(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-Table table_of(std::string_view text, PointsFormat format) {
+Kept<Vec3> points_in(Bytes& bytes, PointsFormat format, const Run& run) {
   switch (format) {
     case PointsFormat::csv:
-      return read_csv(text, 3);
+      return read_csv<Vec3>(bytes, run);
     case PointsFormat::ply:
-      return read_ply(text);
+      return read_ply(bytes, run);
     case PointsFormat::npy:
-      return read_npy(text, 3);
+      return read_npy<Vec3>(bytes, run);
   }
   return {};
+}
+
+Kept<double> numbers_in(Bytes& bytes, std::optional<PointsFormat> format, const Run& run) {
+  if (format == PointsFormat::csv) return read_csv<double>(bytes, run);
+  if (format == PointsFormat::npy) return read_npy<double>(bytes, run);
+  fail("must end in .csv or .npy");
 }
 
 }  // namespace
 
 std::vector<Vec3> parse_points(std::string_view text, PointsFormat format) {
-  const auto table = table_of(text, format);
-  std::vector<Vec3> points(table.size() / 3);
-  for (std::size_t i = 0; i < points.size(); ++i) points[i] = {table[3 * i], table[3 * i + 1], table[3 * i + 2]};
-  return points;
+  HeldBytes bytes(text);
+  return points_in(bytes, format, {}).values;
 }
 
 std::vector<double> parse_numbers(std::string_view text, PointsFormat format) {
-  if (format == PointsFormat::ply) fail("must end in .csv or .npy");
-  return format == PointsFormat::csv ? read_csv(text, 1) : read_npy(text, 1);
+  HeldBytes bytes(text);
+  return numbers_in(bytes, format, {}).values;
 }
 
-std::vector<Vec3> read_points(const std::filesystem::path& path) {
+Kept<Vec3> read_points(const std::filesystem::path& path, const Run& run) {
   const auto format = format_of(path);
   if (!format) fail("must end in .csv, .ply or .npy");
-  return parse_points(contents(path), *format);
+  return points_in(*bytes_of(path), *format, run);
 }
 
-std::vector<double> read_numbers(const std::filesystem::path& path) {
+Kept<double> read_numbers(const std::filesystem::path& path, const Run& run) {
   const auto format = format_of(path);
   if (!format || format == PointsFormat::ply) fail("must end in .csv or .npy");
-  return parse_numbers(contents(path), *format);
+  return numbers_in(*bytes_of(path), format, run);
 }
 
 }  // namespace dvdx::tool

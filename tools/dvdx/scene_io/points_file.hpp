@@ -1,7 +1,9 @@
 // Points and numbers from the files that a scene refers to.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -11,13 +13,26 @@ namespace dvdx::tool {
 
 enum class PointsFormat { csv, ply, npy };
 
+// Rows in a row.
+struct Run {
+  std::size_t first = 0, count = std::numeric_limits<std::size_t>::max();
+};
+
+// What is kept of a file, and how many it holds in all. Of rows that are not kept, nothing is looked at: of binary files they
+// are not read, of text they are counted.
+template <class Value>
+struct Kept {
+  std::vector<Value> values;
+  std::size_t all = 0;
+};
+
 // .csv: three columns, or the columns x, y, z of a header; .ply: the vertices, ascii or binary_little_endian;
-// .npy: float32 or float64 of shape (n, 3). All that is read is finite. Throws FileFault.
-[[nodiscard]] std::vector<Vec3> read_points(const std::filesystem::path& path);
+// .npy: float32 or float64 of shape (n, 3). All that is kept is finite. Throws FileFault.
+[[nodiscard]] Kept<Vec3> read_points(const std::filesystem::path& path, const Run& run = {});
 [[nodiscard]] std::vector<Vec3> parse_points(std::string_view text, PointsFormat format);
 
-// .csv: one column; .npy: shape (n,) or (n, 1). All that is read is finite. Throws FileFault.
-[[nodiscard]] std::vector<double> read_numbers(const std::filesystem::path& path);
+// .csv: one column; .npy: shape (n,) or (n, 1). All that is kept is finite. Throws FileFault.
+[[nodiscard]] Kept<double> read_numbers(const std::filesystem::path& path, const Run& run = {});
 [[nodiscard]] std::vector<double> parse_numbers(std::string_view text, PointsFormat format);
 
 }  // namespace dvdx::tool

@@ -1,8 +1,11 @@
 #include "scene_io/text_lines.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
 
 #include "scene_io/file_text.hpp"
 
@@ -54,11 +57,33 @@ double finite_number(std::string_view text, std::size_t line) {
   return *value;
 }
 
+bool Lines::more() { return !rest_.empty() || hold_more(); }
+
+// What is held may be the beginning of a line.
+bool Lines::hold_more() {
+  constexpr std::size_t least = std::size_t{1} << 18U;
+  if (bytes_ == nullptr) return false;
+  std::string held(rest_);
+  const std::size_t before = held.size();
+  if (before > longest_line) fail(line_name(number_) + " is longer than 16 MiB");
+  held.resize(before + std::max(least, before));
+  const std::size_t got = bytes_->read(at_ + before, std::span(held).subspan(before));
+  held.resize(before + got);
+  held_ = std::move(held);
+  rest_ = held_;
+  return got > 0;
+}
+
 std::string_view Lines::next() {
   ++number_;
-  const auto end = rest_.find('\n');
+  auto end = rest_.find('\n');
+  for (std::size_t searched = rest_.size(); end == std::string_view::npos && hold_more(); searched = rest_.size()) {
+    end = rest_.find('\n', searched);
+  }
   const auto line = rest_.substr(0, end);
-  rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+  const std::size_t length = end == std::string_view::npos ? rest_.size() : end + 1;
+  rest_.remove_prefix(length);
+  at_ += length;
   return trimmed(line);
 }
 

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "scene_io/bytes.hpp"
+
 namespace dvdx::tool {
 
 // Throws FileFault.
@@ -21,16 +23,29 @@ namespace dvdx::tool {
 [[nodiscard]] std::string line_name(std::size_t line);                 // "line 7"
 [[nodiscard]] double finite_number(std::string_view text, std::size_t line);
 
+inline constexpr std::size_t longest_line = std::size_t{1} << 24U;  // bytes, of a file that is read line by line
+
 class Lines {
  public:
   explicit Lines(std::string_view text) : rest_(text) {}
-  [[nodiscard]] bool more() const noexcept { return !rest_.empty(); }
-  [[nodiscard]] std::size_t number() const noexcept { return number_; }  // of the line that next() gave last, from 1
-  [[nodiscard]] std::string_view rest() const noexcept { return rest_; }
+  // A line and a few more are held at a time.
+  explicit Lines(Bytes& bytes) : bytes_(&bytes) {}
+  Lines(const Lines&) = delete;
+  Lines& operator=(const Lines&) = delete;
+
+  [[nodiscard]] bool more();
+  [[nodiscard]] std::size_t number() const noexcept { return number_; }   // of the line that next() gave last, from 1
+  [[nodiscard]] std::size_t next_begins() const noexcept { return at_; }  // bytes before what next() gives
+  // Valid until the next call. Throws FileFault where a line of a file is too long.
   std::string_view next();
 
  private:
+  bool hold_more();
+
+  Bytes* bytes_ = nullptr;  // null: all is held
+  std::string held_;
   std::string_view rest_;
+  std::size_t at_ = 0;
   std::size_t number_ = 0;
 };
 
