@@ -621,3 +621,42 @@ TEST_CASE("motions: a target that is wrong is refused, and changes nothing") {
   });
   CHECK(test::difference(wanted, got) == "");
 }
+
+// Roundings of where two faces are used to add up until one of them let go.
+TEST_CASE("motions: grains that friction holds in a groove or a box move with it as they lie in one at rest") {
+  constexpr std::size_t count = 40;
+  constexpr double seconds = 4;
+  OrientedBox box{.center = {0, 0.7, 0}, .half_extents = {0.5, 1, 0.5}, .rotation = {-0.42, 0.28, -0.06}};
+  box.side = Side::inside;
+  box.friction = 0.1;
+  box.restitution = 0.5;
+  const Plane one{.normal = unit({0.324, 0.946, 0.1018}), .friction = 0.2};
+  const Plane other{.normal = unit({-0.218, 0.976, 0.1018}), .friction = 0.2};
+  const auto after = [&](const std::vector<Contact>& contacts, const Vec3& u) {
+    Joined joined;
+    joined.name = "held";
+    joined.step = 0.01;
+    joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+    joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = seconds, .translation = scaled(u, seconds)}}});
+    for (Contact contact : contacts) {
+      std::visit([](auto& of) { of.motion = 0; }, contact);
+      joined.scene.add(contact);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      joined.x.push_back({0.15 * test::scatter(i, 0), 0.1, 0.15 * test::scatter(i, 1)});
+      joined.v.push_back(u);
+    }
+    return test::stepped<double>(joined, {.isa = best_isa()}, 400);
+  };
+  for (const std::vector<Contact>& contacts : {std::vector<Contact>{box}, std::vector<Contact>{one, other}}) {
+    CAPTURE(contacts.size());
+    const auto rest = after(contacts, {});
+    for (const Vec3& u : {Vec3{-1.4, 0, 1.1}, Vec3{2.6, -2.9, 0.6}}) {
+      const auto moved = after(contacts, u);
+      for (std::size_t i = 0; i < rest.size(); ++i) {
+        const bool is_place = i % 6 < 3;
+        CHECK(std::abs(moved[i] - rest[i] - (is_place ? seconds : 1) * u[i % 3]) < 1e-9);
+      }
+    }
+  }
+}

@@ -292,6 +292,25 @@ template <class V, Arithmetic arithmetic>
   return v;
 }
 
+// Whether what holds lanes first moves.
+template <class V>
+[[gnu::noinline]] Mask<V> is_carried(const Terms<Scalar<V>>& terms, const Holder<V>& a) noexcept {
+  Mask<V> is_it(false);
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    if (terms.surfaces[j].movement != Movement::rest) is_it = is_it | (a.number == V(static_cast<Scalar<V>>(j)));
+  }
+  return is_it;
+}
+
+// What rests on two surfaces that move is carried along by both, and would leave them by roundings, step by step.
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Three<V> onto_both(const Holder<V>& a, const Holder<V>& b, const Three<V>& x0) noexcept {
+  const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);
+  const V by_a = wedge.scale * (wedge.kappa * b.s0 - a.s0);
+  const V by_b = wedge.scale * (wedge.kappa * a.s0 - b.s0);
+  return select(wedge.is_wedge, multiply_add<arithmetic>(by_b, b.n, multiply_add<arithmetic>(by_a, a.n, x0)), x0);
+}
+
 // Friction has put ends along the planes that touch a curved surface: back onto it, and their velocities along it.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] void follow(const Terms<Scalar<V>>& terms, const Holder<V>& a, Mask<V> lanes, HeldEnd<V>& end) noexcept {
@@ -368,6 +387,7 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   const Mask<V> rests = motion < V(std::numeric_limits<T>::epsilon() / 4) * candidates.end_size;
   const V sunk = select<V>(held.b < zero, a.s0, zero);
   end.x = select(rests, subtract_product<arithmetic>(against().x0, sunk, a.n), end.x);
+  if (moves) end.x = select(rests & has_b & is_carried(terms, a), onto_both<V, arithmetic>(a, b, against().x0), end.x);
   if (moves) {
     end.v = end.v + velocity_of<V, arithmetic>(terms, a, moved, end.x);
     end.v0 = m.v0 + (end.v0 - moved.m.v0);

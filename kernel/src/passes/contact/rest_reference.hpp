@@ -232,6 +232,22 @@ void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T
   }
 }
 
+// What rests on two surfaces that move is carried along by both, and would leave them by roundings, step by step.
+template <Arithmetic arithmetic, class T>
+Vector<T> onto_both(const Holder<T>& a, const Holder<T>& b, const Vector<T>& x0) noexcept {
+  const T kappa = dot<arithmetic>(a.n, b.n);
+  const T det = subtract_product<arithmetic>(T(1), kappa, kappa);
+  if (!(det > 64 * std::numeric_limits<T>::epsilon())) return x0;
+  const T scale = 1 / det;
+  const T by_a = scale * (kappa * b.s0 - a.s0);
+  const T by_b = scale * (kappa * a.s0 - b.s0);
+  Vector<T> x;
+  for (std::size_t k = 0; k < 3; ++k) {
+    x[k] = multiply_add<arithmetic>(by_b, b.n[k], multiply_add<arithmetic>(by_a, a.n[k], x0[k]));
+  }
+  return x;
+}
+
 // Friction has put an end along the plane that touches a curved surface: back onto it, and its velocity along it.
 template <Arithmetic arithmetic, class T>
 void follow(const Surface<T>& surface, HeldEnd<T>& end) noexcept {
@@ -289,6 +305,8 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   if (motion < std::numeric_limits<T>::epsilon() / 4 * one_norm(p.x1)) {
     const T sunk = held.b == none ? a.s0 : T(0);
     for (std::size_t k = 0; k < 3; ++k) end.x[k] = subtract_product<arithmetic>(against.p.x0[k], sunk, a.n[k]);
+    const bool is_carried = terms.surfaces[a.number].movement != Movement::rest;
+    if (is_carried && held.b != none) end.x = onto_both<arithmetic>(a, b, against.p.x0);
   }
   if (terms.moves) {
     const Surface<T>& surface = terms.surfaces[a.number];
