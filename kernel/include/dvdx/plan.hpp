@@ -135,10 +135,9 @@ class DVDX_EXPORT Plan {
   // Working memory for step() below; likewise.
   [[nodiscard]] Workspace<T> workspace() const;
 
-  // Moves every particle by `steps` steps, all of them while its block is in cache, and the state's clock with them. A call of no
-  // steps puts kinematic particles where their motions have them at the state's time.
-  // Allocates nothing, throws nothing, locks nothing. Denormals are flushed to zero meanwhile, and the caller's
-  // floating-point environment is restored.
+  // Moves every particle by `steps` steps, all of them while its block is in cache, and the state's clock with them. A call of
+  // no steps puts kinematic particles where their motions have them at the state's time. Allocates nothing, throws nothing,
+  // locks nothing. Denormals are flushed to zero meanwhile, and the caller's floating-point environment is restored.
   StepResult step(State<T>& state, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
   // The same in a workspace of the caller's, made by this plan or a clone: workspace_differs where a change since then needs
   // another. The bits do not depend on which workspace it is, but for what one carries on.
