@@ -214,6 +214,19 @@ TEST_CASE_TEMPLATE("report: what slides on a curved surface with friction meets 
   }
 }
 
+TEST_CASE_TEMPLATE("report: what meets a surface and gets no impulse from it is no impact", T, float, double) {
+  Scene scene = falling(1);
+  scene.add(Capsule{.ends = {Vec3{-1, -0.3, 0}, Vec3{1, -0.3, 0}}, .radius = {0.3, 0.3}, .friction = 0.3});
+  std::vector<std::array<Vec3, 2>> start;
+  for (int i = 0; i < 800; ++i) {
+    const auto drawn = [&](double ratio) { return std::fmod(i * ratio, 1.0) - 0.5; };
+    start.push_back({Vec3{drawn(0.618), 0.1 + 0.2 * drawn(0.755), drawn(0.57)}, Vec3{1, -1, 0}});
+  }
+  const Reported<T> run(scene, start, 100, 0.01);
+  CHECK(run.report.events().size() > 200);
+  for (const ContactEvent& event : run.report.events()) CHECK(size(event.impulse) > 0);
+}
+
 TEST_CASE("report: cloth that lies and slides on a floor and a ball has one impact a particle, in every scheme") {
   constexpr std::size_t side = 6;
   const Sphere ball{.center = {0.25, -1, 0.25}, .radius = 1, .friction = 0.8, .viscosity = 0.5};

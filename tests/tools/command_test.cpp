@@ -126,12 +126,43 @@ TEST_CASE("a negative step runs time backwards") {
 
 TEST_CASE("usage is exit 2, with a message on stderr alone") {
   const Folder folder("usage");
-  for (const char* arguments :
-       {"", "walk fall.json", "run", "run fall.json --speed 3", "run fall.json --precision float16", "run fall.json --isa mmx",
-        "run fall.json --layout rows", "run fall.json --method verlet", "run fall.json --threads 0", "run fall.json --every -1",
-        "run fall.json --step 0", "run fall.json --step nan", "run fall.json --step 0.3", "run fall.json --duration -1",
-        "run fall.json --out a.xyz", "run fall.json --set stiffness", "run fall.json --scheme leapfrog",
-        "run fall.json --substeps 4", "run fall.json --isa sse2 --arithmetic contracted"}) {
+  for (const char* arguments : {"",
+                                "walk fall.json",
+                                "run",
+                                "run fall.json --speed 3",
+                                "run fall.json --precision float16",
+                                "run fall.json --isa mmx",
+                                "run fall.json --layout rows",
+                                "run fall.json --method verlet",
+                                "run fall.json --threads 0",
+                                "run fall.json --every -1",
+                                "run fall.json --step 0",
+                                "run fall.json --step nan",
+                                "run fall.json --step 0.3",
+                                "run fall.json --duration -1",
+                                "run fall.json --out a.xyz",
+                                "run fall.json --set stiffness",
+                                "run fall.json --scheme leapfrog",
+                                "run fall.json --substeps 4",
+                                "run fall.json --isa sse2 --arithmetic contracted",
+                                "run fall.json --step 1e9",
+                                "run fall.json --every 0x10",
+                                "run fall.json --threads 010",
+                                "run fall.json --seed -1",
+                                "run fall.json --seed +1",
+                                "run fall.json --seed 18446744073709551616",
+                                "run fall.json --checkpoint a --checkpoint-every 0",
+                                "run fall.json --step ''",
+                                "run fall.json --every ''",
+                                "run fall.json --out ''",
+                                "run fall.json --resume ''",
+                                "run fall.json --substeps ''",
+                                "run ''",
+                                "stability --cases 03",
+                                "tune fall.json --error 0",
+                                "tune fall.json --error inf",
+                                "explain fall.json --ranks 1e3",
+                                "explain fall.json --ranks 2 --latency -1"}) {
     CAPTURE(std::string(arguments));
     const auto result = run(folder, arguments);
     CHECK(result.exit == 2);
@@ -142,6 +173,34 @@ TEST_CASE("usage is exit 2, with a message on stderr alone") {
   CHECK(run(folder, "run fall.json", "DVDX_ISA=mmx").exit == 2);
   CHECK(run(folder, "run fall.json", "DVDX_ISA=reference").exit == 0);
   CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a number that an option cannot take is named with what it can") {
+  const Folder folder("numbers");
+  CHECK(run(folder, "run fall.json --seed -1").err == "--seed: -1: must be a whole number from 0 to 18446744073709551615\n");
+  CHECK(run(folder, "run fall.json --threads 010").err == "--threads: 010: must be a whole number from 1 to 1024\n");
+  CHECK(run(folder, "tune fall.json --error x").err == "--error: x: must be a finite number > 0\n");
+  CHECK(run(folder, "run fall.json --every ''").err ==
+        "--every: nothing: must be a whole number from 0 to 18446744073709551615\n");
+  CHECK(run(folder, "run fall.json --resume ''").err == "--resume: must not be empty\n");
+  CHECK(run(folder, "run fall.json --seed 18446744073709551615").exit == 0);
+}
+
+TEST_CASE("what a run writes and what it goes on from are files of their own") {
+  const Folder folder("same-file");
+  REQUIRE(run(folder, "run fall.json --checkpoint c.csv --checkpoint-every 3").exit == 0);
+  const auto checkpoint = folder.read("c.csv");
+  for (const char* arguments :
+       {"--out a.csv --events ./a.csv", "--out a.csv --checkpoint ../command-same-file/a.csv --checkpoint-every 3",
+        "--out c.csv --resume ./c.csv", "--events c.csv --resume c.csv",
+        "--events a.csv --checkpoint a.csv --checkpoint-every 3"}) {
+    CAPTURE(std::string(arguments));
+    const auto result = run(folder, std::string("run fall.json ") + arguments);
+    CHECK(result.exit == 2);
+    CHECK(result.err.find(": must be another file than that of --") != std::string::npos);
+  }
+  CHECK(folder.entries() == 2);
+  CHECK(folder.read("c.csv") == checkpoint);
 }
 
 TEST_CASE("a bad scene is exit 3, named, and nothing is written") {
@@ -177,6 +236,7 @@ TEST_CASE("a simulation that diverges is exit 5, and says so in its output") {
   CHECK(report["diverged"] == true);
   CHECK(report["bad_particles"] == 19);  // all but the fixed one
   CHECK(report["energy"]["end"].is_null());
+  CHECK(result.err == "dvdx: fall.json: the simulation diverged: 19 of 20 particles are not finite\n");
   CHECK_FALSE(folder.read("a.csv").empty());
 }
 
@@ -273,7 +333,7 @@ TEST_CASE("a mesh that grains fall on: run, explain and verify take it, and what
   CHECK(run(folder, "run scene.json --out roof.html").exit == 0);
   const auto refused = run(folder, "run scene.json --set contacts[0].file=open.obj");
   CHECK(refused.exit == 3);
-  CHECK(refused.err.starts_with("dvdx: scene.json: contacts[0].triangles is of an edge that only one triangle has: must be "));
+  CHECK(refused.err.starts_with("dvdx: scene.json: contacts[0].file is of an edge that only one triangle has: must be "));
 }
 
 TEST_CASE("verify holds a scene with a network against the reference") {

@@ -151,6 +151,7 @@ TEST_CASE("a duration is a whole number of steps within 1e-6") {
   CHECK(steps_in(60, 0.016666666666666666) == 3600U);
   CHECK(steps_in(1, -0.1) == 10U);
   CHECK(steps_in(0, 0.1) == 0U);
+  CHECK_FALSE(steps_in(1, 1e9).has_value());
   CHECK(steps_in(1 + 0.9e-7, 0.1) == 10U);
   CHECK_FALSE(steps_in(1 + 1.1e-7, 0.1).has_value());
   CHECK_FALSE(steps_in(1, 1e-300).has_value());

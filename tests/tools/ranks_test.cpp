@@ -139,6 +139,20 @@ TEST_CASE("ranks: the number of ranks is said where a launcher started them, and
   }
 }
 
+TEST_CASE("ranks: a command that does not share its work is refused once" * doctest::skip(has_no_mpi)) {
+  const MixedFolder folder("one");
+  for (const char* arguments : {"explain mixed.json", "report mixed.json", "verify mixed.json", "merge a.json"}) {
+    const auto result = run_on(3, folder, arguments);
+    CAPTURE(result.err);
+    CHECK(result.exit == 2);
+    CHECK(result.out.empty());
+    const auto said = result.err.find(": started as 3 ranks: must be started as one");
+    REQUIRE(said != std::string::npos);
+    CHECK(result.err.find("must be started as one", said + 30) == std::string::npos);
+  }
+  CHECK(run_on(1, folder, "explain mixed.json").exit == 0);
+}
+
 TEST_CASE("ranks: of the shipped scenes all but some can be split") {
   std::vector<std::string> refused;
   std::size_t split = 0;

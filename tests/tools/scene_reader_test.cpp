@@ -484,6 +484,7 @@ const BadFile bad_files[] = {
     {"position", "p.csv", "1,2,3\n4,1e999,6\n7,8,9\n", "line 2 holds 1e999: must be a finite number"},
     {"position", "p.csv", "1,2,3\n4,five,6\n7,8,9\n", "line 2 holds five: must be a finite number"},
     {"position", "p.csv", "a,b,z\n1,2,3\n", "line 1 names no column x: must name x, y and z"},
+    {"position", "p.csv", "x,y,z,x\n1,2,3,4\n", "line 1 names two columns x: must name one"},
     {"position", "p.csv", "", "holds 0 points: must hold 3, one for each particle"},
     {"position", "p.xyz", "1 2 3\n", "must end in .csv, .ply or .npy"},
     {"position", "p.ply", "", "is not a PLY file"},

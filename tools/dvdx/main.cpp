@@ -9,6 +9,8 @@
 #include "dvdx/build_info.hpp"
 #include "output/console.hpp"
 #include "output/temporary.hpp"
+#include "ranks/join.hpp"
+#include "run/typed.hpp"
 
 namespace {
 
@@ -40,6 +42,11 @@ int run(int argc, char** argv) {
   dvdx::tool::add_stability(app, exit);
   dvdx::tool::add_merge(app, exit);
   dvdx::tool::add_info(app, exit);
+  dvdx::tool::refuse_empty_texts(app);
+  const auto is_of_one = [](CLI::App* each) { return each->get_name() != "run" && each->get_name() != "info"; };
+  for (auto* const command : app.get_subcommands(is_of_one)) {
+    command->parse_complete_callback([name = command->get_name()] { dvdx::tool::refuse_ranks(name); });
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -67,7 +67,8 @@ template <class T>
 void range_of(Checker& check, const Plane& plane, const std::string& at, const Origin& origin) {
   const double local = (plane.offset + plane.thickness) - dot(unit(plane.normal), origin.at(0));
   if (fits<T>(local)) return;
-  out_of_range<T>(check, at + ".offset", text(plane.offset),
+  const bool is_thickness = fits<T>(local - plane.thickness);
+  out_of_range<T>(check, at + (is_thickness ? ".thickness" : ".offset"), text(is_thickness ? plane.thickness : plane.offset),
                   "within " + text(double{std::numeric_limits<T>::max()}, 8) + " m of the origin");
 }
 template <class T>
@@ -251,7 +252,10 @@ class RangeChecker {
     if (!is_length(l)) return length(at + rest_length, l);
     if (!fits<T>(k * l)) return fail(at + stiffness, text(k), "one whose product with the rest length is finite");
     if (!fits<T>(c)) return fail(at + ".damping", text(c), "at most " + text(double{limits::max()}, 8) + " kg/s");
-    if (!is_joint_in_range<T>(k, c, h_, w)) step("one at which the network's coefficients stay finite");
+    if (is_joint_in_range<T>(k, c, h_, w)) return;
+    if (is_joint_in_range<T>(k, c, 1, w)) return step("one at which the network's coefficients stay finite");
+    const bool is_damping = is_joint_in_range<T>(k, 0, 1, w);
+    fail(at + (is_damping ? ".damping" : stiffness), text(is_damping ? c : k), "one whose coefficients are finite");
   }
   [[nodiscard]] double inverse_mass(std::size_t i) const { return 1 / scene_.mass[i]; }
   // Where the inverse of the least is finite all are.

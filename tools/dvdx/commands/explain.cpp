@@ -19,9 +19,11 @@
 #include "ranks/refusal.hpp"
 #include "run/live_memory.hpp"
 #include "run/start.hpp"
+#include "run/typed.hpp"
 #include "scale/births.hpp"
 #include "scale/prediction.hpp"
 #include "scene_io/names.hpp"
+#include "scene_io/plan_fault.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -69,7 +71,7 @@ std::string explained(const SceneFile& file, const Engine& engine) {
   auto state = memory.view();
   place_at_start(file, state);
   const auto plan = compile<T>(file.scene, {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic}, state);
-  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  if (!plan) throw fault_of(file, plan.error());
   return plan->explain();
 }
 
@@ -83,7 +85,7 @@ double measured(const SceneFile& file, const Engine& engine) {
       file.scene,
       {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)},
       state);
-  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  if (!plan) throw fault_of(file, plan.error());
   const auto limit = plan->network_limit();
   const double substeps = static_cast<double>(state.count) * (limit ? limit->substeps : 1);
   using Clock = std::chrono::steady_clock;
@@ -156,17 +158,17 @@ void add_explain(CLI::App& app, Exit& /*exit*/) {
       command
           ->add_option("--ranks", options->ranks,
                        "also what so many ranks would have and tell each other, and the time that it would take")
-          ->check(CLI::Range(std::uint64_t{1}, most_ranks));
+          ->check(whole_number(1, most_ranks));
   command->add_option("--latency", options->machine.latency, "s: of a message between ranks, 1.5e-6 where not given")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_zero())
       ->needs(ranks);
   command->add_option("--bandwidth", options->machine.bandwidth, "bytes/s: of a rank's link, 12.5e9 where not given")
-      ->check(CLI::PositiveNumber)
+      ->check(number_above_zero())
       ->needs(ranks);
   command
       ->add_option("--particle-time", options->machine.particle_seconds,
                    "s: of a particle's sub-step on a rank; measured here where not given")
-      ->check(CLI::PositiveNumber)
+      ->check(number_above_zero())
       ->needs(ranks);
   command
       ->add_option("--size", options->size,

@@ -14,6 +14,7 @@
 #include "dvdx/build_info.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "output/console.hpp"
+#include "output/part_file.hpp"
 #include "output/writer.hpp"
 #include "ranks/agree.hpp"
 #include "ranks/join.hpp"
@@ -23,6 +24,7 @@
 #include "run/live_simulation.hpp"
 #include "run/outcome.hpp"
 #include "run/simulation.hpp"
+#include "run/typed.hpp"
 #include "scene_io/fingerprint.hpp"
 #include "scene_io/names.hpp"
 
@@ -115,12 +117,24 @@ Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Eng
                               : run_all<T, Simulation<T>>(options, loaded, engine, ranks);
 }
 
+// Of what is written and what is gone on from, each is a file of its own; but a checkpoint may replace the one before.
+void check_files_differ(const RunOptions& options) {
+  const auto refuse_same = [](const char* option, const std::string& file, const char* other, const std::string& of_other) {
+    if (file.empty() || of_other.empty() || !is_same_file(file, of_other)) return;
+    throw Fault(Exit::usage, fmt::format("{} {}: must be another file than that of {}", option, file, other));
+  };
+  const auto& [checkpoint, every, resume] = options.checkpoint;
+  refuse_same("--events", options.events, "--out", options.out);
+  for (const auto& [option, file] : {std::pair("--out", options.out), std::pair("--events", options.events)}) {
+    refuse_same(option, file, "--checkpoint", checkpoint);
+    refuse_same(option, file, "--resume", resume);
+  }
+}
+
 Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
   const auto engine = together(ranks, [&] {
     if (!options.out.empty()) check_extension(options.out);
-    if (!options.events.empty() && options.events == options.out) {
-      throw Fault(Exit::usage, "--events " + options.events + ": is also where --out goes");
-    }
+    check_files_differ(options);
     if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
     return engine_of(options.engine, by_launcher ? ranks_here() : 1);
   });
@@ -142,8 +156,8 @@ Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
   (options.json ? print_outcome_json : print_table)(loaded, engine, outcome, shown);
   warn_of_heat(options.scene.scene, loaded, outcome);
   if (!outcome.diverged) return exit;
-  print_message(fmt::format("{}: the simulation diverged: {} of {} particles are not finite", options.scene.scene,
-                            outcome.bad_particles, particles_of(loaded, outcome)));
+  const auto particles = particles_of(loaded, outcome);
+  print_message(fmt::format("{}: the simulation diverged: {}", options.scene.scene, why_diverged(outcome, particles)));
   return exit;
 }
 
@@ -176,15 +190,15 @@ void add_run(CLI::App& app, Exit& exit) {
       ->add_option("--every", options->every,
                    "write step 0, every N-th step and the last; 0: the last alone. Where not given: 0, and for an .html as "
                    "many as play well")
-      ->check(CLI::NonNegativeNumber);
+      ->check(whole_number(0));
   command->add_flag(
       "--error", options->error,
       "with --out of an .html: hold each state against the closed form, or against steps of an eighth in float64");
   command->add_option("--events", options->events, "write each impact on a contact to a .csv file");
   auto* const checkpoint = command->add_option("--checkpoint", options->checkpoint.file,
                                                "a file from which --resume goes on, should the run be stopped");
-  auto* const often = command->add_option("--checkpoint-every", options->checkpoint.every, "write it every N steps")
-                          ->check(CLI::PositiveNumber);
+  auto* const often =
+      command->add_option("--checkpoint-every", options->checkpoint.every, "write it every N steps")->check(whole_number(1));
   checkpoint->needs(often);
   often->needs(checkpoint);
   command->add_option("--resume", options->checkpoint.resume,

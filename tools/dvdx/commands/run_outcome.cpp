@@ -7,6 +7,7 @@
 
 #include "dvdx/layouts/state_hash.hpp"
 #include "output/console.hpp"
+#include "run/health.hpp"
 #include "scene_io/names.hpp"
 
 namespace dvdx::tool {
@@ -22,6 +23,11 @@ double particle_steps_per_second(const LoadedScene& loaded, const Outcome& outco
 
 std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome) {
   return outcome.turned ? outcome.turned->live : loaded.file.particles.total();
+}
+
+std::string why_diverged(const Outcome& outcome, std::size_t particles) {
+  if (outcome.bad_particles > 0) return fmt::format("{} of {} particles are not finite", outcome.bad_particles, particles);
+  return fmt::format("a place or a velocity is {:g} times larger than any at the start", most_growth);
 }
 
 void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks) {
@@ -89,7 +95,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
       fmt::format("{:.3g} s, {:.3g} particle-steps/s", outcome.wall_seconds, particle_steps_per_second(loaded, outcome)));
   row("energy", fmt::format("{:.9g} J at the start, {:.9g} J at the end", outcome.energy_start, outcome.energy_end));
   row("state hash", hash_text(outcome.hash));
-  row("diverged", outcome.diverged ? fmt::format("YES, {} particles are not finite", outcome.bad_particles) : "no");
+  row("diverged", outcome.diverged ? "YES, " + why_diverged(outcome, particles) : "no");
   if (outcome.warmth) row("heating", outcome.warmth->is_heating ? "YES" : "no");
 }
 

@@ -14,6 +14,9 @@ namespace dvdx::tool {
 // At the end.
 [[nodiscard]] std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome);
 
+// Of a run that did.
+[[nodiscard]] std::string why_diverged(const Outcome& outcome, std::size_t particles);
+
 // ranks: where a launcher started them.
 void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks);
 void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks);

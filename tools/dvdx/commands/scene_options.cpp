@@ -8,6 +8,7 @@
 
 #include "ranks/agree.hpp"
 #include "run/origin.hpp"
+#include "run/typed.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/names.hpp"
 #include "scene_io/scene_reader.hpp"
@@ -73,7 +74,8 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
 
 void add_scene_replacements(CLI::App& app, SceneOptions& options) {
   app.add_option("--duration", options.duration, "s, in place of the scene's");
-  app.add_option("--seed", options.seed, "draws other values than the scene's own seeds: 0 to 2^64 - 1");
+  app.add_option("--seed", options.seed, "draws other values than the scene's own seeds: 0 to 2^64 - 1")
+      ->check(whole_number(0));
   app.add_option("--set", options.overrides, "path=value, such as forces[0].stiffness=40: replaces a value of the scene")
       ->expected(1)
       ->take_all()

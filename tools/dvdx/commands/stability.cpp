@@ -28,6 +28,7 @@
 #include "report/json.hpp"
 #include "report/machine.hpp"
 #include "run/engine.hpp"
+#include "run/typed.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -153,7 +154,7 @@ void add_stability(CLI::App& app, Exit& exit) {
   command->add_option("--out", options->out, "a directory for stability.json and the pictures");
   command->add_option("--cases", options->cases, "numbers of the hard cases to run, without the maps; all where not given")
       ->delimiter(',')
-      ->check(CLI::Range(1, stability::last_case));
+      ->check(whole_number(1, stability::last_case));
   command->add_option("--only", options->only, "one part alone")
       ->check(CLI::IsMember(std::vector<std::string>{"all", "cases", "maps", "long", "heat"}))
       ->capture_default_str();

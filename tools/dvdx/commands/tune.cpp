@@ -8,6 +8,7 @@
 #include "output/console.hpp"
 #include "report/machine.hpp"
 #include "run/threads.hpp"
+#include "run/typed.hpp"
 #include "scene_io/network_reader.hpp"
 #include "scene_io/turnover_reader.hpp"
 #include "tune/json.hpp"
@@ -74,9 +75,9 @@ void add_tune(CLI::App& app, Exit& exit) {
   command->add_option("SCENE", options->scenes, "scene files (JSON)")->required();
   command->add_option("--error", options->wish.goal, "at most, of positions over the amplitude, as a report's `relative`")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(number_above_zero());
   command->add_option("--budget", options->wish.seconds, "s a scene: a longer search is cut, and says so")
-      ->check(CLI::PositiveNumber)
+      ->check(number_above_zero())
       ->capture_default_str();
   command->add_flag("--exhaustive", options->exhaustive, "measure every candidate too, and say how far the choice is off");
   add_scene_replacements(*command, options->scene);

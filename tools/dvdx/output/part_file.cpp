@@ -43,6 +43,13 @@ void check_target(const fs::path& target) {
   if (access(target.c_str(), W_OK) != 0) refuse(target, std::strerror(errno));
 }
 
+bool is_same_file(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  if (fs::equivalent(a, b, error)) return true;  // of links too
+  const auto place = [&](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
+  return place(a) == place(b);
+}
+
 void check_is_no_source(const fs::path& target, std::span<const fs::path> sources, const fs::path& out,
                         std::string_view option) {
   std::error_code ignored;

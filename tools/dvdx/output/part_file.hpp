@@ -20,6 +20,9 @@ namespace dvdx::tool {
 // directory is missing or cannot be written.
 void check_target(const std::filesystem::path& target);
 
+// Under these names or others, there already or not yet.
+[[nodiscard]] bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
 // Throws Fault (usage) where what is at `target` is one of `sources`, under this name or another. `out` is what the user asked
 // for, by `option`.
 void check_is_no_source(const std::filesystem::path& target, std::span<const std::filesystem::path> sources,

@@ -35,6 +35,17 @@ std::optional<int> launched() {
 
 }  // namespace
 
+void refuse_ranks(const std::string& command) {
+  const auto size = launched().value_or(1);
+  if (size == 1) return;
+  int rank = 0;
+  for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"}) {
+    if (const auto number = number_in_environment(name)) rank = *number;
+  }
+  const auto message = "dvdx " + command + ": started as " + std::to_string(size) + " ranks: must be started as one";
+  throw Fault(Exit::usage, rank == 0 ? message : "");
+}
+
 int ranks_here() {
   for (const char* name : {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"}) {
     if (const auto size = number_in_environment(name)) return size.value() > 0 ? *size : 1;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "dvdx/ranks.hpp"
 
@@ -15,6 +16,10 @@ struct Joined {
 // One rank by itself where nothing says that a launcher of MPI programs started the process: MPI is then neither loaded nor
 // initialised. Throws Fault (usage) where one started it as one of several, and this build has no MPI.
 [[nodiscard]] Joined join_ranks();
+
+// Throws Fault (usage) where a launcher started several processes: each would do all of the command's work. The first one alone
+// has something to say.
+void refuse_ranks(const std::string& command);
 
 // Of the ranks, those on this machine: what its cores are shared by.
 [[nodiscard]] int ranks_here();

@@ -13,6 +13,7 @@
 #include "scale/cut.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/particle_values.hpp"
+#include "scene_io/plan_fault.hpp"
 
 namespace dvdx::tool {
 
@@ -193,7 +194,7 @@ Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, int s
     if (part_.particles.empty()) return;
     check_air(file, part_, file_.scene);
     auto plan = compile<T>(file_.scene, options, state_);
-    if (!plan) throw Fault(Exit::bad_scene, file_.path + ": " + plan.error().message());
+    if (!plan) throw fault_of(file_, plan.error());
     plan_.emplace(std::move(*plan));
   });
 }

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "run/threads.hpp"
+#include "run/typed.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -63,7 +64,7 @@ void add_machine_options(CLI::App& app, EngineOptions& options) {
   app.add_option("--layout", options.layout, "how the particles lie in memory")
       ->check(CLI::IsMember(names_of(layouts)))
       ->capture_default_str();
-  app.add_option("--threads", options.threads, "all cores where not given")->check(CLI::Range(1, 1024));
+  app.add_option("--threads", options.threads, "all cores where not given")->check(whole_number(1, 1024));
 }
 
 Engine engine_of(const EngineOptions& options, int sharers) {

@@ -23,8 +23,7 @@ Health health_of(const State<T>& state) noexcept {
 }
 
 bool has_diverged(const Health& start, const Health& end) noexcept {
-  constexpr double absurd = 1e15;
-  return end.bad_particles > 0 || end.largest > absurd * std::max(1.0, start.largest);
+  return end.bad_particles > 0 || end.largest > most_growth * std::max(1.0, start.largest);
 }
 
 template Health health_of(const State<float>&) noexcept;

@@ -15,7 +15,10 @@ struct Health {
 template <class T>
 [[nodiscard]] Health health_of(const State<T>& state) noexcept;
 
-// Not finite, or 1e15 times larger than anything at the start (and than 1): no scene goes there by its own forces.
+// No scene goes there by its own forces.
+inline constexpr double most_growth = 1e15;
+
+// Not finite, or larger by that much than anything at the start (and than 1).
 [[nodiscard]] bool has_diverged(const Health& start, const Health& end) noexcept;
 
 extern template Health health_of(const State<float>&) noexcept;

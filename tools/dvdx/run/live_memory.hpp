@@ -11,7 +11,7 @@
 #include "dvdx/live.hpp"
 #include "run/start.hpp"
 #include "run/state_memory.hpp"
-#include "scene_io/fault.hpp"
+#include "scene_io/plan_fault.hpp"
 #include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
@@ -100,7 +100,7 @@ class LiveMemory {
 template <class T>
 [[nodiscard]] LivePlan<T> live_plan(const SceneFile& file, const Options& options) {
   auto plan = compile<T>(file.scene, file.turnover, options);
-  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  if (!plan) throw fault_of(file, plan.error());
   return std::move(*plan);
 }
 

@@ -29,6 +29,7 @@
 #include "run/state_memory.hpp"
 #include "run/tearing.hpp"
 #include "run/threads.hpp"
+#include "scene_io/plan_fault.hpp"
 
 namespace dvdx::tool {
 
@@ -105,7 +106,7 @@ class Simulation {
     return together(ranks_, [&]() -> std::optional<Plan<T>> {
       if (!has_state()) return std::nullopt;
       auto plan = compile<T>(file.scene, options, state);
-      if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+      if (!plan) throw fault_of(file, plan.error());
       return std::move(*plan);
     });
   }

@@ -16,6 +16,7 @@ class MotionNames {
   void add(std::string name) { names_.push_back(std::move(name)); }
   // The motion that the node names.
   [[nodiscard]] std::size_t index_of(const Node& node) const;
+  [[nodiscard]] const std::vector<std::string>& all() const noexcept { return names_; }
 
  private:
   std::vector<std::string> names_;

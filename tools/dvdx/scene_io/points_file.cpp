@@ -46,6 +46,7 @@ Columns columns_of(const std::vector<std::string_view>& header, std::size_t widt
   for (const std::string_view name : {"x", "y", "z"}) {
     const auto found = std::find(header.begin(), header.end(), name);
     if (found == header.end()) fail("line 1 names no column " + std::string(name) + ": must name x, y and z");
+    if (std::count(found, header.end(), name) > 1) fail("line 1 names two columns " + std::string(name) + ": must name one");
     columns.push_back(static_cast<std::size_t>(found - header.begin()));
   }
   return columns;

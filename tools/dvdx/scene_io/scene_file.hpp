@@ -46,8 +46,9 @@ struct SceneFile {
   double step = 0;      // s
   double duration = 0;  // s
   Particles particles;
-  Scene scene;          // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions, skins
-  Topology topology{};  // of the networks and constraints
+  Scene scene;  // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions, skins
+  std::vector<std::string> motions{};  // their names
+  Topology topology{};                 // of the networks and constraints
   // Of each network, where one has it: springs tear that are longer than so many times their rest length at a step's end.
   // Infinite for networks that do not. The library's plans do not tear by themselves.
   std::vector<double> tears_at{};

@@ -435,6 +435,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   Population population{.count = 0, .folder = &folder};
   const auto networks = read_particles_and_networks(fields, file, population, options);
   const auto motions = read_motions(fields, file.scene);
+  file.motions = motions.all();
   if (const auto forces = fields.optional("forces")) {
     for (const auto& force : forces->elements("a list of forces")) file.scene.add(read_force(force, population));
   }

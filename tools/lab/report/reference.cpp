@@ -8,6 +8,7 @@
 #include "closed_form/impacts.hpp"
 #include "report/sample.hpp"
 #include "run/energy.hpp"
+#include "scene_io/plan_fault.hpp"
 
 namespace dvdx::tool::report {
 namespace {
@@ -130,7 +131,7 @@ Expected<Plan<double>> fourth_order(const SceneFile& file, const Grid& grid, std
 Trace fourth_order_trace(const SceneFile& file, const Grid& grid, std::optional<int> substeps, const Picks& picks,
                          const Setup& setup, const Nudge& nudge = {}) {
   const auto plan = fourth_order(file, grid, substeps, setup);
-  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  if (!plan) throw fault_of(file, plan.error());
   return traced(file, *plan, 1, grid, picks, setup, nudge);
 }
 

@@ -10,7 +10,7 @@
 #include "run/engine.hpp"
 #include "run/start.hpp"
 #include "run/state_memory.hpp"
-#include "scene_io/fault.hpp"
+#include "scene_io/plan_fault.hpp"
 
 namespace dvdx::tool::report {
 
@@ -33,7 +33,7 @@ template <class T>
   const Options options{
       .step = step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
   auto plan = compile<T>(scene, options, start);
-  if (!plan) throw Fault(Exit::bad_scene, file.path + ": " + plan.error().message());
+  if (!plan) throw fault_of(file, plan.error());
   return std::move(*plan);
 }
 

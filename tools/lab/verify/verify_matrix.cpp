@@ -17,7 +17,7 @@
 #include "run/start.hpp"
 #include "run/state_memory.hpp"
 #include "run/threads.hpp"
-#include "scene_io/fault.hpp"
+#include "scene_io/plan_fault.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -119,7 +119,7 @@ Plan<T> compiled(const SceneFile& file, const Scene& scene, const Configuration&
                         .block = way.block,
                         .rounding = start.has_rests() ? Rounding::compensated : Rounding::plain};
   auto made = compile<T>(scene, options, start);
-  if (!made) throw Fault(Exit::bad_scene, file.path + ": " + made.error().message());
+  if (!made) throw fault_of(file, made.error());
   return std::move(*made);
 }
 

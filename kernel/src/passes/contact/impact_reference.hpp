@@ -161,8 +161,9 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
     p.v0[k] = after;
   }
   if (course.recording != nullptr) {
-    const auto told = lies && e == 0 ? Told::hold : Told::impact;
-    course.recording->push(told, course.last, xf, n, difference(p.v0, vf), course.t);
+    const Vector<T> dv = difference(p.v0, vf);
+    const bool hits = dv != Vector<T>{} && !(lies && e == 0);
+    course.recording->push(hits ? Told::impact : Told::hold, course.last, xf, n, dv, course.t);
   }
   let_go();
 }

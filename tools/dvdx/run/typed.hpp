@@ -1,0 +1,21 @@
+// What is typed for an option, checked before it is read: CLI11 by itself takes -1 for 2^64 - 1, 010 for 8, 0x10 for 16, and
+// an empty text for an option that is not there.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <limits>
+
+namespace dvdx::tool {
+
+// In decimals, without sign.
+[[nodiscard]] CLI::Validator whole_number(std::uint64_t least, std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
+
+// Finite ones.
+[[nodiscard]] CLI::Validator number_above_zero();
+[[nodiscard]] CLI::Validator number_from_zero();
+
+// Of all options of all subcommands that take a text.
+void refuse_empty_texts(CLI::App& app);
+
+}  // namespace dvdx::tool

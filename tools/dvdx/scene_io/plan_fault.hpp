@@ -1,0 +1,13 @@
+// What the library refuses of a scene, in the scene file's own words.
+#pragma once
+
+#include "dvdx/plan.hpp"
+#include "scene_io/fault.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool {
+
+// A file names its motions where the library numbers them, and meshes' triangles stand in files of their own.
+[[nodiscard]] Fault fault_of(const SceneFile& file, Error error);
+
+}  // namespace dvdx::tool
