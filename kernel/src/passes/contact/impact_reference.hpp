@@ -162,7 +162,7 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
   }
   if (course.recording != nullptr) {
     const Vector<T> dv = difference(p.v0, vf);
-    const bool hits = dv != Vector<T>() && !(lies && e == 0);
+    const bool hits = dv != Vector<T>{} && !(lies && e == 0);
     course.recording->push(hits ? Told::impact : Told::hold, course.last, xf, n, dv, course.t);
   }
   let_go();
