@@ -136,7 +136,7 @@ def find(mutant, place, files):
         raise Stale(f"{mutant.id}: found {len(matches)} times in {paths[0]}: {place.text}")
     begin, end = matches[0].span(1)
     condition = f"dvdx_mutant({mutant.number()})"
-    if original.endswith((";", "}")):  # statements
+    if re.search(r";\s*\}?$", original):  # statements
         return paths[0], begin, end, f"if ({condition}) {{ {fault} }} else {{ {original} }}"
     for text in (original, fault):
         if not is_expression(text):
