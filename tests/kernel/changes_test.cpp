@@ -84,6 +84,57 @@ std::vector<Joined> scenes() {
   return list;
 }
 
+// The particles numbered anew, so that no two springs of a row lead equally far.
+Joined shuffled(Joined joined) {
+  joined.name += ", shuffled";
+  const std::size_t count = joined.x.size();
+  const auto number = [&](std::size_t i) { return static_cast<std::uint32_t>(i * 29 % count); };
+  const std::vector<Vec3> x = joined.x;
+  const std::vector<Vec3> v = joined.v;
+  for (std::size_t i = 0; i < count; ++i) {
+    joined.x[number(i)] = x[i];
+    joined.v[number(i)] = v[i];
+  }
+  for (Network& network : joined.scene.networks) {
+    Springs& springs = std::get<Springs>(network);
+    for (Pair& pair : springs.pairs) pair = {number(pair[0]), number(pair[1])};
+    for (Triangle& t : springs.triangles) t = {number(t[0]), number(t[1]), number(t[2])};
+  }
+  for (std::size_t& i : joined.scene.fixed) i = number(i);
+  std::sort(joined.scene.fixed.begin(), joined.scene.fixed.end());
+  return joined;
+}
+
+// Lists whose changes are made in place: with no spring, some or all of them damped, two springs between the same two, springs
+// between fixed particles, in an order of their own, in still air or in wind.
+std::vector<Joined> lists() {
+  std::vector<Joined> all;
+  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
+    for (const double damping : {0.0, 0.002}) {
+      for (const double second : {0.0, 0.001}) {
+        Joined sheet = test::sheet(4, columns, 40, damping);
+        if (second != 0) std::get<Grid>(sheet.scene.networks[0]).aerodynamics = Aerodynamics{.density = 2, .drag = 0.9};
+        Joined joined = test::as_list(sheet);
+        joined.scene.wind.mean = {1, 0, 2};
+        joined.scene.coupling = {.scheme = scheme, .substeps = 30};
+        Springs more = std::get<Springs>(joined.scene.networks[0]);
+        more.stiffness = 5.0;
+        more.damping = second;
+        for (std::size_t s = 0; s < 20; ++s)
+          more.pairs.push_back({static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(s + 33)});
+        more.rest_length.reset();
+        joined.scene.networks.emplace_back(more);
+        joined.scene.fixed = {0, 1, 2, columns - 1};
+        joined.scene.add(Plane{.offset = -0.3, .restitution = 0.3});
+        joined.name += ", damping " + std::to_string(damping) + " and " + std::to_string(second);
+        all.push_back(joined);
+        all.push_back(shuffled(joined));
+      }
+    }
+  }
+  return all;
+}
+
 struct Random {
   std::uint64_t state;
   std::uint64_t below(std::uint64_t end) {
@@ -99,6 +150,7 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
   const Scene& scene = plan.scene();
   const auto particle = static_cast<std::size_t>(random.below(count));
   const std::size_t contact = scene.contacts.empty() ? 0 : random.below(scene.contacts.size());
+  const std::size_t network = std::holds_alternative<Springs>(scene.networks[0]) ? random.below(scene.networks.size()) : 0;
   switch (random.below(10)) {
     case 0:
       return plan.set_step(random.between(0.002, 0.02));
@@ -116,7 +168,14 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
         return plan.set_stiffness(
             0, GridStiffness{.structural = k, .shear = grid.shear / 2, .bend = grid.bend * 1.5, .damping = grid.damping});
       }
-      return plan.set_stiffness(0, SpringsStiffness{.stiffness = k, .damping = random.between(0, 0.01)});
+      const Springs& springs = std::get<Springs>(scene.networks[network]);
+      SpringsStiffness other{.stiffness = k, .damping = random.below(3) == 0 ? random.between(0, 0.01) : springs.damping / 2};
+      if (random.below(2) == 0) {
+        std::vector<double> each;
+        for (std::size_t s = 0; s < springs.pairs.size(); ++s) each.push_back(random.between(0, k));
+        other.stiffness = each;
+      }
+      return plan.set_stiffness(network, other);
     }
     case 4:
       return plan.set_mass(particle, scene.mass[particle] * random.between(0.5, 2));
@@ -130,6 +189,9 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
       return plan.set_wind(wind);
     }
     case 7:
+      if (const auto* springs = std::get_if<Springs>(&scene.networks[network])) {
+        return plan.break_spring(network, springs->pairs[random.below(springs->pairs.size())]);
+      }
       return plan.break_spring(0, {static_cast<std::uint32_t>(particle), static_cast<std::uint32_t>(particle + 1)});
     default:
       return plan.break_spring(0, {static_cast<std::uint32_t>(particle), static_cast<std::uint32_t>(particle + columns)});
@@ -180,6 +242,14 @@ TEST_CASE_TEMPLATE("changes: after any of them a plan steps as one compiled anew
   for (const Joined& joined : scenes()) {
     CAPTURE(joined.name);
     for (int round = 0; round < 11; ++round) change_at_random<T>(joined, seed++, 1 + round % 5);
+  }
+}
+
+TEST_CASE_TEMPLATE("changes: of lists too, whichever springs damp and in whichever order they stand", T, float, double) {
+  std::uint64_t seed = 1;
+  for (const Joined& joined : lists()) {
+    CAPTURE(joined.name);
+    for (int round = 0; round < 3; ++round) change_at_random<T>(joined, seed++, 1 + 4 * round);
   }
 }
 

@@ -136,6 +136,10 @@ std::vector<Joined> all_joined() {
       list.push_back(std::move(joined));
     }
   }
+  Joined in_place = as_list(grid);
+  in_place.name = "a list that is changed in place";
+  in_place.scene.coupling.substeps = 40;
+  list.push_back(in_place);
   Joined held = list[0];
   held.name = "with constraints";
   held.scene.add(Distance{.pairs = {{10, 11}, {11, 12}, {14, 20}}}).add(OnPoint{.particle = 25, .at = {0.2, 0, 0.8}});
@@ -257,6 +261,35 @@ TEST_CASE_TEMPLATE("a change that is refused changes nothing", T, float, double)
     CHECK_FALSE(plan.set_skin(1, points).has_value());
     CHECK(before == seen(joined, plan));
   }
+}
+
+// Of a list whose sub-steps are asked for: after the first change of a kind, those of one particle; and a tear takes what names
+// it.
+TEST_CASE("what is changed in place takes no memory") {
+  Joined joined = as_list(sheet(5, 6, 50, 0.001));
+  joined.scene.coupling.substeps = 40;
+  Plan<float> plan = plan_of<float>(joined);
+  REQUIRE(plan.set_mass(9, 0.02).has_value());
+  REQUIRE(plan.fix(8).has_value());
+  REQUIRE(plan.break_spring(0, {1, 2}).has_value());
+  const auto takes = [&](long most, const Change<float>& change) {
+    allocations_left = most;
+    bool is_done = false;
+    try {
+      is_done = change(plan).has_value();
+    } catch (const std::bad_alloc&) {
+    }
+    const bool took_all = *allocations_left < 0;
+    allocations_left.reset();
+    return is_done && !took_all;
+  };
+  const std::string before = seen(joined, plan);
+  CHECK(takes(0, [](Plan<float>& p) { return p.set_mass(10, 0.03); }));
+  CHECK(takes(0, [](Plan<float>& p) { return p.fix(14); }));
+  CHECK(takes(1, [](Plan<float>& p) { return p.release(14); }));  // what is held, of which there was more
+  CHECK(takes(2, [](Plan<float>& p) { return p.break_spring(0, {9, 10}); }));
+  CHECK(takes(4, [](Plan<float>& p) { return p.set_stiffness(0, SpringsStiffness{.stiffness = 30.0, .damping = 0.001}); }));
+  CHECK(before != seen(joined, plan));
 }
 
 TEST_CASE("a skin that is moved takes no memory") {

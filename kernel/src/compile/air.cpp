@@ -164,17 +164,17 @@ void Air<T>::make_list(const Scene& scene, std::span<const double> w, const Part
     for (const std::uint32_t i : t) share[i] += w[i];
   }
   for (std::vector<std::int32_t>* corner : {&a_, &b_, &c_}) corner->assign(size, 0);
-  T* const W = columns_.add(size, T(-1));
+  W_ = columns_.add(size, T(-1));
   for (std::size_t t = 0; t < all.size(); ++t) {
     const auto [a, b, c] = all[t];
     const std::size_t at = places[t];
     a_[at] = static_cast<std::int32_t>(order.of[a]);
     b_[at] = static_cast<std::int32_t>(order.of[b]);
     c_[at] = static_cast<std::int32_t>(order.of[c]);
-    W[at] = static_cast<T>((share[a] + share[b] + share[c]) * ninth);
+    W_[at] = static_cast<T>((share[a] + share[b] + share[c]) * ninth);
   }
   make_slots(all, places, order);
-  list_ = {.a = a_.data(), .b = b_.data(), .c = c_.data(), .W = W, .first_slot = first_slot_.data(), .slots = slots_.data()};
+  list_ = {.a = a_.data(), .b = b_.data(), .c = c_.data(), .W = W_, .first_slot = first_slot_.data(), .slots = slots_.data()};
 }
 
 template <class T>
@@ -193,6 +193,49 @@ void Air<T>::make_slots(std::span<const Triangle> of, std::span<const std::size_
     }
   }
   first_slot_.push_back(static_cast<std::uint32_t>(slots_.size() / slice));
+}
+
+// visit(triangle): those at a particle, none of them torn, in the order of the list.
+template <class T>
+template <class Visit>
+void Air<T>::for_each_triangle_at(std::size_t element, const Visit& visit) const {
+  for (std::size_t s = first_slot_[element / slice]; s < first_slot_[element / slice + 1]; ++s) {
+    const auto t = static_cast<std::size_t>(slots_[s * slice + element % slice]);
+    if (W_[t] >= T(0)) visit(t);
+  }
+}
+
+// A sum, as make_list() has it.
+template <class T>
+double Air<T>::share_at(std::span<const double> w, std::size_t element, const ParticleOrder& order) const noexcept {
+  const double own = w[order.particles.empty() ? element : order.particles[element]];
+  double share = 0;
+  for_each_triangle_at(element, [&](std::size_t) { share += own; });
+  return share;
+}
+
+template <class T>
+void Air<T>::set_inverse_mass(std::span<const double> w, std::size_t particle, const ParticleOrder& order) noexcept {
+  for_each_triangle_at(order.of[particle], [&](std::size_t t) {
+    const auto share = [&](std::int32_t corner) { return share_at(w, static_cast<std::size_t>(corner), order); };
+    W_[t] = static_cast<T>((share(a_[t]) + share(b_[t]) + share(c_[t])) * ninth);
+  });
+}
+
+template <class T>
+void Air<T>::tear(std::span<const double> w, const AirNetwork& of, const Pair& torn, const ParticleOrder& order) noexcept {
+  const auto other = static_cast<std::int32_t>(order.of[torn[1]]);
+  const auto particle_at = [&](std::int32_t corner) {
+    const auto element = static_cast<std::size_t>(corner);
+    return order.particles.empty() ? element : order.particles[element];
+  };
+  for_each_triangle_at(order.of[torn[0]], [&](std::size_t t) {
+    const bool has_both = a_[t] == other || b_[t] == other || c_[t] == other;
+    if (!has_both || t < of.first || t >= of.end) return;
+    W_[t] = T(-1);
+    --count_;
+    for (const std::int32_t corner : {a_[t], b_[t], c_[t]}) set_inverse_mass(w, particle_at(corner), order);
+  });
 }
 
 template class Air<float>;

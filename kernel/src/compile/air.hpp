@@ -56,6 +56,9 @@ class Air {
   // Of a sheet in rows, whose particles' inverse masses are w, one of which has changed; and of which a spring is torn.
   void set_inverse_mass(std::span<const double> w, std::size_t particle) noexcept;
   void tear(std::span<const double> w, const GridSpring& spring) noexcept;
+  // Likewise of a list; torn: between two particles of one of networks().
+  void set_inverse_mass(std::span<const double> w, std::size_t particle, const ParticleOrder& order) noexcept;
+  void tear(std::span<const double> w, const AirNetwork& of, const Pair& torn, const ParticleOrder& order) noexcept;
 
  private:
   void make_grid(const Grid& grid, std::span<const double> w, const ParticleOrder& order);
@@ -67,9 +70,14 @@ class Air {
   void take_away(T* of, std::size_t row, std::size_t column) noexcept;
   void refresh(std::span<const double> w, std::size_t row, std::size_t column, std::size_t reach) noexcept;
 
+  template <class Visit>
+  void for_each_triangle_at(std::size_t element, const Visit& visit) const;
+  [[nodiscard]] double share_at(std::span<const double> w, std::size_t element, const ParticleOrder& order) const noexcept;
+
   GridAirTerms<T> grid_;
   T *W_right_ = nullptr, *W_below_ = nullptr;  // our own memory
   TriangleTerms<T> list_;
+  T* W_ = nullptr;  // of the list
   std::vector<AirNetwork> networks_;
   std::size_t count_ = 0;
   std::vector<std::int32_t> a_, b_, c_, slots_;  // what the terms point to

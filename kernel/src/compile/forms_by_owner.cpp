@@ -210,6 +210,22 @@ void add_damped_slots(const NetworkInput& all, GraphForm<T>& form, Columns<T>& c
 
 }  // namespace
 
+namespace {
+
+template <class T>
+struct SlotValues {
+  T k{}, kl{}, c{};
+};
+template <class T>
+SlotValues<T> slot_values(double k, double l, double c, double q) noexcept {
+  SlotValues<T> values{.k = static_cast<T>(k), .c = static_cast<T>(c)};
+  values.kl = unless_empty<T>(values.k == 0 && values.c == 0, k * l);
+  if (q != 0) values.k = static_cast<T>(k + q);
+  return values;
+}
+
+}  // namespace
+
 // accumulate by `combined` is one filtered pulse, which treats each pair as if it were alone: W = k (w_a + w_b).
 template <class T>
 GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
@@ -228,13 +244,71 @@ GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
       k = kick.kappa / (both * in.substep);
       c = (1 - kick.E * kick.E) / (both * in.substep);
     }
-    k_of[lane] = static_cast<T>(k);
-    if (c_of != nullptr) c_of[lane] = static_cast<T>(c);
-    kl_of[lane] = unless_empty<T>(k_of[lane] == 0 && (c_of == nullptr || c_of[lane] == 0), k * s.l);
-    if (s.q != 0) k_of[lane] = static_cast<T>(k + s.q);
+    const SlotValues<T> values = slot_values<T>(k, s.l, c_of != nullptr ? c : 0, s.q);
+    k_of[lane] = values.k;
+    kl_of[lane] = values.kl;
+    if (c_of != nullptr) c_of[lane] = values.c;
   });
   if (c_of != nullptr && in.coupling.scheme != Scheme::accumulate) add_damped_slots(in, form, columns);
   return form;
+}
+
+namespace {
+
+// The nth of the slots in which a particle has another for its neighbour, both by their elements: springs that join the same
+// two stand in the order of the list.
+template <class T>
+std::uint32_t lane_of(const GraphTerms<T>& terms, std::size_t owner, std::size_t neighbour, std::size_t nth) {
+  for (std::size_t s = terms.first_slot[owner / slice]; s < terms.first_slot[owner / slice + 1]; ++s) {
+    const Slot& slot = terms.slots[s];
+    const std::ptrdiff_t other = slot.indices < 0 ? static_cast<std::ptrdiff_t>(owner) + slot.offset
+                                                  : terms.indices[static_cast<std::size_t>(slot.indices) + owner % slice];
+    if (other == static_cast<std::ptrdiff_t>(neighbour) && nth-- == 0) {
+      return static_cast<std::uint32_t>(s * slice + owner % slice);
+    }
+  }
+  return SpringLanes::nowhere;
+}
+
+// is_there: of the springs that the form holds.
+template <class T, class IsThere>
+std::vector<SpringLanes> spring_lanes(const GraphTerms<T>& terms, const NetworkInput& in, const IsThere& is_there) {
+  std::vector<SpringLanes> lanes(in.springs.size());
+  std::size_t nth = 0;
+  Pair before{};
+  for (std::size_t s = 0; s < in.springs.size(); ++s) {
+    const auto& [a, b] = std::pair(in.springs[s].a, in.springs[s].b);
+    if (!is_there(in.springs[s]) || (in.w[a] == 0 && in.w[b] == 0)) continue;
+    nth = Pair{a, b} == before ? nth + 1 : 0;
+    before = {a, b};
+    lanes[s] = {lane_of(terms, in.order.of[a], in.order.of[b], nth), lane_of(terms, in.order.of[b], in.order.of[a], nth)};
+  }
+  return lanes;
+}
+
+}  // namespace
+
+template <class T>
+GraphLanes lanes_of(const GraphForm<T>& form, const NetworkInput& in) {
+  GraphLanes lanes{.of = spring_lanes(form.terms, in, [](const JoinedPair&) { return true; }), .damped = {}};
+  const bool has_own = !form.damped_lists.slots.empty();
+  if (has_own) lanes.damped = spring_lanes(form.damped, in, [](const JoinedPair& s) { return s.c != 0; });
+  return lanes;
+}
+
+template <class T>
+void set_spring(GraphForm<T>& form, const GraphLanes& lanes, std::size_t spring, const JoinedPair& s) noexcept {
+  const SlotValues<T> values = s.is_broken ? SlotValues<T>{} : slot_values<T>(s.k, s.l, s.c, s.q);
+  const auto write = [](const T* column, std::uint32_t lane, T value) {
+    if (column != nullptr && lane != SpringLanes::nowhere) const_cast<T*>(column)[lane] = value;  // our own memory
+  };
+  for (const std::uint32_t lane : {lanes.of[spring].a, lanes.of[spring].b}) {
+    write(form.terms.k, lane, values.k);
+    write(form.terms.kl, lane, values.kl);
+    write(form.terms.c, lane, values.c);
+  }
+  if (lanes.damped.empty()) return;
+  for (const std::uint32_t lane : {lanes.damped[spring].a, lanes.damped[spring].b}) write(form.damped.c, lane, values.c);
 }
 
 // Brown's methods treat each pair as if it were alone: W = k (w_a + w_b), of whose motion the owner has the share
@@ -275,7 +349,11 @@ template void set_stiffness(GridTerms<double>&, const Grid&);
 template void tear(GridForm<double>&, const GridSpring&) noexcept;
 template GraphForm<float> make_graph_form(const NetworkInput&, Columns<float>&);
 template GraphForm<double> make_graph_form(const NetworkInput&, Columns<double>&);
+template GraphLanes lanes_of(const GraphForm<float>&, const NetworkInput&);
+template void set_spring(GraphForm<float>&, const GraphLanes&, std::size_t, const JoinedPair&) noexcept;
 template PairsForm<float> make_pairs_form(const NetworkInput&, Columns<float>&);
+template GraphLanes lanes_of(const GraphForm<double>&, const NetworkInput&);
+template void set_spring(GraphForm<double>&, const GraphLanes&, std::size_t, const JoinedPair&) noexcept;
 template PairsForm<double> make_pairs_form(const NetworkInput&, Columns<double>&);
 
 }  // namespace dvdx

@@ -23,9 +23,6 @@ Joints<T>* joints_in_place(CompiledScene<T>& compiled) {
   return joints->can_change_in_place() ? joints : nullptr;
 }
 
-// What a plan steps as a grid has one network.
-Grid& grid_of(Scene& scene) { return std::get<Grid>(scene.networks[0]); }
-
 bool depends_on_mass(const Force& force) {
   return std::holds_alternative<Spring>(force) || std::holds_alternative<RadialSpring>(force) ||
          std::holds_alternative<Drag>(force);
@@ -39,23 +36,19 @@ void make_room(std::vector<Element>& list, std::size_t more = 1) {
 
 bool by_element(const FixedParticle& a, const FixedParticle& b) { return a.element < b.element; }
 
-template <class T>
-Expected<InPlace> in_place(CompiledScene<T>& /*compiled*/, const SpringsStiffnessChange& /*change*/) {
-  return InPlace::not_done;
-}
+bool is_zero_or_more(double value) { return value >= 0 && std::isfinite(value); }
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const GridStiffnessChange& change) {
   Joints<T>* const joints = joints_in_place(compiled);
   const auto& [structural, shear, bend, damping] = change.stiffness;
-  const auto is_right = [](double value) { return value >= 0 && std::isfinite(value); };
-  if (joints == nullptr || !is_right(structural) || !is_right(shear) || !is_right(bend) || !is_right(damping)) {
-    return InPlace::not_done;
-  }
-  const Grid& grid = grid_of(compiled.scene);
+  const bool are_right =
+      is_zero_or_more(structural) && is_zero_or_more(shear) && is_zero_or_more(bend) && is_zero_or_more(damping);
+  if (joints == nullptr || !are_right) return InPlace::not_done;
+  const auto& grid = std::get<Grid>(compiled.scene.networks[change.network]);
   const GridStiffness before{grid.structural, grid.shear, grid.bend, grid.damping};
   change.apply(compiled.scene, 0);
-  Undo undo([&] { GridStiffnessChange{0, before}.apply(compiled.scene, 0); });
+  Undo undo([&] { GridStiffnessChange{change.network, before}.apply(compiled.scene, 0); });
   if (auto error = check_range<T>(compiled.scene, compiled.options, compiled.count, compiled.start)) {
     return tl::unexpected(*error);
   }
@@ -64,21 +57,62 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const GridStiffnessChange
   return InPlace::done;
 }
 
+bool is_right(const SpringsStiffness& given, const Springs& network) {
+  const auto& [stiffness, damping] = given;
+  if (network.zero_length != Scalars(0.0) || !is_zero_or_more(damping)) return false;
+  if (stiffness.is_uniform()) return is_zero_or_more(stiffness[0]);
+  const std::vector<double>& each = stiffness.each();
+  return each.size() == network.pairs.size() && std::all_of(each.begin(), each.end(), is_zero_or_more);
+}
+
+template <class T>
+Expected<InPlace> in_place(CompiledScene<T>& compiled, const SpringsStiffnessChange& change) {
+  Joints<T>* const joints = joints_in_place(compiled);
+  auto& network = std::get<Springs>(compiled.scene.networks[change.network]);
+  if (joints == nullptr || !is_right(change.stiffness, network)) return InPlace::not_done;
+  joints->reserve_rates(compiled.scene, compiled.start);
+  SpringsStiffness other = change.stiffness;
+  const auto swap = [&] {
+    std::swap(network.stiffness, other.stiffness);
+    std::swap(network.damping, other.damping);
+  };
+  swap();
+  Undo undo(swap);
+  // What is not is refused with the scene that it makes.
+  if (!are_well_in_range<T>(network, compiled.scene, compiled.options.step, compiled.start)) return InPlace::not_done;
+  if (!joints->set_stiffness(compiled.scene, change.network, other)) return InPlace::not_done;
+  undo.dismiss();
+  return InPlace::done;
+}
+
+// Whether T holds what the springs of a particle make of another inverse mass.
+template <class T>
+bool is_mass_in_range(const CompiledScene<T>& compiled, const Joints<T>& joints, const MassChange& change) {
+  const double h = compiled.options.step;
+  const double w = 1 / change.mass;
+  const ListRates* const list = joints.list_rates();
+  if (list == nullptr) return is_in_range<T>(std::get<Grid>(compiled.scene.networks[0]), h, w);
+  const auto springs_at = list->springs_at(change.particle);
+  return std::all_of(springs_at.begin(), springs_at.end(), [&](std::uint32_t s) {
+    const JoinedPair& spring = list->springs()[s];
+    return is_in_range<T>(spring, h, w + 1 / compiled.scene.mass[spring.a == change.particle ? spring.b : spring.a]);
+  });
+}
+
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const MassChange& change) {
   Joints<T>* const joints = joints_in_place(compiled);
   Scene& scene = compiled.scene;
   if (joints == nullptr || std::any_of(scene.forces.begin(), scene.forces.end(), depends_on_mass)) return InPlace::not_done;
-  const Grid& grid = grid_of(scene);
-  if (!is_in_range<T>(grid, compiled.options.step, 1 / change.mass)) return InPlace::not_done;
+  joints->reserve_rates(scene, compiled.start);
+  if (!is_mass_in_range(compiled, *joints, change)) return InPlace::not_done;
   std::optional<Scalars> each;
   if (scene.mass.is_uniform()) {
     each = scene.mass;
     each->make_each(*compiled.count);
   }
-  joints->reserve_rates(grid);
   const bool moves = !is_fixed(scene, change.particle) && !is_kinematic(scene, change.particle);
-  if (moves && !joints->set_inverse_mass(grid, change.particle, 1 / change.mass)) return InPlace::not_done;
+  if (moves && !joints->set_inverse_mass(scene, change.particle, 1 / change.mass)) return InPlace::not_done;
   if (each) scene.mass = std::move(*each);
   scene.mass.set(change.particle, change.mass);
   return InPlace::done;
@@ -90,8 +124,8 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Fixing& change) {
   if (joints == nullptr) return InPlace::not_done;
   make_room(compiled.scene.fixed);
   make_room(joints->fixed);
-  joints->reserve_rates(grid_of(compiled.scene));
-  if (!joints->set_inverse_mass(grid_of(compiled.scene), change.particle, 0)) return InPlace::not_done;
+  joints->reserve_rates(compiled.scene, compiled.start);
+  if (!joints->set_inverse_mass(compiled.scene, change.particle, 0)) return InPlace::not_done;
   change.apply(compiled.scene, 0);
   const FixedParticle fixed{static_cast<std::uint32_t>(change.particle), joints->order.of[change.particle]};
   joints->fixed.insert(std::lower_bound(joints->fixed.begin(), joints->fixed.end(), fixed, by_element), fixed);
@@ -102,9 +136,9 @@ template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const Releasing& change) {
   Joints<T>* const joints = joints_in_place(compiled);
   if (joints == nullptr) return InPlace::not_done;
-  joints->reserve_rates(grid_of(compiled.scene));
+  joints->reserve_rates(compiled.scene, compiled.start);
   const double w = 1 / compiled.scene.mass[change.particle];
-  if (!joints->set_inverse_mass(grid_of(compiled.scene), change.particle, w)) return InPlace::not_done;
+  if (!joints->set_inverse_mass(compiled.scene, change.particle, w)) return InPlace::not_done;
   change.apply(compiled.scene, 0);
   const FixedParticle fixed{static_cast<std::uint32_t>(change.particle), joints->order.of[change.particle]};
   joints->fixed.erase(std::lower_bound(joints->fixed.begin(), joints->fixed.end(), fixed, by_element));
@@ -114,13 +148,12 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Releasing& change) 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const Break& change) {
   Joints<T>* const joints = joints_in_place(compiled);
-  if (joints == nullptr) return InPlace::not_done;
-  Grid& grid = grid_of(compiled.scene);
-  make_room(grid.broken, change.ends.size());
-  joints->reserve_rates(grid);
-  std::vector<GridSpring> springs;
-  for (const Pair& ends : change.ends) springs.push_back(*spring_between(grid, ends));
-  if (!joints->break_springs(grid, springs)) return InPlace::not_done;
+  const auto* const springs = std::get_if<Springs>(&compiled.scene.networks[change.network]);
+  const bool is_bend = springs != nullptr && springs->zero_length != Scalars(0.0);  // which is not torn
+  if (joints == nullptr || is_bend) return InPlace::not_done;
+  std::visit([&](auto& network) { make_room(network.broken, change.ends.size()); }, compiled.scene.networks[change.network]);
+  joints->reserve_rates(compiled.scene, compiled.start);
+  if (!joints->break_springs(compiled.scene, change.network, change.ends)) return InPlace::not_done;
   change.apply(compiled.scene, 0);
   return InPlace::done;
 }

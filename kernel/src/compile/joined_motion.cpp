@@ -38,14 +38,13 @@ enum class Contacts { kept, left_out };
 
 // The scene without what joins particles, its values in the order of the working columns.
 Scene arranged(const Scene& scene, const ParticleOrder& order, Contacts contacts) {
-  Scene flow = scene;
-  flow.networks.clear();
-  flow.constraints.clear();
-  flow.fixed.clear();
-  flow.kinematic.clear();
-  flow.skins.clear();
-  flow.tethers.clear();
-  if (contacts == Contacts::left_out) flow.contacts.clear();
+  Scene flow;
+  flow.method = scene.method;
+  flow.mass = scene.mass;
+  flow.forces = scene.forces;
+  if (contacts == Contacts::kept) flow.contacts = scene.contacts;
+  flow.origin = scene.origin;
+  flow.motions = scene.motions;
   for_each_particle_value_of(flow, [&](const std::string&, auto& value) { value = arranged(value, order); });
   return flow;
 }

@@ -181,7 +181,7 @@ template <class T>
 void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed) {
   const bool is_grid = is_stack_ || only_grid(scene, particles()) != nullptr;
   fastest_turn_ = fastest_turn_of(scene);
-  const auto by = [&](const HighestRates& highest) { return substeps_by(highest); };
+  const auto by = [&](const HighestRates& highest) { return substeps_by(highest, step); };
   const bool has_rule = kept != nullptr && coupling.scheme != Scheme::accumulate;
   rule = has_rule ? kept->rule : SubstepRule(coupling, are_isolated(pairs, w_of));
   if (kept != nullptr && changed == Changed::step) {
@@ -306,67 +306,114 @@ template <class T>
 bool Joints<T>::can_change_in_place() const noexcept {
   // Where fewer sub-steps than are safe were asked for, eigenvalues tell whether they still do.
   // Tethers lead along whole springs, to what is fixed.
-  if (is_stack_ || constraints || has_tethers_ || !chosen.is_safe || (air && !air->is_grid())) return false;
+  if (is_stack_ || constraints || has_tethers_ || !chosen.is_safe) return false;
+  if (std::holds_alternative<GraphForm<T>>(form)) return coupling.scheme != Scheme::accumulate;
+  if (air && !air->is_grid()) return false;
   return std::holds_alternative<GridForm<T>>(form) || std::holds_alternative<StrandsForm<T>>(form);
 }
 
 template <class T>
-bool Joints<T>::can_change_step() const noexcept {
-  return std::holds_alternative<GridForm<T>>(form) && !constraints;
+bool Joints<T>::can_change_step(double other_step) const noexcept {
+  const bool is_list = std::holds_alternative<GraphForm<T>>(form) && coupling.scheme != Scheme::accumulate;
+  if (constraints || !(is_list || std::holds_alternative<GridForm<T>>(form))) return false;
+  return substeps_by(rates.least, other_step) == substeps_by(rates.most, other_step);
 }
 
 template <class T>
 void Joints<T>::change_step(double other_step) {
   step = other_step;
-  chosen = substeps_by(rates.most);
+  chosen = substeps_by(rates.most, step);
 }
 
-template <class T>
-void Joints<T>::reserve_rates(const Grid& grid) {
-  if (by_row_ == nullptr) by_row_ = std::make_unique<GridRates>(grid, w_of);
-}
+namespace {
+
+// What is stepped as a grid has one network.
+const Grid& grid_of(const Scene& scene) { return std::get<Grid>(scene.networks[0]); }
+
+}  // namespace
 
 template <class T>
-Substeps Joints<T>::substeps_by(const HighestRates& highest) const noexcept {
-  return substeps_of(coupling, rule, step, highest, substeps_of_turn(fastest_turn_ * std::abs(step)));
-}
-
-template <class T>
-Substeps Joints<T>::substeps_by(const GridRates& rates_of) const noexcept {
-  return substeps_by(rate_bounds(rates_of).most);
-}
-
-template <class T>
-void Joints<T>::take(const GridRates& rates_of) noexcept {
-  found_.reset();
-  rates = rate_bounds(rates_of);
-}
-
-template <class T>
-bool Joints<T>::set_inverse_mass(const Grid& grid, std::size_t particle, double w_new) noexcept {
-  const double before = std::exchange(w_of[particle], w_new);
-  by_row_->set_mass(w_of, particle);
-  if (substeps_by(*by_row_) != chosen) {
-    w_of[particle] = before;
-    by_row_->set_mass(w_of, particle);
-    return false;
+void Joints<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
+  const auto* const graph = std::get_if<GraphForm<T>>(&form);
+  if (graph == nullptr) {
+    if (by_row_ == nullptr) by_row_ = std::make_unique<GridRates>(grid_of(scene), w_of);
+  } else if (by_spring_ == nullptr) {
+    std::vector<JoinedPair> pairs = joined_pairs(scene, start);
+    GraphLanes lanes = lanes_of(*graph, input(pairs));
+    by_spring_ = std::make_unique<ListInPlace>(ListInPlace{ListRates(std::move(pairs), w_of), std::move(lanes)});
   }
-  take(*by_row_);
+}
+
+template <class T>
+Substeps Joints<T>::substeps_by(const HighestRates& highest, double h) const noexcept {
+  return substeps_of(coupling, rule, h, highest, substeps_of_turn(fastest_turn_ * std::abs(h)));
+}
+
+template <class T>
+RateBounds Joints<T>::rates_now() const noexcept {
+  return by_spring_ ? rate_bounds(by_spring_->rates) : rate_bounds(*by_row_);
+}
+
+// Where sums do not tell the number of sub-steps, eigenvalues do, which are not looked for here.
+template <class T>
+bool Joints<T>::are_right(const RateBounds& bounds) const noexcept {
+  return substeps_by(bounds.least, step) == chosen && substeps_by(bounds.most, step) == chosen;
+}
+
+template <class T>
+void Joints<T>::take(const RateBounds& bounds) noexcept {
+  found_.reset();
+  rates = bounds;
+}
+
+template <class T>
+bool Joints<T>::set_rates(std::size_t particle, double w_new) noexcept {
+  const double before = std::exchange(w_of[particle], w_new);
+  const auto look = [&] { by_spring_ ? by_spring_->rates.set_mass(w_of, particle) : by_row_->set_mass(w_of, particle); };
+  look();
+  const RateBounds bounds = rates_now();
+  if (are_right(bounds)) {
+    take(bounds);
+    return true;
+  }
+  w_of[particle] = before;
+  look();
+  return false;
+}
+
+template <class T>
+bool Joints<T>::set_inverse_mass(const Scene& scene, std::size_t particle, double w_new) noexcept {
+  if (by_spring_) {
+    const auto is_left_out = [&](std::uint32_t s) { return by_spring_->lanes.of[s].a == SpringLanes::nowhere; };
+    const auto springs_at = by_spring_->rates.springs_at(particle);
+    if (std::any_of(springs_at.begin(), springs_at.end(), is_left_out)) return false;
+  }
+  if (!set_rates(particle, w_new)) return false;
   const std::uint32_t element = order.of[particle];
   const_cast<T*>(w)[element] = static_cast<T>(w_new);  // our own memory
-  if (auto* strands = std::get_if<StrandsForm<T>>(&form)) set_inverses(*strands, input({}), grid, w, element);
-  if (air) air->set_inverse_mass(w_of, particle);
+  if (auto* strands = std::get_if<StrandsForm<T>>(&form)) set_inverses(*strands, input({}), grid_of(scene), w, element);
+  if (air && air->is_grid()) air->set_inverse_mass(w_of, particle);
+  if (air && !air->is_grid()) air->set_inverse_mass(w_of, particle, order);
   return true;
 }
 
 template <class T>
-bool Joints<T>::break_springs(const Grid& grid, std::span<const GridSpring> torn) {
+bool Joints<T>::break_springs(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
+  if (by_spring_) return break_list(scene, network, pairs);
+  std::vector<GridSpring> torn;
+  for (const Pair& ends : pairs) torn.push_back(*spring_between(grid_of(scene), ends));
+  return break_grid(grid_of(scene), torn);
+}
+
+template <class T>
+bool Joints<T>::break_grid(const Grid& grid, std::span<const GridSpring> torn) {
   by_row_->reserve_broken();
   for (const GridSpring& spring : torn) by_row_->set_broken(w_of, spring, true);
   Undo undo([&] {
     for (const GridSpring& spring : torn) by_row_->set_broken(w_of, spring, false);
   });
-  if (substeps_by(*by_row_) != chosen) return false;
+  const RateBounds bounds = rates_now();
+  if (!are_right(bounds)) return false;
   auto* const grid_form = std::get_if<GridForm<T>>(&form);
   for (const GridSpring& spring : torn) {
     if (grid_form != nullptr) reserve_torn_row(*grid_form, spring.row, columns_);
@@ -380,20 +427,85 @@ bool Joints<T>::break_springs(const Grid& grid, std::span<const GridSpring> torn
     }
     if (air) air->tear(w_of, spring);
   }
-  take(*by_row_);
+  take(bounds);
+  return true;
+}
+
+namespace {
+
+std::size_t count_springs(const Network& network) {
+  if (const auto* springs = std::get_if<Springs>(&network)) return springs->pairs.size();
+  return count_springs(std::get<Grid>(network));
+}
+
+SourceRange sources_of(const Scene& scene, std::size_t network) {
+  SourceRange range;
+  for (std::size_t n = 0; n < network; ++n) range.first += count_springs(scene.networks[n]);
+  range.end = range.first + count_springs(scene.networks[network]);
+  return range;
+}
+
+}  // namespace
+
+template <class T>
+bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
+  auto& [rates_of, lanes] = *by_spring_;
+  const SourceRange own = sources_of(scene, network);
+  std::vector<std::uint32_t> torn;
+  for (const auto& [i, j] : pairs) {
+    for (const std::uint32_t s : rates_of.springs_at(i)) {
+      const JoinedPair& spring = rates_of.springs()[s];
+      if ((spring.a == j || spring.b == j) && own.holds(spring)) torn.push_back(s);
+    }
+  }
+  for (const std::uint32_t s : torn) rates_of.set_broken(w_of, s, true);
+  const RateBounds bounds = rates_now();
+  if (!are_right(bounds)) {
+    for (const std::uint32_t s : torn) rates_of.set_broken(w_of, s, false);
+    return false;
+  }
+  auto& graph = std::get<GraphForm<T>>(form);
+  for (const std::uint32_t s : torn) set_spring(graph, lanes, s, rates_of.springs()[s]);
+  if (meets_air(scene.networks[network])) {
+    const auto before = scene.networks.begin() + static_cast<std::ptrdiff_t>(network);
+    const auto n = std::count_if(scene.networks.begin(), before, [](const Network& other) { return meets_air(other); });
+    for (const Pair& ends : pairs) air->tear(w_of, air->networks()[static_cast<std::size_t>(n)], ends, order);
+  }
+  take(bounds);
   return true;
 }
 
 template <class T>
 bool Joints<T>::set_stiffness(const Grid& grid) {
-  auto* grid_form = std::get_if<GridForm<T>>(&form);
-  if (grid_form == nullptr || constraints || (grid.damping != 0 && springs != 0) != is_damped_) return false;
-  if (count_springs(grid) != springs) return false;
+  if (!std::holds_alternative<GridForm<T>>(form) || (grid.damping != 0 && springs != 0) != is_damped_) return false;
+  if (dvdx::count_springs(grid) != springs) return false;
   auto by_row = std::make_unique<GridRates>(grid, w_of);
-  if (substeps_by(*by_row) != chosen) return false;
-  take(*by_row);
+  const RateBounds bounds = rate_bounds(*by_row);
+  if (!are_right(bounds)) return false;
+  take(bounds);
   by_row_ = std::move(by_row);
-  dvdx::set_stiffness(grid_form->terms, grid);
+  dvdx::set_stiffness(std::get<GridForm<T>>(form).terms, grid);
+  return true;
+}
+
+template <class T>
+bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const SpringsStiffness& before) noexcept {
+  const auto& list = std::get<Springs>(scene.networks[network]);
+  if ((list.damping != 0) != (before.damping != 0)) return false;  // other springs take part in the damping's passes
+  auto& [rates_of, lanes] = *by_spring_;
+  const SourceRange own = sources_of(scene, network);
+  rates_of.set_stiffness(w_of, own, list.stiffness, list.damping);
+  const RateBounds bounds = rates_now();
+  if (!are_right(bounds)) {
+    rates_of.set_stiffness(w_of, own, before.stiffness, before.damping);
+    return false;
+  }
+  auto& graph = std::get<GraphForm<T>>(form);
+  const std::vector<JoinedPair>& now = rates_of.springs();
+  for (std::size_t s = 0; s < now.size(); ++s) {
+    if (own.holds(now[s])) set_spring(graph, lanes, s, now[s]);
+  }
+  take(bounds);
   return true;
 }
 

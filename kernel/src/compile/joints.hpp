@@ -101,19 +101,25 @@ class Joints {
   // Whether something acts at the end of each sub-step, after its last flow.
   [[nodiscard]] bool closes_substeps() const noexcept { return constraints.has_value() || balls != nullptr; }
 
-  // Changes in place, of the only owner (execute/plan_parts.hpp): of a grid that is stepped as one, without constraints.
+  // Changes in place, of the only owner (execute/plan_parts.hpp): of a grid that is stepped as one, or of a list in leapfrog
+  // and fourth_order, without constraints. The scene is the one that the joints were made of, but for the change.
   [[nodiscard]] bool can_change_in_place() const noexcept;
-  // Whether the springs' coefficients are those of another step too.
-  [[nodiscard]] bool can_change_step() const noexcept;
+  // Whether the springs' coefficients are those of another step too, and sums tell its sub-steps.
+  [[nodiscard]] bool can_change_step(double other_step) const noexcept;
   void change_step(double other_step);
   // What looks at the neighbourhood of one particle alone; made at the first of these changes.
-  void reserve_rates(const Grid& grid);
-  // 1/kg of a particle, 0 where it is fixed: false, and nothing is changed, where it asks for other sub-steps.
-  [[nodiscard]] bool set_inverse_mass(const Grid& grid, std::size_t particle, double w) noexcept;
-  // All of them or none. Takes memory for the first torn spring that begins in a row.
-  [[nodiscard]] bool break_springs(const Grid& grid, std::span<const GridSpring> torn);
-  // The same sub-steps, and springs where there were some: else false, and nothing is changed.
+  void reserve_rates(const Scene& scene, std::span<const Vec3> start);
+  // Of a list, after reserve_rates(); else null.
+  [[nodiscard]] const ListRates* list_rates() const noexcept { return by_spring_ ? &by_spring_->rates : nullptr; }
+  // 1/kg of a particle, 0 where it is fixed: false, and nothing is changed, where it asks for other sub-steps, or for springs
+  // that were left out between fixed particles.
+  [[nodiscard]] bool set_inverse_mass(const Scene& scene, std::size_t particle, double w) noexcept;
+  // All that networks[network] joins such pairs by, or none. Of a grid it takes memory for the first that begins in a row.
+  [[nodiscard]] bool break_springs(const Scene& scene, std::size_t network, std::span<const Pair> pairs);
+  // To what a grid, or networks[network] of the scene, has now; before: what it had. The same sub-steps, and springs where
+  // there were some: else false, and nothing is changed.
   [[nodiscard]] bool set_stiffness(const Grid& grid);
+  [[nodiscard]] bool set_stiffness(const Scene& scene, std::size_t network, const SpringsStiffness& before) noexcept;
 
  private:
   Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed);
@@ -125,10 +131,14 @@ class Joints {
   void make_form(std::span<const JoinedPair> pairs, const SteppedGrid& stepped);
   void make_telling_order(const Exchange& exchange);
 
-  void take(const GridRates& rates_of) noexcept;
+  [[nodiscard]] bool set_rates(std::size_t particle, double w) noexcept;
+  [[nodiscard]] bool break_grid(const Grid& grid, std::span<const GridSpring> torn);
+  [[nodiscard]] bool break_list(const Scene& scene, std::size_t network, std::span<const Pair> pairs);
+  [[nodiscard]] RateBounds rates_now() const noexcept;
+  [[nodiscard]] bool are_right(const RateBounds& bounds) const noexcept;
+  void take(const RateBounds& bounds) noexcept;
   [[nodiscard]] Frequencies find(const Scene& scene, std::span<const Vec3> start) const;
-  [[nodiscard]] Substeps substeps_by(const HighestRates& highest) const noexcept;
-  [[nodiscard]] Substeps substeps_by(const GridRates& rates_of) const noexcept;
+  [[nodiscard]] Substeps substeps_by(const HighestRates& highest, double h) const noexcept;
   [[nodiscard]] NetworkInput input(std::span<const JoinedPair> pairs) const;
 
   bool is_damped_ = false;
@@ -137,6 +147,11 @@ class Joints {
   bool keeps_order_ = false;  // of a part of a larger scene
   double fastest_turn_ = 0;   // rad/s, of the surfaces that follow a motion
   std::unique_ptr<GridRates> by_row_;
+  struct ListInPlace {
+    ListRates rates;
+    GraphLanes lanes;
+  };
+  std::unique_ptr<ListInPlace> by_spring_;
   std::optional<Frequencies> found_;  // of the springs as they are now, where they were asked for
   Columns<T> columns_;
 };

@@ -19,10 +19,6 @@ constexpr int most_iterations = 100;
 enum class Direction { any, start };  // in every direction, or along each spring as it stands at the start
 enum class Matrix { K, C };           // of stiffness, of damping
 
-// In every direction a spring pulls at most as one without rest length does: k (n n^T + (1 - l/r)(1 - n n^T)) + q <= k + q.
-double stiffness_of(const JoinedPair& s) { return s.is_broken ? 0 : s.k + s.q; }
-double damping_of(const JoinedPair& s) { return s.is_broken ? 0 : s.c; }
-
 // y = M^-1/2 K M^-1/2 x, three numbers a particle; or with C.
 class Stiffness {
  public:
@@ -222,6 +218,11 @@ bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w
 RateBounds rate_bounds(const GridRates& grid) {
   const HighestRates rates{std::sqrt(grid.of_stiffness()), grid.of_damping()};
   return {rates, rates};
+}
+
+RateBounds rate_bounds(const ListRates& list) {
+  const ListRates::Most most = list.most();
+  return {.least = {std::sqrt(most.own_k), most.own_c}, .most = {std::sqrt(most.k), most.c}};
 }
 
 RateBounds rate_bounds(std::span<const JoinedPair> springs, std::span<const double> w) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compile/grid_rates.hpp"
+#include "compile/list_rates.hpp"
 #include "compile/particle_order.hpp"
 #include "dvdx/plan.hpp"
 
@@ -40,6 +41,7 @@ struct RateBounds {
   HighestRates least, most;
 };
 RateBounds rate_bounds(const GridRates& grid);
+RateBounds rate_bounds(const ListRates& list);
 RateBounds rate_bounds(std::span<const JoinedPair> springs, std::span<const double> w);
 // The bounds themselves.
 HighestRates highest_rates(std::span<const JoinedPair> springs, std::span<const double> w);

@@ -129,6 +129,20 @@ template <class T>
 void tear(StrandsForm<T>& form, const ParticleOrder& order, const Grid& grid, const GridSpring& spring) noexcept;
 template <class T>
 GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns);
+// Where a spring stands in the slots of its first end, and of its second; or nowhere.
+struct SpringLanes {
+  static constexpr std::uint32_t nowhere = 0xffffffff;
+  std::uint32_t a = nowhere, b = nowhere;
+};
+// Of each of in.springs: of a form made of the same input, and of its damping passes, where these have slots of their own.
+struct GraphLanes {
+  std::vector<SpringLanes> of, damped;
+};
+template <class T>
+GraphLanes lanes_of(const GraphForm<T>& form, const NetworkInput& in);
+// Which may be torn. Not of accumulate.
+template <class T>
+void set_spring(GraphForm<T>& form, const GraphLanes& lanes, std::size_t spring, const JoinedPair& s) noexcept;
 template <class T>
 PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns);
 // w: the working column of inverse masses.

@@ -304,6 +304,7 @@ std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> s
       append(std::get<Springs>(network), start, pairs);
     }
   }
+  for (std::size_t s = 0; s < pairs.size(); ++s) pairs[s].source = static_cast<std::uint32_t>(s);
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const JoinedPair& s, const JoinedPair& t) { return std::pair(s.a, s.b) < std::pair(t.a, t.b); });
   return pairs;

@@ -16,8 +16,12 @@ struct JoinedPair {
   double k = 0, l = 0, c = 0;  // N/m, m, kg/s
   // It stays where it is among the others, so that no order and no colour changes with it, and pulls no more.
   bool is_broken = false;
-  double q = 0;  // N/m, of a spring of no rest length beside it
+  std::uint32_t source = 0;  // which of the springs of all networks, as the scene lists them
+  double q = 0;              // N/m, of a spring of no rest length beside it
 };
+// In every direction a spring pulls at most as one without rest length does: k (n n^T + (1 - l/r)(1 - n n^T)) + q <= k + q.
+[[nodiscard]] inline double stiffness_of(const JoinedPair& s) noexcept { return s.is_broken ? 0 : s.k + s.q; }
+[[nodiscard]] inline double damping_of(const JoinedPair& s) noexcept { return s.is_broken ? 0 : s.c; }
 
 // One direction of a grid's springs, those between (row, column) and (row + down, column + right).
 struct GridDirection {

@@ -1,10 +1,12 @@
 #include "compile/range.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "compile/checker.hpp"
 #include "compile/system.hpp"
@@ -122,6 +124,43 @@ template <class T>
 bool is_joint_in_range(double k, double c, double h, double w) {
   return fits<T>(k * w) && fits<T>(k * h * h) && fits<T>(k * h * h * w) && fits<T>(k * h * w) && fits<T>(c * w) &&
          fits<T>(c * h) && fits<T>(c * h * w) && !turns_too_far(k * w, h);
+}
+
+// Of eight at a time: each waits for the one before it otherwise.
+template <class Choose>
+double chosen_of(const Scalars& values, const Choose& choose) {
+  if (values.is_uniform()) return values[0];
+  const std::vector<double>& each = values.each();
+  if (each.empty()) return 0;
+  std::array<double, 8> lanes{};
+  lanes.fill(each[0]);
+  std::size_t i = 0;
+  for (; i + lanes.size() <= each.size(); i += lanes.size()) {
+    for (std::size_t lane = 0; lane < lanes.size(); ++lane) lanes[lane] = choose(lanes[lane], each[i + lane]);
+  }
+  for (; i < each.size(); ++i) lanes[0] = choose(lanes[0], each[i]);
+  for (const double value : lanes) lanes[0] = choose(lanes[0], value);
+  return lanes[0];
+}
+double largest(const Scalars& values) {
+  return chosen_of(values, [](double a, double b) { return a < b ? b : a; });
+}
+double least(const Scalars& values) {
+  return chosen_of(values, [](double a, double b) { return b < a ? b : a; });
+}
+
+// m: at least the distance of any two.
+double extent(std::span<const Vec3> places) {
+  if (places.empty()) return 0;
+  Vec3 low = places[0];
+  Vec3 high = places[0];
+  for (const Vec3& x : places) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], x[axis]);
+      high[axis] = std::max(high[axis], x[axis]);
+    }
+  }
+  return distance(low, high);
 }
 
 template <class T>
@@ -259,10 +298,7 @@ class RangeChecker {
   }
   [[nodiscard]] double inverse_mass(std::size_t i) const { return 1 / scene_.mass[i]; }
   // Where the inverse of the least is finite all are.
-  [[nodiscard]] double least_mass() const {
-    const std::vector<double>& each = scene_.mass.each();
-    return scene_.mass.is_uniform() ? scene_.mass[0] : *std::min_element(each.begin(), each.end());
-  }
+  [[nodiscard]] double least_mass() const { return least(scene_.mass); }
   void masses() {
     if (fits<T>(1 / least_mass())) return;
     for (std::size_t i = 0; i < (scene_.mass.is_uniform() ? 1 : count_) && !check_.error; ++i) {
@@ -289,6 +325,7 @@ class RangeChecker {
   void check(const Springs& springs, const std::string& at) {
     masses();
     air(at, springs.aerodynamics);
+    if (are_well_in_range<T>(springs, scene_, h_, start_)) return;
     for (std::size_t s = 0; s < springs.pairs.size() && !check_.error; ++s) {
       const auto [a, b] = springs.pairs[s];
       const double l = springs.rest_length ? (*springs.rest_length)[s] : distance(start_[a], start_[b]);
@@ -371,8 +408,26 @@ bool is_in_range(const Grid& grid, double h, double w) {
          is_joint_in_range<T>(grid.shear, grid.damping, h, 2 * w) && is_joint_in_range<T>(grid.bend, grid.damping, h, 2 * w);
 }
 
+template <class T>
+bool is_in_range(const JoinedPair& spring, double h, double w) {
+  const double k = std::abs(spring.k) + std::abs(spring.q);
+  return fits<T>(w) && fits<T>(k) && fits<T>(k * spring.l) && fits<T>(spring.c) && is_joint_in_range<T>(k, spring.c, h, w);
+}
+
+template bool is_in_range<float>(const JoinedPair&, double, double);
+template bool is_in_range<double>(const JoinedPair&, double, double);
+template <class T>
+bool are_well_in_range(const Springs& springs, const Scene& scene, double h, std::span<const Vec3> start) {
+  const double l = springs.rest_length ? largest(*springs.rest_length) : extent(start);
+  const double q = std::max(largest(springs.zero_length), -least(springs.zero_length));
+  return fits<T>(l * l) && is_in_range<T>(JoinedPair{.k = largest(springs.stiffness), .l = l, .c = springs.damping, .q = q}, h,
+                                          2 / least(scene.mass));
+}
+
 template std::optional<Error> check_range<float>(const Scene&, const Options&, std::optional<std::size_t>,
                                                  std::span<const Vec3>);
+template bool are_well_in_range<float>(const Springs&, const Scene&, double, std::span<const Vec3>);
+template bool are_well_in_range<double>(const Springs&, const Scene&, double, std::span<const Vec3>);
 template std::optional<Error> check_range<double>(const Scene&, const Options&, std::optional<std::size_t>,
                                                   std::span<const Vec3>);
 template std::optional<Error> check_range_of_forces<float>(const Scene&, const Options&, std::optional<std::size_t>,

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 
+#include "compile/particle_order.hpp"
 #include "dvdx/plan.hpp"
 #include "dvdx/scene.hpp"
 
@@ -24,5 +25,11 @@ template <class T>
 std::optional<Error> check_range(const Wind& wind);
 template <class T>
 bool is_in_range(const Grid& grid, double h, double w);
+// Whether a spring between two particles is; w: the sum of their inverse masses, 1/kg.
+template <class T>
+bool is_in_range(const JoinedPair& spring, double h, double w);
+// Whether all would be if each were as stiff and as long as any, between the lightest particles.
+template <class T>
+bool are_well_in_range(const Springs& springs, const Scene& scene, double h, std::span<const Vec3> start);
 
 }  // namespace dvdx

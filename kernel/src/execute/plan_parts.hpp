@@ -90,7 +90,7 @@ struct PlanIn {
   Expected<void> set_step(double h) {
     const std::shared_ptr<Joints<A>> of = joints();
     const bool is_alone = is_only_owner(scene) && (of == nullptr || of.use_count() == 2);
-    if (!is_alone || (of != nullptr && !of->can_change_step())) return become(with_step(*scene, h));
+    if (!is_alone || (of != nullptr && !of->can_change_step(h))) return become(with_step(*scene, h));
     Options options = scene->options;
     options.step = h;
     if (auto error = check(options)) return tl::unexpected(*error);
