@@ -143,7 +143,7 @@ TEST_CASE_TEMPLATE("What is pressed from the tip of three walls goes where the n
                    double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
-    for (std::size_t i = 0; i < 150; ++i) {
+    for (std::size_t i = 0; i < 500; ++i) {  // of 383 and 461 the first surface lets go, of 22 others the second
       std::array<Vec3, 3> n;
       for (std::size_t k = 0; k < 3; ++k) n[k] = unit({scatter(i, 3 * k), scatter(i, 3 * k + 1), scatter(i, 3 * k + 2)});
       if (std::abs(dot(n[0], cross(n[1], n[2]))) < 0.3) continue;
