@@ -21,16 +21,21 @@ namespace {
 
 using namespace dvdx;
 
-constexpr std::size_t height = 13, width = 6, count = height * width;
-
-Vec3 place_of(std::size_t i) { return {0.1 * static_cast<double>(i % width), 1, 0.1 * static_cast<double>(i / width)}; }
+struct Sheet {
+  std::size_t height, width;
+  [[nodiscard]] std::size_t count() const { return height * width; }
+  [[nodiscard]] Vec3 place_of(std::size_t i) const {
+    return {0.1 * static_cast<double>(i % width), 1, 0.1 * static_cast<double>(i / width)};
+  }
+};
+constexpr Sheet small{13, 6};
 
 // A damped sheet in wind over a ball, and with `pair` a list of springs, some of which bend by angles.
 Scene scene_with(const std::optional<Pair>& pair) {
   Scene scene;
   scene.mass = 0.01;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
-  Grid grid{.rows = height, .columns = width, .edge_u = {0.5, 0, 0}, .edge_v = {0, 0, 1.2}};
+  Grid grid{.rows = small.height, .columns = small.width, .edge_u = {0.5, 0, 0}, .edge_v = {0, 0, 1.2}};
   grid.structural = 30;
   grid.shear = 8;
   grid.damping = 0.002;
@@ -38,13 +43,13 @@ Scene scene_with(const std::optional<Pair>& pair) {
   scene.networks.push_back(grid);
   if (pair) {
     Springs springs{.pairs = {*pair}, .stiffness = 3.0};
-    std::vector<Vec3> flat(count);
-    for (std::size_t i = 0; i < count; ++i) flat[i] = place_of(i);
+    std::vector<Vec3> flat(small.count());
+    for (std::size_t i = 0; i < small.count(); ++i) flat[i] = small.place_of(i);
     add_bending(springs, std::vector<Triangle>{{7, 8, 13}, {8, 14, 13}, {40, 41, 46}, {41, 47, 46}}, flat, 1e-3);
     scene.networks.push_back(std::move(springs));
   }
   scene.wind.mean = {2, 1, 3};
-  scene.fixed = {0, width - 1};
+  scene.fixed = {0, small.width - 1};
   scene.contacts.push_back(Sphere{.center = {0.25, 0.8, 0.6}, .radius = 0.2, .restitution = 0, .friction = 0.3});
   return scene;
 }
@@ -60,8 +65,10 @@ class Halo {
             .start = start,
             .finish = finish,
             .is_told = says_what_is_told ? part_.is_told.data() : nullptr,
-            .is_own = part_.is_own.data()};
+            .is_own = part_.is_own.data(),
+            .pulses_per_telling = part_.pulses_per_telling};
   }
+  [[nodiscard]] std::size_t tellings() const noexcept { return tellings_; }
 
  private:
   static void start(void* context, const HaloColumns& columns) noexcept {
@@ -77,6 +84,7 @@ class Halo {
   }
   static void finish(void* context, const HaloColumns& columns) noexcept {
     auto& self = *static_cast<Halo*>(context);
+    ++self.tellings_;
     self.meeting_.arrive_and_wait();
     for (const Neighbour& neighbour : self.part_.neighbours) {
       const float* next = self.all_[neighbour.part].told_to(self.number_).data();
@@ -97,12 +105,13 @@ class Halo {
   const Part& part_;
   std::uint32_t number_;
   std::vector<std::vector<float>> told_;
+  std::size_t tellings_ = 0;
 };
 
-void place(State<float> state, std::span<const std::uint32_t> particles) {
+void place(const Sheet& sheet, State<float> state, std::span<const std::uint32_t> particles) {
   for (std::size_t k = 0; k < state.count; ++k) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      state.x[axis][k] = static_cast<float>(place_of(particles.empty() ? k : particles[k])[axis]);
+      state.x[axis][k] = static_cast<float>(sheet.place_of(particles.empty() ? k : particles[k])[axis]);
       state.v[axis][k] = 0;
     }
   }
@@ -110,10 +119,10 @@ void place(State<float> state, std::span<const std::uint32_t> particles) {
 
 constexpr std::size_t steps = 6;
 
-std::uint64_t whole_hash(const Scene& scene, const Options& options, int& substeps) {
-  Soa<float> memory(count);
+std::uint64_t whole_hash(const Sheet& sheet, const Scene& scene, const Options& options, int& substeps) {
+  Soa<float> memory(sheet.count());
   State<float> state = memory.view();
-  place(state, {});
+  place(sheet, state, {});
   auto plan = compile(scene, options, state);
   REQUIRE(plan);
   substeps = plan->network_limit()->substeps;
@@ -121,7 +130,9 @@ std::uint64_t whole_hash(const Scene& scene, const Options& options, int& subste
   return state_hash(state);
 }
 
-std::uint64_t hash_in_parts(const Scene& whole, const Options& options, int substeps, std::uint32_t parts) {
+std::uint64_t hash_in_parts(const Sheet& sheet, const Scene& whole, const Options& options, int substeps, std::uint32_t parts,
+                            std::size_t* tellings = nullptr) {
+  const std::size_t count = sheet.count();
   const auto owners = stripes(whole, count, parts);
   std::vector<Part> part;
   for (std::uint32_t p = 0; p < parts; ++p) part.push_back(part_of(whole, owners, p));
@@ -134,7 +145,7 @@ std::uint64_t hash_in_parts(const Scene& whole, const Options& options, int subs
   std::vector<Plan<float>> plans;
   for (std::uint32_t p = 0; p < parts; ++p) {
     states.push_back(memory.emplace_back(std::make_unique<Soa<float>>(part[p].particles.size()))->view());
-    place(states[p], part[p].particles);
+    place(sheet, states[p], part[p].particles);
     Scene scene = scene_of(whole, part[p]);
     scene.coupling.substeps = substeps;
     Options own = options;
@@ -147,8 +158,14 @@ std::uint64_t hash_in_parts(const Scene& whole, const Options& options, int subs
     plans.push_back(std::move(*plan));
   }
   std::vector<std::thread> threads;
-  for (std::uint32_t p = 0; p < parts; ++p) threads.emplace_back([&, p] { (void)plans[p].step(states[p], steps); });
+  for (std::uint32_t p = 0; p < parts; ++p)
+    threads.emplace_back([&, p] {
+      (void)plans[p].step(states[p], 1);
+      (void)plans[p].step(states[p], steps - 1);
+    });
   for (auto& thread : threads) thread.join();
+  for (const Halo& halo : halos) CHECK(halo.tellings() == halos[0].tellings());
+  if (tellings != nullptr) *tellings = halos[0].tellings();
   Soa<float> all(count);
   State<float> together = all.view();
   for (std::uint32_t p = 0; p < parts; ++p) {
@@ -175,10 +192,10 @@ TEST_CASE("split: parts of a sheet in wind have the bits of the whole, on every 
         CAPTURE(name(arithmetic));
         const Options options{.step = 1.0 / 60, .isa = isa, .arithmetic = arithmetic};
         int substeps = 0;
-        const auto whole = whole_hash(scene, options, substeps);
+        const auto whole = whole_hash(small, scene, options, substeps);
         for (const std::uint32_t parts : {1U, 2U, 3U, 5U}) {
           CAPTURE(parts);
-          CHECK(hash_in_parts(scene, options, substeps, parts) == whole);
+          CHECK(hash_in_parts(small, scene, options, substeps, parts) == whole);
         }
       }
     }
@@ -197,9 +214,58 @@ TEST_CASE("split: parts have the bits of the whole in every scheme that tells, d
         CAPTURE(damping);
         const Options options{.step = 1.0 / 60, .isa = best_isa()};
         int substeps = 0;
-        const auto whole = whole_hash(scene, options, substeps);
-        CHECK(hash_in_parts(scene, options, substeps, 3) == whole);
+        const auto whole = whole_hash(small, scene, options, substeps);
+        CHECK(hash_in_parts(small, scene, options, substeps, 3) == whole);
       }
     }
   }
+}
+
+// Each part has as many particles as do not fit in cache: it goes through four sub-steps between two tellings.
+TEST_CASE("split: parts of a large sheet are told of several sub-steps at a time, and have the bits of the whole") {
+  const Sheet sheet{1601, 512};
+  Scene scene;
+  scene.mass = 0.01;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {51.1, 0, 0}, .edge_v = {0, 0, 160}};
+  grid.structural = 30;
+  grid.bend = 2;
+  scene.networks.emplace_back(grid);
+  scene.coupling.substeps = 7;
+  scene.fixed = {0, sheet.width - 1, 540 * sheet.width};
+  scene.contacts.emplace_back(Sphere{.center = {20, 0.5, 53.5}, .radius = 0.49, .restitution = 0.4, .friction = 0.3});
+  const Options options{.step = 1.0 / 60, .isa = best_isa()};
+  int substeps = 0;
+  const auto whole = whole_hash(sheet, scene, options, substeps);
+  std::size_t tellings = 0;
+  CHECK(hash_in_parts(sheet, scene, options, substeps, 3, &tellings) == whole);
+  CHECK(tellings == 2 * (steps * 7 / 4));  // positions and velocities
+}
+
+TEST_CASE("split: only parts of whole rows, large beside what is told, go through several sub-steps") {
+  Scene scene;
+  scene.networks.emplace_back(Grid{.rows = 4096, .columns = 256, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 1});
+  const auto pulses = [](const Scene& of, std::uint64_t rows) {
+    return pulses_per_telling(of, std::get<Grid>(of.networks[0]), rows);
+  };
+  CHECK(pulses(scene, 1024) == 4);
+  CHECK(pulses(scene, 1023) == 1);  // it fits in cache
+  Scene other = scene;
+  std::get<Grid>(other.networks[0]).damping = 0.1;
+  CHECK(pulses(other, 1024) == 1);
+  other = scene;
+  std::get<Grid>(other.networks[0]).aerodynamics = Aerodynamics{};
+  CHECK(pulses(other, 1024) == 1);
+  other = scene;
+  other.coupling.scheme = Scheme::fourth_order;
+  CHECK(pulses(other, 1024) == 1);
+  other = scene;
+  other.add(Motion{.center = {}, .keys = {{.time = 0}}});
+  CHECK(pulses(other, 1024) == 1);
+  other = scene;
+  std::get<Grid>(other.networks[0]).columns = 1 << 16;
+  CHECK(pulses(other, 64) == 4);
+  CHECK(pulses(other, 63) == 1);
+  std::get<Grid>(other.networks[0]).bend = 1;
+  CHECK(pulses(other, 64) == 1);
 }

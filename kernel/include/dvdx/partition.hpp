@@ -27,7 +27,13 @@ struct Part {
   std::vector<Neighbour> neighbours;  // parts that share springs with this one, ascending
   std::size_t own = 0;                // particles
   std::size_t springs = 0, cut = 0;   // that reach an own particle; and of these, those that another part shares
+  // Exchange::pulses_per_telling. Where it is more than 1 the halo is as deep as springs reach in so many pulses.
+  std::uint32_t pulses_per_telling = 1;
 };
+
+// Of a sheet in parts of whole rows, the least of which has so many: more than 1 for `leapfrog` without damping, air and motions,
+// where a part is large beside the rows that so many pulses reach, and does not fit in a core's cache.
+[[nodiscard]] DVDX_EXPORT std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows);
 
 // The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows, as many for
 // each part as can be.

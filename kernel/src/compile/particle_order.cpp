@@ -305,8 +305,8 @@ std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> s
     }
   }
   for (std::size_t s = 0; s < pairs.size(); ++s) pairs[s].source = static_cast<std::uint32_t>(s);
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const JoinedPair& s, const JoinedPair& t) { return std::pair(s.a, s.b) < std::pair(t.a, t.b); });
+  const auto by_ends = [](const JoinedPair& s, const JoinedPair& t) { return std::pair(s.a, s.b) < std::pair(t.a, t.b); };
+  if (!std::is_sorted(pairs.begin(), pairs.end(), by_ends)) std::stable_sort(pairs.begin(), pairs.end(), by_ends);
   return pairs;
 }
 

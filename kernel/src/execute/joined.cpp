@@ -498,9 +498,11 @@ class JoinedStep {
     const auto* form = std::get_if<GridForm<T>>(&joints_.form);
     if (form == nullptr || joints_.damping_passes() != 0 || joints_.air || joints_.closes_substeps() || !m_.tracks().empty())
       return 0;
-    if (exchange_.start != nullptr) return 0;
+    if (exchange_.start != nullptr && exchange_.pulses_per_telling == 1) return 0;
     const std::size_t rows = rows_in_cache(form->terms);
-    return form->terms.rows <= 2 * rows ? 0 : std::min(max_stages, rows / reach(form->terms) / 2);
+    const std::size_t most = std::min(max_stages, rows / reach(form->terms) / 2);
+    if (exchange_.start != nullptr) return std::max<std::size_t>(2, most);
+    return form->terms.rows <= 2 * rows ? 0 : most;
   }
 
   // The stages of one step, run whenever so many have come together.
@@ -528,9 +530,19 @@ class JoinedStep {
           stage.kind = Kind::pulse;
           stage.pulse = pulse_length(k);
         });
+        if (exchange_.start != nullptr) tell_in_turn();
       }
     }
     if (m_.last()) add_flow(*m_.last());
+  }
+
+  // With each pulse a halo is right by as many rows less as a pulse reaches.
+  void tell_in_turn() noexcept {
+    if (++ws_.pulses_since_telling < exchange_.pulses_per_telling) return;
+    ws_.pulses_since_telling = 0;
+    run_stages();
+    exchange(work_.x);
+    exchange(work_.v);
   }
 
   void run_stages() noexcept {
@@ -539,7 +551,8 @@ class JoinedStep {
     const GridTerms<T>& grid = std::get<GridForm<T>>(joints_.form).terms;
     const std::size_t chunk = reach(grid);  // rows
     const std::size_t chunks = grid.rows / chunk;
-    for_each_tile(parallel_, chunks, rows_in_cache(grid) / chunk, stages, [&](std::size_t j, std::size_t from, std::size_t to) {
+    const std::size_t per_block = std::max(rows_in_cache(grid) / chunk, 2 * stages);
+    for_each_tile(parallel_, chunks, per_block, stages, [&](std::size_t j, std::size_t from, std::size_t to) {
       run_stage(stages_[j], grid, from * chunk, to == chunks ? grid.rows : to * chunk);
     });
   }

@@ -78,6 +78,7 @@ class JoinedWorkspace {
   std::vector<BallTerms<T>> balls;    // c, u and n of each list
   std::vector<MovedPose> poses;       // of each motion, at the end of the flow
   std::vector<Surface<T>> surfaces;   // of the flow, where some of them move
+  std::uint32_t pulses_since_telling = 0;  // of a part of a larger scene
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 
  private:

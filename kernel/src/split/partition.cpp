@@ -173,16 +173,76 @@ std::vector<Pair> joined(const Scene& scene, std::size_t count) {
   return pairs;
 }
 
+namespace {
+
+std::uint64_t reach_of(const Grid& grid) { return grid.bend != 0 ? 2 : 1; }  // rows
+
+// The least of the parts, where each has whole rows, one part's after another's; else 0.
+std::uint64_t fewest_rows(const Grid& grid, std::span<const std::uint32_t> owner) {
+  std::uint64_t fewest = grid.rows;
+  std::uint64_t rows = 0;
+  for (std::size_t row = 0; row < grid.rows; ++row) {
+    const auto first = owner.begin() + static_cast<std::ptrdiff_t>(row * grid.columns);
+    const auto end = first + static_cast<std::ptrdiff_t>(grid.columns);
+    if (std::any_of(first, end, [&](std::uint32_t of) { return of != *first; })) return 0;
+    const bool is_last = row + 1 == grid.rows;
+    if (!is_last && *end < *first) return 0;
+    ++rows;
+    if (is_last || *end != *first) fewest = std::min(fewest, std::exchange(rows, 0));
+  }
+  return fewest;
+}
+
+}  // namespace
+
+std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows) {
+  constexpr std::uint32_t pulses = 4;
+  constexpr std::uint64_t large = std::uint64_t{1} << 18U;  // particles: 7 MB in float32
+  const bool goes_by_rows = scene.networks.size() == 1 && scene.coupling.scheme == Scheme::leapfrog && sheet.damping == 0 &&
+                            !sheet.aerodynamics && scene.motions.empty();
+  const bool is_large = fewest_rows * sheet.columns >= large && fewest_rows >= 16 * pulses * reach_of(sheet);
+  return goes_by_rows && is_large ? pulses : 1;
+}
+
+namespace {
+
+// What a part and those on either side of it hold of each other's rows, so many deep; in numbers of the whole.
+struct Told {
+  std::vector<std::uint32_t> sent, received;
+};
+void hold_rows(const Grid& grid, std::span<const std::uint32_t> owner, std::uint32_t part, std::uint64_t depth,
+               std::vector<std::uint8_t>& held, std::map<std::uint32_t, Told>& told) {
+  const auto first = static_cast<std::uint64_t>(std::find(owner.begin(), owner.end(), part) - owner.begin()) / grid.columns;
+  auto end = first;
+  while (end < grid.rows && owner[end * grid.columns] == part) ++end;
+  const auto add = [&](std::vector<std::uint32_t>& list, std::uint64_t from_row, std::uint64_t to_row) {
+    for (std::uint64_t i = from_row * grid.columns; i < to_row * grid.columns; ++i) {
+      list.push_back(static_cast<std::uint32_t>(i));
+      held[i] = 1;
+    }
+  };
+  const auto share = [&](std::uint32_t other, std::uint64_t own_row, std::uint64_t other_row) {
+    add(told[other].sent, own_row, own_row + depth);
+    add(told[other].received, other_row, other_row + depth);
+  };
+  if (first != 0) share(owner[(first - 1) * grid.columns], first, first - depth);
+  if (end != grid.rows) share(owner[end * grid.columns], end - depth, end);
+}
+
+}  // namespace
+
 Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part) {
   const std::size_t count = owner.size();
   Part made;
   std::vector<std::uint8_t> held(count, 0);
   for (std::size_t i = 0; i < count; ++i) held[i] = owner[i] == part ? 1 : 0;
   made.own = static_cast<std::size_t>(std::count(held.begin(), held.end(), 1));
-  struct Told {
-    std::vector<std::uint32_t> sent, received;
-  };
-  std::map<std::uint32_t, Told> told;  // in numbers of the whole
+  const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
+  if (sheet != nullptr) made.pulses_per_telling = pulses_per_telling(scene, *sheet, fewest_rows(*sheet, owner));
+  std::map<std::uint32_t, Told> told;
+  if (made.pulses_per_telling > 1) {
+    hold_rows(*sheet, owner, part, made.pulses_per_telling * reach_of(*sheet), held, told);
+  }
   for (const auto& [a, b] : joined(scene, count)) {
     if (owner[a] != part && owner[b] != part) continue;
     ++made.springs;

@@ -257,6 +257,29 @@ TEST_CASE("network: a grid and the list of its springs give the same bits where 
   }
 }
 
+TEST_CASE("network: each of two sheets that differ moves as it does alone") {
+  const Joined one = with(test::sheet(9, 33, 50), {.scheme = Scheme::leapfrog, .substeps = 40});
+  for (int difference = 0; difference < 3; ++difference) {
+    CAPTURE(difference);
+    Joined other = one;
+    Grid& grid = std::get<Grid>(other.scene.networks[0]);
+    if (difference == 0) grid.structural = 20;
+    if (difference == 1) grid.edge_v = {0, 0, 1.1};
+    if (difference == 2) grid.bend = 3;
+    Joined both = one;
+    const std::size_t each = one.x.size();
+    both.scene.networks.push_back(other.scene.networks[0]);
+    std::get<Grid>(both.scene.networks[1]).first = each;
+    for (const std::size_t i : other.scene.fixed) both.scene.fixed.push_back(each + i);
+    both.x.insert(both.x.end(), other.x.begin(), other.x.end());
+    both.v.insert(both.v.end(), other.v.begin(), other.v.end());
+    auto wanted = stepped<double>(one, {.isa = best_isa()}, 3);
+    const auto second = stepped<double>(other, {.isa = best_isa()}, 3);
+    wanted.insert(wanted.end(), second.begin(), second.end());
+    CHECK(test::difference(wanted, stepped<double>(both, {.isa = best_isa()}, 3)) == "");
+  }
+}
+
 // The particle at the seam is bad: torn springs must not lead from it to the sheet behind.
 TEST_CASE("network: sheets of one plan, one after the other, have the bits of a plan each, on any number of threads" *
           doctest::test_suite("threads")) {

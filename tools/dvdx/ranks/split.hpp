@@ -26,7 +26,12 @@ class HaloExchange {
 
   // Valid as long as this.
   [[nodiscard]] Exchange exchange() noexcept {
-    return {.context = this, .start = start, .finish = finish, .is_told = part_.is_told.data(), .is_own = part_.is_own.data()};
+    return {.context = this,
+            .start = start,
+            .finish = finish,
+            .is_told = part_.is_told.data(),
+            .is_own = part_.is_own.data(),
+            .pulses_per_telling = part_.pulses_per_telling};
   }
   // s: that others were waited for.
   [[nodiscard]] double waited_seconds() const noexcept { return waited_seconds_; }

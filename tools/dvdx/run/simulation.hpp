@@ -72,6 +72,7 @@ class Simulation {
       observer.write(moment(), state_);
     }
     const PrepareSave prepare = [&] { return this->prepare(watch, contacts); };
+    (void)longest(ranks_, 0);  // what the first rank has weighed alone is no time of the steps
     {
       std::optional<Progress> progress;
       if (ranks_.rank() == 0) progress.emplace(loaded_.steps, done_);

@@ -38,6 +38,9 @@ struct Cut {
   std::uint64_t all_neighbours = 0;  // likewise: messages a telling
 
   // Particles of the fullest rank over the mean.
+  // That are told of together, positions too, by parts whose halo is so many times as deep (dvdx/partition.hpp).
+  std::uint64_t pulses = 1;
+
   [[nodiscard]] double imbalance() const noexcept;
 };
 

@@ -59,7 +59,7 @@ std::optional<double> least_time(const Extent& extent, std::uint64_t ranks, cons
 }  // namespace
 
 Extent extent_of(const SceneFile& file, const std::string& size) {
-  Extent extent{.particles = file.particles.count};
+  Extent extent{.particles = file.particles.count, .scene = &file.scene};
   if (const auto* grid = only_sheet(file.scene, extent.particles)) {
     extent.sheet = *grid;
   } else if (!file.scene.networks.empty()) {
@@ -98,7 +98,10 @@ std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
   if (!extent.is_joined()) return {cut_of_ranges(extent.particles, ranks)};
   std::vector<Cut> cuts;
   if (extent.sheet) {
-    if (ranks <= extent.sheet->rows) cuts.push_back(cut_of_sheet(*extent.sheet, ranks, 1));
+    if (ranks <= extent.sheet->rows) {
+      Cut& cut = cuts.emplace_back(cut_of_sheet(*extent.sheet, ranks, 1));
+      cut.pulses = pulses_per_telling(*extent.scene, *extent.sheet, cut.fewest / extent.sheet->columns);
+    }
     const auto blocks = best_blocks(*extent.sheet, ranks);
     if (blocks && (*blocks)[1] > 1) cuts.push_back(cut_of_sheet(*extent.sheet, (*blocks)[0], (*blocks)[1]));
     return cuts;
@@ -113,11 +116,24 @@ std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
   return cuts;
 }
 
+namespace {
+
+// In a sub-step. Where several pulses are told of together, positions are, and velocities, of as many particles as the pulses
+// would have told of one by one.
+std::uint64_t bytes_of(std::uint64_t halo, const Cut& cut, const Telling& telling) {
+  return halo * telling.times * telling.numbers * telling.bytes * (cut.pulses > 1 ? 2 : 1);
+}
+double messages_of(std::uint64_t neighbours, const Cut& cut, const Telling& telling) {
+  const auto each = static_cast<double>(neighbours * telling.times);
+  return cut.pulses > 1 ? 2 * each / static_cast<double>(cut.pulses) : each;
+}
+
+}  // namespace
+
 Times times_of(const Cut& cut, const Telling& telling, const Machine& machine) {
-  const auto times = static_cast<double>(telling.times);
-  const auto bytes = static_cast<double>(cut.halo * telling.numbers * telling.bytes);
   return {.own = static_cast<double>(cut.particles) * machine.particle_seconds.value(),
-          .told = times * (machine.latency * static_cast<double>(cut.neighbours) + bytes / machine.bandwidth)};
+          .told = machine.latency * messages_of(cut.neighbours, cut, telling) +
+                  static_cast<double>(bytes_of(cut.halo, cut, telling)) / machine.bandwidth};
 }
 
 std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const Machine& machine, const Cut& one) {
@@ -136,10 +152,10 @@ std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const
       row("cut", fmt::format("{} of {} springs, {:.3g} %", cut.cut_springs, cut.all_springs,
                              100 * static_cast<double>(cut.cut_springs) / static_cast<double>(cut.all_springs)));
       row("halo a rank", fmt::format("{} particles at most, {} over all ranks", cut.halo, cut.all_halo));
-      const auto bytes = [&](std::uint64_t particles) { return particles * telling.times * telling.numbers * telling.bytes; };
-      row("told a sub-step",
-          fmt::format("{} bytes in {} messages to a rank at most; {} bytes in {} over all ranks", bytes(cut.halo),
-                      telling.times * cut.neighbours, bytes(cut.all_halo), telling.times * cut.all_neighbours));
+      row("told a sub-step", fmt::format("{} bytes in {:.15g} messages to a rank at most; {} bytes in {:.15g} over all ranks",
+                                         bytes_of(cut.halo, cut, telling), messages_of(cut.neighbours, cut, telling),
+                                         bytes_of(cut.all_halo, cut, telling), messages_of(cut.all_neighbours, cut, telling)));
+      if (cut.pulses > 1) row("", fmt::format("{} sub-steps at a time, of a halo so many times as deep", cut.pulses));
     }
     row("predicted sub-step",
         fmt::format("{:.4g} s: {:.4g} s of particles, {:.4g} s of messages", times.all(), times.own, times.told));

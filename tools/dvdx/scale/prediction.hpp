@@ -24,6 +24,7 @@ struct Extent {
   std::uint64_t particles = 0;
   std::optional<Grid> sheet{};  // that holds all of them
   const Scene* list = nullptr;  // of springs that are no sheet
+  const Scene* scene = nullptr;
   [[nodiscard]] bool is_joined() const noexcept { return sheet || list != nullptr; }
 };
 // size: "1e10", of a scene in which nothing joins particles; "32768x32768" of a sheet; empty: the scene's. Throws Fault
