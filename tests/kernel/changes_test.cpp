@@ -436,6 +436,9 @@ TEST_CASE("changes: what names no place of the scene, or a value out of range, i
   CHECK(plan.break_spring(0, {0, 3}).error().field == "networks[0].broken");
   REQUIRE(plan.break_spring(0, {6, 7}).has_value());
   CHECK(plan.break_spring(0, {7, 6}).error().field == "networks[0].broken");
+  const std::array<Pair, 2> twice{{{1, 2}, {2, 1}}};
+  CHECK(plan.break_springs(0, twice).error().message() ==
+        "networks[0].broken is 2 and 1: must be two particles that a whole spring of the network joins");
   CHECK(std::get<Grid>(plan.scene().networks[0]).broken == std::vector<Pair>{{6, 7}});
 }
 

@@ -314,6 +314,22 @@ TEST_CASE("a grid's faces stand in the .obj beside its .pc2") {
   CHECK(folder.read("sheet.obj").find("\nf 1 2 8 7\n") != std::string::npos);
 }
 
+TEST_CASE("where a sheet tears, the files of later states have fewer faces") {
+  const ScratchFolder folder("command-tear");
+  folder.write("tear.json", R"({"format": "dvdx-scene/1", "name": "tear", "step": 0.005, "duration": 0.5,
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
+    "network": {"type": "grid", "rows": 6, "columns": 6, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, -1, 0],
+                "mass": 0.036, "structural": 20, "fixed": ["edge_top"], "tears_at": 1.02}})");
+  const auto result = run(folder, "run tear.json --json --out sheet.vtp --every 50");
+  REQUIRE(result.exit == 0);
+  CHECK(json::parse(result.out)["torn"] == 6);  // a row of them
+  CHECK(folder.read("sheet-000000.vtp").find("NumberOfPolys=\"25\"") != std::string::npos);
+  CHECK(folder.read("sheet-000002.vtp").find("NumberOfPolys=\"20\"") != std::string::npos);
+  CHECK(run(folder, "run tear.json --out sheet.ply --every 50").exit == 0);
+  CHECK(folder.read("sheet-000000.ply").find("element face 25\n") != std::string::npos);
+  CHECK(folder.read("sheet-000002.ply").find("element face 20\n") != std::string::npos);
+}
+
 TEST_CASE("a mesh that grains fall on: run, explain and verify take it, and what is no body is exit 3") {
   const ScratchFolder folder("mesh-contact");
   const std::string corners = "v -1 -1 -1\nv 1 -1 -1\nv 1 -1 1\nv -1 -1 1\nv 0 0 0\n";

@@ -26,7 +26,7 @@ SceneFile pair_of(std::vector<Force> forces, double distance = 1) {
   SceneFile file{.path = {}, .name = {}, .about = {}, .particles = {}, .scene = {}};
   file.step = 1e-3;
   file.particles = {.count = 2,
-                    .position = std::vector<Vec3>{{0, 0, 0}, {distance, 0, 0}},
+                    .position = std::vector<Vec3>{{0, 3, 0}, {distance, 3, 0}},
                     .velocity = std::vector<Vec3>{{0, 0, 1}, {0, 0, 1}}};
   file.scene.mass = 2.0;
   file.scene.forces = std::move(forces);
@@ -105,6 +105,13 @@ TEST_CASE("energy budget: a force of time works by what it is in the middle of t
   const double v = 5 / omega * (1 - std::cos(omega * t)) + 0.5 * t * t;
   CHECK(is_close(run.kinetic, 2.0 + 0.5 * 4 * v * v, 1e-6));
   CHECK(is_close(run.given, run.kinetic, 1e-3));
+}
+
+TEST_CASE("energy budget: a force that grows with time works by Simpson's rule, exactly in one look") {
+  const auto run = run_of(pair_of({Polynomial{.acceleration = {{0, 0, 0}, {0, 10, 0}}}}), 500, 500);
+  const double v = 5 * 0.5 * 0.5;
+  CHECK(is_close(run.kinetic, 2.0 + 0.5 * 4 * v * v, 1e-9));
+  CHECK(is_close(run.given, run.kinetic, 1e-9));
 }
 
 TEST_CASE("energy budget: what a force gave counts where it has taken it back") {

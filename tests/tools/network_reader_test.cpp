@@ -155,6 +155,8 @@ TEST_CASE("a face goes with a torn spring along one of its sides, a line with it
   CHECK(without(whole, {}) == whole);
   CHECK(without(whole, std::span(tears).first(1)) == Topology{.lines = whole.lines, .faces = {{4, 5, 6}}});
   CHECK(without(whole, tears) == Topology{.lines = {{4, 5}}, .faces = {}});
+  const std::vector<Tear> last_side{{.step = 1, .ends = {0, 3}}};
+  CHECK(without(whole, last_side) == Topology{.lines = whole.lines, .faces = {{1, 2, 4}, {4, 5, 6}}});
 }
 
 TEST_CASE("a grid of one row or one column is a rope") {

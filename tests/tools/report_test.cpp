@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "report/beyond.hpp"
 #include "report/build.hpp"
 #include "report/claims.hpp"
 #include "report/compare.hpp"
@@ -269,6 +270,18 @@ TEST_CASE("growth of a difference: a sheet that hangs has next to none, one that
     if (standing.counts[k] <= standing.horizon) CHECK(standing.at[k] <= most_growth);
   }
   CHECK(growth_of(shipped("seed-pair"), 100, setup()).at.empty());  // has a closed form
+}
+
+TEST_CASE("how far a run's shape is from the others' does not count its own") {
+  std::vector<Statistics> all(3);
+  all[0].shape = {0, 0, 0};
+  all[1].shape = {0, 1, 0};
+  all[2].shape = {0, 5, 0};
+  const auto apart = shapes_apart(all);
+  REQUIRE(apart.size() == 3);
+  CHECK(is_close(apart[0], 3, 1e-12));
+  CHECK(is_close(apart[1], 1.5, 1e-12));
+  CHECK(is_close(apart[2], 4.5, 1e-12));
 }
 
 TEST_CASE("a chaotic sheet is ranked within its horizon, and compared by statistics beyond it") {

@@ -342,6 +342,17 @@ class Sheet {
   }
 };
 
+TEST_CASE("a .vtp of several faces says where each of them ends") {
+  using Ids = std::vector<std::int64_t>;
+  const ScratchFolder folder("vtp-faces");
+  Sheet().write<float>(folder / "sheet.vtp");
+  pugi::xml_document document;
+  REQUIRE(document.load_file((folder / "sheet-000000.vtp").c_str()));
+  const auto faces = document.child("VTKFile").child("PolyData").child("Piece").child("Polys");
+  CHECK(integers(faces.first_child(), 8) == Ids{0, 1, 4, 3, 1, 2, 5, 4});
+  CHECK(integers(faces.last_child(), 2) == Ids{4, 8});
+}
+
 TEST_CASE_TEMPLATE("a .pc2 of a grid, byte by byte, in float32 whatever the run's precision", T, float, double) {
   const ScratchFolder folder("pc2");
   Sheet().write<T>(folder / "a.pc2");

@@ -70,6 +70,14 @@ Statistics statistics_of(const Trace& trace, std::size_t first_time) {
   return found;
 }
 
+std::vector<double> shapes_apart(const std::vector<Statistics>& all) {
+  std::vector<double> apart;
+  for (std::size_t n = 0; n < all.size(); ++n) {
+    apart.push_back(shape_distance(all[n].shape, mean_shape(all, n)));
+  }
+  return apart;
+}
+
 Scatter scatter_beyond(const SceneFile& file, const Grid& grid, const Reference& reference, Effort effort, double most_seconds,
                        const Setup& setup) {
   Scatter scatter;
@@ -100,15 +108,14 @@ Scatter scatter_beyond(const SceneFile& file, const Grid& grid, const Reference&
     facts.apart = std::max(facts.apart, farthest_apart(traces[0], traces[n], reference.picks.size()));
   }
   scatter.mean_shape = mean_shape(all, all.size());
-  std::vector<double> energies, kinetics, stretches, shapes;
+  std::vector<double> energies, kinetics, stretches;
   for (std::size_t n = 0; n < all.size(); ++n) {
     energies.push_back(all[n].energy);
     kinetics.push_back(all[n].kinetic);
     stretches.push_back(all[n].stretch);
-    shapes.push_back(shape_distance(all[n].shape, mean_shape(all, n)));
   }
   facts.statistics = {described("energy", "J", energies), described("kinetic energy", "J", kinetics),
-                      described("largest stretch", "", stretches), described("mean shape", "m", shapes)};
+                      described("largest stretch", "", stretches), described("mean shape", "m", shapes_apart(all))};
   return scatter;
 }
 

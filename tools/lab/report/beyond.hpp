@@ -14,6 +14,9 @@ struct Statistics {
 };
 [[nodiscard]] Statistics statistics_of(const Trace& trace, std::size_t first_time);
 
+// m: how far each one's shape is from the mean of the others', root mean square over particles.
+[[nodiscard]] std::vector<double> shapes_apart(const std::vector<Statistics>& all);
+
 // How they scatter over runs of the reference's scheme from starts that lie beside the scene's. Empty where the horizon leaves
 // too few sample times, or where the runs would take more than `most_seconds`; then `why` says so.
 struct Scatter {
