@@ -1,7 +1,9 @@
 // The command as a user runs it: exit codes, what goes to stdout and what to stderr, and what is written.
 #include <doctest/doctest.h>
 
+#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -328,6 +330,27 @@ TEST_CASE("where a sheet tears, the files of later states have fewer faces") {
   CHECK(run(folder, "run tear.json --out sheet.ply --every 50").exit == 0);
   CHECK(folder.read("sheet-000000.ply").find("element face 25\n") != std::string::npos);
   CHECK(folder.read("sheet-000002.ply").find("element face 20\n") != std::string::npos);
+
+  // They go with the first state whose springs are too long: 0.204 m, of the first row to the second.
+  CHECK(run(folder, "run tear.json --out each.vtp --every 1").exit == 0);
+  CHECK(run(folder, "run tear.json --out each.csv --every 1").exit == 0);
+  std::istringstream lines(folder.read("each.csv"));
+  std::string line;
+  int torn_at = -1;
+  while (torn_at < 0 && std::getline(lines, line)) {
+    int step = 0, particle = 0;
+    double y = 0;
+    const bool is_state = std::sscanf(line.c_str(), "%d,%*f,%d,%*f,%lf", &step, &particle, &y) == 3;
+    if (is_state && particle == 6 && y < -0.204) torn_at = step;
+  }
+  REQUIRE(torn_at > 0);
+  const auto faces_of = [&](int step) {
+    const std::string number = std::to_string(step);
+    const std::string text = folder.read("each-" + std::string(6 - number.size(), '0') + number + ".vtp");
+    return text.substr(text.find("NumberOfPolys"), 18);
+  };
+  CHECK(faces_of(torn_at - 1) == "NumberOfPolys=\"25\"");
+  CHECK(faces_of(torn_at) == "NumberOfPolys=\"20\"");
 }
 
 TEST_CASE("a mesh that grains fall on: run, explain and verify take it, and what is no body is exit 3") {
