@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "compile/list_rates.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
@@ -250,6 +251,34 @@ TEST_CASE_TEMPLATE("changes: of lists too, whichever springs damp and in whichev
   for (const Joined& joined : lists()) {
     CAPTURE(joined.name);
     for (int round = 0; round < 3; ++round) change_at_random<T>(joined, seed++, 1 + 4 * round);
+  }
+}
+
+TEST_CASE("changes: what a list keeps of its springs' rates is what it finds anew") {
+  for (const Joined& joined : {lists()[2], lists()[3]}) {
+    CAPTURE(joined.name);
+    std::vector<JoinedPair> springs = joined_pairs(joined.scene, joined.x);
+    std::vector<double> w(joined.x.size(), 20.0);
+    ListRates kept(springs, w);
+    Random random{5};
+    for (int n = 0; n < 300; ++n) {
+      const auto particle = static_cast<std::size_t>(random.below(w.size()));
+      const auto spring = static_cast<std::uint32_t>(random.below(springs.size()));
+      if (n % 2 == 0) {
+        w[particle] = n % 10 == 0 ? 0 : random.between(1, 40);
+        kept.set_mass(w, particle);
+      } else {
+        springs[spring].is_broken = !springs[spring].is_broken;
+        kept.set_broken(w, spring, springs[spring].is_broken);
+      }
+      const ListRates::Most most = kept.most();
+      const ListRates::Most wanted = ListRates(springs, w).most();
+      CAPTURE(n);
+      CHECK(most.k == wanted.k);
+      CHECK(most.c == wanted.c);
+      CHECK(most.own_k == wanted.own_k);
+      CHECK(most.own_c == wanted.own_c);
+    }
   }
 }
 

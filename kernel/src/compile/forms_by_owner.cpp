@@ -2,9 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
-#include <map>
-#include <optional>
+#include <numeric>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "compile/network_forms.hpp"
 #include "forces/radial_spring.hpp"
@@ -76,93 +77,126 @@ GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid, Columns<T>&
 namespace {
 
 struct Neighbour {
-  std::ptrdiff_t offset;
-  std::size_t nth;     // of the springs that join the same two
-  std::size_t spring;  // index of the list
-  std::size_t owner;   // particle
+  std::int32_t offset;
+  std::uint32_t nth;     // of the springs that join the same two
+  std::uint32_t spring;  // index of the list
+  std::uint32_t owner;   // particle
 };
 
-// One slot of a slice: the neighbours of some of its lanes.
-using SlotLanes = std::array<std::optional<Neighbour>, slice>;
+// One slot of a slice: the neighbours of some of its lanes, by their places in Slots::neighbours.
+constexpr std::uint32_t no_neighbour = 0xffffffff;
+using SlotLanes = std::array<std::uint32_t, slice>;
+constexpr SlotLanes no_neighbours = [] {
+  SlotLanes lanes{};
+  lanes.fill(no_neighbour);
+  return lanes;
+}();
 
-struct SliceSlots {
-  std::vector<SlotLanes> slots;
-  bool is_at_offsets = false;
+struct Slots {
+  std::vector<Neighbour> neighbours;       // of each element in turn, by their offsets
+  std::vector<std::uint32_t> first;        // of each element, and one more
+  std::vector<SlotLanes> lanes;            // of each slice in turn
+  std::vector<std::uint32_t> first_slot;   // of each slice, and one more
+  std::vector<std::uint8_t> is_at_offset;  // of each slice
 };
 
-// At fixed offsets where that takes few slots more than the lane with most neighbours has.
-SliceSlots slots_of(const std::array<std::vector<Neighbour>, slice>& lanes) {
-  std::map<std::pair<std::ptrdiff_t, std::size_t>, SlotLanes> at_offset;
-  std::size_t most = 0;
-  for (std::size_t lane = 0; lane < slice; ++lane) {
-    most = std::max(most, lanes[lane].size());
-    for (const Neighbour& n : lanes[lane]) at_offset[{n.offset, n.nth}][lane] = n;
+// The neighbours of each particle that can move, or whose neighbour can.
+void find_neighbours(const NetworkInput& in, Slots& found) {
+  const auto for_each_end = [&](const auto& use) {
+    for (std::size_t s = 0; s < in.springs.size(); ++s) {
+      const JoinedPair& spring = in.springs[s];
+      if (in.w[spring.a] == 0 && in.w[spring.b] == 0) continue;
+      use(s, spring.a, spring.b);
+      use(s, spring.b, spring.a);
+    }
+  };
+  found.first.assign(in.order.size + 1, 0);
+  for_each_end([&](std::size_t, std::uint32_t owner, std::uint32_t) { ++found.first[in.order.of[owner] + 1]; });
+  std::partial_sum(found.first.begin(), found.first.end(), found.first.begin());
+  found.neighbours.resize(found.first.back());
+  std::vector<std::uint32_t> next(found.first.begin(), found.first.end() - 1);
+  for_each_end([&](std::size_t s, std::uint32_t owner, std::uint32_t other) {
+    const auto offset = static_cast<std::int32_t>(in.order.of[other]) - static_cast<std::int32_t>(in.order.of[owner]);
+    found.neighbours[next[in.order.of[owner]]++] = {offset, 0, static_cast<std::uint32_t>(s), owner};
+  });
+  for (std::size_t i = 0; i < in.order.size; ++i) {
+    const std::span<Neighbour> own = std::span(found.neighbours).subspan(found.first[i], found.first[i + 1] - found.first[i]);
+    std::sort(own.begin(), own.end(), [](const Neighbour& m, const Neighbour& n) {
+      return std::pair(m.offset, m.spring) < std::pair(n.offset, n.spring);
+    });
+    for (std::size_t n = 1; n < own.size(); ++n) {
+      if (own[n].offset == own[n - 1].offset) own[n].nth = own[n - 1].nth + 1;
+    }
   }
-  SliceSlots made;
-  made.is_at_offsets = at_offset.size() <= most + 4;
-  if (made.is_at_offsets) {
-    for (const auto& entry : at_offset) made.slots.push_back(entry.second);
-    return made;
-  }
-  made.slots.resize(most);
-  for (std::size_t lane = 0; lane < slice; ++lane) {
-    for (std::size_t n = 0; n < lanes[lane].size(); ++n) made.slots[n][lane] = lanes[lane][n];
-  }
-  return made;
 }
 
-// The neighbours of each particle that can move, or whose neighbour can, slice by slice.
-std::vector<SliceSlots> slices_of(const NetworkInput& in) {
-  std::vector<std::vector<Neighbour>> of(in.order.size);
-  for (std::size_t s = 0; s < in.springs.size(); ++s) {
-    const JoinedPair& spring = in.springs[s];
-    if (in.w[spring.a] == 0 && in.w[spring.b] == 0) continue;
-    const auto a = static_cast<std::ptrdiff_t>(in.order.of[spring.a]);
-    const auto b = static_cast<std::ptrdiff_t>(in.order.of[spring.b]);
-    of[static_cast<std::size_t>(a)].push_back({b - a, 0, s, spring.a});
-    of[static_cast<std::size_t>(b)].push_back({a - b, 0, s, spring.b});
-  }
-  std::vector<SliceSlots> slices;
-  for (std::size_t first = 0; first < in.order.size; first += slice) {
-    std::array<std::vector<Neighbour>, slice> lanes;
-    for (std::size_t lane = 0; lane < slice; ++lane) {
-      lanes[lane] = std::move(of[first + lane]);
-      std::stable_sort(lanes[lane].begin(), lanes[lane].end(),
-                       [](const Neighbour& m, const Neighbour& n) { return m.offset < n.offset; });
-      for (std::size_t n = 1; n < lanes[lane].size(); ++n) {
-        if (lanes[lane][n].offset == lanes[lane][n - 1].offset) lanes[lane][n].nth = lanes[lane][n - 1].nth + 1;
-      }
+// At fixed offsets where that takes few slots more than the lane with most neighbours has.
+void add_slots_of_slice(std::size_t first, Slots& slots) {
+  struct Placed {
+    std::pair<std::int32_t, std::uint32_t> key;  // offset, nth
+    std::size_t lane;
+    std::uint32_t place;
+  };
+  std::vector<Placed> all;
+  std::size_t most = 0;
+  for (std::size_t lane = 0; lane < slice; ++lane) {
+    const std::uint32_t from = slots.first[first + lane], to = slots.first[first + lane + 1];
+    most = std::max<std::size_t>(most, to - from);
+    for (std::uint32_t n = from; n < to; ++n) {
+      all.push_back({{slots.neighbours[n].offset, slots.neighbours[n].nth}, lane, n});
     }
-    slices.push_back(slots_of(lanes));
   }
-  return slices;
+  std::sort(all.begin(), all.end(), [](const Placed& m, const Placed& n) { return m.key < n.key; });
+  const auto is_new = [&](std::size_t k) { return k != 0 && all[k].key != all[k - 1].key; };
+  std::size_t different = all.empty() ? 0 : 1;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (is_new(k)) ++different;
+  }
+  const bool is_at_offset = different <= most + 4;
+  slots.is_at_offset.push_back(is_at_offset ? 1 : 0);
+  const std::size_t begin = slots.lanes.size();
+  slots.lanes.resize(begin + (is_at_offset ? different : most), no_neighbours);
+  std::size_t slot = begin;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (is_new(k)) ++slot;
+    const std::size_t of = is_at_offset ? slot : begin + (all[k].place - slots.first[first + all[k].lane]);
+    slots.lanes[of][all[k].lane] = all[k].place;
+  }
+}
+
+Slots slots_of(const NetworkInput& in) {
+  Slots slots;
+  find_neighbours(in, slots);
+  for (std::size_t first = 0; first < in.order.size; first += slice) {
+    slots.first_slot.push_back(static_cast<std::uint32_t>(slots.lanes.size()));
+    add_slots_of_slice(first, slots);
+  }
+  slots.first_slot.push_back(static_cast<std::uint32_t>(slots.lanes.size()));
+  return slots;
 }
 
 // Fills the slots: put(spring, w of the owner, lane) writes what one lane of a slot's columns holds.
 template <class T, class Put>
-void fill_slots(const NetworkInput& in, const std::vector<SliceSlots>& slices, SlotLists& lists, GraphTerms<T>& terms,
-                const Put& put) {
-  const auto add = [&](std::size_t first, const SlotLanes& lanes, bool is_at_offset) {
-    const std::size_t s = lists.slots.size();
+void fill_slots(const NetworkInput& in, const Slots& slots, SlotLists& lists, GraphTerms<T>& terms, const Put& put) {
+  const auto add = [&](std::size_t first, std::size_t s, bool is_at_offset) {
     Slot slot;
     if (!is_at_offset) slot.indices = static_cast<std::int32_t>(lists.indices.size());
     for (std::size_t lane = 0; lane < slice; ++lane) {
-      const auto& n = lanes[lane];
-      const std::ptrdiff_t offset = n ? n->offset : 0;
+      const std::uint32_t place = slots.lanes[s][lane];
+      const Neighbour* const n = place != no_neighbour ? &slots.neighbours[place] : nullptr;
       if (!is_at_offset) {
-        lists.indices.push_back(static_cast<std::int32_t>(static_cast<std::ptrdiff_t>(first + lane) + offset));
-      } else if (n) {
-        slot.offset = static_cast<std::int32_t>(offset);
+        lists.indices.push_back(static_cast<std::int32_t>(first + lane) + (n != nullptr ? n->offset : 0));
+      } else if (n != nullptr) {
+        slot.offset = n->offset;
       }
-      if (n) put(in.springs[n->spring], in.w[n->owner], s * slice + lane);
+      if (n != nullptr) put(in.springs[n->spring], in.w[n->owner], s * slice + lane);
     }
     lists.slots.push_back(slot);
   };
-  for (std::size_t n = 0; n < slices.size(); ++n) {
-    lists.first_slot.push_back(static_cast<std::uint32_t>(lists.slots.size()));
-    for (const SlotLanes& lanes : slices[n].slots) add(n * slice, lanes, slices[n].is_at_offsets);
+  for (std::size_t n = 0; n + 1 < slots.first_slot.size(); ++n) {
+    for (std::size_t s = slots.first_slot[n]; s < slots.first_slot[n + 1]; ++s) add(n * slice, s, slots.is_at_offset[n] != 0);
   }
-  lists.first_slot.push_back(static_cast<std::uint32_t>(lists.slots.size()));
+  lists.first_slot = slots.first_slot;
   terms.first_slot = lists.first_slot.data();
   terms.slots = lists.slots.data();
   terms.indices = lists.indices.data();
@@ -172,10 +206,8 @@ void fill_slots(const NetworkInput& in, const std::vector<SliceSlots>& slices, S
 
 // A column of 16 elements a slot, which the pass only reads.
 template <class T>
-T* slot_column(const std::vector<SliceSlots>& slices, Columns<T>& columns, const T*& view) {
-  std::size_t slots = 0;
-  for (const SliceSlots& made : slices) slots += made.slots.size();
-  T* const column = columns.add(slots * slice, T(0), column_margin);
+T* slot_column(const Slots& slots, Columns<T>& columns, const T*& view) {
+  T* const column = columns.add(slots.lanes.size() * slice, T(0), column_margin);
   view = column;
   return column;
 }
@@ -202,9 +234,9 @@ void add_damped_slots(const NetworkInput& all, GraphForm<T>& form, Columns<T>& c
   if (springs.size() == all.springs.size()) return;
   NetworkInput in = all;
   in.springs = springs;
-  const std::vector<SliceSlots> slices = slices_of(in);
-  T* const c_of = slot_column(slices, columns, form.damped.c);
-  fill_slots(in, slices, form.damped_lists, form.damped,
+  const Slots slots = slots_of(in);
+  T* const c_of = slot_column(slots, columns, form.damped.c);
+  fill_slots(in, slots, form.damped_lists, form.damped,
              [&](const JoinedPair& s, double, std::size_t lane) { c_of[lane] = s.is_broken ? T(0) : static_cast<T>(s.c); });
 }
 
@@ -229,12 +261,12 @@ SlotValues<T> slot_values(double k, double l, double c, double q) noexcept {
 // accumulate by `combined` is one filtered pulse, which treats each pair as if it were alone: W = k (w_a + w_b).
 template <class T>
 GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
-  const std::vector<SliceSlots> slices = slices_of(in);
+  const Slots slots = slots_of(in);
   GraphForm<T> form;
-  T* const k_of = slot_column(slices, columns, form.terms.k);
-  T* const kl_of = slot_column(slices, columns, form.terms.kl);
-  T* const c_of = in.is_damped ? slot_column(slices, columns, form.terms.c) : nullptr;
-  fill_slots(in, slices, form.lists, form.terms, [&](const JoinedPair& s, double, std::size_t lane) {
+  T* const k_of = slot_column(slots, columns, form.terms.k);
+  T* const kl_of = slot_column(slots, columns, form.terms.kl);
+  T* const c_of = in.is_damped ? slot_column(slots, columns, form.terms.c) : nullptr;
+  fill_slots(in, slots, form.lists, form.terms, [&](const JoinedPair& s, double, std::size_t lane) {
     if (s.is_broken) return;  // the columns hold zeros
     double k = s.k;
     double c = s.c;
@@ -315,16 +347,16 @@ void set_spring(GraphForm<T>& form, const GraphLanes& lanes, std::size_t spring,
 // w / (w_a + w_b).
 template <class T>
 PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns) {
-  const std::vector<SliceSlots> slices = slices_of(in);
+  const Slots slots = slots_of(in);
   PairsForm<T> form;
-  T* const A = slot_column(slices, columns, form.terms.A);
-  T* const B = slot_column(slices, columns, form.terms.B);
-  T* const C = slot_column(slices, columns, form.terms.C);
-  T* const D = slot_column(slices, columns, form.terms.D);
-  T* const l = slot_column(slices, columns, form.terms.l);
+  T* const A = slot_column(slots, columns, form.terms.A);
+  T* const B = slot_column(slots, columns, form.terms.B);
+  T* const C = slot_column(slots, columns, form.terms.C);
+  T* const D = slot_column(slots, columns, form.terms.D);
+  T* const l = slot_column(slots, columns, form.terms.l);
   const bool is_any_linear = std::any_of(in.springs.begin(), in.springs.end(), is_linear);
-  T* const linear = is_any_linear ? slot_column(slices, columns, form.terms.linear) : nullptr;
-  fill_slots<T>(in, slices, form.lists, form.terms, [&](const JoinedPair& s, double w, std::size_t lane) {
+  T* const linear = is_any_linear ? slot_column(slots, columns, form.terms.linear) : nullptr;
+  fill_slots<T>(in, slots, form.lists, form.terms, [&](const JoinedPair& s, double w, std::size_t lane) {
     if (linear != nullptr) linear[lane] = is_linear(s) ? T(1) : T(0);
     if (s.is_broken) return;
     const double both = in.w[s.a] + in.w[s.b];

@@ -64,40 +64,59 @@ void append(const Springs& springs, std::span<const Vec3> start, std::vector<Joi
 }
 
 // Neighbours of each particle, ascending.
-std::vector<std::vector<std::uint32_t>> neighbours(std::span<const JoinedPair> springs, std::size_t count) {
-  std::vector<std::vector<std::uint32_t>> of(count);
-  for (const JoinedPair& s : springs) {
-    of[s.a].push_back(s.b);
-    of[s.b].push_back(s.a);
+class Neighbours {
+ public:
+  Neighbours(std::span<const JoinedPair> springs, std::size_t count) : first_(count + 1, 0), all_(2 * springs.size()) {
+    for (const JoinedPair& s : springs) {
+      ++first_[s.a + 1];
+      ++first_[s.b + 1];
+    }
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    for (const JoinedPair& s : springs) {
+      all_[next[s.a]++] = s.b;
+      all_[next[s.b]++] = s.a;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto begin = all_.begin() + static_cast<std::ptrdiff_t>(first_[i]);
+      const auto end = all_.begin() + static_cast<std::ptrdiff_t>(first_[i + 1]);
+      if (!std::is_sorted(begin, end)) std::sort(begin, end);
+    }
   }
-  for (auto& list : of) std::sort(list.begin(), list.end());
-  return of;
-}
+  [[nodiscard]] std::size_t count(std::uint32_t i) const noexcept { return first_[i + 1] - first_[i]; }
+  [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t i) const noexcept {
+    return std::span(all_).subspan(first_[i], count(i));
+  }
+
+ private:
+  std::vector<std::size_t> first_;
+  std::vector<std::uint32_t> all_;
+};
 
 // Reverse Cuthill-McKee: breadth first from a particle of few neighbours, few neighbours first (George and Liu 1981).
 std::vector<std::uint32_t> near_order(std::span<const JoinedPair> springs, std::size_t count) {
-  auto of = neighbours(springs, count);
+  const Neighbours neighbours(springs, count);
   const auto degree_first = [&](std::uint32_t a, std::uint32_t b) {
-    return std::pair(of[a].size(), a) < std::pair(of[b].size(), b);
+    return std::pair(neighbours.count(a), a) < std::pair(neighbours.count(b), b);
   };
   std::vector<std::uint32_t> starts(count);
   std::iota(starts.begin(), starts.end(), 0U);
   std::sort(starts.begin(), starts.end(), degree_first);
   std::vector<std::uint32_t> order;
+  order.reserve(count);
   std::vector<bool> is_placed(count, false);
   for (const std::uint32_t root : starts) {
     if (is_placed[root]) continue;
     is_placed[root] = true;
     order.push_back(root);
     for (std::size_t next = order.size() - 1; next < order.size(); ++next) {
-      std::vector<std::uint32_t> found;
-      for (const std::uint32_t j : of[order[next]]) {
+      const std::size_t found = order.size();
+      for (const std::uint32_t j : neighbours.of(order[next])) {
         if (is_placed[j]) continue;
         is_placed[j] = true;
-        found.push_back(j);
+        order.push_back(j);
       }
-      std::sort(found.begin(), found.end(), degree_first);
-      order.insert(order.end(), found.begin(), found.end());
+      std::sort(order.begin() + static_cast<std::ptrdiff_t>(found), order.end(), degree_first);
     }
   }
   std::reverse(order.begin(), order.end());
@@ -297,6 +316,12 @@ DVDX_EXPORT Springs springs_of(const Grid& grid) {
 
 std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> start) {
   std::vector<JoinedPair> pairs;
+  std::size_t count = 0;
+  for (const Network& network : scene.networks) {
+    const auto* grid = std::get_if<Grid>(&network);
+    count += grid != nullptr ? count_springs(*grid) : std::get<Springs>(network).pairs.size();
+  }
+  pairs.reserve(count);
   for (const Network& network : scene.networks) {
     if (const auto* grid = std::get_if<Grid>(&network)) {
       append(*grid, pairs);

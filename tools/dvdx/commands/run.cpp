@@ -167,8 +167,10 @@ Exit run(const RunOptions& options) {
   if (ranks->count() == 1) return run_on(options, *ranks, by_launcher);
   try {
     return run_on(options, *ranks, by_launcher);
-  } catch (const SharedFault&) {
-    throw;
+  } catch (const SharedFault& fault) {
+    if (ranks->rank() == 0) print_message(fault.what());
+    wait_for_all(*ranks);
+    throw SharedFault(fault.exit(), std::string());
   } catch (...) {
     const auto trouble = trouble_of([] { throw; });
     print_message(trouble->message);

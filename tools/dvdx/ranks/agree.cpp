@@ -5,6 +5,11 @@
 
 namespace dvdx::tool {
 
+void wait_for_all(Ranks& ranks) {
+  double nothing = 0;
+  ranks.highest(std::span(&nothing, 1));
+}
+
 void share_trouble(Ranks& ranks, const std::optional<Trouble>& mine) {
   // The lowest rank in trouble is the highest of what is left to it.
   double first = mine ? ranks.count() - ranks.rank() : 0;

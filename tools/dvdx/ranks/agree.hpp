@@ -42,6 +42,10 @@ template <class Work>
   return std::nullopt;
 }
 
+// Until all have come here: a launcher ends every rank as soon as one has failed, which must not be before the first has said
+// why.
+void wait_for_all(Ranks& ranks);
+
 // Each rank does its part of `work`, in which it waits for no other one; then all go on, or none.
 template <class Work>
 auto together(Ranks& ranks, const Work& work) {

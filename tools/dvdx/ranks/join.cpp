@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "output/console.hpp"
+#include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -38,12 +40,12 @@ std::optional<int> launched() {
 void refuse_ranks(const std::string& command) {
   const auto size = launched().value_or(1);
   if (size == 1) return;
-  int rank = 0;
-  for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"}) {
-    if (const auto number = number_in_environment(name)) rank = *number;
+  const auto ranks = join_ranks().ranks;
+  if (ranks->rank() == 0) {
+    print_message("dvdx " + command + ": started as " + std::to_string(size) + " ranks: must be started as one");
   }
-  const auto message = "dvdx " + command + ": started as " + std::to_string(size) + " ranks: must be started as one";
-  throw Fault(Exit::usage, rank == 0 ? message : "");
+  wait_for_all(*ranks);
+  throw Fault(Exit::usage, std::string());
 }
 
 int ranks_here() {
