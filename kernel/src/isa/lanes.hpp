@@ -29,6 +29,12 @@ void store_lanes(Scalar<V>* p, V value) noexcept {
   value.store_unaligned(p);
 }
 
+// -x to the last bit, of 0 too: for AVX-512 xsimd's own is 0 - x, which makes +0 of both.
+template <class V>
+V negative(V x) noexcept {
+  return V(Scalar<V>(-0.0)) - x;
+}
+
 // Compare and select alone, never an instruction's own minimum: what those do with NaN differs from ISA to ISA.
 template <class V>
 V select(Mask<V> where, V a, V b) noexcept {

@@ -44,7 +44,7 @@ template <Arithmetic arithmetic, class V>
   const V all = quotient(V(pulse.push) * NU, b * m);
   const V along_u = all * multiply_add<arithmetic>(al, lambda * z - c, (D * c) * m);
   const V along_n = (all * al) * (r * U2);
-  const V along_s = select<V>(sigma < zero, -along_n, along_n);
+  const V along_s = select<V>(sigma < zero, negative(along_n), along_n);
   const Mask<V> is_sound = (P > V(least_square<T>)) & (P < V(most_square<T>)) & (W >= zero) & (eta < V(most_air<T>));
   return {{product_where<V>(is_sound, one, multiply_add<arithmetic>(along_u, u[0], along_s * s[0])),
            product_where<V>(is_sound, one, multiply_add<arithmetic>(along_u, u[1], along_s * s[1])),

@@ -81,7 +81,7 @@ template <class V, Arithmetic arithmetic>
   const Three<V> n = touch<V, arithmetic>(surface, taken_along<V, arithmetic>(surface, x, t)).n;
   const Three<V> v = velocity_at<V, arithmetic>(surface, x, t);
   if (surface.movement != Movement::turns) return {n, v};
-  return {turned_by<V, arithmetic>((-t) * three<V>(surface.omega), n), v};
+  return {turned_by<V, arithmetic>(negative(t) * three<V>(surface.omega), n), v};
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>

@@ -124,8 +124,8 @@ template <class V>
   const V zero(Scalar<V>(0));
   const V both_a = wedge.scale * (wedge.kappa * b - a);
   const V both_b = wedge.scale * (wedge.kappa * a - b);
-  const V alone_a = select<V>(a < zero, -a, zero);
-  const V alone_b = select<V>(b < zero, -b, zero);
+  const V alone_a = select<V>(a < zero, negative(a), zero);
+  const V alone_b = select<V>(b < zero, negative(b), zero);
   const Mask<V> only_b = wedge.is_wedge & (both_a < zero);
   const Mask<V> only_a = (!wedge.is_wedge) | ((!only_b) & (both_b < zero));
   return {select<V>(only_b, zero, select<V>(only_a, alone_a, both_a)),

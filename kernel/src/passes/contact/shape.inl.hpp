@@ -39,7 +39,7 @@ template <class V, Arithmetic arithmetic>
     const Three<V> across = subtract_product<arithmetic>(y, eta, w);
     l = multiply_add<arithmetic>(V(solid.lean), square_root(dot<arithmetic>(across, across)), eta);
   }
-  l = select<V>(l < -end, -end, select<V>(l > end, end, l));
+  l = select<V>(l < negative(end), negative(end), select<V>(l > end, end, l));
   const Three<V> r = subtract_product<arithmetic>(y, l, w);
   const V length = square_root(dot<arithmetic>(r, r));
   const Mask<V> has_direction = length > zero;
@@ -93,7 +93,7 @@ template <class V, Arithmetic arithmetic>
   const Three<V> face = {{select<V>(is_second | is_third, zero, one),
                           select<V>(is_third, zero, select<V>(is_second, one, zero)), select<V>(is_third, one, zero)}};
   Three<V> n = select(is_outside, scale * out, face);
-  for (std::size_t k = 0; k < 3; ++k) n[k] = select<V>(y[k] < zero, -n[k], n[k]);
+  for (std::size_t k = 0; k < 3; ++k) n[k] = select<V>(y[k] < zero, negative(n[k]), n[k]);
   const V s = select<V>(is_outside, length, select<V>(is_third, q[2], largest));
   return {from_body<V, arithmetic>(solid, n), s - V(solid.thickness)};
 }
@@ -191,7 +191,7 @@ template <class V, Arithmetic arithmetic>
   if (!any_lane<V>(is_beyond)) return at;
   at.phi = select<V>(is_beyond, square_root(dot<arithmetic>(out, out)), at.phi);
   for (std::size_t k = 0; k < 3; ++k) {
-    at.slope[k] = select<V>(is_beyond, select<V>(y[k] < zero, -out[k], out[k]), at.slope[k]);
+    at.slope[k] = select<V>(is_beyond, select<V>(y[k] < zero, negative(out[k]), out[k]), at.slope[k]);
   }
   return at;
 }

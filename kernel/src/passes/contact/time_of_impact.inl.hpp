@@ -155,7 +155,7 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
       const Mask<V> may_dip =
           course.active & (!kept) & (!hits) & (d0 < zero) & (multiply_add<arithmetic>(V(terms.bend.corner), d0, s0) < zero);
       if (any_lane<V>(may_dip)) {
-        const Lowest<V> lowest = path.lowest(quotient<V>(-d0, c + c), terms.bend.newton_steps);
+        const Lowest<V> lowest = path.lowest(quotient<V>(negative(d0), c + c), terms.bend.newton_steps);
         const Mask<V> dips = may_dip & (lowest.s < zero);
         const V d = lowest.f * d0;
         const V b = (lowest.s - s0) - d;

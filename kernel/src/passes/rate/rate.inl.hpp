@@ -41,8 +41,8 @@ template <class V>
 ExpLanes<V> exp_lanes(V x) noexcept {
   const V low = select<V>(x < V(-exp_zero), V(-exp_zero), x);
   const V clamped = select<V>(low > V(exp_zero), V(exp_zero), low);
-  const V n = rounded(-clamped * V(log2_e));
-  const V r = (-clamped - n * V(ln2_high)) - n * V(ln2_low);
+  const V n = rounded(negative(clamped) * V(log2_e));
+  const V r = (negative(clamped) - n * V(ln2_high)) - n * V(ln2_low);
   V terms(expm1_terms.back());
   for (std::size_t k = expm1_terms.size() - 1; k-- > 0;) terms = terms * r + V(expm1_terms[k]);
   const V p = r + (r * r) * terms;
@@ -80,7 +80,7 @@ SinCosLanes<V> sincos_lanes(V x) noexcept {
   const V s = select<V>(is_quarter, near.cos, near.sin);
   const V c = select<V>(is_quarter, near.sin, near.cos);
   const auto is_half = size == V(0.5);
-  return {select<V>(is_half || part == V(-0.25), -s, s), select<V>(is_half || part == V(0.25), -c, c)};
+  return {select<V>(is_half || part == V(-0.25), negative(s), s), select<V>(is_half || part == V(0.25), negative(c), c)};
 }
 
 template <class V>
@@ -106,13 +106,13 @@ struct PsiLanes {
 template <class V>
 PsiLanes<V> psi_taylor(V w, V q) noexcept {
   V d(1.0);
-  V next = -q;
+  V next = negative(q);
   V psi1(0.0), psi2(0.0), psi3(0.0);
   for (std::size_t n = 0; n < psi_taylor_terms; ++n) {
     psi1 = psi1 + d * V(inverse_factorials[n + 1]);
     psi2 = psi2 + d * V(inverse_factorials[n + 2]);
     psi3 = psi3 + d * V(inverse_factorials[n + 3]);
-    const V after = -(q * next + w * d);
+    const V after = negative(q * next + w * d);
     d = next;
     next = after;
   }
@@ -129,15 +129,15 @@ PsiLanes<V> psi_lanes(V w_any, V q_any) noexcept {
   const V root_w = square_root(w);
   const V d = (size - root_w) * (size + root_w);
   const V sg = square_root(select<V>(d > zero, d, zero));
-  const V om = square_root(select<V>(d < zero, -d, zero));
+  const V om = square_root(select<V>(d < zero, negative(d), zero));
 
   const V large = size + sg;
   const V quotient = w / select<V>(large > V(psi_tiny), large, V(psi_tiny));
   const V small = select<V>(quotient < size, quotient, size);
   const auto is_backward = q < zero;
-  const V near = select<V>(is_backward, large, -small);
-  const V far = select<V>(is_backward, small, -large);
-  const auto exp_near = exp_lanes(-near);
+  const V near = select<V>(is_backward, large, negative(small));
+  const V far = select<V>(is_backward, small, negative(large));
+  const auto exp_near = exp_lanes(negative(near));
   const auto exp_gap = exp_lanes(V(2.0) * sg);
   const auto turn = sincos_lanes(om);
   const V sinc = select<V>(om < V(sinc_series_limit), one - (om * om) * V(1.0 / 6), turn.sin / select<V>(om > zero, om, one));
@@ -187,7 +187,7 @@ void rate_sinusoid(const RateSinusoid& run) noexcept {
     const V w = (load_lanes<V>(run.W + i) * h) * h;
     const V q = load_lanes<V>(run.g + i) * h;
     V d(1.0);
-    V next = -q;
+    V next = negative(q);
     V re(1.0), im(0.0);
     V v_re(0.0), v_im(0.0), x_re(0.0), x_im(0.0);
     for (std::size_t m = 0; m < psi_taylor_terms; ++m) {
@@ -198,7 +198,7 @@ void rate_sinusoid(const RateSinusoid& run) noexcept {
       const V turned = next - theta * im;
       im = theta * re;
       re = turned;
-      const V after = -(q * next + w * d);
+      const V after = negative(q * next + w * d);
       d = next;
       next = after;
     }
