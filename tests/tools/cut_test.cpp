@@ -121,7 +121,8 @@ TEST_CASE("explain --ranks says what is shared out, and the time by the latency 
   says("shared by blocks");
   const auto large = dvdx::test::run(folder, "explain sheet.json --ranks 3 --size 3072x1024 --particle-time 1e-9");
   CHECK(large.out.find("told a sub-step        49152 bytes in 1 messages to a rank at most; 98304 bytes in 2 over all ranks\n"
-                       "                         4 sub-steps at a time, of a halo so many times as deep\n") != std::string::npos);
+                       "                         4 sub-steps at a time, of a halo so many times as deep\n") !=
+        std::string::npos);
   CHECK(dvdx::test::run(folder, "explain sheet.json --ranks 81").exit == 2);
   CHECK(dvdx::test::run(folder, "explain sheet.json --ranks 4 --size 1e6").exit == 2);
   CHECK(dvdx::test::run(folder, "explain sheet.json --latency 1").exit == 2);

@@ -30,8 +30,8 @@ struct Exchange {
   const std::uint8_t* is_told = nullptr;
   // Of each particle: 0 where it is another part's, whose reports of contacts tell of it. Null: all are this part's.
   const std::uint8_t* is_own = nullptr;
-  // Of a large sheet's part (dvdx/partition.hpp): positions, and then velocities, are told after so many pulses, through which it
-  // goes while rows are in cache. 1: velocities after each.
+  // Of a large sheet's part (dvdx/partition.hpp): positions, and then velocities, are told after so many pulses, through which
+  // it goes while rows are in cache. 1: velocities after each.
   std::uint32_t pulses_per_telling = 1;
 };
 

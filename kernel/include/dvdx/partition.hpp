@@ -31,8 +31,8 @@ struct Part {
   std::uint32_t pulses_per_telling = 1;
 };
 
-// Of a sheet in parts of whole rows, the least of which has so many: more than 1 for `leapfrog` without damping, air and motions,
-// where a part is large beside the rows that so many pulses reach, and does not fit in a core's cache.
+// Of a sheet in parts of whole rows, the least of which has so many: more than 1 for `leapfrog` without damping, air and
+// motions, where a part is large beside the rows that so many pulses reach, and does not fit in a core's cache.
 [[nodiscard]] DVDX_EXPORT std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows);
 
 // The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows, as many for

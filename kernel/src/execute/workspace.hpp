@@ -69,15 +69,15 @@ class JoinedWorkspace {
   [[nodiscard]] GridAirTerms<T> with_columns(GridAirTerms<T> terms) const noexcept;
 
   WorkColumns<T> work;
-  std::array<T*, 3> origin{};         // null, or where each particle was when the step began
-  std::array<T*, 3> air_v{};          // null, or the velocity that air meets
-  std::vector<Held<T>> held;          // by element; the first of them, as many as are fixed
-  std::vector<DrivenMotion> motions;  // what the caller has asked of each motion,
-  std::vector<DrivenPlaces> groups;   // and of each group of kinematic particles
-  std::vector<DrivenSkin> skins;      // and of each skin
-  std::vector<BallTerms<T>> balls;    // c, u and n of each list
-  std::vector<MovedPose> poses;       // of each motion, at the end of the flow
-  std::vector<Surface<T>> surfaces;   // of the flow, where some of them move
+  std::array<T*, 3> origin{};              // null, or where each particle was when the step began
+  std::array<T*, 3> air_v{};               // null, or the velocity that air meets
+  std::vector<Held<T>> held;               // by element; the first of them, as many as are fixed
+  std::vector<DrivenMotion> motions;       // what the caller has asked of each motion,
+  std::vector<DrivenPlaces> groups;        // and of each group of kinematic particles
+  std::vector<DrivenSkin> skins;           // and of each skin
+  std::vector<BallTerms<T>> balls;         // c, u and n of each list
+  std::vector<MovedPose> poses;            // of each motion, at the end of the flow
+  std::vector<Surface<T>> surfaces;        // of the flow, where some of them move
   std::uint32_t pulses_since_telling = 0;  // of a part of a larger scene
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 
