@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <pugixml.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ranks/refusal.hpp"
@@ -418,6 +419,38 @@ TEST_CASE("ranks: a piece each, and an index that names them" * doctest::skip(ha
     CHECK(times(folder.read("all.pvd"), ".pvtp") == 3);
     // Of more ranks none are left.
     CHECK(std::filesystem::exists(folder / "all-000002-0002.vtp") == (ranks == 3));
+  }
+}
+
+// A sheet of which springs join all rows, and particles that come and go.
+TEST_CASE("ranks: what the first has gathered is written in a piece for each" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("gathered-pieces");
+  folder.write("sheet.json", sheet());
+  folder.write("drops.json", drops());
+  for (const auto& [scene, ghosts] : {std::pair(std::string("sheet"), 2 * 7), std::pair(std::string("drops"), 0)}) {
+    CAPTURE(scene);
+    const auto numbers = [&](const std::string& file, const char* attribute) {
+      pugi::xml_document piece;
+      REQUIRE(piece.load_file((folder / file).c_str()));
+      return piece.child("VTKFile").child("PolyData").child("Piece").attribute(attribute).as_int();
+    };
+    const auto last = scene + "-000001";
+    const std::string command = "run " + scene + ".json --every 100 --out " + scene;
+    for (const auto& [ranks, more] : {std::pair(1, ".vtp"), std::pair(3, ".pvtp --checkpoint at --checkpoint-every 3")}) {
+      const auto result = run_on(ranks, folder, command + more);
+      REQUIRE_MESSAGE(result.exit == 0, result.err);
+    }
+    int points = 0;
+    int faces = 0;
+    for (const char* piece : {"-0000.vtp", "-0001.vtp", "-0002.vtp"}) {
+      CHECK(numbers(last + piece, "NumberOfPoints") > 7);
+      points += numbers(last + piece, "NumberOfPoints");
+      faces += numbers(last + piece, "NumberOfPolys");
+    }
+    CHECK(points == numbers(last + ".vtp", "NumberOfPoints") + ghosts);
+    CHECK(faces == numbers(last + ".vtp", "NumberOfPolys"));
+    CHECK(times(folder.read(scene + ".pvtp"), "<Piece ") == 3);
+    CHECK(times(folder.read(scene + ".pvtp"), "vtkGhostType") == (ghosts > 0 ? 1 : 0));
   }
 }
 

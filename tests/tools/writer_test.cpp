@@ -313,6 +313,51 @@ TEST_CASE("a .vtp holds lines and polygons, and a vertex cell for each particle 
   CHECK(integers(some.child("Lines").first_child(), 2) == Ids{0, 2});
 }
 
+TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks what these reach of others") {
+  using Ids = std::vector<std::int64_t>;
+  constexpr std::size_t count = 7;
+  const ScratchFolder folder("pvtp");
+  folder.write("a-000000.pvtp", "of an older run");
+  folder.write("a-000000-0002.vtp", "of more pieces");
+  const Topology quads{.lines = {{5, 0}}, .faces = {{0, 1, 4, 3}, {1, 2, 5, 4}}};  // and 6 alone
+  Soa<double> memory(count);
+  const auto state = memory.view();
+  for (std::size_t i = 0; i < count; ++i) {
+    state.x[0][i] = static_cast<double>(i);
+    state.v[2][i] = static_cast<double>(10 * i);
+  }
+  const auto writer = make_writer<double>({.target = folder / "a.pvtp",
+                                           .particles = count,
+                                           .states = 1,
+                                           .topology = &quads,
+                                           .pieces = 2,
+                                           .owner = {0, 0, 1, 0, 0, 1, 1}});
+  writer->write({.step = 0, .time = 0}, state);
+  writer->finish();
+  CHECK(folder.entries() == 5);  // two pieces, two indices and their times
+
+  const auto expect = [&](const char* name, const Ids& held, const std::string& ghosts, const char* cells, const Ids& corners) {
+    CAPTURE(name);
+    pugi::xml_document document;
+    REQUIRE(document.load_file((folder / name).c_str()));
+    const auto piece = document.child("VTKFile").child("PolyData").child("Piece");
+    CHECK(piece.attribute("NumberOfPoints").as_uint() == held.size());
+    const auto positions = inline_data(piece.child("Points").first_child(), 3 * held.size() * sizeof(double));
+    const auto velocities = inline_data(piece.child("PointData").first_child(), 3 * held.size() * sizeof(double));
+    for (std::size_t k = 0; k < held.size(); ++k) {
+      CHECK(value_at<double>(positions, 3 * k) == static_cast<double>(held[k]));
+      CHECK(value_at<double>(velocities, 3 * k + 2) == static_cast<double>(10 * held[k]));
+    }
+    CHECK(std::string_view(piece.child("PointData").last_child().attribute("Name").value()) == "vtkGhostType");
+    CHECK(inline_data(piece.child("PointData").last_child(), held.size()) == ghosts);
+    CHECK(integers(piece.child(cells).first_child(), corners.size()) == corners);
+    return piece.child("Verts") ? integers(piece.child("Verts").first_child(), 1) : Ids();
+  };
+  using namespace std::string_literals;
+  CHECK(expect("a-000000-0000.vtp", {0, 1, 3, 4, 2, 5}, "\0\0\0\0\1\1"s, "Polys", {0, 1, 3, 2, 1, 4, 5, 3}).empty());
+  CHECK(expect("a-000000-0001.vtp", {2, 5, 6, 0}, "\0\0\0\1"s, "Lines", {1, 3}) == Ids{2});
+}
+
 // Of two rows and three columns, in the x-y plane, with one edge sliding away.
 class Sheet {
  public:

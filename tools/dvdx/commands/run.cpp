@@ -89,6 +89,7 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
               .ranks = is_split_by_ranges(loaded.file, ranks) ? &ranks : nullptr,
               .first = loaded.file.particles.first,
               .here = loaded.file.particles.count};
+    if (is_gathered(loaded.file, ranks)) output->pieces = static_cast<std::size_t>(ranks.count());
   }
   Checkpoints checkpoints(options.checkpoint, together(ranks, [&] { return identity_of(options, loaded, engine); }),
                           loaded.file.name,
@@ -99,6 +100,7 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
   }
   if constexpr (std::is_same_v<Simulated, Simulation<T>>) {
     if (output && !loaded.file.tears_at.empty()) output->tears = &simulation.tears();
+    if (output) output->owner = simulation.owner();
   }
   if (options.error && ranks.rank() == 0) {
     const auto reference = reference_of(loaded, engine);

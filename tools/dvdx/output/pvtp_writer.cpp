@@ -1,5 +1,6 @@
-// VTK XML PolyData in pieces: of each state a .vtp of each rank's and the .pvtp that names them, a .pvd that gives each .pvtp
-// its time, and under the name that was asked for the last state's .pvtp. ParaView opens either.
+// VTK XML PolyData in pieces: of each state a .vtp for each rank and the .pvtp that names them, a .pvd that gives each .pvtp
+// its time, and under the name that was asked for the last state's .pvtp. ParaView opens either. Ranks that hold ranges each
+// write their own piece; what one rank has gathered, it writes in as many.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -7,7 +8,9 @@
 #include <system_error>
 #include <vector>
 
+#include "dvdx/layouts/soa.hpp"
 #include "output/part_file.hpp"
+#include "output/pieces.hpp"
 #include "output/temporary.hpp"
 #include "output/vtp_document.hpp"
 #include "output/writer.hpp"
@@ -19,32 +22,50 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string index_of(const char* type, const std::vector<std::string>& pieces) {
+enum class Ghosts { none, marked };
+
+std::string index_of(const char* type, Ghosts ghosts, const std::vector<std::string>& pieces) {
   pugi::xml_document document;
   auto data = add_vtk_root(document, "PPolyData").append_child("PPolyData");
   data.append_attribute("GhostLevel") = 0;
-  const auto add = [&](const char* parent, const char* name) {
-    auto array = data.append_child(parent).append_child("PDataArray");
-    array.append_attribute("type") = type;
+  const auto add = [&](pugi::xml_node parent, const char* name, const char* number, int components) {
+    auto array = parent.append_child("PDataArray");
+    array.append_attribute("type") = number;
     array.append_attribute("Name") = name;
-    array.append_attribute("NumberOfComponents") = 3;
+    array.append_attribute("NumberOfComponents") = components;
   };
-  add("PPointData", "velocity");
-  add("PPoints", "position");
+  auto point_data = data.append_child("PPointData");
+  add(point_data, "velocity", type, 3);
+  if (ghosts == Ghosts::marked) add(point_data, vtk_ghosts, "UInt8", 1);
+  add(data.append_child("PPoints"), "position", type, 3);
   for (const auto& piece : pieces) data.append_child("Piece").append_attribute("Source") = piece.c_str();
   return text_of(document);
 }
 
 // What an older series has left: pieces of more ranks, and states behind the last one of this.
-std::vector<fs::path> older_files(const Output& output, int ranks) {
+std::vector<fs::path> older_files(const Output& output, int pieces) {
   std::vector<fs::path> files = old_frames(output);
   std::error_code ignored;
   for (std::uint64_t i = 0; fs::is_regular_file(numbered(output.target, i), ignored); ++i) {
-    for (int rank = i < output.states ? ranks : 0; fs::is_regular_file(piece_of(output.target, i, rank), ignored); ++rank) {
-      files.push_back(piece_of(output.target, i, rank));
+    for (int piece = i < output.states ? pieces : 0; fs::is_regular_file(piece_of(output.target, i, piece), ignored); ++piece) {
+      files.push_back(piece_of(output.target, i, piece));
     }
   }
   return files;
+}
+
+// Those of a piece.
+template <class T>
+State<T> taken(const State<T>& all, const FilePiece& piece, Soa<T>& memory) {
+  State<T> some = memory.view();
+  some.clock = all.clock;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t k = 0; k < piece.particles.size(); ++k) {
+      some.x[axis][k] = all.x[axis][piece.particles[k]];
+      some.v[axis][k] = all.v[axis][piece.particles[k]];
+    }
+  }
+  return some;
 }
 
 template <class T>
@@ -54,10 +75,12 @@ class PvtpWriter final : public Writer<T> {
       : target_(output.target),
         ranks_(output.ranks != nullptr ? *output.ranks : alone_),
         mine_(output),
-        older_(older_files(output, ranks_.count())) {
+        count_(ranks_.count() * static_cast<int>(output.pieces)),
+        older_(older_files(output, count_)) {
     mine_.ranks = nullptr;
     mine_.first = 0;
     if (output.ranks != nullptr) mine_.particles = output.here;
+    if (!output.owner.empty()) cut_ = pieces_of(*output.topology, output.owner, output.pieces);
     together(ranks_, [&] {
       if (is_first()) const PartFile probe(target_);
     });
@@ -65,11 +88,12 @@ class PvtpWriter final : public Writer<T> {
 
   void write(const Moment& moment, const State<T>& state) override {
     together(ranks_, [&] {
-      const auto index = pieces_.size();
-      pieces_.emplace_back(piece_of(target_, index, ranks_.rank()));
-      write_poly_data(pieces_.back(), mine_, moment, state);
-      pieces_.back().close();
-      listed_.push_back({moment.time, numbered(target_, index).filename().string()});
+      if (mine_.pieces > 1) {
+        write_all(moment, state);
+      } else {
+        write_piece(ranks_.rank(), moment, state);
+      }
+      listed_.push_back({moment.time, numbered(target_, listed_.size()).filename().string()});
     });
   }
 
@@ -91,13 +115,27 @@ class PvtpWriter final : public Writer<T> {
  private:
   [[nodiscard]] bool is_first() const noexcept { return ranks_.rank() == 0; }
 
+  void write_piece(int piece, const Moment& moment, const State<T>& state) {
+    pieces_.emplace_back(piece_of(target_, listed_.size(), piece));
+    write_poly_data(pieces_.back(), mine_, moment, state);
+    pieces_.back().close();
+  }
+  void write_all(const Moment& moment, const State<T>& state) {
+    const auto now = cut_.empty() ? pieces_of(no_topology, equal_pieces(state.count, mine_.pieces), mine_.pieces) : cut_;
+    for (int piece = 0; piece < count_; ++piece) {
+      mine_.piece = &now[static_cast<std::size_t>(piece)];
+      Soa<T> memory(mine_.piece->particles.size());
+      write_piece(piece, moment, taken(state, *mine_.piece, memory));
+    }
+  }
+
   void commit_indices() {
     std::vector<PartFile> files;
     std::string last;
-    for (std::uint64_t i = 0; i < pieces_.size(); ++i) {
+    for (std::uint64_t i = 0; i < listed_.size(); ++i) {
       std::vector<std::string> names;
-      for (int rank = 0; rank < ranks_.count(); ++rank) names.push_back(piece_of(target_, i, rank).filename().string());
-      last = index_of(vtk_type<T>(), names);
+      for (int piece = 0; piece < count_; ++piece) names.push_back(piece_of(target_, i, piece).filename().string());
+      last = index_of(vtk_type<T>(), cut_.empty() ? Ghosts::none : Ghosts::marked, names);
       files.emplace_back(numbered(target_, i)).write(last);
     }
     files.emplace_back(target_).write(last);
@@ -109,7 +147,9 @@ class PvtpWriter final : public Writer<T> {
   fs::path target_;
   OneRank alone_;
   Ranks& ranks_;
-  Output mine_;  // this rank's piece
+  Output mine_;                 // this rank's piece
+  int count_;                   // of pieces a state
+  std::vector<FilePiece> cut_;  // where this rank writes all of them, and each particle has its owner
   std::vector<fs::path> older_;
   std::vector<PartFile> pieces_;
   std::vector<TimedFile> listed_;

@@ -14,6 +14,7 @@
 
 #include "output/base64.hpp"
 #include "output/bytes.hpp"
+#include "output/pieces.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -190,11 +191,19 @@ Loose loose_where_joined(const Topology& topology, std::size_t particles) {
   return topology == no_topology ? Loose() : loose_particles(topology, particles);
 }
 
+Array ghosts_array(const FilePiece& piece) {
+  const std::size_t all = piece.particles.size();
+  return {.all = all, .here = all, .feed = [&piece, all](const Put& put) {
+            put(std::string(piece.own, '\0'));
+            put(std::string(all - piece.own, '\1'));
+          }};
+}
+
 // loose: those that nothing joins, where anything joins others. The cells refer to it and to the topology.
 std::vector<Cells> all_cells(const Output& output, const Topology& topology, const Loose& loose, std::size_t particles,
                              std::size_t here) {
   std::vector<Cells> all;
-  if (topology == no_topology) {
+  if (topology == no_topology && output.piece == nullptr) {
     if (particles > 0) all.push_back(loose_cells(output, particles, here));
     return all;
   }
@@ -260,8 +269,8 @@ void write_poly_data(PartFile& file, const Output& output, const Moment& moment,
   const std::size_t particles = all_particles(output, state);
   const std::size_t torn = tears_until(output, moment.step);
   const Topology left = torn == 0 ? Topology() : without(*output.topology, {output.tears->data(), torn});
-  const Topology& topology = torn == 0 ? *output.topology : left;
-  const auto loose = loose_where_joined(topology, particles);
+  const Topology& topology = output.piece != nullptr ? output.piece->topology : torn == 0 ? *output.topology : left;
+  const auto loose = output.piece != nullptr ? output.piece->loose : loose_where_joined(topology, particles);
   const std::vector<Cells> all = all_cells(output, topology, loose, particles, state.count);
   pugi::xml_document document;
   auto data = add_vtk_root(document, "PolyData").append_child("PolyData");
@@ -272,8 +281,16 @@ void write_poly_data(PartFile& file, const Output& output, const Moment& moment,
   const std::string here(1, mark);
   const Array velocity = columns_array(output, particles, state.v, state.count);
   const Array position = columns_array(output, particles, state.x, state.count);
-  std::vector<const Array*> arrays{&velocity, &position};
-  add_array(piece.append_child("PointData"), "velocity", vtk_type<T>(), 3, here.c_str());
+  Array ghosts;
+  std::vector<const Array*> arrays{&velocity};
+  auto point_data = piece.append_child("PointData");
+  add_array(point_data, "velocity", vtk_type<T>(), 3, here.c_str());
+  if (output.piece != nullptr && !output.owner.empty()) {
+    ghosts = ghosts_array(*output.piece);
+    add_array(point_data, vtk_ghosts, "UInt8", 1, here.c_str());
+    arrays.push_back(&ghosts);
+  }
+  arrays.push_back(&position);
   add_array(piece.append_child("Points"), "position", vtk_type<T>(), 3, here.c_str());
   for (const auto& cells : all) {
     auto element = piece.append_child(cells.element);

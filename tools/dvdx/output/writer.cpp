@@ -45,11 +45,12 @@ bool is_series(Files files) { return files == Files::series || files == Files::i
 std::vector<fs::path> targets_of(const Output& output, Files files) {
   std::vector<fs::path> targets;
   const int rank = output.ranks == nullptr ? 0 : output.ranks->rank();
+  const auto pieces = static_cast<int>(output.pieces);
   if (is_series(files)) {
     for (std::uint64_t i = 0; i < output.states; ++i) targets.push_back(numbered(output.target, i));
   }
   for (std::uint64_t i = 0; files == Files::pieces && i < output.states; ++i) {
-    targets.push_back(piece_of(output.target, i, rank));
+    for (int piece = rank; piece < rank + pieces; ++piece) targets.push_back(piece_of(output.target, i, piece));
   }
   if (!is_series(files) || files == Files::pieces) targets.push_back(output.target);
   if (files == Files::indexed_series || files == Files::pieces) targets.push_back(renamed(output.target, ".pvd"));

@@ -17,6 +17,7 @@
 
 namespace dvdx::tool {
 
+struct FilePiece;
 struct SceneFile;
 class PartFile;
 
@@ -64,6 +65,10 @@ struct Output {
   // Where several ranks hold the particles, each of them writes its own, from `first` on. A page is not written so.
   Ranks* ranks = nullptr;
   std::size_t first = 0, here = 0;  // its first particle, and how many
+  // What a .pvtp has of a state that one rank writes, whoever steps it; owner: each particle's piece, or none for equal ones.
+  std::size_t pieces = 1;
+  std::vector<std::uint32_t> owner{};
+  const FilePiece* piece = nullptr;  // what of them the states are, where they are not all
 };
 
 // Throws Fault (usage) where no writer knows the extension.

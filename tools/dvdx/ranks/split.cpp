@@ -272,6 +272,15 @@ void Split<T>::go_on(const State<T>& whole, std::vector<double>& carried) {
 }
 
 template <class T>
+std::vector<std::uint32_t> Split<T>::owner() const {
+  std::vector<std::uint32_t> owner(ranks_.rank() == 0 ? all_ : 0);
+  for (std::size_t rank = 0; rank < owned_.size(); ++rank) {
+    for (const std::uint32_t i : owned_[rank]) owner[i] = static_cast<std::uint32_t>(rank);
+  }
+  return owner;
+}
+
+template <class T>
 std::vector<double> Split<T>::carried() const {
   return plan_ ? plan_->carried(state_) : std::vector<double>();
 }

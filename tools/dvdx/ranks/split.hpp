@@ -68,6 +68,8 @@ class Split {
   // What the whole scene's plan would carry.
   [[nodiscard]] std::vector<double> carried() const;
 
+  // Each particle's rank, on the first one.
+  [[nodiscard]] std::vector<std::uint32_t> owner() const;
   // The scene's number of each that the plan steps.
   [[nodiscard]] std::span<const std::uint32_t> particles() const noexcept { return part_.particles; }
   // s: of this rank's steps, in which it had nothing to do but to wait for what others tell.

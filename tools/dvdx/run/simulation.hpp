@@ -61,6 +61,9 @@ class Simulation {
   // Grows while the run goes on.
   [[nodiscard]] const std::vector<Tear>& tears() const noexcept { return tearing_.tears(); }
 
+  // Each particle's rank, on the first one, where springs are split.
+  [[nodiscard]] std::vector<std::uint32_t> owner() const { return split_ ? split_->owner() : std::vector<std::uint32_t>(); }
+
   Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(state_);
     outcome_.energy_start = observer.energy(networks(), state_);

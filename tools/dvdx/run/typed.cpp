@@ -12,7 +12,7 @@ namespace {
 
 // All of the text, or nothing.
 template <class Number>
-std::optional<Number> number_in(const std::string& text) {
+std::optional<Number> typed_number(const std::string& text) {
   Number number{};
   const char* const end = text.data() + text.size();
   const auto [last, error] = std::from_chars(text.data(), end, number);
@@ -24,9 +24,9 @@ std::string refused(const std::string& text, const std::string& valid) {
 }
 
 template <class IsValid>
-CLI::Validator finite_number(const char* valid, const char* name, IsValid is_valid) {
+CLI::Validator finite_option(const char* valid, const char* name, IsValid is_valid) {
   const auto check = [valid, is_valid](const std::string& text) {
-    const auto number = number_in<double>(text);
+    const auto number = typed_number<double>(text);
     return number && std::isfinite(*number) && is_valid(*number) ? std::string() : refused(text, valid);
   };
   return {check, name, ""};
@@ -37,7 +37,7 @@ CLI::Validator finite_number(const char* valid, const char* name, IsValid is_val
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
   const std::string valid = fmt::format("a whole number from {} to {}", least, most);
   const auto check = [least, most, valid](const std::string& text) {
-    const auto number = number_in<std::uint64_t>(text);
+    const auto number = typed_number<std::uint64_t>(text);
     const bool is_octal_to_cli11 = text.size() > 1 && text.front() == '0';
     return number && !is_octal_to_cli11 && *number >= least && *number <= most ? std::string() : refused(text, valid);
   };
@@ -46,11 +46,11 @@ CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
 }
 
 CLI::Validator number_above_zero() {
-  return finite_number("a finite number > 0", "POSITIVE", [](double number) { return number > 0; });
+  return finite_option("a finite number > 0", "POSITIVE", [](double number) { return number > 0; });
 }
 
 CLI::Validator number_from_zero() {
-  return finite_number("a finite number >= 0", "NONNEGATIVE", [](double number) { return number >= 0; });
+  return finite_option("a finite number >= 0", "NONNEGATIVE", [](double number) { return number >= 0; });
 }
 
 void refuse_empty_texts(CLI::App& app) {

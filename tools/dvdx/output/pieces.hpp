@@ -1,0 +1,28 @@
+// What joins a scene's particles, cut into pieces as ranks have them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scene_io/topology.hpp"
+
+namespace dvdx::tool {
+
+struct FilePiece {
+  std::vector<std::uint32_t> particles;  // numbers in the whole: its own, ascending, then those of others that its cells reach
+  std::size_t own = 0;
+  Topology topology;                              // by places in `particles`
+  std::vector<std::array<std::size_t, 1>> loose;  // its own that no line and no face holds, of whatever piece; likewise
+};
+
+// owner: of each particle, below `count`. A line or face is of the piece that owns its first corner.
+[[nodiscard]] std::vector<FilePiece> pieces_of(const Topology& topology, std::span<const std::uint32_t> owner,
+                                               std::size_t count);
+
+// The owner of each of so many particles: side by side, as many for each piece but for one.
+[[nodiscard]] std::vector<std::uint32_t> equal_pieces(std::size_t particles, std::size_t count);
+
+}  // namespace dvdx::tool
