@@ -361,13 +361,12 @@ void run_searching(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& te
   }
 }
 
-template <class V, class OneAxis, Extras extra, Particles particles_are, Arithmetic arithmetic>
-void run_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
-  if constexpr (has_contacts(extra)) {
-    if (terms.searches) return run_searching<V, OneAxis, extra, particles_are, arithmetic>(block, terms, steps);
-  }
+// Step after step. Whether any of them touched a surface.
+template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+bool run_steps(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
   const Block<Scalar<V>> particles = block;  // a copy that no store can alias
   Waiting<V, arithmetic> waiting;
+  bool has_touched = false;
   for (std::size_t n = 0; n < steps.count; ++n) {
     const auto* offsets = steps.offsets + n * steps.offsets_per_step;
     bool touched = false;  // the batch before: where many do, a batch is not moved twice
@@ -376,12 +375,45 @@ void run_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, con
         if (!touched && !terms.moves) i = step_untouched<V, OneAxis, arithmetic>(particles, terms, offsets[0], i);
       }
       if (i < particles.count) touched = step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting);
+      has_touched = has_touched || touched;
       if constexpr (has_contacts(extra)) {
         if (waiting.is_full()) waiting.resolve(particles, terms, offsets[0]);
       }
     }
     if constexpr (has_contacts(extra)) waiting.resolve(particles, terms, offsets[0]);
   }
+  return has_touched;
+}
+
+// Among planes: some steps at a time, as without contacts where none of them is near.
+template <class V, class OneAxis, Arithmetic arithmetic>
+void run_among_planes(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+  bool has_touched = false;
+  for (std::size_t done = 0; done < steps.count;) {
+    const std::size_t left = steps.count - done;
+    const Steps<Scalar<V>> some{.offsets = steps.offsets + done * steps.offsets_per_step,
+                                .offsets_per_step = steps.offsets_per_step,
+                                .count = left < 2 * looked_at_steps ? left : looked_at_steps};
+    if (!has_touched && !is_any_near(terms, region_of_all<V, OneAxis>(block, terms, some))) {
+      run_axes<V, OneAxis>(block, terms, some);
+    } else {
+      has_touched = run_steps<V, OneAxis, Extras::contact, arithmetic>(block, terms, some);
+    }
+    done += some.count;
+  }
+}
+
+template <class V, class OneAxis, Extras extra, Particles particles_are, Arithmetic arithmetic>
+void run_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+  if constexpr (has_contacts(extra)) {
+    if (terms.searches) return run_searching<V, OneAxis, extra, particles_are, arithmetic>(block, terms, steps);
+  }
+  if constexpr (particles_are == Particles::alike && extra == Extras::contact) {
+    if (terms.are_planes && !terms.moves && steps.count >= looked_at_steps) {
+      return run_among_planes<V, OneAxis, arithmetic>(block, terms, steps);
+    }
+  }
+  run_steps<V, OneAxis, extra, arithmetic>(block, terms, steps);
 }
 
 template <class V, Flow flow, Extras extra, Turn turn, Arithmetic arithmetic>

@@ -128,6 +128,22 @@ TEST_CASE("many contacts: planes and spheres alone have the bits that few of the
   CHECK(test::difference(stepped<double>(few, {.isa = best_isa()}, 60), stepped<double>(many, {.isa = best_isa()}, 60)) == "");
 }
 
+// Looked at some steps together where a call takes many: some blocks meet nothing, some the floor at once, some later, and what
+// bounces is far from all again.
+TEST_CASE("a few planes: calls of many steps have the bits of the reference, near and far") {
+  Joined joined = rows(700);
+  joined.name = "planes";
+  for (std::size_t i = 0; i < joined.x.size(); ++i) joined.x[i][1] += static_cast<double>(i) / 50;
+  joined.scene.add(Plane{.offset = 0.1, .restitution = 0.9, .friction = 0.2});
+  joined.scene.add(Plane{.normal = {1, 0.5, 0}, .offset = -12, .restitution = 0.5});
+  check_runs<float>(joined, 150, Arithmetic::separate, true);
+  check_runs<double>(joined, 37, Arithmetic::contracted, true);
+  joined.scene.add(Drag{.coefficient = 0.3, .wind = {1, 0, 0}});
+  check_runs<float>(joined, 150, Arithmetic::contracted, true);
+  joined.scene.add(Sinusoid{.acceleration = {0, 40, 0}, .angular_frequency = 9});
+  check_runs<double>(joined, 150, Arithmetic::separate, true);
+}
+
 TEST_CASE("many contacts: 4096 of them are taken, and the last one is hit") {
   Joined joined = rows(64);
   for (std::size_t j = 0; j < 4095; ++j) {

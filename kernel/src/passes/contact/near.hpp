@@ -19,7 +19,8 @@
 //          about their group. A group that holds a plane, the inside of a sphere or what a motion carries has no bound.
 // Steps.   Where all particles have the same coefficients, an axis' step is one affine map of (x, v), and takes a rectangle
 //          of them to where it takes its corners: the boxes of many steps follow from that of the first. Where nothing is
-//          near any of them, the block is stepped as without contacts.
+//          near any of them, the block is stepped as without contacts. So it is beside a few planes, too, where a call takes
+//          enough steps to pay for the look.
 
 namespace dvdx {
 
@@ -35,6 +36,9 @@ inline constexpr std::size_t group_size = 16;
 
 // Scenes of more surfaces than this search for those near a block, and so do all with bodies and where a surface moves.
 inline constexpr std::size_t unsearched_surfaces = 8;
+
+// Among planes alone, the steps of a call that are looked at together; calls of fewer steps are not.
+inline constexpr std::size_t looked_at_steps = 16;
 
 // On a block's list; where more are near, the block is halved, down to so many particles, which have all surfaces.
 inline constexpr std::size_t most_near = 32;

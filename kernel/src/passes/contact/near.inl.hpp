@@ -179,5 +179,15 @@ template <class T>
   }
 }
 
+// Of a scene that does not search: whether one of its few surfaces may reach the region.
+template <class T>
+[[gnu::noinline]] bool is_any_near(const Terms<T>& terms, const Region<T>& region) noexcept {
+  const Reach<T> reach(terms, region);
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    if (reach.has(terms.surfaces[j])) return true;
+  }
+  return false;
+}
+
 }  // namespace
 }  // namespace dvdx
