@@ -121,11 +121,13 @@ class PvtpWriter final : public Writer<T> {
     pieces_.back().close();
   }
   void write_all(const Moment& moment, const State<T>& state) {
-    const auto now = cut_.empty() ? pieces_of(no_topology, equal_pieces(state.count, mine_.pieces), mine_.pieces) : cut_;
-    for (int piece = 0; piece < count_; ++piece) {
-      mine_.piece = &now[static_cast<std::size_t>(piece)];
-      Soa<T> memory(mine_.piece->particles.size());
-      write_piece(piece, moment, taken(state, *mine_.piece, memory));
+    std::vector<FilePiece> equal;
+    if (cut_.empty()) equal = pieces_of(no_topology, equal_pieces(state.count, mine_.pieces), mine_.pieces);
+    int number = 0;
+    for (const FilePiece& piece : cut_.empty() ? equal : cut_) {
+      mine_.piece = &piece;
+      Soa<T> memory(piece.particles.size());
+      write_piece(number++, moment, taken(state, piece, memory));
     }
   }
 
