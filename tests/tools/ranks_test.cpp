@@ -230,6 +230,38 @@ TEST_CASE("ranks: what a run tells is what explain counts, byte for byte" * doct
   }
 }
 
+// Of a sheet 7 wide a band has 32 rows, and a rank two bands: of these ranks some have nothing.
+TEST_CASE("ranks: a sheet that is swept has the bits of one rank, and tells what explain counts" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("ranks-swept");
+  auto scene = nlohmann::json::parse(sheet());
+  scene["network"]["rows"] = 150;
+  scene["network"]["edge_v"] = {0, 3, 10};
+  scene["network"]["scheme"] = "sequential";
+  scene["network"]["substeps"] = 3;
+  scene["duration"] = 0.2;
+  folder.write("sheet.json", scene.dump());
+  scene["network"]["bend"] = 0;
+  scene["network"]["aerodynamics"] = {{"density", 1.2}, {"drag", 1.0}, {"lift", 0.5}};
+  folder.write("flag.json", scene.dump());
+  for (const char* run_of : {"sheet.json", "sheet.json --set network.damping=0.01 --precision float64",
+                             "sheet.json --set network.theta=0.6 --precision float32_compensated", "flag.json"}) {
+    CAPTURE(run_of);
+    const std::string arguments = std::string("run ") + run_of + " --json --threads 1";
+    const auto alone = said(run(folder, arguments));
+    for (const int ranks : {2, 3, 5}) {
+      CAPTURE(ranks);
+      CHECK(said(run_on(ranks, folder, arguments)) == alone);
+    }
+  }
+  for (const int ranks : {2, 5}) {
+    const auto report = nlohmann::json::parse(run_on(ranks, folder, "run sheet.json --json --threads 1").out);
+    const auto [bytes, messages] = predicted(folder, "sheet.json", ranks);
+    CHECK(messages == (ranks == 2 ? 2 : 4));
+    CHECK(report["halo"]["bytes"] == 60 * bytes);
+    CHECK(report["halo"]["messages"] == 60 * messages);
+  }
+}
+
 TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("files");
   for (const std::string kind : {"csv", "npz", "ply", "pc2", "vtp"}) {
@@ -273,7 +305,7 @@ TEST_CASE("ranks: what ends one ends all, says so once and leaves nothing" * doc
   check("--out nowhere/all.csv", 4, "there is no directory nowhere");
   check("--out all.html", 2, "a page is not written by several ranks");
   check("--set 'network={\"type\":\"springs\",\"pairs\":[[0,1]],\"stiffness\":1,\"rest_length\":1,\"scheme\":\"sequential\"}'",
-        3, "network.scheme sequential cannot be split over ranks");
+        3, "network.scheme sequential of anything but one sheet cannot be split over ranks");
   check("--set 'constraints=[{\"type\":\"distance\",\"pairs\":[[0,1]],\"length\":1}]'", 3, "constraints cannot be split");
 }
 
@@ -303,12 +335,17 @@ TEST_CASE("ranks: cloth in wind has the bits of one rank, as a sheet and as a li
 TEST_CASE("ranks: what others wrote down goes on to the same bits, files, impacts and sums" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("resumed");
   folder.write("sheet.json", sheet());
+  auto swept = nlohmann::json::parse(sheet());
+  swept["network"]["rows"] = 200;
+  swept["network"]["scheme"] = "sequential";
+  swept["duration"] = 0.2;
+  folder.write("swept.json", swept.dump());
   struct Case {
     std::string run;
     int first, second;
   };
   for (const Case& of :
-       {Case{"mixed.json", 3, 2}, Case{"mixed.json --precision float32_compensated", 1, 3},
+       {Case{"mixed.json", 3, 2}, Case{"mixed.json --precision float32_compensated", 1, 3}, Case{"swept.json", 3, 2},
         Case{"sheet.json --duration 0.2", 3, 2}, Case{"sheet.json --duration 0.2 --precision float32_compensated", 1, 2}}) {
     CAPTURE(of.run);
     const std::string arguments = "run " + of.run + " --json --every 3 --threads ";

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "dvdx/export.h"
 #include "dvdx/scene.hpp"
@@ -22,8 +23,8 @@ struct HaloColumns {
 struct Exchange {
   void* context = nullptr;
   // Begins to tell what others hold of this part, while the step works out the rest of the same columns; and puts in place what
-  // others tell. One after the other, once a pulse, and once more for each of its passes over springs that damp. They allocate
-  // nothing. Null, both: no part.
+  // others tell. One after the other, once a pulse, and once more for each of its passes over springs that damp; of a sheet by
+  // `sequential` once a sub-step, after its sweeps. They allocate nothing. Null, both: no part.
   void (*start)(void* context, const HaloColumns& columns) noexcept = nullptr;
   void (*finish)(void* context, const HaloColumns& columns) noexcept = nullptr;
   // Of each particle: 0 where no other part holds it. Null: any may be held, and all is worked out before it is told.
@@ -52,6 +53,7 @@ struct Elsewhere {
   double g = 0;                 // 1/s: the highest damping over mass
   bool anchors_differ = false;  // springs whose methods keep them apart have anchors of their own
   bool springs_damp = false;    // any spring between particles does
+  std::optional<double> rho{};  // NetworkLimit::rho of the whole's plan; none: as this plan's own springs ask for
   Exchange exchange{};          // of the halo, where springs lead out of the part
   SharedBirths births{};        // of LivePlan
 };

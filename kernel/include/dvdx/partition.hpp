@@ -35,8 +35,19 @@ struct Part {
 // motions, where a part is large beside the rows that so many pulses reach, and does not fit in a core's cache.
 [[nodiscard]] DVDX_EXPORT std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows);
 
-// The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows, as many for
-// each part as can be.
+// Rows of a sheet that one part must have together: of `sequential` two bands, which its sweeps take one after the other; of
+// other schemes 1.
+[[nodiscard]] DVDX_EXPORT std::size_t rows_kept_together(const Scene& scene, const Grid& sheet);
+
+// What a part holds of the rows of the part above it (of lesser numbers) and of the one below it, so that its own are right
+// after so many pulses or, of `sequential`, a sub-step.
+struct RowsHeld {
+  std::uint64_t above = 0, below = 0;
+};
+[[nodiscard]] DVDX_EXPORT RowsHeld rows_held(const Scene& scene, const Grid& sheet, std::uint32_t pulses);
+
+// The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows
+// (rows_kept_together of them), as many for each part as can be. A sheet by `sequential` has no other owners.
 [[nodiscard]] DVDX_EXPORT std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts);
 
 // The springs as pairs of particles, the lesser number first, each pair as often as springs join it: what a graph is cut by.

@@ -84,6 +84,7 @@ struct NetworkLimit {
   std::uint32_t particle = 0;  // whose springs set the bound
   double damping = 0;          // 1/s: no position of the particles has a higher rate of damping along the springs
   double damping_limit = 0;    // that rate times sub-step that the scheme takes; infinite for sequential
+  double rho = 0;              // of sequential's generalized alpha: which part of a stiff motion a sub-step leaves
 };
 
 template <class T>

@@ -17,10 +17,6 @@
 namespace dvdx {
 namespace {
 
-// Rows of a grid that a sweep takes together, all springs of one direction before the next: enough independent work for a core,
-// and little enough to stay in first-level cache. A multiple of 4, so that rows of equal number mod 4 mean the same in each.
-std::size_t rows_of_band(std::size_t columns) { return std::clamp<std::size_t>(512 / columns / 4 * 4, 4, 32); }
-
 struct Compliances {
   double kappa, eta, inverse;
 };
@@ -148,6 +144,10 @@ T* strand_inverses(const Implicitness& of, std::span<const GridDirection> direct
 }
 
 }  // namespace
+
+// Enough independent work for a core, and little enough to stay in first-level cache. A multiple of 4, so that rows of equal
+// number mod 4 mean the same in each.
+std::size_t rows_of_band(std::size_t columns) noexcept { return std::clamp<std::size_t>(512 / columns / 4 * 4, 4, 32); }
 
 // Torn springs, which have none, keep none.
 template <class T>

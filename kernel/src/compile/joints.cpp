@@ -163,6 +163,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   is_damped_ = grid != nullptr ? grid->damping != 0 && springs != 0 : is_any_damped(pairs);
   is_damped_ = is_damped_ || options.elsewhere.springs_damp;
   keeps_order_ = options.elsewhere.exchange.start != nullptr;
+  rho_of_whole_ = options.elsewhere.rho;
   choose(scene, pairs, kept, changed);
   make_order(scene, pairs, grid, kept);
   make_fixed(scene, start);
@@ -212,7 +213,9 @@ bool hangs_free(const Scene& scene, std::size_t particles) {
 template <class T>
 NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) const {
   const Frequencies of = found_ ? *found_ : find(scene, start);
-  return limit_of(rule, of, step, chosen.substeps, hangs_free(scene, particles())).limit;
+  NetworkLimit limit = limit_of(rule, of, step, chosen.substeps, hangs_free(scene, particles())).limit;
+  limit.rho = chosen.rho;
+  return limit;
 }
 
 template <class T>
@@ -346,7 +349,9 @@ void Joints<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
 
 template <class T>
 Substeps Joints<T>::substeps_by(const HighestRates& highest, double h) const noexcept {
-  return substeps_of(coupling, rule, h, highest, substeps_of_turn(fastest_turn_ * std::abs(h)));
+  Substeps found = substeps_of(coupling, rule, h, highest, substeps_of_turn(fastest_turn_ * std::abs(h)));
+  if (is_generalized_alpha(coupling)) found.rho = rho_of_whole_.value_or(found.rho);
+  return found;
 }
 
 template <class T>

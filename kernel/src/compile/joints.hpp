@@ -145,7 +145,8 @@ class Joints {
   bool has_tethers_ = false;
   bool is_stack_ = false;     // of several sheets, stepped as one
   bool keeps_order_ = false;  // of a part of a larger scene
-  double fastest_turn_ = 0;   // rad/s, of the surfaces that follow a motion
+  std::optional<double> rho_of_whole_;
+  double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
   std::unique_ptr<GridRates> by_row_;
   struct ListInPlace {
     ListRates rates;

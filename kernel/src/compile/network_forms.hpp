@@ -111,6 +111,9 @@ struct NetworkInput {
 
 [[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;
 
+// Rows of a sheet that a sweep takes together, all springs of one direction before the next.
+[[nodiscard]] std::size_t rows_of_band(std::size_t columns) noexcept;
+
 // Columns that a form refers to come from `columns`, which must live as long.
 template <class T>
 GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid, Columns<T>& columns);

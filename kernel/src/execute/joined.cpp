@@ -796,6 +796,7 @@ class JoinedStep {
       if (is_symmetric) backward(from, to);
     });
     if (is_symmetric) for_each_band(form, 0, backward);
+    exchange(work_.shift);
   }
 
   // Calls use(from, to) with the strands of every second band of each sheet.

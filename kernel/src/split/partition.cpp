@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "compile/network_forms.hpp"
 #include "compile/particle_order.hpp"
 #include "compile/particle_values.hpp"
 
@@ -155,9 +156,14 @@ class SharedTriangles {
 
 }  // namespace
 
+std::size_t rows_kept_together(const Scene& scene, const Grid& sheet) {
+  return scene.coupling.scheme == Scheme::sequential ? 2 * rows_of_band(sheet.columns) : 1;
+}
+
 std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts) {
-  const std::size_t together = is_sheet(scene, count) ? std::get<Grid>(scene.networks[0]).columns : 1;
-  const std::size_t units = count / together;
+  const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
+  const std::size_t together = sheet != nullptr ? sheet->columns * rows_kept_together(scene, *sheet) : 1;
+  const std::size_t units = (count + together - 1) / together;
   const std::vector<std::uint32_t> place = places(scene, count);
   std::vector<std::uint32_t> owner(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -204,13 +210,23 @@ std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uin
   return goes_by_rows && is_large ? pulses : 1;
 }
 
+// Of a sheet that is swept a part goes through all bands that its own rows depend on. Bands of even number are swept first, and
+// again last; each reaches into the band below it. A part begins with a band of even number (rows_kept_together), and ends with
+// one of odd number, which waits for the first sweep of the band below it; its own first band waits for the band above it,
+// which waits for the first sweep of the one above that.
+RowsHeld rows_held(const Scene& scene, const Grid& sheet, std::uint32_t pulses) {
+  if (scene.coupling.scheme != Scheme::sequential) return {pulses * reach_of(sheet), pulses * reach_of(sheet)};
+  const std::uint64_t band = rows_of_band(sheet.columns);
+  return {.above = 2 * band, .below = band + reach_of(sheet)};
+}
+
 namespace {
 
-// What a part and those on either side of it hold of each other's rows, so many deep; in numbers of the whole.
+// What a part and those on either side of it hold of each other's rows; in numbers of the whole.
 struct Told {
   std::vector<std::uint32_t> sent, received;
 };
-void hold_rows(const Grid& grid, std::span<const std::uint32_t> owner, std::uint32_t part, std::uint64_t depth,
+void hold_rows(const Grid& grid, std::span<const std::uint32_t> owner, std::uint32_t part, const RowsHeld& depth,
                std::vector<std::uint8_t>& held, std::map<std::uint32_t, Told>& told) {
   const auto first = static_cast<std::uint64_t>(std::find(owner.begin(), owner.end(), part) - owner.begin()) / grid.columns;
   auto end = first;
@@ -221,12 +237,16 @@ void hold_rows(const Grid& grid, std::span<const std::uint32_t> owner, std::uint
       held[i] = 1;
     }
   };
-  const auto share = [&](std::uint32_t other, std::uint64_t own_row, std::uint64_t other_row) {
-    add(told[other].sent, own_row, own_row + depth);
-    add(told[other].received, other_row, other_row + depth);
-  };
-  if (first != 0) share(owner[(first - 1) * grid.columns], first, first - depth);
-  if (end != grid.rows) share(owner[end * grid.columns], end - depth, end);
+  if (first != 0) {
+    Told& above = told[owner[(first - 1) * grid.columns]];
+    add(above.sent, first, std::min(end, first + depth.below));
+    add(above.received, first - depth.above, first);
+  }
+  if (end != grid.rows) {
+    Told& below = told[owner[end * grid.columns]];
+    add(below.sent, end - depth.above, end);
+    add(below.received, end, std::min<std::uint64_t>(grid.rows, end + depth.below));
+  }
 }
 
 }  // namespace
@@ -240,8 +260,9 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
   const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
   if (sheet != nullptr) made.pulses_per_telling = pulses_per_telling(scene, *sheet, fewest_rows(*sheet, owner));
   std::map<std::uint32_t, Told> told;
-  if (made.pulses_per_telling > 1) {
-    hold_rows(*sheet, owner, part, made.pulses_per_telling * reach_of(*sheet), held, told);
+  const bool is_swept = scene.coupling.scheme == Scheme::sequential;
+  if (sheet != nullptr && made.own != 0 && (is_swept || made.pulses_per_telling > 1)) {
+    hold_rows(*sheet, owner, part, rows_held(scene, *sheet, made.pulses_per_telling), held, told);
   }
   for (const auto& [a, b] : joined(scene, count)) {
     if (owner[a] != part && owner[b] != part) continue;

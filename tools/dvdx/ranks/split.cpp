@@ -1,6 +1,7 @@
 #include "ranks/split.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <numeric>
 #include <span>
@@ -174,13 +175,13 @@ State<T> started(const SceneFile& file, State<T> state) {
 }  // namespace
 
 template <class T>
-Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, int substeps)
+Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const NetworkLimit& limit)
     : ranks_(ranks),
       part_(part_here(file, ranks)),
       own_(own_places(part_)),
       all_(file.particles.count),
       halo_(ranks, part_),
-      file_(file_of(file, part_, substeps)),
+      file_(file_of(file, part_, limit.substeps)),
       memory_(engine.layout, part_.particles.size(), rounding_of(engine.precision)),
       state_(started(file_, memory_.view())),
       owned_(owned_by_all(ranks, part_, own_)) {
@@ -189,6 +190,7 @@ Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, int s
   options.unstable = Unstable::allowed;  // the whole scene's plan was not refused
   options.elsewhere = elsewhere_of(file.scene, file.particles.count);
   options.elsewhere.springs_damp = is_any_damped(file.scene);
+  options.elsewhere.rho = limit.rho;
   options.elsewhere.exchange = halo_.exchange();
   together(ranks, [&] {
     if (part_.particles.empty()) return;
@@ -267,7 +269,8 @@ void Split<T>::go_on(const State<T>& whole, std::vector<double>& carried) {
     }
   }
   together(ranks_, [&] {
-    if (plan_ && !plan_->restore(carried, state_)) throw Fault(Exit::input_output, "the checkpoint is of another plan");
+    if (plan_ && !plan_->restore(carried_here(carried), state_))
+      throw Fault(Exit::input_output, "the checkpoint is of another plan");
   });
 }
 
@@ -280,9 +283,54 @@ std::vector<std::uint32_t> Split<T>::owner() const {
   return owner;
 }
 
+namespace {
+
+// What a plan carries begins with whether it remembers accelerations, and three of each of its particles where it does
+// (execute/carried.cpp); what else it carries is alike on all ranks.
+bool remembers(std::span<const double> carried) { return !carried.empty() && carried[0] != 0; }
+
+}  // namespace
+
 template <class T>
-std::vector<double> Split<T>::carried() const {
-  return plan_ ? plan_->carried(state_) : std::vector<double>();
+std::vector<double> Split<T>::carried() {
+  const std::vector<double> here = plan_ ? plan_->carried(state_) : std::vector<double>();
+  std::array<double, 1> any_remembers{remembers(here) ? 1.0 : 0.0};
+  ranks_.highest(any_remembers);
+  if (any_remembers[0] == 0) return here;
+  std::vector<double> own;
+  for (const std::uint32_t k : own_) {
+    for (std::size_t axis = 0; axis < 3; ++axis) own.push_back(here[1 + 3 * std::size_t{k} + axis]);
+  }
+  if (ranks_.rank() != 0) {
+    ranks_.send(0, std::as_bytes(std::span(own)));
+    return {};
+  }
+  std::vector<double> whole(1 + 3 * all_, 1);
+  whole.insert(whole.end(), here.begin() + static_cast<std::ptrdiff_t>(1 + 3 * part_.particles.size()), here.end());
+  for (int rank = 0; rank < ranks_.count(); ++rank) {
+    const auto& numbers = owned_[static_cast<std::size_t>(rank)];
+    own.resize(3 * numbers.size());
+    if (rank > 0) ranks_.receive(rank, std::as_writable_bytes(std::span(own)));
+    const double* next = own.data();
+    for (const std::uint32_t i : numbers) {
+      for (std::size_t axis = 0; axis < 3; ++axis) whole[1 + 3 * std::size_t{i} + axis] = *next++;
+    }
+  }
+  return whole;
+}
+
+// Of what the whole scene's plan would carry, this part's.
+template <class T>
+std::vector<double> Split<T>::carried_here(std::span<const double> whole) const {
+  if (!remembers(whole) || whole.size() < 1 + 3 * all_) return {whole.begin(), whole.end()};
+  std::vector<double> here{1};
+  for (const std::uint32_t i : part_.particles) {
+    const auto of = whole.subspan(1 + 3 * std::size_t{i}, 3);
+    here.insert(here.end(), of.begin(), of.end());
+  }
+  const auto rest = whole.subspan(1 + 3 * all_);
+  here.insert(here.end(), rest.begin(), rest.end());
+  return here;
 }
 
 template class Split<float>;

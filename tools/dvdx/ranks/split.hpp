@@ -56,8 +56,8 @@ class HaloExchange {
 template <class T>
 class Split {
  public:
-  // Throws SharedFault where a rank cannot make its part. substeps: those of the whole scene.
-  Split(const SceneFile& file, const Engine& engine, Ranks& ranks, int substeps);
+  // Throws SharedFault where a rank cannot make its part. limit: the whole scene's.
+  Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const NetworkLimit& limit);
 
   // report: null, or what this rank's own particles do to contacts.
   void step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel);
@@ -65,8 +65,8 @@ class Split {
   void gather(State<T>& whole);
   // From the first rank: a state that a run goes on from, and what its plan carried then.
   void go_on(const State<T>& whole, std::vector<double>& carried);
-  // What the whole scene's plan would carry.
-  [[nodiscard]] std::vector<double> carried() const;
+  // What the whole scene's plan would carry, on the first rank.
+  [[nodiscard]] std::vector<double> carried();
 
   // Each particle's rank, on the first one.
   [[nodiscard]] std::vector<std::uint32_t> owner() const;
@@ -77,6 +77,7 @@ class Split {
 
  private:
   [[nodiscard]] std::vector<const std::array<Column<T>, 3>*> columns(const State<T>& state) const;
+  [[nodiscard]] std::vector<double> carried_here(std::span<const double> whole) const;
 
   Ranks& ranks_;
   Part part_;

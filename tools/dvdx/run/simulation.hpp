@@ -55,7 +55,7 @@ class Simulation {
     if (plan_) (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
     if (!is_split_by_springs(loaded.file, ranks)) return;
     plan_.reset();
-    split_.emplace(loaded.file, engine, ranks, outcome_.network->substeps);
+    split_.emplace(loaded.file, engine, ranks, *outcome_.network);
   }
 
   // Grows while the run goes on.
@@ -162,15 +162,16 @@ class Simulation {
         Halo{.told = {.messages = told[0], .bytes = told[1]}, .waited_seconds = longest(ranks_, split_->waited_seconds())};
   }
 
-  [[nodiscard]] std::vector<double> carried() const { return split_ ? split_->carried() : plan_->carried(state_); }
+  [[nodiscard]] std::vector<double> carried() { return split_ ? split_->carried() : plan_->carried(state_); }
 
   [[nodiscard]] SaveRun prepare(const HeatWatch<T>& watch, ContactWatch& contacts) {
     gathered();
     contacts.flush();
-    return [this, &watch, words = contacts.words(), seconds = longest(ranks_, outcome_.wall_seconds)](Sink& sink) {
+    return [this, &watch, carried = this->carried(), words = contacts.words(),
+            seconds = longest(ranks_, outcome_.wall_seconds)](Sink& sink) {
       put_state(sink, state_, loaded_.file.particles.total());
       tearing_.save(sink);
-      sink.put(std::span<const double>(carried()));
+      sink.put(std::span<const double>(carried));
       watch.save(sink);
       sink.put(std::span<const std::int64_t>(words));
       sink.put(seconds);

@@ -212,6 +212,36 @@ Cut cut_of_sheet(const Grid& grid, std::uint64_t rows_of_ranks, std::uint64_t co
   return cut;
 }
 
+Cut cut_of_swept_sheet(const Grid& grid, std::uint64_t ranks, std::uint64_t rows_together, const RowsHeld& held) {
+  Cut cut{.sharing = Sharing::stripes, .ranks = ranks};
+  const auto directions = directions_of(grid);
+  const std::uint64_t units = (grid.rows + rows_together - 1) / rows_together;
+  const auto begin = [&](std::uint64_t k) {
+    return std::min<std::uint64_t>(grid.rows, begin_of(units, ranks, k) * rows_together);
+  };
+  const Piece columns{.first = 0, .length = grid.columns, .all = grid.columns};
+  std::uint64_t fewest = grid.rows;
+  std::uint64_t inner = 0;
+  for (std::uint64_t k = 0; k < ranks; ++k) {
+    const std::uint64_t first = begin(k);
+    const std::uint64_t end = begin(k + 1);
+    fewest = std::min(fewest, end - first);
+    if (end == first) continue;
+    const Block block{.rows = {.first = first, .length = end - first, .all = grid.rows}, .columns = columns};
+    const BlockCount count = count_of(block, directions);
+    const std::uint64_t above = std::min(first, held.above);
+    const std::uint64_t below = std::min(grid.rows - end, held.below);
+    take(cut, (end - first) * grid.columns, count.springs, (above + below) * grid.columns,
+         (above != 0 ? 1U : 0U) + (below != 0 ? 1U : 0U), 1);
+    inner += count.inner;
+  }
+  cut.fewest = fewest * grid.columns;
+  const Block whole{.rows = {.first = 0, .length = grid.rows, .all = grid.rows}, .columns = columns};
+  cut.all_springs = count_of(whole, directions).inner;
+  cut.cut_springs = cut.all_springs - inner;
+  return cut;
+}
+
 std::optional<std::array<std::uint64_t, 2>> best_blocks(const Grid& grid, std::uint64_t ranks) {
   std::optional<std::array<std::uint64_t, 2>> best;
   double least = 0;

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "dvdx/partition.hpp"
 #include "dvdx/scene.hpp"
 
 namespace dvdx::tool {
@@ -49,6 +50,9 @@ struct Cut {
 // Of a sheet, without a list of its springs: at any size. rows_of_ranks x columns_of_ranks ranks, at most as many as there are
 // rows and columns.
 [[nodiscard]] Cut cut_of_sheet(const Grid& grid, std::uint64_t rows_of_ranks, std::uint64_t columns_of_ranks);
+
+// Of a sheet by `sequential`: rows_kept_together() and rows_held() of dvdx/partition.hpp.
+[[nodiscard]] Cut cut_of_swept_sheet(const Grid& grid, std::uint64_t ranks, std::uint64_t rows_together, const RowsHeld& held);
 // The factors of so many ranks that cut fewest springs; none where no two fit the sheet.
 [[nodiscard]] std::optional<std::array<std::uint64_t, 2>> best_blocks(const Grid& grid, std::uint64_t ranks);
 

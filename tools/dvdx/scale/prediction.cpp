@@ -86,6 +86,7 @@ Extent extent_of(const SceneFile& file, const std::string& size) {
 
 Telling telling_of(const SceneFile& file, std::size_t scalar_bytes) {
   if (file.scene.networks.empty()) return {};
+  if (file.scene.coupling.scheme == Scheme::sequential) return {.times = 1, .numbers = 3, .bytes = scalar_bytes};  // shifts
   const bool is_fourth = file.scene.coupling.scheme == Scheme::fourth_order;
   const std::uint64_t pulses = is_fourth ? 6 : 1;
   // Velocities after each pulse; before them what each pass of the damping reads.
@@ -97,6 +98,10 @@ std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
   if (ranks > extent.particles) return {};
   if (!extent.is_joined()) return {cut_of_ranges(extent.particles, ranks)};
   std::vector<Cut> cuts;
+  if (extent.sheet && extent.scene->coupling.scheme == Scheme::sequential) {
+    return {cut_of_swept_sheet(*extent.sheet, ranks, rows_kept_together(*extent.scene, *extent.sheet),
+                               rows_held(*extent.scene, *extent.sheet, 1))};
+  }
   if (extent.sheet) {
     if (ranks <= extent.sheet->rows) {
       Cut& cut = cuts.emplace_back(cut_of_sheet(*extent.sheet, ranks, 1));
