@@ -2,10 +2,13 @@
 // instruction set and in both arithmetics.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <barrier>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <optional>
+#include <random>
 #include <span>
 #include <thread>
 #include <vector>
@@ -152,8 +155,10 @@ std::uint64_t hash_in_parts(const Sheet& sheet, const Scene& whole, const Option
     own.unstable = Unstable::allowed;
     own.elsewhere = elsewhere_of(whole, count);
     own.elsewhere.rho = limit.rho;
-    own.elsewhere.springs_damp = std::get<Grid>(whole.networks[0]).damping != 0;
-    own.elsewhere.exchange = halos[p].exchange(p % 2 == 0);  // the others work all out before they tell it
+    if (part[p].sweeps) own.elsewhere.sweeps = &*part[p].sweeps;
+    own.elsewhere.springs_damp = std::visit([](const auto& springs) { return springs.damping != 0; }, whole.networks[0]);
+    const bool tells = tellings_of_sweeps(whole, count) != 0 || whole.coupling.scheme != Scheme::sequential;
+    if (tells) own.elsewhere.exchange = halos[p].exchange(p % 2 == 0);  // the others work all out before they tell it
     auto plan = compile(scene, own, states[p]);
     REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
     plans.push_back(std::move(*plan));
@@ -259,6 +264,85 @@ TEST_CASE("split: parts of a sheet that is swept have the bits of the whole, and
       }
     }
   }
+}
+
+// Springs along the rows and columns of a sheet, and across, whose particles have any numbers; and a chain beside it.
+Springs shuffled(const Sheet& sheet, double damping) {
+  std::vector<std::uint32_t> number(sheet.count());
+  std::iota(number.begin(), number.end(), 0U);
+  std::shuffle(number.begin(), number.end(), std::mt19937(3));
+  Springs springs{.pairs = {}, .stiffness = 100.0, .damping = damping};
+  const auto join = [&](std::size_t i, std::size_t j) { springs.pairs.push_back({number[i], number[j]}); };
+  for (std::size_t i = 0; i + sheet.width + 1 < sheet.count(); ++i) {
+    join(i + 1, i);
+    join(i, i + sheet.width);
+    if (i % 3 == 0) join(i, i + sheet.width + 1);
+    if (i % 700 == 0) join(i, i + 1);  // a second one
+  }
+  return springs;
+}
+
+TEST_CASE("split: parts of lists that are swept have the bits of the whole, and tell after each colour") {
+  const Sheet sheet{130, 100};
+  for (const bool is_shuffled : {false, true}) {
+    for (const double damping : {0.0, 0.002}) {
+      Scene scene;
+      scene.mass = 0.01;
+      scene.add(Constant{.acceleration = {0, -9.81, 0}});
+      Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {9.9, 0, 0}, .edge_v = {0, 0, 12.9}};
+      grid.structural = 300;
+      grid.bend = 20;
+      grid.damping = damping;
+      if (is_shuffled) {
+        scene.networks.emplace_back(shuffled(sheet, damping));
+      } else {
+        scene.networks.emplace_back(grid);
+        scene.networks.emplace_back(Springs{.pairs = {{0, 12000}, {50, 53}}, .stiffness = 3.0});
+      }
+      scene.coupling.scheme = Scheme::sequential;
+      scene.coupling.substeps = 2;
+      if (damping != 0) scene.coupling.sweeps = SweepOrder::forward;
+      if (damping != 0) scene.coupling.theta = 0.7;
+      scene.fixed = {0, 1, 5000, 5001};
+      scene.contacts.emplace_back(Sphere{.center = {2, 0.5, 7}, .radius = 0.499, .restitution = 0.4, .friction = 0.3});
+      CAPTURE(is_shuffled);
+      CAPTURE(damping);
+      for (const Isa isa : {available_isas(Arithmetic::separate).front(), best_isa()}) {
+        const Options options{.step = 1.0 / 60, .isa = isa};
+        NetworkLimit limit;
+        const auto whole = whole_hash(sheet, scene, options, limit);
+        const auto each = tellings_of_sweeps(scene, sheet.count());
+        CHECK(each > 2);
+        for (const std::uint32_t parts : {1U, 2U, 4U}) {
+          CAPTURE(parts);
+          std::size_t tellings = 0;
+          CHECK(hash_in_parts(sheet, scene, options, limit, parts, &tellings) == whole);
+          CHECK(tellings == 2 * steps * each);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("split: of sheets side by side that are swept each part has whole ones") {
+  const Sheet all{100, 30};
+  Scene scene;
+  scene.mass = 0.01;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  for (std::size_t n = 0; n < 5; ++n) {
+    Grid grid{.rows = 20, .columns = 30, .edge_u = {2.9, 0, 0}, .edge_v = {0, 0, 1.9}, .structural = 300};
+    grid.first = n * 600;
+    if (n == 3) grid.broken = {{1805, 1806}};
+    scene.networks.emplace_back(grid);
+  }
+  scene.coupling.scheme = Scheme::sequential;
+  scene.coupling.substeps = 2;
+  scene.fixed = {0, 600, 1200, 1800, 2429};
+  const Options options{.step = 1.0 / 60, .isa = best_isa()};
+  NetworkLimit limit;
+  const auto whole = whole_hash(all, scene, options, limit);
+  CHECK(tellings_of_sweeps(scene, all.count()) == 0);
+  for (const std::uint32_t parts : {1U, 2U, 3U, 5U}) CHECK(hash_in_parts(all, scene, options, limit, parts) == whole);
 }
 
 // Each part has as many particles as do not fit in cache: it goes through four sub-steps between two tellings.

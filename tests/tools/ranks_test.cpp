@@ -304,8 +304,8 @@ TEST_CASE("ranks: what ends one ends all, says so once and leaves nothing" * doc
       3, "particle 52");
   check("--out nowhere/all.csv", 4, "there is no directory nowhere");
   check("--out all.html", 2, "a page is not written by several ranks");
-  check("--set 'network={\"type\":\"springs\",\"pairs\":[[0,1]],\"stiffness\":1,\"rest_length\":1,\"scheme\":\"sequential\"}'",
-        3, "network.scheme sequential of anything but one sheet cannot be split over ranks");
+  check("--set 'network={\"type\":\"springs\",\"pairs\":[[0,1]],\"stiffness\":1,\"rest_length\":1,\"scheme\":\"accumulate\"}'",
+        3, "network.scheme accumulate cannot be split over ranks");
   check("--set 'constraints=[{\"type\":\"distance\",\"pairs\":[[0,1]],\"length\":1}]'", 3, "constraints cannot be split");
 }
 

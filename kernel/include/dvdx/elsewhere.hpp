@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "dvdx/export.h"
 #include "dvdx/scene.hpp"
@@ -23,8 +24,9 @@ struct HaloColumns {
 struct Exchange {
   void* context = nullptr;
   // Begins to tell what others hold of this part, while the step works out the rest of the same columns; and puts in place what
-  // others tell. One after the other, once a pulse, and once more for each of its passes over springs that damp; of a sheet by
-  // `sequential` once a sub-step, after its sweeps. They allocate nothing. Null, both: no part.
+  // others tell. One after the other, once a pulse, and once more for each of its passes over springs that damp; by
+  // `sequential` once a sub-step, after the sweeps of a sheet, and of others after each colour of a sweep (SweptPart). They
+  // allocate nothing. Null, both: no part.
   void (*start)(void* context, const HaloColumns& columns) noexcept = nullptr;
   void (*finish)(void* context, const HaloColumns& columns) noexcept = nullptr;
   // Of each particle: 0 where no other part holds it. Null: any may be held, and all is worked out before it is told.
@@ -34,6 +36,17 @@ struct Exchange {
   // Of a large sheet's part (dvdx/partition.hpp): positions, and then velocities, are told after so many pulses, through which
   // it goes while rows are in cache. 1: velocities after each.
   std::uint32_t pulses_per_telling = 1;
+};
+
+// Of a part of a list that `sequential` sweeps: which springs its sweeps take when, as in the whole (Part::sweeps). To be kept
+// as long as the plan.
+struct SweptPart {
+  // Its own pieces come first, and then the halo: of each piece, the number of the particle behind its last.
+  std::vector<std::uint32_t> piece_ends;
+  // Of each spring, in the order of its ends' numbers, the lesser first: 0 within a piece; those that lead out of one are taken
+  // by their colours, from 1 to `colours`, and all parts tell their halo after each.
+  std::vector<std::uint32_t> colour_of;
+  std::uint32_t colours = 0;
 };
 
 // Where particles come and go, parts share the births of each step: what is drawn for a birth is a function of its number, so
@@ -49,13 +62,14 @@ struct SharedBirths {
 // Some formulas are chosen by the fastest particle of all: with these numbers of the whole batch in Options::elsewhere, a
 // part's bits are those that it has in the whole.
 struct Elsewhere {
-  double W = 0;                 // 1/s^2: the highest stiffness over mass, of any particle and axis
-  double g = 0;                 // 1/s: the highest damping over mass
-  bool anchors_differ = false;  // springs whose methods keep them apart have anchors of their own
-  bool springs_damp = false;    // any spring between particles does
-  std::optional<double> rho{};  // NetworkLimit::rho of the whole's plan; none: as this plan's own springs ask for
-  Exchange exchange{};          // of the halo, where springs lead out of the part
-  SharedBirths births{};        // of LivePlan
+  double W = 0;                       // 1/s^2: the highest stiffness over mass, of any particle and axis
+  double g = 0;                       // 1/s: the highest damping over mass
+  bool anchors_differ = false;        // springs whose methods keep them apart have anchors of their own
+  bool springs_damp = false;          // any spring between particles does
+  std::optional<double> rho{};        // NetworkLimit::rho of the whole's plan; none: as this plan's own springs ask for
+  Exchange exchange{};                // of the halo, where springs lead out of the part
+  const SweptPart* sweeps = nullptr;  // of networks by `sequential` that are no sheets
+  SharedBirths births{};              // of LivePlan
 };
 
 // Of the scene's first `count` particles.

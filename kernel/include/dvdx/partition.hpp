@@ -4,9 +4,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "dvdx/elsewhere.hpp"
 #include "dvdx/export.h"
 #include "dvdx/scene.hpp"
 
@@ -29,7 +31,14 @@ struct Part {
   std::size_t springs = 0, cut = 0;   // that reach an own particle; and of these, those that another part shares
   // Exchange::pulses_per_telling. Where it is more than 1 the halo is as deep as springs reach in so many pulses.
   std::uint32_t pulses_per_telling = 1;
+  // For Elsewhere::sweeps, of networks by `sequential` that are no sheets: the part's own particles stand in whole pieces,
+  // which are few thousand particles each.
+  std::optional<SweptPart> sweeps{};
 };
+
+// How often parts tell a halo in a sub-step of networks by `sequential` that are no sheets: of springs that lead from piece to
+// piece twice for each of their colours.
+[[nodiscard]] DVDX_EXPORT std::uint32_t tellings_of_sweeps(const Scene& scene, std::size_t count);
 
 // Of a sheet in parts of whole rows, the least of which has so many: more than 1 for `leapfrog` without damping, air and
 // motions, where a part is large beside the rows that so many pulses reach, and does not fit in a core's cache.
@@ -47,7 +56,8 @@ struct RowsHeld {
 [[nodiscard]] DVDX_EXPORT RowsHeld rows_held(const Scene& scene, const Grid& sheet, std::uint32_t pulses);
 
 // The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows
-// (rows_kept_together of them), as many for each part as can be. A sheet by `sequential` has no other owners.
+// (rows_kept_together of them), as many for each part as can be. By `sequential` several sheets that are alike stay whole, and
+// so do a list's pieces: its parts have no other owners.
 [[nodiscard]] DVDX_EXPORT std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts);
 
 // The springs as pairs of particles, the lesser number first, each pair as often as springs join it: what a graph is cut by.

@@ -272,6 +272,7 @@ Coloured coloured(const NetworkInput& in) {
   std::stable_sort(by_element.begin(), by_element.end(), [&](std::size_t s, std::size_t t) { return ends(s) < ends(t); });
 
   Coloured found{.within = std::vector<std::vector<Range>>(pieces.size() - 1), .between = {}};
+  if (in.sweeps != nullptr) found.between.resize(in.sweeps->colours);
   Colouring within(in.w.size());
   Colouring between(in.w.size());
   for (const std::size_t s : by_element) {
@@ -279,12 +280,28 @@ Coloured coloured(const NetworkInput& in) {
     const std::array both{spring.a, spring.b};
     if (piece(spring.a) == piece(spring.b)) {
       put(found.within[piece(spring.a)], within.add(both), s);
+    } else if (in.sweeps != nullptr) {
+      put(found.between, in.sweeps->colour_of[s] - 1, s);
     } else {
       put(found.between, between.add(both), s);
     }
   }
   return found;
 }
+
+}  // namespace
+
+std::vector<std::uint32_t> colours_between_pieces(const NetworkInput& in) {
+  std::vector<std::uint32_t> colour_of(in.springs.size(), 0);
+  std::uint32_t colour = 0;
+  for (const Range& range : coloured(in).between) {
+    ++colour;
+    for (const std::size_t s : range) colour_of[s] = colour;
+  }
+  return colour_of;
+}
+
+namespace {
 
 // Lays springs out in a form, range by range.
 template <class T>

@@ -155,7 +155,8 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
       w_of(inverse_masses(scene, start.size())),
       splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
       columns_(options.memory) {
-  const SteppedGrid stepped(scene, particles(), options.elsewhere.exchange.start == nullptr);
+  const SteppedGrid stepped(scene, particles(),
+                            options.elsewhere.exchange.start == nullptr || coupling.scheme == Scheme::sequential);
   const Grid* const grid = stepped.get();
   is_stack_ = stepped.is_stack();
   const std::vector<JoinedPair> pairs = grid == nullptr ? joined_pairs(scene, start) : std::vector<JoinedPair>{};
@@ -164,6 +165,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   is_damped_ = is_damped_ || options.elsewhere.springs_damp;
   keeps_order_ = options.elsewhere.exchange.start != nullptr;
   rho_of_whole_ = options.elsewhere.rho;
+  sweeps_ = options.elsewhere.sweeps;
   choose(scene, pairs, kept, changed);
   make_order(scene, pairs, grid, kept);
   make_fixed(scene, start);
@@ -231,7 +233,9 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
   }
   std::vector<JoinedPair> near(pairs.begin(), pairs.end());
   for (const JoinedPair& pair : constrained_pairs(scene)) near.push_back(pair);
-  if (keeps_order_) {
+  if (sweeps_ != nullptr) {
+    order = part_order(sweeps_->piece_ends, particles());
+  } else if (keeps_order_) {
     order = own_order(particles());
   } else {
     order = coupling.scheme == Scheme::sequential ? pieces_order(near, particles()) : graph_order(near, particles());
@@ -286,6 +290,9 @@ void Joints<T>::make_form(std::span<const JoinedPair> pairs, const SteppedGrid& 
 template <class T>
 void Joints<T>::make_telling_order(const Exchange& exchange) {
   if (exchange.start == nullptr) return;
+  if (std::holds_alternative<ColoursForm<T>>(form)) {
+    for (const std::uint32_t element : order.of) telling.records.push_back(static_cast<std::uint32_t>(record * element));
+  }
   const auto* const grid = std::get_if<GridForm<T>>(&form);
   const std::size_t unit = grid != nullptr ? grid->terms.pitch : slice;  // particles
   std::vector<std::uint8_t> is_told(grid != nullptr ? grid->terms.rows : order.size / slice, exchange.is_told == nullptr);
@@ -302,7 +309,7 @@ void Joints<T>::make_telling_order(const Exchange& exchange) {
 
 template <class T>
 NetworkInput Joints<T>::input(std::span<const JoinedPair> pairs) const {
-  return {coupling, pairs, is_damped_, w_of, order, substep(), chosen.rho};
+  return {coupling, pairs, is_damped_, w_of, order, substep(), chosen.rho, sweeps_};
 }
 
 template <class T>

@@ -31,6 +31,7 @@ struct UnitRange {
 };
 struct TellingOrder {
   std::vector<UnitRange> told, inside;
+  std::vector<std::uint32_t> records;  // of a list in sweeps: where each particle's begins
 };
 
 struct FixedParticle {
@@ -146,6 +147,7 @@ class Joints {
   bool is_stack_ = false;     // of several sheets, stepped as one
   bool keeps_order_ = false;  // of a part of a larger scene
   std::optional<double> rho_of_whole_;
+  const SweptPart* sweeps_ = nullptr;
   double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
   std::unique_ptr<GridRates> by_row_;
   struct ListInPlace {

@@ -12,6 +12,7 @@
 
 #include "compile/columns.hpp"
 #include "compile/particle_order.hpp"
+#include "dvdx/elsewhere.hpp"
 #include "dvdx/network.hpp"
 #include "passes/network/network.hpp"
 
@@ -105,9 +106,14 @@ struct NetworkInput {
   bool is_damped;                       // whether any spring is
   std::span<const double> w;            // 1/kg of each particle, 0 where fixed
   const ParticleOrder& order;
-  double substep;  // s
-  double rho;      // of generalized alpha
+  double substep;                     // s
+  double rho;                         // of generalized alpha
+  const SweptPart* sweeps = nullptr;  // of a part of a larger scene
 };
+
+// Of each spring in sweeps 0 where it stays in a piece, or between two fixed ends; else its colour among those that lead from
+// piece to piece, from 1.
+[[nodiscard]] std::vector<std::uint32_t> colours_between_pieces(const NetworkInput& in);
 
 [[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;
 

@@ -438,6 +438,27 @@ ParticleOrder own_order(std::size_t count) {
   return order;
 }
 
+ParticleOrder part_order(std::span<const std::uint32_t> piece_ends, std::size_t count) {
+  ParticleOrder order;
+  std::size_t particle = 0;
+  const auto add_piece = [&](std::size_t end) {
+    order.pieces.push_back(order.size);
+    const std::size_t first = particle;
+    for (; particle < end; particle += std::min(run_length, end - particle)) {
+      order.spans.push_back({.particle = particle,
+                             .every = 1,
+                             .element = order.size + (particle - first),
+                             .count = std::min(run_length, end - particle)});
+    }
+    order.size += filled(end - first);
+  };
+  for (const std::uint32_t end : piece_ends) add_piece(end);
+  add_piece(count);
+  order.pieces.push_back(order.size);
+  fill_places(order, count);
+  return order;
+}
+
 ParticleOrder pieces_order(std::span<const JoinedPair> springs, std::size_t count) {
   ParticleOrder order;
   order.size = filled(count);

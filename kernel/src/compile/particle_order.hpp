@@ -100,6 +100,8 @@ ParticleOrder grid_order(const Grid& grid, std::size_t phases);
 // As they are numbered.
 ParticleOrder own_order(std::size_t count);
 ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count);
+// The same of a part's own pieces, behind each of whose last particles is that of such a number; others' follow.
+ParticleOrder part_order(std::span<const std::uint32_t> piece_ends, std::size_t count);
 // In pieces of neighbours that few springs lead out of.
 ParticleOrder pieces_order(std::span<const JoinedPair> springs, std::size_t count);
 

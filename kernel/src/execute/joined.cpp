@@ -796,7 +796,7 @@ class JoinedStep {
       if (is_symmetric) backward(from, to);
     });
     if (is_symmetric) for_each_band(form, 0, backward);
-    exchange(work_.shift);
+    if (form.sheets.size() == 2) exchange(work_.shift);  // of several sheets a part has whole ones
   }
 
   // Calls use(from, to) with the strands of every second band of each sheet.
@@ -820,13 +820,28 @@ class JoinedStep {
     const std::size_t stages = form.stages.size() - 1;
     const auto forward = [&](std::size_t from, std::size_t to) { kernels_.ranges(terms, Visit::first, from, to); };
     const auto backward = [&](std::size_t from, std::size_t to) { kernels_.ranges(terms, Visit::again, to, from); };
-    for (std::size_t n = 1; n < stages; ++n) for_each_task_of(form, n, forward);
+    for (std::size_t n = 1; n < stages; ++n) {
+      for_each_task_of(form, n, forward);
+      if (n + 1 < stages) tell_shifts(terms);  // the springs within pieces read none of a halo
+    }
     for_each_task_of(form, 0, [&](std::size_t from, std::size_t to) {
       forward(from, to);
       if (is_symmetric) backward(from, to);
     });
-    for (std::size_t n = stages; is_symmetric && n-- > 1;) for_each_task_of(form, n, backward);
+    tell_shifts(terms);
+    for (std::size_t n = stages; is_symmetric && n-- > 1;) {
+      for_each_task_of(form, n, backward);
+      tell_shifts(terms);
+    }
     for_each_piece([&](std::size_t from, std::size_t to) { kernels_.from_records(terms.ranges.shift, work_.shift, from, to); });
+  }
+
+  void tell_shifts(const SweepTerms<T>& terms) noexcept {
+    if (exchange_.start == nullptr) return;
+    T* const shift = terms.ranges.shift;
+    const HaloColumns columns{{shift, shift + 1, shift + 2}, sizeof(T), joints_.telling.records.data()};
+    exchange_.start(exchange_.context, columns);
+    exchange_.finish(exchange_.context, columns);
   }
 
   // Calls use(from, to) with the ranges of each task of a stage.

@@ -17,14 +17,52 @@ bool is_sheet(const Scene& scene, std::size_t count) {
   return scene.coupling.scheme != Scheme::accumulate && only_grid(scene, count) != nullptr;
 }
 
+bool is_swept(const Scene& scene) { return scene.coupling.scheme == Scheme::sequential; }
+
+std::vector<JoinedPair> joined_pairs(const Scene& scene, std::size_t count) {
+  const std::vector<Vec3> nowhere(count);  // lengths do not matter
+  return dvdx::joined_pairs(scene, nowhere);
+}
+
+// Particles of each of several sheets that are swept side by side; else 0.
+std::size_t particles_of_stacked(const Scene& scene, std::size_t count) {
+  return is_swept(scene) && stacked_grids(scene, count) ? count / scene.networks.size() : 0;
+}
+
+bool is_swept_list(const Scene& scene, std::size_t count) {
+  return is_swept(scene) && !scene.networks.empty() && !is_sheet(scene, count) && particles_of_stacked(scene, count) == 0;
+}
+
 // Where each particle stands among those whose springs are summed: as compile/joints.cpp orders the whole scene.
 std::vector<std::uint32_t> places(const Scene& scene, std::size_t count) {
   std::vector<std::uint32_t> place(count);
   std::iota(place.begin(), place.end(), 0U);
-  if (is_sheet(scene, count) || scene.networks.empty()) return place;
-  const std::vector<Vec3> nowhere(count);  // lengths do not matter
-  return graph_order(joined_pairs(scene, nowhere), count).of;
+  if (is_sheet(scene, count) || scene.networks.empty() || particles_of_stacked(scene, count) != 0) return place;
+  return graph_order(joined_pairs(scene, count), count).of;
 }
+
+// A list that is swept, as compile/joints.cpp orders the whole scene.
+struct WholeSweeps {
+  WholeSweeps(const Scene& scene, std::size_t count)
+      : pairs(joined_pairs(scene, count)), order(pieces_order(pairs, count)), w(count, 1) {
+    for (const std::size_t i : scene.fixed) w[i] = 0;
+    for (const Kinematic& followers : scene.kinematic) {
+      for (const std::size_t i : followers.particles) w[i] = 0;
+    }
+    colour_of = colours_between_pieces({scene.coupling, pairs, false, w, order, 0, 0});
+    for (const std::uint32_t colour : colour_of) colours = std::max(colours, colour);
+  }
+  [[nodiscard]] std::size_t piece_of(std::uint32_t particle) const {
+    const auto& pieces = order.pieces;
+    return static_cast<std::size_t>(std::upper_bound(pieces.begin(), pieces.end(), order.of[particle]) - pieces.begin()) - 1;
+  }
+
+  std::vector<JoinedPair> pairs;
+  ParticleOrder order;
+  std::vector<double> w;  // 0 where fixed; else only that it is not
+  std::vector<std::uint32_t> colour_of;
+  std::uint32_t colours = 0;
+};
 
 // From numbers of the whole to numbers of the part.
 class Renumbered {
@@ -121,6 +159,20 @@ std::optional<Grid> rows_of(const Grid& whole, const Part& part) {
   return grid;
 }
 
+// Of sheets side by side, those that the part has.
+std::vector<Network> sheets_of(const Scene& whole, const Renumbered& renumbered) {
+  std::vector<Network> sheets;
+  for (const Network& network : whole.networks) {
+    Grid grid = std::get<Grid>(network);
+    const auto first = renumbered(grid.first);
+    if (!first) continue;
+    for (Pair& torn : grid.broken) torn = {*renumbered(torn[0]), *renumbered(torn[1])};
+    grid.first = *first;
+    sheets.emplace_back(std::move(grid));
+  }
+  return sheets;
+}
+
 // The particles that a triangle in air shares with each, ascending: air on one depends on those that two such steps reach, as a
 // triangle's corners share what they weigh with their other triangles.
 class SharedTriangles {
@@ -162,10 +214,19 @@ std::size_t rows_kept_together(const Scene& scene, const Grid& sheet) {
 
 std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts) {
   const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
-  const std::size_t together = sheet != nullptr ? sheet->columns * rows_kept_together(scene, *sheet) : 1;
+  std::vector<std::uint32_t> owner(count);
+  if (is_swept_list(scene, count)) {
+    const WholeSweeps whole(scene, count);
+    const auto owner_of_piece = [&](std::size_t piece) {
+      return static_cast<std::uint32_t>(whole.order.pieces[piece] * parts / whole.order.size);
+    };
+    for (std::uint32_t i = 0; i < count; ++i) owner[i] = owner_of_piece(whole.piece_of(i));
+    return owner;
+  }
+  std::size_t together = std::max<std::size_t>(1, particles_of_stacked(scene, count));
+  if (sheet != nullptr) together = sheet->columns * rows_kept_together(scene, *sheet);
   const std::size_t units = (count + together - 1) / together;
   const std::vector<std::uint32_t> place = places(scene, count);
-  std::vector<std::uint32_t> owner(count);
   for (std::size_t i = 0; i < count; ++i) {
     owner[i] = static_cast<std::uint32_t>((place[i] / together) * parts / units);
   }
@@ -173,10 +234,16 @@ std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::u
 }
 
 std::vector<Pair> joined(const Scene& scene, std::size_t count) {
-  const std::vector<Vec3> nowhere(count);
   std::vector<Pair> pairs;
-  for (const JoinedPair& pair : joined_pairs(scene, nowhere)) pairs.push_back({pair.a, pair.b});
+  for (const JoinedPair& pair : joined_pairs(scene, count)) pairs.push_back({pair.a, pair.b});
   return pairs;
+}
+
+std::uint32_t tellings_of_sweeps(const Scene& scene, std::size_t count) {
+  if (!is_swept_list(scene, count)) return is_sheet(scene, count) ? 1 : 0;
+  const std::uint32_t colours = WholeSweeps(scene, count).colours;
+  const bool is_symmetric = scene.coupling.sweeps == SweepOrder::symmetric;
+  return (colours == 0 ? 0 : colours - 1) + 1 + (is_symmetric ? colours : 0);
 }
 
 namespace {
@@ -251,6 +318,32 @@ void hold_rows(const Grid& grid, std::span<const std::uint32_t> owner, std::uint
 
 }  // namespace
 
+namespace {
+
+SweptPart swept_part(const WholeSweeps& whole, const Part& part, const Renumbered& renumbered) {
+  SweptPart sweeps{.piece_ends = {}, .colour_of = {}, .colours = whole.colours};
+  for (std::uint32_t k = 0; k < part.own; ++k) {
+    const bool is_last = k + 1 == part.own || whole.piece_of(part.particles[k]) != whole.piece_of(part.particles[k + 1]);
+    if (is_last) sweeps.piece_ends.push_back(k + 1);
+  }
+  struct Coloured {
+    std::uint32_t a, b, colour;
+  };
+  std::vector<Coloured> springs;
+  for (std::size_t s = 0; s < whole.pairs.size(); ++s) {
+    const auto a = renumbered(whole.pairs[s].a);
+    const auto b = renumbered(whole.pairs[s].b);
+    if (!a || !b || (!renumbered.is_own(*a) && !renumbered.is_own(*b))) continue;
+    springs.push_back({std::min(*a, *b), std::max(*a, *b), whole.colour_of[s]});
+  }
+  std::stable_sort(springs.begin(), springs.end(),
+                   [](const Coloured& s, const Coloured& t) { return std::pair(s.a, s.b) < std::pair(t.a, t.b); });
+  for (const Coloured& spring : springs) sweeps.colour_of.push_back(spring.colour);
+  return sweeps;
+}
+
+}  // namespace
+
 Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part) {
   const std::size_t count = owner.size();
   Part made;
@@ -260,8 +353,7 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
   const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
   if (sheet != nullptr) made.pulses_per_telling = pulses_per_telling(scene, *sheet, fewest_rows(*sheet, owner));
   std::map<std::uint32_t, Told> told;
-  const bool is_swept = scene.coupling.scheme == Scheme::sequential;
-  if (sheet != nullptr && made.own != 0 && (is_swept || made.pulses_per_telling > 1)) {
+  if (sheet != nullptr && made.own != 0 && (is_swept(scene) || made.pulses_per_telling > 1)) {
     hold_rows(*sheet, owner, part, rows_held(scene, *sheet, made.pulses_per_telling), held, told);
   }
   for (const auto& [a, b] : joined(scene, count)) {
@@ -288,11 +380,16 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
   for (std::size_t i = 0; i < count; ++i) {
     if (held[i] != 0) made.particles.push_back(static_cast<std::uint32_t>(i));
   }
-  const std::vector<std::uint32_t> place = places(scene, count);
-  std::sort(made.particles.begin(), made.particles.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return place[a] < place[b]; });
+  std::optional<WholeSweeps> whole_sweeps;
+  if (is_swept_list(scene, count)) whole_sweeps.emplace(scene, count);
+  const std::vector<std::uint32_t> place = whole_sweeps ? whole_sweeps->order.of : places(scene, count);
+  std::sort(made.particles.begin(), made.particles.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const auto comes_last = [&](std::uint32_t i) { return whole_sweeps && owner[i] != part; };
+    return std::pair(comes_last(a), place[a]) < std::pair(comes_last(b), place[b]);
+  });
   for (const std::uint32_t i : made.particles) made.is_own.push_back(owner[i] == part ? 1 : 0);
   const Renumbered renumbered(made);
+  if (whole_sweeps) made.sweeps = swept_part(*whole_sweeps, made, renumbered);
   const auto in_part = [&](std::vector<std::uint32_t>& numbers) {
     std::sort(numbers.begin(), numbers.end());
     numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
@@ -321,6 +418,10 @@ Scene scene_of(const Scene& whole, const Part& part) {
   renumber(scene.fixed);
   std::sort(scene.fixed.begin(), scene.fixed.end());
   for (Kinematic& followers : scene.kinematic) renumber(followers.particles);
+  if (is_swept(whole) && !part.sweeps && whole.networks.size() > 1) {
+    scene.networks = sheets_of(whole, renumbered);
+    return scene;
+  }
   for (Network& network : scene.networks) {
     if (const auto* grid = std::get_if<Grid>(&network)) {
       const bool is_alone = whole.networks.size() == 1 && whole.coupling.scheme != Scheme::accumulate && grid->first == 0;

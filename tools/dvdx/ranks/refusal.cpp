@@ -1,7 +1,6 @@
 #include "ranks/refusal.hpp"
 
 #include "output/writer.hpp"
-#include "scale/cut.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -18,9 +17,6 @@ void check_can_be_split(const SceneFile& file, const std::filesystem::path& out)
   if (!file.scene.skins.empty()) refuse("skins");
   if (!file.scene.tethers.empty()) refuse("tethers");
   const auto scheme = file.scene.coupling.scheme;
-  if (!file.scene.networks.empty() && scheme == Scheme::sequential && only_sheet(file.scene, file.particles.count) == nullptr) {
-    refuse("network.scheme sequential of anything but one sheet");
-  }
   if (!file.scene.networks.empty() && scheme == Scheme::accumulate) refuse("network.scheme accumulate");
   if (!out.empty() && is_page(out) && !is_joined(file.scene) && !is_live(file)) {
     throw Fault(Exit::usage, "--out " + out.string() + ": a page is not written by several ranks: must run on one");

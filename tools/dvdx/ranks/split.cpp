@@ -81,7 +81,7 @@ namespace {
 std::vector<std::uint32_t> chosen_owners(const SceneFile& file, std::uint32_t ranks) {
   const std::size_t count = file.particles.count;
   auto owners = stripes(file.scene, count, ranks);
-  if (only_sheet(file.scene, count) != nullptr) return owners;
+  if (only_sheet(file.scene, count) != nullptr || file.scene.coupling.scheme == Scheme::sequential) return owners;
   const auto pairs = joined(file.scene, count);
   auto by_metis = owners_by_metis(pairs, count, ranks);
   if (!by_metis) return owners;
@@ -191,6 +191,7 @@ Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const
   options.elsewhere = elsewhere_of(file.scene, file.particles.count);
   options.elsewhere.springs_damp = is_any_damped(file.scene);
   options.elsewhere.rho = limit.rho;
+  if (part_.sweeps) options.elsewhere.sweeps = &*part_.sweeps;
   options.elsewhere.exchange = halo_.exchange();
   together(ranks, [&] {
     if (part_.particles.empty()) return;

@@ -86,7 +86,9 @@ Extent extent_of(const SceneFile& file, const std::string& size) {
 
 Telling telling_of(const SceneFile& file, std::size_t scalar_bytes) {
   if (file.scene.networks.empty()) return {};
-  if (file.scene.coupling.scheme == Scheme::sequential) return {.times = 1, .numbers = 3, .bytes = scalar_bytes};  // shifts
+  if (file.scene.coupling.scheme == Scheme::sequential) {
+    return {.times = tellings_of_sweeps(file.scene, file.particles.count), .numbers = 3, .bytes = scalar_bytes};
+  }
   const bool is_fourth = file.scene.coupling.scheme == Scheme::fourth_order;
   const std::uint64_t pulses = is_fourth ? 6 : 1;
   // Velocities after each pulse; before them what each pass of the damping reads.
@@ -114,6 +116,7 @@ std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
   const auto springs = springs_of(*extent.list);
   cuts.push_back(cut_of_pairs(springs, stripes(*extent.list, extent.particles, static_cast<std::uint32_t>(ranks)), ranks));
   cuts.back().sharing = Sharing::stripes;
+  if (extent.list->coupling.scheme == Scheme::sequential) return cuts;
   if (const auto owner = owners_by_metis(springs, extent.particles, ranks)) {
     cuts.push_back(cut_of_pairs(springs, *owner, ranks));
     cuts.back().sharing = Sharing::metis;
