@@ -231,7 +231,8 @@ TEST_CASE("ranks: what a run tells is what explain counts, byte for byte" * doct
 }
 
 // Of a sheet 7 wide a band has 32 rows, and a rank two bands: of these ranks some have nothing.
-TEST_CASE("ranks: a sheet that is swept has the bits of one rank, and tells what explain counts" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: networks that are swept have the bits of one rank, and tell what explain counts" *
+          doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-swept");
   auto scene = nlohmann::json::parse(sheet());
   scene["network"]["rows"] = 150;
@@ -243,7 +244,21 @@ TEST_CASE("ranks: a sheet that is swept has the bits of one rank, and tells what
   scene["network"]["bend"] = 0;
   scene["network"]["aerodynamics"] = {{"density", 1.2}, {"drag", 1.0}, {"lift", 0.5}};
   folder.write("flag.json", scene.dump());
-  for (const char* run_of : {"sheet.json", "sheet.json --set network.damping=0.01 --precision float64",
+  auto list = nlohmann::json::parse(sheet());
+  list["network"]["rows"] = list["network"]["columns"] = 70;  // two pieces
+  list["network"]["scheme"] = "sequential";
+  list["network"]["substeps"] = 2;
+  nlohmann::json more{{"type", "springs"}, {"pairs", {{0, 4000}, {3, 9}}}, {"stiffness", 5}, {"rest_length", "start"}};
+  more["scheme"] = "sequential";
+  more["substeps"] = 2;
+  list["network"] = {list["network"], more};
+  folder.write("list.json", list.dump());
+  auto three = nlohmann::json::parse(sheet());
+  three["network"]["scheme"] = "sequential";
+  three["network"] = {three["network"], three["network"], three["network"]};
+  folder.write("three.json", three.dump());
+  for (const char* run_of : {"list.json", "list.json --precision float32_compensated", "three.json", "sheet.json",
+                             "sheet.json --set network.damping=0.01 --precision float64",
                              "sheet.json --set network.theta=0.6 --precision float32_compensated", "flag.json"}) {
     CAPTURE(run_of);
     const std::string arguments = std::string("run ") + run_of + " --json --threads 1";
@@ -253,12 +268,18 @@ TEST_CASE("ranks: a sheet that is swept has the bits of one rank, and tells what
       CHECK(said(run_on(ranks, folder, arguments)) == alone);
     }
   }
-  for (const int ranks : {2, 5}) {
-    const auto report = nlohmann::json::parse(run_on(ranks, folder, "run sheet.json --json --threads 1").out);
-    const auto [bytes, messages] = predicted(folder, "sheet.json", ranks);
-    CHECK(messages == (ranks == 2 ? 2 : 4));
-    CHECK(report["halo"]["bytes"] == 60 * bytes);
-    CHECK(report["halo"]["messages"] == 60 * messages);
+  for (const std::string name : {"sheet.json", "list.json"}) {
+    for (const int ranks : {2, 5}) {
+      CAPTURE(name);
+      CAPTURE(ranks);
+      const auto report = nlohmann::json::parse(run_on(ranks, folder, "run " + name + " --json --threads 1").out);
+      const auto [bytes, messages] = predicted(folder, name, ranks);
+      const auto substeps = report["steps"].get<std::uint64_t>() * report["substeps"].get<std::uint64_t>();
+      if (name == "sheet.json") CHECK(messages == (ranks == 2 ? 2 : 4));
+      CHECK(messages > 0);
+      CHECK(report["halo"]["bytes"] == substeps * bytes);
+      CHECK(report["halo"]["messages"] == substeps * messages);
+    }
   }
 }
 
