@@ -221,7 +221,7 @@ Cut cut_of_swept_sheet(const Grid& grid, std::uint64_t ranks, std::uint64_t rows
   };
   const Piece columns{.first = 0, .length = grid.columns, .all = grid.columns};
   std::uint64_t fewest = grid.rows;
-  std::uint64_t inner = 0;
+  std::uint64_t within = 0;
   for (std::uint64_t k = 0; k < ranks; ++k) {
     const std::uint64_t first = begin(k);
     const std::uint64_t end = begin(k + 1);
@@ -233,12 +233,12 @@ Cut cut_of_swept_sheet(const Grid& grid, std::uint64_t ranks, std::uint64_t rows
     const std::uint64_t below = std::min(grid.rows - end, held.below);
     take(cut, (end - first) * grid.columns, count.springs, (above + below) * grid.columns,
          (above != 0 ? 1U : 0U) + (below != 0 ? 1U : 0U), 1);
-    inner += count.inner;
+    within += count.inner;
   }
   cut.fewest = fewest * grid.columns;
   const Block whole{.rows = {.first = 0, .length = grid.rows, .all = grid.rows}, .columns = columns};
   cut.all_springs = count_of(whole, directions).inner;
-  cut.cut_springs = cut.all_springs - inner;
+  cut.cut_springs = cut.all_springs - within;
   return cut;
 }
 
