@@ -227,6 +227,8 @@ TEST_CASE("split: parts have the bits of the whole in every scheme that tells, d
   }
 }
 
+std::vector<Isa> isas_of(bool all) { return all ? available_isas(Arithmetic::separate) : std::vector{best_isa()}; }
+
 // The first part alone has the particles that the sub-steps' rho is chosen by.
 std::vector<double> lighter_first(const Sheet& sheet) {
   std::vector<double> mass(sheet.count(), 0.01);
@@ -258,11 +260,11 @@ TEST_CASE("split: parts of a sheet that is swept have the bits of the whole, and
       scene.contacts.emplace_back(Sphere{.center = {2, 0.5, 7}, .radius = 0.499, .restitution = 0.4, .friction = 0.3});
       CAPTURE(bend);
       CAPTURE(damping);
-      for (const Isa isa : {available_isas(Arithmetic::separate).front(), best_isa()}) {
+      for (const Isa isa : isas_of(bend == 0 && damping == 0)) {
         const Options options{.step = 1.0 / 60, .isa = isa};
         NetworkLimit limit;
         const auto whole = whole_hash(sheet, scene, options, limit);
-        for (const std::uint32_t parts : {1U, 2U, 3U, 7U}) {
+        for (const std::uint32_t parts : {2U, 7U}) {
           CAPTURE(parts);
           std::size_t tellings = 0;
           CHECK(hash_in_parts(sheet, scene, options, limit, parts, &tellings) == whole);
@@ -314,13 +316,13 @@ TEST_CASE("split: parts of lists that are swept have the bits of the whole, and 
       scene.contacts.emplace_back(Sphere{.center = {2, 0.5, 7}, .radius = 0.499, .restitution = 0.4, .friction = 0.3});
       CAPTURE(is_shuffled);
       CAPTURE(damping);
-      for (const Isa isa : {available_isas(Arithmetic::separate).front(), best_isa()}) {
+      for (const Isa isa : isas_of(!is_shuffled && damping == 0)) {
         const Options options{.step = 1.0 / 60, .isa = isa};
         NetworkLimit limit;
         const auto whole = whole_hash(sheet, scene, options, limit);
         const auto each = tellings_of_sweeps(scene, sheet.count());
         CHECK(each > 2);
-        for (const std::uint32_t parts : {1U, 2U, 4U}) {
+        for (const std::uint32_t parts : {2U, 4U}) {
           CAPTURE(parts);
           std::size_t tellings = 0;
           CHECK(hash_in_parts(sheet, scene, options, limit, parts, &tellings) == whole);
