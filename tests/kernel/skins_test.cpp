@@ -300,6 +300,28 @@ TEST_CASE("skins: what is driven goes on in another plan, and in a call of many 
   CHECK_FALSE(next.restore(cut, many.view()).has_value());
 }
 
+// Particles that two bounds move in one sub-step: a limit and a back-stop, or a tether and both.
+TEST_CASE("skins: a call of many steps is as many calls where several bounds hold a particle") {
+  for (const Coupling& coupling : couplings()) {
+    for (const bool is_tethered : {false, true}) {
+      Joined joined = skirt();
+      joined.scene.coupling = coupling;
+      joined.scene.skins[0].at_most = 0.004;
+      joined.scene.skins[0].backstop->offset = -0.003;
+      if (is_tethered) joined.scene.add(Tethers{.network = 0, .stretch = 1.0});
+      Batch<double> one(Layout::soa, joined.x.size()), many(Layout::soa, joined.x.size());
+      for (auto* batch : {&one, &many}) test::place(joined, batch->view());
+      Plan<double> plan = test::plan_of(joined, {}, one.view());
+      Plan<double> other = plan.clone();
+      REQUIRE(plan.step(one.view(), 40) == StepResult::done);
+      for (int n = 0; n < 40; ++n) REQUIRE(other.step(many.view()) == StepResult::done);
+      CAPTURE(static_cast<int>(coupling.scheme));
+      CAPTURE(is_tethered);
+      CHECK(test::difference(test::values_of(one.view()), test::values_of(many.view())) == "");
+    }
+  }
+}
+
 TEST_CASE("skins: a changed plan steps as one compiled anew") {
   for (const bool has_tethers : {false, true}) {
     Joined joined = skirt();

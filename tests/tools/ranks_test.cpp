@@ -187,8 +187,12 @@ TEST_CASE("ranks: networks have the bits of one rank" * doctest::skip(has_no_mpi
   const ScratchFolder folder("ranks-networks");
   folder.write("sheet.json", sheet());
   folder.write("list.json", list());
-  for (const char* run_of : {"sheet.json", "sheet.json --set network.bend=0 --set network.damping=0.01 --precision float64",
-                             "list.json", "list.json --scheme fourth_order --precision float32_compensated"}) {
+  auto skin = nlohmann::json::parse(sheet());
+  skin["skins"] = {{{"particles", {30, 31, 32, 44, 45}}, {"at_most", 0.01}}};
+  folder.write("skin.json", skin.dump());
+  for (const char* run_of :
+       {"sheet.json", "sheet.json --set network.bend=0 --set network.damping=0.01 --precision float64", "list.json",
+        "list.json --scheme fourth_order --precision float32_compensated", "sheet.json --scheme accumulate", "skin.json"}) {
     CAPTURE(run_of);
     const std::string arguments = std::string("run ") + run_of + " --json --threads 1";
     const auto alone = said(run(folder, arguments));
@@ -217,7 +221,8 @@ TEST_CASE("ranks: what a run tells is what explain counts, byte for byte" * doct
   const ScratchFolder folder("ranks-told");
   folder.write("sheet.json", sheet());
   folder.write("list.json", list());
-  for (const char* scene : {"sheet.json", "sheet.json --set network.damping=0.01 --precision float64", "list.json"}) {
+  for (const char* scene : {"sheet.json", "sheet.json --set network.damping=0.01 --precision float64", "list.json",
+                            "sheet.json --set network.scheme=accumulate", "list.json --scheme accumulate"}) {
     CAPTURE(scene);
     const auto result = run_on(3, folder, std::string("run ") + scene + " --json --threads 1");
     REQUIRE_MESSAGE(result.exit == 0, result.err);
@@ -325,8 +330,8 @@ TEST_CASE("ranks: what ends one ends all, says so once and leaves nothing" * doc
       3, "particle 52");
   check("--out nowhere/all.csv", 4, "there is no directory nowhere");
   check("--out all.html", 2, "a page is not written by several ranks");
-  check("--set 'network={\"type\":\"springs\",\"pairs\":[[0,1]],\"stiffness\":1,\"rest_length\":1,\"scheme\":\"accumulate\"}'",
-        3, "network.scheme accumulate cannot be split over ranks");
+  check("--set 'network={\"type\":\"springs\",\"pairs\":[[0,1]],\"stiffness\":1,\"rest_length\":1,\"tears_at\":2}'", 3,
+        "network.tears_at cannot be split over ranks");
   check("--set 'constraints=[{\"type\":\"distance\",\"pairs\":[[0,1]],\"length\":1}]'", 3, "constraints cannot be split");
 }
 

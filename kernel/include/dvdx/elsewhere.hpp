@@ -25,8 +25,8 @@ struct Exchange {
   void* context = nullptr;
   // Begins to tell what others hold of this part, while the step works out the rest of the same columns; and puts in place what
   // others tell. One after the other, once a pulse, and once more for each of its passes over springs that damp; by
-  // `sequential` once a sub-step, after the sweeps of a sheet, and of others after each colour of a sweep (SweptPart). They
-  // allocate nothing. Null, both: no part.
+  // `sequential` once a sub-step, after the sweeps of a sheet, and of others after each colour of a sweep (SweptPart); by
+  // `accumulate` twice a sub-step, what the pairs add to x and to v. They allocate nothing. Null, both: no part.
   void (*start)(void* context, const HaloColumns& columns) noexcept = nullptr;
   void (*finish)(void* context, const HaloColumns& columns) noexcept = nullptr;
   // Of each particle: 0 where no other part holds it. Null: any may be held, and all is worked out before it is told.
@@ -67,6 +67,7 @@ struct Elsewhere {
   bool anchors_differ = false;        // springs whose methods keep them apart have anchors of their own
   bool springs_damp = false;          // any spring between particles does
   std::optional<double> rho{};        // NetworkLimit::rho of the whole's plan; none: as this plan's own springs ask for
+  bool closes_substeps = false;       // skins hold particles, which each sub-step ends with
   Exchange exchange{};                // of the halo, where springs lead out of the part
   const SweptPart* sweeps = nullptr;  // of networks by `sequential` that are no sheets
   SharedBirths births{};              // of LivePlan

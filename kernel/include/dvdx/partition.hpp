@@ -66,8 +66,8 @@ struct RowsHeld {
 [[nodiscard]] DVDX_EXPORT Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part);
 
 // The scene of a part: its own numbers, fixed and kinematic particles, springs, in the whole's order; origin, contacts, motions
-// and what is alike for all particles as they were. Scenes with constraints, skins or
-// tethers have no parts.
+// and what is alike for all particles as they were. Skins stay, each with the particles that the part has. Scenes with
+// constraints or tethers have no parts.
 [[nodiscard]] DVDX_EXPORT Scene scene_of(const Scene& whole, const Part& part);
 
 }  // namespace dvdx

@@ -1,6 +1,7 @@
 #include "dvdx/elsewhere.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "compile/compiled_scene.hpp"
 #include "compile/system.hpp"
@@ -8,9 +9,18 @@
 namespace dvdx {
 namespace {
 
+bool holds_any(const Skin& skin) {
+  const auto is_held = [&](std::size_t k) { return skin.backstop || !std::isinf(skin.at_most[k]); };
+  for (std::size_t k = 0; k < skin.particles.size(); ++k) {
+    if (is_held(k)) return true;
+  }
+  return false;
+}
+
 Elsewhere rates_of(const Scene& scene, std::size_t count) {
   const System system(scene, {}, 1);
   Elsewhere found{.anchors_differ = system.anchors_differ()};
+  found.closes_substeps = std::any_of(scene.skins.begin(), scene.skins.end(), holds_any);
   const std::size_t axes = system.is_isotropic() ? 1 : 3;
   for (std::size_t i = 0; i < (system.is_uniform() ? std::min<std::size_t>(count, 1) : count); ++i) {
     for (std::size_t axis = 0; axis < axes; ++axis) {

@@ -100,7 +100,9 @@ class Joints {
 
   [[nodiscard]] std::size_t particles() const noexcept { return w_of.size(); }
   // Whether something acts at the end of each sub-step, after its last flow.
-  [[nodiscard]] bool closes_substeps() const noexcept { return constraints.has_value() || balls != nullptr; }
+  [[nodiscard]] bool closes_substeps() const noexcept {
+    return constraints.has_value() || balls != nullptr || closes_in_whole_;
+  }
 
   // Changes in place, of the only owner (execute/plan_parts.hpp): of a grid that is stepped as one, or of a list in leapfrog
   // and fourth_order, without constraints. The scene is the one that the joints were made of, but for the change.
@@ -148,6 +150,7 @@ class Joints {
   bool keeps_order_ = false;  // of a part of a larger scene
   std::optional<double> rho_of_whole_;
   const SweptPart* sweeps_ = nullptr;
+  bool closes_in_whole_ = false;
   double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
   std::unique_ptr<GridRates> by_row_;
   struct ListInPlace {

@@ -25,11 +25,7 @@ class BallStep {
         parallel_(parallel) {}
 
   // Before the first sub-step of a call: poses and anchors are where they are at that time.
-  void prepare(const Clock& at) const noexcept {
-    for_each_part(at, [&](const BallList<T>& /*list*/, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
-      kernels_.prepare(terms, work_, from, to);
-    });
-  }
+  void prepare(const Clock& at) const noexcept { prepare(at, lists_.size()); }
 
   // What the caller drives begins this step's way; poses are those at its start.
   void set_out(const Clock& clock, double step) const noexcept {
@@ -42,18 +38,26 @@ class BallStep {
   // At the end of a sub-step, when poses and anchors have got there.
   void keep(const Clock& at) const noexcept {
     if (m_.joints().substep() == 0) return;
-    for_each_part(at, [&](const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
+    for_each_part(at, lists_.size(), [&](const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
       kernels_.keep(terms, list.bound, work_, from, to);
     });
+    prepare(at, lists_.size() - 1);  // later lists may have moved what earlier ones hold
   }
 
  private:
   static constexpr std::size_t per_task = 2048;  // a fixed number, so that nothing depends on threads
 
+  void prepare(const Clock& at, std::size_t lists) const noexcept {
+    const auto prepared = [&](const BallList<T>& /*list*/, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
+      kernels_.prepare(terms, work_, from, to);
+    };
+    for_each_part(at, lists, prepared);
+  }
+
   // List by list, as two may have a particle in common.
   template <class Use>
-  void for_each_part(const Clock& at, const Use& use) const noexcept {
-    for (std::size_t n = 0; n < lists_.size(); ++n) {
+  void for_each_part(const Clock& at, std::size_t lists, const Use& use) const noexcept {
+    for (std::size_t n = 0; n < lists; ++n) {
       const BallList<T>& list = lists_[n];
       BallTerms<T> terms = ws_.balls[n];
       terms.element = list.element.data();

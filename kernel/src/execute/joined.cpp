@@ -591,6 +591,8 @@ class JoinedStep {
     for_each_task(parallel_, tasks_of(slices, per_task), [&](std::size_t task) {
       kernels_.pairs(form.terms, work_, task * per_task, std::min(slices, (task + 1) * per_task));
     });
+    exchange(work_.dx);
+    exchange(work_.dv);
     flow(f, After::pairs);
     if (air_substeps_ != 0) blow_on_velocity(0.5);
   }

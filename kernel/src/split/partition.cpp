@@ -272,7 +272,7 @@ std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uin
   constexpr std::uint32_t pulses = 4;
   constexpr std::uint64_t large = std::uint64_t{1} << 18U;  // particles: 7 MB in float32
   const bool goes_by_rows = scene.networks.size() == 1 && scene.coupling.scheme == Scheme::leapfrog && sheet.damping == 0 &&
-                            !sheet.aerodynamics && scene.motions.empty();
+                            !sheet.aerodynamics && scene.motions.empty() && scene.skins.empty();
   const bool is_large = fewest_rows * sheet.columns >= large && fewest_rows >= 16 * pulses * reach_of(sheet);
   return goes_by_rows && is_large ? pulses : 1;
 }
@@ -404,6 +404,39 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
   return made;
 }
 
+namespace {
+
+// The particles of a skin that the part holds, and what belongs to each.
+Skin taken(const Skin& whole, const Renumbered& renumbered) {
+  Skin skin{.particles = {}, .backstop = whole.backstop, .motion = whole.motion};
+  std::vector<std::uint32_t> kept;
+  for (std::size_t k = 0; k < whole.particles.size(); ++k) {
+    const auto number = renumbered(whole.particles[k]);
+    if (!number) continue;
+    skin.particles.push_back(*number);
+    kept.push_back(static_cast<std::uint32_t>(k));
+  }
+  if (kept.empty()) {
+    if (skin.backstop) skin.backstop = Backstop{.normals = {whole.backstop->normals.at(0)}};
+    return skin;
+  }
+  const auto some = [&](const std::vector<Vec3>& all) {
+    std::vector<Vec3> each;
+    for (const std::uint32_t k : kept) each.push_back(all[k]);
+    return each;
+  };
+  if (!whole.points.empty()) skin.points = some(whole.points);
+  skin.at_most = taken(whole.at_most, kept);
+  if (skin.backstop) {
+    if (whole.backstop->normals.size() > 1) skin.backstop->normals = some(whole.backstop->normals);
+    skin.backstop->offset = taken(whole.backstop->offset, kept);
+    skin.backstop->radius = taken(whole.backstop->radius, kept);
+  }
+  return skin;
+}
+
+}  // namespace
+
 Scene scene_of(const Scene& whole, const Part& part) {
   Scene scene = whole;
   const Renumbered renumbered(part);
@@ -418,6 +451,7 @@ Scene scene_of(const Scene& whole, const Part& part) {
   renumber(scene.fixed);
   std::sort(scene.fixed.begin(), scene.fixed.end());
   for (Kinematic& followers : scene.kinematic) renumber(followers.particles);
+  for (Skin& skin : scene.skins) skin = taken(skin, renumbered);
   if (is_swept(whole) && !part.sweeps && whole.networks.size() > 1) {
     scene.networks = sheets_of(whole, renumbered);
     return scene;

@@ -14,10 +14,7 @@ void check_can_be_split(const SceneFile& file, const std::filesystem::path& out)
   }
   if (!file.scene.constraints.empty()) refuse("constraints");
   if (!file.tears_at.empty()) refuse("network.tears_at");
-  if (!file.scene.skins.empty()) refuse("skins");
   if (!file.scene.tethers.empty()) refuse("tethers");
-  const auto scheme = file.scene.coupling.scheme;
-  if (!file.scene.networks.empty() && scheme == Scheme::accumulate) refuse("network.scheme accumulate");
   if (!out.empty() && is_page(out) && !is_joined(file.scene) && !is_live(file)) {
     throw Fault(Exit::usage, "--out " + out.string() + ": a page is not written by several ranks: must run on one");
   }

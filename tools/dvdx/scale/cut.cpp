@@ -336,7 +336,7 @@ std::vector<Pair> springs_of(const Scene& scene) {
 }
 
 const Grid* only_sheet(const Scene& scene, std::uint64_t particles) {
-  if (scene.networks.size() != 1) return nullptr;
+  if (scene.networks.size() != 1 || scene.coupling.scheme == Scheme::accumulate) return nullptr;
   const auto* grid = std::get_if<Grid>(&scene.networks[0]);
   return grid != nullptr && grid->rows * grid->columns == particles ? grid : nullptr;
 }

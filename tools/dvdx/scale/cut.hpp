@@ -67,7 +67,7 @@ struct Cut {
 
 // All springs of a scene's networks.
 [[nodiscard]] std::vector<Pair> springs_of(const Scene& scene);
-// The sheet that holds all particles, or null.
+// The sheet that holds all particles, or null; by `accumulate` it is a list.
 [[nodiscard]] const Grid* only_sheet(const Scene& scene, std::uint64_t particles);
 
 }  // namespace dvdx::tool

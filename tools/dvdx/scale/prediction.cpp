@@ -89,7 +89,11 @@ Telling telling_of(const SceneFile& file, std::size_t scalar_bytes) {
   if (file.scene.coupling.scheme == Scheme::sequential) {
     return {.times = tellings_of_sweeps(file.scene, file.particles.count), .numbers = 3, .bytes = scalar_bytes};
   }
-  const bool is_fourth = file.scene.coupling.scheme == Scheme::fourth_order;
+  const Coupling& coupling = file.scene.coupling;
+  if (coupling.scheme == Scheme::accumulate) {
+    return {.times = coupling.method == Method::combined ? 1U : 2U, .numbers = 3, .bytes = scalar_bytes};
+  }
+  const bool is_fourth = coupling.scheme == Scheme::fourth_order;
   const std::uint64_t pulses = is_fourth ? 6 : 1;
   // Velocities after each pulse; before them what each pass of the damping reads.
   const std::uint64_t passes = !is_damped(file.scene) ? 0 : is_fourth ? 2 : 1;
