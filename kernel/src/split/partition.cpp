@@ -316,10 +316,6 @@ void hold_rows(const Grid& grid, std::span<const std::uint32_t> owner, std::uint
   }
 }
 
-}  // namespace
-
-namespace {
-
 SweptPart swept_part(const WholeSweeps& whole, const Part& part, const Renumbered& renumbered) {
   SweptPart sweeps{.piece_ends = {}, .colour_of = {}, .colours = whole.colours};
   for (std::uint32_t k = 0; k < part.own; ++k) {
