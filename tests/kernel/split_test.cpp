@@ -10,6 +10,7 @@
 #include <optional>
 #include <random>
 #include <span>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -331,6 +332,50 @@ TEST_CASE("split: parts of lists that are swept have the bits of the whole, and 
       }
     }
   }
+}
+
+TEST_CASE("split: an order of visits that is not a part's is refused") {
+  const Sheet sheet{90, 60};
+  Scene scene;
+  scene.mass = 0.01;
+  scene.networks.emplace_back(shuffled(sheet, 0));
+  scene.coupling.scheme = Scheme::sequential;
+  const Part part = part_of(scene, stripes(scene, sheet.count(), 2), 1);
+  const Scene own = scene_of(scene, part);
+  Soa<float> memory(part.particles.size());
+  place(sheet, memory.view(), part.particles);
+  const auto refused = [&](const SweptPart* sweeps) {
+    Options options{.step = 1.0 / 60};
+    options.elsewhere.exchange.start = [](void*, const HaloColumns&) noexcept {};
+    options.elsewhere.exchange.finish = options.elsewhere.exchange.start;
+    options.elsewhere.sweeps = sweeps;
+    const auto plan = compile(own, options, memory.view());
+    return plan ? std::string("taken") : plan.error().message();
+  };
+  CHECK(refused(&*part.sweeps) == "taken");
+  CHECK(refused(nullptr) == "elsewhere.sweeps is null: must be Part::sweeps of a part by sequential that is no sheet");
+  SweptPart wrong = *part.sweeps;
+  wrong.piece_ends.push_back(wrong.piece_ends.back());
+  CHECK(refused(&wrong).find("elsewhere.sweeps.piece_ends is ") == 0);
+  wrong = *part.sweeps;
+  wrong.colour_of.pop_back();
+  CHECK(refused(&wrong).find("elsewhere.sweeps.colour_of is ") == 0);
+  std::vector<std::size_t> between;
+  for (std::size_t s = 0; s < part.sweeps->colour_of.size(); ++s) {
+    if (part.sweeps->colour_of[s] == 1) between.push_back(s);
+  }
+  REQUIRE(!between.empty());
+  const auto with_colour = [&](std::size_t s, std::uint32_t colour) {
+    SweptPart other = *part.sweeps;
+    other.colour_of[s] = colour;
+    return refused(&other);
+  };
+  const std::string at = "elsewhere.sweeps.colour_of[" + std::to_string(between[0]) + "] is ";
+  CHECK(with_colour(between[0], 0).find(at + "0") == 0);
+  CHECK(with_colour(between[0], part.sweeps->colours + 1).find(at) == 0);
+  SweptPart alike = *part.sweeps;
+  for (std::uint32_t& colour : alike.colour_of) colour = std::min(colour, 1U);
+  CHECK(refused(&alike).find("of no other spring of its particles") != std::string::npos);
 }
 
 TEST_CASE("split: of sheets side by side that are swept each part has whole ones") {

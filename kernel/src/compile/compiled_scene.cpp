@@ -78,6 +78,7 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   if (auto error = check_sources(System(compiled->scene, compiled->start, options.step, options.elsewhere)))
     return tl::unexpected(*error);
   if (auto error = check_range<T>(compiled->scene, options, count, compiled->start)) return tl::unexpected(*error);
+  if (auto error = check_sweeps(compiled->scene, options.elsewhere, count)) return tl::unexpected(*error);
   std::shared_ptr<Joints<T>> made;
   if (steps_in_columns(compiled->scene)) made = joints(compiled->scene, options, compiled->start);
   if (made != nullptr) {

@@ -2,9 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "compile/checker.hpp"
 #include "compile/compiled_scene.hpp"
+#include "compile/particle_order.hpp"
 #include "compile/system.hpp"
+#include "compile/validate.hpp"
 
 namespace dvdx {
 namespace {
@@ -37,6 +47,65 @@ bool is_linear(const Force& force) {
 }
 
 }  // namespace
+
+namespace {
+
+// Whether so many particles stand in pieces that begin where the one before ends.
+bool are_pieces(std::span<const std::uint32_t> ends, std::size_t count) {
+  std::uint32_t before = 0;
+  for (const std::uint32_t end : ends) {
+    if (end <= std::exchange(before, end) || end > count) return false;
+  }
+  return !ends.empty();
+}
+
+// The first spring, if any, whose colour cannot be its own: springs that lead from piece to piece and move something must have
+// one, and no two of one colour may meet.
+std::optional<std::size_t> wrong_colour(std::span<const JoinedPair> pairs, const SweptPart& sweeps, const Scene& scene) {
+  std::set<std::size_t> held(scene.fixed.begin(), scene.fixed.end());
+  for (const Kinematic& followers : scene.kinematic) held.insert(followers.particles.begin(), followers.particles.end());
+  const auto piece = [&](std::uint32_t i) {
+    return std::upper_bound(sweeps.piece_ends.begin(), sweeps.piece_ends.end(), i) - sweeps.piece_ends.begin();
+  };
+  std::set<std::pair<std::uint32_t, std::uint32_t>> taken;  // colour, particle
+  for (std::size_t s = 0; s < pairs.size(); ++s) {
+    const auto [a, b] = std::pair(pairs[s].a, pairs[s].b);
+    const std::uint32_t colour = sweeps.colour_of[s];
+    const bool is_between = piece(a) != piece(b);
+    if (colour == 0 && is_between && !(held.contains(a) && held.contains(b))) return s;
+    if (colour == 0) continue;
+    if (colour > sweeps.colours || !is_between) return s;
+    if (!taken.emplace(colour, a).second || !taken.emplace(colour, b).second) return s;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere, std::optional<std::size_t> count) {
+  const bool is_swept = scene.coupling.scheme == Scheme::sequential && !scene.networks.empty();
+  if (!is_swept || !count || SteppedGrid(scene, *count, true).get() != nullptr) return std::nullopt;
+  const SweptPart* const sweeps = elsewhere.sweeps;
+  if (sweeps == nullptr) {
+    if (elsewhere.exchange.start == nullptr) return std::nullopt;
+    return Error{"elsewhere.sweeps", "null", "Part::sweeps of a part by sequential that is no sheet"};
+  }
+  if (!are_pieces(sweeps->piece_ends, *count)) {
+    return Error{"elsewhere.sweeps.piece_ends", std::to_string(sweeps->piece_ends.size()) + " numbers",
+                 "at least one, ascending, up to the particles' " + std::to_string(*count)};
+  }
+  const std::vector<Vec3> nowhere(*count);
+  const std::vector<JoinedPair> pairs = joined_pairs(scene, nowhere);
+  const std::string colours = "elsewhere.sweeps.colour_of";
+  if (sweeps->colour_of.size() != pairs.size()) {
+    return Error{colours, std::to_string(sweeps->colour_of.size()) + " numbers",
+                 "one for each of the " + std::to_string(pairs.size()) + " springs"};
+  }
+  const auto wrong = wrong_colour(pairs, *sweeps, scene);
+  if (!wrong) return std::nullopt;
+  return Error{element(colours, *wrong), std::to_string(sweeps->colour_of[*wrong]),
+               "0 within a piece; else from 1 to " + std::to_string(sweeps->colours) + ", of no other spring of its particles"};
+}
 
 Elsewhere elsewhere_of(const Scene& scene, std::size_t count) {
   if (std::none_of(scene.forces.begin(), scene.forces.end(), is_linear)) return rates_of(scene, count);

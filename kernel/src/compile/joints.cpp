@@ -165,7 +165,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   is_damped_ = is_damped_ || options.elsewhere.springs_damp;
   keeps_order_ = options.elsewhere.exchange.start != nullptr;
   rho_of_whole_ = options.elsewhere.rho;
-  sweeps_ = options.elsewhere.sweeps;
+  if (coupling.scheme == Scheme::sequential) sweeps_ = options.elsewhere.sweeps;
   closes_in_whole_ = options.elsewhere.closes_substeps;
   choose(scene, pairs, kept, changed);
   make_order(scene, pairs, grid, kept);

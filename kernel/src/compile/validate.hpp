@@ -11,6 +11,8 @@ namespace dvdx {
 // The first thing that is wrong, or nothing. count: the state's particles, where a state is given.
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count);
 std::optional<Error> check(const Options& options);
+// Of a scene that has been checked: whether its sweeps can be a part's.
+std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere, std::optional<std::size_t> count);
 // Of one alone: forces[index], contacts[index].
 std::optional<Error> check(const Force& force, std::size_t index, std::optional<std::size_t> count);
 std::optional<Error> check(const Contact& contact, std::size_t index);
