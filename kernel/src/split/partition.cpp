@@ -418,6 +418,7 @@ Skin taken(const Skin& whole, const Renumbered& renumbered) {
   }
   const auto some = [&](const std::vector<Vec3>& all) {
     std::vector<Vec3> each;
+    each.reserve(kept.size());
     for (const std::uint32_t k : kept) each.push_back(all[k]);
     return each;
   };
