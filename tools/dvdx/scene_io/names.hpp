@@ -3,12 +3,32 @@
 
 #include <array>
 #include <string_view>
+#include <variant>
 
 #include "dvdx/method.hpp"
 #include "dvdx/network.hpp"
+#include "dvdx/scene.hpp"
 #include "scene_io/fields.hpp"
 
 namespace dvdx::tool {
+
+enum class ForceType { constant, polynomial, sinusoid, spring, radial_spring, drag };
+inline constexpr std::array<Named<ForceType>, 6> force_types{{{"constant", ForceType::constant},
+                                                              {"polynomial", ForceType::polynomial},
+                                                              {"sinusoid", ForceType::sinusoid},
+                                                              {"spring", ForceType::spring},
+                                                              {"radial_spring", ForceType::radial_spring},
+                                                              {"drag", ForceType::drag}}};
+static_assert(force_types.size() == std::variant_size_v<Force>, "a type for each force, in the variant's order");
+
+enum class ContactType { plane, sphere, capsule, box, convex, mesh };
+inline constexpr std::array<Named<ContactType>, 6> contact_types{{{"plane", ContactType::plane},
+                                                                  {"sphere", ContactType::sphere},
+                                                                  {"capsule", ContactType::capsule},
+                                                                  {"box", ContactType::box},
+                                                                  {"convex", ContactType::convex},
+                                                                  {"mesh", ContactType::mesh}}};
+static_assert(contact_types.size() == std::variant_size_v<Contact>, "a type for each contact, in the variant's order");
 
 inline constexpr std::array<Named<Method>, 5> methods{{{"combined", Method::combined},
                                                        {"exact", Method::exact},

@@ -33,15 +33,6 @@ constexpr std::uint64_t most_particles = std::uint64_t{1} << 53U;
 
 // ---- forces ------------------------------------------------------------------------------------------------------------
 
-enum class ForceType { constant, polynomial, sinusoid, spring, radial_spring, drag };
-constexpr std::array<Named<ForceType>, 6> force_types{{{"constant", ForceType::constant},
-                                                       {"polynomial", ForceType::polynomial},
-                                                       {"sinusoid", ForceType::sinusoid},
-                                                       {"spring", ForceType::spring},
-                                                       {"radial_spring", ForceType::radial_spring},
-                                                       {"drag", ForceType::drag}}};
-static_assert(force_types.size() == std::variant_size_v<Force>, "a type for each force");
-
 std::optional<Method> own_method(const Fields& fields) {
   const auto field = fields.optional("method");
   return field ? std::optional(field->choice(methods)) : std::nullopt;
@@ -142,14 +133,6 @@ Force read_force(const Node& node, const Population& population) {
 }
 
 // ---- contacts ----------------------------------------------------------------------------------------------------------
-
-enum class ContactType { plane, sphere, capsule, box, convex, mesh };
-constexpr std::array<Named<ContactType>, 6> contact_types{{{"plane", ContactType::plane},
-                                                           {"sphere", ContactType::sphere},
-                                                           {"capsule", ContactType::capsule},
-                                                           {"box", ContactType::box},
-                                                           {"convex", ContactType::convex},
-                                                           {"mesh", ContactType::mesh}}};
 
 std::vector<std::string_view> contact_keys(std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};

@@ -1,26 +1,12 @@
 #include "tune/advice.hpp"
 
 #include <algorithm>
-#include <array>
-#include <string_view>
 #include <variant>
 
 #include "scene_io/names.hpp"
 
 namespace dvdx::tool::tune {
 namespace {
-
-std::string type_of(const Force& force) {
-  struct Name {
-    std::string operator()(const Constant&) const { return "constant"; }
-    std::string operator()(const Polynomial&) const { return "polynomial"; }
-    std::string operator()(const Sinusoid&) const { return "sinusoid"; }
-    std::string operator()(const Spring&) const { return "spring"; }
-    std::string operator()(const RadialSpring&) const { return "radial_spring"; }
-    std::string operator()(const Drag&) const { return "drag"; }
-  };
-  return std::visit(Name{}, force);
-}
 
 template <class Each>
 void leave_out(std::vector<Each>& parts, std::size_t index) {
@@ -36,7 +22,7 @@ std::string advice_from(const std::vector<Change>& changes, double goal, const s
 
 // From the boldest to what differs least from the whole.
 Part advice_on_force(const Scene& scene, std::size_t index, const Candidate& choice, double goal, const ErrorsOf& errors) {
-  Part part{.index = index, .type = type_of(scene.forces[index]), .advice = {}, .changes = {}};
+  Part part{.index = index, .type = std::string(force_types[scene.forces[index].index()].name), .advice = {}, .changes = {}};
   const auto try_change = [&](const std::string& name, const std::function<void(Scene&)>& change) {
     part.changes.push_back({.name = name, .outcome = errors(change)});
   };
@@ -58,14 +44,12 @@ Part advice_on_force(const Scene& scene, std::size_t index, const Candidate& cho
 // The other sweep is advised where it keeps the goal and takes less time.
 Part advice_on_contact(const Scene& scene, std::size_t index, double goal, const ErrorsOf& errors,
                        const CostRatioOf& cost_ratio) {
-  constexpr std::array<std::string_view, std::variant_size_v<Contact>> types{"plane", "sphere", "capsule",
-                                                                             "box",   "convex", "mesh"};
   const auto& contact = scene.contacts[index];
   const auto sweep = std::visit([](const auto& c) { return c.sweep; }, contact);
   const auto other = sweep == ContactPath::curve ? ContactPath::line : ContactPath::curve;
   const auto swap = [index, other](Scene& s) { std::visit([other](auto& c) { c.sweep = other; }, s.contacts[index]); };
   Part part{.index = index,
-            .type = std::string(types[contact.index()]),
+            .type = std::string(contact_types[contact.index()].name),
             .advice = std::string(name_in(sweeps, sweep)),
             .changes = {}};
   part.changes.push_back(
