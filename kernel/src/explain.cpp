@@ -284,7 +284,7 @@ std::string describe_form(const StrandsForm<T>& /*form*/) {
 }
 template <class T>
 std::string describe_form(const ColoursForm<T>& form) {
-  std::string within = "as a graph in sweeps of " + std::to_string(form.colours()) + " colours";
+  std::string within = "as a graph in sweeps of " + counted(form.colours(), "colour");
   if (form.pieces() == 1) return within;
   return within + " in each of " + std::to_string(form.pieces()) + " pieces, then " + std::to_string(form.stages.size() - 2) +
          " colours between them";
@@ -304,7 +304,7 @@ std::string describe_other_schemes(const Joints<T>& joints, const NetworkLimit& 
     if (joints.coupling.scheme == scheme) continue;
     const int substeps = substeps_for(calm_limit({.scheme = scheme}), joints.step, {limit.bound, limit.damping});
     const std::int64_t pulses = scheme == Scheme::fourth_order ? 6 : 1;
-    words += "             " + std::string(name(scheme)) + " would take " + std::to_string(substeps) + " sub-steps, " +
+    words += "             " + std::string(name(scheme)) + " would take " + counted(substeps, "sub-step") + ", " +
              std::to_string(substeps * pulses) + " pulses a step" + order(scheme);
   }
   if (joints.coupling.scheme != Scheme::sequential) {
@@ -318,7 +318,8 @@ std::string describe_other_schemes(const Joints<T>& joints, const NetworkLimit& 
 std::string describe_margin(const NetworkLimit& limit, double most, double takes, std::string_view where) {
   const double margin = takes / most - 1;
   if (margin >= -1e-9) return "a margin of " + text(std::round(100 * std::max(0.0, margin)), 6) + " %\n";
-  return "MAY GROW" + std::string(where) + "; " + std::to_string(limit.safe) + " sub-steps are safe\n";
+  return "MAY GROW" + std::string(where) + "; " + counted(limit.safe, "sub-step") +
+         (limit.safe == 1 ? " is safe\n" : " are safe\n");
 }
 
 template <class T>
@@ -344,7 +345,7 @@ std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& co
   const std::string form = std::visit([](const auto& of) { return describe_form(of); }, joints.form);
   std::string words = "springs      " + std::to_string(joints.springs) + ", " + form + "; " + std::to_string(joints.bytes()) +
                       " bytes, and " + std::to_string(workspace_bytes) + " of working memory a state\n";
-  words += "scheme       " + std::string(name(coupling.scheme)) + ", " + std::to_string(limit.substeps) + " sub-steps a step";
+  words += "scheme       " + std::string(name(coupling.scheme)) + ", " + counted(limit.substeps, "sub-step") + " a step";
   if (coupling.scheme == Scheme::sequential) {
     words += is_generalized_alpha(coupling) ? ", generalized alpha, rho " + text(joints.chosen.rho, 6)
                                             : ", theta " + text(theta_of(coupling), 6);
@@ -381,7 +382,7 @@ std::string describe_air(const Joints<T>& joints, const CompiledScene<T>& compil
   words += "; " + std::to_string(air.bytes()) + " bytes\n";
   const std::size_t gusts = compiled.scene.wind.gusts.size();
   words += "             the wind has " + (gusts == 0 ? std::string("no gusts") : std::to_string(gusts) + " gusts");
-  words += "; stable at any sub-step, and takes no sub-steps more\n";
+  words += "; stable at any sub-step, and asks for no more sub-steps\n";
   return words;
 }
 
@@ -389,11 +390,11 @@ template <class T>
 std::string describe_constraints(const Joints<T>& joints) {
   const auto& constraints = joints.constraints;
   if (!constraints) return "";
-  std::string words = "constraints  " + std::to_string(constraints->count()) + " in " +
-                      std::to_string(constraints->colours().size()) + " colours";
+  std::string words =
+      "constraints  " + std::to_string(constraints->count()) + " in " + counted(constraints->colours().size(), "colour");
   if (constraints->chains() != 0) words += ", " + std::to_string(constraints->chains()) + " chains solved whole";
-  words += "; " + std::to_string(constraints->sweeps()) + " sweeps over them in each of " +
-           std::to_string(joints.chosen.substeps) + " sub-steps; " + std::to_string(constraints->bytes()) + " bytes\n";
+  words += "; " + counted(constraints->sweeps(), "sweep") + " over them in each of " +
+           counted(joints.chosen.substeps, "sub-step") + "; " + std::to_string(constraints->bytes()) + " bytes\n";
   if (constraints->sweeps() > 1) {
     words +=
         "             those that share particles are solved one after the other: more sub-steps bring them nearer than more "
@@ -443,7 +444,7 @@ std::string describe_motions(const Scene& scene) {
   std::string words = "motions      " + std::to_string(scene.motions.size()) + ", followed by " + std::to_string(particles) +
                       " particles and " + std::to_string(contacts) + " contacts; places, poses and velocities are made in each";
   words += " flow of each sub-step, in working columns\n";
-  if (contacts != 0) words += "             what moves is looked for as the surface sees it, a batch at a time\n";
+  if (contacts != 0) words += "             moving surfaces are tested in their own frame, a register of particles at a time\n";
   return words;
 }
 

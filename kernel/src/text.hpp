@@ -4,6 +4,7 @@
 
 #include <array>
 #include <charconv>
+#include <concepts>
 #include <string>
 
 #include "dvdx/values.hpp"
@@ -27,6 +28,12 @@ namespace dvdx {
   std::string list = "[";
   for (const double component : value) list.append(list.size() > 1 ? ", " : "").append(text(component));
   return list.append("]");
+}
+
+// "1 sweep", "2 sweeps".
+template <std::integral N>
+[[nodiscard]] std::string counted(N count, const std::string& one) {
+  return std::to_string(count) + " " + one + (count == 1 ? "" : "s");
 }
 
 }  // namespace dvdx

@@ -272,7 +272,7 @@ TEST_CASE("explain: every scheme says what it is, and what the others would take
   const auto alpha = explained<double>(pair_of(k, 1, 1, {.scheme = Scheme::sequential}), {.step = h}, start);
   CHECK(says(alpha, "order 2 in the step"));
   const double z = omega * h;
-  const double rho = number_after(alpha, "scheme       sequential, 1 sub-steps a step, generalized alpha, rho ");
+  const double rho = number_after(alpha, "scheme       sequential, 1 sub-step a step, generalized alpha, rho ");
   CHECK(std::abs(rho - (0.2 + 0.4 / (1 + std::pow(z / 6.5, 4)) + 0.35 / (1 + std::pow(z / 1.4, 4)))) <= 0.005);
   const auto summed = explained<double>(
       pair_of(k, 1, 1, {.scheme = Scheme::accumulate, .substeps = 40, .method = Method::exact}), {.step = h}, start);
@@ -312,7 +312,7 @@ TEST_CASE("explain: constraints are counted, with their colours and sweeps") {
   scene.add(Distance{.pairs = {{0, 1}, {2, 3}, {4, 5}}, .length = 1.0});
   const auto text = explained<double>(scene, {}, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}, {5, 0, 0}});
   CAPTURE(text);
-  CHECK(says(text, "constraints  3 in 1 colours"));
+  CHECK(says(text, "constraints  3 in 1 colour"));
 }
 
 }  // namespace dvdx::test::explaining

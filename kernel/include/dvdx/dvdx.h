@@ -27,7 +27,7 @@ typedef enum dvdx_status {
   DVDX_OUT_OF_MEMORY,       // the allocator, or the program, had none left
   DVDX_COUNT_DIFFERS,       // the plan holds values for each particle, and the state has another count
   DVDX_CAPACITY_TOO_SMALL,  // a column's capacity is below the state's count
-  DVDX_IN_USE,              // another thread steps this plan, which has working memory of its own: networks, live plans
+  DVDX_IN_USE,              // another thread steps this plan, which works in memory of its own (dvdx_plan_clone)
   DVDX_PRECISION_DIFFERS,   // the state's numbers are of another type than the plan's
   DVDX_ABI_DIFFERS,         // the caller was compiled for another DVDX_ABI_VERSION than this library's
   DVDX_FAILED,              // an unexpected failure; the message says what is known

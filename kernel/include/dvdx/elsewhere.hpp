@@ -1,4 +1,4 @@
-// What a plan must know of the particles that it does not step, where a batch is stepped in parts.
+// What a plan must know of the particles that it does not step, where a state is stepped in parts.
 #pragma once
 
 #include <array>

@@ -36,12 +36,12 @@ enum class Rounding {
   plain,  // they are lost
   // They are carried in the state's residual columns, and the step is worked out in float64: of float32 states alone. The
   // numbers are those of a float64 step to 48 bits; x and v stay readable float32 columns. Costs a float64 step and, once
-  // a call, the way there and back (bench/compensated_bench.cpp). Kahan's sums in float32 lanes would cost less where a call is
-  // one step, and leave the coefficients' rounding, which grows faster than the state's (docs/stability.md).
+  // a call, the conversion to float64 and back (bench/compensated_bench.cpp). Kahan's sums in float32 lanes would cost less
+  // where a call is one step, and leave the coefficients' rounding, which grows faster than the state's (docs/precision.md).
   compensated,
 };
 
-// What becomes of springs between particles that are asked for in fewer sub-steps than they stand.
+// What becomes of springs between particles that are asked to be stepped in fewer sub-steps than they need to be stable.
 enum class Unstable {
   refused,  // compile() and set_step() name the fewest
   allowed,  // they are stepped, and may grow without bound: for studies of instability
@@ -58,7 +58,7 @@ struct Options {
   // Where the plan's columns come from: what holds a number for each particle, spring or constraint and is read or worked in by
   // a step. The scene's copy and its lists come from operator new. Where either has none left, std::bad_alloc is thrown.
   Memory memory{};
-  Elsewhere elsewhere{};  // of a batch that is stepped in parts
+  Elsewhere elsewhere{};  // of a state that is stepped in parts
 };
 
 enum class StepResult {
@@ -74,7 +74,7 @@ enum class StepResult {
 // What limits the sub-steps of a scene's networks.
 struct NetworkLimit {
   int substeps = 1;            // a step, chosen or asked for
-  double frequency = 0;        // rad/s: the highest of the springs as they stand at the start, by power iteration
+  double frequency = 0;        // rad/s: the highest of the springs as they stand at the start, by Lanczos' iteration
   double bound = 0;            // rad/s: no position of the particles has a higher one
   double limit = 0;            // frequency times sub-step that the scheme takes; infinite for sequential
   int fewest = 1;              // sub-steps a step below which compile() refuses: of a grid without contacts, where the start's
@@ -92,10 +92,11 @@ class Plan;
 template <class T>
 struct ReportedStep;  // private to the library
 
-// The memory that one state works in while a plan steps it: nothing where a scene joins no particles. One may serve many
-// states, one after the other. But networks by scheme sequential without theta carry on what the springs did in the last step,
-// which stands here: where the state's columns and clock are not those that the last step left, the next one starts without, by
-// a sub-step of first order. Such a state should have a workspace, or a plan, of its own.
+// The memory that one state works in while a plan steps it: empty where a scene has no networks, constraints, skins, kinematic
+// particles and contacts that follow a motion. One may serve many states, one after the other. But networks by scheme
+// sequential without theta carry on what the springs did in the last step, which stands here: where the state's columns and
+// clock are not those that the last step left, the next one starts without, by a sub-step of first order. Such a state should
+// have a workspace, or a plan, of its own.
 template <class T>
 class DVDX_EXPORT Workspace {
  public:
@@ -118,8 +119,8 @@ class DVDX_EXPORT Workspace {
 };
 
 // T is float or double. A plan is a compiled scene, which its clones share, and a workspace of its own. Any number of threads
-// may step different states with it at once, each with its own clone or workspace (a scene that joins no particles needs
-// neither), none of them while a change runs.
+// may step different states with it at once, each with its own clone or workspace (where Workspace is empty, neither is
+// needed), none of them while a change runs.
 template <class T>
 class DVDX_EXPORT Plan {
  public:
@@ -167,7 +168,7 @@ class DVDX_EXPORT Plan {
   Expected<void> restore(std::span<const double> carried, const State<T>& state, Workspace<T>& workspace) const;
 
   // The same motion `steps` steps ahead by powers of the step's matrix. Only for scenes without networks, constraints,
-  // contacts, radial springs and fixed particles; an error names what is in the way.
+  // contacts, radial springs, skins, fixed and kinematic particles; an error names what is in the way.
   Expected<void> seek(State<T>& state, std::uint64_t steps) const;
 
   // "Be there at the end of the next step", whichever call makes it. In every sub-step of it what follows motions[motion], or

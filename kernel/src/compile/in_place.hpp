@@ -22,14 +22,14 @@ bool is_only_owner(const std::shared_ptr<Held>& shared) noexcept {
 
 enum class InPlace { done, not_done };
 
-// What refusal() of the change refuses has been refused.
+// The change's own refusal() has been called and has passed.
 template <class T, class Change>
 Expected<InPlace> change_in_place(CompiledScene<T>& compiled, const Change& change);
 
 template <class T>
 Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index, const Contact& contact);
 
-// What refuses a wind has been looked at. Takes memory where it has more gusts than before.
+// The wind has been checked. Takes memory where it has more gusts than before.
 template <class T>
 void set_wind_in_place(CompiledScene<T>& compiled, const Wind& wind);
 

@@ -27,13 +27,13 @@ std::vector<double> inverse_masses(const Scene& scene, std::size_t count) {
   return w;
 }
 
-// A sheet that hangs free reaches its bound only where it folds onto a line, and is left to its user below that; sheets that
-// land and other springs are not (curtain and net-stiff blew up between the two).
 struct Limited {
   NetworkLimit limit;
   LimitedBy by = LimitedBy::frequency;
 };
 
+// A sheet that hangs free reaches its bound only where it folds onto a line, and is left to its user below that; sheets that
+// land and other springs are not (curtain and net-stiff blew up between the two).
 Limited limit_of(const SubstepRule& rule, const Frequencies& frequencies, double h, int substeps, bool hangs_free) {
   Limited found;
   NetworkLimit& limit = found.limit;
@@ -48,7 +48,7 @@ Limited limit_of(const SubstepRule& rule, const Frequencies& frequencies, double
   HighestRates rates{frequencies.bound, frequencies.damping};
   limit.safe = substeps_for(rule.stable, h, rates);
   limit.fewest = limit.safe;
-  // Of the matrix M^-1 K the margin is the square of the frequency's, and so it is of M^-1 C.
+  // K and C scale alike with position: K's margin is the square of the frequency's, and so it is of M^-1 C.
   const HighestRates at_start{frequencies.start * start_margin, frequencies.damping_start * start_margin * start_margin};
   if (hangs_free && substeps_for(rule.stable, h, at_start) < limit.safe) {
     limit.fewest = substeps_for(rule.stable, h, at_start);
@@ -74,7 +74,7 @@ int substeps_of_turn(double turn) {
   return static_cast<int>(std::clamp(std::ceil(turn / most_turn), 1.0, 1e6));
 }
 
-// fewest: where they are not asked for.
+// fewest: lower limit where the scene leaves the number open.
 Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h, const HighestRates& rates, int fewest) {
   if (rule.is_alone) return {.substeps = coupling.substeps.value_or(fewest)};
   Substeps found;

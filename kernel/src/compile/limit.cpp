@@ -12,7 +12,7 @@
 namespace dvdx {
 namespace {
 
-// What one iteration may cost in all, so that making a plan of a million particles stays a matter of seconds.
+// Springs that one run of Lanczos' iteration may visit, so that making a plan of a million particles stays a matter of seconds.
 constexpr double spring_visits = 4e7;
 constexpr int most_iterations = 100;
 

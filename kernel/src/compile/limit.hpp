@@ -36,7 +36,7 @@ struct HighestRates {
   double frequency = 0, damping = 0;  // rad/s, 1/s
 };
 
-// What the bounds of `Frequencies` are at least and at most, by sums alone. Of a grid they are the bounds.
+// Lower and upper limits of the bounds in `Frequencies`, from sums alone. Of a grid they are the bounds.
 struct RateBounds {
   HighestRates least, most;
 };
@@ -52,7 +52,7 @@ bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w
 Frequencies frequencies(std::span<const JoinedPair> springs, const std::optional<HighestRates>& of_grids,
                         std::span<const double> w, std::span<const Vec3> start);
 
-// What a scheme takes of frequency * sub-step and of the damping's rate * sub-step, z and q of any two modes: infinite where it
+// Largest stable frequency * sub-step and of the damping's rate * sub-step, z and q of any two modes: infinite where it
 // takes any.
 struct StableRange {
   double frequency = std::numeric_limits<double>::infinity(), damping = std::numeric_limits<double>::infinity();

@@ -23,7 +23,7 @@ class ListRates {
   ListRates(std::vector<JoinedPair> springs, std::span<const double> w);
 
   [[nodiscard]] const std::vector<JoinedPair>& springs() const noexcept { return springs_; }
-  // Their numbers, in the order of the list.
+  // Indices of the springs at a particle, in the order of the list.
   [[nodiscard]] std::span<const std::uint32_t> springs_at(std::size_t particle) const noexcept {
     return std::span(at_).subspan(first_at_[particle], first_at_[particle + 1] - first_at_[particle]);
   }

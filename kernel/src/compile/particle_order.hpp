@@ -96,9 +96,9 @@ struct ParticleOrder {
 };
 
 ParticleOrder grid_order(const Grid& grid, std::size_t phases);
-// In an order of the particles that keeps neighbours near: their own where it does, else reverse Cuthill-McKee.
 // As they are numbered.
 ParticleOrder own_order(std::size_t count);
+// In an order of the particles that keeps neighbours near: their own where it does, else reverse Cuthill-McKee.
 ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count);
 // The same of a part's own pieces, behind each of whose last particles is that of such a number; others' follow.
 ParticleOrder part_order(std::span<const std::uint32_t> piece_ends, std::size_t count);

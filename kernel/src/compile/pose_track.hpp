@@ -1,4 +1,4 @@
-// Where a motion has what follows it, and how fast, at any time of the scene.
+// Pose and velocity of a motion, at any time of the scene.
 #pragma once
 
 #include <cstddef>

@@ -57,7 +57,7 @@ void range_of_radius(Checker& check, const std::string& field, double value) {
   range_of_length<T>(check, field, value);
 }
 
-// The fourth power of the ball that holds a body is compared: by what passes it (passes/contact/shape.hpp).
+// The fourth power of the ball that holds a body is compared: by the test in (passes/contact/shape.hpp).
 template <class T>
 void range_of_body(Checker& check, const std::string& field, double size, double thickness, const std::string& at) {
   const double most = std::sqrt(std::sqrt(double{std::numeric_limits<T>::max()})) / 4;

@@ -63,7 +63,7 @@ class System {
   [[nodiscard]] bool depends_on_time() const noexcept { return depends_on_time_; }
   [[nodiscard]] const std::vector<std::size_t>& combined() const noexcept { return combined_; }
   [[nodiscard]] const std::vector<std::size_t>& separate() const noexcept { return separate_; }  // springs and drags alone
-  [[nodiscard]] const std::vector<std::size_t>& radial() const noexcept { return radial_; }      // those that kick first
+  [[nodiscard]] const std::vector<std::size_t>& radial() const noexcept { return radial_; }      // those with kicks stand first
   [[nodiscard]] std::size_t kicks() const noexcept { return kicks_; }
   [[nodiscard]] const std::vector<Source>& sources() const noexcept { return sources_; }
   // The step that the affine flow takes: half of the whole where springs kick at its middle.

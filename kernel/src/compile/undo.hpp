@@ -1,4 +1,4 @@
-// What is taken back at the end of a scope, unless it has come to its end.
+// Rolls a change back at the end of the scope unless dismissed.
 #pragma once
 
 #include <utility>

@@ -86,7 +86,7 @@ void ContactSums::add(const Vec3& impulse, const Vec3& torque) noexcept {
   }
 }
 
-// Any number of threads may be at it: whole numbers have one sum.
+// Threads may call it concurrently: integer sums do not depend on their order.
 void ContactSums::join(ContactReport::Parts& report) noexcept {
   std::int64_t* const to = report.words.data() + contact_ * contact_words;
   const auto add = [](std::int64_t& word, std::int64_t number) {

@@ -24,7 +24,7 @@ struct DrivenStep {
     return part > 0 ? part : 0;
   }
 
-  // Hands each number to an archive, which reads or writes it; so do pass() below.
+  // Passes each number to an archive, which reads or writes it; so do the pass() below.
   template <class Archive>
   void pass(Archive& archive) {
     for (double* const number : {&begin.seconds, &begin.carry, &duration}) archive(*number);

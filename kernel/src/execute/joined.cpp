@@ -327,7 +327,7 @@ class JoinedStep {
     return std::abs(apart) < 1e-6 * std::abs(joints_.substep()) ? step_end_ : clock_;
   }
 
-  // What the caller drives begins this step's way.
+  // Starts the driven motions, groups and skins on this step's path.
   void set_out() noexcept {
     for (std::size_t k = 0; k < ws_.motions.size(); ++k) ws_.motions[k].begin(m_.tracks()[k], clock_, joints_.step);
     for (const FixedParticle& of : joints_.fixed) {
@@ -441,7 +441,7 @@ class JoinedStep {
     motion.kernels->at(motion.flow, motion.extra)(block, ws_.surfaces.empty() ? motion.terms : moved_terms_, once);
   }
 
-  // What the sweeps have left in the shifts, for the next flow to take along.
+  // Shifts that the sweeps made, applied in the next flow's walk over the particles.
   struct Left {
     const ShiftTerms<T>* shift = nullptr;
     const AlphaTerms<T>* alpha = nullptr;  // or by generalized alpha
@@ -536,7 +536,7 @@ class JoinedStep {
     if (m_.last()) add_flow(*m_.last());
   }
 
-  // With each pulse a halo is right by as many rows less as a pulse reaches.
+  // Each pulse invalidates as many outer halo rows as it reaches.
   void tell_in_turn() noexcept {
     if (++ws_.pulses_since_telling < exchange_.pulses_per_telling) return;
     ws_.pulses_since_telling = 0;
@@ -635,8 +635,7 @@ class JoinedStep {
     take_acceleration(kernels_.damp_graph, form.damped, k, slices);
   }
 
-  // ---- air, in the middle of a pulse or in halves at both ends of a sub-step: passes/air/air.hpp
-  // ----------------------------------
+  // ---- air, in the middle of a pulse or in halves at both ends of a sub-step: passes/air/air.hpp ----------------------
 
   // Air is far slower than the springs that ask for sub-steps. Up to five of these have one pulse of it together, in the middle
   // one: 5, 5, ..., and of what is left 3 and 1. 0: none in this one.
@@ -685,7 +684,7 @@ class JoinedStep {
     return work;
   }
 
-  // That part of the air, on what moves as air_v.
+  // Applies that part of the air's pulse, evaluated at the velocities air_v.
   void blow(double part) noexcept {
     const Vec3 wind = m_.wind_at(end_of_flow());
     const double t = part * air_substeps_ * joints_.substep();
@@ -740,8 +739,7 @@ class JoinedStep {
     std::swap(work_.v, work_.v_next);
   }
 
-  // ---- a part of a larger scene: a halo's particles lack the springs that lead elsewhere
-  // -------------------------------------
+  // ---- a part of a larger scene: a halo's particles lack the springs that lead elsewhere ------------------------------
 
   [[nodiscard]] HaloColumns halo(const std::array<T*, 3>& columns) const noexcept {
     return {{columns[0], columns[1], columns[2]}, sizeof(T), joints_.order.of.data()};
@@ -751,7 +749,7 @@ class JoinedStep {
     exchange_.start(exchange_.context, halo(columns));
     exchange_.finish(exchange_.context, halo(columns));
   }
-  // A pass that fills these columns. What others hold comes first: they are told of it while the rest is worked out.
+  // A pass that fills these columns. Units that other parts hold come first: they are sent while the rest is computed.
   template <class Pass>
   void tell(const Units& units, const std::array<T*, 3>& columns, const Pass& pass) noexcept {
     if (exchange_.start == nullptr) return over(units, pass);

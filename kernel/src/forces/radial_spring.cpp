@@ -5,8 +5,8 @@
 #include "math/elementary.hpp"
 
 // Equation      x'' = -(W (r - l) + g r') n,  n = (x - c)/r, r = |x - c|, l the rest length
-// Solution      none in closed form in space: the direction n turns. Along a direction that did not turn it would be a
-// spring's. Step          drift h/2; at the midpoint, where n is taken, the velocity's axial part u = n . v gets
+// Solution      none in closed form in space: the direction n turns. Along one that did not turn it would be a spring's.
+// Step          drift h/2; at the midpoint, where n is taken, the velocity's axial part u = n . v gets
 //                 u <- E u,  u <- u - kappa (r - l),  u <- E u;      drift h/2
 //               kappa = h W sinc^2(z/2),  E = exp(-g h/2)
 //               Undamped motion along n: drift, kick, drift has trace 2 - h kappa = 2 cos z for this kappa (Gautschi's filter),
@@ -15,8 +15,10 @@
 //               exactly where W = 0.
 // Limits        z -> 0: kappa -> W h, leapfrog. z = 2 pi n: no kick. r = 0 has no direction: no kick.
 // Coefficients  sinc^2(z/2) = 2 (1 - cos z)/z^2 = 2 psi_2(w,0).
-// Other methods the spring's A, B, C, D along n at the step's start, e = r - l, v = u: Brown's reading, first order in
-// space. Source        Gautschi 1961; Hairer, Lubich, Wanner, XIII.1 (filtered leapfrog).
+// Other methods the spring's A, B, C, D along n, taken at the midpoint of the drift, with u = n . v and e = r - l - (h/2) u,
+//               the distance there carried back to the start (passes/radial/radial.hpp). n at the start, Brown's reading, would
+//               be of first order in space.
+// Source        Gautschi 1961; Hairer, Lubich, Wanner, XIII.1 (filtered leapfrog).
 
 namespace dvdx {
 

@@ -14,7 +14,7 @@ struct RadialKick {
 };
 RadialKick radial_kick(double W, double g, double h) noexcept;
 
-// The other methods take the coefficients of spring() along the axis, with e = r - rest_length.
+// The other methods take spring()'s coefficients along the axis at the drifted midpoint, with e = r - rest_length - (h/2) u.
 Contribution radial_spring(double W, double g, double h, Method method) noexcept;
 
 }  // namespace dvdx

@@ -10,7 +10,7 @@
 //               pulse       dv as exact,  dx = dv h
 //               Euler       dv = -(W e + g v) h,  dx = dv h
 // Limits        W = g = 0: nothing. z -> 0: A -> W h, D -> z^2 h/6. Large z: A, B, C, D stay bounded;
-//               exact keeps det = 1 alone, average has det = 1 - z^4/24 + ..., pulse cos z. Several exact springs have
+//               a single exact spring has det = 1, average has det = 1 - z^4/24 + ..., pulse cos z. Several exact springs have
 //               det = 1 + (z^4 - sum z_i^4)/12, which grows: use Method::combined for them.
 // Coefficients  1 - cos z and z - sin z are never formed as such: combined.cpp.
 // Source        Brown's kinematic integrator (the exact, average acceleration and pulse modes of a spring).

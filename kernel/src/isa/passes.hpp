@@ -34,7 +34,7 @@ struct Kernels {
   }
 };
 
-// Residuals, births and removals take no contracted form: they are the same in both arithmetics.
+// Residuals, births and removals take no contracted form: they are the same in every arithmetic.
 struct Passes {
   Kernels<float> f32;
   Kernels<double> f64;

@@ -112,7 +112,7 @@ template <class V>
   }
 }
 
-// The batch at i, moved by all but contacts.
+// The register's particles at i, moved by all but contacts.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Trajectory<V> move_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                                        const Offsets<Scalar<V>>* offsets, std::size_t i) noexcept {
@@ -130,7 +130,7 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
   return m;
 }
 
-// The batch at i, with whatever the step holds for it. Whether it touched a surface.
+// The register's particles at i, moved by the whole step. Returns whether they touched a surface.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 [[gnu::noinline]] bool step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                   const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting) noexcept {

@@ -112,7 +112,7 @@ struct Terms {
 };
 
 // Particles that are stepped while they stay in first-level cache: contiguous columns, `count` a multiple of 16 (what lies
-// beyond the batch is padding). `first` is the index of x[.][0] in the plan's own columns.
+// beyond the particles is padding). `first` is the index of x[.][0] in the plan's own columns.
 template <class T>
 struct Block {
   std::array<T*, 3> x{}, v{};

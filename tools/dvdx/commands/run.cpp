@@ -57,7 +57,7 @@ std::uint64_t every_of(const RunOptions& options, const LoadedScene& loaded) {
   return std::max<std::uint64_t>(1, (loaded.steps + states - 1) / states);
 }
 
-// The bits of a run hang on all of this, but neither on threads nor on the layout, and on the instruction set only where
+// A run's bits depend on all of this, but neither on threads nor on the layout, and on the instruction set only where
 // arithmetic is fast.
 RunIdentity identity_of(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
   if (options.checkpoint.file.empty() && options.checkpoint.resume.empty()) return {};

@@ -105,9 +105,9 @@ void warn_of_heat(const std::string& scene, const LoadedScene& loaded, const Out
   print_message(
       fmt::format("{}: warning: heating: at step {} ({:.4g} s) the particles move with {:.3g} J, and the start and the forces "
                   "can have given "
-                  "them {:.3g} J: the stepping makes the rest. More sub-steps{}; see docs/stability.md",
+                  "them {:.3g} J: the rest was added by the time stepping. More sub-steps{}; see docs/stability.md",
                   scene, warmth.step, static_cast<double>(warmth.step) * loaded.file.step, warmth.kinetic, warmth.given,
-                  loaded.file.scene.coupling.scheme == Scheme::sequential ? " or a larger theta" : ""));
+                  loaded.file.scene.coupling.theta ? " or a larger theta" : ""));
 }
 
 }  // namespace dvdx::tool

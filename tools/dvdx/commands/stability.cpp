@@ -158,7 +158,7 @@ void add_stability(CLI::App& app, Exit& exit) {
   command->add_option("--only", options->only, "one part alone")
       ->check(CLI::IsMember(std::vector<std::string>{"all", "cases", "maps", "long", "heat"}))
       ->capture_default_str();
-  command->add_option("--arithmetic", options->arithmetic, "of the maps and the sheets; the cases run in both")
+  command->add_option("--arithmetic", options->arithmetic, "of the maps and the sheets; the cases run in every arithmetic")
       ->check(CLI::IsMember(names_of(arithmetics)))
       ->capture_default_str();
   command->add_flag("--coarse", options->coarse, "maps of a ninth of the cells along each axis, a few sheets of each kind");

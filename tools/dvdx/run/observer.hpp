@@ -21,9 +21,9 @@
 
 namespace dvdx::tool {
 
-// Writes, weighs and hashes states as the world sees them: in float64 where their own columns are counted from an origin of
-// their own or carry residuals, else as they are. Of several ranks each has its part of the particles, and all are told the
-// same.
+// Writes and hashes states and computes their energy as the world sees them: in float64 where their own columns are counted
+// from an origin of their own or carry residuals, else as they are. Of several ranks each has its part of the particles, and
+// all are told the same.
 template <class T>
 class Observer {
  public:

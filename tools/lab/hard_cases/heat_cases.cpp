@@ -123,7 +123,7 @@ std::vector<Case> heat_cases() {
            "energy is fed in all the time: held particles swing, over a sphere, damped",
            {warmth(float64, dragged_sheets<double>, drag), warmth(float32, dragged_sheets<float>, drag),
             warmth(float64, long_drag<double>, long_run), warmth(float32, long_drag<float>, long_run)}},
-          {58,
+          {49,
            "a reference of chaotic cloth",
            "a sheet stands on its edge and buckles: where it then is, is chance",
            {{.check = horizon_of_chaos,

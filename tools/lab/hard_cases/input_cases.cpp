@@ -20,8 +20,7 @@ constexpr double hz60 = 1.0 / 60;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-// --- scenes of every pass
-// -----------------------------------------------------------------------------------------------------
+// --- scenes of every pass -----------------------------------------------------------------------------------------------
 
 struct NamedScene {
   std::string name;
@@ -125,8 +124,7 @@ std::vector<NamedScene> scenes_joined() {
   return list;
 }
 
-// --- 31: a particle that is not finite
-// ----------------------------------------------------------------------------------------
+// --- 31: a particle that is not finite ----------------------------------------------------------------------------------
 
 template <class T>
 bool is_same(T a, T b) {
@@ -211,8 +209,7 @@ Worst bad_neighbour(CaseRun& way) {
   return worst;
 }
 
-// --- 32: masses
-// ---------------------------------------------------------------------------------------------------------------
+// --- 32: masses ---------------------------------------------------------------------------------------------------------
 
 template <class T>
 bool is_refused(const Scene& scene, double step, std::size_t count) {
@@ -255,8 +252,7 @@ Worst pinned(CaseRun& way) {
   return worst;
 }
 
-// --- 33, 34, 35: steps
-// --------------------------------------------------------------------------------------------------------
+// --- 33, 34, 35: steps --------------------------------------------------------------------------------------------------
 
 // Of no time.
 template <class T>
@@ -343,8 +339,7 @@ Worst changing_step(CaseRun& way) {
   return worst;
 }
 
-// --- 40, 41
-// -------------------------------------------------------------------------------------------------------------------
+// --- 40, 41 -------------------------------------------------------------------------------------------------------------
 
 // Each particle of 1 to 33 against itself among 64.
 template <class T>

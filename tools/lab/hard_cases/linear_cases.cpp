@@ -81,8 +81,7 @@ double error_after(CaseRun& way, const Motion& motion, double h, std::size_t n, 
   return worst.value;
 }
 
-// --- 1, 2: large angles
-// -------------------------------------------------------------------------------------------------------
+// --- 1, 2: large angles -------------------------------------------------------------------------------------------------
 
 template <class T>
 double turning_error(CaseRun& way, double z, std::size_t n) {
@@ -107,8 +106,7 @@ Worst many_large_steps(CaseRun& way) {
   return worst;
 }
 
-// --- 3, 11, 38: energy over long runs
-// -----------------------------------------------------------------------------------------
+// --- 3, 11, 38: energy over long runs -----------------------------------------------------------------------------------
 
 // |E/E0 - 1| of particles that swing about c with an amplitude of 1 m.
 template <class T>
@@ -285,8 +283,7 @@ Worst separate_methods(CaseRun& way) {
   return worst;
 }
 
-// --- 5: tiny steps
-// ------------------------------------------------------------------------------------------------------------
+// --- 5: tiny steps ------------------------------------------------------------------------------------------------------
 
 constexpr double tiny = 1e-9;  // s
 
@@ -310,8 +307,7 @@ Worst tiny_steps_are_lost(CaseRun& way) {
   return worst;
 }
 
-// --- 6, 7: coefficients
-// -------------------------------------------------------------------------------------------------------
+// --- 6, 7: coefficients -------------------------------------------------------------------------------------------------
 
 // What a step makes of a displacement, a velocity and a wind of 1: -C and -A, S, and what the wind adds to both.
 template <class T>
@@ -362,8 +358,7 @@ Worst drag_coefficients(CaseRun& way) {
   return worst;
 }
 
-// --- 7: every damping and stiffness at once
-// -----------------------------------------------------------------------------------
+// --- 7: every damping and stiffness at once -----------------------------------------------------------------------------
 
 // Of x'' = -w x - q x' after 1 s:
 struct Response {
@@ -497,8 +492,7 @@ Worst extreme_dampings(CaseRun& way) {
   return worst;
 }
 
-// --- 8, 9, 10: damping
-// --------------------------------------------------------------------------------------------------------
+// --- 8, 9, 10: damping --------------------------------------------------------------------------------------------------
 
 template <class T>
 Worst nearly_critical(CaseRun& way) {
@@ -565,8 +559,7 @@ Worst terminal_velocity_apart(CaseRun& way) {
   return worst;
 }
 
-// --- 12, 13: forcing
-// ----------------------------------------------------------------------------------------------------------
+// --- 12, 13: forcing ----------------------------------------------------------------------------------------------------
 
 struct Forced {
   double W, g, frequency, h;
@@ -642,8 +635,7 @@ Worst late_phase(CaseRun& way) {
   return worst;
 }
 
-// --- 14, 15: far away and very small
-// ------------------------------------------------------------------------------------------
+// --- 14, 15: far away and very small ------------------------------------------------------------------------------------
 
 enum class Home { world, local };  // where positions are measured from: the world's origin, or the anchor
 

@@ -77,8 +77,7 @@ double farthest(const Trial<T>& trial) {
   return worst.value;
 }
 
-// --- 4: the limit of leapfrog
-// -------------------------------------------------------------------------------------------------
+// --- 4: the limit of leapfrog -------------------------------------------------------------------------------------------
 
 // Adds `count` bodies of 1 kg in a row, 1 m apart, a little disturbed; omega is the highest frequency of that many springs in a
 // row.
@@ -148,8 +147,7 @@ Worst limit_of_leapfrog(CaseRun& way) {
   return worst;
 }
 
-// --- 16: unequal masses
-// -------------------------------------------------------------------------------------------------------
+// --- 16: unequal masses -------------------------------------------------------------------------------------------------
 
 // Two pairs of a scheme, one of them drifting.
 template <class T, std::size_t which>
@@ -212,8 +210,7 @@ std::vector<Bar> bars_of_unequal_masses() {
   return bars;
 }
 
-// --- 17, 18: springs without a direction
-// --------------------------------------------------------------------------------------
+// --- 17, 18: springs without a direction --------------------------------------------------------------------------------
 
 // A spring of no rest length to a point is the linear one in every direction, and so is one between two bodies, on their line
 // and where they turn about each other.
@@ -311,8 +308,7 @@ Worst passage(CaseRun& way) {
   return worst;
 }
 
-// --- 19: a spinning pair
-// ------------------------------------------------------------------------------------------------------
+// --- 19: a spinning pair ------------------------------------------------------------------------------------------------
 
 // omega h = 0.19
 PlainSprings spinning_pair() {
@@ -368,8 +364,7 @@ Worst spinning_energy(CaseRun& way) {
   return worst;
 }
 
-// --- 36: a stiff rod and a soft spring
-// ----------------------------------------------------------------------------------------
+// --- 36: a stiff rod and a soft spring ----------------------------------------------------------------------------------
 
 PlainSprings rod_and_spring(double k) {
   PlainSprings system;
@@ -397,8 +392,7 @@ Worst stiff_rod(CaseRun& way) {
   return worst;
 }
 
-// --- 37: cloth
-// ----------------------------------------------------------------------------------------------------------------
+// --- 37: cloth ----------------------------------------------------------------------------------------------------------
 
 constexpr std::size_t side = 16;                                       // bodies
 constexpr double cloth_mass = 0.3;                                     // kg

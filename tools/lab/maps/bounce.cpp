@@ -5,13 +5,11 @@
 
 // Equation   x'' = -a - W x - g v above the plane x = 0
 // Path       the flow, or with a straight sweep the chord of what remains of the step
-// Impact     at its first root f; there v_f is the flow's. Under a alone the path is a parabola and f a closed form; else the
-// root
-//            is found by halving.
-// Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a it acts on the rest r of the step as the flow carries it: dx = dv p1(r),
-// and
-//            dv p0(r) is left of it; p1 = r, sin(omega r)/omega or (1 - exp(-g r))/g, p0 its derivative. Brown's own second
-//            pulse ends the step on the plane instead.
+// Impact     at its first root f; there v_f is the flow's. Under a alone the path is a parabola and f a closed form;
+//            else the root is found by halving.
+// Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a it acts on the rest r of the step as the flow carries it:
+//            dx = dv p1(r), and dv p0(r) is left of it; p1 = r, sin(omega r)/omega or (1 - exp(-g r))/g, p0 its derivative.
+//            Brown's own second pulse ends the step on the plane instead.
 // Rest       e = 0 where the bounces after an impact, 2 e v_f/(1 - e) long in units of the acceleration, end within the step
 // Energy     under a alone, e = 1: E' - E = dv (v1 + dv/2) + a dx = 2 v_f (v_f - v1 - (1-f) t a) = 0, for v1 = v_f - (1-f) t a.
 //            Ended on the plane, the speed is |v_f| less (1-f) t a, and the height is lost: E'/E = (1 - (1-f) t a/|v_f|)^2.

@@ -18,7 +18,7 @@
 //               Where all triangles meet the same air the parts stay together and the split changes nothing.
 // Solution      Of u' = -W F. F turns u in the plane of u and n, away from n, and shortens it:
 //                 U' = -(W rho N/4) D c U^2,   phi' = (W rho N/4) U L c sin phi,   c = cos phi
-//               c shrinks at the rate (W rho N U/4)(D c + L sin^2 phi). So with
+//               U c shrinks at the relative rate (W rho N U/4)(D c + L sin^2 phi). So with
 //                 eta = t W rho N U/8,   x = L eta,   y = D c eta,   z = sin^2 phi = 1 - c^2
 //               the coefficients at the middle of t are those at its start over 1 + x z + y, and the pulse is
 //                 a = 1 + x z,   u(t) = a / (a + 2 y) R u,   tan(angle of R / 2) = lambda sin phi,

@@ -41,7 +41,6 @@
 //
 // Line: e = x - p, and the pulses take away what e and v have along two unit vectors across the line. Point: x = at, v = 0.
 //
-//
 // Limits: several constraints at a particle are visited one after the other (Gauss-Seidel), forwards and backwards. A
 // constraint both of whose ends are fixed, or whose ends coincide, or that has an end which is not finite, contributes nothing.
 // What jumps over a bound (from one side of `at_least` to the other) within a sub-step is not seen.

@@ -13,11 +13,10 @@
 //            pulse dv at f:  x1 += h dv P1(1 - f),  v1 += dv P0(1 - f)
 //          F and F/h are taken from the step's two ends: nothing else needs to be known of what acts, and the path meets both
 //          ends whatever the method that made them.
-// Forces of time.  F gains D1 phi + D2 phi^2/2 + D3 phi^3/6, the cubic through the forces' values at four times of the step,
-// and
-//          with P_k = int P_(k-1) the path D1 P3 + D2 P4 + D3 P5, the velocity a power less. P5 and P4 = P5' are then series,
-//          and P_(k-1) = phi^(k-1)/(k-1)! - q P_k - w P_(k+1) leads down to P0. The response to a pulse does not depend on
-//          forces.
+// Forces of time.  F gains D1 phi + D2 phi^2/2 + D3 phi^3/6, the cubic through the forces' values at four times of the
+//          step, and with P_k = int P_(k-1) the path D1 P3 + D2 P4 + D3 P5, the velocity a power less. P5 and P4 = P5' are then
+//          series, and P_(k-1) = phi^(k-1)/(k-1)! - q P_k - w P_(k+1) leads down to P0. The response to a pulse does not depend
+//          on forces.
 // Series.  To `degree` terms for arguments up to 1/2; beyond, at phi / 2^halvings, and doubled by composition of the flow with
 //          itself, which is as stable as the flow:
 //            P2(2a) = P2 (1 + A) + P1^2,  P1(2a) = P1 (A + P0),  P0(2a) = P0^2 - w P1^2,  A = 1 - w P2

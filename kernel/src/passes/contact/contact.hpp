@@ -10,8 +10,7 @@
 // A step without its contacts runs from (x0, v0) to (x1, v1) in the time t. With f in 0..1 the fraction of it that has passed:
 //
 // Path.    curve:  x(f) = x0 + f (u + f a),  u = t v0,  a = x1 - x0 - u        (exact where the acceleration is constant;
-// bend.hpp
-//                  has the path and the response where springs, drag or forces of time bend it)
+//                  bend.hpp has the path and the response where springs, drag or forces of time bend it)
 //          line:   x(f) = x0 + f (x1 - x0)
 // Impact.  The first f at which the distance s from the surface goes from + to -. For a plane s(f) = s0 + d0 f + c f^2 with
 //          d0 = n.u, c = s1 - s0 - d0, and the root is taken in the form in which nothing cancels:
@@ -34,9 +33,9 @@
 //          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
 //          `resume` goes on with the remaining step as a new path, on which every surface is looked for again; the one just
 //          left stands at s0 = 0 exactly.
-// Settling. The bounces after an impact with e < 1 are over at 2 e |v_n| / (b (1-e)), b the acceleration onto the surface;
-// where
-//          that is within the step, the impact is the last: e = 0, and with tau < 1 no tangential velocity is left.
+// Settling. The bounces after an impact with e < 1 are over at 2 e |v_n| / (b (1-e)), b the acceleration onto the
+//          surface; where that is within the step, the impact is the last: e = 0, and with tau < 1 no tangential velocity is
+//          left.
 // Rest.    A surface may hold a particle that stands on it (4 eps of the coordinates) if that leaves it no higher than rounding
 //          (below) or comes no faster than forces, and what holds it already, bring it to rest there, and settles, within the
 //          step: one wall may push it onto another that the forces lead away from. Of those under which

@@ -1,5 +1,5 @@
 // What contacts do to particles, told one impulse at a time. Where a block has a log, each particle that touches a surface is
-// resolved by the scalar twin, which has the same bits: the wide pass knows of no log but that it is there.
+// resolved by the scalar twin, which has the same bits: the wide pass only tests whether there is a log.
 #pragma once
 
 #include <array>

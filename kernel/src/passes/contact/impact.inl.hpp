@@ -17,8 +17,8 @@ V fallen_away(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) no
   return V(surface.falls_away) * (t * t * dot<arithmetic>(m.v0, m.v0));
 }
 
-// What is left of the tangential velocity at an impact, and of infinitely many where they are over within the step. What lay or
-// slid on the surface before comes to none.
+// What is left of the tangential velocity at an impact, and after infinitely many that end within the step. 1 for what lay or
+// slid on the surface before.
 template <class V, Arithmetic arithmetic, PathForm form>
 V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V, arithmetic, form>& course,
                     const Three<V>& gain, Mask<V> is_over) noexcept {

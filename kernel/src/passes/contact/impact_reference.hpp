@@ -18,7 +18,7 @@ T fallen_away(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
   return surface.falls_away * (t * t * dot<arithmetic>(p.v0, p.v0));
 }
 
-// What is left of the tangential velocity at an impact. What lay or slid on the surface before comes to none.
+// What is left of the tangential velocity at an impact. 1 for what lay or slid on the surface before.
 template <Arithmetic arithmetic, PathForm form, class T>
 T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course,
                     const Vector<T>& gain, bool is_over) noexcept {

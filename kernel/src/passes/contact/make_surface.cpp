@@ -47,8 +47,7 @@ void set_bound(Surface<T>& surface, double radius) noexcept {
   surface.radius = bound<T>(radius);
 }
 
-// ---- bodies: what they are, and where the pose has them
-// ----------------------------------------------------------------------
+// ---- bodies: what they are, and where the pose has them ---------------------------------------------------------------
 
 // One of its spheres holds the other.
 bool is_ball(const Capsule& capsule) noexcept {

@@ -61,7 +61,8 @@ class Candidates {
     V s0;  // the distance at the start
   };
 
-  // s1: the distance at the end, as lanes are held up to now; part: of the step, in which what leaves must be back.
+  // s1: the distance at the end, as lanes are held up to now; part: of the step, within which a leaving
+  // particle must have returned.
   [[nodiscard]] Candidate of(std::size_t j, V s1, V part) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
     if constexpr (surroundings == Surroundings::planes) return look(j, s1, part, m_, size_);

@@ -218,7 +218,7 @@ void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T
       shares[main][axis] = shares[main][axis] - shares[k][axis];
     }
   }
-  // A force that holds all the time gives more than is left of it at the end, where springs and drag act on that.
+  // A holding force's impulse is larger than the velocity it leaves at the end, where springs and drag act on that.
   Vector<T> grown{1, 1, 1};
   if constexpr (form == PathForm::flow) {
     for (std::size_t axis = 0; axis < 3; ++axis) {

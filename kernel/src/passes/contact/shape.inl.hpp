@@ -232,7 +232,7 @@ Touch<V> touch_solid(const Surface<Scalar<V>>& surface, const Three<V>& x) noexc
   return touch_convex<V, arithmetic>(surface, x);
 }
 
-// ---------------------------------------------------------------------------------- what every particle near it pays for
+// ---------------------------------------------------------------------------------- may it touch
 
 // Whether the box about a trajectory overlaps the box about what the surface's radius bounds.
 template <class V>

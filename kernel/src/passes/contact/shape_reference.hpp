@@ -203,7 +203,7 @@ Touch<T> touch_solid(const Surface<T>& surface, const Vector<T>& x) noexcept {
   return touch_convex<arithmetic>(surface, x);
 }
 
-// ---------------------------------------------------------------------------------- does anything happen at all
+// ---------------------------------------------------------------------------------- may it touch
 
 // Whether the box about a trajectory overlaps the box about what the surface's radius bounds.
 template <class T>

@@ -33,8 +33,7 @@ inline constexpr std::size_t most_nodes = std::size_t{1} << 24;
 // Of a mesh without a fault, at its points.
 //   distance  that from the nearest triangle, by its regions of corners, edges and face; found in a tree of boxes.
 //   sign      that of n.(x - p), p the nearest point, n the normal of its face; of an edge the sum of its two faces' normals,
-//   of
-//             a corner the sum of its faces', each times the face's angle there. It is right wherever the surface does not
+//             of a corner the sum of its faces', each times the face's angle there. It is right wherever the surface does not
 //             cross itself.
 // Source: J. A. Baerentzen and H. Aanaes, IEEE TVCG 11 (2005) 243 (sign); C. Ericson, Real-Time Collision Detection, 5.1.5.
 class SignedDistance {

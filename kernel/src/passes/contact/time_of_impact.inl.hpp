@@ -38,8 +38,8 @@ Mask<V> stays(const Surface<Scalar<V>>& surface, V d0, V c, V low) noexcept {
 }
 
 // Newton's steps for the first zero of `gap`, from f on, which keep between 0, where it is positive, and `end`, where it is
-// negative. `gap` returns it and its slope at f. Up to `close` it is none, and no half is taken: that would lead away from a
-// path that begins on the surface and goes along it.
+// negative. `gap` returns it and its slope at f. A gap up to `close` counts as zero, and no bisection is done: that would
+// lead away from a path that begins on the surface and goes along it.
 template <class V, class GapAt>
 V refined(const GapAt& gap, V f, V end, int steps, bool halves, V close) noexcept {
   const V zero(Scalar<V>(0));

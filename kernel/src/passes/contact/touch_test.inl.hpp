@@ -21,7 +21,8 @@ template <class V, Arithmetic arithmetic>
   return surface.finds_dips ? ends_inside | (dot<arithmetic>(n, middle) < d) : ends_inside;
 }
 
-// Outside a sphere the path is safe where it stays behind the tangent plane whose normal points to its start.
+// Outside a sphere, with r counted from its center: a path touches nothing while it stays in front of the tangent plane that
+// faces its start, n.r > R with n = r0/|r0|. Without the root: near where r0.r <= 0 or (r0.r)^2 <= R^2 |r0|^2.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> may_touch_sphere(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                        const Three<V>& middle) noexcept {

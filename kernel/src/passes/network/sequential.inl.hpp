@@ -1,4 +1,4 @@
-// Gauss-Seidel sweeps over springs, wide. The scalar twin: sequential_reference.hpp; the method: sequential.hpp.
+// Gauss-Seidel sweeps over springs, wide. The scalar twin: sequential_reference.hpp; the method: compile/sweep_scheme.cpp.
 #pragma once
 
 #include "passes/network/pull.inl.hpp"
@@ -11,7 +11,7 @@ struct Spring {
   V kappa, eta, l, inverse;
 };
 
-// What a spring reads of its ends, Three or Records of V: their shifts, and d with them. path: how far they move along d.
+// Read from a spring's two ends, Three or Records of V: their shifts, and d with them. path: how far they move along d.
 template <class V, class Axes>
 struct Met {
   Axes shift_a, shift_b, d;
@@ -428,7 +428,7 @@ void end_sweeps(const AlphaTerms<Scalar<V>>& alpha, const WorkColumns<Scalar<V>>
       const V b = subtract_product<arithmetic>(b_S * S, b_a, a);
       store_lanes(x_column + i, multiply_add<arithmetic>(x_b, b - a, x));
       store_lanes(v_column + i, v + multiply_add<arithmetic>(v_b, b, v_a * a));
-      store_lanes(a_column + i, select(b - b == zero, b, zero));  // what is not finite is not remembered
+      store_lanes(a_column + i, select(b - b == zero, b, zero));  // NaN must not enter the next sub-step
     }
   }
 }

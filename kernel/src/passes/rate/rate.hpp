@@ -20,8 +20,8 @@ struct RateRun {
 using RatePass = void (*)(const RateRun&);
 
 // What sin and cos of a forcing's phase leave on the same particles: in_v sin + quad_v cos in dv, in_x and quad_x in dx.
-// Taylor's double series: right for W h^2, |g h| and |theta| up to psi_taylor_limit (forces/psi.hpp), and nowhere near a
-// division.
+// One Taylor series of both (derived in rate_reference.hpp): right for W h^2, |g h| and |theta| up to psi_taylor_limit
+// (math/psi.hpp), and nowhere near a division.
 struct RateSinusoid {
   std::size_t count = 0;
   double h = 0;
