@@ -510,8 +510,8 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
 template <class T>
 std::string Plan<T>::explain() const {
   const auto words = [](const auto& in) {
-    const bool is_joined = in.workspace != nullptr;
-    return dvdx::explain(*in.scene, is_joined ? in.workspace->bytes_for(in.scene->joined()->joints().fixed.size()) : 0);
+    const auto* const joined = in.scene->joined();
+    return dvdx::explain(*in.scene, joined != nullptr ? in.workspace->bytes_for(joined->joints().fixed.size()) : 0);
   };
   return std::visit(words, parts_->in);
 }

@@ -364,6 +364,59 @@ TEST_CASE("changes: particles are fixed and released beside those that a motion 
   CHECK(plan.fix(3).error().valid == "one that is neither fixed nor kinematic");
 }
 
+// A grid beside particles of its own, or summed pair by pair, is stepped as a list.
+TEST_CASE_TEMPLATE("changes: kinds of springs come and go in a grid that is stepped as a list", T, float, double) {
+  const std::array<GridStiffness, 6> given{{{.structural = 0, .shear = 16},
+                                            {.structural = 60, .shear = 5, .bend = 8},
+                                            {.structural = 44, .shear = 0, .bend = 8},
+                                            {.structural = 0, .shear = 0, .bend = 3, .damping = 0.001},
+                                            {.structural = 20, .shear = 0, .bend = 0},
+                                            {.structural = 25, .shear = 4}}};
+  for (const Coupling& coupling : couplings()) {
+    for (const std::size_t rows : {3U, 4U}) {
+      Joined joined = test::sheet(rows, columns, 40);
+      joined.scene.coupling = coupling;
+      for (int i = 0; i < 5; ++i) joined.x.push_back({0.3 * i, 1, 0}), joined.v.push_back({0, 0.1 * i, 0});
+      Batch<T> start(Layout::soa, joined.x.size());
+      test::place(joined, start.view());
+      Plan<T> plan = test::plan_of(joined, {}, start.view());
+      for (std::size_t n = 0; n < given.size(); ++n) {
+        CAPTURE(joined.name);
+        CAPTURE(static_cast<int>(coupling.scheme));
+        CAPTURE(rows);
+        CAPTURE(n);
+        REQUIRE(plan.set_stiffness(0, given[n]).has_value());
+        const auto anew = compile<T>(plan.scene(), {.step = joined.step, .isa = Isa::reference}, start.view());
+        REQUIRE(anew.has_value());
+        CHECK(hash_after(plan, start.view(), 3) == hash_after(*anew, start.view(), 3));
+      }
+    }
+  }
+}
+
+TEST_CASE("changes: a contact that alone followed a motion lets go of it, and follows it again") {
+  Joined joined;
+  joined.name = "a floor that moves";
+  for (int i = 0; i < 20; ++i) joined.x.push_back({0.1 * i, 0.01 * i, 0}), joined.v.push_back({0, -1, 0});
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  joined.scene.motions = {{.center = {}, .keys = {{.time = 0}, {.time = 1, .translation = {0.2, 0.3, 0}}}}};
+  const Contact moving = Plane{.restitution = 0.5, .friction = 0.2, .motion = 0};
+  joined.scene.contacts = {moving};
+  Batch<double> batch(Layout::soa, joined.x.size());
+  test::place(joined, batch.view());
+  Plan<double> plan = test::plan_of(joined, {}, batch.view());
+  const std::uint64_t before = hash_after(plan, batch.view(), 30);
+  REQUIRE(plan.replace(0, Plane{.restitution = 0.5, .friction = 0.2}).has_value());
+  const auto anew = compile<double>(plan.scene(), {.step = joined.step}, batch.view());
+  REQUIRE(anew.has_value());
+  CHECK(plan.explain() == anew->explain());
+  CHECK(plan.workspace().bytes() == 0);
+  CHECK(hash_after(plan, batch.view(), 30) != before);
+  REQUIRE(plan.replace(0, moving).has_value());
+  CHECK(hash_after(plan, batch.view(), 30) == before);
+  CHECK(hash_after(plan.clone(), batch.view(), 30) == before);
+}
+
 TEST_CASE("changes: a clone keeps what it had, and a change of it leaves the plan as it was") {
   const Joined joined = test::sheet(4, columns, 40);
   Batch<float> batch(Layout::soa, joined.x.size());

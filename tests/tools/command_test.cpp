@@ -127,6 +127,12 @@ TEST_CASE("a negative step runs time backwards") {
   CHECK(folder.read("a.csv").find("\n5,-1.25,0,") != std::string::npos);
 }
 
+TEST_CASE("a word that is no command is named, with those that there are") {
+  const auto result = run(Folder("walk"), "walk fall.json");
+  CHECK(result.exit == 2);
+  CHECK(result.err == "dvdx: walk is not a command: known are run, report, tune, explain, verify, stability, merge, info\n");
+}
+
 TEST_CASE("usage is exit 2, with a message on stderr alone") {
   const Folder folder("usage");
   for (const char* arguments : {"",
@@ -241,6 +247,8 @@ TEST_CASE("a simulation that diverges is exit 5, and says so in its output") {
   CHECK(report["bad_particles"] == 19);  // all but the fixed one
   CHECK(report["energy"]["end"].is_null());
   CHECK(result.err == "dvdx: fall.json: the simulation diverged: 19 of 20 particles are not finite\n");
+  const auto table = run(folder, unstable.substr(0, unstable.find(" --json")));
+  CHECK(table.out.find(" at the start, not finite at the end") != std::string::npos);
   CHECK_FALSE(folder.read("a.csv").empty());
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 #include <new>
 #include <sstream>
+#include <string>
 #include <string_view>
 
 #include "commands/commands.hpp"
@@ -27,6 +28,18 @@ class ExampleFirst final : public CLI::Formatter {
   std::string make_footer(const CLI::App* /*app*/) const override { return ""; }
 };
 
+// CLI11 says of a word that is no command that a command is missing.
+void refuse_unknown_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  const std::string word = argv[1];
+  std::string known;
+  for (const CLI::App* const command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->check_name(word)) return;
+    known += (known.empty() ? "" : ", ") + command->get_name();
+  }
+  throw dvdx::tool::Fault(Exit::usage, word + " is not a command: known are " + known);
+}
+
 int run(int argc, char** argv) {
   auto exit = Exit::done;
   CLI::App app("Runs particle scenes and tells how fast and how right they are.", "dvdx");
@@ -47,6 +60,7 @@ int run(int argc, char** argv) {
   for (auto* const command : app.get_subcommands(is_of_one)) {
     command->parse_complete_callback([name = command->get_name()] { dvdx::tool::refuse_ranks(name); });
   }
+  refuse_unknown_command(app, argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

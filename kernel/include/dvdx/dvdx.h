@@ -599,7 +599,8 @@ DVDX_EXPORT dvdx_status dvdx_plan_set_skin(dvdx_plan* plan, size_t skin, const d
 // clones keep what they had. Rest lengths and anchors at the start stay what they were.
 // Another step, in s.
 DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_error* error);
-// The plan's force, or contact, `index` becomes force, or contact, `from` of a scene.
+// The plan's force, or contact, `index` becomes force, or contact, `from` of a scene. In a plan that was compiled without
+// networks, constraints, skins and followers of a motion a contact takes no motion.
 DVDX_EXPORT dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
                                           dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_plan_replace_contact(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,

@@ -189,7 +189,8 @@ class DVDX_EXPORT Plan {
   Expected<void> set_step(double h);
   // forces[index] becomes `force`.
   Expected<void> replace(std::size_t index, const Force& force);
-  // contacts[index] becomes `contact`: its pose and all its numbers.
+  // contacts[index] becomes `contact`: its pose and all its numbers. In a plan that was compiled without networks, constraints,
+  // skins and followers of a motion it takes none.
   Expected<void> replace(std::size_t index, const Contact& contact);
   // The air that networks with `aerodynamics` meet. Takes memory where there are more gusts than before.
   Expected<void> set_wind(const Wind& wind);
@@ -199,7 +200,8 @@ class DVDX_EXPORT Plan {
   // kg, > 0. Where all particles are alike so far they get a number each: the plan must know how many there are, which it does
   // where something joins them or a value is given for each.
   Expected<void> set_mass(std::size_t particle, double mass);
-  // Holds a particle where the state has it, from the next step on; lets it go, with the velocity that the state has.
+  // Holds a particle where the state has it, from the next step on; lets it go, with the velocity that the state has. A plan
+  // that does not know how many particles there are takes any number, also one that a state does not have.
   Expected<void> fix(std::size_t particle);
   Expected<void> release(std::size_t particle);
   // Tears what networks[index] joins two particles by, for good: scene() lists them as `broken`.

@@ -20,7 +20,7 @@ dvdx_status check_column(const dvdx_column& c, const char* name, dvdx_error* err
   if (c.base == nullptr) return fail("a null pointer", "memory of the caller's");
   if (reinterpret_cast<std::uintptr_t>(c.base) % alignof(T) != 0) return fail("not aligned", "aligned as its type");
   if (c.run == 0) return DVDX_DONE;
-  if (!std::has_single_bit(c.run)) return fail("no power of two long", "0, or elements side by side, a power of two");
+  if (!std::has_single_bit(c.run)) return fail("in runs of no power of two", "0, or elements side by side, a power of two");
   if (c.stride % static_cast<std::ptrdiff_t>(alignof(T)) != 0) return fail("of an odd stride", "aligned in each run");
   return DVDX_DONE;
 }

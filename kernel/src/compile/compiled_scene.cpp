@@ -91,15 +91,18 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   return compiled;
 }
 
+// Where nothing is kept.
+template <class T>
+std::shared_ptr<Joints<T>> new_joints(const Scene& scene, const Options& options, std::span<const Vec3> start) {
+  return std::make_shared<Joints<T>>(scene, options, start);
+}
+
 }  // namespace
 
 template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
                                        std::vector<Vec3> start) {
-  const auto joints = [](const Scene& of, const Options& with, std::span<const Vec3> at) {
-    return std::make_shared<Joints<T>>(of, with, at);
-  };
-  return build<T>(std::move(scene), options, isa, count, std::move(start), joints, nullptr);
+  return build<T>(std::move(scene), options, isa, count, std::move(start), new_joints<T>, nullptr);
 }
 
 namespace {
@@ -148,8 +151,12 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
     return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before), &before);
   }
   if (before.joined() == nullptr) {
-    return tl::unexpected(
-        Error{element("contacts", index) + ".motion", "given", "none where nothing followed one from the first"});
+    // A plan that never stepped in columns does not know how many particles there are.
+    if (!before.count || before.start.size() != *before.count) {
+      return tl::unexpected(
+          Error{element("contacts", index) + ".motion", "given", "none where nothing followed one from the first"});
+    }
+    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, new_joints<T>, &before);
   }
   // Surfaces that turn ask for sub-steps.
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start,

@@ -150,6 +150,7 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
   shape.accelerations = kicks ? joints.damping_passes() : 0;
   shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && !joints.splitting.b.empty();
+  shape.order = joints.order_fingerprint;
   shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped() && shape.accelerations == 0;
   shape.meets_air = joints.air != nullptr;
   shape.triangles = joints.air ? joints.air->list_size() : 0;

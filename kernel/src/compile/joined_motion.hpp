@@ -58,6 +58,7 @@ struct WorkspaceShape {
   bool keeps_velocities = false;  // for sweeps over a list that damps
   bool has_origin = false;
   bool keeps_acceleration = false;
+  std::uint64_t order = 0;  // fingerprint of the particles' order, where what is kept from step to step stands in it
   bool meets_air = false;
   std::size_t triangles = 0;  // of a list that does
   ConstraintShape constraints{};

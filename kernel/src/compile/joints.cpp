@@ -169,6 +169,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   closes_in_whole_ = options.elsewhere.closes_substeps;
   choose(scene, pairs, kept, changed);
   make_order(scene, pairs, grid, kept);
+  if (is_generalized_alpha(coupling)) order_fingerprint = order.fingerprint();
   make_fixed(scene, start);
   make_inverse_masses();
   make_form(pairs, stepped);
@@ -223,12 +224,13 @@ NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) c
 
 template <class T>
 void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept) {
+  neighbours_ = grid_neighbours(scene);
   if (grid != nullptr) {
     const std::size_t phases = coupling.scheme != Scheme::sequential ? 1 : (grid->bend != 0 ? 4 : 2);
     order = grid_order(*grid, phases);
     return;
   }
-  if (kept != nullptr && !kept->is_stack_) {
+  if (kept != nullptr && !kept->is_stack_ && kept->neighbours_ == neighbours_) {
     order = kept->order;
     return;
   }

@@ -90,8 +90,9 @@ class Joints {
   RateBounds rates;
   Substeps chosen;
   ParticleOrder order;
-  std::vector<FixedParticle> fixed;  // and kinematic ones, by element
-  const T* w = nullptr;              // the working column of inverse masses
+  std::uint64_t order_fingerprint = 0;  // of generalized alpha, whose accelerations stand in that order from step to step
+  std::vector<FixedParticle> fixed;     // and kinematic ones, by element
+  const T* w = nullptr;                 // the working column of inverse masses
   NetworkForm<T> form;
   std::optional<Constraints<T>> constraints;
   std::unique_ptr<Air<T>> air;      // or null
@@ -146,8 +147,9 @@ class Joints {
 
   bool is_damped_ = false;
   bool has_tethers_ = false;
-  bool is_stack_ = false;     // of several sheets, stepped as one
-  bool keeps_order_ = false;  // of a part of a larger scene
+  bool is_stack_ = false;                   // of several sheets, stepped as one
+  std::vector<std::ptrdiff_t> neighbours_;  // grid_neighbours(), from which the order follows
+  bool keeps_order_ = false;                // of a part of a larger scene
   std::optional<double> rho_of_whole_;
   const SweptPart* sweeps_ = nullptr;
   bool closes_in_whole_ = false;

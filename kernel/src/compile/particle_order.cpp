@@ -335,6 +335,27 @@ std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> s
   return pairs;
 }
 
+// FNV-1a, an element a step.
+std::uint64_t ParticleOrder::fingerprint() const noexcept {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const std::uint32_t element : of) hash = (hash ^ element) * 0x100000001b3;
+  return hash;
+}
+
+std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene) {
+  std::vector<std::ptrdiff_t> neighbours;
+  for (const Network& network : scene.networks) {
+    const auto* grid = std::get_if<Grid>(&network);
+    if (grid == nullptr) continue;
+    for (const GridDirection& d : directions_of(*grid)) {
+      neighbours.push_back(static_cast<std::ptrdiff_t>(d.down));
+      neighbours.push_back(d.right);
+    }
+    neighbours.push_back(0);  // ends a grid: no spring leads nowhere
+  }
+  return neighbours;
+}
+
 const Grid* only_grid(const Scene& scene, std::size_t count) {
   if (scene.networks.size() != 1) return nullptr;
   const auto* grid = std::get_if<Grid>(&scene.networks[0]);

@@ -93,7 +93,12 @@ struct ParticleOrder {
   std::vector<std::uint32_t> of;         // element of each particle
   std::size_t phases = 1, pitch = 0;     // of a grid: lines a row, elements a line
   std::vector<std::size_t> pieces;       // of a list in sweeps: first element of each, a multiple of 16, and one more
+  [[nodiscard]] std::uint64_t fingerprint() const noexcept;
 };
+
+// Which neighbours the springs of each grid join, as rows down and columns right, grid by grid: with the stiffness of a kind of
+// spring that comes or goes these change, and with them the order in which a list of such springs is stepped.
+std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene);
 
 ParticleOrder grid_order(const Grid& grid, std::size_t phases);
 // As they are numbered.

@@ -36,6 +36,7 @@ struct PlanIn {
     auto more = room_for((*changed)->joined());
     scene = std::move(*changed);
     take(std::move(more));
+    if (scene->joined() == nullptr) workspace = nullptr;
     return {};
   }
 

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
 
 #include "dvdx/layouts/state_hash.hpp"
@@ -69,6 +71,8 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   print_json(report.dump(2) + "\n");
 }
 
+std::string joules(double energy) { return std::isfinite(energy) ? fmt::format("{:.9g} J", energy) : "not finite"; }
+
 void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks) {
   const auto row = [](std::string_view name, const std::string& value) {
     print_answer(fmt::format("{:<12} {}\n", name, value));
@@ -93,7 +97,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   if (ranks) row("ranks", fmt::format("{}, each with {} thread{}", *ranks, engine.threads, engine.threads == 1 ? "" : "s"));
   row("time",
       fmt::format("{:.3g} s, {:.3g} particle-steps/s", outcome.wall_seconds, particle_steps_per_second(loaded, outcome)));
-  row("energy", fmt::format("{:.9g} J at the start, {:.9g} J at the end", outcome.energy_start, outcome.energy_end));
+  row("energy", joules(outcome.energy_start) + " at the start, " + joules(outcome.energy_end) + " at the end");
   row("state hash", hash_text(outcome.hash));
   row("diverged", outcome.diverged ? "YES, " + why_diverged(outcome, particles) : "no");
   if (outcome.warmth) row("heating", outcome.warmth->is_heating ? "YES" : "no");
