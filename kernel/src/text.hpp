@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cfenv>
 #include <charconv>
 #include <concepts>
 #include <string>
@@ -11,8 +12,24 @@
 
 namespace dvdx {
 
+// What makes a plan takes the smallest numbers for 0, as a step does, and would so have them written.
+class AsTheyAre {
+ public:
+  AsTheyAre() noexcept {
+    std::fegetenv(&callers_);
+    std::fesetenv(FE_DFL_ENV);
+  }
+  ~AsTheyAre() { std::fesetenv(&callers_); }
+  AsTheyAre(const AsTheyAre&) = delete;
+  AsTheyAre& operator=(const AsTheyAre&) = delete;
+
+ private:
+  std::fenv_t callers_;
+};
+
 // The shortest that reads back as the same number.
 [[nodiscard]] inline std::string text(double value) {
+  const AsTheyAre environment;
   std::array<char, 32> buffer;
   return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
 }

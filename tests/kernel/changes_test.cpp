@@ -110,14 +110,17 @@ Joined shuffled(Joined joined) {
 // between fixed particles, in an order of their own, in still air or in wind.
 std::vector<Joined> lists() {
   std::vector<Joined> all;
-  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
+  for (const Coupling& coupling : std::vector<Coupling>{{.scheme = Scheme::leapfrog, .substeps = 30},
+                                                        {.scheme = Scheme::fourth_order, .substeps = 30},
+                                                        {.scheme = Scheme::sequential, .substeps = 2},
+                                                        {.scheme = Scheme::sequential, .theta = 0.8}}) {
     for (const double damping : {0.0, 0.002}) {
       for (const double second : {0.0, 0.001}) {
         Joined sheet = test::sheet(4, columns, 40, damping);
         if (second != 0) std::get<Grid>(sheet.scene.networks[0]).aerodynamics = Aerodynamics{.density = 2, .drag = 0.9};
         Joined joined = test::as_list(sheet);
         joined.scene.wind.mean = {1, 0, 2};
-        joined.scene.coupling = {.scheme = scheme, .substeps = 30};
+        joined.scene.coupling = coupling;
         Springs more = std::get<Springs>(joined.scene.networks[0]);
         more.stiffness = 5.0;
         more.damping = second;
@@ -127,7 +130,8 @@ std::vector<Joined> lists() {
         joined.scene.networks.emplace_back(more);
         joined.scene.fixed = {0, 1, 2, columns - 1};
         joined.scene.add(Plane{.offset = -0.3, .restitution = 0.3});
-        joined.name += ", damping " + std::to_string(damping) + " and " + std::to_string(second);
+        joined.name += ", scheme " + std::to_string(static_cast<int>(coupling.scheme)) + ", damping " +
+                       std::to_string(damping) + " and " + std::to_string(second);
         all.push_back(joined);
         all.push_back(shuffled(joined));
       }
@@ -151,7 +155,12 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
   const Scene& scene = plan.scene();
   const auto particle = static_cast<std::size_t>(random.below(count));
   const std::size_t contact = scene.contacts.empty() ? 0 : random.below(scene.contacts.size());
-  const std::size_t network = std::holds_alternative<Springs>(scene.networks[0]) ? random.below(scene.networks.size()) : 0;
+  const std::size_t network = random.below(scene.networks.size());
+  // Of a stack, that of its sheet.
+  const auto network_of = [&](std::size_t i) {
+    const bool are_grids = std::holds_alternative<Grid>(scene.networks[0]);
+    return are_grids ? i / (count / scene.networks.size()) : std::size_t{0};
+  };
   switch (random.below(10)) {
     case 0:
       return plan.set_step(random.between(0.002, 0.02));
@@ -165,9 +174,9 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
     case 3: {
       const double k = random.between(10, 60);
       if (std::holds_alternative<Grid>(scene.networks[0])) {
-        const Grid& grid = std::get<Grid>(scene.networks[0]);
+        const Grid& grid = std::get<Grid>(scene.networks[network]);
         return plan.set_stiffness(
-            0, GridStiffness{.structural = k, .shear = grid.shear / 2, .bend = grid.bend * 1.5, .damping = grid.damping});
+            network, GridStiffness{.structural = k, .shear = grid.shear / 2, .bend = grid.bend * 1.5, .damping = grid.damping});
       }
       const Springs& springs = std::get<Springs>(scene.networks[network]);
       SpringsStiffness other{.stiffness = k, .damping = random.below(3) == 0 ? random.between(0, 0.01) : springs.damping / 2};
@@ -193,9 +202,11 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
       if (const auto* springs = std::get_if<Springs>(&scene.networks[network])) {
         return plan.break_spring(network, springs->pairs[random.below(springs->pairs.size())]);
       }
-      return plan.break_spring(0, {static_cast<std::uint32_t>(particle), static_cast<std::uint32_t>(particle + 1)});
+      return plan.break_spring(network_of(particle),
+                               {static_cast<std::uint32_t>(particle), static_cast<std::uint32_t>(particle + 1)});
     default:
-      return plan.break_spring(0, {static_cast<std::uint32_t>(particle), static_cast<std::uint32_t>(particle + columns)});
+      return plan.break_spring(network_of(particle),
+                               {static_cast<std::uint32_t>(particle), static_cast<std::uint32_t>(particle + columns)});
   }
 }
 
@@ -231,7 +242,10 @@ void change_at_random(const Joined& joined, std::uint64_t seed, int changes) {
     plan.forget();
     const std::uint64_t wanted = hash_after(*anew, batch.view(), 2);
     CHECK(hash_after(plan, batch.view(), 2) == wanted);
-    if (n == 0 && seed % 16 == 0) CHECK(plan.explain() == anew->explain());
+    // What lists in sweeps hold of coefficients that have become equal is theirs.
+    const bool shares_sets =
+        joined.scene.coupling.scheme == Scheme::sequential && std::holds_alternative<Springs>(joined.scene.networks[0]);
+    if (n == 0 && seed % 16 == 0 && !shares_sets) CHECK(plan.explain() == anew->explain());
     REQUIRE(plan.step(batch.view(), 1) == StepResult::done);
   }
 }
@@ -508,6 +522,7 @@ TEST_CASE("changes: what names no place of the scene, or a value out of range, i
   CHECK(plan.replace(0, Plane{}).error().field == "contacts[0]");
   CHECK(plan.set_mass(20, 1).error().field == "particle");
   CHECK(plan.set_mass(3, 0).error().field == "mass[3]");
+  CHECK(plan.set_mass(3, 1e-310).error().message() == "mass[3] is 1e-310: must be a finite number > 0");  // 0 in a step
   CHECK(plan.set_mass(3, -1).error().message() == "mass[3] is -1: must be a finite number > 0");
   CHECK(plan.fix(0).error().valid == "one that is neither fixed nor kinematic");
   CHECK(plan.fix(20).error().field == "particle");

@@ -337,8 +337,7 @@ TEST_CASE("several networks number on from one another, and springs may join any
 TEST_CASE("springs join the particles that the scene lists") {
   auto scene = with_particles(3);
   scene["network"] = json::parse(R"({"type":"springs","pairs":[[0,1],[2,1]],"stiffness":{"values":[1,2]},"damping":0.25,
-      "rest_length":{"uniform":{"min":1,"max":2,"seed":1}},"scheme":"accumulate","method":"pulse","axis":"start","substeps":4,
-      "theta":0.5,"sweep":"forward"})");
+      "rest_length":{"uniform":{"min":1,"max":2,"seed":1}},"scheme":"accumulate","method":"pulse","axis":"start","substeps":4})");
   const auto file = read(scene);
   const auto& springs = std::get<Springs>(file.scene.networks.at(0));
   CHECK(springs.pairs == std::vector<Pair>{{0, 1}, {2, 1}});
@@ -346,12 +345,8 @@ TEST_CASE("springs join the particles that the scene lists") {
   REQUIRE(springs.rest_length.has_value());
   CHECK(springs.rest_length->each().size() == 2);
   CHECK(springs.damping == 0.25);
-  CHECK(file.scene.coupling == Coupling{.scheme = Scheme::accumulate,
-                                        .substeps = 4,
-                                        .theta = 0.5,
-                                        .sweeps = SweepOrder::forward,
-                                        .method = Method::pulse,
-                                        .axis = PairAxis::start});
+  CHECK(file.scene.coupling ==
+        Coupling{.scheme = Scheme::accumulate, .substeps = 4, .method = Method::pulse, .axis = PairAxis::start});
   CHECK(scene_schema().accepts(scene));
 }
 
@@ -373,13 +368,41 @@ TEST_CASE("networks that are stepped together are stepped alike") {
   const std::string tail = " in the first network: must be alike in all, for they are stepped together";
   CHECK(second("scheme", "sequential") == "cloth.json: network[1].scheme is sequential and leapfrog" + tail);
   CHECK(second("substeps", 3) == "cloth.json: network[1].substeps is 3 and auto" + tail);
-  CHECK(second("theta", 0.6) == "cloth.json: network[1].theta is 0.6 and none" + tail);
-  CHECK(second("sweep", "forward") == "cloth.json: network[1].sweep is forward and symmetric" + tail);
-  CHECK(second("method", "pulse") == "cloth.json: network[1].method is pulse and combined" + tail);
-  CHECK(second("axis", "start") == "cloth.json: network[1].axis is start and midpoint" + tail);
   CHECK(second("bend", 0.5).empty());
+  const auto of_scheme = [&](const char* scheme, const char* key, const json& value) {
+    scene["network"] = {json::parse(grid), json::parse(grid)};
+    for (json& network : scene["network"]) network["scheme"] = scheme;
+    scene["network"][1][key] = value;
+    return message_of(scene);
+  };
+  CHECK(of_scheme("sequential", "theta", 0.6) == "cloth.json: network[1].theta is 0.6 and none" + tail);
+  CHECK(of_scheme("sequential", "sweep", "forward") == "cloth.json: network[1].sweep is forward and symmetric" + tail);
+  CHECK(of_scheme("accumulate", "method", "pulse") == "cloth.json: network[1].method is pulse and combined" + tail);
+  CHECK(of_scheme("accumulate", "axis", "start") == "cloth.json: network[1].axis is start and midpoint" + tail);
+  scene["network"] = {json::parse(grid), json::parse(grid)};
   scene["network"][0]["scheme"] = "sequential";
   CHECK(message_of(scene) == "cloth.json: network[1].scheme is leapfrog where left out and sequential" + tail);
+}
+
+TEST_CASE("what another scheme alone reads is refused beside this one") {
+  const auto message = [](const char* scheme, const char* key, const json& value) {
+    auto scene = with_network(grid);
+    scene["network"]["scheme"] = scheme;
+    scene["network"][key] = value;
+    return message_of(scene);
+  };
+  const std::string of_sweeps = " goes with scheme sequential, and this one is ";
+  CHECK(message("leapfrog", "theta", 0.6) == "cloth.json: network.theta" + of_sweeps + "leapfrog");
+  CHECK(message("accumulate", "theta", 0.6) == "cloth.json: network.theta" + of_sweeps + "accumulate");
+  CHECK(message("fourth_order", "sweep", "symmetric") == "cloth.json: network.sweep" + of_sweeps + "fourth_order");
+  CHECK(message("sequential", "method", "pulse") ==
+        "cloth.json: network.method goes with scheme accumulate, and this one is sequential");
+  CHECK(message("leapfrog", "axis", "midpoint") ==
+        "cloth.json: network.axis goes with scheme accumulate, and this one is leapfrog");
+  CHECK(message("sequential", "theta", 0.6).empty());
+  CHECK(message("sequential", "sweep", "forward").empty());
+  CHECK(message("accumulate", "method", "pulse").empty());
+  CHECK(message("accumulate", "axis", "start").empty());
 }
 
 // ---- what is wrong -----------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "compile/list_rates.hpp"
 #include "compile/network_forms.hpp"
 #include "forces/radial_spring.hpp"
 #include "forces/spring.hpp"
@@ -245,10 +246,6 @@ void add_damped_slots(const NetworkInput& all, GraphForm<T>& form, Columns<T>& c
 namespace {
 
 template <class T>
-struct SlotValues {
-  T k{}, kl{}, c{};
-};
-template <class T>
 SlotValues<T> slot_values(double k, double l, double c, double q) noexcept {
   SlotValues<T> values{.k = static_cast<T>(k), .c = static_cast<T>(c)};
   values.kl = unless_empty<T>(values.k == 0 && values.c == 0, k * l);
@@ -318,19 +315,42 @@ std::vector<SpringLanes> spring_lanes(const GraphTerms<T>& terms, const NetworkI
   return lanes;
 }
 
+std::vector<std::uint32_t> springs_of_lanes(std::span<const SpringLanes> lanes, std::size_t slots) {
+  std::vector<std::uint32_t> springs(slots * slice, static_cast<std::uint32_t>(lanes.size()));
+  for (std::size_t s = 0; s < lanes.size(); ++s) {
+    for (const std::uint32_t lane : {lanes[s].a, lanes[s].b}) {
+      if (lane != SpringLanes::nowhere) springs[lane] = static_cast<std::uint32_t>(s);
+    }
+  }
+  return springs;
+}
+
 }  // namespace
 
 template <class T>
-GraphLanes lanes_of(const GraphForm<T>& form, const NetworkInput& in) {
-  GraphLanes lanes{.of = spring_lanes(form.terms, in, [](const JoinedPair&) { return true; }), .damped = {}};
+GraphLanes<T> lanes_of(const GraphForm<T>& form, const NetworkInput& in) {
+  GraphLanes<T> lanes;
+  lanes.of = spring_lanes(form.terms, in, [](const JoinedPair&) { return true; });
+  lanes.springs = springs_of_lanes(lanes.of, form.lists.slots.size());
   const bool has_own = !form.damped_lists.slots.empty();
   if (has_own) lanes.damped = spring_lanes(form.damped, in, [](const JoinedPair& s) { return s.c != 0; });
+  if (has_own) lanes.damped_springs = springs_of_lanes(lanes.damped, form.damped_lists.slots.size());
+  for (std::vector<T>* const values : {&lanes.k, &lanes.kl, &lanes.c}) values->resize(in.springs.size() + 1, T(0));
   return lanes;
 }
 
+namespace {
+
 template <class T>
-void set_spring(GraphForm<T>& form, const GraphLanes& lanes, std::size_t spring, const JoinedPair& s) noexcept {
-  const SlotValues<T> values = s.is_broken ? SlotValues<T>{} : slot_values<T>(s.k, s.l, s.c, s.q);
+SlotValues<T> slot_values(const JoinedPair& s) noexcept {
+  return s.is_broken ? SlotValues<T>{} : slot_values<T>(s.k, s.l, s.c, s.q);
+}
+
+}  // namespace
+
+template <class T>
+void set_spring(GraphForm<T>& form, const GraphLanes<T>& lanes, std::size_t spring, const JoinedPair& s) noexcept {
+  const SlotValues<T> values = slot_values<T>(s);
   const auto write = [](const T* column, std::uint32_t lane, T value) {
     if (column != nullptr && lane != SpringLanes::nowhere) const_cast<T*>(column)[lane] = value;  // our own memory
   };
@@ -341,6 +361,76 @@ void set_spring(GraphForm<T>& form, const GraphLanes& lanes, std::size_t spring,
   }
   if (lanes.damped.empty()) return;
   for (const std::uint32_t lane : {lanes.damped[spring].a, lanes.damped[spring].b}) write(form.damped.c, lane, values.c);
+}
+
+namespace {
+
+template <class T>
+void make_values(const ListRates& springs, GraphLanes<T>& lanes) noexcept {
+  for (std::size_t s = 0; s < springs.size(); ++s) {
+    const SlotValues<T> values = slot_values<T>(springs.spring(s));
+    lanes.k[s] = values.k;
+    lanes.kl[s] = values.kl;
+    lanes.c[s] = values.c;
+  }
+}
+// The same of springs that have no other one of no length beside them, several at once.
+template <class T>
+void make_plain_values(const ListRates& springs, T* k_of, T* kl_of, T* c_of) noexcept {
+  const std::span<const double> k = springs.pulls();
+  const std::span<const double> l = springs.lengths();
+  const std::span<const double> c = springs.drags();
+  for (std::size_t s = 0; s < k.size(); ++s) k_of[s] = static_cast<T>(k[s]);
+  if (!springs.is_damped()) {
+    for (std::size_t s = 0; s < k.size(); ++s) {
+      const auto kl = static_cast<T>(k[s] * l[s]);
+      kl_of[s] = k_of[s] != 0 ? kl : T(0);
+    }
+    return;
+  }
+  for (std::size_t s = 0; s < k.size(); ++s) c_of[s] = static_cast<T>(c[s]);
+  for (std::size_t s = 0; s < k.size(); ++s) kl_of[s] = unless_empty<T>(k_of[s] == 0 && c_of[s] == 0, k[s] * l[s]);
+}
+
+template <class T>
+void write_pulls(const GraphLanes<T>& lanes, T* k_of, T* kl_of) noexcept {
+  const T* const k = lanes.k.data();
+  const T* const kl = lanes.kl.data();
+  const std::span<const std::uint32_t> springs_of = lanes.springs;
+  const std::size_t springs = lanes.of.size();
+  std::uint32_t unlike = 0;
+  for (std::size_t s = 0; s < springs; ++s) unlike += k[s] != k[0] ? 1U : 0U;
+  if (unlike != 0) {
+    for (std::size_t lane = 0; lane < springs_of.size(); ++lane) {
+      const std::uint32_t s = springs_of[lane];
+      k_of[lane] = k[s];
+      kl_of[lane] = kl[s];
+    }
+    return;
+  }
+  const auto none = static_cast<std::uint32_t>(springs);
+  const T all = k[0];
+  for (std::size_t lane = 0; lane < springs_of.size(); ++lane) k_of[lane] = springs_of[lane] != none ? all : T(0);
+  for (std::size_t lane = 0; lane < springs_of.size(); ++lane) kl_of[lane] = kl[springs_of[lane]];
+}
+
+}  // namespace
+
+// Once for each spring, then lane by lane: a spring's two ends stand far apart.
+template <class T>
+void set_springs(GraphForm<T>& form, GraphLanes<T>& lanes, const ListRates& springs) noexcept {
+  if (springs.has_zero_length()) {
+    make_values(springs, lanes);
+  } else {
+    make_plain_values(springs, lanes.k.data(), lanes.kl.data(), lanes.c.data());
+  }
+  write_pulls(lanes, const_cast<T*>(form.terms.k), const_cast<T*>(form.terms.kl));  // our own memory
+  const auto write_damping = [c = lanes.c.data()](const T* column, std::span<const std::uint32_t> of) {
+    T* const c_of = const_cast<T*>(column);
+    for (std::size_t lane = 0; lane < of.size(); ++lane) c_of[lane] = c[of[lane]];
+  };
+  if (form.terms.c != nullptr) write_damping(form.terms.c, lanes.springs);
+  write_damping(form.damped.c, lanes.damped_springs);
 }
 
 // Brown's methods treat each pair as if it were alone: W = k (w_a + w_b), of whose motion the owner has the share
@@ -381,11 +471,13 @@ template void set_stiffness(GridTerms<double>&, const Grid&);
 template void tear(GridForm<double>&, const GridSpring&) noexcept;
 template GraphForm<float> make_graph_form(const NetworkInput&, Columns<float>&);
 template GraphForm<double> make_graph_form(const NetworkInput&, Columns<double>&);
-template GraphLanes lanes_of(const GraphForm<float>&, const NetworkInput&);
-template void set_spring(GraphForm<float>&, const GraphLanes&, std::size_t, const JoinedPair&) noexcept;
+template GraphLanes<float> lanes_of(const GraphForm<float>&, const NetworkInput&);
+template void set_spring(GraphForm<float>&, const GraphLanes<float>&, std::size_t, const JoinedPair&) noexcept;
+template void set_springs(GraphForm<float>&, GraphLanes<float>&, const ListRates&) noexcept;
 template PairsForm<float> make_pairs_form(const NetworkInput&, Columns<float>&);
-template GraphLanes lanes_of(const GraphForm<double>&, const NetworkInput&);
-template void set_spring(GraphForm<double>&, const GraphLanes&, std::size_t, const JoinedPair&) noexcept;
+template GraphLanes<double> lanes_of(const GraphForm<double>&, const NetworkInput&);
+template void set_spring(GraphForm<double>&, const GraphLanes<double>&, std::size_t, const JoinedPair&) noexcept;
+template void set_springs(GraphForm<double>&, GraphLanes<double>&, const ListRates&) noexcept;
 template PairsForm<double> make_pairs_form(const NetworkInput&, Columns<double>&);
 
 }  // namespace dvdx

@@ -15,24 +15,14 @@
 //   d_lambda = -(kappa C + eta n.moved + lambda) / (1 + (kappa + eta) (w_a + w_b))
 
 namespace dvdx {
-namespace {
-
-struct Compliances {
-  double kappa, eta, inverse;
-};
-
-// w: w_a + w_b of a spring's ends.
-Compliances compliances(const Implicitness& of, double k, double c, double w) {
-  const double kappa = k * of.t * of.t;
-  const double eta = c * of.e;
-  return {kappa, eta, 1 / (1 + (kappa + eta) * w)};
-}
 
 Implicitness implicitness(const NetworkInput& in) {
   if (!is_generalized_alpha(in.coupling)) return theta_scheme(theta_of(in.coupling), in.substep);
   return generalized_alpha(in.rho, in.substep).implicitness;
 }
 Implicitness implicitness_of_start(const NetworkInput& in) { return start_of_generalized_alpha(in.substep).implicitness; }
+
+namespace {
 
 template <class T>
 SweepTerms<T> sweep_terms(const NetworkInput& in) {
@@ -429,6 +419,15 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
   return form;
 }
 
+template <class T>
+void set_scheme(ColoursForm<T>& form, const NetworkInput& in) noexcept {
+  const RangeTerms<T> of_start = form.alpha ? form.alpha->sweeps_of_start.ranges : RangeTerms<T>{};
+  form.terms.h = sweep_terms<T>(in).h;
+  form.shift = shift_terms<T>(in);
+  form.alpha = make_alpha(in, form.terms);
+  if (form.alpha) form.alpha->sweeps_of_start.ranges = of_start;
+}
+
 template StrandsForm<float> make_strands_form(const NetworkInput&, const Grid&, std::size_t, const float*, Columns<float>&);
 template StrandsForm<double> make_strands_form(const NetworkInput&, const Grid&, std::size_t, const double*, Columns<double>&);
 template void set_inverses(StrandsForm<float>&, const NetworkInput&, const Grid&, const float*, std::uint32_t) noexcept;
@@ -436,6 +435,8 @@ template void tear(StrandsForm<float>&, const ParticleOrder&, const Grid&, const
 template void set_inverses(StrandsForm<double>&, const NetworkInput&, const Grid&, const double*, std::uint32_t) noexcept;
 template void tear(StrandsForm<double>&, const ParticleOrder&, const Grid&, const GridSpring&) noexcept;
 template ColoursForm<float> make_colours_form(const NetworkInput&, Columns<float>&);
+template void set_scheme(ColoursForm<float>&, const NetworkInput&) noexcept;
 template ColoursForm<double> make_colours_form(const NetworkInput&, Columns<double>&);
+template void set_scheme(ColoursForm<double>&, const NetworkInput&) noexcept;
 
 }  // namespace dvdx

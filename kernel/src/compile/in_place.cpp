@@ -94,8 +94,7 @@ bool is_mass_in_range(const CompiledScene<T>& compiled, const Joints<T>& joints,
   if (list == nullptr) return is_in_range<T>(std::get<Grid>(compiled.scene.networks[0]), h, w);
   const auto springs_at = list->springs_at(change.particle);
   return std::all_of(springs_at.begin(), springs_at.end(), [&](std::uint32_t s) {
-    const JoinedPair& spring = list->springs()[s];
-    return is_in_range<T>(spring, h, w + 1 / compiled.scene.mass[spring.a == change.particle ? spring.b : spring.a]);
+    return is_in_range<T>(list->spring(s), h, w + 1 / compiled.scene.mass[list->other_end(s, change.particle)]);
   });
 }
 

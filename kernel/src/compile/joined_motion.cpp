@@ -96,6 +96,8 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
     if (!joints_->closes_substeps() && !b.empty()) again_[0] = over(a.back() + a.front());
     last_ = over(a.back());
   }
+  const bool ends_with_springs = !last_ && !b.empty();  // theta 1
+  if (!scene.contacts.empty() && (ends_with_springs || joints_->constraints)) settling_ = over(0);
   const bool is_free = std::all_of(flows_.begin(), flows_.end(),
                                    [](const auto& flow) { return is_drift(flow->flow) && flow->extra == Extras::none; });
   const bool is_relative = joints_->coupling.scheme == Scheme::sequential && is_free && !joints_->closes_substeps();
@@ -109,7 +111,7 @@ std::size_t JoinedMotion<T>::flow_over(double part, const Options& options, cons
     if (flows_[f]->step() == duration) return f;
   }
   // The fourth-order scheme goes back a little between two pulses: an impact has no inverse.
-  const Scene& scene = part > 0 ? scene_ : backwards_scene_;
+  const Scene& scene = part >= 0 ? scene_ : backwards_scene_;
   Options of_flow = options;
   of_flow.step = duration;
   const FlowPlace place = joints_->splitting.b.empty() ? FlowPlace::alone : FlowPlace::between_pulses;

@@ -93,6 +93,8 @@ class JoinedMotion {
   [[nodiscard]] const std::vector<std::size_t>& again() const noexcept { return again_; }
   // Flow after the last pulse of the step.
   [[nodiscard]] const std::optional<std::size_t>& last() const noexcept { return last_; }
+  // Flow of no time that ends a step, where something moves particles after the last one and they may stand in a contact.
+  [[nodiscard]] const std::optional<std::size_t>& settling() const noexcept { return settling_; }
   // Where nothing asks for the position itself, it is counted from the step's start.
   [[nodiscard]] CountedFrom counted_from() const noexcept { return counted_from_; }
   [[nodiscard]] const Vec3& origin() const noexcept { return origin_; }  // of the scene
@@ -115,7 +117,7 @@ class JoinedMotion {
   const ShapeMemories<T>& shapes_;
   std::vector<std::unique_ptr<FreeMotion<T>>> flows_;
   std::vector<std::size_t> first_, again_;
-  std::optional<std::size_t> last_;
+  std::optional<std::size_t> last_, settling_;
   CountedFrom counted_from_ = CountedFrom::zero;
   Wind wind_;
 };

@@ -84,13 +84,16 @@ Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h
   return found;
 }
 
+HighestRates higher(const HighestRates& a, const HighestRates& b) noexcept {
+  return {std::max(a.frequency, b.frequency), std::max(a.damping, b.damping)};
+}
+
 // Of a scene whose networks are grids that have no particle in common.
 RateBounds rate_bounds_of_grids(const Scene& scene, std::span<const double> w) {
   HighestRates most;
   for (const Network& network : scene.networks) {
     const auto& grid = std::get<Grid>(network);
-    const HighestRates of = rate_bounds(GridRates(grid, w.subspan(grid.first, grid.rows * grid.columns))).most;
-    most = {std::max(most.frequency, of.frequency), std::max(most.damping, of.damping)};
+    most = higher(most, rate_bounds(GridRates(grid, w.subspan(grid.first, grid.rows * grid.columns))).most);
   }
   return {most, most};
 }
@@ -154,6 +157,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
       step(options.step),
       w_of(inverse_masses(scene, start.size())),
       splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
+      memory_(options.memory),
       columns_(options.memory) {
   const SteppedGrid stepped(scene, particles(),
                             options.elsewhere.exchange.start == nullptr || coupling.scheme == Scheme::sequential);
@@ -195,6 +199,8 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, co
   } else {
     rates = is_grid ? rate_bounds_of_grids(scene, w_of) : rate_bounds(pairs, w_of);
   }
+  // Sweeps are stable at any rate, and no sub-step is saved: their rho is that of the sums.
+  if (coupling.scheme == Scheme::sequential) rates.least = rates.most;
   if (by(rates.least) != by(rates.most)) rates.least = rates.most = highest_rates(pairs, w_of);
   chosen = by(rates.most);
 }
@@ -319,41 +325,64 @@ template <class T>
 bool Joints<T>::can_change_in_place() const noexcept {
   // Where fewer sub-steps than are safe were asked for, eigenvalues tell whether they still do.
   // Tethers lead along whole springs, to what is fixed.
-  if (is_stack_ || constraints || has_tethers_ || !chosen.is_safe) return false;
+  if (constraints || has_tethers_ || !chosen.is_safe) return false;
   if (std::holds_alternative<GraphForm<T>>(form)) return coupling.scheme != Scheme::accumulate;
+  if (std::holds_alternative<ColoursForm<T>>(form)) return sweeps_ == nullptr;
   if (air && !air->is_grid()) return false;
   return std::holds_alternative<GridForm<T>>(form) || std::holds_alternative<StrandsForm<T>>(form);
 }
 
 template <class T>
 bool Joints<T>::can_change_step(double other_step) const noexcept {
-  const bool is_list = std::holds_alternative<GraphForm<T>>(form) && coupling.scheme != Scheme::accumulate;
+  const bool is_graph = std::holds_alternative<GraphForm<T>>(form) && coupling.scheme != Scheme::accumulate;
+  const bool is_list = is_graph || (std::holds_alternative<ColoursForm<T>>(form) && sweeps_ == nullptr);
   if (constraints || !(is_list || std::holds_alternative<GridForm<T>>(form))) return false;
   return substeps_by(rates.least, other_step) == substeps_by(rates.most, other_step);
 }
 
 template <class T>
-void Joints<T>::change_step(double other_step) {
+void Joints<T>::reserve_step(const Scene& scene, std::span<const Vec3> start) {
+  if (std::holds_alternative<ColoursForm<T>>(form)) reserve_rates(scene, start);
+}
+
+template <class T>
+void Joints<T>::change_step(double other_step) noexcept {
   step = other_step;
   chosen = substeps_by(rates.most, step);
 }
 
+template <class T>
+void Joints<T>::take_step() noexcept {
+  if (auto* list = std::get_if<ColoursForm<T>>(&form)) by_spring_->colours->set_scheme(*list, input({}));
+}
+
 namespace {
 
-// What is stepped as a grid has one network.
+// What is stepped as a grid has one network, or some that are alike but for what is torn.
 const Grid& grid_of(const Scene& scene) { return std::get<Grid>(scene.networks[0]); }
 
 }  // namespace
 
 template <class T>
 void Joints<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
+  auto* const colours = std::get_if<ColoursForm<T>>(&form);
   const auto* const graph = std::get_if<GraphForm<T>>(&form);
-  if (graph == nullptr) {
-    if (by_row_ == nullptr) by_row_ = std::make_unique<GridRates>(grid_of(scene), w_of);
+  if (colours == nullptr && graph == nullptr) {
+    if (!by_row_.empty()) return;
+    std::vector<GridRates> sheets;
+    for (const Network& network : scene.networks) {
+      const auto& grid = std::get<Grid>(network);
+      sheets.emplace_back(grid, std::span(w_of).subspan(grid.first, grid.rows * grid.columns));
+    }
+    by_row_ = std::move(sheets);
   } else if (by_spring_ == nullptr) {
-    std::vector<JoinedPair> pairs = joined_pairs(scene, start);
-    GraphLanes lanes = lanes_of(*graph, input(pairs));
-    by_spring_ = std::make_unique<ListInPlace>(ListInPlace{ListRates(std::move(pairs), w_of), std::move(lanes)});
+    const std::vector<JoinedPair> pairs = joined_pairs(scene, start);
+    const NetworkInput in = input(pairs);
+    auto made = std::make_unique<ListInPlace>(ListInPlace{ListRates(pairs, w_of), {}, {}});
+    if (graph != nullptr) made->lanes = lanes_of(*graph, in);
+    if (colours != nullptr) made->colours.emplace(*colours, in, made->rates, memory_);
+    by_spring_ = std::move(made);
+    if (colours != nullptr) by_spring_->colours->take_over(*colours);
   }
 }
 
@@ -365,26 +394,58 @@ Substeps Joints<T>::substeps_by(const HighestRates& highest, double h) const noe
 }
 
 template <class T>
-RateBounds Joints<T>::rates_now() const noexcept {
-  return by_spring_ ? rate_bounds(by_spring_->rates) : rate_bounds(*by_row_);
+auto Joints<T>::sheet_of(std::size_t particle) const noexcept -> Sheet {
+  const std::size_t each = particles() / by_row_.size();
+  return {particle / each, particle / each * each, each};
 }
 
-// Where sums do not tell the number of sub-steps, eigenvalues do, which are not looked for here.
+template <class T>
+std::span<const double> Joints<T>::w_of_sheet(std::size_t number) const noexcept {
+  const std::size_t each = particles() / by_row_.size();
+  return std::span(w_of).subspan(number * each, each);
+}
+
+template <class T>
+RateBounds Joints<T>::rates_now() const noexcept {
+  RateBounds bounds;
+  if (by_spring_) {
+    bounds = rate_bounds(by_spring_->rates);
+    if (coupling.scheme == Scheme::sequential) bounds.least = bounds.most;  // as choose() has it
+    return bounds;
+  }
+  for (const GridRates& sheet : by_row_) bounds.most = higher(bounds.most, rate_bounds(sheet).most);
+  bounds.least = bounds.most;
+  return bounds;
+}
+
+// Where sums do not tell the number of sub-steps, eigenvalues do, which are not looked for here. Of lists in sweeps rho may
+// change.
 template <class T>
 bool Joints<T>::are_right(const RateBounds& bounds) const noexcept {
-  return substeps_by(bounds.least, step) == chosen && substeps_by(bounds.most, step) == chosen;
+  Substeps least = substeps_by(bounds.least, step);
+  Substeps most = substeps_by(bounds.most, step);
+  if (std::holds_alternative<ColoursForm<T>>(form)) least.rho = most.rho = chosen.rho;
+  return least == chosen && most == chosen;
 }
 
 template <class T>
 void Joints<T>::take(const RateBounds& bounds) noexcept {
   found_.reset();
   rates = bounds;
+  const Substeps now = substeps_by(rates.most, step);
+  if (now == chosen) return;
+  chosen = now;
+  take_step();
 }
 
 template <class T>
 bool Joints<T>::set_rates(std::size_t particle, double w_new) noexcept {
   const double before = std::exchange(w_of[particle], w_new);
-  const auto look = [&] { by_spring_ ? by_spring_->rates.set_mass(w_of, particle) : by_row_->set_mass(w_of, particle); };
+  const auto look = [&] {
+    if (by_spring_) return by_spring_->rates.set_mass(w_of, particle);
+    const Sheet sheet = sheet_of(particle);
+    by_row_[sheet.number].set_mass(w_of_sheet(sheet.number), particle - sheet.first);
+  };
   look();
   const RateBounds bounds = rates_now();
   if (are_right(bounds)) {
@@ -396,17 +457,29 @@ bool Joints<T>::set_rates(std::size_t particle, double w_new) noexcept {
   return false;
 }
 
+// Springs between fixed ends are left out of a list's form; in sweeps that gives others other colours.
+template <class T>
+bool Joints<T>::changes_left_out(std::size_t particle, double w_new) const noexcept {
+  const auto& [rates_of, lanes, colours] = *by_spring_;
+  for (const std::uint32_t s : rates_of.springs_at(particle)) {
+    if (lanes && lanes->of[s].a == SpringLanes::nowhere) return true;
+    if (!colours) continue;
+    if (colours->is_left_out(s) || (w_new == 0 && w_of[rates_of.other_end(s, particle)] == 0)) return true;
+  }
+  return false;
+}
+
 template <class T>
 bool Joints<T>::set_inverse_mass(const Scene& scene, std::size_t particle, double w_new) noexcept {
-  if (by_spring_) {
-    const auto is_left_out = [&](std::uint32_t s) { return by_spring_->lanes.of[s].a == SpringLanes::nowhere; };
-    const auto springs_at = by_spring_->rates.springs_at(particle);
-    if (std::any_of(springs_at.begin(), springs_at.end(), is_left_out)) return false;
-  }
+  if (by_spring_ && changes_left_out(particle, w_new)) return false;
   if (!set_rates(particle, w_new)) return false;
   const std::uint32_t element = order.of[particle];
   const_cast<T*>(w)[element] = static_cast<T>(w_new);  // our own memory
   if (auto* strands = std::get_if<StrandsForm<T>>(&form)) set_inverses(*strands, input({}), grid_of(scene), w, element);
+  if (auto* list = std::get_if<ColoursForm<T>>(&form)) {
+    auto& [rates_of, lanes, colours] = *by_spring_;
+    for (const std::uint32_t s : rates_of.springs_at(particle)) colours->set_spring(*list, input({}), rates_of, s);
+  }
   if (air && air->is_grid()) air->set_inverse_mass(w_of, particle);
   if (air && !air->is_grid()) air->set_inverse_mass(w_of, particle, order);
   return true;
@@ -416,31 +489,35 @@ template <class T>
 bool Joints<T>::break_springs(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
   if (by_spring_) return break_list(scene, network, pairs);
   std::vector<GridSpring> torn;
-  for (const Pair& ends : pairs) torn.push_back(*spring_between(grid_of(scene), ends));
-  return break_grid(grid_of(scene), torn);
+  for (const Pair& ends : pairs) torn.push_back(*spring_between(std::get<Grid>(scene.networks[network]), ends));
+  return break_grid(scene, network, torn);
+}
+
+// Of a stack networks and sheets are one.
+template <class T>
+void Joints<T>::set_broken(std::size_t network, std::span<const GridSpring> torn, bool is_broken) noexcept {
+  for (const GridSpring& spring : torn) by_row_[network].set_broken(w_of_sheet(network), spring, is_broken);
 }
 
 template <class T>
-bool Joints<T>::break_grid(const Grid& grid, std::span<const GridSpring> torn) {
-  by_row_->reserve_broken();
-  for (const GridSpring& spring : torn) by_row_->set_broken(w_of, spring, true);
-  Undo undo([&] {
-    for (const GridSpring& spring : torn) by_row_->set_broken(w_of, spring, false);
-  });
+bool Joints<T>::break_grid(const Scene& scene, std::size_t network, std::span<const GridSpring> torn) {
+  const auto& grid = std::get<Grid>(scene.networks[network]);
+  by_row_[network].reserve_broken();
+  set_broken(network, torn, true);
+  Undo undo([&] { set_broken(network, torn, false); });
   const RateBounds bounds = rates_now();
   if (!are_right(bounds)) return false;
   auto* const grid_form = std::get_if<GridForm<T>>(&form);
+  const std::size_t first_row = network * grid.rows;
   for (const GridSpring& spring : torn) {
-    if (grid_form != nullptr) reserve_torn_row(*grid_form, spring.row, columns_);
+    if (grid_form != nullptr) reserve_torn_row(*grid_form, first_row + spring.row, columns_);
   }
   undo.dismiss();
-  for (const GridSpring& spring : torn) {
-    if (grid_form != nullptr) {
-      tear(*grid_form, spring);
-    } else {
-      tear(std::get<StrandsForm<T>>(form), order, grid, spring);
-    }
+  for (GridSpring spring : torn) {
+    if (grid_form == nullptr) tear(std::get<StrandsForm<T>>(form), order, grid, spring);
     if (air) air->tear(w_of, spring);
+    spring.row += first_row;
+    if (grid_form != nullptr) tear(*grid_form, spring);
   }
   take(bounds);
   return true;
@@ -464,13 +541,12 @@ SourceRange sources_of(const Scene& scene, std::size_t network) {
 
 template <class T>
 bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
-  auto& [rates_of, lanes] = *by_spring_;
+  auto& [rates_of, lanes, colours] = *by_spring_;
   const SourceRange own = sources_of(scene, network);
   std::vector<std::uint32_t> torn;
   for (const auto& [i, j] : pairs) {
     for (const std::uint32_t s : rates_of.springs_at(i)) {
-      const JoinedPair& spring = rates_of.springs()[s];
-      if ((spring.a == j || spring.b == j) && own.holds(spring)) torn.push_back(s);
+      if (rates_of.other_end(s, i) == j && own.holds(rates_of.source_of(s))) torn.push_back(s);
     }
   }
   for (const std::uint32_t s : torn) rates_of.set_broken(w_of, s, true);
@@ -479,8 +555,14 @@ bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<co
     for (const std::uint32_t s : torn) rates_of.set_broken(w_of, s, false);
     return false;
   }
-  auto& graph = std::get<GraphForm<T>>(form);
-  for (const std::uint32_t s : torn) set_spring(graph, lanes, s, rates_of.springs()[s]);
+  auto* const graph = std::get_if<GraphForm<T>>(&form);
+  for (const std::uint32_t s : torn) {
+    if (graph != nullptr) {
+      set_spring(*graph, *lanes, s, rates_of.spring(s));
+    } else if (!colours->is_left_out(s)) {
+      colours->set_spring(std::get<ColoursForm<T>>(form), input({}), rates_of, s);
+    }
+  }
   if (meets_air(scene.networks[network])) {
     const auto before = scene.networks.begin() + static_cast<std::ptrdiff_t>(network);
     const auto n = std::count_if(scene.networks.begin(), before, [](const Network& other) { return meets_air(other); });
@@ -492,10 +574,12 @@ bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<co
 
 template <class T>
 bool Joints<T>::set_stiffness(const Grid& grid) {
-  if (!std::holds_alternative<GridForm<T>>(form) || (grid.damping != 0 && springs != 0) != is_damped_) return false;
+  if (is_stack_ || !std::holds_alternative<GridForm<T>>(form) || (grid.damping != 0 && springs != 0) != is_damped_)
+    return false;
   if (dvdx::count_springs(grid) != springs) return false;
-  auto by_row = std::make_unique<GridRates>(grid, w_of);
-  const RateBounds bounds = rate_bounds(*by_row);
+  std::vector<GridRates> by_row;
+  by_row.emplace_back(grid, w_of);
+  const RateBounds bounds = rate_bounds(by_row[0]);
   if (!are_right(bounds)) return false;
   take(bounds);
   by_row_ = std::move(by_row);
@@ -507,7 +591,7 @@ template <class T>
 bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const SpringsStiffness& before) noexcept {
   const auto& list = std::get<Springs>(scene.networks[network]);
   if ((list.damping != 0) != (before.damping != 0)) return false;  // other springs take part in the damping's passes
-  auto& [rates_of, lanes] = *by_spring_;
+  auto& [rates_of, lanes, colours] = *by_spring_;
   const SourceRange own = sources_of(scene, network);
   rates_of.set_stiffness(w_of, own, list.stiffness, list.damping);
   const RateBounds bounds = rates_now();
@@ -515,11 +599,8 @@ bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const Spr
     rates_of.set_stiffness(w_of, own, before.stiffness, before.damping);
     return false;
   }
-  auto& graph = std::get<GraphForm<T>>(form);
-  const std::vector<JoinedPair>& now = rates_of.springs();
-  for (std::size_t s = 0; s < now.size(); ++s) {
-    if (own.holds(now[s])) set_spring(graph, lanes, s, now[s]);
-  }
+  if (lanes) set_springs(std::get<GraphForm<T>>(form), *lanes, rates_of);
+  if (colours) colours->set_springs(std::get<ColoursForm<T>>(form), input({}), rates_of);
   take(bounds);
   return true;
 }

@@ -11,6 +11,7 @@
 
 #include "compile/air.hpp"
 #include "compile/balls.hpp"
+#include "compile/colours_in_place.hpp"
 #include "compile/columns.hpp"
 #include "compile/constraints.hpp"
 #include "compile/grid_rates.hpp"
@@ -104,19 +105,21 @@ class Joints {
   [[nodiscard]] bool closes_substeps() const noexcept {
     return constraints.has_value() || balls != nullptr || closes_in_whole_;
   }
-
-  // Changes in place, of the only owner (execute/plan_parts.hpp): of a grid that is stepped as one, or of a list in leapfrog
-  // and fourth_order, without constraints. The scene is the one that the joints were made of, but for the change.
+  // Changes in place, of the only owner (execute/plan_parts.hpp): of grids that are stepped as one, or of a list by any scheme
+  // but accumulate, without constraints. The scene is the one that the joints were made of, but for the change.
   [[nodiscard]] bool can_change_in_place() const noexcept;
   // Whether the springs' coefficients are those of another step too, and sums tell its sub-steps.
   [[nodiscard]] bool can_change_step(double other_step) const noexcept;
-  void change_step(double other_step);
+  // Takes memory for take_step() first. After it the springs' coefficients are those of the step before until take_step().
+  void reserve_step(const Scene& scene, std::span<const Vec3> start);
+  void change_step(double other_step) noexcept;
+  void take_step() noexcept;
   // What looks at the neighbourhood of one particle alone; made at the first of these changes.
   void reserve_rates(const Scene& scene, std::span<const Vec3> start);
   // Of a list, after reserve_rates(); else null.
   [[nodiscard]] const ListRates* list_rates() const noexcept { return by_spring_ ? &by_spring_->rates : nullptr; }
-  // 1/kg of a particle, 0 where it is fixed: false, and nothing is changed, where it asks for other sub-steps, or for springs
-  // that were left out between fixed particles.
+  // 1/kg of a particle, 0 where it is fixed: false, and nothing is changed, where it asks for other sub-steps, or where other
+  // springs would be left out between fixed particles.
   [[nodiscard]] bool set_inverse_mass(const Scene& scene, std::size_t particle, double w) noexcept;
   // All that networks[network] joins such pairs by, or none. Of a grid it takes memory for the first that begins in a row.
   [[nodiscard]] bool break_springs(const Scene& scene, std::size_t network, std::span<const Pair> pairs);
@@ -136,11 +139,19 @@ class Joints {
   void make_telling_order(const Exchange& exchange);
 
   [[nodiscard]] bool set_rates(std::size_t particle, double w) noexcept;
-  [[nodiscard]] bool break_grid(const Grid& grid, std::span<const GridSpring> torn);
+  struct Sheet {
+    std::size_t number = 0, first = 0, particles = 0;
+  };
+  [[nodiscard]] Sheet sheet_of(std::size_t particle) const noexcept;
+  [[nodiscard]] std::span<const double> w_of_sheet(std::size_t number) const noexcept;
+  [[nodiscard]] bool changes_left_out(std::size_t particle, double w) const noexcept;
+  void set_broken(std::size_t network, std::span<const GridSpring> torn, bool is_broken) noexcept;
+  [[nodiscard]] bool break_grid(const Scene& scene, std::size_t network, std::span<const GridSpring> torn);
   [[nodiscard]] bool break_list(const Scene& scene, std::size_t network, std::span<const Pair> pairs);
   [[nodiscard]] RateBounds rates_now() const noexcept;
   [[nodiscard]] bool are_right(const RateBounds& bounds) const noexcept;
   void take(const RateBounds& bounds) noexcept;
+  void take_scheme() noexcept;
   [[nodiscard]] Frequencies find(const Scene& scene, std::span<const Vec3> start) const;
   [[nodiscard]] Substeps substeps_by(const HighestRates& highest, double h) const noexcept;
   [[nodiscard]] NetworkInput input(std::span<const JoinedPair> pairs) const;
@@ -153,13 +164,15 @@ class Joints {
   std::optional<double> rho_of_whole_;
   const SweptPart* sweeps_ = nullptr;
   bool closes_in_whole_ = false;
-  double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
-  std::unique_ptr<GridRates> by_row_;
+  double fastest_turn_ = 0;        // rad/s, of the surfaces that follow a motion
+  std::vector<GridRates> by_row_;  // of each sheet
   struct ListInPlace {
     ListRates rates;
-    GraphLanes lanes;
+    std::optional<GraphLanes<T>> lanes;
+    std::optional<ColoursInPlace<T>> colours;
   };
   std::unique_ptr<ListInPlace> by_spring_;
+  Memory memory_;
   std::optional<Frequencies> found_;  // of the springs as they are now, where they were asked for
   Columns<T> columns_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -17,102 +18,184 @@ void take_most(ListRates::Most& most, const ListRates::Most& other) noexcept {
 
 }  // namespace
 
-ListRates::ListRates(std::vector<JoinedPair> springs, std::span<const double> w)
-    : springs_(std::move(springs)),
+ListRates::ListRates(std::span<const JoinedPair> springs, std::span<const double> w)
+    : pull_k_(springs.size()),
+      pull_c_(springs.size()),
+      met_(springs.size()),
+      first_of_(w.size() + 1, 0),
       first_at_(w.size() + 1, 0),
-      at_(2 * springs_.size()),
-      sums_(w.size()),
-      of_particle_(w.size()),
+      at_(2 * springs.size()),
+      whole_at_(w.size(), 0),
       of_block_((w.size() + block - 1) / block) {
-  for (const JoinedPair& s : springs_) {
+  for (const JoinedPair& s : springs) {
+    ends_.push_back({s.a, s.b});
+    k_.push_back(s.k);
+    l_.push_back(s.l);
+    c_.push_back(s.c);
+    q_.push_back(s.q);
+    source_.push_back(s.source);
+    is_damped_ = is_damped_ || s.c != 0;
+    has_zero_length_ = has_zero_length_ || s.q != 0;
+    ++first_of_[s.a + 1];
     ++first_at_[s.a + 1];
     ++first_at_[s.b + 1];
   }
+  std::partial_sum(first_of_.begin(), first_of_.end(), first_of_.begin());
   std::partial_sum(first_at_.begin(), first_at_.end(), first_at_.begin());
   std::vector<std::uint32_t> next(first_at_.begin(), first_at_.end() - 1);
-  for (std::size_t s = 0; s < springs_.size(); ++s) {
-    at_[next[springs_[s].a]++] = static_cast<std::uint32_t>(s);
-    at_[next[springs_[s].b]++] = static_cast<std::uint32_t>(s);
+  for (std::size_t s = 0; s < size(); ++s) {
+    at_[next[ends_[s].a]++] = static_cast<std::uint32_t>(s);
+    at_[next[ends_[s].b]++] = static_cast<std::uint32_t>(s);
+    met_[s] = springs[s].is_broken ? nobody() : ends_[s].b;
+    pull_as_is(s);
+    for (const std::size_t i : {ends_[s].a, ends_[s].b}) whole_at_[i] += springs[s].is_broken ? 0U : 1U;
   }
+  for (Products* const of : {&of_k_, &of_c_}) {
+    of->magnitudes.assign(w.size() + 1, -std::numeric_limits<double>::infinity());
+    of->own.assign(w.size(), 0);
+  }
+  std::uint32_t most_at = 0;
+  for (std::size_t i = 0; i < w.size(); ++i) most_at = std::max(most_at, first_at_[i + 1] - first_at_[i]);
+  sum_of_.resize(most_at + 1, 0);
   look_at_all(w);
 }
 
+// Where all that are whole have been given one stiffness, it stands among what they pull with alone.
+JoinedPair ListRates::spring(std::size_t s) const noexcept {
+  return {.a = ends_[s].a,
+          .b = ends_[s].b,
+          .k = met_[s] == nobody() || has_zero_length_ ? k_[s] : pull_k_[s],
+          .l = l_[s],
+          .c = c_[s],
+          .is_broken = met_[s] == nobody(),
+          .source = source_[s],
+          .q = q_[s]};
+}
+
+void ListRates::mark(std::size_t s, bool is_broken) noexcept {
+  k_[s] = spring(s).k;
+  met_[s] = is_broken ? nobody() : ends_[s].b;
+  pull_as_is(s);
+}
+
+void ListRates::pull_as_is(std::size_t s) noexcept {
+  const bool is_whole = met_[s] != nobody();
+  pull_k_[s] = is_whole ? k_[s] + q_[s] : 0;
+  pull_c_[s] = is_whole ? c_[s] : 0;
+}
+
 // In the order of the list, as sum_bound() of compile/limit.cpp does: the same bits.
-void ListRates::add(Sums& sums, const JoinedPair& s) noexcept {
-  const double k = stiffness_of(s);
-  const double c = damping_of(s);
-  sums = {sums.k + std::abs(k), sums.c + std::abs(c), sums.own_k + k, sums.own_c + c};
-}
-
-ListRates::Most ListRates::most_of(const JoinedPair& s, std::span<const double> w) const noexcept {
-  const Sums& a = sums_[s.a];
-  const Sums& b = sums_[s.b];
-  return {w[s.a] * a.k + w[s.b] * b.k, w[s.a] * a.c + w[s.b] * b.c, std::max(w[s.a] * a.own_k, w[s.b] * b.own_k),
-          std::max(w[s.a] * a.own_c, w[s.b] * b.own_c)};
-}
-
-void ListRates::sum_up(std::size_t particle) noexcept {
-  Sums sums;
-  for (const std::uint32_t s : springs_at(particle)) add(sums, springs_[s]);
-  sums_[particle] = sums;
-}
-
-void ListRates::look_at(std::span<const double> w, std::size_t particle) noexcept {
-  Most most;
-  for (const std::uint32_t s : springs_at(particle)) {
-    if (!springs_[s].is_broken) take_most(most, most_of(springs_[s], w));
+void ListRates::sum_up(std::span<const double> pull, std::span<const std::uint32_t> springs, double w, std::size_t particle,
+                       Products& products) noexcept {
+  double magnitudes = 0;
+  double own = 0;
+  for (const std::uint32_t s : springs) {
+    magnitudes += std::abs(pull[s]);
+    own += pull[s];
   }
-  of_particle_[particle] = most;
+  products.magnitudes[particle] = w * magnitudes;
+  products.own[particle] = w * own;
 }
 
+void ListRates::sum_up(std::span<const double> w, std::size_t particle) noexcept {
+  sum_up(pull_k_, springs_at(particle), w[particle], particle, of_k_);
+  if (is_damped_) sum_up(pull_c_, springs_at(particle), w[particle], particle, of_c_);
+}
+
+// No rounding makes less of more: the most of what an end has with each other one is what it has with the most of these.
 void ListRates::look_at_block(std::size_t number) noexcept {
+  const auto most_met = [&](const Products& of, std::size_t i) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (std::size_t s = first_of_[i]; s < first_of_[i + 1]; ++s) most = std::max(most, of.magnitudes[met_[s]]);
+    return of.magnitudes[i] + most;
+  };
   Most most;
-  const std::size_t to = std::min(of_particle_.size(), (number + 1) * block);
-  for (std::size_t i = number * block; i < to; ++i) take_most(most, of_particle_[i]);
+  const std::size_t to = std::min(of_k_.own.size(), (number + 1) * block);
+  for (std::size_t i = number * block; i < to; ++i) {
+    most.k = std::max(most.k, most_met(of_k_, i));
+    most.own_k = std::max(most.own_k, of_k_.own[i]);
+    if (!is_damped_) continue;
+    most.c = std::max(most.c, most_met(of_c_, i));
+    most.own_c = std::max(most.own_c, of_c_.own[i]);
+  }
   of_block_[number] = most;
 }
 
-void ListRates::look_around(std::span<const double> w, std::size_t particle) noexcept {
-  const auto other = [&](std::uint32_t s) -> std::size_t { return springs_[s].a == particle ? springs_[s].b : springs_[s].a; };
-  look_at(w, particle);
-  for (const std::uint32_t s : springs_at(particle)) look_at(w, other(s));
-  std::size_t seen = particle / block;
-  look_at_block(seen);
+// Its springs begin in its own block, or in those of their lower ends, whose numbers ascend.
+void ListRates::look_around(std::size_t particle) noexcept {
+  std::size_t seen = of_block_.size();
   for (const std::uint32_t s : springs_at(particle)) {
-    if (other(s) / block != std::exchange(seen, other(s) / block)) look_at_block(seen);
+    const std::size_t of = ends_[s].a / block;
+    if (of != std::exchange(seen, of)) look_at_block(of);
   }
+  if (seen != particle / block) look_at_block(particle / block);
 }
 
-// What sum_up() and look_at() find, spring by spring.
 void ListRates::look_at_all(std::span<const double> w) noexcept {
-  std::fill(sums_.begin(), sums_.end(), Sums{});
-  for (const JoinedPair& s : springs_) {
-    for (const std::uint32_t i : {s.a, s.b}) add(sums_[i], s);
-  }
-  std::fill(of_particle_.begin(), of_particle_.end(), Most{});
-  for (const JoinedPair& s : springs_) {
-    if (s.is_broken) continue;
-    const Most both = most_of(s, w);
-    take_most(of_particle_[s.a], both);
-    take_most(of_particle_[s.b], both);
-  }
+  for (std::size_t i = 0; i < w.size(); ++i) sum_up(w, i);
+  look_at_blocks();
+}
+
+void ListRates::look_at_blocks() noexcept {
   for (std::size_t n = 0; n < of_block_.size(); ++n) look_at_block(n);
 }
 
-void ListRates::set_mass(std::span<const double> w, std::size_t particle) noexcept { look_around(w, particle); }
+// The same sum for all particles of as many springs.
+void ListRates::look_at_all_alike(std::span<const double> w, double k) noexcept {
+  for (std::size_t n = 1; n < sum_of_.size(); ++n) sum_of_[n] = sum_of_[n - 1] + k;
+  for (std::size_t i = 0; i < w.size(); ++i) of_k_.magnitudes[i] = of_k_.own[i] = w[i] * sum_of_[whole_at_[i]];
+  look_at_blocks();
+}
+
+void ListRates::set_mass(std::span<const double> w, std::size_t particle) noexcept {
+  sum_up(w, particle);
+  look_around(particle);
+}
 
 void ListRates::set_broken(std::span<const double> w, std::uint32_t spring, bool is_broken) noexcept {
-  springs_[spring].is_broken = is_broken;
-  for (const std::size_t i : {springs_[spring].a, springs_[spring].b}) sum_up(i);
-  for (const std::size_t i : {springs_[spring].a, springs_[spring].b}) look_around(w, i);
+  mark(spring, is_broken);
+  for (const std::size_t i : {ends_[spring].a, ends_[spring].b}) whole_at_[i] += is_broken ? -1U : 1U;
+  for (const std::size_t i : {ends_[spring].a, ends_[spring].b}) sum_up(w, i);
+  for (const std::size_t i : {ends_[spring].a, ends_[spring].b}) look_around(i);
 }
 
 void ListRates::set_stiffness(std::span<const double> w, const SourceRange& of, const Scalars& k, double c) noexcept {
-  for (JoinedPair& s : springs_) {
-    if (!of.holds(s)) continue;
-    s.k = k[s.source - of.first];
-    s.c = c;
+  const auto set_k = [&](const auto& k_of) {
+    for (std::size_t s = 0; s < size(); ++s) {
+      if (!of.holds(source_[s])) continue;
+      k_[s] = k_of(source_[s] - of.first);
+      pull_k_[s] = met_[s] == nobody() ? 0 : k_[s] + q_[s];
+    }
+  };
+  const auto set_c = [&] {
+    is_damped_ = false;
+    for (std::size_t s = 0; s < size(); ++s) {
+      if (of.holds(source_[s])) {
+        c_[s] = c;
+        pull_c_[s] = met_[s] == nobody() ? 0 : c;
+      }
+      is_damped_ = is_damped_ || c_[s] != 0;
+    }
+  };
+  const bool are_all = of.first == 0 && of.end == size();
+  const bool is_damping_kept = c == 0 && !is_damped_;
+  if (k.is_uniform() && are_all && is_damping_kept && !has_zero_length_) {
+    const double all = k[0];
+    std::fill(pull_k_.begin(), pull_k_.end(), all);
+    const std::size_t whole = std::accumulate(whole_at_.begin(), whole_at_.end(), std::size_t{0}) / 2;
+    for (std::size_t s = 0; s < size() && whole != size(); ++s) {
+      if (met_[s] != nobody()) continue;
+      k_[s] = all;
+      pull_k_[s] = 0;
+    }
+    return look_at_all_alike(w, all);
   }
+  if (k.is_uniform()) {
+    set_k([all = k[0]](std::size_t) { return all; });
+  } else {
+    set_k([each = k.each().data()](std::size_t source) { return each[source]; });
+  }
+  if (!is_damping_kept) set_c();
   look_at_all(w);
 }
 

@@ -18,6 +18,9 @@
 
 namespace dvdx {
 
+class ListRates;
+struct Implicitness;  // compile/sweep_scheme.hpp
+
 // Elements before and after a working column: slots at one offset read so far beyond the particles.
 inline constexpr std::size_t column_margin = slice;
 
@@ -111,6 +114,10 @@ struct NetworkInput {
   const SweptPart* sweeps = nullptr;  // of a part of a larger scene
 };
 
+// Of sweeps: in each sub-step, and in one that knows no acceleration to start from.
+[[nodiscard]] Implicitness implicitness(const NetworkInput& in);
+[[nodiscard]] Implicitness implicitness_of_start(const NetworkInput& in);
+
 // Of each spring in sweeps 0 where it stays in a piece, or between two fixed ends; else its colour among those that lead from
 // piece to piece, from 1.
 [[nodiscard]] std::vector<std::uint32_t> colours_between_pieces(const NetworkInput& in);
@@ -143,15 +150,27 @@ struct SpringLanes {
   static constexpr std::uint32_t nowhere = 0xffffffff;
   std::uint32_t a = nowhere, b = nowhere;
 };
-// Of each of in.springs: of a form made of the same input, and of its damping passes, where these have slots of their own.
+// What a spring's lanes hold.
+template <class T>
+struct SlotValues {
+  T k{}, kl{}, c{};
+};
+// Of each of in.springs: of a form made of the same input, and of its damping passes, where these have slots of their own. And
+// the spring of each lane; of what has none the one behind the last.
+template <class T>
 struct GraphLanes {
   std::vector<SpringLanes> of, damped;
+  std::vector<std::uint32_t> springs, damped_springs;
+  std::vector<T> k, kl, c;  // of each spring, and of none: room to make them in
 };
 template <class T>
-GraphLanes lanes_of(const GraphForm<T>& form, const NetworkInput& in);
+GraphLanes<T> lanes_of(const GraphForm<T>& form, const NetworkInput& in);
 // Which may be torn. Not of accumulate.
 template <class T>
-void set_spring(GraphForm<T>& form, const GraphLanes& lanes, std::size_t spring, const JoinedPair& s) noexcept;
+void set_spring(GraphForm<T>& form, const GraphLanes<T>& lanes, std::size_t spring, const JoinedPair& s) noexcept;
+// All of them.
+template <class T>
+void set_springs(GraphForm<T>& form, GraphLanes<T>& lanes, const ListRates& springs) noexcept;
 template <class T>
 PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns);
 // w: the working column of inverse masses.
@@ -160,5 +179,8 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::
                                  Columns<T>& columns);
 template <class T>
 ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns);
+// What the sub-step and rho make of the sweeps, but for the springs' coefficients.
+template <class T>
+void set_scheme(ColoursForm<T>& form, const NetworkInput& in) noexcept;
 
 }  // namespace dvdx

@@ -57,6 +57,12 @@ double below(double end, double z) {
 
 }  // namespace
 
+Compliances compliances(const Implicitness& of, double k, double c, double w) noexcept {
+  const double kappa = k * of.t * of.t;
+  const double eta = c * of.e;
+  return {kappa, eta, 1 / (1 + (kappa + eta) * w)};
+}
+
 Implicitness theta_scheme(double theta, double substep) { return {theta * substep, theta * substep, theta * substep}; }
 
 bool is_generalized_alpha(const Coupling& coupling) noexcept {

@@ -11,6 +11,13 @@ struct Implicitness {
   double t, e, h;  // s
 };
 
+// What sweeps solve a spring by: d_lambda = -(kappa C + eta n.moved + lambda) inverse.
+struct Compliances {
+  double kappa, eta, inverse;
+};
+// w: w_a + w_b of its ends.
+Compliances compliances(const Implicitness& of, double k, double c, double w) noexcept;
+
 // The part of the sub-step that has passed when the springs act.
 Implicitness theta_scheme(double theta, double substep);
 

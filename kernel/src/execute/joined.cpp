@@ -252,7 +252,14 @@ class JoinedStep {
     }
     if (m_.last() && !joints_.closes_substeps() && !moves_alone()) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
+    if (m_.settling()) settle();
     if (is_relative()) count_from_here();
+  }
+
+  // What springs or constraints have moved into a contact since the last flow is put back.
+  void settle() noexcept {
+    clock_ = step_end_;
+    flow(*m_.settling(), After::nothing);
   }
 
   // No pulse stands between a sub-step's flow and the next one's.

@@ -95,6 +95,7 @@ struct PlanIn {
     Options options = scene->options;
     options.step = h;
     if (auto error = check(options)) return tl::unexpected(*error);
+    if (of != nullptr) of->reserve_step(scene->scene, scene->start);
     std::swap(scene->options.step, h);
     std::optional<std::pair<double, Substeps>> before;
     Undo undo([&] {
@@ -107,7 +108,9 @@ struct PlanIn {
       of->change_step(scene->options.step);
       if (auto error = of->refusal(scene->scene, scene->start, options.unstable)) return tl::unexpected(*error);
     }
-    return take_motion(undo, of);
+    const Expected<void> taken = take_motion(undo, of);
+    if (taken && of != nullptr) of->take_step();
+    return taken;
   }
 
   SharedScene<A> scene;

@@ -322,6 +322,17 @@ std::optional<int> read_substeps(const Node& node) {
   return static_cast<int>(node.whole(1, most_substeps));
 }
 
+// What another scheme alone reads says nothing of this one.
+void refuse_keys_of(Scheme scheme, std::initializer_list<const char*> keys, const Coupling& own, const Fields& fields) {
+  if (own.scheme == scheme) return;
+  for (const char* key : keys) {
+    if (const auto field = fields.optional(key)) {
+      field->fail(
+          fmt::format("goes with scheme {}, and this one is {}", name_in(schemes, scheme), name_in(schemes, own.scheme)));
+    }
+  }
+}
+
 Coupling read_coupling(const Fields& fields, Method method) {
   Coupling coupling;
   coupling.scheme = fields.choice("scheme", schemes, Scheme::leapfrog);
@@ -330,6 +341,8 @@ Coupling read_coupling(const Fields& fields, Method method) {
   coupling.sweeps = fields.choice("sweep", sweep_orders, SweepOrder::symmetric);
   coupling.method = fields.choice("method", methods, method);
   coupling.axis = fields.choice("axis", pair_axes, PairAxis::midpoint);
+  refuse_keys_of(Scheme::sequential, {"theta", "sweep"}, coupling, fields);
+  refuse_keys_of(Scheme::accumulate, {"method", "axis"}, coupling, fields);
   return coupling;
 }
 
