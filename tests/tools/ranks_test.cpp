@@ -216,7 +216,7 @@ TEST_CASE("ranks: what tears has the bits, the files and the checkpoints of one 
   scene["network"]["scheme"] = "sequential";
   scene["network"]["rows"] = 100;
   scene["network"]["edge_v"] = {0, 3, 10};
-  scene["network"]["tears_at"] = 1.5;
+  scene["network"]["tears_at"] = 1.03;
   folder.write("swept.json", scene.dump());
   auto springs = nlohmann::json::parse(list());
   springs["network"][0]["tears_at"] = 1.2;
