@@ -282,9 +282,13 @@ Expected<void> Plan<T>::break_springs(std::size_t index, std::span<const Pair> e
   return parts_->change(Break{index, ends});
 }
 template <class T>
+Expected<std::vector<Pair>> Plan<T>::too_long(std::size_t index, double stretch, const State<T>& state) const {
+  const auto find = [&](const auto& in) { return dvdx::too_long(in.scene->scene, in.scene->start, index, stretch, state); };
+  return std::visit(find, parts_->in);
+}
+template <class T>
 Expected<std::size_t> Plan<T>::tear(std::size_t index, double stretch, const State<T>& state) {
-  const auto find = [&](const auto& in) { return too_long(in.scene->scene, in.scene->start, index, stretch, state); };
-  const Expected<std::vector<Pair>> torn = std::visit(find, parts_->in);
+  const Expected<std::vector<Pair>> torn = too_long(index, stretch, state);
   if (!torn) return tl::unexpected(torn.error());
   if (torn->empty()) return std::size_t{0};
   if (const auto done = break_springs(index, *torn); !done) return tl::unexpected(done.error());

@@ -210,6 +210,8 @@ class DVDX_EXPORT Plan {
   // Tears every spring of networks[index] that in this state is longer than `stretch` (finite, > 1) times its rest length. How
   // many those were. A spring without rest length never tears, nor one whose length is not a number.
   Expected<std::size_t> tear(std::size_t index, double stretch, const State<T>& state);
+  // Those that tear() would tear: the lesser number of a spring's ends first, ascending.
+  [[nodiscard]] Expected<std::vector<Pair>> too_long(std::size_t index, double stretch, const State<T>& state) const;
 
   [[nodiscard]] const Scene& scene() const noexcept;
   [[nodiscard]] double step_size() const noexcept;  // s

@@ -78,6 +78,8 @@ template <class T, class Simulated>
 Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engine& engine, Ranks& ranks) {
   Simulated simulation(loaded, engine, ranks);
   const auto every = every_of(options, loaded);
+  const bool is_by_ranges = is_shown_by_ranges(loaded.file, ranks);
+  const Run shown = shown_by(loaded.file, ranks);
   std::optional<Output> output;
   if (!options.out.empty()) {
     output = {.target = options.out,
@@ -86,21 +88,21 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
               .topology = &loaded.file.topology,
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
               .scene = &loaded.file,
-              .ranks = is_split_by_ranges(loaded.file, ranks) ? &ranks : nullptr,
-              .first = loaded.file.particles.first,
-              .here = loaded.file.particles.count};
+              .ranks = is_by_ranges ? &ranks : nullptr,
+              .first = shown.first,
+              .here = shown.count};
     if (is_gathered(loaded.file, ranks)) output->pieces = static_cast<std::size_t>(ranks.count());
   }
   Checkpoints checkpoints(options.checkpoint, together(ranks, [&] { return identity_of(options, loaded, engine); }),
                           loaded.file.name,
                           engine.precision == Precision::float32_compensated ? CallsEnd::where_they_do : CallsEnd::anywhere,
-                          loaded.file.sources, ranks, is_split_by_ranges(loaded.file, ranks) ? Holders::all : Holders::first);
+                          loaded.file.sources, ranks, is_by_ranges ? Holders::all : Holders::first);
   if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
     if (output && (is_page(options.out) || checkpoints.is_writing())) output->ids = simulation.ids();
   }
   if constexpr (std::is_same_v<Simulated, Simulation<T>>) {
     if (output && !loaded.file.tears_at.empty()) output->tears = &simulation.tears();
-    if (output) output->owner = simulation.owner();
+    if (output && is_in_pieces(options.out)) output->owner = simulation.owner();
   }
   if (options.error && ranks.rank() == 0) {
     const auto reference = reference_of(loaded, engine);

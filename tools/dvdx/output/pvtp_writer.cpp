@@ -1,11 +1,13 @@
 // VTK XML PolyData in pieces: of each state a .vtp for each rank and the .pvtp that names them, a .pvd that gives each .pvtp
-// its time, and under the name that was asked for the last state's .pvtp. ParaView opens either. Ranks that hold ranges each
-// write their own piece; what one rank has gathered, it writes in as many.
+// its time, and under the name that was asked for the last state's .pvtp. ParaView opens either. Each rank writes its own
+// piece; what one rank has gathered, it writes in as many.
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "dvdx/layouts/soa.hpp"
@@ -15,6 +17,7 @@
 #include "output/vtp_document.hpp"
 #include "output/writer.hpp"
 #include "ranks/agree.hpp"
+#include "ranks/range_exchange.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -54,7 +57,7 @@ std::vector<fs::path> older_files(const Output& output, int pieces) {
   return files;
 }
 
-// Those of a piece.
+// Those of a piece, of a state that is here whole.
 template <class T>
 State<T> taken(const State<T>& all, const FilePiece& piece, Soa<T>& memory) {
   State<T> some = memory.view();
@@ -68,6 +71,30 @@ State<T> taken(const State<T>& all, const FilePiece& piece, Soa<T>& memory) {
   return some;
 }
 
+// The piece of a rank that steps other particles than it shows.
+template <class T>
+class SteppedPiece {
+ public:
+  explicit SteppedPiece(const Output& output)
+      : piece_(std::move(pieces_of(*output.topology, output.owner, static_cast<std::size_t>(output.ranks->count()))
+                             .at(static_cast<std::size_t>(output.ranks->rank())))),
+        exchange_(*output.ranks, output.particles, piece_.particles),
+        memory_(piece_.particles.size()) {}
+
+  [[nodiscard]] const FilePiece& piece() const noexcept { return piece_; }
+  // Called by all ranks.
+  [[nodiscard]] State<T> taken(const State<T>& range) {
+    State<T> mine = memory_.view();
+    exchange_.from_ranges(range, mine);
+    return mine;
+  }
+
+ private:
+  FilePiece piece_;
+  RangeExchange exchange_;
+  Soa<T> memory_;
+};
+
 template <class T>
 class PvtpWriter final : public Writer<T> {
  public:
@@ -80,18 +107,22 @@ class PvtpWriter final : public Writer<T> {
     mine_.ranks = nullptr;
     mine_.first = 0;
     if (output.ranks != nullptr) mine_.particles = output.here;
-    if (!output.owner.empty()) cut_ = pieces_of(*output.topology, output.owner, output.pieces);
+    if (output.ranks != nullptr && !output.owner.empty()) {
+      stepped_ = std::make_unique<SteppedPiece<T>>(output);
+      mine_.piece = &stepped_->piece();
+    }
     together(ranks_, [&] {
       if (is_first()) const PartFile probe(target_);
     });
   }
 
   void write(const Moment& moment, const State<T>& state) override {
+    const State<T> here = stepped_ ? stepped_->taken(state) : state;
     together(ranks_, [&] {
       if (mine_.pieces > 1) {
-        write_all(moment, state);
+        write_all(moment, here);
       } else {
-        write_piece(ranks_.rank(), moment, state);
+        write_piece(ranks_.rank(), moment, here);
       }
       listed_.push_back({moment.time, numbered(target_, listed_.size()).filename().string()});
     });
@@ -121,10 +152,8 @@ class PvtpWriter final : public Writer<T> {
     pieces_.back().close();
   }
   void write_all(const Moment& moment, const State<T>& state) {
-    std::vector<FilePiece> equal;
-    if (cut_.empty()) equal = pieces_of(no_topology, equal_pieces(state.count, mine_.pieces), mine_.pieces);
     int number = 0;
-    for (const FilePiece& piece : cut_.empty() ? equal : cut_) {
+    for (const FilePiece& piece : pieces_of(no_topology, equal_pieces(state.count, mine_.pieces), mine_.pieces)) {
       mine_.piece = &piece;
       Soa<T> memory(piece.particles.size());
       write_piece(number++, moment, taken(state, piece, memory));
@@ -137,7 +166,7 @@ class PvtpWriter final : public Writer<T> {
     for (std::uint64_t i = 0; i < listed_.size(); ++i) {
       std::vector<std::string> names;
       for (int piece = 0; piece < count_; ++piece) names.push_back(piece_of(target_, i, piece).filename().string());
-      last = index_of(vtk_type<T>(), cut_.empty() ? Ghosts::none : Ghosts::marked, names);
+      last = index_of(vtk_type<T>(), stepped_ ? Ghosts::marked : Ghosts::none, names);
       files.emplace_back(numbered(target_, i)).write(last);
     }
     files.emplace_back(target_).write(last);
@@ -149,9 +178,9 @@ class PvtpWriter final : public Writer<T> {
   fs::path target_;
   OneRank alone_;
   Ranks& ranks_;
-  Output mine_;                 // this rank's piece
-  int count_;                   // of pieces a state
-  std::vector<FilePiece> cut_;  // where this rank writes all of them, and each particle has its owner
+  Output mine_;                               // this rank's piece
+  int count_;                                 // of pieces a state
+  std::unique_ptr<SteppedPiece<T>> stepped_;  // where each particle has its owner
   std::vector<fs::path> older_;
   std::vector<PartFile> pieces_;
   std::vector<TimedFile> listed_;

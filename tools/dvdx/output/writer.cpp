@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <numeric>
 #include <span>
 #include <string_view>
 
+#include "dvdx/layouts/soa.hpp"
 #include "output/part_file.hpp"
 #include "ranks/agree.hpp"
+#include "ranks/range_exchange.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_file.hpp"
 
@@ -73,6 +76,49 @@ void check_targets_together(const Output& output, Files files) {
   together(output.ranks, [&] { check_targets(output, files); });
 }
 
+// What a format can only make of a whole state, which the first rank is told.
+template <class T>
+class WrittenByFirst final : public Writer<T> {
+ public:
+  WrittenByFirst(const Output& output, std::unique_ptr<Writer<T>> (*make)(const Output&))
+      : ranks_(*output.ranks),
+        exchange_(ranks_, output.particles, numbers(output)),
+        memory_(is_first() ? output.particles : 0) {
+    Output alone = output;
+    alone.ranks = nullptr;
+    alone.first = 0;
+    together(ranks_, [&] {
+      if (is_first()) writer_ = make(alone);
+    });
+  }
+
+  void write(const Moment& moment, const State<T>& state) override {
+    State<T> whole = memory_.view();
+    exchange_.from_ranges(state, whole);
+    together(ranks_, [&] {
+      if (is_first()) writer_->write(moment, whole);
+    });
+  }
+  void finish() override {
+    together(ranks_, [&] {
+      if (is_first()) writer_->finish();
+    });
+  }
+
+ private:
+  [[nodiscard]] bool is_first() const noexcept { return ranks_.rank() == 0; }
+  static std::vector<std::uint32_t> numbers(const Output& output) {
+    std::vector<std::uint32_t> all(output.ranks->rank() == 0 ? output.particles : 0);
+    std::iota(all.begin(), all.end(), 0U);
+    return all;
+  }
+
+  Ranks& ranks_;
+  RangeExchange exchange_;
+  Soa<T> memory_;
+  std::unique_ptr<Writer<T>> writer_;  // the first rank's
+};
+
 template <class T>
 const Format<T>* format_for(const std::filesystem::path& target) {
   const auto found = std::find_if(formats<T>.begin(), formats<T>.end(),
@@ -89,6 +135,8 @@ void check_extension(const std::filesystem::path& target) {
 
 bool is_page(const std::filesystem::path& target) { return target.extension() == ".html"; }
 
+bool is_in_pieces(const std::filesystem::path& target) { return target.extension() == ".pvtp"; }
+
 template <class T>
 std::unique_ptr<Writer<T>> make_writer(const Output& output) {
   check_extension(output.target);
@@ -100,6 +148,7 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
                             output.target.string(), format.extension));
   }
   check_targets_together(output, format.files);
+  if (output.ranks != nullptr && is_page(output.target)) return std::make_unique<WrittenByFirst<T>>(output, format.make);
   return format.make(output);
 }
 

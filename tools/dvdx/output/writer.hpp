@@ -62,13 +62,12 @@ struct Output {
   ReferencePositions reference{};  // where the states should be
   std::string reference_text{};    // what that is
   ParticleIds ids{};               // where counts change; asked for after each state
-  // Where several ranks hold the particles, each of them writes its own, from `first` on. A page is not written so.
+  // Where several ranks hold the particles, each of them writes its own, from `first` on. A page is written by the first.
   Ranks* ranks = nullptr;
-  std::size_t first = 0, here = 0;  // its first particle, and how many
-  // What a .pvtp has of a state that one rank writes, whoever steps it; owner: each particle's piece, or none for equal ones.
-  std::size_t pieces = 1;
-  std::vector<std::uint32_t> owner{};
-  const FilePiece* piece = nullptr;  // what of them the states are, where they are not all
+  std::size_t first = 0, here = 0;     // its first particle, and how many
+  std::size_t pieces = 1;              // that a .pvtp has of a state that one rank writes, whoever steps it
+  std::vector<std::uint32_t> owner{};  // the rank in whose piece each particle is; none: in that of the rank that writes it
+  const FilePiece* piece = nullptr;    // what of them the states are, where they are not all
 };
 
 // Throws Fault (usage) where no writer knows the extension.
@@ -76,6 +75,9 @@ void check_extension(const std::filesystem::path& target);
 
 // Whether states are written there to be played, not to be read.
 [[nodiscard]] bool is_page(const std::filesystem::path& target);
+
+// Whether each state there is in pieces, one for each rank that has stepped it.
+[[nodiscard]] bool is_in_pieces(const std::filesystem::path& target);
 
 // By the target's extension. Throws Fault: usage as above, or where the format holds one count for all states and they change;
 // input_output where the target cannot be written.

@@ -77,4 +77,10 @@ template <class Value, class Work>
   return value;
 }
 
+// The same where there may be no ranks at all.
+template <class Value, class Work>
+[[nodiscard]] Value in_turn(Ranks* ranks, Value value, const Work& work) {
+  return ranks == nullptr ? work(value) : in_turn(*ranks, value, work);
+}
+
 }  // namespace dvdx::tool

@@ -5,6 +5,7 @@
 
 #include "dvdx/layouts/state_hash.hpp"
 #include "ranks/agree.hpp"
+#include "ranks/refusal.hpp"
 #include "run/energy.hpp"
 
 namespace dvdx::tool {
@@ -16,11 +17,10 @@ std::uint64_t state_hash(Ranks& ranks, const State<T>& state) {
 
 template <class T>
 double energy(Ranks& ranks, const SceneFile& file, std::span<const Network> networks, const State<T>& state) {
-  auto sum = in_turn(ranks, EnergySum{}, [&](EnergySum before) {
-    add_particles(file, state, before);
-    return before;
-  });
-  if (ranks.count() == 1) add_networks(file, networks, state, sum);  // ranges of particles are joined by none
+  EnergySum sum;
+  const Held held = held_by(ranks, file);
+  add_particles(file, state, held, sum);
+  add_networks(file, networks, state, held, sum);
   return sum.value();
 }
 

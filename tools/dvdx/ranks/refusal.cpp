@@ -13,7 +13,6 @@ void check_can_be_split(const SceneFile& file, const std::filesystem::path& out)
     refuse("removal.order any, by which a hole may be filled from another rank,");
   }
   if (!file.scene.constraints.empty()) refuse("constraints");
-  if (!file.tears_at.empty()) refuse("network.tears_at");
   if (!file.scene.tethers.empty()) refuse("tethers");
   if (!out.empty() && is_page(out) && !is_joined(file.scene) && !is_live(file)) {
     throw Fault(Exit::usage, "--out " + out.string() + ": a page is not written by several ranks: must run on one");

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "dvdx/ranks.hpp"
+#include "ranks/range_exchange.hpp"
 #include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
@@ -13,7 +14,7 @@ namespace dvdx::tool {
   return ranks.count() > 1 && !is_joined(file.scene) && !is_live(file);
 }
 
-// Whether each rank steps a part of a scene whose particles stand for one another, and the first has all of it besides.
+// Whether each rank steps a part of a scene whose particles stand for one another.
 [[nodiscard]] inline bool is_split_by_springs(const SceneFile& file, const Ranks& ranks) noexcept {
   return ranks.count() > 1 && is_joined(file.scene);
 }
@@ -25,7 +26,24 @@ namespace dvdx::tool {
 
 // Whether the first rank alone is told the whole state, which it shows.
 [[nodiscard]] inline bool is_gathered(const SceneFile& file, const Ranks& ranks) noexcept {
-  return is_split_by_springs(file, ranks) || is_split_by_births(file, ranks);
+  return is_split_by_births(file, ranks);
+}
+
+// Whether each rank shows a range of the particles, whichever it steps.
+[[nodiscard]] inline bool is_shown_by_ranges(const SceneFile& file, const Ranks& ranks) noexcept {
+  return ranks.count() > 1 && !is_gathered(file, ranks);
+}
+
+// The range that this rank shows, or all. Of networks `file` holds all particles, of others those of its range alone.
+[[nodiscard]] inline Run shown_by(const SceneFile& file, const Ranks& ranks) noexcept {
+  if (is_split_by_springs(file, ranks)) return share_of(ranks).of(file.particles.count);
+  return {.first = file.particles.first, .count = file.particles.count};
+}
+
+// Which of the particles in `file` a state that this rank shows has.
+[[nodiscard]] inline Held held_by(Ranks& ranks, const SceneFile& file) noexcept {
+  if (!is_shown_by_ranges(file, ranks)) return {};
+  return {.ranks = &ranks, .first = is_split_by_springs(file, ranks) ? shown_by(file, ranks).first : 0};
 }
 
 // Throws Fault (bad_scene) that names what of a scene cannot be split, and Fault (usage) where its output cannot.

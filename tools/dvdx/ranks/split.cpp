@@ -139,6 +139,25 @@ void check_air(const SceneFile& whole, const Part& part, const Scene& scene) {
                                    "no triangle that meets air (docs/ranks.md)");
 }
 
+// By which colours a sweep goes from piece to piece is chosen for the springs that are whole. Of sheets side by side a part has
+// but some, by numbers of its own.
+void check_tearing(const SceneFile& whole, const Part& part) {
+  const bool is_swept = whole.scene.coupling.scheme == Scheme::sequential;
+  if (whole.tears_at.empty() || !is_swept || (!part.sweeps && whole.scene.networks.size() == 1)) return;
+  throw Fault(Exit::bad_scene, whole.path +
+                                   ": network.tears_at by scheme sequential cannot be split over ranks, but of one sheet: must "
+                                   "run on one, or by leapfrog (docs/ranks.md)");
+}
+
+// Places in part.particles, in the order of the scene's numbers.
+std::vector<std::uint32_t> by_number(const Part& part) {
+  std::vector<std::uint32_t> places(part.particles.size());
+  std::iota(places.begin(), places.end(), 0U);
+  std::sort(places.begin(), places.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return part.particles[a] < part.particles[b]; });
+  return places;
+}
+
 std::vector<std::uint32_t> own_places(const Part& part) {
   std::vector<std::uint32_t> places;
   for (std::size_t k = 0; k < part.particles.size(); ++k) {
@@ -147,23 +166,11 @@ std::vector<std::uint32_t> own_places(const Part& part) {
   return places;
 }
 
-// Of every rank, on the first one.
-std::vector<std::vector<std::uint32_t>> owned_by_all(Ranks& ranks, const Part& part, std::span<const std::uint32_t> own) {
+std::vector<std::uint32_t> numbers_of(const Part& part, std::span<const std::uint32_t> places) {
   std::vector<std::uint32_t> numbers;
-  for (const std::uint32_t k : own) numbers.push_back(part.particles[k]);
-  std::vector<std::uint64_t> sizes(static_cast<std::size_t>(ranks.count()), 0);
-  sizes[static_cast<std::size_t>(ranks.rank())] = numbers.size();
-  ranks.sum(sizes);
-  if (ranks.rank() != 0) {
-    ranks.send(0, std::as_bytes(std::span(numbers)));
-    return {};
-  }
-  std::vector<std::vector<std::uint32_t>> all{std::move(numbers)};
-  for (int rank = 1; rank < ranks.count(); ++rank) {
-    all.emplace_back(sizes[static_cast<std::size_t>(rank)]);
-    ranks.receive(rank, std::as_writable_bytes(std::span(all.back())));
-  }
-  return all;
+  numbers.reserve(places.size());
+  for (const std::uint32_t k : places) numbers.push_back(part.particles[k]);
+  return numbers;
 }
 
 template <class T>
@@ -182,24 +189,33 @@ Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const
       all_(file.particles.count),
       halo_(ranks, part_),
       file_(file_of(file, part_, limit.substeps)),
-      memory_(engine.layout, part_.particles.size(), rounding_of(engine.precision)),
+      layout_(engine.layout),
+      options_{
+          .step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)},
+      memory_(layout_, part_.particles.size(), options_.rounding),
       state_(started(file_, memory_.view())),
-      owned_(owned_by_all(ranks, part_, own_)) {
-  Options options{
-      .step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
-  options.unstable = Unstable::allowed;  // the whole scene's plan was not refused
-  options.elsewhere = elsewhere_of(file.scene, file.particles.count);
-  options.elsewhere.springs_damp = is_any_damped(file.scene);
-  options.elsewhere.rho = limit.rho;
-  if (part_.sweeps) options.elsewhere.sweeps = &*part_.sweeps;
-  options.elsewhere.exchange = halo_.exchange();
+      ranges_(ranks, all_, numbers_of(part_, own_), own_) {
+  options_.unstable = Unstable::allowed;  // the whole scene's plan was not refused
+  options_.elsewhere = elsewhere_of(file.scene, file.particles.count);
+  options_.elsewhere.springs_damp = is_any_damped(file.scene);
+  options_.elsewhere.rho = limit.rho;
+  if (part_.sweeps) options_.elsewhere.sweeps = &*part_.sweeps;
+  options_.elsewhere.exchange = halo_.exchange();
+  if (!file.tears_at.empty()) by_number_ = by_number(part_);
   together(ranks, [&] {
+    check_tearing(file, part_);
     if (part_.particles.empty()) return;
     check_air(file, part_, file_.scene);
-    auto plan = compile<T>(file_.scene, options, state_);
-    if (!plan) throw fault_of(file_, plan.error());
-    plan_.emplace(std::move(*plan));
+    plan_.emplace(made(state_));
+    (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
   });
+}
+
+template <class T>
+Plan<T> Split<T>::made(const State<T>& start) const {
+  auto plan = compile<T>(file_.scene, options_, start);
+  if (!plan) throw fault_of(file_, plan.error());
+  return std::move(*plan);
 }
 
 template <class T>
@@ -211,75 +227,95 @@ void Split<T>::step(std::uint64_t steps, ContactReport* report, const ParallelFo
 }
 
 template <class T>
-std::vector<const std::array<Column<T>, 3>*> Split<T>::columns(const State<T>& state) const {
-  if (!state.has_rests()) return {&state.x, &state.v};
-  return {&state.x, &state.v, &state.x_rest, &state.v_rest};
+void Split<T>::to_ranges(State<T>& range) {
+  ranges_.to_ranges(state_, range);
 }
 
 template <class T>
-void Split<T>::gather(State<T>& whole) {
-  const auto here = columns(state_);
-  buffer_.clear();
-  for (const auto* three : here) {
-    for (const auto& column : *three) {
-      for (const std::uint32_t k : own_) buffer_.push_back(column[k]);
-    }
-  }
-  if (ranks_.rank() != 0) return ranks_.send(0, std::as_bytes(std::span(buffer_)));
-  whole.clock = state_.clock;
-  for (int rank = 0; rank < ranks_.count(); ++rank) {
-    const auto& numbers = owned_[static_cast<std::size_t>(rank)];
-    buffer_.resize(3 * here.size() * numbers.size());
-    if (rank > 0) ranks_.receive(rank, std::as_writable_bytes(std::span(buffer_)));
-    const T* next = buffer_.data();
-    for (const auto* three : columns(whole)) {
-      for (const auto& column : *three) {
-        for (const std::uint32_t i : numbers) column[i] = *next++;
-      }
-    }
-  }
-}
-
-// All of them are told all of it, some at a time, and take what they step.
-template <class T>
-void Split<T>::go_on(const State<T>& whole, std::vector<double>& carried) {
-  std::uint64_t count = carried.size();
-  ranks_.broadcast(0, writable_bytes_in(count));
-  carried.resize(count);
-  ranks_.broadcast(0, std::as_writable_bytes(std::span(carried)));
-  Clock clock = whole.clock;
-  ranks_.broadcast(0, writable_bytes_in(clock));
-  state_.clock = clock;
-  std::vector<std::uint32_t> in_order(part_.particles.size());
-  std::iota(in_order.begin(), in_order.end(), 0U);
-  std::sort(in_order.begin(), in_order.end(),
-            [this](std::uint32_t a, std::uint32_t b) { return part_.particles[a] < part_.particles[b]; });
-  constexpr std::size_t at_once = std::size_t{1} << 16U;
-  std::vector<T> some(at_once);
-  const auto from = columns(whole);
-  const auto to = columns(state_);
-  for (std::size_t n = 0; n < 3 * to.size(); ++n) {
-    auto next = in_order.begin();
-    for (std::size_t first = 0; first < all_; first += at_once) {
-      const std::size_t end = std::min(all_, first + at_once);
-      if (ranks_.rank() == 0) dvdx::gather((*from[n / 3])[n % 3], first, end - first, some.data());
-      ranks_.broadcast(0, std::as_writable_bytes(std::span(some).first(end - first)));
-      for (; next != in_order.end() && part_.particles[*next] < end; ++next) {
-        (*to[n / 3])[n % 3][*next] = some[part_.particles[*next] - first];
-      }
-    }
-  }
+void Split<T>::go_on(const State<T>& range, const CarriedInRanges& carried) {
+  RangeExchange(ranks_, all_, part_.particles).from_ranges(range, state_);
+  const std::vector<double> here = carried_here(carried);
   together(ranks_, [&] {
-    if (plan_ && !plan_->restore(carried_here(carried), state_))
-      throw Fault(Exit::input_output, "the checkpoint is of another plan");
+    if (plan_ && !plan_->restore(here, state_)) throw Fault(Exit::input_output, "the checkpoint is of another plan");
+  });
+}
+
+template <class T>
+std::optional<std::uint32_t> Split<T>::place_of(std::uint32_t number) const {
+  const auto found = std::lower_bound(by_number_.begin(), by_number_.end(), number,
+                                      [&](std::uint32_t place, std::uint32_t n) { return part_.particles[place] < n; });
+  if (found == by_number_.end() || part_.particles[*found] != number) return std::nullopt;
+  return *found;
+}
+
+// Each rank tells those whose lesser end it owns.
+template <class T>
+std::vector<Pair> Split<T>::too_long(std::size_t network, double stretch) const {
+  std::vector<Pair> mine;
+  if (plan_) {
+    const auto found = plan_->too_long(network, stretch, state_);
+    if (!found) throw std::logic_error(found.error().message());
+    for (const auto& [i, j] : *found) {
+      const bool is_turned = part_.particles[j] < part_.particles[i];
+      const std::uint32_t a = is_turned ? j : i, b = is_turned ? i : j;
+      if (part_.is_own[a] != 0) mine.push_back({part_.particles[a], part_.particles[b]});
+    }
+  }
+  std::vector<std::uint64_t> counts(static_cast<std::size_t>(ranks_.count()), 0);
+  counts[static_cast<std::size_t>(ranks_.rank())] = mine.size();
+  ranks_.sum(counts);
+  std::vector<Pair> all;
+  for (int rank = 0; rank < ranks_.count(); ++rank) {
+    std::vector<Pair> some = rank == ranks_.rank() ? mine : std::vector<Pair>(counts[static_cast<std::size_t>(rank)]);
+    if (some.empty()) continue;
+    ranks_.broadcast(rank, std::as_writable_bytes(std::span(some)));
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+template <class T>
+void Split<T>::break_springs(std::size_t network, std::span<const Pair> torn) {
+  together(ranks_, [&] {
+    if (!plan_) return;
+    const bool has_all = std::holds_alternative<Grid>(plan_->scene().networks.at(network));
+    std::vector<Pair> here;
+    for (const auto& [i, j] : torn) {
+      const auto a = place_of(i), b = place_of(j);
+      if (a && b && (has_all || part_.is_own[*a] != 0 || part_.is_own[*b] != 0)) here.push_back({*a, *b});
+    }
+    if (here.empty()) return;
+    if (const auto done = plan_->break_springs(network, here); !done) throw fault_of(file_, done.error());
+  });
+}
+
+template <class T>
+void Split<T>::take(const NetworkLimit& limit) {
+  if (limit.substeps == file_.scene.coupling.substeps && limit.rho == options_.elsewhere.rho) return;
+  file_.scene.coupling.substeps = limit.substeps;
+  options_.elsewhere.rho = limit.rho;
+  together(ranks_, [&] {
+    if (!plan_) return;
+    StateMemory<T> memory(layout_, part_.particles.size(), options_.rounding);
+    file_.scene.networks = plan_->scene().networks;
+    const auto carried = plan_->carried(state_);
+    Plan<T> plan = made(started(file_, memory.view()));
+    if (!plan.restore(carried, state_)) throw std::logic_error("the plan is for another state");
+    plan_.emplace(std::move(plan));
   });
 }
 
 template <class T>
 std::vector<std::uint32_t> Split<T>::owner() const {
-  std::vector<std::uint32_t> owner(ranks_.rank() == 0 ? all_ : 0);
-  for (std::size_t rank = 0; rank < owned_.size(); ++rank) {
-    for (const std::uint32_t i : owned_[rank]) owner[i] = static_cast<std::uint32_t>(rank);
+  std::vector<std::uint32_t> owner(all_);
+  for (int rank = 0; rank < ranks_.count(); ++rank) {
+    auto numbers = rank == ranks_.rank() ? numbers_of(part_, own_) : std::vector<std::uint32_t>();
+    std::uint64_t count = numbers.size();
+    ranks_.broadcast(rank, writable_bytes_in(count));
+    numbers.resize(count);
+    ranks_.broadcast(rank, std::as_writable_bytes(std::span(numbers)));
+    for (const std::uint32_t i : numbers) owner[i] = static_cast<std::uint32_t>(rank);
   }
   return owner;
 }
@@ -290,47 +326,73 @@ namespace {
 // (execute/carried.cpp); what else it carries is alike on all ranks.
 bool remembers(std::span<const double> carried) { return !carried.empty() && carried[0] != 0; }
 
-}  // namespace
-
-template <class T>
-std::vector<double> Split<T>::carried() {
-  const std::vector<double> here = plan_ ? plan_->carried(state_) : std::vector<double>();
-  std::array<double, 1> any_remembers{remembers(here) ? 1.0 : 0.0};
-  ranks_.highest(any_remembers);
-  if (any_remembers[0] == 0) return here;
-  std::vector<double> own;
-  for (const std::uint32_t k : own_) {
-    for (std::size_t axis = 0; axis < 3; ++axis) own.push_back(here[1 + 3 * std::size_t{k} + axis]);
-  }
-  if (ranks_.rank() != 0) {
-    ranks_.send(0, std::as_bytes(std::span(own)));
-    return {};
-  }
-  std::vector<double> whole(1 + 3 * all_, 1);
-  whole.insert(whole.end(), here.begin() + static_cast<std::ptrdiff_t>(1 + 3 * part_.particles.size()), here.end());
-  for (int rank = 0; rank < ranks_.count(); ++rank) {
-    const auto& numbers = owned_[static_cast<std::size_t>(rank)];
-    own.resize(3 * numbers.size());
-    if (rank > 0) ranks_.receive(rank, std::as_writable_bytes(std::span(own)));
-    const double* next = own.data();
-    for (const std::uint32_t i : numbers) {
-      for (std::size_t axis = 0; axis < 3; ++axis) whole[1 + 3 * std::size_t{i} + axis] = *next++;
-    }
-  }
-  return whole;
+// One of the three numbers of each particle.
+Column<double> axis_of(std::vector<double>& numbers, std::size_t axis) {
+  return {.base = numbers.data() + axis, .stride = 3 * sizeof(double), .run = 1, .capacity = numbers.size() / 3};
 }
 
-// Of what the whole scene's plan would carry, this part's.
-template <class T>
-std::vector<double> Split<T>::carried_here(std::span<const double> whole) const {
-  if (!remembers(whole) || whole.size() < 1 + 3 * all_) return {whole.begin(), whole.end()};
-  std::vector<double> here{1};
-  for (const std::uint32_t i : part_.particles) {
-    const auto of = whole.subspan(1 + 3 * std::size_t{i}, 3);
-    here.insert(here.end(), of.begin(), of.end());
+}  // namespace
+
+void CarriedInRanges::save(Sink& sink) const {
+  if (!remembers) return sink.put(std::span<const double>(alike));
+  sink.put<std::uint64_t>(1 + 3 * all + alike.size());
+  sink.put(1.0);
+  sink.begin_part();
+  for (const double number : range) sink.put(number);
+  sink.end_part();
+  for (const double number : alike) sink.put(number);
+}
+
+void CarriedInRanges::load(Source& source, std::size_t particles, const Run& mine) {
+  all = particles;
+  const auto count = source.get<std::uint64_t>();
+  if (count > source.left() / sizeof(double)) source.fail();
+  const double first = count > 0 ? source.get<double>() : 0;
+  remembers = first != 0 && count >= 1 + 3 * all;
+  if (!remembers) {
+    alike.assign(count, first);
+    for (std::size_t k = 1; k < count; ++k) source.get(alike[k]);
+    return;
   }
-  const auto rest = whole.subspan(1 + 3 * all_);
-  here.insert(here.end(), rest.begin(), rest.end());
+  range.resize(3 * mine.count);
+  source.skip(3 * mine.first * sizeof(double));
+  for (double& number : range) source.get(number);
+  source.skip(3 * (all - mine.first - mine.count) * sizeof(double));
+  alike.resize(count - 1 - 3 * all);
+  for (double& number : alike) source.get(number);
+}
+
+template <class T>
+CarriedInRanges Split<T>::carried() {
+  std::vector<double> here = plan_ ? plan_->carried(state_) : std::vector<double>();
+  std::array<double, 1> any_remembers{remembers(here) ? 1.0 : 0.0};
+  ranks_.highest(any_remembers);
+  CarriedInRanges carried{.remembers = any_remembers[0] != 0, .all = all_};
+  if (!carried.remembers) {
+    carried.alike = std::move(here);
+    return carried;
+  }
+  if (here.empty()) here.push_back(1);
+  const auto behind = here.begin() + static_cast<std::ptrdiff_t>(1 + 3 * part_.particles.size());
+  carried.alike.assign(behind, here.end());
+  here.erase(here.begin());
+  carried.range.resize(3 * share_of(ranks_).of(all_).count);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    ranges_.to_ranges(axis_of(here, axis), axis_of(carried.range, axis));
+  }
+  return carried;
+}
+
+// This part's.
+template <class T>
+std::vector<double> Split<T>::carried_here(const CarriedInRanges& carried) const {
+  if (!carried.remembers) return carried.alike;
+  RangeExchange exchange(ranks_, all_, part_.particles);
+  std::vector<double> range = carried.range;
+  std::vector<double> here(3 * part_.particles.size());
+  for (std::size_t axis = 0; axis < 3; ++axis) exchange.from_ranges(axis_of(range, axis), axis_of(here, axis));
+  here.insert(here.begin(), 1);
+  here.insert(here.end(), carried.alike.begin(), carried.alike.end());
   return here;
 }
 

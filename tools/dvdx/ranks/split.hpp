@@ -8,9 +8,11 @@
 #include <span>
 #include <vector>
 
+#include "checkpoint/byte_stream.hpp"
 #include "dvdx/partition.hpp"
 #include "dvdx/plan.hpp"
 #include "dvdx/ranks.hpp"
+#include "ranks/range_exchange.hpp"
 #include "run/engine.hpp"
 #include "run/state_memory.hpp"
 #include "scene_io/scene_file.hpp"
@@ -53,6 +55,20 @@ class HaloExchange {
   double waited_seconds_ = 0;
 };
 
+// What a plan carries from step to step, where it remembers accelerations: three numbers of each particle of this rank's range,
+// and what stands before and behind them, alike on all ranks. Else all of it is alike.
+struct CarriedInRanges {
+  bool remembers = false;
+  std::size_t all = 0;  // particles of the scene
+  std::vector<double> range{};
+  std::vector<double> alike{};
+
+  // As one rank's plan carries it, also called by one alone.
+  void save(Sink& sink) const;
+  // mine: this rank's range.
+  void load(Source& source, std::size_t particles, const Run& mine);
+};
+
 template <class T>
 class Split {
  public:
@@ -61,14 +77,21 @@ class Split {
 
   // report: null, or what this rank's own particles do to contacts.
   void step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel);
-  // To the first rank, which alone has a whole state.
-  void gather(State<T>& whole);
-  // From the first rank: a state that a run goes on from, and what its plan carried then.
-  void go_on(const State<T>& whole, std::vector<double>& carried);
-  // What the whole scene's plan would carry, on the first rank.
-  [[nodiscard]] std::vector<double> carried();
+  // What is shown, weighed and written of a state stands in ranges of the particles' numbers, one a rank. Called by all.
+  void to_ranges(State<T>& range);
+  // A state that a run goes on from, and what its plan carried then.
+  void go_on(const State<T>& range, const CarriedInRanges& carried);
+  [[nodiscard]] CarriedInRanges carried();
 
-  // Each particle's rank, on the first one.
+  // The springs of a network that are longer than `stretch` times their rest length: the scene's numbers of their ends, the
+  // lesser first, ascending. Called by all, who are told the same.
+  [[nodiscard]] std::vector<Pair> too_long(std::size_t network, double stretch) const;
+  // Springs that joined the scene's particles do no more, and the sub-steps of the whole scene may be others since. Throws
+  // SharedFault.
+  void break_springs(std::size_t network, std::span<const Pair> torn);
+  void take(const NetworkLimit& limit);
+
+  // Each particle's rank. Called by all.
   [[nodiscard]] std::vector<std::uint32_t> owner() const;
   // The scene's number of each that the plan steps.
   [[nodiscard]] std::span<const std::uint32_t> particles() const noexcept { return part_.particles; }
@@ -76,8 +99,9 @@ class Split {
   [[nodiscard]] double waited_seconds() const noexcept { return halo_.waited_seconds(); }
 
  private:
-  [[nodiscard]] std::vector<const std::array<Column<T>, 3>*> columns(const State<T>& state) const;
-  [[nodiscard]] std::vector<double> carried_here(std::span<const double> whole) const;
+  [[nodiscard]] Plan<T> made(const State<T>& start) const;
+  [[nodiscard]] std::optional<std::uint32_t> place_of(std::uint32_t number) const;
+  [[nodiscard]] std::vector<double> carried_here(const CarriedInRanges& carried) const;
 
   Ranks& ranks_;
   Part part_;
@@ -85,11 +109,13 @@ class Split {
   std::size_t all_;                 // particles of the scene
   HaloExchange halo_;
   SceneFile file_;
+  Layout layout_;
+  Options options_;
   StateMemory<T> memory_;
   State<T> state_;
-  std::optional<Plan<T>> plan_;                    // none where a rank has no particles
-  std::vector<std::vector<std::uint32_t>> owned_;  // of the first rank: numbers of each rank's own particles, in their order
-  std::vector<T> buffer_;
+  std::optional<Plan<T>> plan_;           // none where a rank has no particles
+  RangeExchange ranges_;                  // of its own particles
+  std::vector<std::uint32_t> by_number_;  // places in part_.particles in the order of their numbers, where springs tear
 };
 
 extern template class Split<float>;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dvdx/layouts/soa.hpp"
+#include "ranks/agree.hpp"
+
 namespace dvdx::tool {
 namespace {
 
@@ -71,22 +74,80 @@ bool meets_air(const Scene& scene) noexcept {
   return std::any_of(scene.networks.begin(), scene.networks.end(), [&](const Network& n) { return std::visit(meets, n); });
 }
 
-template <class T>
-double air_power(const Scene& scene, const State<T>& state) {
-  if (!meets_air(scene)) return 0;
-  const Vec3 wind = wind_at(scene.wind, state.clock.seconds);
-  double power = 0;
-  const auto add = [&](const auto& network) {
-    if (!network.aerodynamics) return;
-    for_each_triangle(network, [&](const Triangle& t) {
-      power += std::max(0.0, inner(force_on(t, *network.aerodynamics, wind, state), wind));
-    });
-  };
-  for (const Network& network : scene.networks) std::visit(add, network);
-  return power;
+namespace {
+
+// Calls use(triangle, aerodynamics) for each that meets air, in the order in which they are summed.
+template <class Use>
+void for_each_in_air(const Scene& scene, const Use& use) {
+  for (const Network& network : scene.networks) {
+    const auto look = [&](const auto& of) {
+      if (of.aerodynamics) for_each_triangle(of, [&](const Triangle& t) { use(t, *of.aerodynamics); });
+    };
+    std::visit(look, network);
+  }
 }
 
-template double air_power(const Scene&, const State<float>&);
-template double air_power(const Scene&, const State<double>&);
+}  // namespace
+
+AirPower::AirPower(const Scene& scene, std::size_t all, const Held& held) : scene_(scene), ranks_(held.ranks) {
+  if (ranks_ == nullptr || !meets_air(scene)) return;
+  std::size_t count = 0;
+  for_each_in_air(scene, [&](const Triangle&, const Aerodynamics&) { ++count; });
+  const Run mine = share_of(*ranks_).of(count);
+  std::size_t next = 0;
+  for_each_in_air(scene, [&](const Triangle& t, const Aerodynamics& air) {
+    if (const std::size_t n = next++; n < mine.first || n >= mine.first + mine.count) return;
+    share_.triangles.push_back(t);
+    share_.air.push_back(&air);
+  });
+  std::vector<std::uint32_t> corners;
+  for (const Triangle& t : share_.triangles) corners.insert(corners.end(), t.begin(), t.end());
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  for (Triangle& t : share_.triangles) {
+    for (std::uint32_t& i : t) {
+      i = static_cast<std::uint32_t>(std::lower_bound(corners.begin(), corners.end(), i) - corners.begin());
+    }
+  }
+  share_.corners = corners.size();
+  share_.exchange = std::make_unique<RangeExchange>(*ranks_, all, corners);
+}
+
+template <class T>
+std::vector<double> AirPower::powers(const State<T>& state, const Vec3& wind) const {
+  Soa<T> memory(share_.corners);
+  State<T> corners = memory.view();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    share_.exchange->from_ranges(state.x[axis], corners.x[axis]);
+    share_.exchange->from_ranges(state.v[axis], corners.v[axis]);
+  }
+  std::vector<double> powers;
+  powers.reserve(share_.triangles.size());
+  for (std::size_t k = 0; k < share_.triangles.size(); ++k) {
+    powers.push_back(std::max(0.0, inner(force_on(share_.triangles[k], *share_.air[k], wind, corners), wind)));
+  }
+  return powers;
+}
+
+template <class T>
+double AirPower::at(const State<T>& state) const {
+  if (!meets_air(scene_)) return 0;
+  const Vec3 wind = wind_at(scene_.wind, state.clock.seconds);
+  double power = 0;
+  if (ranks_ == nullptr) {
+    for_each_in_air(scene_, [&](const Triangle& t, const Aerodynamics& air) {
+      power += std::max(0.0, inner(force_on(t, air, wind, state), wind));
+    });
+    return power;
+  }
+  const auto here = powers(state, wind);
+  return in_turn(*ranks_, power, [&](double before) {
+    for (const double each : here) before += each;
+    return before;
+  });
+}
+
+template double AirPower::at(const State<float>&) const;
+template double AirPower::at(const State<double>&) const;
 
 }  // namespace dvdx::tool

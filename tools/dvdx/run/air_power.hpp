@@ -1,18 +1,44 @@
 // What the air gives a scene's cloth.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/scene.hpp"
+#include "ranks/range_exchange.hpp"
 
 namespace dvdx::tool {
 
 [[nodiscard]] bool meets_air(const Scene& scene) noexcept;
 
-// W: the sum of F.wind, F the air's force on a triangle, over the triangles where it is positive, at the state's time.
-template <class T>
-[[nodiscard]] double air_power(const Scene& scene, const State<T>& state);
+class AirPower {
+ public:
+  // all: particles. Of several ranks each looks at some of the triangles, and asks for their corners.
+  AirPower(const Scene& scene, std::size_t all, const Held& held);
 
-extern template double air_power(const Scene&, const State<float>&);
-extern template double air_power(const Scene&, const State<double>&);
+  // W: the sum of F.wind, F the air's force on a triangle, over the triangles where it is positive, at the state's time.
+  template <class T>
+  [[nodiscard]] double at(const State<T>& state) const;
+
+ private:
+  struct Share {
+    std::vector<Triangle> triangles;       // by places among `corners`
+    std::vector<const Aerodynamics*> air;  // of each
+    std::size_t corners = 0;               // each once
+    std::unique_ptr<RangeExchange> exchange;
+  };
+  template <class T>
+  [[nodiscard]] std::vector<double> powers(const State<T>& state, const Vec3& wind) const;
+
+  const Scene& scene_;
+  Ranks* ranks_;
+  Share share_;
+};
+
+extern template double AirPower::at(const State<float>&) const;
+extern template double AirPower::at(const State<double>&) const;
 
 }  // namespace dvdx::tool

@@ -1,10 +1,13 @@
 #include "run/energy.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
+
+#include "ranks/agree.hpp"
 
 namespace dvdx::tool {
 
@@ -34,7 +37,6 @@ Vec3 start_of(const SceneFile& file, std::size_t particle) {
 template <class T>
 struct Potential {
   const SceneFile& file;
-  const State<T>& state;
   std::size_t particle;
   Vec3 position;
 
@@ -82,86 +84,150 @@ std::vector<Pair> torn_springs(const Network& network) {
   return torn;
 }
 
-// Of the whole springs of networks.
-template <class T>
-struct Stored {
-  const SceneFile& file;
-  const State<T>& state;
-  EnergySum& sum;
-  const std::vector<Pair>& torn;  // ascending
+// One of a network's, or two in one's place.
+struct StoredSpring {
+  std::size_t i, j;
+  double stiffness, rest_length;
+  double zero_length = 0;
+};
 
-  void add(std::size_t i, std::size_t j, double stiffness, double rest_length) const {
-    if (!torn.empty() && std::binary_search(torn.begin(), torn.end(), ascending(i, j))) return;
-    const double r = distance(vector_at(state.x, i), vector_at(state.x, j));
-    sum.add(0.5 * stiffness * square(r - rest_length));
-  }
-
-  // Every (down, right) neighbour of a grid's particles, right of them or left.
-  void add(const Grid& grid, double stiffness, std::size_t down, std::ptrdiff_t right) const {
-    if (stiffness == 0 || down >= grid.rows) return;
+// Calls use(count, spring_at) for springs that are summed one after another. Of a grid: every (down, right) neighbour of its
+// particles, right of them or left.
+template <class Use>
+void for_each_kind(const Grid& grid, const Use& use) {
+  const auto add = [&](double stiffness, std::size_t down, std::ptrdiff_t right) {
+    const auto aside = static_cast<std::size_t>(std::abs(right));
+    if (stiffness == 0 || down >= grid.rows || aside >= grid.columns) return;
     const auto v = static_cast<double>(down) / static_cast<double>(grid.rows - 1);
     const auto u = static_cast<double>(right) / static_cast<double>(grid.columns - 1);
     const double rest_length = std::hypot(u * grid.edge_u[0] + v * grid.edge_v[0], u * grid.edge_u[1] + v * grid.edge_v[1],
                                           u * grid.edge_u[2] + v * grid.edge_v[2]);
-    const auto columns = static_cast<std::ptrdiff_t>(grid.columns);
-    for (std::size_t r = 0; r + down < grid.rows; ++r) {
-      for (auto c = std::max<std::ptrdiff_t>(0, -right); c < columns - std::max<std::ptrdiff_t>(0, right); ++c) {
-        const auto i = grid.first + r * grid.columns + static_cast<std::size_t>(c);
-        const auto j = grid.first + (r + down) * grid.columns + static_cast<std::size_t>(c + right);
-        add(i, j, stiffness, rest_length);
-      }
+    const std::size_t across = grid.columns - aside;
+    use((grid.rows - down) * across, [=, &grid](std::size_t n) {
+      const std::size_t column = n % across + (right < 0 ? aside : 0);
+      const std::size_t i = grid.first + n / across * grid.columns + column;
+      const std::size_t j = i + down * grid.columns + aside - (right < 0 ? 2 * aside : 0);
+      return StoredSpring{.i = i, .j = j, .stiffness = stiffness, .rest_length = rest_length};
+    });
+  };
+  add(grid.structural, 0, 1);
+  add(grid.structural, 1, 0);
+  add(grid.shear, 1, 1);
+  add(grid.shear, 1, -1);
+  add(grid.bend, 0, 2);
+  add(grid.bend, 2, 0);
+}
+
+// Of what a network stores: in the order in which it is summed.
+template <class T>
+struct Stored {
+  const SceneFile& file;
+  const State<T>& state;
+  const Held& held;
+  EnergySum& sum;
+  const std::vector<Pair>& torn;  // ascending
+
+  void operator()(const Grid& grid) const {
+    for_each_kind(grid, [this](std::size_t count, const auto& spring_at) { add_all(count, spring_at); });
+  }
+  void operator()(const Springs& springs) const {
+    add_all(springs.pairs.size(), [&](std::size_t n) {
+      const auto [i, j] = springs.pairs[n];
+      return StoredSpring{
+          .i = i,
+          .j = j,
+          .stiffness = springs.stiffness[n],
+          .rest_length = springs.rest_length ? (*springs.rest_length)[n] : distance(start_of<T>(file, i), start_of<T>(file, j)),
+          .zero_length = springs.zero_length[n]};
+    });
+  }
+
+ private:
+  template <class SpringAt>
+  void add_all(std::size_t count, const SpringAt& spring_at) const {
+    if (held.ranks != nullptr) return add_by_ranges(count, spring_at);
+    for (std::size_t n = 0; n < count; ++n) {
+      const StoredSpring spring = spring_at(n);
+      if (!is_torn(spring)) add(spring, distance(vector_at(state.x, spring.i), vector_at(state.x, spring.j)), sum);
     }
   }
 
-  void operator()(const Grid& grid) const {
-    add(grid, grid.structural, 0, 1);
-    add(grid, grid.structural, 1, 0);
-    add(grid, grid.shear, 1, 1);
-    add(grid, grid.shear, 1, -1);
-    add(grid, grid.bend, 0, 2);
-    add(grid, grid.bend, 2, 0);
-  }
-  void operator()(const Springs& springs) const {
-    for (std::size_t n = 0; n < springs.pairs.size(); ++n) {
-      const auto [i, j] = springs.pairs[n];
-      const double rest_length =
-          springs.rest_length ? (*springs.rest_length)[n] : distance(start_of<T>(file, i), start_of<T>(file, j));
-      add(i, j, springs.stiffness[n], rest_length);
-      if (springs.zero_length[n] != 0) add(i, j, springs.zero_length[n], 0);
+  // Of so many springs at a time each rank asks for the ends of some; one adds after the other.
+  template <class SpringAt>
+  void add_by_ranges(std::size_t count, const SpringAt& spring_at) const {
+    const auto ranks = static_cast<std::size_t>(held.ranks->count());
+    const std::size_t at_once = ranks << 16U;
+    for (std::size_t begin = 0; begin < count; begin += at_once) {
+      const Run mine = share_of(*held.ranks).of(std::min(at_once, count - begin));
+      std::vector<StoredSpring> springs;
+      std::vector<std::uint32_t> ends;
+      for (std::size_t n = begin + mine.first; n < begin + mine.first + mine.count; ++n) {
+        const StoredSpring spring = spring_at(n);
+        if (is_torn(spring)) continue;
+        springs.push_back(spring);
+        ends.insert(ends.end(), {static_cast<std::uint32_t>(spring.i), static_cast<std::uint32_t>(spring.j)});
+      }
+      RangeExchange exchange(*held.ranks, file.particles.count, ends);
+      std::array<std::vector<T>, 3> numbers;
+      std::array<Column<T>, 3> x;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        numbers[axis].resize(ends.size());
+        x[axis] = {.base = numbers[axis].data(), .capacity = ends.size()};
+        exchange.from_ranges(state.x[axis], x[axis]);
+      }
+      sum = in_turn(*held.ranks, sum, [&](EnergySum before) {
+        for (std::size_t k = 0; k < springs.size(); ++k) {
+          add(springs[k], distance(vector_at(x, 2 * k), vector_at(x, 2 * k + 1)), before);
+        }
+        return before;
+      });
     }
+  }
+
+  [[nodiscard]] bool is_torn(const StoredSpring& spring) const {
+    return !torn.empty() && std::binary_search(torn.begin(), torn.end(), ascending(spring.i, spring.j));
+  }
+  static void add(const StoredSpring& spring, double r, EnergySum& sum) {
+    sum.add(0.5 * spring.stiffness * square(r - spring.rest_length));
+    if (spring.zero_length != 0) sum.add(0.5 * spring.zero_length * square(r));
   }
 };
 
 }  // namespace
 
 template <class T>
-void add_particles(const SceneFile& file, const State<T>& state, EnergySum& sum) {
-  for (std::size_t i = 0; i < state.count; ++i) {
-    const auto velocity = vector_at(state.v, i);
-    sum.add(0.5 * file.scene.mass[i] * dot(velocity, velocity));
-    const Potential<T> potential{file, state, i, vector_at(state.x, i)};
-    for (const auto& force : file.scene.forces) sum.add(std::visit(potential, force));
-  }
+void add_particles(const SceneFile& file, const State<T>& state, const Held& held, EnergySum& sum) {
+  sum = in_turn(held.ranks, sum, [&](EnergySum before) {
+    for (std::size_t k = 0; k < state.count; ++k) {
+      const std::size_t i = held.first + k;
+      const auto velocity = vector_at(state.v, k);
+      before.add(0.5 * file.scene.mass[i] * dot(velocity, velocity));
+      const Potential<T> potential{file, i, vector_at(state.x, k)};
+      for (const auto& force : file.scene.forces) before.add(std::visit(potential, force));
+    }
+    return before;
+  });
 }
 
 template <class T>
-void add_networks(const SceneFile& file, std::span<const Network> networks, const State<T>& state, EnergySum& sum) {
-  for (const auto& network : networks) std::visit(Stored<T>{file, state, sum, torn_springs(network)}, network);
+void add_networks(const SceneFile& file, std::span<const Network> networks, const State<T>& state, const Held& held,
+                  EnergySum& sum) {
+  for (const auto& network : networks) std::visit(Stored<T>{file, state, held, sum, torn_springs(network)}, network);
 }
 
 template <class T>
-double energy(const SceneFile& file, const State<T>& state) {
+double energy(const SceneFile& file, const State<T>& state, const Held& held) {
   EnergySum sum;
-  add_particles(file, state, sum);
-  add_networks(file, file.scene.networks, state, sum);
+  add_particles(file, state, held, sum);
+  add_networks(file, file.scene.networks, state, held, sum);
   return sum.value();
 }
 
-template void add_particles(const SceneFile&, const State<float>&, EnergySum&);
-template void add_particles(const SceneFile&, const State<double>&, EnergySum&);
-template void add_networks(const SceneFile&, std::span<const Network>, const State<float>&, EnergySum&);
-template void add_networks(const SceneFile&, std::span<const Network>, const State<double>&, EnergySum&);
-template double energy(const SceneFile&, const State<float>&);
-template double energy(const SceneFile&, const State<double>&);
+template void add_particles(const SceneFile&, const State<float>&, const Held&, EnergySum&);
+template void add_particles(const SceneFile&, const State<double>&, const Held&, EnergySum&);
+template void add_networks(const SceneFile&, std::span<const Network>, const State<float>&, const Held&, EnergySum&);
+template void add_networks(const SceneFile&, std::span<const Network>, const State<double>&, const Held&, EnergySum&);
+template double energy(const SceneFile&, const State<float>&, const Held&);
+template double energy(const SceneFile&, const State<double>&, const Held&);
 
 }  // namespace dvdx::tool

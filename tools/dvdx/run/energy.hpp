@@ -4,6 +4,7 @@
 #include <span>
 
 #include "dvdx/layouts/state.hpp"
+#include "ranks/range_exchange.hpp"
 #include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
@@ -21,21 +22,22 @@ class EnergySum {
 
 // J: kinetic, plus the potential of constant forces (zero at the origin), springs, radial springs and networks, whose rest
 // lengths "start" are those of the scene's start. Drag and forces of time alone have none. Summed in float64 in particle order
-// with a running compensation, so the same for every layout and thread count.
+// with a running compensation, so the same for every layout and thread count. Of several ranks all are told the same.
 template <class T>
-[[nodiscard]] double energy(const SceneFile& file, const State<T>& state);
+[[nodiscard]] double energy(const SceneFile& file, const State<T>& state, const Held& held = {});
 
 // The two parts of it: of each particle, and of the springs of networks, which are the file's with those torn that tore since.
 template <class T>
-void add_particles(const SceneFile& file, const State<T>& state, EnergySum& sum);
+void add_particles(const SceneFile& file, const State<T>& state, const Held& held, EnergySum& sum);
 template <class T>
-void add_networks(const SceneFile& file, std::span<const Network> networks, const State<T>& state, EnergySum& sum);
+void add_networks(const SceneFile& file, std::span<const Network> networks, const State<T>& state, const Held& held,
+                  EnergySum& sum);
 
-extern template void add_particles(const SceneFile&, const State<float>&, EnergySum&);
-extern template void add_particles(const SceneFile&, const State<double>&, EnergySum&);
-extern template void add_networks(const SceneFile&, std::span<const Network>, const State<float>&, EnergySum&);
-extern template void add_networks(const SceneFile&, std::span<const Network>, const State<double>&, EnergySum&);
-extern template double energy(const SceneFile&, const State<float>&);
-extern template double energy(const SceneFile&, const State<double>&);
+extern template void add_particles(const SceneFile&, const State<float>&, const Held&, EnergySum&);
+extern template void add_particles(const SceneFile&, const State<double>&, const Held&, EnergySum&);
+extern template void add_networks(const SceneFile&, std::span<const Network>, const State<float>&, const Held&, EnergySum&);
+extern template void add_networks(const SceneFile&, std::span<const Network>, const State<double>&, const Held&, EnergySum&);
+extern template double energy(const SceneFile&, const State<float>&, const Held&);
+extern template double energy(const SceneFile&, const State<double>&, const Held&);
 
 }  // namespace dvdx::tool

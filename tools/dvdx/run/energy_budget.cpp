@@ -1,10 +1,11 @@
 #include "run/energy_budget.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
-#include "run/air_power.hpp"
+#include "ranks/agree.hpp"
 #include "run/energy.hpp"
 
 namespace dvdx::tool {
@@ -41,55 +42,76 @@ Vec3 acceleration_at(const Scene& scene, double seconds) {
   return sum;
 }
 
+// What is summed particle by particle: of several ranks each goes on from what those before it have left.
 template <class T>
-Moments moments_of(const Scene& scene, const State<T>& state) {
-  Moments sums;
-  sums.air = air_power(scene, state);
-  for (std::size_t i = 0; i < state.count; ++i) {
-    const double m = scene.mass[i];
-    double squares = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto v = static_cast<double>(state.v[axis][i]);
-      squares += v * v;
-      sums.mass[axis] += m * static_cast<double>(state.x[axis][i]);
-      sums.momentum[axis] += m * v;
+Moments moments_of(const Scene& scene, const State<T>& state, const Held& held, double air) {
+  auto all = in_turn(held.ranks, Moments{.air = air}, [&](Moments sums) {
+    for (std::size_t k = 0; k < state.count; ++k) {
+      const double m = scene.mass[held.first + k];
+      double squares = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto v = static_cast<double>(state.v[axis][k]);
+        squares += v * v;
+        sums.mass[axis] += m * static_cast<double>(state.x[axis][k]);
+        sums.momentum[axis] += m * v;
+      }
+      sums.kinetic += 0.5 * m * squares;
     }
-    sums.kinetic += 0.5 * m * squares;
-  }
+    return sums;
+  });
   for (const auto& force : scene.forces) {
     const auto* drag = std::get_if<Drag>(&force);
     if (drag == nullptr || drag->wind == Vec3{}) continue;
-    for (std::size_t i = 0; i < state.count; ++i) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        sums.wind += drag->coefficient.at(axis, i) * drag->wind[axis] * static_cast<double>(state.x[axis][i]);
+    all.wind = in_turn(held.ranks, all.wind, [&](double wind) {
+      for (std::size_t k = 0; k < state.count; ++k) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          wind += drag->coefficient.at(axis, held.first + k) * drag->wind[axis] * static_cast<double>(state.x[axis][k]);
+        }
       }
-    }
+      return wind;
+    });
   }
-  return sums;
+  return all;
 }
 
 // J: every particle at a thousand units in the last place of float32, of the largest distance between particles, a step.
 template <class T>
-double noise_of(const SceneFile& file, const State<T>& state) {
-  double mass = 0;
-  double largest = 0;
-  for (std::size_t i = 0; i < state.count; ++i) {
-    mass += file.scene.mass[i];
-    for (const auto& column : state.x) largest = std::max(largest, std::abs(static_cast<double>(column[i] - column[0])));
-  }
-  const double speed = 1000 * static_cast<double>(std::numeric_limits<float>::epsilon()) * largest / file.step;
-  return 0.5 * mass * speed * speed;
+double noise_of(const SceneFile& file, const State<T>& state, const Held& held) {
+  struct Sums {
+    double mass = 0, largest = 0;
+    std::array<double, 3> first{};  // where the first particle is
+    bool has_first = false;
+  };
+  const Sums all = in_turn(held.ranks, Sums{}, [&](Sums sums) {
+    for (std::size_t k = 0; k < state.count; ++k) {
+      if (!sums.has_first) {
+        for (std::size_t axis = 0; axis < 3; ++axis) sums.first[axis] = static_cast<double>(state.x[axis][k]);
+        sums.has_first = true;
+      }
+      sums.mass += file.scene.mass[held.first + k];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        // Subtracted in T, as all numbers of a state are.
+        const T way = state.x[axis][k] - static_cast<T>(sums.first[axis]);
+        sums.largest = std::max(sums.largest, std::abs(static_cast<double>(way)));
+      }
+    }
+    return sums;
+  });
+  const double speed = 1000 * static_cast<double>(std::numeric_limits<float>::epsilon()) * all.largest / file.step;
+  return 0.5 * all.mass * speed * speed;
 }
 
 }  // namespace
 
 template <class T>
-EnergyBudget::EnergyBudget(const SceneFile& file, const State<T>& start)
+EnergyBudget::EnergyBudget(const SceneFile& file, const State<T>& start, const Held& held)
     : file_(file),
-      account_{.now = moments_of(file.scene, start), .seconds = start.clock.seconds},
-      noise_(noise_of(file, start)) {
+      held_(held),
+      air_(file.scene, file.particles.count, held),
+      account_{.now = moments_of(file.scene, start, held, air_.at(start)), .seconds = start.clock.seconds},
+      noise_(noise_of(file, start, held)) {
   // `energy` is kinetic, the springs', and -a.mx of the constant forces.
-  start_ = energy(file, start);
+  start_ = energy(file, start, held);
   for (const auto& force : file.scene.forces) {
     const auto* constant = std::get_if<Constant>(&force);
     if (constant == nullptr) continue;
@@ -100,7 +122,7 @@ EnergyBudget::EnergyBudget(const SceneFile& file, const State<T>& start)
 template <class T>
 void EnergyBudget::look(const State<T>& state) {
   auto& [now, seconds, work, most_work] = account_;
-  const auto next = moments_of(file_.scene, state);
+  const auto next = moments_of(file_.scene, state, held_, air_.at(state));
   const double until = state.clock.seconds;
   const double sixth = (until - seconds) / 6;
   const Vec3 a0 = acceleration_at(file_.scene, seconds);
@@ -151,8 +173,8 @@ double most_share(const NetworkLimit& limit, double step) noexcept {
   return bar * std::min(most_swing, part < 1 ? 1 / (1 - part * part) : most_swing);
 }
 
-template EnergyBudget::EnergyBudget(const SceneFile&, const State<float>&);
-template EnergyBudget::EnergyBudget(const SceneFile&, const State<double>&);
+template EnergyBudget::EnergyBudget(const SceneFile&, const State<float>&, const Held&);
+template EnergyBudget::EnergyBudget(const SceneFile&, const State<double>&, const Held&);
 template void EnergyBudget::look(const State<float>&);
 template void EnergyBudget::look(const State<double>&);
 

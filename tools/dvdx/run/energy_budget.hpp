@@ -6,6 +6,8 @@
 
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/plan.hpp"
+#include "ranks/range_exchange.hpp"
+#include "run/air_power.hpp"
 #include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
@@ -37,8 +39,9 @@ struct Moments {
 // where wind or time give all along.
 class EnergyBudget {
  public:
+  // held: which particles the states have. Of several ranks all make one, look at the same time and come to the same.
   template <class T>
-  EnergyBudget(const SceneFile& file, const State<T>& start);
+  EnergyBudget(const SceneFile& file, const State<T>& start, const Held& held = {});
 
   // The state as it stands now; its clock says how long after the last look.
   template <class T>
@@ -60,6 +63,8 @@ class EnergyBudget {
 
  private:
   const SceneFile& file_;
+  Held held_;
+  AirPower air_;
   Account account_;
   double start_ = 0;  // J
   double noise_ = 0;  // J
@@ -73,8 +78,8 @@ class EnergyBudget {
 // there by itself, 1/(1 - (z/limit)^2), at most 10 (z: frequency times sub-step).
 [[nodiscard]] double most_share(const NetworkLimit& limit, double step) noexcept;
 
-extern template EnergyBudget::EnergyBudget(const SceneFile&, const State<float>&);
-extern template EnergyBudget::EnergyBudget(const SceneFile&, const State<double>&);
+extern template EnergyBudget::EnergyBudget(const SceneFile&, const State<float>&, const Held&);
+extern template EnergyBudget::EnergyBudget(const SceneFile&, const State<double>&, const Held&);
 extern template void EnergyBudget::look(const State<float>&);
 extern template void EnergyBudget::look(const State<double>&);
 

@@ -31,9 +31,10 @@ class Observer {
            Checkpoints& checkpoints, Ranks& ranks)
       : file_(loaded.file),
         is_absent_(is_gathered(file_, ranks) && ranks.rank() > 0),
-        ranks_(is_gathered(file_, ranks) ? alone_ : ranks) {
+        ranks_(is_gathered(file_, ranks) ? alone_ : ranks),
+        held_(held_by(ranks_, file_)) {
     if (is_absent_) return;
-    if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(file_.particles.count);
+    if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(shown_by(file_, ranks_).count);
     if (!output) return;
     if (world_) {
       world_out_ = std::make_unique<StatesOut<double>>(*output, every, checkpoints);
@@ -68,7 +69,7 @@ class Observer {
     return combined(ranks_, world_ ? health_of(seen(state)) : health_of(state));
   }
   [[nodiscard]] EnergyBudget budget(const State<T>& state) {
-    return world_ ? EnergyBudget(file_, seen(state)) : EnergyBudget(file_, state);
+    return world_ ? EnergyBudget(file_, seen(state), held_) : EnergyBudget(file_, state, held_);
   }
   void look(EnergyBudget& budget, const State<T>& state) {
     if (world_) {
@@ -81,7 +82,7 @@ class Observer {
  private:
   [[nodiscard]] State<double> seen(const State<T>& state) {
     State<double> world = world_->view();
-    to_world(file_.scene, state, world);
+    to_world(file_.scene, state, world, held_.first);
     return world;
   }
 
@@ -89,6 +90,7 @@ class Observer {
   OneRank alone_;
   bool is_absent_;
   Ranks& ranks_;
+  Held held_;
   std::optional<Soa<double>> world_;
   std::unique_ptr<StatesOut<T>> out_;
   std::unique_ptr<StatesOut<double>> world_out_;

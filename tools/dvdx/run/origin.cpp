@@ -102,15 +102,15 @@ bool is_seen_from_elsewhere(const Scene& scene, Rounding rounding) noexcept {
 }
 
 template <class T>
-void to_world(const Scene& scene, const State<T>& state, State<double>& world) {
+void to_world(const Scene& scene, const State<T>& state, State<double>& world, std::size_t first) {
   copy(state, world);
   if (scene.origin.is_world()) return;
   for (std::size_t i = 0; i < state.count; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) world.x[axis][i] += scene.origin.at(i)[axis];
+    for (std::size_t axis = 0; axis < 3; ++axis) world.x[axis][i] += scene.origin.at(first + i)[axis];
   }
 }
 
-template void to_world(const Scene&, const State<float>&, State<double>&);
-template void to_world(const Scene&, const State<double>&, State<double>&);
+template void to_world(const Scene&, const State<float>&, State<double>&, std::size_t);
+template void to_world(const Scene&, const State<double>&, State<double>&, std::size_t);
 
 }  // namespace dvdx::tool

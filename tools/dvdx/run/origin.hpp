@@ -18,11 +18,11 @@ void choose_origin(SceneFile& file, Precision precision, Ranks& ranks);
 // Whether a state's own columns are not yet what the world sees.
 [[nodiscard]] bool is_seen_from_elsewhere(const Scene& scene, Rounding rounding) noexcept;
 
-// The state's numbers, residuals added and counted from the world's origin. Both must have the scene's count.
+// The state's numbers, residuals added and counted from the world's origin. first: the scene's number of its first particle.
 template <class T>
-void to_world(const Scene& scene, const State<T>& state, State<double>& world);
+void to_world(const Scene& scene, const State<T>& state, State<double>& world, std::size_t first = 0);
 
-extern template void to_world(const Scene&, const State<float>&, State<double>&);
-extern template void to_world(const Scene&, const State<double>&, State<double>&);
+extern template void to_world(const Scene&, const State<float>&, State<double>&, std::size_t);
+extern template void to_world(const Scene&, const State<double>&, State<double>&, std::size_t);
 
 }  // namespace dvdx::tool

@@ -46,27 +46,22 @@ class Simulation {
   Simulation(const LoadedScene& loaded, const Engine& engine, Ranks& ranks)
       : loaded_(loaded),
         ranks_(ranks),
-        memory_(engine.layout, has_state() ? loaded.file.particles.count : 0, rounding_of(engine.precision)),
-        state_(together(ranks, [&] { return started(loaded.file, memory_.view()); })),
-        plan_(made(loaded.file, engine, state_)),
+        memory_(engine.layout, shown_by(loaded.file, ranks).count, rounding_of(engine.precision)),
+        state_(memory_.view()),
         tearing_(loaded.file),
         threads_(engine.threads) {
-    outcome_.network = limit();
-    if (plan_) (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
-    if (!is_split_by_springs(loaded.file, ranks)) return;
-    plan_.reset();
-    split_.emplace(loaded.file, engine, ranks, *outcome_.network);
+    is_split_by_springs(loaded.file, ranks) ? split(engine) : start(engine);
   }
 
   // Grows while the run goes on.
   [[nodiscard]] const std::vector<Tear>& tears() const noexcept { return tearing_.tears(); }
 
-  // Each particle's rank, on the first one, where springs are split.
+  // Each particle's rank, where springs are split.
   [[nodiscard]] std::vector<std::uint32_t> owner() const { return split_ ? split_->owner() : std::vector<std::uint32_t>(); }
 
   Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(state_);
-    outcome_.energy_start = observer.energy(networks(), state_);
+    outcome_.energy_start = observer.energy(loaded_.file.scene.networks, state_);
     HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
     if (split_) contacts.tell_of(split_->particles());
     if (checkpoints.resumed() != nullptr) {
@@ -75,18 +70,18 @@ class Simulation {
       observer.write(moment(), state_);
     }
     const PrepareSave prepare = [&] { return this->prepare(watch, contacts); };
-    (void)longest(ranks_, 0);  // what the first rank has weighed alone is no time of the steps
+    (void)longest(ranks_, 0);  // what one rank weighs alone is no time of the steps
     {
       std::optional<Progress> progress;
       if (ranks_.rank() == 0) progress.emplace(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
         const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
         advance(until, watch, contacts, progress, checkpoints, prepare);
-        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), gathered());
+        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), shown());
       }
     }
     checkpoints.finish(done_, prepare);
-    observer.write(moment(), gathered());
+    observer.write(moment(), shown());
     observer.finish();
     contacts.finish();
     contacts.join();
@@ -95,42 +90,93 @@ class Simulation {
   }
 
  private:
-  static State<T> started(const SceneFile& file, State<T> state) {
-    if (state.count == file.particles.count) place_at_start(file, state);
-    return state;
+  [[nodiscard]] Options options_of(const Engine& engine) const {
+    return {.step = loaded_.file.step,
+            .isa = engine.isa,
+            .arithmetic = engine.arithmetic,
+            .rounding = rounding_of(engine.precision)};
+  }
+  [[nodiscard]] Plan<T> made(const Options& options, const State<T>& state) const {
+    auto plan = compile<T>(loaded_.file.scene, options, state);
+    if (!plan) throw fault_of(loaded_.file, plan.error());
+    return std::move(*plan);
   }
 
-  // Where springs are split, the first rank has the whole state to show, and made the whole plan to learn its sub-steps.
-  [[nodiscard]] bool has_state() const { return !is_split_by_springs(loaded_.file, ranks_) || ranks_.rank() == 0; }
-
-  std::optional<Plan<T>> made(const SceneFile& file, const Engine& engine, const State<T>& state) {
-    Options options{
-        .step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic, .rounding = rounding_of(engine.precision)};
-    if (is_split_by_ranges(file, ranks_)) options.elsewhere = elsewhere_of(ranks_, file);
-    return together(ranks_, [&]() -> std::optional<Plan<T>> {
-      if (!has_state()) return std::nullopt;
-      auto plan = compile<T>(file.scene, options, state);
-      if (!plan) throw fault_of(file, plan.error());
-      return std::move(*plan);
+  void start(const Engine& engine) {
+    together(ranks_, [&] { place_at_start(loaded_.file, state_); });
+    Options options = options_of(engine);
+    if (is_split_by_ranges(loaded_.file, ranks_)) options.elsewhere = elsewhere_of(ranks_, loaded_.file);
+    together(ranks_, [&] { plan_.emplace(made(options, state_)); });
+    outcome_.network = plan_->network_limit();
+    (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
+  }
+  void split(const Engine& engine) {
+    outcome_.network = limit_of_whole(engine);
+    split_.emplace(loaded_.file, engine, ranks_, *outcome_.network);
+    split_->to_ranges(state_);
+  }
+  // The first rank makes a plan of the whole scene, from which all learn the sub-steps; and keeps it where these may change.
+  [[nodiscard]] NetworkLimit limit_of_whole(const Engine& engine) {
+    together(ranks_, [&] {
+      if (ranks_.rank() != 0) return;
+      StateMemory<T> memory(engine.layout, loaded_.file.particles.count, rounding_of(engine.precision));
+      State<T> whole = memory.view();
+      place_at_start(loaded_.file, whole);
+      plan_.emplace(made(options_of(engine), whole));
     });
+    const NetworkLimit limit = limit_now();
+    if (!tearing_.is_possible()) plan_.reset();
+    return limit;
   }
-
-  [[nodiscard]] std::optional<NetworkLimit> limit() {
-    if (!is_split_by_springs(loaded_.file, ranks_)) return plan_->network_limit();
+  [[nodiscard]] NetworkLimit limit_now() {
     NetworkLimit limit;
     if (plan_) limit = plan_->network_limit().value_or(limit);
     ranks_.broadcast(0, writable_bytes_in(limit));
     return limit;
   }
 
-  // As they are now: with what has torn.
-  [[nodiscard]] std::span<const Network> networks() const {
-    return tearing_.is_possible() ? plan_->scene().networks : loaded_.file.scene.networks;
+  // What tears, of one rank's plan and of several ranks' parts.
+  struct OfPlan {
+    Plan<T>& plan;
+    const State<T>& state;
+    [[nodiscard]] std::vector<Pair> too_long(std::size_t network, double stretch) const {
+      auto found = plan.too_long(network, stretch, state);
+      if (!found) throw std::logic_error(found.error().message());
+      return std::move(*found);
+    }
+    void break_springs(std::size_t network, std::span<const Pair> torn) const {
+      if (const auto done = plan.break_springs(network, torn); !done) throw std::runtime_error(done.error().message());
+    }
+  };
+  struct OfRanks {
+    Ranks& ranks;
+    Split<T>& split;
+    Plan<T>* whole;  // the first rank's
+    [[nodiscard]] std::vector<Pair> too_long(std::size_t network, double stretch) const {
+      return split.too_long(network, stretch);
+    }
+    void break_springs(std::size_t network, std::span<const Pair> torn) const {
+      together(ranks, [&] {
+        const auto done = whole != nullptr ? whole->break_springs(network, torn) : Expected<void>();
+        if (!done) throw std::runtime_error(done.error().message());
+      });
+      split.break_springs(network, torn);
+    }
+  };
+  [[nodiscard]] OfRanks of_ranks() { return {ranks_, *split_, plan_ ? &*plan_ : nullptr}; }
+
+  void tear(std::uint64_t step) {
+    if (!split_) {
+      OfPlan of{*plan_, state_};
+      (void)tearing_.look(of, step);
+    } else if (OfRanks of = of_ranks(); tearing_.look(of, step)) {
+      split_->take(limit_now());
+    }
   }
 
   // What the observer sees.
-  const State<T>& gathered() {
-    if (split_) split_->gather(state_);
+  const State<T>& shown() {
+    if (split_) split_->to_ranges(state_);
     return state_;
   }
 
@@ -146,8 +192,12 @@ class Simulation {
 
   void tell(Observer<T>& observer, const ContactWatch& contacts, const HeatWatch<T>& watch, const Health& start) {
     outcome_.contacts = contacts.sums();
-    outcome_.energy_end = observer.energy(networks(), state_);
-    if (tearing_.is_possible()) outcome_.torn = tearing_.tears().size();
+    if (tearing_.is_possible()) {
+      outcome_.energy_end = observer.energy(tearing_.torn(loaded_.file.scene.networks), state_);
+      outcome_.torn = tearing_.tears().size();
+    } else {
+      outcome_.energy_end = observer.energy(loaded_.file.scene.networks, state_);
+    }
     outcome_.hash = observer.hash(state_);
     const auto end = observer.health(state_);
     outcome_.bad_particles = end.bad_particles;
@@ -162,27 +212,37 @@ class Simulation {
         Halo{.told = {.messages = told[0], .bytes = told[1]}, .waited_seconds = longest(ranks_, split_->waited_seconds())};
   }
 
-  [[nodiscard]] std::vector<double> carried() { return split_ ? split_->carried() : plan_->carried(state_); }
+  [[nodiscard]] CarriedInRanges carried() {
+    return split_ ? split_->carried() : CarriedInRanges{.alike = plan_->carried(state_)};
+  }
 
   [[nodiscard]] SaveRun prepare(const HeatWatch<T>& watch, ContactWatch& contacts) {
-    gathered();
+    shown();
     contacts.flush();
     return [this, &watch, carried = this->carried(), words = contacts.words(),
             seconds = longest(ranks_, outcome_.wall_seconds)](Sink& sink) {
       put_state(sink, state_, loaded_.file.particles.total());
       tearing_.save(sink);
-      sink.put(std::span<const double>(carried));
+      carried.save(sink);
       watch.save(sink);
       sink.put(std::span<const std::int64_t>(words));
       sink.put(seconds);
     };
   }
-  // What each rank holds, or all of it on the first one.
-  void load(Source& source, std::uint64_t step, std::vector<double>& carried, HeatWatch<T>& watch, ContactWatch& contacts) {
-    get_state(source, state_, {.first = loaded_.file.particles.first, .all = loaded_.file.particles.total()});
-    if (plan_) tearing_.load(source, *plan_);
-    source.get(carried);
-    if (plan_ && !plan_->restore(carried, state_)) source.fail();
+  // What each rank shows.
+  void load(Source& source, std::uint64_t step, CarriedInRanges& carried, HeatWatch<T>& watch, ContactWatch& contacts) {
+    const std::size_t all = loaded_.file.particles.total();
+    const Run mine = shown_by(loaded_.file, ranks_);
+    get_state(source, state_, {.first = mine.first, .all = all});
+    tearing_.load(source);
+    if (split_) {
+      carried.load(source, all, mine);
+    } else {
+      OfPlan of{*plan_, state_};
+      (void)tearing_.break_again(of);
+      source.get(carried.alike);
+      if (!plan_->restore(carried.alike, state_)) source.fail();
+    }
     watch.load(source);
     std::vector<std::int64_t> words;
     source.get(words);
@@ -190,13 +250,13 @@ class Simulation {
     source.get(outcome_.wall_seconds);
   }
   void go_on(const Checkpoint& checkpoint, HeatWatch<T>& watch, ContactWatch& contacts) {
-    std::vector<double> carried;
+    CarriedInRanges carried;
     const auto step = checkpoint.header().step;
-    together(ranks_, [&] {
-      if (!has_state()) return contacts.go_on_at(step);
-      checkpoint.load([&](Source& source) { load(source, step, carried, watch, contacts); });
-    });
-    if (split_) split_->go_on(state_, carried);
+    together(ranks_, [&] { checkpoint.load([&](Source& source) { load(source, step, carried, watch, contacts); }); });
+    if (split_) {
+      if (OfRanks of = of_ranks(); tearing_.break_again(of)) split_->take(limit_now());
+      split_->go_on(state_, carried);
+    }
     done_ = step;
     outcome_.resumed_at = done_;
   }
@@ -210,10 +270,10 @@ class Simulation {
       const auto steps = contacts.most_steps(checkpoints.most_steps(done_, tearing_.is_possible() ? 1 : wanted));
       const auto before = std::chrono::steady_clock::now();
       step(steps, contacts.report());
-      if (tearing_.is_possible()) tearing_.look(*plan_, state_, done_ + steps);
+      if (tearing_.is_possible()) tear(done_ + steps);
       outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       done_ += steps;
-      if (watch.looks()) watch.look(gathered(), done_);
+      if (watch.looks()) watch.look(shown(), done_);
       contacts.write();
       if (progress) progress->at(done_);
     }
@@ -225,7 +285,7 @@ class Simulation {
   State<T> state_;
   std::optional<Plan<T>> plan_;
   std::optional<Split<T>> split_;
-  Tearing<T> tearing_;
+  Tearing tearing_;
   Threads threads_;
   std::uint64_t done_ = 0;
   Outcome outcome_;

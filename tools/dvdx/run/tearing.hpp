@@ -4,17 +4,14 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
-#include <stdexcept>
 #include <variant>
 #include <vector>
 
 #include "checkpoint/byte_stream.hpp"
-#include "dvdx/plan.hpp"
 #include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
 
-template <class T>
 class Tearing {
  public:
   explicit Tearing(const SceneFile& file) : tears_at_(file.tears_at) {}
@@ -23,14 +20,26 @@ class Tearing {
   // What has torn so far, in the order of the steps.
   [[nodiscard]] const std::vector<Tear>& tears() const noexcept { return tears_; }
 
-  void look(Plan<T>& plan, const State<T>& state, std::uint64_t step) {
+  // Whether anything has torn. `springs` finds and breaks: a plan of all particles, or what several ranks have of it.
+  template <class Found>
+  bool look(Found& springs, std::uint64_t step) {
+    const std::size_t before = tears_.size();
     for (std::size_t n = 0; n < tears_at_.size(); ++n) {
       if (!std::isfinite(tears_at_[n])) continue;
-      const auto torn = plan.tear(n, tears_at_[n], state);
-      if (!torn) throw std::logic_error(torn.error().message());
-      const auto& broken = broken_of(plan.scene().networks[n]);
-      for (std::size_t k = broken.size() - *torn; k < broken.size(); ++k) tears_.push_back({step, n, broken[k]});
+      const std::vector<Pair> torn = springs.too_long(n, tears_at_[n]);
+      if (torn.empty()) continue;
+      springs.break_springs(n, torn);
+      for (const Pair& ends : torn) tears_.push_back({step, n, ends});
     }
+    return tears_.size() != before;
+  }
+
+  // With what has torn.
+  [[nodiscard]] std::vector<Network> torn(std::vector<Network> networks) const {
+    for (const Tear& tear : tears_) {
+      std::visit([&](auto& of) { of.broken.push_back(tear.ends); }, networks[tear.network]);
+    }
+    return networks;
   }
 
   void save(Sink& sink) const {
@@ -39,7 +48,7 @@ class Tearing {
     for (const auto& [step, network, ends] : tears_) numbers.insert(numbers.end(), {step, network, ends[0], ends[1]});
     sink.put(std::span<const std::uint64_t>(numbers));
   }
-  void load(Source& source, Plan<T>& plan) {
+  void load(Source& source) {
     if (!is_possible()) return;
     std::vector<std::uint64_t> numbers;
     source.get(numbers);
@@ -48,20 +57,21 @@ class Tearing {
       const Pair ends{static_cast<std::uint32_t>(numbers[k + 2]), static_cast<std::uint32_t>(numbers[k + 3])};
       tears_.push_back({numbers[k], numbers[k + 1], ends});
     }
+  }
+  // What was loaded. Whether anything was.
+  template <class Found>
+  bool break_again(Found& springs) const {
     for (std::size_t n = 0; n < tears_at_.size(); ++n) {
       std::vector<Pair> torn;
       for (const Tear& tear : tears_) {
         if (tear.network == n) torn.push_back(tear.ends);
       }
-      if (!torn.empty() && !plan.break_springs(n, torn)) source.fail();
+      if (!torn.empty()) springs.break_springs(n, torn);
     }
+    return !tears_.empty();
   }
 
  private:
-  static const std::vector<Pair>& broken_of(const Network& network) {
-    return std::visit([](const auto& of) -> const std::vector<Pair>& { return of.broken; }, network);
-  }
-
   const std::vector<double>& tears_at_;
   std::vector<Tear> tears_;
 };

@@ -1,0 +1,55 @@
+// Numbers of particles of which each rank holds a range, told to whoever asks for them, and back: so that no rank holds all.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dvdx/layouts/column.hpp"
+#include "dvdx/layouts/state.hpp"
+#include "dvdx/ranks.hpp"
+#include "scene_io/scene_reader.hpp"
+
+namespace dvdx::tool {
+
+[[nodiscard]] inline RankShare share_of(const Ranks& ranks) noexcept {
+  return {.rank = static_cast<std::size_t>(ranks.rank()), .ranks = static_cast<std::size_t>(ranks.count())};
+}
+
+// Which of a scene's particles a state has.
+struct Held {
+  Ranks* ranks = nullptr;  // null: all of them
+  std::size_t first = 0;   // else from this one on, and the other ranks have the others
+};
+
+// All members are called by all ranks.
+class RangeExchange {
+ public:
+  // numbers: of the scene's `all` particles those that this rank asks for, in any order. places: where each stands in its
+  // columns; none: in that order.
+  RangeExchange(Ranks& ranks, std::size_t all, std::span<const std::uint32_t> numbers,
+                std::span<const std::uint32_t> places = {});
+
+  template <class T>
+  void from_ranges(const Column<T>& range, const Column<T>& mine);
+  // Each number must be asked for by one rank, once.
+  template <class T>
+  void to_ranges(const Column<T>& mine, const Column<T>& range);
+  // Columns and clock.
+  template <class T>
+  void from_ranges(const State<T>& range, State<T>& mine);
+  template <class T>
+  void to_ranges(const State<T>& mine, State<T>& range);
+
+ private:
+  using Lists = std::vector<std::vector<std::uint32_t>>;  // one for each rank
+  template <class T>
+  void tell(const Column<T>& from, const Lists& told, const Column<T>& to, const Lists& heard);
+
+  Ranks* ranks_;
+  Lists asked_;  // places in this rank's columns, of what each rank's range has
+  Lists given_;  // places in this rank's range, of what each rank asks for
+};
+
+}  // namespace dvdx::tool
