@@ -274,6 +274,7 @@ class JoinedStep {
         hold_fixed(first, first + count);
       }
     });
+    if (constraints_) constraints_->prepare(work_.x);  // as at the beginning of a call
   }
 
   // No pulse stands between a sub-step's flow and the next one's.
