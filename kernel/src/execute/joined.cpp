@@ -256,10 +256,25 @@ class JoinedStep {
     if (is_relative()) count_from_here();
   }
 
-  // What springs or constraints have moved into a contact since the last flow is put back.
+  // What springs or constraints have moved into a contact since the last flow is put back onto it. Its velocity is left for the
+  // next flow: whether a particle that rests on a surface stands inside is a matter of rounding, and so would be what it keeps.
   void settle() noexcept {
     clock_ = step_end_;
-    flow(*m_.settling(), After::nothing);
+    const std::size_t f = *m_.settling();
+    const FreeMotion<T>& motion = *m_.flows()[f];
+    move_surfaces(motion, clock_, clock_);
+    for_each_stepped([&](std::size_t from, std::size_t end) {
+      using Still = std::array<T, column_pitch<T>(max_block)>;
+      alignas(64) std::array<Still, 3> v;
+      const std::size_t each = std::min(motion.block, max_block);
+      for (std::size_t first = from; first < end; first += each) {
+        for (Still& axis : v) axis.fill(T(0));
+        const std::size_t count = std::min(each, end - first);
+        flow_block(motion, offsets_[f], first, count, nullptr, {v[0].data(), v[1].data(), v[2].data()});
+        hold_fixed(first, first + count);
+      }
+    });
+    if (constraints_) constraints_->prepare(work_.x);  // as at the beginning of a call
   }
 
   // No pulse stands between a sub-step's flow and the next one's.
@@ -439,11 +454,12 @@ class JoinedStep {
 
   void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, std::size_t first, std::size_t count,
                   ContactLog<T>* log) noexcept {
-    Block<T> block{.x = {}, .v = {}, .first = first, .count = count, .log = log};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      block.x[axis] = work_.x[axis] + first;
-      block.v[axis] = work_.v[axis] + first;
-    }
+    flow_block(motion, offsets, first, count, log, {work_.v[0] + first, work_.v[1] + first, work_.v[2] + first});
+  }
+  void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, std::size_t first, std::size_t count,
+                  ContactLog<T>* log, const std::array<T*, 3>& v) noexcept {
+    Block<T> block{.x = {}, .v = v, .first = first, .count = count, .log = log};
+    for (std::size_t axis = 0; axis < 3; ++axis) block.x[axis] = work_.x[axis] + first;
     const Steps<T> once{.offsets = offsets.data(), .offsets_per_step = 0, .count = 1};
     motion.kernels->at(motion.flow, motion.extra)(block, ws_.surfaces.empty() ? motion.terms : moved_terms_, once);
   }
