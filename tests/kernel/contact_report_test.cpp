@@ -452,6 +452,31 @@ TEST_CASE_TEMPLATE(
         }
       });
     }
+    SUBCASE("what rests on planes, slides, bounces and is pressed from one onto another, some of it fixed") {
+      for (const double drag : {0.0, 0.05}) {
+        for (const std::size_t planes : {std::size_t{1}, std::size_t{3}}) {
+          Scene scene = falling(0.1, {3, -9.81, -2});
+          std::vector<double> masses(777);
+          for (std::size_t i = 0; i < masses.size(); ++i) masses[i] = 0.1 + 0.001 * static_cast<double>(i % 90);
+          scene.mass = masses;
+          if (drag > 0) scene.add(Drag{.coefficient = drag});
+          scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.5, .friction = 0.2});
+          if (planes > 1) scene.add(Plane{.normal = {-1, 0.2, 0}, .offset = -1, .restitution = 0.3, .friction = 0.4});
+          if (planes > 1) scene.add(Plane{.normal = {0, 0.1, 1}, .offset = -1});
+          scene.fixed = {3, 40, 41};
+          compare_ways<T>(scene, 777, h, arithmetic, [](State<T>& state) {
+            for (std::size_t i = 0; i < state.count; ++i) {
+              for (std::size_t k = 0; k < 3; ++k) {
+                state.x[k][i] = static_cast<T>(0.9 * test::scatter(i, k));
+                state.v[k][i] = static_cast<T>(i % 3 == 0 ? 0 : test::scatter(i, 3 + k));
+              }
+              if (i % 2 == 0) state.x[1][i] = 0;
+              if (i % 4 == 0) state.v[1][i] = 0;
+            }
+          });
+        }
+      }
+    }
     SUBCASE("a sheet that falls on a sphere") {
       for (Joined cloth : {test::sheet(12, 17, 30), test::as_list(test::sheet(12, 17, 30)), two_sheets()}) {
         cloth.scene.add(Sphere{.center = {0.5, -0.12, 0.5}, .radius = 0.1, .friction = 0.5});

@@ -308,6 +308,23 @@ void FreeMotion<T>::choose_search() noexcept {
   terms.are_planes = !terms.searches && std::all_of(surfaces_.begin(), surfaces_.end(), is_plane);
   for (Surface<T>& s : surfaces_) s.is_searched = terms.searches && s.shape == Shape::sphere && s.side > 0;
   for (std::size_t g = 0; g < groups_.size(); ++g) groups_[g] = group_from(g * group_size);
+  const auto is_bounded = [&](const Surface<T>& s) { return this->is_bounded(s); };
+  terms.are_bounded = terms.searches && std::all_of(surfaces_.begin(), surfaces_.end(), is_bounded);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto low = [k](const Surface<T>& s) { return s.center[k] - s.radius; };
+    const auto high = [k](const Surface<T>& s) { return s.center[k] + s.radius; };
+    terms.bound.low[k] = low(surfaces_[0]);
+    terms.bound.high[k] = high(surfaces_[0]);
+    for (const Surface<T>& s : surfaces_) {
+      terms.bound.low[k] = std::min(terms.bound.low[k], low(s));
+      terms.bound.high[k] = std::max(terms.bound.high[k], high(s));
+    }
+  }
+}
+
+template <class T>
+bool FreeMotion<T>::is_bounded(const Surface<T>& s) const noexcept {
+  return s.shape != Shape::plane && s.side > 0 && !motion_of(scene_.contacts[s.contact]);
 }
 
 template <class T>
@@ -318,8 +335,7 @@ SurfaceGroup FreeMotion<T>::group_from(std::size_t first) const noexcept {
   Vec3 high{-infinity, -infinity, -infinity};
   for (std::size_t j = first; j < end; ++j) {
     const Surface<T>& s = surfaces_[j];
-    const bool is_bounded = s.shape != Shape::plane && s.side > 0 && !motion_of(scene_.contacts[s.contact]);
-    if (!is_bounded) return {{}, {infinity, infinity, infinity}};
+    if (!is_bounded(s)) return {{}, {infinity, infinity, infinity}};
     for (std::size_t k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], double{s.center[k]} - double{s.radius});
       high[k] = std::max(high[k], double{s.center[k]} + double{s.radius});

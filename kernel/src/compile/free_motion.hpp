@@ -69,6 +69,7 @@ class FreeMotion {
   void make_surfaces();
   [[nodiscard]] Surface<T> surface_of(std::size_t index, std::size_t part, const Contact& contact) const noexcept;
   void choose_search() noexcept;
+  [[nodiscard]] bool is_bounded(const Surface<T>& surface) const noexcept;
   [[nodiscard]] SurfaceGroup group_from(std::size_t first) const noexcept;
   void make_bend();
   [[nodiscard]] std::array<double, 3> drive_of(const Source& source) const;

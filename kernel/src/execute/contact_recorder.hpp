@@ -44,20 +44,26 @@ struct ContactReport::Parts {
 void begin_report(ContactReport::Parts& report, const Scene& scene) noexcept;
 void end_report(ContactReport::Parts& report, std::size_t steps) noexcept;
 
+// Impulse and torque of particles side by side, 0 where there is none.
+using ContactTerms = std::array<std::array<double, ExactLanes::lanes>, contact_sums>;
+
 // Of one contact, on one thread, on their way to the report.
 class ContactSums {
  public:
   explicit ContactSums(std::size_t contact) noexcept : contact_(contact) {}
 
   [[nodiscard]] std::size_t contact() const noexcept { return contact_; }
-  void count_hit() noexcept { ++hits_; }
+  void count_hits(int hits) noexcept { hits_ += hits; }
   void add(const Vec3& impulse, const Vec3& torque) noexcept;
+  void add(const ContactTerms& terms) noexcept;
   void join(ContactReport::Parts& report) noexcept;
 
  private:
   static constexpr std::uint32_t most_terms = 1U << 28U;
+  static constexpr std::size_t few_waiting = 4;
 
   void add(std::size_t sum, double term) noexcept;
+  void add_waiting() noexcept;
 
   std::size_t contact_;
   std::int64_t hits_ = 0;
@@ -65,6 +71,9 @@ class ContactSums {
   std::array<std::array<std::int64_t, exact_words>, contact_sums> words_{};
   std::array<std::size_t, contact_sums> first_{exact_words, exact_words, exact_words, exact_words, exact_words, exact_words};
   std::array<std::size_t, contact_sums> end_{};
+  std::array<ExactLanes, contact_sums> lanes_{};
+  ContactTerms waiting_;  // of particles by themselves, until they are as many as lanes
+  std::size_t waiting_count_ = 0;
 };
 
 // Which particle stands at an element of a plan's columns, if one that surfaces can move.
@@ -79,6 +88,10 @@ class LoggedParticles {
       : scene_(scene), order_(&order), inverse_masses_(inverse_masses), is_own_(is_own) {}
 
   [[nodiscard]] std::optional<std::size_t> number(std::size_t element) const noexcept;
+  // Whether elements are numbered on from first().
+  [[nodiscard]] bool are_in_order() const noexcept { return order_ == nullptr && scene_.fixed.empty(); }
+  [[nodiscard]] std::size_t first() const noexcept { return first_; }
+  [[nodiscard]] std::size_t count() const noexcept { return count_; }
   [[nodiscard]] double mass(std::size_t number) const noexcept { return scene_.mass[number]; }  // kg
   [[nodiscard]] Vec3 origin() const noexcept { return scene_.origin.at(0); }                    // m, of all particles
 
@@ -106,6 +119,8 @@ class ContactRecorder final : public ContactLog<T> {
   }
   void take_impact(const ContactPush<T>& push, const std::array<T, 3>& normal) noexcept override;
   void take_hold(const ContactPush<T>& push) noexcept override;
+  void take_impacts(const ContactPushes<T>& pushes) noexcept override;
+  void take_holds(const ContactPushes<T>& pushes) noexcept override;
 
  private:
   struct Impulse {
@@ -114,6 +129,18 @@ class ContactRecorder final : public ContactLog<T> {
   };
 
   std::optional<Impulse> add(const ContactPush<T>& push, bool is_hit) noexcept;
+  // Those of particles side by side: which they are, and which of them surfaces can move.
+  struct Side {
+    std::array<std::size_t, ExactLanes::lanes> particle;
+    std::array<double, ExactLanes::lanes> mass;  // kg
+    std::uint64_t lanes;
+  };
+  [[nodiscard]] Side side_of(const ContactPushes<T>& pushes) const noexcept;
+  void add(const ContactPushes<T>& pushes, bool are_hits) noexcept;
+  void add(const ContactPushes<T>& pushes, const Side& side, bool are_hits) noexcept;
+  static constexpr int few = 6;  // lanes of one contact that go one by one
+  void add_each(const ContactPushes<T>& pushes, std::uint64_t lanes, bool are_hits) noexcept;
+  void keep_event(const Impulse& impulse, std::size_t contact, const std::array<T, 3>& normal, T t) noexcept;
   ContactSums& sums_of(std::size_t contact) noexcept;
 
   ContactReport::Parts& report_;

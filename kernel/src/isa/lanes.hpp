@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <xsimd/xsimd.hpp>
@@ -29,6 +30,13 @@ void store_lanes(Scalar<V>* p, V value) noexcept {
   value.store_unaligned(p);
 }
 
+// The lanes of a register that is in memory: registers' types may alias what they hold.
+template <class V>
+const Scalar<V>* lanes_at(const V& value) noexcept {
+  static_assert(sizeof(V) == V::size * sizeof(Scalar<V>));
+  return reinterpret_cast<const Scalar<V>*>(&value);
+}
+
 // -x to the last bit, of 0 too: for AVX-512 xsimd's own is 0 - x, which makes +0 of both.
 template <class V>
 V negative(V x) noexcept {
@@ -53,6 +61,29 @@ template <class V>
 bool all_lanes(Mask<V> mask) noexcept {
   return xsimd::all(mask);
 }
+// Lane k as bit k.
+template <class V>
+std::uint64_t bits_of(Mask<V> mask) noexcept {
+#if defined(__AVX512F__)
+  using Register = typename Mask<V>::register_type;
+  return static_cast<std::uint64_t>(static_cast<Register>(mask));
+#else
+#if defined(__AVX2__)
+  if constexpr (sizeof(V) == 32 && sizeof(Scalar<V>) == 4) return static_cast<std::uint32_t>(_mm256_movemask_ps(mask));
+  if constexpr (sizeof(V) == 32 && sizeof(Scalar<V>) == 8) return static_cast<std::uint32_t>(_mm256_movemask_pd(mask));
+#elif defined(__SSE2__)
+  if constexpr (sizeof(V) == 16 && sizeof(Scalar<V>) == 4) return static_cast<std::uint32_t>(_mm_movemask_ps(mask));
+  if constexpr (sizeof(V) == 16 && sizeof(Scalar<V>) == 8) return static_cast<std::uint32_t>(_mm_movemask_pd(mask));
+#else
+  alignas(64) std::array<Scalar<V>, V::size> lanes;
+  store_lanes(lanes.data(), select<V>(mask, V(Scalar<V>(1)), V(Scalar<V>(0))));
+  std::uint64_t bits = 0;
+  for (std::size_t k = 0; k < V::size; ++k) bits |= std::uint64_t{lanes[k] != 0} << k;
+  return bits;
+#endif
+#endif
+}
+
 // Where the whole of an AVX-512 register is asked for, g++ 12 warns of the unmasked intrinsic's undefined source.
 template <class V>
 V square_root(V value) noexcept {
@@ -478,6 +509,18 @@ template <class V>
 }
 
 #pragma GCC diagnostic pop
+
+// Bit k as lane k.
+template <class V>
+Mask<V> lanes_of(std::uint64_t bits) noexcept {
+#if defined(__AVX512F__)
+  return Mask<V>(static_cast<typename Mask<V>::register_type>(bits));
+#else
+  alignas(64) Scalar<V> lanes[V::size];
+  for (std::size_t k = 0; k < V::size; ++k) lanes[k] = static_cast<Scalar<V>>((bits >> k) & 1U);
+  return load_lanes<V>(lanes) != V(Scalar<V>(0));
+#endif
+}
 
 // Lanes below n.
 template <class V>

@@ -46,6 +46,98 @@ inline void carry(std::span<std::int64_t> limbs) noexcept {
   }
 }
 
+// Many terms of like size side by side, to be added exactly a few times in all instead of each by itself.
+// Where all |t| < 2^a let u = 2^(a-31), v = 2^(a-62), M = 1.5 2^52 u and N = 1.5 2^52 v. As M's last digit is worth u, p = (M +
+// t) - M is the multiple of u next to t, and t - p is exact; q = (N + (t - p)) - N is the multiple of v next to that. No p is
+// above 2^a and no q above u/2, so that sums of up to 2^22 of either are exact, in any order. What a term has beyond v goes its
+// own way: only terms below 2^(a-9) have anything.
+class ExactLanes {
+ public:
+  static constexpr std::size_t lanes = 16;
+
+  // rest(term) takes what lanes cannot, and must take it exactly.
+  template <class Rest>
+  void add(const std::array<double, lanes>& terms, const Rest& rest) noexcept {
+    // As whole numbers, which sizes of doubles are in the same order as: compilers make lanes of that.
+    const std::uint64_t below = std::bit_cast<std::uint64_t>(limit_) - 1;
+    std::uint64_t any = 0;
+    std::uint64_t above = 0;
+    for (const double t : terms) {
+      any |= size_bits(t);
+      above |= below - size_bits(t);
+    }
+    if (any == 0) return;
+    if (above >> 63U != 0) return add_large(terms, rest);
+    add_small(terms, rest);
+  }
+
+  template <class Rest>
+  void flush(const Rest& rest) noexcept {
+    double p = 0;
+    double q = 0;
+    for (std::size_t k = 0; k < lanes; ++k) {
+      p += p_[k];
+      q += q_[k];
+    }
+    rest(p);
+    rest(q);
+    p_ = q_ = {};
+    count_ = 0;
+  }
+
+ private:
+  static constexpr std::uint32_t most = (std::uint32_t{1} << 22U) / lanes;
+  static constexpr int largest_exponent = 900;  // beyond, M or v would leave the doubles
+
+  static std::uint64_t size_bits(double t) noexcept { return std::bit_cast<std::uint64_t>(t) & ~std::uint64_t{0} >> 1U; }
+
+  template <class Rest>
+  void add_small(const std::array<double, lanes>& terms, const Rest& rest) noexcept {
+    std::array<double, lanes> left;
+    std::uint64_t any = 0;
+    for (std::size_t k = 0; k < lanes; ++k) {
+      const double p = (M_ + terms[k]) - M_;
+      const double below = terms[k] - p;
+      const double q = (N_ + below) - N_;
+      p_[k] += p;
+      q_[k] += q;
+      left[k] = below - q;
+      any |= size_bits(left[k]);
+    }
+    if (any != 0) {
+      for (const double of : left) rest(of);
+    }
+    if (++count_ == most) flush(rest);
+  }
+
+  // Some term is not below the limit: that of now, or any.
+  template <class Rest>
+  void add_large(const std::array<double, lanes>& terms, const Rest& rest) noexcept {
+    std::array<double, lanes> fit = terms;
+    double largest = 0;
+    for (double& t : fit) {
+      if (std::abs(t) < std::ldexp(1.0, largest_exponent)) {
+        largest = std::max(largest, std::abs(t));
+      } else {
+        rest(t);
+        t = 0;
+      }
+    }
+    if (largest >= limit_) {
+      flush(rest);
+      const int a = std::max(std::ilogb(largest), -largest_exponent) + 3;
+      limit_ = std::ldexp(1.0, a);
+      M_ = std::ldexp(1.5, a - 31 + 52);
+      N_ = std::ldexp(1.5, a - 62 + 52);
+    }
+    add_small(fit, rest);
+  }
+
+  double limit_ = 0, M_ = 0, N_ = 0;
+  alignas(64) std::array<double, lanes> p_{}, q_{};
+  std::uint32_t count_ = 0;
+};
+
 // The nearest double.
 inline double rounded(std::span<const std::int64_t, exact_words> words) noexcept {
   if (words[exact_limbs] != 0) return std::numeric_limits<double>::quiet_NaN();

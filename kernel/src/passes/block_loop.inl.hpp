@@ -290,9 +290,9 @@ void step_batches(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& ter
   Waiting<V, arithmetic> waiting;
   for (std::size_t i = 0; i < particles.count; i += V::size) {
     step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting);
-    if (waiting.is_full()) waiting.resolve(particles, terms, offsets[0]);
+    waiting.resolve_full(particles, terms, offsets[0]);
   }
-  waiting.resolve(particles, terms, offsets[0]);
+  waiting.resolve_all(particles, terms, offsets[0]);
 }
 
 // With the surfaces of the list alone.
@@ -324,11 +324,90 @@ void step_alone(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms
   }
 }
 
+// The side of the box about all surfaces on which a particle at x is furthest out.
+template <class T>
+struct Side {
+  std::size_t axis = 0;
+  T side = 1, limit = 0;  // beyond: side x > limit
+  T out = 0;              // m; not positive: it is nowhere out
+};
+
+template <class T>
+Side<T> side_of(const Region<T>& bound, const std::array<T*, 3>& x) noexcept {
+  Side<T> found;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const T above = *x[axis] - bound.high[axis];
+    const T below = bound.low[axis] - *x[axis];
+    if (above > found.out) found = {axis, T(1), bound.high[axis], above};
+    if (below > found.out) found = {axis, T(-1), -bound.low[axis], below};
+  }
+  return found;
+}
+
+// Registers from the first on, up to one of which some particle may leave the side, which is left as it was.
+template <class V, class OneAxis, Arithmetic arithmetic>
+[[gnu::noinline]] std::size_t step_beside(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                                          const Offsets<Scalar<V>>& offsets, const Side<Scalar<V>>& side) noexcept {
+  const std::size_t a = side.axis;
+  const std::size_t b = (a + 1) % 3;
+  const std::size_t c = (a + 2) % 3;
+  const std::array x{particles.x[a], particles.x[b], particles.x[c]};
+  const std::array v{particles.v[a], particles.v[b], particles.v[c]};
+  const OneAxis first(terms, offsets, a);
+  const OneAxis second(terms, offsets, b);
+  const OneAxis third(terms, offsets, c);
+  const V sign(side.side);
+  const V limit(side.limit);
+  const V corner(terms.h * terms.bend.corner);
+  std::size_t i = 0;
+  const auto move = [&](const OneAxis& affine, std::size_t k) {
+    const AxisState<V> end = affine(load_lanes<V>(x[k] + i), load_lanes<V>(v[k] + i), particles.first + i);
+    store_lanes(x[k] + i, end.x);
+    store_lanes(v[k] + i, end.v);
+  };
+  for (; i < particles.count; i += V::size) {
+    const V x0 = load_lanes<V>(x[0] + i);
+    const V v0 = load_lanes<V>(v[0] + i);
+    const AxisState<V> end = first(x0, v0, particles.first + i);
+    const V middle = multiply_add<arithmetic>(corner, v0, x0);
+    const V nearest = low_bound(low_bound(sign * x0, sign * end.x), sign * middle);
+    if (any_lane<V>(nearest <= limit)) break;
+    store_lanes(x[0] + i, end.x);
+    store_lanes(v[0] + i, end.v);
+    move(second, 1);
+    move(third, 2);
+  }
+  return i;
+}
+
+// Particles from i of the block on.
+template <class T>
+Block<T> rest_of(const Block<T>& particles, std::size_t i) noexcept {
+  Block<T> rest = particles;
+  rest.count -= i;
+  rest.first += i;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    rest.x[axis] += i;
+    rest.v[axis] += i;
+  }
+  return rest;
+}
+
 enum class Particles { alike, each };
 
 template <class V, class OneAxis, Extras extra, Particles particles_are, Arithmetic arithmetic>
-void run_searching(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+void run_searching(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
   using T = Scalar<V>;
+  Block<T> particles = block;
+  if constexpr (extra == Extras::contact) {
+    if (steps.count == 1 && terms.are_bounded) {
+      const Side<T> side = side_of(terms.bound, particles.x);
+      if (side.out > 0) {
+        particles = rest_of(particles, step_beside<V, OneAxis, arithmetic>(particles, terms, steps.offsets[0], side));
+      }
+      if (particles.count == 0) return;
+    }
+  }
   NearList near;
   if constexpr (particles_are == Particles::alike && extra == Extras::contact) {
     find_near(terms, region_of_all<V, OneAxis>(particles, terms, steps), near);
@@ -350,13 +429,7 @@ void run_searching(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& te
       Block<T> part = particles;
       part.count = half;
       run_searching<V, OneAxis, extra, particles_are, arithmetic>(part, terms, left);
-      part.count = particles.count - half;
-      part.first += half;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        part.x[axis] += half;
-        part.v[axis] += half;
-      }
-      return run_searching<V, OneAxis, extra, particles_are, arithmetic>(part, terms, left);
+      return run_searching<V, OneAxis, extra, particles_are, arithmetic>(rest_of(particles, half), terms, left);
     }
   }
 }
@@ -376,11 +449,9 @@ bool run_steps(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, con
       }
       if (i < particles.count) touched = step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting);
       has_touched = has_touched || touched;
-      if constexpr (has_contacts(extra)) {
-        if (waiting.is_full()) waiting.resolve(particles, terms, offsets[0]);
-      }
+      if constexpr (has_contacts(extra)) waiting.resolve_full(particles, terms, offsets[0]);
     }
-    if constexpr (has_contacts(extra)) waiting.resolve(particles, terms, offsets[0]);
+    if constexpr (has_contacts(extra)) waiting.resolve_all(particles, terms, offsets[0]);
   }
   return has_touched;
 }

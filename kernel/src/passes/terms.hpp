@@ -108,7 +108,9 @@ struct Terms {
   Bend<T> bend{};                        // of the paths on which impacts are looked for
   const RadialTerms<T>* radial = nullptr;
   std::size_t radial_count = 0;
-  std::size_t kicks = 0;  // how many of the radial springs, which stand first, kick at the middle of the step
+  std::size_t kicks = 0;     // how many of the radial springs, which stand first, kick at the middle of the step
+  bool are_bounded = false;  // whether blocks search, and all surfaces rest and lie in a box:
+  Region<T> bound{};         // ... this one, about the boxes that overlaps() looks at
 };
 
 // Particles that are stepped while they stay in first-level cache: contiguous columns, `count` a multiple of 16 (what lies

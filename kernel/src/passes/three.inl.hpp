@@ -57,6 +57,11 @@ V one_norm(const Three<V>& a) noexcept {
   return (magnitude(a[0]) + magnitude(a[1])) + magnitude(a[2]);
 }
 template <class V>
+Mask<V> is_any_not_zero(const Three<V>& a) noexcept {
+  const V zero(Scalar<V>(0));
+  return differ(a[0], zero) | differ(a[1], zero) | differ(a[2], zero);
+}
+template <class V>
 Three<V> select(const Mask<V>& where, const Three<V>& a, const Three<V>& b) noexcept {
   return {{select<V>(where, a[0], b[0]), select<V>(where, a[1], b[1]), select<V>(where, a[2], b[2])}};
 }

@@ -76,4 +76,54 @@ TEST_CASE("an exact sum depends on neither the order of the terms nor how they a
   }
 }
 
+// Sizes that lanes take whole, in part and not at all, zeros, and what is not finite.
+TEST_CASE("an exact sum by lanes has every digit of the sum of each term by itself") {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> digits(-1, 1);
+  struct Sizes {
+    int low, high;
+  };
+  for (const Sizes& sizes : {Sizes{-3, 3}, Sizes{-60, 60}, Sizes{-1070, -1000}, Sizes{880, 1000}, Sizes{-1070, 1000}}) {
+    CAPTURE(sizes.low);
+    CAPTURE(sizes.high);
+    std::uniform_int_distribution<int> exponent(sizes.low, sizes.high);
+    dvdx::ExactLanes lanes;
+    std::vector<double> all;
+    Words words{};
+    const auto rest = [&](double term) {
+      dvdx::for_each_word(term, [&](std::size_t word, std::int64_t number) { words[word] += number; });
+    };
+    for (int n = 0; n < 700; ++n) {
+      std::array<double, dvdx::ExactLanes::lanes> terms{};
+      for (double& term : terms) {
+        if (n % 7 == 3 || random() % 4 == 0) continue;
+        term = std::ldexp(digits(random), exponent(random));
+        all.push_back(term);
+      }
+      lanes.add(terms, rest);
+      if (n % 100 != 99) continue;
+      lanes.flush(rest);
+      CHECK(dvdx::rounded(words) == sum(all));
+    }
+    lanes.add({1, std::numeric_limits<double>::infinity()}, rest);
+    lanes.flush(rest);
+    CHECK(std::isnan(dvdx::rounded(words)));
+  }
+}
+
+// As many as fill the lanes' sums to the brim, all of one sign.
+TEST_CASE("an exact sum by lanes is exact however many terms it takes") {
+  dvdx::ExactLanes lanes;
+  Words words{};
+  const auto rest = [&](double term) {
+    dvdx::for_each_word(term, [&](std::size_t word, std::int64_t number) { words[word] += number; });
+  };
+  std::array<double, dvdx::ExactLanes::lanes> terms{};
+  terms.fill(1 - 0x1p-53);
+  constexpr double count = 600000;
+  for (int n = 0; n < 600000; ++n) lanes.add(terms, rest);
+  lanes.flush(rest);
+  CHECK(dvdx::rounded(words) == count * dvdx::ExactLanes::lanes - count * dvdx::ExactLanes::lanes * 0x1p-53);
+}
+
 }  // namespace

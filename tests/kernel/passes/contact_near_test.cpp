@@ -154,3 +154,50 @@ TEST_CASE("many contacts: 4096 of them are taken, and the last one is hit") {
   for (std::size_t i = 0; i < 64; ++i) CHECK(values[6 * i + 1] >= 0.2F);
   for (std::size_t i = 0; i < 64; ++i) CHECK(values[6 * i + 1] < 0.3F);
 }
+
+// Calls of one step are tried on one side of the box about all surfaces first: from each of its six sides particles come near
+// it, and some of a block before others.
+TEST_CASE("many contacts: calls of one step beside the box about all of them have the bits of the reference") {
+  for (std::size_t side = 0; side < 6; ++side) {
+    Joined joined;
+    const std::size_t axis = side / 2;
+    const double sign = side % 2 == 0 ? 1 : -1;
+    for (std::size_t i = 0; i < 400; ++i) {
+      Vec3 x{0.4 * scatter(i, 1), 0.4 * scatter(i, 2), 0.4 * scatter(i, 3)};
+      Vec3 v{scatter(i, 4), scatter(i, 5), scatter(i, 6)};
+      x[axis] = sign * (0.9 + 0.01 * static_cast<double>(i));
+      v[axis] = -sign * (1 + 3 * scatter(i, 7));
+      joined.x.push_back(x);
+      joined.v.push_back(v);
+    }
+    joined.name = "from side " + std::to_string(side);
+    joined.scene.add(Drag{.coefficient = 0.2});
+    for (std::size_t j = 0; j < 12; ++j) {
+      const Vec3 c{0.3 * scatter(j, 11), 0.3 * scatter(j, 12), 0.3 * scatter(j, 13)};
+      if (j % 3 == 0) joined.scene.add(Sphere{.center = c, .radius = 0.2, .restitution = 0.8});
+      if (j % 3 == 1) joined.scene.add(Capsule{.ends = {{c, {0, 0, 0}}}, .radius = {0.1, 0.15}, .restitution = 0.5});
+      if (j % 3 == 2) joined.scene.add(OrientedBox{.center = c, .half_extents = {0.1, 0.2, 0.1}, .restitution = 0.6});
+    }
+    const auto run = [&](Isa isa, Arithmetic arithmetic, std::size_t block, std::size_t a_call) {
+      test::Batch<float> batch(test::Layout::soa_padded, joined.x.size());
+      place(joined, batch.view());
+      const Options options{.step = joined.step, .isa = isa, .arithmetic = arithmetic, .block = block};
+      const auto plan = compile<float>(joined.scene, options, batch.view());
+      REQUIRE(plan.has_value());
+      for (std::size_t n = 0; n < 60; n += a_call) REQUIRE(plan->step(batch.view(), a_call) == StepResult::done);
+      return test::values_of(batch.view());
+    };
+    for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+      const auto wanted = run(Isa::reference, arithmetic, 0, 60);
+      Joined free = joined;
+      free.scene.contacts.clear();
+      CHECK(test::difference(wanted, stepped<float>(free, {.arithmetic = arithmetic}, 60)) != "");
+      for (const Isa isa : available_isas(arithmetic)) {
+        CAPTURE(joined.name);
+        CAPTURE(name(isa));
+        CHECK(test::difference(wanted, run(isa, arithmetic, 0, 1)) == "");
+        CHECK(test::difference(wanted, run(isa, arithmetic, 64, 1)) == "");
+      }
+    }
+  }
+}

@@ -1,9 +1,10 @@
-// What contacts do to particles, told one impulse at a time. Where a block has a log, each particle that touches a surface is
-// resolved by the scalar twin, which has the same bits: the wide pass only tests whether there is a log.
+// What contacts do to particles, told by impulses: those of what a single plane holds or throws back a register at a time, by
+// the wide pass. All other particles that touch a surface are resolved by the scalar twin where a block has a log.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "dvdx/isa.hpp"
 #include "passes/particle.hpp"
@@ -18,6 +19,17 @@ struct ContactPush {
   std::size_t contact = 0;
   std::array<T, 3> x{}, dv{};
   T t = 0;
+};
+
+// The same of particles side by side. What is not among the lanes is 0.
+template <class T>
+struct ContactPushes {
+  static constexpr std::size_t most = 16;
+  std::size_t first = 0;    // that of lane 0 in the plan's columns
+  std::uint64_t lanes = 0;  // lane k is bit k
+  std::array<std::uint32_t, most> contact{};
+  alignas(64) std::array<std::array<T, most>, 3> x{}, dv{}, n{};  // n: of impacts
+  alignas(64) std::array<T, most> t{};
 };
 
 template <class T>
@@ -39,6 +51,8 @@ class ContactLog {
   virtual void take_impact(const ContactPush<T>& push, const std::array<T, 3>& normal) noexcept = 0;
   // By a surface that holds a particle, evenly about the time given, or that puts it back outside.
   virtual void take_hold(const ContactPush<T>& push) noexcept = 0;
+  virtual void take_impacts(const ContactPushes<T>& pushes) noexcept = 0;
+  virtual void take_holds(const ContactPushes<T>& pushes) noexcept = 0;
 
   const ResolveLogged<T> resolve;
 

@@ -361,8 +361,27 @@ bool is_one_plane(const Terms<Scalar<V>>& terms) noexcept {
          surface.tau == 1;
 }
 
+// What a log is told of such bounces: where and how long before the end, what they changed of the velocity, and which of the
+// lanes did not just lie there (is_pressed_on of the twin).
+template <class V>
+struct Bounce {
+  Mask<V> bounces, is_impact;
+  Three<V> x, dv;
+  V t;
+};
+
 template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] Mask<V> bounce_once(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
+Mask<V> is_pressed_on(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V start, V direction) noexcept {
+  const V near = V(2 * std::numeric_limits<Scalar<V>>::epsilon()) * (one_norm(m.x0) + one_norm(m.x1));
+  const Mask<V> is_slow =
+      Mask<V>(surface.is_pulsed) | (direction * dot<arithmetic>(three<V>(surface.n), m.v0) <= V(Scalar<V>(0)));
+  return (start <= near) & is_slow;
+}
+
+// told: null, or what a log is told of.
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Mask<V> bounce_once(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m,
+                                      Bounce<V>* told = nullptr) noexcept {
   using T = Scalar<V>;
   const Surface<T>& surface = terms.surfaces[0];
   const V zero(T(0));
@@ -374,6 +393,7 @@ template <class V, Arithmetic arithmetic>
   const V start = dot<arithmetic>(n, m.x0) - d;
   const V near = V(4 * std::numeric_limits<T>::epsilon()) * (one_norm(m.x0) + V(surface.radius));
   const Mask<V> stands = magnitude(start) <= near;
+  if (told != nullptr) told->bounces = told->is_impact = Mask<V>(false);
   if (!any_lane<V>(touches & !stands)) return touches;
 
   const V s0 = select<V>(start < zero, zero, start);
@@ -409,6 +429,11 @@ template <class V, Arithmetic arithmetic>
   const Mask<V> bounces = direction * vn <= zero;
   const Mask<V> left = touches & (stands | (hits & (comes_back | !bounces)));
   const Mask<V> done = touches & hits & !left;
+  if (told != nullptr) {
+    const Three<V> dv = after - vf;
+    const Mask<V> lies = (e == zero) & is_pressed_on<V, arithmetic>(surface, m, start, direction);
+    *told = {done, done & is_any_not_zero(dv) & !lies, xf, dv, t};
+  }
   m.x1 = select(done, x1, m.x1);
   m.v1 = select(done, v1, m.v1);
   return left;

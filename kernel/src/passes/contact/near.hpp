@@ -17,6 +17,11 @@
 //          sphere or a body only if its box overlaps the box about it. It overlaps none that the list leaves out.
 // Groups.  Surfaces that stand beside each other in the scene are looked at one by one only where the region overlaps the box
 //          about their group. A group that holds a plane, the inside of a sphere or what a motion carries has no bound.
+// Beside.  Where all surfaces rest and lie in a box, what is on one side of it before, after and at the corner of its step
+// touches
+//          none, as it overlaps none. A call of one step is tried so first: along the axis on which the block's first particle
+//          is furthest out, register after register as they are stepped, up to one of which a particle is not so. A look at the
+//          block's box before the step reads all of it once more: 1.6 times the step by itself.
 // Steps.   Where all particles have the same coefficients, an axis' step is one affine map of (x, v), and takes a rectangle
 //          of them to where it takes its corners: the boxes of many steps follow from that of the first. Where nothing is
 //          near any of them, the block is stepped as without contacts. So it is beside a few planes, too, where a call takes

@@ -49,28 +49,6 @@ Part<V> moved(Part<V> load, std::size_t by) noexcept {
 
 constexpr std::uint64_t low_bits(std::size_t count) noexcept { return (std::uint64_t{1} << count) - 1; }
 
-template <class V>
-std::uint64_t bits_of(Mask<V> mask) noexcept {
-#if defined(__AVX512F__)
-  using Register = typename Mask<V>::register_type;
-  return static_cast<std::uint64_t>(static_cast<Register>(mask));
-#else
-#if defined(__AVX2__)
-  if constexpr (sizeof(V) == 32 && sizeof(Scalar<V>) == 4) return static_cast<std::uint32_t>(_mm256_movemask_ps(mask));
-  if constexpr (sizeof(V) == 32 && sizeof(Scalar<V>) == 8) return static_cast<std::uint32_t>(_mm256_movemask_pd(mask));
-#elif defined(__SSE2__)
-  if constexpr (sizeof(V) == 16 && sizeof(Scalar<V>) == 4) return static_cast<std::uint32_t>(_mm_movemask_ps(mask));
-  if constexpr (sizeof(V) == 16 && sizeof(Scalar<V>) == 8) return static_cast<std::uint32_t>(_mm_movemask_pd(mask));
-#else
-  alignas(64) std::array<Scalar<V>, V::size> lanes;
-  store_lanes(lanes.data(), select<V>(mask, V(Scalar<V>(1)), V(Scalar<V>(0))));
-  std::uint64_t bits = 0;
-  for (std::size_t k = 0; k < V::size; ++k) bits |= std::uint64_t{lanes[k] != 0} << k;
-  return bits;
-#endif
-#endif
-}
-
 // test(load) for every register of `count` lanes: its mask's bits go to take(i, bits). A register's bits lie in one word.
 template <class V, class Test, class Take>
 [[gnu::always_inline]] inline void for_each_register(std::size_t count, const Test& test, const Take& take) noexcept {
