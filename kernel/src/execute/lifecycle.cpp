@@ -2,12 +2,13 @@
 #include "compile/lifecycle.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <span>
 
 #include "dvdx/layouts/convert.hpp"
+#include "execute/any_order.hpp"
 #include "execute/contact_recorder.hpp"
 #include "execute/environment.hpp"
+#include "execute/live_births.hpp"
 #include "execute/live_chunks.hpp"
 #include "execute/live_columns.hpp"
 #include "execute/stepping.hpp"
@@ -19,6 +20,8 @@ namespace {
 
 // Below this many particle-steps, waking a thread costs more than it saves.
 constexpr std::size_t parallel_from = std::size_t{1} << 16;
+// Below this many particles whole chunks are too large to be shared among threads, and to lie behind what overflows.
+constexpr std::size_t few = 64 * live_chunk;
 
 template <class T>
 class LifecycleStep {
@@ -62,11 +65,6 @@ class LifecycleStep {
     std::uint64_t number = 0;  // births of all parts before
   };
 
-  // Births side by side, counted from the first of their run.
-  struct Stretch {
-    std::uint64_t first = 0, count = 0;
-  };
-
   // ---- how many steps at once ---------------------------------------------------------------------------------------------
 
   [[nodiscard]] std::uint64_t born_until(std::size_t step) const noexcept {
@@ -102,6 +100,11 @@ class LifecycleStep {
   [[nodiscard]] std::uint64_t room() const noexcept { return p_.turnover.capacity - living_; }
 
   void step_batch(std::size_t steps) noexcept {
+    if (fills_holes(p_.turnover.removal) && born_until(1) <= p_.turnover.capacity - live_.state.count) {
+      step_in_any_order(born_until(1));
+      live_.state.clock = ws_.clocks[1];
+      return;
+    }
     const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = steps, .clock = ws_.clocks[0]};
     compact_all({&all, 1});
     emit(steps);
@@ -160,30 +163,9 @@ class LifecycleStep {
     births.first += from;
     births.count = std::min(born_together, births.count - from);
     births.lead -= static_cast<double>(from);
-    Born born;
-    p_.passes.emit(p_.emitters[run_.emitter], births, born);
-    const std::size_t at = run_.at + from;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      scatter(born.x[axis].data(), at, births.count, live_.state.x[axis]);
-      scatter(born.v[axis].data(), at, births.count, live_.state.v[axis]);
-    }
-    if (live_.age.base != nullptr) scatter(born.age.data(), at, births.count, live_.age);
-    if (live_.lifetime.base != nullptr) scatter(born.lifetime.data(), at, births.count, live_.lifetime);
-    for (const Carried& carried : live_.carried) {
-      const Strip strip = strip_of(carried);
-      if (carried.at_birth == AtBirth::number) {
-        put_numbers(strip, at, births.count, run_.number + from);
-      } else {
-        for (std::size_t i = 0; i < births.count; ++i) std::memset(strip.at(at + i), 0, strip.bytes);
-      }
-    }
-  }
-
-  static void put_numbers(const Strip& strip, std::size_t at, std::size_t count, std::uint64_t first) noexcept {
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto number = static_cast<std::int64_t>(first + i);
-      std::memcpy(strip.at(at + i), &number, sizeof(number));
-    }
+    BornBlock<T> block;
+    make_births(p_.passes, p_.emitters[run_.emitter], births, block);
+    put_births(block, live_, run_.number + from, [at = run_.at + from](std::size_t k) { return at + k; });
   }
 
   // ---- steps and removal --------------------------------------------------------------------------------------------------
@@ -194,13 +176,17 @@ class LifecycleStep {
     const std::size_t before = live_.state.count;
     std::size_t work = 0;
     for (const ParticleGroup& group : groups) work += group.count * std::max<std::size_t>(group.steps, 1);
-    const bool is_worth_threads = parallel_.run != nullptr && work >= parallel_from;
     if (fills_holes(p_.turnover.removal)) {
-      live_.state.count = fill_holes(groups.front(), is_worth_threads ? parallel_ : ParallelFor{});
+      live_.state.count = fill_holes(groups.front());
     } else {
-      live_.state.count = is_worth_threads ? compact_in_parallel(groups) : compact_in_order(groups, first);
+      live_.state.count = threads_for(work).run != nullptr ? compact_in_parallel(groups) : compact_in_order(groups, first);
     }
     live_.removed += before - live_.state.count;
+  }
+
+  // None where waking them costs more than it saves.
+  [[nodiscard]] ParallelFor threads_for(std::size_t work) const noexcept {
+    return work >= parallel_from ? parallel_ : ParallelFor{};
   }
 
   std::size_t compact_in_order(std::span<const ParticleGroup> groups, std::size_t to) noexcept {
@@ -216,54 +202,36 @@ class LifecycleStep {
   }
 
   template <class Use>
-  static void for_each_chunk(const ParticleGroup& group, const Use& use) noexcept {
-    for_each_piece(group, live_chunk, use);
-  }
-  template <class Use>
-  static void for_each_piece(const ParticleGroup& group, std::size_t most, const Use& use) noexcept {
-    for (std::size_t from = 0; from < group.count; from += most) {
-      ParticleGroup piece = group;
-      piece.first += from;
-      piece.count = std::min(most, group.count - from);
-      use(piece);
+  void for_each_chunk(const ParticleGroup& group, const Use& use) const noexcept {
+    for (std::size_t from = 0; from < group.count;) {
+      ParticleGroup chunk = group;
+      chunk.first += from;
+      chunk.count = std::min({chunk_, chunks_.most_from(chunk.first), group.count - from});
+      from += chunk.count;
+      use(chunk);
     }
   }
 
   // ---- in any order -------------------------------------------------------------------------------------------------------
 
-  // Steps a group that reaches to the last live particle, and fills the holes of each run, then those of all
-  // (passes/removal/fill.hpp). Returns the new end.
-  std::size_t fill_holes(const ParticleGroup& group, const ParallelFor& parallel) noexcept {
-    cut({&group, 1}, fill_run);
-    for_each_task(parallel, segment_count_, [this, first = group.first](std::size_t s) {
-      for_each_piece(segments_[s].group, fill_run,
-                     [&](const ParticleGroup& run) { ws_.kept[(run.first - first) / fill_run] = step_and_fill(run, s); });
-    });
-    const std::span<const std::size_t> kept(ws_.kept.data(), tasks_of(group.count, fill_run));
-    return group.first + for_each_run_fill(kept, group.count, [&](std::size_t from, std::size_t to, std::size_t n) {
-             for_each_strip(live_,
-                            [&](const Strip& strip) { move_strip(strip, group.first + from, n, strip, group.first + to); });
-           });
+  // One step in which all births are sure of room: they take the places of what goes.
+  void step_in_any_order(std::uint64_t births) noexcept {
+    const std::uint64_t before = live_.state.count + births;
+    const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = 1, .clock = ws_.clocks[0]};
+    AnyOrder<T> step(p_, ws_, live_, chunks_, births, live_.born);
+    const auto ends = step.step(all, threads_for(all.count + births));
+    living_ += births;
+    live_.born += births;
+    live_.state.count =
+        fill_holes({.first = ends.of_seen, .count = ends.of_all - ends.of_seen, .clock = ws_.clocks[1], .is_new = true});
+    live_.removed += before - live_.state.count;
   }
 
-  // How many of the run stay: they then stand at its front.
-  std::size_t step_and_fill(const ParticleGroup& run, std::size_t scratch) noexcept {
-    std::array<std::uint64_t, fill_run / 64> removed{};
-    if (chunks_.can_be_viewed(run.first)) {
-      chunks_.step_all(live_, run, removed);
-    } else {
-      for_each_chunk(run, [&](const ParticleGroup& chunk) {
-        const std::span<std::uint64_t> of_chunk = std::span(removed).subspan((chunk.first - run.first) / 64, live_chunk / 64);
-        chunks_.put_back(chunks_.step_chunk(chunk, scratch, of_chunk), chunk);
-      });
-    }
-    const std::size_t kept = kept_of(removed, run.count);
-    if (kept != run.count) {
-      Fill fill;
-      find_fill(removed.data(), run.count, kept, fill);
-      for_each_strip(live_, [&](const Strip& strip) { fill_strip(fill, strip, run.first); });
-    }
-    return kept;
+  // Steps a group that reaches to the last live particle, and fills the holes. Returns the new end.
+  std::size_t fill_holes(const ParticleGroup& group) noexcept {
+    if (group.count == 0) return group.first;
+    AnyOrder<T> step(p_, ws_, live_, chunks_, 0, live_.born);
+    return step.step(group, threads_for(group.count)).of_all;
   }
 
   // ---- on threads ---------------------------------------------------------------------------------------------------------
@@ -279,7 +247,8 @@ class LifecycleStep {
   };
 
   std::size_t compact_in_parallel(std::span<const ParticleGroup> groups) noexcept {
-    cut(groups, live_chunk);
+    if (live_.state.count < few) chunk_ = aside_chunk;
+    cut(groups, chunk_);
     const bool is_known = !p_.removal.looks_at_places();
     if (is_known) {
       for_each_segment([this](std::size_t s) { count_kept(s); });
@@ -362,7 +331,7 @@ class LifecycleStep {
   [[nodiscard]] std::size_t overflow_bytes(std::size_t particles) const noexcept {
     if (particles == 0) return 0;
     std::size_t bytes = 0;
-    for_each_strip(live_, [&](const Strip& strip) { bytes += (particles + live_chunk) * strip.bytes; });
+    for_each_strip(live_, [&](const Strip& strip) { bytes += (particles + chunk_) * strip.bytes; });
     return bytes;
   }
 
@@ -372,7 +341,7 @@ class LifecycleStep {
     std::byte* next = segment.overflow;
     for_each_strip(live_, [&](const Strip& strip) {
       use(strip, Strip{next, 0, 1, strip.bytes, true});
-      next += (segment.overflowed + live_chunk) * strip.bytes;
+      next += (segment.overflowed + chunk_) * strip.bytes;
     });
   }
 
@@ -399,7 +368,7 @@ class LifecycleStep {
       std::byte* next = segment.overflow;
       chunks_.for_each_source(stepped, chunk, [&](const Strip& from, std::size_t first, const Strip&) {
         compacting.add(from, first, Strip{next, 0, 1, from.bytes, true}, kept);
-        next += (segment.overflowed + live_chunk) * from.bytes;
+        next += (segment.overflowed + chunk_) * from.bytes;
       });
     }
     if (waiting == stepped.kept) return;
@@ -449,6 +418,7 @@ class LifecycleStep {
   std::array<Segment, most_groups> segments_{};
   std::size_t segment_count_ = 0;
   bool has_overflow_ = false;
+  std::size_t chunk_ = live_chunk;
 };
 
 template <class T>

@@ -91,6 +91,11 @@ class LiveChunks {
                     [&](const Strip& from, std::size_t first, const Strip& live) { compacting.add(from, first, live, to); });
   }
 
+  // How many particles from number `first` on may be stepped together.
+  [[nodiscard]] std::size_t most_from(std::size_t first) const noexcept {
+    return can_be_viewed(first) ? live_chunk : aside_chunk;
+  }
+
   // Where particles lie in tiles, a view cannot start within one.
   [[nodiscard]] bool can_be_viewed(std::size_t first) const noexcept {
     const auto fits = [first](const Column<T>& column) { return column.is_contiguous() || first % column.run == 0; };
@@ -106,9 +111,9 @@ class LiveChunks {
  private:
   // Six columns of the state, age and lifetime, side by side in the plan's own memory.
   [[nodiscard]] LiveState<T> scratch_of(std::size_t scratch) const noexcept {
-    T* const base = ws_.scratch.get() + scratch * scratch_columns * live_chunk;
+    T* const base = ws_.scratch.get() + scratch * scratch_columns * aside_chunk;
     const auto column = [base](std::size_t c) {
-      return Column<T>{base + c * live_chunk, 0, Column<T>::contiguous, live_chunk};
+      return Column<T>{base + c * aside_chunk, 0, Column<T>::contiguous, aside_chunk};
     };
     LiveState<T> at;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -132,11 +137,7 @@ class LiveChunks {
         column.capacity = chunk.count;
       }
     }
-    if (report_ != nullptr) {
-      ReportedStep<T>::run(p_.plan, view, steps, *report_, chunk.aside_of + chunk.first);
-    } else {
-      p_.plan.step(view, steps);
-    }
+    ReportedStep<T>::run(p_.plan, view, steps, report_, chunk.aside_of + chunk.first);
     return view.clock;
   }
 

@@ -56,10 +56,18 @@ void for_each_strip(const LiveState<T>& live, const Use& use) noexcept {
 
 inline bool is_removed(const std::uint64_t* removed, std::size_t i) noexcept { return (removed[i / 64] >> (i % 64) & 1) != 0; }
 
+// How many bits of a word are set. Without the instruction, which not every machine has, std::popcount calls a function.
+inline std::uint64_t bits_set(std::uint64_t word) noexcept {
+  word = word - (word >> 1 & 0x5555555555555555U);
+  word = (word & 0x3333333333333333U) + (word >> 2 & 0x3333333333333333U);
+  word = (word + (word >> 4)) & 0x0f0f0f0f0f0f0f0fU;
+  return word * 0x0101010101010101U >> 56;
+}
+
 inline std::size_t kept_of(std::span<const std::uint64_t> removed, std::size_t count) noexcept {
-  std::size_t marked = 0;
-  for (const std::uint64_t word : removed) marked += static_cast<std::size_t>(std::popcount(word));
-  return count - marked;
+  std::uint64_t marked = 0;
+  for (const std::uint64_t word : removed) marked += bits_set(word);
+  return count - static_cast<std::size_t>(marked);
 }
 
 // Moves a chunk's survivors strip by strip: those whose elements are alike and lie side by side together.
@@ -107,16 +115,17 @@ class Compacting {
 };
 
 template <std::size_t bytes>
-void fill_side_by_side(const Fill& fill, std::byte* base) noexcept {
-  for (std::size_t n = 0; n < fill.count; ++n) std::memcpy(base + fill.to[n] * bytes, base + fill.from[n] * bytes, bytes);
+void fill_side_by_side(const Fill& fill, const std::uint16_t* to, std::byte* base) noexcept {
+  for (std::size_t n = 0; n < fill.count; ++n) std::memcpy(base + to[n] * bytes, base + fill.from[n] * bytes, bytes);
 }
 
-// The moves of the run that begins at `first`.
-inline void fill_strip(const Fill& fill, const Strip& strip, std::size_t first) noexcept {
-  if (strip.is_side_by_side && strip.bytes == 4) return fill_side_by_side<4>(fill, strip.at(first));
-  if (strip.is_side_by_side && strip.bytes == 8) return fill_side_by_side<8>(fill, strip.at(first));
+// The moves of the run that begins at `first` into its holes from number `hole` on.
+inline void fill_strip(const Fill& fill, std::size_t hole, const Strip& strip, std::size_t first) noexcept {
+  const std::uint16_t* const to = fill.to.data() + hole;
+  if (strip.is_side_by_side && strip.bytes == 4) return fill_side_by_side<4>(fill, to, strip.at(first));
+  if (strip.is_side_by_side && strip.bytes == 8) return fill_side_by_side<8>(fill, to, strip.at(first));
   for (std::size_t n = 0; n < fill.count; ++n) {
-    std::memcpy(strip.at(first + fill.to[n]), strip.at(first + fill.from[n]), strip.bytes);
+    std::memcpy(strip.at(first + to[n]), strip.at(first + fill.from[n]), strip.bytes);
   }
 }
 
