@@ -56,10 +56,10 @@ enum class NotFinite { kept, removed };
 // In which order the others stand after some were removed.
 //   kept  as before: all behind the first that goes are moved up
 //   any   births take the places of what goes, and the last fill the holes that are left. Which takes which is the same on
-//         every instruction set, for any threads, layout and steps a call. Each run of 16384 places from the first has its share
-//         of the step's births, by its places, for its first holes; of more holes, those before its new end take the survivors
-//         behind it, both in ascending order. Births left over take the ends of runs, then follow behind all; ends still free
-//         are filled from the last. Where count + births > capacity all births follow behind: docs/scene.md
+//         every instruction set, for any threads, layout and steps a call. Each run of 16384 places has its share of the
+//         step's births for its first holes; of its other holes those before its new end take the survivors behind it. Births
+//         left over take the ends of runs, then follow behind all; ends still free are filled from the last. Where count and
+//         births exceed the capacity all births follow behind: docs/scene.md
 enum class SurvivorOrder { kept, any };
 
 // Looked at after every step; a particle whose age has reached its lifetime is removed too. A comparison with what is not

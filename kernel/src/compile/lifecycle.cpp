@@ -240,7 +240,8 @@ std::string LivePlan<T>::explain() const {
   }
   if (is_any_order) {
     return words +
-           "\n             births take the places of what goes, and the last fill the other holes, in the same pass as the step\n"
+           "\n             births take the places of what goes, and the last fill the other holes, in the same pass as the "
+           "step\n"
            "             where a call takes many steps, keeping the order may cost less\n";
   }
   words +=
