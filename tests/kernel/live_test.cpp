@@ -356,11 +356,13 @@ void check_same(const Model<T>& model, const Living<T>& living, std::size_t step
 }
 
 // Rates of which a step holds a whole number of 64ths, so that the model's plain products are exact.
-void check_against_model(const Turnover& turnover, std::size_t steps) {
+// Particles from `dying` on, for a run, die in the first step.
+void check_against_model(const Turnover& turnover, std::size_t steps, std::size_t dying = std::size_t(-1)) {
   const std::size_t capacity = turnover.capacity;
   Model<float> model(fountain(), turnover);
   Living<float> living(Layout::soa, capacity);
   living.fill(capacity / 2);
+  for (std::size_t i = dying; i < capacity / 2 && i - dying < run; ++i) living.live.lifetime[i] = 0;
   for (std::size_t i = 0; i < capacity / 2; ++i) {
     One<float> one{.x = {}, .v = {}, .age = living.live.age[i], .lifetime = living.live.lifetime[i], .id = living.id(i)};
     for (std::size_t axis = 0; axis < 3; ++axis) one.x[axis] = living.live.state.x[axis][i];
@@ -413,6 +415,11 @@ TEST_CASE("births that find no hole in their run take the ends of others, as a p
     turnover.emitters[1].rate = 64 * std::floor(births / 3);
     check_against_model(turnover, 4);
   }
+}
+
+TEST_CASE("where all of one run goes, births that find no hole in the others take its end, and the last the rest of it") {
+  Turnover turnover{.emitters = {jet(64 * 6000, 1)}, .removal = {.order = SurvivorOrder::any}, .capacity = 7 * run};
+  check_against_model(turnover, 3, run);
 }
 
 TEST_CASE_TEMPLATE("same bits on every ISA, in every layout and in every batch of steps", T, float, double) {
