@@ -148,6 +148,73 @@ class GridRow {
   Around<T> around_{};
 };
 
+// The least and the most of what has been added, lane by lane: of so many lanes compilers make loops over registers, and unroll
+// none of them into single numbers. Zeros are taken for alike.
+template <class T>
+class Extent {
+ public:
+  Extent() noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      least_[axis].fill(std::numeric_limits<T>::infinity());
+      most_[axis].fill(-std::numeric_limits<T>::infinity());
+    }
+  }
+
+  void add(const Row<T>& row, std::size_t count) noexcept {
+    if (is_finite(row, count)) {
+      for (std::size_t axis = 0; axis < 3; ++axis) add(axis, row[axis], count);
+      particles_ += count;
+      return;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Three<T> x{row[0][i], row[1][i], row[2][i]};
+      if (!(nothing(x[0], x[1], x[2]) == 0)) continue;
+      for (std::size_t axis = 0; axis < 3; ++axis) add(axis, &x[axis], 1);
+      ++particles_;
+    }
+  }
+
+  [[nodiscard]] Bounds bounds() const noexcept {
+    Bounds bounds{.particles = particles_};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      bounds.least[axis] = static_cast<double>(*std::min_element(least_[axis].begin(), least_[axis].end()) + T(0));
+      bounds.most[axis] = static_cast<double>(*std::max_element(most_[axis].begin(), most_[axis].end()) + T(0));
+    }
+    return bounds;
+  }
+
+ private:
+  static constexpr std::size_t lanes = 64;
+  using Lanes = std::array<T, lanes>;
+
+  // 0 where all are finite, else not a number.
+  static T nothing(T x, T y, T z) noexcept { return (T(0) * x + T(0) * y) + T(0) * z; }
+
+  static bool is_finite(const Row<T>& row, std::size_t count) noexcept {
+    Lanes sum{};
+    for (std::size_t first = 0; first < count; first += lanes) {
+      const std::size_t now = std::min(lanes, count - first);
+      const T *const x = row[0] + first, *const y = row[1] + first, *const z = row[2] + first;
+      for (std::size_t k = 0; k < now; ++k) sum[k] += nothing(x[k], y[k], z[k]);
+    }
+    return std::all_of(sum.begin(), sum.end(), [](T lane) { return lane == 0; });
+  }
+  void add(std::size_t axis, const T* x, std::size_t count) noexcept {
+    T* __restrict const least = least_[axis].data();
+    T* __restrict const most = most_[axis].data();
+    for (std::size_t first = 0; first < count; first += lanes) {
+      const std::size_t now = std::min(lanes, count - first);
+      for (std::size_t k = 0; k < now; ++k) {
+        least[k] = x[first + k] < least[k] ? x[first + k] : least[k];
+        most[k] = x[first + k] > most[k] ? x[first + k] : most[k];
+      }
+    }
+  }
+
+  std::array<Lanes, 3> least_, most_;
+  std::size_t particles_ = 0;
+};
+
 template <class T>
 void put(const Three<T>& n, const std::array<Column<T>, 3>& to, std::size_t i) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) to[axis][i] = n[axis];
@@ -186,30 +253,14 @@ void normals(std::span<const Triangle> triangles, const State<T>& state, const s
 template <class T>
 Bounds bounds(const State<T>& state) noexcept {
   const StepEnvironment environment;
-  constexpr T infinity = std::numeric_limits<T>::infinity();
-  Three<T> least{infinity, infinity, infinity}, most{-infinity, -infinity, -infinity};
-  std::size_t particles = 0;
+  Extent<T> extent;
   Row<T> row;
   for (std::size_t first = 0; first < state.count; first += most_columns) {
     const std::size_t count = std::min(most_columns, state.count - first);
     row.take(state.x, first, count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const Three<T> x{row[0][i], row[1][i], row[2][i]};
-      const T nothing = ((x[0] - x[0]) + (x[1] - x[1])) + (x[2] - x[2]);  // 0 where all are finite, else not a number
-      const bool counts = nothing == 0;
-      particles += counts ? 1U : 0U;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        least[axis] = counts && x[axis] < least[axis] ? x[axis] : least[axis];
-        most[axis] = counts && x[axis] > most[axis] ? x[axis] : most[axis];
-      }
-    }
+    extent.add(row, count);
   }
-  Bounds bounds{.particles = particles};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    bounds.least[axis] = static_cast<double>(least[axis]);
-    bounds.most[axis] = static_cast<double>(most[axis]);
-  }
-  return bounds;
+  return extent.bounds();
 }
 
 template void normals(const Grid&, const State<float>&, const std::array<Column<float>, 3>&) noexcept;

@@ -300,6 +300,50 @@ TEST_CASE("skins: what is driven goes on in another plan, and in a call of many 
   CHECK_FALSE(next.restore(cut, many.view()).has_value());
 }
 
+TEST_CASE("skins: of a driven skin some of whose particles are anywhere, the others follow their own points") {
+  Joined some = skirt(), others = some;
+  Skin& whole = some.scene.skins[0];
+  Skin& part = others.scene.skins[0];
+  whole.backstop.reset();
+  part = {.particles = {}, .points = {}, .at_most = 0.01};
+  std::vector<double> at_most;
+  std::vector<Vec3> all, few;
+  for (std::size_t k = 0; k < whole.particles.size(); ++k) {
+    const Vec3 there = plus(some.x[whole.particles[k]], 0.01 * static_cast<double>(k), {0.3, 0.1, -0.2});
+    at_most.push_back(k % 3 == 1 ? std::numeric_limits<double>::infinity() : 0.01);
+    all.push_back(there);
+    if (k % 3 == 1) continue;
+    part.particles.push_back(whole.particles[k]);
+    few.push_back(there);
+  }
+  whole.at_most = at_most;
+  const auto a = driven<double>(some, 5, [&](auto& plan, std::size_t) { REQUIRE(plan.set_skin(0, all).has_value()); });
+  const auto b = driven<double>(others, 5, [&](auto& plan, std::size_t) { REQUIRE(plan.set_skin(0, few).has_value()); });
+  CHECK(test::difference(a, b) == "");
+}
+
+// The ball behind a point that rests turns with the normal, to which the way from n0 to n1 leads: n' = (m' - n (n.m')) / |m|.
+TEST_CASE("skins: a back-stop whose normal is turned pushes with the velocity of its ball") {
+  const double angle = -0.1, radius = 1, step = 0.1;
+  const Vec3 n1{std::sin(angle), std::cos(angle), 0};
+  Joined joined;
+  joined.name = "a particle on a ball that turns";
+  joined.x = {{0.3, std::sqrt(1 - 0.09) - 1, 0}};
+  joined.v = {{}};
+  joined.step = step;
+  joined.scene.add(Skin{.particles = {0}, .points = {{}}, .backstop = Backstop{.normals = {{0, 1, 0}}, .radius = radius}});
+  const auto at = driven<double>(joined, 1, [&](auto& plan, std::size_t) {
+    REQUIRE(plan.set_skin(0, std::vector<Vec3>{{}}, std::vector{n1}).has_value());
+  });
+  const Vec3 way{n1[0] / step, (n1[1] - 1) / step, 0};
+  const double along = n1[0] * way[0] + n1[1] * way[1];
+  const Vec3 e = plus(place_of(at, 0), radius, n1);
+  const Vec3 u = plus(velocity_of(at, 0), radius, plus(way, -along, n1));
+  CHECK(test::is_close(length(e), radius, 1e-14));
+  CHECK(length(velocity_of(at, 0)) > 0.1);
+  CHECK(std::abs(e[0] * u[0] + e[1] * u[1] + e[2] * u[2]) < 1e-13);
+}
+
 // Particles that two bounds move in one sub-step: a limit and a back-stop, or a tether and both.
 TEST_CASE("skins: a call of many steps is as many calls where several bounds hold a particle") {
   for (const Coupling& coupling : couplings()) {

@@ -623,7 +623,7 @@ def compile_live(
     emitters: dicts with the fields of dvdx_emitter (shape="disc", at=(0, 1, 0), normal=(0, 1, 0), radius=0.1, rate=1000, ...).
     boundaries: dicts with normal and offset: particles are removed where normal . x < offset. inside: ((x, y, z) least, (x, y,
     z) most): they are removed outside of it. not_finite: "kept" or "removed". order of those that
-    stay: "kept", or "any": the last fill the holes, and nothing else is moved. options as those of compile().
+    stay: "kept", or "any": births and the last fill the holes. options as those of compile().
     """
     keep = []
     removal = {"not_finite": not_finite, "order": order, **({} if inside is None else {"inside": inside})}

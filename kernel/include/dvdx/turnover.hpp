@@ -55,11 +55,11 @@ enum class NotFinite { kept, removed };
 
 // In which order the others stand after some were removed.
 //   kept  as before: all behind the first that goes are moved up
-//   any   the last fill the holes, and nothing else is moved. Which fills which is the same on every instruction set, for any
-//         threads and layout, and for any number of steps a call: in each run of 8192 places from the first, the survivors
-//         behind the run's new end (how many they are) move into the holes before it, both in ascending order; then the same
-//         over all places, of which the ends of the runs are free. What is to go as soon as it is born is removed from among
-//         the births of its step in the same way
+//   any   births take the places of what goes, and the last fill the holes that are left. Which takes which is the same on
+//         every instruction set, for any threads, layout and steps a call. Each run of 16384 places has its share of the
+//         step's births for its first holes; of its other holes those before its new end take the survivors behind it. Births
+//         left over take the ends of runs, then follow behind all; ends still free are filled from the last. Where count and
+//         births exceed the capacity all births follow behind: docs/scene.md
 enum class SurvivorOrder { kept, any };
 
 // Looked at after every step; a particle whose age has reached its lifetime is removed too. A comparison with what is not

@@ -184,10 +184,12 @@ CompiledLifecycle<T>::CompiledLifecycle(Plan<T> plan_, Turnover turnover_, const
 
 template <class T>
 LifecycleWorkspace<T>::LifecycleWorkspace(const Turnover& turnover, const Memory& memory)
-    : scratch(aligned_array<T>(most_groups * scratch_columns * live_chunk, memory)),
+    : scratch(aligned_array<T>(most_groups * scratch_columns * aside_chunk, memory)),
       overflow_bytes(fills_holes(turnover.removal) ? 0 : (turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
       overflow(aligned_array<T>(overflow_bytes / sizeof(T), memory)),
-      kept(fills_holes(turnover.removal) ? turnover.capacity / fill_run + 1 : 0) {
+      kept(fills_holes(turnover.removal) ? turnover.capacity / fill_run + 1 : 0),
+      waiting(kept.size()),
+      fills(fills_holes(turnover.removal) ? live_segments : 0) {
   for (auto& by : births) by.resize(turnover.emitters.size());
 }
 
@@ -238,7 +240,8 @@ std::string LivePlan<T>::explain() const {
   }
   if (is_any_order) {
     return words +
-           "\n             holes are filled from the end: no more particles are moved than go, in the same pass as the step\n"
+           "\n             births take the places of what goes, and the last fill the other holes, in the same pass as the "
+           "step\n"
            "             where a call takes many steps, keeping the order may cost less\n";
   }
   words +=

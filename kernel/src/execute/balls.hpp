@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 #include "compile/balls.hpp"
@@ -25,7 +26,12 @@ class BallStep {
         parallel_(parallel) {}
 
   // Before the first sub-step of a call: poses and anchors are where they are at that time.
-  void prepare(const Clock& at) const noexcept { prepare(at, lists_.size()); }
+  void prepare(const Clock& at) const noexcept {
+    for_each_part(lists_.size(), [&](const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
+      move(list, terms, at, from, std::min(list.count, to));
+      kernels_.prepare(terms, work_, from, to);
+    });
+  }
 
   // What the caller drives begins this step's way; poses are those at its start.
   void set_out(const Clock& clock, double step) const noexcept {
@@ -38,25 +44,21 @@ class BallStep {
   // At the end of a sub-step, when poses and anchors have got there.
   void keep(const Clock& at) const noexcept {
     if (m_.joints().substep() == 0) return;
-    for_each_part(at, lists_.size(), [&](const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
+    for_each_part(lists_.size(), [&](const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
+      if (!rests(list)) move(list, terms, at, from, std::min(list.count, to));
       kernels_.keep(terms, list.bound, work_, from, to);
     });
-    prepare(at, lists_.size() - 1);  // later lists may have moved what earlier ones hold
+    // Later lists may have moved what earlier ones hold. No center has gone on: no ball moves what it hangs on.
+    for_each_part(lists_.size() - 1, [&](const BallList<T>& /*list*/, const BallTerms<T>& terms, std::size_t from,
+                                         std::size_t to) { kernels_.prepare(terms, work_, from, to); });
   }
 
  private:
   static constexpr std::size_t per_task = 2048;  // a fixed number, so that nothing depends on threads
 
-  void prepare(const Clock& at, std::size_t lists) const noexcept {
-    const auto prepared = [&](const BallList<T>& /*list*/, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
-      kernels_.prepare(terms, work_, from, to);
-    };
-    for_each_part(at, lists, prepared);
-  }
-
   // List by list, as two may have a particle in common.
   template <class Use>
-  void for_each_part(const Clock& at, std::size_t lists, const Use& use) const noexcept {
+  void for_each_part(std::size_t lists, const Use& use) const noexcept {
     for (std::size_t n = 0; n < lists; ++n) {
       const BallList<T>& list = lists_[n];
       BallTerms<T> terms = ws_.balls[n];
@@ -66,21 +68,95 @@ class BallStep {
       for_each_task(parallel_, tasks_of(list.size(), per_task), [&](std::size_t task) {
         const std::size_t from = task * per_task;
         const std::size_t to = std::min(list.size(), from + per_task);
-        move(list, terms, at, from, std::min(list.count, to));
         use(list, terms, from, to);
       });
     }
   }
 
+  // Its centers are where they were when the call began.
+  [[nodiscard]] bool rests(const BallList<T>& list) const noexcept {
+    return list.skin && !m_.skins()[*list.skin].motion && !ws_.skins[*list.skin].is_driven();
+  }
+
   void move(const BallList<T>& list, const BallTerms<T>& terms, const Clock& at, std::size_t from,
             std::size_t to) const noexcept {
+    if (to <= from) return;
     if (!list.skin) return follow_anchors(list, terms, from, to);
     const DrivenSkin& driven = ws_.skins[*list.skin];
     if (driven.is_driven()) {
-      const double part = driven.part(at);
-      move_to(list, terms, from, to, [&](std::size_t i) { return driven.at(i, part); });
+      const Followed of{list, terms, from, to};
+      // Where points are numbered as the balls are, side by side, the loop is vectorised. Centers ascend.
+      const std::size_t first = list.center[from];
+      if (list.center[to - 1] - first == to - 1 - from) {
+        follow(driven, at, of, [first, from](std::size_t s) { return first + (s - from); });
+      } else {
+        follow(driven, at, of, [&list](std::size_t s) { return std::size_t{list.center[s]}; });
+      }
     } else {
-      move_to(list, terms, from, to, [&](std::size_t i) { return undriven(*list.skin, i); });
+      follow_start(list, terms, from, to);
+    }
+  }
+
+  struct Followed {
+    const BallList<T>& list;
+    const BallTerms<T>& terms;
+    std::size_t from, to;
+  };
+  template <class Number>
+  void follow(const DrivenSkin& driven, const Clock& at, const Followed& of, const Number& number) const noexcept {
+    const double part = driven.part(at);
+    const auto at_moment = [&](const auto& moment) {
+      if (of.list.is_backstop()) return follow_behind(driven, moment, of, number);
+      follow_points(driven, moment, of, number);
+    };
+    if (part == 1) return at_moment(driven.at_end());
+    at_moment(driven.on_the_way(part));
+  }
+
+  template <class Moment, class Number>
+  void follow_points(const DrivenSkin& driven, const Moment& moment, const Followed& of, const Number& number) const noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const DrivenSkin::Axis x = driven.points(axis);
+      const double origin = m_.origin()[axis];
+      T* __restrict const c = of.terms.c[axis];
+      T* __restrict const u = of.terms.u[axis];
+      for (std::size_t s = of.from; s < of.to; ++s) {
+        const std::size_t i = number(s);
+        c[s] = static_cast<T>(moment(x, i) - origin);
+        u[s] = static_cast<T>(x.rate[i]);
+      }
+    }
+  }
+
+  // Some points at a time: first their normals, then each axis, so that both loops are vectorised.
+  template <class Moment, class Number>
+  void follow_behind(const DrivenSkin& driven, const Moment& moment, const Followed& of, const Number& number) const noexcept {
+    constexpr std::size_t together = 128;
+    const std::array<DrivenSkin::Axis, 3> m{driven.normals(0), driven.normals(1), driven.normals(2)};
+    std::array<std::array<double, together>, 3> n, rate;  // left uninitialised
+    for (std::size_t first = of.from; first < of.to; first += together) {
+      const std::size_t count = std::min(together, of.to - first);
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t i = number(first + k);
+        const UnitNormal unit({moment(m[0], i), moment(m[1], i), moment(m[2], i)}, {m[0].to[i], m[1].to[i], m[2].to[i]},
+                              {m[0].rate[i], m[1].rate[i], m[2].rate[i]});
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          n[axis][k] = unit.n[axis];
+          rate[axis][k] = unit.rate[axis];
+        }
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const DrivenSkin::Axis x = driven.points(axis);
+        const double origin = m_.origin()[axis];
+        const double* const behind = of.list.behind.data() + first;
+        T* __restrict const c = of.terms.c[axis] + first;
+        T* __restrict const u = of.terms.u[axis] + first;
+        for (std::size_t k = 0; k < count; ++k) {
+          const std::size_t i = number(first + k);
+          c[k] = static_cast<T>((moment(x, i) - behind[k] * n[axis][k]) - origin);
+          u[k] = static_cast<T>(x.rate[i] - behind[k] * rate[axis][k]);
+        }
+      }
     }
   }
 
@@ -94,12 +170,11 @@ class BallStep {
     }
   }
 
-  template <class PointAt>
-  void move_to(const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to,
-               const PointAt& point_at) const noexcept {
+  // Of a skin that nothing has driven yet.
+  void follow_start(const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) const noexcept {
     const Vec3& origin = m_.origin();
     for (std::size_t s = from; s < to; ++s) {
-      const SkinPoint point = point_at(list.center[s]);
+      const SkinPoint point = undriven(*list.skin, list.center[s]);
       const double behind = list.is_backstop() ? list.behind[s] : 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         terms.c[axis][s] = static_cast<T>((point.x[axis] - behind * point.n[axis]) - origin[axis]);

@@ -1,7 +1,7 @@
 // A skin that the caller moves: "be there at the end of the next step". It belongs to a state, and stands in its workspace.
 #pragma once
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -19,13 +19,31 @@ struct SkinPoint {
   Vec3 n{}, n_rate{};
 };
 
+// A normal on its way, brought to unit length, and its rate. Half-way between two opposite ones it is the one it goes to.
+struct UnitNormal {
+  Vec3 n, rate;
+
+  [[gnu::always_inline]] UnitNormal(const Vec3& m, const Vec3& to, const Vec3& m_rate) noexcept {
+    const double square = m[0] * m[0] + m[1] * m[1] + m[2] * m[2];
+    const bool has_direction = square > 1e-12;
+    const double inverse = 1 / std::sqrt(has_direction ? square : 1);  // selected, so that loops are vectorised
+    const double x = m[0] * inverse, y = m[1] * inverse, z = m[2] * inverse;
+    const double along = x * m_rate[0] + y * m_rate[1] + z * m_rate[2];
+    const double x_rate = (m_rate[0] - x * along) * inverse;
+    const double y_rate = (m_rate[1] - y * along) * inverse;
+    const double z_rate = (m_rate[2] - z * along) * inverse;
+    n = {has_direction ? x : to[0], has_direction ? y : to[1], has_direction ? z : to[2]};
+    rate = {has_direction ? x_rate : 0, has_direction ? y_rate : 0, has_direction ? z_rate : 0};
+  }
+};
+
 // Normals go straight from one to the next, and are brought to unit length at each moment.
 class DrivenSkin {
  public:
   explicit DrivenSkin(const SkinShape& shape) : shape_(shape) {
     for (Way* const way : {&points_, &normals_}) {
       const std::size_t size = way == &points_ || shape.has_normals ? shape.particles : 0;
-      for (std::vector<Vec3>* const column : {&way->from, &way->to, &way->asked, &way->rate}) column->resize(size);
+      for (Vectors* const vectors : {&way->from, &way->to, &way->asked, &way->rate}) vectors->resize(size);
     }
   }
 
@@ -35,9 +53,9 @@ class DrivenSkin {
 
   // normals: of any length, or none: they stay what they are.
   void ask(std::span<const Vec3> points, std::span<const Vec3> normals) noexcept {
-    std::copy(points.begin(), points.end(), points_.asked.begin());
+    for (std::size_t i = 0; i < points.size(); ++i) points_.asked.put(i, points[i]);
     has_asked_normals_ = !normals.empty();
-    for (std::size_t i = 0; i < normals.size(); ++i) normals_.asked[i] = unit(normals[i]);
+    for (std::size_t i = 0; i < normals.size(); ++i) normals_.asked.put(i, unit(normals[i]));
     is_asked_ = true;
   }
 
@@ -46,9 +64,9 @@ class DrivenSkin {
   void begin(const Clock& clock, double duration, const Undriven& undriven) noexcept {
     for (std::size_t i = 0; i < shape_.particles; ++i) {
       const SkinPoint before = is_driven_ ? SkinPoint{} : undriven(i);
-      points_.begin(i, is_driven_ ? points_.to[i] : before.x, is_asked_, duration);
+      points_.begin(i, is_driven_ ? points_.to.at(i) : before.x, is_asked_, duration);
       if (shape_.has_normals) {
-        normals_.begin(i, is_driven_ ? normals_.to[i] : before.n, is_asked_ && has_asked_normals_, duration);
+        normals_.begin(i, is_driven_ ? normals_.to.at(i) : before.n, is_asked_ && has_asked_normals_, duration);
       }
     }
     is_driven_ = true;
@@ -58,20 +76,20 @@ class DrivenSkin {
 
   // How much of the step has passed, for at().
   [[nodiscard]] double part(const Clock& clock) const noexcept { return step_.part_passed(clock); }
-  [[nodiscard]] SkinPoint at(std::size_t i, double part) const noexcept {
-    const double passed = part * step_.duration;
-    SkinPoint point{.x = points_.at(i, part, passed), .u = points_.rate[i]};
-    if (!shape_.has_normals) return point;
-    const Vec3 m = normals_.at(i, part, passed);
-    const double square = dot(m, m);
-    if (!(square > 1e-12)) {  // half-way between two opposite ones
-      point.n = normals_.to[i];
-      return point;
-    }
-    const double inverse = 1 / std::sqrt(square);
-    point.n = scaled(m, inverse);
-    point.n_rate = scaled(difference(normals_.rate[i], scaled(point.n, dot(point.n, normals_.rate[i]))), inverse);
-    return point;
+
+  // One axis of all points, or of all normals: m in the world, and m/s.
+  struct Axis {
+    const double *from, *to, *rate;
+  };
+  [[nodiscard]] Axis points(std::size_t axis) const noexcept { return points_.axis(axis); }
+  [[nodiscard]] Axis normals(std::size_t axis) const noexcept { return normals_.axis(axis); }
+
+  // Of an axis what number i is at the step's end, and when so much of it has passed.
+  [[nodiscard]] static auto at_end() noexcept {
+    return [](const Axis& axis, std::size_t i) { return axis.to[i]; };
+  }
+  [[nodiscard]] auto on_the_way(double part) const noexcept {
+    return [passed = part * step_.duration](const Axis& axis, std::size_t i) { return axis.from[i] + passed * axis.rate[i]; };
   }
 
   template <class Archive>
@@ -79,9 +97,9 @@ class DrivenSkin {
     for (bool* const flag : {&is_asked_, &has_asked_normals_, &is_driven_}) archive(*flag);
     if (!has_way()) return;
     for (Way* const way : {&points_, &normals_}) {
-      for (std::vector<Vec3>* const column : {&way->from, &way->to, &way->asked, &way->rate}) {
-        for (Vec3& v : *column) {
-          for (double& number : v) archive(number);
+      for (Vectors* const vectors : {&way->from, &way->to, &way->asked, &way->rate}) {
+        for (std::size_t i = 0; i < vectors->axes[0].size(); ++i) {
+          for (std::vector<double>& axis : vectors->axes) archive(axis[i]);
         }
       }
     }
@@ -89,19 +107,30 @@ class DrivenSkin {
   }
 
  private:
+  // Axis by axis, so that what goes over all points is vectorised.
+  struct Vectors {
+    std::array<std::vector<double>, 3> axes{};
+
+    void resize(std::size_t size) {
+      for (std::vector<double>& axis : axes) axis.resize(size);
+    }
+    void put(std::size_t i, const Vec3& v) noexcept {
+      for (std::size_t k = 0; k < 3; ++k) axes[k][i] = v[k];
+    }
+    [[nodiscard]] Vec3 at(std::size_t i) const noexcept { return {axes[0][i], axes[1][i], axes[2][i]}; }
+  };
+
   struct Way {
-    std::vector<Vec3> from{}, to{}, asked{}, rate{};
+    Vectors from{}, to{}, asked{}, rate{};
 
     void begin(std::size_t i, const Vec3& from_, bool is_asked, double duration) noexcept {
-      from[i] = from_;
-      to[i] = is_asked ? asked[i] : from_;
-      rate[i] = scaled(difference(to[i], from[i]), 1 / duration);
+      const Vec3 to_ = is_asked ? asked.at(i) : from_;
+      from.put(i, from_);
+      to.put(i, to_);
+      rate.put(i, scaled(difference(to_, from_), 1 / duration));
     }
-    [[nodiscard]] Vec3 at(std::size_t i, double part, double passed) const noexcept {
-      if (part == 1) return to[i];
-      Vec3 x = from[i];
-      for (std::size_t k = 0; k < 3; ++k) x[k] += passed * rate[i][k];
-      return x;
+    [[nodiscard]] Axis axis(std::size_t k) const noexcept {
+      return {from.axes[k].data(), to.axes[k].data(), rate.axes[k].data()};
     }
   };
 

@@ -282,12 +282,14 @@ StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, ContactReport
 }
 
 template <class T>
-StepResult ReportedStep<T>::run(const Plan<T>& plan, State<T>& state, std::size_t steps, ContactReport::Parts& report,
-                                std::size_t first) noexcept {
-  const auto step = [&](const auto& in) noexcept {
-    return step_by(*in.scene, in.workspace.get(), state, steps, {}, {.report = &report, .first = first});
+void ReportedStep<T>::run(const Plan<T>& plan, State<T>& state, std::size_t steps, ContactReport::Parts* report,
+                          std::size_t first) noexcept {
+  const auto step = [&]<class A>(const PlanIn<A>& in) noexcept {
+    if constexpr (sizeof(A) >= sizeof(T)) {  // no plan for float64 states is worked out in float32
+      step_free(*in.scene, *in.scene->free(), state, steps, {}, {.report = report, .first = first});
+    }
   };
-  return std::visit(step, plan.parts_->in);
+  std::visit(step, plan.parts_->in);
 }
 
 template struct ReportedStep<float>;

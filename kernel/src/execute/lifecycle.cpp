@@ -2,174 +2,26 @@
 #include "compile/lifecycle.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstring>
-#include <limits>
 #include <span>
 
 #include "dvdx/layouts/convert.hpp"
+#include "execute/any_order.hpp"
 #include "execute/contact_recorder.hpp"
 #include "execute/environment.hpp"
+#include "execute/live_births.hpp"
+#include "execute/live_chunks.hpp"
+#include "execute/live_columns.hpp"
 #include "execute/stepping.hpp"
 #include "execute/tasks.hpp"
 
 namespace dvdx {
 
-// rate (time - start), in twice double precision. A birth that belongs to a step's very end is there, although times and rate
-// may not be what their decimals say: each is rounded by at most 2^-53 of itself.
-BirthsBy births_by(const Emitter& emitter, const Clock& clock) noexcept {
-  constexpr double rounding = 0x1p-50;
-  constexpr double most = 0x1p62;
-  const TwoDouble since = TwoDouble(clock.seconds, clock.carry) - TwoDouble(emitter.start);
-  const TwoDouble number = since * emitter.rate;
-  const TwoDouble all = (TwoDouble(emitter.end) - TwoDouble(emitter.start)) * emitter.rate;
-  const bool is_over = std::isfinite(emitter.end) && (all - number).high < 0;
-  const double until = is_over ? emitter.end : clock.seconds;
-  const double slack = rounding * emitter.rate * (std::abs(until) + std::abs(emitter.start));
-  const TwoDouble counted = (is_over ? all : number) + TwoDouble(slack);
-  if (!(counted.high >= 1)) return {0, number};
-  const double floor = std::floor(std::min(counted.high, most));
-  const double rest = (counted.high - floor) + counted.low;  // the lower part may reach below the whole number
-  return {static_cast<std::uint64_t>(floor) - (rest < 0 ? 1 : 0), number};
-}
-
 namespace {
 
 // Below this many particle-steps, waking a thread costs more than it saves.
 constexpr std::size_t parallel_from = std::size_t{1} << 16;
-constexpr std::size_t staged = 1024;  // particles whose columns are gathered where they do not lie side by side
-
-using Removed = std::array<std::uint64_t, live_chunk / 64>;  // a bit for each particle of a chunk
-
-// One column as bytes: what the removal moves.
-struct Strip {
-  std::byte* base = nullptr;
-  std::ptrdiff_t stride = 0;  // from a run to the next
-  std::size_t run = 1;        // a power of two
-  std::size_t bytes = 0;      // of an element
-  bool is_side_by_side = false;
-
-  [[nodiscard]] std::byte* at(std::size_t i) const noexcept {
-    if (is_side_by_side) return base + i * bytes;
-    const auto tile = static_cast<std::ptrdiff_t>(i >> static_cast<unsigned>(std::countr_zero(run)));
-    return base + tile * stride + (i & (run - 1)) * bytes;
-  }
-};
-
-template <class T>
-Strip strip_of(const Column<T>& column) noexcept {
-  return {reinterpret_cast<std::byte*>(column.base), column.stride, column.run, sizeof(T), column.is_contiguous()};
-}
-
-Strip strip_of(const Carried& carried) noexcept {
-  return {static_cast<std::byte*>(carried.base), carried.stride, 1, carried.bytes,
-          carried.stride == static_cast<std::ptrdiff_t>(carried.bytes)};
-}
-
-template <class T, class Use>
-void for_each_strip(const LiveState<T>& live, const Use& use) noexcept {
-  for (const auto* columns : {&live.state.x, &live.state.v}) {
-    for (const Column<T>& column : *columns) use(strip_of(column));
-  }
-  if (live.age.base != nullptr) use(strip_of(live.age));
-  if (live.lifetime.base != nullptr) use(strip_of(live.lifetime));
-  for (const Carried& carried : live.carried) use(strip_of(carried));
-}
-
-bool is_removed(const std::uint64_t* removed, std::size_t i) noexcept { return (removed[i / 64] >> (i % 64) & 1) != 0; }
-
-std::size_t kept_of(std::span<const std::uint64_t> removed, std::size_t count) noexcept {
-  std::size_t marked = 0;
-  for (const std::uint64_t word : removed) marked += static_cast<std::size_t>(std::popcount(word));
-  return count - marked;
-}
-
-// Moves a chunk's survivors strip by strip: those whose elements are alike and lie side by side together.
-class Compacting {
- public:
-  Compacting(const Passes& passes, std::size_t count, const Removed& removed) noexcept
-      : passes_(passes), count_(count), removed_(removed) {}
-  Compacting(const Compacting&) = delete;
-  Compacting& operator=(const Compacting&) = delete;
-  ~Compacting() {
-    run(four_, passes_.compact4);
-    run(eight_, passes_.compact8);
-  }
-
-  void add(const Strip& from, std::size_t first, const Strip& to, std::size_t at) noexcept {
-    const bool is_side_by_side = from.is_side_by_side && to.is_side_by_side;
-    if (is_side_by_side && from.bytes == 4) return add(four_, passes_.compact4, from.at(first), to.at(at));
-    if (is_side_by_side && from.bytes == 8) return add(eight_, passes_.compact8, from.at(first), to.at(at));
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (!is_removed(removed_.data(), i)) std::memmove(to.at(at++), from.at(first + i), from.bytes);
-    }
-  }
-
- private:
-  struct Alike {
-    std::array<const std::byte*, compact_columns> in;
-    std::array<std::byte*, compact_columns> out;
-    std::size_t columns = 0;
-  };
-
-  void add(Alike& alike, Compact compact, const std::byte* in, std::byte* out) const noexcept {
-    alike.in[alike.columns] = in;
-    alike.out[alike.columns] = out;
-    if (++alike.columns == compact_columns) run(alike, compact);
-  }
-  void run(Alike& alike, Compact compact) const noexcept {
-    if (alike.columns != 0) compact(alike.in.data(), alike.out.data(), alike.columns, removed_.data(), count_);
-    alike.columns = 0;
-  }
-
-  const Passes& passes_;
-  std::size_t count_;
-  const Removed& removed_;
-  Alike four_{}, eight_{};
-};
-
-template <std::size_t bytes>
-void fill_side_by_side(const Fill& fill, std::byte* base) noexcept {
-  for (std::size_t n = 0; n < fill.count; ++n) std::memcpy(base + fill.to[n] * bytes, base + fill.from[n] * bytes, bytes);
-}
-
-// The moves of the run that begins at `first`.
-void fill_strip(const Fill& fill, const Strip& strip, std::size_t first) noexcept {
-  if (strip.is_side_by_side && strip.bytes == 4) return fill_side_by_side<4>(fill, strip.at(first));
-  if (strip.is_side_by_side && strip.bytes == 8) return fill_side_by_side<8>(fill, strip.at(first));
-  for (std::size_t n = 0; n < fill.count; ++n) {
-    std::memcpy(strip.at(first + fill.to[n]), strip.at(first + fill.from[n]), strip.bytes);
-  }
-}
-
-void move_strip(const Strip& from, std::size_t first, std::size_t count, const Strip& to, std::size_t at) noexcept {
-  if (from.is_side_by_side && to.is_side_by_side) {
-    std::memmove(to.at(at), from.at(first), count * from.bytes);
-    return;
-  }
-  for (std::size_t i = 0; i < count; ++i) std::memmove(to.at(at + i), from.at(first + i), from.bytes);
-}
-
-// Elements first, first + 1, ... of a column in contiguous memory: where they are, or a copy.
-template <class T>
-class Gathered {
- public:
-  Gathered(const Column<T>& column, std::size_t first, std::size_t count) noexcept
-      : column_(column), first_(first), count_(count) {
-    if (column.is_contiguous()) return;
-    gather(column, first, count, copy_.data());
-  }
-  [[nodiscard]] T* data() noexcept { return column_.is_contiguous() ? column_.base + first_ : copy_.data(); }
-  void put_back() const noexcept {
-    if (!column_.is_contiguous()) scatter(copy_.data(), first_, count_, column_);
-  }
-
- private:
-  const Column<T>& column_;
-  std::size_t first_, count_;
-  alignas(64) std::array<T, staged> copy_;  // left uninitialised
-};
+// Below this many particles whole chunks are too large to be shared among threads, and to lie behind what overflows.
+constexpr std::size_t few = 64 * live_chunk;
 
 template <class T>
 class LifecycleStep {
@@ -182,6 +34,7 @@ class LifecycleStep {
         live_(live),
         parallel_(parallel),
         report_(report),
+        chunks_(compiled, workspace, live, report),
         living_(compiled.turnover.capacity) {}
 
   // Steps batch by batch.
@@ -210,18 +63,6 @@ class LifecycleStep {
     std::size_t at = 0;
     std::size_t pieces = 0;    // of born_together
     std::uint64_t number = 0;  // births of all parts before
-  };
-
-  // Births side by side, counted from the first of their run.
-  struct Stretch {
-    std::uint64_t first = 0, count = 0;
-  };
-
-  // A chunk after its steps: where its columns are, and how many of its particles stay.
-  struct Stepped {
-    LiveState<T> at{};
-    bool is_apart = false;  // in the plan's own memory, from its first element on
-    std::size_t kept = 0;
   };
 
   // ---- how many steps at once ---------------------------------------------------------------------------------------------
@@ -259,6 +100,11 @@ class LifecycleStep {
   [[nodiscard]] std::uint64_t room() const noexcept { return p_.turnover.capacity - living_; }
 
   void step_batch(std::size_t steps) noexcept {
+    if (fills_holes(p_.turnover.removal) && born_until(1) <= p_.turnover.capacity - live_.state.count) {
+      step_in_any_order(born_until(1));
+      live_.state.clock = ws_.clocks[1];
+      return;
+    }
     const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = steps, .clock = ws_.clocks[0]};
     compact_all({&all, 1});
     emit(steps);
@@ -317,30 +163,9 @@ class LifecycleStep {
     births.first += from;
     births.count = std::min(born_together, births.count - from);
     births.lead -= static_cast<double>(from);
-    Born born;
-    p_.passes.emit(p_.emitters[run_.emitter], births, born);
-    const std::size_t at = run_.at + from;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      scatter(born.x[axis].data(), at, births.count, live_.state.x[axis]);
-      scatter(born.v[axis].data(), at, births.count, live_.state.v[axis]);
-    }
-    if (live_.age.base != nullptr) scatter(born.age.data(), at, births.count, live_.age);
-    if (live_.lifetime.base != nullptr) scatter(born.lifetime.data(), at, births.count, live_.lifetime);
-    for (const Carried& carried : live_.carried) {
-      const Strip strip = strip_of(carried);
-      if (carried.at_birth == AtBirth::number) {
-        put_numbers(strip, at, births.count, run_.number + from);
-      } else {
-        for (std::size_t i = 0; i < births.count; ++i) std::memset(strip.at(at + i), 0, strip.bytes);
-      }
-    }
-  }
-
-  static void put_numbers(const Strip& strip, std::size_t at, std::size_t count, std::uint64_t first) noexcept {
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto number = static_cast<std::int64_t>(first + i);
-      std::memcpy(strip.at(at + i), &number, sizeof(number));
-    }
+    BornBlock<T> block;
+    make_births(p_.passes, p_.emitters[run_.emitter], births, block);
+    put_births(block, live_, run_.number + from, [at = run_.at + from](std::size_t k) { return at + k; });
   }
 
   // ---- steps and removal --------------------------------------------------------------------------------------------------
@@ -351,21 +176,25 @@ class LifecycleStep {
     const std::size_t before = live_.state.count;
     std::size_t work = 0;
     for (const ParticleGroup& group : groups) work += group.count * std::max<std::size_t>(group.steps, 1);
-    const bool is_worth_threads = parallel_.run != nullptr && work >= parallel_from;
     if (fills_holes(p_.turnover.removal)) {
-      live_.state.count = fill_holes(groups.front(), is_worth_threads ? parallel_ : ParallelFor{});
+      live_.state.count = fill_holes(groups.front());
     } else {
-      live_.state.count = is_worth_threads ? compact_in_parallel(groups) : compact_in_order(groups, first);
+      live_.state.count = threads_for(work).run != nullptr ? compact_in_parallel(groups) : compact_in_order(groups, first);
     }
     live_.removed += before - live_.state.count;
+  }
+
+  // None where waking them costs more than it saves.
+  [[nodiscard]] ParallelFor threads_for(std::size_t work) const noexcept {
+    return work >= parallel_from ? parallel_ : ParallelFor{};
   }
 
   std::size_t compact_in_order(std::span<const ParticleGroup> groups, std::size_t to) noexcept {
     for (const ParticleGroup& group : groups) {
       for_each_chunk(group, [&](const ParticleGroup& chunk) {
         Removed removed{};
-        const Stepped stepped = step_chunk(chunk, 0, removed);
-        move_survivors(stepped, chunk, removed, to);
+        const auto stepped = chunks_.step_chunk(chunk, 0, removed);
+        chunks_.move_survivors(stepped, chunk, removed, to);
         to += stepped.kept;
       });
     }
@@ -373,59 +202,36 @@ class LifecycleStep {
   }
 
   template <class Use>
-  static void for_each_chunk(const ParticleGroup& group, const Use& use) noexcept {
-    for_each_piece(group, live_chunk, use);
-  }
-  template <class Use>
-  static void for_each_piece(const ParticleGroup& group, std::size_t most, const Use& use) noexcept {
-    for (std::size_t from = 0; from < group.count; from += most) {
-      ParticleGroup piece = group;
-      piece.first += from;
-      piece.count = std::min(most, group.count - from);
-      use(piece);
+  void for_each_chunk(const ParticleGroup& group, const Use& use) const noexcept {
+    for (std::size_t from = 0; from < group.count;) {
+      ParticleGroup chunk = group;
+      chunk.first += from;
+      chunk.count = std::min({chunk_, chunks_.most_from(chunk.first), group.count - from});
+      from += chunk.count;
+      use(chunk);
     }
   }
 
   // ---- in any order -------------------------------------------------------------------------------------------------------
 
-  // Steps a group that reaches to the last live particle, and fills the holes of each run, then those of all
-  // (passes/removal/fill.hpp). Returns the new end.
-  std::size_t fill_holes(const ParticleGroup& group, const ParallelFor& parallel) noexcept {
-    cut({&group, 1}, fill_run);
-    for_each_task(parallel, segment_count_, [this, first = group.first](std::size_t s) {
-      for_each_piece(segments_[s].group, fill_run,
-                     [&](const ParticleGroup& run) { ws_.kept[(run.first - first) / fill_run] = step_and_fill(run, s); });
-    });
-    const std::span<const std::size_t> kept(ws_.kept.data(), tasks_of(group.count, fill_run));
-    return group.first + for_each_run_fill(kept, group.count, [&](std::size_t from, std::size_t to, std::size_t n) {
-             for_each_strip(live_,
-                            [&](const Strip& strip) { move_strip(strip, group.first + from, n, strip, group.first + to); });
-           });
+  // One step in which all births are sure of room: they take the places of what goes.
+  void step_in_any_order(std::uint64_t births) noexcept {
+    const std::uint64_t before = live_.state.count + births;
+    const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = 1, .clock = ws_.clocks[0]};
+    AnyOrder<T> step(p_, ws_, live_, chunks_, births, live_.born);
+    const auto ends = step.step(all, threads_for(all.count + births));
+    living_ += births;
+    live_.born += births;
+    live_.state.count =
+        fill_holes({.first = ends.of_seen, .count = ends.of_all - ends.of_seen, .clock = ws_.clocks[1], .is_new = true});
+    live_.removed += before - live_.state.count;
   }
 
-  // How many of the run stay: they then stand at its front.
-  std::size_t step_and_fill(const ParticleGroup& run, std::size_t scratch) noexcept {
-    std::array<std::uint64_t, fill_run / 64> removed{};
-    if (can_be_viewed(run.first)) {
-      step_all(live_, run, removed);
-    } else {
-      for_each_chunk(run, [&](const ParticleGroup& chunk) {
-        const std::span<std::uint64_t> of_chunk = std::span(removed).subspan((chunk.first - run.first) / 64, live_chunk / 64);
-        put_back(step_chunk(chunk, scratch, of_chunk), chunk);
-      });
-    }
-    const std::size_t kept = kept_of(removed, run.count);
-    if (kept != run.count) {
-      Fill fill;
-      find_fill(removed.data(), run.count, kept, fill);
-      for_each_strip(live_, [&](const Strip& strip) { fill_strip(fill, strip, run.first); });
-    }
-    return kept;
-  }
-
-  void put_back(const Stepped& stepped, const ParticleGroup& chunk) const noexcept {
-    for_each_pair(stepped.at, live_,
-                  [&](const Strip& aside, const Strip& live) { move_strip(aside, 0, chunk.count, live, chunk.first); });
+  // Steps a group that reaches to the last live particle, and fills the holes. Returns the new end.
+  std::size_t fill_holes(const ParticleGroup& group) noexcept {
+    if (group.count == 0) return group.first;
+    AnyOrder<T> step(p_, ws_, live_, chunks_, 0, live_.born);
+    return step.step(group, threads_for(group.count)).of_all;
   }
 
   // ---- on threads ---------------------------------------------------------------------------------------------------------
@@ -441,7 +247,8 @@ class LifecycleStep {
   };
 
   std::size_t compact_in_parallel(std::span<const ParticleGroup> groups) noexcept {
-    cut(groups, live_chunk);
+    if (live_.state.count < few) chunk_ = aside_chunk;
+    cut(groups, chunk_);
     const bool is_known = !p_.removal.looks_at_places();
     if (is_known) {
       for_each_segment([this](std::size_t s) { count_kept(s); });
@@ -488,7 +295,7 @@ class LifecycleStep {
     for (std::size_t from = 0; from < segment.group.count; from += staged) {
       const std::size_t n = std::min(staged, segment.group.count - from);
       Gathered<T> age(live_.age, segment.group.first + from, n), lifetime(live_.lifetime, segment.group.first + from, n);
-      segment.kept -= kernels_.count_aged(age.data(), lifetime.data(), n, step_size(), segment.group.steps);
+      segment.kept -= kernels_.count_aged(age.data(), lifetime.data(), n, chunks_.step_size(), segment.group.steps);
     }
   }
 
@@ -524,7 +331,7 @@ class LifecycleStep {
   [[nodiscard]] std::size_t overflow_bytes(std::size_t particles) const noexcept {
     if (particles == 0) return 0;
     std::size_t bytes = 0;
-    for_each_strip(live_, [&](const Strip& strip) { bytes += (particles + live_chunk) * strip.bytes; });
+    for_each_strip(live_, [&](const Strip& strip) { bytes += (particles + chunk_) * strip.bytes; });
     return bytes;
   }
 
@@ -534,7 +341,7 @@ class LifecycleStep {
     std::byte* next = segment.overflow;
     for_each_strip(live_, [&](const Strip& strip) {
       use(strip, Strip{next, 0, 1, strip.bytes, true});
-      next += (segment.overflowed + live_chunk) * strip.bytes;
+      next += (segment.overflowed + chunk_) * strip.bytes;
     });
   }
 
@@ -543,7 +350,7 @@ class LifecycleStep {
     std::size_t kept = 0;
     for_each_chunk(segment.group, [&](const ParticleGroup& chunk) {
       Removed removed{};
-      const Stepped stepped = step_chunk(chunk, s, removed);
+      const auto stepped = chunks_.step_chunk(chunk, s, removed);
       move_chunk(segment, chunk, removed, kept, stepped);
       kept += stepped.kept;
     });
@@ -552,23 +359,23 @@ class LifecycleStep {
 
   // The segment's survivors number `kept` and on: the first of them into the overflow, the others to the segment's own front.
   void move_chunk(const Segment& segment, const ParticleGroup& chunk, const Removed& removed, std::size_t kept,
-                  const Stepped& stepped) noexcept {
+                  const typename LiveChunks<T>::Stepped& stepped) noexcept {
     const std::size_t waiting = segment.overflowed > kept ? std::min(segment.overflowed - kept, stepped.kept) : 0;
     if (waiting != 0) {
       Removed not_waiting = removed;
       hide(not_waiting, chunk.count, waiting, Side::behind);
       Compacting compacting(p_.passes, chunk.count, not_waiting);
       std::byte* next = segment.overflow;
-      for_each_source(stepped, chunk, [&](const Strip& from, std::size_t first, const Strip&) {
+      chunks_.for_each_source(stepped, chunk, [&](const Strip& from, std::size_t first, const Strip&) {
         compacting.add(from, first, Strip{next, 0, 1, from.bytes, true}, kept);
-        next += (segment.overflowed + live_chunk) * from.bytes;
+        next += (segment.overflowed + chunk_) * from.bytes;
       });
     }
     if (waiting == stepped.kept) return;
     Removed others = removed;
     if (waiting != 0) hide(others, chunk.count, waiting, Side::before);
     const std::size_t to = segment.group.first + kept + waiting - segment.overflowed;
-    move_survivors(stepped, chunk, others, to);
+    chunks_.move_survivors(stepped, chunk, others, to);
   }
 
   enum class Side { before, behind };
@@ -599,154 +406,19 @@ class LifecycleStep {
     }
   }
 
-  // ---- one chunk ----------------------------------------------------------------------------------------------------------
-
-  [[nodiscard]] T step_size() const noexcept { return static_cast<T>(p_.plan.step_size()); }
-
-  // All its steps; what is to go after any of them is marked. Particles are stepped where they are, and are still in cache when
-  // their survivors move: stepped in a place of their own, so that each line of the state's memory is written once, a million
-  // with 2 % turnover took 6.9 ms a step in place of 5.0 (one thread, AMD EPYC).
-  [[nodiscard]] Stepped step_chunk(const ParticleGroup& chunk, std::size_t scratch, std::span<std::uint64_t> removed) noexcept {
-    Stepped stepped;
-    ParticleGroup here = chunk;
-    if (can_be_viewed(chunk.first)) {
-      stepped.at = live_;
-    } else {
-      stepped.at = scratch_of(scratch);
-      stepped.is_apart = true;
-      here.first = 0;
-      here.aside_of = chunk.first;
-      for_each_pair(live_, stepped.at,
-                    [&](const Strip& from, const Strip& aside) { move_strip(from, chunk.first, chunk.count, aside, 0); });
-    }
-    step_all(stepped.at, here, removed);
-    stepped.kept = kept_of(removed, chunk.count);
-    return stepped;
-  }
-
-  void step_all(const LiveState<T>& at, const ParticleGroup& chunk, std::span<std::uint64_t> removed) const noexcept {
-    if (!p_.removal.looks_at_places()) {
-      step_plan(at, chunk, chunk.steps);
-    } else {
-      ParticleGroup now = chunk;
-      if (chunk.is_new || chunk.steps == 0) mark_placed(at, chunk, removed);
-      for (std::size_t n = 0; n < chunk.steps; ++n) {
-        now.clock = step_plan(at, now, 1);
-        mark_placed(at, chunk, removed);
-      }
-    }
-    grow_old(at, chunk, removed);
-  }
-
-  // Six columns of the state, age and lifetime, side by side in the plan's own memory.
-  [[nodiscard]] LiveState<T> scratch_of(std::size_t scratch) const noexcept {
-    T* const base = ws_.scratch.get() + scratch * scratch_columns * live_chunk;
-    const auto column = [base](std::size_t c) {
-      return Column<T>{base + c * live_chunk, 0, Column<T>::contiguous, live_chunk};
-    };
-    LiveState<T> at;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      at.state.x[axis] = column(axis);
-      at.state.v[axis] = column(3 + axis);
-    }
-    if (live_.age.base != nullptr) at.age = column(6);
-    if (live_.lifetime.base != nullptr) at.lifetime = column(7);
-    return at;
-  }
-
-  // The columns of two states that are alike, but for the caller's own.
-  template <class Use>
-  static void for_each_pair(const LiveState<T>& a, const LiveState<T>& b, const Use& use) noexcept {
-    for (std::size_t axis = 0; axis < 3; ++axis) use(strip_of(a.state.x[axis]), strip_of(b.state.x[axis]));
-    for (std::size_t axis = 0; axis < 3; ++axis) use(strip_of(a.state.v[axis]), strip_of(b.state.v[axis]));
-    if (a.age.base != nullptr) use(strip_of(a.age), strip_of(b.age));
-    if (a.lifetime.base != nullptr) use(strip_of(a.lifetime), strip_of(b.lifetime));
-  }
-
-  // use(where a chunk's column is, its first element there, the live column), in the order of for_each_strip.
-  template <class Use>
-  void for_each_source(const Stepped& stepped, const ParticleGroup& chunk, const Use& use) const noexcept {
-    const std::size_t first = stepped.is_apart ? 0 : chunk.first;
-    for_each_pair(stepped.at, live_, [&](const Strip& from, const Strip& live) { use(from, first, live); });
-    for (const Carried& carried : live_.carried) use(strip_of(carried), chunk.first, strip_of(carried));
-  }
-
-  void move_survivors(const Stepped& stepped, const ParticleGroup& chunk, const Removed& removed,
-                      std::size_t to) const noexcept {
-    const bool is_there = !stepped.is_apart && to == chunk.first;
-    if (is_there && kept_of(removed, chunk.count) == chunk.count) return;
-    Compacting compacting(p_.passes, chunk.count, removed);
-    for_each_source(stepped, chunk,
-                    [&](const Strip& from, std::size_t first, const Strip& live) { compacting.add(from, first, live, to); });
-  }
-
-  // Where particles lie in tiles, a view cannot start within one.
-  [[nodiscard]] bool can_be_viewed(std::size_t first) const noexcept {
-    const auto fits = [first](const Column<T>& column) { return column.is_contiguous() || first % column.run == 0; };
-    return std::all_of(live_.state.x.begin(), live_.state.x.end(), fits) &&
-           std::all_of(live_.state.v.begin(), live_.state.v.end(), fits);
-  }
-
-  // Returns the clock after the steps.
-  Clock step_plan(const LiveState<T>& at, const ParticleGroup& chunk, std::size_t steps) const noexcept {
-    if (steps == 0) return chunk.clock;
-    State<T> view = at.state;
-    view.count = chunk.count;
-    view.clock = chunk.clock;
-    for (auto* columns : {&view.x, &view.v}) {
-      for (Column<T>& column : *columns) {
-        column.base = column.at(chunk.first);
-        column.capacity = chunk.count;
-      }
-    }
-    if (report_ != nullptr) {
-      ReportedStep<T>::run(p_.plan, view, steps, *report_, chunk.aside_of + chunk.first);
-    } else {
-      p_.plan.step(view, steps);
-    }
-    return view.clock;
-  }
-
-  void mark_placed(const LiveState<T>& of, const ParticleGroup& chunk, std::span<std::uint64_t> removed) const noexcept {
-    const auto& x = of.state.x;
-    const auto& v = of.state.v;
-    for (std::size_t from = 0; from < chunk.count; from += staged) {
-      const std::size_t n = std::min(staged, chunk.count - from), first = chunk.first + from;
-      std::array<Gathered<T>, 3> at{{{x[0], first, n}, {x[1], first, n}, {x[2], first, n}}};
-      std::array<Gathered<T>, 3> speed{{{v[0], first, n}, {v[1], first, n}, {v[2], first, n}}};
-      const RemovalBlock<T> block{.x = {at[0].data(), at[1].data(), at[2].data()},
-                                  .v = {speed[0].data(), speed[1].data(), speed[2].data()},
-                                  .count = n};
-      kernels_.mark_placed(p_.removal, block, &removed[from / 64]);
-    }
-  }
-
-  void grow_old(const LiveState<T>& of, const ParticleGroup& chunk, std::span<std::uint64_t> removed) const noexcept {
-    if (of.age.base == nullptr) return;
-    for (std::size_t from = 0; from < chunk.count; from += staged) {
-      const std::size_t n = std::min(staged, chunk.count - from), first = chunk.first + from;
-      Gathered<T> age(of.age, first, n);
-      if (of.lifetime.base == nullptr) {
-        kernels_.grow_old(age.data(), n, step_size(), chunk.steps);
-      } else {
-        Gathered<T> lifetime(of.lifetime, first, n);
-        kernels_.grow_old_and_mark(age.data(), lifetime.data(), n, step_size(), chunk.steps, &removed[from / 64]);
-      }
-      age.put_back();
-    }
-  }
-
   const CompiledLifecycle<T>& p_;
   LifecycleWorkspace<T>& ws_;
   const RemovalKernels<T>& kernels_;
   LiveState<T>& live_;
   ParallelFor parallel_;
   ContactReport::Parts* report_;  // null: nobody asks what contacts do
-  std::uint64_t living_;          // at most, over all parts
+  LiveChunks<T> chunks_;
+  std::uint64_t living_;  // at most, over all parts
   Run run_{};
   std::array<Segment, most_groups> segments_{};
   std::size_t segment_count_ = 0;
   bool has_overflow_ = false;
+  std::size_t chunk_ = live_chunk;
 };
 
 template <class T>

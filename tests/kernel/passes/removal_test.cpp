@@ -211,6 +211,7 @@ TEST_CASE("without order, the survivors behind the new end take the holes before
       std::copy_if(survivors.begin(), survivors.end(), std::back_inserter(from), [=](std::size_t i) { return i >= kept; });
       std::copy_if(holes.begin(), holes.end(), std::back_inserter(to), [=](std::size_t i) { return i < kept; });
       Fill fill;
+      REQUIRE(find_holes(removed.data(), count, fill) == holes.size());
       find_fill(removed.data(), count, kept, fill);
       REQUIRE(fill.count == to.size());
       CHECK(std::equal(from.begin(), from.end(), fill.from.begin()));

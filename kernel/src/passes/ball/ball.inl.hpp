@@ -8,12 +8,34 @@
 namespace dvdx {
 namespace {
 
+// Of elements that mostly stand side by side, as those of a sheet's rows do.
+template <class V>
+[[gnu::always_inline]] inline Three<V> near_axes(const Axes<Scalar<V>>& columns, const std::int32_t* element) noexcept {
+  std::int32_t apart = 0;
+  for (std::size_t k = 1; k < V::size; ++k) apart |= (element[k] - element[0]) ^ static_cast<std::int32_t>(k);
+  return apart == 0 ? load_axes<V>(columns, static_cast<std::size_t>(element[0])) : gather_axes<V>(columns, element);
+}
+
 template <class V>
 void prepare_balls(const BallTerms<Scalar<V>>& terms, const WorkColumns<Scalar<V>>& work, std::size_t from,
                    std::size_t to) noexcept {
   for (std::size_t s = from; s < to; s += V::size) {
-    store_axes<V>(terms.n, s, gather_axes<V>(work.x, terms.element + s) - load_axes<V>(terms.c, s));
+    store_axes<V>(terms.n, s, near_axes<V>(work.x, terms.element + s) - load_axes<V>(terms.c, s));
   }
+}
+
+// Whether BallBounds::is_broken() may hold of some lane: by the same products, without a root or a quotient. A way into a ball
+// is shorter than half of it where f < 1: -room < root - nd <= 2 |nd|, and an eighth more than that is more than is rounded.
+template <class V, Bound bound, Arithmetic arithmetic>
+[[gnu::always_inline]] inline bool may_be_broken(const BallTerms<Scalar<V>>& terms, std::size_t s, const Three<V>& e) noexcept {
+  const V r = load_lanes<V>(terms.r + s);
+  const V rr = r * r;
+  const V ee = dot<arithmetic>(e, e);
+  if constexpr (bound == Bound::at_most) return any_lane<V>(ee > rr);
+  const Three<V> n = load_axes<V>(terms.n, s);
+  const V room = rr - dot<arithmetic>(n, n);
+  const V nd = dot<arithmetic>(n, e - n);
+  return any_lane<V>((ee < rr) | !(room < V(Scalar<V>(0))) | (room > V(Scalar<V>(2.25)) * nd));
 }
 
 // In the balls' frames.
@@ -154,7 +176,11 @@ void keep_in_balls_by(const BallTerms<Scalar<V>>& terms, const WorkColumns<Scala
   for (std::size_t s = from; s < to; s += V::size) {
     const std::int32_t* const element = terms.element + s;
     const Three<V> c = load_axes<V>(terms.c, s);
-    Three<V> e = gather_axes<V>(work.x, element) - c;
+    Three<V> e = near_axes<V>(work.x, element) - c;
+    if (!may_be_broken<V, bound, arithmetic>(terms, s, e)) {
+      store_axes<V>(terms.n, s, e);
+      continue;
+    }
     const BallBounds<V, bound, arithmetic> of(load_axes<V>(terms.n, s), e, load_lanes<V>(terms.r + s), terms.per_step);
     Mask<V> acts = of.is_broken() & of.is_sound();
     if (any_lane<V>(acts)) {

@@ -55,11 +55,13 @@ std::array<V, 4> draw(std::uint64_t seed, Words<V> birth, std::uint32_t group) n
   return {unit(c0), unit(c1), unit(c2), unit(c3)};
 }
 
+// 0, 1, ... in memory: put together for each register, lane by lane, they were a quarter of its time.
+template <class T>
+inline constexpr std::array<T, 8> lane_numbers = {0, 1, 2, 3, 4, 5, 6, 7};
+
 template <class V>
 Words<V> numbers_from(std::uint64_t first) noexcept {
-  alignas(64) std::array<std::uint64_t, V::size> lanes;
-  for (std::size_t k = 0; k < V::size; ++k) lanes[k] = first + k;
-  return Words<V>::load_unaligned(lanes.data());
+  return Words<V>(first) + Words<V>::load_unaligned(lane_numbers<std::uint64_t>.data());
 }
 
 template <class V>
@@ -110,9 +112,8 @@ Three<V> birth_velocity(const EmissionTerms& terms, Words<V> birth) noexcept {
 // What is left of the step for the lanes' births, number i of this call and those after it.
 template <class V>
 V remaining_step(const EmissionTerms& terms, const Births& births, std::size_t i) noexcept {
-  alignas(64) std::array<double, V::size> numbers;
-  for (std::size_t k = 0; k < V::size; ++k) numbers[k] = static_cast<double>(i + k);
-  V remaining = (V(births.lead) - load_lanes<V>(numbers.data())) * V(terms.interval);
+  const V number = V(static_cast<double>(i)) + load_lanes<V>(lane_numbers<double>.data());
+  V remaining = (V(births.lead) - number) * V(terms.interval);
   remaining = select<V>(remaining < V(0.0), V(0.0), remaining);
   return select<V>(remaining > V(births.step), V(births.step), remaining);
 }

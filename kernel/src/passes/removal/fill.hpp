@@ -1,11 +1,13 @@
 // Removal without order: which survivors move where. Nothing is computed, so that every instruction set has the same bits.
 //
-// The rule, of `count` places of which some are holes: the survivors are `kept`; those behind the new end move into the holes
-// before it, both in ascending order. Everything else stays where it is. There are as many of the one as of the other: of the
-// first `kept` places some, h, are holes, so kept - h survivors stand there, and h stand behind.
+// The rule, of `count` places of which some are holes: births go into the first holes, as long as there are any of both. The
+// survivors are then `kept`; those behind the new end move into the holes before it, both in ascending order. Everything else
+// stays where it is. There are as many of the one as of the other: of the first `kept` places some, h, are holes, so kept - h
+// survivors stand there, and h stand behind.
 //
-// It is applied twice: to each run of fill_run places by itself, while the run is in cache, and then to all places, of which by
-// then the ends of the runs are free. So few moves leave the cache, and runs can be filled at once.
+// It is applied twice: to each run of fill_run places by itself, with its share of the births, while the run is in cache, and
+// then to all places with the births that are left, of which places by then the ends of the runs are free. So few moves leave
+// the cache, and runs can be filled at once.
 #pragma once
 
 #include <algorithm>
@@ -17,11 +19,12 @@
 
 namespace dvdx {
 
-inline constexpr std::size_t fill_run = 8192;  // places
+inline constexpr std::size_t fill_run = 16384;  // places
 
-// Moves within one run: to[n] takes what stands at from[n].
+// Moves within one run: of its holes from some n on, to[n + k] takes what stands at from[k].
 struct Fill {
-  std::array<std::uint16_t, fill_run / 2> from, to;  // left uninitialised
+  std::array<std::uint16_t, fill_run> to;        // left uninitialised
+  std::array<std::uint16_t, fill_run / 2> from;  // likewise
   std::size_t count = 0;
 };
 
@@ -40,11 +43,16 @@ inline std::size_t list_places(const std::uint64_t* words, std::uint64_t flip, s
   return n;
 }
 
-// Of the first `count` places of a run, `kept` of them no holes. `removed` is a bit a place, 64 of them a word, the first the
-// lowest.
+// The holes of the first `count` places of a run; how many they are. `removed` is a bit a place, 64 of them a word, the first
+// the lowest.
+inline std::size_t find_holes(const std::uint64_t* removed, std::size_t count, Fill& fill) noexcept {
+  return list_places(removed, 0, 0, count, fill.to.data());
+}
+
+// What stands behind the first `kept` places. No birth does: behind a birth there are only holes that have none, and as many as
+// places behind `kept`.
 inline void find_fill(const std::uint64_t* removed, std::size_t count, std::size_t kept, Fill& fill) noexcept {
-  fill.count = list_places(removed, 0, 0, kept, fill.to.data());
-  list_places(removed, ~std::uint64_t{0}, kept, count, fill.from.data());
+  fill.count = list_places(removed, ~std::uint64_t{0}, kept, count, fill.from.data());
 }
 
 // The same over all `count` places once the runs are filled, of which the first kept[run] places of each hold survivors:
