@@ -21,7 +21,8 @@ from pathlib import Path
 SCENES = Path(__file__).resolve().parents[2] / 'tools' / 'scenes'
 MPI = {'OMPI_ALLOW_RUN_AS_ROOT': '1', 'OMPI_ALLOW_RUN_AS_ROOT_CONFIRM': '1', 'OMPI_MCA_plm': 'isolated', 'OMPI_MCA_pml': 'ob1',
        'OMPI_MCA_btl': 'self,vader'}
-SAME = ['particles', 'born', 'removed', 'dropped', 'steps', 'state_hash', 'energy', 'diverged', 'bad_particles', 'contacts', 'heating']
+SAME = ['particles', 'born', 'removed', 'dropped', 'steps', 'state_hash', 'energy', 'diverged', 'bad_particles', 'contacts', 'heating',
+        'torn']
 
 GRAVITY = {'type': 'constant', 'acceleration': [0, -9.81, 0]}
 FLOOR = {'type': 'plane', 'normal': [0, 1, 0.1], 'offset': 0, 'restitution': 0.6, 'friction': 0.2}
@@ -65,6 +66,12 @@ def small_scenes():
                                 'lifetime': {'min': 0.05, 'max': 0.4}, 'seed': 5},
                                {'type': 'point', 'at': [0, 0.5, 0], 'rate': 90, 'velocity': [1, 0, 0], 'spread': 0.2, 'seed': 6}],
                   'removal': {'outside': {'min': [-1, -1, -1], 'max': [1.05, 3, 2]}}, 'forces': [GRAVITY], 'contacts': [FLOOR]},
+        'torn': {**HEAD, 'network': grid(fixed='corners_top', structural=30, tears_at=1.03), 'forces': [GRAVITY], 'contacts': [BALL]},
+        'torn sweeps': {**HEAD, 'network': grid(rows=200, edge_v=[0, 4, 16], fixed='edge_top', damping=0.01, tears_at=1.03,
+                                                scheme='sequential'), 'forces': [GRAVITY], 'contacts': [BALL]},
+        'torn list': {**HEAD, 'particles': particles, 'forces': [GRAVITY], 'contacts': [FLOOR],
+                      'network': {'type': 'springs', 'pairs': pairs, 'stiffness': 40, 'damping': 0.05, 'rest_length': 'start',
+                                  'tears_at': 1.5}},
         'list': {**HEAD, 'particles': particles, 'forces': [GRAVITY], 'contacts': [FLOOR],
                  'network': {'type': 'springs', 'pairs': pairs, 'stiffness': 40, 'damping': 0.05, 'rest_length': 'start'}},
     }

@@ -128,7 +128,7 @@ struct Stored {
   const std::vector<Pair>& torn;  // ascending
 
   void operator()(const Grid& grid) const {
-    for_each_kind(grid, [this](std::size_t count, const auto& spring_at) { add_all(count, spring_at); });
+    for_each_kind(grid, [this](std::size_t count, const auto& spring_at) { this->add_all(count, spring_at); });
   }
   void operator()(const Springs& springs) const {
     add_all(springs.pairs.size(), [&](std::size_t n) {

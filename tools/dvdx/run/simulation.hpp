@@ -125,8 +125,13 @@ class Simulation {
       plan_.emplace(made(options_of(engine), whole));
     });
     const NetworkLimit limit = limit_now();
-    if (!tearing_.is_possible()) plan_.reset();
+    if (!may_tears_change_limit()) plan_.reset();
     return limit;
+  }
+  // Sub-steps that are asked for stay; by `sequential` the springs also choose which part of a stiff motion is left.
+  [[nodiscard]] bool may_tears_change_limit() const {
+    const Coupling& coupling = loaded_.file.scene.coupling;
+    return tearing_.is_possible() && (!coupling.substeps || coupling.scheme == Scheme::sequential);
   }
   [[nodiscard]] NetworkLimit limit_now() {
     NetworkLimit limit;
@@ -169,7 +174,7 @@ class Simulation {
     if (!split_) {
       OfPlan of{*plan_, state_};
       (void)tearing_.look(of, step);
-    } else if (OfRanks of = of_ranks(); tearing_.look(of, step)) {
+    } else if (OfRanks of = of_ranks(); tearing_.look(of, step) && may_tears_change_limit()) {
       split_->take(limit_now());
     }
   }
@@ -254,7 +259,7 @@ class Simulation {
     const auto step = checkpoint.header().step;
     together(ranks_, [&] { checkpoint.load([&](Source& source) { load(source, step, carried, watch, contacts); }); });
     if (split_) {
-      if (OfRanks of = of_ranks(); tearing_.break_again(of)) split_->take(limit_now());
+      if (OfRanks of = of_ranks(); tearing_.break_again(of) && may_tears_change_limit()) split_->take(limit_now());
       split_->go_on(state_, carried);
     }
     done_ = step;
