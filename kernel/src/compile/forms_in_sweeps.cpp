@@ -75,6 +75,7 @@ void add_strands(const ParticleOrder& order, const Grid& grid, const Rows& sheet
                  const Rows& rows, StrandsForm<T>& form) {
   const auto phases = static_cast<std::ptrdiff_t>(order.phases);
   const auto columns = static_cast<std::ptrdiff_t>(grid.columns);
+  std::uint32_t number = form.strands.empty() ? 0 : form.strands.back().turn;
   const auto add = [&](std::size_t row, std::ptrdiff_t phase) {
     if (row + d.down >= sheet.end) return;
     const std::ptrdiff_t other = (phase + d.right + phases) % phases;
@@ -92,12 +93,14 @@ void add_strands(const ParticleOrder& order, const Grid& grid, const Rows& sheet
                             .b = static_cast<std::uint32_t>(line(row + d.down, other) + first + shift),
                             .count = static_cast<std::uint32_t>(count),
                             .springs = static_cast<std::uint32_t>(form.springs),
-                            .family = static_cast<std::uint32_t>(family)});
+                            .family = static_cast<std::uint32_t>(family),
+                            .turn = number});
     form.springs += (static_cast<std::size_t>(count) + slice - 1) / slice * slice;
   };
   // Along a row phases that are `right` apart take turns; down the columns rows that are `down` apart do.
   const std::size_t turns = 2;
   for (std::size_t turn = 0; turn < turns; ++turn) {
+    ++number;
     for (std::size_t row = rows.first; row < rows.end; ++row) {
       if (d.down != 0 && (row - sheet.first) / d.down % 2 != turn) continue;
       for (std::ptrdiff_t phase = 0; phase < phases; ++phase) {

@@ -133,6 +133,7 @@ struct Strand {
   std::uint32_t a = 0, b = 0, count = 0;
   std::uint32_t springs = 0;  // where its columns of `inverse` and `lambda` begin
   std::uint32_t family = 0;
+  std::uint32_t turn = 0;  // strands in a row of one turn are of one family, and share no particle either
 };
 
 template <class T>

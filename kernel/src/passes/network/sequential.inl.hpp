@@ -56,109 +56,119 @@ template <class T>
   return column == nullptr ? nullptr : column + i;
 }
 
-// One strand. It has pointers of its own, as few as can be: those in the terms would be read again after each store.
+// Where a register of springs stands: its ends, its columns, and how many of its lanes are springs.
+struct Place {
+  std::size_t a, b, s, count;
+};
+
+// The strands of one turn. It has pointers of its own: those in the terms would be read again after each store.
 template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
-class StrandSweep {
+class TurnSweep {
  public:
   using T = Scalar<V>;
 
-  [[gnu::always_inline]] StrandSweep(const SweepTerms<T>& sweep, const WorkColumns<T>& work, const Strand& strand) noexcept
-      : count_(strand.count),
-        pitch_(work.x[1] - work.x[0]),
-        x_a_(work.x[0] + strand.a),
-        x_b_(work.x[0] + strand.b),
-        v_a_(work.v[0] + strand.a),
-        v_b_(work.v[0] + strand.b),
-        shift_a_(work.shift[0] + strand.a),
-        shift_b_(work.shift[0] + strand.b),
-        origin_a_(from_element(work.origin[0], strand.a)),
-        origin_b_(from_element(work.origin[0], strand.b)),
-        apart_(from_element(sweep.apart[0], strand.springs)),
+  [[gnu::always_inline]] TurnSweep(const SweepTerms<T>& sweep, const WorkColumns<T>& work, std::uint32_t family) noexcept
+      : pitch_(work.x[1] - work.x[0]),
+        x_(work.x[0]),
+        v_(work.v[0]),
+        shift_(work.shift[0]),
+        origin_(work.origin[0]),
+        apart_(sweep.apart[0]),
         apart_pitch_(apart_ == nullptr ? 0 : sweep.apart[1] - sweep.apart[0]),
-        w_a_(work.w + strand.a),
-        w_b_(work.w + strand.b),
-        inverse_(sweep.inverse + strand.springs),
-        lambda_(sweep.lambda + strand.springs),
-        kappa_(sweep.families[strand.family].kappa),
-        eta_(sweep.families[strand.family].eta),
-        l_(sweep.families[strand.family].l),
+        w_(work.w),
+        inverse_(sweep.inverse),
+        lambda_(sweep.lambda),
+        kappa_(sweep.families[family].kappa),
+        eta_(sweep.families[family].eta),
+        l_(sweep.families[family].l),
         h_(sweep.h) {}
 
-  // Two registers of springs at a time.
-  [[gnu::always_inline]] void run() const noexcept {
-    for (std::size_t k = 0; k < count_; k += 2 * V::size) {
-      const std::size_t next = k + V::size;
-      const Ends ends = meet(k);
-      if (next >= count_) return move(k, ends, solve_at(k, ends));
-      const Ends next_ends = meet(next);
-      const Pull<V> pull = solve_at(k, ends);
-      const Pull<V> next_pull = solve_at(next, next_ends);
-      move(k, ends, pull);
-      move(next, next_ends, next_pull);
+  // Two registers of springs at a time, of one strand or of two: none of a turn's springs shares a particle with another.
+  [[gnu::always_inline]] void run(const Strand* strand, const Strand* end, std::ptrdiff_t step) const noexcept {
+    std::size_t k = 0;
+    const auto next = [&](Place& place) {
+      if (strand == end) return false;
+      place = {strand->a + k, strand->b + k, strand->springs + k, strand->count - k};
+      k += V::size;
+      if (k >= strand->count) {
+        strand += step;
+        k = 0;
+      }
+      return true;
+    };
+    Place first, second;
+    while (next(first)) {
+      const Ends ends = meet(first);
+      if (!next(second)) return move(first, ends, solve_at(first, ends));
+      const Ends next_ends = meet(second);
+      const Pull<V> pull = solve_at(first, ends);
+      const Pull<V> next_pull = solve_at(second, next_ends);
+      move(first, ends, pull);
+      move(second, next_ends, next_pull);
     }
   }
 
  private:
   using Ends = Met<V, Three<V>>;
 
-  [[gnu::always_inline]] Ends meet(std::size_t k) const noexcept {
+  [[gnu::always_inline]] Ends meet(const Place& at) const noexcept {
     Three<V> apart;
     if constexpr (visit == Visit::again) {
-      apart = load_three<V>(apart_ + k, apart_pitch_);
+      apart = load_three<V>(apart_ + at.s, apart_pitch_);
     } else {
-      apart = load_three<V>(x_b_ + k, pitch_) - load_three<V>(x_a_ + k, pitch_);
+      apart = load_three<V>(x_ + at.b, pitch_) - load_three<V>(x_ + at.a, pitch_);
       if constexpr (origin == CountedFrom::step) {
-        apart = (load_three<V>(origin_b_ + k, pitch_) - load_three<V>(origin_a_ + k, pitch_)) + apart;
+        apart = (load_three<V>(origin_ + at.b, pitch_) - load_three<V>(origin_ + at.a, pitch_)) + apart;
       }
-      if (apart_ != nullptr) store_three<V>(apart_ + k, apart_pitch_, apart);
+      if (apart_ != nullptr) store_three<V>(apart_ + at.s, apart_pitch_, apart);
     }
     Ends ends;
-    ends.shift_a = load_three<V>(shift_a_ + k, pitch_);
-    ends.shift_b = load_three<V>(shift_b_ + k, pitch_);
+    ends.shift_a = load_three<V>(shift_ + at.a, pitch_);
+    ends.shift_b = load_three<V>(shift_ + at.b, pitch_);
     const Three<V> moved = ends.shift_b - ends.shift_a;
     ends.d = apart + moved;
     ends.r2 = dot<arithmetic>(ends.d, ends.d);
     ends.path = ends.r2;  // not read where nothing damps
     if constexpr (damping == Damping::along) {
-      const Three<V> u = load_three<V>(v_b_ + k, pitch_) - load_three<V>(v_a_ + k, pitch_);
+      const Three<V> u = load_three<V>(v_ + at.b, pitch_) - load_three<V>(v_ + at.a, pitch_);
       ends.path = dot<arithmetic>(multiply_add<arithmetic>(h_, u, moved), ends.d);
     }
     return ends;
   }
 
-  [[gnu::always_inline]] Pull<V> solve_at(std::size_t k, const Ends& ends) const noexcept {
-    const V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(lambda_ + k);
-    return solve<damping, arithmetic>(Spring<V>{kappa_, eta_, l_, load_lanes<V>(inverse_ + k)}, ends.r2, ends.path, lambda);
+  [[gnu::always_inline]] Pull<V> solve_at(const Place& at, const Ends& ends) const noexcept {
+    const V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(lambda_ + at.s);
+    return solve<damping, arithmetic>(Spring<V>{kappa_, eta_, l_, load_lanes<V>(inverse_ + at.s)}, ends.r2, ends.path, lambda);
   }
 
-  [[gnu::always_inline]] void move(std::size_t k, const Ends& ends, const Pull<V>& pull) const noexcept {
-    Three<V> a = ends.shift_a - product_where(pull.is_sound, load_lanes<V>(w_a_ + k) * pull.t, ends.d);
-    Three<V> b = ends.shift_b + product_where(pull.is_sound, load_lanes<V>(w_b_ + k) * pull.t, ends.d);
-    if (k + V::size > count_) {  // what lies beyond the strand belongs to others
-      const Mask<V> is_spring = first_lanes<V>(count_ - k);
+  [[gnu::always_inline]] void move(const Place& at, const Ends& ends, const Pull<V>& pull) const noexcept {
+    Three<V> a = ends.shift_a - product_where(pull.is_sound, load_lanes<V>(w_ + at.a) * pull.t, ends.d);
+    Three<V> b = ends.shift_b + product_where(pull.is_sound, load_lanes<V>(w_ + at.b) * pull.t, ends.d);
+    if (at.count < V::size) {  // what lies beyond the strand belongs to others
+      const Mask<V> is_spring = first_lanes<V>(at.count);
       a = select(is_spring, a, ends.shift_a);
       b = select(is_spring, b, ends.shift_b);
     }
-    store_three<V>(shift_a_ + k, pitch_, a);
-    store_three<V>(shift_b_ + k, pitch_, b);
-    if constexpr (visit == Visit::first) store_lanes(lambda_ + k, V(T(0)) + pull.more);
+    store_three<V>(shift_ + at.a, pitch_, a);
+    store_three<V>(shift_ + at.b, pitch_, b);
+    if constexpr (visit == Visit::first) store_lanes(lambda_ + at.s, V(T(0)) + pull.more);
   }
 
-  std::size_t count_;
   std::ptrdiff_t pitch_;
-  const T *x_a_, *x_b_, *v_a_, *v_b_;
-  T *shift_a_, *shift_b_;
-  const T *origin_a_, *origin_b_;
+  const T *x_, *v_;
+  T* shift_;
+  const T* origin_;
   T* apart_;
   std::ptrdiff_t apart_pitch_;
-  const T *w_a_, *w_b_, *inverse_;
+  const T *w_, *inverse_;
   T* lambda_;
   V kappa_, eta_, l_, h_;
 };
 
 template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
-void sweep_strand(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const Strand& strand) noexcept {
-  StrandSweep<V, damping, origin, visit, arithmetic>(sweep, work, strand).run();
+void sweep_turn(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const Strand* from, const Strand* to,
+                std::ptrdiff_t step) noexcept {
+  TurnSweep<V, damping, origin, visit, arithmetic>(sweep, work, from->family).run(from, to, step);
 }
 
 // ---- ranges ------------------------------------------------------------------------------------------------------------
@@ -326,8 +336,15 @@ template <class V, Arithmetic arithmetic>
 void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, Visit visit, std::size_t from,
                    std::size_t to) noexcept {
   by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
-    for (std::size_t n = from; n < to; ++n) sweep_strand<V, damping, origin, v, arithmetic>(sweep, work, sweep.strands[n]);
-    for (std::size_t n = from; n > to; --n) sweep_strand<V, damping, origin, v, arithmetic>(sweep, work, sweep.strands[n - 1]);
+    const std::ptrdiff_t step = from < to ? 1 : -1;
+    const Strand* strand = from < to ? sweep.strands + from : sweep.strands + from - 1;
+    const Strand* const end = from < to ? sweep.strands + to : sweep.strands + to - 1;
+    while (strand != end) {
+      const Strand* next = strand;
+      while (next != end && next->turn == strand->turn) next += step;
+      sweep_turn<V, damping, origin, v, arithmetic>(sweep, work, strand, next, step);
+      strand = next;
+    }
   });
 }
 
