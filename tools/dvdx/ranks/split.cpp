@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dvdx/layouts/convert.hpp"
 #include "ranks/agree.hpp"
 #include "run/start.hpp"
 #include "scale/cut.hpp"
