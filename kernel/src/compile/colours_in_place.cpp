@@ -12,7 +12,7 @@ namespace dvdx {
 template <class T>
 ColoursInPlace<T>::ColoursInPlace(const ColoursForm<T>& form, const NetworkInput& in, const ListRates& springs,
                                   const Memory& memory)
-    : spring_at_(form.springs, nowhere), lane_of_(springs.size(), nowhere) {
+    : spring_at_(form.spring_at), lane_of_(springs.size(), nowhere), is_turned_(springs.size(), false) {
   place(form, in, springs);
   const std::size_t groups = form.springs / slice;
   users_.assign(groups, 0);
@@ -34,21 +34,13 @@ ColoursInPlace<T>::ColoursInPlace(const ColoursForm<T>& form, const NetworkInput
   for (std::uint32_t set = 0; set < known.size(); ++set) write(scheme_of(in), set);
 }
 
-// The springs that join the same two stand in the order of the list: the first free colour of the second is a later one.
 template <class T>
 void ColoursInPlace<T>::place(const ColoursForm<T>& form, const NetworkInput& in, const ListRates& springs) {
-  std::vector<std::uint32_t> particle_at(in.order.size, nowhere);
-  for (std::size_t i = 0; i < in.w.size(); ++i) particle_at[in.order.of[i]] = static_cast<std::uint32_t>(i);
   for (std::size_t lane = 0; lane < form.springs; ++lane) {
-    const std::size_t element = form.a[lane] / record;
-    if (element >= in.order.size) continue;  // of nobody
-    const std::uint32_t a = particle_at[element];
-    const std::uint32_t b = particle_at[form.b[lane] / record];
-    const auto at = springs.springs_at(a);
-    const auto found = std::find_if(at.begin(), at.end(),
-                                    [&](std::uint32_t s) { return springs.other_end(s, a) == b && lane_of_[s] == nowhere; });
-    lane_of_[*found] = static_cast<std::uint32_t>(lane);
-    spring_at_[lane] = *found;
+    const std::uint32_t spring = form.spring_at[lane];
+    if (spring == ColoursForm<T>::no_spring) continue;
+    lane_of_[spring] = static_cast<std::uint32_t>(lane);
+    is_turned_[spring] = form.a[lane] != record * in.order.of[springs.ends(spring).a];
   }
 }
 
@@ -69,7 +61,8 @@ void ColoursInPlace<T>::tell(ColoursForm<T>& form, std::size_t group) noexcept {
 template <class T>
 void ColoursInPlace<T>::read_lane(const NetworkInput& in, const ListRates& springs, std::size_t spring, std::size_t lane,
                                   Source& source) const noexcept {
-  const auto [a, b] = springs.ends(spring);
+  auto [a, b] = springs.ends(spring);
+  if (is_turned_[spring]) std::swap(a, b);
   source.k[lane] = springs.pulls()[spring];
   source.c[lane] = springs.drags()[spring];
   source.w_a[lane] = in.w[a];
@@ -82,7 +75,7 @@ auto ColoursInPlace<T>::source_of(const NetworkInput& in, const ListRates& sprin
   Source source;
   for (std::size_t lane = 0; lane < slice; ++lane) {
     const std::uint32_t spring = spring_at_[group * slice + lane];
-    if (spring != nowhere) read_lane(in, springs, spring, lane, source);
+    if (spring != ColoursForm<T>::no_spring) read_lane(in, springs, spring, lane, source);
   }
   return source;
 }

@@ -56,8 +56,9 @@ class ColoursInPlace {
   void write(const Scheme& scheme, std::uint32_t set) noexcept;
   void leave(std::size_t group, const Source& source) noexcept;
 
-  std::vector<std::uint32_t> spring_at_;  // of each lane, or nowhere
+  std::vector<std::uint32_t> spring_at_;  // as of the form
   std::vector<std::uint32_t> lane_of_;    // of each spring, or nowhere
+  std::vector<bool> is_turned_;           // of each spring: its lane begins with its second end
   // There are as many sets as groups of 16 springs: one that shares its set finds one that is free.
   std::vector<std::uint32_t> set_of_, users_, free_;
   std::vector<Source> sources_;

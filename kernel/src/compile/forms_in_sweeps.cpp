@@ -213,7 +213,67 @@ namespace {
 // Springs of one range, by their index.
 using Range = std::vector<std::size_t>;
 
-// Springs alike in stiffness and damping stand side by side where few kinds are, so that most sets of coefficients are equal.
+// Four springs that a register may take whole: see Stand.
+struct Four {
+  Stand stand;
+  std::array<std::size_t, 4> springs;
+};
+
+// A colour of a piece's springs: fours first, then those anywhere.
+struct Colour {
+  std::vector<Four> side_by_side, in_turn;
+  Range anywhere;
+};
+
+// What of a piece's springs can be taken by fours. The springs between i and i + c for i in a row: four at a time, or where c
+// is 1 every second of eight.
+class Fours {
+ public:
+  // ends: of each of all springs, the elements of its ends, the lesser first.
+  explicit Fours(std::vector<std::array<std::uint32_t, 2>> ends) : ends_(std::move(ends)), taken_(ends_.size(), false) {}
+
+  // In the order of their particles. The springs are sorted by their ends.
+  [[nodiscard]] std::vector<Four> of(std::vector<std::size_t> springs) {
+    std::stable_sort(springs.begin(), springs.end(), [&](std::size_t s, std::size_t t) { return span(s) < span(t); });
+    found_.clear();
+    for (std::size_t first = 0, end = 0; first < springs.size(); first = end) {
+      for (end = first + 1; end < springs.size() && follows(springs[end - 1], springs[end]);) ++end;
+      take_row(std::span(springs).subspan(first, end - first));
+    }
+    std::stable_sort(found_.begin(), found_.end(),
+                     [&](const Four& a, const Four& b) { return ends_[a.springs[0]] < ends_[b.springs[0]]; });
+    return found_;
+  }
+  [[nodiscard]] bool has(std::size_t spring) const noexcept { return taken_[spring]; }
+
+ private:
+  [[nodiscard]] std::uint32_t span(std::size_t s) const noexcept { return ends_[s][1] - ends_[s][0]; }
+  [[nodiscard]] bool follows(std::size_t s, std::size_t t) const noexcept {
+    return span(t) == span(s) && ends_[t][0] == ends_[s][0] + 1;
+  }
+  void take_row(std::span<const std::size_t> row) {
+    if (span(row[0]) == 1) {
+      take_in_turn(row);
+      take_in_turn(row.subspan(1));
+    } else if (span(row[0]) >= 4) {
+      for (std::size_t n = 0; n + 3 < row.size(); n += 4) take(Stand::side_by_side, row.subspan(n), 1);
+    }
+  }
+  void take_in_turn(std::span<const std::size_t> row) {
+    for (std::size_t n = 0; n + 6 < row.size(); n += 8) take(Stand::in_turn, row.subspan(n), 2);
+  }
+  void take(Stand stand, std::span<const std::size_t> row, std::size_t every) {
+    found_.push_back({stand, {row[0], row[every], row[2 * every], row[3 * every]}});
+    for (const std::size_t s : found_.back().springs) taken_[s] = true;
+  }
+
+  std::vector<std::array<std::uint32_t, 2>> ends_;
+  std::vector<bool> taken_;
+  std::vector<Four> found_;
+};
+
+// Springs alike in stiffness and damping stand side by side where few kinds
+// are, so that most sets of coefficients are equal.
 class Kinds {
  public:
   explicit Kinds(std::span<const JoinedPair> springs) {
@@ -223,12 +283,20 @@ class Kinds {
     }
   }
   void sort(std::span<const JoinedPair> springs, Range& range) const {
-    if (kinds_.size() > most || kinds_.size() < 2) return;
-    const auto kind = [&](std::size_t s) { return kinds_.at({springs[s].k, springs[s].c}); };
-    std::stable_sort(range.begin(), range.end(), [&](std::size_t s, std::size_t t) { return kind(s) < kind(t); });
+    sort_by(springs, range, [](std::size_t s) { return s; });
+  }
+  void sort(std::span<const JoinedPair> springs, std::vector<Four>& fours) const {
+    sort_by(springs, fours, [](const Four& four) { return four.springs[0]; });
   }
 
  private:
+  template <class Item, class SpringOf>
+  void sort_by(std::span<const JoinedPair> springs, std::vector<Item>& items, const SpringOf& spring_of) const {
+    if (kinds_.size() > most || kinds_.size() < 2) return;
+    const auto kind = [&](const Item& item) { return kinds_.at({springs[spring_of(item)].k, springs[spring_of(item)].c}); };
+    std::stable_sort(items.begin(), items.end(), [&](const Item& a, const Item& b) { return kind(a) < kind(b); });
+  }
+
   static constexpr std::size_t most = 8;
   std::map<std::pair<double, double>, std::size_t> kinds_;
 };
@@ -238,13 +306,35 @@ constexpr std::size_t springs_per_task = 4096;
 
 // Springs of each piece by colour, and those between pieces; those between two fixed ends are left out.
 struct Coloured {
-  std::vector<std::vector<Range>> within;
+  std::vector<std::vector<Colour>> within;
   std::vector<Range> between;
 };
 
 void put(std::vector<Range>& colours, std::size_t colour, std::size_t spring) {
   if (colours.size() <= colour) colours.resize(colour + 1);
   colours[colour].push_back(spring);
+}
+
+// Fours choose their colours first. colouring: of all particles, as pieces share none.
+std::vector<Colour> colours_of(const NetworkInput& in, const Range& springs, Fours& fours, Colouring& colouring) {
+  std::vector<Colour> colours;
+  const auto at = [&](std::size_t colour) -> Colour& {
+    if (colours.size() <= colour) colours.resize(colour + 1);
+    return colours[colour];
+  };
+  for (const Four& four : fours.of(springs)) {
+    std::array<std::uint32_t, 8> particles{};
+    for (std::size_t n = 0; n < 4; ++n) {
+      particles[2 * n] = in.springs[four.springs[n]].a;
+      particles[2 * n + 1] = in.springs[four.springs[n]].b;
+    }
+    Colour& colour = at(colouring.add(particles));
+    (four.stand == Stand::in_turn ? colour.in_turn : colour.side_by_side).push_back(four);
+  }
+  for (const std::size_t s : springs) {
+    if (!fours.has(s)) at(colouring.add(std::array{in.springs[s].a, in.springs[s].b})).anywhere.push_back(s);
+  }
+  return colours;
 }
 
 Coloured coloured(const NetworkInput& in) {
@@ -264,21 +354,25 @@ Coloured coloured(const NetworkInput& in) {
   };
   std::stable_sort(by_element.begin(), by_element.end(), [&](std::size_t s, std::size_t t) { return ends(s) < ends(t); });
 
-  Coloured found{.within = std::vector<std::vector<Range>>(pieces.size() - 1), .between = {}};
+  Coloured found{.within = std::vector<std::vector<Colour>>(pieces.size() - 1), .between = {}};
   if (in.sweeps != nullptr) found.between.resize(in.sweeps->colours);
-  Colouring within(in.w.size());
+  std::vector<Range> within(pieces.size() - 1);
   Colouring between(in.w.size());
   for (const std::size_t s : by_element) {
     const JoinedPair& spring = in.springs[s];
-    const std::array both{spring.a, spring.b};
     if (piece(spring.a) == piece(spring.b)) {
-      put(found.within[piece(spring.a)], within.add(both), s);
+      within[piece(spring.a)].push_back(s);
     } else if (in.sweeps != nullptr) {
       put(found.between, in.sweeps->colour_of[s] - 1, s);
     } else {
-      put(found.between, between.add(both), s);
+      put(found.between, between.add(std::array{spring.a, spring.b}), s);
     }
   }
+  std::vector<std::array<std::uint32_t, 2>> elements;
+  for (std::size_t s = 0; s < in.springs.size(); ++s) elements.push_back({ends(s).first, ends(s).second});
+  Fours fours(std::move(elements));
+  Colouring colouring(in.w.size());
+  for (std::size_t n = 0; n < within.size(); ++n) found.within[n] = colours_of(in, within[n], fours, colouring);
   return found;
 }
 
@@ -312,11 +406,19 @@ class Ranges {
     form_.records += 2;
   }
   void add(Range range) {
-    kinds_.sort(in_.springs, range);
-    form_.ranges.push_back(static_cast<std::uint32_t>(form_.springs));
-    for (const std::size_t s : range) add_lane(&in_.springs[s]);
-    while (lanes_.size() % slice != 0) add_lane(nullptr);
-    form_.springs = lanes_.size();
+    begin_range();
+    add_anywhere(std::move(range));
+  }
+  void add(Colour colour) {
+    begin_range();
+    for (std::vector<Four>* const fours : {&colour.side_by_side, &colour.in_turn}) {
+      kinds_.sort(in_.springs, *fours);
+      for (; fours->size() % 4 != 0; fours->pop_back()) {
+        colour.anywhere.insert(colour.anywhere.end(), fours->back().springs.begin(), fours->back().springs.end());
+      }
+      for (std::size_t n = 0; n < fours->size(); n += 4) add_fours(std::span(*fours).subspan(n).template first<4>());
+    }
+    add_anywhere(std::move(colour.anywhere));
   }
   void end() {
     form_.stages.push_back(form_.tasks.size());
@@ -326,7 +428,7 @@ class Ranges {
 
   [[nodiscard]] std::vector<T> l() const {
     std::vector<T> all;
-    for (const JoinedPair* p : lanes_) all.push_back(p != nullptr ? static_cast<T>(p->l) : T(1));
+    for (const Lane& lane : lanes_) all.push_back(lane.p != nullptr ? static_cast<T>(lane.p->l) : T(1));
     return all;
   }
 
@@ -346,21 +448,46 @@ class Ranges {
 
  private:
   using Set = std::array<T, coefficient_sets * slice>;
+  struct Lane {
+    const JoinedPair* p = nullptr;  // null: no spring
+    std::uint32_t a = 0, b = 0;     // its ends
+  };
 
-  void add_lane(const JoinedPair* p) {
-    const auto record_of = [&](std::uint32_t i) { return static_cast<std::uint32_t>(record * in_.order.of[i]); };
-    lanes_.push_back(p);
-    form_.a.push_back(p != nullptr ? record_of(p->a) : idle_);
-    form_.b.push_back(p != nullptr ? record_of(p->b) : idle_ + static_cast<std::uint32_t>(record));
+  void begin_range() { form_.ranges.push_back(static_cast<std::uint32_t>(form_.springs)); }
+  // The lesser element first.
+  void add_fours(std::span<const Four, 4> fours) {
+    for (std::size_t lane = 0; lane < slice; ++lane) {
+      const JoinedPair& p = in_.springs[fours[lane % 4].springs[lane / 4]];
+      const bool is_turned = in_.order.of[p.b] < in_.order.of[p.a];
+      add_lane(is_turned ? Lane{&p, p.b, p.a} : Lane{&p, p.a, p.b});
+    }
+    form_.stand.push_back(fours[0].stand);
+    form_.springs = lanes_.size();
+  }
+  void add_anywhere(Range range) {
+    kinds_.sort(in_.springs, range);
+    for (const std::size_t s : range) add_lane({&in_.springs[s], in_.springs[s].a, in_.springs[s].b});
+    while (lanes_.size() % slice != 0) add_lane({});
+    form_.springs = lanes_.size();
+    form_.stand.resize(lanes_.size() / slice, Stand::anywhere);
   }
 
-  [[nodiscard]] Set set_of(const Implicitness& of, std::span<const JoinedPair* const, slice> lanes) const {
+  void add_lane(const Lane& lane) {
+    const auto record_of = [&](std::uint32_t i) { return static_cast<std::uint32_t>(record * in_.order.of[i]); };
+    lanes_.push_back(lane);
+    form_.spring_at.push_back(lane.p != nullptr ? static_cast<std::uint32_t>(lane.p - in_.springs.data())
+                                                : ColoursForm<T>::no_spring);
+    form_.a.push_back(lane.p != nullptr ? record_of(lane.a) : idle_);
+    form_.b.push_back(lane.p != nullptr ? record_of(lane.b) : idle_ + static_cast<std::uint32_t>(record));
+  }
+
+  [[nodiscard]] Set set_of(const Implicitness& of, std::span<const Lane, slice> lanes) const {
     Set set{};
     for (std::size_t lane = 0; lane < slice; ++lane) {
-      const JoinedPair* const p = lanes[lane];
+      const auto& [p, a, b] = lanes[lane];
       const bool is_whole = p != nullptr && !p->is_broken;
-      const double w_a = p != nullptr ? in_.w[p->a] : 0;
-      const double w_b = p != nullptr ? in_.w[p->b] : 0;
+      const double w_a = p != nullptr ? in_.w[a] : 0;
+      const double w_b = p != nullptr ? in_.w[b] : 0;
       const Compliances k = is_whole ? compliances(of, p->k, p->c, w_a + w_b) : Compliances{0, 0, 1};
       const std::array of_lane{k.kappa, k.eta, k.inverse, w_a, w_b};
       for (std::size_t n = 0; n < coefficient_sets; ++n) set[n * slice + lane] = static_cast<T>(of_lane[n]);
@@ -372,7 +499,7 @@ class Ranges {
   ColoursForm<T>& form_;
   Kinds kinds_;
   std::uint32_t idle_ = 0;
-  std::vector<const JoinedPair*> lanes_;  // null: no spring
+  std::vector<Lane> lanes_;
 };
 
 template <class T>
@@ -392,11 +519,9 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
   const Coloured springs = coloured(in);
   Ranges<T> ranges(in, form);
   ranges.begin_stage();
-  for (const std::vector<Range>& piece : springs.within) {
+  for (const std::vector<Colour>& piece : springs.within) {
     ranges.begin_task();
-    for (const Range& colour : piece) {
-      if (!colour.empty()) ranges.add(colour);
-    }
+    for (const Colour& colour : piece) ranges.add(colour);
   }
   for (const Range& colour : springs.between) {
     ranges.begin_stage();
@@ -411,6 +536,7 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
   terms.first = form.ranges.data();
   terms.a = form.a.data();
   terms.b = form.b.data();
+  terms.stand = form.stand.data();
   terms.l = kept(ranges.l(), columns);
   const auto put_sets = [&](const Implicitness& of, std::vector<std::uint32_t>& places, RangeTerms<T>& its) {
     its.coefficients = kept(ranges.sets(of, places), columns);

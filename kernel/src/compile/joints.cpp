@@ -133,7 +133,7 @@ std::size_t bytes_of(const StrandsForm<T>& form) {
 template <class T>
 std::size_t bytes_of(const ColoursForm<T>& form) {
   return bytes_of(form.a) + bytes_of(form.b) + bytes_of(form.coefficients_of) + bytes_of(form.coefficients_of_start) +
-         bytes_of(form.ranges) + bytes_of(form.tasks) + bytes_of(form.stages);
+         bytes_of(form.ranges) + bytes_of(form.stand) + bytes_of(form.spring_at) + bytes_of(form.tasks) + bytes_of(form.stages);
 }
 
 }  // namespace

@@ -86,6 +86,9 @@ struct ColoursForm {
   ShiftTerms<T> shift;                                                              // of the theta scheme
   std::optional<Alpha<T>> alpha{};                                                  // in its place
   std::vector<std::uint32_t> a, b, ranges, coefficients_of, coefficients_of_start;  // what the terms point to
+  std::vector<Stand> stand;                                                         // likewise
+  std::vector<std::uint32_t> spring_at;  // of each lane, among the springs that it was made of; or no_spring
+  static constexpr std::uint32_t no_spring = 0xffffffff;
   std::vector<std::size_t> tasks;   // first range of each task, and one more; the first are the pieces
   std::vector<std::size_t> stages;  // first task of each stage, and one more: the tasks of a stage share no particle
   std::size_t springs = 0;          // columns of lambda

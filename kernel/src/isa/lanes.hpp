@@ -411,6 +411,65 @@ template <class V>
   }
 }
 
+// Whether a register holds every fourth of 16 records, or of 8 of them.
+template <class V>
+inline constexpr bool holds_every_fourth = sizeof(Scalar<V>) == 4 && V::size >= 8;
+
+// The records of two ends: those of a register stand in turn from base +
+// index[k] on, a first one, a second one, and so on.
+template <class V>
+[[gnu::always_inline]] inline void load_in_turn(const Scalar<V>* base, const std::uint32_t* index, Records<V>& firsts,
+                                                Records<V>& seconds) noexcept {
+  for (std::size_t k = 0; k < 4; ++k) {
+    const V low = load_lanes<V>(base + index[k]), high = load_lanes<V>(base + index[k] + V::size);
+#if defined(__AVX512F__)
+    if constexpr (sizeof(V) == 64) {
+      firsts.at[k] = V(_mm512_shuffle_f32x4(low, high, 0b10001000));
+      seconds.at[k] = V(_mm512_shuffle_f32x4(low, high, 0b11011101));
+    }
+#endif
+#if defined(__AVX2__)
+    if constexpr (sizeof(V) == 32) {
+      firsts.at[k] = V(_mm256_permute2f128_ps(low, high, 0x20));
+      seconds.at[k] = V(_mm256_permute2f128_ps(low, high, 0x31));
+    }
+#endif
+  }
+}
+template <class V>
+[[gnu::always_inline]] inline void store_in_turn(Scalar<V>* base, const std::uint32_t* index, const Records<V>& firsts,
+                                                 const Records<V>& seconds) noexcept {
+  for (std::size_t k = 0; k < 4; ++k) {
+    const V a = firsts.at[k], b = seconds.at[k];
+#if defined(__AVX512F__)
+    if constexpr (sizeof(V) == 64) {
+      const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+      const __m512i high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+      const __m512d firsts_of = _mm512_castps_pd(a), seconds_of = _mm512_castps_pd(b);
+      store_lanes(base + index[k], V(_mm512_castpd_ps(_mm512_permutex2var_pd(firsts_of, low, seconds_of))));
+      store_lanes(base + index[k] + V::size, V(_mm512_castpd_ps(_mm512_permutex2var_pd(firsts_of, high, seconds_of))));
+    }
+#endif
+#if defined(__AVX2__)
+    if constexpr (sizeof(V) == 32) {
+      store_lanes(base + index[k], V(_mm256_permute2f128_ps(a, b, 0x20)));
+      store_lanes(base + index[k] + V::size, V(_mm256_permute2f128_ps(a, b, 0x31)));
+    }
+#endif
+  }
+}
+// The records of a register stand side by side from base + index[k] on.
+template <class V>
+[[gnu::always_inline]] inline Records<V> load_side_by_side(const Scalar<V>* base, const std::uint32_t* index) noexcept {
+  return {{load_lanes<V>(base + index[0]), load_lanes<V>(base + index[1]), load_lanes<V>(base + index[2]),
+           load_lanes<V>(base + index[3])}};
+}
+template <class V>
+[[gnu::always_inline]] inline void store_side_by_side(Scalar<V>* base, const std::uint32_t* index,
+                                                      const Records<V>& records) noexcept {
+  for (std::size_t k = 0; k < 4; ++k) store_lanes(base + index[k], records.at[k]);
+}
+
 // The first, second, third and fourth numbers of all records.
 template <class V>
 [[gnu::always_inline]] inline std::array<V, 4> columns_of(const Records<V>& records) noexcept {

@@ -93,6 +93,20 @@ TEST_CASE("sweeps: a list of several pieces gives the scalar reference's bits on
   }
 }
 
+TEST_CASE(
+    "sweeps: a list whose particles lie in rows, some of its springs torn, gives the scalar reference's bits on every ISA") {
+  for (const double damping : {0.0, 1e-4}) {
+    Joined list = test::as_list(test::sheet(19, 23, 50, damping));
+    auto& springs = std::get<Springs>(list.scene.networks[0]);
+    for (std::size_t s = 5; s < springs.pairs.size(); s += 37) springs.broken.push_back(springs.pairs[s]);
+    for (const Coupling& coupling : {alpha, middle, dynamics}) {
+      check_bits<float>(list, coupling, Arithmetic::separate);
+      check_bits<double>(list, coupling, Arithmetic::separate);
+      check_bits<float>(list, coupling, Arithmetic::contracted);
+    }
+  }
+}
+
 TEST_CASE("sweeps: ends that coincide and springs without rest length give the scalar reference's bits") {
   Joined list = test::as_list(test::sheet(9, 20, 50));
   auto& springs = std::get<Springs>(list.scene.networks[0]);

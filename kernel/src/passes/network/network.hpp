@@ -146,6 +146,10 @@ enum class Visit : std::uint8_t { first, again };  // of a spring in a sub-step:
 // Springs in ranges, none of which has two springs at a particle. A range is a multiple of 16 springs long; those that fill it
 // up join two particles of their own, and move neither.
 //
+// How the ends of 16 springs stand, four by four: 0, 4, 8 and 12; 1, 5, 9 and 13; and so on. Where both ends of each four stand
+// side by side, or first and second ends in turn, whole registers are loaded and stored in place of single records.
+enum class Stand : std::uint8_t { anywhere, side_by_side, in_turn };
+
 // What the springs read and move of a particle lies in records of four numbers, the last of which nothing reads: one load or
 // store an end. Registers of a transposed record hold one axis each. What a first visit keeps for the second lies in the order
 // of the registers.
@@ -153,6 +157,7 @@ template <class T>
 struct RangeTerms {
   const std::uint32_t* first = nullptr;            // spring of each range, and one more
   const std::uint32_t *a = nullptr, *b = nullptr;  // of each spring: where its ends' records begin
+  const Stand* stand = nullptr;                    // of 16 springs
   const T* l = nullptr;                            // rest length of each spring
   const T* coefficients = nullptr;                 // coefficient_sets of 16 numbers; sets that are equal are kept once
   const std::uint32_t* coefficients_of = nullptr;  // of 16 springs: where theirs begin

@@ -203,26 +203,46 @@ class RangeSweep {
 
   explicit RangeSweep(const SweepTerms<T>& sweep) noexcept : sweep_(sweep), terms_(sweep.ranges) {}
 
-  // The next springs' ends are met while these are solved, which none of them shares: 9 to 12 % on AVX-512 in float32.
-  // Elsewhere registers are too few, or roots too fast: it lost 2 to 5 %.
-  static constexpr bool meets_ahead = sizeof(V) == 64 && sizeof(T) == 4 && arithmetic != Arithmetic::fast;
+  // The next springs' ends are met while these are solved, which none of them shares: 8 to 10 % on AVX-512 in float32, 0 to 3 %
+  // where roots are estimates. Elsewhere registers are too few: it lost 2 to 5 %.
+  static constexpr bool meets_ahead = sizeof(V) == 64 && sizeof(T) == 4;
 
+  // Springs that stand alike follow each other.
   [[gnu::always_inline]] void run(std::size_t from, std::size_t to) const noexcept {
+    if constexpr (!holds_every_fourth<V>) {
+      run_alike<Stand::anywhere>(from, to);
+    } else {
+      for (std::size_t end = from; from < to; from = end) {
+        const Stand stand = terms_.stand[from / slice];
+        while (end < to && terms_.stand[end / slice] == stand) end += slice;
+        if (stand == Stand::side_by_side) {
+          run_alike<Stand::side_by_side>(from, end);
+        } else if (stand == Stand::in_turn) {
+          run_alike<Stand::in_turn>(from, end);
+        } else {
+          run_alike<Stand::anywhere>(from, end);
+        }
+      }
+    }
+  }
+
+  template <Stand stand>
+  [[gnu::always_inline]] void run_alike(std::size_t from, std::size_t to) const noexcept {
     if (from == to) return;
     std::size_t s = from;
     if constexpr (meets_ahead) {
-      Ends ends = meet(s);
+      Ends ends = meet<stand>(s);
       for (; s + V::size < to; s += V::size) {
         const Moves moves = solve_at(s, ends);
-        const Ends next = meet(s + V::size);
-        move(s, ends, moves);
+        const Ends next = meet<stand>(s + V::size);
+        move<stand>(s, ends, moves);
         hand_on(next, ends);
       }
-      move(s, ends, solve_at(s, ends));
+      move<stand>(s, ends, solve_at(s, ends));
     } else {
       for (; s < to; s += V::size) {
-        const Ends ends = meet(s);
-        move(s, ends, solve_at(s, ends));
+        const Ends ends = meet<stand>(s);
+        move<stand>(s, ends, solve_at(s, ends));
       }
     }
   }
@@ -245,18 +265,53 @@ class RangeSweep {
     to.path = from.path;
   }
 
-  [[gnu::always_inline]] Ends meet(std::size_t s) const noexcept {
+  // The records of both ends, as they stand.
+  template <Stand stand>
+  [[gnu::always_inline]] void load_ends(const T* records, std::size_t s, Records<V>& of_a, Records<V>& of_b) const noexcept {
     const std::uint32_t* const a = terms_.a + s;
     const std::uint32_t* const b = terms_.b + s;
+    if constexpr (stand == Stand::in_turn) {
+      load_in_turn<V>(records, a, of_a, of_b);
+    } else if constexpr (stand == Stand::side_by_side) {
+      of_a = load_side_by_side<V>(records, a);
+      of_b = load_side_by_side<V>(records, b);
+    } else {
+      of_a = gather_records<V>(records, a);
+      of_b = gather_records<V>(records, b);
+    }
+  }
+  template <Stand stand>
+  [[gnu::always_inline]] void store_ends(T* records, std::size_t s, const Records<V>& of_a,
+                                         const Records<V>& of_b) const noexcept {
+    const std::uint32_t* const a = terms_.a + s;
+    const std::uint32_t* const b = terms_.b + s;
+    if constexpr (stand == Stand::in_turn) {
+      store_in_turn<V>(records, a, of_a, of_b);
+    } else if constexpr (stand == Stand::side_by_side) {
+      store_side_by_side<V>(records, a, of_a);
+      store_side_by_side<V>(records, b, of_b);
+    } else {
+      scatter_records(records, a, of_a);
+      scatter_records(records, b, of_b);
+    }
+  }
+  template <Stand stand>
+  [[gnu::always_inline]] Records<V> between_ends(const T* records, std::size_t s) const noexcept {
+    Records<V> a, b;
+    load_ends<stand>(records, s, a, b);
+    return b - a;
+  }
+
+  template <Stand stand>
+  [[gnu::always_inline]] Ends meet(std::size_t s) const noexcept {
     Ends ends;
-    ends.shift_a = gather_records<V>(terms_.shift, a);
-    ends.shift_b = gather_records<V>(terms_.shift, b);
+    load_ends<stand>(terms_.shift, s, ends.shift_a, ends.shift_b);
     const Records<V> moved = ends.shift_b - ends.shift_a;
     Records<V> apart;
     if constexpr (visit == Visit::again) {
       apart = load_records<V>(terms_.apart + record * s);
     } else {
-      apart = gather_records<V>(terms_.x, b) - gather_records<V>(terms_.x, a);
+      apart = between_ends<stand>(terms_.x, s);
       if constexpr (origin == CountedFrom::step) apart = load_records<V>(terms_.from_origin + record * s) + apart;
       if (terms_.apart != nullptr) store_records(terms_.apart + record * s, apart);
     }
@@ -264,7 +319,7 @@ class RangeSweep {
     const Three<V> d = axes_of(ends.d);
     ends.r2 = dot<arithmetic>(d, d);
     ends.path = ends.r2;  // not read where nothing damps
-    if constexpr (damping == Damping::along) ends.path = dot<arithmetic>(axes_of(path_of(s, moved)), d);
+    if constexpr (damping == Damping::along) ends.path = dot<arithmetic>(axes_of(path_of<stand>(s, moved)), d);
     return ends;
   }
 
@@ -273,12 +328,13 @@ class RangeSweep {
     return {{x, y, z}};
   }
 
+  template <Stand stand>
   [[gnu::always_inline]] Records<V> path_of(std::size_t s, const Records<V>& moved) const noexcept {
     Records<V> u;
     if constexpr (visit == Visit::again) {
       u = load_records<V>(terms_.u + record * s);
     } else {
-      u = gather_records<V>(terms_.v, terms_.b + s) - gather_records<V>(terms_.v, terms_.a + s);
+      u = between_ends<stand>(terms_.v, s);
       if (terms_.u != nullptr) store_records(terms_.u + record * s, u);
     }
     Records<V> path;
@@ -295,6 +351,7 @@ class RangeSweep {
     return {is_sound, w_a * t, w_b * t};
   }
 
+  template <Stand stand>
   [[gnu::always_inline]] void move(std::size_t s, const Ends& ends, const Moves& by) const noexcept {
     const Records<V> t_a = records_of(by.a);
     const Records<V> t_b = records_of(by.b);
@@ -304,8 +361,7 @@ class RangeSweep {
       way_a = product_where(by.is_sound, t_a, ends.d);
       way_b = product_where(by.is_sound, t_b, ends.d);
     }
-    scatter_records(terms_.shift, terms_.a + s, ends.shift_a - way_a);
-    scatter_records(terms_.shift, terms_.b + s, ends.shift_b + way_b);
+    store_ends<stand>(terms_.shift, s, ends.shift_a - way_a, ends.shift_b + way_b);
   }
 
   const SweepTerms<T>& sweep_;
