@@ -582,7 +582,7 @@ class Turnover(unittest.TestCase):
         state.arrays["lifetime"][:] = 1
         plan.remove(state)
         self.assertEqual(state.carried[0][: len(state)].tolist(), [0, 1, 8, 3, 4, 5, 6])
-        self.assertIn("holes are filled from the end", plan.explain())
+        self.assertIn("births take the places of what goes", plan.explain())
         with self.assertRaisesRegex(ValueError, "order: 'first': must be one of kept, any"):
             dvdx.compile_live(dvdx.Scene(), state, order="first")
 

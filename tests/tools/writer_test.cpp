@@ -14,6 +14,8 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "output/part_file.hpp"
+#include "output/pieces.hpp"
+#include "output/vtp_document.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/points_file.hpp"
 #include "tools/scratch_folder.hpp"
@@ -326,15 +328,27 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
     state.x[0][i] = static_cast<double>(i);
     state.v[2][i] = static_cast<double>(10 * i);
   }
-  const auto writer = make_writer<double>({.target = folder / "a.pvtp",
-                                           .particles = count,
-                                           .states = 1,
-                                           .topology = &quads,
-                                           .pieces = 2,
-                                           .owner = {0, 0, 1, 0, 0, 1, 1}});
+  // One process, which cuts a state whose particles have no owners into equal pieces.
+  const auto writer = make_writer<double>({.target = folder / "a.pvtp", .particles = count, .states = 1, .pieces = 2});
   writer->write({.step = 0, .time = 0}, state);
   writer->finish();
   CHECK(folder.entries() == 5);  // two pieces, two indices and their times
+
+  // What each of two ranks writes of its own particles and those that its cells reach.
+  const std::vector<std::uint32_t> owner{0, 0, 1, 0, 0, 1, 1};
+  int number = 0;
+  for (const FilePiece& piece : pieces_of(quads, owner, 2)) {
+    Soa<double> own(piece.particles.size());
+    auto of_piece = own.view();
+    for (std::size_t k = 0; k < piece.particles.size(); ++k) {
+      of_piece.x[0][k] = state.x[0][piece.particles[k]];
+      of_piece.v[2][k] = state.v[2][piece.particles[k]];
+    }
+    PartFile file(piece_of(folder / "a.pvtp", 0, number++));
+    const Output output{.target = folder / "a.pvtp", .topology = &quads, .owner = owner, .piece = &piece};
+    write_poly_data<double>(file, output, {.step = 0, .time = 0}, of_piece);
+    file.commit();
+  }
 
   const auto expect = [&](const char* name, const Ids& held, const std::string& ghosts, const char* cells, const Ids& corners) {
     CAPTURE(name);

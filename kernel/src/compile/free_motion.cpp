@@ -310,6 +310,7 @@ void FreeMotion<T>::choose_search() noexcept {
   for (std::size_t g = 0; g < groups_.size(); ++g) groups_[g] = group_from(g * group_size);
   const auto is_bounded = [&](const Surface<T>& s) { return this->is_bounded(s); };
   terms.are_bounded = terms.searches && std::all_of(surfaces_.begin(), surfaces_.end(), is_bounded);
+  if (!terms.are_bounded) return;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto low = [k](const Surface<T>& s) { return s.center[k] - s.radius; };
     const auto high = [k](const Surface<T>& s) { return s.center[k] + s.radius; };
