@@ -108,7 +108,7 @@ struct PlanIn {
       of->change_step(scene->options.step);
       if (auto error = of->refusal(scene->scene, scene->start, options.unstable)) return tl::unexpected(*error);
     }
-    const Expected<void> taken = take_motion(undo, of);
+    Expected<void> taken = take_motion(undo, of);
     if (taken && of != nullptr) of->take_step();
     return taken;
   }
