@@ -418,8 +418,9 @@ inline constexpr bool holds_every_fourth = sizeof(Scalar<V>) == 4 && V::size >= 
 // The records of two ends: those of a register stand in turn from base +
 // index[k] on, a first one, a second one, and so on.
 template <class V>
-[[gnu::always_inline]] inline void load_in_turn(const Scalar<V>* base, const std::uint32_t* index, Records<V>& firsts,
-                                                Records<V>& seconds) noexcept {
+[[gnu::always_inline]] inline void load_in_turn(const Scalar<V>* base, const std::uint32_t* index,
+                                                [[maybe_unused]] Records<V>& firsts,
+                                                [[maybe_unused]] Records<V>& seconds) noexcept {
   for (std::size_t k = 0; k < 4; ++k) {
     const V low = load_lanes<V>(base + index[k]), high = load_lanes<V>(base + index[k] + V::size);
 #if defined(__AVX512F__)
@@ -437,8 +438,8 @@ template <class V>
   }
 }
 template <class V>
-[[gnu::always_inline]] inline void store_in_turn(Scalar<V>* base, const std::uint32_t* index, const Records<V>& firsts,
-                                                 const Records<V>& seconds) noexcept {
+[[gnu::always_inline]] inline void store_in_turn([[maybe_unused]] Scalar<V>* base, [[maybe_unused]] const std::uint32_t* index,
+                                                 const Records<V>& firsts, const Records<V>& seconds) noexcept {
   for (std::size_t k = 0; k < 4; ++k) {
     const V a = firsts.at[k], b = seconds.at[k];
 #if defined(__AVX512F__)
