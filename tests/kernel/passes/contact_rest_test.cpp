@@ -320,9 +320,9 @@ TEST_CASE_TEMPLATE("Registers of what rests on one plane, on several, flies, str
                    float, double) {
   constexpr std::size_t count = 333;
   for (const std::size_t walls : {std::size_t{1}, std::size_t{2}, std::size_t{3}, std::size_t{5}}) {
-    for (const auto& [masses, drag] :
-         {std::pair{Masses::alike, 0.0}, std::pair{Masses::alike, 0.4}, std::pair{Masses::each, 0.3}}) {
-      const Scene scene = mixed_scene(walls, count, masses, drag);
+    for (const auto& each : {std::pair{Masses::alike, 0.0}, std::pair{Masses::alike, 0.4}, std::pair{Masses::each, 0.3}}) {
+      const double drag = each.second;
+      const Scene scene = mixed_scene(walls, count, each.first, drag);
       for (const double h : {hz60, -hz60}) {
         for (const std::size_t nan_every : {std::size_t{0}, std::size_t{9}}) {
           for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
