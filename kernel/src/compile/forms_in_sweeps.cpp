@@ -272,8 +272,7 @@ class Fours {
   std::vector<Four> found_;
 };
 
-// Springs alike in stiffness and damping stand side by side where few kinds
-// are, so that most sets of coefficients are equal.
+// Springs alike in stiffness and damping stand side by side where few kinds are, so that most sets of coefficients are equal.
 class Kinds {
  public:
   explicit Kinds(std::span<const JoinedPair> springs) {

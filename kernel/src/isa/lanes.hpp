@@ -415,8 +415,7 @@ template <class V>
 template <class V>
 inline constexpr bool holds_every_fourth = sizeof(Scalar<V>) == 4 && V::size >= 8;
 
-// The records of two ends: those of a register stand in turn from base +
-// index[k] on, a first one, a second one, and so on.
+// The records of two ends: those of a register stand in turn from base + index[k] on, a first one, a second one, and so on.
 template <class V>
 [[gnu::always_inline]] inline void load_in_turn(const Scalar<V>* base, const std::uint32_t* index,
                                                 [[maybe_unused]] Records<V>& firsts,
