@@ -115,7 +115,7 @@ ShearAxis<T> rounded(const Shear& exact) {
 
 template <class T>
 FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Passes& passes, std::optional<std::size_t> count,
-                          std::span<const Vec3> start, const ShapeMemories<T>& shapes, FlowPlace place)
+                          std::span<const Vec3> start, const ShapeMemories<T>& shapes, double flows_per_substep)
     : system(scene, start, options.step, options.elsewhere),
       kernels(&passes.of<T>()),
       equilibrium(equilibrium_shift<T>(system)),
@@ -128,7 +128,7 @@ FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Pass
       step_(options.step),
       impacts_(options.impacts),
       elsewhere_(options.elsewhere),
-      place_(place),
+      flows_per_substep_(flows_per_substep),
       shapes_(shapes),
       columns_(options.memory),
       bend_columns_(options.memory) {
@@ -355,8 +355,8 @@ Surface<T> FreeMotion<T>::surface_of(std::size_t index, std::size_t part, const 
   Surface<T> surface = make_surface<T>(contact, scene_.origin.at(0), bend_q_ < 1 && bend_z_ < 2, part);
   surface.contact = static_cast<std::uint32_t>(index);
   if (shapes_[index] != nullptr) set_memory(surface, *shapes_[index], scene_.origin.at(0));
-  if (place_ == FlowPlace::alone) return surface;
-  surface.is_pulsed = true;
+  if (flows_per_substep_ == 0) return surface;
+  surface.flows_per_substep = static_cast<T>(flows_per_substep_);
   if (surface.shape == Shape::sphere && surface.side > 0) surface.falls_away = surface.half_curvature;
   if (const auto* capsule = std::get_if<Capsule>(&contact)) {
     surface.falls_away = static_cast<T>(0.5 / (std::min(capsule->radius[0], capsule->radius[1]) + capsule->thickness));

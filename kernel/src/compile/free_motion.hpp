@@ -22,16 +22,15 @@ namespace dvdx {
 inline constexpr std::size_t block_unit = 16;  // particles: a whole number of registers on every ISA, in both precisions
 inline constexpr std::size_t max_block = 1024;
 
-enum class FlowPlace { alone, between_pulses };
-
 template <class T>
 class FreeMotion {
  public:
   // The scene and the options have been checked; what joins particles is passed over, and so are fixed particles. The scene,
   // the start and the shapes of its contacts must outlive this. count: none where all particles are alike. start: empty where
-  // no anchor stands there.
+  // no anchor stands there. flows_per_substep: how many of this flow a sub-step is long, where springs' pulses stand between
+  // flows; 0 where none do.
   FreeMotion(const Scene& scene, const Options& options, const Passes& passes, std::optional<std::size_t> count,
-             std::span<const Vec3> start, const ShapeMemories<T>& shapes, FlowPlace place = FlowPlace::alone);
+             std::span<const Vec3> start, const ShapeMemories<T>& shapes, double flows_per_substep = 0);
   FreeMotion(const FreeMotion&) = delete;
   FreeMotion& operator=(const FreeMotion&) = delete;
 
@@ -84,7 +83,7 @@ class FreeMotion {
   double step_;  // s
   int impacts_;
   Elsewhere elsewhere_;
-  FlowPlace place_;
+  double flows_per_substep_;
   const ShapeMemories<T>& shapes_;
   Columns<T> columns_;
   Columns<T> bend_columns_;         // which impacts alone read

@@ -114,8 +114,9 @@ std::size_t JoinedMotion<T>::flow_over(double part, const Options& options, cons
   const Scene& scene = part >= 0 ? scene_ : backwards_scene_;
   Options of_flow = options;
   of_flow.step = duration;
-  const FlowPlace place = joints_->splitting.b.empty() ? FlowPlace::alone : FlowPlace::between_pulses;
-  flows_.push_back(std::make_unique<FreeMotion<T>>(scene, of_flow, passes, joints_->order.size, start_, shapes_, place));
+  const bool has_pulses = !joints_->splitting.b.empty();
+  const double per_substep = has_pulses && part != 0 ? 1 / std::abs(part) : 0;
+  flows_.push_back(std::make_unique<FreeMotion<T>>(scene, of_flow, passes, joints_->order.size, start_, shapes_, per_substep));
   return flows_.size() - 1;
 }
 

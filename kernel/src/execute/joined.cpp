@@ -264,13 +264,16 @@ class JoinedStep {
     const FreeMotion<T>& motion = *m_.flows()[f];
     move_surfaces(motion, clock_, clock_);
     for_each_stepped([&](std::size_t from, std::size_t end) {
-      using Still = std::array<T, column_pitch<T>(max_block)>;
-      alignas(64) std::array<Still, 3> v;
+      Columns still;
       const std::size_t each = std::min(motion.block, max_block);
       for (std::size_t first = from; first < end; first += each) {
-        for (Still& axis : v) axis.fill(T(0));
         const std::size_t count = std::min(each, end - first);
-        flow_block(motion, offsets_[f], first, count, nullptr, {v[0].data(), v[1].data(), v[2].data()});
+        Block<T> block = block_of(first, count, nullptr);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          still.columns[axis].fill(T(0));
+          block.v[axis] = still.columns[axis].data();
+        }
+        flow_block(motion, offsets_[f], block);
         hold_fixed(first, first + count);
       }
     });
@@ -431,13 +434,18 @@ class JoinedStep {
     move_surfaces(motion, start, end_of_flow());
     const Left left = std::exchange(left_, Left{});
     const AlphaTerms<T>* const begin = after == After::sweeps ? alpha_ : nullptr;
+    const bool keeps_starts = motion.terms.surface_count != 0 && left.alpha != nullptr;
+    const std::size_t each = keeps_starts ? std::min(motion.block, max_block) : motion.block;
     for_each_stepped([&](std::size_t from, std::size_t end) {
+      Columns starts;
       std::optional<ContactRecorder<T>> recorder;
       begin_recording(recorder, motion, start, number_);
-      for (std::size_t first = from; first < end; first += motion.block) {
-        const std::size_t count = std::min(motion.block, end - first);
+      for (std::size_t first = from; first < end; first += each) {
+        const std::size_t count = std::min(each, end - first);
+        Block<T> block = block_of(first, count, recorder ? &*recorder : nullptr);
+        if (keeps_starts) keep_starts(block, starts);
         take(left, first, first + count);
-        flow_block(motion, offsets_[f], first, count, recorder ? &*recorder : nullptr);
+        flow_block(motion, offsets_[f], block);
         if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);
         hold_fixed(first, first + count);
         if (begin != nullptr) kernels_.begin_sweeps(*begin, work_, first, first + count);
@@ -452,14 +460,29 @@ class JoinedStep {
     recorder->begin(report_->steps + number, start, motion.step());
   }
 
-  void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, std::size_t first, std::size_t count,
-                  ContactLog<T>* log) noexcept {
-    flow_block(motion, offsets, first, count, log, {work_.v[0] + first, work_.v[1] + first, work_.v[2] + first});
+  // Of one block.
+  struct alignas(64) Columns {
+    using Column = std::array<T, column_pitch<T>(max_block)>;
+    std::array<Column, 3> columns;  // left as they are
+  };
+
+  Block<T> block_of(std::size_t first, std::size_t count, ContactLog<T>* log) noexcept {
+    Block<T> block{.first = first, .count = count, .log = log};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      block.x[axis] = work_.x[axis] + first;
+      block.v[axis] = work_.v[axis] + first;
+    }
+    return block;
   }
-  void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, std::size_t first, std::size_t count,
-                  ContactLog<T>* log, const std::array<T*, 3>& v) noexcept {
-    Block<T> block{.x = {}, .v = v, .first = first, .count = count, .log = log};
-    for (std::size_t axis = 0; axis < 3; ++axis) block.x[axis] = work_.x[axis] + first;
+  void keep_starts(Block<T>& block, Columns& starts) const noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      T* const kept = starts.columns[axis].data();
+      std::copy_n(block.x[axis], block.count, kept);
+      block.from[axis] = kept;
+    }
+  }
+
+  void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, const Block<T>& block) noexcept {
     const Steps<T> once{.offsets = offsets.data(), .offsets_per_step = 0, .count = 1};
     motion.kernels->at(motion.flow, motion.extra)(block, ws_.surfaces.empty() ? motion.terms : moved_terms_, once);
   }
@@ -587,7 +610,7 @@ class JoinedStep {
     const std::size_t end = to * grid.pitch;
     for (std::size_t first = from * grid.pitch; first < end; first += stage.motion->block) {
       const std::size_t count = std::min(stage.motion->block, end - first);
-      flow_block(*stage.motion, stage.offsets, first, count, recorder ? &*recorder : nullptr);
+      flow_block(*stage.motion, stage.offsets, block_of(first, count, recorder ? &*recorder : nullptr));
       hold_fixed(first, first + count);
     }
   }

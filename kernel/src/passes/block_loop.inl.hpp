@@ -127,6 +127,11 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
     }
     radial_contribution<V, arithmetic>(terms, m, particles.first + i);
   }
+  if constexpr (has_contacts(extra)) {
+    if (particles.from[0] != nullptr) {
+      for (std::size_t axis = 0; axis < 3; ++axis) m.x0[axis] = load_lanes<V>(particles.from[axis] + i);
+    }
+  }
   return m;
 }
 
@@ -265,6 +270,22 @@ class Rectangle {
   T x_[2], v_[2];
 };
 
+// The paths start where the flow before has left the particles.
+template <class V>
+void take_start(const Block<Scalar<V>>& particles, std::size_t axis, Scalar<V>& low, Scalar<V>& high, Scalar<V>& way) noexcept {
+  Bounds<V> start;
+  Bounds<V> shifts;
+  for (std::size_t i = 0; i < particles.count; i += V::size) {
+    const V from = load_lanes<V>(particles.from[axis] + i);
+    start.take(from);
+    shifts.take(magnitude(load_lanes<V>(particles.x[axis] + i) - from));
+  }
+  const Scalar<V> shift = shifts.highest();
+  low = (start.lowest() < low ? start.lowest() : low) - shift;
+  high = (start.highest() > high ? start.highest() : high) + shift;
+  way = way + shift;
+}
+
 // Where the block's trajectories lie in all of its steps, if it touches nothing.
 template <class V, class OneAxis>
 [[gnu::noinline]] Region<Scalar<V>> region_of_all(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
@@ -280,6 +301,7 @@ template <class V, class OneAxis>
       const OneAxis affine(terms, steps.offsets[n * steps.offsets_per_step], axis);
       at.step(affine, terms.h * terms.bend.corner, low, high, way);
     }
+    if (particles.from[axis] != nullptr) take_start<V>(particles, axis, low, high, way);
   }
   return widened(box, way);
 }
@@ -324,6 +346,13 @@ void step_alone(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms
   }
 }
 
+// Where the particles' paths start, as contacts see them.
+template <class T>
+std::array<const T*, 3> start_of(const Block<T>& particles) noexcept {
+  if (particles.from[0] != nullptr) return particles.from;
+  return {particles.x[0], particles.x[1], particles.x[2]};
+}
+
 // The side of the box about all surfaces on which a particle at x is furthest out.
 template <class T>
 struct Side {
@@ -333,7 +362,7 @@ struct Side {
 };
 
 template <class T>
-Side<T> side_of(const Region<T>& bound, const std::array<T*, 3>& x) noexcept {
+Side<T> side_of(const Region<T>& bound, const std::array<const T*, 3>& x) noexcept {
   Side<T> found;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const T above = *x[axis] - bound.high[axis];
@@ -353,6 +382,7 @@ template <class V, class OneAxis, Arithmetic arithmetic>
   const std::size_t c = (a + 2) % 3;
   const std::array x{particles.x[a], particles.x[b], particles.x[c]};
   const std::array v{particles.v[a], particles.v[b], particles.v[c]};
+  const Scalar<V>* const start = start_of(particles)[a];
   const OneAxis first(terms, offsets, a);
   const OneAxis second(terms, offsets, b);
   const OneAxis third(terms, offsets, c);
@@ -366,9 +396,9 @@ template <class V, class OneAxis, Arithmetic arithmetic>
     store_lanes(v[k] + i, end.v);
   };
   for (; i < particles.count; i += V::size) {
-    const V x0 = load_lanes<V>(x[0] + i);
+    const V x0 = load_lanes<V>(start + i);
     const V v0 = load_lanes<V>(v[0] + i);
-    const AxisState<V> end = first(x0, v0, particles.first + i);
+    const AxisState<V> end = first(load_lanes<V>(x[0] + i), v0, particles.first + i);
     const V middle = multiply_add<arithmetic>(corner, v0, x0);
     const V nearest = low_bound(low_bound(sign * x0, sign * end.x), sign * middle);
     if (any_lane<V>(nearest <= limit)) break;
@@ -389,6 +419,7 @@ Block<T> rest_of(const Block<T>& particles, std::size_t i) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     rest.x[axis] += i;
     rest.v[axis] += i;
+    if (rest.from[axis] != nullptr) rest.from[axis] += i;
   }
   return rest;
 }
@@ -401,7 +432,7 @@ void run_searching(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms,
   Block<T> particles = block;
   if constexpr (extra == Extras::contact) {
     if (steps.count == 1 && terms.are_bounded) {
-      const Side<T> side = side_of(terms.bound, particles.x);
+      const Side<T> side = side_of(terms.bound, start_of(particles));
       if (side.out > 0) {
         particles = rest_of(particles, step_beside<V, OneAxis, arithmetic>(particles, terms, steps.offsets[0], side));
       }
@@ -439,13 +470,14 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 bool run_steps(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
   const Block<Scalar<V>> particles = block;  // a copy that no store can alias
   Waiting<V, arithmetic> waiting;
+  const bool looks_ahead = !terms.moves && particles.from[0] == nullptr;
   bool has_touched = false;
   for (std::size_t n = 0; n < steps.count; ++n) {
     const auto* offsets = steps.offsets + n * steps.offsets_per_step;
     bool touched = false;  // the batch before: where many do, a batch is not moved twice
     for (std::size_t i = 0; i < particles.count; i += V::size) {
       if constexpr (extra == Extras::contact) {
-        if (!touched && !terms.moves) i = step_untouched<V, OneAxis, arithmetic>(particles, terms, offsets[0], i);
+        if (!touched && looks_ahead) i = step_untouched<V, OneAxis, arithmetic>(particles, terms, offsets[0], i);
       }
       if (i < particles.count) touched = step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting);
       has_touched = has_touched || touched;

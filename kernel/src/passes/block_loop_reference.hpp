@@ -15,7 +15,7 @@ namespace dvdx::reference {
 
 template <Flow flow, Extras extra, Arithmetic arithmetic, class T>
 void step_particle(const Terms<T>& terms, const Offsets<T>* offsets, std::size_t i, Particle<T>& p,
-                   [[maybe_unused]] ContactLog<T>* log) noexcept {
+                   [[maybe_unused]] const Block<T>& block) noexcept {
   p.x1 = p.x0;
   p.v1 = p.v0;
   for (std::size_t axis = 0; axis < 3; ++axis) affine<flow, arithmetic>(terms, offsets[0], axis, i, p.x1[axis], p.v1[axis]);
@@ -27,7 +27,8 @@ void step_particle(const Terms<T>& terms, const Offsets<T>* offsets, std::size_t
     radial_contribution<arithmetic>(terms, p, i);
   }
   if constexpr (extra == Extras::contact || extra == Extras::radial_contact) {
-    if (log != nullptr) return log->resolve(terms, offsets[0], p, i, *log);
+    for (std::size_t axis = 0; axis < 3 && block.from[axis] != nullptr; ++axis) p.x0[axis] = block.from[axis][i - block.first];
+    if (block.log != nullptr) return block.log->resolve(terms, offsets[0], p, i, *block.log);
     resolve_contacts<arithmetic>(terms, offsets[0], p, i);
   }
 }
@@ -41,7 +42,7 @@ void step_block(const Block<T>& block, const Terms<T>& terms, const Steps<T>& st
         p.x0[axis] = block.x[axis][i];
         p.v0[axis] = block.v[axis][i];
       }
-      step_particle<flow, extra, arithmetic>(terms, steps.offsets + n * steps.offsets_per_step, block.first + i, p, block.log);
+      step_particle<flow, extra, arithmetic>(terms, steps.offsets + n * steps.offsets_per_step, block.first + i, p, block);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         block.x[axis][i] = p.x1[axis];
         block.v[axis][i] = p.v1[axis];

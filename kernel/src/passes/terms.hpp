@@ -118,6 +118,8 @@ struct Terms {
 template <class T>
 struct Block {
   std::array<T*, 3> x{}, v{};
+  // Where the last flow left the particles, if springs have moved them since: contacts count that way to this flow. Null: at x.
+  std::array<const T*, 3> from{};
   std::size_t first = 0, count = 0;
   ContactLog<T>* log = nullptr;  // null: nobody asks what contacts do
 };

@@ -29,6 +29,11 @@
 //          it at every step, with v_n no more than what the forces of a step give: it keeps v_t, else viscosity would brake
 //          by the number of steps. It did so if it starts within rounding of the surface, and is neither thrown off it higher
 //          than rounding (v_n^2 |t| <= 2 |n.(v1 - v0)| low) nor comes faster than by |n.(v1 - v0)|.
+//          In a network pulses of springs press what rests onto the surface, at any speed, or lift it. What the other forces
+//          press more than springs lift is back within a sub-step s, so it lay there too if it starts no higher than these
+//          forces, n.(v1 - v0)/t = b, make it fall in s, b s^2 / 2, and comes no faster than by b s.
+//          The sweeps of generalized alpha also move positions, by x_b (b - a) of compile/sweep_scheme.cpp, before the flow.
+//          Contacts see the way from where the flow before ended, as the flow's own, so that what rests starts on the surface.
 //          Energy with `resume`, e = tau = 1, mu = 0 and constant acceleration a_n: x1 and v1 become x1 + (1-f) t dv and
 //          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
 //          `resume` goes on with the remaining step as a new path, on which every surface is looked for again; the one just
@@ -92,9 +97,9 @@ struct Surface {
   T e = 0;                      // what an impact leaves of the normal velocity, restitution and normal viscosity together
   T tau = 1;                    // ... and of the tangential velocity, unless it is resting: exp(-viscosity)
   T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
-  // Of a network: its springs' pulses stand between flows, and press what lies on the surface on, or lift it for less than a
-  // flow; and what goes at v along a curved surface may be so many (v t)^2 off it after one.
-  bool is_pulsed = false;
+  // Of a network, whose springs' pulses stand between flows: how many of this flow a sub-step is long; 0 without pulses. And
+  // what goes at v along a curved surface may be so many (v t)^2 off it after a flow.
+  T flows_per_substep = 0;
   T falls_away = 0;  // 1/m
   T hold = 0;        // resting: tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
   Movement movement = Movement::rest;
@@ -126,6 +131,9 @@ constexpr bool goes_straight(const Surface<T>& surface) noexcept {
 // A bounce that rises by less than this many epsilons of the coordinates, d0^2 / (4 |c|), is resting: rounding alone would keep
 // a particle that slides on an oblique plane bouncing (18 impacts in a step, and ten times the time of a resting one).
 inline constexpr int low_bounce = 2;
+
+// In a network, the root of a time of impact may leave a particle so many times as deep inside as one that stands may be.
+inline constexpr int sunk_at_impact = 64;
 
 // Newton's steps to a sphere, and rounds in which surfaces that disagree push a particle.
 inline constexpr int newton_steps = 4;

@@ -17,6 +17,14 @@ V fallen_away(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) no
   return V(surface.falls_away) * (t * t * dot<arithmetic>(m.v0, m.v0));
 }
 
+// Whether lanes of a network are as low over a surface, and come to it as slowly, as what rests there between pulses.
+template <class V>
+Mask<V> hovers(const Surface<Scalar<V>>& surface, V s, V out, V press, V t) noexcept {
+  const V flows(surface.flows_per_substep);
+  const V fall = flows * press;
+  return (flows > V(Scalar<V>(0))) & (s <= V(Scalar<V>(0.5)) * flows * fall * magnitude(t)) & (-out <= fall);
+}
+
 // What is left of the tangential velocity at an impact, and after infinitely many that end within the step. 1 for what lay or
 // slid on the surface before.
 template <class V, Arithmetic arithmetic, PathForm form>
@@ -29,14 +37,15 @@ V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, c
   const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
   const V low = V(low_bounce * eps) * (one_norm(m.x0) + V(surface.radius));
   const V out = course.direction * dot<arithmetic>(start.n, m.v0);
-  const V own = magnitude(dot<arithmetic>(start.n, gain));
+  const V press = -(course.direction * dot<arithmetic>(start.n, gain));
+  const V own = magnitude(press);
   const V rounding = V(4 * eps) * one_norm(m.v0);
   const Mask<V> is_out = out > V(T(0));
   const Mask<V> stays_low = (out <= rounding) | (out * out * magnitude(course.t) <= V(T(2)) * own * low);
   const Mask<V> comes_slow = -out <= own + rounding;
-  const Mask<V> is_slow = Mask<V>(surface.is_pulsed) | (is_out & stays_low) | ((!is_out) & comes_slow);
+  const Mask<V> is_slow = Mask<V>(surface.flows_per_substep > 0) | (is_out & stays_low) | ((!is_out) & comes_slow);
   const V near = V(T(4)) * low + fallen_away<V, arithmetic>(surface, m, course.t);
-  const Mask<V> rests = (start.s <= near) & is_slow;
+  const Mask<V> rests = ((start.s <= near) & is_slow) | hovers<V>(surface, start.s, out, press, course.t);
   return select<V>(rests, one, select<V>(is_over, V(T(0)), V(surface.tau)));
 }
 
@@ -371,11 +380,13 @@ struct Bounce {
 };
 
 template <class V, Arithmetic arithmetic>
-Mask<V> is_pressed_on(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V start, V direction) noexcept {
+Mask<V> is_pressed_on(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V start, V direction, V h) noexcept {
+  const Three<V> n = three<V>(surface.n);
   const V near = V(2 * std::numeric_limits<Scalar<V>>::epsilon()) * (one_norm(m.x0) + one_norm(m.x1));
-  const Mask<V> is_slow =
-      Mask<V>(surface.is_pulsed) | (direction * dot<arithmetic>(three<V>(surface.n), m.v0) <= V(Scalar<V>(0)));
-  return (start <= near) & is_slow;
+  const V out = direction * dot<arithmetic>(n, m.v0);
+  const V press = -(direction * dot<arithmetic>(n, m.v1 - m.v0));
+  const Mask<V> is_slow = Mask<V>(surface.flows_per_substep > 0) | (out <= V(Scalar<V>(0)));
+  return ((start <= near) & is_slow) | hovers<V>(surface, start, out, press, h);
 }
 
 // told: null, or what a log is told of.
@@ -431,7 +442,8 @@ template <class V, Arithmetic arithmetic>
   const Mask<V> done = touches & hits & !left;
   if (told != nullptr) {
     const Three<V> dv = after - vf;
-    const Mask<V> lies = (e == zero) & is_pressed_on<V, arithmetic>(surface, m, start, direction);
+    const Mask<V> may_lie = (e == zero) | Mask<V>(surface.flows_per_substep > 0);
+    const Mask<V> lies = may_lie & is_pressed_on<V, arithmetic>(surface, m, start, direction, h);
     *told = {done, done & is_any_not_zero(dv) & !lies, xf, dv, t};
   }
   m.x1 = select(done, x1, m.x1);

@@ -18,6 +18,14 @@ T fallen_away(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
   return surface.falls_away * (t * t * dot<arithmetic>(p.v0, p.v0));
 }
 
+// Whether a particle of a network is as low over a surface, and comes to it as slowly, as what rests there between pulses. out:
+// the velocity at which it leaves; press: what other forces than springs give towards the surface until the flow's end.
+template <class T>
+bool hovers(const Surface<T>& surface, T s, T out, T press, T t) noexcept {
+  const T fall = surface.flows_per_substep * press;
+  return surface.flows_per_substep > 0 && s <= T(0.5) * surface.flows_per_substep * fall * std::abs(t) && -out <= fall;
+}
+
 // What is left of the tangential velocity at an impact. 1 for what lay or slid on the surface before.
 template <Arithmetic arithmetic, PathForm form, class T>
 T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course,
@@ -27,12 +35,14 @@ T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Cours
   const Touch<T> start = touch<arithmetic>(surface, p.x0);
   const T low = low_bounce * eps * (one_norm(p.x0) + surface.radius);
   const T out = course.direction * dot<arithmetic>(start.n, p.v0);
-  const T own = std::abs(dot<arithmetic>(start.n, gain));
+  const T press = -(course.direction * dot<arithmetic>(start.n, gain));
+  const T own = std::abs(press);
   const T rounding = 4 * eps * one_norm(p.v0);
   const bool stays_low = out <= rounding || out * out * std::abs(course.t) <= 2 * own * low;
   const bool comes_slow = -out <= own + rounding;
-  const bool is_slow = surface.is_pulsed || (out > 0 ? stays_low : comes_slow);
-  const bool rests = start.s <= 4 * low + fallen_away<arithmetic>(surface, p, course.t) && is_slow;
+  const bool is_slow = surface.flows_per_substep > 0 || (out > 0 ? stays_low : comes_slow);
+  const bool lies = start.s <= 4 * low + fallen_away<arithmetic>(surface, p, course.t) && is_slow;
+  const bool rests = lies || hovers(surface, start.s, out, press, course.t);
   return rests ? T(1) : is_over ? T(0) : surface.tau;
 }
 
@@ -88,14 +98,17 @@ Meeting<T> meeting(const Surface<T>& surface, const Vector<T>& x, T t) noexcept 
 }
 
 // Whether a particle lies on a surface that it is pressed onto from here on. Of a sheet that rests, each pulse of its springs
-// presses, or lifts it so little that it is back within the flow.
+// presses, or lifts it so little that it is back within the sub-step.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool is_pressed_on(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
   const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
   const Touch<T> start = touch<arithmetic>(surface, seen.x0);
   const T sizes = (one_norm(seen.x0) + one_norm(p.x1)) + (surface.radius + surface.radius);
-  const T near = 2 * std::numeric_limits<T>::epsilon() * sizes + fallen_away<arithmetic>(surface, seen, course.t);
-  return start.s <= near && (surface.is_pulsed || course.direction * dot<arithmetic>(start.n, seen.v0) <= 0);
+  const T roundings = surface.movement == Movement::rest ? 2 : 8;
+  const T near = roundings * std::numeric_limits<T>::epsilon() * sizes + fallen_away<arithmetic>(surface, seen, course.t);
+  const T out = course.direction * dot<arithmetic>(start.n, seen.v0);
+  const T press = -(course.direction * dot<arithmetic>(start.n, difference(p.v1, p.v0)));
+  return (start.s <= near && (surface.flows_per_substep > 0 || out <= 0)) || hovers(surface, start.s, out, press, course.t);
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
@@ -162,7 +175,7 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
   }
   if (course.recording != nullptr) {
     const Vector<T> dv = difference(p.v0, vf);
-    const bool hits = dv != Vector<T>{} && !(lies && e == 0);
+    const bool hits = dv != Vector<T>{} && !(lies && (e == 0 || surface.flows_per_substep > 0));
     course.recording->push(hits ? Told::impact : Told::hold, course.last, xf, n, dv, course.t);
   }
   let_go();
