@@ -12,6 +12,7 @@
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
+#include "kernel/passes/joined_run.hpp"
 
 namespace {
 
@@ -132,6 +133,28 @@ TEST_CASE("lying: cloth on a floor is told of once, as it falls on it") {
       CHECK(told.hits >= on_floor);
       CHECK(told.hits <= 2 * on_floor);
       CHECK(told.late == 0);
+    }
+  }
+}
+
+TEST_CASE("lying: many contacts around cloth, near and far, leave the bits of the scalar reference") {
+  for (const double lift : {0.0, 20.0}) {  // near the balls, or all of it on one side of the box about them
+    for (const bool is_list : {false, true}) {
+      Joined joined = sheet_over(grounds(0.3, 0.2)[1], ways[2].coupling);
+      if (is_list) joined = test::as_list(joined);
+      for (std::size_t k = 0; k < 20; ++k) {
+        const Vec3 c{0.5 + test::scatter(k, 0), -0.2 + 0.2 * test::scatter(k, 1), 0.5 + test::scatter(k, 2)};
+        joined.scene.add(Sphere{.center = c, .radius = 0.15, .friction = 0.2, .viscosity = 0.1});
+      }
+      for (std::size_t i = 0; i < joined.x.size(); ++i) {
+        joined.x[i][1] += lift;
+        for (std::size_t k = 0; k < 3; ++k) joined.x[i][k] += 0.02 * test::scatter(i, k);
+      }
+      const std::vector<float> wanted = test::stepped<float>(joined, {}, 40);
+      for (const Isa isa : available_isas()) {
+        INFO("lift " << lift << (is_list ? ", list" : ", grid"));
+        CHECK(test::difference(wanted, test::stepped<float>(joined, {.isa = isa}, 40)) == "");
+      }
     }
   }
 }
