@@ -109,9 +109,9 @@ TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
             }
             INFO(way.name << (is_list ? ", list" : ", grid") << ", ground " << ground.index() << ", friction " << mu
                           << ", viscosity " << viscosity);
-            // Friction on a curved surface takes some turns of fourth_order's flows, to and fro, for impacts and some for rest.
+            // The times of impact on a curved path are roots to some 1e-12, which friction passes on.
             const bool is_rough = way.coupling.scheme == Scheme::fourth_order && mu != 0 && ground.index() == 1;
-            CHECK(apart < (is_rough ? 1e-4 : 1e-9));
+            CHECK(apart < (is_rough ? 1e-7 : 1e-9));
             CHECK(at_rest.hits == moving.hits);
           }
         }

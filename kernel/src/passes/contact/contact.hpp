@@ -34,6 +34,7 @@
 //          forces, n.(v1 - v0)/t = b, make it fall in s, b s^2 / 2, and comes no faster than by b s.
 //          The sweeps of generalized alpha also move positions, by x_b (b - a) of compile/sweep_scheme.cpp, before the flow.
 //          Contacts see the way from where the flow before ended, as the flow's own, so that what rests starts on the surface.
+//          And what has just hit a surface may be held by it, however deep inside a poor root of the path has left it.
 //          Energy with `resume`, e = tau = 1, mu = 0 and constant acceleration a_n: x1 and v1 become x1 + (1-f) t dv and
 //          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
 //          `resume` goes on with the remaining step as a new path, on which every surface is looked for again; the one just
@@ -131,9 +132,6 @@ constexpr bool goes_straight(const Surface<T>& surface) noexcept {
 // A bounce that rises by less than this many epsilons of the coordinates, d0^2 / (4 |c|), is resting: rounding alone would keep
 // a particle that slides on an oblique plane bouncing (18 impacts in a step, and ten times the time of a resting one).
 inline constexpr int low_bounce = 2;
-
-// In a network, the root of a time of impact may leave a particle so many times as deep inside as one that stands may be.
-inline constexpr int sunk_at_impact = 64;
 
 // Newton's steps to a sphere, and rounds in which surfaces that disagree push a particle.
 inline constexpr int newton_steps = 4;
