@@ -224,8 +224,10 @@ TEST_CASE("ranks: what tears has the bits, the files and the checkpoints of one 
   springs["network"][1]["tears_at"] = 1.01;
   springs["duration"] = 0.4;
   folder.write("list.json", springs.dump());
-  for (const auto& [run_of, ranks] : {std::pair("sheet.json", 2), std::pair("sheet.json --precision float64", 5),
-                                      std::pair("swept.json", 2), std::pair("list.json --scheme fourth_order", 3)}) {
+  for (const auto& of : {std::pair("sheet.json", 2), std::pair("sheet.json --precision float64", 5), std::pair("swept.json", 2),
+                         std::pair("list.json --scheme fourth_order", 3)}) {
+    const char* const run_of = of.first;
+    const int ranks = of.second;
     CAPTURE(run_of);
     const std::string arguments = std::string("run ") + run_of + " --json --every 7 --threads 1 --out ";
     const auto alone = said(run(folder, arguments + "whole.html", viewer));
@@ -337,7 +339,8 @@ TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no
   for (const auto& kind : kinds) files.emplace_back("list", kind);
   files.emplace_back("list", "html");
   for (const char* kind : {"csv", "ply", "vtp", "html"}) files.emplace_back("drops", kind);
-  for (const auto& [scene, kind] : files) {
+  for (const auto& of : files) {
+    const std::string &scene = of.first, &kind = of.second;
     CAPTURE(scene);
     CAPTURE(kind);
     const std::string arguments = "run " + scene + ".json --every 2 --out ";
@@ -605,7 +608,9 @@ TEST_CASE("ranks: what stands in a piece for each, of a network and of what come
   const ScratchFolder folder("gathered-pieces");
   folder.write("sheet.json", sheet());
   folder.write("drops.json", drops());
-  for (const auto& [scene, ghosts] : {std::pair(std::string("sheet"), 2 * 7), std::pair(std::string("drops"), 0)}) {
+  for (const auto& of : {std::pair(std::string("sheet"), 2 * 7), std::pair(std::string("drops"), 0)}) {
+    const std::string& scene = of.first;
+    const int ghosts = of.second;
     CAPTURE(scene);
     const auto numbers = [&](const std::string& file, const char* attribute) {
       pugi::xml_document piece;
