@@ -17,8 +17,7 @@
 
 namespace dvdx::tool {
 
-// What is called by all of them is so said. A rank has room for all particles, as others' may all die: but what none has stood in
-// takes no memory.
+// A rank has room for all particles, as those of the others may all die; what none has stood in takes no memory.
 template <class T>
 class SharedLife {
  public:
