@@ -101,7 +101,7 @@ class Trials:
         return {key: report.get(key) for key in SAME}
 
     def files(self, start):
-        return {p.name[len(start):]: p.read_bytes() for p in self.folder.glob(start + '.*') if not p.name.endswith('.pvd')}
+        return {p.name[len(start):]: p.read_bytes() for p in self.folder.glob(start + '[.-]*') if not p.name.endswith('.pvd')}
 
     def check(self, is_right, *what):
         if is_right:
@@ -123,7 +123,7 @@ class Trials:
             name = self.random.choice(list(self.scenes))
             comes_and_goes = name == 'drops'
             precision = self.random.choice(['float32', 'float64'] + ([] if comes_and_goes else ['float32_compensated']))
-            kind = self.random.choice(['csv', 'ply', 'html'] if comes_and_goes else ['csv', 'npz', 'ply', 'pc2'])
+            kind = self.random.choice(['csv', 'ply', 'vtp', 'html'] if comes_and_goes else ['csv', 'npz', 'ply', 'pc2', 'vtp'])
             every = self.random.choice([0, 7])
             first, second = self.random.choice([0, 1, 2, 3]), self.random.choice([1, 2, 3, 5])
             step = self.random.randrange(STEPS // 2 + 1, STEPS)

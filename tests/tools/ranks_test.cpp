@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <pugixml.hpp>
@@ -223,8 +224,10 @@ TEST_CASE("ranks: what tears has the bits, the files and the checkpoints of one 
   springs["network"][1]["tears_at"] = 1.01;
   springs["duration"] = 0.4;
   folder.write("list.json", springs.dump());
-  for (const auto& [run_of, ranks] : {std::pair("sheet.json", 2), std::pair("sheet.json --precision float64", 5),
-                                      std::pair("swept.json", 2), std::pair("list.json --scheme fourth_order", 3)}) {
+  for (const auto& of : {std::pair("sheet.json", 2), std::pair("sheet.json --precision float64", 5), std::pair("swept.json", 2),
+                         std::pair("list.json --scheme fourth_order", 3)}) {
+    const char* const run_of = of.first;
+    const int ranks = of.second;
     CAPTURE(run_of);
     const std::string arguments = std::string("run ") + run_of + " --json --every 7 --threads 1 --out ";
     const auto alone = said(run(folder, arguments + "whole.html", viewer));
@@ -323,10 +326,11 @@ TEST_CASE("ranks: networks that are swept have the bits of one rank, and tell wh
   }
 }
 
-// The list's numbers are scattered over its ranks, and no rank shows what it steps.
+// The list's numbers are scattered over its ranks, and no rank shows what it steps. Drops begin with fewer than there are ranks.
 TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("files");
   folder.write("list.json", list());
+  folder.write("drops.json", drops());
   folder.write("playback.html", "<!-- dvdx data -->");
   const std::string viewer = "DVDX_VIEWER=.";
   const std::vector<std::string> kinds{"csv", "npz", "ply", "pc2", "vtp"};
@@ -334,7 +338,9 @@ TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no
   for (const auto& kind : kinds) files.emplace_back("mixed", kind);
   for (const auto& kind : kinds) files.emplace_back("list", kind);
   files.emplace_back("list", "html");
-  for (const auto& [scene, kind] : files) {
+  for (const char* kind : {"csv", "ply", "vtp", "html"}) files.emplace_back("drops", kind);
+  for (const auto& of : files) {
+    const std::string &scene = of.first, &kind = of.second;
     CAPTURE(scene);
     CAPTURE(kind);
     const std::string arguments = "run " + scene + ".json --every 2 --out ";
@@ -342,7 +348,11 @@ TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no
     std::filesystem::create_directory(folder / alone);
     REQUIRE(run(folder, arguments + alone + "/all." + kind, viewer).exit == 0);
     const ScratchFolder parts("ranks-parts");
-    const auto result = run(folder, arguments + (parts / "all.") + kind, launcher(kind == "csv" ? 2 : 3, viewer));
+    const auto result = run(folder, arguments + (parts / "all.") + kind,
+                            launcher(scene == "drops" ? 5
+                                     : kind == "csv"  ? 2
+                                                      : 3,
+                                     viewer));
     CHECK_MESSAGE(result.exit == 0, result.err);
     CHECK(parts.entries() > 0);
     for (const auto& entry : std::filesystem::directory_iterator(folder / alone)) {
@@ -490,6 +500,66 @@ TEST_CASE("ranks: particles that come and go have the bits, files, pages and imp
   CHECK(times(refused.err, "removal.order any, by which a hole may be filled from another rank, cannot be split") == 1);
 }
 
+// Up to what the contacts' sums follow, and of what comes and goes up to its ids.
+TEST_CASE("ranks: a checkpoint of what comes and goes has the bytes of one rank's" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("ranks-live-checkpoint");
+  folder.write("drops.json", drops());
+  const std::string arguments = "run drops.json --every 5 --out a.csv --checkpoint at --checkpoint-every 29";
+  const auto number_at = [](const std::string& bytes, std::size_t place, std::size_t size) {
+    std::uint64_t number = 0;
+    std::memcpy(&number, bytes.data() + place, size);
+    return number;
+  };
+  const auto written = [&](const CommandResult& result) {
+    REQUIRE_MESSAGE(result.exit == 0, result.err);
+    const auto bytes = folder.read("at");
+    const std::size_t data = 28 + number_at(bytes, 20, 4);
+    std::filesystem::remove(folder / "at");  // which would have the next one's states beside it take another name
+    const std::uint64_t particles = number_at(bytes, data, 8);
+    CHECK(particles > 40);
+    const std::size_t ids = data + 24 + particles * 8 * sizeof(float) + 3 * 8;
+    CHECK(number_at(bytes, ids, 8) == particles);
+    return bytes.substr(0, ids + 8 + particles * 4 + 4) + folder.read("at.states");
+  };
+  const auto alone = written(run(folder, arguments));
+  for (const int ranks : {2, 5}) CHECK(written(run_on(ranks, folder, arguments)) == alone);
+}
+
+// Bytes, of each of eight ranks: each process writes down the most memory that it has taken.
+std::vector<double> most_memory(const ScratchFolder& folder, std::size_t particles) {
+  auto scene = nlohmann::json::parse(drops());
+  scene["capacity"] = particles;
+  scene["particles"]["count"] = particles - 10;
+  scene["duration"] = 3 * scene["step"].get<double>();
+  folder.write("many.json", scene.dump());
+  folder.write("most.sh", R"("$@" & process=$!
+file=most.$OMPI_COMM_WORLD_RANK
+while grep VmHWM /proc/$process/status > $file.now 2> $file.ended; do
+  mv $file.now $file
+  sleep 0.01
+done
+wait $process)");
+  const std::string arguments = "run many.json --threads 1 --every 2 --out a.vtp --checkpoint at --checkpoint-every 2";
+  const auto result = run(folder, arguments, launcher(8) + " sh most.sh");
+  REQUIRE_MESSAGE(result.exit == 0, result.err);
+  std::vector<double> bytes;
+  for (int rank = 0; rank < 8; ++rank) {
+    const auto text = folder.read("most." + std::to_string(rank));
+    bytes.push_back(1024 * std::stod(text.substr(text.find(':') + 1)));
+  }
+  return bytes;
+}
+
+TEST_CASE("ranks: no rank holds all particles that come and go" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("ranks-live-memory");
+  constexpr std::size_t particles = 1'000'000;
+  const auto few = most_memory(folder, 100), many = most_memory(folder, particles);
+  for (std::size_t rank = 0; rank < few.size(); ++rank) {
+    CAPTURE(rank);
+    CHECK(many[rank] - few[rank] < 8 * sizeof(float) * particles);
+  }
+}
+
 TEST_CASE("ranks: explain tells how births are shared, and refuses what they have none of") {
   const ScratchFolder folder("ranks-births");
   folder.write("drops.json", drops());
@@ -538,7 +608,9 @@ TEST_CASE("ranks: what stands in a piece for each, of a network and of what come
   const ScratchFolder folder("gathered-pieces");
   folder.write("sheet.json", sheet());
   folder.write("drops.json", drops());
-  for (const auto& [scene, ghosts] : {std::pair(std::string("sheet"), 2 * 7), std::pair(std::string("drops"), 0)}) {
+  for (const auto& of : {std::pair(std::string("sheet"), 2 * 7), std::pair(std::string("drops"), 0)}) {
+    const std::string& scene = of.first;
+    const int ghosts = of.second;
     CAPTURE(scene);
     const auto numbers = [&](const std::string& file, const char* attribute) {
       pugi::xml_document piece;

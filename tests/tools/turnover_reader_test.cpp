@@ -150,6 +150,20 @@ TEST_CASE("every bad value of what comes and goes is refused by its path, and by
   }
 }
 
+TEST_CASE("of several ranks each reads its range of what is there at the start, and all have room together") {
+  const auto second = [](std::uint64_t bytes) { return ReadOptions{.memory_bytes = bytes, .share = {.rank = 1, .ranks = 2}}; };
+  const auto file = parse_scene("live.json", live_scene, second(1000000000));
+  CHECK(file.particles.count == 1);
+  CHECK(file.particles.first == 2);
+  CHECK(file.particles.total() == 3);
+  CHECK(value_of(file.particles.position, 0) == Vec3{2, 2, 2});
+  CHECK(message_of(json::parse(live_scene), second(5199)).starts_with("live.json: capacity is 100: must be at most 99"));
+  CHECK(message_of(json::parse(live_scene), second(5200)).empty());
+  json fewer = json::parse(live_scene);
+  fewer["capacity"] = 2;
+  CHECK(message_of(fewer, second(5200)).starts_with("live.json: capacity is 2: must be a whole number from 3"));
+}
+
 TEST_CASE("a capacity beyond the memory is refused, and so is a scene whose particles are not alike") {
   CHECK(message_of(json::parse(live_scene), {.memory_bytes = 3999})
             .starts_with("live.json: capacity is 100: must be at most 99"));

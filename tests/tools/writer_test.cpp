@@ -320,6 +320,7 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
   constexpr std::size_t count = 7;
   const ScratchFolder folder("pvtp");
   folder.write("a-000000.pvtp", "of an older run");
+  folder.write("a-000000-0001.vtp", "of more pieces");
   folder.write("a-000000-0002.vtp", "of more pieces");
   const Topology quads{.lines = {{5, 0}}, .faces = {{0, 1, 4, 3}, {1, 2, 5, 4}}};  // and 6 alone
   Soa<double> memory(count);
@@ -328,11 +329,10 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
     state.x[0][i] = static_cast<double>(i);
     state.v[2][i] = static_cast<double>(10 * i);
   }
-  // One process, which cuts a state whose particles have no owners into equal pieces.
-  const auto writer = make_writer<double>({.target = folder / "a.pvtp", .particles = count, .states = 1, .pieces = 2});
+  const auto writer = make_writer<double>({.target = folder / "a.pvtp", .particles = count, .states = 1});
   writer->write({.step = 0, .time = 0}, state);
   writer->finish();
-  CHECK(folder.entries() == 5);  // two pieces, two indices and their times
+  CHECK(folder.entries() == 4);  // one process: one piece, two indices and their times
 
   // What each of two ranks writes of its own particles and those that its cells reach.
   const std::vector<std::uint32_t> owner{0, 0, 1, 0, 0, 1, 1};

@@ -183,9 +183,9 @@ CompiledLifecycle<T>::CompiledLifecycle(Plan<T> plan_, Turnover turnover_, const
 }
 
 template <class T>
-LifecycleWorkspace<T>::LifecycleWorkspace(const Turnover& turnover, const Memory& memory)
+LifecycleWorkspace<T>::LifecycleWorkspace(const Turnover& turnover, std::size_t parts, const Memory& memory)
     : scratch(aligned_array<T>(most_groups * scratch_columns * aside_chunk, memory)),
-      overflow_bytes(fills_holes(turnover.removal) ? 0 : (turnover.capacity / 4 + 1) * numbers_each * sizeof(T)),
+      overflow_bytes(fills_holes(turnover.removal) ? 0 : (turnover.capacity / parts / 4 + 1) * numbers_each * sizeof(T)),
       overflow(aligned_array<T>(overflow_bytes / sizeof(T), memory)),
       kept(fills_holes(turnover.removal) ? turnover.capacity / fill_run + 1 : 0),
       waiting(kept.size()),

@@ -67,7 +67,8 @@ struct CompiledLifecycle {
 // The working memory of one call: only one state is stepped in it at a time.
 template <class T>
 struct LifecycleWorkspace {
-  LifecycleWorkspace(const Turnover& turnover, const Memory& memory);
+  // parts: that share the particles, each about as many.
+  LifecycleWorkspace(const Turnover& turnover, std::size_t parts, const Memory& memory);
 
   std::array<std::vector<BirthsBy>, batch_steps + 1>
       births;                                 // of each emitter, by the start of each step and by the last's end
@@ -84,7 +85,8 @@ struct LifecycleWorkspace {
 template <class T>
 struct LivePlan<T>::Parts {
   Parts(Plan<T> plan, const Turnover& turnover, const Options& options)
-      : compiled(std::move(plan), turnover, options.elsewhere.births), workspace(turnover, options.memory) {}
+      : compiled(std::move(plan), turnover, options.elsewhere.births),
+        workspace(turnover, options.elsewhere.births.parts, options.memory) {}
 
   CompiledLifecycle<T> compiled;
   LifecycleWorkspace<T> workspace;

@@ -44,6 +44,13 @@ class Sink {
     put<std::uint64_t>(values.size());
     write({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(V)});
   }
+  // Without their count: a part.
+  template <Number V>
+  void put_part(std::span<const V> values) {
+    begin_part();
+    write({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(V)});
+    end_part();
+  }
   // The first `count`, whatever the layout: a part.
   template <class T>
   void put(const Column<T>& column, std::size_t count) {
@@ -126,23 +133,20 @@ void put_state(Sink& sink, const State<T>& state, std::size_t all) {
   for_each_column(state, [&](const Column<T>& column) { sink.put(column, state.count); });
 }
 
-// `most`: particles that the state's columns have room for.
-template <class T>
-void get_state(Source& source, State<T>& state, std::size_t most) {
-  const auto count = source.get<std::uint64_t>();
-  if (count > most) source.fail();
-  state.count = count;
-  source.get(state.clock.seconds);
-  source.get(state.clock.carry);
-  for_each_column(state, [&](const Column<T>& column) { source.get(column, state.count); });
-}
-
 // A column of a file of which `count` numbers from stretch.first on are wanted.
 template <class T>
 void get_stretch(Source& source, const Column<T>& column, std::size_t count, const Stretch& stretch) {
   source.skip(stretch.first * sizeof(T));
   source.get(column, count);
   source.skip((stretch.all - stretch.first - count) * sizeof(T));
+}
+
+// As many numbers as there is room for.
+template <Number V>
+void get_stretch(Source& source, std::span<V> values, const Stretch& stretch) {
+  source.skip(stretch.first * sizeof(V));
+  source.read(reinterpret_cast<char*>(values.data()), values.size() * sizeof(V));
+  source.skip((stretch.all - stretch.first - values.size()) * sizeof(V));
 }
 
 // As many particles as the state has.

@@ -35,8 +35,8 @@ void check_is_no_source(const std::string& file, std::span<const fs::path> sourc
 }  // namespace
 
 Checkpoints::Checkpoints(const CheckpointOptions& options, RunIdentity run, std::string name, CallsEnd calls,
-                         std::span<const fs::path> sources, Ranks& ranks, Holders holders)
-    : options_(options), run_(std::move(run)), name_(std::move(name)), calls_(calls), ranks_(ranks), holders_(holders) {
+                         std::span<const fs::path> sources, Ranks& ranks)
+    : options_(options), run_(std::move(run)), name_(std::move(name)), calls_(calls), ranks_(ranks) {
   together(ranks_, [&] {
     if (!options_.resume.empty()) resumed_.emplace(options_.resume, run_, is_first() ? Look::all : Look::header);
     if (!is_writing() || !is_first()) return;
@@ -131,17 +131,14 @@ void Checkpoints::wait() {
   keep_what_is_counted_on();
 }
 
-// The same answer on all ranks.
 bool Checkpoints::takes(std::uint64_t done) {
   if (!is_writing()) return false;
   const bool is_due = done / options_.every != last_ / options_.every;
-  if (holders_ == Holders::all) return is_due;
+  if (!is_alone()) return is_due;
   using namespace std::chrono_literals;
-  bool is_free = !writing_.valid() || writing_.wait_for(0s) == std::future_status::ready;
+  const bool is_free = !writing_.valid() || writing_.wait_for(0s) == std::future_status::ready;
   if (is_free) wait();
-  if (!is_due) return false;
-  ranks_.broadcast(0, writable_bytes_in(is_free));
-  return is_free;
+  return is_due && is_free;
 }
 
 void Checkpoints::look(std::uint64_t done, const PrepareSave& prepare) {
@@ -159,11 +156,7 @@ void Checkpoints::write(std::uint64_t done, const SaveRun& save) {
   CheckpointHeader header{.run = run_, .name = name_, .step = done};
   if (states_) header.states = states_->mark();
   if (events_) header.events = events_->mark();
-  if (holders_ == Holders::all) {
-    write_by_all(header, save);
-  } else if (is_first()) {
-    write_by_first(header, save);
-  }
+  is_alone() ? write_alone(header, save) : write_by_all(header, save);
 }
 
 // Each its parts, and the steps wait.
@@ -177,7 +170,7 @@ void Checkpoints::write_by_all(const CheckpointHeader& header, const SaveRun& sa
 }
 
 // A copy is written by a thread of its own where there is room for it, else the state itself, and the steps wait.
-void Checkpoints::write_by_first(const CheckpointHeader& header, const SaveRun& save) {
+void Checkpoints::write_alone(const CheckpointHeader& header, const SaveRun& save) {
   const bool has_room = bytes_of(save) <= available_memory() / 8;
   const auto text = std::make_shared<std::string>(has_room ? checkpoint_text(header, save) : "");
   const auto write = [this, file = fs::path(options_.file), part = part_->path()](const auto& use) {

@@ -27,16 +27,13 @@ using PrepareSave = std::function<SaveRun()>;
 // Whether a call of the kernel may end at any step without changing a bit of the run.
 enum class CallsEnd { anywhere, where_they_do };
 
-// Which rank has what is to be written: all of it the first one, or each a part.
-enum class Holders { first, all };
-
-// What follows is to be called by all ranks, but for what the holders alone do: keep states and events.
+// What follows is to be called by all ranks, each of which has its part of the run; but events are the first one's.
 class Checkpoints {
  public:
   // Throws Fault: usage and input_output where `file` cannot be written, and all that Checkpoint throws. `sources`: files
   // that the scene was read from.
   Checkpoints(const CheckpointOptions& options, RunIdentity run, std::string name, CallsEnd calls,
-              std::span<const std::filesystem::path> sources, Ranks& ranks, Holders holders);
+              std::span<const std::filesystem::path> sources, Ranks& ranks);
   Checkpoints(const Checkpoints&) = delete;
   Checkpoints& operator=(const Checkpoints&) = delete;
   ~Checkpoints();
@@ -57,8 +54,9 @@ class Checkpoints {
   // Steps until the next one, at most `wanted`.
   [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const noexcept;
   // Between two steps, when all that was to be written of the first has been: writes the run down where it is time. The steps
-  // go on while the disk is busy; where it still is when the next one is due, that one waits, not the steps. Where each rank
-  // has a part, the steps wait. Throws Fault (input_output), also for the one before. `prepare` is called where it is time.
+  // go on while the disk is busy; where it still is when the next one is due, that one waits, not the steps. Several ranks write
+  // each its part, and the steps wait. Throws Fault (input_output), also for the one before. `prepare` is called where it is
+  // time.
   void look(std::uint64_t done, const PrepareSave& prepare);
   // All of them are on the disk. Throws likewise.
   void finish(std::uint64_t done, const PrepareSave& prepare);
@@ -73,12 +71,13 @@ class Checkpoints {
   [[nodiscard]] bool takes(std::uint64_t done);
   void write(std::uint64_t done, const SaveRun& save);
   void write_by_all(const CheckpointHeader& header, const SaveRun& save);
-  void write_by_first(const CheckpointHeader& header, const SaveRun& save);
+  void write_alone(const CheckpointHeader& header, const SaveRun& save);
   void wait();
   void spare_what_is_counted_on() const noexcept;
   void keep_what_is_counted_on();
   [[nodiscard]] bool is_first() const noexcept { return ranks_.rank() == 0; }
-  [[nodiscard]] Ranks* writers() noexcept { return holders_ == Holders::all ? &ranks_ : nullptr; }
+  [[nodiscard]] bool is_alone() const noexcept { return ranks_.count() == 1; }
+  [[nodiscard]] Ranks* writers() noexcept { return is_alone() ? nullptr : &ranks_; }
 
   CheckpointOptions options_;
   RunIdentity run_;
@@ -86,7 +85,6 @@ class Checkpoints {
   CallsEnd calls_;
   std::optional<Checkpoint> resumed_;
   Ranks& ranks_;
-  Holders holders_;
   std::optional<Temporary> part_;           // of the file
   std::vector<Temporary> so_far_;           // states and events, until a checkpoint counts on them
   std::vector<std::filesystem::path> old_;  // that an older run's checkpoint in this place counts on

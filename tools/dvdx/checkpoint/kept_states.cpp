@@ -22,17 +22,17 @@ void KeptStates::append(const Moment& moment, const State<S>& state, std::size_t
     sink.put(moment.time);
     sink.put<std::uint64_t>(all);
     sink.put<std::uint32_t>(sizeof(S));
-    sink.put<std::uint32_t>(ids.empty() ? 0 : 1);
+    sink.put<std::uint32_t>(ids.empty() ? 0 : 1);  // of several ranks the first one has some where any has
     for (const auto* columns : {&state.x, &state.v}) {
       for (const auto& column : *columns) sink.put(column, state.count);
     }
-    for (std::size_t i = 0; i < ids.size(); ++i) sink.put(ids[i]);
+    sink.put_part(ids);
   });
   ++count_;
 }
 
 template <class S>
-void for_each_kept_state(const fs::path& path, const KeptStatesMark& mark, const KeptShare& share, const UseKeptState<S>& use) {
+void for_each_kept_state(const fs::path& path, const KeptStatesMark& mark, const RankShare& share, const UseKeptState<S>& use) {
   FileSource source(path, 0, mark.kept.bytes);
   std::vector<std::uint32_t> ids;
   std::optional<Soa<S>> memory;
@@ -44,25 +44,24 @@ void for_each_kept_state(const fs::path& path, const KeptStatesMark& mark, const
     const auto scalar = source.get<std::uint32_t>();
     const auto has_ids = source.get<std::uint32_t>();
     if (scalar != sizeof(S) || all > source.left() / (6 * sizeof(S))) source.fail();
-    if (!share.is_whole && all != share.stretch.all) source.fail();
-    const std::size_t count = share.is_whole ? all : share.count;
+    const auto [first, count] = share.of(all);
+    const Stretch stretch{.first = first, .all = all};
     if (!memory || memory->view().count != count) memory.emplace(count);
     State<S> state = memory->view();
     state.clock.seconds = moment.time;
-    const Stretch stretch = share.is_whole ? Stretch{.first = 0, .all = all} : share.stretch;
     for (const auto* columns : {&state.x, &state.v}) {
       for (const auto& column : *columns) get_stretch(source, column, count, stretch);
     }
-    ids.resize(has_ids != 0 ? all : 0);
-    for (auto& id : ids) source.get(id);
+    ids.resize(has_ids != 0 ? count : 0);
+    if (has_ids != 0) get_stretch(source, std::span(ids), stretch);
     use(moment, state, ids);
   }
 }
 
 template void KeptStates::append(const Moment&, const State<float>&, std::size_t, std::span<const std::uint32_t>);
 template void KeptStates::append(const Moment&, const State<double>&, std::size_t, std::span<const std::uint32_t>);
-template void for_each_kept_state<float>(const fs::path&, const KeptStatesMark&, const KeptShare&, const UseKeptState<float>&);
-template void for_each_kept_state<double>(const fs::path&, const KeptStatesMark&, const KeptShare&,
+template void for_each_kept_state<float>(const fs::path&, const KeptStatesMark&, const RankShare&, const UseKeptState<float>&);
+template void for_each_kept_state<double>(const fs::path&, const KeptStatesMark&, const RankShare&,
                                           const UseKeptState<double>&);
 
 }  // namespace dvdx::tool

@@ -10,6 +10,7 @@
 #include "checkpoint/kept_file.hpp"
 #include "dvdx/layouts/soa.hpp"
 #include "output/writer.hpp"
+#include "scene_io/scene_reader.hpp"
 
 namespace dvdx::tool {
 
@@ -43,16 +44,9 @@ class KeptStates {
 template <class S>
 using UseKeptState = std::function<void(const Moment&, const State<S>&, std::span<const std::uint32_t> ids)>;
 
-// Which of a kept state's particles are wanted.
-struct KeptShare {
-  bool is_whole = true;  // else `count` of them, from stretch.first on
-  Stretch stretch{};
-  std::size_t count = 0;
-};
-
-// Of a file that was checked: its states, one after another. S: as they were appended.
+// Of a file that was checked: its states, one after another, of each this rank's share. S: as they were appended.
 template <class S>
-void for_each_kept_state(const std::filesystem::path& path, const KeptStatesMark& mark, const KeptShare& share,
+void for_each_kept_state(const std::filesystem::path& path, const KeptStatesMark& mark, const RankShare& share,
                          const UseKeptState<S>& use);
 
 }  // namespace dvdx::tool

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "ranks/agree.hpp"
+#include "ranks/range_exchange.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -48,10 +49,7 @@ void StatesOut<S>::make_writer() {
 template <class S>
 void StatesOut<S>::write_kept(const std::filesystem::path& path, const KeptStatesMark& mark) {
   is_writing_kept_ = true;
-  KeptShare share;
-  if (output_.ranks != nullptr) {
-    share = {.is_whole = false, .stretch = {.first = output_.first, .all = output_.particles}, .count = output_.here};
-  }
+  const RankShare share = output_.ranks != nullptr ? share_of(*output_.ranks) : RankShare{};
   for_each_kept_state<S>(path, mark, share,
                          [&](const Moment& moment, const State<S>& state, std::span<const std::uint32_t> ids) {
                            kept_ids_ = ids;
@@ -66,7 +64,7 @@ void StatesOut<S>::write(const Moment& moment, const State<S>& state) {
     write_kept(checkpoints_.resumed_states(), checkpoints_.resumed()->header().states.value());
   }
   if (writer_ != nullptr) return writer_->write(moment, state);
-  checkpoints_.states()->append(moment, state, all_particles(output_, state),
+  checkpoints_.states()->append(moment, state, stretch_of(output_, state.count).all,
                                 ids_ ? ids_(state.count) : std::span<const std::uint32_t>());
 }
 

@@ -78,8 +78,6 @@ template <class T, class Simulated>
 Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engine& engine, Ranks& ranks) {
   Simulated simulation(loaded, engine, ranks);
   const auto every = every_of(options, loaded);
-  const bool is_by_ranges = is_shown_by_ranges(loaded.file, ranks);
-  const Run shown = shown_by(loaded.file, ranks);
   std::optional<Output> output;
   if (!options.out.empty()) {
     output = {.target = options.out,
@@ -88,15 +86,13 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
               .topology = &loaded.file.topology,
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
               .scene = &loaded.file,
-              .ranks = is_by_ranges ? &ranks : nullptr,
-              .first = shown.first,
-              .here = shown.count};
-    if (is_gathered(loaded.file, ranks)) output->pieces = static_cast<std::size_t>(ranks.count());
+              .ranks = ranks.count() > 1 ? &ranks : nullptr,
+              .first = shown_by(loaded.file, ranks).first};
   }
   Checkpoints checkpoints(options.checkpoint, together(ranks, [&] { return identity_of(options, loaded, engine); }),
                           loaded.file.name,
                           engine.precision == Precision::float32_compensated ? CallsEnd::where_they_do : CallsEnd::anywhere,
-                          loaded.file.sources, ranks, is_by_ranges ? Holders::all : Holders::first);
+                          loaded.file.sources, ranks);
   if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
     if (output && (is_page(options.out) || checkpoints.is_writing())) output->ids = simulation.ids();
   }

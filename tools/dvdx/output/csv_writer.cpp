@@ -12,12 +12,13 @@ namespace {
 template <class T>
 class CsvWriter final : public Writer<T> {
  public:
-  explicit CsvWriter(const Output& output) : file_(output.target, output.ranks), first_(output.first) {
+  explicit CsvWriter(const Output& output) : output_(output), file_(output.target, output.ranks) {
     file_.write("step,time,particle,x,y,z,vx,vy,vz\n");
   }
 
   void write(const Moment& moment, const State<T>& state) override {
-    file_.write_in_turn([&](const PartFile::Put& put) { write_rows(moment, state, put); });
+    const std::size_t first = stretch_of(output_, state.count).first;
+    file_.write_in_turn([&](const PartFile::Put& put) { write_rows(moment, state, first, put); });
   }
 
   void finish() override { file_.commit(); }
@@ -25,13 +26,13 @@ class CsvWriter final : public Writer<T> {
  private:
   static constexpr std::size_t chunk = 1 << 20;
 
-  void write_rows(const Moment& moment, const State<T>& state, const PartFile::Put& put) {
+  void write_rows(const Moment& moment, const State<T>& state, std::size_t first, const PartFile::Put& put) {
     const std::string start = fmt::format("{},{},", moment.step, moment.time);
     for (std::size_t i = 0; i < state.count; ++i) {
       const auto& [x, y, z] = state.x;
       const auto& [vx, vy, vz] = state.v;
       text_ += start;
-      fmt::format_to(std::back_inserter(text_), "{},{},{},{},{},{},{}\n", first_ + i, x[i], y[i], z[i], vx[i], vy[i], vz[i]);
+      fmt::format_to(std::back_inserter(text_), "{},{},{},{},{},{},{}\n", first + i, x[i], y[i], z[i], vx[i], vy[i], vz[i]);
       if (text_.size() > chunk) flush(put);
     }
     flush(put);
@@ -42,8 +43,8 @@ class CsvWriter final : public Writer<T> {
     text_.clear();
   }
 
+  Output output_;
   PartFile file_;
-  std::size_t first_;  // particle
   std::string text_;
 };
 

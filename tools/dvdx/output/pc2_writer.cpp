@@ -115,7 +115,7 @@ void write_obj(PartFile& file, const Output& output, const State<T>& state) {
   file.write_in_turn([&](const PartFile::Put& put) { write_vertices(put, state); });
   text.add_all('f', output.topology->faces);
   text.add_all('l', output.topology->lines);
-  text.add_all('l', holding_lines(*output.topology, all_particles(output, state)));
+  text.add_all('l', holding_lines(*output.topology, stretch_of(output, state.count).all));
   text.flush();
 }
 

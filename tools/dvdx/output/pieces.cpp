@@ -62,10 +62,4 @@ std::vector<FilePiece> pieces_of(const Topology& topology, std::span<const std::
   return pieces;
 }
 
-std::vector<std::uint32_t> equal_pieces(std::size_t particles, std::size_t count) {
-  std::vector<std::uint32_t> owner(particles);
-  for (std::size_t i = 0; i < particles; ++i) owner[i] = static_cast<std::uint32_t>(i * count / particles);
-  return owner;
-}
-
 }  // namespace dvdx::tool

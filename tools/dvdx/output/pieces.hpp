@@ -22,7 +22,4 @@ struct FilePiece {
 [[nodiscard]] std::vector<FilePiece> pieces_of(const Topology& topology, std::span<const std::uint32_t> owner,
                                                std::size_t count);
 
-// The owner of each of so many particles: side by side, as many for each piece but for one.
-[[nodiscard]] std::vector<std::uint32_t> equal_pieces(std::size_t particles, std::size_t count);
-
 }  // namespace dvdx::tool

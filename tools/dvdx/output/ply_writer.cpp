@@ -80,10 +80,11 @@ class PlyWriter final : public Writer<T> {
       joints_ = joints(left);
     }
     files_.emplace_back(numbered(output_.target, files_.size()), output_.ranks);
-    files_.back().write(header<T>(moment, all_particles(output_, state)) + joints_header_ + "end_header\n");
+    const auto [first, all] = stretch_of(output_, state.count);
+    files_.back().write(header<T>(moment, all) + joints_header_ + "end_header\n");
     const std::array columns{state.x[0], state.x[1], state.x[2], state.v[0], state.v[1], state.v[2]};
     constexpr std::size_t element = columns.size() * sizeof(T);
-    files_.back().write_share(output_.first * element, all_particles(output_, state) * element,
+    files_.back().write_share(first * element, all * element,
                               [&](const PartFile::Put& put) { put_interleaved<T>(columns, state.count, put); });
     files_.back().write(joints_);
     files_.back().close();

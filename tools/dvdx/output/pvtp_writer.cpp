@@ -1,6 +1,5 @@
 // VTK XML PolyData in pieces: of each state a .vtp for each rank and the .pvtp that names them, a .pvd that gives each .pvtp
-// its time, and under the name that was asked for the last state's .pvtp. ParaView opens either. Each rank writes its own
-// piece; what one rank has gathered, it writes in as many.
+// its time, and under the name that was asked for the last state's .pvtp. ParaView opens either. Each rank writes its own piece.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -57,20 +56,6 @@ std::vector<fs::path> older_files(const Output& output, int pieces) {
   return files;
 }
 
-// Those of a piece, of a state that is here whole.
-template <class T>
-State<T> taken(const State<T>& all, const FilePiece& piece, Soa<T>& memory) {
-  State<T> some = memory.view();
-  some.clock = all.clock;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t k = 0; k < piece.particles.size(); ++k) {
-      some.x[axis][k] = all.x[axis][piece.particles[k]];
-      some.v[axis][k] = all.v[axis][piece.particles[k]];
-    }
-  }
-  return some;
-}
-
 // The piece of a rank that steps other particles than it shows.
 template <class T>
 class SteppedPiece {
@@ -102,11 +87,8 @@ class PvtpWriter final : public Writer<T> {
       : target_(output.target),
         ranks_(output.ranks != nullptr ? *output.ranks : alone_),
         mine_(output),
-        count_(ranks_.count() * static_cast<int>(output.pieces)),
-        older_(older_files(output, count_)) {
+        older_(older_files(output, ranks_.count())) {
     mine_.ranks = nullptr;
-    mine_.first = 0;
-    if (output.ranks != nullptr) mine_.particles = output.here;
     if (output.ranks != nullptr && !output.owner.empty()) {
       stepped_ = std::make_unique<SteppedPiece<T>>(output);
       mine_.piece = &stepped_->piece();
@@ -119,11 +101,7 @@ class PvtpWriter final : public Writer<T> {
   void write(const Moment& moment, const State<T>& state) override {
     const State<T> here = stepped_ ? stepped_->taken(state) : state;
     together(ranks_, [&] {
-      if (mine_.pieces > 1) {
-        write_all(moment, here);
-      } else {
-        write_piece(ranks_.rank(), moment, here);
-      }
+      write_piece(moment, here);
       listed_.push_back({moment.time, numbered(target_, listed_.size()).filename().string()});
     });
   }
@@ -146,18 +124,10 @@ class PvtpWriter final : public Writer<T> {
  private:
   [[nodiscard]] bool is_first() const noexcept { return ranks_.rank() == 0; }
 
-  void write_piece(int piece, const Moment& moment, const State<T>& state) {
-    pieces_.emplace_back(piece_of(target_, listed_.size(), piece));
+  void write_piece(const Moment& moment, const State<T>& state) {
+    pieces_.emplace_back(piece_of(target_, listed_.size(), ranks_.rank()));
     write_poly_data(pieces_.back(), mine_, moment, state);
     pieces_.back().close();
-  }
-  void write_all(const Moment& moment, const State<T>& state) {
-    int number = 0;
-    for (const FilePiece& piece : pieces_of(no_topology, equal_pieces(state.count, mine_.pieces), mine_.pieces)) {
-      mine_.piece = &piece;
-      Soa<T> memory(piece.particles.size());
-      write_piece(number++, moment, taken(state, piece, memory));
-    }
   }
 
   void commit_indices() {
@@ -165,7 +135,7 @@ class PvtpWriter final : public Writer<T> {
     std::string last;
     for (std::uint64_t i = 0; i < listed_.size(); ++i) {
       std::vector<std::string> names;
-      for (int piece = 0; piece < count_; ++piece) names.push_back(piece_of(target_, i, piece).filename().string());
+      for (int piece = 0; piece < ranks_.count(); ++piece) names.push_back(piece_of(target_, i, piece).filename().string());
       last = index_of(vtk_type<T>(), stepped_ ? Ghosts::marked : Ghosts::none, names);
       files.emplace_back(numbered(target_, i)).write(last);
     }
@@ -179,7 +149,6 @@ class PvtpWriter final : public Writer<T> {
   OneRank alone_;
   Ranks& ranks_;
   Output mine_;                               // this rank's piece
-  int count_;                                 // of pieces a state
   std::unique_ptr<SteppedPiece<T>> stepped_;  // where each particle has its owner
   std::vector<fs::path> older_;
   std::vector<PartFile> pieces_;

@@ -106,19 +106,20 @@ void write_array(PartFile& file, Ranks* ranks, const Array& array) {
 }
 
 template <class T>
-Array columns_array(const Output& output, std::size_t particles, const std::array<Column<T>, 3>& columns, std::size_t here) {
+Array columns_array(const Stretch& stretch, const std::array<Column<T>, 3>& columns, std::size_t here) {
   constexpr std::size_t element = 3 * sizeof(T);
-  Array array{.all = particles * element, .place = output.first * element, .here = here * element};
+  Array array{.all = stretch.all * element, .place = stretch.first * element, .here = here * element};
   if (here > 0) array.last = last_two(columns[2].at(here - 1), sizeof(T));
   array.feed = [&columns, here](const Put& put) { put_interleaved<T>(columns, here, put); };
   return array;
 }
 
-// count numbers, of which number(i) is the i-th, from `first` on.
+// Numbers of which number(i) is the i-th of all.
 template <class Number>
-Array numbers_array(std::size_t all, std::size_t first, std::size_t here, const Number& number) {
+Array numbers_array(const Stretch& stretch, std::size_t here, const Number& number) {
   constexpr std::size_t element = sizeof(std::int64_t);
-  Array array{.all = all * element, .place = first * element, .here = here * element};
+  const std::size_t first = stretch.first;
+  Array array{.all = stretch.all * element, .place = first * element, .here = here * element};
   if (here > 0) {
     const std::int64_t last = number(first + here - 1);
     array.last = last_two(&last, sizeof last);
@@ -178,11 +179,10 @@ Cells cells_of(const Output& output, const char* element, const char* count_name
 
 // ParaView draws only what is in a cell: a particle that nothing joins is one of its own. Where nothing joins any, of several
 // ranks each has those of its own.
-Cells loose_cells(const Output& output, std::size_t particles, std::size_t here) {
+Cells loose_cells(const Stretch& stretch, std::size_t here) {
   const auto corner = [](std::size_t i) { return static_cast<std::int64_t>(i); };
   const auto end = [](std::size_t i) { return static_cast<std::int64_t>(i) + 1; };
-  return {"Verts", "NumberOfVerts", particles, numbers_array(particles, output.first, here, corner),
-          numbers_array(particles, output.first, here, end)};
+  return {"Verts", "NumberOfVerts", stretch.all, numbers_array(stretch, here, corner), numbers_array(stretch, here, end)};
 }
 
 using Loose = std::vector<std::array<std::size_t, 1>>;
@@ -200,11 +200,11 @@ Array ghosts_array(const FilePiece& piece) {
 }
 
 // loose: those that nothing joins, where anything joins others. The cells refer to it and to the topology.
-std::vector<Cells> all_cells(const Output& output, const Topology& topology, const Loose& loose, std::size_t particles,
+std::vector<Cells> all_cells(const Output& output, const Topology& topology, const Loose& loose, const Stretch& stretch,
                              std::size_t here) {
   std::vector<Cells> all;
   if (topology == no_topology && output.piece == nullptr) {
-    if (particles > 0) all.push_back(loose_cells(output, particles, here));
+    if (stretch.all > 0) all.push_back(loose_cells(stretch, here));
     return all;
   }
   const auto add = [&](const char* element, const char* count_name, const auto& shapes) {
@@ -266,21 +266,21 @@ void add_time(pugi::xml_node data, const Moment& moment) {
 
 template <class T>
 void write_poly_data(PartFile& file, const Output& output, const Moment& moment, const State<T>& state) {
-  const std::size_t particles = all_particles(output, state);
+  const Stretch stretch = stretch_of(output, state.count);
   const std::size_t torn = tears_until(output, moment.step);
   const Topology left = torn == 0 ? Topology() : without(*output.topology, {output.tears->data(), torn});
   const Topology& topology = output.piece != nullptr ? output.piece->topology : torn == 0 ? *output.topology : left;
-  const auto loose = output.piece != nullptr ? output.piece->loose : loose_where_joined(topology, particles);
-  const std::vector<Cells> all = all_cells(output, topology, loose, particles, state.count);
+  const auto loose = output.piece != nullptr ? output.piece->loose : loose_where_joined(topology, stretch.all);
+  const std::vector<Cells> all = all_cells(output, topology, loose, stretch, state.count);
   pugi::xml_document document;
   auto data = add_vtk_root(document, "PolyData").append_child("PolyData");
   add_time(data, moment);
   auto piece = data.append_child("Piece");
-  piece.append_attribute("NumberOfPoints") = std::to_string(particles).c_str();
+  piece.append_attribute("NumberOfPoints") = std::to_string(stretch.all).c_str();
   for (const auto& cells : all) piece.append_attribute(cells.count_name) = std::to_string(cells.count).c_str();
   const std::string here(1, mark);
-  const Array velocity = columns_array(output, particles, state.v, state.count);
-  const Array position = columns_array(output, particles, state.x, state.count);
+  const Array velocity = columns_array(stretch, state.v, state.count);
+  const Array position = columns_array(stretch, state.x, state.count);
   Array ghosts;
   std::vector<const Array*> arrays{&velocity};
   auto point_data = piece.append_child("PointData");

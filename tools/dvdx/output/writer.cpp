@@ -48,12 +48,11 @@ bool is_series(Files files) { return files == Files::series || files == Files::i
 std::vector<fs::path> targets_of(const Output& output, Files files) {
   std::vector<fs::path> targets;
   const int rank = output.ranks == nullptr ? 0 : output.ranks->rank();
-  const auto pieces = static_cast<int>(output.pieces);
   if (is_series(files)) {
     for (std::uint64_t i = 0; i < output.states; ++i) targets.push_back(numbered(output.target, i));
   }
   for (std::uint64_t i = 0; files == Files::pieces && i < output.states; ++i) {
-    for (int piece = rank; piece < rank + pieces; ++piece) targets.push_back(piece_of(output.target, i, piece));
+    targets.push_back(piece_of(output.target, i, rank));
   }
   if (!is_series(files) || files == Files::pieces) targets.push_back(output.target);
   if (files == Files::indexed_series || files == Files::pieces) targets.push_back(renamed(output.target, ".pvd"));
@@ -81,12 +80,11 @@ template <class T>
 class WrittenByFirst final : public Writer<T> {
  public:
   WrittenByFirst(const Output& output, std::unique_ptr<Writer<T>> (*make)(const Output&))
-      : ranks_(*output.ranks),
-        exchange_(ranks_, output.particles, numbers(output)),
-        memory_(is_first() ? output.particles : 0) {
+      : output_(output), ranks_(*output.ranks), memory_(is_first() ? output.particles : 0) {
     Output alone = output;
     alone.ranks = nullptr;
     alone.first = 0;
+    if (output.ids) alone.ids = [this](std::size_t) { return std::span<const std::uint32_t>(ids_); };
     together(ranks_, [&] {
       if (is_first()) writer_ = make(alone);
     });
@@ -94,7 +92,7 @@ class WrittenByFirst final : public Writer<T> {
 
   void write(const Moment& moment, const State<T>& state) override {
     State<T> whole = memory_.view();
-    exchange_.from_ranges(state, whole);
+    whole.count = take(stretch_of(output_, state.count).all, state, whole);
     together(ranks_, [&] {
       if (is_first()) writer_->write(moment, whole);
     });
@@ -107,15 +105,22 @@ class WrittenByFirst final : public Writer<T> {
 
  private:
   [[nodiscard]] bool is_first() const noexcept { return ranks_.rank() == 0; }
-  static std::vector<std::uint32_t> numbers(const Output& output) {
-    std::vector<std::uint32_t> all(output.ranks->rank() == 0 ? output.particles : 0);
-    std::iota(all.begin(), all.end(), 0U);
-    return all;
+
+  // Of the `all` particles of a state as many as this rank is told.
+  std::size_t take(std::size_t all, const State<T>& state, State<T>& whole) {
+    std::vector<std::uint32_t> numbers(is_first() ? all : 0);
+    std::iota(numbers.begin(), numbers.end(), 0U);
+    RangeExchange exchange(ranks_, all, numbers);
+    exchange.from_ranges(state, whole);
+    ids_.resize(output_.ids ? numbers.size() : 0);
+    if (output_.ids) exchange.from_ranges(output_.ids(state.count), ids_);
+    return numbers.size();
   }
 
+  Output output_;
   Ranks& ranks_;
-  RangeExchange exchange_;
   Soa<T> memory_;
+  std::vector<std::uint32_t> ids_;
   std::unique_ptr<Writer<T>> writer_;  // the first rank's
 };
 
@@ -150,6 +155,14 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
   check_targets_together(output, format.files);
   if (output.ranks != nullptr && is_page(output.target)) return std::make_unique<WrittenByFirst<T>>(output, format.make);
   return format.make(output);
+}
+
+Stretch stretch_of(const Output& output, std::size_t here) {
+  if (output.ranks == nullptr) return {.first = 0, .all = here};
+  if (output.counts == Counts::fixed) return {.first = output.first, .all = output.particles};
+  std::uint64_t all = here;
+  output.ranks->sum(std::span(&all, 1));
+  return {.first = share_of(*output.ranks).of(all).first, .all = all};
 }
 
 std::vector<fs::path> old_frames(const Output& output) {

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "checkpoint/byte_stream.hpp"
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/ranks.hpp"
 #include "scene_io/topology.hpp"
@@ -62,10 +63,9 @@ struct Output {
   ReferencePositions reference{};  // where the states should be
   std::string reference_text{};    // what that is
   ParticleIds ids{};               // where counts change; asked for after each state
-  // Where several ranks hold the particles, each of them writes its own, from `first` on. A page is written by the first.
+  // Where several ranks hold the particles, each of them writes its range, from `first` on. A page is written by the first.
   Ranks* ranks = nullptr;
-  std::size_t first = 0, here = 0;     // its first particle, and how many
-  std::size_t pieces = 1;              // that a .pvtp has of a state that one rank writes, whoever steps it
+  std::size_t first = 0;               // where counts are fixed
   std::vector<std::uint32_t> owner{};  // the rank in whose piece each particle is; none: in that of the rank that writes it
   const FilePiece* piece = nullptr;    // what of them the states are, where they are not all
 };
@@ -117,11 +117,8 @@ void commit_series(std::vector<PartFile>& files, const std::vector<std::filesyst
 // The particles that no line and no face holds, in order.
 [[nodiscard]] std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count);
 
-// Of a state in the file, of which `state` is this rank's part.
-template <class T>
-[[nodiscard]] std::size_t all_particles(const Output& output, const State<T>& state) noexcept {
-  return output.ranks == nullptr ? state.count : output.particles;
-}
+// Where this rank's `here` particles of a state stand among all. Called by all ranks that write it.
+[[nodiscard]] Stretch stretch_of(const Output& output, std::size_t here);
 
 // x0 y0 z0 x1 ... of so many columns, as bytes, some at a time.
 template <class T>

@@ -1,7 +1,13 @@
 #include "ranks/range_exchange.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <utility>
 
 namespace dvdx::tool {
 namespace {
@@ -32,6 +38,56 @@ std::size_t rank_with(std::size_t number, std::size_t all, std::size_t ranks) {
   return number < of_longer ? number / (each + 1) : longer + (number - of_longer) / each;
 }
 
+// How many of ascending numbers are less.
+std::size_t below(std::span<const std::int64_t> numbers, std::int64_t limit) {
+  return static_cast<std::size_t>(std::lower_bound(numbers.begin(), numbers.end(), limit) - numbers.begin());
+}
+
+// Of all ranks' numbers, each of which one rank has, those from which on each rank's range has them: found by halving, as each
+// rank counts its own.
+std::vector<std::int64_t> starts_of_ranges(Ranks& ranks, std::span<const std::int64_t> numbers, std::size_t all) {
+  const auto count = static_cast<std::size_t>(ranks.count());
+  if (all == 0) return std::vector<std::int64_t>(count);
+  constexpr double none = -std::numeric_limits<double>::infinity();
+  std::array<double, 2> ends{none, none};  // exact: below 2^53
+  if (!numbers.empty()) ends = {static_cast<double>(numbers.back()), -static_cast<double>(numbers.front())};
+  ranks.highest(ends);
+  std::vector<std::int64_t> low(count, -static_cast<std::int64_t>(ends[1]));
+  std::vector<std::int64_t> high(count, static_cast<std::int64_t>(ends[0]) + 1);
+  std::vector<std::uint64_t> before(count);
+  while (low != high) {
+    for (std::size_t rank = 0; rank < count; ++rank) before[rank] = below(numbers, std::midpoint(low[rank], high[rank]));
+    ranks.sum(before);
+    for (std::size_t rank = 0; rank < count; ++rank) {
+      const std::int64_t middle = std::midpoint(low[rank], high[rank]);
+      if (before[rank] >= RankShare{.rank = rank, .ranks = count}.of(all).first) {
+        high[rank] = middle;
+      } else {
+        low[rank] = middle + 1;
+      }
+    }
+  }
+  return low;
+}
+
+// Where the numbers of each list stand among those of all. All are ascending.
+std::vector<std::vector<std::uint32_t>> places_among_all(const std::vector<std::vector<std::int64_t>>& lists) {
+  using Next = std::pair<std::int64_t, std::size_t>;  // a number, and its list
+  std::priority_queue<Next, std::vector<Next>, std::greater<>> next;
+  std::vector<std::vector<std::uint32_t>> places(lists.size());
+  for (std::size_t n = 0; n < lists.size(); ++n) {
+    places[n].reserve(lists[n].size());
+    if (!lists[n].empty()) next.emplace(lists[n].front(), n);
+  }
+  for (std::uint32_t place = 0; !next.empty(); ++place) {
+    const std::size_t n = next.top().second;
+    next.pop();
+    places[n].push_back(place);
+    if (places[n].size() < lists[n].size()) next.emplace(lists[n][places[n].size()], n);
+  }
+  return places;
+}
+
 // x, y, z of each.
 template <class T>
 std::vector<const std::array<Column<T>, 3>*> vectors_of(const State<T>& state) {
@@ -41,9 +97,12 @@ std::vector<const std::array<Column<T>, 3>*> vectors_of(const State<T>& state) {
 
 }  // namespace
 
+RangeExchange::RangeExchange(Ranks& ranks, std::size_t all)
+    : ranks_(&ranks), all_(all), asked_(static_cast<std::size_t>(ranks.count())), given_(asked_.size()) {}
+
 RangeExchange::RangeExchange(Ranks& ranks, std::size_t all, std::span<const std::uint32_t> numbers,
                              std::span<const std::uint32_t> places)
-    : ranks_(&ranks), asked_(static_cast<std::size_t>(ranks.count())), given_(asked_.size()) {
+    : RangeExchange(ranks, all) {
   Lists wanted(asked_.size());  // places in others' ranges
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     const std::size_t rank = rank_with(numbers[k], all, wanted.size());
@@ -62,9 +121,31 @@ RangeExchange::RangeExchange(Ranks& ranks, std::size_t all, std::span<const std:
   });
 }
 
-template <class T>
-void RangeExchange::tell(const Column<T>& from, const Lists& told, const Column<T>& to, const Lists& heard) {
-  std::vector<T> sent, received;
+RangeExchange RangeExchange::in_order(Ranks& ranks, std::span<const std::int64_t> numbers) {
+  std::uint64_t all = numbers.size();
+  ranks.sum(std::span(&all, 1));
+  RangeExchange exchange(ranks, all);
+  const auto starts = starts_of_ranges(ranks, numbers, all);
+  std::vector<std::vector<std::int64_t>> heard(starts.size());
+  meet_all(ranks, [&](int other) {
+    const auto rank = static_cast<std::size_t>(other);
+    const std::size_t first = below(numbers, starts[rank]);
+    const std::size_t end = rank + 1 < starts.size() ? below(numbers, starts[rank + 1]) : numbers.size();
+    const std::uint64_t told = end - first;
+    std::uint64_t coming = 0;
+    swap(ranks, other, bytes_in(told), writable_bytes_in(coming));
+    heard[rank].resize(coming);
+    swap(ranks, other, std::as_bytes(numbers.subspan(first, told)), std::as_writable_bytes(std::span(heard[rank])));
+    exchange.asked_[rank].resize(told);
+    std::iota(exchange.asked_[rank].begin(), exchange.asked_[rank].end(), static_cast<std::uint32_t>(first));
+  });
+  exchange.given_ = places_among_all(heard);
+  return exchange;
+}
+
+template <class Number, class From, class To>
+void RangeExchange::tell(const From& from, const Lists& told, const To& to, const Lists& heard) {
+  std::vector<Number> sent, received;
   meet_all(*ranks_, [&](int other) {
     const auto& out = told[static_cast<std::size_t>(other)];
     const auto& in = heard[static_cast<std::size_t>(other)];
@@ -78,12 +159,20 @@ void RangeExchange::tell(const Column<T>& from, const Lists& told, const Column<
 
 template <class T>
 void RangeExchange::from_ranges(const Column<T>& range, const Column<T>& mine) {
-  tell(range, given_, mine, asked_);
+  tell<T>(range, given_, mine, asked_);
 }
 
 template <class T>
 void RangeExchange::to_ranges(const Column<T>& mine, const Column<T>& range) {
-  tell(mine, asked_, range, given_);
+  tell<T>(mine, asked_, range, given_);
+}
+
+void RangeExchange::from_ranges(std::span<const std::uint32_t> range, std::span<std::uint32_t> mine) {
+  tell<std::uint32_t>(range, given_, mine, asked_);
+}
+
+void RangeExchange::to_ranges(std::span<const std::uint32_t> mine, std::span<std::uint32_t> range) {
+  tell<std::uint32_t>(mine, asked_, range, given_);
 }
 
 template <class T>
@@ -102,6 +191,7 @@ void RangeExchange::to_ranges(const State<T>& mine, State<T>& range) {
 
 template void RangeExchange::from_ranges(const Column<float>&, const Column<float>&);
 template void RangeExchange::from_ranges(const Column<double>&, const Column<double>&);
+template void RangeExchange::to_ranges(const Column<float>&, const Column<float>&);
 template void RangeExchange::to_ranges(const Column<double>&, const Column<double>&);
 template void RangeExchange::from_ranges(const State<float>&, State<float>&);
 template void RangeExchange::from_ranges(const State<double>&, State<double>&);

@@ -30,12 +30,19 @@ class RangeExchange {
   // columns; none: in that order.
   RangeExchange(Ranks& ranks, std::size_t all, std::span<const std::uint32_t> numbers,
                 std::span<const std::uint32_t> places = {});
+  // Of particles that are numbered in some order, with gaps: of all ranks' together the ranges are cut in this order. numbers: of
+  // those that this rank has in its columns, ascending; no two ranks have the same.
+  [[nodiscard]] static RangeExchange in_order(Ranks& ranks, std::span<const std::int64_t> numbers);
+
+  [[nodiscard]] std::size_t all() const noexcept { return all_; }
 
   template <class T>
   void from_ranges(const Column<T>& range, const Column<T>& mine);
   // Each number must be asked for by one rank, once.
   template <class T>
   void to_ranges(const Column<T>& mine, const Column<T>& range);
+  void from_ranges(std::span<const std::uint32_t> range, std::span<std::uint32_t> mine);
+  void to_ranges(std::span<const std::uint32_t> mine, std::span<std::uint32_t> range);
   // Columns and clock.
   template <class T>
   void from_ranges(const State<T>& range, State<T>& mine);
@@ -44,10 +51,12 @@ class RangeExchange {
 
  private:
   using Lists = std::vector<std::vector<std::uint32_t>>;  // one for each rank
-  template <class T>
-  void tell(const Column<T>& from, const Lists& told, const Column<T>& to, const Lists& heard);
+  RangeExchange(Ranks& ranks, std::size_t all);
+  template <class Number, class From, class To>
+  void tell(const From& from, const Lists& told, const To& to, const Lists& heard);
 
   Ranks* ranks_;
+  std::size_t all_;
   Lists asked_;  // places in this rank's columns, of what each rank's range has
   Lists given_;  // places in this rank's range, of what each rank asks for
 };

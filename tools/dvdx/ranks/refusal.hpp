@@ -24,25 +24,16 @@ namespace dvdx::tool {
   return ranks.count() > 1 && is_live(file);
 }
 
-// Whether the first rank alone is told the whole state, which it shows.
-[[nodiscard]] inline bool is_gathered(const SceneFile& file, const Ranks& ranks) noexcept {
-  return is_split_by_births(file, ranks);
-}
-
-// Whether each rank shows a range of the particles, whichever it steps.
-[[nodiscard]] inline bool is_shown_by_ranges(const SceneFile& file, const Ranks& ranks) noexcept {
-  return ranks.count() > 1 && !is_gathered(file, ranks);
-}
-
-// The range that this rank shows, or all. Of networks `file` holds all particles, of others those of its range alone.
+// The range that this rank shows at the start, or all, whichever it steps: `file` holds all particles of networks, of others
+// those of its range alone.
 [[nodiscard]] inline Run shown_by(const SceneFile& file, const Ranks& ranks) noexcept {
   if (is_split_by_springs(file, ranks)) return share_of(ranks).of(file.particles.count);
   return {.first = file.particles.first, .count = file.particles.count};
 }
 
-// Which of the particles in `file` a state that this rank shows has.
+// Which of the particles in `file` a state that this rank shows has. What comes and goes is all alike.
 [[nodiscard]] inline Held held_by(Ranks& ranks, const SceneFile& file) noexcept {
-  if (!is_shown_by_ranges(file, ranks)) return {};
+  if (ranks.count() == 1) return {};
   return {.ranks = &ranks, .first = is_split_by_springs(file, ranks) ? shown_by(file, ranks).first : 0};
 }
 

@@ -2,18 +2,22 @@
 // it has made. In which order all of them stand is told by numbers: how many births there were before.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "dvdx/elsewhere.hpp"
 #include "dvdx/live.hpp"
 #include "dvdx/ranks.hpp"
+#include "ranks/range_exchange.hpp"
 #include "run/live_memory.hpp"
 
 namespace dvdx::tool {
 
+// A rank has room for all particles, as those of the others may all die; what none has stood in takes no memory.
 template <class T>
 class SharedLife {
  public:
@@ -25,31 +29,33 @@ class SharedLife {
   [[nodiscard]] static SharedBirths births(Ranks& ranks) noexcept;
 
   // This rank's own.
-  [[nodiscard]] LiveState<T>& live() noexcept { return memory_.live(); }
+  [[nodiscard]] LiveState<T>& live() noexcept { return columns_.live(); }
 
-  // Called by all of them. `whole` is the first rank's, and untouched on others: what it holds is dealt out, one particle to
-  // each rank in turn, and brought together again in the order in which one rank would keep it.
-  void deal(LiveMemory<T>& whole);
-  void gather(LiveMemory<T>& whole);
+  // Each particle's id moves along with it from now on.
+  void carry_ids();
 
-  // Where this rank's particles stand among all. Called by all of them; valid until the next call.
-  [[nodiscard]] std::span<const std::uint32_t> places();
+  // Called by all: what the ranges hold is dealt out, one particle to each rank in turn; and what the ranks hold is cut into
+  // ranges in the order in which one rank would keep it.
+  void deal(LiveMemory<T>& range);
+  void to_range(LiveMemory<T>& range);
+  // Called by all: the ids that what is in the ranges has been given since.
+  void take_ids(LiveMemory<T>& range);
+
+  // Of each particle that this rank has now, how many births there were before: kept until the next call.
+  [[nodiscard]] std::span<const std::int64_t> kept_numbers();
 
  private:
-  // What is in the lists of what is told, to the first rank; and from another one.
-  void send();
-  void receive(int from);
-  [[nodiscard]] std::span<std::int64_t> numbers(std::size_t count) noexcept { return {numbers_.data(), count}; }
+  [[nodiscard]] std::span<std::int64_t> numbers() noexcept { return {numbers_.get(), live().state.count}; }
+  [[nodiscard]] std::span<std::uint32_t> ids() noexcept { return {ids_->get(), live().state.count}; }
 
   Ranks& ranks_;
-  LiveMemory<T> memory_;
-  std::vector<std::int64_t> numbers_;  // of each own particle: those of the start or of a checkpoint before all births since
-  Carried carried_;
-  std::vector<std::int64_t> of_all_;  // of the first rank: of each when they were last dealt or gathered
-  // What is told: numbers, places and columns of one rank's particles.
-  std::vector<std::int64_t> told_;
-  std::vector<std::uint32_t> places_;
-  std::vector<T> buffer_;
+  std::size_t room_;
+  LiveColumns<T> columns_;
+  AlignedArray<std::int64_t> numbers_;  // of each own particle: those of the start or of a checkpoint before all births since
+  std::optional<AlignedArray<std::uint32_t>> ids_;
+  std::array<Carried, 2> carried_;
+  std::optional<RangeExchange> exchange_;  // with which the ranges were made, where ids go back
+  std::vector<std::int64_t> kept_numbers_;
 };
 
 extern template class SharedLife<float>;

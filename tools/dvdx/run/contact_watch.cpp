@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -76,17 +77,38 @@ void ContactWatch::check_lost() {
                                               events_.string(), report_->steps(), report_->lost()));
 }
 
+// As the scene numbers them. Where a particle's number stands among all, all ranks find together: each counts its own below it.
+void ContactWatch::name_particles(std::span<const std::uint64_t> events_of_ranks) {
+  if (!numbers_) {
+    for (ContactEvent& event : gathered_) {
+      event.particle = particles_.empty() ? first_ + event.particle : particles_[event.particle];
+    }
+    return;
+  }
+  const auto before = events_of_ranks.begin() + ranks_.rank();
+  const auto first = std::accumulate(events_of_ranks.begin(), before, std::uint64_t{0});
+  std::vector<std::uint64_t> all(std::accumulate(before, events_of_ranks.end(), first), 0);
+  for (std::size_t k = 0; k < gathered_.size(); ++k) {
+    all[first + k] = static_cast<std::uint64_t>((*numbers_)[gathered_[k].particle]);
+  }
+  ranks_.sum(all);  // to which the others have added nothing
+  for (std::uint64_t& number : all) {
+    const auto found = std::lower_bound(numbers_->begin(), numbers_->end(), static_cast<std::int64_t>(number));
+    number = static_cast<std::uint64_t>(found - numbers_->begin());
+  }
+  ranks_.sum(all);
+  for (std::size_t k = 0; k < gathered_.size(); ++k) gathered_[k].particle = all[first + k];
+}
+
 // In the order of step and particle; each particle's are one rank's, in the order of time.
 std::span<const ContactEvent> ContactWatch::gathered() {
   const auto mine = report_->events();
   if (ranks_.count() == 1) return mine;
   gathered_.assign(mine.begin(), mine.end());
-  for (ContactEvent& event : gathered_) {
-    event.particle = particles_.empty() ? first_ + event.particle : particles_[event.particle];
-  }
   std::vector<std::uint64_t> sizes(static_cast<std::size_t>(ranks_.count()), 0);
   sizes[static_cast<std::size_t>(ranks_.rank())] = gathered_.size();
   ranks_.sum(sizes);
+  name_particles(sizes);
   if (ranks_.rank() != 0) {
     if (!gathered_.empty()) ranks_.send(0, std::as_bytes(std::span(gathered_)));
     return {};
@@ -145,14 +167,10 @@ std::vector<std::int64_t> ContactWatch::words() {
 }
 
 void ContactWatch::load(std::span<const std::int64_t> words, std::uint64_t done, Source& source) {
-  go_on_at(done);
   if (!report_) return;
+  report_->set_steps(done);
   if (words.size() != report_->words().size()) source.fail();
   if (ranks_.rank() == 0) report_->add(words);
-}
-
-void ContactWatch::go_on_at(std::uint64_t done) {
-  if (report_) report_->set_steps(done);
 }
 
 void ContactWatch::join() {

@@ -29,6 +29,9 @@ class ContactWatch {
 
   // Of the scene's particles, those that the report tells of, in its order: kept by the caller. Else they are side by side.
   void tell_of(std::span<const std::uint32_t> particles) noexcept { particles_ = particles; }
+  // The same of particles that come and go: by where each stands among those of all ranks, in the order of their numbers. Of
+  // those that the next call begins with this rank has these, ascending: kept by the caller.
+  void tell_in_order(std::span<const std::int64_t> numbers) noexcept { numbers_ = numbers; }
 
   // Whether each event is told of, by the number of its particle.
   [[nodiscard]] bool tells_events() const noexcept { return steps_in_room_ != 0; }
@@ -45,7 +48,6 @@ class ContactWatch {
   // All ranks' sums, as part of a checkpoint; and those that a run goes on from, of which a step was the last.
   [[nodiscard]] std::vector<std::int64_t> words();
   void load(std::span<const std::int64_t> words, std::uint64_t done, Source& source);
-  void go_on_at(std::uint64_t done);
   // Takes the other ranks' sums too.
   void join();
   // In the scene's order.
@@ -54,6 +56,7 @@ class ContactWatch {
  private:
   void open_events(const SceneFile& file, Checkpoints& checkpoints);
   void check_lost();
+  void name_particles(std::span<const std::uint64_t> events_of_ranks);
   // Of all ranks, on the first.
   [[nodiscard]] std::span<const ContactEvent> gathered();
 
@@ -61,6 +64,7 @@ class ContactWatch {
   std::size_t contacts_;
   std::size_t first_;  // the scene's number of the first of particles that are side by side
   std::span<const std::uint32_t> particles_{};
+  std::optional<std::span<const std::int64_t>> numbers_;
   std::filesystem::path events_;
   std::vector<ContactEvent> gathered_;
   std::unique_ptr<std::byte[]> room_;  // what no event is written to takes no memory

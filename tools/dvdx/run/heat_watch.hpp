@@ -20,7 +20,7 @@ class HeatWatch {
   HeatWatch(const LoadedScene& loaded, const std::optional<NetworkLimit>& limit, Observer<T>& observer, const State<T>& start)
       : observer_(observer) {
     every_ = limit ? steps_between_looks(loaded.file) : std::nullopt;
-    if (!every_ || observer.is_absent()) return;
+    if (!every_) return;
     budget_.emplace(observer.budget(start));
     most_ = most_share(*limit, loaded.file.step);
     warmth_.emplace();

@@ -32,32 +32,35 @@ class LiveSimulation {
   LiveSimulation(const LoadedScene& loaded, const Engine& engine, Ranks& ranks)
       : loaded_(loaded),
         ranks_(ranks),
-        memory_(has_state() ? loaded.file.turnover.capacity : 0, engine.layout),
+        memory_(share_of(ranks).of(loaded.file.turnover.capacity).count, engine.layout),
         plan_(together(ranks, [&] { return live_plan<T>(loaded.file, options_of(engine)); })),
         threads_(engine.threads) {
-    together(ranks, [&] {
-      if (has_state()) memory_.start(loaded.file);
-    });
+    together(ranks, [&] { memory_.start(loaded.file); });
     if (!is_split_by_births(loaded.file, ranks)) return;
     shared_.emplace(loaded.file, engine.layout, ranks);
     shared_->deal(memory_);
   }
 
-  // The particles' ids, from now on: of all that the first rank is told, where several step them.
+  // The ids of the particles shown, from now on. Called by all ranks.
   [[nodiscard]] ParticleIds ids() {
     memory_.carry_ids();
-    return [this](std::size_t count) { return memory_.ids(count); };
+    if (shared_) shared_->carry_ids();
+    return [this](std::size_t count) {
+      memory_.give_ids(ranks_);
+      if (shared_) shared_->take_ids(memory_);
+      return std::span<const std::uint32_t>(memory_.ids().first(count));
+    };
   }
 
   // The observer writes, weighs and hashes.
   template <class Observer>
   Outcome run(Observer& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
-    const auto start = observer.health(whole_.state);
-    outcome_.energy_start = observer.energy({}, whole_.state);
+    const auto start = observer.health(shown_.state);
+    outcome_.energy_start = observer.energy({}, shown_.state);
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), contacts);
     } else if (every > 0 && loaded_.steps > 0) {
-      observer.write(moment(), whole_.state);
+      observer.write(moment(), shown());
     }
     {
       std::optional<Progress> progress;
@@ -65,34 +68,31 @@ class LiveSimulation {
       while (done_ < loaded_.steps) {
         const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
         advance(until, contacts, progress, checkpoints);
-        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), gathered());
+        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), shown());
       }
     }
     checkpoints.finish(done_, [&] { return prepare(contacts); });
-    observer.write(moment(), gathered());
+    observer.write(moment(), shown());
     observer.finish();
     contacts.finish();
     contacts.join();
     outcome_.contacts = contacts.sums();
-    outcome_.energy_end = observer.energy({}, whole_.state);
-    outcome_.hash = observer.hash(whole_.state);
-    const auto end = observer.health(whole_.state);
+    outcome_.energy_end = observer.energy({}, shown_.state);
+    outcome_.hash = observer.hash(shown_.state);
+    const auto end = observer.health(shown_.state);
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
     ranks_.broadcast(0, writable_bytes_in(outcome_.diverged));
     outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
-    outcome_.turned = {.live = whole_.state.count,
-                       .born = whole_.born,
-                       .removed = whole_.removed,
-                       .dropped = whole_.dropped,
+    outcome_.turned = {.live = memory_.all(),
+                       .born = shown_.born,
+                       .removed = shown_.removed,
+                       .dropped = shown_.dropped,
                        .particle_steps = all_particle_steps()};
     return outcome_;
   }
 
  private:
-  // Of several ranks the first one has the whole state to show.
-  [[nodiscard]] bool has_state() const { return ranks_.rank() == 0; }
-
   [[nodiscard]] Options options_of(const Engine& engine) const {
     Options options{.step = loaded_.file.step,
                     .isa = engine.isa,
@@ -103,11 +103,11 @@ class LiveSimulation {
   }
 
   // What is stepped here.
-  [[nodiscard]] LiveState<T>& live() { return shared_ ? shared_->live() : whole_; }
+  [[nodiscard]] LiveState<T>& live() { return shared_ ? shared_->live() : shown_; }
   // What the observer sees.
-  const State<T>& gathered() {
-    if (shared_) shared_->gather(memory_);
-    return whole_.state;
+  const State<T>& shown() {
+    if (shared_) shared_->to_range(memory_);
+    return shown_.state;
   }
   [[nodiscard]] std::uint64_t all_particle_steps() {
     std::uint64_t all = particle_steps_;
@@ -123,7 +123,7 @@ class LiveSimulation {
   }
 
   [[nodiscard]] SaveRun prepare(ContactWatch& contacts) {
-    gathered();
+    shown();
     contacts.flush();
     return [this, words = contacts.words(), particle_steps = all_particle_steps(),
             seconds = longest(ranks_, outcome_.wall_seconds)](Sink& sink) {
@@ -135,9 +135,8 @@ class LiveSimulation {
   }
   void go_on(const Checkpoint& checkpoint, ContactWatch& contacts) {
     together(ranks_, [&] {
-      if (!has_state()) return contacts.go_on_at(checkpoint.header().step);
       checkpoint.load([&](Source& source) {
-        memory_.load(source);
+        memory_.load(source, share_of(ranks_));
         std::vector<std::int64_t> words;
         source.get(words);
         contacts.load(words, checkpoint.header().step, source);
@@ -145,16 +144,17 @@ class LiveSimulation {
         source.get(outcome_.wall_seconds);
       });
     });
+    if (ranks_.rank() != 0) particle_steps_ = 0;  // they are of all
     if (shared_) shared_->deal(memory_);
     done_ = checkpoint.header().step;
     outcome_.resumed_at = done_;
   }
 
   // As many of `wanted` as one call takes. A particle's number in an event is where it stands among all when its step begins:
-  // of several ranks' it is known at the start of a call.
+  // of several ranks' the start of a call.
   std::uint64_t steps_of_call(std::uint64_t wanted, ContactWatch& contacts) {
     if (!shared_ || !contacts.tells_events()) return contacts.most_steps(std::min(steps_a_call, wanted));
-    contacts.tell_of(shared_->places());
+    contacts.tell_in_order(shared_->kept_numbers());
     return 1;
   }
 
@@ -174,8 +174,8 @@ class LiveSimulation {
 
   const LoadedScene& loaded_;
   Ranks& ranks_;
-  LiveMemory<T> memory_;
-  LiveState<T>& whole_ = memory_.live();
+  LiveMemory<T> memory_;  // of several ranks what this one shows
+  LiveState<T>& shown_ = memory_.live();
   std::optional<SharedLife<T>> shared_;
   LivePlan<T> plan_;
   Threads threads_;

@@ -29,11 +29,7 @@ class Observer {
  public:
   Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, std::uint64_t every,
            Checkpoints& checkpoints, Ranks& ranks)
-      : file_(loaded.file),
-        is_absent_(is_gathered(file_, ranks) && ranks.rank() > 0),
-        ranks_(is_gathered(file_, ranks) ? alone_ : ranks),
-        held_(held_by(ranks_, file_)) {
-    if (is_absent_) return;
+      : file_(loaded.file), ranks_(ranks), held_(held_by(ranks_, file_)) {
     if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(shown_by(file_, ranks_).count);
     if (!output) return;
     if (world_) {
@@ -42,9 +38,6 @@ class Observer {
       out_ = std::make_unique<StatesOut<T>>(*output, every, checkpoints);
     }
   }
-
-  // Where the first rank is told all particles it shows them, and the others have nothing to say.
-  [[nodiscard]] bool is_absent() const noexcept { return is_absent_; }
 
   void write(const Moment& moment, const State<T>& state) {
     if (out_ != nullptr) out_->write(moment, state);
@@ -57,15 +50,12 @@ class Observer {
 
   // networks: the scene's as they are then.
   [[nodiscard]] double energy(std::span<const Network> networks, const State<T>& state) {
-    if (is_absent_) return 0;
     return world_ ? tool::energy(ranks_, file_, networks, seen(state)) : tool::energy(ranks_, file_, networks, state);
   }
   [[nodiscard]] std::uint64_t hash(const State<T>& state) {
-    if (is_absent_) return 0;
     return world_ ? tool::state_hash(ranks_, seen(state)) : tool::state_hash(ranks_, state);
   }
   [[nodiscard]] Health health(const State<T>& state) {
-    if (is_absent_) return {};
     return combined(ranks_, world_ ? health_of(seen(state)) : health_of(state));
   }
   [[nodiscard]] EnergyBudget budget(const State<T>& state) {
@@ -87,8 +77,6 @@ class Observer {
   }
 
   const SceneFile& file_;
-  OneRank alone_;
-  bool is_absent_;
   Ranks& ranks_;
   Held held_;
   std::optional<Soa<double>> world_;

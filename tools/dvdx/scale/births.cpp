@@ -20,8 +20,8 @@ std::string table_of_births(const SceneFile& file, std::uint64_t ranks, const Ma
     text += fmt::format("  {:<22} {}\n", name, value);
   };
   row("births a step", fmt::format("{:.4g}, of which a rank makes {:.4g}", rate * file.step, rate * file.step / all));
-  row("particles a rank",
-      fmt::format("about {:.4g} when all {} live; each rank has room for all", most / all, file.turnover.capacity));
+  row("particles a rank", fmt::format("about {:.4g} when all {} live, and as many to write; room for more takes no memory",
+                                      most / all, file.turnover.capacity));
   row("told",
       fmt::format("one sum of 8 bytes over all ranks in {} steps; one or two more a step while births might find no room",
                   steps_a_call));

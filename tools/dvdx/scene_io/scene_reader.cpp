@@ -283,9 +283,12 @@ Room room_for(const json& scene, const ReadOptions& options) {
   return {.bytes_each = bytes_each(scene, options.scalar_bytes), .bytes = options.memory_bytes};
 }
 
-// Where particles come and go, each also has an age and a lifetime, and the plan works in another quarter of all that.
+// Where particles come and go, each also has an age and a lifetime, and the plan works in another quarter of all that. Of several
+// ranks each has a share of those that live, its range of them all to show, and what it tells the others.
 Room room_for_live(const ReadOptions& options) {
-  return {.bytes_each = 10 * options.scalar_bytes, .bytes = options.memory_bytes};
+  if (options.share.ranks == 1) return {.bytes_each = 10 * options.scalar_bytes, .bytes = options.memory_bytes};
+  constexpr std::uint64_t told = 4 * sizeof(std::uint64_t);  // numbers, ids and places
+  return {.bytes_each = 18 * options.scalar_bytes + told, .bytes = options.share.ranks * options.memory_bytes};
 }
 
 // What a network's particle takes in addition: its own position, mass and face, the forces on it, and its springs, of which a
@@ -301,7 +304,7 @@ Room room_for_networks(const json& scene, const ReadOptions& options) {
 // Whether each particle moves by itself, so that a rank may hold some of them without the others.
 bool can_split_by_ranges(const json& scene) {
   return !scene.contains("network") && !scene.contains("constraints") && !scene.contains("kinematic") &&
-         !scene.contains("emitters") && !scene.contains("removal") && !scene.contains("capacity") && !scene.contains("skins");
+         !scene.contains("skins");
 }
 
 std::size_t read_count(const Node& node, const json& scene, const ReadOptions& options) {

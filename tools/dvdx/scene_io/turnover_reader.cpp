@@ -138,7 +138,7 @@ void read_turnover(const Fields& scene, SceneFile& file, const Room& room) {
   if (!has_turnover(scene)) return;
   file.is_origin_free = false;  // what is born is measured from the world's
   const auto capacity = scene.required("capacity");
-  file.turnover.capacity = capacity.whole(std::max<std::uint64_t>(file.particles.count, 1), most_alive);
+  file.turnover.capacity = capacity.whole(std::max<std::uint64_t>(file.particles.total(), 1), most_alive);
   if (file.turnover.capacity > room.most()) capacity.refuse(room.limit());
   if (const auto emitters = scene.optional("emitters")) {
     for (const auto& emitter : emitters->elements("a list of emitters")) {
