@@ -445,6 +445,18 @@ TEST_CASE("c: a state that does not fit is refused, and not stepped") {
   state = arrays.c();
   state.x[1].capacity = 3;
   CHECK(step(state) == DVDX_CAPACITY_TOO_SMALL);
+  for (const double wrong : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    state = arrays.c();
+    state.clock.seconds = wrong;
+    const std::string words = std::isnan(wrong) ? "nan" : wrong > 0 ? "inf" : "-inf";
+    CHECK(step(state) == DVDX_INVALID);
+    CHECK(h.message() == "state.clock is " + words + ": must be a finite time");
+    CHECK(dvdx_plan_seek(h.plan, &state, 1, &h.error) == DVDX_INVALID);
+    CHECK(h.message() == "state.clock is " + words + ": must be a finite time");
+    state.clock = {0, wrong};
+    CHECK(step(state) == DVDX_INVALID);
+    CHECK(h.message() == "state.clock is " + words + ": must be a finite time");
+  }
   CHECK(dvdx_plan_step(nullptr, &state, 1, nullptr, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_step(h.plan, nullptr, 1, nullptr, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_set_step(h.plan, HUGE_VAL, &h.error) == DVDX_INVALID);
@@ -669,6 +681,10 @@ TEST_CASE("c: what cannot come and go is refused, and nothing is stepped") {
   live = good;
   live.lifetime.capacity = Living::capacity - 1;
   CHECK(step(live) == DVDX_CAPACITY_TOO_SMALL);
+  live = good;
+  live.state.clock.seconds = HUGE_VAL;
+  CHECK(step(live) == DVDX_INVALID);
+  CHECK(h.message() == "state.clock is inf: must be a finite time");
   live = good;
   live.carried = nullptr;
   CHECK(step(live) == DVDX_INVALID);

@@ -307,6 +307,10 @@ class Faults(unittest.TestCase):
             plan.step(dvdx.State(*lattice(4)))
         with self.assertRaisesRegex(dvdx.DvdxError, "type"):
             plan.step(dvdx.State(*lattice(3, np.float64)))
+        for time, words in ((float("nan"), "nan"), (float("-inf"), "-inf")):
+            for act in (plan.step, plan.seek):
+                with self.assertRaisesRegex(dvdx.DvdxError, f"state.clock is {words}: must be a finite time"):
+                    act(dvdx.State(*lattice(3), time=time), 1)
 
 
 class Plans(unittest.TestCase):

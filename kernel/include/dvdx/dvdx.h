@@ -74,7 +74,7 @@ typedef struct dvdx_column {
   size_t capacity;   // elements
 } dvdx_column;
 
-// The scene's time in s, as a sum of two.
+// The scene's time in s, as a sum of two, both finite.
 typedef struct dvdx_clock {
   double seconds;
   double carry;

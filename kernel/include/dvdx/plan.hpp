@@ -69,6 +69,7 @@ enum class StepResult {
   in_use,              // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
   workspace_differs,   // the workspace given was made for another scene or number of sub-steps: nothing was stepped
   report_differs,      // the report given is for another number of contacts: nothing was stepped
+  time_not_finite,     // the state's clock is infinite or not a number: nothing was stepped
 };
 
 // What limits the sub-steps of a scene's networks.

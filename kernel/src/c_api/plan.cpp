@@ -43,7 +43,7 @@ dvdx_status step(const Plan<T>& plan, dvdx_state& state, std::size_t steps, cons
   const StepResult result = contacts != nullptr ? plan.step(particles, *contacts, steps, threads_of(parallel))
                                                 : plan.step(particles, steps, threads_of(parallel));
   if (result == StepResult::done) put_clock(particles.clock, state);
-  return report(error, status_of(result));
+  return report(error, result, state.clock);
 }
 
 template <class T>
