@@ -84,8 +84,8 @@ dvdx_status status_of(StepResult result) noexcept {
       return DVDX_CAPACITY_TOO_SMALL;
     case StepResult::in_use:
       return DVDX_IN_USE;
-    case StepResult::workspace_differs:  // a plan by C steps in its own workspace, which always fits
-      return DVDX_FAILED;
+    case StepResult::workspace_differs:
+      return DVDX_WORKSPACE_DIFFERS;
     case StepResult::report_differs:
       return DVDX_REPORT_DIFFERS;
     case StepResult::time_not_finite:
