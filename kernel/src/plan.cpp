@@ -268,6 +268,17 @@ Expected<void> Plan<T>::set_stiffness(std::size_t index, const SpringsStiffness&
   return parts_->change(SpringsStiffnessChange{index, stiffness});
 }
 template <class T>
+Expected<void> Plan<T>::set_zero_length(std::size_t index, const Scalars& zero_length) {
+  return parts_->change(ZeroLengthChange{index, zero_length});
+}
+template <class T>
+Expected<void> Plan<T>::set_bending(std::size_t index, std::span<const Triangle> triangles, std::span<const Vec3> flat,
+                                    double modulus) {
+  const Expected<Scalars> zero_length = zero_length_of(scene(), index, triangles, flat, modulus);
+  if (!zero_length) return tl::unexpected(zero_length.error());
+  return set_zero_length(index, *zero_length);
+}
+template <class T>
 Expected<void> Plan<T>::set_mass(std::size_t particle, double mass) {
   return parts_->change(MassChange{particle, mass});
 }

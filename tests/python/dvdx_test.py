@@ -592,6 +592,35 @@ class Plans(unittest.TestCase):
             with self.assertRaises(dvdx.DvdxError):
                 scene.bending(**fields)
 
+    def test_how_a_mesh_bends_is_changed_while_it_runs(self):
+        flat = np.array([(0, 0, 0), (1, 0, 0), (0.5, 1, 0), (0.5, -1, 0)], float)
+        angles = {"network": 0, "triangles": [(0, 1, 2), (1, 0, 3)], "flat": flat}
+
+        def bent(modulus):
+            positions = flat.copy()
+            positions[2:, 2] = 0.1
+            scene = dvdx.Scene()
+            scene.springs(pairs=[(0, 1)], stiffness=0.0)
+            scene.bending(modulus=modulus, **angles)
+            state = dvdx.State(positions, np.zeros((4, 3)))
+            return dvdx.compile(scene, state, step=0.01), state
+
+        plan, state = bent(0)
+        other, wanted = bent(0.02)
+        plan.set_bending(modulus=0.02, **angles)
+        plan.step(state, 9)
+        other.step(wanted, 9)
+        self.assertEqual(state.hash(), wanted.hash())
+        with self.assertRaisesRegex(dvdx.DvdxError, "modulus is -1"):
+            plan.set_bending(modulus=-1, **angles)
+        with self.assertRaisesRegex(dvdx.DvdxError, r"networks\[1\]"):
+            plan.set_bending(modulus=1, **(angles | {"network": 1}))
+        with self.assertRaisesRegex(TypeError, "bending has no stiffness"):
+            plan.set_bending(stiffness=1)
+        plan.step(state)
+        other.step(wanted)
+        self.assertEqual(state.hash(), wanted.hash())
+
     def test_explain_speaks_of_the_scene(self):
         plan = dvdx.compile(rich_scene(), dvdx.State(*lattice(2)))
         self.assertIn("contact", plan.explain())

@@ -554,6 +554,11 @@ class Plan(_Driven):
         _fill_scalars(scalars, stiffness, keep)
         _call(_lib.dvdx_plan_set_springs_stiffness, self._handle, index, scalars, damping)
 
+    def set_bending(self, **keywords):
+        """By the keywords of Scene.bending: the network bends by these angles in place of all that it did before."""
+        keep = []
+        self._call_own("set_bending", _struct("dvdx_bending", keywords, keep))
+
     def set_mass(self, particle, mass):
         """kg, > 0"""
         _call(_lib.dvdx_plan_set_mass, self._handle, particle, mass)

@@ -644,6 +644,9 @@ DVDX_EXPORT dvdx_status dvdx_plan_set_grid_stiffness(dvdx_plan* plan, size_t ind
                                                      double bend, double damping, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_plan_set_springs_stiffness(dvdx_plan* plan, size_t index, const dvdx_scalars* stiffness,
                                                         double damping, dvdx_error* error);
+// Of the plan's network `bending->network`, springs: bends by these angles in place of all that it did before. Its pairs must
+// hold those that dvdx_scene_add_bending() adds, as after one with a modulus of 0.
+DVDX_EXPORT dvdx_status dvdx_plan_set_bending(dvdx_plan* plan, const dvdx_bending* bending, dvdx_error* error);
 // kg > 0. The plan must know how many particles there are: where something joins them, or a value is given for each.
 DVDX_EXPORT dvdx_status dvdx_plan_set_mass(dvdx_plan* plan, size_t particle, double mass, dvdx_error* error);
 // Holds a particle where the state has it; lets it go with the velocity that the state has.

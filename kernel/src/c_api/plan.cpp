@@ -223,6 +223,14 @@ dvdx_status dvdx_plan_set_springs_stiffness(dvdx_plan* plan, size_t index, const
   });
 }
 
+dvdx_status dvdx_plan_set_bending(dvdx_plan* plan, const dvdx_bending* bending, dvdx_error* error) {
+  if (bending == nullptr) return missing(error, "bending");
+  return changed(plan, error, [&](auto& p) {
+    const BentSheet sheet = bent_sheet_of(*bending);
+    return p.set_bending(bending->network, sheet.triangles, sheet.flat, bending->modulus);
+  });
+}
+
 dvdx_status dvdx_plan_set_mass(dvdx_plan* plan, size_t particle, double mass, dvdx_error* error) {
   return changed(plan, error, [&](auto& p) { return p.set_mass(particle, mass); });
 }
