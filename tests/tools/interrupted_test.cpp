@@ -98,9 +98,11 @@ TEST_CASE("a signal that ends a run leaves no part of any format, and is the exi
     std::size_t parts;  // that are there while it is written
     int signal;
   };
-  for (const auto& [out, parts, signal] :
+  for (const Format& format :
        {Format{"a.csv", 1, SIGINT}, Format{"a.npz", 3, SIGTERM}, Format{"a.ply", 5, SIGHUP}, Format{"a.vtp", 5, SIGINT},
         Format{"a.pc2", 2, SIGQUIT}, Format{"a.html", 1, SIGINT}, Format{"a.csv", 1, SIGXCPU}}) {
+    const char* const out = format.out;
+    const int signal = format.signal;
     CAPTURE(out);
     CAPTURE(signal);
     const EndlessFolder folder("run");
@@ -110,7 +112,7 @@ TEST_CASE("a signal that ends a run leaves no part of any format, and is the exi
     const std::string every = std::string_view(out) == "a.ply" || std::string_view(out) == "a.vtp" ? "100000" : "1000";
     Child child(folder, {"run", "endless.json", "--every", every, "--out", out, "--threads", "2"});
     unsetenv("DVDX_VIEWER");
-    REQUIRE(comes_true([&] { return folder.parts() >= parts; }));
+    REQUIRE(comes_true([&] { return folder.parts() >= format.parts; }));
     const int status = child.end_by(signal);
     CHECK(WIFSIGNALED(status));
     CHECK(WTERMSIG(status) == signal);
