@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
@@ -94,6 +95,12 @@ void add_changes(const std::string& name, const Scene& scene) {
     }
     return plan.set_stiffness(0, SpringsStiffness{.stiffness = k});
   });
+  const auto* const springs = std::get_if<Springs>(&scene.networks[0]);
+  if (springs != nullptr && scene.coupling.scheme == Scheme::leapfrog) {
+    add_one("zero_length", 2.5, [=, pairs = springs->pairs.size()](P& plan, std::size_t n) {
+      return plan.set_zero_length(0, std::vector<double>(pairs, sway(n)));
+    });
+  }
   add_one("mass", 0.05, [=](P& plan, std::size_t n) { return plan.set_mass(inner(n), (1.5 + sway(n)) / (side * side)); });
   add_one("fix_and_release", 0.1, [=](P& plan, std::size_t n) {
     const auto fixed = plan.fix(inner(n));

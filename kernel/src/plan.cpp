@@ -22,6 +22,16 @@ std::string list(const std::vector<Isa>& isas) {
   return text;
 }
 
+// The one that is asked for, by the options or else by the environment.
+Expected<Isa> isa_of(const Options& options) {
+  const std::optional<std::string> forced = options.isa ? std::nullopt : forced_isa();
+  const std::optional<Isa> wanted = forced ? isa_from_name(*forced) : options.isa.value_or(best_isa(options.arithmetic));
+  if (wanted && find_passes(*wanted, options.arithmetic) != nullptr) return *wanted;
+  return tl::unexpected(Error{forced ? "DVDX_ISA" : "isa", forced ? *forced : std::string(name(*wanted)),
+                              "one of " + list(available_isas(options.arithmetic)) + " (with " +
+                                  std::string(name(options.arithmetic)) + " arithmetic on this machine)"});
+}
+
 template <class T>
 std::optional<Error> check_rounding(const Options& options, const State<T>* state) {
   if (options.rounding == Rounding::plain) return std::nullopt;
@@ -46,16 +56,12 @@ std::vector<Vec3> positions(const State<T>& state, Rounding rounding) {
 template <class A, class T>
 Expected<Plan<T>> make_in(const Scene& scene, const Options& options, const State<T>* state) {
   const auto count = state != nullptr ? std::optional(state->count) : std::nullopt;
-  const Isa isa = options.isa.value_or(best_isa(options.arithmetic));
-  if (find_passes(isa, options.arithmetic) == nullptr) {
-    return tl::unexpected(Error{"isa", std::string(name(isa)),
-                                "one of " + list(available_isas(options.arithmetic)) + " (with " +
-                                    std::string(name(options.arithmetic)) + " arithmetic on this machine)"});
-  }
+  const Expected<Isa> isa = isa_of(options);
+  if (!isa) return tl::unexpected(isa.error());
   std::vector<Vec3> start;
   if (stands_at_start(scene) || steps_in_columns(scene)) start = positions(*state, options.rounding);
   const bool is_counted = has_values_each(scene) || steps_in_columns(scene);
-  auto compiled = compile_scene<A>(scene, options, isa, is_counted ? count : std::nullopt, std::move(start));
+  auto compiled = compile_scene<A>(scene, options, *isa, is_counted ? count : std::nullopt, std::move(start));
   if (!compiled) return tl::unexpected(compiled.error());
   return Plan<T>(new typename Plan<T>::Parts(std::move(*compiled)));
 }
@@ -260,6 +266,17 @@ Expected<void> Plan<T>::set_stiffness(std::size_t index, const GridStiffness& st
 template <class T>
 Expected<void> Plan<T>::set_stiffness(std::size_t index, const SpringsStiffness& stiffness) {
   return parts_->change(SpringsStiffnessChange{index, stiffness});
+}
+template <class T>
+Expected<void> Plan<T>::set_zero_length(std::size_t index, const Scalars& zero_length) {
+  return parts_->change(ZeroLengthChange{index, zero_length});
+}
+template <class T>
+Expected<void> Plan<T>::set_bending(std::size_t index, std::span<const Triangle> triangles, std::span<const Vec3> flat,
+                                    double modulus) {
+  const Expected<Scalars> zero_length = zero_length_of(scene(), index, triangles, flat, modulus);
+  if (!zero_length) return tl::unexpected(zero_length.error());
+  return set_zero_length(index, *zero_length);
 }
 template <class T>
 Expected<void> Plan<T>::set_mass(std::size_t particle, double mass) {

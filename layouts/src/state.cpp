@@ -17,4 +17,6 @@ DVDX_EXPORT void Clock::advance(double h, double steps) noexcept {
   carry = rest - (seconds - sum);
 }
 
+DVDX_EXPORT bool Clock::is_finite() const noexcept { return std::isfinite(seconds) && std::isfinite(carry); }
+
 }  // namespace dvdx

@@ -28,6 +28,8 @@ struct Deeds {
   double start_time = 0;               // s
   std::optional<double> other_step{};  // s, after half of it
   std::optional<Constant> other_force{};
+  std::optional<std::size_t> bent{};  // of the scene's networks, which bends otherwise after half of it
+  Scalars other_bend = 0.0;
   int impacts = 32;
   std::size_t spoilt = 0;  // particles of which a number is replaced before the first step
   std::array<double, 2> spoil{};
@@ -114,12 +116,28 @@ void add_skins(Choices& choices, Scene& scene, std::size_t count) {
   scene.add(std::move(skin));
 }
 
+// Springs of no rest length beside some network's own, where a scheme has them.
+void add_bend(Choices& choices, Deeds& deeds, Scene& scene) {
+  const Scheme scheme = scene.coupling.scheme;
+  if (choices.below(4) != 3 || (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order)) return;
+  for (std::size_t n = 0; n < scene.networks.size() && !deeds.bent; ++n) {
+    auto* const springs = std::get_if<Springs>(&scene.networks[n]);
+    if (springs == nullptr) continue;
+    deeds.bent = n;
+    if (choices.flip()) springs->zero_length = place_of(choices);
+    std::vector<double> each(springs->pairs.size());
+    for (double& q : each) q = place_of(choices);
+    deeds.other_bend = choices.flip() ? Scalars(each) : Scalars(place_of(choices));
+  }
+}
+
 // Behind all else, so that inputs of before mean what they meant.
 void choose_more(Choices& choices, Deeds& deeds, RandomScene& random) {
   if (choices.below(4) == 3) deeds.unstable = Unstable::allowed;
   add_origin(choices, random);
   add_motions(choices, random.scene, random.x.size());
   add_skins(choices, random.scene, random.x.size());
+  add_bend(choices, deeds, random.scene);
 }
 
 template <class T>
@@ -142,13 +160,17 @@ struct Outcome {
   std::vector<double> told{};  // of contacts, where it was asked for
 };
 
+constexpr int most_substeps = 64;
+
 // report: null where nobody asks.
 template <class T>
 std::string step_all(Plan<T>& plan, State<T>& state, const Deeds& deeds, const ParallelFor& parallel, ContactReport* report) {
   const auto step = [&] {
+    // Steps of up to 1e308 s may have led beyond all times.
+    const StepResult wanted = state.clock.is_finite() ? StepResult::done : StepResult::time_not_finite;
     const StepResult result =
         report != nullptr ? plan.step(state, *report, deeds.steps, parallel) : plan.step(state, deeds.steps, parallel);
-    expect(result == StepResult::done, "a plan steps its state");
+    expect(result == wanted, "a plan steps its state");
   };
   step();
   if (deeds.other_step) {
@@ -157,7 +179,11 @@ std::string step_all(Plan<T>& plan, State<T>& state, const Deeds& deeds, const P
   if (deeds.other_force && !plan.scene().forces.empty()) {
     if (const auto changed = plan.replace(0, *deeds.other_force); !changed) return changed.error().message();
   }
-  if (deeds.other_step || deeds.other_force) step();
+  if (deeds.bent) {
+    if (const auto changed = plan.set_zero_length(*deeds.bent, deeds.other_bend); !changed) return changed.error().message();
+    if (plan.network_limit()->substeps > most_substeps) return "takes too long";
+  }
+  if (deeds.other_step || deeds.other_force || deeds.bent) step();
   return "";
 }
 
@@ -171,7 +197,7 @@ bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds
   const int substeps = limit ? limit->substeps : 1;
   const double impacts = static_cast<double>(deeds.steps * random.x.size() * contacts) * substeps * deeds.impacts;
   const double most_impacts = random.scene.forces.empty() ? 2e5 : 5e3;  // where forces bend paths, up to 0.2 ms each
-  return deeds.steps < 10 && substeps <= 64 && impacts < most_impacts;
+  return deeds.steps < 10 && substeps <= most_substeps && impacts < most_impacts;
 }
 
 std::vector<double> told_by(const ContactReport& report) {

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -284,4 +285,133 @@ TEST_CASE("bending: refused in other schemes, where springs are torn, and of tri
   const auto torn = plan.break_spring(0, {0, 1});
   REQUIRE_FALSE(torn.has_value());
   CHECK(torn.error().message().find("zero_length") != std::string::npos);
+}
+
+namespace {
+
+constexpr double stiffer = 7e-3;
+
+// Bent cloth, whose springs damp or not. substeps: given, so that how it bends is changed in place; or not.
+Joined cloth(const Coupling& coupling, std::optional<int> substeps, double bending, double damping = 1e-3) {
+  const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
+  Joined joined;
+  joined.name = "cloth";
+  joined.x = rolled(sheet, 0.4, 0.5);
+  joined.v.resize(joined.x.size());
+  joined.scene.mass = 1e-3;
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  Springs springs{.pairs = {}, .stiffness = 20.0, .damping = damping};
+  for (const auto& [a, b, c] : sheet.triangles) springs.pairs.insert(springs.pairs.end(), {{a, b}, {b, c}});
+  add_bending(springs, sheet.triangles, sheet.x, bending);
+  joined.scene.add(Network(springs));
+  joined.scene.coupling = coupling;
+  joined.scene.coupling.substeps = substeps;
+  return joined;
+}
+
+template <class T>
+struct Running {
+  explicit Running(const Joined& joined, Isa isa = best_isa())
+      : batch(test::Layout::soa, joined.x.size()), plan(make(joined, isa, batch)) {}
+  static Plan<T> make(const Joined& joined, Isa isa, test::Batch<T>& batch) {
+    test::place(joined, batch.view());
+    return test::plan_of(joined, {.isa = isa}, batch.view());
+  }
+  std::vector<T> after(std::size_t steps) {
+    REQUIRE(plan.step(batch.view(), steps) == StepResult::done);
+    return test::values_of(batch.view());
+  }
+  test::Batch<T> batch;
+  Plan<T> plan;
+};
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("bending: a plan whose bending is changed has the bits of one compiled with it", T, float, double) {
+  const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
+  for (const Coupling& coupling : {leapfrog, fourth_order}) {
+    for (const std::optional<int> substeps : {std::optional<int>{}, std::optional<int>{60}}) {
+      for (const double damping : {0.0, 1e-3}) {
+        const auto of = [&](double bending) { return cloth(coupling, substeps, bending, damping); };
+        const std::vector<T> soft = Running<T>(of(modulus)).after(10);
+        const std::vector<T> stiff = Running<T>(of(stiffer)).after(10);
+        const std::vector<T> none = Running<T>(of(0)).after(10);
+        const Scalars own = std::get<Springs>(of(0).scene.networks[0]).stiffness;
+        Joined weak = of(stiffer);
+        std::get<Springs>(weak.scene.networks[0]).stiffness = 5.0;
+        const std::vector<T> of_weak = Running<T>(weak).after(10);
+        CHECK(soft != stiff);
+        for (const Isa isa : available_isas()) {
+          Running<T> changed(of(modulus), isa), anew(of(0), isa), cleared(of(modulus), isa), weaker(of(0), isa);
+          REQUIRE(changed.plan.set_bending(0, sheet.triangles, sheet.x, stiffer).has_value());
+          CHECK(std::get<Springs>(changed.plan.scene().networks[0]) == std::get<Springs>(of(stiffer).scene.networks[0]));
+          CHECK(changed.after(10) == stiff);
+          REQUIRE(anew.plan.set_bending(0, sheet.triangles, sheet.x, stiffer).has_value());
+          CHECK(anew.after(10) == stiff);
+          REQUIRE(cleared.plan.set_zero_length(0, 0.0).has_value());
+          CHECK(cleared.after(10) == none);
+          // A stiffness that is set beside it leaves it as it is.
+          REQUIRE(weaker.plan.set_stiffness(0, SpringsStiffness{.stiffness = 5.0, .damping = damping}).has_value());
+          REQUIRE(weaker.plan.set_bending(0, sheet.triangles, sheet.x, stiffer).has_value());
+          CHECK(weaker.plan.scene() == weak.scene);
+          CHECK(weaker.after(10) == of_weak);
+          test::place(weak, weaker.batch.view());
+          weaker.batch.view().clock = {};
+          REQUIRE(weaker.plan.set_stiffness(0, SpringsStiffness{.stiffness = own, .damping = damping}).has_value());
+          CHECK(weaker.after(10) == stiff);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("bending: half way, a clone keeps how it bends, and a change goes on from where the state is") {
+  const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
+  Running<double> running(cloth(leapfrog, 60, modulus));
+  const Plan<double> clone = running.plan.clone();
+  running.after(4);
+  Running<double> same(cloth(leapfrog, 60, modulus));
+  same.after(4);
+  REQUIRE(running.plan.set_bending(0, sheet.triangles, sheet.x, stiffer).has_value());
+  REQUIRE(clone.step(same.batch.view(), 4) == StepResult::done);
+  Running<double> whole(cloth(leapfrog, 60, modulus));
+  CHECK(test::values_of(same.batch.view()) == whole.after(8));
+  CHECK(running.after(4) != test::values_of(same.batch.view()));
+}
+
+TEST_CASE("bending: a change that cannot be is refused by name, and the plan bends as before") {
+  const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
+  for (const std::optional<int> substeps : {std::optional<int>{}, std::optional<int>{60}}) {
+    Running<double> running(cloth(leapfrog, substeps, modulus));
+    Plan<double>& plan = running.plan;
+    const std::size_t pairs = std::get<Springs>(plan.scene().networks[0]).pairs.size();
+    const auto message = [](const Expected<void>& refused) {
+      REQUIRE_FALSE(refused.has_value());
+      return refused.error().message();
+    };
+    CHECK(message(plan.set_bending(1, sheet.triangles, sheet.x, stiffer)) ==
+          "networks[1] is not there: must be an index below 1");
+    CHECK(message(plan.set_bending(0, sheet.triangles, sheet.x, -1)) == "modulus is -1: must be a finite number >= 0");
+    CHECK(message(plan.set_bending(0, sheet.triangles, sheet.x, std::nan(""))) ==
+          "modulus is nan: must be a finite number >= 0");
+    CHECK(message(plan.set_bending(0, std::vector<Triangle>{{0, 1, 40}, {1, 0, 41}}, sheet.x, 1)) ==
+          "networks[0].pairs is without 0 and 40: must be all pairs that add_bending() adds for these triangles");
+    CHECK(message(plan.set_bending(0, sheet.triangles, {}, stiffer)).starts_with("network.zero_length[0] is "));
+    CHECK(message(plan.set_zero_length(0, std::vector<double>{1})) ==
+          "network.zero_length is 1 values: must be one for each of the " + std::to_string(pairs) + " pairs");
+    CHECK(message(plan.set_zero_length(0, std::numeric_limits<double>::infinity())).starts_with("network.zero_length is inf"));
+    if (substeps) CHECK(message(plan.set_zero_length(0, 1e6)).starts_with("network.substeps is 60: must be at least"));
+    CHECK(running.after(10) == Running<double>(cloth(leapfrog, substeps, modulus)).after(10));
+  }
+  // In sweeps, and where springs are torn.
+  Joined swept = cloth(leapfrog, 60, modulus);
+  std::get<Springs>(swept.scene.networks[0]).zero_length = 0.0;
+  Running<double> torn(swept);
+  swept.scene.coupling.scheme = Scheme::sequential;
+  Running<double> in_sweeps(swept);
+  CHECK(in_sweeps.plan.set_zero_length(0, 1.0).error().valid == "0 in another scheme than leapfrog and fourth_order");
+  CHECK(in_sweeps.plan.set_zero_length(0, 0.0).has_value());
+  REQUIRE(torn.plan.break_spring(0, {0, 1}).has_value());
+  CHECK(torn.plan.set_zero_length(0, 1.0).error().valid == "0 in a network that is torn (broken)");
+  CHECK(torn.plan.set_zero_length(0, 0.0).has_value());
 }

@@ -377,6 +377,56 @@ TEST_CASE("c: a plan is changed while it runs as in C++") {
   CHECK(dvdx_plan_release(nullptr, 0, &h.error) == DVDX_INVALID);
 }
 
+TEST_CASE("c: how a mesh bends is changed while it runs, as in C++") {
+  const std::vector<double> flat{0, 0, 0, 1, 0, 0, 0.5, 1, 0, 0.5, -1, 0};
+  const std::vector<std::uint32_t> triangles{0, 1, 2, 1, 0, 3};
+  const std::vector<std::uint32_t> pairs{0, 1};
+  const auto bending_of = [&](double modulus) {
+    dvdx_bending bending{};
+    bending.modulus = modulus;
+    bending.triangles = triangles.data();
+    bending.triangle_count = 2;
+    bending.flat = flat.data();
+    bending.count = 4;
+    return bending;
+  };
+  dvdx_springs springs{};
+  springs.pairs = pairs.data();
+  springs.count = 1;
+  std::vector<std::vector<double>> ends;
+  for (const double modulus : {0.0, 0.02}) {  // changed, or from the first
+    Handles h;
+    CHECK(dvdx_scene_add_springs(h.scene, &springs, &h.error) == DVDX_DONE);
+    const dvdx_bending first = bending_of(modulus);
+    CHECK(dvdx_scene_add_bending(h.scene, &first, &h.error) == DVDX_DONE);
+    Arrays<double> arrays(4);
+    dvdx_state state = arrays.c();
+    REQUIRE(h.make(options_of(0.01, DVDX_FLOAT64), &state) == DVDX_DONE);
+    dvdx_bending bending = bending_of(0.02);
+    if (modulus == 0) CHECK(dvdx_plan_set_bending(h.plan, &bending, &h.error) == DVDX_DONE);
+    arrays.column(2)[2] = arrays.column(2)[3] = 0.1;
+    CHECK(dvdx_plan_step(h.plan, &state, 9, nullptr, &h.error) == DVDX_DONE);
+    ends.push_back(arrays.memory);
+
+    bending.network = 1;
+    CHECK(dvdx_plan_set_bending(h.plan, &bending, &h.error) == DVDX_INVALID);
+    CHECK(h.message() == "networks[1] is not there: must be an index below 1");
+    bending = bending_of(-1);
+    CHECK(dvdx_plan_set_bending(h.plan, &bending, &h.error) == DVDX_INVALID);
+    CHECK(h.field() == "bending.modulus");
+    bending = bending_of(1);
+    bending.count = 3;
+    CHECK(dvdx_plan_set_bending(h.plan, &bending, &h.error) == DVDX_INVALID);
+    CHECK(h.field() == "bending.triangles[1]");
+    bending.flat = nullptr;
+    CHECK(dvdx_plan_set_bending(h.plan, &bending, &h.error) == DVDX_INVALID);
+    CHECK(dvdx_plan_set_bending(h.plan, nullptr, &h.error) == DVDX_INVALID);
+    CHECK(dvdx_plan_set_bending(nullptr, &first, &h.error) == DVDX_INVALID);
+  }
+  CHECK(ends[0] == ends[1]);
+  CHECK(std::abs(ends[0][20]) > 1e-6);  // it has moved
+}
+
 TEST_CASE("c: an error names the field, the value and the range, and changes nothing") {
   Handles h;
   dvdx_spring spring{};
@@ -445,6 +495,18 @@ TEST_CASE("c: a state that does not fit is refused, and not stepped") {
   state = arrays.c();
   state.x[1].capacity = 3;
   CHECK(step(state) == DVDX_CAPACITY_TOO_SMALL);
+  for (const double wrong : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    state = arrays.c();
+    state.clock.seconds = wrong;
+    const std::string words = std::isnan(wrong) ? "nan" : wrong > 0 ? "inf" : "-inf";
+    CHECK(step(state) == DVDX_INVALID);
+    CHECK(h.message() == "state.clock is " + words + ": must be a finite time");
+    CHECK(dvdx_plan_seek(h.plan, &state, 1, &h.error) == DVDX_INVALID);
+    CHECK(h.message() == "state.clock is " + words + ": must be a finite time");
+    state.clock = {0, wrong};
+    CHECK(step(state) == DVDX_INVALID);
+    CHECK(h.message() == "state.clock is " + words + ": must be a finite time");
+  }
   CHECK(dvdx_plan_step(nullptr, &state, 1, nullptr, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_step(h.plan, nullptr, 1, nullptr, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_set_step(h.plan, HUGE_VAL, &h.error) == DVDX_INVALID);
@@ -669,6 +731,10 @@ TEST_CASE("c: what cannot come and go is refused, and nothing is stepped") {
   live = good;
   live.lifetime.capacity = Living::capacity - 1;
   CHECK(step(live) == DVDX_CAPACITY_TOO_SMALL);
+  live = good;
+  live.state.clock.seconds = HUGE_VAL;
+  CHECK(step(live) == DVDX_INVALID);
+  CHECK(h.message() == "state.clock is inf: must be a finite time");
   live = good;
   live.carried = nullptr;
   CHECK(step(live) == DVDX_INVALID);

@@ -86,6 +86,21 @@ TEST_CASE("a workspace of the caller's is stored and restored as the plan's own"
   CHECK(state_hash(batch.view()) == never_stopped<float>(joined));
 }
 
+TEST_CASE("a state of another count, or a workspace of another scene, carries nothing on") {
+  const Joined joined = sweeps().front(), small = test::sheet(3, 4, 50);
+  Batch<float> batch(Layout::soa, joined.x.size()), of_small(Layout::soa, small.x.size());
+  test::place(joined, batch.view());
+  test::place(small, of_small.view());
+  const Plan<float> plan = test::plan_of(joined, {.isa = best_isa()}, batch.view());
+  const Plan<float> other = test::plan_of(small, {.isa = best_isa()}, of_small.view());
+  REQUIRE(plan.step(batch.view(), 3) == StepResult::done);
+  CHECK(plan.carried(batch.view()).size() == 1 + 3 * joined.x.size());
+  State<float> fewer = batch.view();
+  fewer.count = 7;
+  CHECK(plan.carried(fewer) == std::vector<double>{0});
+  CHECK(plan.carried(batch.view(), other.workspace()).empty());
+}
+
 TEST_CASE("what is driven is on its way in the plan that goes on") {
   Joined joined = test::sheet(5, 6, 50, 0.001);
   joined.scene.coupling = {.scheme = Scheme::leapfrog};

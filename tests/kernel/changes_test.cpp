@@ -107,7 +107,7 @@ Joined shuffled(Joined joined) {
 }
 
 // Lists whose changes are made in place: with no spring, some or all of them damped, two springs between the same two, springs
-// between fixed particles, in an order of their own, in still air or in wind.
+// between fixed particles, in an order of their own, in still air or in wind, with and without springs of no rest length.
 std::vector<Joined> lists() {
   std::vector<Joined> all;
   for (const Coupling& coupling : std::vector<Coupling>{{.scheme = Scheme::leapfrog, .substeps = 30},
@@ -127,6 +127,9 @@ std::vector<Joined> lists() {
         for (std::size_t s = 0; s < 20; ++s)
           more.pairs.push_back({static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(s + 33)});
         more.rest_length.reset();
+        const bool may_bend = coupling.scheme == Scheme::leapfrog || coupling.scheme == Scheme::fourth_order;
+        const std::vector<double> each(more.pairs.size(), -0.1);
+        if (may_bend && damping != 0) more.zero_length = second != 0 ? Scalars(2.0) : Scalars(each);
         joined.scene.networks.emplace_back(more);
         joined.scene.fixed = {0, 1, 2, columns - 1};
         joined.scene.add(Plane{.offset = -0.3, .restitution = 0.3});
@@ -161,7 +164,7 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
     const bool are_grids = std::holds_alternative<Grid>(scene.networks[0]);
     return are_grids ? i / (count / scene.networks.size()) : std::size_t{0};
   };
-  switch (random.below(10)) {
+  switch (random.below(11)) {
     case 0:
       return plan.set_step(random.between(0.002, 0.02));
     case 1:
@@ -193,6 +196,13 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
       return plan.fix(particle);
     case 6:
       return scene.fixed.empty() ? Expected<void>{} : plan.release(scene.fixed[random.below(scene.fixed.size())]);
+    case 9: {
+      const auto* const springs = std::get_if<Springs>(&scene.networks[network]);
+      if (springs == nullptr || random.below(3) == 0) return plan.set_zero_length(network, random.between(-2, 6));
+      std::vector<double> each;
+      for (std::size_t s = 0; s < springs->pairs.size(); ++s) each.push_back(random.between(-2, 6));
+      return plan.set_zero_length(network, each);
+    }
     case 8: {
       Wind wind{.mean = {random.between(-3, 3), 0, 1}};
       if (random.below(2) == 0) wind.gusts = {{{0, 0, 2}, random.between(0, 9), 0}, {{1, 0, 0}, 4, 0}};
@@ -530,6 +540,8 @@ TEST_CASE("changes: what names no place of the scene, or a value out of range, i
   CHECK(plan.set_stiffness(1, GridStiffness{}).error().field == "networks[1]");
   CHECK(plan.set_stiffness(0, SpringsStiffness{}).error().valid == "a list of springs");
   CHECK(plan.set_stiffness(0, GridStiffness{.structural = -1}).error().field == "network.structural");
+  CHECK(plan.set_zero_length(0, 1.0).error().message() == "networks[0] is a grid: must be a list of springs");
+  CHECK(plan.set_zero_length(1, 1.0).error().field == "networks[1]");
   CHECK(plan.break_spring(0, {0, 3}).error().field == "networks[0].broken");
   REQUIRE(plan.break_spring(0, {6, 7}).has_value());
   CHECK(plan.break_spring(0, {7, 6}).error().field == "networks[0].broken");

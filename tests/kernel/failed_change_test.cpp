@@ -208,6 +208,17 @@ TEST_CASE("a change of what is joined that fails for want of memory changes noth
             return plan.set_wind({.mean = {1, 2, 3}, .gusts = {{{0, 1, 0}, 3, 0.5}}});
           }) > 0);
     for (const Change<T>& change : changes) CHECK(fails_without_trace<T>(joined, change) >= 0);
+    const Scheme scheme = joined.scene.coupling.scheme;
+    if (!is_grid && (scheme == Scheme::leapfrog || scheme == Scheme::fourth_order)) {
+      const std::size_t pairs = std::get<Springs>(joined.scene.networks[0]).pairs.size();
+      CHECK(fails_without_trace<T>(
+                joined, [=](Plan<T>& plan) { return plan.set_zero_length(0, std::vector<double>(pairs, 0.5)); }) > 0);
+      CHECK(fails_without_trace<T>(joined, [](Plan<T>& plan) {
+              const std::array<Triangle, 2> triangles{{{0, 1, 7}, {0, 7, 6}}};
+              const std::vector<Vec3> flat{{0, 0, 0}, {1, 0, 0}, {}, {}, {}, {}, {0, 0, 1}, {1, 0, 1}};
+              return plan.set_bending(0, triangles, flat, 0.01);
+            }) > 0);
+    }
     if (joined.scene.contacts.empty()) continue;
     CHECK(fails_without_trace<T>(joined, [](Plan<T>& plan) { return plan.replace(0, Plane{.offset = 0.005}); }) >= 0);
   }
@@ -247,6 +258,11 @@ TEST_CASE_TEMPLATE("a change that is refused changes nothing", T, float, double)
     CHECK_FALSE(plan.set_stiffness(0, GridStiffness{.structural = -1}).has_value());
     CHECK_FALSE(plan.set_stiffness(0, GridStiffness{.structural = 1e300}).has_value());
     CHECK_FALSE(plan.set_stiffness(0, SpringsStiffness{.stiffness = std::vector<double>{1, 2}}).has_value());
+    CHECK_FALSE(plan.set_zero_length(0, std::vector<double>{1, 2}).has_value());
+    CHECK_FALSE(plan.set_zero_length(0, std::nan("")).has_value());
+    CHECK_FALSE(plan.set_zero_length(0, 1e300).has_value());
+    CHECK_FALSE(plan.set_zero_length(9, 1.0).has_value());
+    CHECK_FALSE(plan.set_bending(0, {}, {}, -1).has_value());
     CHECK_FALSE(plan.set_mass(3, -1).has_value());
     CHECK_FALSE(plan.set_mass(1000, 1).has_value());
     if (!joined.scene.networks.empty()) CHECK_FALSE(plan.fix(1000).has_value());
@@ -303,6 +319,25 @@ TEST_CASE("what is changed in place takes no memory") {
   takes_no_memory(stack);
   stack.scene.coupling.scheme = Scheme::sequential;
   takes_no_memory(stack);
+}
+
+TEST_CASE("how a list bends is changed in place, with memory for the values alone") {
+  Joined list = as_list(sheet(5, 6, 50, 0.001));
+  list.scene.coupling.substeps = 40;
+  Plan<float> plan = plan_of<float>(list);
+  REQUIRE(plan.set_zero_length(0, 1.0).has_value());
+  const std::string before = seen(list, plan);
+  const std::vector<double> each(std::get<Springs>(list.scene.networks[0]).pairs.size(), 0.5);
+  const Scalars values = each;
+  allocations_left = 1;
+  bool is_done = false;
+  try {
+    is_done = plan.set_zero_length(0, values).has_value();
+  } catch (const std::bad_alloc&) {
+  }
+  allocations_left.reset();
+  CHECK(is_done);
+  CHECK(before != seen(list, plan));
 }
 
 TEST_CASE("a skin that is moved takes no memory") {

@@ -188,6 +188,24 @@ TEST_CASE("DVDX_ISA chooses where no ISA is asked for, and only there") {
     CHECK(compile<float>(falling(), {})->isa() == isa);
     CHECK(compile<float>(falling(), {.isa = Isa::reference})->isa() == Isa::reference);
   }
-  const Variable forced("abacus");
-  CHECK(best_isa() == available_isas().back());
+  for (const char* const any : {"", "best"}) {
+    const Variable forced(any);
+    CHECK(compile<float>(falling(), {})->isa() == available_isas().back());
+  }
+}
+
+TEST_CASE("a DVDX_ISA that is not there is refused by name, unless an ISA is asked for") {
+  const auto refused = [](const char* isa, Arithmetic arithmetic) {
+    const Variable forced(isa);
+    CHECK(best_isa(arithmetic) == available_isas(arithmetic).back());
+    CHECK(compile<float>(falling(), {.isa = Isa::reference, .arithmetic = arithmetic}).has_value());
+    const auto plan = compile<float>(falling(), {.arithmetic = arithmetic});
+    REQUIRE_FALSE(plan.has_value());
+    CHECK(plan.error().field == "DVDX_ISA");
+    CHECK(plan.error().value == isa);
+    for (const Isa there : available_isas(arithmetic)) CHECK(plan.error().valid.find(name(there)) != std::string::npos);
+  };
+  refused("abacus", Arithmetic::separate);
+  refused("AVX2", Arithmetic::separate);
+  refused("sse2", Arithmetic::contracted);  // which fuses nothing
 }

@@ -693,6 +693,19 @@ TEST_CASE("a column without room for all is said, and nothing is stepped") {
   CHECK(living.live.state.clock.seconds == 0);
 }
 
+TEST_CASE("particles whose time is not finite neither come nor go") {
+  const auto plan = make<float>({}, {.emitters = {Emitter{.rate = 1000}}, .removal = {}, .capacity = 40});
+  Living<float> living(Layout::soa, 40);
+  living.fill(20);
+  living.live.state.clock.seconds = std::numeric_limits<double>::infinity();
+  ContactReport report(0);
+  CHECK(plan.step(living.live) == StepResult::time_not_finite);
+  CHECK(plan.step(living.live, report) == StepResult::time_not_finite);
+  CHECK(plan.remove(living.live) == StepResult::time_not_finite);
+  CHECK(living.live.state.count == 20);
+  CHECK(living.live.born == 0);
+}
+
 TEST_CASE("what cannot come and go is an error that names its field") {
   const auto message = [](const Scene& scene, const Turnover& turnover, double step = h) {
     const auto plan = compile<float>(scene, turnover, {.step = step});

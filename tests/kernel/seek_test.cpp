@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -104,4 +105,17 @@ TEST_CASE("seek refuses a state of another count, or one that holds too few") {
   State<double> small = batch.view();
   small.x[1].capacity = count - 1;
   CHECK_FALSE(plan.seek(small, 3).has_value());
+}
+
+TEST_CASE("seek refuses a state whose time is not finite, and moves nothing") {
+  const Plan<double> plan = make_plan<double>(test::affine_scenes(count)[9]);
+  Batch<double> batch(Layout::soa, count);
+  test::place(batch.view());
+  const std::vector<double> before = test::values_of(batch.view());
+  State<double> state = batch.view();
+  state.clock.seconds = std::numeric_limits<double>::quiet_NaN();
+  CHECK(plan.seek(state, 3).error().message() == "state.clock is nan: must be a finite time");
+  state.clock = {1, -std::numeric_limits<double>::infinity()};
+  CHECK(plan.seek(state, 3).error().message() == "state.clock is -inf: must be a finite time");
+  CHECK(test::difference(before, test::values_of(state)).empty());
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -237,6 +238,35 @@ TEST_CASE("a state that the plan cannot step is told apart, and is left as it wa
   small.v[2].capacity = count - 1;
   CHECK(plan.step(small) == StepResult::capacity_too_small);
   CHECK(small.clock.seconds == 0);
+}
+
+TEST_CASE_TEMPLATE("a state whose time is not finite is not stepped, by any of a plan's ways to step", T, float, double) {
+  Scene alone = test::affine_scenes(count)[9].scene, joined = alone;
+  joined.add(Network(Springs{.pairs = {{0, 1}, {1, 2}}, .stiffness = 10.0}));
+  using Limits = std::numeric_limits<double>;
+  for (const Scene& scene : {alone, joined}) {
+    for (const double h : {0.01, 0.0}) {
+      const Plan<T> plan = make_plan<T>(scene, h);
+      Workspace<T> workspace = plan.workspace();
+      ContactReport report(0);
+      for (const double wrong : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity()}) {
+        for (const Clock clock : {Clock{wrong, 0}, Clock{1, wrong}}) {
+          Batch<T> batch(Layout::soa, count);
+          test::place(batch.view());
+          State<T> state = batch.view();
+          state.clock = clock;
+          const std::vector<T> before = test::values_of(state);
+          CHECK(plan.step(state) == StepResult::time_not_finite);
+          CHECK(plan.step(state, std::size_t{0}) == StepResult::time_not_finite);
+          CHECK(plan.step(state, workspace) == StepResult::time_not_finite);
+          CHECK(plan.step(state, report) == StepResult::time_not_finite);
+          CHECK(plan.step(state, workspace, report) == StepResult::time_not_finite);
+          CHECK(test::difference(before, test::values_of(state)).empty());
+          CHECK(std::isfinite(state.clock.carry) == std::isfinite(clock.carry));
+        }
+      }
+    }
+  }
 }
 
 TEST_CASE("a plan for particles that are alike steps any number of them") {

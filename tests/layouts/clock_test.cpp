@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "dvdx/layouts/state.hpp"
 #include "support/close.hpp"
@@ -21,4 +22,13 @@ TEST_CASE("a clock that runs back stands where it started") {
   for (int i = 0; i < 1000; ++i) clock.advance(1.0 / 60, 7);
   clock.advance(-1.0 / 60, 7000);
   CHECK(std::abs(clock.seconds + clock.carry) < 1e-25);  // of 117 s there and back
+}
+
+TEST_CASE("a clock is finite where both of its parts are") {
+  using Limits = std::numeric_limits<double>;
+  CHECK(dvdx::Clock{Limits::max(), -1}.is_finite());
+  for (const double wrong : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity()}) {
+    CHECK_FALSE(dvdx::Clock{wrong, 0}.is_finite());
+    CHECK_FALSE(dvdx::Clock{1, wrong}.is_finite());
+  }
 }

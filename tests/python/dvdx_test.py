@@ -41,6 +41,15 @@ def rich_scene():
     return scene
 
 
+def swept_sheet():
+    """A sheet of 4 x 5, swept by generalized alpha, which carries on what its springs did."""
+    scene = dvdx.Scene(mass=0.01, fixed=[0, 4])
+    scene.constant(acceleration=(0, -9.81, 0))
+    scene.grid(rows=4, columns=5, edge_u=(1, 0, 0), edge_v=(0, 0, 1), structural=40, shear=10)
+    scene.coupling(scheme="sequential")
+    return scene
+
+
 def views(positions, velocities):
     """States of the same particles in memory of every kind, each with the whole memory that it lies in."""
     count, dtype = len(positions), positions.dtype
@@ -307,6 +316,10 @@ class Faults(unittest.TestCase):
             plan.step(dvdx.State(*lattice(4)))
         with self.assertRaisesRegex(dvdx.DvdxError, "type"):
             plan.step(dvdx.State(*lattice(3, np.float64)))
+        for time, words in ((float("nan"), "nan"), (float("-inf"), "-inf")):
+            for act in (plan.step, plan.seek):
+                with self.assertRaisesRegex(dvdx.DvdxError, f"state.clock is {words}: must be a finite time"):
+                    act(dvdx.State(*lattice(3), time=time), 1)
 
 
 class Plans(unittest.TestCase):
@@ -377,6 +390,78 @@ class Plans(unittest.TestCase):
         with self.assertRaises(dvdx.DvdxError):
             plan.set_grid_stiffness(structural=1)
 
+    def test_clones_and_workspaces_step_states_of_their_own_on_threads(self):
+        def thrown(speed):
+            positions = np.array([(c / 4, 0, r / 3) for r in range(4) for c in range(5)])
+            velocities = np.zeros_like(positions)
+            velocities[:, 1] = speed
+            return dvdx.State(positions, velocities)
+
+        def compiled(state):
+            return dvdx.compile(swept_sheet(), state, step=1 / 60)
+
+        plan = compiled(thrown(0))
+        clone, workspace = plan.clone(), plan.workspace()
+        self.assertGreater(workspace.bytes, 6 * 8 * 20)
+        self.assertEqual(dvdx.compile(dvdx.Scene(), thrown(0)).workspace().bytes, 0)
+        states = [thrown(speed) for speed in range(3)]
+        steps = [(plan, {}), (clone, {}), (plan, {"workspace": workspace})]
+        workers = [
+            threading.Thread(target=of.step, args=(state, 200), kwargs=how) for state, (of, how) in zip(states, steps)
+        ]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        for speed, state in enumerate(states):
+            alone = thrown(speed)
+            compiled(thrown(0)).step(alone, 200)
+            self.assertEqual((state.hash(), state.clock), (alone.hash(), alone.clock))
+        plan.set_step(1 / 90)
+        self.assertEqual((plan.step_size, clone.step_size), (1 / 90, 1 / 60))
+        del plan
+        gc.collect()
+        clone.step(states[0])
+        report = dvdx.ContactReport(0)
+        clone.step(states[2], contacts=report, workspace=workspace)
+        with self.assertRaisesRegex(dvdx.DvdxError, "another number of contacts"):
+            clone.step(states[2], contacts=dvdx.ContactReport(1), workspace=workspace)
+        single = dvdx.State(*(column.astype(np.float32) for column in thrown(0).arrays.values()))
+        with self.assertRaisesRegex(dvdx.DvdxError, "workspace"):
+            compiled(single).step(single, workspace=workspace)
+
+    def test_what_a_plan_carries_on_goes_on_in_another(self):
+        def start():
+            positions = np.array([(c / 4, 0.01 * c * r, r / 3) for r in range(4) for c in range(5)])
+            return dvdx.State(positions, np.zeros_like(positions))
+
+        def compiled():
+            return dvdx.compile(swept_sheet(), start(), step=1 / 60)
+
+        def stored(state):
+            return dvdx.State(*(column.copy() for column in state.arrays.values()), time=state.clock)
+
+        whole = start()
+        compiled().step(whole, 16)
+        for is_own in (True, False):
+            with self.subTest(is_own=is_own):
+                plan, state = compiled(), start()
+                how = {} if is_own else {"workspace": plan.workspace()}
+                plan.step(state, 7, **how)
+                carried = plan.carried(state, **how)
+                self.assertEqual(carried.shape, (1 + 3 * 20,))
+                other, bare = stored(state), stored(state)
+                following = compiled()
+                how = {} if is_own else {"workspace": following.workspace()}
+                following.restore(carried, other, **how)
+                following.step(other, 9, **how)
+                self.assertEqual((other.hash(), other.clock), (whole.hash(), whole.clock))
+                compiled().step(bare, 9)  # without what was carried
+                self.assertNotEqual(bare.hash(), whole.hash())
+                with self.assertRaisesRegex(dvdx.DvdxError, "carried is 60 numbers"):
+                    following.restore(carried[1:], other, **how)
+        self.assertEqual(len(dvdx.compile(rich_scene(), dvdx.State(*lattice(3))).carried(dvdx.State(*lattice(3)))), 0)
+
     def test_motions_carry_particles_and_contacts(self):
         positions, velocities = np.zeros((2, 3)), np.zeros((2, 3))
         scene = dvdx.Scene()
@@ -396,6 +481,14 @@ class Plans(unittest.TestCase):
         plan.set_places(0, [(5, 6, 7)])
         plan.step(state)
         np.testing.assert_array_equal(positions[1], (5, 6, 7))
+        workspace = plan.workspace()
+        workspace.set_pose(0, translation=(3, 0, 0))
+        workspace.set_places(0, [(8, 9, 10)])
+        plan.step(state)  # in the plan's own
+        np.testing.assert_array_equal(positions[1], (5, 6, 7))
+        plan.step(state, workspace=workspace)
+        np.testing.assert_array_equal(positions[1], (8, 9, 10))
+        workspace.forget()
         with self.assertRaises(dvdx.DvdxError):
             plan.set_pose(3)
         with self.assertRaises(ValueError):
@@ -498,6 +591,35 @@ class Plans(unittest.TestCase):
             fields = {"network": 0, "modulus": 0.02, "triangles": [(0, 1, 2), (1, 0, 3)], "flat": flat} | wrong
             with self.assertRaises(dvdx.DvdxError):
                 scene.bending(**fields)
+
+    def test_how_a_mesh_bends_is_changed_while_it_runs(self):
+        flat = np.array([(0, 0, 0), (1, 0, 0), (0.5, 1, 0), (0.5, -1, 0)], float)
+        angles = {"network": 0, "triangles": [(0, 1, 2), (1, 0, 3)], "flat": flat}
+
+        def bent(modulus):
+            positions = flat.copy()
+            positions[2:, 2] = 0.1
+            scene = dvdx.Scene()
+            scene.springs(pairs=[(0, 1)], stiffness=0.0)
+            scene.bending(modulus=modulus, **angles)
+            state = dvdx.State(positions, np.zeros((4, 3)))
+            return dvdx.compile(scene, state, step=0.01), state
+
+        plan, state = bent(0)
+        other, wanted = bent(0.02)
+        plan.set_bending(modulus=0.02, **angles)
+        plan.step(state, 9)
+        other.step(wanted, 9)
+        self.assertEqual(state.hash(), wanted.hash())
+        with self.assertRaisesRegex(dvdx.DvdxError, "modulus is -1"):
+            plan.set_bending(modulus=-1, **angles)
+        with self.assertRaisesRegex(dvdx.DvdxError, r"networks\[1\]"):
+            plan.set_bending(modulus=1, **(angles | {"network": 1}))
+        with self.assertRaisesRegex(TypeError, "bending has no stiffness"):
+            plan.set_bending(stiffness=1)
+        plan.step(state)
+        other.step(wanted)
+        self.assertEqual(state.hash(), wanted.hash())
 
     def test_explain_speaks_of_the_scene(self):
         plan = dvdx.compile(rich_scene(), dvdx.State(*lattice(2)))

@@ -181,6 +181,12 @@ TEST_CASE("usage is exit 2, with a message on stderr alone") {
   CHECK(run(folder, "run fall.json --isa mmx").err.find("there are best, reference") != std::string::npos);
   CHECK(run(folder, "run fall.json", "DVDX_ISA=mmx").exit == 2);
   CHECK(run(folder, "run fall.json", "DVDX_ISA=reference").exit == 0);
+  for (const char* const command : {"info", "info --json", "explain fall.json", "stability --cases 3"}) {
+    const auto result = run(folder, command, "DVDX_ISA=mmx");
+    CHECK(result.exit == 2);
+    CHECK(result.out.empty());
+    CHECK(result.err.starts_with("dvdx: DVDX_ISA mmx: no such instruction set: with separate arithmetic there are best, ref"));
+  }
   CHECK(folder.entries() == 1);
 }
 
@@ -262,6 +268,13 @@ TEST_CASE("explain and info tell what they are asked") {
   CHECK(info["isas"]["separate"]["machine"][0] == "reference");
   CHECK(info["isas"]["fast"] == info["isas"]["contracted"]);
   CHECK(info["threads"].get<int>() >= 1);
+  const auto forced = json::parse(run(folder, "info --json", "DVDX_ISA=reference").out);
+  CHECK(forced["isas"]["separate"]["chosen"] == "reference");
+  CHECK(run(folder, "info", "DVDX_ISA=reference").out.find("chosen: reference (by DVDX_ISA)") != std::string::npos);
+#if defined(__x86_64__)  // where there is a set that fuses nothing
+  CHECK(json::parse(run(folder, "info --json", "DVDX_ISA=sse2").out)["isas"]["contracted"]["chosen"].is_null());
+  CHECK(run(folder, "info", "DVDX_ISA=sse2").out.find("chosen: none: DVDX_ISA asks for sse2") != std::string::npos);
+#endif
   CHECK_FALSE(info["version"].get<std::string>().empty());
 }
 

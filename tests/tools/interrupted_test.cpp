@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "output/part_name.hpp"
 #include "support/paths.hpp"
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
@@ -97,9 +98,11 @@ TEST_CASE("a signal that ends a run leaves no part of any format, and is the exi
     std::size_t parts;  // that are there while it is written
     int signal;
   };
-  for (const auto& [out, parts, signal] :
+  for (const Format& format :
        {Format{"a.csv", 1, SIGINT}, Format{"a.npz", 3, SIGTERM}, Format{"a.ply", 5, SIGHUP}, Format{"a.vtp", 5, SIGINT},
         Format{"a.pc2", 2, SIGQUIT}, Format{"a.html", 1, SIGINT}, Format{"a.csv", 1, SIGXCPU}}) {
+    const char* const out = format.out;
+    const int signal = format.signal;
     CAPTURE(out);
     CAPTURE(signal);
     const EndlessFolder folder("run");
@@ -109,12 +112,87 @@ TEST_CASE("a signal that ends a run leaves no part of any format, and is the exi
     const std::string every = std::string_view(out) == "a.ply" || std::string_view(out) == "a.vtp" ? "100000" : "1000";
     Child child(folder, {"run", "endless.json", "--every", every, "--out", out, "--threads", "2"});
     unsetenv("DVDX_VIEWER");
-    REQUIRE(comes_true([&] { return folder.parts() >= parts; }));
+    REQUIRE(comes_true([&] { return folder.parts() >= format.parts; }));
     const int status = child.end_by(signal);
     CHECK(WIFSIGNALED(status));
     CHECK(WTERMSIG(status) == signal);
     CHECK(folder.entries() == 1);
   }
+}
+
+TEST_CASE("what a killed run leaves, the next one that writes there removes") {
+  for (const std::string out : {"a.csv", "a.npz", "a.ply", "a.vtp", "a.pc2"}) {
+    CAPTURE(out);
+    const EndlessFolder folder("killed");
+    const std::string every = out == "a.ply" || out == "a.vtp" ? "100000" : "1000";
+    {
+      Child child(folder, {"run", "endless.json", "--every", every, "--out", out, "--threads", "2"});
+      REQUIRE(comes_true([&] { return folder.parts() >= 1; }));
+      CHECK(WTERMSIG(child.end_by(SIGKILL)) == SIGKILL);
+    }
+    CHECK(folder.parts() >= 1);
+    REQUIRE(run(folder, "run endless.json --duration 1 --every 500 --out " + out).exit == 0);
+    CHECK(folder.parts() == 0);
+    CHECK(folder.entries() > 1);
+  }
+}
+
+TEST_CASE("impacts, reports and pictures remove what killed runs have left, too") {
+  const EndlessFolder folder("killed-others");
+  folder.write("flag.json", R"({"format": "dvdx-scene/1", "name": "flag", "step": 0.01, "duration": 0.1,
+    "network": {"type": "grid", "rows": 8, "columns": 8, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+                "mass": 0.1, "structural": 10}})");
+  const auto left = [&] {
+    Child child(folder, {"run", "endless.json", "--events", "e.csv", "--threads", "2"});
+    REQUIRE(comes_true([&] { return folder.parts() == 1; }));
+    (void)child.end_by(SIGKILL);
+  };
+  for (const std::string line : {"run endless.json --duration 0.1 --events e.csv", "report flag.json --quick --out .",
+                                 "explain flag.json --ranks 2 --picture p.svg"}) {
+    CAPTURE(line);
+    left();
+    REQUIRE(folder.parts() == 1);
+    CHECK(run(folder, line).exit == 0);
+    CHECK(folder.parts() == 0);
+  }
+}
+
+TEST_CASE("parts of a run that goes on stay, and so do names that tell of no process that has ended") {
+  const EndlessFolder folder("both");
+  Child child(folder, {"run", "endless.json", "--every", "1000", "--out", "a.csv", "--threads", "1"});
+  REQUIRE(comes_true([&] { return folder.parts() == 1; }));
+  const std::string mine = dvdx::tool::part_beside("b.csv").string();  // of a process that lives
+  const auto last_dash = mine.rfind('-');
+  const std::string start = mine.substr(last_dash + 1);
+  const auto gone = [] {
+    const pid_t process = fork();
+    if (process == 0) _exit(0);
+    waitpid(process, nullptr, 0);
+    return std::to_string(process);
+  }();
+  const auto first_dash = mine.find(".part-") + 6;
+  const std::string here = mine.substr(first_dash, 16);
+  const std::string elsewhere = here == "0123456789abcdef" ? "1123456789abcdef" : "0123456789abcdef";
+  const std::vector<std::string> kept{mine,
+                                      ".b.csv.part-" + gone,  // as older versions wrote
+                                      ".b.csv.part-" + elsewhere + "-" + gone + "-1",
+                                      ".b.csv.part-" + here + "-" + gone + "-1.txt",
+                                      ".b.csv.part-" + here + "-" + gone,
+                                      ".b.csv.part-" + here + "-" + gone + "-",
+                                      ".b.csv.part-" + here + "-0-1",
+                                      "b.csv.part-" + here + "-" + gone + "-1"};
+  const std::vector<std::string> removed{".b.csv.part-" + here + "-" + gone + "-1",
+                                         mine.substr(0, last_dash + 1) + std::to_string(std::stoull(start) + 1)};
+  for (const auto* names : {&kept, &removed}) {
+    for (const std::string& name : *names) folder.write(name, "?");
+  }
+  CHECK(run(folder, "run endless.json --duration 1 --out a.csv").exit == 0);
+  for (const std::string& name : kept) CHECK_MESSAGE(std::filesystem::exists(folder / name), name);
+  for (const std::string& name : removed) CHECK_MESSAGE(!std::filesystem::exists(folder / name), name);
+  CHECK(folder.parts() == kept.size() + 1);
+  CHECK(std::filesystem::exists(folder / "a.csv"));
+  CHECK(WTERMSIG(child.end_by(SIGINT)) == SIGINT);
+  CHECK(folder.parts() == kept.size());
 }
 
 TEST_CASE("a signal that ends a report or the hard cases leaves no directory that they made") {

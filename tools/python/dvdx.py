@@ -318,6 +318,7 @@ class State:
 
     Six 1-D arrays; two of shape (n, 3); or one structured array with the fields position and velocity (3 numbers each) or x, y,
     z, vx, vy, vz. m and m/s, float32 or float64, all alike; any strides. The arrays are kept, and are what a step writes.
+    time: s, or the clock of a state that was stored.
     rests: the residuals, as many arrays of the same kind, zero at first: plans with rounding="compensated" keep in them
       what does not fit.
     """
@@ -340,7 +341,7 @@ class State:
         self.arrays = columns
         self._struct = _ffi.new("dvdx_state*", {"count": len(first)})
         self._struct.precision = _lib.DVDX_FLOAT32 if first.dtype == np.float32 else _lib.DVDX_FLOAT64
-        self._struct.clock.seconds = time
+        self._struct.clock = time if isinstance(time, tuple) else (time, 0)
         for i, column in enumerate(columns.values()):
             _column(getattr(self._struct, ("x", "v", "x_rest", "v_rest")[i // 3])[i % 3], column)
 
@@ -351,6 +352,11 @@ class State:
     def time(self):
         """The scene's time, s."""
         return self._struct.clock.seconds
+
+    @property
+    def clock(self):
+        """The same as a sum of two, which is what a state's next step depends on."""
+        return self._struct.clock.seconds, self._struct.clock.carry
 
     def hash(self):
         """FNV-1a over all numbers' bits, 64 bits: the state_hash of `dvdx run --json`, as 16 hexadecimal digits."""
@@ -410,43 +416,24 @@ class LiveState(State):
 # ---- Plans -----------------------------------------------------------------------------------------------------------------
 
 
-class Plan:
-    """A scene compiled for one step size, one precision and one instruction set; made by compile().
+class _Driven:
+    """What a plan and a workspace of its have in common: a state that is stepped in either is driven there."""
 
-    Steps are serial and run without Python's lock. For more threads, give each its own slice of the particles: a state of
-    x[a:b], ... and the same plan, where the scene has neither networks nor constraints nor values for each particle. The bits
-    are those of one call.
-    """
-
-    def __init__(self, handle):
-        self._handle = _ffi.gc(handle, _lib.dvdx_plan_destroy)
-
-    def step(self, state, steps=1, contacts=None):
-        """Moves every particle of the state by so many steps, where it lies, and the state's time.
-
-        contacts: a ContactReport, which is told what the scene's contacts do.
-        """
-        if contacts is None:
-            _call(_lib.dvdx_plan_step, self._handle, state._struct, steps, _ffi.NULL)
-        else:
-            _call(_lib.dvdx_plan_step_and_report, self._handle, state._struct, steps, _ffi.NULL, contacts._handle)
-
-    def seek(self, state, steps):
-        """The same motion by powers of the step's matrix, where the scene allows it."""
-        _call(_lib.dvdx_plan_seek, self._handle, state._struct, steps)
+    def _call_own(self, function, *arguments):
+        _call(getattr(_lib, self._PREFIX + function), self._handle, *arguments)
 
     def forget(self):
         """After a jump of the state: what its springs did in the last step is not carried on."""
-        _lib.dvdx_plan_forget(self._handle)
+        getattr(_lib, self._PREFIX + "forget")(self._handle)
 
     def set_pose(self, motion, translation=(0, 0, 0), rotation=(0, 0, 0)):
         """What follows motion `motion` is there at the end of the next step: on its way in every sub-step, with its velocity."""
-        _call(_lib.dvdx_plan_set_pose, self._handle, motion, _vector(translation), _vector(rotation))
+        self._call_own("set_pose", motion, _vector(translation), _vector(rotation))
 
     def set_places(self, kinematic, places):
         """The particles of group `kinematic` are at these places, (n, 3), at the end of the next step."""
         keep = []
-        _call(_lib.dvdx_plan_set_places, self._handle, kinematic, *_rows(places, "double", 3, keep))
+        self._call_own("set_places", kinematic, *_rows(places, "double", 3, keep))
 
     def set_skin(self, skin, points, normals=None):
         """The points, and normals, of skin `skin` are these, (n, 3), at the end of the next step."""
@@ -456,7 +443,87 @@ class Plan:
             normals, other = _rows(normals, "double", 3, keep)
             if other != count:
                 raise ValueError(f"{other} normals: must be {count}, one for each point")
-        _call(_lib.dvdx_plan_set_skin, self._handle, skin, points, _ffi.NULL if normals is None else normals, count)
+        self._call_own("set_skin", skin, points, _ffi.NULL if normals is None else normals, count)
+
+
+class Workspace(_Driven):
+    """The memory that one state works in while a plan steps it; made by Plan.workspace(), for that plan and its clones.
+
+    One may serve many states, one after the other. But networks by scheme sequential without theta carry on in it what the
+    springs did in the last step: such a state should have one of its own.
+    """
+
+    _PREFIX = "dvdx_workspace_"
+
+    def __init__(self, handle):
+        self._handle = _ffi.gc(handle, _lib.dvdx_workspace_destroy)
+
+    @property
+    def bytes(self):
+        """Of memory: 0 where the scene has no networks, constraints, skins, kinematic particles and contacts that move."""
+        return _lib.dvdx_workspace_bytes(self._handle)
+
+
+class Plan(_Driven):
+    """A scene compiled for one step size, one precision and one instruction set; made by compile().
+
+    Steps are serial and run without Python's lock. For more threads, give each its own slice of the particles: a state of
+    x[a:b], ... and the same plan, where the scene has neither networks nor constraints nor values for each particle. The bits
+    are those of one call. Other plans step any number of states on any number of threads, each with a clone() or a workspace().
+    """
+
+    _PREFIX = "dvdx_plan_"
+
+    def __init__(self, handle):
+        self._handle = _ffi.gc(handle, _lib.dvdx_plan_destroy)
+
+    def clone(self):
+        """A plan for another state of the same scene: nothing is compiled again, and a later change of one leaves the other."""
+        clone = _ffi.new("dvdx_plan**")
+        self._call_own("clone", clone)
+        return Plan(clone[0])
+
+    def workspace(self):
+        """Memory for another state, for step(): it goes on with the plan's changes, which a clone does not."""
+        workspace = _ffi.new("dvdx_workspace**")
+        _call(_lib.dvdx_workspace_create, self._handle, workspace)
+        return Workspace(workspace[0])
+
+    def step(self, state, steps=1, contacts=None, workspace=None):
+        """Moves every particle of the state by so many steps, where it lies, and the state's time.
+
+        contacts: a ContactReport, which is told what the scene's contacts do. workspace: None is the plan's own.
+        """
+        report = _ffi.NULL if contacts is None else contacts._handle
+        if workspace is not None:
+            self._call_own("step_in", workspace._handle, state._struct, steps, _ffi.NULL, report)
+        elif contacts is not None:
+            self._call_own("step_and_report", state._struct, steps, _ffi.NULL, report)
+        else:
+            self._call_own("step", state._struct, steps, _ffi.NULL)
+
+    def seek(self, state, steps):
+        """The same motion by powers of the step's matrix, where the scene allows it."""
+        _call(_lib.dvdx_plan_seek, self._handle, state._struct, steps)
+
+    def carried(self, state, workspace=None):
+        """What the next step depends on beside the state's columns and its time, an array of numbers for restore() alone.
+
+        That is what the springs did in the last step, where it is carried on, and what is driven. With it a state that was stored
+        goes on with the same bits in another plan of the same scene, compiled for the same start. workspace: as in step().
+        """
+        function, own = ("carried", ()) if workspace is None else ("carried_in", (workspace._handle,))
+        count = _ffi.new("size_t*")
+        self._call_own(function, *own, state._struct, _ffi.NULL, 0, count)
+        numbers = np.zeros(count[0])
+        self._call_own(function, *own, state._struct, _ffi.from_buffer("double[]", numbers), len(numbers), count)
+        return numbers
+
+    def restore(self, carried, state, workspace=None):
+        """For the state as it was then: count, numbers and time. Changes nothing where it fails."""
+        function, own = ("restore", ()) if workspace is None else ("restore_in", (workspace._handle,))
+        keep = []
+        self._call_own(function, *own, *_rows(carried, "double", None, keep), state._struct)
 
     def set_step(self, step):
         """Another step, s."""
@@ -486,6 +553,11 @@ class Plan:
         scalars = _ffi.new("dvdx_scalars*")
         _fill_scalars(scalars, stiffness, keep)
         _call(_lib.dvdx_plan_set_springs_stiffness, self._handle, index, scalars, damping)
+
+    def set_bending(self, **keywords):
+        """By the keywords of Scene.bending: the network bends by these angles in place of all that it did before."""
+        keep = []
+        self._call_own("set_bending", _struct("dvdx_bending", keywords, keep))
 
     def set_mass(self, particle, mass):
         """kg, > 0"""

@@ -18,7 +18,7 @@ namespace dvdx {
 //            So it is with triangles of equal sides, whichever way they are rolled; of right-angled ones that are cut all one
 //            way with one time to three times D (docs/scene.md).
 // Triangles of no area, and such as name a particle that has no place, make zero_length that are not finite: compile() refuses
-// them.
+// them. While a plan runs Plan::set_bending() changes it.
 // Source: M. Bergou, M. Wardetzky, D. Harmon, D. Zorin and E. Grinspun, A quadratic bending model for inextensible surfaces,
 // 2006.
 DVDX_EXPORT void add_bending(Springs& springs, std::span<const Triangle> triangles, std::span<const Vec3> flat, double modulus);

@@ -27,11 +27,12 @@ typedef enum dvdx_status {
   DVDX_OUT_OF_MEMORY,       // the allocator, or the program, had none left
   DVDX_COUNT_DIFFERS,       // the plan holds values for each particle, and the state has another count
   DVDX_CAPACITY_TOO_SMALL,  // a column's capacity is below the state's count
-  DVDX_IN_USE,              // another thread steps this plan, which works in memory of its own (dvdx_plan_clone)
+  DVDX_IN_USE,              // another thread steps this plan, or in this workspace: each serves one state at a time
   DVDX_PRECISION_DIFFERS,   // the state's numbers are of another type than the plan's
   DVDX_ABI_DIFFERS,         // the caller was compiled for another DVDX_ABI_VERSION than this library's
   DVDX_FAILED,              // an unexpected failure; the message says what is known
   DVDX_REPORT_DIFFERS,      // the report is for another number of contacts than the plan's scene has
+  DVDX_WORKSPACE_DIFFERS,   // the workspace was made for another scene, precision or number of sub-steps
 } dvdx_status;
 
 // What went wrong, in the caller's memory; texts that do not fit are cut. Written by every call that takes it, also by one that
@@ -74,7 +75,7 @@ typedef struct dvdx_column {
   size_t capacity;   // elements
 } dvdx_column;
 
-// The scene's time in s, as a sum of two.
+// The scene's time in s, as a sum of two, both finite.
 typedef struct dvdx_clock {
   double seconds;
   double carry;
@@ -464,7 +465,7 @@ typedef struct dvdx_allocator {
   // Memory aligned to `alignment` bytes, a power of two; null: there is none.
   void* (*allocate)(void* context, size_t bytes, size_t alignment);              // null: the C++ library's
   void (*release)(void* context, void* memory, size_t bytes, size_t alignment);  // not null where allocate is not
-  void* context;                                                                 // must live as long as the plan
+  void* context;  // must live as long as the plan, its clones and its workspaces
 } dvdx_allocator;
 
 typedef enum dvdx_rounding {
@@ -516,7 +517,7 @@ DVDX_EXPORT void dvdx_plan_destroy(dvdx_plan* plan);
 
 // Moves every particle by `steps` steps, and the state's clock with them. Allocates nothing, locks nothing, and leaves the
 // caller's floating-point environment as it was. parallel: null, or the caller's threads. Several threads may step different
-// states with one plan, but for plans with networks or constraints, of which each thread takes a clone.
+// states with one plan, but for plans that need a workspace (below), of which each thread takes one, or a clone.
 DVDX_EXPORT dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,
                                        dvdx_error* error);
 
@@ -561,6 +562,24 @@ DVDX_EXPORT dvdx_status dvdx_plan_step_and_report(const dvdx_plan* plan, dvdx_st
                                                   const dvdx_parallel* parallel, dvdx_contact_report* report,
                                                   dvdx_error* error);
 
+// The memory that one state works in while a plan steps it: none where a scene has no networks, constraints, skins, kinematic
+// particles and contacts that follow a motion. One may serve many states, one after the other. But networks by scheme
+// sequential without theta carry on in it what the springs did in the last step: such a state should have one of its own.
+typedef struct dvdx_workspace dvdx_workspace;
+
+// For dvdx_plan_step_in() with this plan and its clones; the plan may be destroyed before it.
+DVDX_EXPORT dvdx_status dvdx_workspace_create(const dvdx_plan* plan, dvdx_workspace** workspace, dvdx_error* error);
+// A null pointer is fine.
+DVDX_EXPORT void dvdx_workspace_destroy(dvdx_workspace* workspace);
+// What it holds, without the handle. 0 of a null pointer.
+DVDX_EXPORT size_t dvdx_workspace_bytes(const dvdx_workspace* workspace);
+
+// As dvdx_plan_step(), or where report is not null as dvdx_plan_step_and_report(), in this workspace: one plan steps any number
+// of states on any number of threads, each in its own. The bits do not depend on which one it is, but for what one carries on.
+// DVDX_WORKSPACE_DIFFERS where a change since it was made needs another.
+DVDX_EXPORT dvdx_status dvdx_plan_step_in(const dvdx_plan* plan, dvdx_workspace* workspace, dvdx_state* state, size_t steps,
+                                          const dvdx_parallel* parallel, dvdx_contact_report* report, dvdx_error* error);
+
 // The same motion by powers of the step's matrix: for scenes without networks, constraints, contacts, radial springs and fixed
 // particles; else DVDX_INVALID names what is in the way.
 DVDX_EXPORT dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state, uint64_t steps, dvdx_error* error);
@@ -569,6 +588,7 @@ DVDX_EXPORT dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state,
 // carry on what their springs did in the last step. Not needed for another state or another clock, nor where all particles are
 // moved alike or kicked. A null pointer is fine. Not while another thread steps with this plan.
 DVDX_EXPORT void dvdx_plan_forget(dvdx_plan* plan);
+DVDX_EXPORT void dvdx_workspace_forget(dvdx_workspace* workspace);  // the same of a state that is stepped in it
 
 // What the next step depends on beside the state's columns and its clock: what the springs did in the last step, where that is
 // carried on (see above), and what is driven. With it a state that was stored goes on with the same bits in another plan of the
@@ -579,6 +599,11 @@ DVDX_EXPORT dvdx_status dvdx_plan_carried(const dvdx_plan* plan, const dvdx_stat
 // For the state as it was then. Changes nothing where it fails.
 DVDX_EXPORT dvdx_status dvdx_plan_restore(dvdx_plan* plan, const double* numbers, size_t count, const dvdx_state* state,
                                           dvdx_error* error);
+// Likewise of a state that is stepped in a workspace.
+DVDX_EXPORT dvdx_status dvdx_plan_carried_in(const dvdx_plan* plan, const dvdx_workspace* workspace, const dvdx_state* state,
+                                             double* numbers, size_t capacity, size_t* count, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_plan_restore_in(const dvdx_plan* plan, dvdx_workspace* workspace, const double* numbers,
+                                             size_t count, const dvdx_state* state, dvdx_error* error);
 
 // "Be there at the end of the next step": what follows a motion, or each particle of a group of kinematic ones, is on the
 // straight way there in every sub-step of it and has its velocity (a pose also turns evenly, the short way round); after it
@@ -594,6 +619,13 @@ DVDX_EXPORT dvdx_status dvdx_plan_set_places(dvdx_plan* plan, size_t kinematic, 
 // were. Takes no memory.
 DVDX_EXPORT dvdx_status dvdx_plan_set_skin(dvdx_plan* plan, size_t skin, const double* points, const double* normals,
                                            size_t count, dvdx_error* error);
+// Likewise of the state that is stepped in a workspace. Not while a thread steps in it.
+DVDX_EXPORT dvdx_status dvdx_workspace_set_pose(dvdx_workspace* workspace, size_t motion, const double* translation,
+                                                const double* rotation, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_workspace_set_places(dvdx_workspace* workspace, size_t kinematic, const double* places,
+                                                  size_t count, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_workspace_set_skin(dvdx_workspace* workspace, size_t skin, const double* points,
+                                                const double* normals, size_t count, dvdx_error* error);
 
 // Changes. Each makes again what it touches, and changes nothing where it fails. Not while another thread steps with this plan;
 // clones keep what they had. Rest lengths and anchors at the start stay what they were.
@@ -612,6 +644,9 @@ DVDX_EXPORT dvdx_status dvdx_plan_set_grid_stiffness(dvdx_plan* plan, size_t ind
                                                      double bend, double damping, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_plan_set_springs_stiffness(dvdx_plan* plan, size_t index, const dvdx_scalars* stiffness,
                                                         double damping, dvdx_error* error);
+// Of the plan's network `bending->network`, springs: bends by these angles in place of all that it did before. Its pairs must
+// hold those that dvdx_scene_add_bending() adds, as after one with a modulus of 0.
+DVDX_EXPORT dvdx_status dvdx_plan_set_bending(dvdx_plan* plan, const dvdx_bending* bending, dvdx_error* error);
 // kg > 0. The plan must know how many particles there are: where something joins them, or a value is given for each.
 DVDX_EXPORT dvdx_status dvdx_plan_set_mass(dvdx_plan* plan, size_t particle, double mass, dvdx_error* error);
 // Holds a particle where the state has it; lets it go with the velocity that the state has.

@@ -54,7 +54,8 @@ class DVDX_EXPORT LivePlan {
   ~LivePlan();
 
   // capacity_too_small where a column has less room than the turnover's capacity, or the state holds more particles than that;
-  // in_use where another thread steps this plan. Then nothing was stepped. Allocates nothing, throws nothing, locks nothing.
+  // time_not_finite; in_use where another thread steps this plan. Then nothing was stepped. Allocates nothing, throws nothing,
+  // locks nothing.
   StepResult step(LiveState<T>& live, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
 
   // The same, and reports what contacts do, step by step. A particle's number is where it stood when its step began.

@@ -69,6 +69,7 @@ enum class StepResult {
   in_use,              // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
   workspace_differs,   // the workspace given was made for another scene or number of sub-steps: nothing was stepped
   report_differs,      // the report given is for another number of contacts: nothing was stepped
+  time_not_finite,     // the state's clock is infinite or not a number: nothing was stepped
 };
 
 // What limits the sub-steps of a scene's networks.
@@ -197,6 +198,12 @@ class DVDX_EXPORT Plan {
   // Of networks[index], a Grid or Springs, for every spring that is not torn. Lengths stay.
   Expected<void> set_stiffness(std::size_t index, const GridStiffness& stiffness);
   Expected<void> set_stiffness(std::size_t index, const SpringsStiffness& stiffness);
+  // Of networks[index], Springs: their zero_length, N/m, one for all or one a pair. Lengths and stiffness stay.
+  Expected<void> set_zero_length(std::size_t index, const Scalars& zero_length);
+  // The same by angles: what add_bending() makes of these (dvdx/bending.hpp) in place of all zero_length that there was. Only of
+  // pairs that the network has; those that it lacks add_bending() adds before compile(), with a modulus of 0 as well.
+  Expected<void> set_bending(std::size_t index, std::span<const Triangle> triangles, std::span<const Vec3> flat,
+                             double modulus);
   // kg, > 0. Where all particles are alike so far they get a number each: the plan must know how many there are, which it does
   // where something joins them or a value is given for each.
   Expected<void> set_mass(std::size_t particle, double mass);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 
 #include "c_api/guard.hpp"
@@ -71,6 +72,8 @@ template dvdx_status check_apart<double>(std::span<const NamedColumn>, std::size
 template dvdx_status check_columns<float>(const dvdx_state&, std::size_t, dvdx_error*) noexcept;
 template dvdx_status check_columns<double>(const dvdx_state&, std::size_t, dvdx_error*) noexcept;
 
+namespace {
+
 dvdx_status status_of(StepResult result) noexcept {
   switch (result) {
     case StepResult::done:
@@ -81,12 +84,25 @@ dvdx_status status_of(StepResult result) noexcept {
       return DVDX_CAPACITY_TOO_SMALL;
     case StepResult::in_use:
       return DVDX_IN_USE;
-    case StepResult::workspace_differs:  // a plan by C steps in its own workspace, which always fits
-      return DVDX_FAILED;
+    case StepResult::workspace_differs:
+      return DVDX_WORKSPACE_DIFFERS;
     case StepResult::report_differs:
       return DVDX_REPORT_DIFFERS;
+    case StepResult::time_not_finite:
+      return DVDX_INVALID;
   }
   return DVDX_FAILED;
+}
+
+// Of a number that is not finite, in static memory.
+const char* words_of(double number) noexcept { return std::isnan(number) ? "nan" : number > 0 ? "inf" : "-inf"; }
+
+}  // namespace
+
+dvdx_status report(dvdx_error* error, StepResult result, const dvdx_clock& clock) noexcept {
+  if (result != StepResult::time_not_finite) return report(error, status_of(result));
+  const double wrong = std::isfinite(clock.seconds) ? clock.carry : clock.seconds;
+  return report(error, DVDX_INVALID, "state.clock", words_of(wrong), "a finite time");
 }
 
 Options options_of(const dvdx_options& from) {

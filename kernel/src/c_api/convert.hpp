@@ -47,7 +47,8 @@ struct NamedColumn {
 template <class T>
 dvdx_status check_apart(std::span<const NamedColumn> columns, std::size_t count, dvdx_error* error) noexcept;
 
-dvdx_status status_of(StepResult result) noexcept;
+// What came of a step of a state with this clock.
+dvdx_status report(dvdx_error* error, StepResult result, const dvdx_clock& clock) noexcept;
 
 inline ParallelFor threads_of(const dvdx_parallel* parallel) noexcept {
   return parallel == nullptr ? ParallelFor{} : ParallelFor{parallel->run, parallel->context};

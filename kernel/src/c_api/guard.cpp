@@ -12,11 +12,12 @@ constexpr std::array texts = {"done",
                               "out of memory",
                               "the plan holds values for each particle, and the state has another count",
                               "a column's capacity is below the state's count",
-                              "another thread steps this plan, which steps one state at a time",
+                              "another thread steps this plan, or in this workspace: each serves one state at a time",
                               "the state's numbers are of another type than the plan's",
                               "compiled for another version of the library",
                               "failed for an unknown reason",
-                              "the report is for another number of contacts than the plan's scene has"};
+                              "the report is for another number of contacts than the plan's scene has",
+                              "the workspace was made for another scene, precision or number of sub-steps"};
 
 const char* text_of(dvdx_status status) noexcept {
   const auto i = static_cast<std::size_t>(status);

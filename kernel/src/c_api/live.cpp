@@ -150,7 +150,7 @@ dvdx_status stepped(const LivePlan<T>& plan, dvdx_live& live, dvdx_error* error,
     live.removed = particles.removed;
     live.dropped = particles.dropped;
   }
-  return report(error, status_of(result));
+  return report(error, result, live.state.clock);
 }
 
 }  // namespace

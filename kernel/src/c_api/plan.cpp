@@ -1,12 +1,12 @@
 // Plans by C: a handle that holds a plan of either precision, in the caller's memory.
-#include <algorithm>
+#include "c_api/plan.hpp"
+
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <string>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "c_api/contact_report.hpp"
 #include "c_api/convert.hpp"
@@ -14,11 +14,6 @@
 #include "c_api/scene.hpp"
 #include "dvdx/build_info.hpp"
 #include "dvdx/layouts/state_hash.hpp"
-
-struct dvdx_plan {
-  std::variant<dvdx::Plan<float>, dvdx::Plan<double>> plan;
-  dvdx::Memory memory;
-};
 
 namespace dvdx::c_api {
 namespace {
@@ -43,7 +38,7 @@ dvdx_status step(const Plan<T>& plan, dvdx_state& state, std::size_t steps, cons
   const StepResult result = contacts != nullptr ? plan.step(particles, *contacts, steps, threads_of(parallel))
                                                 : plan.step(particles, steps, threads_of(parallel));
   if (result == StepResult::done) put_clock(particles.clock, state);
-  return report(error, status_of(result));
+  return report(error, result, state.clock);
 }
 
 template <class T>
@@ -139,20 +134,13 @@ dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const double* tra
                                dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");
   if (translation == nullptr) return missing(error, "translation");
-  dvdx::Pose pose;
-  for (std::size_t k = 0; k < 3; ++k) {
-    pose.translation[k] = translation[k];
-    if (rotation != nullptr) pose.rotation[k] = rotation[k];
-  }
-  return changed(plan, error, [&](auto& p) { return p.set_pose(motion, pose); });
+  return changed(plan, error, [&](auto& p) { return p.set_pose(motion, pose_of(translation, rotation)); });
 }
 
 dvdx_status dvdx_plan_set_places(dvdx_plan* plan, size_t kinematic, const double* places, size_t count, dvdx_error* error) {
   return changed(plan, error, [&](auto& p) {
     need(places, count, "places");
-    std::vector<dvdx::Vec3> points(count);
-    for (std::size_t i = 0; i < count; ++i) points[i] = {places[3 * i], places[3 * i + 1], places[3 * i + 2]};
-    return p.set_places(kinematic, points);
+    return p.set_places(kinematic, vectors_of(places, count));
   });
 }
 
@@ -160,10 +148,7 @@ dvdx_status dvdx_plan_set_skin(dvdx_plan* plan, size_t skin, const double* point
                                dvdx_error* error) {
   return changed(plan, error, [&](auto& p) {
     need(points, count, "points");
-    const auto vectors = [&](const double* of) {  // an array of three numbers is nothing but these
-      return std::span(reinterpret_cast<const dvdx::Vec3*>(of), of != nullptr ? count : 0);
-    };
-    return p.set_skin(skin, vectors(points), vectors(normals));
+    return p.set_skin(skin, vectors_of(points, count), vectors_of(normals, count));
   });
 }
 
@@ -193,10 +178,7 @@ dvdx_status dvdx_plan_carried(const dvdx_plan* plan, const dvdx_state* state, do
   if (count == nullptr) return missing(error, "count");
   if (numbers == nullptr && capacity != 0) return missing(error, "numbers");
   return with_state(*plan, *state, error, [&](const auto& p, const auto& particles) {
-    const std::vector<double> carried = p.carried(particles);
-    *count = carried.size();
-    std::copy_n(carried.begin(), std::min(capacity, carried.size()), numbers);
-    return report(error, DVDX_DONE);
+    return put_numbers(p.carried(particles), numbers, capacity, *count, error);
   });
 }
 
@@ -238,6 +220,14 @@ dvdx_status dvdx_plan_set_springs_stiffness(dvdx_plan* plan, size_t index, const
   if (stiffness == nullptr) return missing(error, "stiffness");
   return changed(plan, error, [&](auto& p) {
     return p.set_stiffness(index, dvdx::SpringsStiffness{.stiffness = scalars(*stiffness, "stiffness"), .damping = damping});
+  });
+}
+
+dvdx_status dvdx_plan_set_bending(dvdx_plan* plan, const dvdx_bending* bending, dvdx_error* error) {
+  if (bending == nullptr) return missing(error, "bending");
+  return changed(plan, error, [&](auto& p) {
+    const BentSheet sheet = bent_sheet_of(*bending);
+    return p.set_bending(bending->network, sheet.triangles, sheet.flat, bending->modulus);
   });
 }
 

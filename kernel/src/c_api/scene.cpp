@@ -267,22 +267,8 @@ std::size_t network_of(const Scene& scene, std::size_t network, const char* fiel
 void add_bending(Scene& to, const dvdx_bending& from) {
   auto* const springs = std::get_if<Springs>(&to.networks[network_of(to, from.network, "bending.network")]);
   if (springs == nullptr) throw Error{"bending.network", std::to_string(from.network), "a network of springs"};
-  if (!(from.modulus >= 0)) throw Error{"bending.modulus", text(from.modulus), "a number >= 0"};
-  need(from.triangles, from.triangle_count, "bending.triangles");
-  need(from.flat, from.count, "bending.flat");
-  std::vector<Triangle> triangles;
-  for (std::size_t t = 0; t < from.triangle_count; ++t) {
-    const std::uint32_t* corners = from.triangles + 3 * t;
-    triangles.push_back({corners[0], corners[1], corners[2]});
-    for (const std::uint32_t corner : triangles.back()) {
-      if (corner < from.count) continue;
-      throw Error{"bending.triangles[" + std::to_string(t) + "]", std::to_string(corner),
-                  "particles below " + std::to_string(from.count) + ", as many as flat has"};
-    }
-  }
-  std::vector<Vec3> flat;
-  for (std::size_t i = 0; i < from.count; ++i) flat.push_back({from.flat[3 * i], from.flat[3 * i + 1], from.flat[3 * i + 2]});
-  dvdx::add_bending(*springs, triangles, flat, from.modulus);
+  const BentSheet sheet = bent_sheet_of(from);
+  dvdx::add_bending(*springs, sheet.triangles, sheet.flat, from.modulus);
 }
 
 void set_aerodynamics(Scene& to, const dvdx_aerodynamics& from) {
@@ -314,6 +300,23 @@ dvdx_status added(dvdx_scene* scene, const What* what, List Scene::*list, const 
 }
 
 }  // namespace
+
+BentSheet bent_sheet_of(const dvdx_bending& from) {
+  if (!(from.modulus >= 0)) throw Error{"bending.modulus", text(from.modulus), "a number >= 0"};
+  need(from.triangles, from.triangle_count, "bending.triangles");
+  BentSheet sheet{.triangles = {}, .flat = vectors(from.flat, from.count, "bending.flat")};
+  for (std::size_t t = 0; t < from.triangle_count; ++t) {
+    const std::uint32_t* corners = from.triangles + 3 * t;
+    sheet.triangles.push_back({corners[0], corners[1], corners[2]});
+    for (const std::uint32_t corner : sheet.triangles.back()) {
+      if (corner < from.count) continue;
+      throw Error{"bending.triangles[" + std::to_string(t) + "]", std::to_string(corner),
+                  "particles below " + std::to_string(from.count) + ", as many as flat has"};
+    }
+  }
+  return sheet;
+}
+
 }  // namespace dvdx::c_api
 
 using namespace dvdx::c_api;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "dvdx/dvdx.h"
 #include "dvdx/scene.hpp"
@@ -14,5 +15,11 @@ namespace dvdx::c_api {
 
 Scalars scalars(const dvdx_scalars& from, const std::string& field);
 Wind wind_of(const dvdx_wind& from);
+// Throws Error where its modulus is negative, or a triangle names a particle that has no place.
+struct BentSheet {
+  std::vector<Triangle> triangles;
+  std::vector<Vec3> flat;
+};
+BentSheet bent_sheet_of(const dvdx_bending& from);
 
 }  // namespace dvdx::c_api

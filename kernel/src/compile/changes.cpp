@@ -4,11 +4,13 @@
 #include <cmath>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "compile/checker.hpp"
 #include "compile/particle_order.hpp"
 #include "compile/particle_values.hpp"
+#include "dvdx/bending.hpp"
 
 namespace dvdx {
 namespace {
@@ -53,6 +55,26 @@ void SpringsStiffnessChange::apply(Scene& scene, std::size_t /*count*/) const {
   Springs& springs = std::get<Springs>(scene.networks[network]);
   springs.stiffness = stiffness.stiffness;
   springs.damping = stiffness.damping;
+}
+
+std::optional<Error> ZeroLengthChange::refusal(const Scene& scene, std::optional<std::size_t> /*count*/) const {
+  return refusal_of<Springs>(scene, network);
+}
+void ZeroLengthChange::apply(Scene& scene, std::size_t /*count*/) const {
+  std::get<Springs>(scene.networks[network]).zero_length = zero_length;
+}
+Expected<Scalars> zero_length_of(const Scene& scene, std::size_t network, std::span<const Triangle> triangles,
+                                 std::span<const Vec3> flat, double modulus) {
+  if (auto error = refusal_of<Springs>(scene, network)) return tl::unexpected(*error);
+  if (!holds(Range::non_negative, modulus)) {
+    return tl::unexpected(Error{"modulus", text(modulus), std::string(words(Range::non_negative))});
+  }
+  Springs springs{.pairs = std::get<Springs>(scene.networks[network]).pairs};
+  const std::size_t count = springs.pairs.size();
+  add_bending(springs, triangles, flat, modulus);
+  if (springs.pairs.size() == count) return std::move(springs.zero_length);
+  return tl::unexpected(Error{element("networks", network) + ".pairs", "without " + text(springs.pairs[count]),
+                              "all pairs that add_bending() adds for these triangles"});
 }
 
 std::optional<Error> MassChange::refusal(const Scene& scene, std::optional<std::size_t> count) const {

@@ -59,7 +59,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const GridStiffnessChange
 
 bool is_right(const SpringsStiffness& given, const Springs& network) {
   const auto& [stiffness, damping] = given;
-  if (network.zero_length != Scalars(0.0) || !is_zero_or_more(damping)) return false;
+  if (!is_zero_or_more(damping)) return false;
   if (stiffness.is_uniform()) return is_zero_or_more(stiffness[0]);
   const std::vector<double>& each = stiffness.each();
   return each.size() == network.pairs.size() && std::all_of(each.begin(), each.end(), is_zero_or_more);
@@ -81,6 +81,31 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const SpringsStiffnessCha
   // What is not is refused with the scene that it makes.
   if (!are_well_in_range<T>(network, compiled.scene, compiled.options.step, compiled.start)) return InPlace::not_done;
   if (!joints->set_stiffness(compiled.scene, change.network, other)) return InPlace::not_done;
+  undo.dismiss();
+  return InPlace::done;
+}
+
+// A network with any of them is not torn.
+bool is_right(const Scalars& zero_length, const Springs& network) {
+  const auto is_finite = [](double q) { return std::isfinite(q); };
+  if (!network.broken.empty()) return false;
+  if (zero_length.is_uniform()) return is_finite(zero_length[0]);
+  const std::vector<double>& each = zero_length.each();
+  return each.size() == network.pairs.size() && std::all_of(each.begin(), each.end(), is_finite);
+}
+
+template <class T>
+Expected<InPlace> in_place(CompiledScene<T>& compiled, const ZeroLengthChange& change) {
+  Joints<T>* const joints = joints_in_place(compiled);
+  auto& network = std::get<Springs>(compiled.scene.networks[change.network]);
+  if (joints == nullptr || !is_right(change.zero_length, network)) return InPlace::not_done;
+  joints->reserve_rates(compiled.scene, compiled.start);
+  Scalars other = change.zero_length;
+  const auto swap = [&] { std::swap(network.zero_length, other); };
+  swap();
+  Undo undo(swap);
+  if (!are_well_in_range<T>(network, compiled.scene, compiled.options.step, compiled.start)) return InPlace::not_done;
+  if (!joints->set_zero_length(compiled.scene, change.network, other)) return InPlace::not_done;
   undo.dismiss();
   return InPlace::done;
 }
@@ -196,6 +221,7 @@ template void set_wind_in_place(CompiledScene<float>&, const Wind&);
 template void set_wind_in_place(CompiledScene<double>&, const Wind&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const GridStiffnessChange&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const SpringsStiffnessChange&);
+template Expected<InPlace> change_in_place(CompiledScene<float>&, const ZeroLengthChange&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const MassChange&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const Fixing&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const Releasing&);
@@ -203,6 +229,7 @@ template Expected<InPlace> change_in_place(CompiledScene<float>&, const Break&);
 template Expected<InPlace> replace_in_place(CompiledScene<float>&, std::size_t, const Contact&);
 template Expected<InPlace> change_in_place(CompiledScene<double>&, const GridStiffnessChange&);
 template Expected<InPlace> change_in_place(CompiledScene<double>&, const SpringsStiffnessChange&);
+template Expected<InPlace> change_in_place(CompiledScene<double>&, const ZeroLengthChange&);
 template Expected<InPlace> change_in_place(CompiledScene<double>&, const MassChange&);
 template Expected<InPlace> change_in_place(CompiledScene<double>&, const Fixing&);
 template Expected<InPlace> change_in_place(CompiledScene<double>&, const Releasing&);

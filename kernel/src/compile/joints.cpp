@@ -606,6 +606,22 @@ bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const Spr
 }
 
 template <class T>
+bool Joints<T>::set_zero_length(const Scene& scene, std::size_t network, const Scalars& before) noexcept {
+  auto& [rates_of, lanes, colours] = *by_spring_;
+  if (!lanes) return false;
+  const SourceRange own = sources_of(scene, network);
+  rates_of.set_zero_length(w_of, own, std::get<Springs>(scene.networks[network]).zero_length);
+  const RateBounds bounds = rates_now();
+  if (!are_right(bounds)) {
+    rates_of.set_zero_length(w_of, own, before);
+    return false;
+  }
+  set_springs(std::get<GraphForm<T>>(form), *lanes, rates_of);
+  take(bounds);
+  return true;
+}
+
+template <class T>
 std::size_t Joints<T>::bytes() const noexcept {
   const std::size_t of_form = std::visit([](const auto& f) { return bytes_of<T>(f); }, form);
   return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0) + (air ? air->bytes() : 0) +

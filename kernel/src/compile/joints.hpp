@@ -127,6 +127,8 @@ class Joints {
   // there were some: else false, and nothing is changed.
   [[nodiscard]] bool set_stiffness(const Grid& grid);
   [[nodiscard]] bool set_stiffness(const Scene& scene, std::size_t network, const SpringsStiffness& before) noexcept;
+  // Likewise its zero_length: false in sweeps, which have none.
+  [[nodiscard]] bool set_zero_length(const Scene& scene, std::size_t network, const Scalars& before) noexcept;
 
  private:
   Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed);

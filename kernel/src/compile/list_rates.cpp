@@ -199,6 +199,18 @@ void ListRates::set_stiffness(std::span<const double> w, const SourceRange& of, 
   look_at_all(w);
 }
 
+// From now on a spring's own stiffness stands by itself.
+void ListRates::set_zero_length(std::span<const double> w, const SourceRange& of, const Scalars& q) noexcept {
+  for (std::size_t s = 0; s < size() && !has_zero_length_; ++s) k_[s] = spring(s).k;
+  has_zero_length_ = true;
+  for (std::size_t s = 0; s < size(); ++s) {
+    if (!of.holds(source_[s])) continue;
+    q_[s] = q[source_[s] - of.first];
+    pull_k_[s] = met_[s] == nobody() ? 0 : k_[s] + q_[s];
+  }
+  look_at_all(w);
+}
+
 ListRates::Most ListRates::most() const noexcept {
   Most most;
   for (const Most& of : of_block_) take_most(most, of);

@@ -55,6 +55,7 @@ class ListRates {
   void set_mass(std::span<const double> w, std::size_t particle) noexcept;
   void set_broken(std::span<const double> w, std::uint32_t spring, bool is_broken) noexcept;
   void set_stiffness(std::span<const double> w, const SourceRange& of, const Scalars& k, double c) noexcept;
+  void set_zero_length(std::span<const double> w, const SourceRange& of, const Scalars& q) noexcept;
 
  private:
   // w S of each particle; and behind them, of nobody, what no spring to it is the most by.

@@ -63,10 +63,11 @@ void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vect
 
 template <class T, class A>
 std::vector<double> carried_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* workspace, const State<T>& state) {
-  if (joined == nullptr || workspace == nullptr) return {};
+  if (joined == nullptr || workspace == nullptr || !workspace->fits(joined->shape())) return {};
   NumbersOut out;
   const auto& a = workspace->work.a;
-  const bool remembers = a[0] != nullptr && workspace->remembers(state.x[0].base, state.clock);
+  const bool is_whose = state.count == joined->joints().particles() && workspace->remembers(state.x[0].base, state.clock);
+  const bool remembers = a[0] != nullptr && is_whose;
   out(remembers);
   if (remembers) {
     std::vector<double> accelerations(3 * state.count);

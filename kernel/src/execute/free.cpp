@@ -169,7 +169,8 @@ StepResult check_state(const CompiledScene<A>& scene, const State<T>& state) noe
   const bool needs_rests = !std::is_same_v<A, T>;
   const bool is_any_small =
       is_small(state.x) || is_small(state.v) || (needs_rests && (is_small(state.x_rest) || is_small(state.v_rest)));
-  return is_any_small ? StepResult::capacity_too_small : StepResult::done;
+  if (is_any_small) return StepResult::capacity_too_small;
+  return state.clock.is_finite() ? StepResult::done : StepResult::time_not_finite;
 }
 
 // A call's report, and the number of the state's first particle in it.

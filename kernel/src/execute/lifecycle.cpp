@@ -432,7 +432,8 @@ StepResult check_live(const CompiledLifecycle<T>& compiled, const LiveState<T>& 
   for (const auto* column : {&live.age, &live.lifetime}) {
     is_any_small = is_any_small || (column->base != nullptr && is_small(*column));
   }
-  return is_any_small ? StepResult::capacity_too_small : StepResult::done;
+  if (is_any_small) return StepResult::capacity_too_small;
+  return live.state.clock.is_finite() ? StepResult::done : StepResult::time_not_finite;
 }
 
 template <class T, class Work>

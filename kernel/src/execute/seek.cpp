@@ -1,6 +1,7 @@
 // Many steps at once: an affine step is a matrix, and n steps are its n-th power.
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "execute/environment.hpp"
 #include "execute/plan_parts.hpp"
 #include "math/elementary.hpp"
+#include "text.hpp"
 
 // One axis of one particle moves by a linear map on the vector
 //   (e, v, 1, [a_0 .. a_{K-1}] of each polynomial, [A sin, A cos] of each sinusoid),   e = x - c,
@@ -162,6 +164,10 @@ std::optional<Error> check_seek(const CompiledScene<A>& compiled, const State<T>
     if (capacity < state.count) {
       return Error{"state capacity", std::to_string(capacity), "at least the count, " + std::to_string(state.count)};
     }
+  }
+  if (!state.clock.is_finite()) {
+    const bool is_carry = std::isfinite(state.clock.seconds);
+    return Error{"state.clock", text(is_carry ? state.clock.carry : state.clock.seconds), "a finite time"};
   }
   return std::nullopt;
 }

@@ -87,10 +87,16 @@ DVDX_EXPORT std::vector<Isa> available_isas(Arithmetic arithmetic) {
   return isas;
 }
 
+DVDX_EXPORT std::optional<std::string> forced_isa() {
+  const char* const wanted = std::getenv("DVDX_ISA");  // NOLINT(concurrency-mt-unsafe): read only
+  if (wanted == nullptr || *wanted == '\0' || std::string_view(wanted) == "best") return std::nullopt;
+  return wanted;
+}
+
 DVDX_EXPORT Isa best_isa(Arithmetic arithmetic) {
   const auto isas = available_isas(arithmetic);
-  if (const char* wanted = std::getenv("DVDX_ISA")) {  // NOLINT(concurrency-mt-unsafe): read only
-    const auto isa = isa_from_name(wanted);
+  if (const auto wanted = forced_isa()) {
+    const auto isa = isa_from_name(*wanted);
     if (isa && std::find(isas.begin(), isas.end(), *isa) != isas.end()) return *isa;
   }
   return isas.back();

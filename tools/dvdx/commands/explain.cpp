@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "dvdx/plan.hpp"
 #include "output/console.hpp"
 #include "output/part_file.hpp"
+#include "output/part_name.hpp"
 #include "ranks/refusal.hpp"
 #include "run/live_memory.hpp"
 #include "run/start.hpp"
@@ -131,6 +133,7 @@ void explain_ranks(const ExplainOptions& options, const SceneFile& file, const E
                            machine.latency, machine.bandwidth, *machine.particle_seconds,
                            is_measured ? ", measured here on one thread" : ""));
   if (options.picture.empty()) return;
+  remove_stale_parts(std::filesystem::path(options.picture).parent_path());
   PartFile picture(options.picture);
   picture.write(picture_of(curve, fmt::format("{}, {:.3g} particles", file.name, static_cast<double>(extent.particles))));
   picture.commit();

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "commands/commands.hpp"
 #include "dvdx/build_info.hpp"
@@ -32,6 +33,24 @@ std::vector<std::string_view> names(const std::vector<Isa>& isas) {
   return list;
 }
 
+// What a run of this arithmetic takes. None where DVDX_ISA names one that it has not got.
+std::optional<Isa> chosen(Arithmetic arithmetic) {
+  const Isa isa = best_isa(arithmetic);
+  const auto forced = forced_isa();
+  return !forced || *forced == name(isa) ? std::optional(isa) : std::nullopt;
+}
+
+nlohmann::ordered_json chosen_json(Arithmetic arithmetic) {
+  const auto isa = chosen(arithmetic);
+  return isa ? nlohmann::ordered_json(name(*isa)) : nlohmann::ordered_json();
+}
+
+std::string chosen_text(Arithmetic arithmetic) {
+  const auto isa = chosen(arithmetic);
+  if (!isa) return fmt::format("chosen: none: DVDX_ISA asks for {}", *forced_isa());
+  return fmt::format("chosen: {} ({})", name(*isa), forced_isa() ? "by DVDX_ISA" : "DVDX_ISA forces another");
+}
+
 void print_info_json() {
   nlohmann::ordered_json info;
   info["version"] = build_info().version;
@@ -41,7 +60,7 @@ void print_info_json() {
   for (const auto& [text, arithmetic] : arithmetics) {
     info["isas"][std::string(text)] = {{"binary", names(built_isas(arithmetic))},
                                        {"machine", names(available_isas(arithmetic))},
-                                       {"chosen", name(best_isa(arithmetic))}};
+                                       {"chosen", chosen_json(arithmetic)}};
   }
   info["arithmetic"] = EngineOptions{}.arithmetic;
   info["denormals"] = denormals;
@@ -59,7 +78,7 @@ void print_table() {
   for (const auto& [text, arithmetic] : arithmetics) {
     row(text, fmt::format("in this binary: {}", listed(built_isas(arithmetic))));
     row("", fmt::format("on this machine: {}", listed(available_isas(arithmetic))));
-    row("", fmt::format("chosen: {} (DVDX_ISA forces another)", name(best_isa(arithmetic))));
+    row("", chosen_text(arithmetic));
   }
   row("arithmetic", fmt::format("{} where not asked for", EngineOptions{}.arithmetic));
   row("denormals", denormals);
@@ -72,7 +91,10 @@ void add_info(CLI::App& app, Exit& /*exit*/) {
   auto* command = app.add_subcommand("info", "Tell what this binary and this machine have");
   command->footer("dvdx info --json");
   command->add_flag("--json", *json, "print one JSON object");
-  command->callback([json] { (*json ? print_info_json : print_table)(); });
+  command->callback([json] {
+    (void)engine_of({});  // refuses what DVDX_ISA asks for as a run does
+    (*json ? print_info_json : print_table)();
+  });
 }
 
 }  // namespace dvdx::tool

@@ -42,6 +42,7 @@ struct StabilityOptions {
   bool json = false;
 
   [[nodiscard]] Arithmetic chosen_arithmetic() const { return named(arithmetics, arithmetic); }
+  [[nodiscard]] Engine engine() const { return engine_of({.arithmetic = arithmetic}); }
 };
 
 std::vector<stability::Case> chosen_cases(const StabilityOptions& options) {
@@ -83,10 +84,8 @@ std::vector<stability::GrowthMap> make_maps(const StabilityOptions& options) {
 
 std::vector<stability::HeatRun> heat_of(const StabilityOptions& options) {
   if (!is_wanted(options, "heat")) return {};
-  EngineOptions engine;
-  engine.arithmetic = options.arithmetic;
   std::optional<Progress> progress;
-  return stability::measure_heat(options.coarse ? stability::Ensemble::coarse : stability::Ensemble::whole, engine_of(engine),
+  return stability::measure_heat(options.coarse ? stability::Ensemble::coarse : stability::Ensemble::whole, options.engine(),
                                  [&](std::size_t done, std::size_t of) {
                                    if (!progress) progress.emplace(of);
                                    progress->at(done);
@@ -120,6 +119,7 @@ void write_all(OutputFolder& folder, const std::string& json, const std::vector<
 }
 
 Exit run(const StabilityOptions& options) {
+  (void)options.engine();  // refuses what DVDX_ISA asks for before anything is run
   std::optional<OutputFolder> folder;
   if (!options.out.empty()) {
     folder.emplace(options.out);

@@ -4,12 +4,12 @@
 
 #include <cerrno>
 #include <cstring>
-#include <functional>
 #include <numeric>
 #include <string>
 #include <system_error>
 #include <utility>
 
+#include "output/part_name.hpp"
 #include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
@@ -17,14 +17,6 @@ namespace dvdx::tool {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A file's name may have 255 bytes: of a long one a part stands here, and a hash of all of it.
-fs::path part_of(const fs::path& target) {
-  auto name = target.filename().string();
-  constexpr std::size_t most = 180;
-  if (name.size() > most) name = name.substr(0, most) + "-" + std::to_string(std::hash<std::string>{}(name));
-  return target.parent_path() / ("." + name + ".part-" + std::to_string(getpid()));
-}
 
 [[noreturn]] void refuse(const fs::path& target, std::string_view what) {
   throw Fault(Exit::input_output, target.string() + ": cannot be written: " + std::string(what));
@@ -65,7 +57,7 @@ PartFile::PartFile(fs::path target, Ranks* ranks) : target_(std::move(target)), 
   if (ranks_ != nullptr) {
     open_together();
   } else {
-    part_.emplace(part_of(target_));
+    part_.emplace(part_beside(target_));
     check_target(target_);
     open(part().c_str(), "wb");
   }
@@ -76,7 +68,7 @@ void PartFile::open_together() {
   std::string name;
   together(ranks_, [&] {
     if (!is_first()) return;
-    part_.emplace(part_of(target_));
+    part_.emplace(part_beside(target_));
     check_target(target_);
     open(part().c_str(), "wb");
     name = part().string();
@@ -179,6 +171,7 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
     if (fs::create_directory(level, error)) made_.push_back(std::move(made));
     if (error) throw Fault(Exit::input_output, path_.string() + ": cannot be made: " + error.message());
   }
+  remove_stale_parts(path_);
 }
 
 OutputFolder::~OutputFolder() {

@@ -70,7 +70,8 @@ class PartFile {
 // Renames all of them into place, and no signal comes between; where one cannot be, those before it are removed again.
 void commit_all(std::vector<PartFile>& files);
 
-// The directory that files are written into. What of it was missing is made, and removed again where it is not kept.
+// The directory that files are written into. What of it was missing is made, and removed again where it is not kept; what killed
+// runs have left there is removed.
 class OutputFolder {
  public:
   // Throws Fault (input_output) where it cannot be made.

@@ -11,6 +11,7 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "output/part_file.hpp"
+#include "output/part_name.hpp"
 #include "ranks/agree.hpp"
 #include "ranks/range_exchange.hpp"
 #include "scene_io/fault.hpp"
@@ -153,6 +154,7 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
                             output.target.string(), format.extension));
   }
   check_targets_together(output, format.files);
+  if (output.ranks == nullptr || output.ranks->rank() == 0) remove_stale_parts(output.target.parent_path());
   if (output.ranks != nullptr && is_page(output.target)) return std::make_unique<WrittenByFirst<T>>(output, format.make);
   return format.make(output);
 }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "dvdx/plan.hpp"
+#include "output/part_name.hpp"
 #include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
@@ -54,6 +55,7 @@ void ContactWatch::open_events(const SceneFile& file, Checkpoints& checkpoints) 
     }
     check_kept(checkpoints.resumed_events(), *header.events);
   }
+  remove_stale_parts(events_.parent_path());
   file_.emplace(events_);  // what is wrong with the target is said before the first step
   if (resumed == nullptr) text_ = "step,time,particle,contact,x,y,z,nx,ny,nz,impulse\n";
   if (checkpoints.is_writing()) {

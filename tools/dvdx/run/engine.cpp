@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdlib>
 
 #include "run/threads.hpp"
 #include "run/typed.hpp"
@@ -29,8 +28,7 @@ Isa isa_named(const std::string& option, const std::string& wanted, Arithmetic a
 // DVDX_ISA forces a choice too, so a word there that cannot be followed is an error and not passed over.
 Isa isa_of(const std::string& wanted, Arithmetic arithmetic) {
   if (wanted != "best") return isa_named("--isa", wanted, arithmetic);
-  const char* forced = std::getenv("DVDX_ISA");  // NOLINT(concurrency-mt-unsafe): read only
-  if (forced != nullptr && *forced != '\0') return isa_named("DVDX_ISA", forced, arithmetic);
+  if (const auto forced = forced_isa()) return isa_named("DVDX_ISA", *forced, arithmetic);
   return best_isa(arithmetic);
 }
 

@@ -15,6 +15,7 @@ struct Clock {
 
   // Moves by h * steps, the product and the sum both exact to twice double precision.
   void advance(double h, double steps) noexcept;
+  [[nodiscard]] bool is_finite() const noexcept;  // neither part is infinite or not a number
 };
 
 // Six columns (m and m/s) of one scalar type. Only pointers: copying a State copies no particle.
