@@ -30,7 +30,7 @@
 // rho = 1 is theta 1/2. Undamped linear springs are stable at every step: sweeps to and fro leave S = -G x_f with a symmetric
 // G between 0 and 1, as softer springs would that were solved exactly.
 //
-// A sub-step that has no a to start from is a theta scheme with 0.7, which heats in 1 of 420 runs if every sub-step is one, in
+// A sub-step that has no a to start from is a theta scheme with 0.7, which heats in 2 of 420 runs if every sub-step is one, in
 // the same form: a = 0, T = theta^2 s^2, P = (theta - 1/2) s v, v += s b and x += (theta - 1/2) s^2 b. A force made from the
 // positions would not do: they hold what the sweeps left unsolved, times k.
 
