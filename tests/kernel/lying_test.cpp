@@ -98,6 +98,7 @@ TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
       for (const double viscosity : {0.0, 0.2}) {
         for (const Contact& ground : grounds(mu, viscosity)) {
           for (const bool is_list : {false, true}) {
+            if (is_list && (mu == 0 || viscosity == 0)) continue;
             Joined still = sheet_over(ground, way.coupling);
             if (is_list) still = test::as_list(still);
             const Told at_rest = run(still);
