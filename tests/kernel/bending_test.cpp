@@ -240,20 +240,31 @@ TEST_CASE("bending: the plan's limit is the hinge's own frequency, and beside sp
   CHECK(refusal_of(joined).find("network.substeps") != std::string::npos);
 }
 
-TEST_CASE("bending: the bits are the scalar twin's on every instruction set") {
+namespace {
+
+// Bent cloth, whose springs damp or not. substeps: given, so that how it bends is changed in place; or not.
+Joined cloth(const Coupling& coupling, std::optional<int> substeps, double bending, double damping = 1e-3) {
   const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
   Joined joined;
-  joined.name = "bent";
+  joined.name = "cloth";
   joined.x = rolled(sheet, 0.4, 0.5);
   joined.v.resize(joined.x.size());
   joined.scene.mass = 1e-3;
   joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
-  Springs springs{.pairs = {}, .stiffness = 20.0, .damping = 1e-3};
+  Springs springs{.pairs = {}, .stiffness = 20.0, .damping = damping};
   for (const auto& [a, b, c] : sheet.triangles) springs.pairs.insert(springs.pairs.end(), {{a, b}, {b, c}});
-  add_bending(springs, sheet.triangles, sheet.x, modulus);
+  add_bending(springs, sheet.triangles, sheet.x, bending);
   joined.scene.add(Network(springs));
+  joined.scene.coupling = coupling;
+  joined.scene.coupling.substeps = substeps;
+  return joined;
+}
+
+}  // namespace
+
+TEST_CASE("bending: the bits are the scalar twin's on every instruction set") {
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
-    joined.scene.coupling = coupling;
+    const Joined joined = cloth(coupling, {}, modulus);
     const auto wanted = stepped<float>(joined, {}, 10);
     for (const Isa isa : available_isas(Arithmetic::separate)) CHECK(stepped<float>(joined, {.isa = isa}, 10) == wanted);
     CHECK(std::all_of(wanted.begin(), wanted.end(), [](float value) { return std::isfinite(value); }));
@@ -290,24 +301,6 @@ TEST_CASE("bending: refused in other schemes, where springs are torn, and of tri
 namespace {
 
 constexpr double stiffer = 7e-3;
-
-// Bent cloth, whose springs damp or not. substeps: given, so that how it bends is changed in place; or not.
-Joined cloth(const Coupling& coupling, std::optional<int> substeps, double bending, double damping = 1e-3) {
-  const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
-  Joined joined;
-  joined.name = "cloth";
-  joined.x = rolled(sheet, 0.4, 0.5);
-  joined.v.resize(joined.x.size());
-  joined.scene.mass = 1e-3;
-  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
-  Springs springs{.pairs = {}, .stiffness = 20.0, .damping = damping};
-  for (const auto& [a, b, c] : sheet.triangles) springs.pairs.insert(springs.pairs.end(), {{a, b}, {b, c}});
-  add_bending(springs, sheet.triangles, sheet.x, bending);
-  joined.scene.add(Network(springs));
-  joined.scene.coupling = coupling;
-  joined.scene.coupling.substeps = substeps;
-  return joined;
-}
 
 template <class T>
 struct Running {

@@ -112,7 +112,7 @@ TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
                           << ", viscosity " << viscosity);
             // The times of impact on a curved path are roots to some 1e-12, which friction passes on.
             const bool is_rough = way.coupling.scheme == Scheme::fourth_order && mu != 0 && ground.index() == 1;
-            CHECK(apart < (is_rough ? 1e-7 : 1e-9));
+            CHECK(apart < (is_rough ? 1e-8 : 1e-9));
             CHECK(at_rest.hits == moving.hits);
           }
         }
@@ -121,7 +121,7 @@ TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
   }
 }
 
-TEST_CASE("lying: cloth on a floor is told of once, as it falls on it") {
+TEST_CASE("lying: what comes to rest on a floor is told as impacts while it falls, and as none from then on") {
   for (const Way& way : ways) {
     for (const bool is_list : {false, true}) {
       Joined joined = sheet_over(grounds(0.3, 0.2)[0], way.coupling);
@@ -134,6 +134,11 @@ TEST_CASE("lying: cloth on a floor is told of once, as it falls on it") {
       CHECK(told.hits >= on_floor);
       CHECK(told.hits <= 2 * on_floor);
       CHECK(told.late == 0);
+      // What springs press onto walls, and stretch over edges, is told now and then (README.md).
+      Joined over_box = sheet_over(grounds(0, 0)[2], way.coupling);
+      if (is_list) over_box = test::as_list(over_box);
+      MESSAGE(way.name << (is_list ? ", list" : ", grid") << ": over a box " << run(over_box).late
+                       << " impacts in the last half second");
     }
   }
 }

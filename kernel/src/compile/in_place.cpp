@@ -65,24 +65,32 @@ bool is_right(const SpringsStiffness& given, const Springs& network) {
   return each.size() == network.pairs.size() && std::all_of(each.begin(), each.end(), is_zero_or_more);
 }
 
+// swap: puts the new values into the network, and takes them back. set: makes the network's springs anew, or refuses to.
+template <class T, class Swap, class Set>
+Expected<InPlace> swap_in_place(CompiledScene<T>& compiled, Joints<T>& joints, const Springs& network, const Swap& swap,
+                                const Set& set) {
+  joints.reserve_rates(compiled.scene, compiled.start);
+  swap();
+  Undo undo(swap);
+  // What is not is refused with the scene that it makes.
+  if (!are_well_in_range<T>(network, compiled.scene, compiled.options.step, compiled.start)) return InPlace::not_done;
+  if (!set()) return InPlace::not_done;
+  undo.dismiss();
+  return InPlace::done;
+}
+
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const SpringsStiffnessChange& change) {
   Joints<T>* const joints = joints_in_place(compiled);
   auto& network = std::get<Springs>(compiled.scene.networks[change.network]);
   if (joints == nullptr || !is_right(change.stiffness, network)) return InPlace::not_done;
-  joints->reserve_rates(compiled.scene, compiled.start);
   SpringsStiffness other = change.stiffness;
   const auto swap = [&] {
     std::swap(network.stiffness, other.stiffness);
     std::swap(network.damping, other.damping);
   };
-  swap();
-  Undo undo(swap);
-  // What is not is refused with the scene that it makes.
-  if (!are_well_in_range<T>(network, compiled.scene, compiled.options.step, compiled.start)) return InPlace::not_done;
-  if (!joints->set_stiffness(compiled.scene, change.network, other)) return InPlace::not_done;
-  undo.dismiss();
-  return InPlace::done;
+  return swap_in_place(compiled, *joints, network, swap,
+                       [&] { return joints->set_stiffness(compiled.scene, change.network, other); });
 }
 
 // A network with any of them is not torn.
@@ -99,15 +107,10 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const ZeroLengthChange& c
   Joints<T>* const joints = joints_in_place(compiled);
   auto& network = std::get<Springs>(compiled.scene.networks[change.network]);
   if (joints == nullptr || !is_right(change.zero_length, network)) return InPlace::not_done;
-  joints->reserve_rates(compiled.scene, compiled.start);
   Scalars other = change.zero_length;
   const auto swap = [&] { std::swap(network.zero_length, other); };
-  swap();
-  Undo undo(swap);
-  if (!are_well_in_range<T>(network, compiled.scene, compiled.options.step, compiled.start)) return InPlace::not_done;
-  if (!joints->set_zero_length(compiled.scene, change.network, other)) return InPlace::not_done;
-  undo.dismiss();
-  return InPlace::done;
+  return swap_in_place(compiled, *joints, network, swap,
+                       [&] { return joints->set_zero_length(compiled.scene, change.network, other); });
 }
 
 // Whether T holds what the springs of a particle make of another inverse mass.

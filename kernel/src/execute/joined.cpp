@@ -264,7 +264,7 @@ class JoinedStep {
     const FreeMotion<T>& motion = *m_.flows()[f];
     move_surfaces(motion, clock_, clock_);
     for_each_stepped([&](std::size_t from, std::size_t end) {
-      Columns still;
+      BlockColumns still;
       const std::size_t each = std::min(motion.block, max_block);
       for (std::size_t first = from; first < end; first += each) {
         const std::size_t count = std::min(each, end - first);
@@ -437,7 +437,7 @@ class JoinedStep {
     const bool keeps_starts = motion.terms.surface_count != 0 && left.alpha != nullptr;
     const std::size_t each = keeps_starts ? std::min(motion.block, max_block) : motion.block;
     for_each_stepped([&](std::size_t from, std::size_t end) {
-      Columns starts;
+      BlockColumns starts;
       std::optional<ContactRecorder<T>> recorder;
       begin_recording(recorder, motion, start, number_);
       for (std::size_t first = from; first < end; first += each) {
@@ -460,8 +460,7 @@ class JoinedStep {
     recorder->begin(report_->steps + number, start, motion.step());
   }
 
-  // Of one block.
-  struct alignas(64) Columns {
+  struct alignas(64) BlockColumns {
     using Column = std::array<T, column_pitch<T>(max_block)>;
     std::array<Column, 3> columns;  // left as they are
   };
@@ -474,7 +473,7 @@ class JoinedStep {
     }
     return block;
   }
-  void keep_starts(Block<T>& block, Columns& starts) const noexcept {
+  void keep_starts(Block<T>& block, BlockColumns& starts) const noexcept {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       T* const kept = starts.columns[axis].data();
       std::copy_n(block.x[axis], block.count, kept);

@@ -113,6 +113,11 @@ struct Surface {
   Solid<T> solid{};           // of the other shapes
 };
 
+template <class T>
+constexpr bool has_pulses(const Surface<T>& surface) noexcept {
+  return surface.flows_per_substep > 0;
+}
+
 // Whether impacts are looked for along the chord of the path.
 template <class T>
 constexpr bool goes_straight(const Surface<T>& surface) noexcept {

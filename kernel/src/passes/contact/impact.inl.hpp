@@ -22,7 +22,7 @@ template <class V>
 Mask<V> hovers(const Surface<Scalar<V>>& surface, V s, V out, V press, V t) noexcept {
   const V flows(surface.flows_per_substep);
   const V fall = flows * press;
-  return (flows > V(Scalar<V>(0))) & (s <= V(Scalar<V>(0.5)) * flows * fall * magnitude(t)) & (-out <= fall);
+  return Mask<V>(has_pulses(surface)) & (s <= V(Scalar<V>(0.5)) * flows * fall * magnitude(t)) & (-out <= fall);
 }
 
 // What is left of the tangential velocity at an impact, and after infinitely many that end within the step. 1 for what lay or
@@ -43,7 +43,7 @@ V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, c
   const Mask<V> is_out = out > V(T(0));
   const Mask<V> stays_low = (out <= rounding) | (out * out * magnitude(course.t) <= V(T(2)) * own * low);
   const Mask<V> comes_slow = -out <= own + rounding;
-  const Mask<V> is_slow = Mask<V>(surface.flows_per_substep > 0) | (is_out & stays_low) | ((!is_out) & comes_slow);
+  const Mask<V> is_slow = Mask<V>(has_pulses(surface)) | (is_out & stays_low) | ((!is_out) & comes_slow);
   const V near = V(T(4)) * low + fallen_away<V, arithmetic>(surface, m, course.t);
   const Mask<V> rests = ((start.s <= near) & is_slow) | hovers<V>(surface, start.s, out, press, course.t);
   return select<V>(rests, one, select<V>(is_over, V(T(0)), V(surface.tau)));
@@ -385,7 +385,7 @@ Mask<V> is_pressed_on(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
   const V near = V(2 * std::numeric_limits<Scalar<V>>::epsilon()) * (one_norm(m.x0) + one_norm(m.x1));
   const V out = direction * dot<arithmetic>(n, m.v0);
   const V press = -(direction * dot<arithmetic>(n, m.v1 - m.v0));
-  const Mask<V> is_slow = Mask<V>(surface.flows_per_substep > 0) | (out <= V(Scalar<V>(0)));
+  const Mask<V> is_slow = Mask<V>(has_pulses(surface)) | (out <= V(Scalar<V>(0)));
   return ((start <= near) & is_slow) | hovers<V>(surface, start, out, press, h);
 }
 
@@ -442,7 +442,7 @@ template <class V, Arithmetic arithmetic>
   const Mask<V> done = touches & hits & !left;
   if (told != nullptr) {
     const Three<V> dv = after - vf;
-    const Mask<V> may_lie = (e == zero) | Mask<V>(surface.flows_per_substep > 0);
+    const Mask<V> may_lie = (e == zero) | Mask<V>(has_pulses(surface));
     const Mask<V> lies = may_lie & is_pressed_on<V, arithmetic>(surface, m, start, direction, h);
     *told = {done, done & is_any_not_zero(dv) & !lies, xf, dv, t};
   }

@@ -23,7 +23,7 @@ T fallen_away(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
 template <class T>
 bool hovers(const Surface<T>& surface, T s, T out, T press, T t) noexcept {
   const T fall = surface.flows_per_substep * press;
-  return surface.flows_per_substep > 0 && s <= T(0.5) * surface.flows_per_substep * fall * std::abs(t) && -out <= fall;
+  return has_pulses(surface) && s <= T(0.5) * surface.flows_per_substep * fall * std::abs(t) && -out <= fall;
 }
 
 // What is left of the tangential velocity at an impact. 1 for what lay or slid on the surface before.
@@ -40,7 +40,7 @@ T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Cours
   const T rounding = 4 * eps * one_norm(p.v0);
   const bool stays_low = out <= rounding || out * out * std::abs(course.t) <= 2 * own * low;
   const bool comes_slow = -out <= own + rounding;
-  const bool is_slow = surface.flows_per_substep > 0 || (out > 0 ? stays_low : comes_slow);
+  const bool is_slow = has_pulses(surface) || (out > 0 ? stays_low : comes_slow);
   const bool lies = start.s <= 4 * low + fallen_away<arithmetic>(surface, p, course.t) && is_slow;
   const bool rests = lies || hovers(surface, start.s, out, press, course.t);
   return rests ? T(1) : is_over ? T(0) : surface.tau;
@@ -108,7 +108,7 @@ bool is_pressed_on(const Surface<T>& surface, const Particle<T>& p, const Course
   const T near = roundings * std::numeric_limits<T>::epsilon() * sizes + fallen_away<arithmetic>(surface, seen, course.t);
   const T out = course.direction * dot<arithmetic>(start.n, seen.v0);
   const T press = -(course.direction * dot<arithmetic>(start.n, difference(p.v1, p.v0)));
-  return (start.s <= near && (surface.flows_per_substep > 0 || out <= 0)) || hovers(surface, start.s, out, press, course.t);
+  return (start.s <= near && (has_pulses(surface) || out <= 0)) || hovers(surface, start.s, out, press, course.t);
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
@@ -175,7 +175,7 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
   }
   if (course.recording != nullptr) {
     const Vector<T> dv = difference(p.v0, vf);
-    const bool hits = dv != Vector<T>{} && !(lies && (e == 0 || surface.flows_per_substep > 0));
+    const bool hits = dv != Vector<T>{} && !(lies && (e == 0 || has_pulses(surface)));
     course.recording->push(hits ? Told::impact : Told::hold, course.last, xf, n, dv, course.t);
   }
   let_go();

@@ -84,7 +84,7 @@ class Candidates {
     const V d0 = course_.t * dot<arithmetic>(start.n, m.v0);
     const V c = s1 - d0;
     const Mask<V> is_last = course_.last == V(static_cast<T>(j));
-    const Mask<V> has_hit = is_last & Mask<V>(surface.flows_per_substep > 0);
+    const Mask<V> has_hit = is_last & Mask<V>(has_pulses(surface));
     const Mask<V> stands = has_hit | ((start.s >= V(T(-0.5)) * near) & (is_last | (start.s <= near)));
     const Mask<V> leaves = d0 > V(T(0));
     const Mask<V> stays_low = (d0 * d0 <= -(low * c)) | (d0 <= part * -c);

@@ -46,7 +46,7 @@ bool may_hold(const Surface<T>& surface, T s1, T part, const Particle<T>& p, con
   const T near = roundings * eps * ((one_norm(p.x0) + one_norm(p.x1)) + (surface.radius + surface.radius));
   const T d0 = course.t * dot<arithmetic>(start.n, p.v0);
   const T c = s1 - d0;
-  const bool has_hit = is_last && surface.flows_per_substep > 0;
+  const bool has_hit = is_last && has_pulses(surface);
   s0 = start.s;
   if (!(has_hit || (s0 >= T(-0.5) * near && (is_last || s0 <= near)))) return false;
   if (d0 > 0) return d0 * d0 <= -(low * c) || d0 <= part * -c;
