@@ -167,7 +167,7 @@ WorkspaceShape JoinedMotion<T>::shape() const {
     shape.sweep_records = list->records;
     shape.keeps_velocities = list->terms.damping == Damping::along;
   }
-  shape.keeps_distances = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
+  shape.visits_again = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();
   return shape;

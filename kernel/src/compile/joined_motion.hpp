@@ -54,7 +54,7 @@ struct WorkspaceShape {
   std::size_t sweep_records = 0;  // of particles, for sweeps over a list
   bool has_second_velocity = false;
   bool has_pair_sums = false;
-  bool keeps_distances = false;   // of the sweeps' first visits
+  bool visits_again = false;      // the sweeps do, and read what the first visit kept
   bool keeps_velocities = false;  // for sweeps over a list that damps
   bool has_origin = false;
   bool keeps_acceleration = false;

@@ -418,8 +418,7 @@ ParticleOrder grid_order(const Grid& grid, std::size_t phases) {
   ParticleOrder order;
   order.phases = phases;
   const std::size_t longest = (grid.columns + phases - 1) / phases;
-  // Sweeps store whole registers, which may start at a line's second element.
-  order.pitch = filled(longest) + (phases == 1 ? 0 : slice);
+  order.pitch = filled(longest);
   order.size = grid.rows * phases * order.pitch;
   for (std::size_t row = 0; row < grid.rows; ++row) {
     for (std::size_t phase = 0; phase < std::min(phases, grid.columns); ++phase) {

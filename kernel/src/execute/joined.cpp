@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 #include "compile/particle_values.hpp"
@@ -44,20 +45,55 @@ void put_back(const ResidualKernels& kernels, const A* from, const ParticleSpan&
     store(kernels, from + span.element + k, span.particle + k * span.every, 1, to, residual);
 }
 
-// The same without a call for each particle.
-template <class T>
-void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const ParticleSpan& span,
-           T* to) noexcept {
-  if (span.every == 1 || !from.is_contiguous()) return fetch<T, T>(kernels, from, residual, span, to);
-  const T* const first = from.base + span.particle;
-  for (std::size_t k = 0; k < span.count; ++k) to[span.element + k] = first[k * span.every];
+// A row of a sheet, whose particles take turns in `phases` lines.
+template <std::size_t phases, class T>
+void deal(const T* row, std::size_t count, T* lines, std::size_t pitch) noexcept {
+  const std::size_t rounds = count / phases;
+  for (std::size_t k = 0; k < rounds; ++k) {
+    for (std::size_t line = 0; line < phases; ++line) lines[line * pitch + k] = row[k * phases + line];
+  }
+  for (std::size_t i = rounds * phases; i < count; ++i) lines[i % phases * pitch + rounds] = row[i];
 }
-template <class T>
-void put_back(const ResidualKernels& kernels, const T* from, const ParticleSpan& span, const Column<T>& to,
+template <std::size_t phases, class T>
+void collect(const T* lines, std::size_t pitch, T* row, std::size_t count) noexcept {
+  const std::size_t rounds = count / phases;
+  for (std::size_t k = 0; k < rounds; ++k) {
+    for (std::size_t line = 0; line < phases; ++line) row[k * phases + line] = lines[line * pitch + k];
+  }
+  for (std::size_t i = rounds * phases; i < count; ++i) row[i] = lines[i % phases * pitch + rounds];
+}
+
+// The spans of a row; whole lines at once where they can be.
+using Row = std::span<const ParticleSpan>;
+inline std::size_t count_in(const Row& row) noexcept {
+  std::size_t count = 0;
+  for (const ParticleSpan& span : row) count += span.count;
+  return count;
+}
+template <class A, class T>
+void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const Row& row, A* to) noexcept {
+  if constexpr (std::is_same_v<A, T>) {
+    const std::size_t pitch = row.size() > 1 ? row[1].element - row[0].element : 0;
+    const auto take = [&]<std::size_t phases>() {
+      deal<phases>(from.base + row[0].particle, count_in(row), to + row[0].element, pitch);
+    };
+    if (from.is_contiguous() && row.size() == 2) return take.template operator()<2>();
+    if (from.is_contiguous() && row.size() == 4) return take.template operator()<4>();
+  }
+  for (const ParticleSpan& span : row) fetch(kernels, from, residual, span, to);
+}
+template <class A, class T>
+void put_back(const ResidualKernels& kernels, const A* from, const Row& row, const Column<T>& to,
               const Column<T>& residual) noexcept {
-  if (span.every == 1 || !to.is_contiguous()) return put_back<T, T>(kernels, from, span, to, residual);
-  T* const first = to.base + span.particle;
-  for (std::size_t k = 0; k < span.count; ++k) first[k * span.every] = from[span.element + k];
+  if constexpr (std::is_same_v<A, T>) {
+    const std::size_t pitch = row.size() > 1 ? row[1].element - row[0].element : 0;
+    const auto give = [&]<std::size_t phases>() {
+      collect<phases>(from + row[0].element, pitch, to.base + row[0].particle, count_in(row));
+    };
+    if (to.is_contiguous() && row.size() == 2) return give.template operator()<2>();
+    if (to.is_contiguous() && row.size() == 4) return give.template operator()<4>();
+  }
+  for (const ParticleSpan& span : row) put_back(kernels, from, span, to, residual);
 }
 
 // The same of particles anywhere: tight loops, in which many reads are on their way at once.
@@ -122,11 +158,13 @@ class JoinedStep {
 
   template <class Kept>
   void fetch_all(const State<Kept>& state) noexcept {
-    for_each_span([&](const ParticleSpan& span) {
+    for_each_row([&](const Row& row) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        fetch(residuals_, state.x[axis], state.x_rest[axis], span, position(axis));
-        fetch(residuals_, state.v[axis], state.v_rest[axis], span, work_.v[axis]);
-        if (is_relative()) std::fill_n(work_.x[axis] + span.element, span.count, T(0));
+        fetch(residuals_, state.x[axis], state.x_rest[axis], row, position(axis));
+        fetch(residuals_, state.v[axis], state.v_rest[axis], row, work_.v[axis]);
+        for (const ParticleSpan& span : row) {
+          if (is_relative()) std::fill_n(work_.x[axis] + span.element, span.count, T(0));
+        }
       }
     });
     for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {
@@ -163,10 +201,10 @@ class JoinedStep {
   // Fixed particles' columns are not written to.
   template <class Kept>
   void put_back_all(State<Kept>& state) noexcept {
-    for_each_span([&](const ParticleSpan& span) {
+    for_each_row([&](const Row& row) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        put_back(residuals_, position(axis), span, state.x[axis], state.x_rest[axis]);
-        put_back(residuals_, work_.v[axis], span, state.v[axis], state.v_rest[axis]);
+        put_back(residuals_, position(axis), row, state.x[axis], state.x_rest[axis]);
+        put_back(residuals_, work_.v[axis], row, state.v[axis], state.v_rest[axis]);
       }
     });
     for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {
@@ -297,12 +335,17 @@ class JoinedStep {
   [[nodiscard]] bool is_relative() const noexcept { return ws_.origin[0] != nullptr; }
   T* position(std::size_t axis) noexcept { return is_relative() ? ws_.origin[axis] : work_.x[axis]; }
 
+  // Of an order that is not a sheet's each span is a row.
   template <class Use>
-  void for_each_span(const Use& use) const noexcept {
-    const auto& spans = joints_.order.spans;
-    const std::size_t tasks = std::min<std::size_t>(spans.size(), 64);
+  void for_each_row(const Use& use) const noexcept {
+    const ParticleOrder& order = joints_.order;
+    const Row spans = order.spans;
+    const std::size_t rows = order.pitch != 0 ? order.size / (order.phases * order.pitch) : spans.size();
+    if (rows == 0) return;
+    const std::size_t each = spans.size() / rows;
+    const std::size_t tasks = std::min<std::size_t>(rows, 64);
     for_each_task(parallel_, tasks, [&](std::size_t task) {
-      for (std::size_t n = spans.size() * task / tasks; n < spans.size() * (task + 1) / tasks; ++n) use(spans[n]);
+      for (std::size_t n = rows * task / tasks; n < rows * (task + 1) / tasks; ++n) use(spans.subspan(n * each, each));
     });
   }
 
@@ -437,27 +480,29 @@ class JoinedStep {
     const bool keeps_starts = motion.terms.surface_count != 0 && left.alpha != nullptr;
     const std::size_t each = keeps_starts ? std::min(motion.block, max_block) : motion.block;
     for_each_stepped([&](std::size_t from, std::size_t end) {
-      BlockColumns starts;
-      std::optional<ContactRecorder<T>> recorder;
-      begin_recording(recorder, motion, start, number_);
-      for (std::size_t first = from; first < end; first += each) {
-        const std::size_t count = std::min(each, end - first);
-        Block<T> block = block_of(first, count, recorder ? &*recorder : nullptr);
-        if (keeps_starts) keep_starts(block, starts);
-        take(left, first, first + count);
-        flow_block(motion, offsets_[f], block);
-        if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);
-        hold_fixed(first, first + count);
-        if (begin != nullptr) kernels_.begin_sweeps(*begin, work_, first, first + count);
-      }
+      with_log(motion, start, number_, [&](ContactLog<T>* log) {
+        BlockColumns starts;
+        for (std::size_t first = from; first < end; first += each) {
+          const std::size_t count = std::min(each, end - first);
+          Block<T> block = block_of(first, count, log);
+          if (keeps_starts) keep_starts(block, starts);
+          take(left, first, first + count);
+          flow_block(motion, offsets_[f], block);
+          if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);
+          hold_fixed(first, first + count);
+          if (begin != nullptr) kernels_.begin_sweeps(*begin, work_, first, first + count);
+        }
+      });
     });
   }
 
-  void begin_recording(std::optional<ContactRecorder<T>>& recorder, const FreeMotion<T>& motion, const Clock& start,
-                       std::uint64_t number) noexcept {
-    if (report_ == nullptr || motion.terms.surface_count == 0) return;
-    recorder.emplace(*report_, logged_, scene_.options.arithmetic);
-    recorder->begin(report_->steps + number, start, motion.step());
+  // Calls use(log), null where nobody asks: a recorder is 26 KB, which even an empty std::optional of one clears.
+  template <class Use>
+  void with_log(const FreeMotion<T>& motion, const Clock& start, std::uint64_t number, const Use& use) noexcept {
+    if (report_ == nullptr || motion.terms.surface_count == 0) return use(nullptr);
+    ContactRecorder<T> recorder(*report_, logged_, scene_.options.arithmetic);
+    recorder.begin(report_->steps + number, start, motion.step());
+    use(&recorder);
   }
 
   struct alignas(64) BlockColumns {
@@ -604,14 +649,14 @@ class JoinedStep {
 
   void run_stage(const Stage& stage, const GridTerms<T>& grid, std::size_t from, std::size_t to) noexcept {
     if (stage.kind == Kind::pulse) return kernels_.grid(grid, work_, stage.pulse, from, to);
-    std::optional<ContactRecorder<T>> recorder;
-    begin_recording(recorder, *stage.motion, stage.start, stage.number);
-    const std::size_t end = to * grid.pitch;
-    for (std::size_t first = from * grid.pitch; first < end; first += stage.motion->block) {
-      const std::size_t count = std::min(stage.motion->block, end - first);
-      flow_block(*stage.motion, stage.offsets, block_of(first, count, recorder ? &*recorder : nullptr));
-      hold_fixed(first, first + count);
-    }
+    with_log(*stage.motion, stage.start, stage.number, [&](ContactLog<T>* log) {
+      const std::size_t end = to * grid.pitch;
+      for (std::size_t first = from * grid.pitch; first < end; first += stage.motion->block) {
+        const std::size_t count = std::min(stage.motion->block, end - first);
+        flow_block(*stage.motion, stage.offsets, block_of(first, count, log));
+        hold_fixed(first, first + count);
+      }
+    });
   }
 
   // ---- pulses, one for each form ------------------------------------------------------------------------------------------

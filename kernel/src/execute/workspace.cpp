@@ -31,12 +31,8 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   if (shape.has_origin) origin = of_particles(T(0));
   work.origin = {origin[0], origin[1], origin[2]};
   const auto of_springs = [&] { return columns_.add(shape.sweep_springs, T(0), column_margin); };
-  if (shape.sweep_springs != 0) sweep_.lambda = of_springs();
-  if (shape.sweep_records != 0) {
-    add_records();
-  } else if (shape.keeps_distances) {
-    sweep_.apart = columns_.add_axes(shape.sweep_springs, T(0), column_margin);
-  }
+  if (shape.visits_again) sweep_.lambda = of_springs();
+  if (shape.sweep_records != 0) add_records();
 
   const auto axes = [&](std::size_t size) -> Axes<T> { return {columns_.add(size), columns_.add(size), columns_.add(size)}; };
   if (const std::size_t size = shape.constraints.pairs; size != 0) {
@@ -72,15 +68,14 @@ void JoinedWorkspace<T>::add_records() {
   // Lanes without a spring join particles that are 1 m apart: a sound distance.
   for (std::size_t i = shape_.elements + 1; i < shape_.sweep_records; i += 2) ranges.x[record * i] = T(1);
   if (shape_.keeps_velocities) ranges.v = of_particles();
-  if (shape_.keeps_distances) ranges.apart = of_springs();
-  if (shape_.keeps_distances && shape_.keeps_velocities) ranges.u = of_springs();
+  if (shape_.visits_again) ranges.apart = of_springs();
+  if (shape_.visits_again && shape_.keeps_velocities) ranges.u = of_springs();
   if (shape_.has_origin) ranges.from_origin = of_springs();
 }
 
 template <class T>
 SweepTerms<T> JoinedWorkspace<T>::with_columns(SweepTerms<T> terms) const noexcept {
   terms.lambda = sweep_.lambda;
-  terms.apart = sweep_.apart;
   terms.ranges.x = sweep_.ranges.x;
   terms.ranges.v = sweep_.ranges.v;
   terms.ranges.shift = sweep_.ranges.shift;

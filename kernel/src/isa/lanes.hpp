@@ -218,6 +218,36 @@ V product_where(Mask<V> where, V a, V b) noexcept {
   return select<V>(where, a * b, V(Scalar<V>(0)));
 }
 
+// c + a b and c - a b where `where` holds, else c: whatever a and b are there. Fast arithmetic rounds once.
+template <Arithmetic arithmetic, class V>
+V add_product_where(Mask<V> where, V c, V a, V b) noexcept {
+  if constexpr (arithmetic != Arithmetic::fast) {
+    return c + product_where<V>(where, a, b);
+#if defined(__AVX512F__)
+  } else if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    return V(_mm512_mask3_fmadd_ps(a, b, c, where));
+  } else if constexpr (sizeof(V) == 64) {
+    return V(_mm512_mask3_fmadd_pd(a, b, c, where));
+#endif
+  } else {
+    return select<V>(where, fused_multiply_add(a, b, c), c);
+  }
+}
+template <Arithmetic arithmetic, class V>
+V subtract_product_where(Mask<V> where, V c, V a, V b) noexcept {
+  if constexpr (arithmetic != Arithmetic::fast) {
+    return c - product_where<V>(where, a, b);
+#if defined(__AVX512F__)
+  } else if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    return V(_mm512_mask3_fnmadd_ps(a, b, c, where));
+  } else if constexpr (sizeof(V) == 64) {
+    return V(_mm512_mask3_fnmadd_pd(a, b, c, where));
+#endif
+  } else {
+    return select<V>(where, fused_negative_multiply_add(a, b, c), c);
+  }
+}
+
 // magic - (bits of x >> 1), the bits of a first guess of 1/sqrt(x).
 template <class V, class Bits>
 V magic_guess(V x, Bits magic) noexcept {
@@ -586,6 +616,19 @@ template <class V>
 Mask<V> first_lanes(std::size_t n) noexcept {
   alignas(64) static constexpr std::array<Scalar<V>, 16> numbers{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   return load_lanes<V>(numbers.data()) < V(static_cast<Scalar<V>>(n));
+}
+
+// The first n lanes, 0 < n < V::size. What lies beyond them in memory stays as the last store before this one left it.
+template <class V>
+void store_first_lanes(Scalar<V>* p, std::size_t n, V value) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    return _mm512_mask_storeu_ps(p, static_cast<__mmask16>((1U << n) - 1U), value);
+  } else if constexpr (sizeof(V) == 64) {
+    return _mm512_mask_storeu_pd(p, static_cast<__mmask8>((1U << n) - 1U), value);
+  }
+#endif
+  store_lanes(p, select<V>(first_lanes<V>(n), value, load_lanes<V>(p)));
 }
 
 // a b + c and c - a b: one rounding or two, as the plan was asked for. Fast arithmetic fuses as contracted does.

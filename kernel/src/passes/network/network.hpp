@@ -174,12 +174,13 @@ struct SweepTerms {
   const Strand* strands = nullptr;
   const StrandFamily<T>* families = nullptr;
   const T* inverse = nullptr;  // 1 / (1 + (kappa + eta) (w_a + w_b))
-  std::array<T*, 3> apart{};   // x_b - x_a before the sweeps, kept by the first visit for the second; axes equally far apart
   RangeTerms<T> ranges{};      // or springs anywhere
-  T* lambda = nullptr;
+  T* lambda = nullptr;         // kept by the first visit for the second; null where there is none
   T h{};  // theta times the sub-step
   Damping damping = Damping::none;
   CountedFrom origin = CountedFrom::zero;
+
+  [[nodiscard]] T* lambda_of(std::size_t spring) const noexcept { return lambda != nullptr ? lambda + spring : nullptr; }
 };
 
 // Generalized alpha (compile/sweep_scheme.cpp): what stands around the sweeps of a sub-step. a: of the sub-step's start; b: of

@@ -51,9 +51,11 @@ template <class V>
 [[gnu::always_inline]] inline void store_three(Scalar<V>* p, std::ptrdiff_t pitch, const Three<V>& value) noexcept {
   for (std::ptrdiff_t axis = 0; axis < 3; ++axis) store_lanes(p + axis * pitch, value.at[axis]);
 }
-template <class T>
-[[gnu::always_inline]] inline T* from_element(T* column, std::size_t i) noexcept {
-  return column == nullptr ? nullptr : column + i;
+// Their first n lanes.
+template <class V>
+[[gnu::always_inline]] inline void store_three(Scalar<V>* p, std::ptrdiff_t pitch, const Three<V>& value,
+                                               std::size_t n) noexcept {
+  for (std::ptrdiff_t axis = 0; axis < 3; ++axis) store_first_lanes(p + axis * pitch, n, value.at[axis]);
 }
 
 // Where a register of springs stands: its ends, its columns, and how many of its lanes are springs.
@@ -73,8 +75,6 @@ class TurnSweep {
         v_(work.v[0]),
         shift_(work.shift[0]),
         origin_(work.origin[0]),
-        apart_(sweep.apart[0]),
-        apart_pitch_(apart_ == nullptr ? 0 : sweep.apart[1] - sweep.apart[0]),
         w_(work.w),
         inverse_(sweep.inverse),
         lambda_(sweep.lambda),
@@ -112,15 +112,9 @@ class TurnSweep {
   using Ends = Met<V, Three<V>>;
 
   [[gnu::always_inline]] Ends meet(const Place& at) const noexcept {
-    Three<V> apart;
-    if constexpr (visit == Visit::again) {
-      apart = load_three<V>(apart_ + at.s, apart_pitch_);
-    } else {
-      apart = load_three<V>(x_ + at.b, pitch_) - load_three<V>(x_ + at.a, pitch_);
-      if constexpr (origin == CountedFrom::step) {
-        apart = (load_three<V>(origin_ + at.b, pitch_) - load_three<V>(origin_ + at.a, pitch_)) + apart;
-      }
-      if (apart_ != nullptr) store_three<V>(apart_ + at.s, apart_pitch_, apart);
+    Three<V> apart = load_three<V>(x_ + at.b, pitch_) - load_three<V>(x_ + at.a, pitch_);
+    if constexpr (origin == CountedFrom::step) {
+      apart = (load_three<V>(origin_ + at.b, pitch_) - load_three<V>(origin_ + at.a, pitch_)) + apart;
     }
     Ends ends;
     ends.shift_a = load_three<V>(shift_ + at.a, pitch_);
@@ -142,24 +136,29 @@ class TurnSweep {
   }
 
   [[gnu::always_inline]] void move(const Place& at, const Ends& ends, const Pull<V>& pull) const noexcept {
-    Three<V> a = ends.shift_a - product_where(pull.is_sound, load_lanes<V>(w_ + at.a) * pull.t, ends.d);
-    Three<V> b = ends.shift_b + product_where(pull.is_sound, load_lanes<V>(w_ + at.b) * pull.t, ends.d);
-    if (at.count < V::size) {  // what lies beyond the strand belongs to others
-      const Mask<V> is_spring = first_lanes<V>(at.count);
-      a = select(is_spring, a, ends.shift_a);
-      b = select(is_spring, b, ends.shift_b);
+    const V t_a = load_lanes<V>(w_ + at.a) * pull.t;
+    const V t_b = load_lanes<V>(w_ + at.b) * pull.t;
+    Three<V> a, b;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      a[axis] = subtract_product_where<arithmetic>(pull.is_sound, ends.shift_a[axis], t_a, ends.d[axis]);
+      b[axis] = add_product_where<arithmetic>(pull.is_sound, ends.shift_b[axis], t_b, ends.d[axis]);
     }
-    store_three<V>(shift_ + at.a, pitch_, a);
-    store_three<V>(shift_ + at.b, pitch_, b);
-    if constexpr (visit == Visit::first) store_lanes(lambda_ + at.s, V(T(0)) + pull.more);
+    if (at.count < V::size) {  // what lies beyond the strand may be the next line's, and in flight
+      store_three<V>(shift_ + at.a, pitch_, a, at.count);
+      store_three<V>(shift_ + at.b, pitch_, b, at.count);
+    } else {
+      store_three<V>(shift_ + at.a, pitch_, a);
+      store_three<V>(shift_ + at.b, pitch_, b);
+    }
+    if constexpr (visit == Visit::first) {
+      if (lambda_ != nullptr) store_lanes(lambda_ + at.s, V(T(0)) + pull.more);
+    }
   }
 
   std::ptrdiff_t pitch_;
   const T *x_, *v_;
   T* shift_;
   const T* origin_;
-  T* apart_;
-  std::ptrdiff_t apart_pitch_;
   const T *w_, *inverse_;
   T* lambda_;
   V kappa_, eta_, l_, h_;
@@ -347,7 +346,9 @@ class RangeSweep {
     const V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(sweep_.lambda + s);
     const Spring<V> spring{kappa, eta, load_lanes<V>(terms_.l + s), inverse};
     const auto [is_sound, more, t] = solve<damping, arithmetic>(spring, ends.r2, ends.path, lambda);
-    if constexpr (visit == Visit::first) store_lanes(sweep_.lambda + s, V(T(0)) + more);
+    if constexpr (visit == Visit::first) {
+      if (sweep_.lambda != nullptr) store_lanes(sweep_.lambda + s, V(T(0)) + more);
+    }
     return {is_sound, w_a * t, w_b * t};
   }
 
@@ -355,6 +356,9 @@ class RangeSweep {
   [[gnu::always_inline]] void move(std::size_t s, const Ends& ends, const Moves& by) const noexcept {
     const Records<V> t_a = records_of(by.a);
     const Records<V> t_b = records_of(by.b);
+    if constexpr (arithmetic == Arithmetic::fast) {
+      if (all_lanes<V>(by.is_sound)) return move_at_once<stand>(s, ends, t_a, t_b);
+    }
     Records<V> way_a = t_a * ends.d;
     Records<V> way_b = t_b * ends.d;
     if (!all_lanes<V>(by.is_sound)) {
@@ -362,6 +366,17 @@ class RangeSweep {
       way_b = product_where(by.is_sound, t_b, ends.d);
     }
     store_ends<stand>(terms_.shift, s, ends.shift_a - way_a, ends.shift_b + way_b);
+  }
+
+  template <Stand stand>
+  [[gnu::always_inline]] void move_at_once(std::size_t s, const Ends& ends, const Records<V>& t_a,
+                                           const Records<V>& t_b) const noexcept {
+    Records<V> a, b;
+    for (std::size_t n = 0; n < 4; ++n) {
+      a.at[n] = fused_negative_multiply_add(t_a.at[n], ends.d.at[n], ends.shift_a.at[n]);
+      b.at[n] = fused_multiply_add(t_b.at[n], ends.d.at[n], ends.shift_b.at[n]);
+    }
+    store_ends<stand>(terms_.shift, s, a, b);
   }
 
   const SweepTerms<T>& sweep_;

@@ -19,7 +19,7 @@ struct Ends {
 
 template <Arithmetic arithmetic, class T>
 void visit_spring(const SweepTerms<T>& sweep, const Compliance<T>& spring, Visit visit, Ends<T>& ends,
-                  T& stored_lambda) noexcept {
+                  T* stored_lambda) noexcept {
   const Vector<T> shift = minus(ends.shift_b, ends.shift_a);
   const Vector<T> d = plus(ends.apart, shift);
 
@@ -33,10 +33,10 @@ void visit_spring(const SweepTerms<T>& sweep, const Compliance<T>& spring, Visit
     is_sound = is_sound && std::abs(moved) < most_square<T>;
     g = subtract_product<arithmetic>(g, spring.eta * y, moved);
   }
-  T lambda = visit == Visit::first ? T(0) : stored_lambda;
+  T lambda = visit == Visit::first ? T(0) : *stored_lambda;
   const T more = is_sound ? (g - lambda) * spring.inverse : T(0);
   lambda = lambda + more;
-  stored_lambda = lambda;
+  if (stored_lambda != nullptr) *stored_lambda = lambda;
 
   const T t = more * y;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -58,7 +58,7 @@ void sweep_strand(const SweepTerms<T>& sweep, const WorkColumns<T>& work, Visit 
                  .shift_a = at(work.shift, a),
                  .shift_b = at(work.shift, b)};
     if (sweep.origin == CountedFrom::step) ends.apart = plus(minus(at(work.origin, b), at(work.origin, a)), ends.apart);
-    visit_spring<arithmetic>(sweep, spring, visit, ends, sweep.lambda[s]);
+    visit_spring<arithmetic>(sweep, spring, visit, ends, sweep.lambda_of(s));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       work.shift[axis][a] = ends.shift_a[axis];
       work.shift[axis][b] = ends.shift_b[axis];
@@ -101,7 +101,7 @@ void sweep_range(const SweepTerms<T>& sweep, Visit visit, std::size_t from, std:
                  .shift_b = of_record(terms.shift + b)};
     if (sweep.origin == CountedFrom::step) ends.apart = plus(of_record(terms.from_origin + record * s), ends.apart);
     if (sweep.damping == Damping::along) ends.u = minus(of_record(terms.v + b), of_record(terms.v + a));
-    visit_spring<arithmetic>(sweep, spring, visit, ends, sweep.lambda[s]);
+    visit_spring<arithmetic>(sweep, spring, visit, ends, sweep.lambda_of(s));
     put_record(terms.shift + a, ends.shift_a);
     put_record(terms.shift + b, ends.shift_b);
   }
