@@ -63,37 +63,50 @@ void collect(const T* lines, std::size_t pitch, T* row, std::size_t count) noexc
   for (std::size_t i = rounds * phases; i < count; ++i) row[i] = lines[i % phases * pitch + rounds];
 }
 
-// The spans of a row; whole lines at once where they can be.
-using Row = std::span<const ParticleSpan>;
-inline std::size_t count_in(const Row& row) noexcept {
-  std::size_t count = 0;
-  for (const ParticleSpan& span : row) count += span.count;
-  return count;
-}
-template <class A, class T>
-void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const Row& row, A* to) noexcept {
-  if constexpr (std::is_same_v<A, T>) {
-    const std::size_t pitch = row.size() > 1 ? row[1].element - row[0].element : 0;
-    const auto take = [&]<std::size_t phases>() {
-      deal<phases>(from.base + row[0].particle, count_in(row), to + row[0].element, pitch);
-    };
-    if (from.is_contiguous() && row.size() == 2) return take.template operator()<2>();
-    if (from.is_contiguous() && row.size() == 4) return take.template operator()<4>();
+// Rows in a row, of so many spans each; whole lines at once where they can be.
+struct Rows {
+  std::span<const ParticleSpan> spans;
+  std::size_t each;
+
+  [[nodiscard]] std::size_t pitch() const noexcept { return each > 1 ? spans[1].element - spans[0].element : 0; }
+  [[nodiscard]] std::size_t columns() const noexcept {
+    std::size_t count = 0;
+    for (const ParticleSpan& span : spans.first(each)) count += span.count;
+    return count;
   }
-  for (const ParticleSpan& span : row) fetch(kernels, from, residual, span, to);
+};
+template <class A, class T>
+void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const Rows& rows, A* to) noexcept {
+  if constexpr (std::is_same_v<A, T>) {
+    const auto take = [&]<std::size_t phases>() {
+      for (std::size_t n = 0; n < rows.spans.size(); n += phases)
+        deal<phases>(from.base + rows.spans[n].particle, rows.columns(), to + rows.spans[n].element, rows.pitch());
+    };
+    if (from.is_contiguous() && rows.each == 2) return take.template operator()<2>();
+    if (from.is_contiguous() && rows.each == 4) return take.template operator()<4>();
+  }
+  for (const ParticleSpan& span : rows.spans) fetch(kernels, from, residual, span, to);
+}
+// Padding keeps its NaN.
+template <class T>
+void clear(const Rows& rows, T* column) noexcept {
+  const std::size_t first = rows.spans.front().element;
+  const std::size_t end = rows.spans.back().element + rows.spans.back().count;
+  if (rows.spans.size() / rows.each * rows.columns() == end - first) return std::fill(column + first, column + end, T(0));
+  for (const ParticleSpan& span : rows.spans) std::fill_n(column + span.element, span.count, T(0));
 }
 template <class A, class T>
-void put_back(const ResidualKernels& kernels, const A* from, const Row& row, const Column<T>& to,
+void put_back(const ResidualKernels& kernels, const A* from, const Rows& rows, const Column<T>& to,
               const Column<T>& residual) noexcept {
   if constexpr (std::is_same_v<A, T>) {
-    const std::size_t pitch = row.size() > 1 ? row[1].element - row[0].element : 0;
     const auto give = [&]<std::size_t phases>() {
-      collect<phases>(from + row[0].element, pitch, to.base + row[0].particle, count_in(row));
+      for (std::size_t n = 0; n < rows.spans.size(); n += phases)
+        collect<phases>(from + rows.spans[n].element, rows.pitch(), to.base + rows.spans[n].particle, rows.columns());
     };
-    if (to.is_contiguous() && row.size() == 2) return give.template operator()<2>();
-    if (to.is_contiguous() && row.size() == 4) return give.template operator()<4>();
+    if (to.is_contiguous() && rows.each == 2) return give.template operator()<2>();
+    if (to.is_contiguous() && rows.each == 4) return give.template operator()<4>();
   }
-  for (const ParticleSpan& span : row) put_back(kernels, from, span, to, residual);
+  for (const ParticleSpan& span : rows.spans) put_back(kernels, from, span, to, residual);
 }
 
 // The same of particles anywhere: tight loops, in which many reads are on their way at once.
@@ -158,13 +171,11 @@ class JoinedStep {
 
   template <class Kept>
   void fetch_all(const State<Kept>& state) noexcept {
-    for_each_row([&](const Row& row) {
+    for_some_rows([&](const Rows& rows) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        fetch(residuals_, state.x[axis], state.x_rest[axis], row, position(axis));
-        fetch(residuals_, state.v[axis], state.v_rest[axis], row, work_.v[axis]);
-        for (const ParticleSpan& span : row) {
-          if (is_relative()) std::fill_n(work_.x[axis] + span.element, span.count, T(0));
-        }
+        fetch(residuals_, state.x[axis], state.x_rest[axis], rows, position(axis));
+        fetch(residuals_, state.v[axis], state.v_rest[axis], rows, work_.v[axis]);
+        if (is_relative()) clear(rows, work_.x[axis]);
       }
     });
     for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {
@@ -201,10 +212,10 @@ class JoinedStep {
   // Fixed particles' columns are not written to.
   template <class Kept>
   void put_back_all(State<Kept>& state) noexcept {
-    for_each_row([&](const Row& row) {
+    for_some_rows([&](const Rows& rows) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        put_back(residuals_, position(axis), row, state.x[axis], state.x_rest[axis]);
-        put_back(residuals_, work_.v[axis], row, state.v[axis], state.v_rest[axis]);
+        put_back(residuals_, position(axis), rows, state.x[axis], state.x_rest[axis]);
+        put_back(residuals_, work_.v[axis], rows, state.v[axis], state.v_rest[axis]);
       }
     });
     for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {
@@ -335,17 +346,18 @@ class JoinedStep {
   [[nodiscard]] bool is_relative() const noexcept { return ws_.origin[0] != nullptr; }
   T* position(std::size_t axis) noexcept { return is_relative() ? ws_.origin[axis] : work_.x[axis]; }
 
-  // Of an order that is not a sheet's each span is a row.
+  // All rows, a task's at once. Of an order that is not a sheet's each span is a row.
   template <class Use>
-  void for_each_row(const Use& use) const noexcept {
+  void for_some_rows(const Use& use) const noexcept {
     const ParticleOrder& order = joints_.order;
-    const Row spans = order.spans;
+    const std::span<const ParticleSpan> spans = order.spans;
     const std::size_t rows = order.pitch != 0 ? order.size / (order.phases * order.pitch) : spans.size();
     if (rows == 0) return;
     const std::size_t each = spans.size() / rows;
-    const std::size_t tasks = std::min<std::size_t>(rows, 64);
+    const std::size_t tasks = parallel_.run != nullptr ? std::min<std::size_t>(rows, 64) : 1;
     for_each_task(parallel_, tasks, [&](std::size_t task) {
-      for (std::size_t n = rows * task / tasks; n < rows * (task + 1) / tasks; ++n) use(spans.subspan(n * each, each));
+      const std::size_t first = rows * task / tasks;
+      use({spans.subspan(first * each, (rows * (task + 1) / tasks - first) * each), each});
     });
   }
 

@@ -176,7 +176,7 @@ struct SweepTerms {
   const T* inverse = nullptr;  // 1 / (1 + (kappa + eta) (w_a + w_b))
   RangeTerms<T> ranges{};      // or springs anywhere
   T* lambda = nullptr;         // kept by the first visit for the second; null where there is none
-  T h{};  // theta times the sub-step
+  T h{};                       // theta times the sub-step
   Damping damping = Damping::none;
   CountedFrom origin = CountedFrom::zero;
 
