@@ -128,9 +128,12 @@ T* strand_inverses(const Implicitness& of, std::span<const GridDirection> direct
   T* const inverse = columns.add(form.springs, T(0), column_margin);
   for (const Strand& strand : form.strands) {
     const GridDirection& d = directions[strand.family];
+    double last = 0;  // most sheets have one mass: a division a strand instead of one a spring
+    T its = static_cast<T>(compliances(of, d.k, damping, last).inverse);
     for (std::size_t k = 0; k < strand.count; ++k) {
       const double both = static_cast<double>(w[strand.a + k]) + static_cast<double>(w[strand.b + k]);
-      inverse[strand.springs + k] = static_cast<T>(compliances(of, d.k, damping, both).inverse);
+      if (both != last) its = static_cast<T>(compliances(of, d.k, damping, last = both).inverse);
+      inverse[strand.springs + k] = its;
     }
   }
   return inverse;
