@@ -498,7 +498,11 @@ class JoinedStep {
           const std::size_t count = std::min(each, end - first);
           Block<T> block = block_of(first, count, log);
           if (keeps_starts) keep_starts(block, starts);
-          take(left, first, first + count);
+          if (left.shift != nullptr && motion.extra == Extras::none) {
+            take_in_flow(*left.shift, block);
+          } else {
+            take(left, first, first + count);
+          }
           flow_block(motion, offsets_[f], block);
           if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);
           hold_fixed(first, first + count);
@@ -549,6 +553,11 @@ class JoinedStep {
     const AlphaTerms<T>* alpha = nullptr;  // or by generalized alpha
   };
 
+  void take_in_flow(const ShiftTerms<T>& shift, Block<T>& block) const noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) block.shift[axis] = work_.shift[axis] + block.first;
+    block.to_x = shift.to_x;
+    block.to_v = shift.to_v;
+  }
   void take(const Left& left, std::size_t from, std::size_t to) noexcept {
     if (left.shift != nullptr) kernels_.take_shift(work_, left.shift->to_x, left.shift->to_v, from, to);
     if (left.alpha != nullptr) kernels_.end_sweeps(*left.alpha, work_, from, to);
@@ -562,14 +571,7 @@ class JoinedStep {
   }
 
   void count_from_here() noexcept {
-    for_each_stepped([&](std::size_t from, std::size_t end) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        for (std::size_t i = from; i < end; ++i) {
-          ws_.origin[axis][i] = ws_.origin[axis][i] + work_.x[axis][i];
-          work_.x[axis][i] = T(0);
-        }
-      }
-    });
+    for_each_stepped([&](std::size_t from, std::size_t end) { kernels_.move_origin(ws_.origin, work_.x, from, end); });
     for (const Held<T>& held : held_) {
       for (std::size_t axis = 0; axis < 3 && is_kinematic(held); ++axis) ws_.origin[axis][held.element] = held.x[axis];
     }

@@ -36,6 +36,7 @@ constexpr Kernels<T> scalar_kernels() noexcept {
                       .to_records = columns_to_records<T>,
                       .from_records = records_to_columns<T>,
                       .take_shift = take_shift<T, arithmetic>,
+                      .move_origin = move_origin<T>,
                       .begin_sweeps = begin_sweeps<T, arithmetic>,
                       .end_sweeps = end_sweeps<T, arithmetic>},
           .constraint = {.prepare_pairs = prepare_pairs<T>,

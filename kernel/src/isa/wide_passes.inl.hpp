@@ -33,6 +33,7 @@ constexpr NetworkKernels<Scalar<V>> wide_network() noexcept {
           .to_records = columns_to_records<V>,
           .from_records = records_to_columns<V>,
           .take_shift = take_shift<V, arithmetic>,
+          .move_origin = move_origin<V>,
           .begin_sweeps = begin_sweeps<V, arithmetic>,
           .end_sweeps = end_sweeps<V, arithmetic>};
 }

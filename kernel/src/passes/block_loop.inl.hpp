@@ -71,6 +71,31 @@ void run_axes(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, cons
   }
 }
 
+// One step, from where the sweeps have moved the particles.
+template <class V, class OneAxis, Arithmetic arithmetic>
+void run_axes_shifted(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+  const V to_x(block.to_x);
+  const V to_v(block.to_v);
+  const V zero(Scalar<V>(0));
+  const bool moves_x = block.to_x != 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const OneAxis affine(terms, steps.offsets[0], axis);
+    Scalar<V>* const x_column = block.x[axis];
+    Scalar<V>* const v_column = block.v[axis];
+    Scalar<V>* const shift_column = block.shift[axis];
+    for (std::size_t i = 0; i < block.count; i += V::size) {
+      const V shift = load_lanes<V>(shift_column + i);
+      V x = load_lanes<V>(x_column + i);
+      if (moves_x) x = multiply_add<arithmetic>(to_x, shift, x);
+      const V v = multiply_add<arithmetic>(to_v, shift, load_lanes<V>(v_column + i));
+      const AxisState<V> end = affine(x, v, block.first + i);
+      store_lanes(x_column + i, end.x);
+      store_lanes(v_column + i, end.v);
+      store_lanes(shift_column + i, zero);
+    }
+  }
+}
+
 template <class V, class OneAxis>
 class Affine {
  public:
@@ -523,6 +548,7 @@ template <class V, Flow flow, Extras extra, Turn turn, Arithmetic arithmetic>
 void step_turned(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
   using OneAxis = AxisFlow<V, flow, turn, arithmetic>;
   if constexpr (extra == Extras::none) {
+    if (block.shift[0] != nullptr) return run_axes_shifted<V, OneAxis, arithmetic>(block, terms, steps);
     run_axes<V, OneAxis>(block, terms, steps);
   } else {
     constexpr auto particles_are = is_rate(flow) || has_anchor_each(flow) ? Particles::each : Particles::alike;

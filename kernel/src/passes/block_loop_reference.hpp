@@ -33,10 +33,21 @@ void step_particle(const Terms<T>& terms, const Offsets<T>* offsets, std::size_t
   }
 }
 
+template <Arithmetic arithmetic, class T>
+void take_shift(const Block<T>& block, std::size_t i) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    T& shift = block.shift[axis][i];
+    if (block.to_x != 0) block.x[axis][i] = multiply_add<arithmetic>(block.to_x, shift, block.x[axis][i]);
+    block.v[axis][i] = multiply_add<arithmetic>(block.to_v, shift, block.v[axis][i]);
+    shift = T(0);
+  }
+}
+
 template <class T, Flow flow, Extras extra, Arithmetic arithmetic>
 void step_block(const Block<T>& block, const Terms<T>& terms, const Steps<T>& steps) noexcept {
   for (std::size_t n = 0; n < steps.count; ++n) {
     for (std::size_t i = 0; i < block.count; ++i) {
+      if (extra == Extras::none && block.shift[0] != nullptr) take_shift<arithmetic>(block, i);
       Particle<T> p;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         p.x0[axis] = block.x[axis][i];

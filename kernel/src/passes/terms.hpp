@@ -120,6 +120,9 @@ struct Block {
   std::array<T*, 3> x{}, v{};
   // Where the last flow left the particles, if springs have moved them since: contacts count that way to this flow. Null: at x.
   std::array<const T*, 3> from{};
+  // What sweeps have left, taken first where the flow is all that acts: x += to_x shift, v += to_v shift, shift = 0. Null: none.
+  std::array<T*, 3> shift{};
+  T to_x{}, to_v{};
   std::size_t first = 0, count = 0;
   ContactLog<T>* log = nullptr;  // null: nobody asks what contacts do
 };

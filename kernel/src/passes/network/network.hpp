@@ -224,6 +224,8 @@ struct NetworkKernels {
   void (*from_records)(const T* records, const std::array<T*, 3>& columns, std::size_t from, std::size_t to) = nullptr;
   // x += of_x shift, v += of_v shift, shift = 0 for particles [from, to), multiples of 16
   void (*take_shift)(const WorkColumns<T>&, T of_x, T of_v, std::size_t from, std::size_t to) = nullptr;
+  // origin += x, x = 0 for particles [from, to), multiples of 16
+  void (*move_origin)(const std::array<T*, 3>& origin, const std::array<T*, 3>& x, std::size_t from, std::size_t to) = nullptr;
   // Generalized alpha, before the sweeps and after them, for particles [from, to), multiples of 16
   void (*begin_sweeps)(const AlphaTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
   void (*end_sweeps)(const AlphaTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;

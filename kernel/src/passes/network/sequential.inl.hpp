@@ -472,6 +472,18 @@ void take_shift(const WorkColumns<Scalar<V>>& work, Scalar<V> of_x, Scalar<V> of
   }
 }
 
+template <class V>
+void move_origin(const std::array<Scalar<V>*, 3>& origin, const std::array<Scalar<V>*, 3>& x, std::size_t from,
+                 std::size_t to) noexcept {
+  const V zero(Scalar<V>(0));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = from; i < to; i += V::size) {
+      store_lanes(origin[axis] + i, load_lanes<V>(origin[axis] + i) + load_lanes<V>(x[axis] + i));
+      store_lanes(x[axis] + i, zero);
+    }
+  }
+}
+
 // The factors stand in registers: stores may alias the terms.
 template <class V, Arithmetic arithmetic>
 void begin_sweeps(const AlphaTerms<Scalar<V>>& alpha, const WorkColumns<Scalar<V>>& work, std::size_t from,

@@ -145,6 +145,16 @@ void take_shift(const WorkColumns<T>& work, T of_x, T of_v, std::size_t from, st
   }
 }
 
+template <class T>
+void move_origin(const std::array<T*, 3>& origin, const std::array<T*, 3>& x, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = from; i < to; ++i) {
+      origin[axis][i] = origin[axis][i] + x[axis][i];
+      x[axis][i] = T(0);
+    }
+  }
+}
+
 template <Arithmetic arithmetic, class T>
 T ahead(const AlphaTerms<T>& alpha, T v, T a) noexcept {
   return multiply_add<arithmetic>(alpha.P_a, a, alpha.P_v * v);
