@@ -491,3 +491,98 @@ TEST_CASE("split: only parts of whole rows, large beside what is told, go throug
   std::get<Grid>(other.networks[0]).bend = 1;
   CHECK(pulses(other, 64) == 1);
 }
+
+namespace {
+
+// Sheets of which parts have many rows, one, or none.
+std::vector<Scene> sheets_in_stripes() {
+  std::vector<Scene> scenes;
+  for (const Grid& grid :
+       {Grid{.rows = 13, .columns = 6, .structural = 30, .shear = 8, .damping = 0.002},
+        Grid{.rows = 4, .columns = 7, .structural = 30, .shear = 8, .bend = 2}, Grid{.rows = 9, .columns = 2, .bend = 2},
+        Grid{.rows = 200, .columns = 7, .structural = 5, .bend = 1},
+        Grid{.rows = 1601, .columns = 512, .structural = 30, .bend = 2}}) {
+    Scene scene;
+    scene.networks.emplace_back(grid);
+    auto& made = std::get<Grid>(scene.networks[0]);
+    made.edge_u = {1, 0, 0};
+    made.edge_v = {0, 0, 1};
+    for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::sequential}) {
+      scene.coupling.scheme = scheme;
+      scenes.push_back(scene);
+    }
+  }
+  return scenes;
+}
+
+}  // namespace
+
+TEST_CASE("split: a sheet's part is made of its own rows as of the whole") {
+  for (const Scene& scene : sheets_in_stripes()) {
+    const auto& grid = std::get<Grid>(scene.networks[0]);
+    const std::size_t count = grid.rows * grid.columns;
+    CAPTURE(grid.rows);
+    for (const std::uint32_t parts : {1U, 2U, 3U, 6U}) {
+      const auto owners = stripes(scene, count, parts);
+      for (std::uint32_t p = 0; p < parts; ++p) {
+        CAPTURE(parts);
+        CAPTURE(p);
+        const Part whole = part_of(scene, owners, p);
+        const auto part = part_of_sheet(scene, count, parts, p);
+        REQUIRE(part);
+        CHECK(part->particles == whole.particles);
+        CHECK(part->is_own == whole.is_own);
+        CHECK(part->is_told == whole.is_told);
+        CHECK(part->own == whole.own);
+        CHECK(part->springs == whole.springs);
+        CHECK(part->cut == whole.cut);
+        if (whole.own != 0) CHECK(part->pulses_per_telling == whole.pulses_per_telling);
+        REQUIRE(part->neighbours.size() == whole.neighbours.size());
+        for (std::size_t n = 0; n < whole.neighbours.size(); ++n) {
+          CHECK(part->neighbours[n].part == whole.neighbours[n].part);
+          CHECK(part->neighbours[n].sent == whole.neighbours[n].sent);
+          CHECK(part->neighbours[n].received == whole.neighbours[n].received);
+        }
+      }
+    }
+  }
+  CHECK_FALSE(part_of_sheet(scene_with({}), small.count(), 2, 0));           // in air
+  CHECK_FALSE(part_of_sheet(scene_with(Pair{0, 20}), small.count(), 2, 0));  // no sheet alone
+}
+
+// The heaviest bounds stand on both sides of a cut, and rows reach across it.
+TEST_CASE("split: what limits a sheet's sub-steps is found by rows as by the whole's plan") {
+  const Sheet sheet{40, 6};
+  Scene scene;
+  Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {0.5, 0, 0}, .edge_v = {0, 0, 3.9}};
+  grid.structural = 30;
+  grid.shear = 8;
+  grid.bend = 2;
+  grid.damping = 0.002;
+  scene.networks.emplace_back(grid);
+  scene.fixed = {0, sheet.width - 1, 100};
+  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::sequential}) {
+    scene.coupling.scheme = scheme;
+    for (std::size_t row = 0; row + 1 < sheet.height; ++row) {
+      std::vector<double> mass(sheet.count(), 0.01);
+      std::fill_n(mass.begin() + static_cast<std::ptrdiff_t>(row * sheet.width), 2 * sheet.width, 0.002);
+      scene.mass = mass;
+      NetworkLimit limit;
+      (void)whole_hash(sheet, scene, {.step = 1.0 / 60}, limit);
+      SheetRates all;
+      for (std::uint64_t first = 0; first < sheet.height; first += 5) {
+        const SheetRates rates = rates_of_rows(scene, first, first + 5);
+        all = {std::max(all.of_k, rates.of_k), std::max(all.of_c, rates.of_c), std::max(all.w, rates.w)};
+      }
+      const auto found = limit_of_sheet(scene, 1.0 / 60, all);
+      REQUIRE(found);
+      CHECK(found->substeps == limit.substeps);
+      CHECK(found->bound == limit.bound);
+      CHECK(found->damping == limit.damping);
+      CHECK(found->rho == limit.rho);
+      CHECK(found->safe == limit.safe);
+    }
+  }
+  scene.coupling = {.substeps = 1};
+  CHECK_FALSE(limit_of_sheet(scene, 1, rates_of_rows(scene, 0, sheet.height)));  // eigenvalues tell whether it is refused
+}

@@ -204,6 +204,35 @@ TEST_CASE("ranks: networks have the bits of one rank" * doctest::skip(has_no_mpi
   }
 }
 
+// Which sub-steps it takes, and whether it heats, is found without a plan of the whole, but for what lies between bounds.
+TEST_CASE("ranks: a sheet that no rank holds whole has the bits, the words and the refusals of one rank" *
+          doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("ranks-rows");
+  auto scene = nlohmann::json::parse(sheet());
+  scene["network"]["rows"] = 70;
+  scene["network"]["edge_v"] = {0, 3, 10};
+  scene["duration"] = 0.8;
+  scene["particles"] = {{"velocity", {{"uniform", {{"min", {-9, -9, -9}}, {"max", {9, 9, 9}}, {"seed", 3}}}}}};
+  folder.write("sheet.json", scene.dump());
+  for (const char* more : {"", " --scheme fourth_order --threads 2", " --scheme sequential",
+                           " --substeps 12 --precision float64", " --precision float32_compensated"}) {
+    CAPTURE(more);
+    const std::string arguments = std::string("run sheet.json --json") + more;
+    const auto alone = said(run(folder, arguments));
+    for (const int ranks : {2, 3, 5}) CHECK(said(run_on(ranks, folder, arguments)) == alone);
+  }
+  for (const char* more :
+       {" --substeps 1 --set network.structural=4000", " --set network.mass=1e-300", " --set particles.velocity=[1e300,0,0]"}) {
+    CAPTURE(more);
+    const std::string arguments = std::string("run sheet.json --json") + more;
+    const auto alone = run(folder, arguments);
+    const auto split = run_on(3, folder, arguments);
+    CHECK(alone.exit != 0);
+    CHECK(split.exit == alone.exit);
+    CHECK(split.err.find(alone.err) != std::string::npos);
+  }
+}
+
 // What tears is looked for by the owners, and its number of sub-steps may fall for all.
 TEST_CASE("ranks: what tears has the bits, the files and the checkpoints of one rank" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-torn");

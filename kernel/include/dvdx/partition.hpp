@@ -10,6 +10,7 @@
 
 #include "dvdx/elsewhere.hpp"
 #include "dvdx/export.h"
+#include "dvdx/plan.hpp"
 #include "dvdx/scene.hpp"
 
 namespace dvdx {
@@ -64,6 +65,23 @@ struct RowsHeld {
 [[nodiscard]] DVDX_EXPORT std::vector<Pair> joined(const Scene& scene, std::size_t count);
 
 [[nodiscard]] DVDX_EXPORT Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part);
+
+// The part that stripes() gives to a sheet's rows, made of these rows alone: nothing is as long as the scene. None where the
+// scene is not one sheet, where pairs are summed one by one (`accumulate`), and in air.
+[[nodiscard]] DVDX_EXPORT std::optional<Part> part_of_sheet(const Scene& scene, std::size_t count, std::uint32_t parts,
+                                                            std::uint32_t part);
+
+// What some rows of a sheet say of how fast its springs can swing. Of all rows it is the highest number by number.
+struct SheetRates {
+  double of_k = 0, of_c = 0;  // 1/s^2, 1/s: the highest w_a S_a + w_b S_b of the springs that begin in them, S of k or c
+  double w = 0;               // 1/kg, the highest
+};
+// Of rows first, ..., end - 1 of a scene that is one sheet, of which nothing is torn.
+[[nodiscard]] DVDX_EXPORT SheetRates rates_of_rows(const Scene& scene, std::uint64_t first, std::uint64_t end);
+
+// What limits the sub-steps of the whole, as its plan tells, but for two things: `frequency` is the bound, and `particle` is not
+// looked for. None where what the plan's eigenvalues find decides whether so few sub-steps are refused.
+[[nodiscard]] DVDX_EXPORT std::optional<NetworkLimit> limit_of_sheet(const Scene& scene, double step, const SheetRates& all);
 
 // The scene of a part: its own numbers, fixed and kinematic particles, springs, in the whole's order; origin, contacts, motions
 // and what is alike for all particles as they were. Skins stay, each with the particles that the part has. Scenes with

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "compile/limit.hpp"
+
 namespace dvdx {
 
 // With X = cos a, Y = cos b of a wave's angles from a column, and from a row, to the next, the springs' terms come to
@@ -155,16 +157,49 @@ void GridRates::set_broken(std::span<const double> w, const GridSpring& spring, 
   for (std::size_t r = from; r <= spring.row + spring.down; ++r) look_at(w, r);
 }
 
-double GridRates::of_stiffness() const noexcept {
+GridRates::Row GridRates::highest(std::size_t first_row, std::size_t end_row) const noexcept {
   Row most;
-  for (const Row& row : by_row_) most = {std::max(most.of_k, row.of_k), 0, std::max(most.w, row.w)};
+  for (std::size_t n = first_row; n < end_row; ++n) {
+    const Row& row = by_row_[n];
+    most = {std::max(most.of_k, row.of_k), std::max(most.of_c, row.of_c), std::max(most.w, row.w)};
+  }
+  return most;
+}
+
+double GridRates::of_stiffness() const noexcept {
+  const Row most = highest(0, rows_);
   return std::min(most.of_k, symbol_k_ * most.w);
 }
 
 double GridRates::of_damping() const noexcept {
-  Row most;
-  for (const Row& row : by_row_) most = {0, std::max(most.of_c, row.of_c), std::max(most.w, row.w)};
+  const Row most = highest(0, rows_);
   return std::min(most.of_c, symbol_c_ * most.w);
+}
+
+SheetRates rates_of_rows(const Scene& scene, std::uint64_t first, std::uint64_t end) {
+  const auto& sheet = std::get<Grid>(scene.networks.at(0));
+  // Springs lead two rows down, and a particle there has springs that lead two rows further.
+  const std::uint64_t from = first - std::min<std::uint64_t>(first, 2);
+  Grid rows = sheet;
+  rows.rows = std::min<std::uint64_t>(sheet.rows, end + 4) - from;
+  rows.rows_of_whole = sheet.rows;
+  const std::size_t first_particle = from * sheet.columns;
+  std::vector<double> w(rows.rows * sheet.columns);
+  for (std::size_t i = 0; i < w.size(); ++i) w[i] = 1 / scene.mass[first_particle + i];
+  const auto hold = [&](const std::vector<std::size_t>& particles) {
+    for (const std::size_t i : particles) {
+      if (i >= first_particle && i - first_particle < w.size()) w[i - first_particle] = 0;
+    }
+  };
+  hold(scene.fixed);
+  for (const Kinematic& followers : scene.kinematic) hold(followers.particles);
+  const GridRates::Row found = GridRates(rows, w).highest(first - from, end - from);
+  return {.of_k = found.of_k, .of_c = found.of_c, .w = found.w};
+}
+
+HighestRates rates_of(const Grid& sheet, const SheetRates& all) noexcept {
+  return {std::sqrt(std::min(all.of_k, largest_symbol_of(sheet) * all.w)),
+          std::min(all.of_c, largest_damping_symbol(sheet) * all.w)};
 }
 
 }  // namespace dvdx

@@ -24,6 +24,12 @@ class GridRates {
   [[nodiscard]] double of_stiffness() const noexcept;
   [[nodiscard]] double of_damping() const noexcept;
 
+  struct Row {
+    double of_k = 0, of_c = 0;  // the largest w_a S_a + w_b S_b of the springs that begin in the row
+    double w = 0;
+  };
+  [[nodiscard]] Row highest(std::size_t first_row, std::size_t end_row) const noexcept;
+
   // w of a particle has changed.
   void set_mass(std::span<const double> w, std::size_t particle) noexcept;
   // Needs room for a byte a particle, which the first of them takes.
@@ -31,11 +37,6 @@ class GridRates {
   void set_broken(std::span<const double> w, const GridSpring& spring, bool is_broken) noexcept;
 
  private:
-  struct Row {
-    double of_k = 0, of_c = 0;  // the largest w_a S_a + w_b S_b of the springs that begin in the row
-    double w = 0;
-  };
-
   struct Springs {  // of one particle
     double k = 0;
     std::size_t count = 0;

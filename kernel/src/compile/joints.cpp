@@ -228,6 +228,18 @@ NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) c
   return limit;
 }
 
+std::optional<NetworkLimit> limit_of_sheet(const Scene& scene, double step, const SheetRates& all) {
+  const SubstepRule rule(scene.coupling, false);
+  const HighestRates highest = rates_of(std::get<Grid>(scene.networks.at(0)), all);
+  const int of_turn = substeps_of_turn(fastest_turn_of(scene) * std::abs(step));
+  const Substeps chosen = substeps_of(scene.coupling, rule, step, highest, of_turn);
+  if (!chosen.is_safe || chosen.substeps > 1000000) return std::nullopt;
+  const Frequencies bound{.start = highest.frequency, .bound = highest.frequency, .damping = highest.damping};
+  NetworkLimit limit = limit_of(rule, bound, step, chosen.substeps, false).limit;
+  limit.rho = chosen.rho;
+  return limit;
+}
+
 template <class T>
 void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept) {
   neighbours_ = grid_neighbours(scene);

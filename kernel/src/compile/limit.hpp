@@ -10,6 +10,7 @@
 #include "compile/grid_rates.hpp"
 #include "compile/list_rates.hpp"
 #include "compile/particle_order.hpp"
+#include "dvdx/partition.hpp"
 #include "dvdx/plan.hpp"
 
 //   M x'' = -K x - C x',  K = sum_e K_e over the springs, K_e = k (n n^T + (1 - l/r)(1 - n n^T)) between its ends.
@@ -41,6 +42,8 @@ struct RateBounds {
   HighestRates least, most;
 };
 RateBounds rate_bounds(const GridRates& grid);
+// The bounds of a sheet, from what its rows say.
+HighestRates rates_of(const Grid& sheet, const SheetRates& all) noexcept;
 RateBounds rate_bounds(const ListRates& list);
 RateBounds rate_bounds(std::span<const JoinedPair> springs, std::span<const double> w);
 // The bounds themselves.

@@ -293,26 +293,51 @@ namespace {
 struct Told {
   std::vector<std::uint32_t> sent, received;
 };
-void hold_rows(const Grid& grid, std::span<const std::uint32_t> owner, std::uint32_t part, const RowsHeld& depth,
-               std::vector<std::uint8_t>& held, std::map<std::uint32_t, Told>& told) {
-  const auto first = static_cast<std::uint64_t>(std::find(owner.begin(), owner.end(), part) - owner.begin()) / grid.columns;
-  auto end = first;
-  while (end < grid.rows && owner[end * grid.columns] == part) ++end;
+using ToldByPart = std::map<std::uint32_t, Told>;
+
+// A sheet's rows that a part owns, side by side; owner_of: of a row.
+struct OwnRows {
+  std::uint64_t first = 0, end = 0;
+};
+template <class OwnerOf>
+void hold_rows(const Grid& grid, const OwnRows& own, const OwnerOf& owner_of, const RowsHeld& depth, ToldByPart& told) {
   const auto add = [&](std::vector<std::uint32_t>& list, std::uint64_t from_row, std::uint64_t to_row) {
     for (std::uint64_t i = from_row * grid.columns; i < to_row * grid.columns; ++i) {
       list.push_back(static_cast<std::uint32_t>(i));
-      held[i] = 1;
     }
   };
-  if (first != 0) {
-    Told& above = told[owner[(first - 1) * grid.columns]];
-    add(above.sent, first, std::min(end, first + depth.below));
-    add(above.received, first - depth.above, first);
+  if (own.first != 0) {
+    Told& above = told[owner_of(own.first - 1)];
+    add(above.sent, own.first, std::min(own.end, own.first + depth.below));
+    add(above.received, own.first - depth.above, own.first);
   }
-  if (end != grid.rows) {
-    Told& below = told[owner[end * grid.columns]];
-    add(below.sent, end - depth.above, end);
-    add(below.received, end, std::min<std::uint64_t>(grid.rows, end + depth.below));
+  if (own.end != grid.rows) {
+    Told& below = told[owner_of(own.end)];
+    add(below.sent, own.end - depth.above, own.end);
+    add(below.received, own.end, std::min<std::uint64_t>(grid.rows, own.end + depth.below));
+  }
+}
+
+OwnRows own_rows(const Grid& grid, std::span<const std::uint32_t> owner, std::uint32_t part) {
+  const auto first = static_cast<std::uint64_t>(std::find(owner.begin(), owner.end(), part) - owner.begin()) / grid.columns;
+  auto end = first;
+  while (end < grid.rows && owner[end * grid.columns] == part) ++end;
+  return {first, end};
+}
+
+// place_of: in the part, of a number of the whole.
+template <class PlaceOf>
+void add_neighbours(ToldByPart& told, const PlaceOf& place_of, Part& part) {
+  const auto in_part = [&](std::vector<std::uint32_t>& numbers) {
+    std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    for (std::uint32_t& number : numbers) number = place_of(number);
+    return std::move(numbers);
+  };
+  part.is_told.resize(part.particles.size());
+  for (auto& [other, lists] : told) {
+    part.neighbours.push_back({other, in_part(lists.sent), in_part(lists.received)});
+    for (const std::uint32_t i : part.neighbours.back().sent) part.is_told[i] = 1;
   }
 }
 
@@ -348,9 +373,14 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
   made.own = static_cast<std::size_t>(std::count(held.begin(), held.end(), 1));
   const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
   if (sheet != nullptr) made.pulses_per_telling = pulses_per_telling(scene, *sheet, fewest_rows(*sheet, owner));
-  std::map<std::uint32_t, Told> told;
+  ToldByPart told;
   if (sheet != nullptr && made.own != 0 && (is_swept(scene) || made.pulses_per_telling > 1)) {
-    hold_rows(*sheet, owner, part, rows_held(scene, *sheet, made.pulses_per_telling), held, told);
+    hold_rows(
+        *sheet, own_rows(*sheet, owner, part), [&](std::uint64_t row) { return owner[row * sheet->columns]; },
+        rows_held(scene, *sheet, made.pulses_per_telling), told);
+    for (const auto& [other, lists] : told) {
+      for (const std::uint32_t i : lists.received) held[i] = 1;
+    }
   }
   for (const auto& [a, b] : joined(scene, count)) {
     if (owner[a] != part && owner[b] != part) continue;
@@ -386,17 +416,106 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
   for (const std::uint32_t i : made.particles) made.is_own.push_back(owner[i] == part ? 1 : 0);
   const Renumbered renumbered(made);
   if (whole_sweeps) made.sweeps = swept_part(*whole_sweeps, made, renumbered);
-  const auto in_part = [&](std::vector<std::uint32_t>& numbers) {
-    std::sort(numbers.begin(), numbers.end());
-    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
-    for (std::uint32_t& number : numbers) number = *renumbered(number);
-    return std::move(numbers);
-  };
-  made.is_told.resize(made.particles.size());
-  for (auto& [other, lists] : told) {
-    made.neighbours.push_back({other, in_part(lists.sent), in_part(lists.received)});
-    for (const std::uint32_t i : made.neighbours.back().sent) made.is_told[i] = 1;
+  add_neighbours(
+      told, [&](std::uint32_t number) { return *renumbered(number); }, made);
+  return made;
+}
+
+namespace {
+
+// A sheet in stripes: who owns each row, as stripes() has it.
+class RowOwners {
+ public:
+  RowOwners(const Scene& scene, const Grid& sheet, std::uint32_t parts)
+      : rows_(sheet.rows),
+        together_(rows_kept_together(scene, sheet)),
+        units_((sheet.rows + together_ - 1) / together_),
+        parts_(parts) {}
+
+  [[nodiscard]] std::uint32_t operator()(std::uint64_t row) const {
+    return static_cast<std::uint32_t>(row / together_ * parts_ / units_);
   }
+  [[nodiscard]] OwnRows of(std::uint32_t part) const {
+    const auto first_of = [&](std::uint64_t p) { return std::min(rows_, (p * units_ + parts_ - 1) / parts_ * together_); };
+    return {first_of(part), first_of(std::uint64_t{part} + 1)};
+  }
+  // Of the parts that have any.
+  [[nodiscard]] std::uint64_t fewest() const {
+    std::uint64_t fewest = rows_;
+    for (std::uint32_t part = 0; part < parts_; ++part) {
+      const OwnRows own = of(part);
+      if (own.first != own.end) fewest = std::min(fewest, own.end - own.first);
+    }
+    return fewest;
+  }
+
+ private:
+  std::uint64_t rows_, together_, units_, parts_;
+};
+
+// The springs that reach the part's own rows.
+void add_springs(const Grid& sheet, const RowOwners& owner_of, std::uint32_t part, const OwnRows& own, Part& made,
+                 ToldByPart& told) {
+  for (const GridDirection& d : directions_of(sheet)) {
+    const std::size_t from = d.right < 0 ? static_cast<std::size_t>(-d.right) : 0;
+    const std::size_t across = d.right > 0 ? static_cast<std::size_t>(d.right) : 0;
+    const std::size_t to = sheet.columns > across ? sheet.columns - across : 0;
+    if (from >= to) continue;
+    for (std::uint64_t row = own.first - std::min<std::uint64_t>(own.first, d.down); row < own.end; ++row) {
+      if (row + d.down >= sheet.rows) break;
+      const std::uint32_t above = owner_of(row), below = owner_of(row + d.down);
+      if (above != part && below != part) continue;
+      made.springs += to - from;
+      if (above == below) continue;
+      made.cut += to - from;
+      Told& other = told[above == part ? below : above];
+      for (std::size_t column = from; column < to; ++column) {
+        const auto a = static_cast<std::uint32_t>(row * sheet.columns + column);
+        const auto b = static_cast<std::uint32_t>((row + d.down) * sheet.columns + column + static_cast<std::size_t>(d.right));
+        other.sent.push_back(above == part ? a : b);
+        other.received.push_back(above == part ? b : a);
+      }
+    }
+  }
+}
+
+// Own rows, and what of others a part is told of.
+void hold_particles(const Grid& sheet, const OwnRows& own, const ToldByPart& told, Part& made) {
+  for (const auto& [other, lists] : told) {
+    made.particles.insert(made.particles.end(), lists.received.begin(), lists.received.end());
+  }
+  std::sort(made.particles.begin(), made.particles.end());
+  made.particles.erase(std::unique(made.particles.begin(), made.particles.end()), made.particles.end());
+  const auto first = static_cast<std::uint32_t>(own.first * sheet.columns);
+  const auto at = std::lower_bound(made.particles.begin(), made.particles.end(), first) - made.particles.begin();
+  made.own = (own.end - own.first) * sheet.columns;
+  made.particles.insert(made.particles.begin() + at, made.own, 0U);
+  std::iota(made.particles.begin() + at, made.particles.begin() + at + static_cast<std::ptrdiff_t>(made.own), first);
+  made.is_own.assign(made.particles.size(), 0);
+  std::fill_n(made.is_own.begin() + at, made.own, 1);
+}
+
+}  // namespace
+
+std::optional<Part> part_of_sheet(const Scene& scene, std::size_t count, std::uint32_t parts, std::uint32_t part) {
+  const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
+  if (sheet == nullptr || sheet->aerodynamics) return std::nullopt;
+  const RowOwners owner_of(scene, *sheet, parts);
+  const OwnRows own = owner_of.of(part);
+  Part made;
+  made.pulses_per_telling = pulses_per_telling(scene, *sheet, owner_of.fewest());
+  if (own.first == own.end) return made;
+  ToldByPart told;
+  if (is_swept(scene) || made.pulses_per_telling > 1) {
+    hold_rows(*sheet, own, owner_of, rows_held(scene, *sheet, made.pulses_per_telling), told);
+  }
+  add_springs(*sheet, owner_of, part, own, made, told);
+  hold_particles(*sheet, own, told, made);
+  const auto place_of = [&](std::uint32_t number) {
+    return static_cast<std::uint32_t>(std::lower_bound(made.particles.begin(), made.particles.end(), number) -
+                                      made.particles.begin());
+  };
+  add_neighbours(told, place_of, made);
   return made;
 }
 

@@ -91,6 +91,10 @@ std::vector<std::uint32_t> chosen_owners(const SceneFile& file, std::uint32_t ra
 
 // The first rank's choice: another's library may cut otherwise.
 Part part_here(const SceneFile& file, Ranks& ranks) {
+  const auto [rank, count] = std::pair(static_cast<std::uint32_t>(ranks.rank()), static_cast<std::uint32_t>(ranks.count()));
+  if (auto part = together(ranks, [&] { return part_of_sheet(file.scene, file.particles.count, count, rank); })) {
+    return std::move(*part);
+  }
   auto owners = together(ranks, [&] {
     return ranks.rank() == 0 ? chosen_owners(file, static_cast<std::uint32_t>(ranks.count()))
                              : std::vector<std::uint32_t>(file.particles.count);
@@ -179,6 +183,19 @@ State<T> started(const SceneFile& file, State<T> state) {
 }
 
 }  // namespace
+
+std::optional<NetworkLimit> limit_by_rows(const SceneFile& file, Ranks& ranks) {
+  const Grid* const sheet = only_sheet(file.scene, file.particles.count);
+  if (sheet == nullptr || !sheet->broken.empty() || sheet->aerodynamics) return std::nullopt;
+  if (!file.tears_at.empty() || !file.scene.skins.empty()) return std::nullopt;
+  const SheetRates mine = together(ranks, [&] {
+    const Run rows = share_of(ranks).of(sheet->rows);
+    return rates_of_rows(file.scene, rows.first, rows.first + rows.count);
+  });
+  std::array<double, 3> highest{mine.of_k, mine.of_c, mine.w};
+  ranks.highest(highest);
+  return limit_of_sheet(file.scene, file.step, {.of_k = highest[0], .of_c = highest[1], .w = highest[2]});
+}
 
 template <class T>
 Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const NetworkLimit& limit)

@@ -69,6 +69,11 @@ struct CarriedInRanges {
   void load(Source& source, std::size_t particles, const Run& mine);
 };
 
+// What limits the sub-steps of a scene that is one sheet, of which each rank looks at some rows (dvdx/partition.hpp: the
+// frequency is the bound); or none, where it takes a plan of the whole: of other networks, in air, with skins, where springs tear,
+// and where fewer sub-steps are asked for than are stable in any position. Called by all, who are told the same.
+[[nodiscard]] std::optional<NetworkLimit> limit_by_rows(const SceneFile& file, Ranks& ranks);
+
 template <class T>
 class Split {
  public:

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <utility>
 
 #include "checkpoint/byte_stream.hpp"
 #include "commands/scene_options.hpp"
@@ -13,16 +15,20 @@
 
 namespace dvdx::tool {
 
+// NetworkLimit::frequency of a scene whose limit has the bound in its place. Called by all ranks.
+using FindFrequency = std::function<double()>;
+
 // Looked at from time to time. Does nothing where no bound is known.
 template <class T>
 class HeatWatch {
  public:
-  HeatWatch(const LoadedScene& loaded, const std::optional<NetworkLimit>& limit, Observer<T>& observer, const State<T>& start)
-      : observer_(observer) {
+  HeatWatch(const LoadedScene& loaded, const std::optional<NetworkLimit>& limit, FindFrequency find_frequency,
+            Observer<T>& observer, const State<T>& start)
+      : observer_(observer), step_(loaded.file.step), find_frequency_(std::move(find_frequency)) {
     every_ = limit ? steps_between_looks(loaded.file) : std::nullopt;
     if (!every_) return;
     budget_.emplace(observer.budget(start));
-    most_ = most_share(*limit, loaded.file.step);
+    limit_ = *limit;
     warmth_.emplace();
   }
 
@@ -34,7 +40,7 @@ class HeatWatch {
     if (!warmth_ || warmth_->is_heating) return;
     observer_.look(*budget_, state);
     *warmth_ = {
-        .is_heating = !(budget_->share() <= most_), .kinetic = budget_->kinetic(), .given = budget_->given(), .step = done};
+        .is_heating = is_too_much(budget_->share()), .kinetic = budget_->kinetic(), .given = budget_->given(), .step = done};
   }
   [[nodiscard]] bool looks() const { return every_.has_value(); }
   [[nodiscard]] const std::optional<Warmth>& warmth() const { return warmth_; }
@@ -60,6 +66,19 @@ class HeatWatch {
   }
 
  private:
+  // Most looks do not ask for the frequency at the start: it lies between 0 and the bound.
+  [[nodiscard]] bool is_too_much(double share) {
+    if (find_frequency_) {
+      NetworkLimit still = limit_;
+      still.frequency = 0;
+      const double least = most_share(still, step_), most = most_share(limit_, step_);
+      if (least <= most && share <= least) return false;
+      if (least <= most && !(share <= most)) return true;
+      limit_.frequency = std::exchange(find_frequency_, nullptr)();
+    }
+    return !(share <= most_share(limit_, step_));
+  }
+
   template <class Use>
   static void for_each_number(EnergyBudget::Account& account, const Use& use) {
     use(account.now.kinetic);
@@ -70,9 +89,11 @@ class HeatWatch {
   }
 
   Observer<T>& observer_;
+  double step_;
+  NetworkLimit limit_;
+  FindFrequency find_frequency_;  // none where limit_ has it
   std::optional<std::uint64_t> every_;
   std::optional<EnergyBudget> budget_;
-  double most_ = 0;
   std::optional<Warmth> warmth_;
 };
 

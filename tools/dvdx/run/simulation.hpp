@@ -62,7 +62,7 @@ class Simulation {
   Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(state_);
     outcome_.energy_start = observer.energy(loaded_.file.scene.networks, state_);
-    HeatWatch<T> watch(loaded_, outcome_.network, observer, state_);
+    HeatWatch<T> watch(loaded_, outcome_.network, find_frequency_, observer, state_);
     if (split_) contacts.tell_of(split_->particles());
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), watch, contacts);
@@ -111,8 +111,19 @@ class Simulation {
     (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
   }
   void split(const Engine& engine) {
-    outcome_.network = limit_of_whole(engine);
-    split_.emplace(loaded_.file, engine, ranks_, *outcome_.network);
+    outcome_.network = limit_by_rows(loaded_.file, ranks_);
+    if (outcome_.network) {
+      find_frequency_ = [this, engine] { return limit_of_whole(engine).frequency; };
+    } else {
+      outcome_.network = limit_of_whole(engine);
+    }
+    try {
+      split_.emplace(loaded_.file, engine, ranks_, *outcome_.network);
+    } catch (const SharedFault& fault) {
+      // A part's numbers are its own: what is wrong is said of the whole's.
+      if (find_frequency_ && fault.exit() == Exit::bad_scene) (void)limit_of_whole(engine);
+      throw;
+    }
     split_->to_ranges(state_);
   }
   // The first rank makes a plan of the whole scene, from which all learn the sub-steps; and keeps it where these may change.
@@ -294,6 +305,7 @@ class Simulation {
   Threads threads_;
   std::uint64_t done_ = 0;
   Outcome outcome_;
+  FindFrequency find_frequency_;  // where the start's has not been looked for
 };
 
 }  // namespace dvdx::tool
