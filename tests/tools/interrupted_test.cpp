@@ -99,7 +99,7 @@ TEST_CASE("a signal that ends a run leaves no part of any format, and is the exi
     int signal;
   };
   for (const Format& format :
-       {Format{"a.csv", 1, SIGINT}, Format{"a.npz", 3, SIGTERM}, Format{"a.ply", 5, SIGHUP}, Format{"a.vtp", 5, SIGINT},
+       {Format{"a.csv", 1, SIGINT}, Format{"a.npz", 1, SIGTERM}, Format{"a.ply", 5, SIGHUP}, Format{"a.vtp", 5, SIGINT},
         Format{"a.pc2", 2, SIGQUIT}, Format{"a.html", 1, SIGINT}, Format{"a.csv", 1, SIGXCPU}}) {
     const char* const out = format.out;
     const int signal = format.signal;

@@ -3,6 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "run/start.hpp"
 #include "run/state_memory.hpp"
 #include "scene_io/scene_reader.hpp"
@@ -40,6 +43,21 @@ TEST_CASE("origin of a scene: one for all where contacts or springs ask for one,
   CHECK(scene(here_and_far, ground).scene.origin.is_world());
   CHECK(scene(both_far, R"(, "network": {"type": "springs", "pairs": [[0, 1]], "stiffness": 3, "rest_length": "start"})")
             .scene.origin == Origin(Vec3{10002, 1, 0}));
+}
+
+TEST_CASE("origin of a scene: in the middle of all that are drawn, not of the first of them") {
+  const auto drawn = [](const char* bounds) {
+    return scene(std::string(R"({"count": 100000, "position": {"uniform": {)") + bounds + R"(, "seed": 1}}})", ground);
+  };
+  const auto far = drawn(R"("min": [1000000, 1, 1], "max": [1200000, 1.4, 1.4])");
+  double low = 1e9, high = 0;
+  for (std::size_t i = 0; i < 100000; ++i) {
+    const double x = value_of(far.particles.position, i)[0];
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  CHECK(far.scene.origin == Origin(Vec3{std::round((low + high) / 2), 1, 1}));
+  CHECK(drawn(R"("min": [-500, 1, 1], "max": [500, 2, 2])").scene.origin.is_world());
 }
 
 TEST_CASE("origin of a scene: the world's own near home, in float64, compensated, and where the file says so") {

@@ -1,23 +1,41 @@
 #include "output/base64.hpp"
 
+#include <array>
 #include <cstdint>
+#include <cstring>
 
 namespace dvdx::tool {
+namespace {
+
+constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+using Pair = std::array<char, 2>;
+
+// Of 12 bits each: half the look-ups.
+constexpr auto pairs = [] {
+  std::array<Pair, 4096> all{};
+  for (std::size_t bits = 0; bits < all.size(); ++bits) all[bits] = {digits[bits >> 6U], digits[bits & 63U]};
+  return all;
+}();
+
+std::uint32_t byte(std::string_view bytes, std::size_t i) {
+  return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0U;
+}
+
+}  // namespace
 
 std::string base64(std::string_view bytes) {
-  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  const auto byte = [&](std::size_t i) -> std::uint32_t {
-    return i < bytes.size() ? static_cast<unsigned char>(bytes[i]) : 0U;
-  };
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::uint32_t word = (byte(i) << 16U) | (byte(i + 1) << 8U) | byte(i + 2);
-    for (unsigned digit = 0; digit < 4; ++digit) {
-      const bool is_padding = i + digit > bytes.size();
-      text += is_padding ? '=' : digits[(word >> (18 - 6 * digit)) & 63U];
-    }
+  std::string text((bytes.size() + 2) / 3 * 4, '=');
+  char* out = text.data();
+  const std::size_t whole = bytes.size() / 3 * 3;
+  for (std::size_t i = 0; i < whole; i += 3, out += 4) {
+    const std::uint32_t word = (byte(bytes, i) << 16U) | (byte(bytes, i + 1) << 8U) | byte(bytes, i + 2);
+    std::memcpy(out, pairs[word >> 12U].data(), 2);
+    std::memcpy(out + 2, pairs[word & 4095U].data(), 2);
   }
+  if (whole == bytes.size()) return text;
+  const std::uint32_t word = (byte(bytes, whole) << 16U) | (byte(bytes, whole + 1) << 8U);
+  for (unsigned digit = 0; digit <= bytes.size() - whole; ++digit) out[digit] = digits[(word >> (18 - 6 * digit)) & 63U];
   return text;
 }
 

@@ -1,16 +1,19 @@
-// NumPy's archive: steps (int64), times (float64), positions and velocities (states, particles, 3) in the run's precision.
+// NumPy's archive: steps (int64), times (float64), positions and velocities (states, particles, 3) in the run's precision, stored
+// as they are: numbers of a simulation hardly compress.
 #include <fmt/format.h>
-#include <zip.h>
 
 #include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
+#include "checkpoint/files.hpp"
 #include "output/bytes.hpp"
 #include "output/part_file.hpp"
-#include "output/temporary.hpp"
+#include "output/stored_zip.hpp"
 #include "output/writer.hpp"
-#include "ranks/agree.hpp"
-#include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -28,128 +31,107 @@ std::string npy_header(std::string_view type, const std::string& shape) {
   return header + text;
 }
 
-// The archive that libzip builds. Members are stored as they are: numbers of a simulation hardly compress.
-class Archive {
- public:
-  explicit Archive(const std::filesystem::path& path) : path_(path) {
-    int error = 0;
-    zip_ = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
-    if (zip_ == nullptr) throw Fault(Exit::input_output, path.string() + ": cannot be written");
-  }
-  Archive(const Archive&) = delete;
-  Archive& operator=(const Archive&) = delete;
-  ~Archive() {
-    if (zip_ != nullptr) zip_discard(zip_);
-  }
+// Bytes that are written, and their CRC-32.
+struct Counted {
+  std::uint64_t bytes = 0;
+  std::uint32_t crc = 0;
 
-  void add_file(const char* name, const std::filesystem::path& file) {
-    add(name, zip_source_file(zip_, file.c_str(), 0, to_its_end));
+  void add(std::string_view some) {
+    crc = crc_of(some, crc);
+    bytes += some.size();
   }
-  // bytes must live until close().
-  void add_bytes(const char* name, const std::string& bytes) {
-    add(name, zip_source_buffer(zip_, bytes.data(), bytes.size(), 0));
+  void add(const Counted& next) {
+    crc = crc_of_both(crc, next.crc, next.bytes);
+    bytes += next.bytes;
   }
-
-  // libzip writes to a file of a name of its own choice, which it removes itself where it is cancelled.
-  void close() {
-    const SignalsHeld held;
-    zip_register_cancel_callback_with_state(
-        zip_, [](zip_t*, void*) { return SignalsHeld::is_one_waiting() ? 1 : 0; }, nullptr, nullptr);
-    if (zip_close(zip_) != 0) fail();
-    zip_ = nullptr;
-  }
-
- private:
-  static constexpr zip_int64_t to_its_end = -1;
-
-  [[noreturn]] void fail() const {
-    throw Fault(Exit::input_output, path_.string() + ": cannot be written: " + zip_strerror(zip_));
-  }
-
-  void add(const char* name, zip_source_t* source) {
-    if (source == nullptr) fail();
-    const zip_int64_t index = zip_file_add(zip_, name, source, ZIP_FL_ENC_UTF_8);
-    if (index < 0) {
-      zip_source_free(source);
-      fail();
-    }
-    const auto member = static_cast<zip_uint64_t>(index);
-    zip_set_file_compression(zip_, member, ZIP_CM_STORE, 0);
-    // The same run gives the same bytes: the time is that of no clock, 1 January 1980.
-    constexpr zip_uint16_t first_date = (1U << 5U) | 1U;
-    zip_file_set_dostime(zip_, member, 0, first_date, 0);
-  }
-
-  std::filesystem::path path_;
-  zip_t* zip_ = nullptr;
 };
 
+// Those of all ranks, one after the other. Called by all.
+Counted counted_by_all(Ranks* ranks, const Counted& mine) {
+  if (ranks == nullptr) return mine;
+  const auto count = static_cast<std::size_t>(ranks->count());
+  std::vector<std::uint64_t> numbers(2 * count, 0);
+  numbers[2 * static_cast<std::size_t>(ranks->rank())] = mine.bytes;
+  numbers[2 * static_cast<std::size_t>(ranks->rank()) + 1] = mine.crc;
+  ranks->sum(numbers);
+  Counted all;
+  for (std::size_t rank = 0; rank < count; ++rank) {
+    all.add({.bytes = numbers[2 * rank], .crc = static_cast<std::uint32_t>(numbers[2 * rank + 1])});
+  }
+  return all;
+}
+
+// Each member has its place from the start, and every byte is written once.
 template <class T>
 class NpzWriter final : public Writer<T> {
  public:
-  // Positions and velocities grow side by side while the states come, but stand one after the other in the archive: they wait
-  // in files of their own.
   explicit NpzWriter(const Output& output)
-      : ranks_(output.ranks),
-        first_(output.first),
-        particles_(output.particles),
-        archive_(output.target, ranks_),
-        positions_(beside(output.target, "positions"), ranks_),
-        velocities_(beside(output.target, "velocities"), ranks_) {
-    const auto header = npy_header(type, fmt::format("{}, {}, 3", output.states, output.particles));
-    positions_.write(header);
-    velocities_.write(header);
+      : ranks_(output.ranks), first_(output.first), particles_(output.particles), file_(output.target, ranks_) {
+    const auto list = fmt::format("{},", output.states);
+    const auto vectors = fmt::format("{}, {}, 3", output.states, output.particles);
+    const std::uint64_t bytes = output.states * particles_ * element;
+    add_member(steps, "steps.npy", npy_header("<i8", list), output.states * sizeof(std::int64_t), from_memory);
+    add_member(times, "times.npy", npy_header("<f8", list), output.states * sizeof(double), from_memory);
+    add_member(positions, "positions.npy", npy_header(type, vectors), bytes, from_file);
+    add_member(velocities, "velocities.npy", npy_header(type, vectors), bytes, from_file);
   }
 
   void write(const Moment& moment, const State<T>& state) override {
-    write(positions_, state.x, state.count);
-    write(velocities_, state.v, state.count);
-    steps_.push_back(static_cast<std::int64_t>(moment.step));
-    times_.push_back(moment.time);
+    write_share(positions, state.x, state.count);
+    write_share(velocities, state.v, state.count);
+    append_bytes(starts_[steps], static_cast<std::int64_t>(moment.step));
+    append_bytes(starts_[times], moment.time);
   }
 
   void finish() override {
-    positions_.close();
-    velocities_.close();
-    archive_.close();
-    together(ranks_, [this] {
-      if (ranks_ == nullptr || ranks_->rank() == 0) fill_archive();
-    });
-    archive_.commit();
+    for (const auto member : {steps, times}) {
+      written_[member] = {};
+      written_[member].add(starts_[member]);
+    }
+    for (std::size_t member = 0; member < starts_.size(); ++member) {
+      archive_.members[member].crc = written_[member].crc;
+      write_by_first(archive_.header_place(member), archive_.header(member) + starts_[member]);
+    }
+    write_by_first(archive_.header_place(starts_.size()), archive_.directory());
+    file_.commit();
   }
 
  private:
-  void write(PartFile& file, const std::array<Column<T>, 3>& columns, std::size_t count) {
-    constexpr std::size_t element = 3 * sizeof(T);
-    file.write_share(first_ * element, particles_ * element,
-                     [&](const PartFile::Put& put) { put_interleaved<T>(columns, count, put); });
-  }
-
-  void fill_archive() {
-    const std::string shape = fmt::format("{},", steps_.size());
-    const std::string steps = npy_header("<i8", shape) + bytes_of(steps_);
-    const std::string times = npy_header("<f8", shape) + bytes_of(times_);
-    Archive archive(archive_.part());
-    archive.add_bytes("steps.npy", steps);
-    archive.add_bytes("times.npy", times);
-    archive.add_file("positions.npy", positions_.part());
-    archive.add_file("velocities.npy", velocities_.part());
-    archive.close();
-  }
-
+  enum Index : std::size_t { steps, times, positions, velocities, members };
   static constexpr const char* type = sizeof(T) == 4 ? "<f4" : "<f8";
+  static constexpr std::size_t element = 3 * sizeof(T);
+  // The permissions that libzip gives what it takes from either, which archives have had all along.
+  static constexpr std::uint32_t from_memory = 0666, from_file = 0644;
 
-  static std::filesystem::path beside(std::filesystem::path target, std::string_view name) {
-    return target.replace_filename(fmt::format("{}-{}", target.filename().string(), name));
+  void add_member(Index index, std::string name, std::string header, std::uint64_t bytes, std::uint32_t permissions) {
+    archive_.members.push_back({.name = std::move(name), .bytes = header.size() + bytes, .permissions = permissions});
+    written_[index].add(header);
+    starts_[index] = std::move(header);
+  }
+
+  void write_share(Index member, const std::array<Column<T>, 3>& columns, std::size_t count) {
+    Counted mine;
+    file_.write_at(archive_.bytes_place(member) + written_[member].bytes + first_ * element, [&](const PartFile::Put& put) {
+      put_interleaved<T>(columns, count, [&](std::string_view bytes) {
+        mine.add(bytes);
+        put(bytes);
+      });
+    });
+    written_[member].add(counted_by_all(ranks_, mine));
+  }
+
+  void write_by_first(std::uint64_t place, std::string_view bytes) {
+    file_.write_at(place, [&](const PartFile::Put& put) {
+      if (ranks_ == nullptr || ranks_->rank() == 0) put(bytes);
+    });
   }
 
   Ranks* ranks_;
   std::size_t first_, particles_;
-  PartFile archive_;
-  PartFile positions_;   // never renamed into place
-  PartFile velocities_;  // neither
-  std::vector<std::int64_t> steps_;
-  std::vector<double> times_;
+  PartFile file_;
+  StoredZip archive_;
+  std::array<std::string, members> starts_;  // NumPy's headers; of steps and times all that there is
+  std::array<Counted, members> written_;
 };
 
 }  // namespace

@@ -54,13 +54,13 @@ void check_is_no_source(const fs::path& target, std::span<const fs::path> source
 }
 
 PartFile::PartFile(fs::path target, Ranks* ranks) : target_(std::move(target)), ranks_(ranks) {
-  if (ranks_ != nullptr) {
-    open_together();
-  } else {
-    part_.emplace(part_beside(target_));
-    check_target(target_);
-    open(part().c_str(), "wb");
-  }
+  ranks_ != nullptr ? open_together() : make();
+}
+
+void PartFile::make() {
+  part_.emplace(part_beside(target_));
+  check_target(target_);
+  file_ = std::make_unique<OutFile>(part(), OutFile::Open::anew, target_);
 }
 
 // The first rank makes the file, the others find it by its name.
@@ -68,9 +68,7 @@ void PartFile::open_together() {
   std::string name;
   together(ranks_, [&] {
     if (!is_first()) return;
-    part_.emplace(part_beside(target_));
-    check_target(target_);
-    open(part().c_str(), "wb");
+    make();
     name = part().string();
   });
   std::uint64_t size = name.size();
@@ -78,40 +76,19 @@ void PartFile::open_together() {
   name.resize(size);
   ranks_->broadcast(0, std::as_writable_bytes(std::span(name)));
   together(ranks_, [&] {
-    if (!is_first()) open(name.c_str(), "r+b");
+    if (!is_first()) file_ = std::make_unique<OutFile>(name, OutFile::Open::as_it_is, target_);
   });
 }
 
-void PartFile::open(const char* path, const char* mode) {
-  file_.reset(std::fopen(path, mode));
-  if (!file_) fail("cannot be written", errno);
-}
-
-void PartFile::fail(std::string_view what, int error) const {
-  throw Fault(Exit::input_output, target_.string() + ": " + std::string(what) + ": " + std::strerror(error));
-}
-
-void PartFile::put(std::string_view bytes) {
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail("cannot be written", errno);
-}
-
-void PartFile::put_at(std::uint64_t place, std::string_view bytes) {
-  if (bytes.empty()) return;
-  if (fseeko(file_.get(), static_cast<off_t>(place), SEEK_SET) != 0) fail("cannot be written", errno);
-  put(bytes);
-}
-
 void PartFile::write(std::string_view bytes) {
-  if (ranks_ == nullptr) return put(bytes);
-  if (is_first()) put_at(end_, bytes);
+  if (is_first()) file_->put_at(end_, bytes);
   end_ += bytes.size();
 }
 
 void PartFile::write_in_turn(const std::function<void(const Put&)>& produce) {
-  if (ranks_ == nullptr) return produce([this](std::string_view bytes) { put(bytes); });
-  end_ = in_turn(*ranks_, end_, [&](std::uint64_t place) {
+  end_ = in_turn(ranks_, end_, [&](std::uint64_t place) {
     produce([&](std::string_view bytes) {
-      put_at(place, bytes);
+      file_->put_at(place, bytes);
       place += bytes.size();
     });
     return place;
@@ -119,20 +96,23 @@ void PartFile::write_in_turn(const std::function<void(const Put&)>& produce) {
 }
 
 void PartFile::write_share(std::uint64_t place, std::uint64_t all, const std::function<void(const Put&)>& produce) {
-  if (ranks_ == nullptr) return produce([this](std::string_view bytes) { put(bytes); });
-  std::uint64_t at = end_ + place;
+  write_at(end_ + place, produce);
+  end_ += all;
+}
+
+void PartFile::write_at(std::uint64_t place, const std::function<void(const Put&)>& produce) {
   together(ranks_, [&] {
     produce([&](std::string_view bytes) {
-      put_at(at, bytes);
-      at += bytes.size();
+      file_->put_at(place, bytes);
+      place += bytes.size();
     });
   });
-  end_ += all;
 }
 
 void PartFile::close() {
   together(ranks_, [this] {
-    if (file_ && std::fclose(file_.release()) != 0) fail("cannot be written", errno);
+    if (file_) file_->close();
+    file_.reset();
   });
 }
 
@@ -142,7 +122,7 @@ void PartFile::commit() {
     if (!is_first()) return;
     std::error_code error;
     fs::rename(part(), target_, error);
-    if (error) fail("cannot be put in its place", error.value());
+    if (error) throw Fault(Exit::input_output, target_.string() + ": cannot be put in its place: " + error.message());
     part_->keep();
   });
 }

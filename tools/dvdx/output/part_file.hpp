@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "dvdx/ranks.hpp"
+#include "output/out_file.hpp"
 #include "output/temporary.hpp"
 
 namespace dvdx::tool {
@@ -41,6 +41,9 @@ class PartFile {
   void write_in_turn(const std::function<void(const Put&)>& produce);
   // The same, all ranks at a time, of what is known to be `all` bytes, of which this rank's begin at `place`.
   void write_share(std::uint64_t place, std::uint64_t all, const std::function<void(const Put&)>& produce);
+  // Anywhere in the file, all ranks at a time: what this one has begins at `place`, and nothing that is written otherwise
+  // stands there.
+  void write_at(std::uint64_t place, const std::function<void(const Put&)>& produce);
   void close();   // all bytes are in the file, still under its other name
   void commit();  // closes and renames it into place
 
@@ -50,21 +53,15 @@ class PartFile {
   }  // until it is committed; of the first rank
 
  private:
-  struct Close {
-    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
-  };
-  [[noreturn]] void fail(std::string_view what, int error) const;
   [[nodiscard]] bool is_first() const noexcept { return ranks_ == nullptr || ranks_->rank() == 0; }
-  void open(const char* path, const char* mode);
+  void make();
   void open_together();
-  void put(std::string_view bytes);
-  void put_at(std::uint64_t place, std::string_view bytes);
 
   std::filesystem::path target_;
   Ranks* ranks_;
   std::optional<Temporary> part_;  // the first rank's
-  std::unique_ptr<std::FILE, Close> file_;
-  std::uint64_t end_ = 0;  // of several ranks: bytes so far
+  std::unique_ptr<OutFile> file_;  // until it is closed
+  std::uint64_t end_ = 0;          // bytes so far, but for what was written at a place
 };
 
 // Renames all of them into place, and no signal comes between; where one cannot be, those before it are removed again.

@@ -221,7 +221,7 @@ std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology
 
 template <class T>
 void put_interleaved(std::span<const Column<T>> columns, std::size_t count, const std::function<void(std::string_view)>& put) {
-  constexpr std::size_t at_once = 2048;
+  constexpr std::size_t at_once = 8192;
   std::string bytes;
   for (std::size_t first = 0; first < count; first += at_once) {
     const std::size_t end = std::min(count, first + at_once);

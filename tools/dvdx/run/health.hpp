@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "dvdx/layouts/state.hpp"
+#include "dvdx/parallel.hpp"
 
 namespace dvdx::tool {
 
@@ -13,7 +14,7 @@ struct Health {
 };
 
 template <class T>
-[[nodiscard]] Health health_of(const State<T>& state) noexcept;
+[[nodiscard]] Health health_of(const State<T>& state, const ParallelFor& parallel = {}) noexcept;
 
 // No scene goes there by its own forces.
 inline constexpr double most_growth = 1e15;
@@ -21,7 +22,7 @@ inline constexpr double most_growth = 1e15;
 // Not finite, or larger by that much than anything at the start (and than 1).
 [[nodiscard]] bool has_diverged(const Health& start, const Health& end) noexcept;
 
-extern template Health health_of(const State<float>&) noexcept;
-extern template Health health_of(const State<double>&) noexcept;
+extern template Health health_of(const State<float>&, const ParallelFor&) noexcept;
+extern template Health health_of(const State<double>&, const ParallelFor&) noexcept;
 
 }  // namespace dvdx::tool

@@ -55,7 +55,7 @@ class LiveSimulation {
   // The observer writes, weighs and hashes.
   template <class Observer>
   Outcome run(Observer& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
-    const auto start = observer.health(shown_.state);
+    const auto start = observer.health(shown_.state, threads_.parallel_for());
     outcome_.energy_start = observer.energy({}, shown_.state);
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), contacts);
@@ -79,7 +79,7 @@ class LiveSimulation {
     outcome_.contacts = contacts.sums();
     outcome_.energy_end = observer.energy({}, shown_.state);
     outcome_.hash = observer.hash(shown_.state);
-    const auto end = observer.health(shown_.state);
+    const auto end = observer.health(shown_.state, threads_.parallel_for());
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
     ranks_.broadcast(0, writable_bytes_in(outcome_.diverged));

@@ -55,8 +55,8 @@ class Observer {
   [[nodiscard]] std::uint64_t hash(const State<T>& state) {
     return world_ ? tool::state_hash(ranks_, seen(state)) : tool::state_hash(ranks_, state);
   }
-  [[nodiscard]] Health health(const State<T>& state) {
-    return combined(ranks_, world_ ? health_of(seen(state)) : health_of(state));
+  [[nodiscard]] Health health(const State<T>& state, const ParallelFor& parallel = {}) {
+    return combined(ranks_, world_ ? health_of(seen(state), parallel) : health_of(state, parallel));
   }
   [[nodiscard]] EnergyBudget budget(const State<T>& state) {
     return world_ ? EnergyBudget(file_, seen(state), held_) : EnergyBudget(file_, state, held_);

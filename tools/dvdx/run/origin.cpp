@@ -20,6 +20,10 @@ constexpr double home = 64;
 constexpr double worth = 4;
 
 double size_of(const Vec3& x) { return std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])}); }
+// Of particles that are so far to all sides of a place as far out as `middle`.
+bool is_worth(const Vec3& reach, const Vec3& middle) {
+  return size_of(middle) >= home && worth * size_of(reach) <= size_of(middle);
+}
 Vec3 whole(const Vec3& x) { return {std::round(x[0]), std::round(x[1]), std::round(x[2])}; }
 
 // Of the first spring; nothing where none holds the particle, or holds it where it starts.
@@ -72,16 +76,38 @@ Origin origin_each(const SceneFile& file, Ranks& ranks) {
   return one;
 }
 
-Origin origin_of_all(const SceneFile& file, Ranks& ranks) {
+// Whether the box around more of these may be small for how far out it is. Of a large scene that is drawn around home, a few
+// particles tell that it is not.
+bool may_be_worth(const Box& box, const UniformVectors& drawn) {
+  constexpr double rounding = 1 + 1e-9;
+  Vec3 reach, farthest;  // the least half of a side, and the most that the middle may be from 0
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    reach[axis] = (box.high[axis] - box.low[axis]) / 2;
+    const double twice = std::max(box.low[axis] + drawn.max[axis], -(box.high[axis] + drawn.min[axis]));
+    farthest[axis] = twice / 2 * rounding + 1;  // it is rounded to whole metres
+  }
+  return is_worth(reach, farthest);
+}
+
+Box box_of(const SceneFile& file) {
+  const auto* drawn = std::get_if<UniformVectors>(&file.particles.position);
+  constexpr std::size_t often = 4096;
   Box box;
-  for (std::size_t i = 0; i < file.particles.count; ++i) box.take(value_of(file.particles.position, i));
+  for (std::size_t i = 0; i < file.particles.count; ++i) {
+    box.take(value_of(file.particles.position, i));
+    if (drawn != nullptr && i % often == often - 1 && !may_be_worth(box, *drawn)) break;
+  }
+  return box;
+}
+
+Origin origin_of_all(const SceneFile& file, Ranks& ranks) {
+  Box box = box_of(file);
   if (is_split_by_ranges(file, ranks)) box.take_of_others(ranks);
   const Vec3& low = box.low;
   const Vec3& high = box.high;
   const Vec3 reach{(high[0] - low[0]) / 2, (high[1] - low[1]) / 2, (high[2] - low[2]) / 2};
   const Vec3 middle = whole({low[0] + reach[0], low[1] + reach[1], low[2] + reach[2]});
-  const bool is_worth = size_of(middle) >= home && worth * size_of(reach) <= size_of(middle);
-  return is_worth ? Origin(middle) : Origin();
+  return is_worth(reach, middle) ? Origin(middle) : Origin();
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ class Simulation {
   [[nodiscard]] std::vector<std::uint32_t> owner() const { return split_ ? split_->owner() : std::vector<std::uint32_t>(); }
 
   Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
-    const auto start = observer.health(state_);
+    const auto start = observer.health(state_, threads_.parallel_for());
     outcome_.energy_start = observer.energy(loaded_.file.scene.networks, state_);
     HeatWatch<T> watch(loaded_, outcome_.network, find_frequency_, observer, state_);
     if (split_) contacts.tell_of(split_->particles());
@@ -103,7 +103,7 @@ class Simulation {
   }
 
   void start(const Engine& engine) {
-    together(ranks_, [&] { place_at_start(loaded_.file, state_); });
+    together(ranks_, [&] { place_at_start(loaded_.file, state_, threads_.parallel_for()); });
     Options options = options_of(engine);
     if (is_split_by_ranges(loaded_.file, ranks_)) options.elsewhere = elsewhere_of(ranks_, loaded_.file);
     together(ranks_, [&] { plan_.emplace(made(options, state_)); });
@@ -132,7 +132,7 @@ class Simulation {
       if (ranks_.rank() != 0) return;
       StateMemory<T> memory(engine.layout, loaded_.file.particles.count, rounding_of(engine.precision));
       State<T> whole = memory.view();
-      place_at_start(loaded_.file, whole);
+      place_at_start(loaded_.file, whole, threads_.parallel_for());
       plan_.emplace(made(options_of(engine), whole));
     });
     const NetworkLimit limit = limit_now();
@@ -215,7 +215,7 @@ class Simulation {
       outcome_.energy_end = observer.energy(loaded_.file.scene.networks, state_);
     }
     outcome_.hash = observer.hash(state_);
-    const auto end = observer.health(state_);
+    const auto end = observer.health(state_, threads_.parallel_for());
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
     ranks_.broadcast(0, writable_bytes_in(outcome_.diverged));

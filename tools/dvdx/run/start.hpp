@@ -2,17 +2,17 @@
 #pragma once
 
 #include "dvdx/layouts/state.hpp"
+#include "dvdx/parallel.hpp"
 #include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
 
 // Writes position (from the scene's origin) and velocity of every particle, rounded once to T or to T and its residual; fixed
-// particles get velocity zero. Throws Fault
-// (bad_scene) where a value is beyond T. state.count must be the scene's.
+// particles get velocity zero. Throws Fault (bad_scene) where a value is beyond T. state.count must be the scene's.
 template <class T>
-void place_at_start(const SceneFile& file, State<T>& state);
+void place_at_start(const SceneFile& file, State<T>& state, const ParallelFor& parallel = {});
 
-extern template void place_at_start(const SceneFile&, State<float>&);
-extern template void place_at_start(const SceneFile&, State<double>&);
+extern template void place_at_start(const SceneFile&, State<float>&, const ParallelFor&);
+extern template void place_at_start(const SceneFile&, State<double>&, const ParallelFor&);
 
 }  // namespace dvdx::tool
