@@ -127,6 +127,34 @@ TEST_CASE("points: of a binary file a few rows are read, however many it holds")
   CHECK_THROWS_AS((void)read_points(folder / "a.npy", {.first = 0, .count = 1}), FileFault);
 }
 
+TEST_CASE("points: those of a binary file in float32 are held as they are, all others in float64") {
+  const test::ScratchFolder folder("as-held");
+  const std::array<float, 6> numbers{0.1F, -2.5e-30F, 3, 4, 5e30F, -0.7F};
+  const std::array<double, 6> doubles{0.1, -2.5e-30, 3, 4, 5e30, -0.7};
+  const std::string rows(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
+  folder.write("a.npy", npy("<f4", "(2, 3)") + rows);
+  folder.write("b.npy", npy("<f8", "(2, 3)") + std::string(reinterpret_cast<const char*>(doubles.data()), sizeof doubles));
+  const auto ply = [](const char* z) {
+    return std::string(
+               "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty ") +
+           z + " z\nend_header\n";
+  };
+  folder.write("a.ply", ply("float32") + rows);
+  folder.write("b.ply", ply("double") + rows);
+  for (const char* name : {"a.npy", "a.ply"}) {
+    const Points points = read_points_as_held(folder / name);
+    REQUIRE(std::holds_alternative<Kept<Vec3f>>(points));
+    const auto& held = std::get<Kept<Vec3f>>(points).values;
+    CHECK(held[0] == Vec3f{numbers[0], numbers[1], numbers[2]});
+    CHECK(value_of(Vectors(held), 0) == Vec3{double{numbers[0]}, double{numbers[1]}, double{numbers[2]}});
+    CHECK(read_points(folder / name).values[0] == value_of(Vectors(held), 0));
+  }
+  for (const char* name : {"b.npy", "b.ply"}) {
+    CHECK(std::holds_alternative<Kept<Vec3>>(read_points_as_held(folder / name)));
+  }
+  CHECK(read_points(folder / "b.npy").values[1] == Vec3{4, 5e30, -0.7});
+}
+
 TEST_CASE("points: a line may be longer than what is held at a time") {
   const test::ScratchFolder folder("long-line");
   const std::string blanks(std::size_t{1} << 20U, ' ');

@@ -38,6 +38,11 @@ std::vector<Value> kept_of(std::vector<Value> values, const Population& populati
   return {from, from + static_cast<std::ptrdiff_t>(population.kept->count)};
 }
 
+struct KeptVectors {
+  Vectors values;
+  std::size_t all = 0;
+};
+
 // Reads what the population keeps of a file by `read` and says where a fault in it came from.
 template <class Read>
 auto from_file(const Node& node, const Population& population, std::string_view what, const Read& read) {
@@ -122,6 +127,10 @@ std::vector<double> scalars_from_file(const Node& node, const Population& popula
 Vec3 value_of(const Vectors& vectors, std::size_t particle) {
   if (const auto* all = std::get_if<Vec3>(&vectors)) return *all;
   if (const auto* each = std::get_if<std::vector<Vec3>>(&vectors)) return (*each)[particle];
+  if (const auto* each = std::get_if<std::vector<Vec3f>>(&vectors)) {
+    const auto& [x, y, z] = (*each)[particle];
+    return {double{x}, double{y}, double{z}};
+  }
   const auto& uniform = std::get<UniformVectors>(vectors);
   Vec3 value{};
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -140,7 +149,10 @@ Vectors read_vectors(const Node& node, const Population& population) {
   const auto form = form_of(node, "[x, y, z] or an object with one of values, uniform, file");
   if (is_form(form, "values")) return listed_vectors(form, population);
   if (is_form(form, "uniform")) return uniform_vectors(form, population);
-  return from_file(form, population, "points", read_points);
+  return from_file(form, population, "points", [](const std::filesystem::path& path, const Run& run) {
+    return std::visit([](auto&& kept) { return KeptVectors{.values = std::move(kept.values), .all = kept.all}; },
+                      read_points_as_held(path, run));
+  });
 }
 
 Scalars read_scalars(const Node& node, const Population& population, const Range& range) {

@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "scene_io/bytes.hpp"
 #include "scene_io/text_lines.hpp"
@@ -29,6 +30,7 @@ constexpr std::size_t width_of<double> = 1;
 
 double& part(double& number, std::size_t /*column*/) { return number; }
 double& part(Vec3& point, std::size_t column) { return point[column]; }
+float& part(Vec3f& point, std::size_t column) { return point[column]; }
 
 bool is_in(const Run& run, std::size_t row) { return row >= run.first && row - run.first < run.count; }
 
@@ -91,10 +93,15 @@ Kept<Value> read_csv(Bytes& bytes, const Run& run) {
 // ---- binary numbers ----------------------------------------------------------------------------------------------------
 
 template <class T>
-double number_at(const char* bytes) {
+T held_at(const char* bytes) {
   T value;
   std::memcpy(&value, bytes, sizeof value);
-  return static_cast<double>(value);
+  return value;
+}
+
+template <class T>
+double number_at(const char* bytes) {
+  return static_cast<double>(held_at<T>(bytes));
 }
 
 struct NumberType {
@@ -113,8 +120,8 @@ constexpr std::array<NumberType, 8> number_types{{{"char", "int8", 1, number_at<
                                                   {"float", "float32", 4, number_at<float>},
                                                   {"double", "float64", 8, number_at<double>}}};
 
-double finite_value(const NumberType& type, const char* bytes, std::size_t index) {
-  const double value = type.read(bytes);
+template <class T>
+T finite(T value, std::size_t index) {
   if (!std::isfinite(value)) fail("number " + std::to_string(index) + " is not finite");
   return value;
 }
@@ -143,8 +150,9 @@ void require_all(const Bytes& bytes, const BinaryRows<Value>& rows, std::string_
   if (held < rows.all) fail(cut_off(held, rows.all, what));
 }
 
-template <class Value>
-Kept<Value> read_rows(Bytes& bytes, const BinaryRows<Value>& rows, const Run& run) {
+// number_of(type, bytes) reads a number.
+template <class Value, class Wanted, class NumberOf>
+Kept<Value> read_rows(Bytes& bytes, const BinaryRows<Wanted>& rows, const Run& run, const NumberOf& number_of) {
   const std::size_t at_once = std::max<std::size_t>(1, (std::size_t{1} << 18U) / rows.row_bytes);
   const std::size_t first = std::min(run.first, rows.all);
   const std::size_t end = first + std::min(run.count, rows.all - first);
@@ -158,11 +166,22 @@ Kept<Value> read_rows(Bytes& bytes, const BinaryRows<Value>& rows, const Run& ru
     }
     for (std::size_t i = 0; i < width_of<Value>; ++i) {
       const auto& [type, offset] = rows.numbers[i];
-      part(kept.values[row - first], i) =
-          finite_value(*type, some.data() + n * rows.row_bytes + offset, row * width_of<Value> + i);
+      const char* const at = some.data() + n * rows.row_bytes + offset;
+      part(kept.values[row - first], i) = finite(number_of(*type, at), row * width_of<Value> + i);
     }
   }
   return kept;
+}
+
+template <class Value>
+Kept<Value> read_rows(Bytes& bytes, const BinaryRows<Value>& rows, const Run& run) {
+  return read_rows<Value>(bytes, rows, run, [](const NumberType& type, const char* at) { return type.read(at); });
+}
+
+Points read_points_of(Bytes& bytes, const BinaryRows<Vec3>& rows, const Run& run) {
+  const auto is_float = [](const auto& number) { return number.type->name == "float"; };
+  if (!std::all_of(rows.numbers.begin(), rows.numbers.end(), is_float)) return read_rows(bytes, rows, run);
+  return read_rows<Vec3f>(bytes, rows, run, [](const NumberType&, const char* at) { return held_at<float>(at); });
 }
 
 // ---- .ply --------------------------------------------------------------------------------------------------------------
@@ -253,13 +272,13 @@ BinaryRows<Vec3> rows_of(const PlyHeader& header, std::size_t begins) {
   return rows;
 }
 
-Kept<Vec3> read_ply(Bytes& bytes, const Run& run) {
+Points read_ply(Bytes& bytes, const Run& run) {
   Lines lines(bytes);
   const auto header = read_ply_header(lines);
   if (header.form == PlyHeader::Form::ascii) return read_ply_ascii(header, lines, run);
   const auto rows = rows_of(header, lines.next_begins());
   require_all(bytes, rows, "vertices");
-  return read_rows(bytes, rows, run);
+  return read_points_of(bytes, rows, run);
 }
 
 // ---- .npy --------------------------------------------------------------------------------------------------------------
@@ -318,7 +337,7 @@ std::size_t npy_rows(const NpyHeader& header, std::size_t width) {
 }
 
 template <class Value>
-Kept<Value> read_npy(Bytes& bytes, const Run& run) {
+BinaryRows<Value> npy_rows_of(Bytes& bytes) {
   constexpr std::string_view magic = "\x93NUMPY";
   constexpr std::size_t width = width_of<Value>;
   std::array<char, 12> start{};
@@ -342,7 +361,7 @@ Kept<Value> read_npy(Bytes& bytes, const Run& run) {
   if (bytes.size() - begins != rows.all * rows.row_bytes) {
     fail("holds more than the " + std::to_string(rows.all) + " rows that its header promises");
   }
-  return read_rows(bytes, rows, run);
+  return rows;
 }
 
 // ---- any of them -------------------------------------------------------------------------------------------------------
@@ -355,21 +374,30 @@ std::optional<PointsFormat> format_of(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-Kept<Vec3> points_in(Bytes& bytes, PointsFormat format, const Run& run) {
+Points points_in(Bytes& bytes, PointsFormat format, const Run& run) {
   switch (format) {
     case PointsFormat::csv:
       return read_csv<Vec3>(bytes, run);
     case PointsFormat::ply:
       return read_ply(bytes, run);
     case PointsFormat::npy:
-      return read_npy<Vec3>(bytes, run);
+      return read_points_of(bytes, npy_rows_of<Vec3>(bytes), run);
   }
   return {};
 }
 
+Kept<Vec3> in_float64(Points points) {
+  if (auto* kept = std::get_if<Kept<Vec3>>(&points)) return std::move(*kept);
+  const auto& held = std::get<Kept<Vec3f>>(points);
+  Kept<Vec3> kept{.values = {}, .all = held.all};
+  kept.values.reserve(held.values.size());
+  for (const auto& [x, y, z] : held.values) kept.values.push_back({double{x}, double{y}, double{z}});
+  return kept;
+}
+
 Kept<double> numbers_in(Bytes& bytes, std::optional<PointsFormat> format, const Run& run) {
   if (format == PointsFormat::csv) return read_csv<double>(bytes, run);
-  if (format == PointsFormat::npy) return read_npy<double>(bytes, run);
+  if (format == PointsFormat::npy) return read_rows(bytes, npy_rows_of<double>(bytes), run);
   fail("must end in .csv or .npy");
 }
 
@@ -377,7 +405,7 @@ Kept<double> numbers_in(Bytes& bytes, std::optional<PointsFormat> format, const 
 
 std::vector<Vec3> parse_points(std::string_view text, PointsFormat format) {
   HeldBytes bytes(text);
-  return points_in(bytes, format, {}).values;
+  return in_float64(points_in(bytes, format, {})).values;
 }
 
 std::vector<double> parse_numbers(std::string_view text, PointsFormat format) {
@@ -385,11 +413,13 @@ std::vector<double> parse_numbers(std::string_view text, PointsFormat format) {
   return numbers_in(bytes, format, {}).values;
 }
 
-Kept<Vec3> read_points(const std::filesystem::path& path, const Run& run) {
+Points read_points_as_held(const std::filesystem::path& path, const Run& run) {
   const auto format = format_of(path);
   if (!format) fail("must end in .csv, .ply or .npy");
   return points_in(*bytes_of(path), *format, run);
 }
+
+Kept<Vec3> read_points(const std::filesystem::path& path, const Run& run) { return in_float64(read_points_as_held(path, run)); }
 
 Kept<double> read_numbers(const std::filesystem::path& path, const Run& run) {
   const auto format = format_of(path);

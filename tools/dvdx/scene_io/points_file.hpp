@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <limits>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "dvdx/scene.hpp"
+#include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
 
@@ -27,7 +29,10 @@ struct Kept {
 };
 
 // .csv: three columns, or the columns x, y, z of a header; .ply: the vertices, ascii or binary_little_endian;
-// .npy: float32 or float64 of shape (n, 3). All that is kept is finite. Throws FileFault.
+// .npy: float32 or float64 of shape (n, 3). All that is kept is finite. Throws FileFault. In float32 where a binary file holds
+// that: of many points half the memory.
+using Points = std::variant<Kept<Vec3>, Kept<Vec3f>>;
+[[nodiscard]] Points read_points_as_held(const std::filesystem::path& path, const Run& run = {});
 [[nodiscard]] Kept<Vec3> read_points(const std::filesystem::path& path, const Run& run = {});
 [[nodiscard]] std::vector<Vec3> parse_points(std::string_view text, PointsFormat format);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -15,6 +16,8 @@
 
 namespace dvdx::tool {
 
+using Vec3f = std::array<float, 3>;
+
 struct UniformVectors {
   Vec3 min{};
   Vec3 max{};
@@ -23,7 +26,8 @@ struct UniformVectors {
   bool operator==(const UniformVectors&) const = default;
 };
 
-using Vectors = std::variant<Vec3, std::vector<Vec3>, UniformVectors>;  // one for all, one each, or drawn for each
+// One for all, one each, one each as a file holds it, or drawn for each.
+using Vectors = std::variant<Vec3, std::vector<Vec3>, std::vector<Vec3f>, UniformVectors>;
 
 [[nodiscard]] Vec3 value_of(const Vectors& vectors, std::size_t particle);
 
