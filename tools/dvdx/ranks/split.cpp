@@ -91,7 +91,8 @@ std::vector<std::uint32_t> chosen_owners(const SceneFile& file, std::uint32_t ra
 
 // The first rank's choice: another's library may cut otherwise.
 Part part_here(const SceneFile& file, Ranks& ranks) {
-  const auto [rank, count] = std::pair(static_cast<std::uint32_t>(ranks.rank()), static_cast<std::uint32_t>(ranks.count()));
+  const auto rank = static_cast<std::uint32_t>(ranks.rank());
+  const auto count = static_cast<std::uint32_t>(ranks.count());
   if (auto part = together(ranks, [&] { return part_of_sheet(file.scene, file.particles.count, count, rank); })) {
     return std::move(*part);
   }
