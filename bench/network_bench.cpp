@@ -1,5 +1,6 @@
 // The network pass: a hanging sheet with shear, as a grid and as a list of springs, by pulses and by sweeps. An item is a
-// spring in a sub-step, whatever the sub-step does with it: flows, one pulse or a forward and a backward sweep.
+// spring in a sub-step, whatever the sub-step does with it: flows, one pulse or a forward and a backward sweep. A call has twenty
+// sub-steps, or those of a game's frame.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -20,7 +21,6 @@
 namespace dvdx::bench {
 namespace {
 
-constexpr int substeps = 20;
 constexpr double step = 1e-4;  // s, so that a soft sheet is stable at any size here
 
 enum class Lie { grid, list, shuffled };
@@ -30,6 +30,7 @@ struct Sheet {
   Coupling coupling;
   Lie lie = Lie::grid;
   double damping = 0;
+  int substeps = 20;  // in a call
 };
 
 Grid grid_of(std::size_t side, double damping) {
@@ -64,7 +65,7 @@ Scene scene_of(const Sheet& sheet, std::size_t side) {
   }
   scene.add(sheet.lie == Lie::grid ? Network(grid) : Network(springs));
   scene.coupling = sheet.coupling;
-  scene.coupling.substeps = substeps;
+  scene.coupling.substeps = sheet.substeps;
   return scene;
 }
 
@@ -116,7 +117,7 @@ void time_sheet(benchmark::State& timing, const Sheet& sheet, const How& how, st
   const auto plan = compile<T>(scene_of(sheet, side), {.step = step, .isa = how.isa, .arithmetic = how.arithmetic}, held.state);
   if (!plan) return timing.SkipWithError(plan.error().message().c_str());
   for (auto _ : timing) plan->step(held.state, 1, on_threads(how.threads));
-  timing.SetItemsProcessed(timing.iterations() * static_cast<std::int64_t>(springs_in(side)) * substeps);
+  timing.SetItemsProcessed(timing.iterations() * static_cast<std::int64_t>(springs_in(side)) * sheet.substeps);
   if (!is_right<T>(sheet, how, side)) timing.SkipWithError("differs from the reference");
 }
 
@@ -139,6 +140,8 @@ const std::vector<Sheet>& sheets() {
       {"grid_fourth_order_damped", {.scheme = Scheme::fourth_order}, Lie::grid, 0.001},
       {"grid_sequential", {.scheme = Scheme::sequential}},
       {"grid_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}},
+      {"grid_sequential_frame", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::grid, 0, 2},
+      {"grid_forward_frame", {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward}, Lie::grid, 0, 3},
       {"graph_sequential", {.scheme = Scheme::sequential}, Lie::list},
       {"shuffled_sequential", {.scheme = Scheme::sequential}, Lie::shuffled},
       {"graph_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::list},
@@ -159,7 +162,9 @@ void add_sheets() {
     for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
       for (const Isa isa : available_isas(arithmetic)) add_sheet<T>(sheet, {isa, arithmetic}, 64);
     }
-    add_sheet<T>(sheet, {best_isa(), Arithmetic::separate}, 32);
+    for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::fast}) {
+      add_sheet<T>(sheet, {best_isa(), arithmetic}, 32);
+    }
     if (sizeof(T) != sizeof(float) || !is_large_too(sheet)) continue;
     for (int threads = 1; threads <= most_threads(); ++threads) {
       add_sheet<T>(sheet, {best_isa(), Arithmetic::separate, threads}, 1024);

@@ -205,7 +205,7 @@ TEST_CASE("ranks: networks have the bits of one rank" * doctest::skip(has_no_mpi
 }
 
 // Which sub-steps it takes, and whether it heats, is found without a plan of the whole, but for what lies between bounds.
-TEST_CASE("ranks: a sheet that no rank holds whole has the bits, the words and the refusals of one rank" *
+TEST_CASE("ranks: a sheet that no rank plans whole has the bits, the words and the refusals of one rank" *
           doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-rows");
   auto scene = nlohmann::json::parse(sheet());

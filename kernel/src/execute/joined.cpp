@@ -78,9 +78,9 @@ struct Rows {
 template <class A, class T>
 void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const Rows& rows, A* to) noexcept {
   if constexpr (std::is_same_v<A, T>) {
-    const auto take = [&]<std::size_t phases>() {
+    const auto take = [&, columns = rows.columns(), pitch = rows.pitch()]<std::size_t phases>() {
       for (std::size_t n = 0; n < rows.spans.size(); n += phases)
-        deal<phases>(from.base + rows.spans[n].particle, rows.columns(), to + rows.spans[n].element, rows.pitch());
+        deal<phases>(from.base + rows.spans[n].particle, columns, to + rows.spans[n].element, pitch);
     };
     if (from.is_contiguous() && rows.each == 2) return take.template operator()<2>();
     if (from.is_contiguous() && rows.each == 4) return take.template operator()<4>();
@@ -99,9 +99,9 @@ template <class A, class T>
 void put_back(const ResidualKernels& kernels, const A* from, const Rows& rows, const Column<T>& to,
               const Column<T>& residual) noexcept {
   if constexpr (std::is_same_v<A, T>) {
-    const auto give = [&]<std::size_t phases>() {
+    const auto give = [&, columns = rows.columns(), pitch = rows.pitch()]<std::size_t phases>() {
       for (std::size_t n = 0; n < rows.spans.size(); n += phases)
-        collect<phases>(from + rows.spans[n].element, rows.pitch(), to.base + rows.spans[n].particle, rows.columns());
+        collect<phases>(from + rows.spans[n].element, pitch, to.base + rows.spans[n].particle, columns);
     };
     if (to.is_contiguous() && rows.each == 2) return give.template operator()<2>();
     if (to.is_contiguous() && rows.each == 4) return give.template operator()<4>();
