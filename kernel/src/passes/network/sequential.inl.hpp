@@ -184,14 +184,16 @@ template <class V>
   return {nth(0), nth(1), nth(2), nth(3), nth(4)};
 }
 
-template <class V>
-[[gnu::always_inline]] inline Records<V> product_where(const Mask<V>& where, const Records<V>& s,
-                                                       const Records<V>& d) noexcept {
-  const V one(Scalar<V>(1));
-  const Records<V> is_there = records_of(select(where, one, V(Scalar<V>(0))));
-  Records<V> product;
-  for (std::size_t n = 0; n < 4; ++n) product.at[n] = product_where<V>(is_there.at[n] == one, s.at[n], d.at[n]);
-  return product;
+// c + a b and c - a b, as the _where of lanes.hpp do: fast arithmetic alone rounds once.
+template <Arithmetic arithmetic, class V>
+[[gnu::always_inline]] inline V add_at_once(V c, V a, V b) noexcept {
+  if constexpr (arithmetic != Arithmetic::fast) return c + a * b;
+  return fused_multiply_add(a, b, c);
+}
+template <Arithmetic arithmetic, class V>
+[[gnu::always_inline]] inline V subtract_at_once(V c, V a, V b) noexcept {
+  if constexpr (arithmetic != Arithmetic::fast) return c - a * b;
+  return fused_negative_multiply_add(a, b, c);
 }
 
 // Records are turned into lanes only where a spring's numbers meet: d for its length, and t on the way back.
@@ -352,29 +354,25 @@ class RangeSweep {
     return {is_sound, w_a * t, w_b * t};
   }
 
+  // What is not sound stays alone: all others are rounded as they are without it.
   template <Stand stand>
   [[gnu::always_inline]] void move(std::size_t s, const Ends& ends, const Moves& by) const noexcept {
     const Records<V> t_a = records_of(by.a);
     const Records<V> t_b = records_of(by.b);
-    if constexpr (arithmetic == Arithmetic::fast) {
-      if (all_lanes<V>(by.is_sound)) return move_at_once<stand>(s, ends, t_a, t_b);
-    }
-    Records<V> way_a = t_a * ends.d;
-    Records<V> way_b = t_b * ends.d;
-    if (!all_lanes<V>(by.is_sound)) {
-      way_a = product_where(by.is_sound, t_a, ends.d);
-      way_b = product_where(by.is_sound, t_b, ends.d);
-    }
-    store_ends<stand>(terms_.shift, s, ends.shift_a - way_a, ends.shift_b + way_b);
-  }
-
-  template <Stand stand>
-  [[gnu::always_inline]] void move_at_once(std::size_t s, const Ends& ends, const Records<V>& t_a,
-                                           const Records<V>& t_b) const noexcept {
     Records<V> a, b;
-    for (std::size_t n = 0; n < 4; ++n) {
-      a.at[n] = fused_negative_multiply_add(t_a.at[n], ends.d.at[n], ends.shift_a.at[n]);
-      b.at[n] = fused_multiply_add(t_b.at[n], ends.d.at[n], ends.shift_b.at[n]);
+    if (all_lanes<V>(by.is_sound)) {
+      for (std::size_t n = 0; n < 4; ++n) {
+        a.at[n] = subtract_at_once<arithmetic>(ends.shift_a.at[n], t_a.at[n], ends.d.at[n]);
+        b.at[n] = add_at_once<arithmetic>(ends.shift_b.at[n], t_b.at[n], ends.d.at[n]);
+      }
+    } else {
+      const V one(T(1));
+      const Records<V> is_sound = records_of(select(by.is_sound, one, V(T(0))));
+      for (std::size_t n = 0; n < 4; ++n) {
+        const Mask<V> where = is_sound.at[n] == one;
+        a.at[n] = subtract_product_where<arithmetic>(where, ends.shift_a.at[n], t_a.at[n], ends.d.at[n]);
+        b.at[n] = add_product_where<arithmetic>(where, ends.shift_b.at[n], t_b.at[n], ends.d.at[n]);
+      }
     }
     store_ends<stand>(terms_.shift, s, a, b);
   }
