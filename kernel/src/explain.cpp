@@ -279,8 +279,8 @@ std::string describe_form(const PairsForm<T>& /*form*/) {
   return "as a graph: each particle sums its pairs' own contributions";
 }
 template <class T>
-std::string describe_form(const StrandsForm<T>& /*form*/) {
-  return "as a grid in sweeps, in bands of rows";
+std::string describe_form(const StrandsForm<T>& form) {
+  return form.is_list() ? "as a list that is a sheet in sweeps, in bands of rows" : "as a grid in sweeps, in bands of rows";
 }
 template <class T>
 std::string describe_form(const ColoursForm<T>& form) {

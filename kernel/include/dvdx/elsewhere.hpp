@@ -47,6 +47,9 @@ struct SweptPart {
   // by their colours, from 1 to `colours`, and all parts tell their halo after each.
   std::vector<std::uint32_t> colour_of;
   std::uint32_t colours = 0;
+  // Or, where the whole's sweeps walk the list as a sheet: the columns of its rows, and how many rows or columns a spring leads
+  // across at the most, 1 or 2. The part's particles are then whole rows one after the other, and what stands above is empty.
+  std::uint32_t columns = 0, reach = 1;
 };
 
 // Where particles come and go, parts share the births of each step: what is drawn for a birth is a function of its number, so

@@ -33,7 +33,7 @@ struct Part {
   // Exchange::pulses_per_telling. Where it is more than 1 the halo is as deep as springs reach in so many pulses.
   std::uint32_t pulses_per_telling = 1;
   // For Elsewhere::sweeps, of networks by `sequential` that are no sheets: the part's own particles stand in whole pieces,
-  // which are few thousand particles each.
+  // which are few thousand particles each; or in whole rows, of lists that are swept by rows.
   std::optional<SweptPart> sweeps{};
 };
 
@@ -44,6 +44,11 @@ struct Part {
 // Of a sheet in parts of whole rows, the least of which has so many: more than 1 for `leapfrog` without damping, air and
 // motions, where a part is large beside the rows that so many pulses reach, and does not fit in a core's cache.
 [[nodiscard]] DVDX_EXPORT std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows);
+
+// The rows of a list that `sequential` walks as a sheet, as it walks a grid: its particles stand in rows one after the other, 16
+// of them or more, and springs lead where a grid's lead. Of the grid all but rows and columns means nothing, and a bend that is
+// not 0 that springs lead two rows down. None of other scenes.
+[[nodiscard]] DVDX_EXPORT std::optional<Grid> swept_rows(const Scene& scene, std::size_t count);
 
 // Rows of a sheet that one part must have together: of `sequential` two bands, which its sweeps take one after the other; of
 // other schemes 1.
@@ -57,7 +62,7 @@ struct RowsHeld {
 [[nodiscard]] DVDX_EXPORT RowsHeld rows_held(const Scene& scene, const Grid& sheet, std::uint32_t pulses);
 
 // The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows
-// (rows_kept_together of them), as many for each part as can be. By `sequential` several sheets that are alike stay whole, and
+// (rows_kept_together of them), as many for each part as can be; so are lists with swept_rows(). By `sequential` several sheets that are alike stay whole, and
 // so do a list's pieces: its parts have no other owners.
 [[nodiscard]] DVDX_EXPORT std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts);
 

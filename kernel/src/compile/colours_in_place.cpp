@@ -38,7 +38,7 @@ template <class T>
 void ColoursInPlace<T>::place(const ColoursForm<T>& form, const NetworkInput& in, const ListRates& springs) {
   for (std::size_t lane = 0; lane < form.springs; ++lane) {
     const std::uint32_t spring = form.spring_at[lane];
-    if (spring == ColoursForm<T>::no_spring) continue;
+    if (spring == no_spring) continue;
     lane_of_[spring] = static_cast<std::uint32_t>(lane);
     is_turned_[spring] = form.a[lane] != record * in.order.of[springs.ends(spring).a];
   }
@@ -75,7 +75,7 @@ auto ColoursInPlace<T>::source_of(const NetworkInput& in, const ListRates& sprin
   Source source;
   for (std::size_t lane = 0; lane < slice; ++lane) {
     const std::uint32_t spring = spring_at_[group * slice + lane];
-    if (spring != ColoursForm<T>::no_spring) read_lane(in, springs, spring, lane, source);
+    if (spring != no_spring) read_lane(in, springs, spring, lane, source);
   }
   return source;
 }

@@ -12,6 +12,7 @@
 
 #include "compile/checker.hpp"
 #include "compile/compiled_scene.hpp"
+#include "compile/list_sheet.hpp"
 #include "compile/particle_order.hpp"
 #include "compile/system.hpp"
 #include "compile/validate.hpp"
@@ -80,6 +81,18 @@ std::optional<std::size_t> wrong_colour(std::span<const JoinedPair> pairs, const
   return std::nullopt;
 }
 
+std::optional<Error> check_rows(const Scene& scene, const SweptPart& sweeps, std::size_t count) {
+  if (sweeps.reach != 1 && sweeps.reach != 2) {
+    return Error{"elsewhere.sweeps.reach", std::to_string(sweeps.reach), "1 or 2"};
+  }
+  const ListSheet sheet{.rows = count / sweeps.columns, .columns = sweeps.columns, .reach = sweeps.reach};
+  const std::vector<Vec3> nowhere(count);
+  if (count % sweeps.columns == 0 && is_sheet(joined_pairs(scene, nowhere), sheet)) return std::nullopt;
+  return Error{"elsewhere.sweeps.columns", std::to_string(sweeps.columns),
+               "rows of so many particles, and springs between those that are at most " + std::to_string(sweeps.reach) +
+                   " rows and columns apart"};
+}
+
 }  // namespace
 
 std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere, std::optional<std::size_t> count) {
@@ -90,6 +103,7 @@ std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere
     if (elsewhere.exchange.start == nullptr) return std::nullopt;
     return Error{"elsewhere.sweeps", "null", "Part::sweeps of a part by sequential that is no sheet"};
   }
+  if (sweeps->columns != 0) return check_rows(scene, *sweeps, *count);
   if (!are_pieces(sweeps->piece_ends, *count)) {
     return Error{"elsewhere.sweeps.piece_ends", std::to_string(sweeps->piece_ends.size()) + " numbers",
                  "at least one, ascending, up to the particles' " + std::to_string(*count)};

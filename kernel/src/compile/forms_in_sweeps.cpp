@@ -1,4 +1,4 @@
-// Springs in Gauss-Seidel sweeps: a grid in bands of strands, a graph in colours.
+// Springs in Gauss-Seidel sweeps: a sheet in bands of strands, any others in colours.
 #include <algorithm>
 #include <array>
 #include <map>
@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "compile/colouring.hpp"
+#include "compile/list_rates.hpp"
 #include "compile/network_forms.hpp"
 #include "compile/sweep_scheme.hpp"
 
@@ -71,10 +72,10 @@ struct Rows {
 
 // The strands of one direction that begin in some of a sheet's rows, in groups that share no particle.
 template <class T>
-void add_strands(const ParticleOrder& order, const Grid& grid, const Rows& sheet, const GridDirection& d, std::size_t family,
-                 const Rows& rows, StrandsForm<T>& form) {
+void add_strands(const ParticleOrder& order, std::size_t columns_of_sheet, const Rows& sheet, const GridDirection& d,
+                 std::size_t family, const Rows& rows, StrandsForm<T>& form) {
   const auto phases = static_cast<std::ptrdiff_t>(order.phases);
-  const auto columns = static_cast<std::ptrdiff_t>(grid.columns);
+  const auto columns = static_cast<std::ptrdiff_t>(columns_of_sheet);
   std::uint32_t number = form.strands.empty() ? 0 : form.strands.back().turn;
   const auto add = [&](std::size_t row, std::ptrdiff_t phase) {
     if (row + d.down >= sheet.end) return;
@@ -178,7 +179,29 @@ void tear(StrandsForm<T>& form, const ParticleOrder& order, const Grid& grid, co
   }
 }
 
+namespace {
+
 // Sheet by sheet, in bands of rows, and in each the directions one after the other.
+template <class T>
+void lay_out(const ParticleOrder& order, std::size_t rows_of_all, std::size_t columns, std::size_t sheet_rows,
+             StrandsForm<T>& form) {
+  const std::vector<GridDirection>& directions = form.directions;
+  const std::size_t band = rows_of_band(columns);
+  for (Rows sheet{0, sheet_rows}; sheet.first < rows_of_all; sheet = {sheet.end, sheet.end + sheet_rows}) {
+    form.sheets.push_back(form.bands.size());
+    for (Rows rows = sheet; rows.first < sheet.end; rows.first = rows.end) {
+      form.bands.push_back(form.strands.size());
+      rows.end = std::min(rows.first + band, sheet.end);
+      for (std::size_t f = 0; f < directions.size(); ++f) add_strands(order, columns, sheet, directions[f], f, rows, form);
+    }
+  }
+  form.sheets.push_back(form.bands.size());
+  form.bands.push_back(form.strands.size());
+  form.terms.strands = form.strands.data();
+}
+
+}  // namespace
+
 template <class T>
 StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::size_t sheet_rows, const T* w,
                                  Columns<T>& columns) {
@@ -186,28 +209,146 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::
   form.terms = sweep_terms<T>(in);
   form.shift = shift_terms<T>(in);
   form.directions = directions_of(grid);
-  const std::vector<GridDirection>& directions = form.directions;
-  const std::size_t band = rows_of_band(grid.columns);
-  for (Rows sheet{0, sheet_rows}; sheet.first < grid.rows; sheet = {sheet.end, sheet.end + sheet_rows}) {
-    form.sheets.push_back(form.bands.size());
-    for (Rows rows = sheet; rows.first < sheet.end; rows.first = rows.end) {
-      form.bands.push_back(form.strands.size());
-      rows.end = std::min(rows.first + band, sheet.end);
-      for (std::size_t f = 0; f < directions.size(); ++f) add_strands(in.order, grid, sheet, directions[f], f, rows, form);
-    }
-  }
-  form.sheets.push_back(form.bands.size());
-  form.bands.push_back(form.strands.size());
-  form.terms.strands = form.strands.data();
+  lay_out(in.order, grid.rows, grid.columns, sheet_rows, form);
   const auto make = [&](const Implicitness& of, std::vector<StrandFamily<T>>& families, SweepTerms<T>& terms) {
-    families = strand_families<T>(of, directions, grid.damping);
+    families = strand_families<T>(of, form.directions, grid.damping);
     terms.families = families.data();
-    terms.inverse = strand_inverses(of, directions, grid.damping, form, w, columns);
+    terms.inverse = strand_inverses(of, form.directions, grid.damping, form, w, columns);
   };
   make(implicitness(in), form.families, form.terms);
   form.alpha = make_alpha(in, form.terms);
   if (form.alpha) make(implicitness_of_start(in), form.families_of_start, form.alpha->sweeps_of_start);
   for (const Pair& ends : grid.broken) tear(form, in.order, grid, *spring_between(grid, ends));
+  return form;
+}
+
+namespace {
+
+// Of each lane of the strands its spring, or none.
+template <class T>
+std::vector<std::uint32_t> springs_in_strands(const NetworkInput& in, const StrandsForm<T>& form) {
+  std::vector<std::uint32_t> particle_of(in.order.size);
+  for (std::uint32_t i = 0; i < in.order.of.size(); ++i) particle_of[in.order.of[i]] = i;
+  std::vector<std::uint32_t> first_of(in.w.size() + 1, static_cast<std::uint32_t>(in.springs.size()));
+  for (std::size_t s = in.springs.size(); s-- > 0;) first_of[in.springs[s].a] = static_cast<std::uint32_t>(s);
+  for (std::size_t i = in.w.size(); i-- > 0;) first_of[i] = std::min(first_of[i], first_of[i + 1]);
+  std::vector<std::uint32_t> spring_at(form.springs, no_spring);
+  for (const Strand& strand : form.strands) {
+    for (std::size_t k = 0; k < strand.count; ++k) {
+      const std::uint32_t a = particle_of[strand.a + k];
+      const std::uint32_t b = particle_of[strand.b + k];
+      for (std::uint32_t s = first_of[a]; s < first_of[a + 1]; ++s) {
+        if (in.springs[s].b == b) spring_at[strand.springs + k] = s;
+      }
+    }
+  }
+  return spring_at;
+}
+
+// Strands without a spring, as between two sheets, are not walked.
+template <class T>
+void drop_empty(StrandsForm<T>& form) {
+  std::vector<Strand> strands;
+  std::vector<std::size_t> bands;
+  std::size_t n = 0;
+  for (const std::size_t first : form.bands) {
+    for (; n < first; ++n) {
+      const auto lanes = form.spring_at.begin() + form.strands[n].springs;
+      const bool is_empty = std::all_of(lanes, lanes + form.strands[n].count, [](std::uint32_t s) { return s == no_spring; });
+      if (!is_empty) strands.push_back(form.strands[n]);
+    }
+    bands.push_back(strands.size());
+  }
+  form.strands = std::move(strands);
+  form.bands = std::move(bands);
+  form.terms.strands = form.strands.data();
+}
+
+// Writes what the sweeps solve a list's springs by. Most follow some that are alike: a division where one is not.
+template <class T>
+class StrandWriter {
+ public:
+  StrandWriter(StrandsForm<T>& form, const NetworkInput& in) noexcept
+      : form_(form), w_(in.w), on_(implicitness(in)), start_(implicitness_of_start(in)) {}
+
+  // k, c: 0 where it is torn.
+  void write(std::size_t lane, std::uint32_t a, std::uint32_t b, double k, double c) noexcept {
+    const auto in_T = [](double w) { return static_cast<double>(static_cast<T>(w)); };  // as a grid's
+    take({k, c, in_T(w_[a]) + in_T(w_[b])});
+    put(form_.terms, lane, of_);
+    if (form_.alpha) put(form_.alpha->sweeps_of_start, lane, of_start_);
+  }
+
+ private:
+  struct Made {
+    double k = 0, c = 0, w = 0;
+    bool operator==(const Made&) const = default;
+  };
+  void take(const Made& made) noexcept {
+    if (made == last_) return;
+    last_ = made;
+    of_ = compliances(on_, made.k, made.c, made.w);
+    of_start_ = compliances(start_, made.k, made.c, made.w);
+  }
+  static void put(const SweepTerms<T>& terms, std::size_t lane, const Compliances& of) noexcept {
+    const auto set = [&](const T* column, double value) { const_cast<T*>(column)[lane] = static_cast<T>(value); };  // our own
+    set(terms.kappa, of.kappa);
+    set(terms.eta, of.eta);
+    set(terms.inverse, of.inverse);
+  }
+
+  StrandsForm<T>& form_;
+  std::span<const double> w_;
+  Implicitness on_, start_;
+  Made last_;
+  Compliances of_ = compliances(on_, 0, 0, 0), of_start_ = of_;
+};
+
+}  // namespace
+
+template <class T>
+void set_spring(StrandsForm<T>& form, const NetworkInput& in, const ListRates& springs, std::size_t lane) noexcept {
+  const std::uint32_t s = form.spring_at[lane];
+  const auto [a, b] = springs.ends(s);
+  StrandWriter(form, in).write(lane, a, b, springs.pulls()[s], springs.drags()[s]);
+}
+
+template <class T>
+void set_springs(StrandsForm<T>& form, const NetworkInput& in, const ListRates& springs) noexcept {
+  StrandWriter writer(form, in);
+  for (std::size_t lane = 0; lane < form.springs; ++lane) {
+    const std::uint32_t s = form.spring_at[lane];
+    if (s == no_spring) continue;
+    const auto [a, b] = springs.ends(s);
+    writer.write(lane, a, b, springs.pulls()[s], springs.drags()[s]);
+  }
+}
+
+template <class T>
+StrandsForm<T> make_strands_form(const NetworkInput& in, const ListSheet& sheet, Columns<T>& columns) {
+  StrandsForm<T> form;
+  form.terms = sweep_terms<T>(in);
+  form.shift = shift_terms<T>(in);
+  form.directions = directions_of(in.springs, sheet);
+  lay_out(in.order, sheet.rows, sheet.columns, sheet.rows, form);
+  form.spring_at = springs_in_strands(in, form);
+  drop_empty(form);
+  const auto make = [&](SweepTerms<T>& terms) {
+    terms.strands = form.strands.data();
+    for (const T** column : {&terms.kappa, &terms.eta, &terms.inverse}) *column = columns.add(form.springs, T(0), column_margin);
+  };
+  T* const l = columns.add(form.springs, T(1), column_margin);
+  form.terms.l = l;
+  make(form.terms);
+  form.alpha = make_alpha(in, form.terms);
+  if (form.alpha) make(form.alpha->sweeps_of_start);
+  StrandWriter writer(form, in);
+  for (std::size_t lane = 0; lane < form.springs; ++lane) {  // one without a spring moves nothing
+    if (form.spring_at[lane] == no_spring) continue;
+    const JoinedPair& s = in.springs[form.spring_at[lane]];
+    l[lane] = static_cast<T>(s.l);
+    writer.write(lane, s.a, s.b, s.is_broken ? 0 : s.k, damping_of(s));
+  }
   return form;
 }
 
@@ -478,7 +619,7 @@ class Ranges {
     const auto record_of = [&](std::uint32_t i) { return static_cast<std::uint32_t>(record * in_.order.of[i]); };
     lanes_.push_back(lane);
     form_.spring_at.push_back(lane.p != nullptr ? static_cast<std::uint32_t>(lane.p - in_.springs.data())
-                                                : ColoursForm<T>::no_spring);
+                                                : no_spring);
     form_.a.push_back(lane.p != nullptr ? record_of(lane.a) : idle_);
     form_.b.push_back(lane.p != nullptr ? record_of(lane.b) : idle_ + static_cast<std::uint32_t>(record));
   }
@@ -550,17 +691,43 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
   return form;
 }
 
-template <class T>
-void set_scheme(ColoursForm<T>& form, const NetworkInput& in) noexcept {
-  const RangeTerms<T> of_start = form.alpha ? form.alpha->sweeps_of_start.ranges : RangeTerms<T>{};
+namespace {
+
+// terms_of: the part of a form's sweeps that the scheme does not change.
+template <class T, class Form, class TermsOf>
+void set_scheme(Form& form, const NetworkInput& in, const TermsOf& terms_of) noexcept {
+  const SweepTerms<T> of_start = form.alpha ? form.alpha->sweeps_of_start : SweepTerms<T>{};
   form.terms.h = sweep_terms<T>(in).h;
   form.shift = shift_terms<T>(in);
   form.alpha = make_alpha(in, form.terms);
-  if (form.alpha) form.alpha->sweeps_of_start.ranges = of_start;
+  if (form.alpha) terms_of(form.alpha->sweeps_of_start, of_start);
+}
+
+}  // namespace
+
+template <class T>
+void set_scheme(ColoursForm<T>& form, const NetworkInput& in) noexcept {
+  set_scheme<T>(form, in, [](SweepTerms<T>& terms, const SweepTerms<T>& before) { terms.ranges = before.ranges; });
+}
+template <class T>
+void set_scheme(StrandsForm<T>& form, const NetworkInput& in) noexcept {
+  set_scheme<T>(form, in, [](SweepTerms<T>& terms, const SweepTerms<T>& before) {
+    terms.kappa = before.kappa;
+    terms.eta = before.eta;
+    terms.inverse = before.inverse;
+  });
 }
 
 template StrandsForm<float> make_strands_form(const NetworkInput&, const Grid&, std::size_t, const float*, Columns<float>&);
+template StrandsForm<float> make_strands_form(const NetworkInput&, const ListSheet&, Columns<float>&);
+template void set_spring(StrandsForm<float>&, const NetworkInput&, const ListRates&, std::size_t) noexcept;
+template void set_springs(StrandsForm<float>&, const NetworkInput&, const ListRates&) noexcept;
+template void set_scheme(StrandsForm<float>&, const NetworkInput&) noexcept;
 template StrandsForm<double> make_strands_form(const NetworkInput&, const Grid&, std::size_t, const double*, Columns<double>&);
+template StrandsForm<double> make_strands_form(const NetworkInput&, const ListSheet&, Columns<double>&);
+template void set_spring(StrandsForm<double>&, const NetworkInput&, const ListRates&, std::size_t) noexcept;
+template void set_springs(StrandsForm<double>&, const NetworkInput&, const ListRates&) noexcept;
+template void set_scheme(StrandsForm<double>&, const NetworkInput&) noexcept;
 template void set_inverses(StrandsForm<float>&, const NetworkInput&, const Grid&, const float*, std::uint32_t) noexcept;
 template void tear(StrandsForm<float>&, const ParticleOrder&, const Grid&, const GridSpring&) noexcept;
 template void set_inverses(StrandsForm<double>&, const NetworkInput&, const Grid&, const double*, std::uint32_t) noexcept;

@@ -109,6 +109,19 @@ bool sums_pairs(const Coupling& coupling) {
   return coupling.scheme == Scheme::accumulate && coupling.method != Method::combined;
 }
 
+ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) {
+  return {.rows = count / sweeps.columns, .columns = sweeps.columns, .reach = sweeps.reach};
+}
+
+template <class T>
+std::vector<std::uint32_t> lanes_of(const StrandsForm<T>& form, std::size_t springs) {
+  std::vector<std::uint32_t> lane_of(springs);
+  for (std::size_t lane = 0; lane < form.spring_at.size(); ++lane) {
+    if (form.spring_at[lane] != no_spring) lane_of[form.spring_at[lane]] = static_cast<std::uint32_t>(lane);
+  }
+  return lane_of;
+}
+
 template <class Element>
 std::size_t bytes_of(const std::vector<Element>& list) {
   return list.size() * sizeof(Element);
@@ -128,7 +141,8 @@ std::size_t bytes_of(const GraphForm<T>& form) {
 }
 template <class T>
 std::size_t bytes_of(const StrandsForm<T>& form) {
-  return bytes_of(form.strands) + bytes_of(form.families) + bytes_of(form.families_of_start) + bytes_of(form.bands);
+  return bytes_of(form.strands) + bytes_of(form.families) + bytes_of(form.families_of_start) + bytes_of(form.bands) +
+         bytes_of(form.spring_at);
 }
 template <class T>
 std::size_t bytes_of(const ColoursForm<T>& form) {
@@ -245,11 +259,19 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
   neighbours_ = grid_neighbours(scene);
   if (grid != nullptr) {
     const std::size_t phases = coupling.scheme != Scheme::sequential ? 1 : (grid->bend != 0 ? 4 : 2);
-    order = grid_order(*grid, phases);
+    order = rows_order(grid->rows, grid->columns, phases);
     return;
   }
+  const bool is_sequential = coupling.scheme == Scheme::sequential;
   if (kept != nullptr && !kept->is_stack_ && kept->neighbours_ == neighbours_) {
     order = kept->order;
+    list_sheet_ = kept->list_sheet_;
+    return;
+  }
+  if (is_sequential && sweeps_ == nullptr) list_sheet_ = list_sheet(pairs, particles());
+  if (sweeps_ != nullptr && sweeps_->columns != 0) list_sheet_ = told_sheet(*sweeps_, particles());
+  if (list_sheet_) {
+    order = rows_order(list_sheet_->rows, list_sheet_->columns, list_sheet_->phases());
     return;
   }
   std::vector<JoinedPair> near(pairs.begin(), pairs.end());
@@ -259,7 +281,7 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
   } else if (keeps_order_) {
     order = own_order(particles());
   } else {
-    order = coupling.scheme == Scheme::sequential ? pieces_order(near, particles()) : graph_order(near, particles());
+    order = is_sequential ? pieces_order(near, particles()) : graph_order(near, particles());
   }
 }
 
@@ -299,6 +321,8 @@ void Joints<T>::make_form(std::span<const JoinedPair> pairs, const SteppedGrid& 
     form = make_strands_form<T>(in, stepped.grid(), stepped.sheet_rows(), w, columns_);
   } else if (grid != nullptr) {
     form = make_grid_form<T>(in, *grid, columns_);
+  } else if (list_sheet_) {
+    form = make_strands_form<T>(in, *list_sheet_, columns_);
   } else if (is_sequential) {
     form = make_colours_form<T>(in, columns_);
   } else if (sums_pairs(coupling)) {
@@ -334,12 +358,21 @@ NetworkInput Joints<T>::input(std::span<const JoinedPair> pairs) const {
 }
 
 template <class T>
+StrandsForm<T>* Joints<T>::strands_of_list() noexcept {
+  return list_sheet_ ? std::get_if<StrandsForm<T>>(&form) : nullptr;
+}
+template <class T>
+bool Joints<T>::sweeps_list() const noexcept {
+  return list_sheet_ || std::holds_alternative<ColoursForm<T>>(form);
+}
+
+template <class T>
 bool Joints<T>::can_change_in_place() const noexcept {
   // Where fewer sub-steps than are safe were asked for, eigenvalues tell whether they still do.
   // Tethers lead along whole springs, to what is fixed.
   if (constraints || has_tethers_ || !chosen.is_safe) return false;
   if (std::holds_alternative<GraphForm<T>>(form)) return coupling.scheme != Scheme::accumulate;
-  if (std::holds_alternative<ColoursForm<T>>(form)) return sweeps_ == nullptr;
+  if (sweeps_list()) return sweeps_ == nullptr;
   if (air && !air->is_grid()) return false;
   return std::holds_alternative<GridForm<T>>(form) || std::holds_alternative<StrandsForm<T>>(form);
 }
@@ -347,14 +380,14 @@ bool Joints<T>::can_change_in_place() const noexcept {
 template <class T>
 bool Joints<T>::can_change_step(double other_step) const noexcept {
   const bool is_graph = std::holds_alternative<GraphForm<T>>(form) && coupling.scheme != Scheme::accumulate;
-  const bool is_list = is_graph || (std::holds_alternative<ColoursForm<T>>(form) && sweeps_ == nullptr);
+  const bool is_list = is_graph || (sweeps_list() && sweeps_ == nullptr);
   if (constraints || !(is_list || std::holds_alternative<GridForm<T>>(form))) return false;
   return substeps_by(rates.least, other_step) == substeps_by(rates.most, other_step);
 }
 
 template <class T>
 void Joints<T>::reserve_step(const Scene& scene, std::span<const Vec3> start) {
-  if (std::holds_alternative<ColoursForm<T>>(form)) reserve_rates(scene, start);
+  if (sweeps_list()) reserve_rates(scene, start);
 }
 
 template <class T>
@@ -366,6 +399,10 @@ void Joints<T>::change_step(double other_step) noexcept {
 template <class T>
 void Joints<T>::take_step() noexcept {
   if (auto* list = std::get_if<ColoursForm<T>>(&form)) by_spring_->colours->set_scheme(*list, input({}));
+  if (auto* strands = strands_of_list()) {
+    set_scheme(*strands, input({}));
+    set_springs(*strands, input({}), by_spring_->rates);
+  }
 }
 
 namespace {
@@ -379,7 +416,8 @@ template <class T>
 void Joints<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
   auto* const colours = std::get_if<ColoursForm<T>>(&form);
   const auto* const graph = std::get_if<GraphForm<T>>(&form);
-  if (colours == nullptr && graph == nullptr) {
+  const StrandsForm<T>* const strands = strands_of_list();
+  if (colours == nullptr && graph == nullptr && strands == nullptr) {
     if (!by_row_.empty()) return;
     std::vector<GridRates> sheets;
     for (const Network& network : scene.networks) {
@@ -390,9 +428,10 @@ void Joints<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
   } else if (by_spring_ == nullptr) {
     const std::vector<JoinedPair> pairs = joined_pairs(scene, start);
     const NetworkInput in = input(pairs);
-    auto made = std::make_unique<ListInPlace>(ListInPlace{ListRates(pairs, w_of), {}, {}});
+    auto made = std::make_unique<ListInPlace>(ListInPlace{ListRates(pairs, w_of), {}, {}, {}});
     if (graph != nullptr) made->lanes = lanes_of(*graph, in);
     if (colours != nullptr) made->colours.emplace(*colours, in, made->rates, memory_);
+    if (strands != nullptr) made->lane_of = lanes_of(*strands, pairs.size());
     by_spring_ = std::move(made);
     if (colours != nullptr) by_spring_->colours->take_over(*colours);
   }
@@ -436,7 +475,7 @@ template <class T>
 bool Joints<T>::are_right(const RateBounds& bounds) const noexcept {
   Substeps least = substeps_by(bounds.least, step);
   Substeps most = substeps_by(bounds.most, step);
-  if (std::holds_alternative<ColoursForm<T>>(form)) least.rho = most.rho = chosen.rho;
+  if (sweeps_list()) least.rho = most.rho = chosen.rho;
   return least == chosen && most == chosen;
 }
 
@@ -472,7 +511,7 @@ bool Joints<T>::set_rates(std::size_t particle, double w_new) noexcept {
 // Springs between fixed ends are left out of a list's form; in sweeps that gives others other colours.
 template <class T>
 bool Joints<T>::changes_left_out(std::size_t particle, double w_new) const noexcept {
-  const auto& [rates_of, lanes, colours] = *by_spring_;
+  const auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
   for (const std::uint32_t s : rates_of.springs_at(particle)) {
     if (lanes && lanes->of[s].a == SpringLanes::nowhere) return true;
     if (!colours) continue;
@@ -482,15 +521,24 @@ bool Joints<T>::changes_left_out(std::size_t particle, double w_new) const noexc
 }
 
 template <class T>
+void Joints<T>::set_swept(std::uint32_t spring) noexcept {
+  auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
+  if (auto* list = std::get_if<ColoursForm<T>>(&form); list != nullptr && !colours->is_left_out(spring)) {
+    colours->set_spring(*list, input({}), rates_of, spring);
+  }
+  if (auto* strands = strands_of_list()) set_spring(*strands, input({}), rates_of, lane_of[spring]);
+}
+
+template <class T>
 bool Joints<T>::set_inverse_mass(const Scene& scene, std::size_t particle, double w_new) noexcept {
   if (by_spring_ && changes_left_out(particle, w_new)) return false;
   if (!set_rates(particle, w_new)) return false;
   const std::uint32_t element = order.of[particle];
   const_cast<T*>(w)[element] = static_cast<T>(w_new);  // our own memory
-  if (auto* strands = std::get_if<StrandsForm<T>>(&form)) set_inverses(*strands, input({}), grid_of(scene), w, element);
-  if (auto* list = std::get_if<ColoursForm<T>>(&form)) {
-    auto& [rates_of, lanes, colours] = *by_spring_;
-    for (const std::uint32_t s : rates_of.springs_at(particle)) colours->set_spring(*list, input({}), rates_of, s);
+  if (by_spring_) {
+    for (const std::uint32_t s : by_spring_->rates.springs_at(particle)) set_swept(s);
+  } else if (auto* strands = std::get_if<StrandsForm<T>>(&form)) {
+    set_inverses(*strands, input({}), grid_of(scene), w, element);
   }
   if (air && air->is_grid()) air->set_inverse_mass(w_of, particle);
   if (air && !air->is_grid()) air->set_inverse_mass(w_of, particle, order);
@@ -553,7 +601,7 @@ SourceRange sources_of(const Scene& scene, std::size_t network) {
 
 template <class T>
 bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
-  auto& [rates_of, lanes, colours] = *by_spring_;
+  auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
   const SourceRange own = sources_of(scene, network);
   std::vector<std::uint32_t> torn;
   for (const auto& [i, j] : pairs) {
@@ -571,8 +619,8 @@ bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<co
   for (const std::uint32_t s : torn) {
     if (graph != nullptr) {
       set_spring(*graph, *lanes, s, rates_of.spring(s));
-    } else if (!colours->is_left_out(s)) {
-      colours->set_spring(std::get<ColoursForm<T>>(form), input({}), rates_of, s);
+    } else {
+      set_swept(s);
     }
   }
   if (meets_air(scene.networks[network])) {
@@ -603,7 +651,7 @@ template <class T>
 bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const SpringsStiffness& before) noexcept {
   const auto& list = std::get<Springs>(scene.networks[network]);
   if ((list.damping != 0) != (before.damping != 0)) return false;  // other springs take part in the damping's passes
-  auto& [rates_of, lanes, colours] = *by_spring_;
+  auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
   const SourceRange own = sources_of(scene, network);
   rates_of.set_stiffness(w_of, own, list.stiffness, list.damping);
   const RateBounds bounds = rates_now();
@@ -613,13 +661,14 @@ bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const Spr
   }
   if (lanes) set_springs(std::get<GraphForm<T>>(form), *lanes, rates_of);
   if (colours) colours->set_springs(std::get<ColoursForm<T>>(form), input({}), rates_of);
+  if (auto* strands = strands_of_list()) set_springs(*strands, input({}), rates_of);
   take(bounds);
   return true;
 }
 
 template <class T>
 bool Joints<T>::set_zero_length(const Scene& scene, std::size_t network, const Scalars& before) noexcept {
-  auto& [rates_of, lanes, colours] = *by_spring_;
+  auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
   if (!lanes) return false;
   const SourceRange own = sources_of(scene, network);
   rates_of.set_zero_length(w_of, own, std::get<Springs>(scene.networks[network]).zero_length);

@@ -146,6 +146,7 @@ class Joints {
   };
   [[nodiscard]] Sheet sheet_of(std::size_t particle) const noexcept;
   [[nodiscard]] std::span<const double> w_of_sheet(std::size_t number) const noexcept;
+  void set_swept(std::uint32_t spring) noexcept;
   [[nodiscard]] bool changes_left_out(std::size_t particle, double w) const noexcept;
   void set_broken(std::size_t network, std::span<const GridSpring> torn, bool is_broken) noexcept;
   [[nodiscard]] bool break_grid(const Scene& scene, std::size_t network, std::span<const GridSpring> torn);
@@ -158,6 +159,10 @@ class Joints {
   [[nodiscard]] Substeps substeps_by(const HighestRates& highest, double h) const noexcept;
   [[nodiscard]] NetworkInput input(std::span<const JoinedPair> pairs) const;
 
+  // The strands of a list that is swept in such, or null.
+  [[nodiscard]] StrandsForm<T>* strands_of_list() noexcept;
+  [[nodiscard]] bool sweeps_list() const noexcept;
+
   bool is_damped_ = false;
   bool has_tethers_ = false;
   bool is_stack_ = false;                   // of several sheets, stepped as one
@@ -165,6 +170,7 @@ class Joints {
   bool keeps_order_ = false;                // of a part of a larger scene
   std::optional<double> rho_of_whole_;
   const SweptPart* sweeps_ = nullptr;
+  std::optional<ListSheet> list_sheet_;  // of a list in sweeps that is one
   bool closes_in_whole_ = false;
   double fastest_turn_ = 0;        // rad/s, of the surfaces that follow a motion
   std::vector<GridRates> by_row_;  // of each sheet
@@ -172,6 +178,7 @@ class Joints {
     ListRates rates;
     std::optional<GraphLanes<T>> lanes;
     std::optional<ColoursInPlace<T>> colours;
+    std::vector<std::uint32_t> lane_of;  // in strands, of each spring
   };
   std::unique_ptr<ListInPlace> by_spring_;
   Memory memory_;

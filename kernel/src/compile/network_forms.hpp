@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "compile/columns.hpp"
+#include "compile/list_sheet.hpp"
 #include "compile/particle_order.hpp"
 #include "dvdx/elsewhere.hpp"
 #include "dvdx/network.hpp"
@@ -64,18 +65,24 @@ struct Alpha {
   SweepTerms<T> sweeps_of_start;
 };
 
-// A grid in sweeps: passes/network/sequential.
+// Of a lane, among the springs that a form was made of.
+inline constexpr std::uint32_t no_spring = 0xffffffff;
+
+// A grid in sweeps, or a list that is a sheet: passes/network/sequential.
 template <class T>
 struct StrandsForm {
   SweepTerms<T> terms;
   ShiftTerms<T> shift;              // of the theta scheme
   std::optional<Alpha<T>> alpha{};  // in its place
   std::vector<Strand> strands;
-  std::vector<StrandFamily<T>> families, families_of_start;
+  std::vector<StrandFamily<T>> families, families_of_start;  // of a grid
   std::vector<GridDirection> directions;  // of the families
   std::vector<std::size_t> bands;         // first strand of each band, and one more: bands two apart share no particle
   std::vector<std::size_t> sheets;        // first band of each sheet, and one more: sheets share none
+  std::vector<std::uint32_t> spring_at;   // of a list: the spring of each lane, or no_spring
   std::size_t springs = 0;                // columns of lambda
+
+  [[nodiscard]] bool is_list() const noexcept { return !spring_at.empty(); }
 };
 
 // Any springs in sweeps: passes/network/sequential. First those within each piece of the particles, in colours; then those that
@@ -87,8 +94,7 @@ struct ColoursForm {
   std::optional<Alpha<T>> alpha{};                                                  // in its place
   std::vector<std::uint32_t> a, b, ranges, coefficients_of, coefficients_of_start;  // what the terms point to
   std::vector<Stand> stand;                                                         // likewise
-  std::vector<std::uint32_t> spring_at;  // of each lane, among the springs that it was made of; or no_spring
-  static constexpr std::uint32_t no_spring = 0xffffffff;
+  std::vector<std::uint32_t> spring_at;  // of each lane, or no_spring
   std::vector<std::size_t> tasks;   // first range of each task, and one more; the first are the pieces
   std::vector<std::size_t> stages;  // first task of each stage, and one more: the tasks of a stage share no particle
   std::size_t springs = 0;          // columns of lambda
@@ -180,10 +186,21 @@ PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns);
 template <class T>
 StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::size_t sheet_rows, const T* w,
                                  Columns<T>& columns);
+// Of a list.
+template <class T>
+StrandsForm<T> make_strands_form(const NetworkInput& in, const ListSheet& sheet, Columns<T>& columns);
+// Since what the spring of a lane is made of has changed, or the mass of one of its ends; in.springs is not read.
+template <class T>
+void set_spring(StrandsForm<T>& form, const NetworkInput& in, const ListRates& springs, std::size_t lane) noexcept;
+// All of them.
+template <class T>
+void set_springs(StrandsForm<T>& form, const NetworkInput& in, const ListRates& springs) noexcept;
 template <class T>
 ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns);
 // What the sub-step and rho make of the sweeps, but for the springs' coefficients.
 template <class T>
 void set_scheme(ColoursForm<T>& form, const NetworkInput& in) noexcept;
+template <class T>
+void set_scheme(StrandsForm<T>& form, const NetworkInput& in) noexcept;
 
 }  // namespace dvdx

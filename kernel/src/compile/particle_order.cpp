@@ -414,21 +414,21 @@ SteppedGrid::SteppedGrid(const Scene& scene, std::size_t count, bool may_stack) 
   if (stack_) torn_ = torn_at_seams(*stack_);
 }
 
-ParticleOrder grid_order(const Grid& grid, std::size_t phases) {
+ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phases) {
   ParticleOrder order;
   order.phases = phases;
-  const std::size_t longest = (grid.columns + phases - 1) / phases;
+  const std::size_t longest = (columns + phases - 1) / phases;
   order.pitch = filled(longest);
-  order.size = grid.rows * phases * order.pitch;
-  for (std::size_t row = 0; row < grid.rows; ++row) {
-    for (std::size_t phase = 0; phase < std::min(phases, grid.columns); ++phase) {
-      order.spans.push_back({.particle = row * grid.columns + phase,
+  order.size = rows * phases * order.pitch;
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t phase = 0; phase < std::min(phases, columns); ++phase) {
+      order.spans.push_back({.particle = row * columns + phase,
                              .every = phases,
                              .element = (row * phases + phase) * order.pitch,
-                             .count = (grid.columns - phase + phases - 1) / phases});
+                             .count = (columns - phase + phases - 1) / phases});
     }
   }
-  fill_places(order, grid.rows * grid.columns);
+  fill_places(order, rows * columns);
   return order;
 }
 

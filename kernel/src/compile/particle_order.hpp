@@ -100,7 +100,8 @@ struct ParticleOrder {
 // spring that comes or goes these change, and with them the order in which a list of such springs is stepped.
 std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene);
 
-ParticleOrder grid_order(const Grid& grid, std::size_t phases);
+// Of a sheet.
+ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phases);
 // As they are numbered.
 ParticleOrder own_order(std::size_t count);
 // In an order of the particles that keeps neighbours near: their own where it does, else reverse Cuthill-McKee.

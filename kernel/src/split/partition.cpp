@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "compile/list_sheet.hpp"
 #include "compile/network_forms.hpp"
 #include "compile/particle_order.hpp"
 #include "compile/particle_values.hpp"
@@ -33,11 +34,23 @@ bool is_swept_list(const Scene& scene, std::size_t count) {
   return is_swept(scene) && !scene.networks.empty() && !is_sheet(scene, count) && particles_of_stacked(scene, count) == 0;
 }
 
+// The rows that parts have whole: of the scene's sheet, or of a list that sweeps walk as one.
+std::optional<Grid> whole_rows(const Scene& scene, std::size_t count) {
+  return is_sheet(scene, count) ? std::optional(*only_grid(scene, count)) : swept_rows(scene, count);
+}
+
+// Others are cut by pieces.
+bool is_swept_by_pieces(const Scene& scene, std::size_t count) {
+  return is_swept_list(scene, count) && !swept_rows(scene, count);
+}
+
 // Where each particle stands among those whose springs are summed: as compile/joints.cpp orders the whole scene.
 std::vector<std::uint32_t> places(const Scene& scene, std::size_t count) {
   std::vector<std::uint32_t> place(count);
   std::iota(place.begin(), place.end(), 0U);
-  if (is_sheet(scene, count) || scene.networks.empty() || particles_of_stacked(scene, count) != 0) return place;
+  const bool is_as_numbered = is_sheet(scene, count) || particles_of_stacked(scene, count) != 0 ||
+                              swept_rows(scene, count).has_value();
+  if (scene.networks.empty() || is_as_numbered) return place;
   return graph_order(joined_pairs(scene, count), count).of;
 }
 
@@ -116,8 +129,10 @@ std::vector<Triangle> taken(const std::vector<Triangle>& whole, const Renumbered
   return triangles;
 }
 
-// The springs that reach an own particle.
-Springs taken(const Springs& whole, const Renumbered& renumbered) {
+// Which springs a part has: those that reach a particle of its own; or, of a list whose rows are swept, all between its rows.
+enum class Taken : std::uint8_t { own, all };
+
+Springs taken(const Springs& whole, const Renumbered& renumbered, Taken which) {
   Springs springs{.pairs = {}, .damping = whole.damping};
   if (whole.aerodynamics) springs.triangles = taken(whole.triangles, renumbered);
   if (!springs.triangles.empty()) springs.aerodynamics = whole.aerodynamics;
@@ -125,7 +140,8 @@ Springs taken(const Springs& whole, const Renumbered& renumbered) {
   const auto both = [&](const Pair& pair) -> std::optional<Pair> {
     const auto a = renumbered(pair[0]);
     const auto b = renumbered(pair[1]);
-    if (!a || !b || (!renumbered.is_own(*a) && !renumbered.is_own(*b))) return std::nullopt;
+    if (!a || !b) return std::nullopt;
+    if (which == Taken::own && !renumbered.is_own(*a) && !renumbered.is_own(*b)) return std::nullopt;
     return Pair{*a, *b};
   };
   for (std::size_t s = 0; s < whole.pairs.size(); ++s) {
@@ -208,14 +224,21 @@ class SharedTriangles {
 
 }  // namespace
 
+std::optional<Grid> swept_rows(const Scene& scene, std::size_t count) {
+  if (!is_swept_list(scene, count)) return std::nullopt;
+  const auto sheet = list_sheet(joined_pairs(scene, count), count);
+  if (!sheet) return std::nullopt;
+  return Grid{.rows = sheet->rows, .columns = sheet->columns, .bend = sheet->reach == 2 ? 1.0 : 0.0};
+}
+
 std::size_t rows_kept_together(const Scene& scene, const Grid& sheet) {
   return scene.coupling.scheme == Scheme::sequential ? 2 * rows_of_band(sheet.columns) : 1;
 }
 
 std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts) {
-  const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
+  const std::optional<Grid> sheet = whole_rows(scene, count);
   std::vector<std::uint32_t> owner(count);
-  if (is_swept_list(scene, count)) {
+  if (!sheet && is_swept_list(scene, count)) {
     const WholeSweeps whole(scene, count);
     const auto owner_of_piece = [&](std::size_t piece) {
       return static_cast<std::uint32_t>(whole.order.pieces[piece] * parts / whole.order.size);
@@ -224,7 +247,7 @@ std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::u
     return owner;
   }
   std::size_t together = std::max<std::size_t>(1, particles_of_stacked(scene, count));
-  if (sheet != nullptr) together = sheet->columns * rows_kept_together(scene, *sheet);
+  if (sheet) together = sheet->columns * rows_kept_together(scene, *sheet);
   const std::size_t units = (count + together - 1) / together;
   const std::vector<std::uint32_t> place = places(scene, count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -240,7 +263,7 @@ std::vector<Pair> joined(const Scene& scene, std::size_t count) {
 }
 
 std::uint32_t tellings_of_sweeps(const Scene& scene, std::size_t count) {
-  if (!is_swept_list(scene, count)) return is_sheet(scene, count) ? 1 : 0;
+  if (!is_swept_by_pieces(scene, count)) return whole_rows(scene, count) ? 1 : 0;
   const std::uint32_t colours = WholeSweeps(scene, count).colours;
   const bool is_symmetric = scene.coupling.sweeps == SweepOrder::symmetric;
   return (colours == 0 ? 0 : colours - 1) + 1 + (is_symmetric ? colours : 0);
@@ -371,10 +394,10 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
   std::vector<std::uint8_t> held(count, 0);
   for (std::size_t i = 0; i < count; ++i) held[i] = owner[i] == part ? 1 : 0;
   made.own = static_cast<std::size_t>(std::count(held.begin(), held.end(), 1));
-  const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
-  if (sheet != nullptr) made.pulses_per_telling = pulses_per_telling(scene, *sheet, fewest_rows(*sheet, owner));
+  const std::optional<Grid> sheet = whole_rows(scene, count);
+  if (sheet) made.pulses_per_telling = pulses_per_telling(scene, *sheet, fewest_rows(*sheet, owner));
   ToldByPart told;
-  if (sheet != nullptr && made.own != 0 && (is_swept(scene) || made.pulses_per_telling > 1)) {
+  if (sheet && made.own != 0 && (is_swept(scene) || made.pulses_per_telling > 1)) {
     hold_rows(
         *sheet, own_rows(*sheet, owner, part), [&](std::uint64_t row) { return owner[row * sheet->columns]; },
         rows_held(scene, *sheet, made.pulses_per_telling), told);
@@ -407,7 +430,7 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
     if (held[i] != 0) made.particles.push_back(static_cast<std::uint32_t>(i));
   }
   std::optional<WholeSweeps> whole_sweeps;
-  if (is_swept_list(scene, count)) whole_sweeps.emplace(scene, count);
+  if (!sheet && is_swept_list(scene, count)) whole_sweeps.emplace(scene, count);
   const std::vector<std::uint32_t> place = whole_sweeps ? whole_sweeps->order.of : places(scene, count);
   std::sort(made.particles.begin(), made.particles.end(), [&](std::uint32_t a, std::uint32_t b) {
     const auto comes_last = [&](std::uint32_t i) { return whole_sweeps && owner[i] != part; };
@@ -416,6 +439,12 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
   for (const std::uint32_t i : made.particles) made.is_own.push_back(owner[i] == part ? 1 : 0);
   const Renumbered renumbered(made);
   if (whole_sweeps) made.sweeps = swept_part(*whole_sweeps, made, renumbered);
+  if (sheet && is_swept_list(scene, count)) {
+    made.sweeps = SweptPart{.piece_ends = {},
+                            .colour_of = {},
+                            .columns = static_cast<std::uint32_t>(sheet->columns),
+                            .reach = static_cast<std::uint32_t>(reach_of(*sheet))};
+  }
   add_neighbours(
       told, [&](std::uint32_t number) { return *renumbered(number); }, made);
   return made;
@@ -572,16 +601,17 @@ Scene scene_of(const Scene& whole, const Part& part) {
     scene.networks = sheets_of(whole, renumbered);
     return scene;
   }
+  const Taken which = part.sweeps && part.sweeps->columns != 0 ? Taken::all : Taken::own;
   for (Network& network : scene.networks) {
     if (const auto* grid = std::get_if<Grid>(&network)) {
       const bool is_alone = whole.networks.size() == 1 && whole.coupling.scheme != Scheme::accumulate && grid->first == 0;
       if (const auto rows = is_alone ? rows_of(*grid, part) : std::nullopt) {
         network = *rows;
       } else {
-        network = taken(springs_of(*grid), renumbered);
+        network = taken(springs_of(*grid), renumbered, which);
       }
     } else {
-      network = taken(std::get<Springs>(network), renumbered);
+      network = taken(std::get<Springs>(network), renumbered, which);
     }
   }
   return scene;

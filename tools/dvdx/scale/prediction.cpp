@@ -120,6 +120,14 @@ std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
   const auto springs = springs_of(*extent.list);
   cuts.push_back(cut_of_pairs(springs, stripes(*extent.list, extent.particles, static_cast<std::uint32_t>(ranks)), ranks));
   cuts.back().sharing = Sharing::stripes;
+  if (const auto rows = swept_rows(*extent.list, extent.particles)) {
+    // Whose halo is deeper than springs reach.
+    const Cut by_rows = cut_of_swept_sheet(*rows, ranks, rows_kept_together(*extent.list, *rows), rows_held(*extent.list, *rows, 1));
+    cuts.back().halo = by_rows.halo;
+    cuts.back().all_halo = by_rows.all_halo;
+    cuts.back().neighbours = by_rows.neighbours;
+    cuts.back().all_neighbours = by_rows.all_neighbours;
+  }
   if (extent.list->coupling.scheme == Scheme::sequential) return cuts;
   if (const auto owner = owners_by_metis(springs, extent.particles, ranks)) {
     cuts.push_back(cut_of_pairs(springs, *owner, ranks));

@@ -172,8 +172,9 @@ inline constexpr std::size_t record = 4;  // numbers
 template <class T>
 struct SweepTerms {
   const Strand* strands = nullptr;
-  const StrandFamily<T>* families = nullptr;
-  const T* inverse = nullptr;  // 1 / (1 + (kappa + eta) (w_a + w_b))
+  const StrandFamily<T>* families = nullptr;          // of a grid; or, of a list,
+  const T *kappa = nullptr, *eta = nullptr, *l = nullptr;  // of each spring
+  const T* inverse = nullptr;                         // 1 / (1 + (kappa + eta) (w_a + w_b))
   RangeTerms<T> ranges{};      // or springs anywhere
   T* lambda = nullptr;         // kept by the first visit for the second; null where there is none
   T h{};                       // theta times the sub-step

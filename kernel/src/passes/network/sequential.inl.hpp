@@ -63,8 +63,35 @@ struct Place {
   std::size_t a, b, s, count;
 };
 
+// What the springs of a turn are made of, all alike or each by itself.
+template <class V, Damping damping>
+class MadeAlike {
+ public:
+  [[gnu::always_inline]] MadeAlike(const SweepTerms<Scalar<V>>& sweep, std::uint32_t family) noexcept
+      : kappa_(sweep.families[family].kappa), eta_(sweep.families[family].eta), l_(sweep.families[family].l) {}
+  [[gnu::always_inline]] Spring<V> at(std::size_t /*s*/, V inverse) const noexcept { return {kappa_, eta_, l_, inverse}; }
+
+ private:
+  V kappa_, eta_, l_;
+};
+template <class V, Damping damping>
+class MadeEach {
+ public:
+  [[gnu::always_inline]] MadeEach(const SweepTerms<Scalar<V>>& sweep, std::uint32_t /*family*/) noexcept
+      : kappa_(sweep.kappa), eta_(sweep.eta), l_(sweep.l) {}
+  [[gnu::always_inline]] Spring<V> at(std::size_t s, V inverse) const noexcept {
+    const V kappa = load_lanes<V>(kappa_ + s);
+    V eta = kappa;  // not read where nothing damps
+    if constexpr (damping == Damping::along) eta = load_lanes<V>(eta_ + s);
+    return {kappa, eta, load_lanes<V>(l_ + s), inverse};
+  }
+
+ private:
+  const Scalar<V>*kappa_, *eta_, *l_;
+};
+
 // The strands of one turn. It has pointers of its own: those in the terms would be read again after each store.
-template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
+template <class V, template <class, Damping> class Made, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
 class TurnSweep {
  public:
   using T = Scalar<V>;
@@ -78,9 +105,7 @@ class TurnSweep {
         w_(work.w),
         inverse_(sweep.inverse),
         lambda_(sweep.lambda),
-        kappa_(sweep.families[family].kappa),
-        eta_(sweep.families[family].eta),
-        l_(sweep.families[family].l),
+        made_(sweep, family),
         h_(sweep.h) {}
 
   // Two registers of springs at a time, of one strand or of two: none of a turn's springs shares a particle with another.
@@ -132,7 +157,7 @@ class TurnSweep {
 
   [[gnu::always_inline]] Pull<V> solve_at(const Place& at, const Ends& ends) const noexcept {
     const V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(lambda_ + at.s);
-    return solve<damping, arithmetic>(Spring<V>{kappa_, eta_, l_, load_lanes<V>(inverse_ + at.s)}, ends.r2, ends.path, lambda);
+    return solve<damping, arithmetic>(made_.at(at.s, load_lanes<V>(inverse_ + at.s)), ends.r2, ends.path, lambda);
   }
 
   [[gnu::always_inline]] void move(const Place& at, const Ends& ends, const Pull<V>& pull) const noexcept {
@@ -161,13 +186,14 @@ class TurnSweep {
   const T* origin_;
   const T *w_, *inverse_;
   T* lambda_;
-  V kappa_, eta_, l_, h_;
+  Made<V, damping> made_;
+  V h_;
 };
 
-template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
+template <class V, template <class, Damping> class Made, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
 void sweep_turn(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const Strand* from, const Strand* to,
                 std::ptrdiff_t step) noexcept {
-  TurnSweep<V, damping, origin, visit, arithmetic>(sweep, work, from->family).run(from, to, step);
+  TurnSweep<V, Made, damping, origin, visit, arithmetic>(sweep, work, from->family).run(from, to, step);
 }
 
 // ---- ranges ------------------------------------------------------------------------------------------------------------
@@ -411,7 +437,11 @@ void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<
     while (strand != end) {
       const Strand* next = strand;
       while (next != end && next->turn == strand->turn) next += step;
-      sweep_turn<V, damping, origin, v, arithmetic>(sweep, work, strand, next, step);
+      if (sweep.families != nullptr) {
+        sweep_turn<V, MadeAlike, damping, origin, v, arithmetic>(sweep, work, strand, next, step);
+      } else {
+        sweep_turn<V, MadeEach, damping, origin, v, arithmetic>(sweep, work, strand, next, step);
+      }
       strand = next;
     }
   });

@@ -45,14 +45,20 @@ void visit_spring(const SweepTerms<T>& sweep, const Compliance<T>& spring, Visit
   }
 }
 
+template <class T>
+StrandFamily<T> made_of(const SweepTerms<T>& sweep, const Strand& strand, std::size_t s) noexcept {
+  if (sweep.families != nullptr) return sweep.families[strand.family];
+  return {sweep.kappa[s], sweep.eta[s], sweep.l[s]};
+}
+
 template <class T, Arithmetic arithmetic>
 void sweep_strand(const SweepTerms<T>& sweep, const WorkColumns<T>& work, Visit visit, const Strand& strand) noexcept {
-  const StrandFamily<T>& family = sweep.families[strand.family];
   for (std::size_t k = 0; k < strand.count; ++k) {
     const std::size_t s = strand.springs + k;
     const std::size_t a = strand.a + k;
     const std::size_t b = strand.b + k;
-    const Compliance<T> spring{family.kappa, family.eta, family.l, sweep.inverse[s], work.w[a], work.w[b]};
+    const auto [kappa, eta, l] = made_of(sweep, strand, s);
+    const Compliance<T> spring{kappa, eta, l, sweep.inverse[s], work.w[a], work.w[b]};
     Ends<T> ends{.apart = minus(at(work.x, b), at(work.x, a)),
                  .u = minus(at(work.v, b), at(work.v, a)),
                  .shift_a = at(work.shift, a),

@@ -1,0 +1,30 @@
+// A list of springs that is a sheet: its particles stand in rows, one after the other, and each spring leads to one of the
+// places where a grid's springs lead. Sweeps walk it in strands, as they walk a grid, with numbers of each spring's own.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "compile/particle_order.hpp"
+
+namespace dvdx {
+
+struct ListSheet {
+  std::size_t rows = 0, columns = 0;
+  std::size_t reach = 1;  // rows and columns that a spring leads across: 1, or with bends 2
+  [[nodiscard]] std::size_t phases() const noexcept { return 2 * reach; }
+  bool operator==(const ListSheet&) const = default;
+};
+
+// The springs as joined_pairs() lists them. None where a pair is joined twice, where half of a strand's lanes or more would
+// hold no spring, and where lines are so short that a register holds few springs: in colours these are swept sooner.
+[[nodiscard]] std::optional<ListSheet> list_sheet(std::span<const JoinedPair> springs, std::size_t count);
+// Whether the springs lead nowhere else.
+[[nodiscard]] bool is_sheet(std::span<const JoinedPair> springs, const ListSheet& sheet);
+
+// Directions of the springs, in the order of the neighbour's number; what they are made of is each spring's own.
+[[nodiscard]] std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, const ListSheet& sheet);
+
+}  // namespace dvdx
