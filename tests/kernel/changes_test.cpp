@@ -106,6 +106,22 @@ Joined shuffled(Joined joined) {
   return joined;
 }
 
+// Lists that sweeps walk as sheets.
+std::vector<Joined> sheet_lists() {
+  std::vector<Joined> all;
+  for (const Coupling& coupling : std::vector<Coupling>{{.scheme = Scheme::sequential, .substeps = 2},
+                                                        {.scheme = Scheme::sequential, .theta = 0.8}}) {
+    for (const double damping : {0.0, 0.002}) {
+      Joined sheet = test::sheet(7, 37, 40, damping);
+      if (damping != 0) std::get<Grid>(sheet.scene.networks[0]).bend = 5;
+      sheet.scene.coupling = coupling;
+      all.push_back(test::as_list(sheet));
+      all.back().name += ", damping " + std::to_string(damping);
+    }
+  }
+  return all;
+}
+
 // Lists whose changes are made in place: with no spring, some or all of them damped, two springs between the same two, springs
 // between fixed particles, in an order of their own, in still air or in wind, with and without springs of no rest length.
 std::vector<Joined> lists() {
@@ -140,6 +156,7 @@ std::vector<Joined> lists() {
       }
     }
   }
+  for (const Joined& sheet : sheet_lists()) all.push_back(sheet);
   return all;
 }
 

@@ -314,6 +314,9 @@ TEST_CASE("what is changed in place takes no memory") {
   takes_no_memory(list);
   list.scene.coupling.scheme = Scheme::sequential;
   takes_no_memory(list);
+  Joined swept_as_sheet = as_list(sheet(5, 17, 50, 0.001));
+  swept_as_sheet.scene.coupling.scheme = Scheme::sequential;
+  takes_no_memory(swept_as_sheet);
   Joined stack = stacked(sheet(5, 6, 50, 0.001));
   stack.scene.coupling.substeps = 40;
   takes_no_memory(stack);

@@ -334,6 +334,92 @@ TEST_CASE("split: parts of lists that are swept have the bits of the whole, and 
   }
 }
 
+// Of a sheet's springs all but some diagonals, in any order.
+Springs most_of(const Grid& grid) {
+  const Springs all = springs_of(grid);
+  Springs some{.pairs = {}, .stiffness = 0.0, .rest_length = std::nullopt, .damping = all.damping};
+  std::vector<double> k, l;
+  for (std::size_t n = 0; n < all.pairs.size(); ++n) {
+    const std::size_t s = (n * 7919) % all.pairs.size();
+    const auto [a, b] = all.pairs[s];
+    if (b - a == grid.columns + 1 && a % 5 == 0) continue;
+    some.pairs.push_back({b, a});
+    k.push_back(all.stiffness[s]);
+    l.push_back((*all.rest_length)[s]);
+  }
+  some.stiffness = Scalars(std::move(k));
+  some.rest_length = Scalars(std::move(l));
+  return some;
+}
+
+TEST_CASE("split: parts of a list that is swept as a sheet have the bits of the whole, and tell once a sub-step") {
+  const Sheet sheet{149, 40};
+  for (const double bend : {0.0, 4.0}) {
+    for (const double damping : {0.0, 0.002}) {
+      Scene scene;
+      scene.mass = Scalars(lighter_first(sheet));
+      scene.add(Constant{.acceleration = {0, -9.81, 0}});
+      Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {3.9, 0, 0}, .edge_v = {0, 0, 14.8}};
+      grid.structural = 300;
+      grid.shear = 80;
+      grid.bend = bend;
+      grid.damping = damping;
+      Springs list = most_of(grid);
+      list.broken = {{1000, 1001}, {1900, 1940}};
+      scene.networks.emplace_back(std::move(list));
+      scene.coupling.scheme = Scheme::sequential;
+      if (bend != 0) scene.coupling.theta = 0.6;
+      scene.coupling.substeps = 3;
+      scene.fixed = {0, sheet.width - 1, 60 * sheet.width};
+      scene.contacts.emplace_back(Sphere{.center = {2, 0.5, 7}, .radius = 0.499, .restitution = 0.4, .friction = 0.3});
+      CAPTURE(bend);
+      CAPTURE(damping);
+      REQUIRE(swept_rows(scene, sheet.count()));
+      CHECK(tellings_of_sweeps(scene, sheet.count()) == 1);
+      for (const Isa isa : isas_of(bend == 0 && damping == 0)) {
+        const Options options{.step = 1.0 / 60, .isa = isa};
+        NetworkLimit limit;
+        const auto whole = whole_hash(sheet, scene, options, limit);
+        for (const std::uint32_t parts : {2U, 7U}) {
+          CAPTURE(parts);
+          std::size_t tellings = 0;
+          CHECK(hash_in_parts(sheet, scene, options, limit, parts, &tellings) == whole);
+          CHECK(tellings == 3 * steps);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("split: rows that are not a part's are refused") {
+  const Sheet sheet{60, 40};
+  Scene scene;
+  scene.mass = 0.01;
+  Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {3.9, 0, 0}, .edge_v = {0, 0, 5.9}};
+  grid.structural = 300;
+  scene.networks.emplace_back(springs_of(grid));
+  scene.coupling.scheme = Scheme::sequential;
+  const Part part = part_of(scene, stripes(scene, sheet.count(), 2), 1);
+  const Scene own = scene_of(scene, part);
+  Soa<float> memory(part.particles.size());
+  place(sheet, memory.view(), part.particles);
+  const auto refused = [&](std::uint32_t columns, std::uint32_t reach) {
+    SweptPart sweeps = *part.sweeps;
+    sweeps.columns = columns;
+    sweeps.reach = reach;
+    Options options{.step = 1.0 / 60};
+    options.elsewhere.exchange.start = [](void*, const HaloColumns&) noexcept {};
+    options.elsewhere.exchange.finish = options.elsewhere.exchange.start;
+    options.elsewhere.sweeps = &sweeps;
+    const auto plan = compile(own, options, memory.view());
+    return plan ? std::string("taken") : plan.error().message();
+  };
+  CHECK(refused(40, 1) == "taken");
+  CHECK(refused(40, 3) == "elsewhere.sweeps.reach is 3: must be 1 or 2");
+  CHECK(refused(41, 1).find("elsewhere.sweeps.columns is 41: must be rows of so many particles") == 0);
+  CHECK(refused(20, 1).find("elsewhere.sweeps.columns is 20: ") == 0);
+}
+
 TEST_CASE("split: an order of visits that is not a part's is refused") {
   const Sheet sheet{90, 60};
   Scene scene;

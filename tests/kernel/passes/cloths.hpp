@@ -64,4 +64,20 @@ inline Joined as_list(Joined joined) {
   return joined;
 }
 
+// The same with a weak spring across, so that sweeps walk no sheet: its springs in colours, not in strands.
+inline Joined with_spring_across(Joined list) {
+  auto& springs = std::get<Springs>(list.scene.networks[0]);
+  const auto end = [&](std::size_t n) { return static_cast<std::uint32_t>(n * (list.x.size() - 1) / 7); };
+  springs.stiffness.make_each(springs.pairs.size());
+  std::vector<double> k = springs.stiffness.each();
+  std::vector<double> l = springs.rest_length->each();
+  springs.pairs.push_back({end(1), end(6)});
+  k.push_back(0.1);
+  l.push_back(0.5);
+  springs.stiffness = Scalars(std::move(k));
+  springs.rest_length = Scalars(std::move(l));
+  list.name += ", a spring across";
+  return list;
+}
+
 }  // namespace dvdx::test

@@ -86,6 +86,7 @@ std::vector<Joined> bit_scenes() {
   only_rows.name += ", without shear";
   scenes.push_back(only_rows);
   for (std::size_t s = 0, grids = scenes.size(); s < grids; ++s) scenes.push_back(test::as_list(scenes[s]));
+  for (const double damping : {0.0, 0.001}) scenes.push_back(test::with_spring_across(test::as_list(test::sheet(17, 33, 50, damping))));
 
   Joined heavy = test::sheet(7, 19, 50);
   std::vector<double> masses;

@@ -99,10 +99,12 @@ TEST_CASE(
     Joined list = test::as_list(test::sheet(19, 23, 50, damping));
     auto& springs = std::get<Springs>(list.scene.networks[0]);
     for (std::size_t s = 5; s < springs.pairs.size(); s += 37) springs.broken.push_back(springs.pairs[s]);
-    for (const Coupling& coupling : {alpha, middle, dynamics}) {
-      check_bits<float>(list, coupling, Arithmetic::separate);
-      check_bits<double>(list, coupling, Arithmetic::separate);
-      check_bits<float>(list, coupling, Arithmetic::contracted);
+    for (const Joined& joined : {list, test::with_spring_across(list)}) {
+      for (const Coupling& coupling : {alpha, middle, dynamics}) {
+        check_bits<float>(joined, coupling, Arithmetic::separate);
+        check_bits<double>(joined, coupling, Arithmetic::separate);
+        check_bits<float>(joined, coupling, Arithmetic::contracted);
+      }
     }
   }
 }
@@ -115,10 +117,130 @@ TEST_CASE("sweeps: ends that coincide and springs without rest length give the s
   springs.rest_length = Scalars(lengths);
   for (const std::size_t i : {24U, 77U, 78U}) list.x[i + 1] = list.x[i];
   list.name += ", some of whose particles coincide";
-  for (const Coupling& coupling : {alpha, middle, dynamics}) {
-    check_bits<float>(list, coupling, Arithmetic::separate);
-    check_bits<double>(list, coupling, Arithmetic::separate);
+  for (const Joined& joined : {list, test::with_spring_across(list)}) {
+    for (const Coupling& coupling : {alpha, middle, dynamics}) {
+      check_bits<float>(joined, coupling, Arithmetic::separate);
+      check_bits<double>(joined, coupling, Arithmetic::separate);
+    }
   }
+}
+
+namespace {
+
+// Sheets of many kinds: bent, without shear, damped, torn, with masses each.
+std::vector<Joined> sheets() {
+  std::vector<Joined> all;
+  for (const auto& [rows, columns] : {std::pair{3U, 16U}, {19U, 37U}, {40U, 33U}}) {
+    all.push_back(test::sheet(rows, columns, 50));
+    all.push_back(test::sheet(rows, columns, 50, 1e-4));
+  }
+  std::get<Grid>(all.back().scene.networks[0]).bend = 5;
+  Joined rows_alone = test::sheet(9, 20, 50);
+  std::get<Grid>(rows_alone.scene.networks[0]).shear = 0;
+  all.push_back(rows_alone);
+  Joined torn = test::sheet(12, 21, 50);
+  std::get<Grid>(torn.scene.networks[0]).broken = {{40, 41}, {41, 62}, {100, 80}};
+  for (std::size_t i = 0; i < torn.x.size(); ++i) {
+    if (i == 0) torn.scene.mass.make_each(torn.x.size());
+    torn.scene.mass.set(i, 0.001 * (1.5 + test::scatter(i, 6)));
+  }
+  all.push_back(torn);
+  return all;
+}
+
+}  // namespace
+
+// But for rho of generalized alpha, which each takes by a bound of its own.
+TEST_CASE("sweeps: a list of a sheet's springs has the sheet's bits, whatever theta and the arithmetic") {
+  for (const Joined& grid : sheets()) {
+    for (const Coupling& coupling : {middle, dynamics}) {
+      Joined swept = grid;
+      swept.scene.coupling = coupling;
+      for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
+        const Run run{.isa = best_isa(), .arithmetic = arithmetic};
+        CAPTURE(swept.name);
+        CAPTURE(static_cast<int>(arithmetic));
+        CHECK(test::difference(stepped<float>(swept, run, 3), stepped<float>(test::as_list(swept), run, 3)) == "");
+        CHECK(test::difference(stepped<double>(swept, run, 3), stepped<double>(test::as_list(swept), run, 3)) == "");
+      }
+    }
+  }
+}
+
+namespace {
+
+// Diagonals that change sides from cell to cell, stiffnesses and lengths of each spring's own.
+Joined union_jack(std::size_t rows, std::size_t columns, double damping) {
+  Joined joined = test::sheet(rows, columns, 50);
+  Springs springs{.pairs = {}, .stiffness = 0.0, .damping = damping};
+  std::vector<double> k, l;
+  const auto join = [&](std::size_t a, std::size_t b) {
+    springs.pairs.push_back({static_cast<std::uint32_t>(b), static_cast<std::uint32_t>(a)});
+    k.push_back(50 * (1.5 + test::scatter(k.size(), 1)));
+    l.push_back(0.05 * (1.5 + test::scatter(l.size(), 2)));
+  };
+  for (std::size_t i = 0; i < rows * columns; ++i) {
+    const bool is_last = i % columns + 1 == columns;
+    if (!is_last) join(i, i + 1);
+    if (i + columns >= rows * columns) continue;
+    join(i, i + columns);
+    if (is_last) continue;
+    (i / columns + i) % 2 == 0 ? join(i, i + columns + 1) : join(i + 1, i + columns);
+  }
+  springs.stiffness = Scalars(std::move(k));
+  springs.rest_length = Scalars(std::move(l));
+  joined.scene.networks = {springs};
+  joined.name = "diagonals that change sides";
+  return joined;
+}
+
+std::string form_of(const Joined& joined) {
+  test::Batch<float> batch(test::Layout::soa, joined.x.size());
+  test::place(joined, batch.view());
+  return test::plan_of(joined, {}, batch.view()).explain();
+}
+bool is_swept_as_sheet(Joined joined) {
+  joined.scene.coupling = middle;
+  return form_of(joined).find("as a list that is a sheet in sweeps") != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("sweeps: a list that fills a sheet in part gives the scalar reference's bits on every ISA") {
+  for (const double damping : {0.0, 1e-4}) {
+    for (const Coupling& coupling : {alpha, middle, dynamics}) {
+      check_bits<float>(union_jack(14, 35, damping), coupling, Arithmetic::separate);
+      check_bits<double>(union_jack(14, 35, damping), coupling, Arithmetic::contracted);
+    }
+  }
+}
+
+TEST_CASE("sweeps: which lists are walked as sheets") {
+  CHECK(is_swept_as_sheet(union_jack(14, 35, 0)));
+  CHECK(is_swept_as_sheet(test::as_list(test::sheet(3, 16, 50))));
+  Joined bent = test::sheet(5, 32, 50);
+  std::get<Grid>(bent.scene.networks[0]).bend = 5;
+  CHECK(is_swept_as_sheet(test::as_list(bent)));
+
+  CHECK_FALSE(is_swept_as_sheet(test::as_list(test::sheet(20, 15, 50))));  // short lines
+  Joined narrow = test::sheet(5, 31, 50);
+  std::get<Grid>(narrow.scene.networks[0]).bend = 5;
+  CHECK_FALSE(is_swept_as_sheet(test::as_list(narrow)));
+  CHECK_FALSE(is_swept_as_sheet(test::with_spring_across(test::as_list(test::sheet(9, 20, 50)))));
+  const Joined list = test::as_list(test::sheet(9, 20, 50));
+  CHECK_FALSE(is_swept_as_sheet(in_order(list, shuffled(list.x.size()))));
+  Joined twice = list;
+  twice.scene.add(Network(Springs{.pairs = {{21, 20}}, .stiffness = 1.0}));  // joined a second time
+  CHECK_FALSE(is_swept_as_sheet(twice));
+  Joined ring = list;
+  ring.scene.add(Network(Springs{.pairs = {{19, 20}}, .stiffness = 1.0}));  // the end of a row to the next row's beginning
+  CHECK_FALSE(is_swept_as_sheet(ring));
+  Joined sparse = list;
+  auto& springs = std::get<Springs>(sparse.scene.networks[0]);
+  Springs left{.pairs = {}, .stiffness = 50.0, .rest_length = std::nullopt};
+  for (std::size_t s = 0; s < springs.pairs.size(); s += 3) left.pairs.push_back(springs.pairs[s]);
+  springs = left;
+  CHECK_FALSE(is_swept_as_sheet(sparse));
 }
 
 TEST_CASE("sweeps: the order of the caller's particles is no matter of the motion, but for what sweeps leave") {
