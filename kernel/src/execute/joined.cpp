@@ -45,47 +45,35 @@ void put_back(const ResidualKernels& kernels, const A* from, const ParticleSpan&
     store(kernels, from + span.element + k, span.particle + k * span.every, 1, to, residual);
 }
 
-// A row of a sheet, whose particles take turns in `phases` lines.
-template <std::size_t phases, class T>
-void deal(const T* row, std::size_t count, T* lines, std::size_t pitch) noexcept {
-  const std::size_t rounds = count / phases;
-  for (std::size_t k = 0; k < rounds; ++k) {
-    for (std::size_t line = 0; line < phases; ++line) lines[line * pitch + k] = row[k * phases + line];
-  }
-  for (std::size_t i = rounds * phases; i < count; ++i) lines[i % phases * pitch + rounds] = row[i];
-}
-template <std::size_t phases, class T>
-void collect(const T* lines, std::size_t pitch, T* row, std::size_t count) noexcept {
-  const std::size_t rounds = count / phases;
-  for (std::size_t k = 0; k < rounds; ++k) {
-    for (std::size_t line = 0; line < phases; ++line) row[k * phases + line] = lines[line * pitch + k];
-  }
-  for (std::size_t i = rounds * phases; i < count; ++i) row[i] = lines[i % phases * pitch + rounds];
-}
-
 // Rows in a row, of so many spans each; whole lines at once where they can be.
 struct Rows {
   std::span<const ParticleSpan> spans;
   std::size_t each;
 
-  [[nodiscard]] std::size_t pitch() const noexcept { return each > 1 ? spans[1].element - spans[0].element : 0; }
   [[nodiscard]] std::size_t columns() const noexcept {
     std::size_t count = 0;
     for (const ParticleSpan& span : spans.first(each)) count += span.count;
     return count;
   }
+  [[nodiscard]] std::size_t pitch() const noexcept { return spans[1].element - spans[0].element; }
+  // A row of fewer particles than lines leaves some out.
+  [[nodiscard]] bool are_in_lines() const noexcept {
+    if (each != 2 && each != 4) return false;
+    return spans.size() == each || spans[each].element - spans[0].element == each * pitch();
+  }
+  [[nodiscard]] SheetRows shape() const noexcept {
+    return {.rows = spans.size() / each, .columns = columns(), .phases = each, .pitch = pitch()};
+  }
 };
 template <class A, class T>
-void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const Rows& rows, A* to) noexcept {
+void fetch(const NetworkKernels<A>& kernels, const ResidualKernels& residuals, const Column<T>& from, const Column<T>& residual,
+           const Rows& rows, A* to) noexcept {
   if constexpr (std::is_same_v<A, T>) {
-    const auto take = [&, columns = rows.columns(), pitch = rows.pitch()]<std::size_t phases>() {
-      for (std::size_t n = 0; n < rows.spans.size(); n += phases)
-        deal<phases>(from.base + rows.spans[n].particle, columns, to + rows.spans[n].element, pitch);
-    };
-    if (from.is_contiguous() && rows.each == 2) return take.template operator()<2>();
-    if (from.is_contiguous() && rows.each == 4) return take.template operator()<4>();
+    if (from.is_contiguous() && rows.are_in_lines()) {
+      return kernels.deal(from.base + rows.spans[0].particle, rows.shape(), to + rows.spans[0].element);
+    }
   }
-  for (const ParticleSpan& span : rows.spans) fetch(kernels, from, residual, span, to);
+  for (const ParticleSpan& span : rows.spans) fetch(residuals, from, residual, span, to);
 }
 // Padding keeps its NaN.
 template <class T>
@@ -96,17 +84,14 @@ void clear(const Rows& rows, T* column) noexcept {
   for (const ParticleSpan& span : rows.spans) std::fill_n(column + span.element, span.count, T(0));
 }
 template <class A, class T>
-void put_back(const ResidualKernels& kernels, const A* from, const Rows& rows, const Column<T>& to,
-              const Column<T>& residual) noexcept {
+void put_back(const NetworkKernels<A>& kernels, const ResidualKernels& residuals, const A* from, const Rows& rows,
+              const Column<T>& to, const Column<T>& residual) noexcept {
   if constexpr (std::is_same_v<A, T>) {
-    const auto give = [&, columns = rows.columns(), pitch = rows.pitch()]<std::size_t phases>() {
-      for (std::size_t n = 0; n < rows.spans.size(); n += phases)
-        collect<phases>(from + rows.spans[n].element, pitch, to.base + rows.spans[n].particle, columns);
-    };
-    if (to.is_contiguous() && rows.each == 2) return give.template operator()<2>();
-    if (to.is_contiguous() && rows.each == 4) return give.template operator()<4>();
+    if (to.is_contiguous() && rows.are_in_lines()) {
+      return kernels.collect(from + rows.spans[0].element, rows.shape(), to.base + rows.spans[0].particle);
+    }
   }
-  for (const ParticleSpan& span : rows.spans) put_back(kernels, from, span, to, residual);
+  for (const ParticleSpan& span : rows.spans) put_back(residuals, from, span, to, residual);
 }
 
 // The same of particles anywhere: tight loops, in which many reads are on their way at once.
@@ -173,8 +158,8 @@ class JoinedStep {
   void fetch_all(const State<Kept>& state) noexcept {
     for_some_rows([&](const Rows& rows) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        fetch(residuals_, state.x[axis], state.x_rest[axis], rows, position(axis));
-        fetch(residuals_, state.v[axis], state.v_rest[axis], rows, work_.v[axis]);
+        fetch(kernels_, residuals_, state.x[axis], state.x_rest[axis], rows, position(axis));
+        fetch(kernels_, residuals_, state.v[axis], state.v_rest[axis], rows, work_.v[axis]);
         if (is_relative()) clear(rows, work_.x[axis]);
       }
     });
@@ -214,8 +199,8 @@ class JoinedStep {
   void put_back_all(State<Kept>& state) noexcept {
     for_some_rows([&](const Rows& rows) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        put_back(residuals_, position(axis), rows, state.x[axis], state.x_rest[axis]);
-        put_back(residuals_, work_.v[axis], rows, state.v[axis], state.v_rest[axis]);
+        put_back(kernels_, residuals_, position(axis), rows, state.x[axis], state.x_rest[axis]);
+        put_back(kernels_, residuals_, work_.v[axis], rows, state.v[axis], state.v_rest[axis]);
       }
     });
     for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {

@@ -631,6 +631,84 @@ void store_first_lanes(Scalar<V>* p, std::size_t n, V value) noexcept {
   store_lanes(p, select<V>(first_lanes<V>(n), value, load_lanes<V>(p)));
 }
 
+template <class V>
+struct Halves {
+  V first, second;
+};
+
+// a0 a2 a4 ... b0 b2 ..., and a1 a3 a5 ... b1 b3 ...
+template <class V>
+[[gnu::always_inline]] inline Halves<V> dealt(V a, V b) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+    const __m512i odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+    return {V(_mm512_permutex2var_ps(a, even, b)), V(_mm512_permutex2var_ps(a, odd, b))};
+  } else {
+    const __m512i even = _mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14);
+    const __m512i odd = _mm512_setr_epi64(1, 3, 5, 7, 9, 11, 13, 15);
+    return {V(_mm512_permutex2var_pd(a, even, b)), V(_mm512_permutex2var_pd(a, odd, b))};
+  }
+#elif defined(__AVX2__)
+  constexpr int halves = _MM_SHUFFLE(3, 1, 2, 0);
+  const auto in_order = [](__m256d x) { return _mm256_permute4x64_pd(x, halves); };
+  if constexpr (sizeof(Scalar<V>) == 4) {
+    const auto pick = [&](__m256 x) { return V(_mm256_castpd_ps(in_order(_mm256_castps_pd(x)))); };
+    return {pick(_mm256_shuffle_ps(a, b, _MM_SHUFFLE(2, 0, 2, 0))), pick(_mm256_shuffle_ps(a, b, _MM_SHUFFLE(3, 1, 3, 1)))};
+  } else {
+    return {V(in_order(_mm256_unpacklo_pd(a, b))), V(in_order(_mm256_unpackhi_pd(a, b)))};
+  }
+#elif defined(__SSE2__)
+  if constexpr (sizeof(Scalar<V>) == 4) {
+    return {V(_mm_shuffle_ps(a, b, _MM_SHUFFLE(2, 0, 2, 0))), V(_mm_shuffle_ps(a, b, _MM_SHUFFLE(3, 1, 3, 1)))};
+  } else {
+    return {V(_mm_unpacklo_pd(a, b)), V(_mm_unpackhi_pd(a, b))};
+  }
+#else
+  if constexpr (sizeof(Scalar<V>) == 4) {
+    return {V(vuzp1q_f32(a, b)), V(vuzp2q_f32(a, b))};
+  } else {
+    return {V(vuzp1q_f64(a, b)), V(vuzp2q_f64(a, b))};
+  }
+#endif
+}
+
+// a0 b0 a1 b1 ..., the first half and the second: what dealt() makes a and b of.
+template <class V>
+[[gnu::always_inline]] inline Halves<V> in_turn(V a, V b) noexcept {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
+    const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+    const __m512i high = _mm512_setr_epi32(8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+    return {V(_mm512_permutex2var_ps(a, low, b)), V(_mm512_permutex2var_ps(a, high, b))};
+  } else {
+    const __m512i low = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
+    const __m512i high = _mm512_setr_epi64(4, 12, 5, 13, 6, 14, 7, 15);
+    return {V(_mm512_permutex2var_pd(a, low, b)), V(_mm512_permutex2var_pd(a, high, b))};
+  }
+#elif defined(__AVX2__)
+  if constexpr (sizeof(Scalar<V>) == 4) {
+    const __m256 low = _mm256_unpacklo_ps(a, b), high = _mm256_unpackhi_ps(a, b);
+    return {V(_mm256_permute2f128_ps(low, high, 0x20)), V(_mm256_permute2f128_ps(low, high, 0x31))};
+  } else {
+    const __m256d low = _mm256_unpacklo_pd(a, b), high = _mm256_unpackhi_pd(a, b);
+    return {V(_mm256_permute2f128_pd(low, high, 0x20)), V(_mm256_permute2f128_pd(low, high, 0x31))};
+  }
+#elif defined(__SSE2__)
+  if constexpr (sizeof(Scalar<V>) == 4) {
+    return {V(_mm_unpacklo_ps(a, b)), V(_mm_unpackhi_ps(a, b))};
+  } else {
+    return {V(_mm_unpacklo_pd(a, b)), V(_mm_unpackhi_pd(a, b))};
+  }
+#else
+  if constexpr (sizeof(Scalar<V>) == 4) {
+    return {V(vzip1q_f32(a, b)), V(vzip2q_f32(a, b))};
+  } else {
+    return {V(vzip1q_f64(a, b)), V(vzip2q_f64(a, b))};
+  }
+#endif
+}
+
 // a b + c and c - a b: one rounding or two, as the plan was asked for. Fast arithmetic fuses as contracted does.
 template <Arithmetic arithmetic, class V>
 V multiply_add(V a, V b, V c) noexcept {

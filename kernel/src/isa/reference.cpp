@@ -9,6 +9,7 @@
 #include "passes/constraint/constraint_reference.hpp"
 #include "passes/emission/emission_reference.hpp"
 #include "passes/network/grid_reference.hpp"
+#include "passes/network/lines_reference.hpp"
 #include "passes/network/pairs_reference.hpp"
 #include "passes/network/sequential_reference.hpp"
 #include "passes/removal/removal_reference.hpp"
@@ -35,6 +36,8 @@ constexpr Kernels<T> scalar_kernels() noexcept {
                       .from_origin = keep_from_origin<T>,
                       .to_records = columns_to_records<T>,
                       .from_records = records_to_columns<T>,
+                      .deal = deal<T>,
+                      .collect = collect<T>,
                       .take_shift = take_shift<T, arithmetic>,
                       .move_origin = move_origin<T>,
                       .begin_sweeps = begin_sweeps<T, arithmetic>,

@@ -9,6 +9,7 @@
 #include "passes/constraint/constraint.inl.hpp"
 #include "passes/emission/emission.inl.hpp"
 #include "passes/network/grid.inl.hpp"
+#include "passes/network/lines.inl.hpp"
 #include "passes/network/pairs.inl.hpp"
 #include "passes/network/sequential.inl.hpp"
 #include "passes/removal/removal.inl.hpp"
@@ -32,6 +33,8 @@ constexpr NetworkKernels<Scalar<V>> wide_network() noexcept {
           .from_origin = keep_from_origin<V>,
           .to_records = columns_to_records<V>,
           .from_records = records_to_columns<V>,
+          .deal = deal<V>,
+          .collect = collect<V>,
           .take_shift = take_shift<V, arithmetic>,
           .move_origin = move_origin<V>,
           .begin_sweeps = begin_sweeps<V, arithmetic>,

@@ -172,16 +172,23 @@ inline constexpr std::size_t record = 4;  // numbers
 template <class T>
 struct SweepTerms {
   const Strand* strands = nullptr;
-  const StrandFamily<T>* families = nullptr;          // of a grid; or, of a list,
+  const StrandFamily<T>* families = nullptr;               // of a grid; or, of a list,
   const T *kappa = nullptr, *eta = nullptr, *l = nullptr;  // of each spring
-  const T* inverse = nullptr;                         // 1 / (1 + (kappa + eta) (w_a + w_b))
-  RangeTerms<T> ranges{};      // or springs anywhere
-  T* lambda = nullptr;         // kept by the first visit for the second; null where there is none
-  T h{};                       // theta times the sub-step
+  const T* inverse = nullptr;                              // 1 / (1 + (kappa + eta) (w_a + w_b))
+  RangeTerms<T> ranges{};                                  // or springs anywhere
+  T* lambda = nullptr;                                     // kept by the first visit for the second; null where there is none
+  T h{};                                                   // theta times the sub-step
   Damping damping = Damping::none;
   CountedFrom origin = CountedFrom::zero;
 
   [[nodiscard]] T* lambda_of(std::size_t spring) const noexcept { return lambda != nullptr ? lambda + spring : nullptr; }
+};
+
+// Rows of a sheet, one after the other. In lines its particles take turns: line p of a row holds particles p, p + phases, ...
+struct SheetRows {
+  std::size_t rows = 0, columns = 0;
+  std::size_t phases = 2;  // or 4
+  std::size_t pitch = 0;   // elements from a line to the next
 };
 
 // Generalized alpha (compile/sweep_scheme.cpp): what stands around the sweeps of a sub-step. a: of the sub-step's start; b: of
@@ -223,6 +230,9 @@ struct NetworkKernels {
   // columns of particles [from, to), multiples of 16, into their records and back
   void (*to_records)(const std::array<const T*, 3>& columns, T* records, std::size_t from, std::size_t to) = nullptr;
   void (*from_records)(const T* records, const std::array<T*, 3>& columns, std::size_t from, std::size_t to) = nullptr;
+  // rows into their lines, and back
+  void (*deal)(const T* rows, const SheetRows&, T* lines) = nullptr;
+  void (*collect)(const T* lines, const SheetRows&, T* rows) = nullptr;
   // x += of_x shift, v += of_v shift, shift = 0 for particles [from, to), multiples of 16
   void (*take_shift)(const WorkColumns<T>&, T of_x, T of_v, std::size_t from, std::size_t to) = nullptr;
   // origin += x, x = 0 for particles [from, to), multiples of 16

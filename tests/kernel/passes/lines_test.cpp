@@ -1,0 +1,50 @@
+// Rows of a sheet into their lines and back: as the scalar reference does, whatever a row's length, and nothing beside them.
+#include <doctest/doctest.h>
+
+#include <cstddef>
+#include <numeric>
+#include <vector>
+
+#include "dvdx/isa.hpp"
+#include "isa/passes.hpp"
+#include "passes/network/lines_reference.hpp"
+
+namespace {
+
+using namespace dvdx;
+
+template <class T>
+void check(const NetworkKernels<T>& kernels, const SheetRows& sheet) {
+  constexpr T untouched = -1;
+  std::vector<T> rows(sheet.rows * sheet.columns);
+  std::iota(rows.begin(), rows.end(), T(1));
+  std::vector<T> lines(sheet.rows * sheet.phases * sheet.pitch, untouched);
+  std::vector<T> wanted = lines;
+  reference::deal(rows.data(), sheet, wanted.data());
+  kernels.deal(rows.data(), sheet, lines.data());
+  CHECK(lines == wanted);
+  std::vector<T> back(rows.size() + 1, untouched);
+  kernels.collect(lines.data(), sheet, back.data());
+  CHECK(back.back() == untouched);
+  back.pop_back();
+  CHECK(back == rows);
+  reference::collect(lines.data(), sheet, back.data());
+  CHECK(back == rows);
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("lines: rows go to their lines and come back, on every ISA", T, float, double) {
+  for (const Isa isa : available_isas()) {
+    CAPTURE(name(isa));
+    const NetworkKernels<T>& kernels = find_passes(isa, Arithmetic::separate)->template of<T>().network;
+    for (const std::size_t phases : {2U, 4U}) {
+      for (std::size_t columns = 1; columns < 150; ++columns) {
+        const std::size_t line = (columns + phases - 1) / phases;
+        CAPTURE(columns);
+        check<T>(kernels, {.rows = 3, .columns = columns, .phases = phases, .pitch = (line + 15) / 16 * 16});
+        check<T>(kernels, {.rows = 3, .columns = columns, .phases = phases, .pitch = line});
+      }
+    }
+  }
+}
