@@ -23,12 +23,13 @@ template <class T>
 AlignedArray<T> aligned_array(std::size_t count, const Memory& memory) {
   const std::size_t bytes = std::max<std::size_t>(count, 1) * sizeof(T);
   auto* first = static_cast<T*>(allocate(memory, bytes, alignment));
-  std::fill_n(first, count, T{0});
+  if (memory.contents != Contents::zeros) std::fill_n(first, count, T{0});
   return AlignedArray<T>(first, bytes, memory);
 }
 
 template <class T>
-Soa<T>::Soa(std::size_t count) : count_(count), memory_(aligned_array<T>(6 * column_pitch<T>(count))) {}
+Soa<T>::Soa(std::size_t count, const Memory& memory)
+    : count_(count), memory_(aligned_array<T>(6 * column_pitch<T>(count), memory)) {}
 
 template <class T>
 State<T> Soa<T>::view() noexcept {
@@ -43,7 +44,8 @@ State<T> Soa<T>::view() noexcept {
 }
 
 template <class T, std::size_t Tile>
-Aosoa<T, Tile>::Aosoa(std::size_t count) : count_(count), memory_(aligned_array<T>(6 * ((count + Tile - 1) / Tile * Tile))) {}
+Aosoa<T, Tile>::Aosoa(std::size_t count, const Memory& memory)
+    : count_(count), memory_(aligned_array<T>(6 * ((count + Tile - 1) / Tile * Tile), memory)) {}
 
 template AlignedArray<float> aligned_array<float>(std::size_t, const Memory&);
 template AlignedArray<double> aligned_array<double>(std::size_t, const Memory&);

@@ -143,14 +143,14 @@ TEST_CASE("points: those of a binary file in float32 are held as they are, all o
   folder.write("b.ply", ply("double") + rows);
   for (const char* name : {"a.npy", "a.ply"}) {
     const Points points = read_points_as_held(folder / name);
-    REQUIRE(std::holds_alternative<Kept<Vec3f>>(points));
-    const auto& held = std::get<Kept<Vec3f>>(points).values;
+    REQUIRE(std::holds_alternative<KeptOf<Chunked<Vec3f>>>(points));
+    const auto& held = std::get<KeptOf<Chunked<Vec3f>>>(points).values;
     CHECK(held[0] == Vec3f{numbers[0], numbers[1], numbers[2]});
     CHECK(value_of(Vectors(held), 0) == Vec3{double{numbers[0]}, double{numbers[1]}, double{numbers[2]}});
     CHECK(read_points(folder / name).values[0] == value_of(Vectors(held), 0));
   }
   for (const char* name : {"b.npy", "b.ply"}) {
-    CHECK(std::holds_alternative<Kept<Vec3>>(read_points_as_held(folder / name)));
+    CHECK(std::holds_alternative<KeptOf<Chunked<Vec3>>>(read_points_as_held(folder / name)));
   }
   CHECK(read_points(folder / "b.npy").values[1] == Vec3{4, 5e30, -0.7});
 }

@@ -75,8 +75,14 @@ RunIdentity identity_of(const RunOptions& options, const LoadedScene& loaded, co
 }
 
 template <class T, class Simulated>
-Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engine& engine, Ranks& ranks) {
-  Simulated simulation(loaded, engine, ranks);
+Outcome run_all(const RunOptions& options, LoadedScene& loaded, const Engine& engine, Ranks& ranks) {
+  auto simulation = [&] {
+    if constexpr (std::is_same_v<Simulated, LiveSimulation<T>>) {
+      return Simulated(loaded, engine, ranks);
+    } else {
+      return Simulated(loaded, engine, ranks, options.error ? Starts::kept : Starts::given_back);
+    }
+  }();
   const auto every = every_of(options, loaded);
   std::optional<Output> output;
   if (!options.out.empty()) {
@@ -112,7 +118,7 @@ Outcome run_all(const RunOptions& options, const LoadedScene& loaded, const Engi
 }
 
 template <class T>
-Outcome simulate(const RunOptions& options, const LoadedScene& loaded, const Engine& engine, Ranks& ranks) {
+Outcome simulate(const RunOptions& options, LoadedScene& loaded, const Engine& engine, Ranks& ranks) {
   return is_live(loaded.file) ? run_all<T, LiveSimulation<T>>(options, loaded, engine, ranks)
                               : run_all<T, Simulation<T>>(options, loaded, engine, ranks);
 }
@@ -138,7 +144,7 @@ Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
     if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
     return engine_of(options.engine, by_launcher ? ranks_here() : 1);
   });
-  const auto loaded = load_scene(options.scene, engine.precision, ranks);
+  auto loaded = load_scene(options.scene, engine.precision, ranks);
   together(ranks, [&] {
     if (options.error && is_live(loaded.file)) {
       throw Fault(Exit::usage, "--error: there is no reference for particles that come and go");

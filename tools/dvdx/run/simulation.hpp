@@ -40,17 +40,20 @@ inline std::uint64_t batch_for(std::size_t particles) {
   return std::clamp<std::uint64_t>(particle_steps / particles, 8, 4096);
 }
 
+// What becomes of what a scene's files say of the particles' start, once they stand there.
+enum class Starts { kept, given_back };
+
 template <class T>
 class Simulation {
  public:
-  Simulation(const LoadedScene& loaded, const Engine& engine, Ranks& ranks)
+  Simulation(LoadedScene& loaded, const Engine& engine, Ranks& ranks, Starts starts)
       : loaded_(loaded),
         ranks_(ranks),
         memory_(engine.layout, shown_by(loaded.file, ranks).count, rounding_of(engine.precision)),
         state_(memory_.view()),
         tearing_(loaded.file),
         threads_(engine.threads) {
-    is_split_by_springs(loaded.file, ranks) ? split(engine) : start(engine);
+    is_split_by_springs(loaded.file, ranks) ? split(engine) : start(engine, loaded.file, starts);
   }
 
   // Grows while the run goes on.
@@ -102,8 +105,11 @@ class Simulation {
     return std::move(*plan);
   }
 
-  void start(const Engine& engine) {
-    together(ranks_, [&] { place_at_start(loaded_.file, state_, threads_.parallel_for()); });
+  void start(const Engine& engine, SceneFile& file, Starts starts) {
+    const bool gives_back = starts == Starts::given_back && !is_start_asked_for(file.scene);
+    together(ranks_, [&] {
+      gives_back ? move_to_start(file, state_, threads_.parallel_for()) : place_at_start(file, state_, threads_.parallel_for());
+    });
     Options options = options_of(engine);
     if (is_split_by_ranges(loaded_.file, ranks_)) options.elsewhere = elsewhere_of(ranks_, loaded_.file);
     together(ranks_, [&] { plan_.emplace(made(options, state_)); });

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <variant>
 
 #include "dvdx/layouts/convert.hpp"
 #include "run/slices.hpp"
@@ -48,16 +50,16 @@ bool place(const SceneFile& file, const State<T>& state, std::size_t first, std:
   return all_fit;
 }
 
-// Names the first value that does not fit into T.
+// Names the first value from `first` on that does not fit into T.
 template <class T>
-void refuse(const SceneFile& file, std::size_t count) {
+void refuse(const SceneFile& file, std::size_t first, std::size_t count) {
   const auto check = [&](double value, const char* field, std::size_t particle) {
     if (fits<T>(value)) return;
     throw Fault(Exit::bad_scene,
                 fmt::format("{}: particles.{} is {} for particle {}: must be at most {:.3g} in float32", file.path, field,
                             value, file.particles.first + particle, std::numeric_limits<T>::max()));
   };
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = first; i < count; ++i) {
     const auto [position, velocity] = start_of(file, i);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       check(position[axis], "position", i);
@@ -66,15 +68,19 @@ void refuse(const SceneFile& file, std::size_t count) {
   }
 }
 
-}  // namespace
+void lower(std::atomic<std::size_t>& least, std::size_t value) {
+  for (std::size_t now = least; value < now && !least.compare_exchange_weak(now, value);) {
+  }
+}
 
-template <class T>
-void place_at_start(const SceneFile& file, State<T>& state, const ParallelFor& parallel) {
-  std::atomic<bool> all_fit{true};
+// placed(first, end): of particles that fit.
+template <class T, class Placed>
+void place_all(const SceneFile& file, State<T>& state, const ParallelFor& parallel, const Placed& placed) {
+  std::atomic<std::size_t> first_wrong{state.count};
   for_each_slice(parallel, state.count, [&](std::size_t /*slice*/, std::size_t first, std::size_t end) {
-    if (!place(file, state, first, end)) all_fit = false;
+    place(file, state, first, end) ? placed(first, end) : lower(first_wrong, first);
   });
-  if (!all_fit) refuse<T>(file, state.count);
+  if (first_wrong < state.count) refuse<T>(file, first_wrong, state.count);
   for (const auto id : file.scene.fixed) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       state.v[axis][id] = 0;
@@ -84,7 +90,42 @@ void place_at_start(const SceneFile& file, State<T>& state, const ParallelFor& p
   state.clock = {};
 }
 
+void release(Vectors& vectors, std::size_t first, std::size_t end) noexcept {
+  if (auto* const each = std::get_if<Chunked<Vec3>>(&vectors)) each->release(first, end);
+  if (auto* const each = std::get_if<Chunked<Vec3f>>(&vectors)) each->release(first, end);
+}
+
+}  // namespace
+
+template <class T>
+void place_at_start(const SceneFile& file, State<T>& state, const ParallelFor& parallel) {
+  place_all(file, state, parallel, [](std::size_t /*first*/, std::size_t /*end*/) {});
+}
+
+// A chunk that two slices share goes at the end.
+template <class T>
+void move_to_start(SceneFile& file, State<T>& state, const ParallelFor& parallel) {
+  Particles& particles = file.particles;
+  place_all(file, state, parallel, [&](std::size_t first, std::size_t end) {
+    release(particles.position, first, end);
+    release(particles.velocity, first, end);
+  });
+  release(particles.position, 0, state.count);
+  release(particles.velocity, 0, state.count);
+}
+
+bool is_start_asked_for(const Scene& scene) {
+  const auto is_at_start = [](const auto& force) {
+    if constexpr (requires { force.anchor; }) return std::holds_alternative<AtStart>(force.anchor);
+    return false;
+  };
+  return std::any_of(scene.forces.begin(), scene.forces.end(),
+                     [&](const Force& force) { return std::visit(is_at_start, force); });
+}
+
 template void place_at_start(const SceneFile&, State<float>&, const ParallelFor&);
 template void place_at_start(const SceneFile&, State<double>&, const ParallelFor&);
+template void move_to_start(SceneFile&, State<float>&, const ParallelFor&);
+template void move_to_start(SceneFile&, State<double>&, const ParallelFor&);
 
 }  // namespace dvdx::tool

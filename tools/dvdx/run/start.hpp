@@ -11,8 +11,15 @@ namespace dvdx::tool {
 // particles get velocity zero. Throws Fault (bad_scene) where a value is beyond T. state.count must be the scene's.
 template <class T>
 void place_at_start(const SceneFile& file, State<T>& state, const ParallelFor& parallel = {});
+// The same, and what was read of files is given back as the state fills: those values are gone.
+template <class T>
+void move_to_start(SceneFile& file, State<T>& state, const ParallelFor& parallel);
+// Whether anything asks where a particle was at the start, once it is there: the energy of springs that are anchored there.
+[[nodiscard]] bool is_start_asked_for(const Scene& scene);
 
 extern template void place_at_start(const SceneFile&, State<float>&, const ParallelFor&);
 extern template void place_at_start(const SceneFile&, State<double>&, const ParallelFor&);
+extern template void move_to_start(SceneFile&, State<float>&, const ParallelFor&);
+extern template void move_to_start(SceneFile&, State<double>&, const ParallelFor&);
 
 }  // namespace dvdx::tool

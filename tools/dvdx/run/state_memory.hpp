@@ -19,12 +19,15 @@ namespace dvdx::tool {
 enum class Layout { soa, aos, aosoa };
 inline constexpr std::array<Named<Layout>, 3> layouts{{{"soa", Layout::soa}, {"aos", Layout::aos}, {"aosoa", Layout::aosoa}}};
 
+// Zeros from the C library, which takes large ones fresh from the system: none of it is there before it is used.
+extern const Memory fresh_memory;
+
 template <class T>
 class StateMemory {
  public:
   // Residuals, where they are carried, lie beside the layout in columns of their own.
   StateMemory(Layout layout, std::size_t count, Rounding rounding = Rounding::plain) : memory_(make(layout, count)) {
-    if (rounding == Rounding::compensated) rests_.emplace(count);
+    if (rounding == Rounding::compensated) rests_.emplace(count, fresh_memory);
   }
 
   [[nodiscard]] State<T> view() { return rests_ ? compensated(values(), rests_->view()) : values(); }
@@ -48,8 +51,8 @@ class StateMemory {
 
   static Memory make(Layout layout, std::size_t count) {
     if (layout == Layout::aos) return Structs(count);
-    if (layout == Layout::aosoa) return Tiles(count);
-    return Soa<T>(count);
+    if (layout == Layout::aosoa) return Tiles(count, fresh_memory);
+    return Soa<T>(count, fresh_memory);
   }
 
   Memory memory_;

@@ -127,7 +127,8 @@ std::vector<double> scalars_from_file(const Node& node, const Population& popula
 Vec3 value_of(const Vectors& vectors, std::size_t particle) {
   if (const auto* all = std::get_if<Vec3>(&vectors)) return *all;
   if (const auto* each = std::get_if<std::vector<Vec3>>(&vectors)) return (*each)[particle];
-  if (const auto* each = std::get_if<std::vector<Vec3f>>(&vectors)) {
+  if (const auto* each = std::get_if<Chunked<Vec3>>(&vectors)) return (*each)[particle];
+  if (const auto* each = std::get_if<Chunked<Vec3f>>(&vectors)) {
     const auto& [x, y, z] = (*each)[particle];
     return {double{x}, double{y}, double{z}};
   }

@@ -54,11 +54,14 @@ Columns columns_of(const std::vector<std::string_view>& header, std::size_t widt
   return columns;
 }
 
-template <class Value>
-Kept<Value> read_csv(Bytes& bytes, const Run& run) {
-  constexpr std::size_t width = width_of<Value>;
+template <class List>
+using ValueOf = std::decay_t<decltype(std::declval<List&>()[0])>;
+
+template <class List>
+KeptOf<List> read_csv(Bytes& bytes, const Run& run) {
+  constexpr std::size_t width = width_of<ValueOf<List>>;
   Lines lines(bytes);
-  Kept<Value> kept;
+  KeptOf<List> kept;
   Columns columns;
   std::size_t cells = 0;
   while (lines.more()) {
@@ -84,7 +87,7 @@ Kept<Value> read_csv(Bytes& bytes, const Run& run) {
       fail(line_name(lines.number()) + " has " + std::to_string(row.size()) + " numbers: must have " + std::to_string(cells));
     }
     if (!is_in(run, kept.all++)) continue;
-    Value& value = kept.values.emplace_back();
+    auto& value = kept.values.emplace_back();
     for (std::size_t i = 0; i < width; ++i) part(value, i) = finite_number(row[columns[i]], lines.number());
   }
   return kept;
@@ -151,12 +154,12 @@ void require_all(const Bytes& bytes, const BinaryRows<Value>& rows, std::string_
 }
 
 // number_of(type, bytes) reads a number.
-template <class Value, class Wanted, class NumberOf>
-Kept<Value> read_rows(Bytes& bytes, const BinaryRows<Wanted>& rows, const Run& run, const NumberOf& number_of) {
+template <class List, class Wanted, class NumberOf>
+KeptOf<List> read_rows(Bytes& bytes, const BinaryRows<Wanted>& rows, const Run& run, const NumberOf& number_of) {
   const std::size_t at_once = std::max<std::size_t>(1, (std::size_t{1} << 18U) / rows.row_bytes);
   const std::size_t first = std::min(run.first, rows.all);
   const std::size_t end = first + std::min(run.count, rows.all - first);
-  Kept<Value> kept{.values = std::vector<Value>(end - first), .all = rows.all};
+  KeptOf<List> kept{.values = List(end - first), .all = rows.all};
   std::vector<char> some(at_once * rows.row_bytes);
   for (std::size_t row = first; row < end; ++row) {
     const std::size_t n = (row - first) % at_once;
@@ -164,24 +167,24 @@ Kept<Value> read_rows(Bytes& bytes, const BinaryRows<Wanted>& rows, const Run& r
       const std::size_t wanted = std::min(at_once, end - row) * rows.row_bytes;
       if (bytes.read(rows.begins + row * rows.row_bytes, std::span(some).first(wanted)) < wanted) fail("ends while it is read");
     }
-    for (std::size_t i = 0; i < width_of<Value>; ++i) {
+    for (std::size_t i = 0; i < width_of<Wanted>; ++i) {
       const auto& [type, offset] = rows.numbers[i];
       const char* const at = some.data() + n * rows.row_bytes + offset;
-      part(kept.values[row - first], i) = finite(number_of(*type, at), row * width_of<Value> + i);
+      part(kept.values[row - first], i) = finite(number_of(*type, at), row * width_of<Wanted> + i);
     }
   }
   return kept;
 }
 
-template <class Value>
-Kept<Value> read_rows(Bytes& bytes, const BinaryRows<Value>& rows, const Run& run) {
-  return read_rows<Value>(bytes, rows, run, [](const NumberType& type, const char* at) { return type.read(at); });
+template <class List>
+KeptOf<List> read_rows(Bytes& bytes, const BinaryRows<ValueOf<List>>& rows, const Run& run) {
+  return read_rows<List>(bytes, rows, run, [](const NumberType& type, const char* at) { return type.read(at); });
 }
 
 Points read_points_of(Bytes& bytes, const BinaryRows<Vec3>& rows, const Run& run) {
   const auto is_float = [](const auto& number) { return number.type->name == "float"; };
-  if (!std::all_of(rows.numbers.begin(), rows.numbers.end(), is_float)) return read_rows(bytes, rows, run);
-  return read_rows<Vec3f>(bytes, rows, run, [](const NumberType&, const char* at) { return held_at<float>(at); });
+  if (!std::all_of(rows.numbers.begin(), rows.numbers.end(), is_float)) return read_rows<Chunked<Vec3>>(bytes, rows, run);
+  return read_rows<Chunked<Vec3f>>(bytes, rows, run, [](const NumberType&, const char* at) { return held_at<float>(at); });
 }
 
 // ---- .ply --------------------------------------------------------------------------------------------------------------
@@ -244,8 +247,8 @@ PlyHeader read_ply_header(Lines& lines) {
   fail("ends inside its header: is it cut off?");
 }
 
-Kept<Vec3> read_ply_ascii(const PlyHeader& header, Lines& lines, const Run& run) {
-  Kept<Vec3> kept{.values = {}, .all = header.vertices};
+KeptOf<Chunked<Vec3>> read_ply_ascii(const PlyHeader& header, Lines& lines, const Run& run) {
+  KeptOf<Chunked<Vec3>> kept{.values = {}, .all = header.vertices};
   for (std::size_t vertex = 0; vertex < header.vertices; ++vertex) {
     if (!lines.more()) fail(cut_off(vertex, header.vertices, "vertices"));
     const auto line = lines.next();
@@ -377,7 +380,7 @@ std::optional<PointsFormat> format_of(const std::filesystem::path& path) {
 Points points_in(Bytes& bytes, PointsFormat format, const Run& run) {
   switch (format) {
     case PointsFormat::csv:
-      return read_csv<Vec3>(bytes, run);
+      return read_csv<Chunked<Vec3>>(bytes, run);
     case PointsFormat::ply:
       return read_ply(bytes, run);
     case PointsFormat::npy:
@@ -386,18 +389,23 @@ Points points_in(Bytes& bytes, PointsFormat format, const Run& run) {
   return {};
 }
 
-Kept<Vec3> in_float64(Points points) {
-  if (auto* kept = std::get_if<Kept<Vec3>>(&points)) return std::move(*kept);
-  const auto& held = std::get<Kept<Vec3f>>(points);
-  Kept<Vec3> kept{.values = {}, .all = held.all};
-  kept.values.reserve(held.values.size());
-  for (const auto& [x, y, z] : held.values) kept.values.push_back({double{x}, double{y}, double{z}});
-  return kept;
+Kept<Vec3> in_float64(const Points& points) {
+  return std::visit(
+      [](const auto& held) {
+        Kept<Vec3> kept{.values = {}, .all = held.all};
+        kept.values.reserve(held.values.size());
+        for (std::size_t n = 0; n < held.values.size(); ++n) {
+          const auto& [x, y, z] = held.values[n];
+          kept.values.push_back({double{x}, double{y}, double{z}});
+        }
+        return kept;
+      },
+      points);
 }
 
 Kept<double> numbers_in(Bytes& bytes, std::optional<PointsFormat> format, const Run& run) {
-  if (format == PointsFormat::csv) return read_csv<double>(bytes, run);
-  if (format == PointsFormat::npy) return read_rows(bytes, npy_rows_of<double>(bytes), run);
+  if (format == PointsFormat::csv) return read_csv<std::vector<double>>(bytes, run);
+  if (format == PointsFormat::npy) return read_rows<std::vector<double>>(bytes, npy_rows_of<double>(bytes), run);
   fail("must end in .csv or .npy");
 }
 

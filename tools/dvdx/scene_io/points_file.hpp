@@ -22,16 +22,18 @@ struct Run {
 
 // What is kept of a file, and how many it holds in all. Of rows that are not kept, nothing is looked at: of binary files they
 // are not read, of text they are counted.
-template <class Value>
-struct Kept {
-  std::vector<Value> values;
+template <class List>
+struct KeptOf {
+  List values;
   std::size_t all = 0;
 };
+template <class Value>
+using Kept = KeptOf<std::vector<Value>>;
 
 // .csv: three columns, or the columns x, y, z of a header; .ply: the vertices, ascii or binary_little_endian;
 // .npy: float32 or float64 of shape (n, 3). All that is kept is finite. Throws FileFault. In float32 where a binary file holds
 // that: of many points half the memory.
-using Points = std::variant<Kept<Vec3>, Kept<Vec3f>>;
+using Points = std::variant<KeptOf<Chunked<Vec3>>, KeptOf<Chunked<Vec3f>>>;
 [[nodiscard]] Points read_points_as_held(const std::filesystem::path& path, const Run& run = {});
 [[nodiscard]] Kept<Vec3> read_points(const std::filesystem::path& path, const Run& run = {});
 [[nodiscard]] std::vector<Vec3> parse_points(std::string_view text, PointsFormat format);

@@ -12,6 +12,7 @@
 
 #include "dvdx/scene.hpp"
 #include "dvdx/turnover.hpp"
+#include "scene_io/chunked.hpp"
 #include "scene_io/topology.hpp"
 
 namespace dvdx::tool {
@@ -27,7 +28,7 @@ struct UniformVectors {
 };
 
 // One for all, one each, one each as a file holds it, or drawn for each.
-using Vectors = std::variant<Vec3, std::vector<Vec3>, std::vector<Vec3f>, UniformVectors>;
+using Vectors = std::variant<Vec3, std::vector<Vec3>, Chunked<Vec3>, Chunked<Vec3f>, UniformVectors>;
 
 [[nodiscard]] Vec3 value_of(const Vectors& vectors, std::size_t particle);
 

@@ -26,7 +26,7 @@ State<T> aosoa(T* tiles, std::size_t n) noexcept {
 template <class T, std::size_t Tile>
 class DVDX_EXPORT Aosoa {
  public:
-  explicit Aosoa(std::size_t count);
+  explicit Aosoa(std::size_t count, const Memory& memory = {});
   [[nodiscard]] State<T> view() noexcept { return aosoa<Tile>(memory_.get(), count_); }
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
 

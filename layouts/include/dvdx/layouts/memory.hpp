@@ -2,10 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "dvdx/export.h"
 
 namespace dvdx {
+
+// What memory holds when it is given: zeros need not be written again, so that no page is there before it is used.
+enum class Contents : std::uint8_t { anything, zeros };
 
 // The caller's allocator; without functions, the C++ library's. `context` must live as long as what was allocated.
 struct Memory {
@@ -16,6 +20,7 @@ struct Memory {
   Allocate allocate = nullptr;
   Release release = nullptr;
   void* context = nullptr;
+  Contents contents = Contents::anything;
 };
 
 // bytes aligned to `boundary`. Throws std::bad_alloc where there is no memory.

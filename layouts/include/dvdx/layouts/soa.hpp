@@ -79,7 +79,7 @@ State<T> soa(T* x, T* y, T* z, T* vx, T* vy, T* vz, std::size_t n) noexcept {
 template <class T>
 class DVDX_EXPORT Soa {
  public:
-  explicit Soa(std::size_t count);
+  explicit Soa(std::size_t count, const Memory& memory = {});
   [[nodiscard]] State<T> view() noexcept;
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
 
