@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "compile/colouring.hpp"
-#include "compile/list_rates.hpp"
 #include "compile/network_forms.hpp"
 #include "compile/sweep_scheme.hpp"
 
@@ -264,63 +263,35 @@ void drop_empty(StrandsForm<T>& form) {
   form.terms.strands = form.strands.data();
 }
 
-// Writes what the sweeps solve a list's springs by. Most follow some that are alike: a division where one is not.
 template <class T>
-class StrandWriter {
- public:
-  StrandWriter(StrandsForm<T>& form, const NetworkInput& in) noexcept
-      : form_(form), w_(in.w), on_(implicitness(in)), start_(implicitness_of_start(in)) {}
-
-  // k, c: 0 where it is torn.
-  void write(std::size_t lane, std::uint32_t a, std::uint32_t b, double k, double c) noexcept {
-    const auto in_T = [](double w) { return static_cast<double>(static_cast<T>(w)); };  // as a grid's
-    take({k, c, in_T(w_[a]) + in_T(w_[b])});
-    put(form_.terms, lane, of_);
-    if (form_.alpha) put(form_.alpha->sweeps_of_start, lane, of_start_);
-  }
-
- private:
-  struct Made {
-    double k = 0, c = 0, w = 0;
-    bool operator==(const Made&) const = default;
+void fill_lanes(const SweepTerms<T>& terms, const Compliances& made, std::size_t first, std::size_t count) noexcept {
+  const auto fill = [&](const T* column, double value) {
+    std::fill_n(const_cast<T*>(column) + first, count, static_cast<T>(value));  // our own memory
   };
-  void take(const Made& made) noexcept {
-    if (made == last_) return;
-    last_ = made;
-    of_ = compliances(on_, made.k, made.c, made.w);
-    of_start_ = compliances(start_, made.k, made.c, made.w);
-  }
-  static void put(const SweepTerms<T>& terms, std::size_t lane, const Compliances& of) noexcept {
-    const auto set = [&](const T* column, double value) { const_cast<T*>(column)[lane] = static_cast<T>(value); };  // our own
-    set(terms.kappa, of.kappa);
-    set(terms.eta, of.eta);
-    set(terms.inverse, of.inverse);
-  }
-
-  StrandsForm<T>& form_;
-  std::span<const double> w_;
-  Implicitness on_, start_;
-  Made last_;
-  Compliances of_ = compliances(on_, 0, 0, 0), of_start_ = of_;
-};
+  fill(terms.kappa, made.kappa);
+  fill(terms.eta, made.eta);
+  fill(terms.inverse, made.inverse);
+}
 
 }  // namespace
 
 template <class T>
-void set_spring(StrandsForm<T>& form, const NetworkInput& in, const ListRates& springs, std::size_t lane) noexcept {
-  const std::uint32_t s = form.spring_at[lane];
-  const auto [a, b] = springs.ends(s);
-  StrandWriter(form, in).write(lane, a, b, springs.pulls()[s], springs.drags()[s]);
+LaneSource lane_source(const NetworkInput& in, std::uint32_t a, std::uint32_t b, double k, double c) noexcept {
+  const auto in_T = [](double w) { return static_cast<double>(static_cast<T>(w)); };  // as a grid's
+  return {k, c, in_T(in.w[a]) + in_T(in.w[b])};
 }
 
+// Most lanes follow some that are alike.
 template <class T>
-void set_springs(StrandsForm<T>& form, const NetworkInput& in, const ListRates& springs) noexcept {
-  StrandWriter writer(form, in);
-  for (std::size_t lane = 0; lane < form.springs; ++lane) {
-    const std::uint32_t s = form.spring_at[lane];
-    if (s == no_spring) continue;
-    const auto [a, b] = springs.ends(s);
-    writer.write(lane, a, b, springs.pulls()[s], springs.drags()[s]);
+void write_lanes(StrandsForm<T>& form, const NetworkInput& in, std::size_t first, std::span<const LaneSource> lanes) noexcept {
+  const Implicitness on = implicitness(in);
+  const Implicitness start = implicitness_of_start(in);
+  for (std::size_t n = 0, end = 0; n < lanes.size(); n = end) {
+    const LaneSource& source = lanes[n];
+    for (end = n + 1; end < lanes.size() && lanes[end] == source;) ++end;
+    fill_lanes(form.terms, compliances(on, source.k, source.c, source.w), first + n, end - n);
+    if (!form.alpha) continue;
+    fill_lanes(form.alpha->sweeps_of_start, compliances(start, source.k, source.c, source.w), first + n, end - n);
   }
 }
 
@@ -335,20 +306,22 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const ListSheet& sheet,
   drop_empty(form);
   const auto make = [&](SweepTerms<T>& terms) {
     terms.strands = form.strands.data();
-    for (const T** column : {&terms.kappa, &terms.eta, &terms.inverse}) *column = columns.add(form.springs, T(0), column_margin);
+    for (const T** column : {&terms.kappa, &terms.eta, &terms.inverse})
+      *column = columns.add(form.springs, T(0), column_margin);
   };
   T* const l = columns.add(form.springs, T(1), column_margin);
   form.terms.l = l;
   make(form.terms);
   form.alpha = make_alpha(in, form.terms);
   if (form.alpha) make(form.alpha->sweeps_of_start);
-  StrandWriter writer(form, in);
-  for (std::size_t lane = 0; lane < form.springs; ++lane) {  // one without a spring moves nothing
+  std::vector<LaneSource> lanes(form.springs);
+  for (std::size_t lane = 0; lane < form.springs; ++lane) {
     if (form.spring_at[lane] == no_spring) continue;
     const JoinedPair& s = in.springs[form.spring_at[lane]];
     l[lane] = static_cast<T>(s.l);
-    writer.write(lane, s.a, s.b, s.is_broken ? 0 : s.k, damping_of(s));
+    lanes[lane] = lane_source<T>(in, s.a, s.b, s.is_broken ? 0 : s.k, damping_of(s));
   }
+  write_lanes<T>(form, in, 0, lanes);
   return form;
 }
 
@@ -618,8 +591,7 @@ class Ranges {
   void add_lane(const Lane& lane) {
     const auto record_of = [&](std::uint32_t i) { return static_cast<std::uint32_t>(record * in_.order.of[i]); };
     lanes_.push_back(lane);
-    form_.spring_at.push_back(lane.p != nullptr ? static_cast<std::uint32_t>(lane.p - in_.springs.data())
-                                                : no_spring);
+    form_.spring_at.push_back(lane.p != nullptr ? static_cast<std::uint32_t>(lane.p - in_.springs.data()) : no_spring);
     form_.a.push_back(lane.p != nullptr ? record_of(lane.a) : idle_);
     form_.b.push_back(lane.p != nullptr ? record_of(lane.b) : idle_ + static_cast<std::uint32_t>(record));
   }
@@ -720,13 +692,13 @@ void set_scheme(StrandsForm<T>& form, const NetworkInput& in) noexcept {
 
 template StrandsForm<float> make_strands_form(const NetworkInput&, const Grid&, std::size_t, const float*, Columns<float>&);
 template StrandsForm<float> make_strands_form(const NetworkInput&, const ListSheet&, Columns<float>&);
-template void set_spring(StrandsForm<float>&, const NetworkInput&, const ListRates&, std::size_t) noexcept;
-template void set_springs(StrandsForm<float>&, const NetworkInput&, const ListRates&) noexcept;
+template LaneSource lane_source<float>(const NetworkInput&, std::uint32_t, std::uint32_t, double, double) noexcept;
+template void write_lanes(StrandsForm<float>&, const NetworkInput&, std::size_t, std::span<const LaneSource>) noexcept;
 template void set_scheme(StrandsForm<float>&, const NetworkInput&) noexcept;
 template StrandsForm<double> make_strands_form(const NetworkInput&, const Grid&, std::size_t, const double*, Columns<double>&);
 template StrandsForm<double> make_strands_form(const NetworkInput&, const ListSheet&, Columns<double>&);
-template void set_spring(StrandsForm<double>&, const NetworkInput&, const ListRates&, std::size_t) noexcept;
-template void set_springs(StrandsForm<double>&, const NetworkInput&, const ListRates&) noexcept;
+template LaneSource lane_source<double>(const NetworkInput&, std::uint32_t, std::uint32_t, double, double) noexcept;
+template void write_lanes(StrandsForm<double>&, const NetworkInput&, std::size_t, std::span<const LaneSource>) noexcept;
 template void set_scheme(StrandsForm<double>&, const NetworkInput&) noexcept;
 template void set_inverses(StrandsForm<float>&, const NetworkInput&, const Grid&, const float*, std::uint32_t) noexcept;
 template void tear(StrandsForm<float>&, const ParticleOrder&, const Grid&, const GridSpring&) noexcept;

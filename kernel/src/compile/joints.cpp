@@ -113,15 +113,6 @@ ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) {
   return {.rows = count / sweeps.columns, .columns = sweeps.columns, .reach = sweeps.reach};
 }
 
-template <class T>
-std::vector<std::uint32_t> lanes_of(const StrandsForm<T>& form, std::size_t springs) {
-  std::vector<std::uint32_t> lane_of(springs);
-  for (std::size_t lane = 0; lane < form.spring_at.size(); ++lane) {
-    if (form.spring_at[lane] != no_spring) lane_of[form.spring_at[lane]] = static_cast<std::uint32_t>(lane);
-  }
-  return lane_of;
-}
-
 template <class Element>
 std::size_t bytes_of(const std::vector<Element>& list) {
   return list.size() * sizeof(Element);
@@ -399,10 +390,7 @@ void Joints<T>::change_step(double other_step) noexcept {
 template <class T>
 void Joints<T>::take_step() noexcept {
   if (auto* list = std::get_if<ColoursForm<T>>(&form)) by_spring_->colours->set_scheme(*list, input({}));
-  if (auto* strands = strands_of_list()) {
-    set_scheme(*strands, input({}));
-    set_springs(*strands, input({}), by_spring_->rates);
-  }
+  if (auto* strands = strands_of_list()) by_spring_->strands->set_scheme(*strands, input({}));
 }
 
 namespace {
@@ -431,7 +419,7 @@ void Joints<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
     auto made = std::make_unique<ListInPlace>(ListInPlace{ListRates(pairs, w_of), {}, {}, {}});
     if (graph != nullptr) made->lanes = lanes_of(*graph, in);
     if (colours != nullptr) made->colours.emplace(*colours, in, made->rates, memory_);
-    if (strands != nullptr) made->lane_of = lanes_of(*strands, pairs.size());
+    if (strands != nullptr) made->strands.emplace(*strands, in, made->rates);
     by_spring_ = std::move(made);
     if (colours != nullptr) by_spring_->colours->take_over(*colours);
   }
@@ -511,7 +499,7 @@ bool Joints<T>::set_rates(std::size_t particle, double w_new) noexcept {
 // Springs between fixed ends are left out of a list's form; in sweeps that gives others other colours.
 template <class T>
 bool Joints<T>::changes_left_out(std::size_t particle, double w_new) const noexcept {
-  const auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
+  const auto& [rates_of, lanes, colours, strands] = *by_spring_;
   for (const std::uint32_t s : rates_of.springs_at(particle)) {
     if (lanes && lanes->of[s].a == SpringLanes::nowhere) return true;
     if (!colours) continue;
@@ -522,11 +510,11 @@ bool Joints<T>::changes_left_out(std::size_t particle, double w_new) const noexc
 
 template <class T>
 void Joints<T>::set_swept(std::uint32_t spring) noexcept {
-  auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
-  if (auto* list = std::get_if<ColoursForm<T>>(&form); list != nullptr && !colours->is_left_out(spring)) {
-    colours->set_spring(*list, input({}), rates_of, spring);
+  auto& [rates_of, lanes, colours, strands] = *by_spring_;
+  if (colours && !colours->is_left_out(spring)) {
+    colours->set_spring(std::get<ColoursForm<T>>(form), input({}), rates_of, spring);
   }
-  if (auto* strands = strands_of_list()) set_spring(*strands, input({}), rates_of, lane_of[spring]);
+  if (strands) strands->set_spring(std::get<StrandsForm<T>>(form), input({}), rates_of, spring);
 }
 
 template <class T>
@@ -601,7 +589,7 @@ SourceRange sources_of(const Scene& scene, std::size_t network) {
 
 template <class T>
 bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
-  auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
+  auto& [rates_of, lanes, colours, strands] = *by_spring_;
   const SourceRange own = sources_of(scene, network);
   std::vector<std::uint32_t> torn;
   for (const auto& [i, j] : pairs) {
@@ -651,7 +639,7 @@ template <class T>
 bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const SpringsStiffness& before) noexcept {
   const auto& list = std::get<Springs>(scene.networks[network]);
   if ((list.damping != 0) != (before.damping != 0)) return false;  // other springs take part in the damping's passes
-  auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
+  auto& [rates_of, lanes, colours, strands] = *by_spring_;
   const SourceRange own = sources_of(scene, network);
   rates_of.set_stiffness(w_of, own, list.stiffness, list.damping);
   const RateBounds bounds = rates_now();
@@ -661,14 +649,14 @@ bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const Spr
   }
   if (lanes) set_springs(std::get<GraphForm<T>>(form), *lanes, rates_of);
   if (colours) colours->set_springs(std::get<ColoursForm<T>>(form), input({}), rates_of);
-  if (auto* strands = strands_of_list()) set_springs(*strands, input({}), rates_of);
+  if (strands) strands->set_springs(std::get<StrandsForm<T>>(form), input({}), rates_of);
   take(bounds);
   return true;
 }
 
 template <class T>
 bool Joints<T>::set_zero_length(const Scene& scene, std::size_t network, const Scalars& before) noexcept {
-  auto& [rates_of, lanes, colours, lane_of] = *by_spring_;
+  auto& [rates_of, lanes, colours, strands] = *by_spring_;
   if (!lanes) return false;
   const SourceRange own = sources_of(scene, network);
   rates_of.set_zero_length(w_of, own, std::get<Springs>(scene.networks[network]).zero_length);

@@ -18,6 +18,7 @@
 #include "compile/limit.hpp"
 #include "compile/network_forms.hpp"
 #include "compile/particle_order.hpp"
+#include "compile/strands_in_place.hpp"
 #include "dvdx/plan.hpp"
 
 namespace dvdx {
@@ -178,7 +179,7 @@ class Joints {
     ListRates rates;
     std::optional<GraphLanes<T>> lanes;
     std::optional<ColoursInPlace<T>> colours;
-    std::vector<std::uint32_t> lane_of;  // in strands, of each spring
+    std::optional<StrandsInPlace<T>> strands;
   };
   std::unique_ptr<ListInPlace> by_spring_;
   Memory memory_;

@@ -44,9 +44,8 @@ std::vector<std::size_t> distances(std::span<const JoinedPair> springs) {
 }
 
 bool has_doubles(std::span<const JoinedPair> springs) {
-  return std::adjacent_find(springs.begin(), springs.end(), [](const JoinedPair& s, const JoinedPair& t) {
-           return s.a == t.a && s.b == t.b;
-         }) != springs.end();
+  return std::adjacent_find(springs.begin(), springs.end(),
+                            [](const JoinedPair& s, const JoinedPair& t) { return s.a == t.a && s.b == t.b; }) != springs.end();
 }
 
 // Springs that the directions have room for.

@@ -76,11 +76,11 @@ struct StrandsForm {
   std::optional<Alpha<T>> alpha{};  // in its place
   std::vector<Strand> strands;
   std::vector<StrandFamily<T>> families, families_of_start;  // of a grid
-  std::vector<GridDirection> directions;  // of the families
-  std::vector<std::size_t> bands;         // first strand of each band, and one more: bands two apart share no particle
-  std::vector<std::size_t> sheets;        // first band of each sheet, and one more: sheets share none
-  std::vector<std::uint32_t> spring_at;   // of a list: the spring of each lane, or no_spring
-  std::size_t springs = 0;                // columns of lambda
+  std::vector<GridDirection> directions;                     // of the families
+  std::vector<std::size_t> bands;        // first strand of each band, and one more: bands two apart share no particle
+  std::vector<std::size_t> sheets;       // first band of each sheet, and one more: sheets share none
+  std::vector<std::uint32_t> spring_at;  // of a list: the spring of each lane, or no_spring
+  std::size_t springs = 0;               // columns of lambda
 
   [[nodiscard]] bool is_list() const noexcept { return !spring_at.empty(); }
 };
@@ -94,7 +94,7 @@ struct ColoursForm {
   std::optional<Alpha<T>> alpha{};                                                  // in its place
   std::vector<std::uint32_t> a, b, ranges, coefficients_of, coefficients_of_start;  // what the terms point to
   std::vector<Stand> stand;                                                         // likewise
-  std::vector<std::uint32_t> spring_at;  // of each lane, or no_spring
+  std::vector<std::uint32_t> spring_at;                                             // of each lane, or no_spring
   std::vector<std::size_t> tasks;   // first range of each task, and one more; the first are the pieces
   std::vector<std::size_t> stages;  // first task of each stage, and one more: the tasks of a stage share no particle
   std::size_t springs = 0;          // columns of lambda
@@ -189,12 +189,17 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::
 // Of a list.
 template <class T>
 StrandsForm<T> make_strands_form(const NetworkInput& in, const ListSheet& sheet, Columns<T>& columns);
-// Since what the spring of a lane is made of has changed, or the mass of one of its ends; in.springs is not read.
+// What the coefficients of a lane are made of: 0 where it holds no spring, or k and c where that is torn. It then moves nothing.
+struct LaneSource {
+  double k = 0, c = 0;  // N/m, kg/s
+  double w = 0;         // 1/kg of both ends, each as T holds it
+  bool operator==(const LaneSource&) const = default;
+};
 template <class T>
-void set_spring(StrandsForm<T>& form, const NetworkInput& in, const ListRates& springs, std::size_t lane) noexcept;
-// All of them.
+LaneSource lane_source(const NetworkInput& in, std::uint32_t a, std::uint32_t b, double k, double c) noexcept;
+// Of a list: the coefficients of lanes first, first + 1, ...; in.springs is not read.
 template <class T>
-void set_springs(StrandsForm<T>& form, const NetworkInput& in, const ListRates& springs) noexcept;
+void write_lanes(StrandsForm<T>& form, const NetworkInput& in, std::size_t first, std::span<const LaneSource> lanes) noexcept;
 template <class T>
 ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns);
 // What the sub-step and rho make of the sweeps, but for the springs' coefficients.
