@@ -23,7 +23,8 @@ template <class T>
 AlignedArray<T> aligned_array(std::size_t count, const Memory& memory) {
   const std::size_t bytes = std::max<std::size_t>(count, 1) * sizeof(T);
   auto* first = static_cast<T*>(allocate(memory, bytes, alignment));
-  if (memory.contents != Contents::zeros) std::fill_n(first, count, T{0});
+  const bool is_zero = memory.allocate != nullptr && memory.contents == Contents::zeros;
+  if (!is_zero) std::fill_n(first, count, T{0});
   return AlignedArray<T>(first, bytes, memory);
 }
 

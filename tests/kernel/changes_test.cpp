@@ -109,8 +109,8 @@ Joined shuffled(Joined joined) {
 // Lists that sweeps walk as sheets.
 std::vector<Joined> sheet_lists() {
   std::vector<Joined> all;
-  for (const Coupling& coupling : std::vector<Coupling>{{.scheme = Scheme::sequential, .substeps = 2},
-                                                        {.scheme = Scheme::sequential, .theta = 0.8}}) {
+  for (const Coupling& coupling :
+       std::vector<Coupling>{{.scheme = Scheme::sequential, .substeps = 2}, {.scheme = Scheme::sequential, .theta = 0.8}}) {
     for (const double damping : {0.0, 0.002}) {
       Joined sheet = test::sheet(7, 37, 40, damping);
       if (damping != 0) std::get<Grid>(sheet.scene.networks[0]).bend = 5;

@@ -391,6 +391,32 @@ TEST_CASE("split: parts of a list that is swept as a sheet have the bits of the 
   }
 }
 
+// One beside another: the second's first row follows the first's last, and nothing joins them.
+TEST_CASE("split: of a grid and particles that nothing joins, behind it, parts have the bits of the whole") {
+  const Sheet sheet{152, 40};
+  Scene scene;
+  scene.mass = 0.01;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  Grid grid{.rows = 132, .columns = sheet.width, .edge_u = {3.9, 0, 0}, .edge_v = {0, 0, 13.1}};
+  grid.structural = 300;
+  grid.shear = 80;
+  scene.networks.emplace_back(grid);
+  scene.coupling.substeps = 3;
+  scene.fixed = {0, sheet.width - 1};
+  for (const Scheme scheme : {Scheme::sequential, Scheme::leapfrog}) {
+    scene.coupling.scheme = scheme;
+    if (scheme == Scheme::leapfrog) scene.coupling.substeps = 20;
+    CAPTURE(static_cast<int>(scheme));
+    const Options options{.step = 1.0 / 60};
+    NetworkLimit limit;
+    const auto whole = whole_hash(sheet, scene, options, limit);
+    for (const std::uint32_t parts : {2U, 5U}) {
+      CAPTURE(parts);
+      CHECK(hash_in_parts(sheet, scene, options, limit, parts, nullptr) == whole);
+    }
+  }
+}
+
 TEST_CASE("split: rows that are not a part's are refused") {
   const Sheet sheet{60, 40};
   Scene scene;
@@ -416,8 +442,17 @@ TEST_CASE("split: rows that are not a part's are refused") {
   };
   CHECK(refused(40, 1) == "taken");
   CHECK(refused(40, 3) == "elsewhere.sweeps.reach is 3: must be 1 or 2");
-  CHECK(refused(41, 1).find("elsewhere.sweeps.columns is 41: must be rows of so many particles") == 0);
+  CHECK(refused(41, 1).find("elsewhere.sweeps.columns is 41: must be such that the particles stand in rows of so many") == 0);
   CHECK(refused(20, 1).find("elsewhere.sweeps.columns is 20: ") == 0);
+  SweptPart both = *part.sweeps;
+  both.piece_ends.push_back(40);
+  Options options{.step = 1.0 / 60};
+  options.elsewhere.exchange.start = [](void*, const HaloColumns&) noexcept {};
+  options.elsewhere.exchange.finish = options.elsewhere.exchange.start;
+  options.elsewhere.sweeps = &both;
+  const auto plan = compile(own, options, memory.view());
+  REQUIRE_FALSE(plan.has_value());
+  CHECK(plan.error().message() == "elsewhere.sweeps.columns is 40: must be 0 where there are pieces");
 }
 
 TEST_CASE("split: an order of visits that is not a part's is refused") {

@@ -25,7 +25,8 @@ struct Exchange {
   void* context = nullptr;
   // Begins to tell what others hold of this part, while the step works out the rest of the same columns; and puts in place what
   // others tell. One after the other, once a pulse, and once more for each of its passes over springs that damp; by
-  // `sequential` once a sub-step, after the sweeps of a sheet, and of others after each colour of a sweep (SweptPart); by
+  // `sequential` once a sub-step, after the sweeps of a sheet or of a list that is swept as one, and of others after each colour
+  // of a sweep (SweptPart); by
   // `accumulate` twice a sub-step, what the pairs add to x and to v. They allocate nothing. Null, both: no part.
   void (*start)(void* context, const HaloColumns& columns) noexcept = nullptr;
   void (*finish)(void* context, const HaloColumns& columns) noexcept = nullptr;
@@ -47,8 +48,9 @@ struct SweptPart {
   // by their colours, from 1 to `colours`, and all parts tell their halo after each.
   std::vector<std::uint32_t> colour_of;
   std::uint32_t colours = 0;
-  // Or, where the whole's sweeps walk the list as a sheet: the columns of its rows, and how many rows or columns a spring leads
-  // across at the most, 1 or 2. The part's particles are then whole rows one after the other, and what stands above is empty.
+  // Or, where the whole's sweeps walk the list as a sheet: the whole's columns, and how many rows or columns its springs lead
+  // across at the most, 1 or 2. The part's particles are then whole rows one after the other, and what stands above is empty. 0
+  // columns: pieces.
   std::uint32_t columns = 0, reach = 1;
 };
 

@@ -37,17 +37,18 @@ struct Part {
   std::optional<SweptPart> sweeps{};
 };
 
-// How often parts tell a halo in a sub-step of networks by `sequential` that are no sheets: of springs that lead from piece to
-// piece twice for each of their colours.
+// How often parts tell a halo in a sub-step of networks by `sequential`: once of a sheet and of a list with swept_rows(), of
+// others twice for each colour of the springs that lead from piece to piece.
 [[nodiscard]] DVDX_EXPORT std::uint32_t tellings_of_sweeps(const Scene& scene, std::size_t count);
 
 // Of a sheet in parts of whole rows, the least of which has so many: more than 1 for `leapfrog` without damping, air and
 // motions, where a part is large beside the rows that so many pulses reach, and does not fit in a core's cache.
 [[nodiscard]] DVDX_EXPORT std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows);
 
-// The rows of a list that `sequential` walks as a sheet, as it walks a grid: its particles stand in rows one after the other, 16
-// of them or more, and springs lead where a grid's lead. Of the grid all but rows and columns means nothing, and a bend that is
-// not 0 that springs lead two rows down. None of other scenes.
+// The rows of a list that `sequential` walks as a sheet, as it walks a grid: three rows or more of at least 16 particles (32 where
+// springs lead two rows or columns), one after the other; springs that lead where a grid's lead, no pair joined twice, and more
+// than half of these places filled. The grid has rows, columns, and a bend that is not 0 where springs lead two rows or columns;
+// nothing else in it means anything. None of other scenes.
 [[nodiscard]] DVDX_EXPORT std::optional<Grid> swept_rows(const Scene& scene, std::size_t count);
 
 // Rows of a sheet that one part must have together: of `sequential` two bands, which its sweeps take one after the other; of
@@ -62,7 +63,8 @@ struct RowsHeld {
 [[nodiscard]] DVDX_EXPORT RowsHeld rows_held(const Scene& scene, const Grid& sheet, std::uint32_t pulses);
 
 // The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows
-// (rows_kept_together of them), as many for each part as can be; so are lists with swept_rows(). By `sequential` several sheets that are alike stay whole, and
+// (rows_kept_together of them), as many for each part as can be, a list with swept_rows() likewise. By `sequential` several
+// sheets that are alike stay whole, and
 // so do a list's pieces: its parts have no other owners.
 [[nodiscard]] DVDX_EXPORT std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts);
 

@@ -82,15 +82,18 @@ std::optional<std::size_t> wrong_colour(std::span<const JoinedPair> pairs, const
 }
 
 std::optional<Error> check_rows(const Scene& scene, const SweptPart& sweeps, std::size_t count) {
+  if (!sweeps.piece_ends.empty() || !sweeps.colour_of.empty()) {
+    return Error{"elsewhere.sweeps.columns", std::to_string(sweeps.columns), "0 where there are pieces"};
+  }
   if (sweeps.reach != 1 && sweeps.reach != 2) {
     return Error{"elsewhere.sweeps.reach", std::to_string(sweeps.reach), "1 or 2"};
   }
   const ListSheet sheet{.rows = count / sweeps.columns, .columns = sweeps.columns, .reach = sweeps.reach};
   const std::vector<Vec3> nowhere(count);
-  if (count % sweeps.columns == 0 && is_sheet(joined_pairs(scene, nowhere), sheet)) return std::nullopt;
+  if (count % sweeps.columns == 0 && fits(joined_pairs(scene, nowhere), sheet)) return std::nullopt;
   return Error{"elsewhere.sweeps.columns", std::to_string(sweeps.columns),
-               "rows of so many particles, and springs between those that are at most " + std::to_string(sweeps.reach) +
-                   " rows and columns apart"};
+               "such that the particles stand in rows of so many and each spring, no two alike, leads where a grid's leads" +
+                   std::string(sweeps.reach == 2 ? "" : " that does not bend")};
 }
 
 }  // namespace

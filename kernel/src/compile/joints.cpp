@@ -259,7 +259,7 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
     list_sheet_ = kept->list_sheet_;
     return;
   }
-  if (is_sequential && sweeps_ == nullptr) list_sheet_ = list_sheet(pairs, particles());
+  if (is_sequential && sweeps_ == nullptr) list_sheet_ = list_sheet(scene, pairs, particles());
   if (sweeps_ != nullptr && sweeps_->columns != 0) list_sheet_ = told_sheet(*sweeps_, particles());
   if (list_sheet_) {
     order = rows_order(list_sheet_->rows, list_sheet_->columns, list_sheet_->phases());
@@ -496,7 +496,7 @@ bool Joints<T>::set_rates(std::size_t particle, double w_new) noexcept {
   return false;
 }
 
-// Springs between fixed ends are left out of a list's form; in sweeps that gives others other colours.
+// Springs between fixed ends are left out of a graph and of colours, where others then have other colours. Strands hold them all.
 template <class T>
 bool Joints<T>::changes_left_out(std::size_t particle, double w_new) const noexcept {
   const auto& [rates_of, lanes, colours, strands] = *by_spring_;

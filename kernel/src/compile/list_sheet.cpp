@@ -2,30 +2,36 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <variant>
+
+#include "compile/network_forms.hpp"
 
 namespace dvdx {
 namespace {
 
 // Of a line, at the least: a spring in strands takes as long as in colours where a register of 16 holds some 8.
 constexpr std::size_t least_line = 8;
+// A sheet of so many particles that threads share its bands has so many at the least: every second is a task.
+constexpr std::size_t shared_from = 16384;
+constexpr std::size_t least_bands = 8;
 
-struct Place {
-  std::size_t down;
-  std::ptrdiff_t right;
-};
-constexpr std::array<Place, 6> places{{{0, 1}, {0, 2}, {1, -1}, {1, 0}, {1, 1}, {2, 0}}};
+constexpr std::array<GridDirection, 6> directions{{{.down = 0, .right = 1},
+                                                   {.down = 0, .right = 2},
+                                                   {.down = 1, .right = -1},
+                                                   {.down = 1, .right = 0},
+                                                   {.down = 1, .right = 1},
+                                                   {.down = 2, .right = 0}}};
 
-std::size_t offset(const Place& place, std::size_t columns) noexcept {
-  return static_cast<std::size_t>(static_cast<std::ptrdiff_t>(place.down * columns) + place.right);
-}
+bool is_bend(const GridDirection& d) noexcept { return d.down == 2 || d.right == 2; }
 
-// Which of the places, or none; the lesser end first.
-std::optional<std::size_t> place_of(const JoinedPair& s, std::size_t columns) noexcept {
-  const std::size_t column = s.a % columns;
-  for (std::size_t n = 0; n < places.size(); ++n) {
-    if (s.b - s.a != offset(places[n], columns)) continue;
-    const std::ptrdiff_t other = static_cast<std::ptrdiff_t>(column) + places[n].right;
-    return other >= 0 && other < static_cast<std::ptrdiff_t>(columns) ? std::optional(n) : std::nullopt;
+// Which direction a spring has, or none; the lesser end first. In rows of 2 or 3 two directions lead equally far.
+std::optional<std::size_t> direction_of(const JoinedPair& s, std::size_t columns) noexcept {
+  const auto column = static_cast<std::ptrdiff_t>(s.a % columns);
+  for (std::size_t n = 0; n < directions.size(); ++n) {
+    const auto& [down, right, k, l, along] = directions[n];
+    const bool is_as_far = s.b - s.a == down * columns + static_cast<std::size_t>(right);
+    if (is_as_far && column + right >= 0 && column + right < static_cast<std::ptrdiff_t>(columns)) return n;
   }
   return std::nullopt;
 }
@@ -38,7 +44,7 @@ std::vector<std::size_t> distances(std::span<const JoinedPair> springs) {
     const auto at = std::lower_bound(found.begin(), found.end(), apart);
     if (at != found.end() && *at == apart) continue;
     found.insert(at, apart);
-    if (found.size() > places.size()) return {};
+    if (found.size() > directions.size()) return {};
   }
   return found;
 }
@@ -49,46 +55,61 @@ bool has_doubles(std::span<const JoinedPair> springs) {
 }
 
 // Springs that the directions have room for.
-std::size_t room_for(std::span<const GridDirection> directions, const ListSheet& sheet) {
+std::size_t room_for(std::span<const GridDirection> of, const ListSheet& sheet) {
   std::size_t room = 0;
-  for (const GridDirection& d : directions) {
-    room += (sheet.rows - d.down) * (sheet.columns - static_cast<std::size_t>(d.right < 0 ? -d.right : d.right));
-  }
+  for (const GridDirection& d : of)
+    room += (sheet.rows - d.down) * (sheet.columns - static_cast<std::size_t>(std::abs(d.right)));
   return room;
+}
+
+bool is_worth(const ListSheet& sheet) {
+  const std::size_t bands = sheet.rows / rows_of_band(sheet.columns);
+  return sheet.columns >= least_line * sheet.phases() && (sheet.rows * sheet.columns < shared_from || bands >= least_bands);
+}
+
+// What a part of the sheet holds for its air are rows beside its own.
+bool meets_air_in_rows(const Scene& scene, std::size_t columns) {
+  const auto is_in_rows = [&](const Triangle& triangle) {
+    const auto [least, most] = std::minmax_element(triangle.begin(), triangle.end());
+    return *most / columns - *least / columns <= 1;
+  };
+  return std::all_of(scene.networks.begin(), scene.networks.end(), [&](const Network& network) {
+    const auto* const springs = std::get_if<Springs>(&network);
+    return springs == nullptr || !springs->aerodynamics ||
+           std::all_of(springs->triangles.begin(), springs->triangles.end(), is_in_rows);
+  });
 }
 
 }  // namespace
 
-bool is_sheet(std::span<const JoinedPair> springs, const ListSheet& sheet) {
+bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet) {
   const auto leads_there = [&](const JoinedPair& s) {
-    const auto n = place_of(s, sheet.columns);
-    return n && std::max<std::size_t>(places[*n].down, places[*n].right == 2 ? 2 : 1) <= sheet.reach;
+    const auto n = direction_of(s, sheet.columns);
+    return n && (sheet.reach == 2 || !is_bend(directions[*n]));
   };
   return std::all_of(springs.begin(), springs.end(), leads_there) && !has_doubles(springs);
 }
 
 std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, const ListSheet& sheet) {
-  std::array<bool, places.size()> is_there{};
-  for (const JoinedPair& s : springs) is_there[*place_of(s, sheet.columns)] = true;
-  std::vector<GridDirection> directions;
-  for (std::size_t n = 0; n < places.size(); ++n) {
-    if (is_there[n]) directions.push_back({.down = places[n].down, .right = places[n].right});
+  std::array<bool, directions.size()> is_there{};
+  for (const JoinedPair& s : springs) is_there[*direction_of(s, sheet.columns)] = true;
+  std::vector<GridDirection> found;
+  for (std::size_t n = 0; n < directions.size(); ++n) {
+    if (is_there[n]) found.push_back(directions[n]);
   }
-  return directions;
+  return found;
 }
 
-std::optional<ListSheet> list_sheet(std::span<const JoinedPair> springs, std::size_t count) {
+std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
   for (const std::size_t apart : distances(springs)) {
     for (const std::size_t columns : {apart - 1, apart, apart + 1}) {  // a diagonal, a column, the other diagonal
-      if (columns < 3 || count % columns != 0 || count / columns < 3) continue;
+      if (columns < least_line || count % columns != 0 || count / columns < 3) continue;
       ListSheet sheet{.rows = count / columns, .columns = columns, .reach = 2};
-      if (!is_sheet(springs, sheet)) continue;
-      const std::vector<GridDirection> directions = directions_of(springs, sheet);
-      const bool has_bends =
-          std::any_of(directions.begin(), directions.end(), [](const GridDirection& d) { return d.down == 2 || d.right == 2; });
-      if (!has_bends) sheet.reach = 1;
-      const bool is_wide = columns >= least_line * sheet.phases();
-      return is_wide && 2 * springs.size() > room_for(directions, sheet) ? std::optional(sheet) : std::nullopt;
+      if (!fits(springs, sheet)) continue;
+      const std::vector<GridDirection> its = directions_of(springs, sheet);
+      if (std::none_of(its.begin(), its.end(), is_bend)) sheet.reach = 1;
+      const bool is_dense = 2 * springs.size() > room_for(its, sheet);
+      return is_dense && is_worth(sheet) && meets_air_in_rows(scene, columns) ? std::optional(sheet) : std::nullopt;
     }
   }
   return std::nullopt;

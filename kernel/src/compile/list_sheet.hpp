@@ -18,11 +18,13 @@ struct ListSheet {
   bool operator==(const ListSheet&) const = default;
 };
 
-// The springs as joined_pairs() lists them. None where a pair is joined twice, where half of a strand's lanes or more would
-// hold no spring, and where lines are so short that a register holds few springs: in colours these are swept sooner.
-[[nodiscard]] std::optional<ListSheet> list_sheet(std::span<const JoinedPair> springs, std::size_t count);
-// Whether the springs lead nowhere else.
-[[nodiscard]] bool is_sheet(std::span<const JoinedPair> springs, const ListSheet& sheet);
+// The sheet that a scene's springs are, as joined_pairs() lists them, or none: also where a pair is joined twice; where half of
+// all places in the strands or more would hold no spring, or rows are shorter than 16 particles (with bends 32), as colours are
+// then faster; where so large a sheet has few bands, which threads share; and where triangles that meet air lead farther than to
+// the next row.
+[[nodiscard]] std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count);
+// Whether each spring leads where one of the sheet may, and no two lead alike.
+[[nodiscard]] bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet);
 
 // Directions of the springs, in the order of the neighbour's number; what they are made of is each spring's own.
 [[nodiscard]] std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, const ListSheet& sheet);

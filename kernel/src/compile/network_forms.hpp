@@ -76,7 +76,7 @@ struct StrandsForm {
   std::optional<Alpha<T>> alpha{};  // in its place
   std::vector<Strand> strands;
   std::vector<StrandFamily<T>> families, families_of_start;  // of a grid
-  std::vector<GridDirection> directions;                     // of the families
+  std::vector<GridDirection> directions;                     // by Strand::family
   std::vector<std::size_t> bands;        // first strand of each band, and one more: bands two apart share no particle
   std::vector<std::size_t> sheets;       // first band of each sheet, and one more: sheets share none
   std::vector<std::uint32_t> spring_at;  // of a list: the spring of each lane, or no_spring
@@ -189,12 +189,14 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::
 // Of a list.
 template <class T>
 StrandsForm<T> make_strands_form(const NetworkInput& in, const ListSheet& sheet, Columns<T>& columns);
-// What the coefficients of a lane are made of: 0 where it holds no spring, or k and c where that is torn. It then moves nothing.
+// What the coefficients of a lane are made of: all 0 where it holds no spring, k and c where that is torn. Such a lane moves
+// nothing.
 struct LaneSource {
   double k = 0, c = 0;  // N/m, kg/s
   double w = 0;         // 1/kg of both ends, each as T holds it
   bool operator==(const LaneSource&) const = default;
 };
+// Of a spring between two particles.
 template <class T>
 LaneSource lane_source(const NetworkInput& in, std::uint32_t a, std::uint32_t b, double k, double c) noexcept;
 // Of a list: the coefficients of lanes first, first + 1, ...; in.springs is not read.

@@ -91,7 +91,7 @@ struct ParticleOrder {
   std::vector<ParticleSpan> spans;       // in the order of the elements; or
   std::vector<std::uint32_t> particles;  // the particle of each element
   std::vector<std::uint32_t> of;         // element of each particle
-  std::size_t phases = 1, pitch = 0;     // of a grid: lines a row, elements a line
+  std::size_t phases = 1, pitch = 0;     // of a sheet: lines a row, elements a line
   std::vector<std::size_t> pieces;       // of a list in sweeps: first element of each, a multiple of 16, and one more
   [[nodiscard]] std::uint64_t fingerprint() const noexcept;
 };

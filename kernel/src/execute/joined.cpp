@@ -885,7 +885,8 @@ class JoinedStep {
       if (is_symmetric) backward(from, to);
     });
     if (is_symmetric) for_each_band(form, 0, backward);
-    if (form.sheets.size() == 2) exchange(work_.shift);  // of several sheets a part has whole ones
+    const bool has_whole_sheets = form.sheets.size() > 2;
+    if (!has_whole_sheets) exchange(work_.shift);
   }
 
   // Calls use(from, to) with the strands of every second band of each sheet.

@@ -638,7 +638,7 @@ struct Halves {
 
 // a0 a2 a4 ... b0 b2 ..., and a1 a3 a5 ... b1 b3 ...
 template <class V>
-[[gnu::always_inline]] inline Halves<V> dealt(V a, V b) noexcept {
+[[gnu::always_inline]] inline Halves<V> deinterleaved(V a, V b) noexcept {
 #if defined(__AVX512F__)
   if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
     const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
@@ -673,9 +673,9 @@ template <class V>
 #endif
 }
 
-// a0 b0 a1 b1 ..., the first half and the second: what dealt() makes a and b of.
+// a0 b0 a1 b1 ..., the first half and the second: what deinterleaved() makes a and b of.
 template <class V>
-[[gnu::always_inline]] inline Halves<V> in_turn(V a, V b) noexcept {
+[[gnu::always_inline]] inline Halves<V> interleaved(V a, V b) noexcept {
 #if defined(__AVX512F__)
   if constexpr (sizeof(V) == 64 && sizeof(Scalar<V>) == 4) {
     const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);

@@ -44,13 +44,16 @@ bool is_swept_by_pieces(const Scene& scene, std::size_t count) {
   return is_swept_list(scene, count) && !swept_rows(scene, count);
 }
 
-// Where each particle stands among those whose springs are summed: as compile/joints.cpp orders the whole scene.
-std::vector<std::uint32_t> places(const Scene& scene, std::size_t count) {
+std::vector<std::uint32_t> as_numbered(std::size_t count) {
   std::vector<std::uint32_t> place(count);
   std::iota(place.begin(), place.end(), 0U);
-  const bool is_as_numbered = is_sheet(scene, count) || particles_of_stacked(scene, count) != 0 ||
-                              swept_rows(scene, count).has_value();
-  if (scene.networks.empty() || is_as_numbered) return place;
+  return place;
+}
+
+// Where each particle of what is no sheet stands among those whose springs are summed: as compile/joints.cpp orders the whole
+// scene.
+std::vector<std::uint32_t> places(const Scene& scene, std::size_t count) {
+  if (scene.networks.empty() || particles_of_stacked(scene, count) != 0) return as_numbered(count);
   return graph_order(joined_pairs(scene, count), count).of;
 }
 
@@ -163,6 +166,7 @@ Springs taken(const Springs& whole, const Renumbered& renumbered, Taken which) {
 std::optional<Grid> rows_of(const Grid& whole, const Part& part) {
   const auto& numbers = part.particles;
   if (numbers.empty() || numbers.front() % whole.columns != 0 || numbers.size() % whole.columns != 0) return std::nullopt;
+  if (numbers.back() >= whole.rows * whole.columns) return std::nullopt;  // behind its last row
   if (numbers.back() - numbers.front() + 1 != numbers.size() || numbers.size() < 2 * whole.columns) return std::nullopt;
   Grid grid = whole;
   grid.rows = numbers.size() / whole.columns;
@@ -226,7 +230,7 @@ class SharedTriangles {
 
 std::optional<Grid> swept_rows(const Scene& scene, std::size_t count) {
   if (!is_swept_list(scene, count)) return std::nullopt;
-  const auto sheet = list_sheet(joined_pairs(scene, count), count);
+  const auto sheet = list_sheet(scene, joined_pairs(scene, count), count);
   if (!sheet) return std::nullopt;
   return Grid{.rows = sheet->rows, .columns = sheet->columns, .bend = sheet->reach == 2 ? 1.0 : 0.0};
 }
@@ -249,7 +253,7 @@ std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::u
   std::size_t together = std::max<std::size_t>(1, particles_of_stacked(scene, count));
   if (sheet) together = sheet->columns * rows_kept_together(scene, *sheet);
   const std::size_t units = (count + together - 1) / together;
-  const std::vector<std::uint32_t> place = places(scene, count);
+  const std::vector<std::uint32_t> place = sheet ? as_numbered(count) : places(scene, count);
   for (std::size_t i = 0; i < count; ++i) {
     owner[i] = static_cast<std::uint32_t>((place[i] / together) * parts / units);
   }
@@ -431,7 +435,8 @@ Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint
   }
   std::optional<WholeSweeps> whole_sweeps;
   if (!sheet && is_swept_list(scene, count)) whole_sweeps.emplace(scene, count);
-  const std::vector<std::uint32_t> place = whole_sweeps ? whole_sweeps->order.of : places(scene, count);
+  const std::vector<std::uint32_t> place =
+      whole_sweeps ? whole_sweeps->order.of : (sheet ? as_numbered(count) : places(scene, count));
   std::sort(made.particles.begin(), made.particles.end(), [&](std::uint32_t a, std::uint32_t b) {
     const auto comes_last = [&](std::uint32_t i) { return whole_sweeps && owner[i] != part; };
     return std::pair(comes_last(a), place[a]) < std::pair(comes_last(b), place[b]);

@@ -86,7 +86,8 @@ std::vector<Joined> bit_scenes() {
   only_rows.name += ", without shear";
   scenes.push_back(only_rows);
   for (std::size_t s = 0, grids = scenes.size(); s < grids; ++s) scenes.push_back(test::as_list(scenes[s]));
-  for (const double damping : {0.0, 0.001}) scenes.push_back(test::with_spring_across(test::as_list(test::sheet(17, 33, 50, damping))));
+  for (const double damping : {0.0, 0.001})
+    scenes.push_back(test::with_spring_across(test::as_list(test::sheet(17, 33, 50, damping))));
 
   Joined heavy = test::sheet(7, 19, 50);
   std::vector<double> masses;
@@ -840,8 +841,7 @@ void check_other_sheet(const Joined& joined, const test::Run& run) {
       std::copy_n(wanted.begin() + own, 6 * half, got.begin() + own);
       const std::string difference = test::difference(wanted, got);
       CHECK_MESSAGE(difference.empty(), joined.name << ", scheme " << static_cast<int>(joined.scene.coupling.scheme) << ", "
-                                                    << name(run.isa) << ", " << name(run.arithmetic) << ": "
-                                                    << difference);
+                                                    << name(run.isa) << ", " << name(run.arithmetic) << ": " << difference);
     }
   }
 }

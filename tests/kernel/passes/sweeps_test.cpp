@@ -226,6 +226,14 @@ TEST_CASE("sweeps: which lists are walked as sheets") {
   Joined narrow = test::sheet(5, 31, 50);
   std::get<Grid>(narrow.scene.networks[0]).bend = 5;
   CHECK_FALSE(is_swept_as_sheet(test::as_list(narrow)));
+  CHECK_FALSE(is_swept_as_sheet(test::as_list(test::sheet(8, 2100, 50))));  // two bands of 4 rows
+  CHECK(is_swept_as_sheet(test::as_list(test::sheet(32, 525, 50))));
+  Joined in_air = test::sheet(9, 20, 50);
+  std::get<Grid>(in_air.scene.networks[0]).aerodynamics = Aerodynamics{};
+  in_air = test::as_list(in_air);
+  CHECK(is_swept_as_sheet(in_air));
+  std::get<Springs>(in_air.scene.networks[0]).triangles.push_back({3, 4, 60});  // over three rows
+  CHECK_FALSE(is_swept_as_sheet(in_air));
   CHECK_FALSE(is_swept_as_sheet(test::with_spring_across(test::as_list(test::sheet(9, 20, 50)))));
   const Joined list = test::as_list(test::sheet(9, 20, 50));
   CHECK_FALSE(is_swept_as_sheet(in_order(list, shuffled(list.x.size()))));

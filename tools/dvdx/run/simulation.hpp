@@ -108,7 +108,11 @@ class Simulation {
   void start(const Engine& engine, SceneFile& file, Starts starts) {
     const bool gives_back = starts == Starts::given_back && !is_start_asked_for(file.scene);
     together(ranks_, [&] {
-      gives_back ? move_to_start(file, state_, threads_.parallel_for()) : place_at_start(file, state_, threads_.parallel_for());
+      if (gives_back) {
+        move_to_start(file, state_, threads_.parallel_for());
+      } else {
+        place_at_start(file, state_, threads_.parallel_for());
+      }
     });
     Options options = options_of(engine);
     if (is_split_by_ranges(loaded_.file, ranks_)) options.elsewhere = elsewhere_of(ranks_, loaded_.file);

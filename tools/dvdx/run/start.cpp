@@ -78,8 +78,13 @@ template <class T, class Placed>
 void place_all(const SceneFile& file, State<T>& state, const ParallelFor& parallel, const Placed& placed) {
   std::atomic<std::size_t> first_wrong{state.count};
   for_each_slice(parallel, state.count, [&](std::size_t /*slice*/, std::size_t first, std::size_t end) {
-    place(file, state, first, end) ? placed(first, end) : lower(first_wrong, first);
+    if (place(file, state, first, end)) {
+      placed(first, end);
+    } else {
+      lower(first_wrong, first);
+    }
   });
+  // Whose slice has given nothing back, and holds what is named.
   if (first_wrong < state.count) refuse<T>(file, first_wrong, state.count);
   for (const auto id : file.scene.fixed) {
     for (std::size_t axis = 0; axis < 3; ++axis) {

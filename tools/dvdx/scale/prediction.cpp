@@ -122,7 +122,8 @@ std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
   cuts.back().sharing = Sharing::stripes;
   if (const auto rows = swept_rows(*extent.list, extent.particles)) {
     // Whose halo is deeper than springs reach.
-    const Cut by_rows = cut_of_swept_sheet(*rows, ranks, rows_kept_together(*extent.list, *rows), rows_held(*extent.list, *rows, 1));
+    const Cut by_rows =
+        cut_of_swept_sheet(*rows, ranks, rows_kept_together(*extent.list, *rows), rows_held(*extent.list, *rows, 1));
     cuts.back().halo = by_rows.halo;
     cuts.back().all_halo = by_rows.all_halo;
     cuts.back().neighbours = by_rows.neighbours;

@@ -15,14 +15,14 @@ void deal_rows(const Scalar<V>* row, const SheetRows& sheet, Scalar<V>* lines) n
     std::size_t k = 0;
     for (; (k + V::size) * phases <= sheet.columns; k += V::size) {
       const Scalar<V>* const at = row + k * phases;
-      const auto [even, odd] = dealt(load_lanes<V>(at), load_lanes<V>(at + V::size));
+      const auto [even, odd] = deinterleaved(load_lanes<V>(at), load_lanes<V>(at + V::size));
       if constexpr (phases == 2) {
         store_lanes(lines + k, even);
         store_lanes(lines + k + pitch, odd);
       } else {
-        const auto [even2, odd2] = dealt(load_lanes<V>(at + 2 * V::size), load_lanes<V>(at + 3 * V::size));
-        const auto [first, third] = dealt(even, even2);
-        const auto [second, fourth] = dealt(odd, odd2);
+        const auto [even2, odd2] = deinterleaved(load_lanes<V>(at + 2 * V::size), load_lanes<V>(at + 3 * V::size));
+        const auto [first, third] = deinterleaved(even, even2);
+        const auto [second, fourth] = deinterleaved(odd, odd2);
         store_lanes(lines + k, first);
         store_lanes(lines + k + pitch, second);
         store_lanes(lines + k + 2 * pitch, third);
@@ -41,14 +41,14 @@ void collect_rows(const Scalar<V>* lines, const SheetRows& sheet, Scalar<V>* row
     for (; (k + V::size) * phases <= sheet.columns; k += V::size) {
       Scalar<V>* const to = row + k * phases;
       if constexpr (phases == 2) {
-        const auto [low, high] = in_turn(load_lanes<V>(lines + k), load_lanes<V>(lines + k + pitch));
+        const auto [low, high] = interleaved(load_lanes<V>(lines + k), load_lanes<V>(lines + k + pitch));
         store_lanes(to, low);
         store_lanes(to + V::size, high);
       } else {
-        const auto even = in_turn(load_lanes<V>(lines + k), load_lanes<V>(lines + k + 2 * pitch));
-        const auto odd = in_turn(load_lanes<V>(lines + k + pitch), load_lanes<V>(lines + k + 3 * pitch));
-        const auto low = in_turn(even.first, odd.first);
-        const auto high = in_turn(even.second, odd.second);
+        const auto even = interleaved(load_lanes<V>(lines + k), load_lanes<V>(lines + k + 2 * pitch));
+        const auto odd = interleaved(load_lanes<V>(lines + k + pitch), load_lanes<V>(lines + k + 3 * pitch));
+        const auto low = interleaved(even.first, odd.first);
+        const auto high = interleaved(even.second, odd.second);
         store_lanes(to, low.first);
         store_lanes(to + V::size, low.second);
         store_lanes(to + 2 * V::size, high.first);

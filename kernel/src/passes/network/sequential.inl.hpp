@@ -91,7 +91,8 @@ class MadeEach {
 };
 
 // The strands of one turn. It has pointers of its own: those in the terms would be read again after each store.
-template <class V, template <class, Damping> class Made, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
+template <class V, template <class, Damping> class Made, Damping damping, CountedFrom origin, Visit visit,
+          Arithmetic arithmetic>
 class TurnSweep {
  public:
   using T = Scalar<V>;
@@ -190,7 +191,8 @@ class TurnSweep {
   V h_;
 };
 
-template <class V, template <class, Damping> class Made, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
+template <class V, template <class, Damping> class Made, Damping damping, CountedFrom origin, Visit visit,
+          Arithmetic arithmetic>
 void sweep_turn(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const Strand* from, const Strand* to,
                 std::ptrdiff_t step) noexcept {
   TurnSweep<V, Made, damping, origin, visit, arithmetic>(sweep, work, from->family).run(from, to, step);

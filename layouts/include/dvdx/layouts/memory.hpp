@@ -20,7 +20,7 @@ struct Memory {
   Allocate allocate = nullptr;
   Release release = nullptr;
   void* context = nullptr;
-  Contents contents = Contents::anything;
+  Contents contents = Contents::anything;  // of what allocate gives
 };
 
 // bytes aligned to `boundary`. Throws std::bad_alloc where there is no memory.
