@@ -238,40 +238,59 @@ std::vector<double> lighter_first(const Sheet& sheet) {
 }
 
 // Bands of 12 rows, of which a part has two or more together; the last part has five rows.
+constexpr Sheet banded{149, 40};
+const std::vector<Pair> torn_in_bands{{1000, 1001}, {1900, 1940}};
+
+Grid banded_grid(double bend, double damping) {
+  Grid grid{.rows = banded.height, .columns = banded.width, .edge_u = {3.9, 0, 0}, .edge_v = {0, 0, 14.8}};
+  grid.structural = 300;
+  grid.shear = 80;
+  grid.bend = bend;
+  grid.damping = damping;
+  return grid;
+}
+
+// Over a ball, in three sub-steps; with bends by theta.
+Scene banded_scene(Network network, double bend) {
+  Scene scene;
+  scene.mass = Scalars(lighter_first(banded));
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.networks.push_back(std::move(network));
+  scene.coupling.scheme = Scheme::sequential;
+  if (bend != 0) scene.coupling.theta = 0.6;
+  scene.coupling.substeps = 3;
+  scene.wind.mean = {2, 1, 3};
+  scene.fixed = {0, banded.width - 1, 60 * banded.width};
+  scene.contacts.emplace_back(Sphere{.center = {2, 0.5, 7}, .radius = 0.499, .restitution = 0.4, .friction = 0.3});
+  return scene;
+}
+
+enum class Tellings { a_substep, any };
+
+void check_banded(const Scene& scene, bool on_all_isas, Tellings expected) {
+  for (const Isa isa : isas_of(on_all_isas)) {
+    const Options options{.step = 1.0 / 60, .isa = isa};
+    NetworkLimit limit;
+    const auto whole = whole_hash(banded, scene, options, limit);
+    for (const std::uint32_t parts : {2U, 7U}) {
+      CAPTURE(parts);
+      std::size_t tellings = 0;
+      CHECK(hash_in_parts(banded, scene, options, limit, parts, &tellings) == whole);
+      if (expected == Tellings::a_substep) CHECK(tellings == 3 * steps);
+    }
+  }
+}
+
+// Air tells by itself.
 TEST_CASE("split: parts of a sheet that is swept have the bits of the whole, and tell once a sub-step") {
-  const Sheet sheet{149, 40};
   for (const double bend : {0.0, 4.0}) {
     for (const double damping : {0.0, 0.002}) {
-      Scene scene;
-      scene.mass = Scalars(lighter_first(sheet));
-      scene.add(Constant{.acceleration = {0, -9.81, 0}});
-      Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {3.9, 0, 0}, .edge_v = {0, 0, 14.8}};
-      grid.structural = 300;
-      grid.shear = 80;
-      grid.bend = bend;
-      grid.damping = damping;
+      Grid grid = banded_grid(bend, damping);
       if (damping != 0) grid.aerodynamics = Aerodynamics{};
-      grid.broken = {{1000, 1001}, {1900, 1940}};
-      scene.networks.emplace_back(grid);
-      scene.coupling.scheme = Scheme::sequential;
-      if (bend != 0) scene.coupling.theta = 0.6;
-      scene.coupling.substeps = 3;
-      scene.wind.mean = {2, 1, 3};
-      scene.fixed = {0, sheet.width - 1, 60 * sheet.width};
-      scene.contacts.emplace_back(Sphere{.center = {2, 0.5, 7}, .radius = 0.499, .restitution = 0.4, .friction = 0.3});
+      grid.broken = torn_in_bands;
       CAPTURE(bend);
       CAPTURE(damping);
-      for (const Isa isa : isas_of(bend == 0 && damping == 0)) {
-        const Options options{.step = 1.0 / 60, .isa = isa};
-        NetworkLimit limit;
-        const auto whole = whole_hash(sheet, scene, options, limit);
-        for (const std::uint32_t parts : {2U, 7U}) {
-          CAPTURE(parts);
-          std::size_t tellings = 0;
-          CHECK(hash_in_parts(sheet, scene, options, limit, parts, &tellings) == whole);
-          if (damping == 0) CHECK(tellings == 3 * steps);
-        }
-      }
+      check_banded(banded_scene(grid, bend), bend == 0 && damping == 0, damping == 0 ? Tellings::a_substep : Tellings::any);
     }
   }
 }
@@ -353,45 +372,21 @@ Springs most_of(const Grid& grid) {
 }
 
 TEST_CASE("split: parts of a list that is swept as a sheet have the bits of the whole, and tell once a sub-step") {
-  const Sheet sheet{149, 40};
   for (const double bend : {0.0, 4.0}) {
     for (const double damping : {0.0, 0.002}) {
-      Scene scene;
-      scene.mass = Scalars(lighter_first(sheet));
-      scene.add(Constant{.acceleration = {0, -9.81, 0}});
-      Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {3.9, 0, 0}, .edge_v = {0, 0, 14.8}};
-      grid.structural = 300;
-      grid.shear = 80;
-      grid.bend = bend;
-      grid.damping = damping;
-      Springs list = most_of(grid);
-      list.broken = {{1000, 1001}, {1900, 1940}};
-      scene.networks.emplace_back(std::move(list));
-      scene.coupling.scheme = Scheme::sequential;
-      if (bend != 0) scene.coupling.theta = 0.6;
-      scene.coupling.substeps = 3;
-      scene.fixed = {0, sheet.width - 1, 60 * sheet.width};
-      scene.contacts.emplace_back(Sphere{.center = {2, 0.5, 7}, .radius = 0.499, .restitution = 0.4, .friction = 0.3});
+      Springs list = most_of(banded_grid(bend, damping));
+      list.broken = torn_in_bands;
+      const Scene scene = banded_scene(std::move(list), bend);
       CAPTURE(bend);
       CAPTURE(damping);
-      REQUIRE(swept_rows(scene, sheet.count()));
-      CHECK(tellings_of_sweeps(scene, sheet.count()) == 1);
-      for (const Isa isa : isas_of(bend == 0 && damping == 0)) {
-        const Options options{.step = 1.0 / 60, .isa = isa};
-        NetworkLimit limit;
-        const auto whole = whole_hash(sheet, scene, options, limit);
-        for (const std::uint32_t parts : {2U, 7U}) {
-          CAPTURE(parts);
-          std::size_t tellings = 0;
-          CHECK(hash_in_parts(sheet, scene, options, limit, parts, &tellings) == whole);
-          CHECK(tellings == 3 * steps);
-        }
-      }
+      REQUIRE(swept_rows(scene, banded.count()));
+      CHECK(tellings_of_sweeps(scene, banded.count()) == 1);
+      check_banded(scene, bend == 0 && damping == 0, Tellings::a_substep);
     }
   }
 }
 
-// One beside another: the second's first row follows the first's last, and nothing joins them.
+// They stand where more rows of it would.
 TEST_CASE("split: of a grid and particles that nothing joins, behind it, parts have the bits of the whole") {
   const Sheet sheet{152, 40};
   Scene scene;

@@ -88,9 +88,8 @@ std::optional<Error> check_rows(const Scene& scene, const SweptPart& sweeps, std
   if (sweeps.reach != 1 && sweeps.reach != 2) {
     return Error{"elsewhere.sweeps.reach", std::to_string(sweeps.reach), "1 or 2"};
   }
-  const ListSheet sheet{.rows = count / sweeps.columns, .columns = sweeps.columns, .reach = sweeps.reach};
   const std::vector<Vec3> nowhere(count);
-  if (count % sweeps.columns == 0 && fits(joined_pairs(scene, nowhere), sheet)) return std::nullopt;
+  if (count % sweeps.columns == 0 && fits(joined_pairs(scene, nowhere), told_sheet(sweeps, count))) return std::nullopt;
   return Error{"elsewhere.sweeps.columns", std::to_string(sweeps.columns),
                "such that the particles stand in rows of so many and each spring, no two alike, leads where a grid's leads" +
                    std::string(sweeps.reach == 2 ? "" : " that does not bend")};

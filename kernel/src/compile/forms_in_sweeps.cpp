@@ -305,7 +305,6 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const ListSheet& sheet,
   form.spring_at = springs_in_strands(in, form);
   drop_empty(form);
   const auto make = [&](SweepTerms<T>& terms) {
-    terms.strands = form.strands.data();
     for (const T** column : {&terms.kappa, &terms.eta, &terms.inverse})
       *column = columns.add(form.springs, T(0), column_margin);
   };
@@ -663,31 +662,11 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
   return form;
 }
 
-namespace {
-
-// terms_of: the part of a form's sweeps that the scheme does not change.
-template <class T, class Form, class TermsOf>
-void set_scheme(Form& form, const NetworkInput& in, const TermsOf& terms_of) noexcept {
-  const SweepTerms<T> of_start = form.alpha ? form.alpha->sweeps_of_start : SweepTerms<T>{};
-  form.terms.h = sweep_terms<T>(in).h;
-  form.shift = shift_terms<T>(in);
-  form.alpha = make_alpha(in, form.terms);
-  if (form.alpha) terms_of(form.alpha->sweeps_of_start, of_start);
-}
-
-}  // namespace
-
-template <class T>
-void set_scheme(ColoursForm<T>& form, const NetworkInput& in) noexcept {
-  set_scheme<T>(form, in, [](SweepTerms<T>& terms, const SweepTerms<T>& before) { terms.ranges = before.ranges; });
-}
-template <class T>
-void set_scheme(StrandsForm<T>& form, const NetworkInput& in) noexcept {
-  set_scheme<T>(form, in, [](SweepTerms<T>& terms, const SweepTerms<T>& before) {
-    terms.kappa = before.kappa;
-    terms.eta = before.eta;
-    terms.inverse = before.inverse;
-  });
+template <class Form>
+void set_scheme(Form& form, const NetworkInput& in) noexcept {
+  form.terms.h = static_cast<decltype(form.terms.h)>(implicitness(in).h);
+  form.shift = shift_terms<decltype(form.terms.h)>(in);
+  if (form.alpha) form.alpha = make_alpha(in, form.alpha->sweeps_of_start);
 }
 
 template StrandsForm<float> make_strands_form(const NetworkInput&, const Grid&, std::size_t, const float*, Columns<float>&);

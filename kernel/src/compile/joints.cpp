@@ -109,10 +109,6 @@ bool sums_pairs(const Coupling& coupling) {
   return coupling.scheme == Scheme::accumulate && coupling.method != Method::combined;
 }
 
-ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) {
-  return {.rows = count / sweeps.columns, .columns = sweeps.columns, .reach = sweeps.reach};
-}
-
 template <class Element>
 std::size_t bytes_of(const std::vector<Element>& list) {
   return list.size() * sizeof(Element);

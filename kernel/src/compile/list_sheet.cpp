@@ -90,6 +90,10 @@ bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet) {
   return std::all_of(springs.begin(), springs.end(), leads_there) && !has_doubles(springs);
 }
 
+ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) noexcept {
+  return {.rows = count / sweeps.columns, .columns = sweeps.columns, .reach = sweeps.reach};
+}
+
 std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, const ListSheet& sheet) {
   std::array<bool, directions.size()> is_there{};
   for (const JoinedPair& s : springs) is_there[*direction_of(s, sheet.columns)] = true;

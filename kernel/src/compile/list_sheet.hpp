@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compile/particle_order.hpp"
+#include "dvdx/elsewhere.hpp"
 
 namespace dvdx {
 
@@ -25,6 +26,9 @@ struct ListSheet {
 [[nodiscard]] std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count);
 // Whether each spring leads where one of the sheet may, and no two lead alike.
 [[nodiscard]] bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet);
+
+// What a part is told of its `count` particles' rows; sweeps.columns is not 0.
+[[nodiscard]] ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) noexcept;
 
 // Directions of the springs, in the order of the neighbour's number; what they are made of is each spring's own.
 [[nodiscard]] std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, const ListSheet& sheet);

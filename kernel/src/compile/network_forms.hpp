@@ -205,9 +205,7 @@ void write_lanes(StrandsForm<T>& form, const NetworkInput& in, std::size_t first
 template <class T>
 ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns);
 // What the sub-step and rho make of the sweeps, but for the springs' coefficients.
-template <class T>
-void set_scheme(ColoursForm<T>& form, const NetworkInput& in) noexcept;
-template <class T>
-void set_scheme(StrandsForm<T>& form, const NetworkInput& in) noexcept;
+template <class Form>
+void set_scheme(Form& form, const NetworkInput& in) noexcept;
 
 }  // namespace dvdx
