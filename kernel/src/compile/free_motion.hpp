@@ -20,7 +20,6 @@
 namespace dvdx {
 
 inline constexpr std::size_t block_unit = 16;  // particles: a whole number of registers on every ISA, in both precisions
-inline constexpr std::size_t max_block = 1024;
 
 template <class T>
 class FreeMotion {

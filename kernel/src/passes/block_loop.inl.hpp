@@ -163,11 +163,15 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 // The register's particles at i, moved by the whole step. Returns whether they touched a surface.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 [[gnu::noinline]] bool step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
-                                  const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting) noexcept {
+                                  const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting,
+                                  Still<V>& still) noexcept {
   Trajectory<V> m = move_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
   bool touched = false;
   if constexpr (has_contacts(extra)) {
-    touched = resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, waiting, particles.log);
+    const std::uint64_t were_still = still.of(i);
+    touched = resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, were_still, waiting, particles.log) ||
+              were_still != 0;
+    if (touched && still.looks()) still.look(m, i);
   }
   store_trajectory<V>(particles, i, m);
   return touched;
@@ -332,11 +336,12 @@ template <class V, class OneAxis>
 }
 
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
-void step_batches(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
-                  const Offsets<Scalar<V>>* offsets) noexcept {
-  Waiting<V, arithmetic> waiting;
+void step_batches(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>* offsets,
+                  Still<V>& still) noexcept {
+  Waiting<V, arithmetic> waiting(still);
   for (std::size_t i = 0; i < particles.count; i += V::size) {
-    step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting);
+    if (still.are_all(i)) continue;
+    step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting, still);
     waiting.resolve_full(particles, terms, offsets[0]);
   }
   waiting.resolve_all(particles, terms, offsets[0]);
@@ -345,8 +350,8 @@ void step_batches(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& ter
 // With the surfaces of the list alone.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 [[gnu::noinline]] void step_near(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
-                                 const Offsets<Scalar<V>>* offsets, const NearList& near,
-                                 const Region<Scalar<V>>& region) noexcept {
+                                 const Offsets<Scalar<V>>* offsets, const NearList& near, const Region<Scalar<V>>& region,
+                                 Still<V>& still) noexcept {
   using T = Scalar<V>;
   Surface<T> surfaces[most_near];
   Terms<T> own = terms;
@@ -355,7 +360,7 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
   own.whole = &terms;
   own.region = region;
   for (std::size_t j = 0; j < near.count; ++j) surfaces[j] = terms.surfaces[near.at[j]];
-  step_batches<V, OneAxis, extra, arithmetic>(particles, own, offsets);
+  step_batches<V, OneAxis, extra, arithmetic>(particles, own, offsets, still);
 }
 
 // Nothing is near: as without contacts.
@@ -364,9 +369,10 @@ void step_alone(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms
   if constexpr (extra == Extras::contact) {
     run_axes<V, OneAxis>(particles, terms, steps);
   } else {
-    Waiting<V, arithmetic> waiting;
+    Still<V> still(particles, terms, steps);
+    Waiting<V, arithmetic> waiting(still);
     for (std::size_t i = 0; i < particles.count; i += V::size) {
-      step_batch<V, OneAxis, Extras::radial, arithmetic>(particles, terms, steps.offsets, i, waiting);
+      step_batch<V, OneAxis, Extras::radial, arithmetic>(particles, terms, steps.offsets, i, waiting, still);
     }
   }
 }
@@ -469,6 +475,7 @@ void run_searching(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms,
     find_near(terms, region_of_all<V, OneAxis>(particles, terms, steps), near);
     if (near.count == 0) return step_alone<V, OneAxis, extra, arithmetic>(particles, terms, steps);
   }
+  Still<V> still(particles, terms, steps);
   for (std::size_t n = 0; n < steps.count; ++n) {
     const Offsets<T>* offsets = steps.offsets + n * steps.offsets_per_step;
     const Region<T> region = region_of<V, OneAxis, extra, arithmetic>(particles, terms, offsets);
@@ -476,9 +483,9 @@ void run_searching(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms,
     if (near.count == 0) {
       step_alone<V, OneAxis, extra, arithmetic>(particles, terms, {.offsets = offsets, .offsets_per_step = 0, .count = 1});
     } else if (near.count <= most_near) {
-      step_near<V, OneAxis, extra, arithmetic>(particles, terms, offsets, near, region);
+      step_near<V, OneAxis, extra, arithmetic>(particles, terms, offsets, near, region, still);
     } else if (particles.count <= least_block) {
-      step_batches<V, OneAxis, extra, arithmetic>(particles, terms, offsets);
+      step_batches<V, OneAxis, extra, arithmetic>(particles, terms, offsets, still);
     } else {
       const std::size_t half = particles.count / 2 / 16 * 16;
       const Steps<T> left{.offsets = offsets, .offsets_per_step = steps.offsets_per_step, .count = steps.count - n};
@@ -492,9 +499,10 @@ void run_searching(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms,
 
 // Step after step. Whether any of them touched a surface.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
-bool run_steps(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+bool run_steps(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps,
+               Still<V>& still) noexcept {
   const Block<Scalar<V>> particles = block;  // a copy that no store can alias
-  Waiting<V, arithmetic> waiting;
+  Waiting<V, arithmetic> waiting(still);
   const bool looks_ahead = !terms.moves && particles.from[0] == nullptr;
   bool has_touched = false;
   for (std::size_t n = 0; n < steps.count; ++n) {
@@ -504,7 +512,9 @@ bool run_steps(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, con
       if constexpr (extra == Extras::contact) {
         if (!touched && looks_ahead) i = step_untouched<V, OneAxis, arithmetic>(particles, terms, offsets[0], i);
       }
-      if (i < particles.count) touched = step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting);
+      if (i < particles.count) {
+        touched = still.are_all(i) || step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting, still);
+      }
       has_touched = has_touched || touched;
       if constexpr (has_contacts(extra)) waiting.resolve_full(particles, terms, offsets[0]);
     }
@@ -516,6 +526,7 @@ bool run_steps(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, con
 // Among planes: some steps at a time, as without contacts where none of them is near.
 template <class V, class OneAxis, Arithmetic arithmetic>
 void run_among_planes(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+  Still<V> still(block, terms, steps);
   bool has_touched = false;
   for (std::size_t done = 0; done < steps.count;) {
     const std::size_t left = steps.count - done;
@@ -525,7 +536,7 @@ void run_among_planes(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& ter
     if (!has_touched && !is_any_near(terms, region_of_all<V, OneAxis>(block, terms, some))) {
       run_axes<V, OneAxis>(block, terms, some);
     } else {
-      has_touched = run_steps<V, OneAxis, Extras::contact, arithmetic>(block, terms, some);
+      has_touched = run_steps<V, OneAxis, Extras::contact, arithmetic>(block, terms, some, still);
     }
     done += some.count;
   }
@@ -541,7 +552,8 @@ void run_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, con
       return run_among_planes<V, OneAxis, arithmetic>(block, terms, steps);
     }
   }
-  run_steps<V, OneAxis, extra, arithmetic>(block, terms, steps);
+  Still<V> still(block, terms, steps);
+  run_steps<V, OneAxis, extra, arithmetic>(block, terms, steps, still);
 }
 
 template <class V, Flow flow, Extras extra, Turn turn, Arithmetic arithmetic>

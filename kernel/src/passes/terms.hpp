@@ -113,6 +113,8 @@ struct Terms {
   Region<T> bound{};         // ... this one, about the boxes that overlaps() looks at
 };
 
+inline constexpr std::size_t max_block = 1024;  // particles
+
 // Particles that are stepped while they stay in first-level cache: contiguous columns, `count` a multiple of 16 (what lies
 // beyond the particles is padding). `first` is the index of x[.][0] in the plan's own columns.
 template <class T>

@@ -364,4 +364,51 @@ TEST_CASE_TEMPLATE("What is no number stays alone among those that rest", T, flo
   }
 }
 
+// ---- what a step leaves as it was is not worked out again in its call ----------------------------------------------------------
+
+namespace {
+
+// What stops what, and when: a floor under gravity, which nothing moves; a force that grows until friction gives way; a floor
+// that sets off when all lies on it; and a capsule, which each block looks for.
+enum class Mover { none, force, floor, capsule };
+
+Scene lying_scene(Mover mover) {
+  Scene scene;
+  scene.add(Constant{.acceleration = {6, -9.81, -5}});
+  for (Plane wall : {plane({0, 1, 0}, 0, 0.4, 0.9), plane({-1, 0, 0}, 0, 0.3, 0.2), plane({0, 0, 1}, 0, 0.3, 0.2)}) {
+    if (mover == Mover::floor) wall.motion = 0;
+    scene.add(wall);
+  }
+  if (mover == Mover::force) scene.add(Sinusoid{.acceleration = {-8, 0, 0}, .angular_frequency = 0.7});
+  if (mover == Mover::floor) scene.motions = {{.keys = {{.time = 0}, {.time = 3}, {.time = 4, .translation = {0.3, 0.2, 0}}}}};
+  if (mover == Mover::capsule)
+    scene.add(Capsule{.ends = {{{-4, 0.5, 2}, {-1, 0.5, 2}}}, .radius = {0.5, 0.5}, .friction = 0.3});
+  return scene;
+}
+
+template <class T>
+std::vector<T> calls_of(const Scene& scene, std::size_t count, const Options& options, std::size_t a_call) {
+  return mixed_run<T>(scene, count, options, a_call, 360 / a_call, 0);
+}
+
+}  // namespace
+
+TEST_CASE_TEMPLATE("What lies is passed over in calls of many steps, and has the bits of single ones", T, float, double) {
+  constexpr std::size_t count = 77;
+  for (const Mover mover : {Mover::none, Mover::force, Mover::floor, Mover::capsule}) {
+    const Scene scene = lying_scene(mover);
+    for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
+      const std::vector<T> wanted =
+          calls_of<T>(scene, count, {.step = hz60, .isa = Isa::reference, .arithmetic = arithmetic}, 1);
+      for (const Isa isa : available_isas(arithmetic)) {
+        CAPTURE(name(isa));
+        CAPTURE(static_cast<int>(mover));
+        const Options options{.step = hz60, .isa = isa, .arithmetic = arithmetic};
+        CHECK(difference(wanted, calls_of<T>(scene, count, options, 360)) == "");
+        CHECK(difference(wanted, calls_of<T>(scene, count, options, 10)) == "");
+      }
+    }
+  }
+}
+
 }  // namespace dvdx::test

@@ -11,6 +11,7 @@
 #include "passes/contact/contact_log.hpp"
 #include "passes/contact/impact.inl.hpp"
 #include "passes/contact/rest_on_one.inl.hpp"
+#include "passes/contact/still.inl.hpp"
 
 namespace dvdx {
 namespace {
@@ -105,10 +106,17 @@ class Queue {
   [[nodiscard]] const std::size_t* at() const noexcept { return at_; }
 
   // The end of the chosen ones of them: back into the block.
-  void put_back(const Trajectory<V>& m, std::uint64_t chosen, const Block<T>& particles) const noexcept {
+  void put_back(const Trajectory<V>& m, std::uint64_t chosen, const Block<T>& particles, Still<V>& still) const noexcept {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       put_back(m.x1[axis], chosen, particles.x[axis]);
       put_back(m.v1[axis], chosen, particles.v[axis]);
+    }
+    if (!still.looks()) return;
+    const Trajectory<V> start = first();
+    const std::uint64_t same = bits_of<V>(are_same_bits<V>({start.x0, start.v0, m.x1, m.v1}));
+    for (; chosen != 0; chosen &= chosen - 1) {
+      const int k = std::countr_zero(chosen);
+      still.set(at_[k], 1, same >> k & 1);
     }
   }
   void drop(std::size_t n) noexcept {
@@ -144,6 +152,8 @@ class Waiting {
   using T = Scalar<V>;
 
  public:
+  explicit Waiting(Still<V>& still) noexcept : still_(still) {}
+
   // m: lanes from i of the block on, before anything touched them. Pressed: by planes at rest alone, onto several of them.
   void take_pressed(const Trajectory<V>& m, std::uint64_t lanes, std::size_t i) noexcept {
     pressed_.take(m, lanes, [i](std::size_t k) { return i + k; });
@@ -174,7 +184,7 @@ class Waiting {
     const Settled<V> settled = settle_among_planes<V, arithmetic>(terms, first_lanes<V>(n), m);
     const std::uint64_t busy = bits_of<V>(settled.busy);
     if (busy != 0) busy_.take(pressed_.first(), busy, [this](std::size_t k) { return pressed_.at()[k]; });
-    pressed_.put_back(m, first_bits(n) & ~busy, particles);
+    pressed_.put_back(m, first_bits(n) & ~busy, particles, still_);
     pressed_.drop(n);
   }
 
@@ -188,7 +198,7 @@ class Waiting {
       m.x1 = select(strayed, again.x1, m.x1);
       m.v1 = select(strayed, again.v1, m.v1);
     }
-    busy_.put_back(m, first_bits(n), particles);
+    busy_.put_back(m, first_bits(n), particles, still_);
     busy_.drop(n);
   }
 
@@ -199,6 +209,7 @@ class Waiting {
     return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, Standing::unknown, m, bending);
   }
 
+  Still<V>& still_;
   Queue<V> pressed_, busy_;
   bool is_pressed_mostly_ = false;
 };
@@ -377,14 +388,16 @@ template <class V, Arithmetic arithmetic>
   if (others != 0) resolve_logged<V>(terms, offsets, lanes_of<V>(others), m, first, log);
 }
 
-// Lanes from i of the block on. Whether any of them touched a surface. Those that wait end later than m says.
+// Lanes from i of the block on, but for those that are still. Whether any of them touched a surface. Those that wait end later
+// than m says.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline bool resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
-                                                    Trajectory<V>& m, std::size_t first, std::size_t i,
+                                                    Trajectory<V>& m, std::size_t first, std::size_t i, std::uint64_t still,
                                                     Waiting<V, arithmetic>& waiting, ContactLog<Scalar<V>>* log) noexcept {
-  const Mask<V> touches = terms.moves || terms.searches
-                              ? may_touch_any<V, arithmetic>(terms, {copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)})
-                              : TouchTest<V, arithmetic>(terms)(m, {});
+  Mask<V> touches = terms.moves || terms.searches
+                        ? may_touch_any<V, arithmetic>(terms, {copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)})
+                        : TouchTest<V, arithmetic>(terms)(m, {});
+  if (still != 0) touches = touches & !lanes_of<V>(still);
   if (!any_lane<V>(touches)) [[likely]]
     return false;
   // The original never has its address taken, and is copied register by register, so that it stays in registers elsewhere.
