@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include "dvdx/bending.hpp"
@@ -120,25 +121,15 @@ GridKeys read_grid(const Fields& fields) {
   return keys;
 }
 
-std::vector<Vec3> positions_of(const GridKeys& keys) {
+SheetVectors positions_of(const GridKeys& keys) {
   const auto& grid = keys.grid;
-  const auto part = [](std::size_t i, std::size_t points) {
-    return points > 1 ? static_cast<double>(i) / static_cast<double>(points - 1) : 0;
-  };
-  std::vector<Vec3> positions;
-  positions.reserve(grid.rows * grid.columns);
-  for (std::size_t r = 0; r < grid.rows; ++r) {
-    for (std::size_t c = 0; c < grid.columns; ++c) {
-      const double u = part(c, grid.columns);
-      const double v = part(r, grid.rows);
-      Vec3 position{};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        position[axis] = keys.origin[axis] + u * grid.edge_u[axis] + v * grid.edge_v[axis];
-      }
-      positions.push_back(position);
-    }
-  }
-  return positions;
+  return {.rows = grid.rows, .columns = grid.columns, .origin = keys.origin, .edge_u = grid.edge_u, .edge_v = grid.edge_v};
+}
+
+// No particle is farther out along an axis than one of them.
+std::array<std::size_t, 4> corners_of(const Grid& grid) {
+  const std::size_t last_row = (grid.rows - 1) * grid.columns;
+  return {0, grid.columns - 1, last_row, last_row + grid.columns - 1};
 }
 
 // A grid of one row or one column, as the list of its springs.
@@ -430,31 +421,53 @@ MeshFile mesh_of(const Node& node, SceneFolder& folder) {
   }
 }
 
-NetworkReader::NetworkReader(const Node& network, SceneFolder& folder, const Room& room)
-    : nodes_(network.json().is_array() ? network.elements("") : std::vector<Node>{network}), folder_(folder), room_(room) {
+NetworkReader::NetworkReader(const Node& network, SceneFolder& folder, const Room& room, Drawn drawn)
+    : nodes_(network.json().is_array() ? network.elements("") : std::vector<Node>{network}),
+      folder_(folder),
+      room_(room),
+      drawn_(drawn) {
   for (const auto& node : nodes_) {
     auto& made = made_.emplace_back();
-    made.first = positions_.size();
+    made.first = count();
     const auto kind = kind_of(node);
     if (kind == Kind::grid) make_grid(node, made);
     if (kind == Kind::mesh) make_mesh(node, made);
   }
 }
 
-Scalars NetworkReader::masses() const {
-  const bool alike = std::all_of(masses_.begin(), masses_.end(), [&](double mass) { return mass == masses_.front(); });
-  return alike && !masses_.empty() ? Scalars(masses_.front()) : Scalars(masses_);
+std::size_t NetworkReader::count() const noexcept {
+  return std::accumulate(particles_.begin(), particles_.end(), std::size_t{0},
+                         [](std::size_t sum, const MadeParticles& made) { return sum + made.count; });
 }
 
-void NetworkReader::add_particles(const Node& node, std::vector<Vec3> positions, double mass) {
-  for (const auto& position : positions) {
+Vectors NetworkReader::positions() const {
+  if (particles_.size() == 1) return particles_.front().positions;
+  std::vector<Vec3> all;
+  all.reserve(count());
+  for (const MadeParticles& made : particles_) {
+    for (std::size_t i = 0; i < made.count; ++i) all.push_back(value_of(made.positions, i));
+  }
+  return all;
+}
+
+Scalars NetworkReader::masses() const {
+  const auto is_like_first = [&](const MadeParticles& made) { return made.mass == particles_.front().mass; };
+  if (std::all_of(particles_.begin(), particles_.end(), is_like_first)) return particles_.front().mass;
+  std::vector<double> each;
+  each.reserve(count());
+  for (const MadeParticles& made : particles_) each.insert(each.end(), made.count, made.mass);
+  return each;
+}
+
+void NetworkReader::add_particles(const Node& node, MadeParticles made, std::span<const std::size_t> outermost) {
+  for (const std::size_t i : outermost) {
+    const Vec3 position = value_of(made.positions, i);
     const bool finite = std::isfinite(position[0]) && std::isfinite(position[1]) && std::isfinite(position[2]);
     if (!finite) node.fail("puts particles beyond double precision: must have finite positions");
   }
-  const double each = mass / static_cast<double>(positions.size());
-  if (!(each > 0)) node.at("mass").fail("leaves each particle a mass of zero: must be larger");
-  masses_.insert(masses_.end(), positions.size(), each);
-  positions_.insert(positions_.end(), positions.begin(), positions.end());
+  made.mass /= static_cast<double>(made.count);
+  if (!(made.mass > 0)) node.at("mass").fail("leaves each particle a mass of zero: must be larger");
+  particles_.push_back(std::move(made));
 }
 
 void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
@@ -464,14 +477,15 @@ void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
   grid.first = made.first;
   made.columns = grid.columns;
   check_room(node, made.first + grid.rows * grid.columns, room_);
-  add_particles(node, positions_of(keys), keys.mass);
+  add_particles(node, {.count = grid.rows * grid.columns, .positions = positions_of(keys), .mass = keys.mass},
+                corners_of(grid));
   if (!is_rope(grid)) {
     made.network = grid;
   } else if (auto rope = rope_of(grid); !rope.pairs.empty()) {
     made.network = std::move(rope);
   }
   if (const auto limit = fields.optional("strain_limit")) made.strain_limit = limit_of(grid, limit->number(not_negative));
-  made.topology = topology_of(grid);
+  if (drawn_ == Drawn::lines_and_faces) made.topology = topology_of(grid);
 }
 
 void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
@@ -493,8 +507,11 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   if (const auto limit = fields.optional("strain_limit")) {
     made.strain_limit = limit_of(mesh, made.first, limit->number(not_negative));
   }
-  made.topology = topology_of(mesh, made.first);
-  add_particles(node, std::move(mesh.vertices), mass);
+  if (drawn_ == Drawn::lines_and_faces) made.topology = topology_of(mesh, made.first);
+  std::vector<std::size_t> all(mesh.vertices.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const std::size_t count = mesh.vertices.size();
+  add_particles(node, {.count = count, .positions = std::move(mesh.vertices), .mass = mass}, all);
 }
 
 void NetworkReader::add_to(SceneFile& file, const Population& population) const {
@@ -511,7 +528,7 @@ void NetworkReader::add_to(SceneFile& file, const Population& population) const 
     append(made.topology, file.topology);
     if (kind == Kind::springs) {
       auto springs = read_springs(fields, population);
-      add_lines(springs.pairs, file.topology);
+      if (drawn_ == Drawn::lines_and_faces) add_lines(springs.pairs, file.topology);
       if (!springs.pairs.empty()) add_torn(fields, population, Network(std::move(springs)), file);
     }
     if (const auto fixed = fields.optional("fixed")) read_fixed(*fixed, made, population, file.scene.fixed);
@@ -533,10 +550,11 @@ void refuse_tearing(const SceneFile& file, std::string_view command) {
               fmt::format("{}: network.tears_at: dvdx {} tears no springs: must be left out", file.path, command));
 }
 
-void read_constraints(const Node& constraints, SceneFile& file, const Population& population) {
+void read_constraints(const Node& constraints, SceneFile& file, const Population& population, Drawn drawn) {
   for (const auto& node : constraints.elements("a list of constraints")) {
     auto constraint = read_constraint(node, population);
-    if (const auto* distance = std::get_if<Distance>(&constraint)) add_lines(distance->pairs, file.topology);
+    const auto* const distance = std::get_if<Distance>(&constraint);
+    if (distance != nullptr && drawn == Drawn::lines_and_faces) add_lines(distance->pairs, file.topology);
     file.scene.add(std::move(constraint));
   }
 }

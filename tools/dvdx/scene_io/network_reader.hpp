@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -24,14 +25,23 @@ struct MadeNetwork {
   Topology topology{};
 };
 
+// The particles of a grid or a mesh.
+struct MadeParticles {
+  std::size_t count = 0;
+  Vectors positions{};  // m
+  double mass = 0;      // kg, of each
+};
+
 class NetworkReader {
  public:
   // Reads the grids and meshes of `network`, one object or a list of them. Their particles are numbered on from one another,
   // and must find room.
-  NetworkReader(const Node& network, SceneFolder& folder, const Room& room);
+  NetworkReader(const Node& network, SceneFolder& folder, const Room& room, Drawn drawn);
 
-  [[nodiscard]] bool makes_particles() const noexcept { return !positions_.empty(); }
-  [[nodiscard]] const std::vector<Vec3>& positions() const noexcept { return positions_; }
+  [[nodiscard]] bool makes_particles() const noexcept { return !particles_.empty(); }
+  [[nodiscard]] std::size_t count() const noexcept;  // of the particles it makes
+  // At least one must be made.
+  [[nodiscard]] Vectors positions() const;
   [[nodiscard]] Scalars masses() const;
 
   // Reads what remains, which may name any of a scene's particles, and adds all networks, their coupling, their fixed particles
@@ -44,20 +54,21 @@ class NetworkReader {
  private:
   void make_grid(const Node& node, MadeNetwork& made);
   void make_mesh(const Node& node, MadeNetwork& made);
-  void add_particles(const Node& node, std::vector<Vec3> positions, double mass);
+  // made.mass: of all of them. outermost: those that are looked at for whether all have finite positions.
+  void add_particles(const Node& node, MadeParticles made, std::span<const std::size_t> outermost);
 
   std::vector<Node> nodes_;
   SceneFolder& folder_;
   Room room_;
+  Drawn drawn_;
   std::vector<MadeNetwork> made_;  // one for each node
-  std::vector<Vec3> positions_;
-  std::vector<double> masses_;
+  std::vector<MadeParticles> particles_;
 };
 
 // Throws Fault (bad_scene) where springs tear: `command` steps scenes in which they do not.
 void refuse_tearing(const SceneFile& file, std::string_view command);
 
 // Adds constraints to the scene.
-void read_constraints(const Node& constraints, SceneFile& file, const Population& population);
+void read_constraints(const Node& constraints, SceneFile& file, const Population& population, Drawn drawn);
 
 }  // namespace dvdx::tool

@@ -122,6 +122,18 @@ std::vector<double> scalars_from_file(const Node& node, const Population& popula
   return values;
 }
 
+Vec3 value_of(const SheetVectors& sheet, std::size_t particle) {
+  const auto part = [](std::size_t i, std::size_t points) {
+    return points > 1 ? static_cast<double>(i) / static_cast<double>(points - 1) : 0;
+  };
+  const double u = part(particle % sheet.columns, sheet.columns);
+  const double v = part(particle / sheet.columns, sheet.rows);
+  Vec3 value{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    value[axis] = sheet.origin[axis] + u * sheet.edge_u[axis] + v * sheet.edge_v[axis];
+  return value;
+}
+
 }  // namespace
 
 Vec3 value_of(const Vectors& vectors, std::size_t particle) {
@@ -132,6 +144,7 @@ Vec3 value_of(const Vectors& vectors, std::size_t particle) {
     const auto& [x, y, z] = (*each)[particle];
     return {double{x}, double{y}, double{z}};
   }
+  if (const auto* sheet = std::get_if<SheetVectors>(&vectors)) return value_of(*sheet, particle);
   const auto& uniform = std::get<UniformVectors>(vectors);
   Vec3 value{};
   for (std::uint32_t axis = 0; axis < 3; ++axis) {

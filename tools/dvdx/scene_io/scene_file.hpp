@@ -27,8 +27,15 @@ struct UniformVectors {
   bool operator==(const UniformVectors&) const = default;
 };
 
-// One for all, one each, one each as a file holds it, or drawn for each.
-using Vectors = std::variant<Vec3, std::vector<Vec3>, Chunked<Vec3>, Chunked<Vec3f>, UniformVectors>;
+// Even steps along the edges of a sheet, row after row.
+struct SheetVectors {
+  std::size_t rows = 1, columns = 1;
+  Vec3 origin{}, edge_u{}, edge_v{};
+  bool operator==(const SheetVectors&) const = default;
+};
+
+// One for all, one each, one each as a file holds it, drawn for each, or worked out for each.
+using Vectors = std::variant<Vec3, std::vector<Vec3>, Chunked<Vec3>, Chunked<Vec3f>, UniformVectors, SheetVectors>;
 
 [[nodiscard]] Vec3 value_of(const Vectors& vectors, std::size_t particle);
 

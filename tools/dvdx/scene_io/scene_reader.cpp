@@ -349,7 +349,7 @@ void read_own_particles(const Fields& fields, SceneFile& file, Population& popul
 
 // Those that its networks make, of which the scene may give the velocity.
 void take_made_particles(const Fields& fields, const NetworkReader& networks, SceneFile& file, Population& population) {
-  population.count = networks.positions().size();
+  population.count = networks.count();
   file.particles.count = population.count;
   file.particles.position = networks.positions();
   file.scene.mass = networks.masses();
@@ -369,7 +369,7 @@ std::optional<NetworkReader> read_particles_and_networks(const Fields& fields, S
                                                          const ReadOptions& options) {
   std::optional<NetworkReader> networks;
   if (const auto node = fields.optional("network")) {
-    networks.emplace(*node, *population.folder, room_for_networks(fields.node().json(), options));
+    networks.emplace(*node, *population.folder, room_for_networks(fields.node().json(), options), options.drawn);
   }
   if (networks && networks->makes_particles()) {
     take_made_particles(fields, *networks, file, population);
@@ -428,7 +428,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   if (const auto contacts = fields.optional("contacts")) {
     for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact, motions, folder));
   }
-  if (const auto constraints = fields.optional("constraints")) read_constraints(*constraints, file, population);
+  if (const auto constraints = fields.optional("constraints")) read_constraints(*constraints, file, population, options.drawn);
   if (const auto iterations = fields.optional("constraint_iterations")) {
     file.scene.coupling.iterations = static_cast<int>(iterations->whole(1, most_iterations));
   }

@@ -15,6 +15,9 @@ struct Topology {
   bool operator==(const Topology&) const = default;
 };
 
+// Whether a scene's lines and faces are asked for, which pictures alone need: a face takes more memory than its particle.
+enum class Drawn { lines_and_faces, nothing };
+
 // A spring of a network that tore at the end of a step.
 struct Tear {
   std::uint64_t step = 0;
