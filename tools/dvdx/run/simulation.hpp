@@ -117,7 +117,12 @@ class Simulation {
     Options options = options_of(engine);
     if (is_split_by_ranges(loaded_.file, ranks_)) options.elsewhere = elsewhere_of(ranks_, loaded_.file);
     together(ranks_, [&] { plan_.emplace(made(options, state_)); });
-    outcome_.network = plan_->network_limit();
+    outcome_.network = limit_by_rows(file, ranks_);
+    if (outcome_.network) {
+      find_frequency_ = [this] { return plan_->network_limit()->frequency; };
+    } else {
+      outcome_.network = plan_->network_limit();
+    }
     (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
   }
   void split(const Engine& engine) {
