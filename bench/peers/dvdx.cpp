@@ -100,6 +100,7 @@ Peers dvdx_peers() {
   const Variant sequential{.scheme = Scheme::sequential};
   const Variant middle{.scheme = Scheme::sequential, .theta = 0.5}, damped{.scheme = Scheme::sequential, .theta = 0.55};
   const Variant forward{.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward};
+  const Variant lower_forward{.scheme = Scheme::sequential, .theta = 0.7, .sweeps = SweepOrder::forward};
   const auto mesh = [](Variant variant) {
     variant.lie = Lie::mesh;
     return variant;
@@ -115,9 +116,11 @@ Peers dvdx_peers() {
           peer<float>("fourth_order", fourth_order, fourth_order_counts),
           peer<double>("fourth_order", fourth_order, fourth_order_counts),
           peer<float>("sequential", sequential, any_ladder),
+          peer<float>("sequential, fast", with_fast(sequential), any_ladder),
           peer<float>("sequential, theta 0.5, symmetric", middle, any_ladder),
           peer<float>("sequential, theta 0.5, symmetric, fast", with_fast(middle), any_ladder),
           peer<float>("sequential, theta 0.55, symmetric", damped, any_ladder),
+          peer<float>("sequential, theta 0.7, forward, fast", with_fast(lower_forward), any_ladder),
           peer<float>("sequential, theta 1, forward", forward, any_ladder),
           peer<float>("sequential, theta 1, forward, fast", with_fast(forward), any_ladder),
           peer<float>("leapfrog", mesh(leapfrog), leapfrog_counts),
@@ -125,8 +128,10 @@ Peers dvdx_peers() {
           peer<float>("leapfrog, fast", mesh(fast), leapfrog_counts),
           peer<float>("fourth_order", mesh(fourth_order), fourth_order_counts),
           peer<float>("sequential", mesh(sequential), any_ladder),
+          peer<float>("sequential, fast", mesh(with_fast(sequential)), any_ladder),
           peer<float>("sequential, theta 0.5, symmetric", mesh(middle), any_ladder),
           peer<float>("sequential, theta 0.5, symmetric, fast", mesh(with_fast(middle)), any_ladder),
+          peer<float>("sequential, theta 0.7, forward, fast", mesh(with_fast(lower_forward)), any_ladder),
           peer<float>("sequential, theta 1, forward", mesh(forward), any_ladder),
           peer<float>("sequential, theta 1, forward, fast", mesh(with_fast(forward)), any_ladder)};
 }

@@ -7,7 +7,11 @@
 
 namespace dvdx::bench {
 
-std::vector<int> any_ladder(const Cloth& /*cloth*/) { return {2, 3, 5, 7, 10, 14, 20, 30, 50, 100, 200, 500}; }
+// As fine for all: a goal is met by as few sub-steps as it takes, whoever's they are.
+std::vector<int> any_ladder(const Cloth& /*cloth*/) {
+  return {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 12, 14,  16,  18,  20, 22,
+          25, 28, 30, 35, 40, 45, 50, 60, 70, 80, 90, 100, 140, 200, 500};
+}
 
 std::vector<int> explicit_ladder(const Cloth& cloth, double reach) {
   const double fewest = std::max(1.0, std::ceil(cloth.limit() / reach));
