@@ -139,7 +139,7 @@ std::uint64_t hash_in_parts(const Sheet& sheet, const Scene& whole, const Option
   const std::size_t count = sheet.count();
   const auto owners = stripes(whole, count, parts);
   std::vector<Part> part;
-  for (std::uint32_t p = 0; p < parts; ++p) part.push_back(part_of(whole, owners, p));
+  for (std::uint32_t p = 0; p < parts; ++p) part.push_back(part_of(whole, owners, p).value());
   std::barrier<> meeting(parts);
   std::vector<Halo> halos;
   halos.reserve(parts);
@@ -420,7 +420,7 @@ TEST_CASE("split: rows that are not a part's are refused") {
   grid.structural = 300;
   scene.networks.emplace_back(springs_of(grid));
   scene.coupling.scheme = Scheme::sequential;
-  const Part part = part_of(scene, stripes(scene, sheet.count(), 2), 1);
+  const Part part = part_of(scene, stripes(scene, sheet.count(), 2), 1).value();
   const Scene own = scene_of(scene, part);
   Soa<float> memory(part.particles.size());
   place(sheet, memory.view(), part.particles);
@@ -450,13 +450,67 @@ TEST_CASE("split: rows that are not a part's are refused") {
   CHECK(plan.error().message() == "elsewhere.sweeps.columns is 40: must be 0 where there are pieces");
 }
 
+TEST_CASE("split: owners of less than sweeps go through at once are refused, and those of any other scheme are not") {
+  const Sheet sheet{64, 64};
+  Scene scene;
+  Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {6.3, 0, 0}, .edge_v = {0, 0, 6.3}};
+  grid.structural = 300;
+  scene.coupling.scheme = Scheme::sequential;
+  scene.networks = {grid};
+  const std::size_t rows = rows_kept_together(scene, grid);
+  REQUIRE(rows > 1);
+  // Of row after row.
+  const auto message = [&](const auto& owner_of_row) {
+    std::vector<std::uint32_t> owner(sheet.count());
+    for (std::size_t i = 0; i < owner.size(); ++i) owner[i] = owner_of_row(i / sheet.width);
+    const auto part = part_of(scene, owner, 1);
+    return part ? std::string("taken") : part.error().message();
+  };
+  const auto ten = [](std::size_t row) { return row < 10 ? 0U : 1U; };
+  const auto whole = [&](std::size_t row) { return row < rows ? 0U : 1U; };
+  const auto turns = [&](std::size_t row) { return row / rows == 1 ? 1U : 0U; };
+  const std::string by_rows = "owner[640] is 1: must be 0, as that of the particle before: by sequential rows in " +
+                              std::to_string(rows) + "s go together";
+  const std::string by_turns =
+      "owner[" + std::to_string(2 * rows * sheet.width) +
+      "] is 0: must be a part that has no rows before: by sequential a part's rows stand one after the other";
+  for (const bool is_list : {false, true}) {
+    CAPTURE(is_list);
+    if (is_list) scene.networks = {springs_of(grid)};
+    CHECK(message(whole) == "taken");
+    CHECK(message(ten) == by_rows);
+    CHECK(message(turns) == by_turns);
+  }
+  scene.networks.assign(2, grid);
+  std::get<Grid>(scene.networks[0]).rows = std::get<Grid>(scene.networks[1]).rows = 32;
+  std::get<Grid>(scene.networks[1]).first = sheet.count() / 2;
+  CHECK(message([](std::size_t row) { return row < 32 ? 0U : 1U; }) == "taken");
+  CHECK(message(ten) ==
+        "owner[640] is 1: must be 0, as that of the particle before: by sequential a sheet's particles go together");
+  scene.networks = {shuffled(sheet, 0)};
+  CHECK(message(ten).find("by sequential a piece stays whole") != std::string::npos);
+  scene.networks = {grid};
+  scene.coupling.scheme = Scheme::leapfrog;
+  CHECK(message(ten) == "taken");
+  CHECK(message(turns) == "taken");
+}
+
+TEST_CASE("split: what is no sheet has no limit by rows") {
+  Scene scene;
+  CHECK(rates_of_rows(scene, 0, 2).of_k == 0);
+  CHECK_FALSE(limit_of_sheet(scene, 1.0 / 60, {}));
+  scene.networks = {shuffled({20, 20}, 0)};
+  CHECK(rates_of_rows(scene, 0, 2).w == 0);
+  CHECK_FALSE(limit_of_sheet(scene, 1.0 / 60, {}));
+}
+
 TEST_CASE("split: an order of visits that is not a part's is refused") {
   const Sheet sheet{90, 60};
   Scene scene;
   scene.mass = 0.01;
   scene.networks.emplace_back(shuffled(sheet, 0));
   scene.coupling.scheme = Scheme::sequential;
-  const Part part = part_of(scene, stripes(scene, sheet.count(), 2), 1);
+  const Part part = part_of(scene, stripes(scene, sheet.count(), 2), 1).value();
   const Scene own = scene_of(scene, part);
   Soa<float> memory(part.particles.size());
   place(sheet, memory.view(), part.particles);
@@ -643,7 +697,7 @@ TEST_CASE("split: a sheet's part is made of its own rows as of the whole") {
       for (std::uint32_t p = 0; p < parts; ++p) {
         CAPTURE(parts);
         CAPTURE(p);
-        const Part whole = part_of(scene, owners, p);
+        const Part whole = part_of(scene, owners, p).value();
         const auto part = part_of_sheet(scene, count, parts, p);
         REQUIRE(part);
         CHECK(part->particles == whole.particles);

@@ -14,7 +14,10 @@
 #include <utility>
 #include <vector>
 
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/plan.hpp"
 #include "ranks/refusal.hpp"
+#include "run/start.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
 #include "support/paths.hpp"
@@ -561,11 +564,7 @@ TEST_CASE("ranks: a checkpoint of what comes and goes has the bytes of one rank'
 }
 
 // Bytes, of each of eight ranks: each process writes down the most memory that it has taken.
-std::vector<double> most_memory(const ScratchFolder& folder, std::size_t particles) {
-  auto scene = nlohmann::json::parse(drops());
-  scene["capacity"] = particles;
-  scene["particles"]["count"] = particles - 10;
-  scene["duration"] = 3 * scene["step"].get<double>();
+std::vector<double> most_memory(const ScratchFolder& folder, const nlohmann::json& scene, const std::string& more) {
   folder.write("many.json", scene.dump());
   folder.write("most.sh", R"("$@" & process=$!
 file=most.$OMPI_COMM_WORLD_RANK
@@ -574,8 +573,7 @@ while grep VmHWM /proc/$process/status > $file.now 2> $file.ended; do
   sleep 0.01
 done
 wait $process)");
-  const std::string arguments = "run many.json --threads 1 --every 2 --out a.vtp --checkpoint at --checkpoint-every 2";
-  const auto result = run(folder, arguments, launcher(8) + " sh most.sh");
+  const auto result = run(folder, "run many.json --threads 1" + more, launcher(8) + " sh most.sh");
   REQUIRE_MESSAGE(result.exit == 0, result.err);
   std::vector<double> bytes;
   for (int rank = 0; rank < 8; ++rank) {
@@ -588,11 +586,69 @@ wait $process)");
 TEST_CASE("ranks: no rank holds all particles that come and go" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-live-memory");
   constexpr std::size_t particles = 1'000'000;
-  const auto few = most_memory(folder, 100), many = most_memory(folder, particles);
+  const auto of = [&](std::size_t capacity) {
+    auto scene = nlohmann::json::parse(drops());
+    scene["capacity"] = capacity;
+    scene["particles"]["count"] = capacity - 10;
+    scene["duration"] = 3 * scene["step"].get<double>();
+    return most_memory(folder, scene, " --every 2 --out a.vtp --checkpoint at --checkpoint-every 2");
+  };
+  const auto few = of(100), many = of(particles);
   for (std::size_t rank = 0; rank < few.size(); ++rank) {
     CAPTURE(rank);
     CHECK(many[rank] - few[rank] < 8 * sizeof(float) * particles);
   }
+}
+
+// Of the whole, its places would take 24 bytes a particle, and its faces 64, while it is read both twice. A rank has an eighth of it,
+// the rows that its own wait for, and of all of them a plan's columns.
+TEST_CASE("ranks: no rank holds a sheet whole" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("ranks-sheet-memory");
+  constexpr std::size_t rows = 1024, columns = 512;
+  const auto of = [&](std::size_t more_rows) {
+    auto scene = nlohmann::json::parse(sheet());
+    auto& network = scene["network"];
+    network["rows"] = more_rows;
+    network["columns"] = columns;
+    network["edge_v"] = {0, 0, 0.002 * static_cast<double>(more_rows)};
+    network["mass"] = 1e-6 * static_cast<double>(more_rows * columns);
+    scene["step"] = 0.001;
+    scene["duration"] = 2 * scene["step"].get<double>();
+    return most_memory(folder, scene, " --json");
+  };
+  const auto few = of(64), many = of(rows);
+  for (std::size_t rank = 0; rank < few.size(); ++rank) {
+    CAPTURE(rank);
+    CHECK(many[rank] - few[rank] < 64 * (rows - 64) * columns);
+  }
+}
+
+// A command asks no plan of a sheet for them; a plan looks at its springs, and at what turns.
+TEST_CASE("the sub-steps of a sheet that a run finds by rows are its plan's") {
+  const ScratchFolder folder("sheet-substeps");
+  auto scene = nlohmann::json::parse(sheet());
+  scene["motions"]["spin"]["keys"] = {{{"time", 0}}, {{"time", 0.01}, {"rotation", {0, 3, 0}}}};
+  std::vector<int> found;
+  for (const bool turns : {false, true}) {
+    if (turns) scene["contacts"][0]["motion"] = "spin";
+    for (const char* scheme : {"leapfrog", "fourth_order", "sequential"}) {
+      CAPTURE(turns);
+      CAPTURE(scheme);
+      scene["network"]["scheme"] = scheme;
+      const std::string text = scene.dump();
+      folder.write("sheet.json", text);
+      const auto file = dvdx::tool::parse_scene("sheet.json", text);
+      dvdx::Soa<float> memory(file.particles.count);
+      auto state = memory.view();
+      dvdx::tool::place_at_start(file, state);
+      const auto plan = dvdx::compile<float>(file.scene, {.step = file.step}, state);
+      REQUIRE_MESSAGE(plan.has_value(), (plan ? "" : plan.error().message()));
+      found.push_back(plan->network_limit()->substeps);
+      CHECK(said(run(folder, "run sheet.json --json"))["substeps"] == found.back());
+    }
+  }
+  CHECK(found[0] > 1);
+  CHECK(found[5] > found[2]);
 }
 
 TEST_CASE("ranks: explain tells how births are shared, and refuses what they have none of") {

@@ -64,14 +64,15 @@ struct RowsHeld {
 
 // The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows
 // (rows_kept_together of them), as many for each part as can be, a list with swept_rows() likewise. By `sequential` several
-// sheets that are alike stay whole, and
-// so do a list's pieces: its parts have no other owners.
+// sheets that are alike stay whole, and so do a list's pieces.
 [[nodiscard]] DVDX_EXPORT std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts);
 
 // The springs as pairs of particles, the lesser number first, each pair as often as springs join it: what a graph is cut by.
 [[nodiscard]] DVDX_EXPORT std::vector<Pair> joined(const Scene& scene, std::size_t count);
 
-[[nodiscard]] DVDX_EXPORT Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part);
+// owner: of each particle. By `sequential` one that stripes() would not give may be refused: sweeps go through rows_kept_together()
+// rows of a sheet, a part's one after the other; through whole sheets where several are alike; and through whole pieces of others.
+[[nodiscard]] DVDX_EXPORT Expected<Part> part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part);
 
 // The part that stripes() gives to a sheet's rows, made of these rows alone: nothing is as long as the scene. None where the
 // scene is not one sheet, where pairs are summed one by one (`accumulate`), and in air.
@@ -83,11 +84,12 @@ struct SheetRates {
   double of_k = 0, of_c = 0;  // 1/s^2, 1/s: the highest w_a S_a + w_b S_b of the springs that begin in them, S of k or c
   double w = 0;               // 1/kg, the highest
 };
-// Of rows first, ..., end - 1 of a scene that is one sheet, of which nothing is torn.
+// Of rows first, ..., end - 1 of a scene that is one sheet, of which nothing is torn; of another scene all are 0.
 [[nodiscard]] DVDX_EXPORT SheetRates rates_of_rows(const Scene& scene, std::uint64_t first, std::uint64_t end);
 
 // What limits the sub-steps of the whole, as its plan tells, but for two things: `frequency` is the bound, and `particle` is not
-// looked for. None where what the plan's eigenvalues find decides whether so few sub-steps are refused.
+// looked for. None where what the plan's eigenvalues find decides whether so few sub-steps are refused, and of a scene that is no
+// sheet.
 [[nodiscard]] DVDX_EXPORT std::optional<NetworkLimit> limit_of_sheet(const Scene& scene, double step, const SheetRates& all);
 
 // The scene of a part: its own numbers, fixed and kinematic particles, springs, in the whole's order; origin, contacts, motions

@@ -177,7 +177,9 @@ double GridRates::of_damping() const noexcept {
 }
 
 SheetRates rates_of_rows(const Scene& scene, std::uint64_t first, std::uint64_t end) {
-  const auto& sheet = std::get<Grid>(scene.networks.at(0));
+  const Grid* const only = sheet_of(scene);
+  if (only == nullptr) return {};
+  const Grid& sheet = *only;
   // Springs lead two rows down, and a particle there has springs that lead two rows further.
   const std::uint64_t from = first - std::min<std::uint64_t>(first, 2);
   Grid rows = sheet;

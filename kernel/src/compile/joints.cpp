@@ -230,8 +230,10 @@ NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) c
 }
 
 std::optional<NetworkLimit> limit_of_sheet(const Scene& scene, double step, const SheetRates& all) {
+  const Grid* const sheet = sheet_of(scene);
+  if (sheet == nullptr) return std::nullopt;
   const SubstepRule rule(scene.coupling, false);
-  const HighestRates highest = rates_of(std::get<Grid>(scene.networks.at(0)), all);
+  const HighestRates highest = rates_of(*sheet, all);
   const int of_turn = substeps_of_turn(fastest_turn_of(scene) * std::abs(step));
   const Substeps chosen = substeps_of(scene.coupling, rule, step, highest, of_turn);
   if (!chosen.is_safe || chosen.substeps > 1000000) return std::nullopt;

@@ -1,5 +1,6 @@
 // What joins a scene's particles, compiled: springs in the form that a pass walks, constraints, the order in which particles
-// stand while they are stepped, and the sub-steps that the springs ask for. Immutable, and independent of the forces.
+// stand while they are stepped, and the sub-steps that the springs ask for. Independent of the forces.
+// Plans share them; their only owner changes them in place (compile/in_place.hpp).
 #pragma once
 
 #include <cstddef>

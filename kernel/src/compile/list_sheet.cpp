@@ -73,10 +73,13 @@ bool meets_air_in_rows(const Scene& scene, std::size_t columns) {
     const auto [least, most] = std::minmax_element(triangle.begin(), triangle.end());
     return *most / columns - *least / columns <= 1;
   };
+  const auto are_in_rows = [&](const Springs& springs) {
+    return !springs.aerodynamics || std::all_of(springs.triangles.begin(), springs.triangles.end(), is_in_rows);
+  };
   return std::all_of(scene.networks.begin(), scene.networks.end(), [&](const Network& network) {
-    const auto* const springs = std::get_if<Springs>(&network);
-    return springs == nullptr || !springs->aerodynamics ||
-           std::all_of(springs->triangles.begin(), springs->triangles.end(), is_in_rows);
+    const auto* const grid = std::get_if<Grid>(&network);
+    if (grid == nullptr) return are_in_rows(std::get<Springs>(network));
+    return !grid->aerodynamics || are_in_rows(springs_of(*grid));
   });
 }
 

@@ -356,10 +356,15 @@ std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene) {
   return neighbours;
 }
 
-const Grid* only_grid(const Scene& scene, std::size_t count) {
+const Grid* sheet_of(const Scene& scene) {
   if (scene.networks.size() != 1) return nullptr;
   const auto* grid = std::get_if<Grid>(&scene.networks[0]);
-  return grid != nullptr && grid->first == 0 && grid->rows * grid->columns == count ? grid : nullptr;
+  return grid != nullptr && grid->first == 0 ? grid : nullptr;
+}
+
+const Grid* only_grid(const Scene& scene, std::size_t count) {
+  const Grid* const grid = sheet_of(scene);
+  return grid != nullptr && grid->rows * grid->columns == count ? grid : nullptr;
 }
 
 std::optional<SheetStack> stacked_grids(const Scene& scene, std::size_t count) {

@@ -51,7 +51,9 @@ std::size_t count_springs(const Grid& grid);
 // start's distances. Pairs that several networks join are several springs.
 std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> start);
 
-// The grid that holds all `count` particles and every spring, or null.
+// The grid that holds every spring, from the first particle on, or null.
+const Grid* sheet_of(const Scene& scene);
+// The same, if it also holds all `count` particles.
 const Grid* only_grid(const Scene& scene, std::size_t count);
 
 // Sheets that are alike and hold all `count` particles, one after the other, as one sheet of so many rows each; or none. Air

@@ -4,6 +4,8 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "compile/list_sheet.hpp"
@@ -392,64 +394,146 @@ SweptPart swept_part(const WholeSweeps& whole, const Part& part, const Renumbere
 
 }  // namespace
 
-Part part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part) {
-  const std::size_t count = owner.size();
-  Part made;
-  std::vector<std::uint8_t> held(count, 0);
-  for (std::size_t i = 0; i < count; ++i) held[i] = owner[i] == part ? 1 : 0;
-  made.own = static_cast<std::size_t>(std::count(held.begin(), held.end(), 1));
-  const std::optional<Grid> sheet = whole_rows(scene, count);
-  if (sheet) made.pulses_per_telling = pulses_per_telling(scene, *sheet, fewest_rows(*sheet, owner));
-  ToldByPart told;
-  if (sheet && made.own != 0 && (is_swept(scene) || made.pulses_per_telling > 1)) {
-    hold_rows(
-        *sheet, own_rows(*sheet, owner, part), [&](std::uint64_t row) { return owner[row * sheet->columns]; },
-        rows_held(scene, *sheet, made.pulses_per_telling), told);
-    for (const auto& [other, lists] : told) {
-      for (const std::uint32_t i : lists.received) held[i] = 1;
-    }
+namespace {
+
+Error refused_owner(std::span<const std::uint32_t> owner, std::size_t particle, std::string valid) {
+  return {"owner[" + std::to_string(particle) + "]", std::to_string(owner[particle]), std::move(valid)};
+}
+
+// Of particles in runs of `together`, the last of which may be shorter.
+std::optional<Error> refused_in_runs(std::span<const std::uint32_t> owner, std::size_t together, const std::string& what) {
+  for (std::size_t i = 1; i < owner.size(); ++i) {
+    if (i % together == 0 || owner[i] == owner[i - 1]) continue;
+    return refused_owner(
+        owner, i, std::to_string(owner[i - 1]) + ", as that of the particle before: by sequential " + what + " go together");
   }
-  for (const auto& [a, b] : joined(scene, count)) {
-    if (owner[a] != part && owner[b] != part) continue;
+  return std::nullopt;
+}
+
+std::optional<Error> refused_in_rows(std::span<const std::uint32_t> owner, const Grid& sheet, std::size_t rows) {
+  auto refused = refused_in_runs(owner, rows * sheet.columns, "rows in " + std::to_string(rows) + "s");
+  std::set<std::uint32_t> seen;
+  for (std::size_t i = 0; i < owner.size() && !refused; i += rows * sheet.columns) {
+    const bool is_same = i != 0 && owner[i] == owner[i - 1];
+    if (is_same || seen.insert(owner[i]).second) continue;
+    refused = refused_owner(owner, i, "a part that has no rows before: by sequential a part's rows stand one after the other");
+  }
+  return refused;
+}
+
+std::optional<Error> refused_in_pieces(std::span<const std::uint32_t> owner, const WholeSweeps& whole) {
+  std::map<std::size_t, std::uint32_t> owner_of;
+  for (std::uint32_t i = 0; i < owner.size(); ++i) {
+    const std::uint32_t first = owner_of.try_emplace(whole.piece_of(i), owner[i]).first->second;
+    if (first == owner[i]) continue;
+    return refused_owner(owner, i, std::to_string(first) + ", as of others in its piece: by sequential a piece stays whole");
+  }
+  return std::nullopt;
+}
+
+// A scene and the owner of each of its particles.
+struct Owned {
+  Owned(const Scene& of, std::span<const std::uint32_t> owner_of)
+      : scene(of), owner(owner_of), sheet(whole_rows(scene, owner.size())) {
+    if (!sheet && is_swept_list(scene, owner.size())) pieces.emplace(scene, owner.size());
+  }
+
+  const Scene& scene;
+  std::span<const std::uint32_t> owner;
+  std::optional<Grid> sheet;
+  std::optional<WholeSweeps> pieces;  // of a list that is swept by pieces
+};
+
+// Sweeps take a part's particles in the whole's order only where it has all that they go through at once.
+std::optional<Error> refused_owners(const Owned& whole) {
+  const auto& [scene, owner, sheet, pieces] = whole;
+  if (!is_swept(scene)) return std::nullopt;
+  if (pieces) return refused_in_pieces(owner, *pieces);
+  if (sheet) return refused_in_rows(owner, *sheet, rows_kept_together(scene, *sheet));
+  const std::size_t stacked = particles_of_stacked(scene, owner.size());
+  return stacked != 0 ? refused_in_runs(owner, stacked, "a sheet's particles") : std::nullopt;
+}
+
+// Whole rows, where a part holds more of others than its springs reach.
+void tell_rows(const Owned& whole, std::uint32_t part, std::uint32_t pulses, ToldByPart& told) {
+  const auto& [scene, owner, sheet, pieces] = whole;
+  if (!sheet || (!is_swept(scene) && pulses == 1)) return;
+  const OwnRows own = own_rows(*sheet, owner, part);
+  if (own.first == own.end) return;
+  const auto owner_of_row = [&](std::uint64_t row) { return whole.owner[row * whole.sheet->columns]; };
+  hold_rows(*sheet, own, owner_of_row, rows_held(scene, *sheet, pulses), told);
+}
+
+void tell_ends_of_springs(const Owned& whole, std::uint32_t part, Part& made, ToldByPart& told) {
+  for (const auto& [a, b] : joined(whole.scene, whole.owner.size())) {
+    const std::uint32_t of_a = whole.owner[a], of_b = whole.owner[b];
+    if (of_a != part && of_b != part) continue;
     ++made.springs;
-    if (owner[a] == owner[b]) continue;
+    if (of_a == of_b) continue;
     ++made.cut;
-    const std::uint32_t mine = owner[a] == part ? a : b;
-    const std::uint32_t other = owner[a] == part ? b : a;
-    told[owner[other]].sent.push_back(mine);
-    told[owner[other]].received.push_back(other);
-    held[other] = 1;
+    Told& other = told[of_a == part ? of_b : of_a];
+    other.sent.push_back(of_a == part ? a : b);
+    other.received.push_back(of_a == part ? b : a);
   }
-  const SharedTriangles in_air(scene, count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (owner[i] != part) continue;
+}
+
+void tell_what_meets_air(const Owned& whole, std::uint32_t part, ToldByPart& told) {
+  const SharedTriangles in_air(whole.scene, whole.owner.size());
+  for (std::uint32_t i = 0; i < whole.owner.size(); ++i) {
+    if (whole.owner[i] != part) continue;
     in_air.for_each_within_two(i, [&](std::uint32_t j) {
-      if (owner[j] == part) return;
-      told[owner[j]].sent.push_back(i);
-      told[owner[j]].received.push_back(j);
-      held[j] = 1;
+      if (whole.owner[j] == part) return;
+      told[whole.owner[j]].sent.push_back(i);
+      told[whole.owner[j]].received.push_back(j);
     });
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (held[i] != 0) made.particles.push_back(static_cast<std::uint32_t>(i));
+}
+
+// A part's own particles and those that it is told of, in the order in which a particle sums its springs; of a list in pieces its
+// own come first.
+std::vector<std::uint32_t> particles_of(const Owned& whole, std::uint32_t part, const ToldByPart& told) {
+  const std::size_t count = whole.owner.size();
+  std::vector<std::uint8_t> is_held(count, 0);
+  for (std::size_t i = 0; i < count; ++i) is_held[i] = whole.owner[i] == part ? 1 : 0;
+  for (const auto& [other, lists] : told) {
+    for (const std::uint32_t i : lists.received) is_held[i] = 1;
   }
-  std::optional<WholeSweeps> whole_sweeps;
-  if (!sheet && is_swept_list(scene, count)) whole_sweeps.emplace(scene, count);
-  const std::vector<std::uint32_t> place =
-      whole_sweeps ? whole_sweeps->order.of : (sheet ? as_numbered(count) : places(scene, count));
-  std::sort(made.particles.begin(), made.particles.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const auto comes_last = [&](std::uint32_t i) { return whole_sweeps && owner[i] != part; };
-    return std::pair(comes_last(a), place[a]) < std::pair(comes_last(b), place[b]);
-  });
+  std::vector<std::uint32_t> particles;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (is_held[i] != 0) particles.push_back(i);
+  }
+  if (whole.sheet) return particles;
+  const std::vector<std::uint32_t> place = whole.pieces ? whole.pieces->order.of : places(whole.scene, count);
+  const auto comes_at = [&](std::uint32_t i) { return std::pair(whole.pieces && whole.owner[i] != part, place[i]); };
+  std::sort(particles.begin(), particles.end(), [&](std::uint32_t a, std::uint32_t b) { return comes_at(a) < comes_at(b); });
+  return particles;
+}
+
+std::optional<SweptPart> sweeps_of(const Owned& whole, const Part& part, const Renumbered& renumbered) {
+  if (whole.pieces) return swept_part(*whole.pieces, part, renumbered);
+  if (!whole.sheet || !is_swept_list(whole.scene, whole.owner.size())) return std::nullopt;
+  return SweptPart{.piece_ends = {},
+                   .colour_of = {},
+                   .columns = static_cast<std::uint32_t>(whole.sheet->columns),
+                   .reach = static_cast<std::uint32_t>(reach_of(*whole.sheet))};
+}
+
+}  // namespace
+
+Expected<Part> part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part) {
+  const Owned whole(scene, owner);
+  if (auto refused = refused_owners(whole)) return tl::unexpected(std::move(*refused));
+  Part made;
+  made.own = static_cast<std::size_t>(std::count(owner.begin(), owner.end(), part));
+  if (whole.sheet) made.pulses_per_telling = pulses_per_telling(scene, *whole.sheet, fewest_rows(*whole.sheet, owner));
+  ToldByPart told;
+  tell_rows(whole, part, made.pulses_per_telling, told);
+  tell_ends_of_springs(whole, part, made, told);
+  tell_what_meets_air(whole, part, told);
+  made.particles = particles_of(whole, part, told);
   for (const std::uint32_t i : made.particles) made.is_own.push_back(owner[i] == part ? 1 : 0);
   const Renumbered renumbered(made);
-  if (whole_sweeps) made.sweeps = swept_part(*whole_sweeps, made, renumbered);
-  if (sheet && is_swept_list(scene, count)) {
-    made.sweeps = SweptPart{.piece_ends = {},
-                            .colour_of = {},
-                            .columns = static_cast<std::uint32_t>(sheet->columns),
-                            .reach = static_cast<std::uint32_t>(reach_of(*sheet))};
-  }
+  made.sweeps = sweeps_of(whole, made, renumbered);
   add_neighbours(
       told, [&](std::uint32_t number) { return *renumbered(number); }, made);
   return made;

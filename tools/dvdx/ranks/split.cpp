@@ -101,7 +101,11 @@ Part part_here(const SceneFile& file, Ranks& ranks) {
                              : std::vector<std::uint32_t>(file.particles.count);
   });
   ranks.broadcast(0, std::as_writable_bytes(std::span(owners)));
-  return together(ranks, [&] { return part_of(file.scene, owners, static_cast<std::uint32_t>(ranks.rank())); });
+  return together(ranks, [&] {
+    auto part = part_of(file.scene, owners, static_cast<std::uint32_t>(ranks.rank()));
+    if (!part) throw std::logic_error("owners of the ranks' own: " + part.error().message());
+    return std::move(*part);
+  });
 }
 
 Vectors taken(const Vectors& vectors, std::span<const std::uint32_t> particles) {

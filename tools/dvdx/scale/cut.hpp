@@ -38,10 +38,10 @@ struct Cut {
   std::uint64_t all_halo = 0;        // over all ranks
   std::uint64_t all_neighbours = 0;  // likewise: messages a telling
 
-  // Particles of the fullest rank over the mean.
   // That are told of together, positions too, by parts whose halo is so many times as deep (dvdx/partition.hpp).
   std::uint64_t pulses = 1;
 
+  // Particles of the fullest rank over the mean.
   [[nodiscard]] double imbalance() const noexcept;
 };
 

@@ -31,9 +31,10 @@ class Still {
   using T = Scalar<V>;
 
  public:
-  // Looks for none where steps differ, as surfaces move or forces depend on time. What contacts do is told step by step.
+  // Looks for none where steps differ, as surfaces move or forces depend on time, and where contacts are told: what lies presses.
   Still(const Block<T>& particles, const Terms<T>& terms, const Steps<T>& steps) noexcept
-      : looks_(steps.count > 1 && steps.offsets_per_step == 0 && !terms.moves && particles.count <= max_block) {}
+      : looks_(steps.count > 1 && steps.offsets_per_step == 0 && !terms.moves && particles.log == nullptr &&
+               particles.count <= max_block) {}
 
   [[nodiscard]] bool looks() const noexcept { return looks_; }
 
