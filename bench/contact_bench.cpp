@@ -1,4 +1,5 @@
 // The contact pass: what looking for impacts costs where there are none, and what they cost.
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -75,9 +76,16 @@ void add_contacts() {
   add_in_cache<T>({.name = "contact/oblique_plane", .scene = in(fall(), far_floor({1, 2, 0.5}))});
   add_in_cache<T>({.name = "contact/sphere", .scene = in(meadow(), far_shell())});
   add_everywhere<T>({.name = "contact/all_hit", .scene = in(thrown(), floor()), .start = start_hopping<T>});
-  add_in_cache<T>({.name = "contact/resting", .scene = in(thrown(), ground()), .start = start_resting<T>});
+  for (const std::size_t steps : {std::size_t{1}, std::size_t{16}}) {  // a call
+    const std::string ends = steps == 1 ? "" : "/steps:" + std::to_string(steps);
+    add_in_cache<T>(
+        {.name = "contact/resting" + ends, .scene = in(thrown(), ground()), .start = start_resting<T>, .steps = steps});
+    add_in_cache<T>({.name = "contact/corner" + ends,
+                     .scene = [](std::size_t) { return corner(); },
+                     .start = start_cornered<T>,
+                     .steps = steps});
+  }
   add_in_cache<T>({.name = "contact/air_hit", .scene = in(fall(), floor()), .start = start_hopping<T>});
-  add_in_cache<T>({.name = "contact/corner", .scene = [](std::size_t) { return corner(); }, .start = start_cornered<T>});
   add_in_cache<T>({.name = "contact/64_capsules_far", .scene = [](std::size_t) { return capsules(-1e4); }});
   add_in_cache<T>({.name = "contact/64_capsules_near", .scene = [](std::size_t) { return capsules(0); }});
   add_in_cache<T>({.name = "contact/moving_plane", .scene = [](std::size_t) {

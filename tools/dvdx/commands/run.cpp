@@ -144,8 +144,8 @@ Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
     if (options.error && !is_page(options.out)) throw Fault(Exit::usage, "--error: goes with --out of an .html");
     return engine_of(options.engine, by_launcher ? ranks_here() : 1);
   });
-  const Drawn drawn = options.out.empty() ? Drawn::nothing : Drawn::lines_and_faces;
-  auto loaded = load_scene(options.scene, engine.precision, ranks, drawn);
+  const ReadTopology topology = options.out.empty() ? ReadTopology::no : ReadTopology::yes;
+  auto loaded = load_scene(options.scene, engine.precision, ranks, topology);
   together(ranks, [&] {
     if (options.error && is_live(loaded.file)) {
       throw Fault(Exit::usage, "--error: there is no reference for particles that come and go");

@@ -84,17 +84,17 @@ void add_scene_replacements(CLI::App& app, SceneOptions& options) {
 
 LoadedScene load_scene(const SceneOptions& options, Precision precision) {
   OneRank alone;
-  return load_scene(options, precision, alone, Drawn::nothing);
+  return load_scene(options, precision, alone, ReadTopology::no);
 }
 
-LoadedScene load_scene(const SceneOptions& options, Precision precision, Ranks& ranks, Drawn drawn) {
+LoadedScene load_scene(const SceneOptions& options, Precision precision, Ranks& ranks, ReadTopology topology) {
   auto loaded = together(ranks, [&] {
     const RankShare share{.rank = static_cast<std::size_t>(ranks.rank()), .ranks = static_cast<std::size_t>(ranks.count())};
     const ReadOptions read{.overrides = options.overrides,
                            .seed = options.seed,
                            .scalar_bytes = bytes_of(precision),
                            .share = share,
-                           .drawn = drawn};
+                           .topology = topology};
     LoadedScene scene{.file = read_scene(options.scene, read)};
     auto& file = scene.file;
     if (options.step) file.step = checked("--step", *options.step, *options.step != 0, "a finite number other than 0");

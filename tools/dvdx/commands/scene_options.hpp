@@ -38,6 +38,6 @@ struct LoadedScene {
 // Throws Fault: usage where an option cannot go with the scene, and all that read_scene throws.
 // Of several ranks, each gets its part where the scene can be split by ranges, and all choose the same origins.
 [[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision);
-[[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision, Ranks& ranks, Drawn drawn);
+[[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision, Ranks& ranks, ReadTopology topology);
 
 }  // namespace dvdx::tool

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <string>
@@ -402,12 +403,15 @@ Constraint read_constraint(const Node& node, const Population& population) {
 }
 
 void check_room(const Node& node, std::uint64_t count, const Room& room) {
+  constexpr std::uint64_t numbered = std::numeric_limits<std::uint32_t>::max();
+  if (count > numbered) node.fail(fmt::format("brings the scene to {} particles: must be at most {}", count, numbered));
   if (count > room.most()) node.fail(fmt::format("brings the scene to {} particles: must be {}", count, room.limit()));
 }
 
-void append(const Topology& more, Topology& topology) {
-  topology.lines.insert(topology.lines.end(), more.lines.begin(), more.lines.end());
-  topology.faces.insert(topology.faces.end(), more.faces.begin(), more.faces.end());
+template <class List>
+void append(List more, List& list) {
+  if (list.empty()) return list.swap(more);
+  list.insert(list.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
 }
 
 }  // namespace
@@ -421,11 +425,11 @@ MeshFile mesh_of(const Node& node, SceneFolder& folder) {
   }
 }
 
-NetworkReader::NetworkReader(const Node& network, SceneFolder& folder, const Room& room, Drawn drawn)
+NetworkReader::NetworkReader(const Node& network, SceneFolder& folder, const Room& room, ReadTopology topology)
     : nodes_(network.json().is_array() ? network.elements("") : std::vector<Node>{network}),
       folder_(folder),
       room_(room),
-      drawn_(drawn) {
+      topology_(topology) {
   for (const auto& node : nodes_) {
     auto& made = made_.emplace_back();
     made.first = count();
@@ -440,8 +444,8 @@ std::size_t NetworkReader::count() const noexcept {
                          [](std::size_t sum, const MadeParticles& made) { return sum + made.count; });
 }
 
-Vectors NetworkReader::positions() const {
-  if (particles_.size() == 1) return particles_.front().positions;
+Vectors NetworkReader::take_positions() {
+  if (particles_.size() == 1) return std::move(particles_.front().positions);
   std::vector<Vec3> all;
   all.reserve(count());
   for (const MadeParticles& made : particles_) {
@@ -485,7 +489,7 @@ void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
     made.network = std::move(rope);
   }
   if (const auto limit = fields.optional("strain_limit")) made.strain_limit = limit_of(grid, limit->number(not_negative));
-  if (drawn_ == Drawn::lines_and_faces) made.topology = topology_of(grid);
+  if (topology_ == ReadTopology::yes) made.topology = topology_of(grid);
 }
 
 void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
@@ -507,28 +511,29 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   if (const auto limit = fields.optional("strain_limit")) {
     made.strain_limit = limit_of(mesh, made.first, limit->number(not_negative));
   }
-  if (drawn_ == Drawn::lines_and_faces) made.topology = topology_of(mesh, made.first);
+  if (topology_ == ReadTopology::yes) made.topology = topology_of(mesh, made.first);
   std::vector<std::size_t> all(mesh.vertices.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::size_t count = mesh.vertices.size();
   add_particles(node, {.count = count, .positions = std::move(mesh.vertices), .mass = mass}, all);
 }
 
-void NetworkReader::add_to(SceneFile& file, const Population& population) const {
+void NetworkReader::add_to(SceneFile& file, const Population& population) {
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     const auto& node = nodes_[n];
-    const auto& made = made_[n];
+    auto& made = made_[n];
     const auto kind = kind_of(node);
     const auto fields = fields_of(node);
     const auto coupling = read_coupling(fields, file.scene.method);
     if (n == 0) file.scene.coupling = coupling;
     check_alike(node, file.scene.coupling, coupling);
-    if (made.network) add_torn(fields, population, *made.network, file);
-    if (made.strain_limit && !made.strain_limit->pairs.empty()) file.scene.add(*made.strain_limit);
-    append(made.topology, file.topology);
+    if (made.network) add_torn(fields, population, std::move(*made.network), file);
+    if (made.strain_limit && !made.strain_limit->pairs.empty()) file.scene.add(std::move(*made.strain_limit));
+    append(std::move(made.topology.lines), file.topology.lines);
+    append(std::move(made.topology.faces), file.topology.faces);
     if (kind == Kind::springs) {
       auto springs = read_springs(fields, population);
-      if (drawn_ == Drawn::lines_and_faces) add_lines(springs.pairs, file.topology);
+      if (topology_ == ReadTopology::yes) add_lines(springs.pairs, file.topology);
       if (!springs.pairs.empty()) add_torn(fields, population, Network(std::move(springs)), file);
     }
     if (const auto fixed = fields.optional("fixed")) read_fixed(*fixed, made, population, file.scene.fixed);
@@ -550,11 +555,11 @@ void refuse_tearing(const SceneFile& file, std::string_view command) {
               fmt::format("{}: network.tears_at: dvdx {} tears no springs: must be left out", file.path, command));
 }
 
-void read_constraints(const Node& constraints, SceneFile& file, const Population& population, Drawn drawn) {
+void read_constraints(const Node& constraints, SceneFile& file, const Population& population, ReadTopology topology) {
   for (const auto& node : constraints.elements("a list of constraints")) {
     auto constraint = read_constraint(node, population);
     const auto* const distance = std::get_if<Distance>(&constraint);
-    if (distance != nullptr && drawn == Drawn::lines_and_faces) add_lines(distance->pairs, file.topology);
+    if (distance != nullptr && topology == ReadTopology::yes) add_lines(distance->pairs, file.topology);
     file.scene.add(std::move(constraint));
   }
 }

@@ -36,17 +36,17 @@ class NetworkReader {
  public:
   // Reads the grids and meshes of `network`, one object or a list of them. Their particles are numbered on from one another,
   // and must find room.
-  NetworkReader(const Node& network, SceneFolder& folder, const Room& room, Drawn drawn);
+  NetworkReader(const Node& network, SceneFolder& folder, const Room& room, ReadTopology topology);
 
   [[nodiscard]] bool makes_particles() const noexcept { return !particles_.empty(); }
   [[nodiscard]] std::size_t count() const noexcept;  // of the particles it makes
-  // At least one must be made.
-  [[nodiscard]] Vectors positions() const;
+  // Of those, at least one. The positions are asked for once.
+  [[nodiscard]] Vectors take_positions();
   [[nodiscard]] Scalars masses() const;
 
-  // Reads what remains, which may name any of a scene's particles, and adds all networks, their coupling, their fixed particles
-  // and their topology to the scene. A network's method is the scene's where it names none.
-  void add_to(SceneFile& file, const Population& population) const;
+  // Reads what remains, which may name any of a scene's particles, and hands all networks, their coupling, their fixed particles
+  // and their topology over to the scene, once. A network's method is the scene's where it names none.
+  void add_to(SceneFile& file, const Population& population);
 
   // Particle ids, or the words for those of the first grid.
   [[nodiscard]] std::vector<std::size_t> read_group(const Node& node, const Population& population) const;
@@ -60,7 +60,7 @@ class NetworkReader {
   std::vector<Node> nodes_;
   SceneFolder& folder_;
   Room room_;
-  Drawn drawn_;
+  ReadTopology topology_;
   std::vector<MadeNetwork> made_;  // one for each node
   std::vector<MadeParticles> particles_;
 };
@@ -69,6 +69,6 @@ class NetworkReader {
 void refuse_tearing(const SceneFile& file, std::string_view command);
 
 // Adds constraints to the scene.
-void read_constraints(const Node& constraints, SceneFile& file, const Population& population, Drawn drawn);
+void read_constraints(const Node& constraints, SceneFile& file, const Population& population, ReadTopology topology);
 
 }  // namespace dvdx::tool

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -12,15 +14,22 @@
 namespace dvdx::tool {
 namespace {
 
+enum class Form { values, uniform, file };
+constexpr std::array<Named<Form>, 3> forms{{{"values", Form::values}, {"uniform", Form::uniform}, {"file", Form::file}}};
+
 // The single key of {"values": ...}, {"uniform": ...} or {"file": ...}.
-Node form_of(const Node& node, std::string_view valid) {
+struct Given {
+  Form form;
+  Node node;
+};
+Given given_by(const Node& node, std::string_view valid) {
   if (!node.json().is_object()) node.refuse(valid);
   const Fields fields(node, "a value for each particle", {"values", "uniform", "file"});
   if (node.json().size() != 1) node.refuse(valid);
-  return fields.required(node.json().begin().key());
+  const std::string& key = node.json().begin().key();
+  const auto* const form = std::find_if(forms.begin(), forms.end(), [&](const Named<Form>& f) { return f.name == key; });
+  return {form->value, fields.required(key)};
 }
-
-bool is_form(const Node& form, std::string_view key) { return form.path().ends_with("." + std::string(key)); }
 
 void check_length(const Node& node, std::size_t length, const Population& population) {
   if (population.count == length) return;
@@ -160,10 +169,10 @@ std::string Room::limit() const {
 
 Vectors read_vectors(const Node& node, const Population& population) {
   if (node.json().is_array()) return node.vector();
-  const auto form = form_of(node, "[x, y, z] or an object with one of values, uniform, file");
-  if (is_form(form, "values")) return listed_vectors(form, population);
-  if (is_form(form, "uniform")) return uniform_vectors(form, population);
-  return from_file(form, population, "points", [](const std::filesystem::path& path, const Run& run) {
+  const auto [form, given] = given_by(node, "[x, y, z] or an object with one of values, uniform, file");
+  if (form == Form::values) return listed_vectors(given, population);
+  if (form == Form::uniform) return uniform_vectors(given, population);
+  return from_file(given, population, "points", [](const std::filesystem::path& path, const Run& run) {
     return std::visit([](auto&& kept) { return KeptVectors{.values = std::move(kept.values), .all = kept.all}; },
                       read_points_as_held(path, run));
   });
@@ -171,10 +180,10 @@ Vectors read_vectors(const Node& node, const Population& population) {
 
 Scalars read_scalars(const Node& node, const Population& population, const Range& range) {
   if (node.json().is_number()) return node.number(range);
-  const auto form = form_of(node, std::string(range.text) + " or an object with one of values, uniform, file");
-  if (is_form(form, "values")) return listed_scalars(form, population, range);
-  if (is_form(form, "uniform")) return uniform_scalars(form, population, range);
-  return scalars_from_file(form, population, range);
+  const auto [form, given] = given_by(node, std::string(range.text) + " or an object with one of values, uniform, file");
+  if (form == Form::values) return listed_scalars(given, population, range);
+  if (form == Form::uniform) return uniform_scalars(given, population, range);
+  return scalars_from_file(given, population, range);
 }
 
 std::vector<std::size_t> read_ids(const Node& node, const Population& population) {

@@ -291,13 +291,29 @@ Room room_for_live(const ReadOptions& options) {
   return {.bytes_each = 18 * options.scalar_bytes + told, .bytes = options.share.ranks * options.memory_bytes};
 }
 
-// What a network's particle takes in addition: its own position, mass and face, the forces on it, and its springs, of which a
-// grid has six a particle.
+// The network of a scene that has one alone, which is a grid and nothing but its springs; or null.
+const json* sheet_in(const json& scene) {
+  const json* network = &scene["network"];
+  if (network->is_array() && network->size() == 1) network = &(*network)[0];
+  const bool is_grid = network->is_object() && network->value("type", json()) == "grid";
+  return is_grid && !network->contains("strain_limit") ? network : nullptr;
+}
+
+// What a network's particle takes in addition. Of a sheet: its plan's columns (by `sequential`, the most), and a face for
+// pictures; without pictures, air and skins each of several ranks holds its own rows alone. Of other networks its own position,
+// mass and face, the forces on it, and its springs, some six a particle.
 Room room_for_networks(const json& scene, const ReadOptions& options) {
   constexpr std::uint64_t springs = 6 * (sizeof(Pair) + 2 * sizeof(double));
-  constexpr std::uint64_t face = 64;
+  constexpr std::uint64_t columns = 48;
+  const std::uint64_t face = options.topology == ReadTopology::yes ? 64 : 0;
   auto room = room_for(scene, options);
-  room.bytes_each += sizeof(Vec3) + sizeof(double) + face + 3 * options.scalar_bytes + springs;
+  if (const json* const sheet = sheet_in(scene)) {
+    room.bytes_each += columns * options.scalar_bytes + face;
+    const bool is_by_rows = face == 0 && !sheet->contains("aerodynamics") && !scene.contains("skins");
+    if (is_by_rows) room.bytes *= options.share.ranks;
+  } else {
+    room.bytes_each += sizeof(Vec3) + sizeof(double) + face + 3 * options.scalar_bytes + springs;
+  }
   return room;
 }
 
@@ -348,10 +364,10 @@ void read_own_particles(const Fields& fields, SceneFile& file, Population& popul
 }
 
 // Those that its networks make, of which the scene may give the velocity.
-void take_made_particles(const Fields& fields, const NetworkReader& networks, SceneFile& file, Population& population) {
+void take_made_particles(const Fields& fields, NetworkReader& networks, SceneFile& file, Population& population) {
   population.count = networks.count();
   file.particles.count = population.count;
-  file.particles.position = networks.positions();
+  file.particles.position = networks.take_positions();
   file.scene.mass = networks.masses();
   const auto node = fields.optional("particles");
   if (!node) return;
@@ -369,7 +385,7 @@ std::optional<NetworkReader> read_particles_and_networks(const Fields& fields, S
                                                          const ReadOptions& options) {
   std::optional<NetworkReader> networks;
   if (const auto node = fields.optional("network")) {
-    networks.emplace(*node, *population.folder, room_for_networks(fields.node().json(), options), options.drawn);
+    networks.emplace(*node, *population.folder, room_for_networks(fields.node().json(), options), options.topology);
   }
   if (networks && networks->makes_particles()) {
     take_made_particles(fields, *networks, file, population);
@@ -428,7 +444,8 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   if (const auto contacts = fields.optional("contacts")) {
     for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact, motions, folder));
   }
-  if (const auto constraints = fields.optional("constraints")) read_constraints(*constraints, file, population, options.drawn);
+  if (const auto constraints = fields.optional("constraints"))
+    read_constraints(*constraints, file, population, options.topology);
   if (const auto iterations = fields.optional("constraint_iterations")) {
     file.scene.coupling.iterations = static_cast<int>(iterations->whole(1, most_iterations));
   }

@@ -31,7 +31,7 @@ struct ReadOptions {
   std::size_t scalar_bytes = sizeof(float);         // of a number of the state
   std::uint64_t memory_bytes = available_memory();  // that the particles may take
   RankShare share{};                                // of the particles of a scene that can be split by ranges
-  Drawn drawn = Drawn::lines_and_faces;
+  ReadTopology topology = ReadTopology::yes;
 };
 
 // Throws Fault: input_output where the file cannot be read, bad_scene where what it holds is not a scene. The message names

@@ -16,7 +16,7 @@ struct Topology {
 };
 
 // Whether a scene's lines and faces are asked for, which pictures alone need: a face takes more memory than its particle.
-enum class Drawn { lines_and_faces, nothing };
+enum class ReadTopology { yes, no };
 
 // A spring of a network that tore at the end of a step.
 struct Tear {
