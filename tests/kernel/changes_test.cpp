@@ -310,7 +310,7 @@ TEST_CASE("changes: what a list keeps of its springs' rates is what it finds ane
         kept.set_mass(w, particle);
       } else {
         springs[spring].is_broken = !springs[spring].is_broken;
-        kept.set_broken(w, spring, springs[spring].is_broken);
+        kept.set(w, spring, springs[spring].is_broken ? SpringIs::torn : SpringIs::whole);
       }
       const ListRates::Most most = kept.most();
       const ListRates::Most wanted = ListRates(springs, w).most();

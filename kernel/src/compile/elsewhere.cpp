@@ -99,7 +99,7 @@ std::optional<Error> check_rows(const Scene& scene, const SweptPart& sweeps, std
 
 std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere, std::optional<std::size_t> count) {
   const bool is_swept = scene.coupling.scheme == Scheme::sequential && !scene.networks.empty();
-  if (!is_swept || !count || SteppedGrid(scene, *count, true).get() != nullptr) return std::nullopt;
+  if (!is_swept || !count || SteppedGrid(scene, *count, SteppedGrid::Sheets::stacked_too).get() != nullptr) return std::nullopt;
   const SweptPart* const sweeps = elsewhere.sweeps;
   if (sweeps == nullptr) {
     if (elsewhere.exchange.start == nullptr) return std::nullopt;

@@ -55,7 +55,7 @@ GridRates::GridRates(const Grid& grid, std::span<const double> w)
       by_row_(grid.rows) {
   for (const Pair& ends : grid.broken) {
     reserve_broken();
-    mark(*spring_between(grid, ends), true);
+    mark(*spring_between(grid, ends), SpringIs::torn);
   }
   for (std::size_t row = 0; row < rows_; ++row) sum_up_row(w, row);
   for (std::size_t row = 0; row < rows_; ++row) look_at(w, row);
@@ -139,17 +139,17 @@ void GridRates::set_mass(std::span<const double> w, std::size_t particle) noexce
   look_around(w, row);
 }
 
-void GridRates::mark(const GridSpring& spring, bool is_broken) noexcept {
+void GridRates::mark(const GridSpring& spring, SpringIs state) noexcept {
   for (std::size_t n = 0; n < directions_.size(); ++n) {
     if (directions_[n].down != spring.down || directions_[n].right != spring.right) continue;
     const auto bit = static_cast<std::uint8_t>(1U << n);
     std::uint8_t& bits = broken_[spring.row * columns_ + spring.column];
-    bits = static_cast<std::uint8_t>(is_broken ? bits | bit : bits & ~bit);
+    bits = static_cast<std::uint8_t>(state == SpringIs::torn ? bits | bit : bits & ~bit);
   }
 }
 
-void GridRates::set_broken(std::span<const double> w, const GridSpring& spring, bool is_broken) noexcept {
-  mark(spring, is_broken);
+void GridRates::set(std::span<const double> w, const GridSpring& spring, SpringIs state) noexcept {
+  mark(spring, state);
   const auto other = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(spring.column) + spring.right);
   sum_up(w, spring.row, spring.column, springs_at(spring.row, spring.column));
   sum_up(w, spring.row + spring.down, other, springs_at(spring.row + spring.down, other));

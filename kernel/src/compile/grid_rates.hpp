@@ -34,7 +34,7 @@ class GridRates {
   void set_mass(std::span<const double> w, std::size_t particle) noexcept;
   // Needs room for a byte a particle, which the first of them takes.
   void reserve_broken();
-  void set_broken(std::span<const double> w, const GridSpring& spring, bool is_broken) noexcept;
+  void set(std::span<const double> w, const GridSpring& spring, SpringIs state) noexcept;
 
  private:
   struct Springs {  // of one particle
@@ -42,7 +42,7 @@ class GridRates {
     std::size_t count = 0;
   };
 
-  void mark(const GridSpring& spring, bool is_broken) noexcept;
+  void mark(const GridSpring& spring, SpringIs state) noexcept;
   [[nodiscard]] bool is_whole(std::size_t row, std::size_t column, std::size_t direction) const noexcept;
   [[nodiscard]] Springs springs_at(std::size_t row, std::size_t column) const noexcept;
   void sum_up(std::span<const double> w, std::size_t row, std::size_t column, const Springs& springs) noexcept;

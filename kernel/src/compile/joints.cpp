@@ -160,8 +160,8 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
       splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
       memory_(options.memory),
       columns_(options.memory) {
-  const SteppedGrid stepped(scene, particles(),
-                            options.elsewhere.exchange.start == nullptr || coupling.scheme == Scheme::sequential);
+  const bool may_stack = options.elsewhere.exchange.start == nullptr || coupling.scheme == Scheme::sequential;
+  const SteppedGrid stepped(scene, particles(), may_stack ? SteppedGrid::Sheets::stacked_too : SteppedGrid::Sheets::one);
   const Grid* const grid = stepped.get();
   is_stack_ = stepped.is_stack();
   const std::vector<JoinedPair> pairs = grid == nullptr ? joined_pairs(scene, start) : std::vector<JoinedPair>{};
@@ -541,16 +541,16 @@ bool Joints<T>::break_springs(const Scene& scene, std::size_t network, std::span
 
 // Of a stack networks and sheets are one.
 template <class T>
-void Joints<T>::set_broken(std::size_t network, std::span<const GridSpring> torn, bool is_broken) noexcept {
-  for (const GridSpring& spring : torn) by_row_[network].set_broken(w_of_sheet(network), spring, is_broken);
+void Joints<T>::set(std::size_t network, std::span<const GridSpring> which, SpringIs state) noexcept {
+  for (const GridSpring& spring : which) by_row_[network].set(w_of_sheet(network), spring, state);
 }
 
 template <class T>
 bool Joints<T>::break_grid(const Scene& scene, std::size_t network, std::span<const GridSpring> torn) {
   const auto& grid = std::get<Grid>(scene.networks[network]);
   by_row_[network].reserve_broken();
-  set_broken(network, torn, true);
-  Undo undo([&] { set_broken(network, torn, false); });
+  set(network, torn, SpringIs::torn);
+  Undo undo([&] { set(network, torn, SpringIs::whole); });
   const RateBounds bounds = rates_now();
   if (!are_right(bounds)) return false;
   auto* const grid_form = std::get_if<GridForm<T>>(&form);
@@ -595,10 +595,10 @@ bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<co
       if (rates_of.other_end(s, i) == j && own.holds(rates_of.source_of(s))) torn.push_back(s);
     }
   }
-  for (const std::uint32_t s : torn) rates_of.set_broken(w_of, s, true);
+  for (const std::uint32_t s : torn) rates_of.set(w_of, s, SpringIs::torn);
   const RateBounds bounds = rates_now();
   if (!are_right(bounds)) {
-    for (const std::uint32_t s : torn) rates_of.set_broken(w_of, s, false);
+    for (const std::uint32_t s : torn) rates_of.set(w_of, s, SpringIs::whole);
     return false;
   }
   auto* const graph = std::get_if<GraphForm<T>>(&form);

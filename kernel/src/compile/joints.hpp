@@ -150,7 +150,7 @@ class Joints {
   [[nodiscard]] std::span<const double> w_of_sheet(std::size_t number) const noexcept;
   void set_swept(std::uint32_t spring) noexcept;
   [[nodiscard]] bool changes_left_out(std::size_t particle, double w) const noexcept;
-  void set_broken(std::size_t network, std::span<const GridSpring> torn, bool is_broken) noexcept;
+  void set(std::size_t network, std::span<const GridSpring> which, SpringIs state) noexcept;
   [[nodiscard]] bool break_grid(const Scene& scene, std::size_t network, std::span<const GridSpring> torn);
   [[nodiscard]] bool break_list(const Scene& scene, std::size_t network, std::span<const Pair> pairs);
   [[nodiscard]] RateBounds rates_now() const noexcept;

@@ -72,9 +72,9 @@ JoinedPair ListRates::spring(std::size_t s) const noexcept {
           .q = q_[s]};
 }
 
-void ListRates::mark(std::size_t s, bool is_broken) noexcept {
+void ListRates::mark(std::size_t s, SpringIs state) noexcept {
   k_[s] = spring(s).k;
-  met_[s] = is_broken ? nobody() : ends_[s].b;
+  met_[s] = state == SpringIs::torn ? nobody() : ends_[s].b;
   pull_as_is(s);
 }
 
@@ -152,9 +152,9 @@ void ListRates::set_mass(std::span<const double> w, std::size_t particle) noexce
   look_around(particle);
 }
 
-void ListRates::set_broken(std::span<const double> w, std::uint32_t spring, bool is_broken) noexcept {
-  mark(spring, is_broken);
-  for (const std::size_t i : {ends_[spring].a, ends_[spring].b}) whole_at_[i] += is_broken ? -1U : 1U;
+void ListRates::set(std::span<const double> w, std::uint32_t spring, SpringIs state) noexcept {
+  mark(spring, state);
+  for (const std::size_t i : {ends_[spring].a, ends_[spring].b}) whole_at_[i] += state == SpringIs::torn ? -1U : 1U;
   for (const std::size_t i : {ends_[spring].a, ends_[spring].b}) sum_up(w, i);
   for (const std::size_t i : {ends_[spring].a, ends_[spring].b}) look_around(i);
 }

@@ -53,7 +53,7 @@ class ListRates {
 
   // w of a particle has changed.
   void set_mass(std::span<const double> w, std::size_t particle) noexcept;
-  void set_broken(std::span<const double> w, std::uint32_t spring, bool is_broken) noexcept;
+  void set(std::span<const double> w, std::uint32_t spring, SpringIs state) noexcept;
   void set_stiffness(std::span<const double> w, const SourceRange& of, const Scalars& k, double c) noexcept;
   void set_zero_length(std::span<const double> w, const SourceRange& of, const Scalars& q) noexcept;
 
@@ -64,7 +64,7 @@ class ListRates {
   };
 
   [[nodiscard]] std::uint32_t nobody() const noexcept { return static_cast<std::uint32_t>(whole_at_.size()); }
-  void mark(std::size_t spring, bool is_broken) noexcept;
+  void mark(std::size_t spring, SpringIs state) noexcept;
   void pull_as_is(std::size_t spring) noexcept;
   static void sum_up(std::span<const double> pull, std::span<const std::uint32_t> springs, double w, std::size_t particle,
                      Products& products) noexcept;

@@ -412,10 +412,10 @@ Grid torn_at_seams(const SheetStack& stack) {
 
 }  // namespace
 
-SteppedGrid::SteppedGrid(const Scene& scene, std::size_t count, bool may_stack) {
+SteppedGrid::SteppedGrid(const Scene& scene, std::size_t count, Sheets sheets) {
   if (scene.coupling.scheme == Scheme::accumulate) return;
   own_ = only_grid(scene, count);
-  if (own_ == nullptr && may_stack) stack_ = stacked_grids(scene, count);
+  if (own_ == nullptr && sheets == Sheets::stacked_too) stack_ = stacked_grids(scene, count);
   if (stack_) torn_ = torn_at_seams(*stack_);
 }
 

@@ -47,6 +47,9 @@ struct GridSpring {
 std::optional<GridSpring> spring_between(const Grid& grid, const Pair& ends);
 std::size_t count_springs(const Grid& grid);
 
+// What becomes of a spring that is named.
+enum class SpringIs { whole, torn };
+
 // All springs of a scene, each pair in ascending order and the list sorted; rest lengths that the scene leaves open are the
 // start's distances. Pairs that several networks join are several springs.
 std::vector<JoinedPair> joined_pairs(const Scene& scene, std::span<const Vec3> start);
@@ -66,7 +69,8 @@ std::optional<SheetStack> stacked_grids(const Scene& scene, std::size_t count);
 // The one sheet that a scene is stepped as, if it is: its own, or a stack of its sheets.
 class SteppedGrid {
  public:
-  SteppedGrid(const Scene& scene, std::size_t count, bool may_stack);
+  enum class Sheets { one, stacked_too };
+  SteppedGrid(const Scene& scene, std::size_t count, Sheets sheets);
   [[nodiscard]] bool is_stack() const noexcept { return stack_.has_value(); }
   // Or null. The springs from one sheet to the next are torn.
   [[nodiscard]] const Grid* get() const noexcept { return stack_ ? &torn_ : own_; }
