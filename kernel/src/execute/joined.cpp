@@ -15,8 +15,10 @@
 #include "execute/environment.hpp"
 #include "execute/state_io.hpp"
 #include "execute/stepping.hpp"
+#include "execute/sweeps.hpp"
 #include "execute/tasks.hpp"
 #include "execute/tiles.hpp"
+#include "execute/working_copies.hpp"
 #include "passes/contact/make_surface.hpp"
 
 namespace dvdx {
@@ -28,99 +30,6 @@ constexpr std::size_t max_flows = 8;
 // Of a large sheet, what goes through several stages at once: this much of it stays in the second-level cache of one core.
 constexpr std::size_t bytes_in_cache = std::size_t{1} << 19;
 constexpr std::size_t max_stages = 16;
-
-// The particles of a span, in the state and in a working column.
-template <class A, class T>
-void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const ParticleSpan& span,
-           A* to) noexcept {
-  if (span.every == 1) return load(kernels, from, residual, span.particle, span.count, to + span.element);
-  for (std::size_t k = 0; k < span.count; ++k)
-    load(kernels, from, residual, span.particle + k * span.every, 1, to + span.element + k);
-}
-template <class A, class T>
-void put_back(const ResidualKernels& kernels, const A* from, const ParticleSpan& span, const Column<T>& to,
-              const Column<T>& residual) noexcept {
-  if (span.every == 1) return store(kernels, from + span.element, span.particle, span.count, to, residual);
-  for (std::size_t k = 0; k < span.count; ++k)
-    store(kernels, from + span.element + k, span.particle + k * span.every, 1, to, residual);
-}
-
-// Rows in a row, of so many spans each; whole lines at once where they can be.
-struct Rows {
-  std::span<const ParticleSpan> spans;
-  std::size_t each;
-
-  [[nodiscard]] std::size_t columns() const noexcept {
-    std::size_t count = 0;
-    for (const ParticleSpan& span : spans.first(each)) count += span.count;
-    return count;
-  }
-  [[nodiscard]] std::size_t pitch() const noexcept { return spans[1].element - spans[0].element; }
-  // A row of fewer particles than lines leaves some out.
-  [[nodiscard]] bool are_in_lines() const noexcept {
-    if (each != 2 && each != 4) return false;
-    return spans.size() == each || spans[each].element - spans[0].element == each * pitch();
-  }
-  [[nodiscard]] SheetRows shape() const noexcept {
-    return {.rows = spans.size() / each, .columns = columns(), .phases = each, .pitch = pitch()};
-  }
-};
-template <class A, class T>
-void fetch(const NetworkKernels<A>& kernels, const ResidualKernels& residuals, const Column<T>& from, const Column<T>& residual,
-           const Rows& rows, A* to) noexcept {
-  if constexpr (std::is_same_v<A, T>) {
-    if (from.is_contiguous() && rows.are_in_lines()) {
-      return kernels.deal(from.base + rows.spans[0].particle, rows.shape(), to + rows.spans[0].element);
-    }
-  }
-  for (const ParticleSpan& span : rows.spans) fetch(residuals, from, residual, span, to);
-}
-// Padding keeps its NaN.
-template <class T>
-void clear(const Rows& rows, T* column) noexcept {
-  const std::size_t first = rows.spans.front().element;
-  const std::size_t end = rows.spans.back().element + rows.spans.back().count;
-  if (rows.spans.size() / rows.each * rows.columns() == end - first) return std::fill(column + first, column + end, T(0));
-  for (const ParticleSpan& span : rows.spans) std::fill_n(column + span.element, span.count, T(0));
-}
-template <class A, class T>
-void put_back(const NetworkKernels<A>& kernels, const ResidualKernels& residuals, const A* from, const Rows& rows,
-              const Column<T>& to, const Column<T>& residual) noexcept {
-  if constexpr (std::is_same_v<A, T>) {
-    if (to.is_contiguous() && rows.are_in_lines()) {
-      return kernels.collect(from + rows.spans[0].element, rows.shape(), to.base + rows.spans[0].particle);
-    }
-  }
-  for (const ParticleSpan& span : rows.spans) put_back(residuals, from, span, to, residual);
-}
-
-// The same of particles anywhere: tight loops, in which many reads are on their way at once.
-template <class T>
-void fetch(const ResidualKernels& /*kernels*/, const Column<T>& from, const Column<T>& /*residual*/,
-           std::span<const std::uint32_t> particles, T* to) noexcept {
-  if (from.is_contiguous()) {
-    for (std::size_t k = 0; k < particles.size(); ++k) to[k] = from.base[particles[k]];
-  } else {
-    for (std::size_t k = 0; k < particles.size(); ++k) to[k] = from[particles[k]];
-  }
-}
-template <class T>
-void put_back(const ResidualKernels& /*kernels*/, const T* from, std::span<const std::uint32_t> particles, const Column<T>& to,
-              const Column<T>& /*residual*/) noexcept {
-  if (to.is_contiguous()) {
-    for (std::size_t k = 0; k < particles.size(); ++k) to.base[particles[k]] = from[k];
-  } else {
-    for (std::size_t k = 0; k < particles.size(); ++k) to[particles[k]] = from[k];
-  }
-}
-inline void fetch(const ResidualKernels& kernels, const Column<float>& from, const Column<float>& residual,
-                  std::span<const std::uint32_t> particles, double* to) noexcept {
-  for (std::size_t k = 0; k < particles.size(); ++k) load(kernels, from, residual, particles[k], 1, to + k);
-}
-inline void put_back(const ResidualKernels& kernels, const double* from, std::span<const std::uint32_t> particles,
-                     const Column<float>& to, const Column<float>& residual) noexcept {
-  for (std::size_t k = 0; k < particles.size(); ++k) store(kernels, from + k, particles[k], 1, to, residual);
-}
 
 // One call.
 template <class T>
@@ -147,7 +56,7 @@ class JoinedStep {
       constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
       constraints_.emplace(*joints_.constraints, scene.passes->template of<T>().constraint, constraint_terms_, parallel_);
     }
-    if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) end_sheet_ = strands->sheets.size() - 1;
+    if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) sheets_.end = strands->sheets.size() - 1;
     if (joints_.balls) balls_.emplace(m_, ws_, work_, scene.passes->template of<T>().ball, parallel_);
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
@@ -248,21 +157,20 @@ class JoinedStep {
   // One sheet of a stack in the whole's working columns, on one thread.
   JoinedStep(const JoinedStep& whole, std::size_t sheet) noexcept
       : JoinedStep(whole.scene_, whole.m_, whole.ws_, ParallelFor{}, whole.report_) {
-    const std::size_t each = whole.end_ / whole.end_sheet_;
+    const std::size_t each = whole.end_ / whole.sheets_.end;
     first_ = sheet * each;
     end_ = first_ + each;
-    first_sheet_ = sheet;
-    end_sheet_ = sheet + 1;
+    sheets_ = {sheet, sheet + 1};
     is_start_ = whole.is_start_;
     number_ = whole.number_;
   }
 
   // Sheets that nothing but sweeps joins, each of which is in cache where all of them are not.
   [[nodiscard]] bool goes_by_sheets() const noexcept {
-    return end_sheet_ - first_sheet_ > 1 && !joints_.closes_substeps() && !joints_.air && m_.tracks().empty();
+    return sheets_.end - sheets_.first > 1 && !joints_.closes_substeps() && !joints_.air && m_.tracks().empty();
   }
   void run_by_sheets(Clock& clock, double step, std::size_t steps) noexcept {
-    for_each_task(parallel_, end_sheet_, [&](std::size_t sheet) {
+    for_each_task(parallel_, sheets_.end, [&](std::size_t sheet) {
       JoinedStep part(*this, sheet);
       Clock of_part = clock;
       part.run(of_part, step, steps);
@@ -274,7 +182,7 @@ class JoinedStep {
     clock_ = step_end_ = clock;
     step_end_.advance(joints_.step, 1);
     set_out();
-    knows_origins_ = false;
+    sweeps_.begin_step();
     for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
       air_substeps_ = joints_.air ? substeps_of_air(substep, joints_.chosen.substeps) : 0;
       const auto& before = substep == 0 ? m_.first() : m_.again();
@@ -694,7 +602,7 @@ class JoinedStep {
     if (form.alpha) return flow_and_sweep(form, *form.alpha, f);
     flow(f, After::nothing);
     if (air_substeps_ != 0) keep_velocity();
-    sweep(form, ws_.with_columns(form.terms));
+    sweeps_.sweep(form, ws_.with_columns(form.terms), sheets_);
     left_ = {.shift = &form.shift};
     if (air_substeps_ != 0) blow_after_sweeps();
   }
@@ -705,7 +613,7 @@ class JoinedStep {
     flow(f, After::sweeps);
     if (air_substeps_ != 0) keep_velocity();
     std::swap(work_.v, work_.v_next);  // the same where nothing damps
-    sweep(form, ws_.with_columns(is_start ? alpha.sweeps_of_start : form.terms));
+    sweeps_.sweep(form, ws_.with_columns(is_start ? alpha.sweeps_of_start : form.terms), sheets_);
     std::swap(work_.v, work_.v_next);
     left_ = {.alpha = alpha_};
     if (air_substeps_ != 0) blow_after_sweeps();
@@ -873,110 +781,20 @@ class JoinedStep {
     run(work_.v);
   }
 
-  // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order, so that each
-  // band of odd number goes through both sweeps while it is in cache.
-  void sweep(const StrandsForm<T>& form, const SweepTerms<T>& terms) noexcept {
-    const bool is_symmetric = joints_.coupling.sweeps == SweepOrder::symmetric;
-    const auto forward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::first, from, to); };
-    const auto backward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::again, to, from); };
-    for_each_band(form, 0, forward);
-    for_each_band(form, 1, [&](std::size_t from, std::size_t to) {
-      forward(from, to);
-      if (is_symmetric) backward(from, to);
-    });
-    if (is_symmetric) for_each_band(form, 0, backward);
-    const bool has_whole_sheets = form.sheets.size() > 2;
-    if (!has_whole_sheets) exchange(work_.shift);
-  }
-
-  // Calls use(from, to) with the strands of every second band of each sheet.
-  template <class Use>
-  void for_each_band(const StrandsForm<T>& form, std::size_t first, const Use& use) noexcept {
-    for (std::size_t sheet = first_sheet_; sheet < end_sheet_; ++sheet) {
-      const std::size_t begin = form.sheets[sheet] + first;
-      for_each_task(parallel_, (form.sheets[sheet + 1] + 1 - begin) / 2, [&](std::size_t task) {
-        const std::size_t band = begin + 2 * task;
-        use(form.bands[band], form.bands[band + 1]);
-      });
-    }
-  }
-
-  // Outermost what leads from piece to piece. Each piece goes through both sweeps while it is in cache: springs of different
-  // pieces do not meet.
-  void sweep(const ColoursForm<T>& form, const SweepTerms<T>& terms) noexcept {
-    if (!std::exchange(knows_origins_, true) && is_relative()) keep_from_origins(form, terms);
-    fill_records(terms);
-    const bool is_symmetric = joints_.coupling.sweeps == SweepOrder::symmetric;
-    const std::size_t stages = form.stages.size() - 1;
-    const auto forward = [&](std::size_t from, std::size_t to) { kernels_.ranges(terms, Visit::first, from, to); };
-    const auto backward = [&](std::size_t from, std::size_t to) { kernels_.ranges(terms, Visit::again, to, from); };
-    for (std::size_t n = 1; n < stages; ++n) {
-      for_each_task_of(form, n, forward);
-      if (n + 1 < stages) tell_shifts(terms);  // the springs within pieces read none of a halo
-    }
-    for_each_task_of(form, 0, [&](std::size_t from, std::size_t to) {
-      forward(from, to);
-      if (is_symmetric) backward(from, to);
-    });
-    tell_shifts(terms);
-    for (std::size_t n = stages; is_symmetric && n-- > 1;) {
-      for_each_task_of(form, n, backward);
-      tell_shifts(terms);
-    }
-    for_each_piece([&](std::size_t from, std::size_t to) { kernels_.from_records(terms.ranges.shift, work_.shift, from, to); });
-  }
-
-  void tell_shifts(const SweepTerms<T>& terms) noexcept {
-    if (exchange_.start == nullptr) return;
-    T* const shift = terms.ranges.shift;
-    const HaloColumns columns{{shift, shift + 1, shift + 2}, sizeof(T), joints_.telling.records.data()};
-    exchange_.start(exchange_.context, columns);
-    exchange_.finish(exchange_.context, columns);
-  }
-
-  // Calls use(from, to) with the ranges of each task of a stage.
-  template <class Use>
-  void for_each_task_of(const ColoursForm<T>& form, std::size_t stage, const Use& use) noexcept {
-    const std::size_t first = form.stages[stage];
-    for_each_task(parallel_, form.stages[stage + 1] - first,
-                  [&](std::size_t task) { use(form.tasks[first + task], form.tasks[first + task + 1]); });
-  }
-
-  template <class Use>
-  void for_each_piece(const Use& use) const noexcept {
-    const std::vector<std::size_t>& pieces = joints_.order.pieces;
-    for_each_task(parallel_, pieces.size() - 1, [&](std::size_t piece) { use(pieces[piece], pieces[piece + 1]); });
-  }
-
-  // Once a step, in which the origins stay.
-  void keep_from_origins(const ColoursForm<T>& form, const SweepTerms<T>& terms) noexcept {
-    for_each_piece([&](std::size_t from, std::size_t to) { kernels_.to_records(work_.origin, terms.ranges.x, from, to); });
-    for_each_task(parallel_, form.tasks.size() - 1,
-                  [&](std::size_t task) { kernels_.from_origin(terms, form.tasks[task], form.tasks[task + 1]); });
-  }
-
-  void fill_records(const SweepTerms<T>& terms) noexcept {
-    const auto read = [](const std::array<T*, 3>& axes) { return std::array<const T*, 3>{axes[0], axes[1], axes[2]}; };
-    for_each_piece([&](std::size_t from, std::size_t to) {
-      kernels_.to_records(read(work_.x), terms.ranges.x, from, to);
-      kernels_.to_records(read(work_.shift), terms.ranges.shift, from, to);
-      if (terms.damping == Damping::along) kernels_.to_records(read(work_.v), terms.ranges.v, from, to);
-    });
-  }
-
   const CompiledScene<T>& scene_;
   const JoinedMotion<T>& m_;
   const Joints<T>& joints_;
   JoinedWorkspace<T>& ws_;
   WorkColumns<T> work_;
   std::size_t first_ = 0, end_;  // the elements that are stepped
-  std::size_t first_sheet_ = 0, end_sheet_ = 1;
+  typename SweepStep<T>::Sheets sheets_{};
   std::span<Held<T>> held_;
   const NetworkKernels<T>& kernels_;
   const AirKernels<T>& air_kernels_;
   const ResidualKernels& residuals_;
   Exchange exchange_;
   ParallelFor parallel_;
+  SweepStep<T> sweeps_{joints_, kernels_, work_, exchange_, parallel_};
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;
   std::optional<BallStep<T>> balls_;
@@ -985,7 +803,6 @@ class JoinedStep {
   Left left_{};
   const AlphaTerms<T>* alpha_ = nullptr;  // of this sub-step
   bool is_start_ = false;                 // the next sub-step has no acceleration to start from
-  bool knows_origins_ = false;            // those of this step
   int air_substeps_ = 0;                  // that this sub-step's air is of
   std::array<FlowOffsets, max_flows> offsets_;
   std::array<Stage, max_stages> stages_;

@@ -1,0 +1,136 @@
+// Gauss-Seidel sweeps over a network's springs, cut into tasks whose springs do not meet: bands of a sheet, or colours and pieces
+// of a list.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "compile/joints.hpp"
+#include "dvdx/elsewhere.hpp"
+#include "execute/tasks.hpp"
+#include "isa/passes.hpp"
+
+namespace dvdx {
+
+template <class T>
+class SweepStep {
+ public:
+  // Of a stack: those that are swept.
+  struct Sheets {
+    std::size_t first = 0, end = 1;
+  };
+
+  // All of them must outlive this; work: as it is at each sweep.
+  SweepStep(const Joints<T>& joints, const NetworkKernels<T>& kernels, const WorkColumns<T>& work, const Exchange& exchange,
+            const ParallelFor& parallel) noexcept
+      : joints_(joints), kernels_(kernels), work_(work), exchange_(exchange), parallel_(parallel) {}
+
+  void begin_step() noexcept { knows_origins_ = false; }
+
+  // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order, so that each
+  // band of odd number goes through both sweeps while it is in cache.
+  void sweep(const StrandsForm<T>& form, const SweepTerms<T>& terms, const Sheets& sheets) noexcept {
+    const bool is_symmetric = joints_.coupling.sweeps == SweepOrder::symmetric;
+    const auto forward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::first, from, to); };
+    const auto backward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::again, to, from); };
+    for_each_band(form, sheets, 0, forward);
+    for_each_band(form, sheets, 1, [&](std::size_t from, std::size_t to) {
+      forward(from, to);
+      if (is_symmetric) backward(from, to);
+    });
+    if (is_symmetric) for_each_band(form, sheets, 0, backward);
+    const bool has_whole_sheets = form.sheets.size() > 2;
+    if (!has_whole_sheets) tell(work_.shift, joints_.order.of.data());
+  }
+
+  // Outermost what leads from piece to piece. Each piece goes through both sweeps while it is in cache: springs of different
+  // pieces do not meet.
+  void sweep(const ColoursForm<T>& form, const SweepTerms<T>& terms, const Sheets& /*sheets*/) noexcept {
+    if (!std::exchange(knows_origins_, true) && work_.origin[0] != nullptr) keep_from_origins(form, terms);
+    fill_records(terms);
+    const bool is_symmetric = joints_.coupling.sweeps == SweepOrder::symmetric;
+    const std::size_t stages = form.stages.size() - 1;
+    const auto forward = [&](std::size_t from, std::size_t to) { kernels_.ranges(terms, Visit::first, from, to); };
+    const auto backward = [&](std::size_t from, std::size_t to) { kernels_.ranges(terms, Visit::again, to, from); };
+    for (std::size_t n = 1; n < stages; ++n) {
+      for_each_task_of(form, n, forward);
+      if (n + 1 < stages) tell_shifts(terms);  // the springs within pieces read none of a halo
+    }
+    for_each_task_of(form, 0, [&](std::size_t from, std::size_t to) {
+      forward(from, to);
+      if (is_symmetric) backward(from, to);
+    });
+    tell_shifts(terms);
+    for (std::size_t n = stages; is_symmetric && n-- > 1;) {
+      for_each_task_of(form, n, backward);
+      tell_shifts(terms);
+    }
+    for_each_piece([&](std::size_t from, std::size_t to) { kernels_.from_records(terms.ranges.shift, work_.shift, from, to); });
+  }
+
+ private:
+  // Calls use(from, to) with the strands of every second band of each sheet.
+  template <class Use>
+  void for_each_band(const StrandsForm<T>& form, const Sheets& sheets, std::size_t first, const Use& use) const noexcept {
+    for (std::size_t sheet = sheets.first; sheet < sheets.end; ++sheet) {
+      const std::size_t begin = form.sheets[sheet] + first;
+      for_each_task(parallel_, (form.sheets[sheet + 1] + 1 - begin) / 2, [&](std::size_t task) {
+        const std::size_t band = begin + 2 * task;
+        use(form.bands[band], form.bands[band + 1]);
+      });
+    }
+  }
+
+  void tell_shifts(const SweepTerms<T>& terms) const noexcept {
+    T* const shift = terms.ranges.shift;
+    tell({shift, shift + 1, shift + 2}, joints_.telling.records.data());
+  }
+  void tell(const std::array<T*, 3>& columns, const std::uint32_t* element) const noexcept {
+    if (exchange_.start == nullptr) return;
+    const HaloColumns halo{{columns[0], columns[1], columns[2]}, sizeof(T), element};
+    exchange_.start(exchange_.context, halo);
+    exchange_.finish(exchange_.context, halo);
+  }
+
+  // Calls use(from, to) with the ranges of each task of a stage.
+  template <class Use>
+  void for_each_task_of(const ColoursForm<T>& form, std::size_t stage, const Use& use) const noexcept {
+    const std::size_t first = form.stages[stage];
+    for_each_task(parallel_, form.stages[stage + 1] - first,
+                  [&](std::size_t task) { use(form.tasks[first + task], form.tasks[first + task + 1]); });
+  }
+
+  template <class Use>
+  void for_each_piece(const Use& use) const noexcept {
+    const std::vector<std::size_t>& pieces = joints_.order.pieces;
+    for_each_task(parallel_, pieces.size() - 1, [&](std::size_t piece) { use(pieces[piece], pieces[piece + 1]); });
+  }
+
+  // Once a step, in which the origins stay.
+  void keep_from_origins(const ColoursForm<T>& form, const SweepTerms<T>& terms) const noexcept {
+    for_each_piece([&](std::size_t from, std::size_t to) { kernels_.to_records(work_.origin, terms.ranges.x, from, to); });
+    for_each_task(parallel_, form.tasks.size() - 1,
+                  [&](std::size_t task) { kernels_.from_origin(terms, form.tasks[task], form.tasks[task + 1]); });
+  }
+
+  void fill_records(const SweepTerms<T>& terms) const noexcept {
+    const auto read = [](const std::array<T*, 3>& axes) { return std::array<const T*, 3>{axes[0], axes[1], axes[2]}; };
+    for_each_piece([&](std::size_t from, std::size_t to) {
+      kernels_.to_records(read(work_.x), terms.ranges.x, from, to);
+      kernels_.to_records(read(work_.shift), terms.ranges.shift, from, to);
+      if (terms.damping == Damping::along) kernels_.to_records(read(work_.v), terms.ranges.v, from, to);
+    });
+  }
+
+  const Joints<T>& joints_;
+  const NetworkKernels<T>& kernels_;
+  const WorkColumns<T>& work_;
+  const Exchange& exchange_;
+  const ParallelFor& parallel_;
+  bool knows_origins_ = false;  // those of this step
+};
+
+}  // namespace dvdx
