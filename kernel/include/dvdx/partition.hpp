@@ -71,7 +71,8 @@ struct RowsHeld {
 [[nodiscard]] DVDX_EXPORT std::vector<Pair> joined(const Scene& scene, std::size_t count);
 
 // owner: of each particle. By `sequential` one that stripes() would not give may be refused: sweeps go through rows_kept_together()
-// rows of a sheet, a part's one after the other; through whole sheets where several are alike; and through whole pieces of others.
+// rows of a sheet, a part's one after the other; through whole sheets where several are alike; and through whole pieces of other
+// networks.
 [[nodiscard]] DVDX_EXPORT Expected<Part> part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part);
 
 // The part that stripes() gives to a sheet's rows, made of these rows alone: nothing is as long as the scene. None where the

@@ -1,6 +1,6 @@
 // What joins a scene's particles, compiled: springs in the form that a pass walks, constraints, the order in which particles
 // stand while they are stepped, and the sub-steps that the springs ask for. Independent of the forces.
-// Plans share them; their only owner changes them in place (compile/in_place.hpp).
+// Several plans may share one; a plan that alone holds it changes it in place (compile/in_place.hpp).
 #pragma once
 
 #include <cstddef>

@@ -160,7 +160,7 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
   return m;
 }
 
-// The register's particles at i, moved by the whole step. Returns whether they touched a surface.
+// The register's particles at i, moved by the whole step. Returns whether any of them touched a surface or lay still.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 [[gnu::noinline]] bool step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                   const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting,
@@ -169,9 +169,11 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
   bool touched = false;
   if constexpr (has_contacts(extra)) {
     const std::uint64_t were_still = still.of(i);
-    touched = resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, were_still, waiting, particles.log) ||
-              were_still != 0;
-    if (touched && still.looks()) still.look(m, i);
+    const std::uint64_t touching =
+        resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, were_still, waiting, particles.log) |
+        were_still;
+    touched = touching != 0;
+    if (touched && still.looks()) still.look(m, i, touching);
   }
   store_trajectory<V>(particles, i, m);
   return touched;
@@ -497,7 +499,7 @@ void run_searching(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms,
   }
 }
 
-// Step after step. Whether any of them touched a surface.
+// Step after step. Whether any particle touched a surface or lay still.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 bool run_steps(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps,
                Still<V>& still) noexcept {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "ranks/agree.hpp"
+#include "ranks/join.hpp"
 #include "run/origin.hpp"
 #include "run/typed.hpp"
 #include "scene_io/fault.hpp"
@@ -93,7 +94,10 @@ LoadedScene load_scene(const SceneOptions& options, Precision precision, Ranks& 
     const ReadOptions read{.overrides = options.overrides,
                            .seed = options.seed,
                            .scalar_bytes = bytes_of(precision),
+                           .memory_bytes = available_memory() / (share.ranks == 1 ? 1U : static_cast<unsigned>(ranks_here())),
                            .share = share,
+                           .scheme = options.scheme,
+                           .substeps = options.substeps,
                            .topology = topology};
     LoadedScene scene{.file = read_scene(options.scene, read)};
     auto& file = scene.file;

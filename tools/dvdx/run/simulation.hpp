@@ -46,6 +46,8 @@ enum class Starts { kept, given_back };
 template <class T>
 class Simulation {
  public:
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
   Simulation(LoadedScene& loaded, const Engine& engine, Ranks& ranks, Starts starts)
       : loaded_(loaded),
         ranks_(ranks),

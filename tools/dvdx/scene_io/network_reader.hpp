@@ -40,7 +40,7 @@ class NetworkReader {
 
   [[nodiscard]] bool makes_particles() const noexcept { return !particles_.empty(); }
   [[nodiscard]] std::size_t count() const noexcept;  // of the particles it makes
-  // Of those, at least one. The positions are asked for once.
+  // Only where makes_particles(). take_positions() may be called once: it hands them over.
   [[nodiscard]] Vectors take_positions();
   [[nodiscard]] Scalars masses() const;
 

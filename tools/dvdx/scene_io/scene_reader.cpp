@@ -291,26 +291,36 @@ Room room_for_live(const ReadOptions& options) {
   return {.bytes_each = 18 * options.scalar_bytes + told, .bytes = options.share.ranks * options.memory_bytes};
 }
 
-// The network of a scene that has one alone, which is a grid and nothing but its springs; or null.
-const json* sheet_in(const json& scene) {
+// The network of a scene that has one alone, which is stepped as a sheet; or null. Constraints, ropes and `accumulate` have lists.
+const json* sheet_in(const json& scene, const ReadOptions& options) {
   const json* network = &scene["network"];
   if (network->is_array() && network->size() == 1) network = &(*network)[0];
-  const bool is_grid = network->is_object() && network->value("type", json()) == "grid";
-  return is_grid && !network->contains("strain_limit") ? network : nullptr;
+  if (!network->is_object() || network->value("type", json()) != "grid") return nullptr;
+  const bool is_rope = network->value("rows", json()) == 1 || network->value("columns", json()) == 1;
+  const std::string scheme = options.scheme.empty() ? network->value("scheme", json("")).dump() : '"' + options.scheme + '"';
+  return is_rope || network->contains("strain_limit") || scheme == "\"accumulate\"" ? nullptr : network;
 }
 
-// What a network's particle takes in addition. Of a sheet: its plan's columns (by `sequential`, the most), and a face for
-// pictures; without pictures, air and skins each of several ranks holds its own rows alone. Of other networks its own position,
-// mass and face, the forces on it, and its springs, some six a particle.
+// Whether each of several ranks holds its own rows of a sheet alone. Lines and faces are whole on each, and so are values that
+// differ from particle to particle; and the first rank makes a plan of the whole where air, skins, torn springs or few sub-steps
+// ask for one.
+bool is_held_by_rows(const json& scene, const json& sheet, const ReadOptions& options) {
+  const bool has_plan = sheet.contains("aerodynamics") || sheet.contains("broken") || sheet.contains("tears_at") ||
+                        sheet.value("substeps", json("auto")) != "auto" || !options.substeps.empty() || scene.contains("skins");
+  return options.topology == ReadTopology::no && !has_plan &&
+         bytes_each(scene, options.scalar_bytes) == 6 * options.scalar_bytes;
+}
+
+// What a network's particle takes in addition. Of a sheet: its plan's columns, counted for `sequential`, which has most, and a
+// face. Of other networks its own position, mass and face, the forces on it, and its springs, about six a particle.
 Room room_for_networks(const json& scene, const ReadOptions& options) {
   constexpr std::uint64_t springs = 6 * (sizeof(Pair) + 2 * sizeof(double));
   constexpr std::uint64_t columns = 48;
   const std::uint64_t face = options.topology == ReadTopology::yes ? 64 : 0;
   auto room = room_for(scene, options);
-  if (const json* const sheet = sheet_in(scene)) {
+  if (const json* const sheet = sheet_in(scene, options)) {
     room.bytes_each += columns * options.scalar_bytes + face;
-    const bool is_by_rows = face == 0 && !sheet->contains("aerodynamics") && !scene.contains("skins");
-    if (is_by_rows) room.bytes *= options.share.ranks;
+    if (is_held_by_rows(scene, *sheet, options)) room.bytes *= options.share.ranks;
   } else {
     room.bytes_each += sizeof(Vec3) + sizeof(double) + face + 3 * options.scalar_bytes + springs;
   }

@@ -31,6 +31,7 @@ struct ReadOptions {
   std::size_t scalar_bytes = sizeof(float);         // of a number of the state
   std::uint64_t memory_bytes = available_memory();  // that the particles may take
   RankShare share{};                                // of the particles of a scene that can be split by ranges
+  std::string scheme{}, substeps{};                 // that will replace the networks' own; empty: none will
   ReadTopology topology = ReadTopology::yes;
 };
 

@@ -388,18 +388,20 @@ template <class V, Arithmetic arithmetic>
   if (others != 0) resolve_logged<V>(terms, offsets, lanes_of<V>(others), m, first, log);
 }
 
-// Lanes from i of the block on, but for those that are still. Whether any of them touched a surface. Those that wait end later
-// than m says.
+// Lanes from i of the block on, but for those that are still. Returns those that may touch a surface, lane k as bit k. Those that
+// wait end later than m says.
 template <class V, Arithmetic arithmetic>
-[[gnu::always_inline]] inline bool resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
-                                                    Trajectory<V>& m, std::size_t first, std::size_t i, std::uint64_t still,
-                                                    Waiting<V, arithmetic>& waiting, ContactLog<Scalar<V>>* log) noexcept {
+[[gnu::always_inline]] inline std::uint64_t resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
+                                                             Trajectory<V>& m, std::size_t first, std::size_t i,
+                                                             std::uint64_t still, Waiting<V, arithmetic>& waiting,
+                                                             ContactLog<Scalar<V>>* log) noexcept {
   Mask<V> touches = terms.moves || terms.searches
                         ? may_touch_any<V, arithmetic>(terms, {copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)})
                         : TouchTest<V, arithmetic>(terms)(m, {});
   if (still != 0) touches = touches & !lanes_of<V>(still);
   if (!any_lane<V>(touches)) [[likely]]
-    return false;
+    return 0;
+  const std::uint64_t touching = bits_of<V>(touches);
   // The original never has its address taken, and is copied register by register, so that it stays in registers elsewhere.
   Trajectory<V> copy{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
   if (log != nullptr) {
@@ -410,13 +412,13 @@ template <class V, Arithmetic arithmetic>
     }
     m.x1 = copied(copy.x1);
     m.v1 = copied(copy.v1);
-    return true;
+    return touching;
   }
   if (terms.are_planes && !terms.moves) {
     resolve_among_planes<V, arithmetic>(terms, offsets, touches, copy, first, i, waiting);
     m.x1 = copied(copy.x1);
     m.v1 = copied(copy.v1);
-    return true;
+    return touching;
   }
   const Settled<V> settled = settle_anywhere<V, arithmetic>(terms, touches, copy);
   Mask<V> strayed = settled.strayed;
@@ -439,7 +441,7 @@ template <class V, Arithmetic arithmetic>
   }
   m.x1 = copied(copy.x1);
   m.v1 = copied(copy.v1);
-  return true;
+  return touching;
 }
 
 }  // namespace

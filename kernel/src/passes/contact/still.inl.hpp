@@ -1,5 +1,6 @@
-// Lanes of a block that a step has left as they were, to the last bit. Where the steps of a call are alike, each further one
-// would, too: what lies in a corner is worked out once in a call, and then passed over.
+// Lanes on surfaces that a step has left as they were, to the last bit. Where the steps of a call are alike, each further one
+// would, too: what lies in a corner is worked out once in a call. A register of such lanes alone is passed over; of one that has
+// others, all are moved, and those that were still are put back.
 #pragma once
 
 #include <array>
@@ -49,12 +50,13 @@ class Still {
     std::uint64_t& all = lanes_[i / word];
     all = (all & ~(lanes << (i % word))) | are << (i % word);
   }
-  // Lanes from i on, worked out from where they still are: those that were still end there.
-  void look(Trajectory<V>& m, std::size_t i) noexcept {
+  // m: the register from i on, after its step. Lanes that were still are put back to their start; then those of `touching` are
+  // looked at anew.
+  void look(Trajectory<V>& m, std::size_t i, std::uint64_t touching) noexcept {
     const Mask<V> were = lanes_of<V>(of(i));
     m.x1 = select(were, m.x0, m.x1);
     m.v1 = select(were, m.v0, m.v1);
-    set(i, all_of_register, bits_of<V>(are_same_bits(m)));
+    set(i, all_of_register, touching & bits_of<V>(are_same_bits(m)));
   }
 
  private:
