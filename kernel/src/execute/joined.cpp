@@ -13,6 +13,7 @@
 #include "execute/balls.hpp"
 #include "execute/constraints.hpp"
 #include "execute/environment.hpp"
+#include "execute/halo.hpp"
 #include "execute/state_io.hpp"
 #include "execute/stepping.hpp"
 #include "execute/sweeps.hpp"
@@ -739,13 +740,9 @@ class JoinedStep {
   // ---- a part of a larger scene: a halo's particles lack the springs that lead elsewhere ------------------------------
 
   [[nodiscard]] HaloColumns halo(const std::array<T*, 3>& columns) const noexcept {
-    return {{columns[0], columns[1], columns[2]}, sizeof(T), joints_.order.of.data()};
+    return halo_of(columns, joints_.order.of.data());
   }
-  void exchange(const std::array<T*, 3>& columns) noexcept {
-    if (exchange_.start == nullptr) return;
-    exchange_.start(exchange_.context, halo(columns));
-    exchange_.finish(exchange_.context, halo(columns));
-  }
+  void exchange(const std::array<T*, 3>& columns) noexcept { dvdx::tell(exchange_, halo(columns)); }
   // A pass that fills these columns. Units that other parts hold come first: they are sent while the rest is computed.
   template <class Pass>
   void tell(const Units& units, const std::array<T*, 3>& columns, const Pass& pass) noexcept {

@@ -4,12 +4,12 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <utility>
 #include <vector>
 
 #include "compile/joints.hpp"
 #include "dvdx/elsewhere.hpp"
+#include "execute/halo.hpp"
 #include "execute/tasks.hpp"
 #include "isa/passes.hpp"
 
@@ -43,7 +43,7 @@ class SweepStep {
     });
     if (is_symmetric) for_each_band(form, sheets, 0, backward);
     const bool has_whole_sheets = form.sheets.size() > 2;
-    if (!has_whole_sheets) tell(work_.shift, joints_.order.of.data());
+    if (!has_whole_sheets) tell(exchange_, halo_of(work_.shift, joints_.order.of.data()));
   }
 
   // Outermost what leads from piece to piece. Each piece goes through both sweeps while it is in cache: springs of different
@@ -86,13 +86,7 @@ class SweepStep {
 
   void tell_shifts(const SweepTerms<T>& terms) const noexcept {
     T* const shift = terms.ranges.shift;
-    tell({shift, shift + 1, shift + 2}, joints_.telling.records.data());
-  }
-  void tell(const std::array<T*, 3>& columns, const std::uint32_t* element) const noexcept {
-    if (exchange_.start == nullptr) return;
-    const HaloColumns halo{{columns[0], columns[1], columns[2]}, sizeof(T), element};
-    exchange_.start(exchange_.context, halo);
-    exchange_.finish(exchange_.context, halo);
+    tell(exchange_, halo_of(std::array{shift, shift + 1, shift + 2}, joints_.telling.records.data()));
   }
 
   // Calls use(from, to) with the ranges of each task of a stage.

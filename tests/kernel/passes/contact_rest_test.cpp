@@ -399,7 +399,7 @@ std::vector<T> calls_of(const Scene& scene, std::size_t count, const Options& op
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("What lies is passed over in calls of many steps, and has the bits of single ones", T, float, double) {
+TEST_CASE_TEMPLATE("What lies has the bits of single steps in calls of many", T, float, double) {
   constexpr std::size_t count = 165;
   for (const Mover mover : {Mover::none, Mover::force, Mover::floor, Mover::capsule, Mover::capsules, Mover::spring}) {
     const Scene scene = lying_scene(mover);

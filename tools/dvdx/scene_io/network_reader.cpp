@@ -408,6 +408,11 @@ void check_room(const Node& node, std::uint64_t count, const Room& room) {
   if (count > room.most()) node.fail(fmt::format("brings the scene to {} particles: must be {}", count, room.limit()));
 }
 
+void check_finite(const Node& node, const Vec3& position) {
+  const bool is_finite = std::isfinite(position[0]) && std::isfinite(position[1]) && std::isfinite(position[2]);
+  if (!is_finite) node.fail("puts particles beyond double precision: must have finite positions");
+}
+
 template <class List>
 void append(List more, List& list) {
   if (list.empty()) return list.swap(more);
@@ -463,12 +468,7 @@ Scalars NetworkReader::masses() const {
   return each;
 }
 
-void NetworkReader::add_particles(const Node& node, MadeParticles made, std::span<const std::size_t> outermost) {
-  for (const std::size_t i : outermost) {
-    const Vec3 position = value_of(made.positions, i);
-    const bool finite = std::isfinite(position[0]) && std::isfinite(position[1]) && std::isfinite(position[2]);
-    if (!finite) node.fail("puts particles beyond double precision: must have finite positions");
-  }
+void NetworkReader::add_particles(const Node& node, MadeParticles made) {
   made.mass /= static_cast<double>(made.count);
   if (!(made.mass > 0)) node.at("mass").fail("leaves each particle a mass of zero: must be larger");
   particles_.push_back(std::move(made));
@@ -481,8 +481,9 @@ void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
   grid.first = made.first;
   made.columns = grid.columns;
   check_room(node, made.first + grid.rows * grid.columns, room_);
-  add_particles(node, {.count = grid.rows * grid.columns, .positions = positions_of(keys), .mass = keys.mass},
-                corners_of(grid));
+  MadeParticles particles{.count = grid.rows * grid.columns, .positions = positions_of(keys), .mass = keys.mass};
+  for (const std::size_t corner : corners_of(grid)) check_finite(node, value_of(particles.positions, corner));
+  add_particles(node, std::move(particles));
   if (!is_rope(grid)) {
     made.network = grid;
   } else if (auto rope = rope_of(grid); !rope.pairs.empty()) {
@@ -512,10 +513,9 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
     made.strain_limit = limit_of(mesh, made.first, limit->number(not_negative));
   }
   if (topology_ == ReadTopology::yes) made.topology = topology_of(mesh, made.first);
-  std::vector<std::size_t> all(mesh.vertices.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
+  for (const Vec3& vertex : mesh.vertices) check_finite(node, vertex);
   const std::size_t count = mesh.vertices.size();
-  add_particles(node, {.count = count, .positions = std::move(mesh.vertices), .mass = mass}, all);
+  add_particles(node, {.count = count, .positions = std::move(mesh.vertices), .mass = mass});
 }
 
 void NetworkReader::add_to(SceneFile& file, const Population& population) {

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string_view>
 #include <vector>
 
@@ -54,8 +53,8 @@ class NetworkReader {
  private:
   void make_grid(const Node& node, MadeNetwork& made);
   void make_mesh(const Node& node, MadeNetwork& made);
-  // made.mass: of all of them. outermost: those that are looked at for whether all have finite positions.
-  void add_particles(const Node& node, MadeParticles made, std::span<const std::size_t> outermost);
+  // made.mass: of all of them.
+  void add_particles(const Node& node, MadeParticles made);
 
   std::vector<Node> nodes_;
   SceneFolder& folder_;

@@ -297,8 +297,8 @@ const json* sheet_in(const json& scene, const ReadOptions& options) {
   if (network->is_array() && network->size() == 1) network = &(*network)[0];
   if (!network->is_object() || network->value("type", json()) != "grid") return nullptr;
   const bool is_rope = network->value("rows", json()) == 1 || network->value("columns", json()) == 1;
-  const std::string scheme = options.scheme.empty() ? network->value("scheme", json("")).dump() : '"' + options.scheme + '"';
-  return is_rope || network->contains("strain_limit") || scheme == "\"accumulate\"" ? nullptr : network;
+  const bool accumulates = (options.scheme.empty() ? network->value("scheme", json()) : json(options.scheme)) == "accumulate";
+  return is_rope || network->contains("strain_limit") || accumulates ? nullptr : network;
 }
 
 // Whether each of several ranks holds its own rows of a sheet alone. Lines and faces are whole on each, and so are values that

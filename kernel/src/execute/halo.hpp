@@ -1,0 +1,24 @@
+// What a part of a larger scene tells the others, where it does nothing else meanwhile.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "dvdx/elsewhere.hpp"
+
+namespace dvdx {
+
+// element: where each of the part's particles stands in the columns.
+template <class T>
+HaloColumns halo_of(const std::array<T*, 3>& columns, const std::uint32_t* element) noexcept {
+  return {{columns[0], columns[1], columns[2]}, sizeof(T), element};
+}
+
+// Nothing, where a scene is whole.
+inline void tell(const Exchange& exchange, const HaloColumns& halo) noexcept {
+  if (exchange.start == nullptr) return;
+  exchange.start(exchange.context, halo);
+  exchange.finish(exchange.context, halo);
+}
+
+}  // namespace dvdx
