@@ -114,9 +114,12 @@ std::vector<Joined> sheet_lists() {
     for (const double damping : {0.0, 0.002}) {
       Joined sheet = test::sheet(7, 37, 40, damping);
       if (damping != 0) std::get<Grid>(sheet.scene.networks[0]).bend = 5;
+      if (damping == 0) std::get<Grid>(sheet.scene.networks[0]).aerodynamics = Aerodynamics{.density = 2, .drag = 0.9};
+      sheet.scene.wind.mean = {1, 0, 2};
       sheet.scene.coupling = coupling;
       all.push_back(test::as_list(sheet));
       all.back().name += ", damping " + std::to_string(damping);
+      all.push_back(shuffled(all.back()));
     }
   }
   return all;

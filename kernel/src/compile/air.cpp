@@ -208,7 +208,7 @@ void Air<T>::for_each_triangle_at(std::size_t element, const Visit& visit) const
 // A sum, as make_list() has it.
 template <class T>
 double Air<T>::share_at(std::span<const double> w, std::size_t element, const ParticleOrder& order) const noexcept {
-  const double own = w[order.particles.empty() ? element : order.particles[element]];
+  const double own = w[*order.particle_at(element)];
   double share = 0;
   for_each_triangle_at(element, [&](std::size_t) { share += own; });
   return share;
@@ -225,16 +225,14 @@ void Air<T>::set_inverse_mass(std::span<const double> w, std::size_t particle, c
 template <class T>
 void Air<T>::tear(std::span<const double> w, const AirNetwork& of, const Pair& torn, const ParticleOrder& order) noexcept {
   const auto other = static_cast<std::int32_t>(order.of[torn[1]]);
-  const auto particle_at = [&](std::int32_t corner) {
-    const auto element = static_cast<std::size_t>(corner);
-    return order.particles.empty() ? element : order.particles[element];
-  };
   for_each_triangle_at(order.of[torn[0]], [&](std::size_t t) {
     const bool has_both = a_[t] == other || b_[t] == other || c_[t] == other;
     if (!has_both || t < of.first || t >= of.end) return;
     W_[t] = T(-1);
     --count_;
-    for (const std::int32_t corner : {a_[t], b_[t], c_[t]}) set_inverse_mass(w, particle_at(corner), order);
+    for (const std::int32_t corner : {a_[t], b_[t], c_[t]}) {
+      set_inverse_mass(w, *order.particle_at(static_cast<std::size_t>(corner)), order);
+    }
   });
 }
 

@@ -260,7 +260,7 @@ void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs
   if (is_sequential && sweeps_ == nullptr) list_sheet_ = list_sheet(scene, pairs, particles());
   if (sweeps_ != nullptr && sweeps_->columns != 0) list_sheet_ = told_sheet(*sweeps_, particles());
   if (list_sheet_) {
-    order = rows_order(list_sheet_->rows, list_sheet_->columns, list_sheet_->phases());
+    order = rows_order(list_sheet_->rows, list_sheet_->columns, list_sheet_->phases(), list_sheet_->place);
     return;
   }
   std::vector<JoinedPair> near(pairs.begin(), pairs.end());

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <utility>
 #include <variant>
 
 #include "compile/network_forms.hpp"
+#include "compile/sheet_places.hpp"
 
 namespace dvdx {
 namespace {
@@ -26,11 +28,13 @@ constexpr std::array<GridDirection, 6> directions{{{.down = 0, .right = 1},
 bool is_bend(const GridDirection& d) noexcept { return d.down == 2 || d.right == 2; }
 
 // Which direction a spring has, or none; the lesser end first. In rows of 2 or 3 two directions lead equally far.
-std::optional<std::size_t> direction_of(const JoinedPair& s, std::size_t columns) noexcept {
-  const auto column = static_cast<std::ptrdiff_t>(s.a % columns);
+std::optional<std::size_t> direction_of(const JoinedPair& s, const ListSheet& sheet) noexcept {
+  const auto [a, b] = std::minmax({sheet.place_of(s.a), sheet.place_of(s.b)});
+  const std::size_t columns = sheet.columns;
+  const auto column = static_cast<std::ptrdiff_t>(a % columns);
   for (std::size_t n = 0; n < directions.size(); ++n) {
     const auto& [down, right, k, l, along] = directions[n];
-    const bool is_as_far = s.b - s.a == down * columns + static_cast<std::size_t>(right);
+    const bool is_as_far = b - a == down * columns + static_cast<std::size_t>(right);
     if (is_as_far && column + right >= 0 && column + right < static_cast<std::ptrdiff_t>(columns)) return n;
   }
   return std::nullopt;
@@ -68,10 +72,11 @@ bool is_worth(const ListSheet& sheet) {
 }
 
 // What a part of the sheet holds for its air are rows beside its own.
-bool meets_air_in_rows(const Scene& scene, std::size_t columns) {
+bool meets_air_in_rows(const Scene& scene, const ListSheet& sheet) {
   const auto is_in_rows = [&](const Triangle& triangle) {
-    const auto [least, most] = std::minmax_element(triangle.begin(), triangle.end());
-    return *most / columns - *least / columns <= 1;
+    const auto row = [&](std::uint32_t i) { return sheet.place_of(i) / sheet.columns; };
+    const auto [least, most] = std::minmax({row(triangle[0]), row(triangle[1]), row(triangle[2])});
+    return most - least <= 1;
   };
   const auto are_in_rows = [&](const Springs& springs) {
     return !springs.aerodynamics || std::all_of(springs.triangles.begin(), springs.triangles.end(), is_in_rows);
@@ -87,7 +92,7 @@ bool meets_air_in_rows(const Scene& scene, std::size_t columns) {
 
 bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet) {
   const auto leads_there = [&](const JoinedPair& s) {
-    const auto n = direction_of(s, sheet.columns);
+    const auto n = direction_of(s, sheet);
     return n && (sheet.reach == 2 || !is_bend(directions[*n]));
   };
   return std::all_of(springs.begin(), springs.end(), leads_there) && !has_doubles(springs);
@@ -99,7 +104,7 @@ ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) noexcept {
 
 std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, const ListSheet& sheet) {
   std::array<bool, directions.size()> is_there{};
-  for (const JoinedPair& s : springs) is_there[*direction_of(s, sheet.columns)] = true;
+  for (const JoinedPair& s : springs) is_there[*direction_of(s, sheet)] = true;
   std::vector<GridDirection> found;
   for (std::size_t n = 0; n < directions.size(); ++n) {
     if (is_there[n]) found.push_back(directions[n]);
@@ -107,19 +112,39 @@ std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, co
   return found;
 }
 
+namespace {
+
+// Its reach as its springs need it.
+std::optional<ListSheet> as_swept(const Scene& scene, std::span<const JoinedPair> springs, ListSheet sheet) {
+  const std::vector<GridDirection> its = directions_of(springs, sheet);
+  if (std::none_of(its.begin(), its.end(), is_bend)) sheet.reach = 1;
+  const bool is_dense = 2 * springs.size() > room_for(its, sheet);
+  return is_dense && is_worth(sheet) && meets_air_in_rows(scene, sheet) ? std::optional(std::move(sheet)) : std::nullopt;
+}
+
+// Of a sheet that has two such walks that of longer rows.
+std::optional<ListSheet> shuffled_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
+  if (has_doubles(springs)) return std::nullopt;
+  std::optional<ListSheet> longest;
+  for (SheetPlaces& found : sheet_places(springs, count)) {
+    if (longest && found.columns <= longest->columns) continue;
+    ListSheet sheet{.rows = found.rows, .columns = found.columns, .reach = 2, .place = std::move(found.of)};
+    if (auto swept = as_swept(scene, springs, std::move(sheet))) longest = std::move(swept);
+  }
+  return longest;
+}
+
+}  // namespace
+
 std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
   for (const std::size_t apart : distances(springs)) {
     for (const std::size_t columns : {apart - 1, apart, apart + 1}) {  // a diagonal, a column, the other diagonal
       if (columns < least_line || count % columns != 0 || count / columns < 3) continue;
       ListSheet sheet{.rows = count / columns, .columns = columns, .reach = 2};
-      if (!fits(springs, sheet)) continue;
-      const std::vector<GridDirection> its = directions_of(springs, sheet);
-      if (std::none_of(its.begin(), its.end(), is_bend)) sheet.reach = 1;
-      const bool is_dense = 2 * springs.size() > room_for(its, sheet);
-      return is_dense && is_worth(sheet) && meets_air_in_rows(scene, columns) ? std::optional(sheet) : std::nullopt;
+      if (fits(springs, sheet)) return as_swept(scene, springs, std::move(sheet));
     }
   }
-  return std::nullopt;
+  return shuffled_sheet(scene, springs, count);
 }
 
 }  // namespace dvdx

@@ -1,8 +1,9 @@
-// A list of springs that is a sheet: its particles stand in rows, one after the other, and each spring leads to one of the
-// places where a grid's springs lead. Sweeps walk it in strands, as they walk a grid, with numbers of each spring's own.
+// A list of springs that is a sheet: its particles stand in rows, and each spring leads to one of the places where a grid's
+// springs lead. Sweeps walk it in strands, as they walk a grid, with numbers of each spring's own.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,15 +15,17 @@ namespace dvdx {
 
 struct ListSheet {
   std::size_t rows = 0, columns = 0;
-  std::size_t reach = 1;  // rows and columns that a spring leads across: 1, or with bends 2
+  std::size_t reach = 1;               // rows and columns that a spring leads across: 1, or with bends 2
+  std::vector<std::uint32_t> place{};  // of each particle, row by row; empty where they stand as they are numbered
   [[nodiscard]] std::size_t phases() const noexcept { return 2 * reach; }
+  [[nodiscard]] std::size_t place_of(std::size_t particle) const noexcept { return place.empty() ? particle : place[particle]; }
   bool operator==(const ListSheet&) const = default;
 };
 
 // The sheet that a scene's springs are, as joined_pairs() lists them, or none: also where a pair is joined twice; where half of
 // all places in the strands or more would hold no spring, or rows are shorter than 16 particles (with bends 32), as colours are
 // then faster; where so large a sheet has few bands, which threads share; and where triangles that meet air lead farther than to
-// the next row.
+// the next row. Of particles that are not numbered row by row it must lack no spring.
 [[nodiscard]] std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count);
 // Whether each spring leads where one of the sheet may, and no two lead alike.
 [[nodiscard]] bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet);

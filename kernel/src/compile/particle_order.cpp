@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "compile/neighbours.hpp"
 #include "dvdx/export.h"
 #include "math/vec3.hpp"
 #include "passes/network/network.hpp"
@@ -63,36 +64,6 @@ void append(const Springs& springs, std::span<const Vec3> start, std::vector<Joi
   }
 }
 
-// Neighbours of each particle, ascending.
-class Neighbours {
- public:
-  Neighbours(std::span<const JoinedPair> springs, std::size_t count) : first_(count + 1, 0), all_(2 * springs.size()) {
-    for (const JoinedPair& s : springs) {
-      ++first_[s.a + 1];
-      ++first_[s.b + 1];
-    }
-    std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
-    for (const JoinedPair& s : springs) {
-      all_[next[s.a]++] = s.b;
-      all_[next[s.b]++] = s.a;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto begin = all_.begin() + static_cast<std::ptrdiff_t>(first_[i]);
-      const auto end = all_.begin() + static_cast<std::ptrdiff_t>(first_[i + 1]);
-      if (!std::is_sorted(begin, end)) std::sort(begin, end);
-    }
-  }
-  [[nodiscard]] std::size_t count(std::uint32_t i) const noexcept { return first_[i + 1] - first_[i]; }
-  [[nodiscard]] std::span<const std::uint32_t> of(std::uint32_t i) const noexcept {
-    return std::span(all_).subspan(first_[i], count(i));
-  }
-
- private:
-  std::vector<std::size_t> first_;
-  std::vector<std::uint32_t> all_;
-};
-
 // Reverse Cuthill-McKee: breadth first from a particle of few neighbours, few neighbours first (George and Liu 1981).
 std::vector<std::uint32_t> near_order(std::span<const JoinedPair> springs, std::size_t count) {
   const Neighbours neighbours(springs, count);
@@ -136,10 +107,10 @@ void fill_places(ParticleOrder& order, std::size_t count) {
   order.of.resize(count);
   for (const ParticleSpan& run : order.spans) {
     for (std::size_t k = 0; k < run.count; ++k) {
-      order.of[run.particle + k * run.every] = static_cast<std::uint32_t>(run.element + k);
+      const std::size_t at = run.particle + k * run.every;
+      order.of[order.is_listed() ? order.particles[at] : at] = static_cast<std::uint32_t>(run.element + k);
     }
   }
-  for (std::size_t k = 0; k < order.particles.size(); ++k) order.of[order.particles[k]] = static_cast<std::uint32_t>(k);
 }
 
 constexpr std::size_t run_length = 4096;  // particles that a thread copies at a time
@@ -148,7 +119,8 @@ constexpr std::size_t piece_length = 4096;
 
 std::size_t filled(std::size_t count) { return (count + slice - 1) / slice * slice; }
 
-void lay_out_as_they_are(ParticleOrder& order, std::size_t count) {
+// As they are numbered, or listed.
+void lay_out_in_runs(ParticleOrder& order, std::size_t count) {
   for (std::size_t first = 0; first < count; first += run_length) {
     const std::size_t now = std::min(run_length, count - first);
     order.spans.push_back({.particle = first, .every = 1, .element = first, .count = now});
@@ -342,6 +314,16 @@ std::uint64_t ParticleOrder::fingerprint() const noexcept {
   return hash;
 }
 
+std::optional<std::size_t> ParticleOrder::particle_at(std::size_t element) const noexcept {
+  auto span = std::upper_bound(spans.begin(), spans.end(), element,
+                               [](std::size_t at, const ParticleSpan& s) { return at < s.element; });
+  if (span == spans.begin()) return std::nullopt;
+  --span;
+  if (element - span->element >= span->count) return std::nullopt;
+  const std::size_t at = span->particle + (element - span->element) * span->every;
+  return is_listed() ? particles[at] : at;
+}
+
 std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene) {
   std::vector<std::ptrdiff_t> neighbours;
   for (const Network& network : scene.networks) {
@@ -419,7 +401,24 @@ SteppedGrid::SteppedGrid(const Scene& scene, std::size_t count, Sheets sheets) {
   if (stack_) torn_ = torn_at_seams(*stack_);
 }
 
-ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phases) {
+namespace {
+
+// One line after the other.
+void list_in_lines(ParticleOrder& order, std::span<const std::uint32_t> place) {
+  std::vector<std::uint32_t> at(place.size());
+  for (std::size_t i = 0; i < place.size(); ++i) at[place[i]] = static_cast<std::uint32_t>(i);
+  order.particles.reserve(place.size());
+  for (ParticleSpan& line : order.spans) {
+    const std::size_t first = order.particles.size();
+    for (std::size_t k = 0; k < line.count; ++k) order.particles.push_back(at[line.particle + k * line.every]);
+    line.particle = first;
+    line.every = 1;
+  }
+}
+
+}  // namespace
+
+ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phases, std::span<const std::uint32_t> place) {
   ParticleOrder order;
   order.phases = phases;
   const std::size_t longest = (columns + phases - 1) / phases;
@@ -433,6 +432,7 @@ ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phas
                              .count = (columns - phase + phases - 1) / phases});
     }
   }
+  if (!place.empty()) list_in_lines(order, place);
   fill_places(order, rows * columns);
   return order;
 }
@@ -448,9 +448,8 @@ ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count
   // An order that the caller's arrays do not have costs an indexed copy of every column.
   if (spread(springs, element_of) < spread(springs, own) / 4) {
     order.particles = near;
-  } else {
-    lay_out_as_they_are(order, count);
   }
+  lay_out_in_runs(order, count);
   fill_places(order, count);
   return order;
 }
@@ -458,7 +457,7 @@ ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count
 ParticleOrder own_order(std::size_t count) {
   ParticleOrder order;
   order.size = filled(count);
-  lay_out_as_they_are(order, count);
+  lay_out_in_runs(order, count);
   fill_places(order, count);
   return order;
 }
@@ -498,13 +497,13 @@ ParticleOrder pieces_order(std::span<const JoinedPair> springs, std::size_t coun
   const bool is_near = spread(springs, own) <= 4 * spread(springs, element_of);
   const bool leads_out = leading_out(springs, own, even) > springs.size() / 4;
   if (is_near && !leads_out) {
-    lay_out_as_they_are(order, count);
     order.pieces = even;
   } else {
     order.particles = bisection.order();
     order.pieces = bisection.pieces();
     order.pieces.back() = order.size;
   }
+  lay_out_in_runs(order, count);
   fill_places(order, count);
   return order;
 }

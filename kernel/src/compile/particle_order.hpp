@@ -84,7 +84,8 @@ class SteppedGrid {
   Grid torn_;
 };
 
-// Particles first, first + every, ... stand at elements element, element + 1, ... of the working columns.
+// Particles first, first + every, ... stand at elements element, element + 1, ... of the working columns; or, where an order lists
+// its particles, those first, first + 1, ... of the list.
 struct ParticleSpan {
   std::size_t particle = 0, every = 1;
   std::size_t element = 0, count = 0;
@@ -94,20 +95,27 @@ struct ParticleSpan {
 // springs that touch no common particle stand side by side in lines of their own.
 struct ParticleOrder {
   std::size_t size = 0;                  // elements of a working column, a multiple of 16
-  std::vector<ParticleSpan> spans;       // in the order of the elements; or
-  std::vector<std::uint32_t> particles;  // the particle of each element
+  std::vector<ParticleSpan> spans;       // in the order of the elements
+  std::vector<std::uint32_t> particles;  // the list; empty where particles stand as they are numbered
   std::vector<std::uint32_t> of;         // element of each particle
   std::size_t phases = 1, pitch = 0;     // of a sheet: lines a row, elements a line
   std::vector<std::size_t> pieces;       // of a list in sweeps: first element of each, a multiple of 16, and one more
   [[nodiscard]] std::uint64_t fingerprint() const noexcept;
+  [[nodiscard]] bool is_listed() const noexcept { return !particles.empty(); }
+  // Of an order that lists them.
+  [[nodiscard]] std::span<const std::uint32_t> listed(const ParticleSpan& span) const noexcept {
+    return std::span(particles).subspan(span.particle, span.count);
+  }
+  // None at an element between spans.
+  [[nodiscard]] std::optional<std::size_t> particle_at(std::size_t element) const noexcept;
 };
 
 // Which neighbours the springs of each grid join, as rows down and columns right, grid by grid: with the stiffness of a kind of
 // spring that comes or goes these change, and with them the order in which a list of such springs is stepped.
 std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene);
 
-// Of a sheet.
-ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phases);
+// Of a sheet. place: of each particle, row by row; empty where they stand as they are numbered.
+ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phases, std::span<const std::uint32_t> place = {});
 // As they are numbered.
 ParticleOrder own_order(std::size_t count);
 // In an order of the particles that keeps neighbours near: their own where it does, else reverse Cuthill-McKee.

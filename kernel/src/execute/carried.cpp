@@ -47,9 +47,11 @@ class NumbersIn {
 template <class Use>
 void for_each_particle(const ParticleOrder& order, const Use& use) {
   for (const ParticleSpan& span : order.spans) {
-    for (std::size_t k = 0; k < span.count; ++k) use(span.element + k, span.particle + k * span.every);
+    for (std::size_t k = 0; k < span.count; ++k) {
+      const std::size_t at = span.particle + k * span.every;
+      use(span.element + k, order.is_listed() ? order.particles[at] : at);
+    }
   }
-  for (std::size_t element = 0; element < order.particles.size(); ++element) use(element, order.particles[element]);
 }
 
 // What is driven, in the order in which both ways pass it.

@@ -135,17 +135,7 @@ std::optional<std::size_t> LoggedParticles::number(std::size_t element) const no
     if (element >= count_ || is_fixed) return std::nullopt;
     return first_ + element;
   }
-  std::optional<std::size_t> particle;
-  if (!order_->particles.empty()) {
-    if (element < order_->particles.size()) particle = order_->particles[element];
-  } else {
-    const auto& spans = order_->spans;
-    auto span = std::upper_bound(spans.begin(), spans.end(), element,
-                                 [](std::size_t at, const ParticleSpan& s) { return at < s.element; });
-    if (span == spans.begin()) return std::nullopt;
-    --span;
-    if (element - span->element < span->count) particle = span->particle + (element - span->element) * span->every;
-  }
+  std::optional<std::size_t> particle = order_->particle_at(element);
   if (particle && inverse_masses_[*particle] == 0) particle.reset();
   if (particle && is_own_ != nullptr && is_own_[*particle] == 0) particle.reset();
   return particle;

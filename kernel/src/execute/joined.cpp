@@ -73,7 +73,7 @@ class JoinedStep {
         if (is_relative()) clear(rows, work_.x[axis]);
       }
     });
-    for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {
+    for_each_listed_run([&](std::span<const std::uint32_t> particles, std::size_t first) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         fetch(residuals_, state.x[axis], state.x_rest[axis], particles, position(axis) + first);
         fetch(residuals_, state.v[axis], state.v_rest[axis], particles, work_.v[axis] + first);
@@ -113,7 +113,7 @@ class JoinedStep {
         put_back(kernels_, residuals_, work_.v[axis], rows, state.v[axis], state.v_rest[axis]);
       }
     });
-    for_each_run_of_order([&](std::span<const std::uint32_t> particles, std::size_t first) {
+    for_each_listed_run([&](std::span<const std::uint32_t> particles, std::size_t first) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         put_back(residuals_, position(axis) + first, particles, state.x[axis], state.x_rest[axis]);
         put_back(residuals_, work_.v[axis] + first, particles, state.v[axis], state.v_rest[axis]);
@@ -244,11 +244,12 @@ class JoinedStep {
   template <class Use>
   void for_some_rows(const Use& use) const noexcept {
     const ParticleOrder& order = joints_.order;
+    if (order.is_listed()) return;
     const std::span<const ParticleSpan> spans = order.spans;
     const std::size_t rows = order.pitch != 0 ? order.size / (order.phases * order.pitch) : spans.size();
     if (rows == 0) return;
     const std::size_t each = spans.size() / rows;
-    const std::size_t tasks = parallel_.run != nullptr ? std::min<std::size_t>(rows, 64) : 1;
+    const std::size_t tasks = tasks_of_rows(rows);
     for_each_task(parallel_, tasks, [&](std::size_t task) {
       const std::size_t first = rows * task / tasks;
       use({spans.subspan(first * each, (rows * (task + 1) / tasks - first) * each), each});
@@ -264,14 +265,22 @@ class JoinedStep {
     });
   }
 
-  // Where particles stand in an order that is not the caller's.
+  // Where particles stand in an order that is not the caller's: those of each span, and its first element.
   template <class Use>
-  void for_each_run_of_order(const Use& use) const noexcept {
-    const std::span<const std::uint32_t> all = joints_.order.particles;
-    for_each_task(parallel_, tasks_of(all.size(), particles_per_task), [&](std::size_t task) {
-      const std::size_t first = task * particles_per_task;
-      use(all.subspan(first, std::min(particles_per_task, all.size() - first)), first);
+  void for_each_listed_run(const Use& use) const noexcept {
+    const ParticleOrder& order = joints_.order;
+    if (!order.is_listed()) return;
+    const std::size_t runs = order.spans.size();
+    const std::size_t tasks = tasks_of_rows(runs);
+    for_each_task(parallel_, tasks, [&](std::size_t task) {
+      for (std::size_t n = runs * task / tasks; n < runs * (task + 1) / tasks; ++n) {
+        use(order.listed(order.spans[n]), order.spans[n].element);
+      }
     });
+  }
+
+  [[nodiscard]] std::size_t tasks_of_rows(std::size_t rows) const noexcept {
+    return parallel_.run != nullptr ? std::min<std::size_t>(rows, 64) : 1;
   }
 
   [[nodiscard]] bool is_kinematic(const Held<T>& held) const noexcept {

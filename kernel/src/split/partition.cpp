@@ -36,20 +36,51 @@ bool is_swept_list(const Scene& scene, std::size_t count) {
   return is_swept(scene) && !scene.networks.empty() && !is_sheet(scene, count) && particles_of_stacked(scene, count) == 0;
 }
 
-// The rows that parts have whole: of the scene's sheet, or of a list that sweeps walk as one.
-std::optional<Grid> whole_rows(const Scene& scene, std::size_t count) {
-  return is_sheet(scene, count) ? std::optional(*only_grid(scene, count)) : swept_rows(scene, count);
-}
-
-// Others are cut by pieces.
-bool is_swept_by_pieces(const Scene& scene, std::size_t count) {
-  return is_swept_list(scene, count) && !swept_rows(scene, count);
-}
-
 std::vector<std::uint32_t> as_numbered(std::size_t count) {
   std::vector<std::uint32_t> place(count);
   std::iota(place.begin(), place.end(), 0U);
   return place;
+}
+
+std::optional<ListSheet> swept_sheet(const Scene& scene, std::size_t count) {
+  return is_swept_list(scene, count) ? list_sheet(scene, joined_pairs(scene, count), count) : std::nullopt;
+}
+
+// Of such a list its rows, and whether springs lead across two.
+Grid rows_of(const ListSheet& sheet) {
+  return Grid{.rows = sheet.rows, .columns = sheet.columns, .bend = sheet.reach == 2 ? 1.0 : 0.0};
+}
+
+std::uint64_t reach_of(const Grid& grid) { return grid.bend != 0 ? 2 : 1; }  // rows
+
+// The rows that parts have whole: of the scene's sheet, or of a list that sweeps walk as one.
+class WholeRows {
+ public:
+  explicit WholeRows(const Grid& grid) : grid_(grid) {}
+  explicit WholeRows(ListSheet sheet) : grid_(rows_of(sheet)), place_(std::move(sheet.place)), at_(place_.size()) {
+    for (std::size_t i = 0; i < place_.size(); ++i) at_[place_[i]] = static_cast<std::uint32_t>(i);
+  }
+  static std::optional<WholeRows> of(const Scene& scene, std::size_t count) {
+    if (is_sheet(scene, count)) return WholeRows(*only_grid(scene, count));
+    auto list = swept_sheet(scene, count);
+    return list ? std::optional(WholeRows(std::move(*list))) : std::nullopt;
+  }
+
+  [[nodiscard]] const Grid& grid() const noexcept { return grid_; }
+  // Of a particle, row by row; and the other way.
+  [[nodiscard]] std::size_t place(std::size_t particle) const noexcept { return place_.empty() ? particle : place_[particle]; }
+  [[nodiscard]] std::uint32_t at(std::size_t place) const noexcept {
+    return place_.empty() ? static_cast<std::uint32_t>(place) : at_[place];
+  }
+
+ private:
+  Grid grid_;
+  std::vector<std::uint32_t> place_, at_;  // empty where particles stand as they are numbered
+};
+
+// Others are cut by pieces.
+bool is_swept_by_pieces(const Scene& scene, std::size_t count) {
+  return is_swept_list(scene, count) && !swept_sheet(scene, count);
 }
 
 // Where each particle of what is no sheet stands among those whose springs are summed: as compile/joints.cpp orders the whole
@@ -231,10 +262,8 @@ class SharedTriangles {
 }  // namespace
 
 std::optional<Grid> swept_rows(const Scene& scene, std::size_t count) {
-  if (!is_swept_list(scene, count)) return std::nullopt;
-  const auto sheet = list_sheet(scene, joined_pairs(scene, count), count);
-  if (!sheet) return std::nullopt;
-  return Grid{.rows = sheet->rows, .columns = sheet->columns, .bend = sheet->reach == 2 ? 1.0 : 0.0};
+  const auto sheet = swept_sheet(scene, count);
+  return sheet ? std::optional(rows_of(*sheet)) : std::nullopt;
 }
 
 std::size_t rows_kept_together(const Scene& scene, const Grid& sheet) {
@@ -242,7 +271,7 @@ std::size_t rows_kept_together(const Scene& scene, const Grid& sheet) {
 }
 
 std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts) {
-  const std::optional<Grid> sheet = whole_rows(scene, count);
+  const auto sheet = WholeRows::of(scene, count);
   std::vector<std::uint32_t> owner(count);
   if (!sheet && is_swept_list(scene, count)) {
     const WholeSweeps whole(scene, count);
@@ -253,11 +282,12 @@ std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::u
     return owner;
   }
   std::size_t together = std::max<std::size_t>(1, particles_of_stacked(scene, count));
-  if (sheet) together = sheet->columns * rows_kept_together(scene, *sheet);
+  if (sheet) together = sheet->grid().columns * rows_kept_together(scene, sheet->grid());
   const std::size_t units = (count + together - 1) / together;
-  const std::vector<std::uint32_t> place = sheet ? as_numbered(count) : places(scene, count);
+  const std::vector<std::uint32_t> summed = sheet ? std::vector<std::uint32_t>{} : places(scene, count);
   for (std::size_t i = 0; i < count; ++i) {
-    owner[i] = static_cast<std::uint32_t>((place[i] / together) * parts / units);
+    const std::size_t place = sheet ? sheet->place(i) : summed[i];
+    owner[i] = static_cast<std::uint32_t>((place / together) * parts / units);
   }
   return owner;
 }
@@ -269,33 +299,11 @@ std::vector<Pair> joined(const Scene& scene, std::size_t count) {
 }
 
 std::uint32_t tellings_of_sweeps(const Scene& scene, std::size_t count) {
-  if (!is_swept_by_pieces(scene, count)) return whole_rows(scene, count) ? 1 : 0;
+  if (!is_swept_by_pieces(scene, count)) return WholeRows::of(scene, count) ? 1 : 0;
   const std::uint32_t colours = WholeSweeps(scene, count).colours;
   const bool is_symmetric = scene.coupling.sweeps == SweepOrder::symmetric;
   return (colours == 0 ? 0 : colours - 1) + 1 + (is_symmetric ? colours : 0);
 }
-
-namespace {
-
-std::uint64_t reach_of(const Grid& grid) { return grid.bend != 0 ? 2 : 1; }  // rows
-
-// The least of the parts, where each has whole rows, one part's after another's; else 0.
-std::uint64_t fewest_rows(const Grid& grid, std::span<const std::uint32_t> owner) {
-  std::uint64_t fewest = grid.rows;
-  std::uint64_t rows = 0;
-  for (std::size_t row = 0; row < grid.rows; ++row) {
-    const auto first = owner.begin() + static_cast<std::ptrdiff_t>(row * grid.columns);
-    const auto end = first + static_cast<std::ptrdiff_t>(grid.columns);
-    if (std::any_of(first, end, [&](std::uint32_t of) { return of != *first; })) return 0;
-    const bool is_last = row + 1 == grid.rows;
-    if (!is_last && *end < *first) return 0;
-    ++rows;
-    if (is_last || *end != *first) fewest = std::min(fewest, std::exchange(rows, 0));
-  }
-  return fewest;
-}
-
-}  // namespace
 
 std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows) {
   constexpr std::uint32_t pulses = 4;
@@ -347,13 +355,6 @@ void hold_rows(const Grid& grid, const OwnRows& own, const OwnerOf& owner_of, co
   }
 }
 
-OwnRows own_rows(const Grid& grid, std::span<const std::uint32_t> owner, std::uint32_t part) {
-  const auto first = static_cast<std::uint64_t>(std::find(owner.begin(), owner.end(), part) - owner.begin()) / grid.columns;
-  auto end = first;
-  while (end < grid.rows && owner[end * grid.columns] == part) ++end;
-  return {first, end};
-}
-
 // place_of: in the part, of a number of the whole.
 template <class PlaceOf>
 void add_neighbours(ToldByPart& told, const PlaceOf& place_of, Part& part) {
@@ -400,27 +401,6 @@ Error refused_owner(std::span<const std::uint32_t> owner, std::size_t particle, 
   return {"owner[" + std::to_string(particle) + "]", std::to_string(owner[particle]), std::move(valid)};
 }
 
-// Of particles in runs of `together`, the last of which may be shorter.
-std::optional<Error> refused_in_runs(std::span<const std::uint32_t> owner, std::size_t together, const std::string& what) {
-  for (std::size_t i = 1; i < owner.size(); ++i) {
-    if (i % together == 0 || owner[i] == owner[i - 1]) continue;
-    return refused_owner(
-        owner, i, std::to_string(owner[i - 1]) + ", as that of the particle before: by sequential " + what + " go together");
-  }
-  return std::nullopt;
-}
-
-std::optional<Error> refused_in_rows(std::span<const std::uint32_t> owner, const Grid& sheet, std::size_t rows) {
-  auto refused = refused_in_runs(owner, rows * sheet.columns, "rows in " + std::to_string(rows) + "s");
-  std::set<std::uint32_t> seen;
-  for (std::size_t i = 0; i < owner.size() && !refused; i += rows * sheet.columns) {
-    const bool is_same = i != 0 && owner[i] == owner[i - 1];
-    if (is_same || seen.insert(owner[i]).second) continue;
-    refused = refused_owner(owner, i, "a part that has no rows before: by sequential a part's rows stand one after the other");
-  }
-  return refused;
-}
-
 std::optional<Error> refused_in_pieces(std::span<const std::uint32_t> owner, const WholeSweeps& whole) {
   std::map<std::size_t, std::uint32_t> owner_of;
   for (std::uint32_t i = 0; i < owner.size(); ++i) {
@@ -434,34 +414,95 @@ std::optional<Error> refused_in_pieces(std::span<const std::uint32_t> owner, con
 // A scene and the owner of each of its particles.
 struct Owned {
   Owned(const Scene& of, std::span<const std::uint32_t> owner_of)
-      : scene(of), owner(owner_of), sheet(whole_rows(scene, owner.size())) {
+      : scene(of), owner(owner_of), sheet(WholeRows::of(scene, owner.size())) {
     if (!sheet && is_swept_list(scene, owner.size())) pieces.emplace(scene, owner.size());
   }
+  // Of a sheet the particle at a place of its rows; else all stand as they are numbered.
+  [[nodiscard]] std::uint32_t at(std::size_t place) const {
+    return sheet ? sheet->at(place) : static_cast<std::uint32_t>(place);
+  }
+  [[nodiscard]] std::uint32_t owner_at(std::size_t place) const { return owner[at(place)]; }
+  [[nodiscard]] std::uint32_t owner_of_row(std::size_t row) const { return owner_at(row * sheet->grid().columns); }
 
   const Scene& scene;
   std::span<const std::uint32_t> owner;
-  std::optional<Grid> sheet;
+  std::optional<WholeRows> sheet;
   std::optional<WholeSweeps> pieces;  // of a list that is swept by pieces
 };
+
+// Of places in runs of `together`, the last of which may be shorter.
+std::optional<Error> refused_in_runs(const Owned& whole, std::size_t together, const std::string& what) {
+  for (std::size_t place = 1; place < whole.owner.size(); ++place) {
+    if (place % together == 0 || whole.owner_at(place) == whole.owner_at(place - 1)) continue;
+    return refused_owner(whole.owner, whole.at(place),
+                         std::to_string(whole.owner_at(place - 1)) + ", as that of particle " +
+                             std::to_string(whole.at(place - 1)) + ": by sequential " + what + " go together");
+  }
+  return std::nullopt;
+}
+
+std::optional<Error> refused_in_rows(const Owned& whole, std::size_t rows) {
+  const Grid& sheet = whole.sheet->grid();
+  auto refused = refused_in_runs(whole, rows * sheet.columns, "rows in " + std::to_string(rows) + "s");
+  std::set<std::uint32_t> seen;
+  for (std::size_t row = 0; row < sheet.rows && !refused; row += rows) {
+    const bool is_same = row != 0 && whole.owner_of_row(row) == whole.owner_of_row(row - 1);
+    if (is_same || seen.insert(whole.owner_of_row(row)).second) continue;
+    refused = refused_owner(whole.owner, whole.at(row * sheet.columns),
+                            "a part that has no rows before: by sequential a part's rows stand one after the other");
+  }
+  return refused;
+}
 
 // Sweeps take a part's particles in the whole's order only where it has all that they go through at once.
 std::optional<Error> refused_owners(const Owned& whole) {
   const auto& [scene, owner, sheet, pieces] = whole;
   if (!is_swept(scene)) return std::nullopt;
   if (pieces) return refused_in_pieces(owner, *pieces);
-  if (sheet) return refused_in_rows(owner, *sheet, rows_kept_together(scene, *sheet));
+  if (sheet) return refused_in_rows(whole, rows_kept_together(scene, sheet->grid()));
   const std::size_t stacked = particles_of_stacked(scene, owner.size());
-  return stacked != 0 ? refused_in_runs(owner, stacked, "a sheet's particles") : std::nullopt;
+  return stacked != 0 ? refused_in_runs(whole, stacked, "a sheet's particles") : std::nullopt;
+}
+
+// The least of the parts, where each has whole rows, one part's after another's; else 0.
+std::uint64_t fewest_rows(const Owned& whole) {
+  const Grid& grid = whole.sheet->grid();
+  std::uint64_t fewest = grid.rows;
+  std::uint64_t rows = 0;
+  for (std::size_t row = 0; row < grid.rows; ++row) {
+    const std::uint32_t owner = whole.owner_of_row(row);
+    for (std::size_t column = 1; column < grid.columns; ++column) {
+      if (whole.owner_at(row * grid.columns + column) != owner) return 0;
+    }
+    const bool is_last = row + 1 == grid.rows;
+    if (!is_last && whole.owner_of_row(row + 1) < owner) return 0;
+    ++rows;
+    if (is_last || whole.owner_of_row(row + 1) != owner) fewest = std::min(fewest, std::exchange(rows, 0));
+  }
+  return fewest;
+}
+
+OwnRows own_rows(const Owned& whole, std::uint32_t part) {
+  const std::size_t rows = whole.sheet->grid().rows;
+  std::size_t first = 0;
+  while (first < rows && whole.owner_of_row(first) != part) ++first;
+  std::size_t end = first;
+  while (end < rows && whole.owner_of_row(end) == part) ++end;
+  return {first, end};
 }
 
 // Whole rows, where a part holds more of others than its springs reach.
 void tell_rows(const Owned& whole, std::uint32_t part, std::uint32_t pulses, ToldByPart& told) {
-  const auto& [scene, owner, sheet, pieces] = whole;
-  if (!sheet || (!is_swept(scene) && pulses == 1)) return;
-  const OwnRows own = own_rows(*sheet, owner, part);
+  if (!whole.sheet || (!is_swept(whole.scene) && pulses == 1)) return;
+  const Grid& sheet = whole.sheet->grid();
+  const OwnRows own = own_rows(whole, part);
   if (own.first == own.end) return;
-  const auto owner_of_row = [&](std::uint64_t row) { return whole.owner[row * whole.sheet->columns]; };
-  hold_rows(*sheet, own, owner_of_row, rows_held(scene, *sheet, pulses), told);
+  const auto owner_of_row = [&](std::uint64_t row) { return whole.owner_of_row(row); };
+  hold_rows(sheet, own, owner_of_row, rows_held(whole.scene, sheet, pulses), told);
+  for (auto& [other, lists] : told) {
+    for (std::uint32_t& place : lists.sent) place = whole.at(place);
+    for (std::uint32_t& place : lists.received) place = whole.at(place);
+  }
 }
 
 void tell_ends_of_springs(const Owned& whole, std::uint32_t part, Part& made, ToldByPart& told) {
@@ -502,7 +543,11 @@ std::vector<std::uint32_t> particles_of(const Owned& whole, std::uint32_t part, 
   for (std::uint32_t i = 0; i < count; ++i) {
     if (is_held[i] != 0) particles.push_back(i);
   }
-  if (whole.sheet) return particles;
+  if (whole.sheet) {
+    const auto place = [&](std::uint32_t i) { return whole.sheet->place(i); };
+    std::sort(particles.begin(), particles.end(), [&](std::uint32_t a, std::uint32_t b) { return place(a) < place(b); });
+    return particles;
+  }
   const std::vector<std::uint32_t> place = whole.pieces ? whole.pieces->order.of : places(whole.scene, count);
   const auto comes_at = [&](std::uint32_t i) { return std::pair(whole.pieces && whole.owner[i] != part, place[i]); };
   std::sort(particles.begin(), particles.end(), [&](std::uint32_t a, std::uint32_t b) { return comes_at(a) < comes_at(b); });
@@ -514,8 +559,8 @@ std::optional<SweptPart> sweeps_of(const Owned& whole, const Part& part, const R
   if (!whole.sheet || !is_swept_list(whole.scene, whole.owner.size())) return std::nullopt;
   return SweptPart{.piece_ends = {},
                    .colour_of = {},
-                   .columns = static_cast<std::uint32_t>(whole.sheet->columns),
-                   .reach = static_cast<std::uint32_t>(reach_of(*whole.sheet))};
+                   .columns = static_cast<std::uint32_t>(whole.sheet->grid().columns),
+                   .reach = static_cast<std::uint32_t>(reach_of(whole.sheet->grid()))};
 }
 
 }  // namespace
@@ -525,7 +570,7 @@ Expected<Part> part_of(const Scene& scene, std::span<const std::uint32_t> owner,
   if (auto refused = refused_owners(whole)) return tl::unexpected(std::move(*refused));
   Part made;
   made.own = static_cast<std::size_t>(std::count(owner.begin(), owner.end(), part));
-  if (whole.sheet) made.pulses_per_telling = pulses_per_telling(scene, *whole.sheet, fewest_rows(*whole.sheet, owner));
+  if (whole.sheet) made.pulses_per_telling = pulses_per_telling(scene, whole.sheet->grid(), fewest_rows(whole));
   ToldByPart told;
   tell_rows(whole, part, made.pulses_per_telling, told);
   tell_ends_of_springs(whole, part, made, told);

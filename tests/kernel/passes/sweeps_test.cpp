@@ -44,21 +44,39 @@ Joined in_order(const Joined& list, const std::vector<std::uint32_t>& place) {
     moved.v[place[i]] = list.v[i];
   }
   for (std::size_t& i : moved.scene.fixed) i = place[i];
+  std::sort(moved.scene.fixed.begin(), moved.scene.fixed.end());
   for (auto& [a, b] : std::get<Springs>(moved.scene.networks[0]).pairs) {
     a = place[a];
     b = place[b];
+  }
+  for (auto& [a, b] : std::get<Springs>(moved.scene.networks[0]).broken) {
+    a = place[a];
+    b = place[b];
+  }
+  if (!list.scene.mass.is_uniform()) {
+    for (std::size_t i = 0; i < place.size(); ++i) moved.scene.mass.set(place[i], list.scene.mass[i]);
   }
   moved.name += ", shuffled";
   return moved;
 }
 
-// More than one piece, and some springs from each to the next.
+// More than one piece, and some springs from each to the next. It is no sheet.
 Joined large(double damping) {
-  Joined list = test::as_list(test::sheet(67, 71, 50, damping));
+  Joined list = test::with_spring_across(test::as_list(test::sheet(67, 71, 50, damping)));
   std::vector<double> masses;
   for (std::size_t i = 0; i < list.x.size(); ++i) masses.push_back(0.3 / 4757 * (1.5 + test::scatter(i, 6)));
   list.scene.mass = Scalars(masses);
   return in_order(list, shuffled(list.x.size()));
+}
+
+// What stands at each place of a batch whose particles have moved there.
+template <class T>
+std::vector<T> in_order(const std::vector<T>& numbers, const std::vector<std::uint32_t>& place) {
+  std::vector<T> moved(numbers.size());
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    for (std::size_t k = 0; k < 6; ++k) moved[6 * place[i] + k] = numbers[6 * i + k];
+  }
+  return moved;
 }
 
 template <class T>
@@ -169,6 +187,76 @@ TEST_CASE("sweeps: a list of a sheet's springs has the sheet's bits, whatever th
 
 namespace {
 
+// Without a kind of spring, or with one alone of the diagonals.
+Joined without(const Joined& sheet, const std::string& name,
+               bool (*is_left_out)(std::size_t a, std::size_t b, std::size_t columns)) {
+  Joined some = test::as_list(sheet);
+  const std::size_t columns = std::get<Grid>(sheet.scene.networks[0]).columns;
+  auto& springs = std::get<Springs>(some.scene.networks[0]);
+  Springs left{.pairs = {}, .stiffness = 50.0, .rest_length = Scalars(0.03), .damping = springs.damping};
+  for (const auto& [a, b] : springs.pairs) {
+    if (!is_left_out(a, b, columns)) left.pairs.push_back({b, a});
+  }
+  springs = left;
+  some.name = "a sheet without " + name;
+  return some;
+}
+
+bool leads_down_two(std::size_t a, std::size_t b, std::size_t columns) { return b - a == 2 * columns; }
+bool leads_right_two(std::size_t a, std::size_t b, std::size_t /*columns*/) { return b - a == 2; }
+bool leads_two(std::size_t a, std::size_t b, std::size_t columns) { return b - a == 2 || b - a == 2 * columns; }
+bool leads_left(std::size_t a, std::size_t b, std::size_t columns) { return b - a == columns - 1; }
+bool leads_right(std::size_t a, std::size_t b, std::size_t columns) { return b - a == columns + 1; }
+bool leads_across(std::size_t a, std::size_t b, std::size_t columns) {
+  return leads_left(a, b, columns) || leads_right(a, b, columns);
+}
+
+Joined bent_sheet(std::size_t rows, std::size_t columns) {
+  Joined bent = test::sheet(rows, columns, 50);
+  std::get<Grid>(bent.scene.networks[0]).bend = 5;
+  return bent;
+}
+
+// Places in another order but for the first particle's: a walk begins at the corner of least number.
+std::vector<std::uint32_t> shuffled_behind_first(std::size_t count) {
+  std::vector<std::uint32_t> place = shuffled(count);
+  std::swap(place[0], *std::find(place.begin(), place.end(), 0U));
+  return place;
+}
+
+}  // namespace
+
+// Along the longer side. Where one diagonal is lacking other corners have fewer neighbours.
+TEST_CASE("sweeps: a sheet whose particles are numbered in any order has the bits of one that is numbered row by row") {
+  std::vector<Joined> lists;
+  for (const Joined& sheet : sheets()) {
+    const Grid& grid = std::get<Grid>(sheet.scene.networks[0]);
+    if (grid.columns > grid.rows) lists.push_back(test::as_list(sheet));
+  }
+  REQUIRE(lists.size() == 6);
+  lists.push_back(test::as_list(bent_sheet(5, 32)));
+  lists.push_back(without(bent_sheet(21, 34), "bends", leads_two));
+  lists.push_back(without(bent_sheet(21, 34), "bends along columns", leads_down_two));
+  lists.push_back(without(bent_sheet(21, 34), "bends along rows", leads_right_two));
+  lists.push_back(without(bent_sheet(21, 34), "diagonals", leads_across));
+  for (const Joined& list : lists) {
+    const std::vector<std::uint32_t> place = shuffled_behind_first(list.x.size());
+    for (const Coupling& coupling : {alpha, middle, dynamics}) {
+      Joined swept = list;
+      swept.scene.coupling = coupling;
+      const Joined moved = in_order(swept, place);
+      CAPTURE(moved.name);
+      for (const Isa isa : {Isa::reference, best_isa()}) {
+        const Run run{.isa = isa};
+        CHECK(test::difference(in_order(stepped<float>(swept, run, 3), place), stepped<float>(moved, run, 3)) == "");
+        CHECK(test::difference(in_order(stepped<double>(swept, run, 3), place), stepped<double>(moved, run, 3)) == "");
+      }
+    }
+  }
+}
+
+namespace {
+
 // Diagonals that change sides from cell to cell, stiffnesses and lengths of each spring's own.
 Joined union_jack(std::size_t rows, std::size_t columns, double damping) {
   Joined joined = test::sheet(rows, columns, 50);
@@ -215,6 +303,20 @@ TEST_CASE("sweeps: a list that fills a sheet in part gives the scalar reference'
   }
 }
 
+TEST_CASE("sweeps: sheets of any shape are found whatever their particles' numbers, and give the scalar reference's bits") {
+  for (const Joined& sheet : {bent_sheet(34, 21), bent_sheet(33, 33), bent_sheet(6, 32)}) {
+    std::vector<Joined> lists{test::as_list(sheet)};
+    for (const auto is_left_out : {leads_left, leads_right, leads_across, leads_two, leads_down_two, leads_right_two}) {
+      lists.push_back(without(sheet, "some springs", is_left_out));
+    }
+    for (const Joined& list : lists) {
+      const Joined moved = in_order(list, shuffled(list.x.size()));
+      CHECK(is_swept_as_sheet(moved));
+      check_bits<float>(moved, middle, Arithmetic::separate);
+    }
+  }
+}
+
 TEST_CASE("sweeps: which lists are walked as sheets") {
   CHECK(is_swept_as_sheet(union_jack(14, 35, 0)));
   CHECK(is_swept_as_sheet(test::as_list(test::sheet(3, 16, 50))));
@@ -236,7 +338,15 @@ TEST_CASE("sweeps: which lists are walked as sheets") {
   CHECK_FALSE(is_swept_as_sheet(in_air));
   CHECK_FALSE(is_swept_as_sheet(test::with_spring_across(test::as_list(test::sheet(9, 20, 50)))));
   const Joined list = test::as_list(test::sheet(9, 20, 50));
-  CHECK_FALSE(is_swept_as_sheet(in_order(list, shuffled(list.x.size()))));
+  CHECK(is_swept_as_sheet(in_order(list, shuffled(list.x.size()))));
+  CHECK_FALSE(is_swept_as_sheet(in_order(union_jack(14, 35, 0), shuffled(14 * 35))));  // some of its places are empty
+  Joined lacks_one = list;
+  std::get<Springs>(lacks_one.scene.networks[0]) =
+      Springs{.pairs = std::get<Springs>(list.scene.networks[0]).pairs, .stiffness = 50.0, .rest_length = std::nullopt};
+  std::get<Springs>(lacks_one.scene.networks[0]).pairs.pop_back();
+  CHECK(is_swept_as_sheet(lacks_one));
+  CHECK_FALSE(is_swept_as_sheet(in_order(lacks_one, shuffled(lacks_one.x.size()))));
+  CHECK(is_swept_as_sheet(in_order(test::as_list(test::sheet(20, 15, 50)), shuffled(300))));  // it has columns of 20
   Joined twice = list;
   twice.scene.add(Network(Springs{.pairs = {{21, 20}}, .stiffness = 1.0}));  // joined a second time
   CHECK_FALSE(is_swept_as_sheet(twice));

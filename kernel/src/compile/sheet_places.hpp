@@ -1,0 +1,23 @@
+// The rows and columns of a sheet whose particles are numbered in any order, from its springs alone.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "compile/particle_order.hpp"
+
+namespace dvdx {
+
+struct SheetPlaces {
+  std::size_t rows = 0, columns = 0;
+  std::vector<std::uint32_t> of;  // place of each particle, row by row
+};
+
+// All that are found: none, or the sheet from one of its corners along either side. Springs lead from each particle to the next
+// of its row and of its column; and wherever in the sheet there is room, or nowhere, along either diagonal, to the second next of
+// its row, and of its column. Of a sheet that lacks a spring, or has another, there is none.
+[[nodiscard]] std::vector<SheetPlaces> sheet_places(std::span<const JoinedPair> springs, std::size_t count);
+
+}  // namespace dvdx
