@@ -23,7 +23,8 @@ namespace {
 
 constexpr double step = 1e-4;  // s, so that a soft sheet is stable at any size here
 
-enum class Lie { grid, list, shuffled };
+// Shuffled: its particles numbered in any order. Irregular: besides, it lacks one spring, and so is no sheet to what sweeps it.
+enum class Lie { grid, list, shuffled, irregular };
 
 struct Sheet {
   std::string name;
@@ -47,8 +48,18 @@ Grid grid_of(std::size_t side, double damping) {
 std::vector<std::uint32_t> places(const Sheet& sheet, std::size_t side) {
   std::vector<std::uint32_t> place(side * side);
   std::iota(place.begin(), place.end(), 0U);
-  if (sheet.lie == Lie::shuffled) std::shuffle(place.begin(), place.end(), std::mt19937(1));
+  if (sheet.lie == Lie::shuffled || sheet.lie == Lie::irregular) std::shuffle(place.begin(), place.end(), std::mt19937(1));
   return place;
+}
+
+void lose_last(Springs& springs) {
+  const auto all_but_last = [](const Scalars& values) {
+    if (values.is_uniform()) return values;
+    return Scalars(std::vector<double>(values.each().begin(), values.each().end() - 1));
+  };
+  springs.pairs.pop_back();
+  springs.stiffness = all_but_last(springs.stiffness);
+  springs.rest_length = all_but_last(*springs.rest_length);
 }
 
 Scene scene_of(const Sheet& sheet, std::size_t side) {
@@ -59,6 +70,7 @@ Scene scene_of(const Sheet& sheet, std::size_t side) {
   scene.fixed = {std::min(place[0], place[side - 1]), std::max(place[0], place[side - 1])};
   const Grid grid = grid_of(side, sheet.damping);
   Springs springs = springs_of(grid);
+  if (sheet.lie == Lie::irregular) lose_last(springs);
   for (auto& [a, b] : springs.pairs) {
     a = place[a];
     b = place[b];
@@ -144,6 +156,7 @@ const std::vector<Sheet>& sheets() {
       {"grid_forward_frame", {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward}, Lie::grid, 0, 3},
       {"graph_sequential", {.scheme = Scheme::sequential}, Lie::list},
       {"shuffled_sequential", {.scheme = Scheme::sequential}, Lie::shuffled},
+      {"irregular_sequential", {.scheme = Scheme::sequential}, Lie::irregular},
       {"graph_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::list},
       {"pairs", {.scheme = Scheme::accumulate, .method = Method::average_acceleration}, Lie::list},
   };
@@ -152,7 +165,7 @@ const std::vector<Sheet>& sheets() {
 
 // A million particles take seconds to be compiled: one sheet of each way through memory.
 bool is_large_too(const Sheet& sheet) {
-  constexpr std::array names = {"grid", "graph", "grid_sequential", "shuffled_sequential"};
+  constexpr std::array names = {"grid", "graph", "grid_sequential", "shuffled_sequential", "irregular_sequential"};
   return std::any_of(names.begin(), names.end(), [&](const char* name) { return sheet.name == name; });
 }
 
