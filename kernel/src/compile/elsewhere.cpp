@@ -90,9 +90,10 @@ std::optional<Error> check_rows(const Scene& scene, const SweptPart& sweeps, std
   }
   const std::vector<Vec3> nowhere(count);
   if (count % sweeps.columns == 0 && fits(joined_pairs(scene, nowhere), told_sheet(sweeps, count))) return std::nullopt;
-  return Error{"elsewhere.sweeps.columns", std::to_string(sweeps.columns),
-               "such that the particles stand in rows of so many and each spring, no two alike, leads where a grid's leads" +
-                   std::string(sweeps.reach == 2 ? "" : " that does not bend")};
+  return Error{
+      "elsewhere.sweeps.columns", std::to_string(sweeps.columns),
+      "such that the particles stand in rows of so many and each spring, no two alike, leads to the next rows and columns" +
+          std::string(sweeps.reach == 2 ? " or the second next" : "")};
 }
 
 }  // namespace

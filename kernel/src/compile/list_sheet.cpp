@@ -18,16 +18,21 @@ constexpr std::size_t least_line = 8;
 constexpr std::size_t shared_from = 16384;
 constexpr std::size_t least_bands = 8;
 
-constexpr std::array<GridDirection, 6> directions{{{.down = 0, .right = 1},
-                                                   {.down = 0, .right = 2},
-                                                   {.down = 1, .right = -1},
-                                                   {.down = 1, .right = 0},
-                                                   {.down = 1, .right = 1},
-                                                   {.down = 2, .right = 0}}};
+// A grid's; and across the sides of triangles that are all cut one way, to the corners that face each other.
+constexpr std::array<GridDirection, 10> directions{{{.down = 0, .right = 1},
+                                                    {.down = 0, .right = 2},
+                                                    {.down = 1, .right = -2},
+                                                    {.down = 1, .right = -1},
+                                                    {.down = 1, .right = 0},
+                                                    {.down = 1, .right = 1},
+                                                    {.down = 1, .right = 2},
+                                                    {.down = 2, .right = -1},
+                                                    {.down = 2, .right = 0},
+                                                    {.down = 2, .right = 1}}};
 
-bool is_bend(const GridDirection& d) noexcept { return d.down == 2 || d.right == 2; }
+bool is_bend(const GridDirection& d) noexcept { return d.down == 2 || std::abs(d.right) == 2; }
 
-// Which direction a spring has, or none; the lesser end first. In rows of 2 or 3 two directions lead equally far.
+// Which direction a spring has, or none; the lesser end first. In rows of fewer than 5 some lead equally far.
 std::optional<std::size_t> direction_of(const JoinedPair& s, const ListSheet& sheet) noexcept {
   const auto [a, b] = std::minmax({sheet.place_of(s.a), sheet.place_of(s.b)});
   const std::size_t columns = sheet.columns;
@@ -122,16 +127,19 @@ std::optional<ListSheet> as_swept(const Scene& scene, std::span<const JoinedPair
   return is_dense && is_worth(sheet) && meets_air_in_rows(scene, sheet) ? std::optional(std::move(sheet)) : std::nullopt;
 }
 
-// Of a sheet that has two such walks that of longer rows.
+std::optional<ListSheet> as_swept(const Scene& scene, std::span<const JoinedPair> springs, const SheetPlaces& places) {
+  return as_swept(scene, springs, ListSheet{.rows = places.rows, .columns = places.columns, .reach = 2, .place = places.of});
+}
+
+// Its longer side for rows, if it can be.
 std::optional<ListSheet> shuffled_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
   if (has_doubles(springs)) return std::nullopt;
-  std::optional<ListSheet> longest;
-  for (SheetPlaces& found : sheet_places(springs, count)) {
-    if (longest && found.columns <= longest->columns) continue;
-    ListSheet sheet{.rows = found.rows, .columns = found.columns, .reach = 2, .place = std::move(found.of)};
-    if (auto swept = as_swept(scene, springs, std::move(sheet))) longest = std::move(swept);
-  }
-  return longest;
+  const auto places = sheet_places(springs, count);
+  if (!places) return std::nullopt;
+  const SheetPlaces other = turned(*places);
+  const bool is_longer = places->columns >= other.columns;
+  auto sheet = as_swept(scene, springs, is_longer ? *places : other);
+  return sheet ? sheet : as_swept(scene, springs, is_longer ? other : *places);
 }
 
 }  // namespace

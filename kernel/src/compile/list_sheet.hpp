@@ -1,5 +1,6 @@
 // A list of springs that is a sheet: its particles stand in rows, and each spring leads to one of the places where a grid's
-// springs lead. Sweeps walk it in strands, as they walk a grid, with numbers of each spring's own.
+// springs lead, or those across a side of two triangles. Sweeps walk it in strands, as they walk a grid, with numbers of each
+// spring's own.
 #pragma once
 
 #include <cstddef>

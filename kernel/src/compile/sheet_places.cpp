@@ -1,6 +1,8 @@
 #include "compile/sheet_places.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdlib>
 #include <optional>
 #include <utility>
@@ -15,31 +17,57 @@
 namespace dvdx {
 namespace {
 
-// Where springs lead from (row, column), besides to the right and below.
-struct Shape {
-  bool right_below, left_below, right2, below2;
+struct Way {
+  std::ptrdiff_t down, right;
+  bool operator==(const Way&) const = default;
+};
 
-  [[nodiscard]] bool has(std::ptrdiff_t down, std::ptrdiff_t right) const noexcept {
-    if (down == 0) return right == 1 || (right2 && right == 2);
-    if (down == 1) return right == 0 || (right_below && right == 1) || (left_below && right == -1);
-    return below2 && down == 2 && right == 0;
-  }
+// Where springs lead from each particle of a sheet.
+class Shape {
+ public:
+  explicit Shape(std::vector<Way> ways) : ways_(std::move(ways)) {}
+
+  [[nodiscard]] bool has(const Way& way) const noexcept { return std::find(ways_.begin(), ways_.end(), way) != ways_.end(); }
   [[nodiscard]] std::size_t springs(std::size_t rows, std::size_t columns) const noexcept {
-    const std::size_t diagonals = std::size_t{right_below} + std::size_t{left_below};
-    return rows * (columns - 1) + (rows - 1) * columns + diagonals * (rows - 1) * (columns - 1) +
-           std::size_t{right2} * rows * (columns - 2) + std::size_t{below2} * (rows - 2) * columns;
+    std::size_t count = 0;
+    for (const Way& way : ways_) {
+      const auto across = static_cast<std::size_t>(std::abs(way.right));
+      const auto down = static_cast<std::size_t>(way.down);
+      if (rows > down && columns > across) count += (rows - down) * (columns - across);
+    }
+    return count;
   }
   // Neighbours of the particle in the corner above on the left.
   [[nodiscard]] std::size_t at_corner() const noexcept {
-    return 2 + std::size_t{right_below} + std::size_t{right2} + std::size_t{below2};
+    return static_cast<std::size_t>(std::count_if(ways_.begin(), ways_.end(), [](const Way& way) { return way.right >= 0; }));
   }
-  // Of a place, in a row of so many columns: springs that end there.
-  [[nodiscard]] std::size_t before(std::size_t row, std::size_t column, std::size_t columns) const noexcept {
-    return std::size_t{column >= 1} + std::size_t{right2 && column >= 2} + std::size_t{row >= 1} +
-           std::size_t{right_below && row >= 1 && column >= 1} + std::size_t{left_below && row >= 1 && column + 1 < columns} +
-           std::size_t{below2 && row >= 2};
+  // Of a place, in rows of so many columns: springs that lead there.
+  [[nodiscard]] std::size_t leading_to(std::size_t row, std::size_t column, std::size_t columns) const noexcept {
+    const auto r = static_cast<std::ptrdiff_t>(row), c = static_cast<std::ptrdiff_t>(column);
+    return static_cast<std::size_t>(std::count_if(ways_.begin(), ways_.end(), [&](const Way& way) {
+      return r >= way.down && c >= way.right && c - way.right < static_cast<std::ptrdiff_t>(columns);
+    }));
   }
+
+ private:
+  std::vector<Way> ways_;
 };
+
+// Along rows and columns; with any of the diagonals; and with bends along rows, columns or both, or across the sides of triangles.
+std::vector<Shape> shapes() {
+  const std::array<std::vector<Way>, 4> diagonals{{{}, {{1, 1}}, {{1, -1}}, {{1, 1}, {1, -1}}}};
+  const std::array<std::vector<Way>, 6> bends{{{}, {{0, 2}}, {{2, 0}}, {{0, 2}, {2, 0}}, {{1, 2}, {2, 1}}, {{1, -2}, {2, -1}}}};
+  std::vector<Shape> all;
+  for (const std::vector<Way>& diagonal : diagonals) {
+    for (const std::vector<Way>& bend : bends) {
+      std::vector<Way> ways{{0, 1}, {1, 0}};
+      ways.insert(ways.end(), diagonal.begin(), diagonal.end());
+      ways.insert(ways.end(), bend.begin(), bend.end());
+      all.emplace_back(std::move(ways));
+    }
+  }
+  return all;
+}
 
 class Walk {
  public:
@@ -73,17 +101,18 @@ class Walk {
     at_.push_back(i);
   }
 
-  // It ends at a corner: the number of neighbours has fallen, and would rise again. Behind the first two it has no neighbour of
-  // the particle below the first.
+  // It ends at a corner: the number of neighbours has fallen, and would rise again. Springs lead from it to the particle below
+  // the first where the shape has them, and nowhere else.
   [[nodiscard]] bool walk_first_row(const Shape& shape, std::uint32_t below) {
-    const auto is_beside = [&](std::uint32_t i) {
-      const auto of = neighbours_.of(below);
-      return i == below || std::find(of.begin(), of.end(), i) != of.end();
+    const auto of_below = neighbours_.of(below);
+    const auto may_be = [&](std::uint32_t i) {
+      const bool is_beside = std::find(of_below.begin(), of_below.end(), i) != of_below.end();
+      return i != below && is_beside == shape.has({1, -static_cast<std::ptrdiff_t>(at_.size())});
     };
     while (true) {
       const std::size_t last = neighbours_.count(at_.back());
       const bool has_fallen = last < neighbours_.count(at_[at_.size() - 2]);
-      const auto next = next_from(shape, at_.back(), [&](std::uint32_t i) { return !is_beside(i); });
+      const auto next = next_from(shape, at_.back(), may_be);
       if (has_fallen && (!next || neighbours_.count(*next) > last)) return at_.size() >= 3;
       if (!next) return false;
       take(*next);
@@ -115,10 +144,10 @@ class Walk {
       if (place_[j] == nowhere) continue;
       const auto down = static_cast<std::ptrdiff_t>(row - place_[j] / columns_);
       const auto right = static_cast<std::ptrdiff_t>(column) - static_cast<std::ptrdiff_t>(place_[j] % columns_);
-      if (!shape.has(down, right)) return false;
+      if (!shape.has({down, right})) return false;
       ++found;
     }
-    return found == shape.before(row, column, columns_);
+    return found == shape.leading_to(row, column, columns_);
   }
 
   const Neighbours& neighbours_;
@@ -137,25 +166,30 @@ std::uint32_t fewest_neighbours(const Neighbours& neighbours, std::size_t count)
 
 }  // namespace
 
-std::vector<SheetPlaces> sheet_places(std::span<const JoinedPair> springs, std::size_t count) {
-  constexpr std::size_t most_at_corner = 5;
-  std::vector<SheetPlaces> found;
-  if (count < 9) return found;
+std::optional<SheetPlaces> sheet_places(std::span<const JoinedPair> springs, std::size_t count) {
+  constexpr std::size_t least = 9;
+  if (count < least) return std::nullopt;
   const Neighbours neighbours(springs, count);
   const std::uint32_t corner = fewest_neighbours(neighbours, count);
-  if (neighbours.count(corner) > most_at_corner) return found;
   Walk walk(neighbours, count);
-  for (unsigned kinds = 0; kinds < 16; ++kinds) {
-    const Shape shape{(kinds & 1) != 0, (kinds & 2) != 0, (kinds & 4) != 0, (kinds & 8) != 0};
+  for (const Shape& shape : shapes()) {
     if (shape.at_corner() != neighbours.count(corner)) continue;
     for (const std::uint32_t right : neighbours.of(corner)) {
       for (const std::uint32_t below : neighbours.of(corner)) {
         if (below == right) continue;
-        if (auto sheet = walk(shape, corner, right, below, springs.size())) found.push_back(std::move(*sheet));
+        if (auto sheet = walk(shape, corner, right, below, springs.size())) return sheet;
       }
     }
   }
-  return found;
+  return std::nullopt;
+}
+
+SheetPlaces turned(const SheetPlaces& sheet) {
+  SheetPlaces other{.rows = sheet.columns, .columns = sheet.rows, .of = sheet.of};
+  for (std::uint32_t& place : other.of) {
+    place = static_cast<std::uint32_t>(place % sheet.columns * sheet.rows + place / sheet.columns);
+  }
+  return other;
 }
 
 }  // namespace dvdx
