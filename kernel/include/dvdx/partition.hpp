@@ -46,11 +46,10 @@ struct Part {
 [[nodiscard]] DVDX_EXPORT std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows);
 
 // The rows of a list that `sequential` walks as a sheet, as it walks a grid: three rows or more of at least 16 particles (32 where
-// springs lead two rows or columns); springs that lead where a grid's lead, or from corner to corner across a side of two triangles,
-// no pair joined twice. Particles stand in rows as they
-// are numbered, and more than half of these places are filled; or they are numbered in any order, and no spring is lacking. The
-// grid has rows, columns, and a bend that is not 0 where springs lead two rows or columns; nothing else in it means anything.
-// None of other scenes.
+// springs lead two rows or columns); springs that lead where a grid's lead, or across a side of two triangles from corner to
+// corner, no pair joined twice. Particles stand in rows as they are numbered, and more than half of these places are filled; or
+// they are numbered in any order, and springs of each kind that there is are everywhere. The grid has rows, columns, and a bend
+// that is not 0 where springs lead two rows or columns; nothing else in it means anything. None of other scenes.
 [[nodiscard]] DVDX_EXPORT std::optional<Grid> swept_rows(const Scene& scene, std::size_t count);
 
 // Rows of a sheet that one part must have together: of `sequential` two bands, which its sweeps take one after the other; of
