@@ -21,13 +21,16 @@ using test::Batch;
 using test::Joined;
 using test::Layout;
 
-// Sweeps that carry on what the springs did, of a grid and of a list.
+// Sweeps that carry on what the springs did, of a grid and of lists: in colours, and as a sheet whose particles have any numbers.
 std::vector<Joined> sweeps() {
   std::vector<Joined> scenes;
   Joined grid = test::sheet(9, 14, 50, 0.001);
   grid.scene.coupling = {.scheme = Scheme::sequential};
   scenes.push_back(grid);
   scenes.push_back(test::as_list(grid));
+  Joined wide = test::sheet(9, 35, 50, 0.001);
+  wide.scene.coupling = {.scheme = Scheme::sequential};
+  scenes.push_back(test::in_order(test::as_list(wide), test::shuffled(wide.x.size())));
   return scenes;
 }
 

@@ -488,6 +488,33 @@ TEST_CASE_TEMPLATE(
   }
 }
 
+TEST_CASE("report: events tell of particles by the caller's numbers, in whichever order sweeps walk them") {
+  Joined sheet = test::as_list(test::sheet(12, 37, 30));
+  sheet.scene.coupling = {.scheme = Scheme::sequential, .substeps = 2};
+  sheet.scene.add(Sphere{.center = {0.5, -0.12, 0.5}, .radius = 0.1, .friction = 0.5});
+  const std::vector<std::uint32_t> place = test::shuffled_behind_first(sheet.x.size());
+  const auto events = [](const Joined& joined) {
+    std::vector<std::array<Vec3, 2>> start;
+    for (std::size_t i = 0; i < joined.x.size(); ++i) start.push_back({joined.x[i], joined.v[i]});
+    const Reported<double> run(joined.scene, start, 60, h, 1 << 16);
+    return std::vector<ContactEvent>(run.report.events().begin(), run.report.events().end());
+  };
+  std::vector<ContactEvent> expected = events(sheet);
+  CHECK(expected.size() > 100);
+  for (ContactEvent& event : expected) event.particle = place[event.particle];
+  std::sort(expected.begin(), expected.end(), [](const ContactEvent& a, const ContactEvent& b) {
+    return std::tie(a.step, a.particle, a.time) < std::tie(b.step, b.particle, b.time);
+  });
+  const std::vector<ContactEvent> found = events(test::in_order(sheet, place));
+  REQUIRE(found.size() == expected.size());
+  for (std::size_t n = 0; n < found.size(); ++n) {
+    CHECK(found[n].particle == expected[n].particle);
+    CHECK(found[n].time == expected[n].time);
+    CHECK(found[n].x == expected[n].x);
+    CHECK(found[n].impulse == expected[n].impulse);
+  }
+}
+
 TEST_CASE_TEMPLATE("report: of particles that come and go", T, float, double) {
   Scene scene = falling(0.01);
   scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.4});

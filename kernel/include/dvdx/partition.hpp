@@ -49,14 +49,15 @@ struct Part {
 // springs lead two rows or columns); springs that lead where a grid's lead, or across a side of two triangles from corner to
 // corner, no pair joined twice. Particles stand in rows as they are numbered, and more than half of these places are filled; or
 // they are numbered in any order, and springs of each kind that there is are everywhere. The grid has rows, columns, and a bend
-// that is not 0 where springs lead two rows or columns; nothing else in it means anything. None of other scenes.
+// that is not 0 where springs lead two rows or columns; nothing else in it means anything. None of other scenes. Which particles
+// stand in a row stripes() alone knows.
 [[nodiscard]] DVDX_EXPORT std::optional<Grid> swept_rows(const Scene& scene, std::size_t count);
 
 // Rows of a sheet that one part must have together: of `sequential` two bands, which its sweeps take one after the other; of
 // other schemes 1.
 [[nodiscard]] DVDX_EXPORT std::size_t rows_kept_together(const Scene& scene, const Grid& sheet);
 
-// What a part holds of the rows of the part above it (of lesser numbers) and of the one below it, so that its own are right
+// What a part holds of the rows of the part above it (of lesser rows) and of the one below it, so that its own are right
 // after so many pulses or, of `sequential`, a sub-step.
 struct RowsHeld {
   std::uint64_t above = 0, below = 0;

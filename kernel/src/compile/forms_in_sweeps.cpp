@@ -234,7 +234,7 @@ std::vector<std::uint32_t> springs_in_strands(const NetworkInput& in, const Stra
   std::vector<std::uint32_t> spring_at(form.springs, no_spring);
   for (const Strand& strand : form.strands) {
     for (std::size_t k = 0; k < strand.count; ++k) {
-      const auto [a, b] = std::minmax(particle_of[strand.a + k], particle_of[strand.b + k]);
+      const auto [a, b] = std::minmax({particle_of[strand.a + k], particle_of[strand.b + k]});
       for (std::uint32_t s = first_of[a]; s < first_of[a + 1]; ++s) {
         if (in.springs[s].b == b) spring_at[strand.springs + k] = s;
       }

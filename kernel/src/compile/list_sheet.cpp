@@ -32,7 +32,7 @@ constexpr std::array<GridDirection, 10> directions{{{.down = 0, .right = 1},
 
 bool is_bend(const GridDirection& d) noexcept { return d.down == 2 || std::abs(d.right) == 2; }
 
-// Which direction a spring has, or none; the lesser end first. In rows of fewer than 5 some lead equally far.
+// Which direction a spring has, or none. In rows of fewer than 5 some lead equally far.
 std::optional<std::size_t> direction_of(const JoinedPair& s, const ListSheet& sheet) noexcept {
   const auto [a, b] = std::minmax({sheet.place_of(s.a), sheet.place_of(s.b)});
   const std::size_t columns = sheet.columns;
@@ -119,40 +119,57 @@ std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, co
 
 namespace {
 
-// Its reach as its springs need it.
-std::optional<ListSheet> as_swept(const Scene& scene, std::span<const JoinedPair> springs, ListSheet sheet) {
-  const std::vector<GridDirection> its = directions_of(springs, sheet);
-  if (std::none_of(its.begin(), its.end(), is_bend)) sheet.reach = 1;
-  const bool is_dense = 2 * springs.size() > room_for(its, sheet);
-  return is_dense && is_worth(sheet) && meets_air_in_rows(scene, sheet) ? std::optional(std::move(sheet)) : std::nullopt;
-}
-
-std::optional<ListSheet> as_swept(const Scene& scene, std::span<const JoinedPair> springs, const SheetPlaces& places) {
-  return as_swept(scene, springs, ListSheet{.rows = places.rows, .columns = places.columns, .reach = 2, .place = places.of});
-}
-
-// Its longer side for rows, if it can be.
-std::optional<ListSheet> shuffled_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
-  if (has_doubles(springs)) return std::nullopt;
-  const auto places = sheet_places(springs, count);
-  if (!places) return std::nullopt;
-  const SheetPlaces other = turned(*places);
-  const bool is_longer = places->columns >= other.columns;
-  auto sheet = as_swept(scene, springs, is_longer ? *places : other);
-  return sheet ? sheet : as_swept(scene, springs, is_longer ? other : *places);
-}
-
-}  // namespace
-
-std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
+// The rows that particles stand in as they are numbered, if each spring leads where one of a sheet may.
+std::optional<ListSheet> numbered_sheet(std::span<const JoinedPair> springs, std::size_t count) {
   for (const std::size_t apart : distances(springs)) {
     for (const std::size_t columns : {apart - 1, apart, apart + 1}) {  // a diagonal, a column, the other diagonal
       if (columns < least_line || count % columns != 0 || count / columns < 3) continue;
       ListSheet sheet{.rows = count / columns, .columns = columns, .reach = 2};
-      if (fits(springs, sheet)) return as_swept(scene, springs, std::move(sheet));
+      if (fits(springs, sheet)) return sheet;
     }
   }
-  return shuffled_sheet(scene, springs, count);
+  return std::nullopt;
+}
+
+std::optional<ListSheet> shuffled_sheet(std::span<const JoinedPair> springs, std::size_t count) {
+  if (has_doubles(springs)) return std::nullopt;
+  auto places = sheet_places(springs, count);
+  if (!places) return std::nullopt;
+  return ListSheet{.rows = places->rows, .columns = places->columns, .reach = 2, .place = std::move(places->of)};
+}
+
+// The same, its columns taken for rows.
+ListSheet turned(const ListSheet& sheet) {
+  ListSheet other{.rows = sheet.columns, .columns = sheet.rows, .reach = sheet.reach};
+  other.place.resize(sheet.rows * sheet.columns);
+  for (std::size_t i = 0; i < other.place.size(); ++i) {
+    const std::size_t place = sheet.place_of(i);
+    other.place[i] = static_cast<std::uint32_t>(place % sheet.columns * sheet.rows + place / sheet.columns);
+  }
+  return other;
+}
+
+// None where sweeps would not gain by its rows. Its reach is what its springs need.
+std::optional<ListSheet> as_swept(const Scene& scene, std::span<const JoinedPair> springs, ListSheet sheet) {
+  const std::vector<GridDirection> its = directions_of(springs, sheet);
+  if (std::none_of(its.begin(), its.end(), is_bend)) sheet.reach = 1;
+  const bool is_dense = 2 * springs.size() > room_for(its, sheet);
+  if (!is_dense || !is_worth(sheet) || !meets_air_in_rows(scene, sheet)) return std::nullopt;
+  return sheet;
+}
+
+}  // namespace
+
+// Rows as they are numbered, or the longer side; or else the other.
+std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
+  auto sheet = numbered_sheet(springs, count);
+  if (!sheet) {
+    sheet = shuffled_sheet(springs, count);
+    if (sheet && sheet->columns < sheet->rows) sheet = turned(*sheet);
+  }
+  if (!sheet) return std::nullopt;
+  auto swept = as_swept(scene, springs, *sheet);
+  return swept ? std::move(swept) : as_swept(scene, springs, turned(*sheet));
 }
 
 }  // namespace dvdx

@@ -105,12 +105,7 @@ double spread(std::span<const JoinedPair> springs, std::span<const std::uint32_t
 
 void fill_places(ParticleOrder& order, std::size_t count) {
   order.of.resize(count);
-  for (const ParticleSpan& run : order.spans) {
-    for (std::size_t k = 0; k < run.count; ++k) {
-      const std::size_t at = run.particle + k * run.every;
-      order.of[order.is_listed() ? order.particles[at] : at] = static_cast<std::uint32_t>(run.element + k);
-    }
-  }
+  order.for_each([&](std::size_t element, std::size_t particle) { order.of[particle] = static_cast<std::uint32_t>(element); });
 }
 
 constexpr std::size_t run_length = 4096;  // particles that a thread copies at a time
@@ -320,8 +315,7 @@ std::optional<std::size_t> ParticleOrder::particle_at(std::size_t element) const
   if (span == spans.begin()) return std::nullopt;
   --span;
   if (element - span->element >= span->count) return std::nullopt;
-  const std::size_t at = span->particle + (element - span->element) * span->every;
-  return is_listed() ? particles[at] : at;
+  return particle_of(*span, element - span->element);
 }
 
 std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene) {

@@ -106,6 +106,18 @@ struct ParticleOrder {
   [[nodiscard]] std::span<const std::uint32_t> listed(const ParticleSpan& span) const noexcept {
     return std::span(particles).subspan(span.particle, span.count);
   }
+  // Calls use(element, particle) for each particle, in the order of the elements.
+  template <class Use>
+  void for_each(const Use& use) const {
+    for (const ParticleSpan& span : spans) {
+      for (std::size_t k = 0; k < span.count; ++k) use(span.element + k, particle_of(span, k));
+    }
+  }
+  // The k-th of a span.
+  [[nodiscard]] std::size_t particle_of(const ParticleSpan& span, std::size_t k) const noexcept {
+    const std::size_t at = span.particle + k * span.every;
+    return is_listed() ? particles[at] : at;
+  }
   // None at an element between spans.
   [[nodiscard]] std::optional<std::size_t> particle_at(std::size_t element) const noexcept;
 };

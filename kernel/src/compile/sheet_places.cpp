@@ -9,10 +9,11 @@
 
 #include "compile/neighbours.hpp"
 
-// A corner, and the particles to the right of it and below, decide all others: the first row goes on along the sheet's edge, where
-// particles have fewest neighbours, to the next corner; and each place behind it is taken by the only particle whose neighbours
-// among those that have a place already stand where springs that end at this place begin. What is found is a sheet: the last row
-// is full, and the springs are as many as such a sheet has.
+// How many columns a sheet of a shape has follows from its particles and springs. A corner, and the particles to the right of it and
+// below, then decide all others: each next place is taken by a neighbour of the one before (in the first row) or above, whose
+// neighbours among those that have a place already stand just where springs that lead to this place begin. Of several it is the
+// one of fewest neighbours, nearest to the sheet's edge; nothing is taken back. So what is found is a sheet, and a sheet may not be
+// found.
 
 namespace dvdx {
 namespace {
@@ -76,23 +77,19 @@ class Walk {
   Walk(const Neighbours& neighbours, std::size_t count) : neighbours_(neighbours), place_(count, nowhere) {}
 
   // None where this is no sheet of such a shape.
-  [[nodiscard]] std::optional<SheetPlaces> operator()(const Shape& shape, std::uint32_t corner, std::uint32_t right,
-                                                      std::uint32_t below, std::size_t springs) {
+  [[nodiscard]] std::optional<SheetPlaces> operator()(const Shape& shape, std::size_t columns, std::uint32_t corner,
+                                                      std::uint32_t right, std::uint32_t below) {
     for (const std::uint32_t i : at_) place_[i] = nowhere;
     at_.clear();
+    columns_ = columns;
     take(corner);
     take(right);
-    columns_ = place_.size();  // as many at the most
-    if (!walk_first_row(shape, below)) return std::nullopt;
-    columns_ = at_.size();
-    const std::size_t rows = place_.size() / columns_;
-    if (place_.size() % columns_ != 0 || rows < 3 || shape.springs(rows, columns_) != springs) return std::nullopt;
-    if (!fits(shape, below, 1, 0)) return std::nullopt;
+    if (!walk_first_row(shape, below) || !fits(shape, below, 1, 0)) return std::nullopt;
     take(below);
     while (at_.size() < place_.size()) {
-      if (!take_next(shape, at_[at_.size() - columns_])) return std::nullopt;
+      if (!take_next(shape, at_[at_.size() - columns_], [](std::uint32_t) { return true; })) return std::nullopt;
     }
-    return SheetPlaces{rows, columns_, place_};
+    return SheetPlaces{place_.size() / columns_, columns_, place_};
   }
 
  private:
@@ -101,33 +98,22 @@ class Walk {
     at_.push_back(i);
   }
 
-  // It ends at a corner: the number of neighbours has fallen, and would rise again. Springs lead from it to the particle below
-  // the first where the shape has them, and nowhere else.
+  // Springs lead from it to the particle below the first where the shape has them, and nowhere else.
   [[nodiscard]] bool walk_first_row(const Shape& shape, std::uint32_t below) {
     const auto of_below = neighbours_.of(below);
     const auto may_be = [&](std::uint32_t i) {
-      const bool is_beside = std::find(of_below.begin(), of_below.end(), i) != of_below.end();
+      const bool is_beside = std::binary_search(of_below.begin(), of_below.end(), i);
       return i != below && is_beside == shape.has({1, -static_cast<std::ptrdiff_t>(at_.size())});
     };
-    while (true) {
-      const std::size_t last = neighbours_.count(at_.back());
-      const bool has_fallen = last < neighbours_.count(at_[at_.size() - 2]);
-      const auto next = next_from(shape, at_.back(), may_be);
-      if (has_fallen && (!next || neighbours_.count(*next) > last)) return at_.size() >= 3;
-      if (!next) return false;
-      take(*next);
+    while (at_.size() < columns_) {
+      if (!take_next(shape, at_.back(), may_be)) return false;
     }
+    return true;
   }
 
-  [[nodiscard]] bool take_next(const Shape& shape, std::uint32_t above) {
-    const auto next = next_from(shape, above, [](std::uint32_t) { return true; });
-    if (next) take(*next);
-    return next.has_value();
-  }
-
-  // Of a particle's neighbours the one that fits the next place; of several the one of fewest neighbours, nearest to the edge.
+  // From one of a particle's neighbours.
   template <class MayBe>
-  [[nodiscard]] std::optional<std::uint32_t> next_from(const Shape& shape, std::uint32_t particle, const MayBe& may_be) const {
+  [[nodiscard]] bool take_next(const Shape& shape, std::uint32_t particle, const MayBe& may_be) {
     const std::size_t row = at_.size() / columns_;
     const std::size_t column = at_.size() % columns_;
     std::optional<std::uint32_t> best;
@@ -135,7 +121,8 @@ class Walk {
       if (place_[i] != nowhere || !fits(shape, i, row, column) || !may_be(i)) continue;
       if (!best || neighbours_.count(i) < neighbours_.count(*best)) best = i;
     }
-    return best;
+    if (best) take(*best);
+    return best.has_value();
   }
 
   [[nodiscard]] bool fits(const Shape& shape, std::uint32_t i, std::size_t row, std::size_t column) const {
@@ -167,29 +154,24 @@ std::uint32_t fewest_neighbours(const Neighbours& neighbours, std::size_t count)
 }  // namespace
 
 std::optional<SheetPlaces> sheet_places(std::span<const JoinedPair> springs, std::size_t count) {
-  constexpr std::size_t least = 9;
-  if (count < least) return std::nullopt;
+  constexpr std::size_t least = 3;  // rows and columns
+  if (count < least * least) return std::nullopt;
   const Neighbours neighbours(springs, count);
   const std::uint32_t corner = fewest_neighbours(neighbours, count);
   Walk walk(neighbours, count);
   for (const Shape& shape : shapes()) {
     if (shape.at_corner() != neighbours.count(corner)) continue;
-    for (const std::uint32_t right : neighbours.of(corner)) {
-      for (const std::uint32_t below : neighbours.of(corner)) {
-        if (below == right) continue;
-        if (auto sheet = walk(shape, corner, right, below, springs.size())) return sheet;
+    for (std::size_t columns = least; columns <= count / least; ++columns) {
+      if (count % columns != 0 || shape.springs(count / columns, columns) != springs.size()) continue;
+      for (const std::uint32_t right : neighbours.of(corner)) {
+        for (const std::uint32_t below : neighbours.of(corner)) {
+          if (below == right) continue;
+          if (auto sheet = walk(shape, columns, corner, right, below)) return sheet;
+        }
       }
     }
   }
   return std::nullopt;
-}
-
-SheetPlaces turned(const SheetPlaces& sheet) {
-  SheetPlaces other{.rows = sheet.columns, .columns = sheet.rows, .of = sheet.of};
-  for (std::uint32_t& place : other.of) {
-    place = static_cast<std::uint32_t>(place % sheet.columns * sheet.rows + place / sheet.columns);
-  }
-  return other;
 }
 
 }  // namespace dvdx

@@ -43,17 +43,6 @@ class NumbersIn {
   bool is_right_ = true;
 };
 
-// Calls use(element, particle) for each particle.
-template <class Use>
-void for_each_particle(const ParticleOrder& order, const Use& use) {
-  for (const ParticleSpan& span : order.spans) {
-    for (std::size_t k = 0; k < span.count; ++k) {
-      const std::size_t at = span.particle + k * span.every;
-      use(span.element + k, order.is_listed() ? order.particles[at] : at);
-    }
-  }
-}
-
 // What is driven, in the order in which both ways pass it.
 template <class Archive, class A>
 void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vector<DrivenPlaces>& groups,
@@ -73,7 +62,7 @@ std::vector<double> carried_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>
   out(remembers);
   if (remembers) {
     std::vector<double> accelerations(3 * state.count);
-    for_each_particle(joined->joints().order, [&](std::size_t element, std::size_t particle) {
+    joined->joints().order.for_each([&](std::size_t element, std::size_t particle) {
       for (std::size_t axis = 0; axis < 3; ++axis) accelerations[3 * particle + axis] = static_cast<double>(a[axis][element]);
     });
     out.numbers.insert(out.numbers.end(), accelerations.begin(), accelerations.end());
@@ -115,7 +104,7 @@ Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* wor
   workspace->forget();
   if (!remembers) return {};
   for (A* const column : a) std::fill_n(column, joined->joints().order.size, A(0));
-  for_each_particle(joined->joints().order, [&](std::size_t element, std::size_t particle) {
+  joined->joints().order.for_each([&](std::size_t element, std::size_t particle) {
     for (std::size_t axis = 0; axis < 3; ++axis) a[axis][element] = static_cast<A>(accelerations[3 * particle + axis]);
   });
   workspace->remember(state.x[0].base, state.clock);

@@ -240,7 +240,7 @@ class JoinedStep {
   [[nodiscard]] bool is_relative() const noexcept { return ws_.origin[0] != nullptr; }
   T* position(std::size_t axis) noexcept { return is_relative() ? ws_.origin[axis] : work_.x[axis]; }
 
-  // All rows, a task's at once. Of an order that is not a sheet's each span is a row.
+  // All rows, a task's at once; of an order that lists its particles none. Of one that is no sheet's each span is a row.
   template <class Use>
   void for_some_rows(const Use& use) const noexcept {
     const ParticleOrder& order = joints_.order;
@@ -249,7 +249,7 @@ class JoinedStep {
     const std::size_t rows = order.pitch != 0 ? order.size / (order.phases * order.pitch) : spans.size();
     if (rows == 0) return;
     const std::size_t each = spans.size() / rows;
-    const std::size_t tasks = tasks_of_rows(rows);
+    const std::size_t tasks = tasks_of_copies(rows);
     for_each_task(parallel_, tasks, [&](std::size_t task) {
       const std::size_t first = rows * task / tasks;
       use({spans.subspan(first * each, (rows * (task + 1) / tasks - first) * each), each});
@@ -271,7 +271,7 @@ class JoinedStep {
     const ParticleOrder& order = joints_.order;
     if (!order.is_listed()) return;
     const std::size_t runs = order.spans.size();
-    const std::size_t tasks = tasks_of_rows(runs);
+    const std::size_t tasks = tasks_of_copies(runs);
     for_each_task(parallel_, tasks, [&](std::size_t task) {
       for (std::size_t n = runs * task / tasks; n < runs * (task + 1) / tasks; ++n) {
         use(order.listed(order.spans[n]), order.spans[n].element);
@@ -279,8 +279,8 @@ class JoinedStep {
     });
   }
 
-  [[nodiscard]] std::size_t tasks_of_rows(std::size_t rows) const noexcept {
-    return parallel_.run != nullptr ? std::min<std::size_t>(rows, 64) : 1;
+  [[nodiscard]] std::size_t tasks_of_copies(std::size_t pieces) const noexcept {
+    return parallel_.run != nullptr ? std::min<std::size_t>(pieces, 64) : 1;
   }
 
   [[nodiscard]] bool is_kinematic(const Held<T>& held) const noexcept {

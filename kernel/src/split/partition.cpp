@@ -78,11 +78,6 @@ class WholeRows {
   std::vector<std::uint32_t> place_, at_;  // empty where particles stand as they are numbered
 };
 
-// Others are cut by pieces.
-bool is_swept_by_pieces(const Scene& scene, std::size_t count) {
-  return is_swept_list(scene, count) && !swept_sheet(scene, count);
-}
-
 // Where each particle of what is no sheet stands among those whose springs are summed: as compile/joints.cpp orders the whole
 // scene.
 std::vector<std::uint32_t> places(const Scene& scene, std::size_t count) {
@@ -299,7 +294,8 @@ std::vector<Pair> joined(const Scene& scene, std::size_t count) {
 }
 
 std::uint32_t tellings_of_sweeps(const Scene& scene, std::size_t count) {
-  if (!is_swept_by_pieces(scene, count)) return WholeRows::of(scene, count) ? 1 : 0;
+  if (WholeRows::of(scene, count)) return 1;
+  if (!is_swept_list(scene, count)) return 0;
   const std::uint32_t colours = WholeSweeps(scene, count).colours;
   const bool is_symmetric = scene.coupling.sweeps == SweepOrder::symmetric;
   return (colours == 0 ? 0 : colours - 1) + 1 + (is_symmetric ? colours : 0);

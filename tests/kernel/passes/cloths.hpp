@@ -1,9 +1,11 @@
 // Scenes whose particles are joined, and their starts.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -78,6 +80,57 @@ inline Joined with_spring_across(Joined list) {
   springs.rest_length = Scalars(std::move(l));
   list.name += ", a spring across";
   return list;
+}
+
+// Where each particle of a batch goes.
+inline std::vector<std::uint32_t> shuffled(std::size_t count) {
+  std::vector<std::uint32_t> place(count);
+  std::iota(place.begin(), place.end(), 0U);
+  for (std::size_t i = count; i-- > 1;) {
+    std::swap(place[i], place[static_cast<std::size_t>(0.5 * (1 + scatter(i, 7)) * static_cast<double>(i))]);
+  }
+  return place;
+}
+
+// A list of springs with its particles in another order.
+inline Joined in_order(const Joined& list, const std::vector<std::uint32_t>& place) {
+  Joined moved = list;
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    moved.x[place[i]] = list.x[i];
+    moved.v[place[i]] = list.v[i];
+  }
+  for (std::size_t& i : moved.scene.fixed) i = place[i];
+  std::sort(moved.scene.fixed.begin(), moved.scene.fixed.end());
+  for (auto& [a, b] : std::get<Springs>(moved.scene.networks[0]).pairs) {
+    a = place[a];
+    b = place[b];
+  }
+  for (auto& [a, b] : std::get<Springs>(moved.scene.networks[0]).broken) {
+    a = place[a];
+    b = place[b];
+  }
+  if (!list.scene.mass.is_uniform()) {
+    for (std::size_t i = 0; i < place.size(); ++i) moved.scene.mass.set(place[i], list.scene.mass[i]);
+  }
+  moved.name += ", shuffled";
+  return moved;
+}
+
+// Places in another order but for the first particle's: a walk begins at the corner of least number.
+inline std::vector<std::uint32_t> shuffled_behind_first(std::size_t count) {
+  std::vector<std::uint32_t> place = shuffled(count);
+  std::swap(place[0], *std::find(place.begin(), place.end(), 0U));
+  return place;
+}
+
+// What stands at each place of a batch whose particles have moved there.
+template <class T>
+std::vector<T> in_order(const std::vector<T>& numbers, const std::vector<std::uint32_t>& place) {
+  std::vector<T> moved(numbers.size());
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    for (std::size_t k = 0; k < 6; ++k) moved[6 * place[i] + k] = numbers[6 * i + k];
+  }
+  return moved;
 }
 
 }  // namespace dvdx::test

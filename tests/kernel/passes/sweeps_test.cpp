@@ -19,47 +19,16 @@
 namespace {
 
 using namespace dvdx;
+using test::in_order;
 using test::Joined;
 using test::Run;
+using test::shuffled;
+using test::shuffled_behind_first;
 using test::stepped;
 
 constexpr Coupling alpha{.scheme = Scheme::sequential, .substeps = 3};
 constexpr Coupling middle{.scheme = Scheme::sequential, .substeps = 2, .theta = 0.5};
 constexpr Coupling dynamics{.scheme = Scheme::sequential, .substeps = 2, .theta = 1, .sweeps = SweepOrder::forward};
-
-// Where each particle of a batch goes.
-std::vector<std::uint32_t> shuffled(std::size_t count) {
-  std::vector<std::uint32_t> place(count);
-  std::iota(place.begin(), place.end(), 0U);
-  for (std::size_t i = count; i-- > 1;) {
-    std::swap(place[i], place[static_cast<std::size_t>(0.5 * (1 + test::scatter(i, 7)) * static_cast<double>(i))]);
-  }
-  return place;
-}
-
-// A list of springs with its particles in another order.
-Joined in_order(const Joined& list, const std::vector<std::uint32_t>& place) {
-  Joined moved = list;
-  for (std::size_t i = 0; i < place.size(); ++i) {
-    moved.x[place[i]] = list.x[i];
-    moved.v[place[i]] = list.v[i];
-  }
-  for (std::size_t& i : moved.scene.fixed) i = place[i];
-  std::sort(moved.scene.fixed.begin(), moved.scene.fixed.end());
-  for (auto& [a, b] : std::get<Springs>(moved.scene.networks[0]).pairs) {
-    a = place[a];
-    b = place[b];
-  }
-  for (auto& [a, b] : std::get<Springs>(moved.scene.networks[0]).broken) {
-    a = place[a];
-    b = place[b];
-  }
-  if (!list.scene.mass.is_uniform()) {
-    for (std::size_t i = 0; i < place.size(); ++i) moved.scene.mass.set(place[i], list.scene.mass[i]);
-  }
-  moved.name += ", shuffled";
-  return moved;
-}
 
 // More than one piece, and some springs from each to the next. It is no sheet.
 Joined large(double damping) {
@@ -68,16 +37,6 @@ Joined large(double damping) {
   for (std::size_t i = 0; i < list.x.size(); ++i) masses.push_back(0.3 / 4757 * (1.5 + test::scatter(i, 6)));
   list.scene.mass = Scalars(masses);
   return in_order(list, shuffled(list.x.size()));
-}
-
-// What stands at each place of a batch whose particles have moved there.
-template <class T>
-std::vector<T> in_order(const std::vector<T>& numbers, const std::vector<std::uint32_t>& place) {
-  std::vector<T> moved(numbers.size());
-  for (std::size_t i = 0; i < place.size(); ++i) {
-    for (std::size_t k = 0; k < 6; ++k) moved[6 * place[i] + k] = numbers[6 * i + k];
-  }
-  return moved;
 }
 
 template <class T>
@@ -239,13 +198,6 @@ Joined triangles(std::size_t rows, std::size_t columns, double damping) {
   return joined;
 }
 
-// Places in another order but for the first particle's: a walk begins at the corner of least number.
-std::vector<std::uint32_t> shuffled_behind_first(std::size_t count) {
-  std::vector<std::uint32_t> place = shuffled(count);
-  std::swap(place[0], *std::find(place.begin(), place.end(), 0U));
-  return place;
-}
-
 }  // namespace
 
 // Along the longer side. Where one diagonal is lacking other corners have fewer neighbours.
@@ -330,7 +282,9 @@ TEST_CASE(
     "order") {
   for (const double damping : {0.0, 1e-4}) {
     const Joined list = triangles(11, 35, damping);
-    for (const Joined& joined : {list, in_order(list, shuffled(list.x.size()))}) {
+    const Joined few_rows = triangles(3, 35, damping);
+    for (const Joined& joined :
+         {list, in_order(list, shuffled(list.x.size())), in_order(few_rows, shuffled(few_rows.x.size()))}) {
       CHECK(is_swept_as_sheet(joined));
       for (const Coupling& coupling : {alpha, middle, dynamics}) {
         check_bits<float>(joined, coupling, Arithmetic::separate);
@@ -341,7 +295,7 @@ TEST_CASE(
 }
 
 TEST_CASE("sweeps: sheets of any shape are found whatever their particles' numbers, and give the scalar reference's bits") {
-  for (const Joined& sheet : {bent_sheet(34, 21), bent_sheet(33, 33), bent_sheet(6, 32)}) {
+  for (const Joined& sheet : {bent_sheet(34, 21), bent_sheet(33, 33), bent_sheet(3, 32)}) {
     std::vector<Joined> lists{test::as_list(sheet)};
     for (const auto is_left_out : {leads_left, leads_right, leads_across, leads_two, leads_down_two, leads_right_two}) {
       lists.push_back(without(sheet, "some springs", is_left_out));
@@ -361,11 +315,13 @@ TEST_CASE("sweeps: which lists are walked as sheets") {
   std::get<Grid>(bent.scene.networks[0]).bend = 5;
   CHECK(is_swept_as_sheet(test::as_list(bent)));
 
-  CHECK_FALSE(is_swept_as_sheet(test::as_list(test::sheet(20, 15, 50))));  // short lines
+  CHECK(is_swept_as_sheet(test::as_list(test::sheet(20, 15, 50))));        // by its columns
+  CHECK_FALSE(is_swept_as_sheet(test::as_list(test::sheet(15, 15, 50))));  // short lines
   Joined narrow = test::sheet(5, 31, 50);
   std::get<Grid>(narrow.scene.networks[0]).bend = 5;
   CHECK_FALSE(is_swept_as_sheet(test::as_list(narrow)));
-  CHECK_FALSE(is_swept_as_sheet(test::as_list(test::sheet(8, 2100, 50))));  // two bands of 4 rows
+  CHECK_FALSE(is_swept_as_sheet(test::as_list(test::sheet(8, 2100, 50))));  // two bands of 4 rows, and columns of 8
+  CHECK(is_swept_as_sheet(test::as_list(test::sheet(17, 1000, 50))));       // four bands: by its columns
   CHECK(is_swept_as_sheet(test::as_list(test::sheet(32, 525, 50))));
   Joined in_air = test::sheet(9, 20, 50);
   std::get<Grid>(in_air.scene.networks[0]).aerodynamics = Aerodynamics{};
