@@ -84,10 +84,13 @@ class Walk {
     columns_ = columns;
     take(corner);
     take(right);
-    if (!walk_first_row(shape, below) || !fits(shape, below, 1, 0)) return std::nullopt;
+    while (at_.size() < columns_) {
+      if (!take_next(shape, at_.back(), below)) return std::nullopt;
+    }
+    if (!fits(shape, below, 1, 0)) return std::nullopt;
     take(below);
     while (at_.size() < place_.size()) {
-      if (!take_next(shape, at_[at_.size() - columns_], [](std::uint32_t) { return true; })) return std::nullopt;
+      if (!take_next(shape, at_[at_.size() - columns_], nowhere)) return std::nullopt;
     }
     return SheetPlaces{place_.size() / columns_, columns_, place_};
   }
@@ -98,27 +101,13 @@ class Walk {
     at_.push_back(i);
   }
 
-  // Springs lead from it to the particle below the first where the shape has them, and nowhere else.
-  [[nodiscard]] bool walk_first_row(const Shape& shape, std::uint32_t below) {
-    const auto of_below = neighbours_.of(below);
-    const auto may_be = [&](std::uint32_t i) {
-      const bool is_beside = std::binary_search(of_below.begin(), of_below.end(), i);
-      return i != below && is_beside == shape.has({1, -static_cast<std::ptrdiff_t>(at_.size())});
-    };
-    while (at_.size() < columns_) {
-      if (!take_next(shape, at_.back(), may_be)) return false;
-    }
-    return true;
-  }
-
-  // From one of a particle's neighbours.
-  template <class MayBe>
-  [[nodiscard]] bool take_next(const Shape& shape, std::uint32_t particle, const MayBe& may_be) {
+  // One of a particle's neighbours, but for another.
+  [[nodiscard]] bool take_next(const Shape& shape, std::uint32_t particle, std::uint32_t other) {
     const std::size_t row = at_.size() / columns_;
     const std::size_t column = at_.size() % columns_;
     std::optional<std::uint32_t> best;
     for (const std::uint32_t i : neighbours_.of(particle)) {
-      if (place_[i] != nowhere || !fits(shape, i, row, column) || !may_be(i)) continue;
+      if (place_[i] != nowhere || i == other || !fits(shape, i, row, column)) continue;
       if (!best || neighbours_.count(i) < neighbours_.count(*best)) best = i;
     }
     if (best) take(*best);
