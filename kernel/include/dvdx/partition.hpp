@@ -23,7 +23,7 @@ struct Neighbour {
 
 struct Part {
   // Numbers in the whole scene: those that the part owns, and those of others that springs join to them (the halo). They stand
-  // in the order in which a particle sums its springs.
+  // in the order in which a particle sums its springs; of a list with swept_rows(), row by row.
   std::vector<std::uint32_t> particles;
   std::vector<std::uint8_t> is_own;   // of each of them: 1, or 0
   std::vector<std::uint8_t> is_told;  // likewise: whether a neighbour is told of it
