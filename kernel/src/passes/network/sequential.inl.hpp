@@ -432,6 +432,7 @@ void by_kind(Damping damping, CountedFrom origin, Visit visit, const Call& call)
 template <class V, Arithmetic arithmetic>
 void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, Visit visit, std::size_t from,
                    std::size_t to) noexcept {
+  if (from == to) return;  // of a sheet without springs there are no strands to point to
   by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
     const std::ptrdiff_t step = from < to ? 1 : -1;
     const Strand* strand = from < to ? sweep.strands + from : sweep.strands + from - 1;
