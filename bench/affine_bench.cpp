@@ -25,31 +25,31 @@ void time_scaling(benchmark::State& timing, std::size_t count) {
 }
 
 template <class T>
-void add_flows() {
+void add_flows(Pace pace) {
   const auto uniform = [](Scene (*scene)()) { return [scene](std::size_t) { return scene(); }; };
-  add_everywhere<T>({.name = "affine/drift", .scene = uniform(fall)});
-  add_everywhere<T>({.name = "affine/fused", .scene = uniform(meadow)});
-  add_everywhere<T>({.name = "affine/driven_fused", .scene = uniform(gusts)});
-  add_everywhere<T>({.name = "affine/shear", .scene = uniform(swing)});  // fused in float64
-  add_in_cache<T>({.name = "affine/driven_fused_each", .scene = uniform(stalks)});
+  add_everywhere<T>(pace, {.name = "affine/drift", .scene = uniform(fall)});
+  add_everywhere<T>(pace, {.name = "affine/fused", .scene = uniform(meadow)});
+  add_everywhere<T>(pace, {.name = "affine/driven_fused", .scene = uniform(gusts)});
+  add_everywhere<T>(pace, {.name = "affine/shear", .scene = uniform(swing)});  // fused in float64
+  add_in_cache<T>(pace, {.name = "affine/driven_fused_each", .scene = uniform(stalks)});
 
-  add_plain<T>("affine/fused", [forces = plain_meadow<T>()](const PlainArrays<T>& arrays) {
+  add_plain<T>(pace, "affine/fused", [forces = plain_meadow<T>()](const PlainArrays<T>& arrays) {
     plain_soa_step(arrays, T(1), forces, static_cast<T>(frame));
   });
-  for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(), in_memory()}) {
+  for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(pace), in_memory(pace)}) {
     const std::string end = "/" + size.name + "/threads:1";
-    add("affine/fused/" + scalar_name<T>() + "/plain_structs" + end,
+    add(pace, "affine/fused/" + scalar_name<T>() + "/plain_structs" + end,
         [count = size.count](benchmark::State& timing) { time_structs<T>(timing, count); });
-    add("affine/scaling/" + scalar_name<T>() + "/plain" + end,
+    add(pace, "affine/scaling/" + scalar_name<T>() + "/plain" + end,
         [count = size.count](benchmark::State& timing) { time_scaling<T>(timing, count); });
   }
 }
 
 }  // namespace
 
-void register_affine() {
-  add_flows<float>();
-  add_flows<double>();
+void register_affine(Pace pace) {
+  add_flows<float>(pace);
+  add_flows<double>(pace);
 }
 
 }  // namespace dvdx::bench

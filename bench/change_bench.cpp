@@ -65,7 +65,8 @@ void time_change(benchmark::State& timing, const Scene& scene, double bar, const
   const Held<float> start = hung();
   Held<float> by_plan = hung();
   Held<float> by_other = hung();
-  const auto anew = compile<float>(plan->scene(), {.step = plan->step_size()}, start.state);
+  const auto anew =
+      compile<float>(plan->scene(), {.step = plan->step_size(), .longest_step = plan->longest_step()}, start.state);
   plan->step(by_plan.state, 3);
   if (!anew || anew->step(by_other.state, 3) != StepResult::done || state_hash(by_plan.state) != state_hash(by_other.state)) {
     timing.SkipWithError("the plan differs from one compiled anew");
@@ -77,7 +78,7 @@ std::size_t inner(std::size_t n) { return (1 + n / (side - 2) % (side - 2)) * si
 
 void add_changes(const std::string& name, const Scene& scene) {
   const auto add_one = [&](const std::string& what, double bar, auto change) {
-    add("change/" + what + "/" + name, [=](benchmark::State& timing) { time_change(timing, scene, bar, change); });
+    add(Pace::timed, "change/" + what + "/" + name, [=](benchmark::State& timing) { time_change(timing, scene, bar, change); });
   };
   using P = Plan<float>;
   const auto sway = [](std::size_t n) { return 1e-3 * static_cast<double>(n % 2); };
@@ -134,11 +135,11 @@ void register_change() {
       const Scene scene = sheet(scheme, form);
       const std::string of = std::string(form_name) + "/" + name;
       add_changes(of, scene);
-      add("change/clone/" + of, [=](benchmark::State& timing) {
+      add(Pace::timed, "change/clone/" + of, [=](benchmark::State& timing) {
         time_plan(timing, scene, 0.5,
                   [](const Plan<float>& plan, const Scene&, const State<float>&) { benchmark::DoNotOptimize(plan.clone()); });
       });
-      add("change/compile/" + of, [=](benchmark::State& timing) {
+      add(Pace::timed, "change/compile/" + of, [=](benchmark::State& timing) {
         time_plan(timing, scene, 20, [](const Plan<float>&, const Scene& anew, const State<float>& start) {
           benchmark::DoNotOptimize(compile<float>(anew, {.step = step}, start));
         });

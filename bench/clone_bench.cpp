@@ -37,10 +37,11 @@ void time_clone(benchmark::State& timing, Scheme scheme) {
 
 }  // namespace
 
-void register_clone() {
+void register_clone(Pace pace) {
   for (const auto& [name, scheme] : {std::pair{"leapfrog", Scheme::leapfrog}, std::pair{"sequential", Scheme::sequential}}) {
-    add(std::string("clone/compile/") + name, [scheme = scheme](benchmark::State& timing) { time_compile(timing, scheme); });
-    add(std::string("clone/clone/") + name, [scheme = scheme](benchmark::State& timing) { time_clone(timing, scheme); });
+    add(pace, std::string("clone/compile/") + name,
+        [scheme = scheme](benchmark::State& timing) { time_compile(timing, scheme); });
+    add(pace, std::string("clone/clone/") + name, [scheme = scheme](benchmark::State& timing) { time_clone(timing, scheme); });
   }
 }
 

@@ -39,18 +39,19 @@ void time_kahan(benchmark::State& timing, std::size_t count) {
 
 }  // namespace
 
-void register_compensated() {
-  for (const Size& size : {Size{"L1", in_first_cache<double>()}, in_second_cache(), in_memory()}) {
-    add("compensated/plain_kahan/steps:1/" + size.name, [=](benchmark::State& timing) { time_kahan(timing, size.count); });
+void register_compensated(Pace pace) {
+  for (const Size& size : {Size{"L1", in_first_cache<double>()}, in_second_cache(pace), in_memory(pace)}) {
+    add(pace, "compensated/plain_kahan/steps:1/" + size.name,
+        [=](benchmark::State& timing) { time_kahan(timing, size.count); });
   }
   for (const std::size_t steps : {1U, 8U}) {
-    for (const Size& size : {Size{"L1", in_first_cache<double>()}, in_second_cache(), in_memory()}) {
+    for (const Size& size : {Size{"L1", in_first_cache<double>()}, in_second_cache(pace), in_memory(pace)}) {
       const std::string ends = "/steps:" + std::to_string(steps) + "/" + size.name;
-      add("compensated/float32_compensated" + ends,
+      add(pace, "compensated/float32_compensated" + ends,
           [=](benchmark::State& timing) { time_compensated(timing, size.count, steps); });
       const auto plain = [&]<class T>(const char* name) {
         const Case<T> work{.name = name, .scene = [](std::size_t) { return meadow(); }, .steps = steps};
-        add("compensated/" + std::string(name) + ends, [work, size](benchmark::State& timing) {
+        add(pace, "compensated/" + std::string(name) + ends, [work, size](benchmark::State& timing) {
           time_plan(timing, work, {best_isa(), Arithmetic::separate}, size.count);
         });
       };

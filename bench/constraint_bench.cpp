@@ -30,19 +30,20 @@ Scene on_a_skin(std::size_t count, bool is_near) {
 }
 
 template <class T>
-void add_linked() {
-  add_in_cache<T>({.name = "constraint/rods", .scene = [](std::size_t n) { return linked(n, 1, Bound::equal); }});
-  add_in_cache<T>({.name = "constraint/ropes_of_15", .scene = [](std::size_t n) { return linked(n, 15, Bound::equal); }});
-  add_in_cache<T>({.name = "constraint/strain_limits", .scene = [](std::size_t n) { return linked(n, 15, Bound::at_most); }});
-  add_in_cache<T>({.name = "constraint/skin_near", .scene = [](std::size_t n) { return on_a_skin(n, true); }});
-  add_in_cache<T>({.name = "constraint/skin_far", .scene = [](std::size_t n) { return on_a_skin(n, false); }});
+void add_linked(Pace pace) {
+  add_in_cache<T>(pace, {.name = "constraint/rods", .scene = [](std::size_t n) { return linked(n, 1, Bound::equal); }});
+  add_in_cache<T>(pace, {.name = "constraint/ropes_of_15", .scene = [](std::size_t n) { return linked(n, 15, Bound::equal); }});
+  add_in_cache<T>(pace,
+                  {.name = "constraint/strain_limits", .scene = [](std::size_t n) { return linked(n, 15, Bound::at_most); }});
+  add_in_cache<T>(pace, {.name = "constraint/skin_near", .scene = [](std::size_t n) { return on_a_skin(n, true); }});
+  add_in_cache<T>(pace, {.name = "constraint/skin_far", .scene = [](std::size_t n) { return on_a_skin(n, false); }});
 }
 
 }  // namespace
 
-void register_constraint() {
-  add_linked<float>();
-  add_linked<double>();
+void register_constraint(Pace pace) {
+  add_linked<float>(pace);
+  add_linked<double>(pace);
 }
 
 }  // namespace dvdx::bench

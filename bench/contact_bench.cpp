@@ -68,46 +68,46 @@ Scene octahedron() {
 }
 
 template <class T>
-void add_contacts() {
+void add_contacts(Pace pace) {
   const auto in = [](Scene scene, Contact contact) {
     return [scene = with(std::move(scene), std::move(contact))](std::size_t) { return scene; };
   };
-  add_everywhere<T>({.name = "contact/level_plane", .scene = in(fall(), far_floor({0, 1, 0}))});
-  add_in_cache<T>({.name = "contact/oblique_plane", .scene = in(fall(), far_floor({1, 2, 0.5}))});
-  add_in_cache<T>({.name = "contact/sphere", .scene = in(meadow(), far_shell())});
-  add_everywhere<T>({.name = "contact/all_hit", .scene = in(thrown(), floor()), .start = start_hopping<T>});
+  add_everywhere<T>(pace, {.name = "contact/level_plane", .scene = in(fall(), far_floor({0, 1, 0}))});
+  add_in_cache<T>(pace, {.name = "contact/oblique_plane", .scene = in(fall(), far_floor({1, 2, 0.5}))});
+  add_in_cache<T>(pace, {.name = "contact/sphere", .scene = in(meadow(), far_shell())});
+  add_everywhere<T>(pace, {.name = "contact/all_hit", .scene = in(thrown(), floor()), .start = start_hopping<T>});
   for (const std::size_t steps : {std::size_t{1}, std::size_t{16}}) {  // a call
     const std::string ends = steps == 1 ? "" : "/steps:" + std::to_string(steps);
     add_in_cache<T>(
-        {.name = "contact/resting" + ends, .scene = in(thrown(), ground()), .start = start_resting<T>, .steps = steps});
-    add_in_cache<T>({.name = "contact/corner" + ends,
-                     .scene = [](std::size_t) { return corner(); },
-                     .start = start_cornered<T>,
-                     .steps = steps});
+        pace, {.name = "contact/resting" + ends, .scene = in(thrown(), ground()), .start = start_resting<T>, .steps = steps});
+    add_in_cache<T>(pace, {.name = "contact/corner" + ends,
+                           .scene = [](std::size_t) { return corner(); },
+                           .start = start_cornered<T>,
+                           .steps = steps});
   }
-  add_in_cache<T>({.name = "contact/air_hit", .scene = in(fall(), floor()), .start = start_hopping<T>});
-  add_in_cache<T>({.name = "contact/64_capsules_far", .scene = [](std::size_t) { return capsules(-1e4); }});
-  add_in_cache<T>({.name = "contact/64_capsules_near", .scene = [](std::size_t) { return capsules(0); }});
-  add_in_cache<T>({.name = "contact/moving_plane", .scene = [](std::size_t) {
-                     return with_motion(far_floor({0, 1, 0}), {0, 1e3, 0}, {});
-                   }});
-  add_in_cache<T>({.name = "contact/moving_sphere", .scene = [](std::size_t) {
-                     return with_motion(Sphere{.center = {0, -1e4, 0}, .restitution = 0.5}, {0, 1, 0}, {});
-                   }});
-  add_in_cache<T>({.name = "contact/turning_box", .scene = [](std::size_t) {
-                     return with_motion(OrientedBox{.center = {0, -1e4, 0}, .restitution = 0.5}, {}, {0, 1e3, 0});
-                   }});
-  add_in_cache<T>({.name = "contact/mesh", .scene = [](std::size_t) { return octahedron(); }});
+  add_in_cache<T>(pace, {.name = "contact/air_hit", .scene = in(fall(), floor()), .start = start_hopping<T>});
+  add_in_cache<T>(pace, {.name = "contact/64_capsules_far", .scene = [](std::size_t) { return capsules(-1e4); }});
+  add_in_cache<T>(pace, {.name = "contact/64_capsules_near", .scene = [](std::size_t) { return capsules(0); }});
+  add_in_cache<T>(pace, {.name = "contact/moving_plane", .scene = [](std::size_t) {
+                           return with_motion(far_floor({0, 1, 0}), {0, 1e3, 0}, {});
+                         }});
+  add_in_cache<T>(pace, {.name = "contact/moving_sphere", .scene = [](std::size_t) {
+                           return with_motion(Sphere{.center = {0, -1e4, 0}, .restitution = 0.5}, {0, 1, 0}, {});
+                         }});
+  add_in_cache<T>(pace, {.name = "contact/turning_box", .scene = [](std::size_t) {
+                           return with_motion(OrientedBox{.center = {0, -1e4, 0}, .restitution = 0.5}, {}, {0, 1e3, 0});
+                         }});
+  add_in_cache<T>(pace, {.name = "contact/mesh", .scene = [](std::size_t) { return octahedron(); }});
   add_plain<T>(
-      "contact/all_hit", [](const PlainArrays<T>& arrays) { plain_floor_step(arrays, T(9.81), T(1), static_cast<T>(frame)); },
-      start_hopping<T>);
+      pace, "contact/all_hit",
+      [](const PlainArrays<T>& arrays) { plain_floor_step(arrays, T(9.81), T(1), static_cast<T>(frame)); }, start_hopping<T>);
 }
 
 }  // namespace
 
-void register_contact() {
-  add_contacts<float>();
-  add_contacts<double>();
+void register_contact(Pace pace) {
+  add_contacts<float>(pace);
+  add_contacts<double>(pace);
 }
 
 }  // namespace dvdx::bench

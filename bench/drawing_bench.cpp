@@ -11,8 +11,8 @@
 namespace dvdx::bench {
 namespace {
 
-struct Sheet {
-  explicit Sheet(std::size_t side) : grid{.rows = side, .columns = side}, memory(side * side), out(side * side) {
+struct DrawnSheet {
+  explicit DrawnSheet(std::size_t side) : grid{.rows = side, .columns = side}, memory(side * side), out(side * side) {
     const auto state = memory.view();
     for (std::size_t i = 0; i < state.count; ++i) {
       state.x[0][i] = static_cast<float>(i % side);
@@ -33,7 +33,7 @@ struct Sheet {
 
 template <class Work>
 void time_sheet(benchmark::State& timing, std::size_t side, const Work& work) {
-  Sheet sheet(side);
+  DrawnSheet sheet(side);
   const auto state = sheet.memory.view();
   const auto to = sheet.out.view().x;
   for (auto _ : timing) {
@@ -67,25 +67,27 @@ void time_report(benchmark::State& timing, Told told, const Plane& surface, void
 
 }  // namespace
 
-void register_drawing() {
+void register_drawing(Pace pace) {
   for (const std::size_t side : {std::size_t{64}, std::size_t{1024}}) {
     const std::string size = std::string("/").append(std::to_string(side)).append("x").append(std::to_string(side));
-    add(std::string("drawing/normals_of_grid").append(size), [side](benchmark::State& timing) {
-      time_sheet(timing, side, [](const Sheet& sheet, const auto& state, const auto& to) { normals(sheet.grid, state, to); });
+    add(pace, std::string("drawing/normals_of_grid").append(size), [side](benchmark::State& timing) {
+      time_sheet(timing, side,
+                 [](const DrawnSheet& sheet, const auto& state, const auto& to) { normals(sheet.grid, state, to); });
     });
-    add(std::string("drawing/normals_of_triangles").append(size), [side](benchmark::State& timing) {
-      time_sheet(timing, side, [](const Sheet& sheet, const auto& state, const auto& to) {
+    add(pace, std::string("drawing/normals_of_triangles").append(size), [side](benchmark::State& timing) {
+      time_sheet(timing, side, [](const DrawnSheet& sheet, const auto& state, const auto& to) {
         normals(std::span<const Triangle>(sheet.triangles), state, to);
       });
     });
-    add(std::string("drawing/bounds").append(size), [side](benchmark::State& timing) {
-      time_sheet(timing, side, [](const Sheet&, const auto& state, const auto&) { benchmark::DoNotOptimize(bounds(state)); });
+    add(pace, std::string("drawing/bounds").append(size), [side](benchmark::State& timing) {
+      time_sheet(timing, side,
+                 [](const DrawnSheet&, const auto& state, const auto&) { benchmark::DoNotOptimize(bounds(state)); });
     });
   }
   for (const auto& [words, told] : {std::pair{"without", Told::nothing}, std::pair{"with", Told::contacts}}) {
-    add(std::string("report/hopping/") + words,
+    add(pace, std::string("report/hopping/") + words,
         [told = told](benchmark::State& timing) { time_report(timing, told, floor(), start_hopping<float>); });
-    add(std::string("report/resting/") + words,
+    add(pace, std::string("report/resting/") + words,
         [told = told](benchmark::State& timing) { time_report(timing, told, ground(), start_resting<float>); });
   }
 }

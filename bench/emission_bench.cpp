@@ -28,9 +28,10 @@ void time_emission(benchmark::State& timing, Isa isa) {
 
 }  // namespace
 
-void register_emission() {
+void register_emission(Pace pace) {
   for (const Isa isa : available_isas()) {
-    add("emission/disc_and_ball/" + std::string(name(isa)), [=](benchmark::State& timing) { time_emission(timing, isa); });
+    add(pace, "emission/disc_and_ball/" + std::string(name(isa)),
+        [=](benchmark::State& timing) { time_emission(timing, isa); });
   }
 }
 

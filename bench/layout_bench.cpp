@@ -7,7 +7,7 @@ namespace dvdx::bench {
 namespace {
 
 template <class T>
-void add_layouts() {
+void add_layouts(Pace pace) {
   struct Layout {
     std::string name;
     Hold<T> hold;
@@ -21,8 +21,8 @@ void add_layouts() {
                          .scene = [](std::size_t) { return meadow(); },
                          .hold = layout.hold,
                          .steps = steps};
-      for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(), in_memory()}) {
-        add_plan(work, {best_isa(), Arithmetic::separate}, size);
+      for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(pace), in_memory(pace)}) {
+        add_plan(pace, work, {best_isa(), Arithmetic::separate}, size);
       }
     }
   }
@@ -30,9 +30,9 @@ void add_layouts() {
 
 }  // namespace
 
-void register_layout() {
-  add_layouts<float>();
-  add_layouts<double>();
+void register_layout(Pace pace) {
+  add_layouts<float>(pace);
+  add_layouts<double>(pace);
 }
 
 }  // namespace dvdx::bench

@@ -8,7 +8,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <numeric>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -107,39 +109,54 @@ bool is_near(const State<T>& a, const State<T>& b) {
   return true;
 }
 
+// Where the scalar reference takes a sheet in one step: made when it is first asked for, once for all that step that sheet in
+// that arithmetic.
 template <class T>
-bool is_right(const Sheet& sheet, const How& how, std::size_t side) {
-  Held<T> got = hold_padded<T>(side * side);
-  Held<T> wanted = hold_padded<T>(side * side);
-  for (const auto& [held, isa] : {std::pair{&got, how.isa}, std::pair{&wanted, Isa::reference}}) {
-    lay_flat(held->state, sheet, side);
-    const Options options{.step = step, .isa = isa, .arithmetic = how.arithmetic};
-    const auto plan = compile<T>(scene_of(sheet, side), options, held->state);
-    if (!plan) return false;
-    plan->step(held->state, 1, isa == Isa::reference ? ParallelFor{} : on_threads(how.threads));
+class ByReference {
+ public:
+  const State<T>& after(const Sheet& sheet, Arithmetic arithmetic, std::size_t side) {
+    if (!held_) {
+      held_ = hold_padded<T>(side * side);
+      lay_flat(held_->state, sheet, side);
+      const Options options{.step = step, .isa = Isa::reference, .arithmetic = arithmetic};
+      compile<T>(scene_of(sheet, side), options, held_->state).value().step(held_->state, 1);
+    }
+    return held_->state;
   }
-  if (how.arithmetic == Arithmetic::fast) return is_near(got.state, wanted.state);
-  return is_same_bits(got.state, wanted.state, side * side);
+
+ private:
+  std::optional<Held<T>> held_;
+};
+
+template <class T>
+bool is_right(const Plan<T>& plan, const Sheet& sheet, const How& how, std::size_t side, ByReference<T>& by_reference) {
+  Held<T> got = hold_padded<T>(side * side);
+  lay_flat(got.state, sheet, side);
+  plan.step(got.state, 1, on_threads(how.threads));
+  const State<T>& wanted = by_reference.after(sheet, how.arithmetic, side);
+  if (how.arithmetic == Arithmetic::fast) return is_near(got.state, wanted);
+  return is_same_bits(got.state, wanted, side * side);
 }
 
 template <class T>
-void time_sheet(benchmark::State& timing, const Sheet& sheet, const How& how, std::size_t side) {
+void time_sheet(benchmark::State& timing, const Sheet& sheet, const How& how, std::size_t side, ByReference<T>& by_reference) {
   Held<T> held = hold_padded<T>(side * side);
   lay_flat(held.state, sheet, side);
   const auto plan = compile<T>(scene_of(sheet, side), {.step = step, .isa = how.isa, .arithmetic = how.arithmetic}, held.state);
   if (!plan) return timing.SkipWithError(plan.error().message().c_str());
   for (auto _ : timing) plan->step(held.state, 1, on_threads(how.threads));
   timing.SetItemsProcessed(timing.iterations() * static_cast<std::int64_t>(springs_in(side)) * sheet.substeps);
-  if (!is_right<T>(sheet, how, side)) timing.SkipWithError("differs from the reference");
+  if (!is_right(*plan, sheet, how, side, by_reference)) timing.SkipWithError("differs from the reference");
 }
 
 template <class T>
-void add_sheet(const Sheet& sheet, const How& how, std::size_t side) {
+void add_sheet(Pace pace, const Sheet& sheet, const How& how, std::size_t side,
+               std::shared_ptr<ByReference<T>> by_reference = std::make_shared<ByReference<T>>()) {
   const std::string name = "network/" + sheet.name + "/" + scalar_name<T>() + "/" + std::string(dvdx::name(how.isa)) + "/" +
                            std::string(dvdx::name(how.arithmetic)) + "/" + std::to_string(side) + "x" + std::to_string(side) +
                            "/threads:" + std::to_string(how.threads);
   add(
-      name, [sheet, how, side](benchmark::State& timing) { time_sheet<T>(timing, sheet, how, side); }, how.threads);
+      pace, name, [=](benchmark::State& timing) { time_sheet<T>(timing, sheet, how, side, *by_reference); }, how.threads);
 }
 
 const std::vector<Sheet>& sheets() {
@@ -151,12 +168,15 @@ const std::vector<Sheet>& sheets() {
       {"grid_fourth_order", {.scheme = Scheme::fourth_order}},
       {"grid_fourth_order_damped", {.scheme = Scheme::fourth_order}, Lie::grid, 0.001},
       {"grid_sequential", {.scheme = Scheme::sequential}},
+      {"grid_sequential_without_lines", {.scheme = Scheme::sequential, .lines = Lines::none}},
       {"grid_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}},
       {"grid_sequential_frame", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::grid, 0, 2},
       {"grid_forward_frame", {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward}, Lie::grid, 0, 3},
       {"graph_sequential", {.scheme = Scheme::sequential}, Lie::list},
       {"shuffled_sequential", {.scheme = Scheme::sequential}, Lie::shuffled},
+      {"shuffled_sequential_without_lines", {.scheme = Scheme::sequential, .lines = Lines::none}, Lie::shuffled},
       {"irregular_sequential", {.scheme = Scheme::sequential}, Lie::irregular},
+      {"irregular_sequential_in_lines", {.scheme = Scheme::sequential, .lines = Lines::whole}, Lie::irregular},
       {"graph_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::list},
       {"pairs", {.scheme = Scheme::accumulate, .method = Method::average_acceleration}, Lie::list},
   };
@@ -169,18 +189,25 @@ bool is_large_too(const Sheet& sheet) {
   return std::any_of(names.begin(), names.end(), [&](const char* name) { return sheet.name == name; });
 }
 
+std::size_t usual_side(Pace pace) { return pace == Pace::timed ? 64 : 40; }
+std::size_t large_side(Pace pace) { return pace == Pace::timed ? 1024 : 128; }
+
 template <class T>
-void add_sheets() {
+void add_sheets(Pace pace) {
   for (const Sheet& sheet : sheets()) {
     for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
-      for (const Isa isa : available_isas(arithmetic)) add_sheet<T>(sheet, {isa, arithmetic}, 64);
+      const auto by_reference = std::make_shared<ByReference<T>>();
+      for (const Isa isa : available_isas(arithmetic)) {
+        add_sheet<T>(pace, sheet, {isa, arithmetic}, usual_side(pace), by_reference);
+      }
     }
     for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::fast}) {
-      add_sheet<T>(sheet, {best_isa(), arithmetic}, 32);
+      add_sheet<T>(pace, sheet, {best_isa(), arithmetic}, 32);
     }
     if (sizeof(T) != sizeof(float) || !is_large_too(sheet)) continue;
+    const auto by_reference = std::make_shared<ByReference<T>>();
     for (int threads = 1; threads <= most_threads(); ++threads) {
-      add_sheet<T>(sheet, {best_isa(), Arithmetic::separate, threads}, 1024);
+      add_sheet<T>(pace, sheet, {best_isa(), Arithmetic::separate, threads}, large_side(pace), by_reference);
     }
   }
 }
@@ -197,11 +224,11 @@ void time_plain_springs(benchmark::State& timing, std::size_t side) {
 
 }  // namespace
 
-void register_network() {
-  add_sheets<float>();
-  add_sheets<double>();
-  for (const std::size_t side : {32U, 64U, 1024U}) {
-    add("network/plain/float32/array_of_structs/" + std::to_string(side) + "x" + std::to_string(side) + "/threads:1",
+void register_network(Pace pace) {
+  add_sheets<float>(pace);
+  add_sheets<double>(pace);
+  for (const std::size_t side : {std::size_t{32}, usual_side(pace), large_side(pace)}) {
+    add(pace, "network/plain/float32/array_of_structs/" + std::to_string(side) + "x" + std::to_string(side) + "/threads:1",
         [side](benchmark::State& timing) { time_plain_springs(timing, side); });
   }
 }

@@ -54,26 +54,26 @@ void time_plain_making(benchmark::State& timing, std::size_t count) {
 }
 
 template <class T>
-void add_stepping() {
-  add_in_cache<T>({.name = "rate/step", .scene = masses});
-  add_plain<T>("rate/step",
+void add_stepping(Pace pace) {
+  add_in_cache<T>(pace, {.name = "rate/step", .scene = masses});
+  add_plain<T>(pace, "rate/step",
                [forces = plain_meadow<T>(), mass = std::make_shared<std::vector<T>>(8'000'000, T(1.5))](
                    const PlainArrays<T>& arrays) { plain_masses_step(arrays, mass->data(), forces, static_cast<T>(frame)); });
 }
 
 }  // namespace
 
-void register_rate() {
-  for (const Size& size : {Size{"L1", 512}, in_second_cache()}) {
+void register_rate(Pace pace) {
+  for (const Size& size : {Size{"L1", 512}, in_second_cache(pace)}) {
     for (const Isa isa : available_isas()) {
-      add("rate/make/float64/" + std::string(name(isa)) + "/separate/" + size.name + "/threads:1",
+      add(pace, "rate/make/float64/" + std::string(name(isa)) + "/separate/" + size.name + "/threads:1",
           [isa, count = size.count](benchmark::State& timing) { time_making(timing, isa, count); });
     }
-    add("rate/make/float64/plain/" + size.name + "/threads:1",
+    add(pace, "rate/make/float64/plain/" + size.name + "/threads:1",
         [count = size.count](benchmark::State& timing) { time_plain_making(timing, count); });
   }
-  add_stepping<float>();
-  add_stepping<double>();
+  add_stepping<float>(pace);
+  add_stepping<double>(pace);
 }
 
 }  // namespace dvdx::bench

@@ -9,7 +9,9 @@
 namespace dvdx::bench {
 namespace {
 
-constexpr std::size_t in_cache = 1024, many = 1'000'000;
+constexpr std::size_t in_cache = 1024;
+
+Size many(Pace pace) { return pace == Pace::timed ? Size{"million", 1'000'000} : Size{"thousands", 20'000}; }
 
 // Eight columns of 4 bytes, every n-th particle removed, copied to a place of their own so that each turn has as much to do.
 void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
@@ -32,26 +34,30 @@ void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
   timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(in_cache));
 }
 
-void time_jet(benchmark::State& timing, const Scene& scene, std::size_t steps, int threads, SurvivorOrder order) {
-  const Jet made = make_jet(scene, many, 0.02, steps, threads, order);
+void time_jet(benchmark::State& timing, const Scene& scene, std::size_t count, std::size_t steps, int threads,
+              SurvivorOrder order) {
+  const Jet made = make_jet(scene, count, 0.02, steps, threads, order);
   if (made.plan == nullptr) return timing.SkipWithError("no plan");
   for (auto _ : timing) made();
-  count_work<float>(timing, many, steps);
+  count_work<float>(timing, count, steps);
 }
 
-void add_jet(const std::string& name, const Scene& scene) {
+void add_jet(Pace pace, const std::string& name, const Scene& scene) {
+  const Size size = many(pace);
   for (const std::size_t steps : {std::size_t{1}, std::size_t{8}}) {
     const Case<float> stays{.name = "turnover/" + name + "/none/steps:" + std::to_string(steps),
                             .scene = [scene](std::size_t) { return scene; },
                             .steps = steps};
     for (int threads = 1; threads <= most_threads(); ++threads) {
-      add_plan(stays, {best_isa(), Arithmetic::separate, threads}, {"million", many});
+      add_plan(pace, stays, {best_isa(), Arithmetic::separate, threads}, size);
       for (const auto& [order_name, order] :
            {std::pair{"2%", SurvivorOrder::kept}, std::pair{"2%_any_order", SurvivorOrder::any}}) {
         add(
-            "turnover/" + name + "/" + order_name + "/steps:" + std::to_string(steps) +
-                "/million/threads:" + std::to_string(threads),
-            [=, order = order](benchmark::State& timing) { time_jet(timing, scene, steps, threads, order); }, threads);
+            pace,
+            "turnover/" + name + "/" + order_name + "/steps:" + std::to_string(steps) + "/" + size.name +
+                "/threads:" + std::to_string(threads),
+            [=, order = order](benchmark::State& timing) { time_jet(timing, scene, size.count, steps, threads, order); },
+            threads);
       }
     }
   }
@@ -59,16 +65,16 @@ void add_jet(const std::string& name, const Scene& scene) {
 
 }  // namespace
 
-void register_removal() {
+void register_removal(Pace pace) {
   for (const Isa isa : available_isas()) {
     const std::string isa_name(name(isa));
     for (const std::size_t every : {std::size_t{2}, std::size_t{50}}) {
-      add("removal/eight_columns/1_in_" + std::to_string(every) + "/" + isa_name,
+      add(pace, "removal/eight_columns/1_in_" + std::to_string(every) + "/" + isa_name,
           [=](benchmark::State& timing) { time_compaction(timing, isa, every); });
     }
   }
-  add_jet("fall", fall());
-  add_jet("fall_with_far_floor", with(fall(), far_floor({0, 1, 0})));
+  add_jet(pace, "fall", fall());
+  add_jet(pace, "fall_with_far_floor", with(fall(), far_floor({0, 1, 0})));
 }
 
 }  // namespace dvdx::bench

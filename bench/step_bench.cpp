@@ -7,10 +7,10 @@ namespace dvdx::bench {
 namespace {
 
 template <class T>
-void add_small() {
+void add_small(Pace pace) {
   const Case<T> work{.name = "step/small", .scene = [](std::size_t) { return meadow(); }, .steps = 1};
   for (const std::size_t count : {1U, 16U, 64U, 256U}) {
-    add_plan(work, {best_isa(), Arithmetic::separate}, {"count:" + std::to_string(count), count});
+    add_plan(pace, work, {best_isa(), Arithmetic::separate}, {"count:" + std::to_string(count), count});
   }
 }
 
@@ -36,13 +36,13 @@ void time_set_step(benchmark::State& timing, Scene (*scene)()) {
 
 }  // namespace
 
-void register_step() {
-  add_small<float>();
-  add_small<double>();
-  add("step/seek/float32/L1", time_seek<float>);
-  add("step/seek/float64/L1", time_seek<double>);
-  add("step/set_step/fused/float32", [](benchmark::State& timing) { time_set_step(timing, meadow); });
-  add("step/set_step/shear/float32", [](benchmark::State& timing) { time_set_step(timing, swing); });
+void register_step(Pace pace) {
+  add_small<float>(pace);
+  add_small<double>(pace);
+  add(pace, "step/seek/float32/L1", time_seek<float>);
+  add(pace, "step/seek/float64/L1", time_seek<double>);
+  add(pace, "step/set_step/fused/float32", [](benchmark::State& timing) { time_set_step(timing, meadow); });
+  add(pace, "step/set_step/shear/float32", [](benchmark::State& timing) { time_set_step(timing, swing); });
 }
 
 }  // namespace dvdx::bench

@@ -1,22 +1,24 @@
 // One function a pass, each in the file of that name.
 #pragma once
 
+#include "support/pace.hpp"
+
 namespace dvdx::bench {
 
-void register_affine();
-void register_rate();
-void register_contact();
-void register_radial();
-void register_network();
-void register_constraint();
-void register_removal();
-void register_emission();
-void register_block_loop();
-void register_step();
-void register_layout();
-void register_compensated();
-void register_clone();
-void register_change();
-void register_drawing();
+void register_affine(Pace pace);
+void register_rate(Pace pace);
+void register_contact(Pace pace);
+void register_radial(Pace pace);
+void register_network(Pace pace);
+void register_constraint(Pace pace);
+void register_removal(Pace pace);
+void register_emission(Pace pace);
+void register_block_loop(Pace pace);
+void register_step(Pace pace);
+void register_layout(Pace pace);
+void register_compensated(Pace pace);
+void register_clone(Pace pace);
+void register_change();  // timed at any pace: what is compared is a plan after many changes
+void register_drawing(Pace pace);
 
 }  // namespace dvdx::bench

@@ -1,6 +1,8 @@
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "support/benches.hpp"
@@ -23,27 +25,30 @@ class Watched final : public benchmark::BenchmarkReporter {
   bool is_wrong_ = false;
 };
 
+// Whether the option stands among the arguments, of which it is then none.
+bool take(std::string_view option, int& argc, char** argv) {
+  char** const end = std::remove(argv + 1, argv + argc, option);
+  const bool is_there = end != argv + argc;
+  argc = static_cast<int>(end - argv);
+  return is_there;
+}
+
 }  // namespace
 
-// Exit code 1 where a result differs from what it is compared with, or nothing ran.
+// dvdx_bench [--quick] [--benchmark_filter=REGEX] and Google Benchmark's other options. Exit code 1 where a result differs from
+// what it is compared with, or nothing ran.
 int main(int argc, char** argv) {
+  using namespace dvdx::bench;
+  const Pace pace = take("--quick", argc, argv) ? Pace::quick : Pace::timed;
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  dvdx::bench::register_affine();
-  dvdx::bench::register_rate();
-  dvdx::bench::register_contact();
-  dvdx::bench::register_radial();
-  dvdx::bench::register_network();
-  dvdx::bench::register_constraint();
-  dvdx::bench::register_removal();
-  dvdx::bench::register_emission();
-  dvdx::bench::register_block_loop();
-  dvdx::bench::register_step();
-  dvdx::bench::register_layout();
-  dvdx::bench::register_compensated();
-  dvdx::bench::register_clone();
-  dvdx::bench::register_change();
-  dvdx::bench::register_drawing();
+  for (const auto add : {register_affine, register_rate, register_contact, register_radial, register_network,
+                         register_constraint, register_removal, register_emission, register_block_loop, register_step,
+                         register_layout, register_compensated, register_clone}) {
+    add(pace);
+  }
+  register_change();
+  register_drawing(pace);
   Watched watched;
   const bool is_any = benchmark::RunSpecifiedBenchmarks(&watched) > 0;
   benchmark::Shutdown();

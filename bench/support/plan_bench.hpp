@@ -14,6 +14,7 @@
 
 #include "dvdx/plan.hpp"
 #include "support/held.hpp"
+#include "support/pace.hpp"
 #include "support/threads.hpp"
 
 namespace dvdx::bench {
@@ -27,8 +28,8 @@ template <class T>
 constexpr std::size_t in_first_cache() {
   return 4096 / sizeof(T);  // particles: 24 KiB
 }
-inline Size in_second_cache() { return {"L2", 16384}; }
-inline Size in_memory() { return {"memory", 8'000'000}; }
+inline Size in_second_cache(Pace pace) { return {"L2", pace == Pace::timed ? 16384U : 5000U}; }
+inline Size in_memory(Pace pace) { return pace == Pace::timed ? Size{"memory", 8'000'000} : Size{"many", 100'000}; }
 
 template <class T>
 std::string scalar_name() {
@@ -92,43 +93,50 @@ void time_plan(benchmark::State& timing, const Case<T>& work, const How& how, st
 
 // By the processor's time, which other programs disturb least; two threads by the wall's.
 template <class Function>
-void add(const std::string& name, Function function, int threads = 1) {
-  auto* const added = benchmark::RegisterBenchmark(name.c_str(), std::move(function))->MinTime(0.02);
+void add(Pace pace, const std::string& name, Function function, int threads = 1) {
+  auto* const added = benchmark::RegisterBenchmark(name.c_str(), std::move(function));
+  if (pace == Pace::timed) {
+    added->MinTime(0.02);
+  } else {
+    added->Iterations(1);
+  }
   if (threads > 1) added->UseRealTime();
 }
 
 template <class T>
-void add_plan(const Case<T>& work, const How& how, const Size& size) {
+void add_plan(Pace pace, const Case<T>& work, const How& how, const Size& size) {
   const std::string name = work.name + "/" + scalar_name<T>() + "/" + std::string(dvdx::name(how.isa)) + "/" +
                            std::string(dvdx::name(how.arithmetic)) + "/" + size.name +
                            "/threads:" + std::to_string(how.threads);
   add(
-      name, [work, how, count = size.count](benchmark::State& timing) { time_plan(timing, work, how, count); }, how.threads);
+      pace, name, [work, how, count = size.count](benchmark::State& timing) { time_plan(timing, work, how, count); },
+      how.threads);
 }
 
 // All ISAs where the particles are in cache.
 template <class T>
-void add_in_cache(const Case<T>& work) {
+void add_in_cache(Pace pace, const Case<T>& work) {
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
     for (const Isa isa : available_isas(arithmetic)) {
-      for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache()}) add_plan(work, {isa, arithmetic}, size);
+      for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(pace)})
+        add_plan(pace, work, {isa, arithmetic}, size);
     }
   }
 }
 
 // The best ISA and the reference where they are not, with one thread and with two.
 template <class T>
-void add_in_memory(const Case<T>& work) {
-  add_plan(work, {Isa::reference, Arithmetic::separate}, in_memory());
+void add_in_memory(Pace pace, const Case<T>& work) {
+  add_plan(pace, work, {Isa::reference, Arithmetic::separate}, in_memory(pace));
   for (int threads = 1; threads <= most_threads(); ++threads) {
-    add_plan(work, {best_isa(), Arithmetic::separate, threads}, in_memory());
+    add_plan(pace, work, {best_isa(), Arithmetic::separate, threads}, in_memory(pace));
   }
 }
 
 template <class T>
-void add_everywhere(const Case<T>& work) {
-  add_in_cache(work);
-  add_in_memory(work);
+void add_everywhere(Pace pace, const Case<T>& work) {
+  add_in_cache(pace, work);
+  add_in_memory(pace, work);
 }
 
 // A plain loop over six arrays: step(arrays) for each iteration. Its result is checked to be finite and no more: another
@@ -147,9 +155,9 @@ void time_plain(benchmark::State& timing, std::size_t count, void (*start)(State
 }
 
 template <class T, class Step>
-void add_plain(const std::string& name, Step step, void (*start)(State<T>&) = scatter_about<T>) {
-  for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(), in_memory()}) {
-    add(name + "/" + scalar_name<T>() + "/plain/" + size.name + "/threads:1",
+void add_plain(Pace pace, const std::string& name, Step step, void (*start)(State<T>&) = scatter_about<T>) {
+  for (const Size& size : {Size{"L1", in_first_cache<T>()}, in_second_cache(pace), in_memory(pace)}) {
+    add(pace, name + "/" + scalar_name<T>() + "/plain/" + size.name + "/threads:1",
         [count = size.count, step, start](benchmark::State& timing) { time_plain<T>(timing, count, start, step); });
   }
 }

@@ -12,6 +12,7 @@
 #include "execute/plan_parts.hpp"
 #include "forces/radial_spring.hpp"
 #include "math/elementary.hpp"
+#include "math/vec3.hpp"
 #include "text.hpp"
 
 namespace dvdx {
@@ -262,6 +263,8 @@ std::string_view name(Scheme scheme) {
       return "sequential";
     case Scheme::accumulate:
       return "accumulate";
+    case Scheme::automatic:
+      return "automatic";
   }
   return "";
 }
@@ -335,6 +338,30 @@ std::string describe_damping(const Joints<T>& joints, const NetworkLimit& limit,
          text(limit.damping_limit, 3) + ": " + describe_margin(limit, limit.damping * h, limit.damping_limit, "");
 }
 
+// How much softer sweeps leave the springs than they are, now.
+template <class T>
+std::string describe_estimate(const Joints<T>& joints, const CompiledScene<T>& compiled, const NetworkLimit& limit) {
+  if (limit.scheme != Scheme::sequential) return "";
+  const SweepEstimate& of = limit.estimate;
+  if (of.side == 0) return "             no load hangs on what is held: the estimated error asks for no sub-steps\n";
+  const auto with_share = [&](double error) { return text(error, 3) + " m or " + text(100 * error / of.side, 3) + " %"; };
+  const SweptNet net = joints.swept_net(compiled.scene, compiled.start);
+  const double longest = net.longest_substep(joints.coupling, joints.rates.most);
+  return "             sweeps leave springs softer; of the side " + text(of.side, 3) + " m a net is estimated to hang " +
+         with_share(of.rest) + " too low (its springs stretch by " + text(of.sag, 3) + " m), and to swing " +
+         with_share(of.motion) + " off\n             " + counted(substeps_within(longest, joints.step), "sub-step") +
+         " a step keep both within " + text(100 * most_sweep_error, 3) + " %, or are as short as leapfrog's\n" +
+         (net.drapes() ? "             what lies on a surface drapes further than by leapfrog, by how much is not estimated\n"
+                       : "");
+}
+
+std::string describe_choice(const std::optional<SchemeChoice>& choice) {
+  if (!choice || choice->leapfrog_cost == 0) return "";
+  return "             the cheaper of leapfrog, " + counted(choice->leapfrog, "sub-step") + ", " +
+         text(choice->leapfrog_cost, 3) + " ns a step, and sequential, " + counted(choice->sequential, "sub-step") + ", " +
+         text(choice->sequential_cost, 3) + " ns, by the table of costs\n";
+}
+
 template <class T>
 std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& compiled, const System& system,
                              std::size_t workspace_bytes) {
@@ -350,8 +377,18 @@ std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& co
     words += is_generalized_alpha(coupling) ? ", generalized alpha, rho " + text(joints.chosen.rho, 6)
                                             : ", theta " + text(theta_of(coupling), 6);
     words += coupling.sweeps == SweepOrder::symmetric ? ", forward and backward" : ", forward";
+    const auto has_lines = [](const auto& of) {
+      if constexpr (requires { of.lines; }) return !of.lines.empty();
+      return false;
+    };
+    if (std::visit(has_lines, joints.form)) words += ", whole lines of springs between them";
   }
   words += coupling.substeps ? " (asked for)\n" : " (chosen)\n";
+  if (coupling.scheme == Scheme::sequential && joints.longest_step) {
+    words += "             steps vary: no sub-step is longer than " + text(std::abs(joints.chosen.longest), 6) +
+             " s, those of a step of " + text(*joints.longest_step, 6) + " s, for which every spring is solved\n";
+  }
+  words += describe_choice(compiled.choice);
   words += "frequency    " + text(limit.frequency, 6) + " rad/s at the start, at most " + text(limit.bound, 6) +
            " in any position (the springs of particle " + std::to_string(limit.particle) + ")\n";
   const double h = std::abs(joints.step) / limit.substeps;
@@ -360,6 +397,7 @@ std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& co
         "             stable at any sub-step where the springs are linear; position errors grow with frequency x sub-step, "
         "here " +
         text(limit.frequency * h, 3) + "\n";
+    words += describe_estimate(joints, compiled, limit);
   } else {
     words += "             frequency x sub-step is " + text(limit.frequency * h, 3) + " at the start and at most " +
              text(limit.bound * h, 3) + "; the scheme takes " + text(limit.limit, 3) + ": " +
@@ -387,11 +425,11 @@ std::string describe_air(const Joints<T>& joints, const CompiledScene<T>& compil
 }
 
 template <class T>
-std::string describe_constraints(const Joints<T>& joints) {
+std::string describe_constraints(const Joints<T>& joints, const Scene& scene) {
   const auto& constraints = joints.constraints;
   if (!constraints) return "";
-  std::string words =
-      "constraints  " + std::to_string(constraints->count()) + " in " + counted(constraints->colours().size(), "colour");
+  const std::size_t colours = constraints->colours().size() + (constraints->lone_chains().to != 0 ? 1 : 0);
+  std::string words = "constraints  " + std::to_string(constraints->count()) + " in " + counted(colours, "colour");
   if (constraints->chains() != 0) words += ", " + std::to_string(constraints->chains()) + " chains solved whole";
   words += "; " + counted(constraints->sweeps(), "sweep") + " over them in each of " +
            counted(joints.chosen.substeps, "sub-step") + "; " + std::to_string(constraints->bytes()) + " bytes\n";
@@ -400,6 +438,19 @@ std::string describe_constraints(const Joints<T>& joints) {
         "             those that share particles are solved one after the other: more sub-steps bring them nearer than more "
         "sweeps\n";
   }
+  if (const double frequency = joints.rods_frequency(); frequency != 0) {
+    words += "             rods that meet, under all that may hang on them: " + text(frequency, 3) + " rad/s, which asks for " +
+             counted(substeps_of_rods(frequency, joints.step), "sub-step") + " a step\n";
+  }
+  if (constraints->lone_chains().to == 0) return words;
+  const double frequency = std::sqrt(length(constant_acceleration(scene)) * constraints->hanging_rate());
+  const double angle = frequency * std::abs(joints.substep());
+  int parts = 1;
+  while (parts < most_parts<double> && angle * angle > most_transverse<double> * parts * parts) parts *= 2;
+  words +=
+      "             a chain that shares no particle takes sub-steps of its own where its tension asks for them: hanging "
+      "still, " +
+      text(frequency, 3) + " rad/s across it, " + std::to_string(parts) + " of each sub-step; 1 to 1024 as it moves\n";
   return words;
 }
 
@@ -498,7 +549,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   words += describe_motions(scene);
   if (joined != nullptr) {
     words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_air(joined->joints(), compiled) +
-             describe_constraints(joined->joints()) + describe_balls(joined->joints(), compiled);
+             describe_constraints(joined->joints(), compiled.scene) + describe_balls(joined->joints(), compiled);
   }
   const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
   words += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");

@@ -107,19 +107,21 @@ void Workspace<T>::forget() noexcept {
 namespace {
 
 template <class A>
-Expected<void> set_pose_in(JoinedWorkspace<A>* workspace, std::size_t motion, const Pose& target) {
+Expected<void> set_pose_in(JoinedWorkspace<A>* workspace, std::size_t motion, const Pose& target, Arrival arrival) {
   const std::size_t count = workspace != nullptr ? workspace->motions.size() : 0;
   if (motion >= count) return tl::unexpected(no_such("motions", motion, count));
   Checker check(std::nullopt);
   check.numbers("pose.translation", target.translation, Range::finite);
   check.numbers("pose.rotation", target.rotation, Range::finite);
   if (check.error) return tl::unexpected(*check.error);
-  workspace->motions[motion].ask(target.translation, target.rotation);
+  DrivenMotion& driven = workspace->motions[motion];
+  arrival == Arrival::jump ? driven.jump(target.translation, target.rotation) : driven.ask(target.translation, target.rotation);
   return {};
 }
 
 template <class A>
-Expected<void> set_places_in(JoinedWorkspace<A>* workspace, std::size_t kinematic, std::span<const Vec3> places) {
+Expected<void> set_places_in(JoinedWorkspace<A>* workspace, std::size_t kinematic, std::span<const Vec3> places,
+                             Arrival arrival) {
   const std::size_t count = workspace != nullptr ? workspace->groups.size() : 0;
   if (kinematic >= count) return tl::unexpected(no_such("kinematic", kinematic, count));
   DrivenPlaces& group = workspace->groups[kinematic];
@@ -131,7 +133,7 @@ Expected<void> set_places_in(JoinedWorkspace<A>* workspace, std::size_t kinemati
   }
   for (std::size_t i = 0; i < places.size() && !check.error; ++i) check.numbers(element("places", i), places[i], Range::finite);
   if (check.error) return tl::unexpected(*check.error);
-  group.ask(places);
+  arrival == Arrival::jump ? group.jump(places) : group.ask(places);
   return {};
 }
 
@@ -140,7 +142,7 @@ bool is_direction(const Vec3& v) { return is_finite(v) && length(v) > 0 && std::
 
 template <class A>
 Expected<void> set_skin_in(JoinedWorkspace<A>* workspace, std::size_t skin, std::span<const Vec3> points,
-                           std::span<const Vec3> normals) {
+                           std::span<const Vec3> normals, Arrival arrival) {
   const std::size_t count = workspace != nullptr ? workspace->skins.size() : 0;
   if (skin >= count) return tl::unexpected(no_such("skins", skin, count));
   DrivenSkin& driven = workspace->skins[skin];
@@ -164,27 +166,28 @@ Expected<void> set_skin_in(JoinedWorkspace<A>* workspace, std::size_t skin, std:
   for (std::size_t i = 0; i < normals.size(); ++i) {
     if (!is_direction(normals[i])) return refuse(element("normals", i), text(normals[i]), "a vector of finite length > 0");
   }
-  driven.ask(points, normals);
+  arrival == Arrival::jump ? driven.jump(points, normals) : driven.ask(points, normals);
   return {};
 }
 
 }  // namespace
 
 template <class T>
-Expected<void> Workspace<T>::set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals) {
+Expected<void> Workspace<T>::set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals,
+                                      Arrival arrival) {
   const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_skin_in(in.get(), skin, points, normals); }, parts_->in);
+  return std::visit([&](auto& in) { return set_skin_in(in.get(), skin, points, normals, arrival); }, parts_->in);
 }
 
 template <class T>
-Expected<void> Workspace<T>::set_pose(std::size_t motion, const Pose& target) {
+Expected<void> Workspace<T>::set_pose(std::size_t motion, const Pose& target, Arrival arrival) {
   const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_pose_in(in.get(), motion, target); }, parts_->in);
+  return std::visit([&](auto& in) { return set_pose_in(in.get(), motion, target, arrival); }, parts_->in);
 }
 template <class T>
-Expected<void> Workspace<T>::set_places(std::size_t kinematic, std::span<const Vec3> places) {
+Expected<void> Workspace<T>::set_places(std::size_t kinematic, std::span<const Vec3> places, Arrival arrival) {
   const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_places_in(in.get(), kinematic, places); }, parts_->in);
+  return std::visit([&](auto& in) { return set_places_in(in.get(), kinematic, places, arrival); }, parts_->in);
 }
 
 template <class T>
@@ -221,20 +224,21 @@ void Plan<T>::forget() noexcept {
 }
 
 template <class T>
-Expected<void> Plan<T>::set_pose(std::size_t motion, const Pose& target) {
+Expected<void> Plan<T>::set_pose(std::size_t motion, const Pose& target, Arrival arrival) {
   const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_pose_in(in.workspace.get(), motion, target); }, parts_->in);
+  return std::visit([&](auto& in) { return set_pose_in(in.workspace.get(), motion, target, arrival); }, parts_->in);
 }
 template <class T>
-Expected<void> Plan<T>::set_places(std::size_t kinematic, std::span<const Vec3> places) {
+Expected<void> Plan<T>::set_places(std::size_t kinematic, std::span<const Vec3> places, Arrival arrival) {
   const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_places_in(in.workspace.get(), kinematic, places); }, parts_->in);
+  return std::visit([&](auto& in) { return set_places_in(in.workspace.get(), kinematic, places, arrival); }, parts_->in);
 }
 
 template <class T>
-Expected<void> Plan<T>::set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals) {
+Expected<void> Plan<T>::set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals,
+                                 Arrival arrival) {
   const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_skin_in(in.workspace.get(), skin, points, normals); }, parts_->in);
+  return std::visit([&](auto& in) { return set_skin_in(in.workspace.get(), skin, points, normals, arrival); }, parts_->in);
 }
 
 template <class T>
@@ -321,6 +325,10 @@ double Plan<T>::step_size() const noexcept {
   return std::visit([](const auto& in) { return in.scene->options.step; }, parts_->in);
 }
 template <class T>
+std::optional<double> Plan<T>::longest_step() const noexcept {
+  return std::visit([](const auto& in) { return in.scene->options.longest_step; }, parts_->in);
+}
+template <class T>
 Isa Plan<T>::isa() const noexcept {
   return std::visit([](const auto& in) { return in.scene->isa; }, parts_->in);
 }
@@ -341,7 +349,9 @@ template <class T>
 std::optional<NetworkLimit> Plan<T>::network_limit() const {
   const auto limit = [](const auto& in) -> std::optional<NetworkLimit> {
     if (in.scene->joined() == nullptr) return std::nullopt;
-    return in.scene->joined()->joints().limit(in.scene->scene, in.scene->start);
+    NetworkLimit found = in.scene->joined()->joints().limit(in.scene->scene, in.scene->start);
+    found.choice = in.scene->choice;
+    return found;
   };
   return std::visit(limit, parts_->in);
 }

@@ -11,7 +11,7 @@
 
 using namespace dvdx;
 
-namespace {
+namespace corpus_test {
 
 std::vector<std::filesystem::path> inputs_of(const fuzz::Target& target) {
   std::vector<std::filesystem::path> files;
@@ -21,8 +21,6 @@ std::vector<std::filesystem::path> inputs_of(const fuzz::Target& target) {
   std::sort(files.begin(), files.end());
   return files;
 }
-
-}  // namespace
 
 TEST_CASE("every input of the fuzzers' corpora keeps the promises") {
   for (const fuzz::Target& target : fuzz::targets) {
@@ -34,3 +32,5 @@ TEST_CASE("every input of the fuzzers' corpora keeps the promises") {
     }
   }
 }
+
+}  // namespace corpus_test

@@ -12,8 +12,7 @@
 #include "dvdx/plan.hpp"
 #include "support/batch.hpp"
 
-namespace dvdx::test {
-namespace {
+namespace dvdx::test::accuracy_test {
 
 struct Start {
   std::vector<Vec3> x, v;
@@ -97,8 +96,6 @@ const RadialSpring radial{.stiffness = 40.0, .rest_length = 0.5};
 const RadialSpring damped_radial{.stiffness = 40.0, .damping = 0.8, .rest_length = 0.5};
 
 constexpr int exact = Accuracy::exact;
-
-}  // namespace
 
 TEST_CASE("A free particle's accuracy is what is said of it") {
   check_claim({"all as one system", scene_of({gravity, ramp, shake, spring, second, damped, drag})}, exact);
@@ -230,4 +227,4 @@ TEST_CASE("Networks' and constraints' accuracy is what is said of it") {
   check_claim({"rods", pendulum, start, 128}, 2);
 }
 
-}  // namespace dvdx::test
+}  // namespace dvdx::test::accuracy_test

@@ -17,7 +17,7 @@
 #include "math/vec3.hpp"
 #include "support/close.hpp"
 
-namespace {
+namespace bending_test {
 
 using namespace dvdx;
 using test::Joined;
@@ -170,8 +170,6 @@ std::string refusal_of(const Joined& joined) {
   return plan ? "" : plan.error().message();
 }
 
-}  // namespace
-
 TEST_CASE("bending: a rolled sheet has the energy of a plate, whichever way it is rolled") {
   const Sheet equal = sheet_of(14, 14, 0.01, Cut::equal_sides);
   const Sheet right = sheet_of(14, 14, 0.01, Cut::right_angles);
@@ -240,8 +238,6 @@ TEST_CASE("bending: the plan's limit is the hinge's own frequency, and beside sp
   CHECK(refusal_of(joined).find("network.substeps") != std::string::npos);
 }
 
-namespace {
-
 // Bent cloth, whose springs damp or not. substeps: given, so that how it bends is changed in place; or not.
 Joined cloth(const Coupling& coupling, std::optional<int> substeps, double bending, double damping = 1e-3) {
   const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
@@ -259,8 +255,6 @@ Joined cloth(const Coupling& coupling, std::optional<int> substeps, double bendi
   joined.scene.coupling.substeps = substeps;
   return joined;
 }
-
-}  // namespace
 
 TEST_CASE("bending: the bits are the scalar twin's on every instruction set") {
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
@@ -298,8 +292,6 @@ TEST_CASE("bending: refused in other schemes, where springs are torn, and of tri
   CHECK(torn.error().message().find("zero_length") != std::string::npos);
 }
 
-namespace {
-
 constexpr double stiffer = 7e-3;
 
 template <class T>
@@ -317,8 +309,6 @@ struct Running {
   test::Batch<T> batch;
   Plan<T> plan;
 };
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("bending: a plan whose bending is changed has the bits of one compiled with it", T, float, double) {
   const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
@@ -408,3 +398,5 @@ TEST_CASE("bending: a change that cannot be is refused by name, and the plan ben
   CHECK(torn.plan.set_zero_length(0, 1.0).error().valid == "0 in a network that is torn (broken)");
   CHECK(torn.plan.set_zero_length(0, 0.0).has_value());
 }
+
+}  // namespace bending_test

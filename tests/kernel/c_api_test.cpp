@@ -14,7 +14,7 @@
 #include "dvdx/live.hpp"
 #include "dvdx/plan.hpp"
 
-namespace {
+namespace c_api_test {
 
 struct Handles {  // a scene, a plan, and what was last said
   dvdx_scene* scene = nullptr;
@@ -216,6 +216,33 @@ TEST_CASE("c: networks, constraints and fixed particles move as C++ moves them, 
   CHECK(dvdx_plan_network_limit(h.plan, &limit) == 1);
   CHECK(limit.substeps == 10);
   CHECK(limit.bound == plan->network_limit()->bound);
+}
+
+TEST_CASE("c: the longest sub-step that sequential chose is told, and a scene that names it has it") {
+  const auto limit_by = [](dvdx_scheme scheme, double longest) {
+    Handles h;
+    add_joints(h);
+    dvdx_constant gravity{};
+    gravity.acceleration[1] = -9.81;
+    dvdx_coupling coupling{};
+    coupling.scheme = scheme;
+    coupling.longest_substep = longest;
+    CHECK(dvdx_scene_add_constant(h.scene, &gravity, &h.error) == DVDX_DONE);
+    CHECK(dvdx_scene_set_coupling(h.scene, &coupling, &h.error) == DVDX_DONE);
+    Arrays<double> arrays(6);
+    dvdx_state state = arrays.c();
+    REQUIRE(h.make(options_of(1.0 / 60, DVDX_FLOAT64), &state) == DVDX_DONE);
+    dvdx_network_limit limit{};
+    CHECK(dvdx_plan_network_limit(h.plan, &limit) == 1);
+    return limit;
+  };
+  const dvdx_network_limit chosen = limit_by(DVDX_SEQUENTIAL, 0);
+  CHECK(chosen.longest_substep > 0);
+  CHECK(limit_by(DVDX_SEQUENTIAL, chosen.longest_substep).substeps == chosen.substeps);
+  const dvdx_network_limit asked_for = limit_by(DVDX_SEQUENTIAL, 1.0 / 60 / 6.5);
+  CHECK(asked_for.substeps == 7);
+  CHECK(asked_for.longest_substep == 1.0 / 60 / 6.5);
+  CHECK(limit_by(DVDX_LEAPFROG, 0).longest_substep == 0);
 }
 
 TEST_CASE("c: a grid, values each and an origin") {
@@ -618,8 +645,6 @@ class Living {
   dvdx_live_plan* plan = nullptr;
 };
 
-namespace {
-
 void check_live(dvdx::SurvivorOrder order) {
   using namespace dvdx;
   Handles h;
@@ -669,8 +694,6 @@ void check_live(dvdx::SurvivorOrder order) {
   CHECK(dvdx_live_plan_explain(by_c.plan, text.data(), text.size()) == length);
   CHECK(text.find("at most 3000 particles live at once; 2 emitters") != std::string::npos);
 }
-
-}  // namespace
 
 TEST_CASE("c: particles come and go as they do by C++, bit by bit, in their order and in any") {
   check_live(dvdx::SurvivorOrder::kept);
@@ -886,8 +909,6 @@ TEST_CASE("C: normals and bounds for drawing") {
   CHECK(dvdx_state_bounds(&state, nullptr, &error) == DVDX_INVALID);
 }
 
-}  // namespace
-
 TEST_CASE("c: air on a grid and on triangles, and a wind that changes") {
   const double gusts[] = {0, 1, 0, 3, 0.5};
   const dvdx_wind wind{{1, 2, 3}, &gusts[0], 1};
@@ -992,6 +1013,20 @@ TEST_CASE("c: motions carry particles and contacts as C++ has them, and the call
   CHECK(plan->set_places(0, place).has_value());
   step_both();
   CHECK(by_c.column(1)[1] == 2);
+  CHECK(dvdx_plan_jump_pose(h.plan, 0, &turn[0], &there[0], &h.error) == DVDX_DONE);
+  CHECK(plan->set_pose(0, {.translation = {0, 0.5, 0}, .rotation = {1, 2, 3}}, dvdx::Arrival::jump).has_value());
+  step_both();
+  CHECK(dvdx_plan_jump_places(h.plan, 0, &turn[0], 1, &h.error) == DVDX_DONE);
+  CHECK(plan->set_places(0, std::vector<dvdx::Vec3>{{0, 0.5, 0}}, dvdx::Arrival::jump).has_value());
+  step_both();
+  CHECK(by_c.column(1)[1] == 0.5);
+  CHECK(dvdx_scene_set_jump(h.scene, 0, 0, &h.error) == DVDX_DONE);
+  CHECK(dvdx_scene_set_jump(h.scene, 1, 0, &h.error) == DVDX_INVALID);
+  CHECK(h.message() == "motion is 1: must be below the scene's 1 motions");
+  CHECK(dvdx_scene_set_jump(h.scene, 0, 5, &h.error) == DVDX_INVALID);
+  CHECK(h.field() == "key");
+  CHECK(dvdx_plan_jump_pose(h.plan, 1, &there[0], nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_jump_places(h.plan, 0, nullptr, 1, &h.error) == DVDX_INVALID);
   CHECK(dvdx_plan_set_pose(h.plan, 1, &there[0], nullptr, &h.error) == DVDX_INVALID);
   CHECK(h.message() == "motions[1] is not there: must be an index below 1");
   CHECK(dvdx_plan_set_pose(h.plan, 0, nullptr, nullptr, &h.error) == DVDX_INVALID);
@@ -1066,3 +1101,5 @@ TEST_CASE("c: skins, back-stops and tethers hold as C++ has them, and the caller
   CHECK(dvdx_scene_set_skin_motion(h.scene, 1, 0, &h.error) == DVDX_INVALID);
   CHECK(h.message() == "skin is 1: must be below the scene's 1 skins");
 }
+
+}  // namespace c_api_test

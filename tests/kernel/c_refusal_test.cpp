@@ -17,7 +17,7 @@
 #include "dvdx/live.hpp"
 #include "dvdx/plan.hpp"
 
-namespace {
+namespace c_refusal_test {
 
 constexpr std::size_t too_many = std::numeric_limits<std::size_t>::max();
 
@@ -54,8 +54,6 @@ void put_number(Enum& to, int number) {
   static_assert(sizeof(Enum) == sizeof(int));
   std::memcpy(&to, &number, sizeof number);
 }
-
-}  // namespace
 
 TEST_CASE("c: what asks about a plan or a state takes null pointers") {
   std::array<char, 8> text{'?'};
@@ -277,7 +275,7 @@ TEST_CASE("Choices that are none are refused by name") {
     if (field == 2) joined.coupling.method = static_cast<Method>(99);
     if (field == 3) joined.coupling.axis = static_cast<PairAxis>(99);
     constexpr std::array names = {"network.scheme", "network.sweeps", "network.method", "network.axis"};
-    constexpr std::array most = {"3", "1", "4", "1"};
+    constexpr std::array most = {"4", "1", "4", "1"};
     const auto k = static_cast<std::size_t>(field);
     CHECK(message(joined, {}) == std::string(names[k]) + " is 99: must be a choice from 0 to " + most[k]);
   }
@@ -318,3 +316,5 @@ TEST_CASE("Numbers in messages and words do not follow the locale") {
   std::setlocale(LC_ALL, was.c_str());
   CHECK(after == before);
 }
+
+}  // namespace c_refusal_test

@@ -12,7 +12,7 @@
 
 #include "dvdx/dvdx.h"
 
-namespace {
+namespace c_workspace_test {
 
 constexpr std::size_t side = 12, count = side * side;
 
@@ -363,4 +363,4 @@ TEST_CASE("c: what is driven in a workspace is driven there alone") {
   dvdx_scene_destroy(scene);
 }
 
-}  // namespace
+}  // namespace c_workspace_test

@@ -14,7 +14,7 @@
 #include "support/batch.hpp"
 #include "support/isas.hpp"
 
-namespace {
+namespace carried_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -208,4 +208,4 @@ TEST_CASE("by C likewise") {
   dvdx_plan_destroy(next);
 }
 
-}  // namespace
+}  // namespace carried_test

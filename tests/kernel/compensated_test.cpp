@@ -13,7 +13,7 @@
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
 
-namespace {
+namespace compensated_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -90,8 +90,6 @@ Scene orbit_at(double far) {
   scene.add(Spring{.stiffness = 36, .anchor = Vec3{far, 0, 0}});
   return scene;
 }
-
-}  // namespace
 
 TEST_CASE("compensated: every scene gives the float64 step's numbers, split, whatever the ISA and layout") {
   const auto place = [](State<float>& state) { test::place(state); };
@@ -181,3 +179,5 @@ TEST_CASE("compensated: a rest beside a value that is not finite is 0, and a cop
     CHECK(std::abs(back.view().x[1][i] - x) <= std::abs(x) * 0x1p-48);
   }
 }
+
+}  // namespace compensated_test

@@ -12,13 +12,13 @@
 #include "kernel/passes/cloths.hpp"
 #include "support/batch.hpp"
 
-namespace {
+namespace drawing_test {
 
 using namespace dvdx;
 using test::Batch;
 using test::Layout;
 
-std::vector<Triangle> triangles_of(const Grid& grid) {
+std::vector<Triangle> faces_of(const Grid& grid) {
   std::vector<Triangle> all;
   for (std::size_t r = 0; r + 1 < grid.rows; ++r) {
     for (std::size_t c = 0; c + 1 < grid.columns; ++c) {
@@ -79,7 +79,7 @@ TEST_CASE_TEMPLATE("normals of a grid are its triangles' sums, with the same bit
       normals(grid, batch.view(), out.view().x);
       CHECK(batch.is_clean());
       CHECK(out.is_clean());
-      const auto sums = summed(triangles_of(grid), batch.view());
+      const auto sums = summed(faces_of(grid), batch.view());
       double worst = 0;
       for (std::size_t i = 0; i < count; ++i) {
         for (std::size_t k = 0; k < 3; ++k) {
@@ -101,7 +101,7 @@ TEST_CASE_TEMPLATE("normals of triangles are their sums, and zero where there ar
   for (const Layout layout : {Layout::soa, Layout::aos, Layout::aosoa8}) {
     Batch<T> batch(layout, grid.first + 54), out(layout, grid.first + 54);
     place(grid, batch.view());
-    const auto triangles = triangles_of(grid);
+    const auto triangles = faces_of(grid);
     normals(triangles, batch.view(), out.view().x);
     const auto sums = summed(triangles, batch.view());
     for (std::size_t i = 0; i < sums.size(); ++i) {
@@ -183,4 +183,4 @@ TEST_CASE_TEMPLATE("bounds hold every particle whose place is finite", T, float,
   }
 }
 
-}  // namespace
+}  // namespace drawing_test

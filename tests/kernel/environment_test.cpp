@@ -18,7 +18,7 @@
 #include <xmmintrin.h>
 #endif
 
-namespace {
+namespace environment_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -71,8 +71,6 @@ std::atomic<int> workers_changed{0};
 void enter_worker() { _mm_setcsr(mode_of_worker); }
 void leave_worker() { workers_changed += _mm_getcsr() == mode_of_worker ? 0 : 1; }
 #endif
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("the caller's rounding mode does not show in any scene's result", T, float, double) {
   for (const NamedScene& scene : test::all_scenes(count)) {
@@ -148,3 +146,5 @@ TEST_CASE("denormals of the caller's are zeros to a step") {
   REQUIRE(plan.step(batch.view()) == StepResult::done);
   for (const float value : test::values_of(batch.view())) CHECK(value == 0);
 }
+
+}  // namespace environment_test

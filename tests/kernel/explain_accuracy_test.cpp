@@ -9,8 +9,7 @@
 #include "kernel/passes/cloths.hpp"
 #include "support/batch.hpp"
 
-namespace dvdx::test {
-namespace {
+namespace dvdx::test::explain_accuracy_test {
 
 std::string words(const Scene& scene, double step = 1.0 / 60) {
   const auto plan = compile<double>(scene, {.step = step, .isa = Isa::reference});
@@ -22,8 +21,6 @@ bool says(const std::string& text, const std::string& part) { return text.find(p
 
 const std::string exact = "exact for any step";
 const Constant gravity{.acceleration = {0, -9.81, 0}};
-
-}  // namespace
 
 TEST_CASE("explain: one linear system is exact for any step, and stable") {
   Scene scene;
@@ -129,4 +126,4 @@ TEST_CASE("explain: networks and constraints are of their scheme's order") {
   CHECK(says(of(), "frequency x sub-step is "));
 }
 
-}  // namespace dvdx::test
+}  // namespace dvdx::test::explain_accuracy_test

@@ -20,7 +20,7 @@
 #include "support/close.hpp"
 #include "support/threads.hpp"
 
-namespace {
+namespace live_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -389,8 +389,6 @@ std::string after(Isa isa, Layout layout, std::size_t capacity, std::size_t call
   return living.bytes();
 }
 
-}  // namespace
-
 TEST_CASE("what comes and goes is what a plain model says, with room and without") {
   for (const SurvivorOrder order : orders) {
     check_against_model(everything(600, 192, order), 40);
@@ -449,7 +447,7 @@ TEST_CASE_TEMPLATE("same bits on any number of threads" * doctest::test_suite("t
       Living<T> living(layout, capacity);
       living.fill(capacity * 3 / 4);
       const auto plan = make<T>(fountain(), turnover, best_isa());
-      for (std::size_t done = 0; done < 16; done += call) step_all(plan, living.live, call, threads);
+      for (std::size_t done = 0; done < 8; done += call) step_all(plan, living.live, call, threads);
       CHECK(living.live.removed > 1000);
       CHECK(living.live.born > 10000);
       return living.bytes();
@@ -743,3 +741,5 @@ TEST_CASE("what cannot come and go is an error that names its field") {
           t.removal.outside = Box{.min = {1, 0, 0}, .max = {}};
         }).starts_with("removal.outside.min[0] is 1"));
 }
+
+}  // namespace live_test

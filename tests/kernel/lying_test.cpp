@@ -14,7 +14,7 @@
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
 
-namespace {
+namespace lying_test {
 
 using namespace dvdx;
 using test::Joined;
@@ -83,14 +83,13 @@ const Way ways[] = {{"leapfrog", {.scheme = Scheme::leapfrog}},
                     {"fourth_order", {.scheme = Scheme::fourth_order}},
                     {"sequential", {.scheme = Scheme::sequential, .substeps = 4}},
                     {"sequential, one sub-step", {.scheme = Scheme::sequential, .substeps = 1}}};
+const Way pairs_way{"accumulate", {.scheme = Scheme::accumulate, .method = Method::combined}};
 
 std::vector<Contact> grounds(double mu, double viscosity) {
   return {Plane{.friction = mu, .viscosity = viscosity},
           Sphere{.center = {0.5, -0.5, 0.5}, .radius = 0.6, .friction = mu, .viscosity = viscosity},
           OrientedBox{.center = {0.5, -0.2, 0.5}, .half_extents = {0.3, 0.3, 0.3}, .friction = mu, .viscosity = viscosity}};
 }
-
-}  // namespace
 
 TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
   for (const Way& way : ways) {
@@ -116,6 +115,39 @@ TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
             CHECK(at_rest.hits == moving.hits);
           }
         }
+      }
+    }
+  }
+}
+
+TEST_CASE("lying: what friction holds against springs on a floor that moves stays where the floor takes it, call by call") {
+  std::vector<Way> all(std::begin(ways), std::end(ways));
+  all.push_back(pairs_way);
+  for (const Way& way : all) {
+    Joined joined;
+    joined.x = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}};
+    joined.v = {{}, {}, {}};
+    joined.scene.mass = 0.1;
+    joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+    joined.scene.add(Network(Springs{.pairs = {{0, 1}, {1, 2}}, .stiffness = 10.0, .rest_length = 0.99, .damping = 0.01}));
+    joined.scene.contacts = {Plane{.friction = 0.9}};
+    joined.scene.fixed = {2};
+    joined.scene.coupling = way.coupling;
+    const Joined moving = boosted(joined);
+    INFO(way.name);
+    Soa<double> memory(3), again(3);
+    State<double> state = memory.view(), step_by_step = again.view();
+    test::place(moving, state);
+    test::place(moving, step_by_step);
+    const auto plan = compile<double>(moving.scene, {.step = h}, state);
+    REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
+    REQUIRE(plan->step(state, steps) == StepResult::done);
+    for (std::size_t n = 0; n < steps; ++n) REQUIRE(plan->step(step_by_step, 1) == StepResult::done);
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        CHECK(std::abs(state.x[k][i] - (joined.x[i][k] + steps * h * boost[k])) <= 1e-12);
+        CHECK(state.x[k][i] == step_by_step.x[k][i]);
+        CHECK(state.v[k][i] == step_by_step.v[k][i]);
       }
     }
   }
@@ -164,3 +196,5 @@ TEST_CASE("lying: many contacts around cloth, near and far, leave the bits of th
     }
   }
 }
+
+}  // namespace lying_test

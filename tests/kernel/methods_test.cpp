@@ -17,7 +17,6 @@
 #include "support/margin.hpp"
 
 namespace dvdx::test::methods {
-namespace {
 
 using Real = long double;
 
@@ -139,8 +138,6 @@ AxisState stepped(Kind kind, Method method, std::size_t axis, const AxisState& a
 
 constexpr Vec3 start_x{0.7, -0.25, 1.3};
 constexpr Vec3 start_v{-1.1, 2.0, 0.4};
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("methods: each one's contributions of every kind of force are their closed forms, step after step", T, float,
                    double) {

@@ -10,8 +10,7 @@
 #include <thread>
 #include <vector>
 
-namespace dvdx {
-namespace {
+namespace dvdx::test::openmp_test {
 
 using Counts = std::vector<std::atomic<int>>;
 
@@ -79,7 +78,6 @@ TEST_CASE("openmp: what a thread that is held up leaves is done by the others") 
 
 TEST_CASE("openmp: a team of one hands nothing on") { CHECK((OpenMpTeam(1).parallel_for().run == nullptr)); }
 
-}  // namespace
-}  // namespace dvdx
+}  // namespace dvdx::test::openmp_test
 
 #endif

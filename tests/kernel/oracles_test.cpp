@@ -15,7 +15,6 @@
 #include "support/oracle.hpp"
 
 namespace dvdx::test::oracle_answers {
-namespace {
 
 // Of the motion's scales: what a run of one step may be off by, and one of many. Contracted arithmetic rounds less often and
 // keeps the same bounds.
@@ -243,8 +242,6 @@ std::vector<Answer> space_answers() {
   return answers;
 }
 
-}  // namespace
-
 TEST_CASE_TEMPLATE("oracles: springs, drag, wind and gravity along an axis", T, float, double) {
   check_answers<T>(linear_answers());
 }
@@ -304,8 +301,6 @@ TEST_CASE_TEMPLATE("oracles: all springs and drags of one time as particles of o
     CHECK_MESSAGE(margin.is_kept(), words << ", " << 8 * sizeof(T) << " bits: " << margin.words());
   });
 }
-
-namespace {
 
 // The size around which psi_k swings: its own value, or where it oscillates through zero, its amplitude exp(-q/2)/z^k. A
 // response that has died away to nothing is measured by a trace of its largest value, which is below 1/q.
@@ -367,8 +362,6 @@ void see_responses(Margin& margin, const Oracle& oracle, const Run& run, std::si
   }
 }
 
-}  // namespace
-
 TEST_CASE_TEMPLATE("oracles: psi_0 to psi_5 as what a step answers to a kick, a push, a ramp and on", T, float, double) {
   const Oracle oracle("psi.csv");
   for_each_run([&](const Run& run, const std::string& words) {
@@ -424,8 +417,6 @@ TEST_CASE_TEMPLATE("oracles: the coefficients of a spring and of a drag alone", 
 
 // ---- impacts ------------------------------------------------------------------------------------------------------------
 
-namespace {
-
 std::size_t steps_at(double hertz, double time) { return static_cast<std::size_t>(std::ceil(time * hertz)); }
 
 // Of the height and the speed that a bounce starts with.
@@ -439,8 +430,6 @@ Joined bouncing(const Oracle::Row& row, double time) {
   start.step = time / static_cast<double>(steps_at(60, time));
   return start;
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("oracles: bounces on the ground, to the rest and beyond", T, float, double) {
   const Oracle oracle("bounce1d_states.csv");

@@ -8,7 +8,7 @@
 #include "support/batch.hpp"
 #include "support/close.hpp"
 
-namespace {
+namespace origin_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -39,8 +39,6 @@ Scene orbit(Anchor anchor, Origin origin) {
   scene.origin = std::move(origin);
   return scene;
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("origin: one each gives a far orbit the bits of the one at home", T, float, double) {
   const std::vector<Vec3> anchors{{0, 0, 0}, {far, 0, 0}, {far, -far, 3 * far}};
@@ -112,3 +110,5 @@ TEST_CASE("origin: what cannot be is refused by name") {
   CHECK(refused(floor).starts_with("origin is one for each particle: must be one for all"));
   CHECK(!compile<float>(orbit(Vec3{}, std::vector<Vec3>(2)), {}).has_value());
 }
+
+}  // namespace origin_test

@@ -10,7 +10,7 @@
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 
-namespace {
+namespace plan_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -136,8 +136,6 @@ Force changed(Force force) {
   return force;
 }
 
-}  // namespace
-
 TEST_CASE("a bad scene is refused with the field, its value and what is valid") {
   for (const Bad& bad : bad_scenes()) {
     const auto plan = compiled<double>(bad.scene, {});
@@ -175,6 +173,38 @@ TEST_CASE("values each, and anchors at the start, need a state to compile for") 
   CHECK(anchors.error().field == "forces[1].anchor");
 }
 
+TEST_CASE_TEMPLATE("lengths are taken from a start that is finite, and not all at one place", T, float, double) {
+  const auto refusal = [](const auto& part, std::size_t particle, double value) {
+    test::Batch<T> batch(test::Layout::soa, 4);
+    for (std::size_t i = 0; i < 4; ++i) batch.view().x[0][i] = value == 0 ? T(2) : static_cast<T>(i);
+    if (value != 0) batch.view().x[1][particle] = static_cast<T>(value);
+    Scene scene;
+    scene.add(part);
+    const auto plan = compile<T>(scene, {.step = 0.01}, batch.view());
+    return plan ? std::string() : plan.error().message();
+  };
+  const Springs springs{.pairs = {{0, 1}, {1, 2}}, .stiffness = 1.0};
+  const Distance rods{.pairs = {{0, 1}, {1, 2}}};
+  const Distance ropes{.pairs = {{0, 1}, {1, 2}}, .bound = Bound::at_most};
+  const auto check = [&](const auto& part, const std::string& field) {
+    for (const double bad : {quiet_nan, inf, -inf}) {
+      CHECK(refusal(part, 1, bad).starts_with("state.x[1][1] is "));
+      CHECK(refusal(part, 1, bad).ends_with("must be a finite number where " + field + " is taken from the start"));
+      CHECK(refusal(part, 3, bad).empty());  // nothing is joined to it
+    }
+    CHECK(refusal(part, 0, 0) ==
+          field +
+              " is 0 at the start between all pairs: must be above 0 between some: fill positions before "
+              "compile(), or give the lengths");
+  };
+  check(springs, "network.rest_length");
+  check(rods, "constraints[0].length");
+  check(ropes, "constraints[0].length");
+  // Lengths that are given ask for no start.
+  CHECK(refusal(Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .rest_length = 1.0}, 1, quiet_nan).empty());
+  CHECK(refusal(Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .rest_length = 1.0}, 0, 0).empty());
+}
+
 TEST_CASE("coefficients beyond the scalar type are refused, at compile and at set_step") {
   Scene scene = with_force(Spring{.stiffness = 1e30, .method = Method::symplectic_euler});
   CHECK(compiled<float>(scene, {.step = 1e10}).error().field == "step");
@@ -200,7 +230,7 @@ TEST_CASE_TEMPLATE("set_step makes the plan that compile makes, bit by bit", T, 
     for (const double h : {0.004, -0.03, 0.75, scene.step}) {
       REQUIRE(plan->set_step(h).has_value());
       CHECK(plan->step_size() == h);
-      const auto fresh = compiled<T>(scene.scene, {.step = h});
+      const auto fresh = compiled<T>(scene.scene, {.step = h, .longest_step = plan->longest_step()});
       const std::string difference = test::difference(stepped(*fresh), stepped(*plan));
       CHECK_MESSAGE(difference.empty(), scene.name << ", step " << h << ": " << difference);
     }
@@ -279,3 +309,5 @@ TEST_CASE("a plan explains itself") {
     }
   }
 }
+
+}  // namespace plan_test

@@ -12,8 +12,7 @@
 #include "kernel/passes/cloths.hpp"
 #include "support/batch.hpp"
 
-namespace dvdx::test {
-namespace {
+namespace dvdx::test::range_test {
 
 // What is refused, or nothing.
 template <class T>
@@ -34,8 +33,6 @@ Scene with(const Part& part) {
 }
 
 constexpr double hz60 = 1.0 / 60;
-
-}  // namespace
 
 TEST_CASE("range: what float32 cannot hold is refused by name, and float64 takes it") {
   const auto check = [](const Scene& scene, const std::string& field, double step = hz60) {
@@ -205,4 +202,4 @@ TEST_CASE_TEMPLATE("range: no plan at the edges of the scalar type makes a parti
   CHECK(made > 100);
 }
 
-}  // namespace dvdx::test
+}  // namespace dvdx::test::range_test

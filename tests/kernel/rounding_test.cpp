@@ -15,7 +15,7 @@
 using namespace dvdx;
 using namespace dvdx::test;
 
-namespace {
+namespace rounding_test {
 
 constexpr double h = 1.0 / 60;
 constexpr std::size_t steps = 1000;
@@ -80,8 +80,6 @@ struct Kind {
   int cases = 0;
   [[nodiscard]] double rms() const { return std::sqrt(ratio2 / cases); }
 };
-
-}  // namespace
 
 TEST_CASE("float32, 1000 steps of every closed-form case: state error against the rounding floor") {
   const Oracle oracle("linear1d.csv");
@@ -156,3 +154,5 @@ TEST_CASE("float32, one step of a damped spring at any angle and damping: right 
   MESSAGE("worst error of one step: " << worst << " amplitudes");
   CHECK(worst <= 2e-6);
 }
+
+}  // namespace rounding_test

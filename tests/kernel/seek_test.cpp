@@ -11,7 +11,7 @@
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 
-namespace {
+namespace seek_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -48,8 +48,6 @@ Error refusal(const Scene& scene) {
   CHECK(batch.view().clock.seconds == 0);
   return sought.error();
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("seek goes where steps go, in every affine scene", T, float, double) {
   for (const NamedScene& scene : test::affine_scenes(count)) {
@@ -119,3 +117,5 @@ TEST_CASE("seek refuses a state whose time is not finite, and moves nothing") {
   CHECK(plan.seek(state, 3).error().message() == "state.clock is -inf: must be a finite time");
   CHECK(test::difference(before, test::values_of(state)).empty());
 }
+
+}  // namespace seek_test

@@ -9,7 +9,7 @@
 
 #include "kernel/passes/joined_run.hpp"
 
-namespace {
+namespace settling_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -45,7 +45,7 @@ std::vector<Joined> scenes() {
   rods.length = Scalars(0.04);
   held.scene.add(rods);
   all.push_back(held);
-  held.scene.coupling.scheme = Scheme::sequential;
+  held.scene.coupling = {.scheme = Scheme::sequential, .substeps = 6};
   all.push_back(held);
   return all;
 }
@@ -61,8 +61,6 @@ double depth(const State<T>& state) {
   }
   return deepest;
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("settling: nothing ends a step inside a surface", T, float, double) {
   for (const Joined& joined : scenes()) {
@@ -119,3 +117,5 @@ TEST_CASE_TEMPLATE("settling: what is outside stays where it is", T, float, doub
     for (std::size_t i = 0; i < wanted.size(); ++i) CHECK(wanted[i] == found[i]);
   }
 }
+
+}  // namespace settling_test

@@ -15,7 +15,7 @@
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/live.hpp"
 
-namespace {
+namespace shared_births_test {
 
 using namespace dvdx;
 
@@ -114,8 +114,6 @@ class Part {
   std::vector<LivePlan<float>> plan_;
 };
 
-}  // namespace
-
 TEST_CASE("shared births: parts hold what one plan holds, in the order of their numbers, also where births find no room") {
   for (const std::size_t capacity : {std::size_t{4096}, std::size_t{300}}) {
     CAPTURE(capacity);
@@ -178,3 +176,5 @@ TEST_CASE("shared births: what parts cannot share is refused by name") {
   CHECK(refusal(any, second) == "removal.order is any: must be kept where parts share births");
   CHECK(refusal(any, {}).empty());
 }
+
+}  // namespace shared_births_test

@@ -18,10 +18,11 @@
 #include "support/close.hpp"
 #include "support/isas.hpp"
 
-namespace {
+namespace skins_test {
 
 using namespace dvdx;
 using test::Batch;
+using test::couplings;
 using test::Joined;
 using test::Layout;
 using test::stepped;
@@ -48,14 +49,6 @@ std::vector<std::size_t> everyone(const Joined& joined) {
   std::vector<std::size_t> all(joined.x.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   return all;
-}
-
-std::vector<Coupling> couplings() {
-  return {{.scheme = Scheme::leapfrog},
-          {.scheme = Scheme::fourth_order},
-          {.scheme = Scheme::sequential, .substeps = 4},
-          {.scheme = Scheme::sequential, .substeps = 4, .theta = 1, .sweeps = SweepOrder::forward},
-          {.scheme = Scheme::accumulate, .method = Method::combined}};
 }
 
 // A sheet whose particles stay within 4 cm of where they start, and above a floor of balls 1 cm below that.
@@ -117,16 +110,14 @@ double lowest(const std::vector<double>& at) {
   return y;
 }
 
-}  // namespace
-
 TEST_CASE("skins: a sheet, its skin and its pins that move on at one velocity do what they do at rest") {
   for (const Coupling& coupling : couplings()) {
     for (const bool is_grid : {true, false}) {
       Joined still = is_grid ? skirt() : test::as_list(skirt());
       still.scene.coupling = coupling;
       const Joined moving = boosted(still);
-      const auto at_rest = stepped<double>(still, {}, 120);
-      const auto carried = stepped<double>(moving, {}, 120);
+      const auto at_rest = stepped<double>(still, {.isa = best_isa()}, 120);
+      const auto carried = stepped<double>(moving, {.isa = best_isa()}, 120);
       double most = 0, furthest = 0;
       for (std::size_t i = 0; i < still.x.size(); ++i) {
         most = std::max(most, length(plus(plus(place_of(carried, i), -2, boost), -1, place_of(at_rest, i))));
@@ -143,7 +134,7 @@ TEST_CASE("skins: at the end of a step no particle is beyond its limit, and none
     Joined joined = skirt();
     joined.scene.coupling = coupling;
     for (std::size_t steps = 1; steps <= 40; steps += 13) {
-      const auto at = stepped<double>(joined, {}, steps);
+      const auto at = stepped<double>(joined, {.isa = best_isa()}, steps);
       for (std::size_t i = 0; i < joined.x.size(); ++i) {
         if (i == 0 || i == 11) continue;
         CHECK(length(plus(place_of(at, i), -1, joined.x[i])) < 0.05);  // the ball comes last
@@ -475,7 +466,7 @@ TEST_CASE("tethers: each particle's is the shortest way along whole springs to w
 
 TEST_CASE("tethers: a heavy curtain of soft springs at few sub-steps stretches by what it may") {
   Joined free = curtain(64, 64, 60);
-  free.scene.coupling = {.scheme = Scheme::sequential, .substeps = 2};
+  free.scene.coupling = {.scheme = Scheme::sequential, .substeps = 2, .lines = Lines::none};
   Joined held = free;
   held.scene.add(Tethers{.network = 0, .stretch = 1.02});
   const double without = -lowest(stepped<double>(free, {.isa = best_isa()}, 40));
@@ -511,3 +502,5 @@ TEST_CASE("skins: seek, and particles that come and go, refuse them") {
   CHECK(plan.seek(batch.view(), 3).error().field == "skins");
   CHECK(compile<double>(joined.scene, Turnover{.capacity = 9}, {}).error().field == "skins");
 }
+
+}  // namespace skins_test

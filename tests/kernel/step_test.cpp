@@ -14,7 +14,7 @@
 #include "support/close.hpp"
 #include "support/scenes.hpp"
 
-namespace {
+namespace step_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -75,8 +75,6 @@ std::vector<double> one_particle(const Scene& scene, double h, std::size_t steps
   plan.step(state, steps);
   return test::values_of(state);
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("n steps in one call are n calls of one step, bit by bit, in every scene", T, float, double) {
   for (const NamedScene& scene : test::all_scenes(count)) {
@@ -307,3 +305,5 @@ TEST_CASE_TEMPLATE("a step of no time changes no bit, in every scene", T, float,
     CHECK(batch.view().clock.seconds == 0);
   }
 }
+
+}  // namespace step_test

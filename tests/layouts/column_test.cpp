@@ -8,7 +8,7 @@
 #include "dvdx/layouts/aosoa.hpp"
 #include "dvdx/layouts/soa.hpp"
 
-namespace {
+namespace column_test {
 
 using namespace dvdx;
 
@@ -34,8 +34,6 @@ template <class Struct>
 auto view_of(std::vector<Struct>& particles) {
   return aos(&particles[0].position[0], &particles[0].velocity[0], sizeof(Struct), particles.size());
 }
-
-}  // namespace
 
 TEST_CASE("a view of six arrays reads and writes them and no element more") {
   std::vector<std::vector<float>> arrays(6, std::vector<float>(7));
@@ -124,3 +122,5 @@ TEST_CASE_TEMPLATE("our own tiles are aligned to 64 bytes and whole", T, float, 
   CHECK(wide.view().v[2].capacity == 48);
   wide.view().v[2][47] = 1;  // the last element of the memory
 }
+
+}  // namespace column_test

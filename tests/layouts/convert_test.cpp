@@ -10,12 +10,10 @@
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 
-namespace {
+namespace convert_test {
 
 using namespace dvdx;
 using test::Batch;
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("gather and scatter move any range of a column in every layout", T, float, double) {
   constexpr std::size_t count = 53;
@@ -79,3 +77,5 @@ TEST_CASE("copy rounds doubles to the nearest float, and floats come back as the
   copy(view, back);
   CHECK(back.x[0][1] == static_cast<double>(0.1F));
 }
+
+}  // namespace convert_test

@@ -10,7 +10,7 @@
 #include "dvdx/layouts/aosoa.hpp"
 #include "dvdx/layouts/soa.hpp"
 
-namespace {
+namespace memory_test {
 
 using namespace dvdx;
 
@@ -26,8 +26,6 @@ void give_back(void* context, void* memory, std::size_t /*bytes*/, std::size_t /
   --*static_cast<int*>(context);
   std::free(memory);
 }
-
-}  // namespace
 
 TEST_CASE("buffers are zero, and written only where the allocator does not say that what it gives is") {
   int blocks = 0;
@@ -57,3 +55,5 @@ TEST_CASE("states take their memory where they are told to") {
   }
   CHECK(blocks == 0);
 }
+
+}  // namespace memory_test

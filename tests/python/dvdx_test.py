@@ -481,6 +481,10 @@ class Plans(unittest.TestCase):
         plan.set_places(0, [(5, 6, 7)])
         plan.step(state)
         np.testing.assert_array_equal(positions[1], (5, 6, 7))
+        plan.set_places(0, [(50, 6, 7)], jump=True)
+        plan.step(state)
+        np.testing.assert_array_equal((positions[1], velocities[1]), ((50, 6, 7), (0, 0, 0)))
+        plan.set_places(0, [(5, 6, 7)], jump=True)
         workspace = plan.workspace()
         workspace.set_pose(0, translation=(3, 0, 0))
         workspace.set_places(0, [(8, 9, 10)])
@@ -493,6 +497,21 @@ class Plans(unittest.TestCase):
             plan.set_pose(3)
         with self.assertRaises(ValueError):
             plan.set_places(0, [1, 2, 3])
+
+    def test_keys_jump(self):
+        positions, velocities = np.zeros((1, 3)), np.zeros((1, 3))
+        scene = dvdx.Scene()
+        scene.motion(keys=[(0, 0, 0, 0, 0, 0, 0), (1, 8, 0, 0, 0, 0, 0), (2, 9, 0, 0, 0, 0, 0)])
+        scene.jump(0, 1)
+        scene.kinematic(particles=[0], motion=0)
+        state = dvdx.State(positions, velocities)
+        plan = dvdx.compile(scene, state, step=0.25)
+        plan.step(state, 3)
+        np.testing.assert_array_equal((positions[0], velocities[0]), ((0, 0, 0), (0, 0, 0)))
+        plan.step(state)
+        np.testing.assert_array_equal((positions[0], velocities[0]), ((8, 0, 0), (1, 0, 0)))
+        with self.assertRaises(dvdx.DvdxError):
+            scene.jump(0, 3)
 
     def test_skins_and_tethers_hold_particles(self):
         positions, velocities = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0)]), np.zeros((3, 3))

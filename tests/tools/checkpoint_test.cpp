@@ -21,7 +21,7 @@
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace checkpoint_test {
 
 namespace fs = std::filesystem;
 using dvdx::test::run;
@@ -160,7 +160,7 @@ std::string how(Random& random) {
          random.of(isas);
 }
 
-// 200 cases of two commands each, 10 ms or so apiece.
+// 120 cases of two commands each, 10 ms or so apiece.
 TEST_CASE("a run that goes on from a checkpoint at any step has the bits and the files of one that was never stopped") {
   const Folder folder("any-step");
   const auto scenes = small_scenes();
@@ -168,7 +168,7 @@ TEST_CASE("a run that goes on from a checkpoint at any step has the bits and the
   const std::array<const char*, 6> extensions{"csv", "npz", "ply", "vtp", "pc2", "html"};
   std::map<std::string, json> whole;
   Random random(1);
-  for (int n = 0; n < 200; ++n) {
+  for (int n = 0; n < 120; ++n) {
     const auto& scene = scenes[static_cast<std::size_t>(n) % scenes.size()].name;
     const bool is_live = scene.starts_with("come and go");
     const std::string precision = is_live ? precisions[random.below(2)] : random.of(precisions);
@@ -360,4 +360,4 @@ TEST_CASE("a run that is killed at any moment, again and again, comes to the sam
   }
 }
 
-}  // namespace
+}  // namespace checkpoint_test

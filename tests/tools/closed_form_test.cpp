@@ -8,7 +8,7 @@
 #include "support/close.hpp"
 #include "support/oracle.hpp"
 
-namespace {
+namespace closed_form_test {
 
 using dvdx::test::is_close;
 using dvdx::test::Oracle;
@@ -191,4 +191,4 @@ TEST_CASE("other networks have no closed form") {
   CHECK(closed_form_of(file) == dvdx::tool::ClosedForm::none);
 }
 
-}  // namespace
+}  // namespace closed_form_test

@@ -19,7 +19,7 @@
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace command_files_test {
 
 namespace fs = std::filesystem;
 using namespace dvdx::tool;
@@ -284,4 +284,4 @@ TEST_CASE("both streams in one file stand in the order in which they were said")
   CHECK(result.out.empty());
 }
 
-}  // namespace
+}  // namespace command_files_test

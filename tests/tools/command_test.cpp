@@ -11,7 +11,7 @@
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace command_test {
 
 using dvdx::test::is_close;
 using dvdx::test::run;
@@ -67,6 +67,38 @@ TEST_CASE("run --json prints one object with exactly the contract's keys") {
   CHECK(report["energy"]["start"].is_number());
   CHECK(report["diverged"] == false);
   CHECK(report["bad_particles"] == 0);
+}
+
+TEST_CASE("run warns of meshes that fall apart, with a code and a cure, and --strict ends with exit code 6") {
+  const Folder folder("warned");
+  const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+  folder.write("whole.obj", square + "f 1 2 3\nf 1 3 4\n");
+  folder.write("seam.obj", square + "v 0 0 0\nv 1 1 0\nf 1 2 3\nf 5 6 4\n");
+  folder.write("loose.obj", square + "v 9 9 9\nf 1 2 3\nf 1 3 4\n");
+  folder.write("points.obj", square);
+  folder.write("cloth.json", R"({"format": "dvdx-scene/1", "name": "cloth", "step": 0.01, "duration": 0.05,
+    "network": {"type": "mesh", "file": "whole.obj", "mass": 1, "edge": 10}})");
+  const auto warned = [&](const std::string& file, const std::string& code, double value, double limit) {
+    CAPTURE(file);
+    const auto result = run(folder, "run cloth.json --json --set network.file=" + file);
+    CHECK(result.exit == 0);
+    const auto warnings = json::parse(result.out)["warnings"];
+    REQUIRE(warnings.size() == 1);
+    CHECK(warnings[0]["code"] == code);
+    CHECK(warnings[0]["value"] == value);
+    CHECK(warnings[0]["limit"] == limit);
+    const auto said = warnings[0]["text"].get<std::string>() + ". " + warnings[0]["cure"].get<std::string>();
+    CHECK(result.err.find("cloth.json: warning: " + code + ": " + said) != std::string::npos);
+    CHECK(run(folder, "run cloth.json --strict --set network.file=" + file).exit == 6);
+    CHECK(run(folder, "explain cloth.json --set network.file=" + file).err.find("warning: " + code) != std::string::npos);
+  };
+  warned("seam.obj", "pieces", 2, 1);
+  warned("loose.obj", "unreferenced_vertices", 1, 0);
+  warned("points.obj", "no_faces", 4, 0);
+  const auto calm = run(folder, "run cloth.json --json --strict");
+  CHECK(calm.exit == 0);
+  CHECK(calm.err.empty());
+  CHECK(json::parse(calm.out)["warnings"] == json::array());
 }
 
 std::string hash_of(const ScratchFolder& folder, const std::string& options) {
@@ -311,7 +343,17 @@ TEST_CASE("run steps networks by the scheme and the sub-steps that are asked for
   CHECK(is_close(fast["energy"]["end"].get<double>(), own["energy"]["end"].get<double>(), 1e-3));
   const auto sequential = report_of("--scheme sequential");
   CHECK(sequential["scheme"] == "sequential");
-  CHECK(sequential["substeps"] == 1);
+  const auto& estimate = sequential["sweep_estimate"];
+  CHECK(estimate["rest"].get<double>() <= 0.01 * estimate["side"].get<double>());
+  CHECK(report_of("--scheme sequential --substeps 1")["sweep_estimate"]["rest"].get<double>() >=
+        estimate["rest"].get<double>());
+  CHECK_FALSE(own.contains("sweep_estimate"));
+  CHECK_FALSE(own.contains("scheme_choice"));
+  const auto open = report_of("--scheme auto");
+  const auto& choice = open["scheme_choice"];
+  const bool sweeps = choice["sequential"]["ns_per_step"].get<double>() < choice["leapfrog"]["ns_per_step"].get<double>();
+  CHECK(open["scheme"] == (sweeps ? "sequential" : "leapfrog"));
+  CHECK(open["state_hash"] == (sweeps ? sequential : own)["state_hash"]);
   CHECK(report_of("--scheme sequential --substeps 3")["substeps"] == 3);
   const auto pulses = report_of("--scheme accumulate --method pulse --substeps 50");
   CHECK(pulses["method"] == "pulse");
@@ -525,4 +567,4 @@ TEST_CASE("help of every subcommand starts with an example of it and is no error
   CHECK(run(folder, "--version").exit == 0);
 }
 
-}  // namespace
+}  // namespace command_test

@@ -11,7 +11,7 @@
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace contacts_test {
 
 using dvdx::test::is_close;
 using dvdx::test::run;
@@ -141,4 +141,4 @@ TEST_CASE("--events is a .csv of its own, which is there whole or not at all") {
   CHECK(folder.read("e.csv") == "step,time,particle,contact,x,y,z,nx,ny,nz,impulse\n");
 }
 
-}  // namespace
+}  // namespace contacts_test

@@ -11,7 +11,7 @@ using dvdx::unit_value;
 using dvdx::test::is_close;
 using dvdx::tool::uniform_value;
 
-namespace {
+namespace counter_random_test {
 
 using Words = std::array<std::uint32_t, 4>;
 
@@ -50,4 +50,4 @@ TEST_CASE("a value that rounding would put on max stays below it") {
   for (std::uint64_t i = 0; i < 100; ++i) CHECK(uniform_value(1, max, 1, i, 0) == 1);
 }
 
-}  // namespace
+}  // namespace counter_random_test

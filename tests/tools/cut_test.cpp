@@ -13,7 +13,7 @@
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace cut_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -129,4 +129,4 @@ TEST_CASE("explain --ranks says what is shared out, and the time by the latency 
   CHECK(dvdx::test::run(folder, "explain sheet.json --ranks 1024 --size 4096x4096 --particle-time 1e-9").exit == 0);
 }
 
-}  // namespace
+}  // namespace cut_test

@@ -15,7 +15,7 @@
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace energy_budget_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -167,6 +167,8 @@ TEST_CASE("energy budget: where no bound is known nothing is looked at") {
   file.turnover.capacity = 0;
   file.scene.networks.clear();
   CHECK_FALSE(steps_between_looks(file));
+  file.scene.add(Distance{.pairs = {{0, 1}}, .length = 1.0});
+  CHECK(steps_between_looks(file) == 32);
 }
 
 TEST_CASE("energy budget: near its limit a scheme may swing") {
@@ -228,10 +230,47 @@ TEST_CASE("run says where sweeps heat a sheet, and nothing where they do not") {
   CHECK(hot.err.find("heating") != std::string::npos);
   const auto calm = test::run(folder, "run sheet.json --json --threads 1 --set network.theta=1 --set network.sweep=forward");
   CHECK(nlohmann::json::parse(calm.out)["heating"] == false);
-  CHECK(calm.err.empty());
+  CHECK(calm.err.find("heating") == std::string::npos);
+  CHECK(calm.err.find("warning: stretch") != std::string::npos);  // to five times their length
   const auto back = test::run(folder, "run sheet.json --json --threads 1 --step -0.016666666666666666 --duration 0.1");
   CAPTURE(back.err);
   CHECK(nlohmann::json::parse(back.out)["heating"].is_null());
 }
 
-}  // namespace
+// A ring of 40 links that hangs by a rod.
+std::string ring(const char* substeps) {
+  nlohmann::json places = nlohmann::json::array();
+  nlohmann::json pairs = {{0, 40}};
+  for (int i = 0; i < 40; ++i) {
+    const double angle = 0.05 * std::acos(-1) * i;
+    places.push_back({0.2 * std::cos(angle), 0.19 * std::sin(angle), 0.06 * std::sin(angle)});
+    pairs.push_back({i, (i + 1) % 40});
+  }
+  places.push_back({0.4, 0, 0});
+  const nlohmann::json scene = {{"format", "dvdx-scene/1"},
+                                {"name", "ring"},
+                                {"step", 1.0 / 60},
+                                {"duration", 5},
+                                {"particles", {{"count", 41}, {"mass", 0.01}, {"position", {{"values", places}}}}},
+                                {"constraints", {{{"type", "distance"}, {"pairs", pairs}, {"length", "start"}}}},
+                                {"forces", {{{"type", "constant"}, {"acceleration", {0, -9.81, 0}}}}},
+                                {"fixed", {40}},
+                                {"substeps", nlohmann::json::parse(substeps)}};
+  return scene.dump();
+}
+
+TEST_CASE("run says where rods gain energy, and nothing where they do not") {
+  const test::ScratchFolder folder("rods");
+  folder.write("hot.json", ring("1"));
+  folder.write("calm.json", ring("\"auto\""));
+  const auto hot = test::run(folder, "run hot.json --json --threads 1");
+  CHECK(hot.exit == 0);
+  CHECK(nlohmann::json::parse(hot.out)["heating"] == true);
+  CHECK(hot.err.find("heating") != std::string::npos);
+  const auto calm = test::run(folder, "run calm.json --json --threads 1 --duration 1");
+  CHECK(nlohmann::json::parse(calm.out)["heating"] == false);
+  CHECK(nlohmann::json::parse(calm.out)["substeps"] == 39);
+  CHECK(calm.err.empty());
+}
+
+}  // namespace energy_budget_test

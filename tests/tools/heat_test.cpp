@@ -17,7 +17,7 @@
 #include "run/start.hpp"
 #include "support/close.hpp"
 
-namespace {
+namespace heat_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -49,6 +49,12 @@ TEST_CASE("heat: the ensemble has every kind of sheet, and the coarse one some o
   CHECK(with([](const Setting& s) { return s.damping > 0; }) > 50);
   CHECK(with([](const Setting& s) { return s.obstacle == Obstacle::sphere; }) > 50);
   CHECK(with([](const Setting& s) { return s.frames == 10000; }) > 10);
+  for (const auto& drive : pin_drives) {
+    CHECK(with([&](const Setting& s) { return s.pins == drive.value; }) >= 12);
+  }
+  for (const auto& times : frame_times) {
+    CHECK(with([&](const Setting& s) { return s.times == times.value; }) >= 30);
+  }
   const auto coarse = settings_of(Ensemble::coarse);
   CHECK(coarse.size() < 60);
   std::set<std::string_view> coarse_groups;
@@ -123,4 +129,4 @@ TEST_CASE("heat: the table, the JSON and the picture say what is hot") {
   CHECK(to_text(std::vector<HeatRun>{}).empty());
 }
 
-}  // namespace
+}  // namespace heat_test

@@ -17,7 +17,7 @@
 #include "support/close.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace html_writer_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -442,4 +442,4 @@ TEST_CASE("nothing is left of an .html that is not finished") {
   CHECK(folder.entries() == 1);
 }
 
-}  // namespace
+}  // namespace html_writer_test

@@ -20,7 +20,7 @@
 #include "support/oracle.hpp"
 #include "support/paths.hpp"
 
-namespace {
+namespace impacts_test {
 
 using dvdx::Vec3;
 using dvdx::test::Oracle;
@@ -411,4 +411,4 @@ TEST_CASE("plain loops race on scenes with contacts, and are worse than the cont
   }
 }
 
-}  // namespace
+}  // namespace impacts_test

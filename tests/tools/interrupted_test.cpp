@@ -19,7 +19,7 @@
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace interrupted_test {
 
 using dvdx::test::run;
 using dvdx::test::ScratchFolder;
@@ -268,4 +268,4 @@ TEST_CASE("a report that cannot be written is exit 4, and leaves neither a file 
   CHECK(folder.entries() == 1);
 }
 
-}  // namespace
+}  // namespace interrupted_test

@@ -5,12 +5,10 @@
 
 #include <nlohmann/json.hpp>
 
-namespace {
+namespace long_runs_test {
 
 using namespace dvdx::tool;
 using stability::LongRun;
-
-}  // namespace
 
 TEST_CASE("long runs: energy walks as theory says, compensated states keep both, and a row stands for each decade") {
   constexpr std::uint64_t steps = 100000;
@@ -37,3 +35,5 @@ TEST_CASE("long runs: energy walks as theory says, compensated states keep both,
   CHECK(json[0].contains("phase_walk"));
   CHECK(stability::to_text(runs).find("float32_compensated") != std::string::npos);
 }
+
+}  // namespace long_runs_test

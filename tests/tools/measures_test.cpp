@@ -12,7 +12,7 @@
 #include "scene_io/steps.hpp"
 #include "support/close.hpp"
 
-namespace {
+namespace measures_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -157,4 +157,4 @@ TEST_CASE("a duration is a whole number of steps within 1e-6") {
   CHECK_FALSE(steps_in(1, 1e-300).has_value());
 }
 
-}  // namespace
+}  // namespace measures_test

@@ -9,7 +9,7 @@
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace merge_test {
 
 using dvdx::test::run;
 using dvdx::test::ScratchFolder;
@@ -80,4 +80,4 @@ TEST_CASE("a scene that is killed goes on by itself to the same end") {
   CHECK(shell(folder, script("run_scene.sh") + " nowhere.json at2 5") == 4);  // is not tried again
 }
 
-}  // namespace
+}  // namespace merge_test

@@ -2,10 +2,12 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
+
 #include "scene_io/file_text.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace mesh_file_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -50,6 +52,25 @@ TEST_CASE("four-sided faces have diagonals and bend straight across their common
   CHECK(bends_of(mesh) == Pairs{{0, 2}, {3, 5}});
 }
 
+TEST_CASE("faces of more than four sides have the diagonals of a fan, and its triangles bend") {
+  const auto mesh = mesh_of("v 0 0 0\nv 1 0 0\nv 2 1 0\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5\n");
+  CHECK(edges_of(mesh).size() == 5);
+  CHECK(diagonals_of(mesh) == Pairs{{0, 2}, {0, 3}});
+  CHECK(bends_of(mesh) == Pairs{{1, 3}, {2, 4}});
+}
+
+TEST_CASE("a byte order mark, lines that go on and keywords in any case are read") {
+  const auto marked = mesh_of("\xEF\xBB\xBFv 0 0 0\nV 1 0 0\nv 0 1 \\\n 0\nF 1 2 \\  \r\n\\\n3\n");
+  CHECK(marked.vertices == std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+  CHECK(marked.faces == std::vector<std::vector<std::uint32_t>>{{0, 1, 2}});
+  const auto older = mesh_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nFo 1 2 3\nL 1 2\nfoo 1 2 3\n");
+  CHECK(older.faces.size() == 1);
+  CHECK(older.lines == Pairs{{0, 1}});
+  CHECK(mesh_of("v 0 0 0 # goes on nowhere \\\nv 1 0 0\n").vertices.size() == 2);
+  CHECK(mesh_of("v 0 0 0\\").vertices.size() == 1);
+  CHECK(fault_of("v 0 0 0\nf 1 \\\n2 9\n") == "line 3 names vertex 9: must be from 1 to 1, or count back from -1");
+}
+
 TEST_CASE("a closed surface bends across every edge, each pair once") {
   // Two four-sided pyramids, base to base: the apexes face one another across all four sides of the base.
   const auto mesh = mesh_of(
@@ -57,6 +78,22 @@ TEST_CASE("a closed surface bends across every edge, each pair once") {
       "f 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n");
   CHECK(edges_of(mesh).size() == 12);
   CHECK(bends_of(mesh) == Pairs{{0, 2}, {1, 3}, {4, 5}});
+}
+
+TEST_CASE("pieces of a mesh, vertices that are doubled between them and those of no face are counted") {
+  const auto counts = [](std::string_view text) {
+    const MeshFacts facts = facts_of(mesh_of(text));
+    return std::array{facts.pieces, facts.doubled, facts.unused};
+  };
+  using Counts = std::array<std::size_t, 3>;
+  const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+  CHECK(counts(square + "f 1 2 3\nf 1 3 4\n") == Counts{1, 0, 0});
+  // The common side of two triangles has its vertices twice.
+  CHECK(counts(square + "v 0 0 0\nv 1 1 0\nf 1 2 3\nf 5 6 4\n") == Counts{2, 2, 0});
+  // Two pieces that touch nowhere, and a vertex of its own at another's place: nothing falls apart.
+  CHECK(counts(square + "v 5 0 0\nv 6 0 0\nv 5 1 0\nv 0 0 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\n") == Counts{2, 0, 1});
+  CHECK(counts(square + "l 1 2\n") == Counts{1, 0, 2});
+  CHECK(counts(square) == Counts{0, 0, 4});
 }
 
 TEST_CASE("what is wrong in an .obj file is named with its line") {
@@ -77,4 +114,4 @@ TEST_CASE("what is wrong in an .obj file is named with its line") {
         "line 3 names vertex 99: must be from 1 to 3, or count back from -1");
 }
 
-}  // namespace
+}  // namespace mesh_file_test

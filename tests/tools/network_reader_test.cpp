@@ -13,7 +13,7 @@
 #include "tools/schema.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace network_reader_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -494,11 +494,12 @@ TEST_CASE("what is wrong in a grid is refused with its path, its value and what 
        {"/network/damping", "-1", "network.damping is -1: must be a finite number >= 0"},
        {"/network/edge", "1",
         "network.edge is not a key of a network of type grid: did you mean edge_u? Known are type, damping, fixed, scheme, "
-        "substeps, method, theta, sweep, axis, broken, tears_at, rows, columns, origin, edge_u, edge_v, mass, structural, "
+        "substeps, method, theta, sweep, lines, axis, broken, tears_at, rows, columns, origin, edge_u, edge_v, mass, "
+        "structural, "
         "shear, bend, "
         "aerodynamics, strain_limit"},
        {"/network/scheme", "\"euler\"",
-        "network.scheme is \"euler\": must be \"leapfrog\", \"fourth_order\", \"sequential\" or \"accumulate\""},
+        "network.scheme is \"euler\": must be \"leapfrog\", \"fourth_order\", \"sequential\", \"accumulate\" or \"auto\""},
        {"/network/substeps", "0", "network.substeps is 0: must be a whole number from 1 to 1000000"},
        {"/network/substeps", "\"some\"", "network.substeps is \"some\": must be \"auto\" or a whole number"},
        {"/network/theta", "0.4", "network.theta is 0.4: must be a number from 0.5 to 1"},
@@ -555,4 +556,4 @@ TEST_CASE("constraints are read as they stand") {
         BySchema::accepted}});
 }
 
-}  // namespace
+}  // namespace network_reader_test

@@ -10,7 +10,7 @@
 #include "run/state_memory.hpp"
 #include "scene_io/scene_reader.hpp"
 
-namespace {
+namespace origin_command_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -27,8 +27,6 @@ constexpr const char* both_far = R"({"count": 2, "position": {"values": [[10002.
 constexpr const char* springs =
     R"(, "forces": [{"type": "spring", "stiffness": 36, "anchor": {"values": [[0, 0, 0], [10000.25, 0, 0]]}}])";
 constexpr const char* ground = R"(, "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0}])";
-
-}  // namespace
 
 TEST_CASE("origin of a scene: each particle's own, near its anchor or its start, where it is far out") {
   const auto held = scene(here_and_far, springs);
@@ -94,3 +92,5 @@ TEST_CASE("a compensated start holds what float32 cannot") {
   CHECK(std::abs(seen.x[0][0] - 10000.1) < 1e-10);
   CHECK(std::abs(seen.v[0][0] - 0.1) < 1e-15);
 }
+
+}  // namespace origin_command_test

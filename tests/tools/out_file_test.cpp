@@ -7,7 +7,7 @@
 #include "scene_io/fault.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace out_file_test {
 
 using namespace dvdx::tool;
 using dvdx::test::ScratchFolder;
@@ -17,8 +17,6 @@ std::string pattern(std::size_t bytes) {
   for (std::size_t i = 0; i < bytes; ++i) text += static_cast<char>(i * i + i / 256);
   return text;
 }
-
-}  // namespace
 
 TEST_CASE("a file has the bytes that it was given, of whatever sizes, each at its place") {
   const ScratchFolder folder("out-file");
@@ -50,3 +48,5 @@ TEST_CASE("a file that is there is written into, and one that is not is no file 
   CHECK_THROWS_WITH_AS(OutFile(folder / "b", OutFile::Open::as_it_is, "its name"),
                        "its name: cannot be written: No such file or directory", Fault);
 }
+
+}  // namespace out_file_test

@@ -15,7 +15,7 @@
 #include "scene_io/file_text.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace points_file_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -68,8 +68,6 @@ std::vector<Case> cases() {
 }
 
 const std::vector<Run> runs = {{0, 0}, {0, 1}, {0, count}, {1, 7000}, {7001, 7001}, {count - 1, 1}, {count, 0}, {count - 3, 9}};
-
-}  // namespace
 
 TEST_CASE("points: a run of rows is what all of the file holds there, and all are counted") {
   const test::ScratchFolder folder("runs");
@@ -163,3 +161,5 @@ TEST_CASE("points: a line may be longer than what is held at a time") {
   folder.write("empty.csv", "");
   CHECK(read_points(folder / "empty.csv").all == 0);
 }
+
+}  // namespace points_file_test

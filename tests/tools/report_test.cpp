@@ -22,7 +22,7 @@
 #include "support/paths.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace report_test {
 
 using namespace dvdx::tool;
 using namespace dvdx::tool::report;
@@ -119,6 +119,21 @@ TEST_CASE("the text's claims: where they hold and where not") {
   CHECK(claims[0].verdict == "holds");
   CHECK(claims[3].verdict == "does not hold");
   CHECK(measure_claims(shipped("one-spring"), {}, setup()).empty());
+}
+
+TEST_CASE("theory: what constraints hold is at most of second order; limits have no theory") {
+  using dvdx::Method;
+  SceneFile file;
+  file.particles.count = 2;
+  file.scene.add(dvdx::Constant{.acceleration = {0, -9.81, 0}});
+  file.scene.add(dvdx::Distance{.pairs = {{0, 1}}, .length = 1.0});
+  file.scene.add(dvdx::OnPoint{.particle = 0});
+  CHECK(theory_of(file, Method::combined).order == 2.0);
+  CHECK(theory_of(file, Method::exact).order == 2.0);
+  CHECK(theory_of(file, Method::symplectic_euler).order == 1.0);
+  file.scene.add(dvdx::Distance{.pairs = {{0, 1}}, .length = 1.0, .bound = dvdx::Bound::at_most});
+  CHECK_FALSE(theory_of(file, Method::combined).order.has_value());
+  CHECK(theory_of(file, Method::combined).note == "no theory: limits");
 }
 
 TEST_CASE("theory: any drag among other forces leaves first order") {
@@ -420,4 +435,4 @@ TEST_CASE("caches of data are those that the system tells of") {
   CHECK(caches_in(folder.path() / "none").empty());
 }
 
-}  // namespace
+}  // namespace report_test

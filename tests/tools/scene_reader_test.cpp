@@ -14,7 +14,7 @@
 #include "tools/schema.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace scene_reader_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -51,7 +51,7 @@ constexpr const char* full_scene = R"({
   ],
   "motions": {
     "arm": {"keys": [{"time": 0}]},
-    "lift": {"center": [0, 1, 0], "keys": [{"time": -1, "translation": [0, 1, 0]}, {"time": 2, "rotation": [0, 3, 0]}]}
+    "lift": {"center": [0, 1, 0], "keys": [{"time": -1, "translation": [0, 1, 0]}, {"time": 2, "rotation": [0, 3, 0], "jump": true}]}
   },
   "kinematic": [{"particles": [1], "motion": "lift"}],
   "skins": [{"particles": [2, 0], "points": [[0, 0, 0], [1, 0, 0]], "at_most": [0.5, 0], "motion": "arm",
@@ -119,7 +119,9 @@ TEST_CASE("a scene with one of everything is read as it stands") {
   scene.add(OrientedBox{.center = {1, 0, 0}, .half_extents = {4, 5, 6}, .rotation = {0, 0.5, 0}, .side = Side::inside});
   scene.add(Convex{.planes = {{{-1, 0, 0}, 0}, {{0, -1, 0}, 0}, {{0, 0, -1}, 0}, {{0, 0.6, 0.8}, 1.5}, {{1, 0, 0}, 1}}});
   scene.add(Motion{.center = {}, .keys = {{.time = 0}}});
-  scene.add(Motion{.center = {0, 1, 0}, .keys = {{.time = -1, .translation = {0, 1, 0}}, {.time = 2, .rotation = {0, 3, 0}}}});
+  scene.add(
+      Motion{.center = {0, 1, 0},
+             .keys = {{.time = -1, .translation = {0, 1, 0}}, {.time = 2, .rotation = {0, 3, 0}, .arrival = Arrival::jump}}});
   scene.add(Kinematic{.particles = {1}, .motion = 1});
   scene.add(Skin{.particles = {2, 0},
                  .points = {{0, 0, 0}, {1, 0, 0}},
@@ -236,8 +238,8 @@ constexpr BadValue bad_values[] = {
      "method is \"verlet\": must be \"combined\", \"exact\", \"average_acceleration\", \"pulse\" or \"symplectic_euler\""},
     {"/gravity", "9.81",
      "gravity is not a key of a scene: Known are format, name, about, step, duration, method, particles, forces, contacts, "
-     "network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal, wind, "
-     "skins, tethers"},
+     "network, constraints, constraint_iterations, substeps, fixed, motions, kinematic, origin, emitters, capacity, removal, "
+     "wind, skins, tethers"},
     {"/particles", nullptr, "particles is missing: a scene needs it"},
     {"/particles", "3", "particles is 3: must be an object with the keys count, mass, position, velocity"},
     {"/particles/count", nullptr, "particles.count is missing: particles needs it"},
@@ -358,6 +360,7 @@ constexpr BadValue bad_values[] = {
     {"/motions/arm/keys/0/time", nullptr, "motions.arm.keys[0].time is missing: a key of a motion needs it"},
     {"/motions/lift/keys/1/time", "-1", "motions.lift.keys[1].time is -1: must be a time after that of the key before, -1 s",
      BySchema::accepted},
+    {"/motions/lift/keys/1/jump", "1", "motions.lift.keys[1].jump is 1: must be true or false"},
     {"/motions/lift/keys/1/rotation", "[0,3]", "motions.lift.keys[1].rotation is [0,3]: must be a list of 3 numbers"},
     {"/motions/lift/keys/0/translation/1", "null", "motions.lift.keys[0].translation[1] is null: must be a finite number"},
     {"/kinematic", "{}", "kinematic is {}: must be a list of objects with particles and motion"},
@@ -439,8 +442,8 @@ constexpr BadText bad_texts[] = {
     {"\xFF\xFE{", "the file starts with a byte order mark: must be UTF-8 without one"},
     {"[1, 2]",
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
-     "contacts, network, constraints, constraint_iterations, fixed, motions, kinematic, origin, emitters, capacity, removal, "
-     "wind, skins, tethers"},
+     "contacts, network, constraints, constraint_iterations, substeps, fixed, motions, kinematic, origin, emitters, capacity, "
+     "removal, wind, skins, tethers"},
     {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
     {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
     {"{\"forces\": [{\"stiffness\": 1e999}]}", "forces[0].stiffness is 1e999: must be a finite number"},
@@ -606,4 +609,4 @@ TEST_CASE("a start beyond float32 is refused there and accepted in float64") {
                        "hail.json: particles.velocity is 1e+300 for particle 0: must be at most 3.4e+38 in float32", Fault);
 }
 
-}  // namespace
+}  // namespace scene_reader_test

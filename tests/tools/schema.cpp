@@ -18,6 +18,7 @@ bool is_type(const std::string& type, const json& value) {
   if (type == "object") return value.is_object();
   if (type == "array") return value.is_array();
   if (type == "string") return value.is_string();
+  if (type == "boolean") return value.is_boolean();
   if (type == "number") return value.is_number();
   if (type == "integer") return value.is_number_integer() || (value.is_number() && std::floor(value.get<double>()) == value);
   throw std::invalid_argument("schema type " + type);

@@ -18,7 +18,7 @@
 #include "maps/measurement.hpp"
 #include "support/close.hpp"
 
-namespace {
+namespace stability_maps_test {
 
 using namespace dvdx;
 using namespace dvdx::tool::stability;
@@ -79,11 +79,11 @@ TEST_CASE("stability analysis: joined particles") {
   CHECK(is_close(radius(leapfrog, 3), half + std::sqrt(half * half - 1), 1e-9));
   CHECK(is_close(radius({.scheme = Scheme::sequential, .theta = 0.5}, 7), 1, 1e-9));
   CHECK(radius({.scheme = Scheme::sequential, .theta = 0.55}, 7) < 0.9);
-  // the default keeps what it resolves, and of a pair, whose sweeps solve it exactly, nears rho where it does not
+  // the default keeps what it resolves, and damps what it does not: rho is 0 there, and a pair's sweeps solve it exactly
   const Coupling sequential{.scheme = Scheme::sequential};
   for (const double z : {0.01, 0.1, 0.5, 1.0, 3.0, 30.0, 1e3}) CHECK(radius(sequential, z) <= 1 + 1e-12);
   CHECK(radius(sequential, 0.1) > 1 - 1e-5);
-  CHECK(std::abs(radius(sequential, 1e3) - 0.2) < 0.02);
+  CHECK(radius(sequential, 1e3) < 0.05);
   CHECK(is_close(radius({.scheme = Scheme::accumulate, .method = Method::combined}, 3), 1, 1e-9));
 }
 
@@ -224,4 +224,4 @@ TEST_CASE("stability maps: the table, the JSON and the pictures say what the map
   CHECK(to_text({map}).find("FAILED: analysis and measurement disagree on 1 of 1 maps") != std::string::npos);
 }
 
-}  // namespace
+}  // namespace stability_maps_test

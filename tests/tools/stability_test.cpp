@@ -15,7 +15,7 @@
 #include "run/engine.hpp"
 #include "support/isas.hpp"
 
-namespace {
+namespace stability_test {
 
 using namespace dvdx::tool;
 using namespace dvdx::tool::stability;
@@ -171,4 +171,4 @@ TEST_CASE("stability: a row as JSON and as text") {
   CHECK(to_text({row}, Colour::coloured).find("\x1b[31mFAIL\x1b[0m") != std::string::npos);
 }
 
-}  // namespace
+}  // namespace stability_test

@@ -13,7 +13,7 @@
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
 
-namespace {
+namespace start_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -30,8 +30,6 @@ SceneFile drawn(const std::string& velocity = R"({"uniform": {"min": [-1, -2, -3
 constexpr ParallelFor backwards{.run = [](void*, std::size_t count, ParallelFor::Body body, void* task) {
   while (count-- > 0) body(task, count);
 }};
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("particles stand where the scene puts them, whatever the threads", T, float, double) {
   const SceneFile file = drawn();
@@ -139,3 +137,5 @@ TEST_CASE("health: particles that are not finite are counted, and the largest fi
     CHECK(health.largest == 7);
   }
 }
+
+}  // namespace start_test

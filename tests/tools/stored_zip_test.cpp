@@ -9,7 +9,7 @@
 #include "output/out_file.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace stored_zip_test {
 
 using namespace dvdx::tool;
 using dvdx::test::ScratchFolder;
@@ -65,8 +65,6 @@ void check_by_libzip(const StoredZip& archive, const std::string& path, const st
   zip_discard(read);
 }
 
-}  // namespace
-
 TEST_CASE("an archive of stored members has libzip's bytes, whatever order they are written in") {
   const ScratchFolder folder("stored-zip");
   write_by_libzip(folder / "b.zip");
@@ -105,3 +103,5 @@ TEST_CASE("an archive gives 64 bits to what needs them alone") {
   CHECK(archive.header(0)[4] == 45);
   CHECK(archive.header(1)[4] == 10);
 }
+
+}  // namespace stored_zip_test

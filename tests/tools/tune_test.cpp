@@ -19,7 +19,7 @@
 #include "tune/table.hpp"
 #include "tune/tune_scene.hpp"
 
-namespace {
+namespace tune_test {
 
 using namespace dvdx::tool;
 using namespace dvdx::tool::tune;
@@ -294,6 +294,19 @@ TEST_CASE("tune --json has the contract's keys, and the text names the choice") 
   CHECK(to_text(tuning).find("nothing in this scene is drawn from a seed") != std::string::npos);
 }
 
+TEST_CASE("tune says of no run what it did not make") {
+  dvdx::tool::tune::Tuning tuning;
+  tuning.amplitude = 1;
+  tuning.goal = 1e-2;
+  tuning.seconds = 45;
+  tuning.budget = 30;
+  CHECK(to_text(tuning).find("no candidate was run: the reference took 45 s of the 30 s of --budget\n") != std::string::npos);
+  tuning.findings.trials.resize(3);
+  tuning.findings.trials[0].outcome.refused = "more sub-steps";
+  for (auto& trial : tuning.findings.trials) trial.outcome.errors.diverged = true;
+  CHECK(to_text(tuning).find("2 candidates were run, and none stayed finite; 1 were refused\n") != std::string::npos);
+}
+
 TEST_CASE("--seed draws other values, alike where they were alike") {
   using nlohmann::json;
   const auto scene = json::parse(R"({"a": {"uniform": {"min": 0, "max": 1, "seed": 5}},
@@ -341,4 +354,4 @@ TEST_CASE("tune as a command: exit codes") {
   CHECK(command(folder, "tune --help").out.rfind("Example:", 0) == 0);
 }
 
-}  // namespace
+}  // namespace tune_test

@@ -13,7 +13,7 @@
 #include "support/paths.hpp"
 #include "tools/schema.hpp"
 
-namespace {
+namespace turnover_reader_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -176,4 +176,4 @@ TEST_CASE("a capacity beyond the memory is refused, and so is a scene whose part
   CHECK_THROWS_AS(refuse_turnover(file, "report"), Fault);
 }
 
-}  // namespace
+}  // namespace turnover_reader_test

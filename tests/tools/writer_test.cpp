@@ -20,7 +20,7 @@
 #include "scene_io/points_file.hpp"
 #include "tools/scratch_folder.hpp"
 
-namespace {
+namespace writer_test {
 
 using namespace dvdx;
 using namespace dvdx::tool;
@@ -581,4 +581,4 @@ TEST_CASE("an extension that nothing writes is a matter of usage, and the known 
   CHECK(exit_of("a") == Exit::usage);
 }
 
-}  // namespace
+}  // namespace writer_test

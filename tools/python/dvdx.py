@@ -250,6 +250,11 @@ class Scene:
         _call(_lib.dvdx_scene_set_contact_motion, self._handle, contact, motion)
         return self
 
+    def jump(self, motion, key):
+        """No way leads to key `key` of motion `motion` from the key before, both counted from 0: there it jumps."""
+        _call(_lib.dvdx_scene_set_jump, self._handle, motion, key)
+        return self
+
     def skin_motion(self, skin, motion):
         """Skin `skin` follows motion `motion`, both counted from 0."""
         _call(_lib.dvdx_scene_set_skin_motion, self._handle, skin, motion)
@@ -426,16 +431,19 @@ class _Driven:
         """After a jump of the state: what its springs did in the last step is not carried on."""
         getattr(_lib, self._PREFIX + "forget")(self._handle)
 
-    def set_pose(self, motion, translation=(0, 0, 0), rotation=(0, 0, 0)):
-        """What follows motion `motion` is there at the end of the next step: on its way in every sub-step, with its velocity."""
-        self._call_own("set_pose", motion, _vector(translation), _vector(rotation))
+    def set_pose(self, motion, translation=(0, 0, 0), rotation=(0, 0, 0), jump=False):
+        """What follows motion `motion` is there at the end of the next step: on its way in every sub-step, with its velocity.
 
-    def set_places(self, kinematic, places):
+        By a jump it is there when that step begins, and rests in it unless a target without jump follows; so below.
+        """
+        self._call_own("jump_pose" if jump else "set_pose", motion, _vector(translation), _vector(rotation))
+
+    def set_places(self, kinematic, places, jump=False):
         """The particles of group `kinematic` are at these places, (n, 3), at the end of the next step."""
         keep = []
-        self._call_own("set_places", kinematic, *_rows(places, "double", 3, keep))
+        self._call_own("jump_places" if jump else "set_places", kinematic, *_rows(places, "double", 3, keep))
 
-    def set_skin(self, skin, points, normals=None):
+    def set_skin(self, skin, points, normals=None, jump=False):
         """The points, and normals, of skin `skin` are these, (n, 3), at the end of the next step."""
         keep = []
         points, count = _rows(points, "double", 3, keep)
@@ -443,7 +451,7 @@ class _Driven:
             normals, other = _rows(normals, "double", 3, keep)
             if other != count:
                 raise ValueError(f"{other} normals: must be {count}, one for each point")
-        self._call_own("set_skin", skin, points, _ffi.NULL if normals is None else normals, count)
+        self._call_own("jump_skin" if jump else "set_skin", skin, points, _ffi.NULL if normals is None else normals, count)
 
 
 class Workspace(_Driven):

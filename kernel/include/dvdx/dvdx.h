@@ -369,19 +369,23 @@ typedef enum dvdx_scheme {
   DVDX_FOURTH_ORDER,
   DVDX_SEQUENTIAL,
   DVDX_ACCUMULATE,
+  DVDX_AUTOMATIC,  // the cheaper of leapfrog and sequential
 } dvdx_scheme;
 typedef enum dvdx_sweeps { DVDX_SWEEPS_SYMMETRIC = 0, DVDX_SWEEPS_FORWARD } dvdx_sweeps;
+typedef enum dvdx_lines { DVDX_LINES_ROWS = 0, DVDX_LINES_WHOLE, DVDX_LINES_NONE } dvdx_lines;
 typedef enum dvdx_pair_axis { DVDX_PAIR_AXIS_MIDPOINT = 0, DVDX_PAIR_AXIS_START } dvdx_pair_axis;
 
 // How all networks and constraints of a scene are stepped.
 typedef struct dvdx_coupling {
   dvdx_scheme scheme;
-  int substeps;  // 1..1000000 a step; 0: the fewest that the scheme's limit allows
+  int substeps;  // 1..1000000 a step; 0: the fewest that the scheme's limit allows, or of sequential its estimated error
   double theta;  // 0.5..1 of sequential; 0: none, which with symmetric sweeps is generalized alpha and with forward ones 1
   dvdx_sweeps sweeps;
+  dvdx_lines lines;    // of symmetric sweeps without theta
   dvdx_method method;  // of accumulate
   dvdx_pair_axis axis;
-  int iterations;  // 1..1000 a sub-step, of constraints that share particles; 0: 8
+  int iterations;          // 1..1000 a sub-step, of constraints that share particles; 0: 8
+  double longest_substep;  // s, of networks by sequential without substeps; 0: as the estimated error asks for
 } dvdx_coupling;
 
 // An empty scene. Pass DVDX_ABI_VERSION: DVDX_ABI_DIFFERS where the library is another than the header.
@@ -415,6 +419,8 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_convex(dvdx_scene* scene, const dvdx_conv
 DVDX_EXPORT dvdx_status dvdx_scene_add_mesh(dvdx_scene* scene, const dvdx_mesh* contact, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_motion* motion, dvdx_error* error);
+// To key `key` of a motion that is there, no way leads from the key before: its pose is held until then, and nothing between is swept.
+DVDX_EXPORT dvdx_status dvdx_scene_set_jump(dvdx_scene* scene, size_t motion, size_t key, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error);
 // A contact that is there follows a motion, which carries it from where it was added. Both count from 0.
 DVDX_EXPORT dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error);
@@ -503,6 +509,13 @@ typedef struct dvdx_network_limit {
   uint32_t particle;     // whose springs set the bound
   double damping;        // 1/s: no position has a higher rate of damping along the springs
   double damping_limit;  // that rate times sub-step that the scheme takes; infinite for sequential
+  dvdx_scheme scheme;    // that the plan steps by
+  double side;           // m, of sequential: of the net that is estimated to be worst off; 0 where nothing hangs
+  double rest_error;     // m: how much too low it hangs
+  double motion_error;   // m: how far it is off in a swing
+  // s, of sequential that chooses its sub-steps: none is longer. It was chosen when the plan was made, and changes keep it; a plan
+  // of the changed scene has the same bits where its coupling names it. 0 for others.
+  double longest_substep;
 } dvdx_network_limit;
 
 // A plan for the scene as it is now; the scene may be destroyed after it. start: the particles, whose count and places the plan
@@ -627,9 +640,26 @@ DVDX_EXPORT dvdx_status dvdx_workspace_set_places(dvdx_workspace* workspace, siz
 DVDX_EXPORT dvdx_status dvdx_workspace_set_skin(dvdx_workspace* workspace, size_t skin, const double* points,
                                                 const double* normals, size_t count, dvdx_error* error);
 
+// As a jump: it is there when the next step begins, nothing between is swept, and a target that waited is dropped. It rests in that
+// step, unless one of the functions above follows before it: then it goes from here to there. The state's own positions are the
+// program's to carry along.
+DVDX_EXPORT dvdx_status dvdx_plan_jump_pose(dvdx_plan* plan, size_t motion, const double* translation, const double* rotation,
+                                            dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_plan_jump_places(dvdx_plan* plan, size_t kinematic, const double* places, size_t count,
+                                              dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_plan_jump_skin(dvdx_plan* plan, size_t skin, const double* points, const double* normals,
+                                            size_t count, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_workspace_jump_pose(dvdx_workspace* workspace, size_t motion, const double* translation,
+                                                 const double* rotation, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_workspace_jump_places(dvdx_workspace* workspace, size_t kinematic, const double* places,
+                                                   size_t count, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_workspace_jump_skin(dvdx_workspace* workspace, size_t skin, const double* points,
+                                                 const double* normals, size_t count, dvdx_error* error);
+
 // Changes. Each makes again what it touches, and changes nothing where it fails. Not while another thread steps with this plan;
 // clones keep what they had. Rest lengths and anchors at the start stay what they were.
-// Another step, in s.
+// Another step, in s. Steps then vary: networks by `sequential` keep the sub-steps of the step that the plan was compiled for, and
+// a longer step takes more of them.
 DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_error* error);
 // The plan's force, or contact, `index` becomes force, or contact, `from` of a scene. In a plan that was compiled without
 // networks, constraints, skins and followers of a motion a contact takes no motion.

@@ -53,11 +53,12 @@ struct Grid {
 // direction is undefined and the spring contributes nothing.
 struct Springs {
   std::vector<Pair> pairs;
-  Scalars stiffness = 0.0;               // N/m >= 0: one for all, or one a pair
-  std::optional<Scalars> rest_length{};  // m >= 0; none: each pair's distance when the plan is compiled
-  double damping = 0;                    // kg/s >= 0, along each spring
-  std::vector<Pair> broken{};            // of `pairs`, those that are torn; each once. All springs of the network between two
-  std::vector<Triangle> triangles{};     // read where there is air
+  Scalars stiffness = 0.0;  // N/m >= 0: one for all, or one a pair
+  // m >= 0; none: each pair's distance when the plan is compiled, of places that are finite and not all one
+  std::optional<Scalars> rest_length{};
+  double damping = 0;                 // kg/s >= 0, along each spring
+  std::vector<Pair> broken{};         // of `pairs`, those that are torn; each once. All springs of the network between two
+  std::vector<Triangle> triangles{};  // read where there is air
   std::optional<Aerodynamics> aerodynamics{};
   // N/m: of a spring of no rest length beside each of these, in leapfrog and fourth_order; one for all, or one a pair. It may
   // be negative where all together hold: bend by angles is such a sum (dvdx/bending.hpp). A network with any is not torn.
@@ -84,6 +85,7 @@ enum class Scheme {
   fourth_order,  // six pulses a step between exact flows (Blanes and Moan 2002)
   sequential,    // one pulse made by Gauss-Seidel sweeps over the springs: stable at any step for linear networks
   accumulate,    // the sum of each pair's own integral contribution, by `method`
+  automatic,     // the cheaper of leapfrog and sequential, by a table of costs, where each takes the sub-steps that it needs
 };
 
 enum class SweepOrder {
@@ -91,6 +93,14 @@ enum class SweepOrder {
   forward,    // with theta 1: extended position-based dynamics in small steps
 };
 using Sweeps [[deprecated("SweepOrder")]] = SweepOrder;
+
+// Springs that `sequential` solves at once between its forward and its backward sweep.
+enum class Lines {
+  rows,  // of ropes (no particle has more than two springs) and of sheets whose springs lie in rows (grids, and lists that are as
+         // one), each row, column and diagonal as a whole; of other nets none
+  whole,  // of other nets too, those that go on straightest from each other: a sub-step then takes some ten times as long
+  none,   // takes a third of the time a sub-step; a load on a long row of stiff springs hangs too low at coarse sub-steps
+};
 
 enum class PairAxis {  // along which a pair's contribution acts, for `accumulate`
   midpoint,            // of the step, after the free drift: second order
@@ -100,13 +110,21 @@ enum class PairAxis {  // along which a pair's contribution acts, for `accumulat
 // How all networks and constraints of a scene are stepped.
 struct Coupling {
   Scheme scheme = Scheme::leapfrog;
-  std::optional<int> substeps{};  // 1..1000000 a step; none: the fewest that the scheme's limit allows (sequential: 1)
+  // 1..1000000 a step. None: the fewest that the scheme's limit allows; of sequential, which has none, those of its
+  // longest_substep.
+  std::optional<int> substeps{};
+  // s > 0, of networks by sequential without substeps: none is longer, and where steps vary they are so much shorter that springs
+  // are as stiff. None: the longest with which nets are estimated to hang and swing within 1 % of their side. compile() writes it
+  // into Plan::scene(), and changes keep it, whatever then hangs there: nets whose softness changed with their load would be
+  // pumped by it, and no change looks at the whole net. explain() estimates anew; so does a plan of a scene without it.
+  std::optional<double> longest_substep{};
   // Of sequential. None, with symmetric sweeps: generalized alpha, of second order, which has not been seen to give energy to
   // cloth that crumples; none, with forward sweeps: 1. A number, 0.5..1: where in the sub-step the springs act. 0.5 is of
   // second order; cloth that crumples gains energy at coarse steps, much of it below 0.7, rarely from there on
   // (docs/stability.md).
   std::optional<double> theta{};
   SweepOrder sweeps = SweepOrder::symmetric;
+  Lines lines = Lines::rows;      // of symmetric sweeps without theta; others have none
   Method method = Method::exact;  // of accumulate; combined: one pulse at the middle, filtered so that an isolated pair
                                   // swings at its own frequency at any stiffness
   PairAxis axis = PairAxis::midpoint;
@@ -119,7 +137,7 @@ enum class Bound { equal, at_most, at_least };
 // |x_j - x_i| = length (a rod), <= length (a rope, a strain limit) or >= length.
 struct Distance {
   std::vector<Pair> pairs;
-  std::optional<Scalars> length{};  // m > 0; none: each pair's distance when the plan is compiled
+  std::optional<Scalars> length{};  // m > 0; none: each pair's distance when the plan is compiled, as of Springs
   Bound bound = Bound::equal;
   bool operator==(const Distance&) const = default;
 };

@@ -48,7 +48,12 @@ enum class Unstable {
 };
 
 struct Options {
-  double step = 1.0 / 60;    // s, finite; negative runs time backwards, and a step of 0 changes no bit
+  double step = 1.0 / 60;  // s, finite; negative runs time backwards, and a step of 0 changes no bit
+  // s, finite and > 0: steps vary, as frames do. Springs by `sequential` then have the sub-steps of this step: a longer one takes
+  // more of them, and a shorter one is as exact as this one, not more so. None: all steps are alike, until set_step() gives one
+  // of another length; from then on it is the length that the plan was compiled for. A plan for frames that vary is compiled
+  // for the usual frame, one whose step is another for good is compiled anew.
+  std::optional<double> longest_step{};
   std::optional<Isa> isa{};  // the best where none is asked for
   Arithmetic arithmetic = Arithmetic::separate;
   std::size_t block = 0;  // particles that stay in first-level cache together: a multiple of 16, at most 1024; 0: chosen
@@ -72,6 +77,22 @@ enum class StepResult {
   time_not_finite,     // the state's clock is infinite or not a number: nothing was stepped
 };
 
+// How far a net that sweeps step is estimated to be off, of the one that is worst off: sweeps leave springs softer than they are.
+// Made of its springs, masses, of what is held and of the scene's constant accelerations; all 0 where nothing hangs on what is held.
+struct SweepEstimate {
+  double side = 0;    // m: from what holds it to what is farthest, along the springs at rest
+  double sag = 0;     // m: how far exact springs would stretch under the load
+  double rest = 0;    // m: how much too low it hangs
+  double motion = 0;  // m: how far a swing is off
+};
+
+// Which scheme `automatic` became: sub-steps a step that each takes, and ns a step by the table of costs.
+struct SchemeChoice {
+  Scheme scheme = Scheme::leapfrog;
+  int leapfrog = 1, sequential = 1;
+  double leapfrog_cost = 0, sequential_cost = 0;
+};
+
 // What limits the sub-steps of a scene's networks.
 struct NetworkLimit {
   int substeps = 1;            // a step, chosen or asked for
@@ -86,6 +107,9 @@ struct NetworkLimit {
   double damping = 0;          // 1/s: no position of the particles has a higher rate of damping along the springs
   double damping_limit = 0;    // that rate times sub-step that the scheme takes; infinite for sequential
   double rho = 0;              // of sequential's generalized alpha: which part of a stiff motion a sub-step leaves
+  Scheme scheme = Scheme::leapfrog;      // that the plan steps by
+  SweepEstimate estimate{};              // of sequential
+  std::optional<SchemeChoice> choice{};  // where the scene left the scheme open
 };
 
 template <class T>
@@ -108,9 +132,10 @@ class DVDX_EXPORT Workspace {
   // As Plan::forget().
   void forget() noexcept;
   // As Plan's, for the state that is stepped in this workspace.
-  Expected<void> set_pose(std::size_t motion, const Pose& target);
-  Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places);
-  Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {});
+  Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
+  Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places, Arrival arrival = Arrival::moving);
+  Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
+                          Arrival arrival = Arrival::moving);
 
  private:
   friend class Plan<T>;
@@ -177,16 +202,23 @@ class DVDX_EXPORT Plan {
   // have its velocity; after it they rest, until the next of these. The keys of the motion count no more. Neither compiles
   // anything; set_places takes memory at its first call. Of the state that is stepped in the plan's own workspace; a clone
   // starts by the keys. Not while another thread steps with it.
-  Expected<void> set_pose(std::size_t motion, const Pose& target);
-  Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places);  // m, in the world, one for each particle
+  // By Arrival::jump it is there when the next step begins, and nothing between is swept; a target that waited is dropped. It
+  // rests in that step, unless another target follows before it, by Arrival::moving: then it goes from here to there. So a
+  // character that is carried elsewhere while it walks jumps to where it stood, carried along, and moves on from there. The
+  // state's own positions are the program's to carry along.
+  Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
+  // places: m, in the world, one for each particle
+  Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places, Arrival arrival = Arrival::moving);
   // Likewise skins[skin], one point and one normal for each of its particles (m, in the world; of any length > 0). Without
   // normals those of a back-stop stay what they were. Takes no memory.
-  Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {});
+  Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
+                          Arrival arrival = Arrival::moving);
 
   // Changes of the scene. Each makes again what it touches, and changes nothing where it fails: with an error, or with
   // std::bad_alloc. Not while another thread steps with this plan; clones keep what they had. The plan then steps as one
-  // compiled anew from scene() and the particles where the first one was compiled: rest lengths and anchors at the start stay
-  // what they were.
+  // compiled anew from scene(), in which the scheme and the longest sub-step that it chose at first stand, and the particles
+  // where the first one was compiled: rest lengths and anchors at the start stay what they were. set_step() makes steps vary
+  // (Options::longest_step): it is the plan that compile() makes with step_size() and longest_step().
   Expected<void> set_step(double h);
   // forces[index] becomes `force`.
   Expected<void> replace(std::size_t index, const Force& force);
@@ -221,7 +253,8 @@ class DVDX_EXPORT Plan {
   [[nodiscard]] Expected<std::vector<Pair>> too_long(std::size_t index, double stretch, const State<T>& state) const;
 
   [[nodiscard]] const Scene& scene() const noexcept;
-  [[nodiscard]] double step_size() const noexcept;  // s
+  [[nodiscard]] double step_size() const noexcept;                    // s
+  [[nodiscard]] std::optional<double> longest_step() const noexcept;  // s, where steps vary: Options::longest_step
   [[nodiscard]] Isa isa() const noexcept;
   [[nodiscard]] Arithmetic arithmetic() const noexcept;
   [[nodiscard]] Rounding rounding() const noexcept;

@@ -77,13 +77,20 @@ struct Pose {
   bool operator==(const Pose&) const = default;
 };
 
+// How what a program drives comes to where it is told to be: on the way there through the whole of the next step, or in no time,
+// before the next step begins.
+enum class Arrival : std::uint8_t { moving, jump };
+
 // A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation, R by the
 // rotation vector (axis times angle). Between keys the translation is linear in time, and the rotation goes about a fixed axis
-// at a constant angular velocity, the short way round. Before the first and after the last key the pose is held, at rest.
+// at a constant angular velocity, the short way round. Before the first and after the last key the pose is held, at rest. To a key
+// by Arrival::jump there is no way: the pose of the key before is held, at rest, until its time; from then on what follows is there,
+// with the velocity that leads on to the next key, and nothing between has been swept.
 struct MotionKey {
   double time = 0;     // s
   Vec3 translation{};  // m
   Vec3 rotation{};     // rad
+  Arrival arrival = Arrival::moving;
   bool operator==(const MotionKey&) const = default;
 };
 struct Motion {

@@ -10,6 +10,7 @@
 
 #include "c_api/contact_report.hpp"
 #include "c_api/convert.hpp"
+#include "c_api/drive.hpp"
 #include "c_api/guard.hpp"
 #include "c_api/scene.hpp"
 #include "dvdx/build_info.hpp"
@@ -111,6 +112,9 @@ dvdx_status changed(dvdx_plan* plan, dvdx_error* error, const Change& change) {
   if (plan == nullptr) return missing(error, "plan");
   return guarded(error, [&] { return std::visit([&](auto& p) { return done_or(error, change(p)); }, plan->plan); });
 }
+auto changer(dvdx_plan* plan, dvdx_error* error) {
+  return [=](const auto& change) { return changed(plan, error, change); };
+}
 
 // The plan's force or contact becomes one of a scene's `list`.
 template <class List>
@@ -132,24 +136,25 @@ dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double h, dvdx_error* error) {
 
 dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const double* translation, const double* rotation,
                                dvdx_error* error) {
-  if (plan == nullptr) return missing(error, "plan");
-  if (translation == nullptr) return missing(error, "translation");
-  return changed(plan, error, [&](auto& p) { return p.set_pose(motion, pose_of(translation, rotation)); });
+  return drive_pose(changer(plan, error), motion, translation, rotation, dvdx::Arrival::moving);
 }
-
 dvdx_status dvdx_plan_set_places(dvdx_plan* plan, size_t kinematic, const double* places, size_t count, dvdx_error* error) {
-  return changed(plan, error, [&](auto& p) {
-    need(places, count, "places");
-    return p.set_places(kinematic, vectors_of(places, count));
-  });
+  return drive_places(changer(plan, error), kinematic, places, count, dvdx::Arrival::moving);
 }
-
 dvdx_status dvdx_plan_set_skin(dvdx_plan* plan, size_t skin, const double* points, const double* normals, size_t count,
                                dvdx_error* error) {
-  return changed(plan, error, [&](auto& p) {
-    need(points, count, "points");
-    return p.set_skin(skin, vectors_of(points, count), vectors_of(normals, count));
-  });
+  return drive_skin(changer(plan, error), skin, points, normals, count, dvdx::Arrival::moving);
+}
+dvdx_status dvdx_plan_jump_pose(dvdx_plan* plan, size_t motion, const double* translation, const double* rotation,
+                                dvdx_error* error) {
+  return drive_pose(changer(plan, error), motion, translation, rotation, dvdx::Arrival::jump);
+}
+dvdx_status dvdx_plan_jump_places(dvdx_plan* plan, size_t kinematic, const double* places, size_t count, dvdx_error* error) {
+  return drive_places(changer(plan, error), kinematic, places, count, dvdx::Arrival::jump);
+}
+dvdx_status dvdx_plan_jump_skin(dvdx_plan* plan, size_t skin, const double* points, const double* normals, size_t count,
+                                dvdx_error* error) {
+  return drive_skin(changer(plan, error), skin, points, normals, count, dvdx::Arrival::jump);
 }
 
 void dvdx_plan_forget(dvdx_plan* plan) {
@@ -277,6 +282,7 @@ int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limit* limit) {
   if (plan == nullptr || limit == nullptr) return 0;
   const auto found = std::visit([](const auto& p) { return p.network_limit(); }, plan->plan);
   if (!found) return 0;
+  const auto longest = std::visit([](const auto& p) { return p.scene().coupling.longest_substep; }, plan->plan);
   *limit = {.substeps = found->substeps,
             .frequency = found->frequency,
             .bound = found->bound,
@@ -285,7 +291,12 @@ int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limit* limit) {
             .safe = found->safe,
             .particle = found->particle,
             .damping = found->damping,
-            .damping_limit = found->damping_limit};
+            .damping_limit = found->damping_limit,
+            .scheme = static_cast<dvdx_scheme>(found->scheme),
+            .side = found->estimate.side,
+            .rest_error = found->estimate.rest,
+            .motion_error = found->estimate.motion,
+            .longest_substep = longest.value_or(0)};
   return 1;
 }
 

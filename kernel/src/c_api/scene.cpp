@@ -32,8 +32,8 @@ Wind wind_of(const dvdx_wind& from) {
 
 namespace {
 
-constexpr int methods = 6, expansions = 2, path_sweeps = 2, responses = 2, sides = 2, anchorings = 3, bounds = 3, schemes = 4,
-              sweep_orders = 2, pair_axes = 2;
+constexpr int methods = 6, expansions = 2, path_sweeps = 2, responses = 2, sides = 2, anchorings = 3, bounds = 3, schemes = 5,
+              sweep_orders = 2, line_choices = 3, pair_axes = 2;
 
 std::vector<Vec3> vectors(const double* xyz, std::size_t count, const std::string& field) {
   need(xyz, count, field);
@@ -239,9 +239,11 @@ Coupling value(const dvdx_coupling& from) {
   if (from.substeps != 0) to.substeps = from.substeps;
   if (from.theta != 0) to.theta = from.theta;
   to.sweeps = choice<SweepOrder>(from.sweeps, sweep_orders, "coupling.sweeps");
+  to.lines = choice<Lines>(from.lines, line_choices, "coupling.lines");
   to.method = method(from.method, "coupling.method").value_or(to.method);
   to.axis = choice<PairAxis>(from.axis, pair_axes, "coupling.axis");
   if (from.iterations != 0) to.iterations = from.iterations;
+  if (from.longest_substep != 0) to.longest_substep = from.longest_substep;
   return to;
 }
 
@@ -411,6 +413,19 @@ dvdx_status dvdx_scene_add_skin(dvdx_scene* scene, const dvdx_skin* skin, dvdx_e
 }
 dvdx_status dvdx_scene_set_backstop(dvdx_scene* scene, const dvdx_backstop* backstop, dvdx_error* error) {
   return changed(scene, backstop, "backstop", error, set_backstop);
+}
+dvdx_status dvdx_scene_set_jump(dvdx_scene* scene, size_t motion, size_t key, dvdx_error* error) {
+  return changed(scene, &motion, "motion", error, [&](Scene& to, std::size_t) {
+    if (motion >= to.motions.size()) {
+      throw dvdx::Error{"motion", std::to_string(motion),
+                        "below the scene's " + std::to_string(to.motions.size()) + " motions"};
+    }
+    std::vector<dvdx::MotionKey>& keys = to.motions[motion].keys;
+    if (key >= keys.size()) {
+      throw dvdx::Error{"key", std::to_string(key), "below the motion's " + std::to_string(keys.size()) + " keys"};
+    }
+    keys[key].arrival = dvdx::Arrival::jump;
+  });
 }
 dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t skin, size_t motion, dvdx_error* error) {
   return changed(scene, &skin, "skin", error, [&](Scene& to, std::size_t) { skin_of(to, skin, "skin").motion = motion; });

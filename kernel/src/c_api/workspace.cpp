@@ -5,6 +5,7 @@
 
 #include "c_api/contact_report.hpp"
 #include "c_api/convert.hpp"
+#include "c_api/drive.hpp"
 #include "c_api/guard.hpp"
 #include "c_api/plan.hpp"
 
@@ -21,6 +22,9 @@ template <class Change>
 dvdx_status changed(dvdx_workspace* workspace, dvdx_error* error, const Change& change) {
   if (workspace == nullptr) return missing(error, "workspace");
   return guarded(error, [&] { return std::visit([&](auto& w) { return done_or(error, change(w)); }, workspace->workspace); });
+}
+auto changer(dvdx_workspace* workspace, dvdx_error* error) {
+  return [=](const auto& change) { return changed(workspace, error, change); };
 }
 
 // use(the plan, the workspace, the state), where all three are of one precision.
@@ -104,23 +108,25 @@ dvdx_status dvdx_plan_restore_in(const dvdx_plan* plan, dvdx_workspace* workspac
 
 dvdx_status dvdx_workspace_set_pose(dvdx_workspace* workspace, size_t motion, const double* translation, const double* rotation,
                                     dvdx_error* error) {
-  if (workspace == nullptr) return missing(error, "workspace");
-  if (translation == nullptr) return missing(error, "translation");
-  return changed(workspace, error, [&](auto& w) { return w.set_pose(motion, pose_of(translation, rotation)); });
+  return drive_pose(changer(workspace, error), motion, translation, rotation, dvdx::Arrival::moving);
 }
-
 dvdx_status dvdx_workspace_set_places(dvdx_workspace* workspace, size_t kinematic, const double* places, size_t count,
                                       dvdx_error* error) {
-  return changed(workspace, error, [&](auto& w) {
-    need(places, count, "places");
-    return w.set_places(kinematic, vectors_of(places, count));
-  });
+  return drive_places(changer(workspace, error), kinematic, places, count, dvdx::Arrival::moving);
 }
-
 dvdx_status dvdx_workspace_set_skin(dvdx_workspace* workspace, size_t skin, const double* points, const double* normals,
                                     size_t count, dvdx_error* error) {
-  return changed(workspace, error, [&](auto& w) {
-    need(points, count, "points");
-    return w.set_skin(skin, vectors_of(points, count), vectors_of(normals, count));
-  });
+  return drive_skin(changer(workspace, error), skin, points, normals, count, dvdx::Arrival::moving);
+}
+dvdx_status dvdx_workspace_jump_pose(dvdx_workspace* workspace, size_t motion, const double* translation,
+                                     const double* rotation, dvdx_error* error) {
+  return drive_pose(changer(workspace, error), motion, translation, rotation, dvdx::Arrival::jump);
+}
+dvdx_status dvdx_workspace_jump_places(dvdx_workspace* workspace, size_t kinematic, const double* places, size_t count,
+                                       dvdx_error* error) {
+  return drive_places(changer(workspace, error), kinematic, places, count, dvdx::Arrival::jump);
+}
+dvdx_status dvdx_workspace_jump_skin(dvdx_workspace* workspace, size_t skin, const double* points, const double* normals,
+                                     size_t count, dvdx_error* error) {
+  return drive_skin(changer(workspace, error), skin, points, normals, count, dvdx::Arrival::jump);
 }

@@ -142,6 +142,7 @@ class Search {
                    ? limit(2, "scheme sequential with theta 0.5")
                    : limit(1, "scheme sequential is of first order with a theta above 0.5 and with forward sweeps");
       case Scheme::accumulate:
+      case Scheme::automatic:  // became one of the others
         break;
     }
     if (coupling.method == Method::combined) {

@@ -13,6 +13,8 @@
 
 namespace dvdx {
 
+inline constexpr std::size_t most_particles = 0xffffffff;
+
 enum class Range { finite, non_negative, non_negative_or_infinite, positive, unit };
 
 [[nodiscard]] inline std::string element(std::string name, std::size_t i) {

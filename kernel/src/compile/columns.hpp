@@ -43,4 +43,9 @@ class Columns {
   std::size_t bytes_ = 0;
 };
 
+template <class Element>
+[[nodiscard]] std::size_t bytes_of(const std::vector<Element>& list) noexcept {
+  return list.size() * sizeof(Element);
+}
+
 }  // namespace dvdx

@@ -7,6 +7,7 @@
 #include "compile/checker.hpp"
 #include "compile/particle_values.hpp"
 #include "compile/range.hpp"
+#include "compile/scheme_choice.hpp"
 #include "compile/validate.hpp"
 
 namespace dvdx {
@@ -83,8 +84,10 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   if (steps_in_columns(compiled->scene)) made = joints(compiled->scene, options, compiled->start);
   if (made != nullptr) {
     if (auto error = made->refusal(compiled->scene, compiled->start, options.unstable)) return tl::unexpected(*error);
+    compiled->scene.coupling.longest_substep = made->coupling.longest_substep;
   }
   compiled->shapes = shapes_of(compiled->scene.contacts, before);
+  if (before != nullptr) compiled->choice = before->choice;
   auto motion = make_motion(*compiled, std::move(made));
   if (!motion) return tl::unexpected(motion.error());
   compiled->motion = std::move(*motion);
@@ -102,7 +105,13 @@ std::shared_ptr<Joints<T>> new_joints(const Scene& scene, const Options& options
 template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
                                        std::vector<Vec3> start) {
-  return build<T>(std::move(scene), options, isa, count, std::move(start), new_joints<T>, nullptr);
+  std::optional<SchemeChoice> choice;
+  if (scene.coupling.scheme == Scheme::automatic) {
+    choice = take_scheme(scene, options.longest_step.value_or(options.step), start);
+  }
+  auto made = build<T>(std::move(scene), options, isa, count, std::move(start), new_joints<T>, nullptr);
+  if (made) (*made)->choice = choice;
+  return made;
 }
 
 namespace {
@@ -125,8 +134,7 @@ auto changed_joints(const CompiledScene<T>& before, Changed changed) {
 
 template <class T>
 Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h) {
-  Options options = before.options;
-  options.step = h;
+  const Options options = with_other_step(before.options, h);
   if (auto error = check(options)) return tl::unexpected(*error);
   return build<T>(before.scene, options, before.isa, before.count, before.start, changed_joints(before, Changed::step),
                   &before);
@@ -174,11 +182,21 @@ std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t in
 }
 
 template <class T>
+bool asks_for_substeps(const CompiledScene<T>& before, std::size_t index, const Force& force) noexcept {
+  if (before.joined() == nullptr || !before.joined()->joints().depends_on_weight()) return false;
+  return std::holds_alternative<Constant>(force) || std::holds_alternative<Constant>(before.scene.forces[index]);
+}
+
+template <class T>
 Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t index, const Force& force) {
   if (auto error = refusal_of(before, index, force)) return tl::unexpected(*error);
   Scene scene = before.scene;
   scene.forces[index] = force;
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
+  if (asks_for_substeps(before, index, force)) {
+    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start,
+                    changed_joints(before, Changed::step), &before);
+  }
   // A gust each frame must not look for the springs' frequency again.
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before), &before);
 }
@@ -192,6 +210,8 @@ Expected<SharedScene<T>> with_wind(const CompiledScene<T>& before, const Wind& w
 
 template std::optional<Error> refusal_of(const CompiledScene<float>&, std::size_t, const Force&);
 template std::optional<Error> refusal_of(const CompiledScene<double>&, std::size_t, const Force&);
+template bool asks_for_substeps(const CompiledScene<float>&, std::size_t, const Force&) noexcept;
+template bool asks_for_substeps(const CompiledScene<double>&, std::size_t, const Force&) noexcept;
 template struct CompiledScene<float>;
 template Expected<CompiledScene<float>::Motion> make_motion<float>(const CompiledScene<float>&, std::shared_ptr<Joints<float>>);
 template Expected<CompiledScene<double>::Motion> make_motion<double>(const CompiledScene<double>&,

@@ -36,9 +36,10 @@ struct CompiledScene {
   Options options;
   Isa isa;
   const Passes* passes;
-  std::optional<std::size_t> count;  // none where all particles are alike
-  std::vector<Vec3> start;           // m: only where anchors stand at the start, or something joins particles
-  ShapeMemories<T> shapes;           // of the contacts
+  std::optional<std::size_t> count;      // none where all particles are alike
+  std::vector<Vec3> start;               // m: only where anchors stand at the start, or something joins particles
+  ShapeMemories<T> shapes;               // of the contacts
+  std::optional<SchemeChoice> choice{};  // of a scene that left its scheme open; changes keep it
   Motion motion;
 
  private:
@@ -59,6 +60,9 @@ Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& 
 // What is wrong with a force in place of forces[index], all others being right.
 template <class T>
 std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t index, const Force& force);
+// Whether it may ask for another number of sub-steps there.
+template <class T>
+bool asks_for_substeps(const CompiledScene<T>& before, std::size_t index, const Force& force) noexcept;
 // Radial springs without a rest length are linear: they are exact as such.
 Force with_linear_spring(Force force);
 // More accelerations that differ from particle to particle than a pass takes.

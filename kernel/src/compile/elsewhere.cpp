@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -14,6 +15,7 @@
 #include "compile/compiled_scene.hpp"
 #include "compile/list_sheet.hpp"
 #include "compile/particle_order.hpp"
+#include "compile/sweep_scheme.hpp"
 #include "compile/system.hpp"
 #include "compile/validate.hpp"
 
@@ -43,7 +45,7 @@ Elsewhere rates_of(const Scene& scene, std::size_t count) {
   return found;
 }
 
-bool is_linear(const Force& force) {
+bool is_linear_spring(const Force& force) {
   return std::holds_alternative<RadialSpring>(force) && std::holds_alternative<Spring>(with_linear_spring(force));
 }
 
@@ -96,12 +98,33 @@ std::optional<Error> check_rows(const Scene& scene, const SweptPart& sweeps, std
           std::string(sweeps.reach == 2 ? " or the second next" : "")};
 }
 
+// Ropes where each network by itself is such: all of them together are ropes only then.
+bool are_all_ropes(const Scene& scene) {
+  return std::none_of(scene.networks.begin(), scene.networks.end(), [](const Network& network) {
+    const auto* const springs = std::get_if<Springs>(&network);
+    std::map<std::uint32_t, int> count;
+    return springs == nullptr || std::any_of(springs->pairs.begin(), springs->pairs.end(),
+                                             [&](const Pair& ends) { return ++count[ends[0]] > 2 || ++count[ends[1]] > 2; });
+  });
+}
+
+SpringsAre springs_of_part(const Scene& scene, const SweptPart* sweeps, bool is_sheet) {
+  return is_sheet || (sweeps != nullptr && sweeps->columns != 0) || are_all_ropes(scene) ? SpringsAre::in_rows
+                                                                                         : SpringsAre::any;
+}
+
 }  // namespace
 
 std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere, std::optional<std::size_t> count) {
   const bool is_swept = scene.coupling.scheme == Scheme::sequential && !scene.networks.empty();
-  if (!is_swept || !count || SteppedGrid(scene, *count, SteppedGrid::Sheets::stacked_too).get() != nullptr) return std::nullopt;
+  const bool is_sheet = is_swept && count && SteppedGrid(scene, *count, SteppedGrid::Sheets::stacked_too).get() != nullptr;
   const SweptPart* const sweeps = elsewhere.sweeps;
+  if (is_swept && elsewhere.exchange.start != nullptr &&
+      solves_lines(scene.coupling, springs_of_part(scene, sweeps, is_sheet))) {
+    return Error{"network.lines", scene.coupling.lines == Lines::whole ? "whole" : "rows",
+                 "none where a scene is stepped in parts: lines lead from part to part"};
+  }
+  if (!is_swept || !count || is_sheet) return std::nullopt;
   if (sweeps == nullptr) {
     if (elsewhere.exchange.start == nullptr) return std::nullopt;
     return Error{"elsewhere.sweeps", "null", "Part::sweeps of a part by sequential that is no sheet"};
@@ -125,7 +148,7 @@ std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere
 }
 
 Elsewhere elsewhere_of(const Scene& scene, std::size_t count) {
-  if (std::none_of(scene.forces.begin(), scene.forces.end(), is_linear)) return rates_of(scene, count);
+  if (std::none_of(scene.forces.begin(), scene.forces.end(), is_linear_spring)) return rates_of(scene, count);
   Scene linear = scene;
   for (Force& force : linear.forces) force = with_linear_spring(force);
   return rates_of(linear, count);

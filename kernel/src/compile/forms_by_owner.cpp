@@ -202,7 +202,7 @@ void fill_slots(const NetworkInput& in, const Slots& slots, SlotLists& lists, Gr
   terms.slots = lists.slots.data();
   terms.indices = lists.indices.data();
   terms.damping = in.is_damped ? Damping::along : Damping::none;
-  terms.drift = static_cast<T>(in.coupling.axis == PairAxis::midpoint ? in.substep / 2 : 0);
+  terms.drift = static_cast<T>(in.coupling.axis == PairAxis::midpoint ? in.substep.taken / 2 : 0);
 }
 
 // A column of 16 elements a slot, which the pass only reads.
@@ -269,9 +269,9 @@ GraphForm<T> make_graph_form(const NetworkInput& in, Columns<T>& columns) {
     double c = s.c;
     if (in.coupling.scheme == Scheme::accumulate) {
       const double both = in.w[s.a] + in.w[s.b];
-      const RadialKick kick = radial_kick(s.k * both, s.c * both, in.substep);
-      k = kick.kappa / (both * in.substep);
-      c = (1 - kick.E * kick.E) / (both * in.substep);
+      const RadialKick kick = radial_kick(s.k * both, s.c * both, in.substep.taken);
+      k = kick.kappa / (both * in.substep.taken);
+      c = (1 - kick.E * kick.E) / (both * in.substep.taken);
     }
     const SlotValues<T> values = slot_values<T>(k, s.l, c_of != nullptr ? c : 0, s.q);
     k_of[lane] = values.k;
@@ -450,7 +450,7 @@ PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns) {
     if (linear != nullptr) linear[lane] = is_linear(s) ? T(1) : T(0);
     if (s.is_broken) return;
     const double both = in.w[s.a] + in.w[s.b];
-    const Contribution alone = spring(s.k * both, s.c * both, in.substep, in.coupling.method);
+    const Contribution alone = spring(s.k * both, s.c * both, in.substep.taken, in.coupling.method);
     const double share = w / both;
     A[lane] = static_cast<T>(share * alone.A);
     B[lane] = static_cast<T>(share * alone.B);

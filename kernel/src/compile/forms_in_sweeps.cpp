@@ -17,7 +17,7 @@
 namespace dvdx {
 
 Implicitness implicitness(const NetworkInput& in) {
-  if (!is_generalized_alpha(in.coupling)) return theta_scheme(theta_of(in.coupling), in.substep);
+  if (!is_generalized_alpha(in.coupling)) return theta_scheme(theta_of(in.coupling), in.substep.taken);
   return generalized_alpha(in.rho, in.substep).implicitness;
 }
 Implicitness implicitness_of_start(const NetworkInput& in) { return start_of_generalized_alpha(in.substep).implicitness; }
@@ -36,7 +36,8 @@ template <class T>
 ShiftTerms<T> shift_terms(const NetworkInput& in) {
   if (is_generalized_alpha(in.coupling)) return {};
   const double theta = theta_of(in.coupling);
-  return {.to_x = static_cast<T>((2 * theta - 1) / (theta * theta)), .to_v = static_cast<T>(1 / (theta * theta * in.substep))};
+  return {.to_x = static_cast<T>((2 * theta - 1) / (theta * theta)),
+          .to_v = static_cast<T>(1 / (theta * theta * in.substep.taken))};
 }
 
 template <class T>
@@ -199,6 +200,13 @@ void lay_out(const ParticleOrder& order, std::size_t rows_of_all, std::size_t co
   form.terms.strands = form.strands.data();
 }
 
+template <class T>
+void add_lines(const NetworkInput& in, std::size_t rows, std::size_t columns, std::size_t sheet_rows, StrandsForm<T>& form) {
+  if (!solves_lines(in.coupling, SpringsAre::in_rows)) return;
+  form.lines = lines_of_sheets(in.order, rows, columns, sheet_rows, form.directions, form.strands);
+  form.terms.sheet_lines = form.lines.terms();
+}
+
 }  // namespace
 
 template <class T>
@@ -209,6 +217,7 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::
   form.shift = shift_terms<T>(in);
   form.directions = directions_of(grid);
   lay_out(in.order, grid.rows, grid.columns, sheet_rows, form);
+  add_lines(in, grid.rows, grid.columns, sheet_rows, form);
   const auto make = [&](const Implicitness& of, std::vector<StrandFamily<T>>& families, SweepTerms<T>& terms) {
     families = strand_families<T>(of, form.directions, grid.damping);
     terms.families = families.data();
@@ -301,6 +310,7 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const ListSheet& sheet,
   form.shift = shift_terms<T>(in);
   form.directions = directions_of(in.springs, sheet);
   lay_out(in.order, sheet.rows, sheet.columns, sheet.rows, form);
+  add_lines(in, sheet.rows, sheet.columns, sheet.rows, form);
   form.spring_at = springs_in_strands(in, form);
   drop_empty(form);
   const auto make = [&](SweepTerms<T>& terms) {
@@ -325,8 +335,8 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const ListSheet& sheet,
 
 namespace {
 
-// Springs of one range, by their index.
-using Range = std::vector<std::size_t>;
+// Springs by their index.
+using SpringIndices = std::vector<std::size_t>;
 
 // Four springs that a register may take whole: see Stand.
 struct Four {
@@ -337,7 +347,7 @@ struct Four {
 // A colour of a piece's springs: fours first, then those anywhere.
 struct Colour {
   std::vector<Four> side_by_side, in_turn;
-  Range anywhere;
+  SpringIndices anywhere;
 };
 
 // What of a piece's springs can be taken by fours. The springs between i and i + c for i in a row: four at a time, or where c
@@ -396,7 +406,7 @@ class Kinds {
       kinds_.emplace(std::pair(s.k, s.c), kinds_.size());
     }
   }
-  void sort(std::span<const JoinedPair> springs, Range& range) const {
+  void sort(std::span<const JoinedPair> springs, SpringIndices& range) const {
     sort_by(springs, range, [](std::size_t s) { return s; });
   }
   void sort(std::span<const JoinedPair> springs, std::vector<Four>& fours) const {
@@ -421,16 +431,16 @@ constexpr std::size_t springs_per_task = 4096;
 // Springs of each piece by colour, and those between pieces; those between two fixed ends are left out.
 struct Coloured {
   std::vector<std::vector<Colour>> within;
-  std::vector<Range> between;
+  std::vector<SpringIndices> between;
 };
 
-void put(std::vector<Range>& colours, std::size_t colour, std::size_t spring) {
+void put(std::vector<SpringIndices>& colours, std::size_t colour, std::size_t spring) {
   if (colours.size() <= colour) colours.resize(colour + 1);
   colours[colour].push_back(spring);
 }
 
 // Fours choose their colours first. colouring: of all particles, as pieces share none.
-std::vector<Colour> colours_of(const NetworkInput& in, const Range& springs, Fours& fours, Colouring& colouring) {
+std::vector<Colour> colours_of(const NetworkInput& in, const SpringIndices& springs, Fours& fours, Colouring& colouring) {
   std::vector<Colour> colours;
   const auto at = [&](std::size_t colour) -> Colour& {
     if (colours.size() <= colour) colours.resize(colour + 1);
@@ -457,7 +467,7 @@ Coloured coloured(const NetworkInput& in) {
   const auto piece = [&](std::uint32_t i) {
     return static_cast<std::size_t>(std::upper_bound(pieces.begin(), pieces.end(), element(i)) - pieces.begin()) - 1;
   };
-  Range by_element;
+  SpringIndices by_element;
   for (std::size_t s = 0; s < in.springs.size(); ++s) {
     if (in.w[in.springs[s].a] != 0 || in.w[in.springs[s].b] != 0) by_element.push_back(s);
   }
@@ -470,7 +480,7 @@ Coloured coloured(const NetworkInput& in) {
 
   Coloured found{.within = std::vector<std::vector<Colour>>(pieces.size() - 1), .between = {}};
   if (in.sweeps != nullptr) found.between.resize(in.sweeps->colours);
-  std::vector<Range> within(pieces.size() - 1);
+  std::vector<SpringIndices> within(pieces.size() - 1);
   Colouring between(in.w.size());
   for (const std::size_t s : by_element) {
     const JoinedPair& spring = in.springs[s];
@@ -495,7 +505,7 @@ Coloured coloured(const NetworkInput& in) {
 std::vector<std::uint32_t> colours_between_pieces(const NetworkInput& in) {
   std::vector<std::uint32_t> colour_of(in.springs.size(), 0);
   std::uint32_t colour = 0;
-  for (const Range& range : coloured(in).between) {
+  for (const SpringIndices& range : coloured(in).between) {
     ++colour;
     for (const std::size_t s : range) colour_of[s] = colour;
   }
@@ -519,7 +529,7 @@ class Ranges {
     idle_ = static_cast<std::uint32_t>(record * form_.records);
     form_.records += 2;
   }
-  void add(Range range) {
+  void add(SpringIndices range) {
     begin_range();
     add_anywhere(std::move(range));
   }
@@ -578,7 +588,7 @@ class Ranges {
     form_.stand.push_back(fours[0].stand);
     form_.springs = lanes_.size();
   }
-  void add_anywhere(Range range) {
+  void add_anywhere(SpringIndices range) {
     kinds_.sort(in_.springs, range);
     for (const std::size_t s : range) add_lane({&in_.springs[s], in_.springs[s].a, in_.springs[s].b});
     while (lanes_.size() % slice != 0) add_lane({});
@@ -636,15 +646,19 @@ ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns) {
     ranges.begin_task();
     for (const Colour& colour : piece) ranges.add(colour);
   }
-  for (const Range& colour : springs.between) {
+  for (const SpringIndices& colour : springs.between) {
     ranges.begin_stage();
     for (std::size_t from = 0; from < colour.size(); from += springs_per_task) {
       const auto first = colour.begin() + static_cast<std::ptrdiff_t>(from);
       ranges.begin_task();
-      ranges.add(Range(first, first + static_cast<std::ptrdiff_t>(std::min(springs_per_task, colour.size() - from))));
+      ranges.add(SpringIndices(first, first + static_cast<std::ptrdiff_t>(std::min(springs_per_task, colour.size() - from))));
     }
   }
   ranges.end();
+  if (solves_lines(in.coupling, are_ropes(in.springs, in.w.size()) ? SpringsAre::in_rows : SpringsAre::any)) {
+    form.lines = lines_of_list(in.springs, in.start, in.order, form.spring_at);
+    form.terms.lines = form.lines.terms();
+  }
   RangeTerms<T>& terms = form.terms.ranges;
   terms.first = form.ranges.data();
   terms.a = form.a.data();

@@ -142,6 +142,12 @@ bool JoinedMotion<T>::has_moving_contacts() const noexcept {
   return is_any_carried(contacts());
 }
 
+// Constraints and balls move particles themselves, and theta 1 ends a step with a pulse.
+template <class T>
+bool JoinedMotion<T>::keeps_still() const noexcept {
+  return !contacts().empty() && !joints_->splitting.b.empty() && last_ && !joints_->closes_substeps();
+}
+
 template <class T>
 WorkspaceShape JoinedMotion<T>::shape() const {
   const Joints<T>& joints = *joints_;
@@ -153,6 +159,7 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
   shape.accelerations = kicks ? joints.damping_passes() : 0;
   shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && !joints.splitting.b.empty();
+  shape.keeps_still = keeps_still();
   shape.order = joints.order_fingerprint;
   shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped() && shape.accelerations == 0;
   shape.meets_air = joints.air != nullptr;
@@ -166,6 +173,10 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   if (const auto* list = std::get_if<ColoursForm<T>>(&joints.form)) {
     shape.sweep_records = list->records;
     shape.keeps_velocities = list->terms.damping == Damping::along;
+  }
+  if (const auto* sheets = std::get_if<StrandsForm<T>>(&joints.form)) shape.lines = sheets->lines.rooms();
+  if (const auto* list = std::get_if<ColoursForm<T>>(&joints.form)) {
+    shape.lines = list->lines.rooms(joints.particles() >= parallel_from);
   }
   shape.visits_again = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;

@@ -52,13 +52,15 @@ struct WorkspaceShape {
   std::size_t sweep_springs = 0;  // 0: no sweeps
   std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
   std::size_t sweep_records = 0;  // of particles, for sweeps over a list
+  LineRooms lines{};              // for lines of springs, of all that are solved at once
   bool has_second_velocity = false;
   bool has_pair_sums = false;
   bool visits_again = false;      // the sweeps do, and read what the first visit kept
   bool keeps_velocities = false;  // for sweeps over a list that damps
   bool has_origin = false;
   bool keeps_acceleration = false;
-  std::uint64_t order = 0;  // fingerprint of the particles' order, where what is kept from step to step stands in it
+  bool keeps_still = false;  // which particles stand still
+  std::uint64_t order = 0;   // fingerprint of the particles' order, where what is kept from step to step stands in it
   bool meets_air = false;
   std::size_t triangles = 0;  // of a list that does
   ConstraintShape constraints{};
@@ -102,6 +104,8 @@ class JoinedMotion {
   [[nodiscard]] const std::vector<PoseTrack>& tracks() const noexcept { return tracks_; }
   [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return scene_.contacts; }
   [[nodiscard]] bool has_moving_contacts() const noexcept;
+  // Whether springs' pulses between the flows may move what stands still on a contact: passes/contact/stay.hpp.
+  [[nodiscard]] bool keeps_still() const noexcept;
   [[nodiscard]] const std::vector<SkinStart>& skins() const noexcept { return skins_; }
 
  private:

@@ -8,24 +8,16 @@
 
 #include "compile/particle_values.hpp"
 #include "compile/pose_track.hpp"
+#include "compile/scheme_choice.hpp"
 #include "compile/sweep_scheme.hpp"
 #include "compile/undo.hpp"
+#include "math/vec3.hpp"
 
 namespace dvdx {
 namespace {
 
 // Springs turn, and their frequency changes with them: the margin between the start's frequency and the limit.
 constexpr double start_margin = 1 / 0.93;
-
-std::vector<double> inverse_masses(const Scene& scene, std::size_t count) {
-  std::vector<double> w(count);
-  for (std::size_t i = 0; i < count; ++i) w[i] = 1 / scene.mass[i];
-  for (const std::size_t i : scene.fixed) w[i] = 0;
-  for (const Kinematic& followers : scene.kinematic) {
-    for (const std::size_t i : followers.particles) w[i] = 0;
-  }
-  return w;
-}
 
 struct Limited {
   NetworkLimit limit;
@@ -79,8 +71,26 @@ Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h
   if (rule.is_alone) return {.substeps = coupling.substeps.value_or(fewest)};
   Substeps found;
   found.substeps = coupling.substeps ? *coupling.substeps : std::max(fewest, substeps_for(rule.calm, h, rates));
-  if (is_generalized_alpha(coupling)) found.rho = rho_of(rates.frequency, h / found.substeps);
+  found.longest = h / found.substeps;
+  if (is_generalized_alpha(coupling)) found.rho = rho_of(rates.frequency, std::abs(found.longest), Pace::even);
   found.is_safe = found.substeps >= substeps_for(rule.stable, h, rates);
+  return found;
+}
+
+// s, of the even steps or of those that vary: no sub-step of sweeps that chooses their number is longer.
+double longest_of_sweeps(const Coupling& coupling, double frequency, Pace pace) noexcept {
+  if (!leaves_substeps_open(coupling) || !coupling.longest_substep) return std::numeric_limits<double>::infinity();
+  const bool varies = pace == Pace::uneven && is_generalized_alpha(coupling);
+  return varies ? as_stiff_where_uneven(*coupling.longest_substep, frequency) : *coupling.longest_substep;
+}
+
+// As many as make no sub-step longer than those of the longest step, which `longest` has.
+Substeps cut(Substeps found, double h, const Substeps& longest) {
+  constexpr double rounding = 1e-12;
+  const double fewest = std::ceil(std::abs(h) / longest.longest * (1 - rounding));
+  found.substeps = std::max(found.substeps, static_cast<int>(std::min(fewest, 1e6)));
+  found.longest = std::copysign(longest.longest, h);
+  found.pace = Pace::uneven;
   return found;
 }
 
@@ -109,17 +119,12 @@ bool sums_pairs(const Coupling& coupling) {
   return coupling.scheme == Scheme::accumulate && coupling.method != Method::combined;
 }
 
-template <class Element>
-std::size_t bytes_of(const std::vector<Element>& list) {
-  return list.size() * sizeof(Element);
-}
-
 template <class T>
-std::size_t bytes_of(const GridForm<T>& /*form*/) {
+std::size_t bytes_of_form(const GridForm<T>& /*form*/) {
   return 0;
 }
 template <class T>
-std::size_t bytes_of(const GraphForm<T>& form) {
+std::size_t bytes_of_form(const GraphForm<T>& form) {
   std::size_t bytes = 0;
   for (const SlotLists* lists : {&form.lists, &form.damped_lists}) {
     bytes += bytes_of(lists->first_slot) + bytes_of(lists->slots) + bytes_of(lists->indices);
@@ -127,17 +132,26 @@ std::size_t bytes_of(const GraphForm<T>& form) {
   return bytes;
 }
 template <class T>
-std::size_t bytes_of(const StrandsForm<T>& form) {
+std::size_t bytes_of_form(const StrandsForm<T>& form) {
   return bytes_of(form.strands) + bytes_of(form.families) + bytes_of(form.families_of_start) + bytes_of(form.bands) +
-         bytes_of(form.spring_at);
+         bytes_of(form.spring_at) + form.lines.bytes();
 }
 template <class T>
-std::size_t bytes_of(const ColoursForm<T>& form) {
+std::size_t bytes_of_form(const ColoursForm<T>& form) {
   return bytes_of(form.a) + bytes_of(form.b) + bytes_of(form.coefficients_of) + bytes_of(form.coefficients_of_start) +
-         bytes_of(form.ranges) + bytes_of(form.stand) + bytes_of(form.spring_at) + bytes_of(form.tasks) + bytes_of(form.stages);
+         bytes_of(form.ranges) + bytes_of(form.stand) + bytes_of(form.spring_at) + bytes_of(form.tasks) +
+         bytes_of(form.stages) + form.lines.bytes();
 }
 
 }  // namespace
+
+Options with_other_step(const Options& options, double step) {
+  Options other = options;
+  other.step = step;
+  const bool is_other = options.step != 0 && step != 0 && std::abs(step) != std::abs(options.step);
+  if (is_other && !options.longest_step) other.longest_step = std::abs(options.step);
+  return other;
+}
 
 SubstepRule::SubstepRule(const Coupling& coupling, bool is_isolated)
     : is_alone(coupling.scheme == Scheme::accumulate && is_isolated),
@@ -156,6 +170,7 @@ template <class T>
 Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed)
     : coupling(scene.coupling),
       step(options.step),
+      longest_step(options.longest_step),
       w_of(inverse_masses(scene, start.size())),
       splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
       memory_(options.memory),
@@ -172,12 +187,12 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   rho_of_whole_ = options.elsewhere.rho;
   if (coupling.scheme == Scheme::sequential) sweeps_ = options.elsewhere.sweeps;
   closes_in_whole_ = options.elsewhere.closes_substeps;
-  choose(scene, pairs, kept, changed);
+  choose(scene, pairs, start, kept, changed);
   make_order(scene, pairs, grid, kept);
   if (is_generalized_alpha(coupling)) order_fingerprint = order.fingerprint();
   make_fixed(scene, start);
   make_inverse_masses();
-  make_form(pairs, stepped);
+  make_form(pairs, start, stepped);
   make_telling_order(options.elsewhere.exchange);
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
   auto kept_in = std::make_unique<Balls<T>>(scene, start, w_of, order, options.memory);
@@ -188,10 +203,13 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
 
 // By sums where they tell the number of sub-steps, by eigenvalues only where these would save some.
 template <class T>
-void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed) {
+void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const Vec3> start, const Joints* kept,
+                       Changed changed) {
   const bool is_grid = is_stack_ || only_grid(scene, particles()) != nullptr;
   fastest_turn_ = fastest_turn_of(scene);
-  const auto by = [&](const HighestRates& highest) { return substeps_by(highest, step); };
+  rods_rate_ = scene.constraints.empty() ? 0 : swept_rods_rate(scene, start, w_of);
+  rods_frequency_ = std::sqrt(length(constant_acceleration(scene)) * rods_rate_);
+  const auto by = [&](const HighestRates& highest) { return substeps_by(highest); };
   const bool has_rule = kept != nullptr && coupling.scheme != Scheme::accumulate;
   rule = has_rule ? kept->rule : SubstepRule(coupling, are_isolated(pairs, w_of));
   if (kept != nullptr && changed == Changed::step) {
@@ -203,7 +221,17 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, co
   // Sweeps are stable at any rate, and no sub-step is saved: their rho is that of the sums.
   if (coupling.scheme == Scheme::sequential) rates.least = rates.most;
   if (by(rates.least) != by(rates.most)) rates.least = rates.most = highest_rates(pairs, w_of);
+  if (!scene.networks.empty() && leaves_substeps_open(coupling) && !coupling.longest_substep) {
+    const SweptNet net = pairs.empty() ? swept_net(scene, start) : SweptNet(scene, pairs, w_of, start);
+    coupling.longest_substep = net.longest_substep(coupling, rates.most);
+  }
   chosen = by(rates.most);
+}
+
+template <class T>
+SweptNet Joints<T>::swept_net(const Scene& scene, std::span<const Vec3> start) const {
+  const Grid* const sheet = only_grid(scene, particles());
+  return sheet != nullptr ? SweptNet(scene, *sheet) : SweptNet(scene, joined_pairs(scene, start), w_of, start);
 }
 
 template <class T>
@@ -226,20 +254,42 @@ NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) c
   const Frequencies of = found_ ? *found_ : find(scene, start);
   NetworkLimit limit = limit_of(rule, of, step, chosen.substeps, hangs_free(scene, particles())).limit;
   limit.rho = chosen.rho;
+  limit.scheme = coupling.scheme;
+  if (coupling.scheme == Scheme::sequential) {
+    const SubstepLength length{.taken = std::abs(substep()), .longest = std::abs(chosen.longest), .pace = chosen.pace};
+    limit.estimate = swept_net(scene, start).estimate(coupling, rates.most.frequency, length);
+  }
   return limit;
 }
 
 std::optional<NetworkLimit> limit_of_sheet(const Scene& scene, double step, const SheetRates& all) {
   const Grid* const sheet = sheet_of(scene);
   if (sheet == nullptr) return std::nullopt;
-  const SubstepRule rule(scene.coupling, false);
   const HighestRates highest = rates_of(*sheet, all);
-  const int of_turn = substeps_of_turn(fastest_turn_of(scene) * std::abs(step));
-  const Substeps chosen = substeps_of(scene.coupling, rule, step, highest, of_turn);
+  Coupling coupling = scene.coupling;
+  std::optional<SweptNet> net;
+  if (coupling.scheme == Scheme::sequential || coupling.scheme == Scheme::automatic) net.emplace(scene, *sheet);
+  std::optional<SchemeChoice> choice;
+  if (coupling.scheme == Scheme::automatic) {
+    const Joined joined{sheet->rows * sheet->columns, count_springs(*sheet), SpringsLie::as_sheet, SpringsLie::as_sheet,
+                        sheet->damping != 0};
+    choice = take_scheme(coupling, step, highest, *net, joined);
+  }
+  const SubstepRule rule(coupling, false);
+  const bool is_sequential = coupling.scheme == Scheme::sequential;
+  int fewest = substeps_of_turn(fastest_turn_of(scene) * std::abs(step));
+  if (leaves_substeps_open(coupling)) {
+    if (!coupling.longest_substep) coupling.longest_substep = net->longest_substep(coupling, highest);
+    fewest = std::max(fewest, substeps_within(*coupling.longest_substep, step));
+  }
+  const Substeps chosen = substeps_of(coupling, rule, step, highest, fewest);
   if (!chosen.is_safe || chosen.substeps > 1000000) return std::nullopt;
   const Frequencies bound{.start = highest.frequency, .bound = highest.frequency, .damping = highest.damping};
   NetworkLimit limit = limit_of(rule, bound, step, chosen.substeps, false).limit;
   limit.rho = chosen.rho;
+  limit.scheme = coupling.scheme;
+  if (is_sequential) limit.estimate = net->estimate(coupling, highest.frequency, even(std::abs(step) / chosen.substeps));
+  limit.choice = choice;
   return limit;
 }
 
@@ -302,9 +352,10 @@ void Joints<T>::make_inverse_masses() {
 }
 
 template <class T>
-void Joints<T>::make_form(std::span<const JoinedPair> pairs, const SteppedGrid& stepped) {
+void Joints<T>::make_form(std::span<const JoinedPair> pairs, std::span<const Vec3> start, const SteppedGrid& stepped) {
   const Grid* const grid = stepped.get();
-  const NetworkInput in = input(pairs);
+  NetworkInput in = input(pairs);
+  in.start = start;
   const bool is_sequential = coupling.scheme == Scheme::sequential;
   if (grid != nullptr && is_sequential) {
     form = make_strands_form<T>(in, stepped.grid(), stepped.sheet_rows(), w, columns_);
@@ -343,7 +394,8 @@ void Joints<T>::make_telling_order(const Exchange& exchange) {
 
 template <class T>
 NetworkInput Joints<T>::input(std::span<const JoinedPair> pairs) const {
-  return {coupling, pairs, is_damped_, w_of, order, substep(), chosen.rho, sweeps_};
+  const SubstepLength length{.taken = substep(), .longest = chosen.longest, .pace = chosen.pace};
+  return {coupling, pairs, is_damped_, w_of, order, length, chosen.rho, sweeps_, {}};
 }
 
 template <class T>
@@ -367,11 +419,16 @@ bool Joints<T>::can_change_in_place() const noexcept {
 }
 
 template <class T>
-bool Joints<T>::can_change_step(double other_step) const noexcept {
+bool Joints<T>::can_change_step(const Options& options) const noexcept {
+  const auto then = [&](const HighestRates& highest) { return substeps_by(highest, options.step, options.longest_step); };
   const bool is_graph = std::holds_alternative<GraphForm<T>>(form) && coupling.scheme != Scheme::accumulate;
   const bool is_list = is_graph || (sweeps_list() && sweeps_ == nullptr);
-  if (constraints || !(is_list || std::holds_alternative<GridForm<T>>(form))) return false;
-  return substeps_by(rates.least, other_step) == substeps_by(rates.most, other_step);
+  if (constraints) return false;
+  if (std::holds_alternative<StrandsForm<T>>(form) && !list_sheet_) {
+    return is_generalized_alpha(coupling) && then(rates.most).solves_alike(chosen);
+  }
+  if (!(is_list || std::holds_alternative<GridForm<T>>(form))) return false;
+  return then(rates.least) == then(rates.most);
 }
 
 template <class T>
@@ -380,15 +437,23 @@ void Joints<T>::reserve_step(const Scene& scene, std::span<const Vec3> start) {
 }
 
 template <class T>
-void Joints<T>::change_step(double other_step) noexcept {
-  step = other_step;
-  chosen = substeps_by(rates.most, step);
+void Joints<T>::change_step(const Options& options) noexcept {
+  step = options.step;
+  longest_step = options.longest_step;
+  chosen = substeps_by(rates.most);
 }
 
 template <class T>
-void Joints<T>::take_step() noexcept {
-  if (auto* list = std::get_if<ColoursForm<T>>(&form)) by_spring_->colours->set_scheme(*list, input({}));
-  if (auto* strands = strands_of_list()) by_spring_->strands->set_scheme(*strands, input({}));
+void Joints<T>::take_step(const Substeps& before) noexcept {
+  const bool solves_alike = is_generalized_alpha(coupling) && chosen.solves_alike(before);
+  if (auto* list = std::get_if<ColoursForm<T>>(&form)) {
+    if (solves_alike) return set_scheme(*list, input({}));
+    by_spring_->colours->set_scheme(*list, input({}));
+  }
+  if (auto* strands = std::get_if<StrandsForm<T>>(&form)) {
+    if (solves_alike) return set_scheme(*strands, input({}));
+    if (list_sheet_) by_spring_->strands->set_scheme(*strands, input({}));
+  }
 }
 
 namespace {
@@ -424,8 +489,18 @@ void Joints<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
 }
 
 template <class T>
-Substeps Joints<T>::substeps_by(const HighestRates& highest, double h) const noexcept {
-  Substeps found = substeps_of(coupling, rule, h, highest, substeps_of_turn(fastest_turn_ * std::abs(h)));
+Substeps Joints<T>::substeps_by(const HighestRates& highest, double h, std::optional<double> longest) const noexcept {
+  const auto at = [&](double step_) {
+    const double of_sweeps = longest_of_sweeps(coupling, highest.frequency, longest ? Pace::uneven : Pace::even);
+    const int fewest = std::max({substeps_of_turn(fastest_turn_ * std::abs(step_)), substeps_within(of_sweeps, step_),
+                                 substeps_of_rods(rods_frequency_, step_)});
+    return substeps_of(coupling, rule, step_, highest, fewest);
+  };
+  Substeps found = at(h);
+  if (coupling.scheme == Scheme::sequential && longest) {
+    found = cut(found, h, at(*longest));
+    if (is_generalized_alpha(coupling)) found.rho = rho_of(highest.frequency, std::abs(found.longest), found.pace);
+  }
   if (is_generalized_alpha(coupling)) found.rho = rho_of_whole_.value_or(found.rho);
   return found;
 }
@@ -459,8 +534,8 @@ RateBounds Joints<T>::rates_now() const noexcept {
 // change.
 template <class T>
 bool Joints<T>::are_right(const RateBounds& bounds) const noexcept {
-  Substeps least = substeps_by(bounds.least, step);
-  Substeps most = substeps_by(bounds.most, step);
+  Substeps least = substeps_by(bounds.least);
+  Substeps most = substeps_by(bounds.most);
   if (sweeps_list()) least.rho = most.rho = chosen.rho;
   return least == chosen && most == chosen;
 }
@@ -469,10 +544,10 @@ template <class T>
 void Joints<T>::take(const RateBounds& bounds) noexcept {
   found_.reset();
   rates = bounds;
-  const Substeps now = substeps_by(rates.most, step);
+  const Substeps now = substeps_by(rates.most);
   if (now == chosen) return;
-  chosen = now;
-  take_step();
+  const Substeps before = std::exchange(chosen, now);
+  take_step(before);
 }
 
 template <class T>
@@ -670,7 +745,7 @@ bool Joints<T>::set_zero_length(const Scene& scene, std::size_t network, const S
 
 template <class T>
 std::size_t Joints<T>::bytes() const noexcept {
-  const std::size_t of_form = std::visit([](const auto& f) { return bytes_of<T>(f); }, form);
+  const std::size_t of_form = std::visit([](const auto& f) { return bytes_of_form<T>(f); }, form);
   return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0) + (air ? air->bytes() : 0) +
          (balls ? balls->bytes() : 0);
 }

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -20,12 +21,15 @@
 #include "compile/network_forms.hpp"
 #include "compile/particle_order.hpp"
 #include "compile/strands_in_place.hpp"
+#include "compile/sweep_error.hpp"
 #include "dvdx/plan.hpp"
 
 namespace dvdx {
 
 // Particles that one call of the caller's parallel_for takes: a fixed number, so that nothing depends on threads.
 inline constexpr std::size_t particles_per_task = 4096;
+// Below this many particles, waking a thread for every pulse and flow costs more than it saves.
+inline constexpr std::size_t parallel_from = 16384;
 
 // Of a part of a larger scene: rows of a grid or slices of a list, those first that hold a particle which other parts are told
 // of.
@@ -52,11 +56,20 @@ struct SubstepRule {
   StableRange stable, calm;
 };
 struct Substeps {
-  int substeps = 1;     // a step
-  double rho = 0;       // of generalized alpha
+  int substeps = 1;    // a step
+  double rho = 0;      // of generalized alpha
+  double longest = 0;  // s, of the step's sign: no sub-step of sweeps is longer, however long a step
+  Pace pace = Pace::even;
   bool is_safe = true;  // in any position
   bool operator==(const Substeps&) const = default;
+  // Whether generalized alpha solves each spring by the same coefficients.
+  [[nodiscard]] bool solves_alike(const Substeps& other) const noexcept {
+    return rho == other.rho && longest == other.longest && pace == other.pace;
+  }
 };
+
+// The options of a plan whose step becomes another.
+[[nodiscard]] Options with_other_step(const Options& options, double step);
 
 // Since other joints of the same particles were made.
 enum class Changed {
@@ -78,6 +91,8 @@ class Joints {
   [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable);
   // Of the springs as they are now, by eigenvalues: a hundred steps' time.
   [[nodiscard]] NetworkLimit limit(const Scene& scene, std::span<const Vec3> start) const;
+  // The net that the scene is now, for sequential.
+  [[nodiscard]] SweptNet swept_net(const Scene& scene, std::span<const Vec3> start) const;
   [[nodiscard]] double substep() const noexcept { return step / chosen.substeps; }  // s
   [[nodiscard]] std::size_t bytes() const noexcept;
   [[nodiscard]] bool is_damped() const noexcept { return is_damped_; }
@@ -85,7 +100,8 @@ class Joints {
   [[nodiscard]] std::size_t damping_passes() const noexcept { return is_damped_ ? dvdx::damping_passes(coupling) : 0; }
 
   Coupling coupling;
-  double step;  // s
+  double step;                         // s
+  std::optional<double> longest_step;  // s, where steps vary
   std::size_t springs = 0;
   std::vector<double> w_of;  // 1/kg of each particle, 0 where fixed or kinematic
   Splitting splitting;
@@ -107,15 +123,20 @@ class Joints {
   [[nodiscard]] bool closes_substeps() const noexcept {
     return constraints.has_value() || balls != nullptr || closes_in_whole_;
   }
+  // Whether the constant accelerations tell how many sub-steps there are.
+  [[nodiscard]] bool depends_on_weight() const noexcept { return rods_rate_ != 0 && !coupling.substeps; }
+  // rad/s, of rods that meet under the weight of all that may hang on them; 0 where there are none.
+  [[nodiscard]] double rods_frequency() const noexcept { return rods_frequency_; }
   // Changes in place, of the only owner (execute/plan_parts.hpp): of grids that are stepped as one, or of a list by any scheme
   // but accumulate, without constraints. The scene is the one that the joints were made of, but for the change.
   [[nodiscard]] bool can_change_in_place() const noexcept;
-  // Whether the springs' coefficients are those of another step too, and sums tell its sub-steps.
-  [[nodiscard]] bool can_change_step(double other_step) const noexcept;
+  // Whether the springs' coefficients are those of another step too, and sums tell its sub-steps. options: with that step.
+  [[nodiscard]] bool can_change_step(const Options& options) const noexcept;
   // Takes memory for take_step() first. After it the springs' coefficients are those of the step before until take_step().
   void reserve_step(const Scene& scene, std::span<const Vec3> start);
-  void change_step(double other_step) noexcept;
-  void take_step() noexcept;
+  void change_step(const Options& options) noexcept;
+  // before: `chosen` as it was.
+  void take_step(const Substeps& before) noexcept;
   // What looks at the neighbourhood of one particle alone; made at the first of these changes.
   void reserve_rates(const Scene& scene, std::span<const Vec3> start);
   // Of a list, after reserve_rates(); else null.
@@ -135,11 +156,12 @@ class Joints {
  private:
   Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed);
 
-  void choose(const Scene& scene, std::span<const JoinedPair> pairs, const Joints* kept, Changed changed);
+  void choose(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const Vec3> start, const Joints* kept,
+              Changed changed);
   void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept);
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();
-  void make_form(std::span<const JoinedPair> pairs, const SteppedGrid& stepped);
+  void make_form(std::span<const JoinedPair> pairs, std::span<const Vec3> start, const SteppedGrid& stepped);
   void make_telling_order(const Exchange& exchange);
 
   [[nodiscard]] bool set_rates(std::size_t particle, double w) noexcept;
@@ -158,7 +180,10 @@ class Joints {
   void take(const RateBounds& bounds) noexcept;
   void take_scheme() noexcept;
   [[nodiscard]] Frequencies find(const Scene& scene, std::span<const Vec3> start) const;
-  [[nodiscard]] Substeps substeps_by(const HighestRates& highest, double h) const noexcept;
+  [[nodiscard]] Substeps substeps_by(const HighestRates& highest, double h, std::optional<double> longest) const noexcept;
+  [[nodiscard]] Substeps substeps_by(const HighestRates& highest) const noexcept {
+    return substeps_by(highest, step, longest_step);
+  }
   [[nodiscard]] NetworkInput input(std::span<const JoinedPair> pairs) const;
 
   // The strands of a list that is swept in such, or null.
@@ -174,7 +199,9 @@ class Joints {
   const SweptPart* sweeps_ = nullptr;
   std::optional<ListSheet> list_sheet_;  // of a list in sweeps that is one
   bool closes_in_whole_ = false;
-  double fastest_turn_ = 0;        // rad/s, of the surfaces that follow a motion
+  double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
+  double rods_rate_ = 0;     // 1/m, of rods that meet
+  double rods_frequency_ = 0;
   std::vector<GridRates> by_row_;  // of each sheet
   struct ListInPlace {
     ListRates rates;

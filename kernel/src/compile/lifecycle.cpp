@@ -14,8 +14,6 @@
 namespace dvdx {
 namespace {
 
-constexpr std::size_t most_particles = 0xffffffff;
-
 class LifecycleChecker : public Checker {
  public:
   LifecycleChecker() : Checker(std::nullopt) {}

@@ -14,7 +14,7 @@ namespace {
 
 // Springs that one run of Lanczos' iteration may visit, so that making a plan of a million particles stays a matter of seconds.
 constexpr double spring_visits = 4e7;
-constexpr int most_iterations = 100;
+constexpr int most_lanczos_steps = 100;
 
 enum class Direction { any, start };  // in every direction, or along each spring as it stands at the start
 enum class Matrix { K, C };           // of stiffness, of damping
@@ -108,7 +108,7 @@ double largest_eigenvalue(const Stiffness& K, std::size_t count, int iterations)
 
 int affordable_iterations(std::size_t springs) {
   return static_cast<int>(
-      std::clamp(spring_visits / static_cast<double>(std::max<std::size_t>(springs, 1)), 8.0, double{most_iterations}));
+      std::clamp(spring_visits / static_cast<double>(std::max<std::size_t>(springs, 1)), 8.0, double{most_lanczos_steps}));
 }
 
 struct SumBound {
@@ -143,7 +143,7 @@ SumBound sum_bound(std::span<const JoinedPair> springs, std::span<const double> 
 
 double bounded(Matrix matrix, std::span<const JoinedPair> springs, std::span<const double> w, const SumBound& sums) {
   const int iterations = affordable_iterations(springs.size());
-  if (iterations != most_iterations) return sums.value;
+  if (iterations != most_lanczos_steps) return sums.value;
   // Lanczos' value comes from below; two hundredths more than what it misses after this many steps.
   const Stiffness everywhere(matrix, springs, w, {}, Direction::any);
   return std::clamp(1.02 * largest_eigenvalue(everywhere, w.size(), iterations), sums.on_diagonal, sums.value);

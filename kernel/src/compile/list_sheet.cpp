@@ -19,16 +19,16 @@ constexpr std::size_t shared_from = 16384;
 constexpr std::size_t least_bands = 8;
 
 // A grid's; and across the sides of triangles that are all cut one way, to the corners that face each other.
-constexpr std::array<GridDirection, 10> directions{{{.down = 0, .right = 1},
-                                                    {.down = 0, .right = 2},
-                                                    {.down = 1, .right = -2},
-                                                    {.down = 1, .right = -1},
-                                                    {.down = 1, .right = 0},
-                                                    {.down = 1, .right = 1},
-                                                    {.down = 1, .right = 2},
-                                                    {.down = 2, .right = -1},
-                                                    {.down = 2, .right = 0},
-                                                    {.down = 2, .right = 1}}};
+constexpr std::array<GridDirection, 10> sheet_directions{{{.down = 0, .right = 1},
+                                                          {.down = 0, .right = 2},
+                                                          {.down = 1, .right = -2},
+                                                          {.down = 1, .right = -1},
+                                                          {.down = 1, .right = 0},
+                                                          {.down = 1, .right = 1},
+                                                          {.down = 1, .right = 2},
+                                                          {.down = 2, .right = -1},
+                                                          {.down = 2, .right = 0},
+                                                          {.down = 2, .right = 1}}};
 
 bool is_bend(const GridDirection& d) noexcept { return d.down == 2 || std::abs(d.right) == 2; }
 
@@ -37,8 +37,8 @@ std::optional<std::size_t> direction_of(const JoinedPair& s, const ListSheet& sh
   const auto [a, b] = std::minmax({sheet.place_of(s.a), sheet.place_of(s.b)});
   const std::size_t columns = sheet.columns;
   const auto column = static_cast<std::ptrdiff_t>(a % columns);
-  for (std::size_t n = 0; n < directions.size(); ++n) {
-    const auto& [down, right, k, l, along] = directions[n];
+  for (std::size_t n = 0; n < sheet_directions.size(); ++n) {
+    const auto& [down, right, k, l, along] = sheet_directions[n];
     const bool is_as_far = b - a == down * columns + static_cast<std::size_t>(right);
     if (is_as_far && column + right >= 0 && column + right < static_cast<std::ptrdiff_t>(columns)) return n;
   }
@@ -53,7 +53,7 @@ std::vector<std::size_t> distances(std::span<const JoinedPair> springs) {
     const auto at = std::lower_bound(found.begin(), found.end(), apart);
     if (at != found.end() && *at == apart) continue;
     found.insert(at, apart);
-    if (found.size() > directions.size()) return {};
+    if (found.size() > sheet_directions.size()) return {};
   }
   return found;
 }
@@ -63,7 +63,7 @@ bool has_doubles(std::span<const JoinedPair> springs) {
                             [](const JoinedPair& s, const JoinedPair& t) { return s.a == t.a && s.b == t.b; }) != springs.end();
 }
 
-// Springs that the directions have room for.
+// Springs that a sheet has room for.
 std::size_t room_for(std::span<const GridDirection> of, const ListSheet& sheet) {
   std::size_t room = 0;
   for (const GridDirection& d : of)
@@ -98,7 +98,7 @@ bool meets_air_in_rows(const Scene& scene, const ListSheet& sheet) {
 bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet) {
   const auto leads_there = [&](const JoinedPair& s) {
     const auto n = direction_of(s, sheet);
-    return n && (sheet.reach == 2 || !is_bend(directions[*n]));
+    return n && (sheet.reach == 2 || !is_bend(sheet_directions[*n]));
   };
   return std::all_of(springs.begin(), springs.end(), leads_there) && !has_doubles(springs);
 }
@@ -108,11 +108,11 @@ ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) noexcept {
 }
 
 std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, const ListSheet& sheet) {
-  std::array<bool, directions.size()> is_there{};
+  std::array<bool, sheet_directions.size()> is_there{};
   for (const JoinedPair& s : springs) is_there[*direction_of(s, sheet)] = true;
   std::vector<GridDirection> found;
-  for (std::size_t n = 0; n < directions.size(); ++n) {
-    if (is_there[n]) found.push_back(directions[n]);
+  for (std::size_t n = 0; n < sheet_directions.size(); ++n) {
+    if (is_there[n]) found.push_back(sheet_directions[n]);
   }
   return found;
 }
@@ -170,6 +170,23 @@ std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPa
   if (!sheet) return std::nullopt;
   auto swept = as_swept(scene, springs, *sheet);
   return swept ? std::move(swept) : as_swept(scene, springs, turned(*sheet));
+}
+
+bool are_ropes(std::span<const JoinedPair> springs, std::size_t count) {
+  std::vector<std::uint8_t> found(count, 0);
+  for (const JoinedPair& s : springs) {
+    for (const std::uint32_t i : {s.a, s.b}) {
+      if (++found[i] > 2) return false;
+    }
+  }
+  return true;
+}
+
+SpringsAre springs_are(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
+  const bool are_in_rows = are_ropes(springs, count) ||
+                           SteppedGrid(scene, count, SteppedGrid::Sheets::stacked_too).get() != nullptr ||
+                           list_sheet(scene, springs, count).has_value();
+  return are_in_rows ? SpringsAre::in_rows : SpringsAre::any;
 }
 
 }  // namespace dvdx

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "compile/particle_order.hpp"
+#include "compile/sweep_scheme.hpp"
 #include "dvdx/elsewhere.hpp"
 
 namespace dvdx {
@@ -31,6 +32,10 @@ struct ListSheet {
 [[nodiscard]] std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count);
 // Whether each spring leads where one of the sheet may, and no two lead alike.
 [[nodiscard]] bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet);
+
+// Whether no particle has more than two. Springs that are torn count: what tears changes no line of others.
+[[nodiscard]] bool are_ropes(std::span<const JoinedPair> springs, std::size_t count);
+[[nodiscard]] SpringsAre springs_are(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count);
 
 // What a part is told of its `count` particles' rows; sweeps.columns is not 0.
 [[nodiscard]] ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) noexcept;

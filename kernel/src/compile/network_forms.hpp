@@ -13,6 +13,8 @@
 #include "compile/columns.hpp"
 #include "compile/list_sheet.hpp"
 #include "compile/particle_order.hpp"
+#include "compile/spring_lines.hpp"
+#include "compile/sweep_scheme.hpp"
 #include "dvdx/elsewhere.hpp"
 #include "dvdx/network.hpp"
 #include "passes/network/network.hpp"
@@ -80,6 +82,7 @@ struct StrandsForm {
   std::vector<std::size_t> bands;        // first strand of each band, and one more: bands two apart share no particle
   std::vector<std::size_t> sheets;       // first band of each sheet, and one more: sheets share none
   std::vector<std::uint32_t> spring_at;  // of a list: the spring of each lane, or no_spring
+  SheetLines lines;                      // empty where the sweeps have none
   std::size_t springs = 0;               // columns of lambda
 
   [[nodiscard]] bool is_list() const noexcept { return !spring_at.empty(); }
@@ -97,6 +100,7 @@ struct ColoursForm {
   std::vector<std::uint32_t> spring_at;                                             // of each lane, or no_spring
   std::vector<std::size_t> tasks;   // first range of each task, and one more; the first are the pieces
   std::vector<std::size_t> stages;  // first task of each stage, and one more: the tasks of a stage share no particle
+  ListLines lines;                  // empty where the sweeps have none
   std::size_t springs = 0;          // columns of lambda
   std::size_t records = 0;          // of particles, those of lanes without a spring included
 
@@ -118,9 +122,10 @@ struct NetworkInput {
   bool is_damped;                       // whether any spring is
   std::span<const double> w;            // 1/kg of each particle, 0 where fixed
   const ParticleOrder& order;
-  double substep;                     // s
+  SubstepLength substep;
   double rho;                         // of generalized alpha
   const SweptPart* sweeps = nullptr;  // of a part of a larger scene
+  std::span<const Vec3> start{};      // of the particles, where a form is made
 };
 
 // Of sweeps: in each sub-step, and in one that knows no acceleration to start from.

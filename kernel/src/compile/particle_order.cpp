@@ -12,6 +12,9 @@
 #include "passes/network/network.hpp"
 
 namespace dvdx {
+
+std::size_t filled(std::size_t count) noexcept { return (count + slice - 1) / slice * slice; }
+
 namespace {
 
 Vec3 spanned(const Grid& grid, std::size_t down, std::ptrdiff_t right) {
@@ -111,8 +114,6 @@ void fill_places(ParticleOrder& order, std::size_t count) {
 constexpr std::size_t run_length = 4096;  // particles that a thread copies at a time
 // Particles whose records, with their springs', fit in second-level cache.
 constexpr std::size_t piece_length = 4096;
-
-std::size_t filled(std::size_t count) { return (count + slice - 1) / slice * slice; }
 
 // As they are numbered, or listed.
 void lay_out_in_runs(ParticleOrder& order, std::size_t count) {

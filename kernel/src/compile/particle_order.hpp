@@ -126,6 +126,9 @@ struct ParticleOrder {
 // spring that comes or goes these change, and with them the order in which a list of such springs is stepped.
 std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene);
 
+// So many elements, filled up to whole slices.
+[[nodiscard]] std::size_t filled(std::size_t count) noexcept;
+
 // Of a sheet. place: of each particle, row by row; empty where they stand as they are numbered.
 ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phases, std::span<const std::uint32_t> place = {});
 // As they are numbered.

@@ -73,6 +73,17 @@ inline bool is_kinematic(const Scene& scene, std::size_t particle) {
   });
 }
 
+// 1/kg of each of so many particles, 0 where it is fixed or kinematic.
+inline std::vector<double> inverse_masses(const Scene& scene, std::size_t count) {
+  std::vector<double> w(count);
+  for (std::size_t i = 0; i < count; ++i) w[i] = 1 / scene.mass[i];
+  for (const std::size_t i : scene.fixed) w[i] = 0;
+  for (const Kinematic& followers : scene.kinematic) {
+    for (const std::size_t i : followers.particles) w[i] = 0;
+  }
+  return w;
+}
+
 inline bool is_any_carried(const std::vector<Contact>& contacts) {
   return std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return motion_of(c).has_value(); });
 }

@@ -12,13 +12,13 @@ double PoseTrack::passed_since(const Part& part, const Clock& clock) noexcept {
 PoseTrack::PoseTrack(const Motion& motion) : center_(motion.center) {
   for (const MotionKey& key : motion.keys) {
     const Quaternion turn = quaternion(key.rotation);
-    if (!parts_.empty()) {
+    if (!parts_.empty() && key.arrival == Arrival::moving) {
       Part& before = parts_.back();
       const double duration = key.time - before.start;
       before.velocity = scaled(difference(key.translation, before.translation), 1 / duration);
       before.angular_velocity = scaled(rotation_vector(turn * conjugate(before.turn)), 1 / duration);
     }
-    parts_.push_back({.start = key.time, .translation = key.translation, .turn = turn});
+    parts_.push_back({.start = key.time, .translation = key.translation, .turn = turn, .arrival = key.arrival});
   }
 }
 
@@ -46,6 +46,10 @@ MovedPose PoseTrack::at_end_of(const Clock& start, const Clock& end) const noexc
   const MovedPose before = at(start);
   const Clock& earlier = duration < 0 ? end : start;
   const Clock& later = duration < 0 ? start : end;
+  const bool has_jumped = std::any_of(parts_.begin(), parts_.end(), [&](const Part& part) {
+    return part.arrival == Arrival::jump && passed_since(part, earlier) < 0 && passed_since(part, later) >= 0;
+  });
+  if (has_jumped) return pose;
   const bool is_any_key_between = std::any_of(parts_.begin(), parts_.end(), [&](const Part& part) {
     return passed_since(part, earlier) < 0 && passed_since(part, later) > 0;
   });

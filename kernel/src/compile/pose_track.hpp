@@ -30,6 +30,7 @@ class PoseTrack {
     double start = 0;  // s
     Vec3 translation{};
     Quaternion turn{};
+    Arrival arrival = Arrival::moving;
     Vec3 velocity{}, angular_velocity{};  // up to the next part
   };
   [[nodiscard]] static double passed_since(const Part& part, const Clock& clock) noexcept;

@@ -322,9 +322,29 @@ class RangeChecker {
       if (!check_.error) joint(at, name, k, ".edge_u", l, grid.damping, 2 * w);
     }
   }
+  // Lengths that are taken from the start: of particles that are somewhere, and not all at one place.
+  void lengths_at_start(const std::string& field, std::span<const Pair> pairs) {
+    bool is_any_long = pairs.empty();
+    for (const Pair& pair : pairs) {
+      for (const std::uint32_t i : pair) {
+        const Vec3& x = start_[i];
+        const auto bad = std::find_if_not(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
+        if (bad == x.end()) continue;
+        return check_.fail(element(element("state.x", static_cast<std::size_t>(bad - x.begin())), i), text(*bad),
+                           "a finite number where " + field + " is taken from the start");
+      }
+      is_any_long = is_any_long || start_[pair[0]] != start_[pair[1]];
+    }
+    if (!is_any_long) {
+      check_.fail(field, "0 at the start between all pairs",
+                  "above 0 between some: fill positions before compile(), or give the lengths");
+    }
+  }
   void check(const Springs& springs, const std::string& at) {
     masses();
     air(at, springs.aerodynamics);
+    if (!check_.error && !springs.rest_length) lengths_at_start(at + ".rest_length", springs.pairs);
+    if (check_.error) return;
     if (are_well_in_range<T>(springs, scene_, h_, start_)) return;
     for (std::size_t s = 0; s < springs.pairs.size() && !check_.error; ++s) {
       const auto [a, b] = springs.pairs[s];
@@ -343,6 +363,7 @@ class RangeChecker {
 
   void check(const Distance& distances, const std::string& at) {
     if (distances.length) return lengths(at + ".length", *distances.length, true);
+    lengths_at_start(at + ".length", distances.pairs);
     for (const Pair& pair : distances.pairs) length(at + ".length", distance(start_[pair[0]], start_[pair[1]]));
   }
   void check(const Skin& skin, const std::string& at) {

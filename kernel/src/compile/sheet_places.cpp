@@ -24,9 +24,9 @@ struct Way {
 };
 
 // Where springs lead from each particle of a sheet.
-class Shape {
+class SheetShape {
  public:
-  explicit Shape(std::vector<Way> ways) : ways_(std::move(ways)) {}
+  explicit SheetShape(std::vector<Way> ways) : ways_(std::move(ways)) {}
 
   [[nodiscard]] bool has(const Way& way) const noexcept { return std::find(ways_.begin(), ways_.end(), way) != ways_.end(); }
   [[nodiscard]] std::size_t springs(std::size_t rows, std::size_t columns) const noexcept {
@@ -55,10 +55,10 @@ class Shape {
 };
 
 // Along rows and columns; with any of the diagonals; and with bends along rows, columns or both, or across the sides of triangles.
-std::vector<Shape> shapes() {
+std::vector<SheetShape> shapes() {
   const std::array<std::vector<Way>, 4> diagonals{{{}, {{1, 1}}, {{1, -1}}, {{1, 1}, {1, -1}}}};
   const std::array<std::vector<Way>, 6> bends{{{}, {{0, 2}}, {{2, 0}}, {{0, 2}, {2, 0}}, {{1, 2}, {2, 1}}, {{1, -2}, {2, -1}}}};
-  std::vector<Shape> all;
+  std::vector<SheetShape> all;
   for (const std::vector<Way>& diagonal : diagonals) {
     for (const std::vector<Way>& bend : bends) {
       std::vector<Way> ways{{0, 1}, {1, 0}};
@@ -70,14 +70,14 @@ std::vector<Shape> shapes() {
   return all;
 }
 
-class Walk {
+class SheetWalk {
  public:
   static constexpr std::uint32_t nowhere = 0xffffffff;
 
-  Walk(const Neighbours& neighbours, std::size_t count) : neighbours_(neighbours), place_(count, nowhere) {}
+  SheetWalk(const Neighbours& neighbours, std::size_t count) : neighbours_(neighbours), place_(count, nowhere) {}
 
   // None where this is no sheet of such a shape.
-  [[nodiscard]] std::optional<SheetPlaces> operator()(const Shape& shape, std::size_t columns, std::uint32_t corner,
+  [[nodiscard]] std::optional<SheetPlaces> operator()(const SheetShape& shape, std::size_t columns, std::uint32_t corner,
                                                       std::uint32_t right, std::uint32_t below) {
     for (const std::uint32_t i : at_) place_[i] = nowhere;
     at_.clear();
@@ -102,7 +102,7 @@ class Walk {
   }
 
   // One of a particle's neighbours, but for another.
-  [[nodiscard]] bool take_next(const Shape& shape, std::uint32_t particle, std::uint32_t other) {
+  [[nodiscard]] bool take_next(const SheetShape& shape, std::uint32_t particle, std::uint32_t other) {
     const std::size_t row = at_.size() / columns_;
     const std::size_t column = at_.size() % columns_;
     std::optional<std::uint32_t> best;
@@ -114,7 +114,7 @@ class Walk {
     return best.has_value();
   }
 
-  [[nodiscard]] bool fits(const Shape& shape, std::uint32_t i, std::size_t row, std::size_t column) const {
+  [[nodiscard]] bool fits(const SheetShape& shape, std::uint32_t i, std::size_t row, std::size_t column) const {
     std::size_t found = 0;
     for (const std::uint32_t j : neighbours_.of(i)) {
       if (place_[j] == nowhere) continue;
@@ -147,8 +147,8 @@ std::optional<SheetPlaces> sheet_places(std::span<const JoinedPair> springs, std
   if (count < least * least) return std::nullopt;
   const Neighbours neighbours(springs, count);
   const std::uint32_t corner = fewest_neighbours(neighbours, count);
-  Walk walk(neighbours, count);
-  for (const Shape& shape : shapes()) {
+  SheetWalk walk(neighbours, count);
+  for (const SheetShape& shape : shapes()) {
     if (shape.at_corner() != neighbours.count(corner)) continue;
     for (std::size_t columns = least; columns <= count / least; ++columns) {
       if (count % columns != 0 || shape.springs(count / columns, columns) != springs.size()) continue;

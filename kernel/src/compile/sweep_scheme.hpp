@@ -1,6 +1,8 @@
 // What a sub-step of `sequential` makes of the springs: how far ahead they are looked at, and what their force does.
 #pragma once
 
+#include <cstdint>
+
 #include "dvdx/network.hpp"
 #include "passes/network/network.hpp"
 
@@ -23,18 +25,37 @@ Implicitness theta_scheme(double theta, double substep);
 
 // Whether this is what a coupling asks for.
 bool is_generalized_alpha(const Coupling& coupling) noexcept;
+enum class SpringsAre : std::uint8_t { in_rows, any };  // in_rows: ropes and sheets (Lines::rows)
+// Whether it solves lines of springs between its sweeps.
+bool solves_lines(const Coupling& coupling, SpringsAre springs) noexcept;
+// Whether the number of its sub-steps follows from Coupling::longest_substep.
+bool leaves_substeps_open(const Coupling& coupling) noexcept;
 // Of a coupling that asks for the theta scheme.
 double theta_of(const Coupling& coupling) noexcept;
 
-// The part of a motion that stiff springs keep from a sub-step to the next. frequency: rad/s, of the springs in any position.
-double rho_of(double frequency, double substep);
+// Whether all steps of a plan have been of one length.
+enum class Pace : std::uint8_t { even, uneven };
+
+// A sub-step and the longest that the plan takes, both of one sign.
+struct SubstepLength {
+  double taken = 0, longest = 0;  // s
+  Pace pace = Pace::even;
+};
+
+inline SubstepLength even(double substep) noexcept { return {.taken = substep, .longest = substep}; }
+
+// The part of a motion that stiff springs keep from a sub-step to the next. frequency: rad/s, of the springs in any position;
+// longest: s, the longest sub-step.
+double rho_of(double frequency, double longest, Pace pace);
 
 struct GeneralizedAlpha {
   Implicitness implicitness;
   AlphaTerms<double> terms;
 };
-GeneralizedAlpha generalized_alpha(double rho, double substep);
+GeneralizedAlpha generalized_alpha(double rho, const SubstepLength& substep);
+// s: the longest sub-step of uneven steps that leaves springs at least as stiff as this one of even steps does.
+double as_stiff_where_uneven(double substep, double frequency);
 // A sub-step whose a is not known, and 0 in the column.
-GeneralizedAlpha start_of_generalized_alpha(double substep);
+GeneralizedAlpha start_of_generalized_alpha(const SubstepLength& substep);
 
 }  // namespace dvdx

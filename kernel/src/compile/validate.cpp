@@ -21,7 +21,6 @@
 namespace dvdx {
 namespace {
 
-constexpr std::size_t most_particles = 0xffffffff;
 constexpr int most_substeps = 1000000;
 constexpr int most_iterations = 1000;
 constexpr double most_coefficient = 1e6;  // of drag and lift: what a pulse makes of it stays finite (most_air)
@@ -293,7 +292,7 @@ struct NetworkChecker {
     for (std::size_t n = 0; n < (is_uniform ? 1 : s.pairs.size()) && !check.error; ++n) {
       if (s.zero_length[n] == 0) continue;
       const std::string of = is_uniform ? at + ".zero_length" : element(at + ".zero_length", n);
-      if (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order) {
+      if (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order && scheme != Scheme::automatic) {
         check.fail(of, text(s.zero_length[n]), "0 in another scheme than leapfrog and fourth_order");
       }
       if (!s.broken.empty()) check.fail(of, text(s.zero_length[n]), "0 in a network that is torn (broken)");
@@ -402,8 +401,9 @@ void check_constraints(Checker& check, const Scene& scene) {
 }
 
 void check_coupling(Checker& check, const Coupling& coupling) {
-  check.choice("network.scheme", coupling.scheme, Scheme::accumulate);
+  check.choice("network.scheme", coupling.scheme, Scheme::automatic);
   check.choice("network.sweeps", coupling.sweeps, SweepOrder::forward);
+  check.choice("network.lines", coupling.lines, Lines::none);
   check.choice("network.method", coupling.method, Method::symplectic_euler);
   check.choice("network.axis", coupling.axis, PairAxis::start);
 }
@@ -421,6 +421,8 @@ void check_networks(Checker& check, const Scene& scene) {
   const Coupling& coupling = scene.coupling;
   if (coupling.theta && !(*coupling.theta >= 0.5 && *coupling.theta <= 1))
     check.fail("network.theta", text(*coupling.theta), "a number from 0.5 to 1");
+  if (coupling.longest_substep && !(*coupling.longest_substep > 0))
+    check.fail("network.longest_substep", text(*coupling.longest_substep), "above 0 s");
   if (coupling.scheme == Scheme::accumulate && coupling.method != Method::combined && !scene.contacts.empty()) {
     check.fail("network.scheme", "accumulate",
                "another one where there are contacts: the pairs' sum is added after the impact");
@@ -640,6 +642,7 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
 std::optional<Error> check(const Options& options) {
   Checker check(std::nullopt);
   check.number("step", options.step, Range::finite);
+  if (options.longest_step) check.number("longest_step", *options.longest_step, Range::positive);
   if (options.isa) check.choice("isa", *options.isa, Isa::neon64);
   check.choice("arithmetic", options.arithmetic, Arithmetic::fast);
   check.choice("rounding", options.rounding, Rounding::compensated);

@@ -27,6 +27,7 @@ class BallStep {
 
   // Before the first sub-step of a call: poses and anchors are where they are at that time.
   void prepare(const Clock& at) const noexcept {
+    for (std::size_t k = 0; k < ws_.skins.size(); ++k) ws_.skins[k].arrive([&](std::size_t i) { return undriven(k, i); });
     for_each_part(lists_.size(), [&](const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
       move(list, terms, at, from, std::min(list.count, to));
       kernels_.prepare(terms, work_, from, to);

@@ -40,6 +40,20 @@ struct PoseTarget {
 class DrivenMotion {
  public:
   void ask(const Vec3& translation, const Vec3& rotation) noexcept { asked_ = PoseTarget{translation, quaternion(rotation)}; }
+  void jump(const Vec3& translation, const Vec3& rotation) noexcept {
+    jumped_ = PoseTarget{translation, quaternion(rotation)};
+    asked_.reset();
+  }
+
+  // Before a call: where it has jumped to, it rests.
+  void arrive(const PoseTrack& track, const Clock& clock) noexcept {
+    if (!jumped_) return;
+    MovedPose pose = at(track, clock);
+    pose.translation = jumped_->translation;
+    pose.turn = jumped_->turn;
+    rest_at(pose);
+    jumped_.reset();
+  }
 
   // A step of this duration begins: it goes where it was asked to, or rests where the step before has led.
   void begin(const PoseTrack& track, const Clock& clock, double duration) noexcept {
@@ -82,11 +96,13 @@ class DrivenMotion {
         pass_vector(*v);
       archive(pose.turn.w);
     };
-    pass_there(archive, asked_, [&](PoseTarget& target) {
-      pass_vector(target.translation);
-      pass_vector(target.turn.v);
-      archive(target.turn.w);
-    });
+    for (std::optional<PoseTarget>* const place : {&asked_, &jumped_}) {
+      pass_there(archive, *place, [&](PoseTarget& target) {
+        pass_vector(target.translation);
+        pass_vector(target.turn.v);
+        archive(target.turn.w);
+      });
+    }
     pass_there(archive, to_, [&](MovedPose& to) {
       pass_pose(to);
       pass_pose(from_);
@@ -111,7 +127,7 @@ class DrivenMotion {
     to_ = pose;
   }
 
-  std::optional<PoseTarget> asked_;
+  std::optional<PoseTarget> asked_, jumped_;
   MovedPose from_;
   std::optional<MovedPose> to_;  // none: by the motion's keys
   DrivenStep step_;
@@ -130,6 +146,13 @@ class DrivenPlaces {
     if (ways_.empty()) ways_.resize(places.size());
     for (std::size_t i = 0; i < places.size(); ++i) ways_[i].asked = places[i];
     is_asked_ = true;
+  }
+  // They rest there from now on; likewise.
+  void jump(std::span<const Vec3> places) {
+    if (ways_.empty()) ways_.resize(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) ways_[i] = {.from = places[i], .to = places[i]};
+    is_driven_ = true;
+    is_asked_ = false;
   }
 
   [[nodiscard]] bool has_way() const noexcept { return is_asked_ || is_driven_; }

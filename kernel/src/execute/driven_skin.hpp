@@ -58,6 +58,22 @@ class DrivenSkin {
     for (std::size_t i = 0; i < normals.size(); ++i) normals_.asked.put(i, unit(normals[i]));
     is_asked_ = true;
   }
+  // They rest there from now on.
+  void jump(std::span<const Vec3> points, std::span<const Vec3> normals) noexcept {
+    lacks_normals_ = normals.empty() && (lacks_normals_ || (shape_.has_normals && !is_driven_));
+    for (std::size_t i = 0; i < points.size(); ++i) points_.rest(i, points[i]);
+    for (std::size_t i = 0; i < normals.size(); ++i) normals_.rest(i, unit(normals[i]));
+    if (normals.empty() && !lacks_normals_) normals_.rest();
+    is_driven_ = true;
+    is_asked_ = false;
+  }
+  // Before a call: of a skin that jumped before anything had moved it, without normals, those stay what they were.
+  template <class Undriven>
+  void arrive(const Undriven& undriven) noexcept {
+    if (!lacks_normals_) return;
+    for (std::size_t i = 0; i < shape_.particles; ++i) normals_.rest(i, undriven(i).n);
+    lacks_normals_ = false;
+  }
 
   // A step of this duration begins, of a skin that has a way; undriven(i): a point of it where nothing has driven it yet.
   template <class Undriven>
@@ -94,7 +110,7 @@ class DrivenSkin {
 
   template <class Archive>
   void pass(Archive& archive) {
-    for (bool* const flag : {&is_asked_, &has_asked_normals_, &is_driven_}) archive(*flag);
+    for (bool* const flag : {&is_asked_, &has_asked_normals_, &is_driven_, &lacks_normals_}) archive(*flag);
     if (!has_way()) return;
     for (Way* const way : {&points_, &normals_}) {
       for (Vectors* const vectors : {&way->from, &way->to, &way->asked, &way->rate}) {
@@ -129,6 +145,14 @@ class DrivenSkin {
       to.put(i, to_);
       rate.put(i, scaled(difference(to_, from_), 1 / duration));
     }
+    void rest(std::size_t i, const Vec3& x) noexcept {
+      from.put(i, x);
+      to.put(i, x);
+      rate.put(i, {});
+    }
+    void rest() noexcept {
+      for (std::size_t i = 0; i < to.axes[0].size(); ++i) rest(i, to.at(i));
+    }
     [[nodiscard]] Axis axis(std::size_t k) const noexcept {
       return {from.axes[k].data(), to.axes[k].data(), rate.axes[k].data()};
     }
@@ -137,6 +161,7 @@ class DrivenSkin {
   SkinShape shape_;
   Way points_, normals_;
   bool is_asked_ = false, has_asked_normals_ = false, is_driven_ = false;
+  bool lacks_normals_ = false;  // and takes those that it had before it was driven
   DrivenStep step_;
 };
 

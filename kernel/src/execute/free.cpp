@@ -19,9 +19,6 @@ namespace {
 constexpr std::size_t max_offsets = 32;
 // Blocks that one call of the caller's parallel_for takes: a fixed number, so that nothing depends on threads.
 constexpr std::size_t blocks_per_task = 4;
-// Below this many particle-steps, waking a thread costs more than it saves.
-constexpr std::size_t parallel_from = std::size_t{1} << 16;
-
 // A: what the step is worked out in; T: what the state is kept in. They differ where float32 is compensated.
 template <class A, class T>
 struct Batch {
@@ -146,7 +143,7 @@ template <class A, class T>
 void run(const Batch<A, T>& batch, const ParallelFor& parallel) noexcept {
   const std::size_t block = batch.motion.block;
   const std::size_t per_task = blocks_per_task * block;
-  const bool is_worth_threads = batch.state.count * batch.steps.count >= parallel_from;
+  const bool is_worth_threads = batch.state.count * batch.steps.count >= steps_worth_threads;
   for_each_task(is_worth_threads ? parallel : ParallelFor{}, tasks_of(batch.state.count, per_task), [&](std::size_t task) {
     const std::size_t end = std::min(batch.state.count, (task + 1) * per_task);
     const auto step = [&](ContactRecorder<A>* recorder) {

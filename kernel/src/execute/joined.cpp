@@ -16,6 +16,7 @@
 #include "execute/halo.hpp"
 #include "execute/state_io.hpp"
 #include "execute/stepping.hpp"
+#include "execute/still.hpp"
 #include "execute/sweeps.hpp"
 #include "execute/tasks.hpp"
 #include "execute/tiles.hpp"
@@ -25,8 +26,6 @@
 namespace dvdx {
 namespace {
 
-// Below this many particles, waking a thread for every pulse and flow costs more than it saves.
-constexpr std::size_t parallel_from = 16384;
 constexpr std::size_t max_flows = 8;
 // Of a large sheet, what goes through several stages at once: this much of it stays in the second-level cache of one core.
 constexpr std::size_t bytes_in_cache = std::size_t{1} << 19;
@@ -49,6 +48,7 @@ class JoinedStep {
         air_kernels_(scene.passes->template of<T>().air),
         residuals_(scene.passes->residual),
         exchange_(scene.options.elsewhere.exchange),
+        stay_kernels_(stay_kernels<T>(scene.options.arithmetic)),
         parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel),
         report_(report),
         logged_(scene.scene, joints_.order, joints_.w_of, exchange_.is_own) {
@@ -90,11 +90,13 @@ class JoinedStep {
         if (work_.a[axis] != nullptr) work_.a[axis][held.element] = T(0);  // it may have moved before it was fixed
       }
     }
+    for (std::size_t k = 0; k < ws_.motions.size(); ++k) ws_.motions[k].arrive(m_.tracks()[k], state.clock);
     move_followers(state.clock);
     hold_fixed(0, size());
     if (constraints_) constraints_->prepare(work_.x);
     if (balls_) balls_->prepare(state.clock);
     if (work_.a[0] != nullptr) recall(state);
+    if (keeps_still()) note_all_still();
   }
 
   // What the springs do to this state may be carried on by the next call.
@@ -184,11 +186,13 @@ class JoinedStep {
     step_end_.advance(joints_.step, 1);
     set_out();
     sweeps_.begin_step();
+    begin_still();
     for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
       air_substeps_ = joints_.air ? substeps_of_air(substep, joints_.chosen.substeps) : 0;
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
         std::visit([&](const auto& form) { flow_and_pulse(form, before[k], k); }, joints_.form);
+        note_pulse(k);
       }
       if (joints_.closes_substeps()) close_substep();
       if (moves_alone()) flow(*m_.last(), After::nothing);
@@ -357,6 +361,7 @@ class JoinedStep {
     moved_terms_ = motion.terms;
     if (motion.terms.surface_count == 0) return;
     moved_terms_.surfaces = ws_.surfaces.data();
+    std::fill(ws_.movers.begin(), ws_.movers.end(), no_surface);
     for (std::size_t j = 0; j < ws_.surfaces.size(); ++j) {
       Surface<T>& surface = ws_.surfaces[j];
       surface = motion.terms.surfaces[j];
@@ -366,7 +371,9 @@ class JoinedStep {
       const MovedPose pose = ws_.motions[*of].at_end_of(m_.tracks()[*of], start, end);
       move_surface(surface, contact, pose, m_.origin());
       if (report_ != nullptr) report_->centers[surface.contact] = {pose.place(pose.center), pose.velocity};
-      moved_terms_.moves = moved_terms_.moves || surface.movement != Movement::rest;
+      if (surface.movement == Movement::rest) continue;
+      moved_terms_.moves = true;
+      ws_.movers[*of] = static_cast<std::uint32_t>(j);
     }
   }
 
@@ -390,10 +397,15 @@ class JoinedStep {
     clock_.advance(motion.step(), 1);
     move_followers(end_of_flow());
     move_surfaces(motion, start, end_of_flow());
+    if (keeps_still() && motion.terms.surface_count == 0 && !ws_.surfaces.empty()) {
+      move_surfaces(*m_.flows()[m_.first()[0]], start, end_of_flow());
+    }
     const Left left = std::exchange(left_, Left{});
     const AlphaTerms<T>* const begin = after == After::sweeps ? alpha_ : nullptr;
     const bool keeps_starts = motion.terms.surface_count != 0 && left.alpha != nullptr;
-    const std::size_t each = keeps_starts ? std::min(motion.block, max_block) : motion.block;
+    const SubstepImpulse<T> impulse = impulse_in(motion);
+    const bool has_columns = keeps_starts || keeps_still() || (after == After::pairs && motion.terms.surface_count != 0);
+    const std::size_t each = has_columns ? std::min(motion.block, max_block) : motion.block;
     for_each_stepped([&](std::size_t from, std::size_t end) {
       with_log(motion, start, number_, [&](ContactLog<T>* log) {
         BlockColumns starts;
@@ -401,13 +413,14 @@ class JoinedStep {
           const std::size_t count = std::min(each, end - first);
           Block<T> block = block_of(first, count, log);
           if (keeps_starts) keep_starts(block, starts);
-          if (left.shift != nullptr && motion.extra == Extras::none) {
-            take_in_flow(*left.shift, block);
-          } else {
-            take(left, first, first + count);
-          }
-          flow_block(motion, offsets_[f], block);
-          if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);
+          flow_block(motion, offsets_[f], impulse, block, [&] {
+            if (left.shift != nullptr && motion.extra == Extras::none) {
+              take_in_flow(*left.shift, block);
+            } else {
+              take(left, first, first + count);
+            }
+          });
+          if (after == After::pairs) add_pairs(motion, offsets_[f], block);
           hold_fixed(first, first + count);
           if (begin != nullptr) kernels_.begin_sweeps(*begin, work_, first, first + count);
         }
@@ -418,7 +431,7 @@ class JoinedStep {
   // Calls use(log), null where nobody asks: a recorder is 26 KB, which even an empty std::optional of one clears.
   template <class Use>
   void with_log(const FreeMotion<T>& motion, const Clock& start, std::uint64_t number, const Use& use) noexcept {
-    if (report_ == nullptr || motion.terms.surface_count == 0) return use(nullptr);
+    if (report_ == nullptr || (motion.terms.surface_count == 0 && !keeps_still())) return use(nullptr);
     ContactRecorder<T> recorder(*report_, logged_, scene_.options.arithmetic);
     recorder.begin(report_->steps + number, start, motion.step());
     use(&recorder);
@@ -447,7 +460,72 @@ class JoinedStep {
 
   void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, const Block<T>& block) noexcept {
     const Steps<T> once{.offsets = offsets.data(), .offsets_per_step = 0, .count = 1};
-    motion.kernels->at(motion.flow, motion.extra)(block, ws_.surfaces.empty() ? motion.terms : moved_terms_, once);
+    const bool moves = !ws_.surfaces.empty() && motion.terms.surface_count != 0;
+    motion.kernels->at(motion.flow, motion.extra)(block, moves ? moved_terms_ : motion.terms, once);
+  }
+
+  // ---- what stands still on a contact and stays: passes/contact/stay.hpp --------------------------------------------------
+
+  [[nodiscard]] bool keeps_still() const noexcept { return !ws_.still.empty(); }
+
+  void note_all_still() noexcept {
+    for_each_stepped([&](std::size_t from, std::size_t end) {
+      for (std::size_t i = from; i < end; ++i) {
+        const bool stands = work_.w[i] > 0 && work_.v[0][i] == 0 && work_.v[1][i] == 0 && work_.v[2][i] == 0;
+        ws_.still[i] = stands ? StandsHow::stands : StandsHow::moves;
+      }
+    });
+  }
+  void note_pulse(std::size_t k) noexcept {
+    if (keeps_still()) pulse_part_ = joints_.splitting.b[k];
+  }
+  // No pulse yet.
+  void begin_still() noexcept {
+    pulse_part_ = 0;
+    waited_ = 0;
+  }
+  // Of the next flow: what stands still waits for the first pulse.
+  [[nodiscard]] SubstepImpulse<T> impulse_in(const FreeMotion<T>& motion) noexcept {
+    if (!keeps_still() || motion.step() == 0) return {};
+    const double waited = std::exchange(waited_, pulse_part_ == 0 ? motion.step() : 0);
+    return {.t = static_cast<T>(motion.step()),
+            .pulses = pulse_part_ == 0 ? T(0) : static_cast<T>(1 / pulse_part_),
+            .flows = static_cast<T>(joints_.substep() / motion.step()),
+            .owed = static_cast<T>(waited / motion.step())};
+  }
+  [[nodiscard]] StillColumns<T> particles_at_rest() const noexcept {
+    return {.how = ws_.still, .on = ws_.still_on, .movers = ws_.movers, .w = work_.w, .kernels = &stay_kernels_};
+  }
+  // Flows that go back have no contacts of their own.
+  [[nodiscard]] const Terms<T>& terms_of_contacts(const FreeMotion<T>& motion) const noexcept {
+    if (!ws_.surfaces.empty()) return moved_terms_;
+    return motion.terms.surface_count != 0 ? motion.terms : m_.flows()[m_.first()[0]]->terms;
+  }
+
+  template <class Take>
+  void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, const SubstepImpulse<T>& impulse, Block<T>& block,
+                  const Take& take) noexcept {
+    if (!keeps_still()) {
+      take();
+      return flow_block(motion, offsets, block);
+    }
+    const Terms<T>& terms = terms_of_contacts(motion);
+    StillBlock<T> still(particles_at_rest(), terms, block);
+    if (impulse.pulses == 0) still.find_carried(impulse.t);
+    still.keep();
+    take();
+    still.judge(motion, offsets.data(), impulse);
+    flow_block(motion, offsets, block);
+    still.end();
+  }
+
+  void add_pairs(const FreeMotion<T>& motion, const FlowOffsets& offsets, const Block<T>& block) noexcept {
+    if (motion.terms.surface_count != 0) {
+      const std::array<T*, 3> dx{work_.dx[0] + block.first, work_.dx[1] + block.first, work_.dx[2] + block.first};
+      const std::array<T*, 3> dv{work_.dv[0] + block.first, work_.dv[1] + block.first, work_.dv[2] + block.first};
+      StillBlock<T>(particles_at_rest(), terms_of_contacts(motion), block).leave_out(dx, dv, motion, offsets.data());
+    }
+    kernels_.add_pairs(work_, block.first, block.first + block.count);
   }
 
   // Shifts that the sweeps made, applied in the next flow's walk over the particles.
@@ -490,6 +568,7 @@ class JoinedStep {
     Clock start{};
     std::uint64_t number = 0;  // of the step
     T pulse{};
+    SubstepImpulse<T> impulse{};
   };
 
   // A pulse reads the rows up to so far away.
@@ -515,6 +594,7 @@ class JoinedStep {
   // The stages of one step, run whenever so many have come together.
   void add_stages(Clock clock, std::size_t at_once) noexcept {
     clock_ = clock;
+    begin_still();
     const auto add = [&](const auto& fill) {
       fill(stages_[stage_count_++]);
       if (stage_count_ == at_once) run_stages();
@@ -526,6 +606,7 @@ class JoinedStep {
         make_offsets(f, clock_, stage.offsets);
         stage.start = clock_;
         stage.number = number_;
+        stage.impulse = impulse_in(*stage.motion);
         clock_.advance(stage.motion->step(), 1);
       });
     };
@@ -537,6 +618,7 @@ class JoinedStep {
           stage.kind = Kind::pulse;
           stage.pulse = pulse_length(k);
         });
+        note_pulse(k);
         if (exchange_.start != nullptr) tell_in_turn();
       }
     }
@@ -568,9 +650,11 @@ class JoinedStep {
     if (stage.kind == Kind::pulse) return kernels_.grid(grid, work_, stage.pulse, from, to);
     with_log(*stage.motion, stage.start, stage.number, [&](ContactLog<T>* log) {
       const std::size_t end = to * grid.pitch;
-      for (std::size_t first = from * grid.pitch; first < end; first += stage.motion->block) {
-        const std::size_t count = std::min(stage.motion->block, end - first);
-        flow_block(*stage.motion, stage.offsets, block_of(first, count, log));
+      const std::size_t each = keeps_still() ? std::min(stage.motion->block, max_block) : stage.motion->block;
+      for (std::size_t first = from * grid.pitch; first < end; first += each) {
+        const std::size_t count = std::min(each, end - first);
+        Block<T> block = block_of(first, count, log);
+        flow_block(*stage.motion, stage.offsets, stage.impulse, block, [] {});
         hold_fixed(first, first + count);
       }
     });
@@ -799,8 +883,9 @@ class JoinedStep {
   const AirKernels<T>& air_kernels_;
   const ResidualKernels& residuals_;
   Exchange exchange_;
+  const StayKernels<T> stay_kernels_;
   ParallelFor parallel_;
-  SweepStep<T> sweeps_{joints_, kernels_, work_, exchange_, parallel_};
+  SweepStep<T> sweeps_{joints_, kernels_, work_, ws_.line_rooms, exchange_, parallel_};
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;
   std::optional<BallStep<T>> balls_;
@@ -808,6 +893,8 @@ class JoinedStep {
   Terms<T> moved_terms_;  // of the flow, where surfaces move
   Left left_{};
   const AlphaTerms<T>* alpha_ = nullptr;  // of this sub-step
+  double pulse_part_ = 0;                 // of a sub-step that the last pulse was of; 0: none yet in this step
+  double waited_ = 0;                     // s: that what stands still has waited for it
   bool is_start_ = false;                 // the next sub-step has no acceleration to start from
   int air_substeps_ = 0;                  // that this sub-step's air is of
   std::array<FlowOffsets, max_flows> offsets_;

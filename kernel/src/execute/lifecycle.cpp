@@ -18,8 +18,6 @@ namespace dvdx {
 
 namespace {
 
-// Below this many particle-steps, waking a thread costs more than it saves.
-constexpr std::size_t parallel_from = std::size_t{1} << 16;
 // Below this many particles whole chunks are too large to be shared among threads, and to lie behind what overflows.
 constexpr std::size_t few = 64 * live_chunk;
 
@@ -144,7 +142,7 @@ class LifecycleStep {
             .pieces = (count + born_together - 1) / born_together,
             .number = number + here.first};
     live_.state.count += count;
-    const bool is_worth_threads = parallel_.run != nullptr && count >= parallel_from / batch_steps;
+    const bool is_worth_threads = parallel_.run != nullptr && count >= steps_worth_threads / batch_steps;
     for_each_task(is_worth_threads ? parallel_ : ParallelFor{}, run_.pieces, [this](std::size_t piece) { emit_piece(piece); });
   }
 
@@ -186,7 +184,7 @@ class LifecycleStep {
 
   // None where waking them costs more than it saves.
   [[nodiscard]] ParallelFor threads_for(std::size_t work) const noexcept {
-    return work >= parallel_from ? parallel_ : ParallelFor{};
+    return work >= steps_worth_threads ? parallel_ : ParallelFor{};
   }
 
   std::size_t compact_in_order(std::span<const ParticleGroup> groups, std::size_t to) noexcept {

@@ -75,6 +75,7 @@ struct PlanIn {
   Expected<void> replace(std::size_t index, const Force& force) {
     if (!is_only_owner(scene)) return become(with_force(*scene, index, force));
     if (auto error = refusal_of(*scene, index, force)) return tl::unexpected(*error);
+    if (asks_for_substeps(*scene, index, force)) return become(with_force(*scene, index, force));
     Force other = with_linear_spring(force);
     Force& place = scene->scene.forces[index];
     std::swap(place, other);
@@ -91,25 +92,24 @@ struct PlanIn {
   Expected<void> set_step(double h) {
     const std::shared_ptr<Joints<A>> of = joints();
     const bool is_alone = is_only_owner(scene) && (of == nullptr || of.use_count() == 2);
-    if (!is_alone || (of != nullptr && !of->can_change_step(h))) return become(with_step(*scene, h));
-    Options options = scene->options;
-    options.step = h;
+    Options options = with_other_step(scene->options, h);
+    if (!is_alone || (of != nullptr && !of->can_change_step(options))) return become(with_step(*scene, h));
     if (auto error = check(options)) return tl::unexpected(*error);
     if (of != nullptr) of->reserve_step(scene->scene, scene->start);
-    std::swap(scene->options.step, h);
-    std::optional<std::pair<double, Substeps>> before;
+    std::swap(scene->options, options);
+    std::optional<std::tuple<double, std::optional<double>, Substeps>> before;
     Undo undo([&] {
-      scene->options.step = h;
-      if (before) std::tie(of->step, of->chosen) = *before;
+      std::swap(scene->options, options);
+      if (before) std::tie(of->step, of->longest_step, of->chosen) = *before;
     });
     if (auto error = check_range<A>(scene->scene, scene->options, scene->count, scene->start)) return tl::unexpected(*error);
     if (of != nullptr) {
-      before.emplace(of->step, of->chosen);
-      of->change_step(scene->options.step);
+      before.emplace(of->step, of->longest_step, of->chosen);
+      of->change_step(scene->options);
       if (auto error = of->refusal(scene->scene, scene->start, options.unstable)) return tl::unexpected(*error);
     }
     Expected<void> taken = take_motion(undo, of);
-    if (taken && of != nullptr) of->take_step();
+    if (taken && of != nullptr) of->take_step(std::get<Substeps>(*before));
     return taken;
   }
 

@@ -11,6 +11,7 @@
 #include "dvdx/elsewhere.hpp"
 #include "execute/halo.hpp"
 #include "execute/tasks.hpp"
+#include "execute/workspace.hpp"
 #include "isa/passes.hpp"
 
 namespace dvdx {
@@ -24,9 +25,9 @@ class SweepStep {
   };
 
   // All of them must outlive this; work: as it is at each sweep.
-  SweepStep(const Joints<T>& joints, const NetworkKernels<T>& kernels, const WorkColumns<T>& work, const Exchange& exchange,
-            const ParallelFor& parallel) noexcept
-      : joints_(joints), kernels_(kernels), work_(work), exchange_(exchange), parallel_(parallel) {}
+  SweepStep(const Joints<T>& joints, const NetworkKernels<T>& kernels, const WorkColumns<T>& work, const WorkRooms<T>& rooms,
+            const Exchange& exchange, const ParallelFor& parallel) noexcept
+      : joints_(joints), kernels_(kernels), work_(work), rooms_(rooms), exchange_(exchange), parallel_(parallel) {}
 
   void begin_step() noexcept { knows_origins_ = false; }
 
@@ -37,6 +38,12 @@ class SweepStep {
     const auto forward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::first, from, to); };
     const auto backward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::again, to, from); };
     for_each_band(form, sheets, 0, forward);
+    if (!form.lines.empty()) {
+      for_each_band(form, sheets, 1, forward);
+      solve_lines(form.lines, terms, sheets);
+      for_each_band(form, sheets, 1, backward);
+      return for_each_band(form, sheets, 0, backward);
+    }
     for_each_band(form, sheets, 1, [&](std::size_t from, std::size_t to) {
       forward(from, to);
       if (is_symmetric) backward(from, to);
@@ -59,10 +66,16 @@ class SweepStep {
       for_each_task_of(form, n, forward);
       if (n + 1 < stages) tell_shifts(terms);  // the springs within pieces read none of a halo
     }
-    for_each_task_of(form, 0, [&](std::size_t from, std::size_t to) {
-      forward(from, to);
-      if (is_symmetric) backward(from, to);
-    });
+    if (!form.lines.empty()) {
+      for_each_task_of(form, 0, forward);
+      solve_lines(form.lines, terms);
+      for_each_task_of(form, 0, backward);
+    } else {
+      for_each_task_of(form, 0, [&](std::size_t from, std::size_t to) {
+        forward(from, to);
+        if (is_symmetric) backward(from, to);
+      });
+    }
     tell_shifts(terms);
     for (std::size_t n = stages; is_symmetric && n-- > 1;) {
       for_each_task_of(form, n, backward);
@@ -72,6 +85,46 @@ class SweepStep {
   }
 
  private:
+  // Families one after the other, forwards and backwards: the sub-step stays its own mirror image.
+  void solve_lines(const ListLines& lines, const SweepTerms<T>& terms) const noexcept {
+    const LineVisits visits = lines.visits();
+    for (std::size_t n = 0; n < visits.count(); ++n) {
+      const std::size_t first = lines.families[visits.family(n)];
+      const std::size_t bundles = lines.families[visits.family(n) + 1] - first;
+      const std::size_t tasks = parallel_.run != nullptr ? std::min(bundles, rooms_.count) : 1;
+      for_each_task(parallel_, tasks, [&](std::size_t task) {
+        kernels_.lines(terms, work_, first + bundles * task / tasks, first + bundles * (task + 1) / tasks,
+                       rooms_.first + task * rooms_.each);
+      });
+    }
+  }
+  void solve_lines(const SheetLines& lines, const SweepTerms<T>& terms, const Sheets& sheets) const noexcept {
+    const LineVisits visits = lines.visits();
+    for (std::size_t n = 0; n < visits.count(); ++n) {
+      for (std::size_t sheet = sheets.first; sheet < sheets.end; ++sheet) solve_lines(lines, terms, visits.family(n), sheet);
+    }
+  }
+  void solve_lines(const SheetLines& lines, const SweepTerms<T>& terms, std::size_t family, std::size_t sheet) const noexcept {
+    T* const room = rooms_.first + sheet * rooms_.each;
+    const LineFamily& d = lines.families[family];
+    const auto run = [&](LineStage stage, std::size_t count, std::size_t least) {
+      const std::size_t tasks = parallel_.run != nullptr ? (count + least - 1) / least : 1;
+      for_each_task(parallel_, tasks, [&](std::size_t task) {
+        const LinePart part{family, sheet, stage, tasks > 1 ? least * task : 0,
+                            tasks > 1 ? std::min(count, least * (task + 1)) : count};
+        kernels_.sheet_lines(terms, work_, part, room);
+      });
+    };
+    run(LineStage::meet, lines.rows, slice);
+    if (d.down == 0) {
+      run(LineStage::solve, lines.rows, slice);
+    } else {
+      const std::size_t slices = lines.pitch / slice;
+      run(LineStage::solve, slices, d.right == 0 ? 1 : slices);
+    }
+    run(LineStage::give, lines.rows, slice);
+  }
+
   // Calls use(from, to) with the strands of every second band of each sheet.
   template <class Use>
   void for_each_band(const StrandsForm<T>& form, const Sheets& sheets, std::size_t first, const Use& use) const noexcept {
@@ -122,6 +175,7 @@ class SweepStep {
   const Joints<T>& joints_;
   const NetworkKernels<T>& kernels_;
   const WorkColumns<T>& work_;
+  const WorkRooms<T>& rooms_;
   const Exchange& exchange_;
   const ParallelFor& parallel_;
   bool knows_origins_ = false;  // those of this step

@@ -8,6 +8,9 @@
 
 namespace dvdx {
 
+// Below this many particle-steps, waking a thread costs more than it saves.
+inline constexpr std::size_t steps_worth_threads = std::size_t{1} << 16;
+
 constexpr std::size_t tasks_of(std::size_t count, std::size_t per_task) noexcept { return (count + per_task - 1) / per_task; }
 
 // Runs body(task) for every task below count, on the caller's threads each in the floating-point environment of a step, which

@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "passes/contact/stay.hpp"
+
 namespace dvdx {
 
 // Padding holds NaN: nothing may read it, and a test would see what does.
@@ -13,6 +15,9 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
       skins(shape.lists->skins.begin(), shape.lists->skins.end()),
       poses(shape.motions),
       surfaces(shape.surfaces),
+      movers(shape.surfaces != 0 ? shape.motions : 0, no_surface),
+      still(shape.keeps_still ? shape.elements : 0),
+      still_on(shape.surfaces != 0 ? still.size() : 0, no_surface),
       shape_(shape),
       columns_(memory) {
   constexpr T nothing = std::numeric_limits<T>::quiet_NaN();
@@ -33,6 +38,7 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   const auto of_springs = [&] { return columns_.add(shape.sweep_springs, T(0), column_margin); };
   if (shape.visits_again) sweep_.lambda = of_springs();
   if (shape.sweep_records != 0) add_records();
+  if (const auto& [count, each] = shape.lines; count != 0) line_rooms = {columns_.add(count * each), each, count};
 
   const auto axes = [&](std::size_t size) -> Axes<T> { return {columns_.add(size), columns_.add(size), columns_.add(size)}; };
   if (const std::size_t size = shape.constraints.pairs; size != 0) {
@@ -45,6 +51,17 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
     chains.n = axes(size);
     chains.kept = axes(size);
     for (T** column : {&chains.s, &chains.over, &chains.rest}) *column = columns_.add(size);
+    if (shape.constraints.has_lone_chains) {
+      for (Axes<T>* of : {&chains.start, &chains.kept_v, &chains.own_x, &chains.own_v}) *of = axes(size);
+    }
+  }
+  if (const std::size_t size = shape.constraints.limits; size != 0) {
+    LimitTerms<T>& limits = constraints_.limits;
+    for (Axes<T>* three : {&limits.own, &limits.kept, &limits.apart, &limits.along, &limits.n, &limits.yield,
+                           &limits.yield_cross, &limits.rest, &limits.share}) {
+      *three = axes(size);
+    }
+    for (T** column : {&limits.force, &limits.lambda, &limits.gap, &limits.stiffness}) *column = columns_.add(size);
   }
   if (shape.meets_air) {
     air_v = of_particles(T(0));
@@ -88,7 +105,7 @@ SweepTerms<T> JoinedWorkspace<T>::with_columns(SweepTerms<T> terms) const noexce
 
 template <class T>
 ConstraintTerms<T> JoinedWorkspace<T>::with_columns(ConstraintTerms<T> terms) const noexcept {
-  const auto& [pairs, chains, lines] = constraints_;
+  const auto& [pairs, chains, limits, lines] = constraints_;
   terms.pairs.n = pairs.n;
   terms.pairs.s = pairs.s;
   terms.pairs.m = pairs.m;
@@ -99,6 +116,20 @@ ConstraintTerms<T> JoinedWorkspace<T>::with_columns(ConstraintTerms<T> terms) co
   terms.chains.s = chains.s;
   terms.chains.over = chains.over;
   terms.chains.rest = chains.rest;
+  terms.chains.start = chains.start;
+  terms.chains.kept_v = chains.kept_v;
+  terms.chains.own_x = chains.own_x;
+  terms.chains.own_v = chains.own_v;
+  LimitTerms<T> of_limits = limits;
+  of_limits.first = terms.limits.first;
+  of_limits.links = terms.limits.links;
+  of_limits.a = terms.limits.a;
+  of_limits.l = terms.limits.l;
+  of_limits.mass = terms.limits.mass;
+  of_limits.rate = terms.limits.rate;
+  of_limits.sign = terms.limits.sign;
+  of_limits.steps = terms.limits.steps;
+  terms.limits = of_limits;
   terms.lines.s1 = lines.s1;
   terms.lines.s2 = lines.s2;
   return terms;

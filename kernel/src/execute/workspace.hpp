@@ -23,6 +23,16 @@ struct Held {
   std::array<T, 3> x{}, v{};
 };
 
+// Whether a particle stood still at the end of the last flow; waits: for the first pulse of the step; stays: in this flow.
+enum class StandsHow : std::uint8_t { moves, stands, waits, stays };
+
+// Where lines of springs are solved, each task in a room of its own.
+template <class T>
+struct WorkRooms {
+  T* first = nullptr;
+  std::size_t each = 0, count = 0;
+};
+
 template <class T>
 class JoinedWorkspace {
  public:
@@ -43,7 +53,9 @@ class JoinedWorkspace {
   }
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_for(held.capacity()); }
   // Of a workspace for so many fixed particles.
-  [[nodiscard]] std::size_t bytes_for(std::size_t fixed) const noexcept { return columns_.bytes() + fixed * sizeof(Held<T>); }
+  [[nodiscard]] std::size_t bytes_for(std::size_t fixed) const noexcept {
+    return columns_.bytes() + still.size() + 4 * still_on.size() + fixed * sizeof(Held<T>);
+  }
 
   // Of a workspace with accelerations: whether they are of the state in these columns at this time, and whose they are now.
   [[nodiscard]] bool remembers(const void* columns, const Clock& clock) const noexcept {
@@ -69,6 +81,7 @@ class JoinedWorkspace {
   [[nodiscard]] GridAirTerms<T> with_columns(GridAirTerms<T> terms) const noexcept;
 
   WorkColumns<T> work;
+  WorkRooms<T> line_rooms;
   std::array<T*, 3> origin{};              // null, or where each particle was when the step began
   std::array<T*, 3> air_v{};               // null, or the velocity that air meets
   std::vector<Held<T>> held;               // by element; the first of them, as many as are fixed
@@ -78,6 +91,9 @@ class JoinedWorkspace {
   std::vector<BallTerms<T>> balls;         // c, u and n of each list
   std::vector<MovedPose> poses;            // of each motion, at the end of the flow
   std::vector<Surface<T>> surfaces;        // of the flow, where some of them move
+  std::vector<std::uint32_t> movers;       // of these, one of each motion, or no_surface
+  std::vector<StandsHow> still;            // of each particle, or none
+  std::vector<std::uint32_t> still_on;     // ... and the surface that carries it, or none
   std::uint32_t pulses_since_telling = 0;  // of a part of a larger scene
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 

@@ -20,44 +20,41 @@ struct Entry {
 bool always() noexcept { return true; }
 
 // The scalar twins know no estimate: in fast arithmetic they are the contracted ones, which fast ones are held against.
-#if defined(__x86_64__)
+#ifdef __x86_64__
 // The compiler's own check also asks whether the operating system saves the registers, which CPUID alone does not say.
 bool has_fma() noexcept { return __builtin_cpu_supports("fma"); }
 bool has_avx2() noexcept { return __builtin_cpu_supports("avx2"); }
-bool has_avx2_fma() noexcept { return has_avx2() && has_fma(); }
-bool has_avx512() noexcept {
+[[maybe_unused]] bool has_avx2_fma() noexcept { return has_avx2() && has_fma(); }
+[[maybe_unused]] bool has_avx512() noexcept {
   return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
          __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
 }
+#endif
 
+// DVDX_ISAS of the build says which are there.
 constexpr std::array entries = {
     Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
     Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
     Entry{Isa::reference, Arithmetic::fast, &reference_contracted, always},
+#ifdef DVDX_BUILDS_SSE2
     Entry{Isa::sse2, Arithmetic::separate, &sse2_separate, always},
+#endif
+#ifdef DVDX_BUILDS_AVX2
     Entry{Isa::avx2, Arithmetic::separate, &avx2_separate, has_avx2},
     Entry{Isa::avx2, Arithmetic::contracted, &avx2_contracted, has_avx2_fma},
     Entry{Isa::avx2, Arithmetic::fast, &avx2_fast, has_avx2_fma},
+#endif
+#ifdef DVDX_BUILDS_AVX512
     Entry{Isa::avx512, Arithmetic::separate, &avx512_separate, has_avx512},
     Entry{Isa::avx512, Arithmetic::contracted, &avx512_contracted, has_avx512},
     Entry{Isa::avx512, Arithmetic::fast, &avx512_fast, has_avx512},
-};
-#elif defined(__aarch64__)
-constexpr std::array entries = {
-    Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
-    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
-    Entry{Isa::reference, Arithmetic::fast, &reference_contracted, always},
+#endif
+#ifdef DVDX_BUILDS_NEON64
     Entry{Isa::neon64, Arithmetic::separate, &neon64_separate, always},
     Entry{Isa::neon64, Arithmetic::contracted, &neon64_contracted, always},
     Entry{Isa::neon64, Arithmetic::fast, &neon64_fast, always},
-};
-#else
-constexpr std::array entries = {
-    Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
-    Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},
-    Entry{Isa::reference, Arithmetic::fast, &reference_contracted, always},
-};
 #endif
+};
 
 constexpr std::array names = {std::string_view{"reference"}, std::string_view{"sse2"}, std::string_view{"avx2"},
                               std::string_view{"avx512"}, std::string_view{"neon64"}};

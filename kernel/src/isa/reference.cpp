@@ -7,11 +7,13 @@
 #include "passes/block_loop_reference.hpp"
 #include "passes/constraint/chain_reference.hpp"
 #include "passes/constraint/constraint_reference.hpp"
+#include "passes/constraint/limit_reference.hpp"
 #include "passes/emission/emission_reference.hpp"
 #include "passes/network/grid_reference.hpp"
 #include "passes/network/lines_reference.hpp"
 #include "passes/network/pairs_reference.hpp"
 #include "passes/network/sequential_reference.hpp"
+#include "passes/network/spring_lines_reference.hpp"
 #include "passes/removal/removal_reference.hpp"
 #include "passes/residual/residual_reference.hpp"
 
@@ -33,6 +35,8 @@ constexpr Kernels<T> scalar_kernels() noexcept {
                       .add_pairs = add_pairs<T>,
                       .strands = sweep_strands<T, arithmetic>,
                       .ranges = sweep_ranges<T, arithmetic>,
+                      .lines = solve_lines<T, arithmetic>,
+                      .sheet_lines = solve_sheet_lines<T, arithmetic>,
                       .from_origin = keep_from_origin<T>,
                       .to_records = columns_to_records<T>,
                       .from_records = records_to_columns<T>,
@@ -44,15 +48,23 @@ constexpr Kernels<T> scalar_kernels() noexcept {
                       .end_sweeps = end_sweeps<T, arithmetic>},
           .constraint = {.prepare_pairs = prepare_pairs<T>,
                          .prepare_chains = prepare_chains<T, arithmetic>,
+                         .prepare_lone_chains = prepare_lone_chains<T, arithmetic>,
                          .solve_pair_positions = solve_pair_positions<T, arithmetic>,
                          .solve_chain_positions = solve_chain_positions<T, arithmetic>,
+                         .solve_limit_positions = solve_limit_positions<T, arithmetic>,
+                         .solve_crossing_positions = solve_crossing_positions<T, arithmetic>,
                          .solve_line_positions = solve_line_positions<T, arithmetic>,
                          .update_pair_velocities = update_pair_velocities<T, arithmetic>,
                          .update_chain_velocities = update_chain_velocities<T, arithmetic>,
+                         .update_limit_velocities = update_limit_velocities<T, arithmetic>,
+                         .update_crossing_velocities = update_crossing_velocities<T, arithmetic>,
                          .update_line_velocities = update_line_velocities<T, arithmetic>,
                          .solve_pair_velocities = solve_pair_velocities<T, arithmetic>,
                          .solve_chain_velocities = solve_chain_velocities<T, arithmetic>,
-                         .solve_line_velocities = solve_line_velocities<T, arithmetic>},
+                         .solve_limit_velocities = solve_limit_velocities<T, arithmetic>,
+                         .solve_crossing_velocities = solve_crossing_velocities<T, arithmetic>,
+                         .solve_line_velocities = solve_line_velocities<T, arithmetic>,
+                         .solve_lone_chains = solve_lone_chains<T, arithmetic>},
           .removal = {.grow_old = grow_old<T>,
                       .grow_old_and_mark = grow_old_and_mark<T>,
                       .count_aged = count_aged<T>,

@@ -7,11 +7,14 @@
 #include "passes/block_loop.inl.hpp"
 #include "passes/constraint/chain.inl.hpp"
 #include "passes/constraint/constraint.inl.hpp"
+#include "passes/constraint/limit.inl.hpp"
 #include "passes/emission/emission.inl.hpp"
 #include "passes/network/grid.inl.hpp"
 #include "passes/network/lines.inl.hpp"
 #include "passes/network/pairs.inl.hpp"
 #include "passes/network/sequential.inl.hpp"
+#include "passes/network/sheet_lines.inl.hpp"
+#include "passes/network/spring_lines.inl.hpp"
 #include "passes/removal/removal.inl.hpp"
 #include "passes/residual/residual.inl.hpp"
 
@@ -30,6 +33,8 @@ constexpr NetworkKernels<Scalar<V>> wide_network() noexcept {
           .add_pairs = add_pairs<V>,
           .strands = sweep_strands<V, arithmetic>,
           .ranges = sweep_ranges<V, arithmetic>,
+          .lines = solve_lines<V, arithmetic>,
+          .sheet_lines = solve_sheet_lines<V, arithmetic>,
           .from_origin = keep_from_origin<V>,
           .to_records = columns_to_records<V>,
           .from_records = records_to_columns<V>,
@@ -49,15 +54,23 @@ constexpr Kernels<T> wide_kernels() noexcept {
           .network = wide_network<V, arithmetic>(),
           .constraint = {.prepare_pairs = prepare_pairs<V>,
                          .prepare_chains = prepare_chains<V, arithmetic>,
+                         .prepare_lone_chains = prepare_lone_chains<V, arithmetic>,
                          .solve_pair_positions = solve_pair_positions<V, arithmetic>,
                          .solve_chain_positions = solve_chain_positions<V, arithmetic>,
+                         .solve_limit_positions = solve_limit_positions<V, arithmetic>,
+                         .solve_crossing_positions = solve_crossing_positions<V, arithmetic>,
                          .solve_line_positions = solve_line_positions<V, arithmetic>,
                          .update_pair_velocities = update_pair_velocities<V, arithmetic>,
                          .update_chain_velocities = update_chain_velocities<V, arithmetic>,
+                         .update_limit_velocities = update_limit_velocities<V, arithmetic>,
+                         .update_crossing_velocities = update_crossing_velocities<V, arithmetic>,
                          .update_line_velocities = update_line_velocities<V, arithmetic>,
                          .solve_pair_velocities = solve_pair_velocities<V, arithmetic>,
                          .solve_chain_velocities = solve_chain_velocities<V, arithmetic>,
-                         .solve_line_velocities = solve_line_velocities<V, arithmetic>},
+                         .solve_limit_velocities = solve_limit_velocities<V, arithmetic>,
+                         .solve_crossing_velocities = solve_crossing_velocities<V, arithmetic>,
+                         .solve_line_velocities = solve_line_velocities<V, arithmetic>,
+                         .solve_lone_chains = solve_lone_chains<V, arithmetic>},
           .removal = {.grow_old = grow_old<V>,
                       .grow_old_and_mark = grow_old_and_mark<V>,
                       .count_aged = count_aged<V>,

@@ -10,6 +10,7 @@
 
 namespace dvdx {
 
+[[nodiscard]] inline Vec3 sum(const Vec3& a, const Vec3& b) noexcept { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 [[nodiscard]] inline Vec3 difference(const Vec3& a, const Vec3& b) noexcept { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 [[nodiscard]] inline Vec3 scaled(const Vec3& a, double factor) noexcept {
   return {a[0] * factor, a[1] * factor, a[2] * factor};

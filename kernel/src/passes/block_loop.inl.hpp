@@ -160,23 +160,32 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
   return m;
 }
 
+template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+[[gnu::noinline]] void move_batch_to(Trajectory<V>& m, const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                                     const Offsets<Scalar<V>>* offsets, std::size_t i) noexcept {
+  m = move_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
+}
+
 // The register's particles at i, moved by the whole step. Returns whether any of them touched a surface or lay still.
 template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
 [[gnu::noinline]] bool step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                   const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting,
                                   Still<V>& still) noexcept {
-  Trajectory<V> m = move_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
-  bool touched = false;
-  if constexpr (has_contacts(extra)) {
-    const std::uint64_t were_still = still.of(i);
-    const std::uint64_t touching =
-        resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, were_still, waiting, particles.log) |
-        were_still;
-    touched = touching != 0;
-    if (touched && still.looks()) still.look(m, i, touching);
+  Trajectory<V> m;
+  if constexpr (extra == Extras::contact) {
+    // The original never has its address taken, and is copied register by register, so that it stays in registers.
+    const Trajectory<V> moved = move_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
+    m = {copied(moved.x0), copied(moved.v0), copied(moved.x1), copied(moved.v1)};
+  } else {
+    move_batch_to<V, OneAxis, extra, arithmetic>(m, particles, terms, offsets, i);
   }
+  const std::uint64_t were_still = still.of(i);
+  const std::uint64_t touching =
+      resolve_contacts<V, arithmetic>(terms, offsets[0], m, particles.first, i, were_still, waiting, particles.log) |
+      were_still;
+  if (touching != 0 && still.looks()) still.look(m, i, touching);
   store_trajectory<V>(particles, i, m);
-  return touched;
+  return touching != 0;
 }
 
 template <class V, class Affine, class Test>
@@ -217,31 +226,6 @@ std::size_t step_untouched(const Block<Scalar<V>>& particles, const Terms<Scalar
 }
 
 // ---- many surfaces: passes/contact/near.hpp --------------------------------------------------------------------------------
-
-// Where the block's trajectories lie in this step.
-template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
-[[gnu::noinline]] Region<Scalar<V>> region_of(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
-                                              const Offsets<Scalar<V>>* offsets) noexcept {
-  using T = Scalar<V>;
-  const V corner(terms.h * terms.bend.corner);
-  Bounds<V> bounds[3];
-  V way(T(0));
-  for (std::size_t i = 0; i < particles.count; i += V::size) {
-    const Trajectory<V> m = move_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      bounds[axis].take(m.x0[axis]);
-      bounds[axis].take(m.x1[axis]);
-      bounds[axis].take(multiply_add<arithmetic>(corner, m.v0[axis], m.x0[axis]));
-      way = high_bound(way, magnitude(m.x1[axis] - m.x0[axis]));
-    }
-  }
-  Region<T> box;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    box.low[axis] = bounds[axis].lowest();
-    box.high[axis] = bounds[axis].highest();
-  }
-  return widened(box, Bounds<V>{V(T(0)), way}.highest());
-}
 
 // Where one axis' values lie, and where a step takes them.
 template <class V>
@@ -337,48 +321,6 @@ template <class V, class OneAxis>
   return widened(box, way);
 }
 
-template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
-void step_batches(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>* offsets,
-                  Still<V>& still) noexcept {
-  Waiting<V, arithmetic> waiting(still);
-  for (std::size_t i = 0; i < particles.count; i += V::size) {
-    if (still.are_all(i)) continue;
-    step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting, still);
-    waiting.resolve_full(particles, terms, offsets[0]);
-  }
-  waiting.resolve_all(particles, terms, offsets[0]);
-}
-
-// With the surfaces of the list alone.
-template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
-[[gnu::noinline]] void step_near(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
-                                 const Offsets<Scalar<V>>* offsets, const NearList& near, const Region<Scalar<V>>& region,
-                                 Still<V>& still) noexcept {
-  using T = Scalar<V>;
-  Surface<T> surfaces[most_near];
-  Terms<T> own = terms;
-  own.surfaces = surfaces;
-  own.surface_count = near.count;
-  own.whole = &terms;
-  own.region = region;
-  for (std::size_t j = 0; j < near.count; ++j) surfaces[j] = terms.surfaces[near.at[j]];
-  step_batches<V, OneAxis, extra, arithmetic>(particles, own, offsets, still);
-}
-
-// Nothing is near: as without contacts.
-template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
-void step_alone(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
-  if constexpr (extra == Extras::contact) {
-    run_axes<V, OneAxis>(particles, terms, steps);
-  } else {
-    Still<V> still(particles, terms, steps);
-    Waiting<V, arithmetic> waiting(still);
-    for (std::size_t i = 0; i < particles.count; i += V::size) {
-      step_batch<V, OneAxis, Extras::radial, arithmetic>(particles, terms, steps.offsets, i, waiting, still);
-    }
-  }
-}
-
 // Where the particles' paths start, as contacts see them.
 template <class T>
 std::array<const T*, 3> start_of(const Block<T>& particles) noexcept {
@@ -404,6 +346,76 @@ Side<T> side_of(const Region<T>& bound, const std::array<const T*, 3>& x) noexce
     if (below > found.out) found = {axis, T(-1), -bound.low[axis], below};
   }
   return found;
+}
+
+// A flow's own part of loops that are made once for all flows.
+template <class V, Arithmetic arithmetic>
+struct Moves {
+  using T = Scalar<V>;
+
+  // The register's particles at i, moved by the whole step: step_batch.
+  bool (*step)(const Block<T>&, const Terms<T>&, const Offsets<T>*, std::size_t i, Waiting<V, arithmetic>&, Still<V>&);
+  // By all but contacts.
+  void (*batch)(Trajectory<V>& m, const Block<T>& particles, const Terms<T>& terms, const Offsets<T>* offsets, std::size_t i);
+  StepBlock<T> alone;  // as without contacts
+  // Null beside radial springs; `region_of_all` where particles differ, too.
+  std::size_t (*untouched)(const Block<T>&, const Terms<T>&, const Offsets<T>&, std::size_t);
+  std::size_t (*beside)(const Block<T>&, const Terms<T>&, const Offsets<T>&, const Side<T>&);
+  Region<T> (*region_of_all)(const Block<T>&, const Terms<T>&, const Steps<T>&);
+};
+
+// Where the block's trajectories lie in this step.
+template <class V, Arithmetic arithmetic>
+Region<Scalar<V>> region_of(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                            const Offsets<Scalar<V>>* offsets) noexcept {
+  using T = Scalar<V>;
+  const V corner(terms.h * terms.bend.corner);
+  Bounds<V> bounds[3];
+  V way(T(0));
+  for (std::size_t i = 0; i < particles.count; i += V::size) {
+    Trajectory<V> m;
+    moves.batch(m, particles, terms, offsets, i);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      bounds[axis].take(m.x0[axis]);
+      bounds[axis].take(m.x1[axis]);
+      bounds[axis].take(multiply_add<arithmetic>(corner, m.v0[axis], m.x0[axis]));
+      way = high_bound(way, magnitude(m.x1[axis] - m.x0[axis]));
+    }
+  }
+  Region<T> box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] = bounds[axis].lowest();
+    box.high[axis] = bounds[axis].highest();
+  }
+  return widened(box, Bounds<V>{V(T(0)), way}.highest());
+}
+
+template <class V, Arithmetic arithmetic>
+void step_batches(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+                  const Offsets<Scalar<V>>* offsets, Still<V>& still) noexcept {
+  Waiting<V, arithmetic> waiting(still);
+  for (std::size_t i = 0; i < particles.count; i += V::size) {
+    if (still.are_all(i)) continue;
+    moves.step(particles, terms, offsets, i, waiting, still);
+    waiting.resolve_full(particles, terms, offsets[0]);
+  }
+  waiting.resolve_all(particles, terms, offsets[0]);
+}
+
+// With the surfaces of the list alone.
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] void step_near(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& particles,
+                                 const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>* offsets, const NearList& near,
+                                 const Region<Scalar<V>>& region, Still<V>& still) noexcept {
+  using T = Scalar<V>;
+  Surface<T> surfaces[most_near];
+  Terms<T> own = terms;
+  own.surfaces = surfaces;
+  own.surface_count = near.count;
+  own.whole = &terms;
+  own.region = region;
+  for (std::size_t j = 0; j < near.count; ++j) surfaces[j] = terms.surfaces[near.at[j]];
+  step_batches<V, arithmetic>(moves, particles, own, offsets, still);
 }
 
 // Registers from the first on, up to one of which some particle may leave the side, which is left as it was.
@@ -459,75 +471,68 @@ Block<T> rest_of(const Block<T>& particles, std::size_t i) noexcept {
 
 enum class Particles { alike, each };
 
-template <class V, class OneAxis, Extras extra, Particles particles_are, Arithmetic arithmetic>
-void run_searching(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+template <class V, Arithmetic arithmetic>
+void run_searching(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms,
+                   const Steps<Scalar<V>>& steps) noexcept {
   using T = Scalar<V>;
   Block<T> particles = block;
-  if constexpr (extra == Extras::contact) {
-    if (steps.count == 1 && terms.are_bounded) {
-      const Side<T> side = side_of(terms.bound, start_of(particles));
-      if (side.out > 0) {
-        particles = rest_of(particles, step_beside<V, OneAxis, arithmetic>(particles, terms, steps.offsets[0], side));
-      }
-      if (particles.count == 0) return;
-    }
+  if (moves.beside != nullptr && steps.count == 1 && terms.are_bounded) {
+    const Side<T> side = side_of(terms.bound, start_of(particles));
+    if (side.out > 0) particles = rest_of(particles, moves.beside(particles, terms, steps.offsets[0], side));
+    if (particles.count == 0) return;
   }
   NearList near;
-  if constexpr (particles_are == Particles::alike && extra == Extras::contact) {
-    find_near(terms, region_of_all<V, OneAxis>(particles, terms, steps), near);
-    if (near.count == 0) return step_alone<V, OneAxis, extra, arithmetic>(particles, terms, steps);
+  if (moves.region_of_all != nullptr) {
+    find_near(terms, moves.region_of_all(particles, terms, steps), near);
+    if (near.count == 0) return moves.alone(particles, terms, steps);
   }
   Still<V> still(particles, terms, steps);
   for (std::size_t n = 0; n < steps.count; ++n) {
     const Offsets<T>* offsets = steps.offsets + n * steps.offsets_per_step;
-    const Region<T> region = region_of<V, OneAxis, extra, arithmetic>(particles, terms, offsets);
+    const Region<T> region = region_of<V, arithmetic>(moves, particles, terms, offsets);
     find_near(terms, region, near);
     if (near.count == 0) {
-      step_alone<V, OneAxis, extra, arithmetic>(particles, terms, {.offsets = offsets, .offsets_per_step = 0, .count = 1});
+      moves.alone(particles, terms, {.offsets = offsets, .offsets_per_step = 0, .count = 1});
     } else if (near.count <= most_near) {
-      step_near<V, OneAxis, extra, arithmetic>(particles, terms, offsets, near, region, still);
+      step_near<V, arithmetic>(moves, particles, terms, offsets, near, region, still);
     } else if (particles.count <= least_block) {
-      step_batches<V, OneAxis, extra, arithmetic>(particles, terms, offsets, still);
+      step_batches<V, arithmetic>(moves, particles, terms, offsets, still);
     } else {
       const std::size_t half = particles.count / 2 / 16 * 16;
       const Steps<T> left{.offsets = offsets, .offsets_per_step = steps.offsets_per_step, .count = steps.count - n};
       Block<T> part = particles;
       part.count = half;
-      run_searching<V, OneAxis, extra, particles_are, arithmetic>(part, terms, left);
-      return run_searching<V, OneAxis, extra, particles_are, arithmetic>(rest_of(particles, half), terms, left);
+      run_searching<V, arithmetic>(moves, part, terms, left);
+      return run_searching<V, arithmetic>(moves, rest_of(particles, half), terms, left);
     }
   }
 }
 
 // Step after step. Whether any particle touched a surface or lay still.
-template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
-bool run_steps(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps,
-               Still<V>& still) noexcept {
-  const Block<Scalar<V>> particles = block;  // a copy that no store can alias
+template <class V, Arithmetic arithmetic>
+bool run_steps(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
+               const Steps<Scalar<V>>& steps, Still<V>& still) noexcept {
   Waiting<V, arithmetic> waiting(still);
-  const bool looks_ahead = !terms.moves && particles.from[0] == nullptr;
+  const bool looks_ahead = moves.untouched != nullptr && !terms.moves && particles.from[0] == nullptr;
   bool has_touched = false;
   for (std::size_t n = 0; n < steps.count; ++n) {
     const auto* offsets = steps.offsets + n * steps.offsets_per_step;
     bool touched = false;  // the batch before: where many do, a batch is not moved twice
     for (std::size_t i = 0; i < particles.count; i += V::size) {
-      if constexpr (extra == Extras::contact) {
-        if (!touched && looks_ahead) i = step_untouched<V, OneAxis, arithmetic>(particles, terms, offsets[0], i);
-      }
-      if (i < particles.count) {
-        touched = still.are_all(i) || step_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i, waiting, still);
-      }
+      if (!touched && looks_ahead) i = moves.untouched(particles, terms, offsets[0], i);
+      if (i < particles.count) touched = still.are_all(i) || moves.step(particles, terms, offsets, i, waiting, still);
       has_touched = has_touched || touched;
-      if constexpr (has_contacts(extra)) waiting.resolve_full(particles, terms, offsets[0]);
+      waiting.resolve_full(particles, terms, offsets[0]);
     }
-    if constexpr (has_contacts(extra)) waiting.resolve_all(particles, terms, offsets[0]);
+    waiting.resolve_all(particles, terms, offsets[0]);
   }
   return has_touched;
 }
 
 // Among planes: some steps at a time, as without contacts where none of them is near.
-template <class V, class OneAxis, Arithmetic arithmetic>
-void run_among_planes(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+template <class V, Arithmetic arithmetic>
+void run_among_planes(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms,
+                      const Steps<Scalar<V>>& steps) noexcept {
   Still<V> still(block, terms, steps);
   bool has_touched = false;
   for (std::size_t done = 0; done < steps.count;) {
@@ -535,27 +540,49 @@ void run_among_planes(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& ter
     const Steps<Scalar<V>> some{.offsets = steps.offsets + done * steps.offsets_per_step,
                                 .offsets_per_step = steps.offsets_per_step,
                                 .count = left < 2 * looked_at_steps ? left : looked_at_steps};
-    if (!has_touched && !is_any_near(terms, region_of_all<V, OneAxis>(block, terms, some))) {
-      run_axes<V, OneAxis>(block, terms, some);
+    if (!has_touched && !is_any_near(terms, moves.region_of_all(block, terms, some))) {
+      moves.alone(block, terms, some);
     } else {
-      has_touched = run_steps<V, OneAxis, Extras::contact, arithmetic>(block, terms, some, still);
+      has_touched = run_steps<V, arithmetic>(moves, block, terms, some, still);
     }
     done += some.count;
   }
 }
 
-template <class V, class OneAxis, Extras extra, Particles particles_are, Arithmetic arithmetic>
-void run_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
-  if constexpr (has_contacts(extra)) {
-    if (terms.searches) return run_searching<V, OneAxis, extra, particles_are, arithmetic>(block, terms, steps);
-  }
-  if constexpr (particles_are == Particles::alike && extra == Extras::contact) {
-    if (terms.are_planes && !terms.moves && steps.count >= looked_at_steps) {
-      return run_among_planes<V, OneAxis, arithmetic>(block, terms, steps);
-    }
+template <class V, Arithmetic arithmetic>
+void run_block(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms,
+               const Steps<Scalar<V>>& steps) noexcept {
+  if (terms.searches) return run_searching<V, arithmetic>(moves, block, terms, steps);
+  if (moves.region_of_all != nullptr && terms.are_planes && !terms.moves && steps.count >= looked_at_steps) {
+    return run_among_planes<V, arithmetic>(moves, block, terms, steps);
   }
   Still<V> still(block, terms, steps);
-  run_steps<V, OneAxis, extra, arithmetic>(block, terms, steps, still);
+  run_steps<V, arithmetic>(moves, block, terms, steps, still);
+}
+
+template <class V, class OneAxis, Arithmetic arithmetic>
+void run_radial(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
+  for (std::size_t n = 0; n < steps.count; ++n) {
+    const Offsets<Scalar<V>>* const offsets = steps.offsets + n * steps.offsets_per_step;
+    for (std::size_t i = 0; i < block.count; i += V::size) {
+      store_trajectory<V>(block, i, move_batch<V, OneAxis, Extras::radial, arithmetic>(block, terms, offsets, i));
+    }
+  }
+}
+
+template <class V, class OneAxis, Extras extra, Particles particles_are, Arithmetic arithmetic>
+constexpr Moves<V, arithmetic> moves_of() noexcept {
+  Moves<V, arithmetic> moves{};
+  moves.step = step_batch<V, OneAxis, extra, arithmetic>;
+  moves.batch = move_batch_to<V, OneAxis, extra, arithmetic>;
+  if constexpr (extra == Extras::radial_contact) moves.alone = run_radial<V, OneAxis, arithmetic>;
+  if constexpr (extra == Extras::contact) {
+    moves.alone = run_axes<V, OneAxis>;
+    moves.untouched = step_untouched<V, OneAxis, arithmetic>;
+    moves.beside = step_beside<V, OneAxis, arithmetic>;
+    if constexpr (particles_are == Particles::alike) moves.region_of_all = region_of_all<V, OneAxis>;
+  }
+  return moves;
 }
 
 template <class V, Flow flow, Extras extra, Turn turn, Arithmetic arithmetic>
@@ -564,9 +591,12 @@ void step_turned(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, c
   if constexpr (extra == Extras::none) {
     if (block.shift[0] != nullptr) return run_axes_shifted<V, OneAxis, arithmetic>(block, terms, steps);
     run_axes<V, OneAxis>(block, terms, steps);
+  } else if constexpr (extra == Extras::radial) {
+    run_radial<V, OneAxis, arithmetic>(block, terms, steps);
   } else {
     constexpr auto particles_are = is_rate(flow) || has_anchor_each(flow) ? Particles::each : Particles::alike;
-    run_block<V, OneAxis, extra, particles_are, arithmetic>(block, terms, steps);
+    static constexpr Moves<V, arithmetic> moves = moves_of<V, OneAxis, extra, particles_are, arithmetic>();
+    run_block<V, arithmetic>(moves, block, terms, steps);
   }
 }
 

@@ -93,7 +93,7 @@ struct WholeSweeps {
     for (const Kinematic& followers : scene.kinematic) {
       for (const std::size_t i : followers.particles) w[i] = 0;
     }
-    colour_of = colours_between_pieces({scene.coupling, pairs, false, w, order, 0, 0});
+    colour_of = colours_between_pieces({scene.coupling, pairs, false, w, order, {}, 0});
     for (const std::uint32_t colour : colour_of) colours = std::max(colours, colour);
   }
   [[nodiscard]] std::size_t piece_of(std::uint32_t particle) const {

@@ -7,8 +7,7 @@
 
 #include "support/threads.hpp"
 
-namespace dvdx {
-namespace {
+namespace dvdx::test::tiles_test {
 
 // How many stages each chunk has been through, and whether each found its neighbours where it may read them.
 struct Progress {
@@ -52,5 +51,4 @@ TEST_CASE("tiles: with threads all stages together are two loops") {
   CHECK(std::all_of(stage.begin(), stage.end(), [](std::size_t s) { return s == 8; }));
 }
 
-}  // namespace
-}  // namespace dvdx
+}  // namespace dvdx::test::tiles_test

@@ -16,7 +16,7 @@
 using namespace dvdx;
 using namespace dvdx::test;
 
-namespace {
+namespace combined_test {
 
 struct Errors {
   Worst x, v;
@@ -44,8 +44,6 @@ Scale scale(const Oracle::Row& row) {
   const double reach = std::max({std::abs(row["x0"]), std::abs(row["c_"]), std::abs(row["x_m"]), 1e-3});
   return {reach, std::max({std::abs(row["v0"]), std::abs(row["u_"]), std::abs(row["v_m"]), std::sqrt(row["W_"]) * reach})};
 }
-
-}  // namespace
 
 TEST_CASE("combined: one step of any length, and 1000 steps, are the closed form") {
   const Oracle oracle("linear1d.csv");
@@ -338,3 +336,5 @@ TEST_CASE("bits of coefficients that must be the same on every platform") {
   CHECK(forced.in_phase.v == 0x1.e05af6c0569p-5);
   CHECK(forced.quadrature.x == 0x1.b696baebbe7e9p-7);
 }
+
+}  // namespace combined_test

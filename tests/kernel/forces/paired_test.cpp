@@ -12,7 +12,7 @@
 using namespace dvdx;
 using namespace dvdx::test;
 
-namespace {
+namespace paired_test {
 
 template <class T>
 struct Point {
@@ -70,8 +70,6 @@ Drift drift(const Oracle::Row& row, double h, int steps) {
   }
   return {std::sqrt(sum.floor), std::sqrt(sum.paired), std::sqrt(sum.nearest)};
 }
-
-}  // namespace
 
 TEST_CASE("paired coefficients stay within 2 ulp of the exact ones") {
   Worst error;
@@ -135,3 +133,5 @@ TEST_CASE("fused float steps stay near the floor of a float state over 1000 step
     CHECK(entry.second.paired.rms() <= 1.5 * entry.second.floor.rms());
   }
 }
+
+}  // namespace paired_test

@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-namespace {
+namespace exact_sum_test {
 
 using dvdx::exact_limbs;
 using dvdx::exact_words;
@@ -126,4 +126,4 @@ TEST_CASE("an exact sum by lanes is exact however many terms it takes") {
   CHECK(dvdx::rounded(words) == count * dvdx::ExactLanes::lanes - count * dvdx::ExactLanes::lanes * 0x1p-53);
 }
 
-}  // namespace
+}  // namespace exact_sum_test

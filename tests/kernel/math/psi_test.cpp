@@ -12,7 +12,7 @@
 using namespace dvdx;
 using namespace dvdx::test;
 
-namespace {
+namespace psi_test {
 
 // The size around which psi_k swings: its own value, or where it oscillates through zero, its amplitude exp(-q/2)/z^k. A
 // response that has died away to nothing is measured by a trace of its largest value, which is below 1/q.
@@ -21,8 +21,6 @@ double envelope(int k, double exact, double w, double q) {
   const double swing = 4 * w > q * q ? std::exp(-q / 2) * std::pow(w, -0.5 * k) : 0.0;
   return std::max({std::abs(exact), swing, 1e-20 / std::max(1.0, q)});
 }
-
-}  // namespace
 
 TEST_CASE("psi agrees with the closed form on the whole grid") {
   const Oracle oracle("psi.csv");
@@ -96,11 +94,7 @@ TEST_CASE("psi in lanes runs backwards too") {
   CHECK(error.worst() <= 2);
 }
 
-namespace {
-
 bool is_near(double a, double b) { return std::abs(a - b) <= 1e-13 * std::abs(b); }
-
-}  // namespace
 
 TEST_CASE("psi of a stiffness or a damping beyond 2^100 is the motion that follows its force at once") {
   constexpr double far = 0x1p+110;
@@ -126,3 +120,5 @@ TEST_CASE("a force that swings, on a damping beyond 2^50, moves as the force ove
   CHECK(is_near(forced.position.re.value(), std::sin(theta) / (theta * q)));
   CHECK(is_near(forced.position.im.value(), (1 - std::cos(theta)) / (theta * q)));
 }
+
+}  // namespace psi_test

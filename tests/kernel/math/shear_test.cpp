@@ -13,7 +13,7 @@
 using namespace dvdx;
 using namespace dvdx::test;
 
-namespace {
+namespace shear_test {
 
 template <class T>
 struct Phase2 {
@@ -31,8 +31,6 @@ Phase2<T> sheared(Phase2<T> at, const Coefficients& k) {
 }
 
 Shear undamped(double z) { return shear(combined(z * z, 0, 1), 0, 1); }
-
-}  // namespace
 
 TEST_CASE("three shears are the exact step of an oscillator at every angle and damping, forwards and backwards") {
   const double h = 1.0 / 64;
@@ -110,3 +108,5 @@ TEST_CASE("the radial kick turns by the exact angle along its axis, and is its o
   CHECK(is_close(damped.E * damped.E, std::exp(-0.3), 1e-15));
   CHECK(is_close(radial_kick(0, 3, -h).E * damped.E, 1, 1e-15));
 }
+
+}  // namespace shear_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace {
+namespace vec3_test {
 
 using namespace dvdx;
 
@@ -52,4 +52,4 @@ TEST_CASE("Two directions across a third are across each other") {
   CHECK(std::abs(n2[0]) == 1);
 }
 
-}  // namespace
+}  // namespace vec3_test

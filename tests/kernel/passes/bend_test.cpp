@@ -11,8 +11,7 @@
 #include "passes/contact/bend_reference.hpp"
 #include "passes/contact/bend_terms.hpp"
 
-namespace dvdx::test {
-namespace {
+namespace dvdx::test::bend_test {
 
 template <class T>
 Bend<T> bend_of(double z, double q, double theta) {
@@ -40,8 +39,6 @@ Fall after_step(const Scene& scene, const Fall& start, double h = hz60) {
   plan->step(state);
   return {static_cast<double>(state.x[1][0]), static_cast<double>(state.v[1][0])};
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("the responses in a step are the psi functions", T, float, double) {
   double worst = 0;
@@ -176,4 +173,4 @@ TEST_CASE("a force of time bends the path on which an impact is looked for") {
   }
 }
 
-}  // namespace dvdx::test
+}  // namespace dvdx::test::bend_test

@@ -133,4 +133,13 @@ std::vector<T> in_order(const std::vector<T>& numbers, const std::vector<std::ui
   return moved;
 }
 
+// Every scheme for springs, the one whose sweeps carry on and one that does not.
+inline std::vector<Coupling> couplings() {
+  return {{.scheme = Scheme::leapfrog},
+          {.scheme = Scheme::fourth_order},
+          {.scheme = Scheme::sequential, .substeps = 4},
+          {.scheme = Scheme::sequential, .substeps = 4, .theta = 1, .sweeps = SweepOrder::forward},
+          {.scheme = Scheme::accumulate, .method = Method::combined}};
+}
+
 }  // namespace dvdx::test

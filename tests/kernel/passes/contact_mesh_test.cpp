@@ -21,7 +21,7 @@
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
 
-namespace {
+namespace contact_mesh_test {
 
 using namespace dvdx;
 using test::Joined;
@@ -179,8 +179,6 @@ double between(const DistanceGrid& grid, const Vec3& x) {
   }
   return sum;
 }
-
-}  // namespace
 
 TEST_CASE("meshes: the signed distance of triangles is that of the box, outside, inside, beside edges and corners") {
   const Vec3 half{0.5, 0.3, 0.2};
@@ -634,3 +632,5 @@ TEST_CASE("meshes: what bounds no body is refused, and so is a cell that does no
     }
   }
 }
+
+}  // namespace contact_mesh_test

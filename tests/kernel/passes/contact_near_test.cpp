@@ -12,7 +12,7 @@
 #include "support/batch.hpp"
 #include "support/threads.hpp"
 
-namespace {
+namespace contact_near_test {
 
 using namespace dvdx;
 using test::Joined;
@@ -77,11 +77,9 @@ void check_runs(const Joined& joined, std::size_t steps, Arithmetic arithmetic, 
   }
 }
 
-}  // namespace
-
 TEST_CASE("many contacts: the list of those near a block has the bits of all of them" * doctest::test_suite("long")) {
   for (const std::size_t contacts : {std::size_t{60}, std::size_t{400}}) {
-    Joined joined = rows(700);
+    Joined joined = rows(420);
     joined.name = std::to_string(contacts) + " contacts";
     add_many(joined.scene, contacts);
     check_runs<float>(joined, 40, Arithmetic::separate, true);
@@ -201,3 +199,5 @@ TEST_CASE("many contacts: calls of one step beside the box about all of them hav
     }
   }
 }
+
+}  // namespace contact_near_test

@@ -10,8 +10,7 @@
 #include "math/vec3.hpp"
 #include "support/close.hpp"
 
-namespace dvdx::test {
-namespace {
+namespace dvdx::test::contact_response_test {
 
 // a + s b
 Vec3 sum(const Vec3& a, double s, const Vec3& b) { return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]}; }
@@ -40,8 +39,6 @@ std::array<State3<T>, 2> with_and_without(const Kernels<T>& kernels, const Conta
   }
   return ends;
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("Both of Brown's pulses act along the normal of a plane", T, float, double) {
   const std::vector<Vec3> normals = {{0, 1, 0}, {0.6, 0.8, 0}, {1, 2, -2}};
@@ -207,4 +204,4 @@ TEST_CASE_TEMPLATE("Viscosity backwards in time tells rest from impact, too", T,
   });
 }
 
-}  // namespace dvdx::test
+}  // namespace dvdx::test::contact_response_test

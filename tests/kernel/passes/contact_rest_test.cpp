@@ -14,8 +14,7 @@
 #include "math/vec3.hpp"
 #include "support/batch.hpp"
 
-namespace dvdx::test {
-namespace {
+namespace dvdx::test::contact_rest_test {
 
 Plane plane(const Vec3& normal, double offset, double restitution, double friction) {
   return {.normal = normal, .offset = offset, .restitution = restitution, .friction = friction};
@@ -36,8 +35,6 @@ Vec3 nearest_in_front(const std::array<Vec3, 3>& n, const Vec3& d) {
   }
   return nearest;
 }
-
-}  // namespace
 
 // The walls used to take turns at the beginning of the step until its impacts were used up.
 TEST_CASE_TEMPLATE("What is pressed onto two walls keeps its bounce on a third surface", T, float, double) {
@@ -241,8 +238,6 @@ TEST_CASE_TEMPLATE("Bounces that are over within a step are over at its end", T,
 // ---- registers of particles that fare differently
 // ----------------------------------------------------------------------------
 
-namespace {
-
 // In turn: at rest on the floor, sliding on it, flying, about to strike it, at rest on a wall that the wind presses onto, in
 // the edge of both, in the corner of all three, and slid from the floor into a wall; of 16 in a row no two register halves are
 // alike.
@@ -314,11 +309,9 @@ std::vector<T> mixed_run(const Scene& scene, std::size_t count, const Options& o
   return with_one_nan(values_of(batch.view()));
 }
 
-}  // namespace
-
 TEST_CASE_TEMPLATE("Registers of what rests on one plane, on several, flies, strikes or is no number have the twin's bits", T,
                    float, double) {
-  constexpr std::size_t count = 333;
+  constexpr std::size_t count = 173;
   for (const std::size_t walls : {std::size_t{1}, std::size_t{2}, std::size_t{3}, std::size_t{5}}) {
     for (const auto& each : {std::pair{Masses::alike, 0.0}, std::pair{Masses::alike, 0.4}, std::pair{Masses::each, 0.3}}) {
       const double drag = each.second;
@@ -366,8 +359,6 @@ TEST_CASE_TEMPLATE("What is no number stays alone among those that rest", T, flo
 
 // ---- what a step leaves as it was is not worked out again in its call ----------------------------------------------------------
 
-namespace {
-
 // What stops what, and when: a floor under gravity, which nothing moves; a force that grows until friction gives way; a floor
 // that sets off when all lies on it; a capsule, and so many that blocks are halved; and a spring that kicks in the middle of steps.
 enum class Mover { none, force, floor, capsule, capsules, spring };
@@ -397,10 +388,8 @@ std::vector<T> calls_of(const Scene& scene, std::size_t count, const Options& op
   return mixed_run<T>(scene, count, options, a_call, 360 / a_call, 9);
 }
 
-}  // namespace
-
 TEST_CASE_TEMPLATE("What lies has the bits of single steps in calls of many", T, float, double) {
-  constexpr std::size_t count = 165;
+  constexpr std::size_t count = 109;
   for (const Mover mover : {Mover::none, Mover::force, Mover::floor, Mover::capsule, Mover::capsules, Mover::spring}) {
     const Scene scene = lying_scene(mover);
     for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
@@ -418,4 +407,4 @@ TEST_CASE_TEMPLATE("What lies has the bits of single steps in calls of many", T,
   }
 }
 
-}  // namespace dvdx::test
+}  // namespace dvdx::test::contact_rest_test

@@ -18,7 +18,7 @@
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
 
-namespace {
+namespace contact_shapes_test {
 
 using namespace dvdx;
 using test::Joined;
@@ -104,8 +104,6 @@ Point thrown(const Contact& contact, const Vec3& x, const Vec3& v, double h, con
   const auto values = stepped<double>(joined, {.isa = best_isa()}, 1);
   return {{values[0], values[1], values[2]}, {values[3], values[4], values[5]}};
 }
-
-}  // namespace
 
 TEST_CASE("bodies: a capsule of equal ends is a sphere, and so is one that its larger end holds") {
   const Joined of = cloud(300);
@@ -259,8 +257,6 @@ TEST_CASE("bodies: all that moves at one velocity acts as at rest, but for that 
   }
 }
 
-namespace {
-
 // The distance of a body that stands about the origin.
 double distance_to(const Contact& contact, const Vec3& y) {
   if (const auto* sphere = std::get_if<Sphere>(&contact)) return length(y) - sphere->radius;
@@ -273,8 +269,6 @@ double distance_to(const Contact& contact, const Vec3& y) {
   const double end = capsule.ends[1][0];
   return length({y[0] - std::clamp(y[0], -end, end), y[1], y[2]}) - capsule.radius[0];
 }
-
-}  // namespace
 
 TEST_CASE("bodies: swept at 20 m/s and turned at 30 rad/s through resting particles they leave none inside, and pass none") {
   constexpr double seconds = 0.2;
@@ -463,3 +457,5 @@ TEST_CASE("bodies: what is wrong with them is named") {
   for (int i = 0; i < 4097; ++i) many.add(Plane{});
   CHECK(compile<float>(many, {.step = 0.01}).error().message() == "contacts is 4097 contacts: must be at most 4096");
 }
+
+}  // namespace contact_shapes_test

@@ -14,8 +14,7 @@
 #include "kernel/passes/particles.hpp"
 #include "support/oracle.hpp"
 
-namespace dvdx::test {
-namespace {
+namespace dvdx::test::contact_test {
 
 constexpr Vec3 still{};
 constexpr Vec3 gravity{0, -9.81, 0};
@@ -50,8 +49,6 @@ bool same_bits(const State3<T>& a, const State3<T>& b) {
   }
   return true;
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("rest on an axis-aligned plane is exact for a million steps", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
@@ -765,4 +762,4 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits", T, float, double) {
   }
 }
 
-}  // namespace dvdx::test
+}  // namespace dvdx::test::contact_test

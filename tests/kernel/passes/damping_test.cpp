@@ -14,7 +14,7 @@
 #include "kernel/passes/joined_run.hpp"
 #include "support/close.hpp"
 
-namespace {
+namespace damping_test {
 
 using namespace dvdx;
 using test::is_close;
@@ -73,12 +73,10 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
 
 // Of the differences that halving the sub-step makes, twice.
 double measured_order(const Joined& joined, const Coupling& coupling, int substeps) {
-  const auto end = [&](int n) { return stepped<double>(with(joined, coupling, n), {.isa = best_isa()}, 20); };
+  const auto end = [&](int n) { return stepped<double>(with(joined, coupling, n), {.isa = best_isa()}, 8); };
   const std::vector<double> middle = end(2 * substeps);
   return std::log2(difference(end(substeps), middle) / difference(middle, end(4 * substeps)));
 }
-
-}  // namespace
 
 TEST_CASE("damping: leapfrog is of second order and fourth_order of fourth, however strong the damping") {
   struct Tried {
@@ -98,8 +96,6 @@ TEST_CASE("damping: leapfrog is of second order and fourth_order of fourth, howe
 }
 
 // ---- limits ------------------------------------------------------------------------------------------------------------
-
-namespace {
 
 // Two modes: K and C symmetric, their eigenvalues given, C's axes turned by an angle against K's.
 struct TwoModes {
@@ -174,8 +170,6 @@ double growth(Matrix step) {
 
 constexpr double sees = 3e-5;
 
-}  // namespace
-
 TEST_CASE("damping: within the limits nothing grows, whichever modes the highest frequency and the strongest damping are of") {
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
     CAPTURE(static_cast<int>(coupling.scheme));
@@ -245,8 +239,6 @@ TEST_CASE("damping: the limit of accumulate is where a pulse turns the speed of 
   for (const double q : {2.9, 40.0}) CHECK(substeps_for(range, 0.1, {0, q / 0.1}) == std::ceil(q / 2));
 }
 
-namespace {
-
 // A pair of 1 kg each on the x axis, at rest length, that flies apart.
 Joined pair_of(double k, double damping) {
   Joined pair;
@@ -268,8 +260,6 @@ std::string refusal_of(const Joined& joined) {
   const auto plan = compile<double>(joined.scene, {.step = joined.step}, batch.view());
   return plan ? "" : plan.error().message();
 }
-
-}  // namespace
 
 TEST_CASE("damping: the plan's rate is that of a pair, of a row, and of a sheet in any position") {
   CHECK(is_close(limit_of(pair_of(10, 500)).damping, 1000, 1e-12));  // c (1/m + 1/m)
@@ -343,8 +333,6 @@ TEST_CASE("damping: a free sheet keeps its momentum, and the damped part of its 
   }
 }
 
-namespace {
-
 // A grid of springs as a list, and three springs from corner to corner.
 Joined two_networks(double damping_of_grid, double damping_of_rope) {
   Joined joined = test::sheet(6, 9, 50, damping_of_grid);
@@ -352,8 +340,6 @@ Joined two_networks(double damping_of_grid, double damping_of_rope) {
       Springs{.pairs = {{0, 8}, {8, 45}, {45, 53}}, .stiffness = 20.0, .rest_length = 0.9, .damping = damping_of_rope}));
   return joined;
 }
-
-}  // namespace
 
 TEST_CASE("damping: of two networks either may be damped alone, and the order stays the scheme's") {
   for (const auto& both : {std::pair{0.0, 0.02}, {0.002, 0.0}, {0.002, 0.02}}) {
@@ -422,3 +408,5 @@ TEST_CASE_TEMPLATE("damping: neighbours of a particle with a bad velocity go on 
     }
   }
 }
+
+}  // namespace damping_test

@@ -9,7 +9,7 @@
 
 #include "isa/passes.hpp"
 
-namespace {
+namespace emission_test {
 
 using namespace dvdx;
 
@@ -44,8 +44,6 @@ bool is_same(const Born::Values& a, const Born::Values& b, std::size_t count) {
 }
 
 double length(const Vec3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
-
-}  // namespace
 
 TEST_CASE("births have the same bits on every ISA at every count, beyond 2^32 of them too") {
   for (const auto shape : shapes) {
@@ -125,3 +123,5 @@ TEST_CASE("the rest of the step is gone in a straight line, from no time to a wh
     CHECK(born->lifetime[i] == 2);
   }
 }
+
+}  // namespace emission_test

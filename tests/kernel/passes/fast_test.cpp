@@ -18,7 +18,7 @@
 #include "support/batch.hpp"
 #include "support/isas.hpp"
 
-namespace {
+namespace fast_test {
 
 using namespace dvdx;
 using test::Batch;
@@ -118,8 +118,6 @@ double difference_rms(const std::vector<float>& a, const std::vector<double>& b)
   }
   return std::sqrt(sum / static_cast<double>(a.size() / 6));
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("fast: an inverse root is within 1.2 units in the last place, whatever its exponent", T, float, double) {
   for (const Arithmetic arithmetic : {Arithmetic::contracted, Arithmetic::fast}) {
@@ -308,3 +306,5 @@ TEST_CASE("fast: the reference's table is the contracted one, and others have th
     CHECK((fast->f64.network.grid == contracted->f64.network.grid) == (isa == Isa::avx2));  // which estimates float32 alone
   }
 }
+
+}  // namespace fast_test

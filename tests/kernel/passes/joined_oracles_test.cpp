@@ -12,7 +12,6 @@
 #include "support/oracle.hpp"
 
 namespace dvdx::test::joined_oracles {
-namespace {
 
 constexpr double hz60 = 1.0 / 60;
 
@@ -26,8 +25,6 @@ template <class T>
 double v_of(const std::vector<T>& values, std::size_t particle, std::size_t axis) {
   return static_cast<double>(values[6 * particle + 3 + axis]);
 }
-
-}  // namespace
 
 // Along a line the contribution of a damped spring to its two ends is exact for any step: with the axis of the step's start it
 // is taken in one step, whatever the stiffness.

@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -28,17 +30,35 @@ Plan<T> plan_of(const Joined& joined, const Run& run, const State<T>& start) {
   return std::move(*plan);
 }
 
-// The values of all particles after so many steps.
+// The same, for the start of the scene.
 template <class T>
-std::vector<T> stepped(const Joined& joined, const Run& run, std::size_t steps) {
+Plan<T> plan_of(const Joined& joined, const Run& run) {
+  Batch<T> start(run.layout, joined.x.size());
+  place(joined, start.view());
+  return plan_of(joined, run, start.view());
+}
+
+// The values of all particles after so many steps with a plan of the scene, which is left as it was.
+template <class T>
+std::vector<T> stepped(const Joined& joined, const Plan<T>& plan, const Run& run, std::size_t steps) {
   Batch<T> batch(run.layout, joined.x.size());
   place(joined, batch.view());
-  const Plan<T> plan = plan_of(joined, run, batch.view());
   Threads workers(run.threads);
   const ParallelFor parallel = run.threads > 1 ? workers.parallel_for() : ParallelFor{};
-  REQUIRE(plan.step(batch.view(), steps, parallel) == StepResult::done);
+  REQUIRE(plan.clone().step(batch.view(), steps, parallel) == StepResult::done);
   CHECK(batch.is_clean());
   return values_of(batch.view());
+}
+template <class T>
+std::vector<T> stepped(const Joined& joined, const Run& run, std::size_t steps) {
+  return stepped(joined, plan_of<T>(joined, run), run, steps);
+}
+
+// The largest difference of any two values.
+inline double apart(const std::vector<double>& a, const std::vector<double>& b) {
+  double most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(a[i] - b[i]));
+  return most;
 }
 
 }  // namespace dvdx::test

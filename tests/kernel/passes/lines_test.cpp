@@ -9,7 +9,7 @@
 #include "isa/passes.hpp"
 #include "passes/network/lines_reference.hpp"
 
-namespace {
+namespace lines_test {
 
 using namespace dvdx;
 
@@ -32,8 +32,6 @@ void check(const NetworkKernels<T>& kernels, const SheetRows& sheet) {
   CHECK(back == rows);
 }
 
-}  // namespace
-
 TEST_CASE_TEMPLATE("lines: rows go to their lines and come back, on every ISA", T, float, double) {
   for (const Isa isa : available_isas()) {
     CAPTURE(name(isa));
@@ -48,3 +46,5 @@ TEST_CASE_TEMPLATE("lines: rows go to their lines and come back, on every ISA", 
     }
   }
 }
+
+}  // namespace lines_test

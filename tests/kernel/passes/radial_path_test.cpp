@@ -12,7 +12,6 @@
 #include "support/margin.hpp"
 
 namespace dvdx::test::radial_path {
-namespace {
 
 using Real = long double;
 using Point = std::array<Real, 3>;
@@ -151,8 +150,6 @@ struct Order {
 const std::array orders{Order{Method::combined, "combined", 2, 3e-3}, Order{Method::exact, "exact", 2, 3e-3},
                         Order{Method::average_acceleration, "average_acceleration", 2, 3e-3},
                         Order{Method::pulse, "pulse", 1, 3e-1}, Order{Method::symplectic_euler, "symplectic_euler", 1, 3e-1}};
-
-}  // namespace
 
 TEST_CASE("radial path: every method comes to the reference path at its order") {
   for (const Orbit& orbit : orbits()) {

@@ -14,8 +14,7 @@
 #include "forces/radial_spring.hpp"
 #include "kernel/passes/particles.hpp"
 
-namespace dvdx::test {
-namespace {
+namespace dvdx::test::radial_test {
 
 constexpr Vec3 still{};
 
@@ -58,8 +57,6 @@ double energy(const State3<T>& s, double W, double l) {
   }
   return v / 2 + W * (std::sqrt(r) - l) * (std::sqrt(r) - l) / 2;
 }
-
-}  // namespace
 
 // Half a step of drift, the kick, half a step of drift: along the axis the frequency is exact at every z.
 TEST_CASE_TEMPLATE("a kicked spring keeps its frequency along its axis", T, float, double) {
@@ -168,8 +165,6 @@ TEST_CASE_TEMPLATE("a spring without a direction does nothing", T, float, double
   });
 }
 
-namespace {
-
 Plan<double> plan_of(const Scene& scene, double h) { return std::move(*compile<double>(scene, {.step = h})); }
 
 // Puts particle i near the springs' anchors; the number says where.
@@ -179,8 +174,6 @@ void place(const State<double>& state, std::size_t i, std::size_t number) {
     state.v[axis][i] = std::cos(0.7 * static_cast<double>(number) - 2 * static_cast<double>(axis));
   }
 }
-
-}  // namespace
 
 TEST_CASE("two damped springs run back to the start: after the kick their damping comes in reverse order") {
   Scene scene;
@@ -303,4 +296,4 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits of radial springs", T
   }
 }
 
-}  // namespace dvdx::test
+}  // namespace dvdx::test::radial_test

@@ -20,7 +20,7 @@
 using namespace dvdx;
 using dvdx::test::is_close;
 
-namespace {
+namespace rate_test {
 
 constexpr double h = 1.0 / 60;
 
@@ -91,8 +91,6 @@ Driven drive(const Regimes& grid, Isa isa, double theta) {
                                    .quad_x = made.quad_x.data()});
   return made;
 }
-
-}  // namespace
 
 TEST_CASE("rate: every instruction set and either arithmetic make the bits of the scalar twin") {
   const Regimes grid;
@@ -221,3 +219,5 @@ TEST_CASE("rate: particles that differ move as plans of their own would move the
     }
   }
 }
+
+}  // namespace rate_test

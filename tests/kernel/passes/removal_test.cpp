@@ -14,7 +14,7 @@
 #include "isa/passes.hpp"
 #include "passes/removal/fill.hpp"
 
-namespace {
+namespace removal_test {
 
 using namespace dvdx;
 
@@ -120,8 +120,6 @@ Removed placed(const RemovalKernels<T>& kernels, const RemovalTerms<T>& terms, s
   kernels.mark_placed(terms, block, removed.data());
   return removed;
 }
-
-}  // namespace
 
 TEST_CASE_TEMPLATE("removal keeps what std::remove_if keeps, and touches nothing else, at every count", Word, std::uint32_t,
                    std::uint64_t) {
@@ -231,3 +229,5 @@ TEST_CASE("without order, what stands behind the new end of all takes the ends o
   CHECK(for_each_run_fill(std::array<std::size_t, 2>{fill_run, 7}, fill_run + 7, note) == fill_run + 7);
   CHECK(moves.empty());
 }
+
+}  // namespace removal_test

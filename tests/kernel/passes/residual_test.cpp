@@ -10,7 +10,7 @@
 #include "isa/passes.hpp"
 #include "support/batch.hpp"
 
-namespace {
+namespace residual_test {
 
 using namespace dvdx;
 
@@ -41,8 +41,6 @@ std::vector<double> many_numbers() {
   numbers[42] = -0.0;
   return numbers;
 }
-
-}  // namespace
 
 TEST_CASE("residual: every instruction set splits and sums as the scalar twin does, at every count") {
   const std::vector<double> numbers = many_numbers();
@@ -93,3 +91,5 @@ TEST_CASE("residual: every instruction set leaves no rest beside what float32 ca
     CHECK(parts.residual[36] == 0);
   }
 }
+
+}  // namespace residual_test

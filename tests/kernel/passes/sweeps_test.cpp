@@ -16,7 +16,7 @@
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
 
-namespace {
+namespace sweeps_test {
 
 using namespace dvdx;
 using test::in_order;
@@ -57,8 +57,6 @@ double furthest(const std::vector<double>& a, const std::vector<double>& b, cons
   }
   return most;
 }
-
-}  // namespace
 
 TEST_CASE("sweeps: a list of several pieces gives the scalar reference's bits on every ISA") {
   for (const double damping : {0.0, 1e-4}) {
@@ -103,8 +101,6 @@ TEST_CASE("sweeps: ends that coincide and springs without rest length give the s
   }
 }
 
-namespace {
-
 // Sheets of many kinds: bent, without shear, damped, torn, with masses each.
 std::vector<Joined> sheets() {
   std::vector<Joined> all;
@@ -126,8 +122,6 @@ std::vector<Joined> sheets() {
   return all;
 }
 
-}  // namespace
-
 // But for rho of generalized alpha, which each takes by a bound of its own.
 TEST_CASE("sweeps: a list of a sheet's springs has the sheet's bits, whatever theta and the arithmetic") {
   for (const Joined& grid : sheets()) {
@@ -144,8 +138,6 @@ TEST_CASE("sweeps: a list of a sheet's springs has the sheet's bits, whatever th
     }
   }
 }
-
-namespace {
 
 // Without a kind of spring, or with one alone of the diagonals.
 Joined without(const Joined& sheet, const std::string& name,
@@ -198,8 +190,6 @@ Joined triangles(std::size_t rows, std::size_t columns, double damping) {
   return joined;
 }
 
-}  // namespace
-
 // Along the longer side. Where one diagonal is lacking other corners have fewer neighbours.
 TEST_CASE("sweeps: a sheet whose particles are numbered in any order has the bits of one that is numbered row by row") {
   std::vector<Joined> lists;
@@ -228,8 +218,6 @@ TEST_CASE("sweeps: a sheet whose particles are numbered in any order has the bit
     }
   }
 }
-
-namespace {
 
 // Diagonals that change sides from cell to cell, stiffnesses and lengths of each spring's own.
 Joined union_jack(std::size_t rows, std::size_t columns, double damping) {
@@ -265,8 +253,6 @@ bool is_swept_as_sheet(Joined joined) {
   joined.scene.coupling = middle;
   return form_of(joined).find("as a list that is a sheet in sweeps") != std::string::npos;
 }
-
-}  // namespace
 
 TEST_CASE("sweeps: a list that fills a sheet in part gives the scalar reference's bits on every ISA") {
   for (const double damping : {0.0, 1e-4}) {
@@ -396,3 +382,5 @@ TEST_CASE("sweeps: a spring beside a grid, and two grids, follow what the grid a
   for (std::uint32_t& i : same) i += 400;
   CHECK(furthest(alone, both, same) < 1e-4);
 }
+
+}  // namespace sweeps_test

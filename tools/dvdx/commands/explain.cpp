@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "commands/commands.hpp"
+#include "commands/run_outcome.hpp"
 #include "commands/scene_options.hpp"
 #include "dvdx/plan.hpp"
 #include "output/console.hpp"
@@ -64,7 +65,7 @@ void print_summary(const LoadedScene& loaded) {
 }
 
 template <class T>
-std::string explained(const SceneFile& file, const Engine& engine) {
+std::string explained(SceneFile& file, const Engine& engine) {
   if (is_live(file)) {
     const auto plan = live_plan<T>(file, {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic});
     return plan.plan().explain() + plan.explain();
@@ -74,6 +75,7 @@ std::string explained(const SceneFile& file, const Engine& engine) {
   place_at_start(file, state);
   const auto plan = compile<T>(file.scene, {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic}, state);
   if (!plan) throw fault_of(file, plan.error());
+  file.scene.coupling.scheme = plan->scene().coupling.scheme;  // that `auto` became
   return plan->explain();
 }
 
@@ -141,11 +143,12 @@ void explain_ranks(const ExplainOptions& options, const SceneFile& file, const E
 
 void explain(const ExplainOptions& options) {
   const auto engine = engine_of(options.engine);
-  const auto loaded = load_scene(options.scene, engine.precision);
+  auto loaded = load_scene(options.scene, engine.precision);
   const auto text =
       engine.precision == Precision::float32 ? explained<float>(loaded.file, engine) : explained<double>(loaded.file, engine);
   print_summary(loaded);
   print_answer(text);
+  print_warnings(options.scene.scene, loaded.file.warnings);
   if (options.ranks) explain_ranks(options, loaded.file, engine);
 }
 

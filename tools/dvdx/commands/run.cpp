@@ -39,6 +39,7 @@ struct RunOptions {
   std::optional<std::uint64_t> every{};  // 0: the last state alone; where not given, as the file's kind has it
   bool error = false;                    // a page is coloured by it
   bool json = false;
+  bool strict = false;
   CheckpointOptions checkpoint;
 };
 
@@ -157,11 +158,17 @@ Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
   });
   const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine, ranks)
                                                             : simulate<float>(options, loaded, engine, ranks);
-  const Exit exit = outcome.diverged ? Exit::diverged : Exit::done;
+  const auto warnings = warnings_of(loaded, outcome);
+  const Exit calm = options.strict && !warnings.empty() ? Exit::warned : Exit::done;
+  const Exit exit = outcome.diverged ? Exit::diverged : calm;
   if (ranks.rank() > 0) return exit;
   const auto shown = by_launcher ? std::optional(ranks.count()) : std::nullopt;
-  (options.json ? print_outcome_json : print_table)(loaded, engine, outcome, shown);
-  warn_of_heat(options.scene.scene, loaded, outcome);
+  if (options.json) {
+    print_outcome_json(loaded, engine, outcome, warnings, shown);
+  } else {
+    print_table(loaded, engine, outcome, shown);
+  }
+  print_warnings(options.scene.scene, warnings);
   if (!outcome.diverged) return exit;
   const auto particles = particles_of(loaded, outcome);
   print_message(fmt::format("{}: the simulation diverged: {}", options.scene.scene, why_diverged(outcome, particles)));
@@ -213,6 +220,7 @@ void add_run(CLI::App& app, Exit& exit) {
   command->add_option("--resume", options->checkpoint.resume,
                       "go on from a checkpoint: with the same scene and options the same bits and files come out");
   command->add_flag("--json", options->json, "print one JSON object");
+  command->add_flag("--strict", options->strict, "end with exit code 6 where there is any warning");
   command->callback([options, &exit] { exit = run(*options); });
 }
 

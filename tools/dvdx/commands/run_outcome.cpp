@@ -9,6 +9,7 @@
 
 #include "dvdx/layouts/state_hash.hpp"
 #include "output/console.hpp"
+#include "run/dear_watch.hpp"
 #include "run/health.hpp"
 #include "scene_io/names.hpp"
 
@@ -19,6 +20,10 @@ double particle_steps_per_second(const LoadedScene& loaded, const Outcome& outco
   const auto all = outcome.turned ? static_cast<double>(outcome.turned->particle_steps)
                                   : static_cast<double>(loaded.file.particles.total()) * static_cast<double>(loaded.steps);
   return outcome.wall_seconds > 0 ? all / outcome.wall_seconds : 0;
+}
+
+void print_warning(const std::string& scene, const Warning& of) {
+  print_message(fmt::format("{}: warning: {}: {}. {}", scene, of.code, of.text, of.cure));
 }
 
 }  // namespace
@@ -32,7 +37,41 @@ std::string why_diverged(const Outcome& outcome, std::size_t particles) {
   return fmt::format("a place or a velocity is {:g} times larger than any at the start", most_growth);
 }
 
-void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks) {
+// Why these sub-steps, and this scheme.
+void report_estimates(const NetworkLimit& network, nlohmann::ordered_json& report) {
+  if (network.choice) {
+    const SchemeChoice& choice = *network.choice;
+    report["scheme_choice"] = {{"leapfrog", {{"substeps", choice.leapfrog}, {"ns_per_step", choice.leapfrog_cost}}},
+                               {"sequential", {{"substeps", choice.sequential}, {"ns_per_step", choice.sequential_cost}}}};
+  }
+  const SweepEstimate& of = network.estimate;
+  if (network.scheme == Scheme::sequential && of.side > 0) {
+    report["sweep_estimate"] = {{"side", of.side}, {"sag", of.sag}, {"rest", of.rest}, {"motion", of.motion}};
+  }
+}
+
+nlohmann::ordered_json ends_of(const Pair& ends) { return {ends[0], ends[1]}; }
+
+// How far what joins particles went, and what energy there was.
+void report_joins(const Outcome& outcome, nlohmann::ordered_json& report) {
+  const Joins& joins = *outcome.joins;
+  report["energy"]["most"] = joins.most_energy;
+  report["energy"]["given"] = outcome.warmth ? nlohmann::ordered_json(joins.driven) : nullptr;
+  report["stretch"] = nullptr;
+  if (joins.stretch.most > 0) {
+    report["stretch"] = {{"most", joins.stretch.most}, {"springs", ends_of(joins.stretch.ends)}, {"time", joins.stretch.time}};
+  }
+  report["rods"] = nullptr;
+  if (joins.has_rods) {
+    report["rods"] = {{"most", joins.rods.most},
+                      {"constraint", joins.rods.constraint},
+                      {"between", ends_of(joins.rods.ends)},
+                      {"time", joins.rods.time}};
+  }
+}
+
+void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome,
+                        const std::vector<Warning>& warnings, std::optional<int> ranks) {
   nlohmann::ordered_json report;
   report["scene"] = loaded.file.name;
   report["particles"] = particles_of(loaded, outcome);
@@ -46,7 +85,8 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   report["method"] = name_in(methods, loaded.file.scene.method);
   report["scheme"] = nullptr;
   if (!loaded.file.scene.networks.empty()) report["scheme"] = name_in(schemes, loaded.file.scene.coupling.scheme);
-  report["substeps"] = outcome.network ? outcome.network->substeps : 1;
+  report["substeps"] = outcome.network ? outcome.network->substeps : loaded.file.scene.coupling.substeps.value_or(1);
+  if (outcome.network) report_estimates(*outcome.network, report);
   report["precision"] = name_in(precisions, engine.precision);
   report["isa"] = name(engine.isa);
   report["threads"] = engine.threads;
@@ -60,6 +100,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   report["particle_steps_per_second"] = particle_steps_per_second(loaded, outcome);
   report["state_hash"] = hash_text(outcome.hash);
   report["energy"] = {{"start", outcome.energy_start}, {"end", outcome.energy_end}};
+  if (outcome.joins) report_joins(outcome, report);
   report["diverged"] = outcome.diverged;
   report["bad_particles"] = outcome.bad_particles;
   report["contacts"] = nlohmann::ordered_json::array();
@@ -67,11 +108,28 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
     report["contacts"].push_back({{"hits", sum.hits}, {"impulse", sum.impulse}, {"torque_impulse", sum.torque_impulse}});
   }
   if (outcome.torn) report["torn"] = *outcome.torn;
-  if (outcome.network) report["heating"] = outcome.warmth ? nlohmann::ordered_json(outcome.warmth->is_heating) : nullptr;
+  if (outcome.network || !loaded.file.scene.constraints.empty())
+    report["heating"] = outcome.warmth ? nlohmann::ordered_json(outcome.warmth->is_heating) : nullptr;
+  if (is_joined(loaded.file.scene) || !warnings.empty()) {
+    report["warnings"] = nlohmann::ordered_json::array();
+    for (const Warning& of : warnings) {
+      report["warnings"].push_back(
+          {{"code", of.code}, {"text", of.text}, {"value", of.value}, {"limit", of.limit}, {"cure", of.cure}});
+    }
+  }
   print_json(report.dump(2) + "\n");
 }
 
 std::string joules(double energy) { return std::isfinite(energy) ? fmt::format("{:.9g} J", energy) : "not finite"; }
+
+std::string between(const Pair& ends) { return fmt::format("{}-{}", ends[0], ends[1]); }
+
+std::string energies(const Outcome& outcome) {
+  std::string text = joules(outcome.energy_start) + " at the start, " + joules(outcome.energy_end) + " at the end";
+  if (outcome.joins) text += ", " + joules(outcome.joins->most_energy) + " at most";
+  if (outcome.joins && outcome.warmth) text += fmt::format("; forces can have given {:.3g}", outcome.joins->driven);
+  return text;
+}
 
 void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks) {
   const auto row = [](std::string_view name, const std::string& value) {
@@ -97,21 +155,112 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   if (ranks) row("ranks", fmt::format("{}, each with {} thread{}", *ranks, engine.threads, engine.threads == 1 ? "" : "s"));
   row("time",
       fmt::format("{:.3g} s, {:.3g} particle-steps/s", outcome.wall_seconds, particle_steps_per_second(loaded, outcome)));
-  row("energy", joules(outcome.energy_start) + " at the start, " + joules(outcome.energy_end) + " at the end");
+  if (outcome.joins && outcome.joins->stretch.most > 0) {
+    const Joins::Stretch& of = outcome.joins->stretch;
+    row("stretch", fmt::format("{:.4g} at most, spring {} at {:.4g} s", of.most, between(of.ends), of.time));
+  }
+  if (outcome.joins && outcome.joins->has_rods) {
+    const Joins::Rods& of = outcome.joins->rods;
+    row("rods", of.most > 0 ? fmt::format("{:.2g} at most off their length, constraint {} between {} at {:.4g} s", of.most,
+                                          of.constraint, between(of.ends), of.time)
+                            : "at their length");
+  }
+  row("energy", energies(outcome));
   row("state hash", hash_text(outcome.hash));
   row("diverged", outcome.diverged ? "YES, " + why_diverged(outcome, particles) : "no");
   if (outcome.warmth) row("heating", outcome.warmth->is_heating ? "YES" : "no");
 }
 
-void warn_of_heat(const std::string& scene, const LoadedScene& loaded, const Outcome& outcome) {
-  if (!outcome.warmth || !outcome.warmth->is_heating) return;
-  const auto& warmth = *outcome.warmth;
-  print_message(
-      fmt::format("{}: warning: heating: at step {} ({:.4g} s) the particles move with {:.3g} J, and the start and the forces "
-                  "can have given "
-                  "them {:.3g} J: the rest was added by the time stepping. More sub-steps{}; see docs/stability.md",
-                  scene, warmth.step, static_cast<double>(warmth.step) * loaded.file.step, warmth.kinetic, warmth.given,
-                  loaded.file.scene.coupling.theta ? " or a larger theta" : ""));
+// Springs that hold more than there is are softer than the scene says.
+std::optional<Warning> warning_of_held(const LoadedScene& loaded, const Outcome& outcome) {
+  if (!outcome.held) return std::nullopt;
+  const HeldTooMuch& held = *outcome.held;
+  const bool is_swept = outcome.network && outcome.network->scheme == Scheme::sequential;
+  return Warning{
+      .code = "stretch",
+      .text = fmt::format("at step {} ({:.4g} s) particles and springs hold {:.3g} J, and the start and the forces can "
+                          "have given them {:.3g} J: springs stretch to {:.4g} of their length, too far",
+                          held.step, static_cast<double>(held.step) * loaded.file.step, held.joules, held.given,
+                          outcome.joins->stretch.most),
+      .value = held.joules,
+      .limit = held.given,
+      .cure = is_swept ? "Try --substeps auto, and if that is not enough --scheme leapfrog with it" : "Try more --substeps"};
+}
+
+std::optional<Warning> warning_of_rods(const Outcome& outcome) {
+  constexpr double most = 0.05;
+  if (!outcome.joins || !(outcome.joins->rods.most > most)) return std::nullopt;
+  const Joins::Rods& rods = outcome.joins->rods;
+  return Warning{.code = "rods",
+                 .text = fmt::format("constraint {} between {} was {:.2g} of its length off at {:.4g} s", rods.constraint,
+                                     between(rods.ends), rods.most, rods.time),
+                 .value = rods.most,
+                 .limit = most,
+                 .cure = "Try more substeps, or a larger constraint_iterations"};
+}
+
+std::optional<Warning> warning_of_inside(const Outcome& outcome) {
+  if (!outcome.inside) return std::nullopt;
+  const StartInside& inside = *outcome.inside;
+  return Warning{
+      .code = "start_inside",
+      .text = fmt::format("{} particle{} start{} inside a surface, particle {} by {:.3g} m: the first step puts what is "
+                          "inside onto the surface, and springs hold that as energy",
+                          inside.particles, inside.particles == 1 ? "" : "s", inside.particles == 1 ? "s" : "", inside.deepest,
+                          inside.depth),
+      .value = inside.depth,
+      .limit = inside.limit,
+      .cure = fmt::format("Start outside: particle {} is out of it by ({:.3g}, {:.3g}, {:.3g}) m", inside.deepest,
+                          inside.way[0], inside.way[1], inside.way[2])};
+}
+
+void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
+  const auto& limit = outcome.network;
+  const bool has_substeps = limit && limit->substeps > 1;
+  outcome.dear = Warning{.code = "dear",
+                         .text = fmt::format("the steps that are left take about {:.3g} s{}", seconds,
+                                             has_substeps ? fmt::format(", each of {} sub-steps", limit->substeps) : ""),
+                         .value = seconds,
+                         .limit = DearWatch::most,
+                         .cure = has_substeps && limit->scheme != Scheme::sequential
+                                     ? "Try --scheme auto, the cheapest that keeps its error within 1 % of the side"
+                                     : "Try a shorter --duration, a longer --step or more --threads"};
+  print_warning(file.path, *outcome.dear);
+}
+
+std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
+  std::vector<Warning> warnings = loaded.file.warnings;
+  for (auto& of : {outcome.dear, warning_of_inside(outcome), warning_of_held(loaded, outcome), warning_of_rods(outcome)}) {
+    if (of) warnings.push_back(*of);
+  }
+  if (outcome.diverged) {
+    warnings.push_back({.code = "diverged",
+                        .text = why_diverged(outcome, particles_of(loaded, outcome)),
+                        .value = static_cast<double>(outcome.bad_particles),
+                        .limit = 0,
+                        .cure = "Try a shorter step or more --substeps"});
+  }
+  if (outcome.warmth && outcome.warmth->is_heating) {
+    const Warmth& warmth = *outcome.warmth;
+    warnings.push_back(
+        {.code = "heating",
+         .text =
+             fmt::format("at step {} ({:.4g} s) the particles move with {:.3g} J, and the start and the forces can have given "
+                         "them {:.3g} J: the rest was added by the time stepping",
+                         warmth.step, static_cast<double>(warmth.step) * loaded.file.step, warmth.kinetic, warmth.given),
+         .value = warmth.kinetic,
+         .limit = warmth.given,
+         .cure = fmt::format("More sub-steps{}; see docs/stability.md",
+                             loaded.file.scene.coupling.theta ? " or a larger theta" : "")});
+  }
+  return warnings;
+}
+
+void print_warnings(const std::string& scene, const std::vector<Warning>& warnings) {
+  for (const Warning& of : warnings) {
+    if (of.code == "diverged" || of.code == "dear") continue;  // said when the command ends, and when it began
+    print_warning(scene, of);
+  }
 }
 
 }  // namespace dvdx::tool

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "commands/scene_options.hpp"
 #include "run/engine.hpp"
@@ -18,10 +19,15 @@ namespace dvdx::tool {
 [[nodiscard]] std::string why_diverged(const Outcome& outcome, std::size_t particles);
 
 // ranks: where a launcher started them.
-void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks);
+void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome,
+                        const std::vector<Warning>& warnings, std::optional<int> ranks);
 void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks);
 
-// Where the run heated. scene: as typed.
-void warn_of_heat(const std::string& scene, const LoadedScene& loaded, const Outcome& outcome);
+// The scene's own and the run's.
+[[nodiscard]] std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome);
+void print_warnings(const std::string& scene, const std::vector<Warning>& warnings);
+
+// While it runs, at once, and to be among its warnings. seconds: that the steps that are left take.
+void tell_dear(double seconds, const SceneFile& file, Outcome& outcome);
 
 }  // namespace dvdx::tool

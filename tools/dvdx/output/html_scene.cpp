@@ -54,6 +54,7 @@ Json json_of(const Motion& motion) {
   Json keys = Json::array();
   for (const auto& key : motion.keys) {
     keys.push_back({{"time", key.time}, {"translation", key.translation}, {"rotation", key.rotation}});
+    if (key.arrival == Arrival::jump) keys.back()["jump"] = true;
   }
   return {{"center", motion.center}, {"keys", std::move(keys)}};
 }

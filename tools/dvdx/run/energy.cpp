@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ranks/agree.hpp"
+#include "run/stored_springs.hpp"
 
 namespace dvdx::tool {
 
@@ -24,15 +25,6 @@ namespace {
 
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double square(double value) { return value * value; }
-double distance(const Vec3& a, const Vec3& b) { return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]); }
-
-// As the state held it, rounded to its precision.
-template <class T>
-Vec3 start_of(const SceneFile& file, std::size_t particle) {
-  auto start = value_of(file.particles.position, particle);
-  for (double& x : start) x = static_cast<double>(static_cast<T>(x));
-  return start;
-}
 
 template <class T>
 struct Potential {
@@ -68,56 +60,6 @@ struct Potential {
   double operator()(const Drag& /*force*/) const { return 0; }
 };
 
-template <class T>
-Vec3 vector_at(const std::array<Column<T>, 3>& columns, std::size_t i) {
-  return {static_cast<double>(columns[0][i]), static_cast<double>(columns[1][i]), static_cast<double>(columns[2][i])};
-}
-
-Pair ascending(std::size_t i, std::size_t j) {
-  return {static_cast<std::uint32_t>(std::min(i, j)), static_cast<std::uint32_t>(std::max(i, j))};
-}
-
-std::vector<Pair> torn_springs(const Network& network) {
-  std::vector<Pair> torn = std::visit([](const auto& of) { return of.broken; }, network);
-  for (Pair& ends : torn) ends = ascending(ends[0], ends[1]);
-  std::sort(torn.begin(), torn.end());
-  return torn;
-}
-
-// One of a network's, or two in one's place.
-struct StoredSpring {
-  std::size_t i, j;
-  double stiffness, rest_length;
-  double zero_length = 0;
-};
-
-// Calls use(count, spring_at) for springs that are summed one after another. Of a grid: every (down, right) neighbour of its
-// particles, right of them or left.
-template <class Use>
-void for_each_kind(const Grid& grid, const Use& use) {
-  const auto add = [&](double stiffness, std::size_t down, std::ptrdiff_t right) {
-    const auto aside = static_cast<std::size_t>(std::abs(right));
-    if (stiffness == 0 || down >= grid.rows || aside >= grid.columns) return;
-    const auto v = static_cast<double>(down) / static_cast<double>(grid.rows - 1);
-    const auto u = static_cast<double>(right) / static_cast<double>(grid.columns - 1);
-    const double rest_length = std::hypot(u * grid.edge_u[0] + v * grid.edge_v[0], u * grid.edge_u[1] + v * grid.edge_v[1],
-                                          u * grid.edge_u[2] + v * grid.edge_v[2]);
-    const std::size_t across = grid.columns - aside;
-    use((grid.rows - down) * across, [=, &grid](std::size_t n) {
-      const std::size_t column = n % across + (right < 0 ? aside : 0);
-      const std::size_t i = grid.first + n / across * grid.columns + column;
-      const std::size_t j = i + down * grid.columns + aside - (right < 0 ? 2 * aside : 0);
-      return StoredSpring{.i = i, .j = j, .stiffness = stiffness, .rest_length = rest_length};
-    });
-  };
-  add(grid.structural, 0, 1);
-  add(grid.structural, 1, 0);
-  add(grid.shear, 1, 1);
-  add(grid.shear, 1, -1);
-  add(grid.bend, 0, 2);
-  add(grid.bend, 2, 0);
-}
-
 // Of what a network stores: in the order in which it is summed.
 template <class T>
 struct Stored {
@@ -127,19 +69,9 @@ struct Stored {
   EnergySum& sum;
   const std::vector<Pair>& torn;  // ascending
 
-  void operator()(const Grid& grid) const {
-    for_each_kind(grid, [this](std::size_t count, const auto& spring_at) { this->add_all(count, spring_at); });
-  }
-  void operator()(const Springs& springs) const {
-    add_all(springs.pairs.size(), [&](std::size_t n) {
-      const auto [i, j] = springs.pairs[n];
-      return StoredSpring{
-          .i = i,
-          .j = j,
-          .stiffness = springs.stiffness[n],
-          .rest_length = springs.rest_length ? (*springs.rest_length)[n] : distance(start_of<T>(file, i), start_of<T>(file, j)),
-          .zero_length = springs.zero_length[n]};
-    });
+  template <class Of>
+  void operator()(const Of& network) const {
+    for_each_kind<T>(file, network, [this](std::size_t count, const auto& spring_at) { this->add_all(count, spring_at); });
   }
 
  private:
@@ -148,7 +80,8 @@ struct Stored {
     if (held.ranks != nullptr) return add_by_ranges(count, spring_at);
     for (std::size_t n = 0; n < count; ++n) {
       const StoredSpring spring = spring_at(n);
-      if (!is_torn(spring)) add(spring, distance(vector_at(state.x, spring.i), vector_at(state.x, spring.j)), sum);
+      if (!is_torn(torn, spring.i, spring.j))
+        add(spring, length_between(vector_at(state.x, spring.i), vector_at(state.x, spring.j)), sum);
     }
   }
 
@@ -163,7 +96,7 @@ struct Stored {
       std::vector<std::uint32_t> ends;
       for (std::size_t n = begin + mine.first; n < begin + mine.first + mine.count; ++n) {
         const StoredSpring spring = spring_at(n);
-        if (is_torn(spring)) continue;
+        if (is_torn(torn, spring.i, spring.j)) continue;
         springs.push_back(spring);
         ends.insert(ends.end(), {static_cast<std::uint32_t>(spring.i), static_cast<std::uint32_t>(spring.j)});
       }
@@ -177,16 +110,13 @@ struct Stored {
       }
       sum = in_turn(*held.ranks, sum, [&](EnergySum before) {
         for (std::size_t k = 0; k < springs.size(); ++k) {
-          add(springs[k], distance(vector_at(x, 2 * k), vector_at(x, 2 * k + 1)), before);
+          add(springs[k], length_between(vector_at(x, 2 * k), vector_at(x, 2 * k + 1)), before);
         }
         return before;
       });
     }
   }
 
-  [[nodiscard]] bool is_torn(const StoredSpring& spring) const {
-    return !torn.empty() && std::binary_search(torn.begin(), torn.end(), ascending(spring.i, spring.j));
-  }
   static void add(const StoredSpring& spring, double r, EnergySum& sum) {
     sum.add(0.5 * spring.stiffness * square(r - spring.rest_length));
     if (spring.zero_length != 0) sum.add(0.5 * spring.zero_length * square(r));

@@ -74,7 +74,8 @@ Moments moments_of(const Scene& scene, const State<T>& state, const Held& held, 
   return all;
 }
 
-// J: every particle at a thousand units in the last place of float32, of the largest distance between particles, a step.
+// J: every particle at a thousand units in the last place of float32, of the largest distance between particles, a step; at ten
+// thousand under constraints, whose chains round in each of many sub-steps of their own.
 template <class T>
 double noise_of(const SceneFile& file, const State<T>& state, const Held& held) {
   struct Sums {
@@ -97,7 +98,8 @@ double noise_of(const SceneFile& file, const State<T>& state, const Held& held) 
     }
     return sums;
   });
-  const double speed = 1000 * static_cast<double>(std::numeric_limits<float>::epsilon()) * all.largest / file.step;
+  const double units = file.scene.constraints.empty() ? 1e3 : 1e4;
+  const double speed = units * static_cast<double>(std::numeric_limits<float>::epsilon()) * all.largest / file.step;
   return 0.5 * all.mass * speed * speed;
 }
 
@@ -109,6 +111,7 @@ EnergyBudget::EnergyBudget(const SceneFile& file, const State<T>& start, const H
       held_(held),
       air_(file.scene, file.particles.count, held),
       account_{.now = moments_of(file.scene, start, held, air_.at(start)), .seconds = start.clock.seconds},
+      start_mass_(account_.now.mass),
       noise_(noise_of(file, start, held)) {
   // `energy` is kinetic, the springs', and -a.mx of the constant forces.
   start_ = energy(file, start, held);
@@ -140,16 +143,27 @@ void EnergyBudget::look(const State<T>& state) {
   seconds = until;
 }
 
-double EnergyBudget::share() const noexcept {
-  const double kinetic = account_.now.kinetic;
-  if (std::isnan(kinetic)) return kinetic;
-  return kinetic <= noise_ ? 0 : kinetic / std::max(given(), noise_);
+double EnergyBudget::share_of(double joules) const noexcept {
+  if (std::isnan(joules)) return joules;
+  return joules <= noise_ ? 0 : joules / std::max(given(), noise_);
+}
+
+double EnergyBudget::driven() const noexcept {
+  double driven = account_.work;
+  for (const auto& force : file_.scene.forces) {
+    const auto* constant = std::get_if<Constant>(&force);
+    if (constant == nullptr) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      driven -= constant->acceleration[axis] * (account_.now.mass[axis] - start_mass_[axis]);
+    }
+  }
+  return driven;
 }
 
 std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
   constexpr double turn = 0.3;  // rad, between looks
   constexpr double coarse = 1;  // rad a step: beyond it the middle stands for nothing
-  if (file.scene.networks.empty() || is_live(file) || !(file.step > 0)) return std::nullopt;
+  if ((file.scene.networks.empty() && file.scene.constraints.empty()) || is_live(file) || !(file.step > 0)) return std::nullopt;
   if (has_followers(file.scene)) return std::nullopt;
   double fastest = 0;  // rad a step
   for (const auto& force : file.scene.forces) {

@@ -50,7 +50,10 @@ class EnergyBudget {
   [[nodiscard]] double kinetic() const noexcept { return account_.now.kinetic; }       // J, at the last look
   [[nodiscard]] double given() const noexcept { return start_ + account_.most_work; }  // J, at most, since the start
   // Kinetic over given: 0 where no more moves than rounding may, not a number where the state is none.
-  [[nodiscard]] double share() const noexcept;
+  [[nodiscard]] double share() const noexcept { return share_of(kinetic()); }
+  [[nodiscard]] double share_of(double joules) const noexcept;
+  // J: of the work so far, what is none of constant forces.
+  [[nodiscard]] double driven() const noexcept;
 
   // What it has taken down since the start: a budget of the same start goes on from it.
   struct Account {
@@ -66,8 +69,9 @@ class EnergyBudget {
   Held held_;
   AirPower air_;
   Account account_;
-  double start_ = 0;  // J
-  double noise_ = 0;  // J
+  Vec3 start_mass_{};  // kg m
+  double start_ = 0;   // J
+  double noise_ = 0;   // J
 };
 
 // Steps from look to look. None where no bound is known: where nothing joins particles, where they come and go, where the step

@@ -11,6 +11,7 @@
 
 #include "checkpoint/checkpoints.hpp"
 #include "commands/progress.hpp"
+#include "commands/run_outcome.hpp"
 #include "commands/scene_options.hpp"
 #include "output/writer.hpp"
 #include "ranks/agree.hpp"
@@ -18,6 +19,7 @@
 #include "ranks/refusal.hpp"
 #include "ranks/shared_life.hpp"
 #include "run/contact_watch.hpp"
+#include "run/dear_watch.hpp"
 #include "run/engine.hpp"
 #include "run/health.hpp"
 #include "run/live_memory.hpp"
@@ -164,11 +166,14 @@ class LiveSimulation {
       const auto steps = steps_of_call(checkpoints.most_steps(done_, until - done_), contacts);
       const auto before = std::chrono::steady_clock::now();
       if (step(steps, contacts.report()) != StepResult::done) throw std::logic_error("the plan is for another state");
-      outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+      const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+      outcome_.wall_seconds += took;
       particle_steps_ += live().state.count * steps;
       done_ += steps;
       contacts.write();
-      if (progress) progress->at(done_);
+      if (!progress) continue;
+      if (const auto seconds = dear_.take(took, steps, loaded_.steps - done_)) tell_dear(*seconds, loaded_.file, outcome_);
+      progress->at(done_);
     }
   }
 
@@ -179,6 +184,7 @@ class LiveSimulation {
   std::optional<SharedLife<T>> shared_;
   LivePlan<T> plan_;
   Threads threads_;
+  DearWatch dear_;
   std::uint64_t done_ = 0;
   Outcome outcome_{};
   std::uint64_t particle_steps_ = 0;

@@ -52,6 +52,12 @@ class Observer {
   [[nodiscard]] double energy(std::span<const Network> networks, const State<T>& state) {
     return world_ ? tool::energy(ranks_, file_, networks, seen(state)) : tool::energy(ranks_, file_, networks, state);
   }
+  // J: without networks. Of one process.
+  [[nodiscard]] double energy_of_particles(const State<T>& state) {
+    EnergySum sum;
+    world_ ? add_particles(file_, seen(state), held_, sum) : add_particles(file_, state, held_, sum);
+    return sum.value();
+  }
   [[nodiscard]] std::uint64_t hash(const State<T>& state) {
     return world_ ? tool::state_hash(ranks_, seen(state)) : tool::state_hash(ranks_, state);
   }

@@ -3,12 +3,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
 #include "dvdx/contact_report.hpp"
 #include "dvdx/plan.hpp"
 #include "dvdx/ranks.hpp"
+#include "run/start_inside.hpp"
 
 namespace dvdx::tool {
 
@@ -28,6 +30,32 @@ struct Warmth {
   std::uint64_t step = 0;
 };
 
+// What joins particles, at its worst in the looks that were taken.
+struct Joins {
+  struct Stretch {
+    double most = 0;  // length over rest length, of springs that pull; 0: there are none
+    Pair ends{};
+    double time = 0;  // s
+  };
+  struct Rods {
+    double most = 0;  // off what a distance is bound to, as part of that
+    Pair ends{};
+    std::size_t constraint = 0;
+    double time = 0;  // s
+  };
+  Stretch stretch{};
+  Rods rods{};
+  bool has_rods = false;                                          // the scene has distances
+  double most_energy = -std::numeric_limits<double>::infinity();  // J
+  double driven = 0;                                              // J: at most, given by forces that have no potential
+};
+
+// The first look at which particles moved with, and springs held, more than the start and the forces can have given.
+struct HeldTooMuch {
+  double joules = 0, given = 0;  // J
+  std::uint64_t step = 0;
+};
+
 struct Halo {
   Traffic told{};             // over all ranks
   double waited_seconds = 0;  // of the wall's, of the rank that waited longest for what others tell
@@ -41,6 +69,10 @@ struct Outcome {
   bool diverged = false;
   std::size_t bad_particles = 0;
   std::optional<Warmth> warmth{};  // none where no bound is known
+  std::optional<HeldTooMuch> held{};
+  std::optional<StartInside> inside{};  // of one process
+  std::optional<Warning> dear{};        // that was said when it was found
+  std::optional<Joins> joins{};         // of one process, of a scene that springs or constraints join
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
   std::optional<Halo> halo{};                 // where springs are split over ranks

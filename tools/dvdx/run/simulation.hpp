@@ -13,6 +13,7 @@
 
 #include "checkpoint/checkpoints.hpp"
 #include "commands/progress.hpp"
+#include "commands/run_outcome.hpp"
 #include "commands/scene_options.hpp"
 #include "dvdx/plan.hpp"
 #include "ranks/agree.hpp"
@@ -20,9 +21,11 @@
 #include "ranks/refusal.hpp"
 #include "ranks/split.hpp"
 #include "run/contact_watch.hpp"
+#include "run/dear_watch.hpp"
 #include "run/engine.hpp"
 #include "run/health.hpp"
 #include "run/heat_watch.hpp"
+#include "run/join_watch.hpp"
 #include "run/observer.hpp"
 #include "run/outcome.hpp"
 #include "run/start.hpp"
@@ -55,7 +58,7 @@ class Simulation {
         state_(memory_.view()),
         tearing_(loaded.file),
         threads_(engine.threads) {
-    is_split_by_springs(loaded.file, ranks) ? split(engine) : start(engine, loaded.file, starts);
+    is_split_by_springs(loaded.file, ranks) ? split(engine, loaded.file) : start(engine, loaded.file, starts);
   }
 
   // Grows while the run goes on.
@@ -67,12 +70,15 @@ class Simulation {
   Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(state_, threads_.parallel_for());
     outcome_.energy_start = observer.energy(loaded_.file.scene.networks, state_);
-    HeatWatch<T> watch(loaded_, outcome_.network, find_frequency_, observer, state_);
+    HeatWatch<T> heat(loaded_, outcome_.network, find_frequency_, observer, state_);
+    JoinWatch<T> joins(loaded_, outcome_.network, heat, ranks_.count(), tearing_);
+    Watches watch{observer, heat, joins};
     if (split_) contacts.tell_of(split_->particles());
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), watch, contacts);
-    } else if (every > 0 && loaded_.steps > 0) {
-      observer.write(moment(), state_);
+    } else {
+      joins.look(observer, state_, done_, heat);
+      if (every > 0 && loaded_.steps > 0) observer.write(moment(), state_);
     }
     const PrepareSave prepare = [&] { return this->prepare(watch, contacts); };
     (void)longest(ranks_, 0);  // what one rank weighs alone is no time of the steps
@@ -90,11 +96,39 @@ class Simulation {
     observer.finish();
     contacts.finish();
     contacts.join();
+    watch.look_at_end(shown(), done_);
     tell(observer, contacts, watch, start);
     return outcome_;
   }
 
  private:
+  struct Watches {
+    Observer<T>& observer;
+    HeatWatch<T>& heat;
+    JoinWatch<T>& joins;
+
+    [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const {
+      return joins.most_steps(done, heat.most_steps(done, wanted));
+    }
+    void look(const State<T>& state, std::uint64_t done) {
+      heat.look_when_due(state, done);
+      joins.look_when_due(observer, state, done, heat);
+    }
+    [[nodiscard]] bool looks() const { return heat.looks() || joins.looks(); }
+    void look_at_end(const State<T>& state, std::uint64_t done) {
+      heat.look(state, done);
+      joins.look(observer, state, done, heat);
+    }
+    void save(Sink& sink) const {
+      heat.save(sink);
+      joins.save(sink);
+    }
+    void load(Source& source) {
+      heat.load(source);
+      joins.load(source);
+    }
+  };
+
   [[nodiscard]] Options options_of(const Engine& engine) const {
     return {.step = loaded_.file.step,
             .isa = engine.isa,
@@ -125,15 +159,18 @@ class Simulation {
     } else {
       outcome_.network = plan_->network_limit();
     }
+    if (outcome_.network) file.scene.coupling.scheme = outcome_.network->scheme;
     (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
+    if (ranks_.count() == 1) outcome_.inside = start_inside(file, state_);
   }
-  void split(const Engine& engine) {
-    outcome_.network = limit_by_rows(loaded_.file, ranks_);
+  void split(const Engine& engine, SceneFile& file) {
+    outcome_.network = limit_by_rows(file, ranks_);
     if (outcome_.network) {
       find_frequency_ = [this, engine] { return limit_of_whole(engine).frequency; };
     } else {
       outcome_.network = limit_of_whole(engine);
     }
+    file.scene.coupling.scheme = outcome_.network->scheme;
     try {
       split_.emplace(loaded_.file, engine, ranks_, *outcome_.network);
     } catch (const SharedFault& fault) {
@@ -223,7 +260,7 @@ class Simulation {
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
 
-  void tell(Observer<T>& observer, const ContactWatch& contacts, const HeatWatch<T>& watch, const Health& start) {
+  void tell(Observer<T>& observer, const ContactWatch& contacts, const Watches& watch, const Health& start) {
     outcome_.contacts = contacts.sums();
     if (tearing_.is_possible()) {
       outcome_.energy_end = observer.energy(tearing_.torn(loaded_.file.scene.networks), state_);
@@ -236,7 +273,9 @@ class Simulation {
     outcome_.bad_particles = end.bad_particles;
     outcome_.diverged = has_diverged(start, end);
     ranks_.broadcast(0, writable_bytes_in(outcome_.diverged));
-    outcome_.warmth = watch.warmth();
+    outcome_.warmth = watch.heat.warmth();
+    outcome_.held = watch.heat.held();
+    outcome_.joins = watch.joins.seen();
     outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
     if (!split_) return;
     std::array<std::uint64_t, 2> told{ranks_.started().messages, ranks_.started().bytes};
@@ -249,7 +288,7 @@ class Simulation {
     return split_ ? split_->carried() : CarriedInRanges{.alike = plan_->carried(state_)};
   }
 
-  [[nodiscard]] SaveRun prepare(const HeatWatch<T>& watch, ContactWatch& contacts) {
+  [[nodiscard]] SaveRun prepare(const Watches& watch, ContactWatch& contacts) {
     shown();
     contacts.flush();
     return [this, &watch, carried = this->carried(), words = contacts.words(),
@@ -263,7 +302,7 @@ class Simulation {
     };
   }
   // What each rank shows.
-  void load(Source& source, std::uint64_t step, CarriedInRanges& carried, HeatWatch<T>& watch, ContactWatch& contacts) {
+  void load(Source& source, std::uint64_t step, CarriedInRanges& carried, Watches& watch, ContactWatch& contacts) {
     const std::size_t all = loaded_.file.particles.total();
     const Run mine = shown_by(loaded_.file, ranks_);
     get_state(source, state_, {.first = mine.first, .all = all});
@@ -282,7 +321,7 @@ class Simulation {
     contacts.load(words, step, source);
     source.get(outcome_.wall_seconds);
   }
-  void go_on(const Checkpoint& checkpoint, HeatWatch<T>& watch, ContactWatch& contacts) {
+  void go_on(const Checkpoint& checkpoint, Watches& watch, ContactWatch& contacts) {
     CarriedInRanges carried;
     const auto step = checkpoint.header().step;
     together(ranks_, [&] { checkpoint.load([&](Source& source) { load(source, step, carried, watch, contacts); }); });
@@ -294,7 +333,7 @@ class Simulation {
     outcome_.resumed_at = done_;
   }
 
-  void advance(std::uint64_t until, HeatWatch<T>& watch, ContactWatch& contacts, std::optional<Progress>& progress,
+  void advance(std::uint64_t until, Watches& watch, ContactWatch& contacts, std::optional<Progress>& progress,
                Checkpoints& checkpoints, const PrepareSave& prepare) {
     const auto most = batch_for(loaded_.file.particles.total());
     while (done_ < until) {
@@ -304,11 +343,14 @@ class Simulation {
       const auto before = std::chrono::steady_clock::now();
       step(steps, contacts.report());
       if (tearing_.is_possible()) tear(done_ + steps);
-      outcome_.wall_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+      const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+      outcome_.wall_seconds += took;
       done_ += steps;
       if (watch.looks()) watch.look(shown(), done_);
       contacts.write();
-      if (progress) progress->at(done_);
+      if (!progress) continue;
+      if (const auto seconds = dear_.take(took, steps, loaded_.steps - done_)) tell_dear(*seconds, loaded_.file, outcome_);
+      progress->at(done_);
     }
   }
 
@@ -320,6 +362,7 @@ class Simulation {
   std::optional<Split<T>> split_;
   Tearing tearing_;
   Threads threads_;
+  DearWatch dear_;
   std::uint64_t done_ = 0;
   Outcome outcome_;
   FindFrequency find_frequency_;  // where the start's has not been looked for

@@ -120,12 +120,24 @@ void move_to_start(SceneFile& file, State<T>& state, const ParallelFor& parallel
 }
 
 bool is_start_asked_for(const Scene& scene) {
-  const auto is_at_start = [](const auto& force) {
-    if constexpr (requires { force.anchor; }) return std::holds_alternative<AtStart>(force.anchor);
-    return false;
+  const auto is_force_at_start = [](const Force& force) {
+    const auto is_at_start = [](const auto& of) {
+      if constexpr (requires { of.anchor; }) return std::holds_alternative<AtStart>(of.anchor);
+      return false;
+    };
+    return std::visit(is_at_start, force);
   };
-  return std::any_of(scene.forces.begin(), scene.forces.end(),
-                     [&](const Force& force) { return std::visit(is_at_start, force); });
+  const auto is_network_as_long = [](const Network& network) {
+    const auto* const springs = std::get_if<Springs>(&network);
+    return springs != nullptr && !springs->rest_length;
+  };
+  const auto is_constraint_as_long = [](const Constraint& constraint) {
+    const auto* const distance = std::get_if<Distance>(&constraint);
+    return distance != nullptr && !distance->length;
+  };
+  return std::any_of(scene.forces.begin(), scene.forces.end(), is_force_at_start) ||
+         std::any_of(scene.networks.begin(), scene.networks.end(), is_network_as_long) ||
+         std::any_of(scene.constraints.begin(), scene.constraints.end(), is_constraint_as_long);
 }
 
 template void place_at_start(const SceneFile&, State<float>&, const ParallelFor&);

@@ -14,7 +14,8 @@ void place_at_start(const SceneFile& file, State<T>& state, const ParallelFor& p
 // The same, and what was read of files is given back as the state fills: those values are gone.
 template <class T>
 void move_to_start(SceneFile& file, State<T>& state, const ParallelFor& parallel);
-// Whether anything asks where a particle was at the start, once it is there: the energy of springs that are anchored there.
+// Whether anything asks where a particle was at the start, once it is there: the energy of springs that are
+// anchored there, and what is as long as it was then.
 [[nodiscard]] bool is_start_asked_for(const Scene& scene);
 
 extern template void place_at_start(const SceneFile&, State<float>&, const ParallelFor&);

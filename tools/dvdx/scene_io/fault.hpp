@@ -13,6 +13,7 @@ enum class Exit : int {
   bad_scene = 3,
   input_output = 4,
   diverged = 5,
+  warned = 6,  // of a run that is asked to be strict
 };
 
 class Fault : public std::runtime_error {

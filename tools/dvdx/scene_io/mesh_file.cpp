@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,6 +16,8 @@ namespace {
 using Words = std::span<const std::string_view>;
 using Face = std::vector<std::uint32_t>;
 
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+constexpr std::size_t longest_statement = std::size_t{1} << 24U;  // characters
 constexpr double most_vertices = std::numeric_limits<std::uint32_t>::max();
 
 class MeshReader {
@@ -22,7 +25,7 @@ class MeshReader {
   explicit MeshReader(std::string_view text) : lines_(text) {}
 
   MeshFile read() {
-    while (lines_.more()) read_line(lines_.next());
+    while (lines_.more()) read_statement();
     if (mesh_.vertices.empty()) fail("holds no vertex: must hold lines such as \"v 1 0 0.5\"");
     if (largest_.vertex >= mesh_.vertices.size()) fail_index(std::to_string(largest_.vertex + 1), largest_.line);
     return std::move(mesh_);
@@ -34,13 +37,32 @@ class MeshReader {
     std::size_t line = 0;
   };
 
-  void read_line(std::string_view line) {
-    const auto all = words(line.substr(0, line.find('#')));
+  // A backslash at the end of a line goes on in the next.
+  void read_statement() {
+    std::string_view line = lines_.next();
+    if (lines_.number() == 1 && line.starts_with(byte_order_mark)) line.remove_prefix(byte_order_mark.size());
+    if (!goes_on(line)) return read(line);
+    std::string statement(line);
+    while (goes_on(statement)) {
+      statement.back() = ' ';
+      if (lines_.more()) statement += lines_.next();
+      if (statement.size() > longest_statement) fail(here() + " goes on a statement that is longer than 16 MiB");
+    }
+    read(statement);
+  }
+  static bool goes_on(std::string_view line) { return line.ends_with('\\') && line.find('#') == std::string_view::npos; }
+
+  void read(std::string_view statement) {
+    const auto all = words(statement.substr(0, statement.find('#')));
     if (all.empty()) return;
     const Words values = Words(all).subspan(1);
-    if (all[0] == "v") read_vertex(values);
-    if (all[0] == "f") read_face(values);
-    if (all[0] == "l") read_polyline(values);
+    if (is_keyword(all[0], "v")) read_vertex(values);
+    if (is_keyword(all[0], "f") || is_keyword(all[0], "fo")) read_face(values);
+    if (is_keyword(all[0], "l")) read_polyline(values);
+  }
+  static bool is_keyword(std::string_view word, std::string_view keyword) {
+    return std::equal(word.begin(), word.end(), keyword.begin(), keyword.end(),
+                      [](char a, char b) { return a == b || (a >= 'A' && a <= 'Z' && a - 'A' + 'a' == b); });
   }
 
   void read_vertex(Words values) {
@@ -146,9 +168,8 @@ std::vector<Pair> edges_of(const MeshFile& mesh) {
 std::vector<Pair> diagonals_of(const MeshFile& mesh) {
   std::vector<Pair> diagonals;
   for (const auto& face : mesh.faces) {
-    if (face.size() != 4) continue;
-    diagonals.push_back(ordered(face[0], face[2]));
-    diagonals.push_back(ordered(face[1], face[3]));
+    for (std::size_t k = 2; k + 1 < face.size(); ++k) diagonals.push_back(ordered(face[0], face[k]));
+    if (face.size() == 4) diagonals.push_back(ordered(face[1], face[3]));
   }
   return unique(std::move(diagonals));
 }
@@ -164,7 +185,55 @@ std::vector<Pair> bends_of(const MeshFile& mesh) {
       if (a != b) bends.push_back(ordered(a, b));
     }
   }
+  for (const auto& face : mesh.faces) {
+    for (std::size_t k = 2; face.size() > 4 && k + 1 < face.size(); ++k) bends.push_back(ordered(face[k - 1], face[k + 1]));
+  }
   return unique(std::move(bends));
+}
+
+namespace {
+
+// The piece of each vertex, named by one of its vertices.
+class Pieces {
+ public:
+  explicit Pieces(std::size_t vertices) : up_(vertices) { std::iota(up_.begin(), up_.end(), 0U); }
+  std::uint32_t of(std::uint32_t vertex) {
+    while (up_[vertex] != vertex) vertex = up_[vertex] = up_[up_[vertex]];
+    return vertex;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { up_[of(a)] = of(b); }
+
+ private:
+  std::vector<std::uint32_t> up_;
+};
+
+}  // namespace
+
+MeshFacts facts_of(const MeshFile& mesh) {
+  const std::size_t vertices = mesh.vertices.size();
+  Pieces pieces(vertices);
+  std::vector<bool> is_used(vertices, false);
+  for (const auto& [a, b] : edges_of(mesh)) {
+    pieces.join(a, b);
+    is_used[a] = is_used[b] = true;
+  }
+  MeshFacts facts;
+  std::vector<std::uint32_t> used;
+  for (std::uint32_t i = 0; i < vertices; ++i) {
+    if (!is_used[i]) {
+      ++facts.unused;
+      continue;
+    }
+    used.push_back(i);
+    if (pieces.of(i) == i) ++facts.pieces;
+  }
+  std::sort(used.begin(), used.end(), [&](std::uint32_t a, std::uint32_t b) { return mesh.vertices[a] < mesh.vertices[b]; });
+  for (std::size_t k = 1; k < used.size(); ++k) {
+    const std::uint32_t a = used[k - 1];
+    const std::uint32_t b = used[k];
+    if (mesh.vertices[a] == mesh.vertices[b] && pieces.of(a) != pieces.of(b)) ++facts.doubled;
+  }
+  return facts;
 }
 
 }  // namespace dvdx::tool

@@ -16,7 +16,8 @@ struct MeshFile {
   std::vector<Pair> lines;                        // the pieces of the file's polylines
 };
 
-// The statements v, f and l; all others are passed over. Indices are from 1 on, or count back from the last vertex read so far;
+// The statements v, f (or fo, as it once was) and l, in letters of any case; all others are passed over. A line that ends with a
+// backslash goes on in the next. A byte order mark is passed over. Indices are from 1 on, or count back from the last vertex read so far;
 // what follows a slash is not looked at. Throws FileFault.
 [[nodiscard]] MeshFile read_mesh(const std::filesystem::path& path);
 [[nodiscard]] MeshFile parse_mesh(std::string_view text);
@@ -26,11 +27,19 @@ struct MeshFile {
 // The polygons' sides and the lines.
 [[nodiscard]] std::vector<Pair> edges_of(const MeshFile& mesh);
 
-// Of the four-sided faces: without them, they shear freely.
+// Both of a four-sided face, and of faces of more sides those of a fan about the first vertex: without them, they shear freely.
 [[nodiscard]] std::vector<Pair> diagonals_of(const MeshFile& mesh);
 
 // Across each side that two faces share: the vertices next to it in the one and in the other, so the two opposite ones of
-// triangles, and those straight across, as in a grid, of four-sided faces.
+// triangles, and those straight across, as in a grid, of four-sided faces. Triangles of a fan bend likewise.
 [[nodiscard]] std::vector<Pair> bends_of(const MeshFile& mesh);
+
+// How faces and lines hold a mesh together.
+struct MeshFacts {
+  std::size_t pieces = 0;   // that no side or line joins
+  std::size_t doubled = 0;  // vertices at the very place of one of another piece, as exporters write seams
+  std::size_t unused = 0;   // vertices of no face and no line
+};
+[[nodiscard]] MeshFacts facts_of(const MeshFile& mesh);
 
 }  // namespace dvdx::tool

@@ -9,10 +9,13 @@ namespace dvdx::tool {
 namespace {
 
 MotionKey read_key(const Node& node) {
-  const Fields fields(node, "a key of a motion", {"time", "translation", "rotation"});
+  const Fields fields(node, "a key of a motion", {"time", "translation", "rotation", "jump"});
+  const auto jump = fields.optional("jump");
+  if (jump && !jump->json().is_boolean()) jump->refuse("true or false");
   return {.time = fields.required("time").number(),
           .translation = fields.vector("translation", {}),
-          .rotation = fields.vector("rotation", {})};
+          .rotation = fields.vector("rotation", {}),
+          .arrival = jump && jump->json().get<bool>() ? Arrival::jump : Arrival::moving};
 }
 
 Motion read_motion(const Node& node) {

@@ -40,12 +40,15 @@ inline constexpr std::array<Named<Expansion>, 2> expansions{
 inline constexpr std::array<Named<ContactPath>, 2> sweeps{{{"curve", ContactPath::curve}, {"line", ContactPath::line}}};
 inline constexpr std::array<Named<Response>, 2> responses{{{"resume", Response::resume}, {"seed", Response::end_on_surface}}};
 inline constexpr std::array<Named<Side>, 2> sides{{{"outside", Side::outside}, {"inside", Side::inside}}};
-inline constexpr std::array<Named<Scheme>, 4> schemes{{{"leapfrog", Scheme::leapfrog},
+inline constexpr std::array<Named<Scheme>, 5> schemes{{{"leapfrog", Scheme::leapfrog},
                                                        {"fourth_order", Scheme::fourth_order},
                                                        {"sequential", Scheme::sequential},
-                                                       {"accumulate", Scheme::accumulate}}};
+                                                       {"accumulate", Scheme::accumulate},
+                                                       {"auto", Scheme::automatic}}};
 inline constexpr std::array<Named<SweepOrder>, 2> sweep_orders{
     {{"symmetric", SweepOrder::symmetric}, {"forward", SweepOrder::forward}}};
+inline constexpr std::array<Named<dvdx::Lines>, 3> line_choices{
+    {{"rows", dvdx::Lines::rows}, {"whole", dvdx::Lines::whole}, {"none", dvdx::Lines::none}}};
 inline constexpr std::array<Named<PairAxis>, 2> pair_axes{{{"midpoint", PairAxis::midpoint}, {"start", PairAxis::start}}};
 inline constexpr std::array<Named<Bound>, 3> bounds{
     {{"equal", Bound::equal}, {"at_most", Bound::at_most}, {"at_least", Bound::at_least}}};

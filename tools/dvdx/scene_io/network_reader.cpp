@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <string>
 
 #include "dvdx/bending.hpp"
@@ -18,6 +20,12 @@
 #include "scene_io/names.hpp"
 
 namespace dvdx::tool {
+std::optional<int> read_substeps(const Node& node) {
+  if (node.json() == "auto") return std::nullopt;
+  if (node.json().is_string()) node.refuse("\"auto\" or a whole number");
+  return static_cast<int>(node.whole(1, most_substeps));
+}
+
 namespace {
 
 enum class Kind { grid, mesh, springs };
@@ -40,7 +48,7 @@ Kind kind_of(const Node& network) {
 Fields fields_of(const Node& network) {
   const auto kind = kind_of(network);
   std::vector<std::string_view> keys{"type",  "damping", "fixed", "scheme", "substeps", "method",
-                                     "theta", "sweep",   "axis",  "broken", "tears_at"};
+                                     "theta", "sweep",   "lines", "axis",   "broken",   "tears_at"};
   const auto add = [&](std::initializer_list<std::string_view> more) { keys.insert(keys.end(), more); };
   if (kind == Kind::grid)
     add({"rows", "columns", "origin", "edge_u", "edge_v", "mass", "structural", "shear", "bend", "aerodynamics"});
@@ -230,7 +238,7 @@ void bend_by_angles(const Fields& fields, const MeshFile& mesh, std::size_t firs
   if (modulus == 0) return;
   const auto node = fields.required("bending");
   const Scheme scheme = fields.choice("scheme", schemes, Scheme::leapfrog);
-  if (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order) {
+  if (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order && scheme != Scheme::automatic) {
     node.fail("is " + shown(node.json()) + " in the scheme " + std::string(name_in(schemes, scheme)) +
               ": must be left out of another scheme than leapfrog and fourth_order");
   }
@@ -308,12 +316,6 @@ void read_fixed(const Node& node, const MadeNetwork& made, const Population& pop
 
 // ---- how they are stepped ----------------------------------------------------------------------------------------------
 
-std::optional<int> read_substeps(const Node& node) {
-  if (node.json() == "auto") return std::nullopt;
-  if (node.json().is_string()) node.refuse("\"auto\" or a whole number");
-  return static_cast<int>(node.whole(1, most_substeps));
-}
-
 // What another scheme alone reads says nothing of this one.
 void refuse_keys_of(Scheme scheme, std::initializer_list<const char*> keys, const Coupling& own, const Fields& fields) {
   if (own.scheme == scheme) return;
@@ -331,9 +333,10 @@ Coupling read_coupling(const Fields& fields, Method method) {
   if (const auto substeps = fields.optional("substeps")) coupling.substeps = read_substeps(*substeps);
   if (const auto theta = fields.optional("theta")) coupling.theta = theta->number(half_to_one);
   coupling.sweeps = fields.choice("sweep", sweep_orders, SweepOrder::symmetric);
+  coupling.lines = fields.choice("lines", line_choices, dvdx::Lines::rows);
   coupling.method = fields.choice("method", methods, method);
   coupling.axis = fields.choice("axis", pair_axes, PairAxis::midpoint);
-  refuse_keys_of(Scheme::sequential, {"theta", "sweep"}, coupling, fields);
+  refuse_keys_of(Scheme::sequential, {"theta", "sweep", "lines"}, coupling, fields);
   refuse_keys_of(Scheme::accumulate, {"method", "axis"}, coupling, fields);
   return coupling;
 }
@@ -357,6 +360,7 @@ void check_alike(const Node& node, const Coupling& first, const Coupling& own) {
   check("substeps", words_of(first.substeps, "auto"), words_of(own.substeps, "auto"));
   check("theta", words_of(first.theta, "none"), words_of(own.theta, "none"));
   check("sweep", std::string(name_in(sweep_orders, first.sweeps)), std::string(name_in(sweep_orders, own.sweeps)));
+  check("lines", std::string(name_in(line_choices, first.lines)), std::string(name_in(line_choices, own.lines)));
   check("method", std::string(name_in(methods, first.method)), std::string(name_in(methods, own.method)));
   check("axis", std::string(name_in(pair_axes, first.axis)), std::string(name_in(pair_axes, own.axis)));
 }
@@ -482,8 +486,11 @@ void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
   made.columns = grid.columns;
   check_room(node, made.first + grid.rows * grid.columns, room_);
   MadeParticles particles{.count = grid.rows * grid.columns, .positions = positions_of(keys), .mass = keys.mass};
-  for (const std::size_t corner : corners_of(grid)) check_finite(node, value_of(particles.positions, corner));
+  std::array<Vec3, 4> hull;
+  std::ranges::transform(corners_of(grid), hull.begin(), [&](std::size_t i) { return value_of(particles.positions, i); });
+  for (const Vec3& corner : hull) check_finite(node, corner);
   add_particles(node, std::move(particles));
+  if (!is_rope(grid)) look_at_units(node, hull, particles_.back().mass);
   if (!is_rope(grid)) {
     made.network = grid;
   } else if (auto rope = rope_of(grid); !rope.pairs.empty()) {
@@ -493,12 +500,72 @@ void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
   if (topology_ == ReadTopology::yes) made.topology = topology_of(grid);
 }
 
+void NetworkReader::look_at(const Node& file, const MeshFile& mesh) {
+  const auto warn = [&](const char* code, std::size_t value, std::size_t limit, const std::string& what, const char* cure) {
+    warnings_.push_back({.code = code,
+                         .text = fmt::format("{} is {}: {}", file.path(), shown(file.json()), what),
+                         .value = static_cast<double>(value),
+                         .limit = static_cast<double>(limit),
+                         .cure = cure});
+  };
+  const std::size_t vertices = mesh.vertices.size();
+  const MeshFacts facts = facts_of(mesh);
+  if (facts.unused == vertices) {
+    return warn("no_faces", vertices, 0, fmt::format("it has no face and no line, so that its {} vertices are loose", vertices),
+                "Write the file with faces (f)");
+  }
+  if (facts.unused != 0) {
+    warn("unreferenced_vertices", facts.unused, 0,
+         fmt::format("{} of its {} vertices are in no face and no line: they are loose, with their share of the mass",
+                     facts.unused, vertices),
+         "Delete loose vertices in the program that wrote it");
+  }
+  if (facts.doubled != 0) {
+    warn("pieces", facts.pieces, 1,
+         fmt::format("its {} pieces fall apart where {} vertices stand at the place of another piece's", facts.pieces,
+                     facts.doubled),
+         "Merge vertices by distance in the program that wrote it");
+  }
+}
+
+// Cloth in millimetres, or in grams, moves as nothing does that is seen, and no number of it is wrong.
+void NetworkReader::look_at_units(const Node& sheet, std::span<const Vec3> hull, double mass) {
+  constexpr double widest = 100;     // m
+  constexpr double lightest = 1e-6;  // kg
+  double width = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double low = hull.front()[axis];
+    double high = low;
+    for (const Vec3& x : hull) {
+      low = std::min(low, x[axis]);
+      high = std::max(high, x[axis]);
+    }
+    width = std::max(width, high - low);
+  }
+  const auto warn = [&](const std::string& what, double value, double limit, const char* cure) {
+    warnings_.push_back({.code = "units",
+                         .text = fmt::format("{} {}", sheet.path().empty() ? "network" : sheet.path(), what),
+                         .value = value,
+                         .limit = limit,
+                         .cure = cure});
+  };
+  if (width > widest) {
+    warn(fmt::format("is {:.4g} m wide", width), width, widest,
+         "Give lengths in m: 0.001 for each mm of the program that wrote it");
+  }
+  if (mass < lightest) {
+    warn(fmt::format("has particles of {:.3g} kg each", mass), mass, lightest,
+         "Give the mass of all particles together, in kg: 0.001 for each g");
+  }
+}
+
 void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   const auto fields = fields_of(node);
   const double mass = fields.required("mass").number(positive);
   const double edge = fields.number("edge", not_negative, 0);
   const double bend = fields.number("bend", not_negative, 0);
   auto mesh = mesh_of(fields.required("file"), folder_);
+  look_at(fields.required("file"), mesh);
   check_room(node, made.first + mesh.vertices.size(), room_);
   auto springs = springs_of(mesh, made.first, edge, bend);
   springs.damping = fields.number("damping", not_negative, 0);
@@ -515,6 +582,7 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   if (topology_ == ReadTopology::yes) made.topology = topology_of(mesh, made.first);
   for (const Vec3& vertex : mesh.vertices) check_finite(node, vertex);
   const std::size_t count = mesh.vertices.size();
+  look_at_units(node, mesh.vertices, mass / static_cast<double>(count));
   add_particles(node, {.count = count, .positions = std::move(mesh.vertices), .mass = mass});
 }
 
@@ -538,6 +606,7 @@ void NetworkReader::add_to(SceneFile& file, const Population& population) {
     }
     if (const auto fixed = fields.optional("fixed")) read_fixed(*fixed, made, population, file.scene.fixed);
   }
+  append(std::move(warnings_), file.warnings);
   if (std::none_of(file.tears_at.begin(), file.tears_at.end(), [](double at) { return std::isfinite(at); }))
     file.tears_at.clear();
 }

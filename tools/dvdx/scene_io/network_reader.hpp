@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -14,6 +15,9 @@ namespace dvdx::tool {
 
 // The .obj file that the node names.
 [[nodiscard]] MeshFile mesh_of(const Node& node, SceneFolder& folder);
+
+// A whole number, or none for "auto".
+[[nodiscard]] std::optional<int> read_substeps(const Node& node);
 
 // What a network makes: a grid or a mesh its own particles, springs none.
 struct MadeNetwork {
@@ -53,6 +57,9 @@ class NetworkReader {
  private:
   void make_grid(const Node& node, MadeNetwork& made);
   void make_mesh(const Node& node, MadeNetwork& made);
+  void look_at(const Node& file, const MeshFile& mesh);
+  // hull: no particle is farther out along an axis than one of them. mass: kg, of each particle.
+  void look_at_units(const Node& sheet, std::span<const Vec3> hull, double mass);
   // made.mass: of all of them.
   void add_particles(const Node& node, MadeParticles made);
 
@@ -62,6 +69,7 @@ class NetworkReader {
   ReadTopology topology_;
   std::vector<MadeNetwork> made_;  // one for each node
   std::vector<MadeParticles> particles_;
+  std::vector<Warning> warnings_;
 };
 
 // Throws Fault (bad_scene) where springs tear: `command` steps scenes in which they do not.

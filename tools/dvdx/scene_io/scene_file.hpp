@@ -50,6 +50,15 @@ struct Particles {
   [[nodiscard]] std::size_t total() const noexcept { return count + elsewhere; }
 };
 
+// A scene that runs, and is seldom meant so.
+struct Warning {
+  std::string code;  // "unreferenced_vertices": the same in every version
+  std::string text;  // the thing that is wrong, with its place
+  double value = 0;  // that was found
+  double limit = 0;  // that would be well
+  std::string cure;
+};
+
 struct SceneFile {
   std::string path;                              // as the user named it
   std::vector<std::filesystem::path> sources{};  // all files that the scene was read from, its own among them
@@ -66,6 +75,7 @@ struct SceneFile {
   std::vector<double> tears_at{};
   bool is_origin_free = true;  // the file leaves the origin to the command that runs the scene
   Turnover turnover{};         // capacity 0: no particle comes or goes
+  std::vector<Warning> warnings{};
 };
 
 // Whether particles come and go: such a scene needs a plan of its own (dvdx/live.hpp).

@@ -54,7 +54,7 @@ Worst rest_on_axis(CaseRun& way) {
     for (const double restitution : {0.0, 0.5, 1.0}) {
       const double y = static_cast<double>(static_cast<T>(offset));
       Trial<T> trial(way, falling({wall({0, 1, 0}, offset, restitution)}), hz60, Start{{3, y, -2}, {}});
-      trial.step(1000000);
+      trial.rest(1000000);
       const auto where = fmt::format("offset {:g} m, e = {:g}", offset, restitution);
       worst.see(length({trial.x(0) - 3, trial.x(1) - y, trial.x(2) + 2}), where);
       worst.see(length(velocity(trial)), where);
@@ -75,7 +75,7 @@ Worst rest_on_oblique(CaseRun& way) {
     Trial<T> trial(way, scene_of({wall(n, offset, 0.5)}, scaled(n, -gravity)), hz60, Start{start, {}});
     trial.step(100);
     const Vec3 settled = position(trial);
-    trial.step(1000000);
+    trial.rest(1000000);
     const Vec3 end = position(trial);
     const double creep = length({end[0] - settled[0], end[1] - settled[1], end[2] - settled[2]});
     const auto where = [&](const char* what) {
@@ -110,7 +110,7 @@ Worst rest_on_incline(CaseRun& way) {
       trial.step(100);
       std::vector<Vec3> settled;
       for (std::size_t i = 0; i < starts.size(); ++i) settled.push_back(position(trial, i));
-      trial.step(1000000);
+      trial.rest(1000000);
       const auto where = fmt::format("{:g} of the slope that holds, e = {:g}", steepness, restitution);
       for (std::size_t i = 0; i < starts.size(); ++i) {
         const Vec3 end = position(trial, i);
@@ -719,7 +719,7 @@ Worst pressed_into_corner(CaseRun& way) {
     trial.step(3600);
     std::vector<Vec3> settled;
     for (std::size_t i = 0; i < starts.size(); ++i) settled.push_back(position(trial, i));
-    trial.step(59 * 3600);
+    trial.rest(59 * 3600);
     for (std::size_t i = 0; i < starts.size(); ++i) {
       const auto where = fmt::format("corner {}, stone {}", number, i);
       const Vec3 end = position(trial, i);
@@ -768,7 +768,7 @@ Worst held_for_an_hour(CaseRun& way) {
       Trial<T> trial(way, falling({incline}), hz60, Start{scaled(n, 2.1), {}});
       trial.step(100);
       const Vec3 settled = position(trial);
-      trial.step(216000);
+      trial.rest(216000);
       const Vec3 end = position(trial);
       const auto where = fmt::format("{}, turned by {:g}", response == Response::resume ? "resume" : "seed", turn);
       worst.see(length({end[0] - settled[0], end[1] - settled[1], end[2] - settled[2]}) + length(velocity(trial)), where);

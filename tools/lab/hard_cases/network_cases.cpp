@@ -539,7 +539,6 @@ Bar lasts(std::string_view precision, Check check, std::string_view expected, st
           .runs_on = RunsOn::best_isa};
 }
 
-constexpr KnownMiss heated{1300, "one sweep a step at omega h of 95 and more heats the shortest waves"};
 constexpr KnownMiss swinging{1.6, "leapfrog's energy swings by 0.96, and the rounding of float32 adds up beside it"};
 constexpr KnownMiss twice_leapfrog{1.5e-3, "implicit midpoint along the axis: its phase is off by twice leapfrog's"};
 
@@ -589,8 +588,8 @@ std::vector<Case> network_cases() {
         lasts(float32, lasting_leapfrog<float>, "leapfrog, 1e5 steps: a sheet, no faster than 1.3 times what gravity gives"),
         lasts(float64, lasting_sweeps<double>, "one sweep, 1e5 steps, to 500 N/m: likewise"),
         lasts(float32, lasting_sweeps<float>, "one sweep, 1e5 steps, to 500 N/m: likewise"),
-        lasts(float64, lasting_stiff_sweeps<double>, "one sweep, 1e5 steps, 5e3 and 5e4 N/m: likewise", heated),
-        lasts(float32, lasting_stiff_sweeps<float>, "one sweep, 1e5 steps, 5e3 and 5e4 N/m: likewise", heated)}},
+        lasts(float64, lasting_stiff_sweeps<double>, "one sweep, 1e5 steps, 5e3 and 5e4 N/m: likewise"),
+        lasts(float32, lasting_stiff_sweeps<float>, "one sweep, 1e5 steps, 5e3 and 5e4 N/m: likewise")}},
   };
 }
 

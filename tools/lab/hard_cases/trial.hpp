@@ -1,6 +1,7 @@
 // A scene on one instruction set from a given start, as the hard cases run it.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -57,15 +58,21 @@ class Trial {
   Trial& operator=(const Trial&) = delete;
   ~Trial() {
     keep_bits_of(state_);
-    if (!state_.has_rests()) return;
-    State<T> rests = state_;
-    rests.x = state_.x_rest;
-    rests.v = state_.v_rest;
-    keep_bits_of(rests);
+    if (state_.has_rests()) keep_bits_of(rests());
   }
 
   void step(std::size_t steps = 1) {
     if (plan_.step(state_, steps) != StepResult::done) throw std::runtime_error("the plan is for another state");
+  }
+  // Some steps at a time: what some do not change, more of them do not, and those are left out.
+  void rest(std::size_t steps) {
+    constexpr std::size_t some = 1000;
+    for (std::size_t left = steps; left != 0;) {
+      const std::uint64_t before = bits();
+      const std::size_t now = std::min(left, some);
+      step(now);
+      left = now == some && bits() == before ? left % some : left - now;
+    }
   }
   void set_step(double step) { check(plan_.set_step(step)); }
 
@@ -80,6 +87,15 @@ class Trial {
   [[nodiscard]] const Plan<T>& plan() const noexcept { return plan_; }
 
  private:
+  [[nodiscard]] State<T> rests() const noexcept {
+    State<T> rests = state_;
+    rests.x = state_.x_rest;
+    rests.v = state_.v_rest;
+    return rests;
+  }
+  [[nodiscard]] std::uint64_t bits() const noexcept {
+    return state_.has_rests() ? state_hash(rests(), state_hash(state_)) : state_hash(state_);
+  }
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
   [[nodiscard]] double number(const Column<T>& values, const Column<T>& rests, std::size_t particle) const {
     const double value = values[particle];

@@ -75,6 +75,8 @@ std::string text_of(const Setting& setting) {
   }
   if (setting.kick > 0) text += fmt::format(", thrown at {:g} m/s", setting.kick);
   if (setting.pull > 0) text += fmt::format(", pulled {:g} m in {:g} s", setting.pull, setting.pull_seconds);
+  if (setting.drives_pins()) text += fmt::format(", pins {}", word_of(pin_drives, setting.pins));
+  if (setting.times != FrameTimes::even) text += fmt::format(", frames of {}", word_of(frame_times, setting.times));
   return text + fmt::format(", seed {}", setting.seed);
 }
 
@@ -108,6 +110,7 @@ nlohmann::ordered_json to_json(const std::vector<HeatRun>& runs) {
                     {"kick", setting.kick},
                     {"pull", setting.pull},
                     {"pull_seconds", setting.pull_seconds},
+                    {"frame_times", word_of(frame_times, setting.times)},
                     {"precision", word_of(precisions, setting.precision)},
                     {"seed", setting.seed},
                     {"frames", setting.frames},
@@ -128,7 +131,7 @@ nlohmann::ordered_json to_json(const std::vector<HeatRun>& runs) {
 namespace {
 
 constexpr double lowest = 0.03, highest = 3e6;  // shares beyond them are drawn at the edge
-constexpr std::array colours{"#1b9e77", "#d95f02", "#7570b3", "#e7298a", "#66a61e", "#e6ab02", "#555555"};
+constexpr std::array colours{"#1b9e77", "#d95f02", "#7570b3", "#e7298a", "#66a61e", "#e6ab02", "#555555", "#1f78b4"};
 
 std::string dots_of(const std::vector<const HeatRun*>& runs) {
   std::string data;

@@ -8,8 +8,10 @@
 namespace dvdx::tool::stability {
 namespace {
 
-constexpr double width = 2;  // m
-constexpr double mass = 1;   // kg
+constexpr double mass = 1;  // kg
+
+// m
+double width_of(const Setting& setting) { return setting.drives_pins() ? 1 : 2; }
 
 // ---- what is drawn -----------------------------------------------------------------------------------------------------
 
@@ -17,6 +19,7 @@ constexpr double mass = 1;   // kg
 class Draw {
  public:
   Draw(std::uint64_t group, std::uint64_t run) : group_(group), run_(run) {}
+  [[nodiscard]] std::uint64_t run() const { return run_; }
 
   template <class Value, std::size_t N>
   [[nodiscard]] Value one_of(const std::array<Value, N>& values, std::uint32_t kind) const {
@@ -39,6 +42,7 @@ constexpr std::array some_or_no_damping{0.0, 0.0, 0.2};  // kg/s
 constexpr std::array either_precision{Precision::float32, Precision::float64};
 constexpr std::array held_somehow{Hold::corners, Hold::corners, Hold::edge};
 constexpr std::array every_hold{Hold::corners, Hold::edge, Hold::nothing};
+constexpr std::array uneven_times{FrameTimes::mild, FrameTimes::wide, FrameTimes::in_turn, FrameTimes::hitches};
 constexpr std::array every_obstacle{Obstacle::none, Obstacle::floor, Obstacle::sphere};
 
 // Stiffness and form go round; the rest is drawn.
@@ -70,7 +74,7 @@ void hit(Setting& setting, const Draw& draw, Obstacle obstacle) {
   setting.damping = draw.one_of(some_or_no_damping, 12);
 }
 
-constexpr std::array<Group, 7> groups{{
+constexpr std::array<Group, 9> groups{{
     {"falling", 84, 12, [](Setting&, const Draw&) {}},
     {"floor", 60, 6, [](Setting& s, const Draw& d) { hit(s, d, Obstacle::floor); }},
     {"sphere", 60, 6, [](Setting& s, const Draw& d) { hit(s, d, Obstacle::sphere); }},
@@ -98,11 +102,28 @@ constexpr std::array<Group, 7> groups{{
        s.obstacle = d.one_of(every_obstacle, 51);
        s.restitution = d.one_of(restitutions, 52);
      }},
+    {"uneven", 192, 6,
+     [](Setting& s, const Draw& d) {
+       s.times = d.one_of(uneven_times, 60);
+       s.obstacle = d.one_of(every_obstacle, 61);
+       s.restitution = d.one_of(restitutions, 62);
+       s.damping = d.one_of(some_or_no_damping, 63);
+     }},
+    {"pins", 48, 4,
+     [](Setting& s, const Draw& d) {
+       s.pins = pin_drives[1 + d.run() % 4].value;
+       s.stiffness = std::array{1e3, 1e4, 1e6}[d.run() / 4 % 3];
+       s.substeps = d.run() / 12 % 2 == 0 ? 1 : 2;
+       s.form = forms[d.run() / 24].value;
+       s.hold = Hold::corners;
+       s.side = 24;
+       s.frames = 720;
+     }},
 }};
 
 // ---- the scene ---------------------------------------------------------------------------------------------------------
 
-constexpr std::uint64_t wobble_seed = 0x57, shape_seed = 0x5A, direction_seed = 0xD1;
+constexpr std::uint64_t wobble_seed = 0x57, shape_seed = 0x5A, direction_seed = 0xD1, time_seed = 0x71;
 
 double drawn_between(double low, double high, std::uint64_t seed, std::uint64_t particle, std::uint32_t axis) {
   return low + (high - low) * unit_value(seed, particle, axis);
@@ -116,15 +137,23 @@ Vec3 direction_of(std::uint64_t seed, std::uint64_t which) {
   return {around * std::cos(angle), z, around * std::sin(angle)};
 }
 
+// m: from the first particle to the last of its column. A sheet lies or hangs.
+Vec3 down(const Setting& setting) {
+  return setting.drives_pins() ? Vec3{0, -width_of(setting), 0} : Vec3{0, 0, width_of(setting)};
+}
+
 // Vertices of a mesh lie up to a fifth of a cell beside the grid's.
 Vec3 place_of(const Setting& setting, std::size_t row, std::size_t column) {
-  const double cell = width / static_cast<double>(setting.side - 1);
-  Vec3 place{cell * static_cast<double>(column), 0, cell * static_cast<double>(row)};
-  if (setting.form == Form::grid) return place;
+  const auto cells = static_cast<double>(setting.side - 1);
   const std::size_t id = row * setting.side + column;
-  for (const std::uint32_t axis : {0U, 2U}) {
-    place[axis] += cell * drawn_between(-0.2, 0.2, shape_seed + setting.seed, id, axis);
-  }
+  const auto beside = [&](std::uint32_t axis) {
+    return setting.form == Form::grid ? 0 : drawn_between(-0.2, 0.2, shape_seed + setting.seed, id, axis);
+  };
+  const double across = (static_cast<double>(column) + beside(0)) / cells;
+  const double along = (static_cast<double>(row) + beside(2)) / cells;
+  Vec3 place = down(setting);
+  for (double& length : place) length *= along;
+  place[0] = width_of(setting) * across;
   return place;
 }
 
@@ -151,8 +180,8 @@ Springs triangles(const Setting& setting) {
 Grid rectangle(const Setting& setting) {
   return {.rows = setting.side,
           .columns = setting.side,
-          .edge_u = {width, 0, 0},
-          .edge_v = {0, 0, width},
+          .edge_u = {width_of(setting), 0, 0},
+          .edge_v = down(setting),
           .structural = setting.stiffness,
           .shear = setting.stiffness,
           .damping = setting.damping};
@@ -166,12 +195,37 @@ std::vector<std::size_t> held(const Setting& setting) {
   return row;
 }
 
+// Where pins are, from the first second on.
+Motion drive(Pins pins) {
+  constexpr double frame = 1 / frames_a_second;
+  Motion motion;
+  const auto at = [&](double time, double x, double y, double z) {
+    motion.keys.push_back({.time = 1 + time, .translation = {x, y, z}});
+  };
+  at(-1, 0, 0, 0);
+  at(0, 0, 0, 0);
+  if (pins == Pins::jump) at(frame, 0.3, 0, 0);
+  if (pins == Pins::teleport) at(frame, 0, 2, 0);
+  if (pins == Pins::there_and_back) {
+    at(0.1, 2, 0, 0);
+    at(0.2, 0, 0, 0);
+  }
+  if (pins == Pins::round) {
+    constexpr double turning = 42;  // rad/s
+    constexpr double radius = 3 / turning;
+    for (int n = 1; n <= 60; ++n) {
+      const double angle = turning * frame * n;
+      at(frame * n, radius * std::sin(angle), 0, radius * (1 - std::cos(angle)));
+    }
+  }
+  return motion;
+}
+
 void add_obstacle(const Setting& setting, Scene& scene) {
   if (setting.obstacle == Obstacle::floor) {
     scene.add(Plane{.normal = {0, 1, 0}, .offset = -1, .restitution = setting.restitution, .friction = 0.3});
   } else if (setting.obstacle == Obstacle::sphere) {
-    scene.add(
-        Sphere{.center = {width / 2, -0.8, width / 2}, .radius = 0.5, .restitution = setting.restitution, .friction = 0.3});
+    scene.add(Sphere{.center = {1, -0.8, 1}, .radius = 0.5, .restitution = setting.restitution, .friction = 0.3});
   }
 }
 
@@ -189,6 +243,26 @@ std::vector<Setting> settings_of(Ensemble ensemble) {
     }
   }
   return all;
+}
+
+double frame_time(const Setting& setting, std::uint64_t frame) {
+  const auto between = [&](double least, double most) {
+    return drawn_between(least, most, time_seed + setting.seed, frame, 0);
+  };
+  switch (setting.times) {
+    case FrameTimes::even:
+      break;
+    case FrameTimes::mild:
+      return between(0.008, 0.033);
+    case FrameTimes::wide:
+      return between(0.003, 0.05);
+    case FrameTimes::in_turn:
+      return frame % 3 == 0 ? 0.033 : 0.017;
+    case FrameTimes::hitches:
+      if (frame % 60 == 59) return 0.25;
+      break;
+  }
+  return 1 / frames_a_second;
 }
 
 SceneFile scene_of(const Setting& setting, Coupling coupling) {
@@ -210,7 +284,12 @@ SceneFile scene_of(const Setting& setting, Coupling coupling) {
   file.particles = {.count = count, .position = std::move(x), .velocity = std::move(v)};
   auto& scene = file.scene;
   scene.mass = mass / static_cast<double>(count);
-  scene.fixed = held(setting);
+  if (setting.drives_pins()) {
+    scene.motions = {drive(setting.pins)};
+    scene.kinematic = {Kinematic{.particles = held(setting)}};
+  } else {
+    scene.fixed = held(setting);
+  }
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
   if (setting.pull > 0) {
     // the scene's place is pull sin(Omega t): what is at rest in it feels +pull Omega^2 sin(Omega t)

@@ -15,13 +15,26 @@ namespace dvdx::tool::stability {
 enum class Form { grid, mesh };
 enum class Hold { corners, edge, nothing };
 enum class Obstacle { none, floor, sphere };
+enum class Pins { rest, jump, there_and_back, teleport, round };
+enum class FrameTimes { even, mild, wide, in_turn, hitches };
 inline constexpr std::array<Named<Form>, 2> forms{{{"grid", Form::grid}, {"mesh", Form::mesh}}};
 inline constexpr std::array<Named<Hold>, 3> holds{
     {{"corners", Hold::corners}, {"edge", Hold::edge}, {"nothing", Hold::nothing}}};
 inline constexpr std::array<Named<Obstacle>, 3> obstacles{
     {{"none", Obstacle::none}, {"floor", Obstacle::floor}, {"sphere", Obstacle::sphere}}};
+inline constexpr std::array<Named<Pins>, 5> pin_drives{{{"at rest", Pins::rest},
+                                                        {"jump by 0.3 m", Pins::jump},
+                                                        {"go 2 m at 20 m/s and back", Pins::there_and_back},
+                                                        {"jump by 2 m", Pins::teleport},
+                                                        {"go round at 3 m/s for 1 s", Pins::round}}};
+inline constexpr std::array<Named<FrameTimes>, 5> frame_times{{{"even", FrameTimes::even},
+                                                               {"8 to 33 ms", FrameTimes::mild},
+                                                               {"3 to 50 ms", FrameTimes::wide},
+                                                               {"33, 17, 17 ms", FrameTimes::in_turn},
+                                                               {"250 ms now and then", FrameTimes::hitches}}};
 
-// A sheet of 2 m x 2 m and 1 kg, level at the start, under 9.81 m/s^2 at 60 steps a second.
+// A sheet of 2 m x 2 m and 1 kg, level at the start, under 9.81 m/s^2, in a plan for 60 steps a second. Where pins are driven it is
+// of 1 m x 1 m and hangs.
 struct Setting {
   std::string_view group{};  // "kicked": what the runs of a group have in common
   Form form = Form::grid;
@@ -35,9 +48,13 @@ struct Setting {
   double kick = 0;  // m/s, of all particles that are not held, at the start
   double pull = 0;  // m: the held particles swing to and fro so far, once in pull_seconds
   double pull_seconds = 1;
+  FrameTimes times = FrameTimes::even;
+  Pins pins = Pins::rest;  // after 1 s; a jump takes a frame
   Precision precision = Precision::float32;
   std::uint64_t seed = 0;  // of directions, of a mesh's shape, and of velocities of 1e-6 m/s
   std::uint64_t frames = 300;
+
+  [[nodiscard]] bool drives_pins() const noexcept { return pins != Pins::rest; }
 };
 
 inline constexpr double frames_a_second = 60;
@@ -47,6 +64,9 @@ enum class Ensemble {
   coarse,  // a few runs of each group, which take seconds together
 };
 [[nodiscard]] std::vector<Setting> settings_of(Ensemble ensemble);
+
+// s
+[[nodiscard]] double frame_time(const Setting& setting, std::uint64_t frame);
 
 // The scene of a setting, with this coupling and the setting's sub-steps. Held particles that swing are at rest in the scene's
 // coordinates, which swing with them: there everything else feels the opposite acceleration, and nothing else changes.

@@ -218,7 +218,7 @@ MatrixXd theta_scheme(const Line& line, const Springs1d& springs, const Coupling
 MatrixXd generalized_alpha(const Line& line, const Springs1d& springs, double h) {
   const Springs1d s = swept(line, springs);
   const double z = highest_frequency(line) * h;
-  const double rho = std::round(100 * (0.2 + 0.4 / (1 + std::pow(z / 6.5, 4)) + 0.35 / (1 + std::pow(z / 1.4, 4)))) / 100;
+  const double rho = std::round(100 * (0.6 / (1 + std::pow(z / 6.5, 4)) + 0.35 / (1 + std::pow(z / 1.4, 4)))) / 100;
   const double part = 1 / (1 + rho);
   const double alpha = (2 - rho) * part;
   const double gamma = part * (3 - rho) / 2;
@@ -266,6 +266,7 @@ MatrixXd whole_step(const Line& line, const Coupling& coupling, double h) {
     case Scheme::sequential:
       return sequential(line, springs, coupling, h);
     case Scheme::accumulate:
+    case Scheme::automatic:
       break;
   }
   return coupling.method == Method::combined ? filtered(springs, h) : sum_of_pairs(springs, coupling.method, h);

@@ -184,10 +184,23 @@ Theory theory_named(const SceneFile& file, const std::string& method) {
   return {};
 }
 
+bool is_limit(const Constraint& constraint) {
+  const auto* const distance = std::get_if<Distance>(&constraint);
+  return distance != nullptr && distance->bound != Bound::equal;
+}
+
+// Constraints act between flows, once before and once after, which is of second order; where limits grip, motions have kinks.
+Theory constrained(const SceneFile& file, const Theory& flows) {
+  const auto& constraints = file.scene.constraints;
+  if (std::any_of(constraints.begin(), constraints.end(), is_limit)) return {std::nullopt, "no theory: limits"};
+  return {std::min(flows.order.value_or(2), 2.0), ""};
+}
+
 }  // namespace
 
 Theory theory_of(const SceneFile& file, Method method) {
   auto theory = smooth_order(file, method);
+  if (!file.scene.constraints.empty() && file.scene.contacts.empty()) return constrained(file, theory);
   if (file.scene.contacts.empty()) return theory;
   if (theory.note == "exact" && closed_form_of(file) == ClosedForm::bounce) return theory;
   return {std::nullopt, "no theory: impacts"};

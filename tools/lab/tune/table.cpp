@@ -141,6 +141,18 @@ std::string advice_text(const Tuning& tuning) {
          parts_text("contact", advice.contacts) + parts_text("network", advice.networks);
 }
 
+std::string nothing_finite_text(const Tuning& tuning) {
+  const Findings& found = tuning.findings;
+  if (found.trials.empty()) {
+    return fmt::format("no candidate was run: the reference took {:.3g} s of the {:g} s of --budget\n", tuning.seconds,
+                       tuning.budget);
+  }
+  const auto refused = std::count_if(found.trials.begin(), found.trials.end(),
+                                     [](const Trial& trial) { return !trial.outcome.refused.empty(); });
+  return fmt::format("no run reached the goal: {} candidates were run, and none stayed finite; {} were refused\n",
+                     found.trials.size() - static_cast<std::size_t>(refused), refused);
+}
+
 std::string nothing_text(const Tuning& tuning) {
   if (tuning.amplitude == 0) return "nothing moves in this scene: there is no amplitude that an error could be a part of\n";
   if (!tuning.is_judged()) {
@@ -154,7 +166,7 @@ std::string nothing_text(const Tuning& tuning) {
                        tuning.other_seed->seed);
   }
   const auto* best = most_accurate(tuning.findings);
-  if (best == nullptr) return "no run reached the goal, and none stayed finite\n";
+  if (best == nullptr) return nothing_finite_text(tuning);
   return fmt::format("no run reached {:g}; the best was {}: {:.3g}\n", tuning.goal, text_of(best->candidate),
                      best->outcome.errors.relative);
 }

@@ -20,6 +20,20 @@ test('a translation is linear between keys and held outside them', () => {
   close(placed(motion, 9, [1, 1, 1]), [3, 1, -3]);
 });
 
+test('before a jump the pose is held', () => {
+  const motion: Motion = {
+    center: still,
+    keys: [
+      { time: 1, translation: still, rotation: still },
+      { time: 2, translation: [8, 0, 0], rotation: still, jump: true },
+      { time: 3, translation: [9, 0, 0], rotation: still },
+    ],
+  };
+  close(placed(motion, 1.9, [1, 0, 0]), [1, 0, 0]);
+  close(placed(motion, 2, [1, 0, 0]), [9, 0, 0]);
+  close(placed(motion, 2.5, [1, 0, 0]), [9.5, 0, 0]);
+});
+
 test('a turn goes about the center at a constant rate, the short way round', () => {
   const motion: Motion = {
     center: [1, 0, 0],

@@ -175,6 +175,32 @@ void solve_pair_positions(const PairTerms<Scalar<V>>& terms, Bound bound, Round 
            [&]<Bound b>() { by_round(round, [&]<Round r>() { place_pairs_by<V, arithmetic, b, r>(terms, x, from, to); }); });
 }
 
+template <class V, Arithmetic arithmetic, Round round>
+void place_crossing_by(const PairTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t from, std::size_t to) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const V one(T(1));
+  for (std::size_t s = from; s < to; s += V::size) {
+    const BothEnds<V> ends = gather_ends<V>(terms, x, s);
+    const Three<V> sum = round == Round::first ? Three<V>{{zero, zero, zero}} : load_axes<V>(terms.n, s);
+    const Three<V> free = (ends.b - ends.a) + sum;
+    const V square = dot<arithmetic>(free, free);
+    const Mask<V> is_sound = is_sound_square(square);
+    const V length = square_root(select<V>(is_sound, square, one));
+    const V l = load_lanes<V>(terms.l + s);
+    const V excess = select<V>(length > l, one - quotient(l, length), zero);
+    const Three<V> now = select(is_sound, excess * free, sum);
+    store_axes<V>(terms.n, s, now);
+    push_ends<V, arithmetic>(terms, x, s, ends, select<V>(is_sound, V(T(-1)), zero), now - sum);
+  }
+}
+
+template <class V, Arithmetic arithmetic>
+void solve_crossing_positions(const PairTerms<Scalar<V>>& terms, Round round, const Axes<Scalar<V>>& x, std::size_t from,
+                              std::size_t to) noexcept {
+  by_round(round, [&]<Round r>() { place_crossing_by<V, arithmetic, r>(terms, x, from, to); });
+}
+
 template <class V, Arithmetic arithmetic>
 void solve_line_positions(const LineTerms<Scalar<V>>& terms, Round round, const Axes<Scalar<V>>& x, std::size_t from,
                           std::size_t to) noexcept {
@@ -219,6 +245,30 @@ void update_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, cons
 }
 
 template <class V, Arithmetic arithmetic>
+void update_crossing_velocities(const PairTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
+                                std::size_t from, std::size_t to) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const V one(T(1));
+  for (std::size_t s = from; s < to; s += V::size) {
+    const Three<V> sum = load_axes<V>(terms.n, s);
+    const V pp = dot<arithmetic>(sum, sum);
+    const auto [a, b] = gather_ends<V>(terms, x, s);
+    const Three<V> d = b - a;
+    const V dd = dot<arithmetic>(d, d);
+    const V l = load_lanes<V>(terms.l + s);
+    const Mask<V> acts = is_sound_square(dd) & ((pp > zero) | (dd > V(least_taut<T>) * (l * l)));
+    const V m = select<V>(acts, V(T(2) * terms.per_step) * square_root(pp), zero);
+    const V per_length = quotient(one, square_root(select<V>(acts, dd, one)));
+    const Three<V> u = select(acts, per_length * d, Three<V>{{zero, zero, zero}});
+    store_lanes(terms.m + s, m);
+    store_lanes(terms.inverse + s, select<V>(acts, one, zero));
+    store_axes<V>(terms.n, s, u);
+    push_ends<V, arithmetic>(terms, v, s, gather_ends<V>(terms, v, s), zero - m, u);
+  }
+}
+
+template <class V, Arithmetic arithmetic>
 void update_line_velocities(const LineTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t from,
                             std::size_t to) noexcept {
   const V rate(terms.per_step);
@@ -252,6 +302,23 @@ void solve_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, Time 
       store_lanes(terms.m + s, kept);
     }
     push_ends<V, arithmetic>(terms, v, s, ends, t, d);
+  }
+}
+
+template <class V, Arithmetic arithmetic>
+void solve_crossing_velocities(const PairTerms<Scalar<V>>& terms, Time time, const Axes<Scalar<V>>& v, std::size_t from,
+                               std::size_t to) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  for (std::size_t s = from; s < to; s += V::size) {
+    const BothEnds<V> ends = gather_ends<V>(terms, v, s);
+    const Three<V> u = load_axes<V>(terms.n, s);
+    const V rate = dot<arithmetic>(u, ends.b - ends.a);
+    const Mask<V> acts = (magnitude(rate) < V(most_square<T>)) & differ(load_lanes<V>(terms.inverse + s), zero);
+    const V sum = load_lanes<V>(terms.m + s);
+    const V kept = select<V>(acts, kept_sign(sum + rate, time == Time::backwards), sum);
+    store_lanes(terms.m + s, kept);
+    push_ends<V, arithmetic>(terms, v, s, ends, sum - kept, u);
   }
 }
 

@@ -114,6 +114,25 @@ void solve_pair_positions(const PairTerms<T>& terms, Bound bound, Round round, c
 }
 
 template <class T, Arithmetic arithmetic>
+void solve_crossing_positions(const PairTerms<T>& terms, Round round, const Axes<T>& x, std::size_t from,
+                              std::size_t to) noexcept {
+  for (std::size_t s = from; s < to; ++s) {
+    const Vector<T> sum = round == Round::first ? Vector<T>{} : at(terms.n, s);
+    put(terms.n, s, sum);
+    const Vector<T> free = plus(between(terms, x, s), sum);
+    const T square = inner<arithmetic>(free, free);
+    if (!is_sound_square(square)) continue;
+    const T length = std::sqrt(square);
+    const T l = terms.l[s];
+    const T excess = length > l ? T(1) - l / length : T(0);
+    const Vector<T> now = times(excess, free);
+    const Vector<T> more = minus(now, sum);
+    put(terms.n, s, now);
+    push_ends<arithmetic>(terms, x, s, T(-1), more);
+  }
+}
+
+template <class T, Arithmetic arithmetic>
 void solve_line_positions(const LineTerms<T>& terms, Round round, const Axes<T>& x, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
     const auto a = static_cast<std::size_t>(terms.a[s]);
@@ -148,6 +167,25 @@ void update_pair_velocities(const PairTerms<T>& terms, Bound bound, const Axes<T
 }
 
 template <class T, Arithmetic arithmetic>
+void update_crossing_velocities(const PairTerms<T>& terms, const Axes<T>& x, const Axes<T>& v, std::size_t from,
+                                std::size_t to) noexcept {
+  for (std::size_t s = from; s < to; ++s) {
+    const Vector<T> sum = at(terms.n, s);
+    const T pp = inner<arithmetic>(sum, sum);
+    const Vector<T> d = between(terms, x, s);
+    const T dd = inner<arithmetic>(d, d);
+    const T l = terms.l[s];
+    const bool acts = is_sound_square(dd) && (pp > 0 || dd > least_taut<T> * (l * l));
+    const T m = acts ? (T(2) * terms.per_step) * std::sqrt(pp) : T(0);
+    const Vector<T> u = acts ? times(T(1) / std::sqrt(dd), d) : Vector<T>{};
+    terms.m[s] = m;
+    terms.inverse[s] = acts ? T(1) : T(0);
+    put(terms.n, s, u);
+    push_ends<arithmetic>(terms, v, s, T(0) - m, u);
+  }
+}
+
+template <class T, Arithmetic arithmetic>
 void update_line_velocities(const LineTerms<T>& terms, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
     const auto a = static_cast<std::size_t>(terms.a[s]);
@@ -177,6 +215,20 @@ void solve_pair_velocities(const PairTerms<T>& terms, Bound bound, Time time, Ro
       terms.m[s] = kept;
     }
     push_ends<arithmetic>(terms, v, s, t, d);
+  }
+}
+
+template <class T, Arithmetic arithmetic>
+void solve_crossing_velocities(const PairTerms<T>& terms, Time time, const Axes<T>& v, std::size_t from,
+                               std::size_t to) noexcept {
+  for (std::size_t s = from; s < to; ++s) {
+    const Vector<T> u = at(terms.n, s);
+    const T rate = inner<arithmetic>(u, between(terms, v, s));
+    if (terms.inverse[s] == 0 || !(std::abs(rate) < most_square<T>)) continue;
+    const T sum = terms.m[s];
+    const T kept = kept_sign(sum + rate, time == Time::backwards);
+    terms.m[s] = kept;
+    push_ends<arithmetic>(terms, v, s, sum - kept, u);
   }
 }
 

@@ -55,6 +55,18 @@
 //          must not make a resting particle creep.
 // Clamp.   What is inside after all impacts is put onto the surface, and its v_n < 0 is removed as by a plastic impact, with
 //          Coulomb's friction of the velocity removed. Several surfaces: in turn, until all agree within rounding.
+// Edge.    Of a network, whose pulses begin a flow: an impact on a second surface in the same moment takes both, by the multiples
+//          above for v. One after a slide along the first does so too where what it takes of the normal velocity is no more
+//          than 2 r min(1, 64 (1 - kappa)), r what the impact on the first one took in this flow: with a pulse's part Delta
+//          along the wall r = Delta/tan of half the angle between the normals, and speeds w up to 2 Delta/(1 - kappa) stop. By
+//          impacts one after the other w' = m Delta - kappa w, which has an attracting orbit for each number m of pulses on
+//          the way up to (1 + kappa)/(1 - kappa): they never end. e = 0 on both.
+// Pinch.   Facing surfaces, 1 + kappa <= mu^2 (1 - kappa) (a wedge of half its opening, tan^2 = (1 + kappa)/(1 - kappa), which
+//          friction jams), that leave a particle no room where it starts: s_a + s_b < 0 there. It goes to the middle,
+//            x + m (n_a - n_b),  m = (s_b - s_a)/(2 (1 - kappa)),
+//          and each of them would have to bring it across delta = -(s_a + s_b) within t, from rest to rest: a push 2 delta/t and
+//          one that stops it. Friction takes up to (mu_a + mu_b) 4 delta/t off what it moves along them, against the mean of
+//          their velocities. All of it: it is where the mean of what they carry its start along to leaves it.
 // Sphere.  s = side (|x-c| - R). Its sign is that of g = side (|x-c|^2 - R^2) / (2R), a quartic along the parabola.
 //          First guess: the quadratic Taylor part of g at the path's start (exact for a straight path), else the quadratic
 //          through g0, g0' and g1; then Newton's steps that keep to 0..1 and to g' < 0.
@@ -141,6 +153,13 @@ inline constexpr int low_bounce = 2;
 // Newton's steps to a sphere, and rounds in which surfaces that disagree push a particle.
 inline constexpr int newton_steps = 4;
 inline constexpr int clamp_rounds = 64;
+
+// In a flat edge: what goes along a wall by more pulses than these is not stopped in it.
+inline constexpr int most_pulses = 64;
+
+// Surfaces that open by less than twice this angle face each other without friction, too.
+template <class T>
+inline constexpr T least_grip = T(0.0625);
 
 // sin w / w and (1 - cos w) / w^2 by powers of w^2: to 1e-16 up to half a radian.
 template <class T>

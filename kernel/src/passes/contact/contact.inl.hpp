@@ -388,60 +388,48 @@ template <class V, Arithmetic arithmetic>
   if (others != 0) resolve_logged<V>(terms, offsets, lanes_of<V>(others), m, first, log);
 }
 
-// Lanes from i of the block on, but for those that are still. Returns those that may touch a surface, lane k as bit k. Those that
-// wait end later than m says.
+// Lanes from i of the block on that may touch a surface. Those that wait end later than m says.
 template <class V, Arithmetic arithmetic>
-[[gnu::always_inline]] inline std::uint64_t resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
-                                                             Trajectory<V>& m, std::size_t first, std::size_t i,
-                                                             std::uint64_t still, Waiting<V, arithmetic>& waiting,
-                                                             ContactLog<Scalar<V>>* log) noexcept {
-  Mask<V> touches = terms.moves || terms.searches
-                        ? may_touch_any<V, arithmetic>(terms, {copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)})
-                        : TouchTest<V, arithmetic>(terms)(m, {});
-  if (still != 0) touches = touches & !lanes_of<V>(still);
-  if (!any_lane<V>(touches)) [[likely]]
-    return 0;
-  const std::uint64_t touching = bits_of<V>(touches);
-  // The original never has its address taken, and is copied register by register, so that it stays in registers elsewhere.
-  Trajectory<V> copy{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
+void resolve_touching(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches, Trajectory<V>& m,
+                      std::size_t first, std::size_t i, Waiting<V, arithmetic>& waiting, ContactLog<Scalar<V>>* log) noexcept {
+  const bool are_resting_planes = terms.are_planes && !terms.moves;
   if (log != nullptr) {
-    if (terms.are_planes && !terms.moves) {
-      resolve_logged_planes<V, arithmetic>(terms, offsets, touches, copy, first + i, *log);
-    } else {
-      resolve_logged<V>(terms, offsets, touches, copy, first + i, *log);
-    }
-    m.x1 = copied(copy.x1);
-    m.v1 = copied(copy.v1);
-    return touching;
+    if (are_resting_planes) return resolve_logged_planes<V, arithmetic>(terms, offsets, touches, m, first + i, *log);
+    return resolve_logged<V>(terms, offsets, touches, m, first + i, *log);
   }
-  if (terms.are_planes && !terms.moves) {
-    resolve_among_planes<V, arithmetic>(terms, offsets, touches, copy, first, i, waiting);
-    m.x1 = copied(copy.x1);
-    m.v1 = copied(copy.v1);
-    return touching;
-  }
-  const Settled<V> settled = settle_anywhere<V, arithmetic>(terms, touches, copy);
+  if (are_resting_planes) return resolve_among_planes<V, arithmetic>(terms, offsets, touches, m, first, i, waiting);
+  const Trajectory<V> before = m;
+  const Settled<V> settled = settle_anywhere<V, arithmetic>(terms, touches, m);
   Mask<V> strayed = settled.strayed;
   if (any_lane<V>(settled.busy)) {
-    Trajectory<V> fresh{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
+    Trajectory<V> fresh = before;
     const std::uint64_t busy = bits_of<V>(settled.busy);
     if (!fill_half<V>(busy)) {
       waiting.take_busy(fresh, busy, i);
     } else {
       strayed = strayed | resolve_busy<V, arithmetic>(terms, offsets, settled.busy, settled.standing, fresh, first + i);
-      copy.x1 = select(settled.busy, fresh.x1, copy.x1);
-      copy.v1 = select(settled.busy, fresh.v1, copy.v1);
+      m.x1 = select(settled.busy, fresh.x1, m.x1);
+      m.v1 = select(settled.busy, fresh.v1, m.v1);
     }
   }
   if (terms.whole != nullptr && any_lane<V>(strayed)) {
-    Trajectory<V> again{copied(m.x0), copied(m.v0), copied(m.x1), copied(m.v1)};
+    Trajectory<V> again = before;
     resolve_busy<V, arithmetic>(*terms.whole, offsets, strayed, Standing::unknown, again, first + i);
-    copy.x1 = select(strayed, again.x1, copy.x1);
-    copy.v1 = select(strayed, again.v1, copy.v1);
+    m.x1 = select(strayed, again.x1, m.x1);
+    m.v1 = select(strayed, again.v1, m.v1);
   }
-  m.x1 = copied(copy.x1);
-  m.v1 = copied(copy.v1);
-  return touching;
+}
+
+// Lanes from i of the block on, but for those that are still. Returns those that may touch a surface, lane k as bit k.
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] std::uint64_t resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
+                                                 Trajectory<V>& m, std::size_t first, std::size_t i, std::uint64_t still,
+                                                 Waiting<V, arithmetic>& waiting, ContactLog<Scalar<V>>* log) noexcept {
+  Mask<V> touches =
+      terms.moves || terms.searches ? may_touch_any<V, arithmetic>(terms, m) : TouchTest<V, arithmetic>(terms)(m, {});
+  if (still != 0) touches = touches & !lanes_of<V>(still);
+  if (any_lane<V>(touches)) resolve_touching<V, arithmetic>(terms, offsets, touches, m, first, i, waiting, log);
+  return bits_of<V>(touches);
 }
 
 }  // namespace

@@ -11,8 +11,6 @@ namespace {
 // Normals that differ by less are taken for parallel, and points are on a plane up to this part of the body's coordinates.
 constexpr double tolerance = 1e-9;
 
-Vec3 sum(const Vec3& a, const Vec3& b) noexcept { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-
 }  // namespace
 
 ConvexBody::ConvexBody(const Convex& convex) {

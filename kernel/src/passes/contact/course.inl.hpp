@@ -89,6 +89,14 @@ Held<V> not_held() noexcept {
   return {none, none, none, three<V>(zero), three<V>(zero)};
 }
 
+// The last impact of lanes of a network on a surface of no restitution: its number or -1, the normal velocity that it took, and
+// the velocity before.
+template <class V>
+struct Pressed {
+  V by, removed;
+  Three<V> v;
+};
+
 // Lanes during one step. `last` is the number of the surface that was hit last, `t` what remains of the step.
 template <class V, Arithmetic arithmetic, PathForm form>
 struct Course {

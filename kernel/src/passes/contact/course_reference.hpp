@@ -67,12 +67,22 @@ struct Held {
   [[nodiscard]] bool has(std::size_t j) const noexcept { return a == j || b == j || c == j; }
 };
 
+// The last impact on a surface of no restitution, of a particle of a network: which, the normal velocity it took, and the
+// velocity before.
+template <class T>
+struct Pressed {
+  std::size_t by = Held<T>::none;
+  T removed = 0;
+  Vector<T> v{};
+};
+
 // What is left of a particle's step.
 template <Arithmetic arithmetic, PathForm form, class T>
 struct Course {
   T direction, t;
   std::size_t last;  // the surface hit last, or the count of surfaces
   Held<T> held{};
+  Pressed<T> pressed{};
   const Bending<arithmetic, T>* bending = nullptr;
   T h = 0, left = 1;
   Responses<T> end{};

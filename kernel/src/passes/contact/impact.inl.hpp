@@ -94,8 +94,8 @@ template <class V, Arithmetic arithmetic>
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>
-void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arithmetic, form>& course, V f,
-             Mask<V> hits) noexcept {
+void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arithmetic, form>& course, V f, Mask<V> hits,
+             Pressed<V>* latest) noexcept {
   const V zero(Scalar<V>(0));
   const V one(Scalar<V>(1));
   const Three<V> gain = m.v1 - m.v0;
@@ -113,6 +113,11 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arit
   const Three<V> vr = moves ? vf - met.v : vf;
   const V vn = dot<arithmetic>(n, vr);
   const Mask<V> acts = hits & (course.direction * vn <= zero);
+  if (latest != nullptr && surface.e == 0) {
+    latest->by = select<V>(acts, course.last, latest->by);
+    latest->removed = select<V>(acts, magnitude(vn), latest->removed);
+    latest->v = select(acts, vf, latest->v);
+  }
 
   // An impact whose bounces would all be over within the step is the last of them. What holds a lane up to here, and its
   // friction, do not press.
@@ -208,9 +213,121 @@ class Nearness {
   Three<V> middle_;
 };
 
-// The earliest impact of every lane; false where none remains.
+// Surfaces, one for each lane, as lanes see them where they meet them.
+template <class V>
+struct Wall {
+  V s, mu, hold, radius, falls_away;
+  Three<V> n, v;
+};
+
 template <class V, Arithmetic arithmetic, PathForm form>
-bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course) noexcept {
+[[gnu::noinline]] Wall<V> met_by(const Terms<Scalar<V>>& terms, const Three<V>& x, const Course<V, arithmetic, form>& course,
+                                 V number, Mask<V> lanes) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  Wall<V> met{zero, zero, zero, zero, zero, three<V>(zero), three<V>(zero)};
+  for (std::size_t j = 0; j < terms.surface_count; ++j) {
+    const Surface<T>& surface = terms.surfaces[j];
+    const Mask<V> is_it = lanes & (number == V(static_cast<T>(j)));
+    if (!any_lane<V>(is_it)) continue;
+    const bool moves = surface.movement != Movement::rest;
+    const Touch<V> at = touch<V, arithmetic>(surface, moves ? taken_along<V, arithmetic>(surface, x, course.t) : x);
+    Meeting<V> meets{at.n, three<V>(zero)};
+    if (moves) meets = meeting<V, arithmetic>(surface, x, course.t);
+    met.s = select<V>(is_it, at.s, met.s);
+    met.mu = select<V>(is_it, V(surface.mu), met.mu);
+    met.hold = select<V>(is_it, V(surface.hold), met.hold);
+    met.radius = select<V>(is_it, V(surface.radius), met.radius);
+    met.falls_away = select<V>(is_it, V(surface.falls_away), met.falls_away);
+    met.n = select(is_it, meets.n, met.n);
+    met.v = select(is_it, meets.v, met.v);
+  }
+  return met;
+}
+
+// Lanes of a network that have been pressed onto a surface b, and at the part f of what was left then onto another, a: both
+// together.
+template <class V, Arithmetic arithmetic, PathForm form>
+[[gnu::noinline]] void settle_in_edge(const Terms<Scalar<V>>& terms, const Pressed<V>& before, Pressed<V>& pressed, V f,
+                                      Trajectory<V>& m, const Course<V, arithmetic, form>& course, Mask<V> lanes) noexcept {
+  using T = Scalar<V>;
+  constexpr T eps = std::numeric_limits<T>::epsilon();
+  const V zero(T(0));
+  const V one(T(1));
+  lanes = lanes & (before.by >= zero) & (pressed.by >= zero) & differ(before.by, pressed.by);
+  if (!any_lane<V>(lanes)) return;
+  const Wall<V> b = met_by<V, arithmetic, form>(terms, m.x0, course, before.by, lanes);
+  const V way = V(std::abs(terms.h)) * one_norm(before.v);
+  const V sizes = ((one_norm(m.x0) + one_norm(m.x1)) + (b.radius + b.radius)) + way;
+  const V near = V(8 * eps) * sizes + b.falls_away * (way * way);
+  lanes = lanes & (b.s <= near);
+  if (!any_lane<V>(lanes)) return;
+  const Wall<V> a = met_by<V, arithmetic, form>(terms, m.x0, course, pressed.by, lanes);
+  const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);
+  const V kappa = wedge.kappa;
+  const V scale = wedge.scale;
+  const Mask<V> is_at_once = f <= V(16 * eps);
+  const V flat = V(T(most_pulses)) * (one - kappa);
+  const V reach = (before.removed + before.removed) * select<V>(flat < one, flat, one);
+  lanes = lanes & wedge.is_wedge & (is_at_once | (!(kappa > zero)) | (pressed.removed <= reach));
+  if (!any_lane<V>(lanes)) return;
+
+  const Three<V> across = scale * subtract_product<arithmetic>(b.n, kappa, a.n);
+  const V share = dot<arithmetic>(b.n, b.v - a.v);
+  const Three<V> v = multiply_add<arithmetic>(share, across, a.v);
+  const Three<V> u = select(is_at_once, before.v, m.v0) - v;
+  const V ua = course.direction * dot<arithmetic>(a.n, u);
+  const V ub = course.direction * dot<arithmetic>(b.n, u);
+  const V both_a = scale * (kappa * ub - ua);
+  const V both_b = scale * (kappa * ua - ub);
+  const Mask<V> has_b = both_b >= zero;
+  const Mask<V> is_one = is_at_once & !(has_b & (both_a >= zero));
+  const V alone_a = select<V>(has_b, zero, select<V>(ua < zero, negative(ua), zero));
+  const V alone_b = select<V>(has_b, select<V>(ub < zero, negative(ub), zero), zero);
+  const V taken_a = select<V>(is_one, alone_a, both_a);
+  const V taken_b = select<V>(is_one, alone_b, both_b);
+  const Mask<V> is_edge = differ(taken_a, zero) & differ(taken_b, zero);
+  const Three<V> by_a = multiply_add<arithmetic>(course.direction * taken_a, a.n, u);
+  const Three<V> rough = multiply_add<arithmetic>(course.direction * taken_b, b.n, by_a);
+  // In a flat edge both are large against what is left, along which friction finds their roundings: once more of these.
+  const V left_a = dot<arithmetic>(a.n, rough);
+  const V left_b = dot<arithmetic>(b.n, rough);
+  const V more_a = select<V>(is_edge, scale * (kappa * left_b - left_a), zero);
+  const V more_b = select<V>(is_edge, scale * (kappa * left_a - left_b), zero);
+  const Three<V> along = multiply_add<arithmetic>(more_b, b.n, multiply_add<arithmetic>(more_a, a.n, rough));
+  const V pressed_a = select<V>(taken_a > zero, taken_a, zero);
+  const V pressed_b = select<V>(taken_b > zero, taken_b, zero);
+  const V slide = multiply_add<arithmetic>(b.mu, pressed_b, a.mu * pressed_a);
+  const V hold = multiply_add<arithmetic>(b.hold, pressed_b, a.hold * pressed_a);
+  const V kept = kept_by_friction(slide, hold, square_root(dot<arithmetic>(along, along)));
+  const V onto_a = select<V>(is_edge, scale * (kappa * b.s - a.s), zero);
+  const V onto_b = select<V>(is_edge, scale * (kappa * a.s - b.s), zero);
+  const Three<V> shift = multiply_add<arithmetic>(onto_b, b.n, onto_a * a.n);
+  const Three<V> after = multiply_add<arithmetic>(kept, along, v);
+  const Three<V> pulse = after - m.v0;
+  Three<V> x1 = m.x1 + shift;
+  Three<V> v1;
+  if constexpr (form == PathForm::parabola) {
+    x1 = multiply_add<arithmetic>(course.t, pulse, x1);
+    v1 = after + (m.v1 - m.v0);
+  } else {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const V P0 = course.end.P0[k];
+      x1[k] = multiply_add<arithmetic>(course.h * course.end.P1[k], pulse[k], x1[k]);
+      v1[k] = multiply_add<arithmetic>(P0, after[k], subtract_product<arithmetic>(m.v1[k], P0, m.v0[k]));
+    }
+  }
+  m.x0 = select(lanes, m.x0 + shift, m.x0);
+  m.x1 = select(lanes, x1, m.x1);
+  m.v1 = select(lanes, v1, m.v1);
+  m.v0 = select(lanes, after, m.v0);
+  pressed.v = select(lanes, after, pressed.v);
+}
+
+// The earliest impact of every lane; false where none remains. pressed: null where nothing is to be settled in edges.
+template <class V, Arithmetic arithmetic, PathForm form>
+bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course,
+                      Pressed<V>* pressed) noexcept {
   using T = Scalar<V>;
   const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * one_norm(m.x0);
   const Nearness<V, arithmetic, form> near(terms, m, course);
@@ -232,10 +349,16 @@ bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V,
   course.loose = (course.loose | any_near) & !course.active;
   if (!any_lane<V>(course.active)) return false;
   course.last = select<V>(course.active, which, course.last);
+  Pressed<V> before;
+  if (pressed != nullptr) {
+    before = *pressed;
+    pressed->by = select<V>(course.active, V(T(-1)), pressed->by);
+  }
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Mask<V> hits = which == V(static_cast<T>(j));
-    if (any_lane<V>(hits)) respond<V, arithmetic, form>(terms.surfaces[j], m, course, earliest, hits);
+    if (any_lane<V>(hits)) respond<V, arithmetic, form>(terms.surfaces[j], m, course, earliest, hits, pressed);
   }
+  if (pressed != nullptr) settle_in_edge<V, arithmetic, form>(terms, before, *pressed, earliest, m, course, course.active);
   hold<V, arithmetic, form>(terms, m, course, course.active);
   return true;
 }
@@ -267,11 +390,67 @@ void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V, 
   }
 }
 
+// Lanes on `a` are inside b. Where both face each other and have left them no room since the start, they go to the middle
+// between them, with their friction. Those that do.
+template <class V, Arithmetic arithmetic, PathForm form>
+[[gnu::noinline]] Mask<V> pinch(const Surface<Scalar<V>>& a, const Surface<Scalar<V>>& b, Trajectory<V>& m,
+                                const Course<V, arithmetic, form>& course, Mask<V> lanes) noexcept {
+  using T = Scalar<V>;
+  const V zero(T(0));
+  const V one(T(1));
+  const V half_of(T(0.5));
+  const Touch<V> end_a = touch<V, arithmetic>(a, m.x1);
+  const Touch<V> end_b = touch<V, arithmetic>(b, m.x1);
+  const V kappa = dot<arithmetic>(end_a.n, end_b.n);
+  const T mu = a.mu < b.mu ? a.mu : b.mu;
+  const T grip = mu > least_grip<T> ? mu : least_grip<T>;
+  const V opening = one - kappa;
+  lanes = lanes & (one + kappa <= V(grip * grip) * opening);
+  if (!any_lane<V>(lanes)) return lanes;
+  Trajectory<V> room_a, room_b;
+  const Trajectory<V>& from_a = seen_from<V, arithmetic>(a, m, course.t, room_a);
+  const Trajectory<V>& from_b = seen_from<V, arithmetic>(b, m, course.t, room_b);
+  const V sizes = (one_norm(m.x0) + one_norm(m.x1)) + V(a.radius + b.radius);
+  const V room = touch<V, arithmetic>(a, from_a.x0).s + touch<V, arithmetic>(b, from_b.x0).s;
+  lanes = lanes & (room < negative(V(8 * std::numeric_limits<T>::epsilon()) * sizes));
+  if (!any_lane<V>(lanes)) return lanes;
+
+  const V half = half_of * inverse(opening);
+  const Three<V> axis = end_a.n - end_b.n;
+  const Three<V> v = half_of * ((m.v1 - from_a.v1) + (m.v1 - from_b.v1));
+  const Three<V> carried = half_of * (from_a.x0 + from_b.x0);
+  const Three<V> u = m.v1 - v;
+  const V across = half * dot<arithmetic>(axis, u);
+  const Three<V> along = subtract_product<arithmetic>(u, across, axis);
+  const V push = V(T(4)) * magnitude(inverse(course.t) * (end_a.s + end_b.s));
+  const V slide = V(a.mu + b.mu) * push;
+  const V kept = kept_by_friction(slide, slide, square_root(dot<arithmetic>(along, along)));
+  const Three<V> slid = multiply_add<arithmetic>(half_of * course.t, kept * along - along, m.x1);
+  const Three<V> x = select(differ(kept, zero), slid, carried);
+  const V shift = half * (touch<V, arithmetic>(b, x).s - touch<V, arithmetic>(a, x).s);
+  m.x1 = select(lanes, multiply_add<arithmetic>(shift, axis, x), m.x1);
+  m.v1 = select(lanes, multiply_add<arithmetic>(kept, along, v), m.v1);
+  return lanes;
+}
+
+// Lanes inside `b` that have been put onto another surface before it.
+template <class V, Arithmetic arithmetic, PathForm form>
+[[gnu::noinline]] Mask<V> pinch_any(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& b, V before, Trajectory<V>& m,
+                                    const Course<V, arithmetic, form>& course, Mask<V> lanes) noexcept {
+  Mask<V> pinched(false);
+  for (std::size_t i = 0; i < terms.surface_count; ++i) {
+    const Mask<V> is_it = lanes & (before == V(static_cast<Scalar<V>>(i)));
+    if (any_lane<V>(is_it)) pinched = pinched | pinch<V, arithmetic, form>(terms.surfaces[i], b, m, course, is_it);
+  }
+  return pinched;
+}
+
 template <class V, Arithmetic arithmetic, PathForm form>
 void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course, Mask<V> touches) noexcept {
   using T = Scalar<V>;
   watch(terms, course, m.x1, touches);
   V tolerance(T(0));
+  V before(T(-1));
   for (int round = 0; round < clamp_rounds; ++round) {
     Mask<V> is_clamped(false);
     for (std::size_t j = 0; j < terms.surface_count; ++j) {
@@ -281,8 +460,16 @@ void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithm
       const Mask<V> is_held = is_among(course.held, number);
       // A plane that holds a lane has it where it should be.
       const Mask<V> is_looked_at = round == 0 && surface.shape == Shape::plane ? touches & !is_held : touches;
-      const Mask<V> inside = is_looked_at & (touch<V, arithmetic>(surface, m.x1).s < -(tolerance * size));
+      Mask<V> inside = is_looked_at & (touch<V, arithmetic>(surface, m.x1).s < -(tolerance * size));
       if (!any_lane<V>(inside)) continue;
+      const Mask<V> on_other = inside & (before >= V(T(0))) & differ(before, number);
+      if (any_lane<V>(on_other)) {
+        const Mask<V> pinched = pinch_any<V, arithmetic, form>(terms, surface, before, m, course, on_other);
+        watch(terms, course, m.x1, pinched);
+        inside = inside & !pinched;
+        touches = touches & !pinched;
+      }
+      before = select<V>(inside, number, before);
       is_clamped = is_clamped | inside;
       clamp<V, arithmetic, form>(surface, m, course, (course.last == number) | is_held, inside, size);
       watch(terms, course, m.x1, inside);
@@ -309,8 +496,11 @@ template <class V, Arithmetic arithmetic, PathForm form>
 void resolve_all(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing, Trajectory<V>& m,
                  Course<V, arithmetic, form>& course) noexcept {
   if (standing == Standing::unknown) hold<V, arithmetic, form>(terms, m, course, touches);
+  Pressed<V> pressed;
+  const bool has_edges = terms.surface_count > 1 && has_pulses(terms.surfaces[0]);
+  if (has_edges) pressed = {V(Scalar<V>(-1)), V(Scalar<V>(0)), three<V>(V(Scalar<V>(0)))};
   for (int impact = 0; impact < terms.impacts; ++impact) {
-    if (!resolve_earliest<V, arithmetic, form>(terms, m, course)) break;
+    if (!resolve_earliest<V, arithmetic, form>(terms, m, course, has_edges ? &pressed : nullptr)) break;
   }
   // What was near nothing in the end but planes that hold it is outside. (Of a body the two tests round in different ways.)
   const Mask<V> lanes = has_body(terms) ? touches : touches & (course.loose | course.active);

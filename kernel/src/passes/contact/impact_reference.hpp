@@ -142,6 +142,7 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
   }
   p.x0 = xf;
   p.v0 = vf;
+  course.pressed.by = Held<T>::none;
   const auto let_go = [&] {
     if (course.held.a == Held<T>::none) return;
     for (std::size_t k = 0; k < 3; ++k) p.v1[k] = subtract_product<arithmetic>(p.v1[k], rest, course.held.dv[k]);
@@ -150,6 +151,7 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
     for (std::size_t k = 0; k < 3; ++k) p.x1[k] = subtract_product<arithmetic>(p.x1[k], rest * rest, course.held.dx[k]);
   }
   if (!(course.direction * vn <= 0)) return let_go();
+  if (has_pulses(surface) && surface.e == 0) course.pressed = {course.last, std::abs(vn), vf};
 
   Vector<T> vt;
   for (std::size_t k = 0; k < 3; ++k) vt[k] = tau * subtract_product<arithmetic>(vr[k], vn, n[k]);
@@ -199,6 +201,107 @@ std::optional<T> cross(const Terms<T>& terms, const Surface<T>& surface, const P
   return cross_solid(surface, seen, p, course, is_held, low);
 }
 
+// A particle of a network has been pressed onto the surface b, and at the part f of what was left then onto a: both together.
+template <Arithmetic arithmetic, PathForm form, class T>
+void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Particle<T>& p,
+                    Course<arithmetic, form, T>& course) noexcept {
+  constexpr T eps = std::numeric_limits<T>::epsilon();
+  if (before.by == Held<T>::none || course.pressed.by == Held<T>::none || before.by == course.pressed.by) return;
+  const Surface<T>& a = terms.surfaces[course.pressed.by];
+  const Surface<T>& b = terms.surfaces[before.by];
+  const auto distance = [&](const Surface<T>& surface) {
+    const bool moves = surface.movement != Movement::rest;
+    return touch<arithmetic>(surface, moves ? taken_along<arithmetic>(surface, p.x0, course.t) : p.x0).s;
+  };
+  const T sb = distance(b);
+  const T way = std::abs(terms.h) * one_norm(before.v);
+  const T sizes = ((one_norm(p.x0) + one_norm(p.x1)) + (b.radius + b.radius)) + way;
+  const T near = 8 * eps * sizes + b.falls_away * (way * way);
+  if (!(sb <= near)) return;
+  const Meeting<T> of_a = meeting<arithmetic>(a, p.x0, course.t);
+  const Meeting<T> of_b = meeting<arithmetic>(b, p.x0, course.t);
+  const T kappa = dot<arithmetic>(of_a.n, of_b.n);
+  const T det = subtract_product<arithmetic>(T(1), kappa, kappa);
+  if (!(det > 64 * eps)) return;
+  const T scale = 1 / det;
+  const bool is_at_once = f <= 16 * eps;
+  const T flat = most_pulses * (1 - kappa);
+  const T reach = (before.removed + before.removed) * (flat < 1 ? flat : T(1));
+  if (!is_at_once && kappa > 0 && !(course.pressed.removed <= reach)) return;
+
+  const Vector<T> across = [&] {  // to b, along a
+    Vector<T> to;
+    for (std::size_t k = 0; k < 3; ++k) to[k] = scale * subtract_product<arithmetic>(of_b.n[k], kappa, of_a.n[k]);
+    return to;
+  }();
+  const T share = dot<arithmetic>(of_b.n, difference(of_b.V, of_a.V));
+  Vector<T> V;
+  for (std::size_t k = 0; k < 3; ++k) V[k] = multiply_add<arithmetic>(share, across[k], of_a.V[k]);
+  const Vector<T> u = difference(is_at_once ? before.v : p.v0, V);
+  const T ua = course.direction * dot<arithmetic>(of_a.n, u);
+  const T ub = course.direction * dot<arithmetic>(of_b.n, u);
+  Two<T> taken{scale * (kappa * ub - ua), scale * (kappa * ua - ub)};
+  if (is_at_once && !(taken.b >= 0 && taken.a >= 0)) {
+    taken = taken.b >= 0 ? Two<T>{0, ub < 0 ? -ub : T(0)} : Two<T>{ua < 0 ? -ua : T(0), 0};
+  }
+  const bool is_edge = taken.a != 0 && taken.b != 0;
+  Vector<T> along;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const T by_a = multiply_add<arithmetic>(course.direction * taken.a, of_a.n[k], u[k]);
+    along[k] = multiply_add<arithmetic>(course.direction * taken.b, of_b.n[k], by_a);
+  }
+  // In a flat edge both are large against what is left, along which friction finds their roundings: once more of these.
+  const T left_a = dot<arithmetic>(of_a.n, along);
+  const T left_b = dot<arithmetic>(of_b.n, along);
+  const T more_a = is_edge ? scale * (kappa * left_b - left_a) : T(0);
+  const T more_b = is_edge ? scale * (kappa * left_a - left_b) : T(0);
+  for (std::size_t k = 0; k < 3; ++k) {
+    along[k] = multiply_add<arithmetic>(more_b, of_b.n[k], multiply_add<arithmetic>(more_a, of_a.n[k], along[k]));
+  }
+  const T pressed_a = taken.a > 0 ? taken.a : T(0);
+  const T pressed_b = taken.b > 0 ? taken.b : T(0);
+  const T slide = multiply_add<arithmetic>(b.mu, pressed_b, a.mu * pressed_a);
+  const T hold = multiply_add<arithmetic>(b.hold, pressed_b, a.hold * pressed_a);
+  const T kept = kept_by_friction(slide, hold, std::sqrt(dot<arithmetic>(along, along)));
+  const T sa = distance(a);
+  const T onto_a = is_edge ? scale * (kappa * sb - sa) : T(0);
+  const T onto_b = is_edge ? scale * (kappa * sa - sb) : T(0);
+  const Vector<T> told = p.v0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const T shift = multiply_add<arithmetic>(onto_b, of_b.n[k], onto_a * of_a.n[k]);
+    const T after = multiply_add<arithmetic>(kept, along[k], V[k]);
+    const T pulse = after - p.v0[k];
+    p.x0[k] = p.x0[k] + shift;
+    p.x1[k] = p.x1[k] + shift;
+    if constexpr (form == PathForm::parabola) {
+      p.x1[k] = multiply_add<arithmetic>(course.t, pulse, p.x1[k]);
+      p.v1[k] = after + (p.v1[k] - p.v0[k]);
+    } else {
+      p.x1[k] = multiply_add<arithmetic>(course.h * course.end.P1[k], pulse, p.x1[k]);
+      p.v1[k] =
+          multiply_add<arithmetic>(course.end.P0[k], after, subtract_product<arithmetic>(p.v1[k], course.end.P0[k], p.v0[k]));
+    }
+    p.v0[k] = after;
+  }
+  course.pressed.v = p.v0;
+  if (course.recording == nullptr) return;
+  // The impacts have been told one after the other: the rest, by the multiples of the normals, and friction's by its limits.
+  const Vector<T> rest = difference(p.v0, told);
+  const T rest_a = dot<arithmetic>(of_a.n, rest);
+  const T rest_b = dot<arithmetic>(of_b.n, rest);
+  const T by_a = scale * (rest_a - kappa * rest_b);
+  const T by_b = scale * (rest_b - kappa * rest_a);
+  const T share_b = hold > 0 ? b.hold * pressed_b / hold : T(0.5);
+  Vector<T> dv_a, dv_b;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const T along_edge = rest[k] - by_a * of_a.n[k] - by_b * of_b.n[k];
+    dv_b[k] = by_b * of_b.n[k] + share_b * along_edge;
+    dv_a[k] = rest[k] - dv_b[k];
+  }
+  course.recording->push(Told::hold, course.last, p.x0, of_a.n, dv_a, course.t);
+  course.recording->push(Told::hold, before.by, p.x0, of_b.n, dv_b, course.t);
+}
+
 // Whether there was an impact.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
@@ -219,7 +322,9 @@ bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, 
   }
   if (which == terms.surface_count) return false;
   course.last = which;
+  const Pressed<T> before = course.pressed;
   respond(terms.surfaces[which], p, course, earliest);
+  settle_in_edge(terms, before, earliest, p, course);
   hold(terms, p, course);
   return true;
 }
@@ -248,6 +353,48 @@ void clamp(const Surface<T>& surface, Particle<T>& p, const Course<arithmetic, f
   p.v1 = sum_of(seen.v1, velocity_at<arithmetic>(surface, p.x1, T(0)));
 }
 
+// A particle on `a` is inside b. Where both face each other and have left it no room since the start, it goes to the middle
+// between them, with their friction. Whether it did.
+template <Arithmetic arithmetic, PathForm form, class T>
+bool is_pinched(const Surface<T>& a, const Surface<T>& b, Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
+  const Touch<T> end_a = touch<arithmetic>(a, p.x1);
+  const Touch<T> end_b = touch<arithmetic>(b, p.x1);
+  const T kappa = dot<arithmetic>(end_a.n, end_b.n);
+  const T mu = a.mu < b.mu ? a.mu : b.mu;
+  const T grip = mu > least_grip<T> ? mu : least_grip<T>;
+  const T opening = 1 - kappa;
+  if (!(1 + kappa <= grip * grip * opening)) return false;
+  const Particle<T> from_a = seen_from<arithmetic>(a, p, course.t);
+  const Particle<T> from_b = seen_from<arithmetic>(b, p, course.t);
+  const T sizes = (one_norm(p.x0) + one_norm(p.x1)) + (a.radius + b.radius);
+  const T room = touch<arithmetic>(a, from_a.x0).s + touch<arithmetic>(b, from_b.x0).s;
+  if (!(room < -(8 * std::numeric_limits<T>::epsilon() * sizes))) return false;
+
+  const T half = T(0.5) * inverse(opening);
+  const Vector<T> axis = difference(end_a.n, end_b.n);
+  Vector<T> V, carried;
+  for (std::size_t k = 0; k < 3; ++k) {
+    V[k] = T(0.5) * ((p.v1[k] - from_a.v1[k]) + (p.v1[k] - from_b.v1[k]));
+    carried[k] = T(0.5) * (from_a.x0[k] + from_b.x0[k]);
+  }
+  const Vector<T> u = difference(p.v1, V);
+  const T across = half * dot<arithmetic>(axis, u);
+  Vector<T> along;
+  for (std::size_t k = 0; k < 3; ++k) along[k] = subtract_product<arithmetic>(u[k], across, axis[k]);
+  const T push = 4 * std::abs(inverse(course.t) * (end_a.s + end_b.s));
+  const T kept = kept_by_friction((a.mu + b.mu) * push, (a.mu + b.mu) * push, std::sqrt(dot<arithmetic>(along, along)));
+  Vector<T> x = carried;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (kept != 0) x[k] = multiply_add<arithmetic>(T(0.5) * course.t, kept * along[k] - along[k], p.x1[k]);
+    p.v1[k] = multiply_add<arithmetic>(kept, along[k], V[k]);
+  }
+  const Touch<T> at_a = touch<arithmetic>(a, x);
+  const Touch<T> at_b = touch<arithmetic>(b, x);
+  const T shift = half * (at_b.s - at_a.s);
+  for (std::size_t k = 0; k < 3; ++k) p.x1[k] = multiply_add<arithmetic>(shift, axis[k], x[k]);
+  return true;
+}
+
 template <Arithmetic arithmetic, PathForm form, class T>
 void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
   hold(terms, p, course);
@@ -256,6 +403,7 @@ void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form,
   }
   if (course.recording != nullptr) course.recording->let_go(1);
   T tolerance = 0;
+  std::size_t before = terms.surface_count;
   for (int round = 0; round < clamp_rounds; ++round) {
     bool is_clamped = false;
     for (std::size_t j = 0; j < terms.surface_count; ++j) {
@@ -264,9 +412,19 @@ void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form,
       if (round == 0 && is_held && terms.surfaces[j].shape == Shape::plane) continue;
       if (!(touch<arithmetic>(terms.surfaces[j], p.x1).s < -(tolerance * size))) continue;
       is_clamped = true;
-      const Vector<T> before = p.v1;
-      clamp(terms.surfaces[j], p, course, course.last == j || is_held, size);
-      if (course.recording != nullptr) course.recording->push(Told::hold, j, p.x1, {}, difference(p.v1, before), T(0));
+      const Vector<T> v = p.v1;
+      const bool ends =
+          before != terms.surface_count && before != j && is_pinched(terms.surfaces[before], terms.surfaces[j], p, course);
+      if (!ends) clamp(terms.surfaces[j], p, course, course.last == j || is_held, size);
+      if (course.recording != nullptr) {
+        const Vector<T> dv = difference(p.v1, v);
+        const T own = terms.surfaces[j].hold;
+        const Vector<T> dv_j = ends ? scaled_by(own / (own + terms.surfaces[before].hold), dv) : dv;
+        course.recording->push(Told::hold, j, p.x1, {}, dv_j, T(0));
+        if (ends) course.recording->push(Told::hold, before, p.x1, {}, difference(dv, dv_j), T(0));
+      }
+      if (ends) return;
+      before = j;
     }
     if (!is_clamped) return;
     tolerance = 2 * std::numeric_limits<T>::epsilon();

@@ -14,8 +14,6 @@ constexpr std::size_t leaf = 4;      // triangles
 constexpr double margin_cells = 3;   // around the mesh
 constexpr double cells_a_side = 64;  // where no cell is asked for
 
-Vec3 sum(const Vec3& a, const Vec3& b) noexcept { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-
 struct Extent {
   Vec3 low, high;
   [[nodiscard]] Vec3 sides() const noexcept { return difference(high, low); }

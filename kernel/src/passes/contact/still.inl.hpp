@@ -52,7 +52,7 @@ class Still {
   }
   // m: the register from i on, after its step. Lanes that were still are put back to their start; then those of `touching` are
   // looked at anew.
-  void look(Trajectory<V>& m, std::size_t i, std::uint64_t touching) noexcept {
+  [[gnu::noinline]] void look(Trajectory<V>& m, std::size_t i, std::uint64_t touching) noexcept {
     const Mask<V> were = lanes_of<V>(of(i));
     m.x1 = select(were, m.x0, m.x1);
     m.v1 = select(were, m.v0, m.v1);

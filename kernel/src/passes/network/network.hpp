@@ -169,6 +169,86 @@ struct RangeTerms {
 inline constexpr std::size_t coefficient_sets = 5;
 inline constexpr std::size_t record = 4;  // numbers
 
+// Lines of springs that are solved at once (compile/spring_lines.hpp): spring j of a line joins its particles j and j + 1.
+//
+// Up to 16 lines of a list that share no particle are a bundle, one in each lane: particle j of lane n is at
+// places[particles + 16 j + n], spring j likewise; lengths[n] is at places[lengths + n], behind which a lane repeats its last
+// places.
+struct LineBundle {
+  std::uint32_t lanes = 0;   // lines
+  std::uint32_t length = 0;  // springs of the longest
+  std::uint32_t particles = 0, springs = 0, lengths = 0;
+};
+struct BundleTerms {
+  const LineBundle* bundles = nullptr;
+  const std::uint32_t* places = nullptr;
+};
+// A bundle's solve takes so much memory, in numbers for each of its springs.
+inline constexpr std::size_t line_room = 5 * slice;
+
+// All lines of a sheet that have one direction are a family. Springs stand where they begin: those of a row's line, one of its `phases`,
+// begin at elements [first, first + count) of it, and have columns from `springs` on.
+struct LineStrand {
+  std::uint32_t first = 0, count = 0, springs = 0;
+};
+inline constexpr std::size_t most_phases = 4;
+struct LineFamily {
+  std::ptrdiff_t down = 0, right = 0;
+  std::uint32_t family = 0;   // StrandFamily
+  std::uint32_t strands = 0;  // of the first row's first line; line by line, row by row, sheet by sheet
+};
+struct SheetLineTerms {
+  const LineFamily* families = nullptr;
+  const LineStrand* strands = nullptr;
+  std::size_t rows = 0, columns = 0;      // of each sheet
+  std::size_t phases = 1, pitch = slice;  // of the order of its particles
+};
+
+// How a family is solved: each stage in tasks that share nothing, one stage after the other.
+enum class LineStage : std::uint8_t {
+  meet,   // rows [from, to): the springs as they lie
+  solve,  // down the columns, slices [from, to) of each line; along the rows, rows [from, to); of diagonals, all at once
+  give,   // rows [from, to): moves the particles
+};
+struct LinePart {
+  std::size_t family = 0, sheet = 0;
+  LineStage stage = LineStage::meet;
+  std::size_t from = 0, to = 0;
+};
+
+// Memory that a sheet is solved in: planes of a number for each spring, where it begins, and for what lies beside the sheet, a row
+// above it and a slice before each line; and steps along the rows, of 16 rows side by side.
+struct LineRoom {
+  std::size_t stride = 0, plane = 0, steps = 0;  // elements from a line to the next; of a plane; of steps of one kind
+
+  explicit LineRoom(const SheetLineTerms& sheet) noexcept
+      : stride(sheet.pitch + slice),
+        plane((sheet.rows + 1) * sheet.phases * stride + slice),
+        steps((sheet.rows + slice - 1) / slice * slice * sheet.columns) {}
+  [[nodiscard]] std::size_t line(std::ptrdiff_t row, std::size_t phase, std::size_t phases) const noexcept {
+    return (static_cast<std::size_t>(row + 1) * phases + phase) * stride + slice;
+  }
+  static constexpr std::size_t planes = 8;
+  [[nodiscard]] std::size_t numbers() const noexcept { return planes * plane + 2 * steps; }
+};
+
+// The neighbour (down, right) of a line's elements: in another line, and there so many elements on.
+struct NextLine {
+  std::ptrdiff_t lines = 0, elements = 0;
+
+  NextLine(const LineFamily& d, std::size_t phase, std::size_t phases) noexcept {
+    const auto count = static_cast<std::ptrdiff_t>(phases);
+    const std::ptrdiff_t to = static_cast<std::ptrdiff_t>(phase) + d.right;
+    const std::ptrdiff_t other = (to % count + count) % count;
+    lines = d.down * count + other - static_cast<std::ptrdiff_t>(phase);
+    elements = (to - other) / count;
+  }
+  // As an offset, which wraps where it leads back. pitch: elements from a line to the next.
+  [[nodiscard]] std::size_t of(std::size_t pitch) const noexcept {
+    return static_cast<std::size_t>(lines * static_cast<std::ptrdiff_t>(pitch) + elements);
+  }
+};
+
 template <class T>
 struct SweepTerms {
   const Strand* strands = nullptr;
@@ -176,8 +256,10 @@ struct SweepTerms {
   const T *kappa = nullptr, *eta = nullptr, *l = nullptr;  // of each spring
   const T* inverse = nullptr;                              // 1 / (1 + (kappa + eta) (w_a + w_b))
   RangeTerms<T> ranges{};                                  // or springs anywhere
-  T* lambda = nullptr;                                     // kept by the first visit for the second; null where there is none
-  T h{};                                                   // theta times the sub-step
+  BundleTerms lines{};
+  SheetLineTerms sheet_lines{};
+  T* lambda = nullptr;  // kept by the first visit for the second; null where there is none
+  T h{};                // theta times the sub-step
   Damping damping = Damping::none;
   CountedFrom origin = CountedFrom::zero;
 
@@ -225,6 +307,10 @@ struct NetworkKernels {
   void (*strands)(const SweepTerms<T>&, const WorkColumns<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
   // ranges [from, to), the last first where from > to
   void (*ranges)(const SweepTerms<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
+  // lines of bundles [from, to), in such room
+  void (*lines)(const SweepTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to, T* room) = nullptr;
+  // lines of a sheet, in such room
+  void (*sheet_lines)(const SweepTerms<T>&, const WorkColumns<T>&, const LinePart&, T* room) = nullptr;
   // from_origin of ranges [from, to), of origins in the records of x
   void (*from_origin)(const SweepTerms<T>&, std::size_t from, std::size_t to) = nullptr;
   // columns of particles [from, to), multiples of 16, into their records and back

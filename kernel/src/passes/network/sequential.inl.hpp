@@ -91,8 +91,7 @@ class MadeEach {
 };
 
 // The strands of one turn. It has pointers of its own: those in the terms would be read again after each store.
-template <class V, template <class, Damping> class Made, Damping damping, CountedFrom origin, Visit visit,
-          Arithmetic arithmetic>
+template <class V, template <class, Damping> class Made, Damping damping, Visit visit, Arithmetic arithmetic>
 class TurnSweep {
  public:
   using T = Scalar<V>;
@@ -102,7 +101,7 @@ class TurnSweep {
         x_(work.x[0]),
         v_(work.v[0]),
         shift_(work.shift[0]),
-        origin_(work.origin[0]),
+        origin_(sweep.origin == CountedFrom::step ? work.origin[0] : nullptr),
         w_(work.w),
         inverse_(sweep.inverse),
         lambda_(sweep.lambda),
@@ -139,7 +138,7 @@ class TurnSweep {
 
   [[gnu::always_inline]] Ends meet(const Place& at) const noexcept {
     Three<V> apart = load_three<V>(x_ + at.b, pitch_) - load_three<V>(x_ + at.a, pitch_);
-    if constexpr (origin == CountedFrom::step) {
+    if (origin_ != nullptr) {
       apart = (load_three<V>(origin_ + at.b, pitch_) - load_three<V>(origin_ + at.a, pitch_)) + apart;
     }
     Ends ends;
@@ -191,11 +190,10 @@ class TurnSweep {
   V h_;
 };
 
-template <class V, template <class, Damping> class Made, Damping damping, CountedFrom origin, Visit visit,
-          Arithmetic arithmetic>
+template <class V, template <class, Damping> class Made, Damping damping, Visit visit, Arithmetic arithmetic>
 void sweep_turn(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const Strand* from, const Strand* to,
                 std::ptrdiff_t step) noexcept {
-  TurnSweep<V, Made, damping, origin, visit, arithmetic>(sweep, work, from->family).run(from, to, step);
+  TurnSweep<V, Made, damping, visit, arithmetic>(sweep, work, from->family).run(from, to, step);
 }
 
 // ---- ranges ------------------------------------------------------------------------------------------------------------
@@ -225,7 +223,7 @@ template <Arithmetic arithmetic, class V>
 }
 
 // Records are turned into lanes only where a spring's numbers meet: d for its length, and t on the way back.
-template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
+template <class V, Damping damping, Visit visit, Arithmetic arithmetic>
 class RangeSweep {
  public:
   using T = Scalar<V>;
@@ -341,7 +339,7 @@ class RangeSweep {
       apart = load_records<V>(terms_.apart + record * s);
     } else {
       apart = between_ends<stand>(terms_.x, s);
-      if constexpr (origin == CountedFrom::step) apart = load_records<V>(terms_.from_origin + record * s) + apart;
+      if (sweep_.origin == CountedFrom::step) apart = load_records<V>(terms_.from_origin + record * s) + apart;
       if (terms_.apart != nullptr) store_records(terms_.apart + record * s, apart);
     }
     ends.d = apart + moved;
@@ -409,31 +407,30 @@ class RangeSweep {
   const RangeTerms<T>& terms_;
 };
 
-template <class V, Damping damping, CountedFrom origin, Visit visit, Arithmetic arithmetic>
+template <class V, Damping damping, Visit visit, Arithmetic arithmetic>
 void sweep_range(const SweepTerms<Scalar<V>>& sweep, std::size_t from, std::size_t to) noexcept {
-  RangeSweep<V, damping, origin, visit, arithmetic>(sweep).run(from, to);
+  RangeSweep<V, damping, visit, arithmetic>(sweep).run(from, to);
 }
 
 // Calls with the template arguments that the terms ask for.
 template <class Call>
-void by_kind(Damping damping, CountedFrom origin, Visit visit, const Call& call) noexcept {
-  const auto with_visit = [&]<Damping d, CountedFrom o>() {
-    if (visit == Visit::first) return call.template operator()<d, o, Visit::first>();
-    call.template operator()<d, o, Visit::again>();
-  };
-  const auto with_origin = [&]<Damping d>() {
-    if (origin == CountedFrom::step) return with_visit.template operator()<d, CountedFrom::step>();
-    with_visit.template operator()<d, CountedFrom::zero>();
-  };
-  if (damping == Damping::along) return with_origin.template operator()<Damping::along>();
-  with_origin.template operator()<Damping::none>();
+void by_kind(Damping damping, const Call& call) noexcept {
+  if (damping == Damping::along) return call.template operator()<Damping::along>();
+  call.template operator()<Damping::none>();
+}
+template <class Call>
+void by_kind(Damping damping, Visit visit, const Call& call) noexcept {
+  by_kind(damping, [&]<Damping d>() {
+    if (visit == Visit::first) return call.template operator()<d, Visit::first>();
+    call.template operator()<d, Visit::again>();
+  });
 }
 
 template <class V, Arithmetic arithmetic>
 void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, Visit visit, std::size_t from,
                    std::size_t to) noexcept {
   if (from == to) return;  // of a sheet without springs there are no strands to point to
-  by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
+  by_kind(sweep.damping, visit, [&]<Damping damping, Visit v>() {
     const std::ptrdiff_t step = from < to ? 1 : -1;
     const Strand* strand = from < to ? sweep.strands + from : sweep.strands + from - 1;
     const Strand* const end = from < to ? sweep.strands + to : sweep.strands + to - 1;
@@ -441,9 +438,9 @@ void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<
       const Strand* next = strand;
       while (next != end && next->turn == strand->turn) next += step;
       if (sweep.families != nullptr) {
-        sweep_turn<V, MadeAlike, damping, origin, v, arithmetic>(sweep, work, strand, next, step);
+        sweep_turn<V, MadeAlike, damping, v, arithmetic>(sweep, work, strand, next, step);
       } else {
-        sweep_turn<V, MadeEach, damping, origin, v, arithmetic>(sweep, work, strand, next, step);
+        sweep_turn<V, MadeEach, damping, v, arithmetic>(sweep, work, strand, next, step);
       }
       strand = next;
     }
@@ -453,9 +450,9 @@ void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<
 template <class V, Arithmetic arithmetic>
 void sweep_ranges(const SweepTerms<Scalar<V>>& sweep, Visit visit, std::size_t from, std::size_t to) noexcept {
   const std::uint32_t* const first = sweep.ranges.first;
-  by_kind(sweep.damping, sweep.origin, visit, [&]<Damping damping, CountedFrom origin, Visit v>() {
-    for (std::size_t n = from; n < to; ++n) sweep_range<V, damping, origin, v, arithmetic>(sweep, first[n], first[n + 1]);
-    for (std::size_t n = from; n > to; --n) sweep_range<V, damping, origin, v, arithmetic>(sweep, first[n - 1], first[n]);
+  by_kind(sweep.damping, visit, [&]<Damping damping, Visit v>() {
+    for (std::size_t n = from; n < to; ++n) sweep_range<V, damping, v, arithmetic>(sweep, first[n], first[n + 1]);
+    for (std::size_t n = from; n > to; --n) sweep_range<V, damping, v, arithmetic>(sweep, first[n - 1], first[n]);
   });
 }
 

@@ -16,13 +16,15 @@ interface Pose {
 
 const poseAt = ({ translation, rotation }: MotionKey): Pose => ({ translation: new THREE.Vector3(...translation), turn: turnBy(rotation) });
 
-// Between keys the translation is linear, and the turn goes about a fixed axis at a constant rate, the short way round.
+// Between keys the translation is linear, and the turn goes about a fixed axis at a constant rate, the short way round. Before a jump
+// the pose is held.
 function poseOf(keys: readonly MotionKey[], time: number): Pose {
   const next = keys.findIndex((key) => key.time > time);
   if (next === 0) return poseAt(keys[0]!);
   if (next < 0) return poseAt(keys.at(-1)!);
   const before = keys[next - 1]!;
   const after = keys[next]!;
+  if (after.jump) return poseAt(before);
   const part = (time - before.time) / (after.time - before.time);
   const from = poseAt(before);
   const to = poseAt(after);

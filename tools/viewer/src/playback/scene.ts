@@ -53,6 +53,7 @@ export interface MotionKey {
   time: number; // s
   translation: Vector; // m
   rotation: Vector; // rad: axis times angle
+  jump?: boolean; // without a way from the key before
 }
 
 export interface Motion {

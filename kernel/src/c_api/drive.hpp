@@ -1,0 +1,38 @@
+// What a program drives, of a plan or of a workspace: changed(f) makes the change f of either, as C++ has it, and says how it ended.
+#pragma once
+
+#include <cstddef>
+
+#include "c_api/guard.hpp"
+#include "c_api/plan.hpp"
+
+namespace dvdx::c_api {
+
+template <class Changed>
+dvdx_status drive_pose(const Changed& changed, std::size_t motion, const double* translation, const double* rotation,
+                       Arrival arrival) {
+  return changed([&](auto& to) {
+    if (translation == nullptr) throw Error{"translation", "null", "a pointer to what the name says"};
+    return to.set_pose(motion, pose_of(translation, rotation), arrival);
+  });
+}
+
+template <class Changed>
+dvdx_status drive_places(const Changed& changed, std::size_t kinematic, const double* places, std::size_t count,
+                         Arrival arrival) {
+  return changed([&](auto& to) {
+    need(places, count, "places");
+    return to.set_places(kinematic, vectors_of(places, count), arrival);
+  });
+}
+
+template <class Changed>
+dvdx_status drive_skin(const Changed& changed, std::size_t skin, const double* points, const double* normals, std::size_t count,
+                       Arrival arrival) {
+  return changed([&](auto& to) {
+    need(points, count, "points");
+    return to.set_skin(skin, vectors_of(points, count), vectors_of(normals, count), arrival);
+  });
+}
+
+}  // namespace dvdx::c_api

@@ -1,0 +1,109 @@
+// A run says when it begins that particles stand inside a surface, that numbers are likely in other units, and that it takes long.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "run/dear_watch.hpp"
+#include "tools/run_command.hpp"
+#include "tools/scratch_folder.hpp"
+
+namespace start_warnings_test {
+
+using dvdx::test::run;
+using dvdx::test::ScratchFolder;
+using nlohmann::json;
+
+// Those of one code.
+json warnings_of(const ScratchFolder& folder, const std::string& arguments, const std::string& code = "start_inside") {
+  CAPTURE(arguments);
+  const auto result = run(folder, "run " + arguments + " --json");
+  CAPTURE(result.err);
+  REQUIRE(result.exit == 0);
+  const json report = json::parse(result.out);
+  json found = json::array();
+  for (const json& warning : report["warnings"]) {
+    if (warning["code"] == code) found.push_back(warning);
+  }
+  return found;
+}
+
+// 5 x 5, edges of 0.25 m, about the axis of a ball of 0.5 m about the origin.
+void write_sheet(const ScratchFolder& folder) {
+  folder.write("sheet.json", R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.02,
+    "network": {"type": "grid", "rows": 5, "columns": 5, "origin": [-0.5, 0.1, -0.5], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+      "mass": 1, "structural": 100},
+    "contacts": [{"type": "sphere", "center": [0, 0, 0], "radius": 0.5}]})");
+}
+
+TEST_CASE("run warns of cloth that starts inside a ball, by how much, and the cure that it names helps") {
+  const ScratchFolder folder("inside");
+  write_sheet(folder);
+  const json warnings = warnings_of(folder, "sheet.json");
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0]["value"].get<double>() == doctest::Approx(0.4).epsilon(1e-6));
+  CHECK(warnings[0]["limit"].get<double>() == doctest::Approx(1e-4));
+  const auto text = warnings[0]["text"].get<std::string>();
+  CHECK(text.find("9 particles start inside a surface, particle 12 by 0.4 m") == 0);  // 0.25 and 0.35 m from the axis are
+  CHECK(warnings[0]["cure"].get<std::string>().find("particle 12 is out of it by (0, 0.4, 0) m") != std::string::npos);
+  CHECK(run(folder, "run sheet.json --strict").exit == 6);
+  CHECK(warnings_of(folder, "sheet.json --precision float64")[0]["text"] == text);
+  CHECK(warnings_of(folder, "sheet.json --set network.origin[1]=0.5") == json::array());
+}
+
+TEST_CASE("cloth that is held inside or that rounding puts there, and free particles, start well") {
+  const ScratchFolder folder("outside");
+  write_sheet(folder);
+  // The ball reaches the middle alone, which a pin may hold inside.
+  const std::string one = "sheet.json --set contacts[0].radius=0.2";
+  CHECK(warnings_of(folder, one).size() == 1);
+  CHECK(warnings_of(folder, one + " --set network.fixed=[12]") == json::array());
+  // On a floor below which float32 rounds it.
+  folder.write("floor.json", R"({"format": "dvdx-scene/1", "name": "floor", "step": 0.01, "duration": 0.02,
+    "network": {"type": "grid", "rows": 5, "columns": 5, "origin": [0, 0.7, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+      "mass": 1, "structural": 100},
+    "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0.7}]})");
+  CHECK(warnings_of(folder, "floor.json") == json::array());
+  CHECK(warnings_of(folder, "floor.json --set contacts[0].offset=0.8").size() == 1);
+  folder.write("free.json", R"({"format": "dvdx-scene/1", "name": "free", "step": 0.01, "duration": 0.02,
+    "particles": {"count": 1, "mass": 1}, "contacts": [{"type": "sphere", "radius": 0.5, "center": [0, 0.1, 0]}]})");
+  const auto free = run(folder, "run free.json --json");
+  CHECK(free.exit == 0);
+  CHECK(free.err.find("warning") == std::string::npos);
+}
+
+TEST_CASE("run warns of sheets in millimetres or grams") {
+  const ScratchFolder folder("units");
+  const auto sheet = [&](const char* side, const char* mass) {
+    folder.write("sheet.json", std::string(R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.02,
+      "network": {"type": "grid", "rows": 10, "columns": 10, "origin": [0, 0, 0], "edge_u": [)") +
+                                   side + R"(, 0, 0], "edge_v": [0, 1, 0], "structural": 1e-6, "mass": )" + mass + "}}");
+    return warnings_of(folder, "sheet.json", "units");
+  };
+  CHECK(sheet("100", "1e-4") == json::array());
+  const json wide = sheet("1000", "1e-4");
+  REQUIRE(wide.size() == 1);
+  CHECK(wide[0]["value"] == 1000);
+  CHECK(wide[0]["limit"] == 100);
+  CHECK(wide[0]["text"].get<std::string>().find("network is 1000 m wide") == 0);
+  const json light = sheet("100", "0.9e-4");
+  REQUIRE(light.size() == 1);
+  CHECK(light[0]["value"].get<double>() == doctest::Approx(0.9e-6));
+  CHECK(light[0]["limit"] == 1e-6);
+}
+
+// By the first quarter of a second: 10 ms a step.
+TEST_CASE("a run is dear where the steps that are left take longer than a minute") {
+  dvdx::tool::DearWatch watch;
+  CHECK_FALSE(watch.take(0.1, 10, 1000000));
+  const auto seconds = watch.take(0.2, 20, 6001);
+  REQUIRE(seconds);
+  CHECK(*seconds == doctest::Approx(60.01));
+  CHECK_FALSE(watch.take(100, 1, 1000000));  // it is told once
+  dvdx::tool::DearWatch cheap;
+  CHECK_FALSE(cheap.take(0.3, 30, 5999));
+  CHECK_FALSE(cheap.take(100, 1, 1000000));
+}
+
+}  // namespace start_warnings_test
