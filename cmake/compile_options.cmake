@@ -14,6 +14,9 @@ if(DVDX_SANITIZE)
   target_compile_options(dvdx_options INTERFACE -fsanitize=${DVDX_SANITIZE} -fno-omit-frame-pointer -g1
                                                 -fno-sanitize-recover=all)
   target_link_options(dvdx_options INTERFACE -fsanitize=${DVDX_SANITIZE})
+  if(DVDX_SANITIZE MATCHES "address") # which sees what a null pointer or one beyond an object reads, for a seventh less to compile
+    target_compile_options(dvdx_options INTERFACE -fno-sanitize=null,object-size)
+  endif()
   # With every temporary on the stack watched, g++ takes 206 s for the springs of one instruction set in place of 14. The passes
   # walk columns on the heap, which stay watched; clang++, which the fuzzers are compiled by, watches both.
   if(DVDX_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

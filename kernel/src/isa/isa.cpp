@@ -41,16 +41,22 @@ constexpr std::array entries = {
 #endif
 #ifdef DVDX_BUILDS_AVX2
     Entry{Isa::avx2, Arithmetic::separate, &avx2_separate, has_avx2},
+#endif
+#ifdef DVDX_BUILDS_AVX2_CONTRACTED
     Entry{Isa::avx2, Arithmetic::contracted, &avx2_contracted, has_avx2_fma},
     Entry{Isa::avx2, Arithmetic::fast, &avx2_fast, has_avx2_fma},
 #endif
 #ifdef DVDX_BUILDS_AVX512
     Entry{Isa::avx512, Arithmetic::separate, &avx512_separate, has_avx512},
+#endif
+#ifdef DVDX_BUILDS_AVX512_CONTRACTED
     Entry{Isa::avx512, Arithmetic::contracted, &avx512_contracted, has_avx512},
     Entry{Isa::avx512, Arithmetic::fast, &avx512_fast, has_avx512},
 #endif
 #ifdef DVDX_BUILDS_NEON64
     Entry{Isa::neon64, Arithmetic::separate, &neon64_separate, always},
+#endif
+#ifdef DVDX_BUILDS_NEON64_CONTRACTED
     Entry{Isa::neon64, Arithmetic::contracted, &neon64_contracted, always},
     Entry{Isa::neon64, Arithmetic::fast, &neon64_fast, always},
 #endif

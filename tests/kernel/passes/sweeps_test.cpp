@@ -129,7 +129,7 @@ TEST_CASE("sweeps: a list of a sheet's springs has the sheet's bits, whatever th
       Joined swept = grid;
       swept.scene.coupling = coupling;
       for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
-        const Run run{.isa = best_isa(), .arithmetic = arithmetic};
+        const Run run{.isa = best_isa(arithmetic), .arithmetic = arithmetic};
         CAPTURE(swept.name);
         CAPTURE(static_cast<int>(arithmetic));
         CHECK(test::difference(stepped<float>(swept, run, 3), stepped<float>(test::as_list(swept), run, 3)) == "");
