@@ -355,7 +355,8 @@ TEST_CASE("sequential by itself: what tears keeps its sub-steps, torn at once or
   CHECK(limit_of(net).substeps == whole);
 }
 
-TEST_CASE("sequential by itself: large sheets are looked at in part, and rows alone tell the same") {
+TEST_CASE("sequential by itself: large sheets are looked at in part, and rows alone tell the same" *
+          doctest::test_suite("long")) {
   for (const std::size_t side : {96U, 97U, 150U, 300U}) {
     CAPTURE(side);
     Net net = sheet(side, 1e4, 1e4, Held::edge);

@@ -78,7 +78,8 @@ double measured_order(const Joined& joined, const Coupling& coupling, int subste
   return std::log2(difference(end(substeps), middle) / difference(middle, end(4 * substeps)));
 }
 
-TEST_CASE("damping: leapfrog is of second order and fourth_order of fourth, however strong the damping") {
+TEST_CASE("damping: leapfrog is of second order and fourth_order of fourth, however strong the damping" *
+          doctest::test_suite("long")) {
   struct Tried {
     double damping;  // kg/s
     int leapfrog, fourth_order;

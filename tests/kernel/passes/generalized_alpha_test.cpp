@@ -93,7 +93,7 @@ void step(const Plan<T>& plan, Batch<T>& batch, std::size_t steps = 1) {
 
 // ---- order -------------------------------------------------------------------------------------------------------------
 
-TEST_CASE("generalized alpha: of second order with damping, drag and anchors") {
+TEST_CASE("generalized alpha: of second order with damping, drag and anchors" * doctest::test_suite("long")) {
   for (const bool has_more : {false, true}) {
     for (const double damping : {0.0, 0.02, 0.2, 1.0}) {
       Joined joined = falling({.rows = 8, .damping = damping});

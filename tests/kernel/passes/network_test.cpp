@@ -139,7 +139,7 @@ void check_bits(const Joined& joined, Arithmetic arithmetic) {
   }
 }
 
-TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in every scheme" * doctest::test_suite("long")) {
+TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in every scheme") {
   for (const Joined& joined : bit_scenes()) {
     for (const Coupling& coupling : all_schemes) {
       if (!is_possible(joined, coupling)) continue;
@@ -484,7 +484,8 @@ TEST_CASE("network: chains of springs follow their closed form") {
   CHECK(worst_fourth < 1e-6);
 }
 
-TEST_CASE("network: two bodies on a line follow their closed form; the filtered pulse does at any stiffness") {
+TEST_CASE("network: two bodies on a line follow their closed form; the filtered pulse does at any stiffness" *
+          doctest::test_suite("long")) {
   const test::Oracle oracle("twobody1d.csv");
   double worst_exact = 0;
   double worst_filtered = 0;

@@ -121,7 +121,7 @@ double fastest_ever(const Joined& joined, const Frames& h, std::size_t frames, d
   return most;
 }
 
-TEST_CASE("uneven steps: a chain that swings by 2 mm never moves faster than its energy allows") {
+TEST_CASE("uneven steps: a chain that swings by 2 mm never moves faster than its energy allows" * doctest::test_suite("long")) {
   for (const std::size_t count : {2U, 3U, 7U, 20U}) {
     for (const double stiffness : {3e2, 3e3, 1e4, 3e5}) {
       for (const double ratio : {1.5, 2.0, 3.0, 4.0}) {

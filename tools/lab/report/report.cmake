@@ -5,12 +5,14 @@ string(STRIP "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${DVDX_BUILD_TYPE}} -ffp-cont
 configure_file(lab/report/build_facts.cpp.in report_build_facts.cpp @ONLY)
 
 set(DVDX_PLAIN_LOOPS lab/plain/plain_loops_default.cpp lab/plain/plain_loops_other.cpp)
+set_source_files_properties(lab/plain/plain_loops_default.cpp lab/plain/plain_loops_other.cpp lab/plain/plain_loops_x86.cpp lab/report/baseline.cpp
+                            PROPERTIES COMPILE_OPTIONS "${DVDX_PLAIN_LOOP_OPTIONS}")
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(DVDX_PLAIN_LOOPS lab/plain/plain_loops_default.cpp lab/plain/plain_loops_x86.cpp lab/plain/plain_loops_avx2.cpp
                        lab/plain/plain_loops_avx512.cpp)
-  set_source_files_properties(lab/plain/plain_loops_avx2.cpp PROPERTIES COMPILE_OPTIONS "-mavx2")
+  set_source_files_properties(lab/plain/plain_loops_avx2.cpp PROPERTIES COMPILE_OPTIONS "${DVDX_PLAIN_LOOP_OPTIONS};-mavx2")
   set_source_files_properties(lab/plain/plain_loops_avx512.cpp PROPERTIES
-                              COMPILE_OPTIONS "-mavx512f;-mavx512bw;-mavx512cd;-mavx512dq;-mavx512vl;-mprefer-vector-width=512")
+                              COMPILE_OPTIONS "${DVDX_PLAIN_LOOP_OPTIONS};-mavx512f;-mavx512bw;-mavx512cd;-mavx512dq;-mavx512vl;-mprefer-vector-width=512")
 endif()
 
 file(GLOB DVDX_REPORT_FILES CONFIGURE_DEPENDS lab/report/*.cpp lab/closed_form/*.cpp)
