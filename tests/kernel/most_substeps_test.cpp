@@ -35,7 +35,7 @@ int substeps_of_step(const Joined& joined, double h, const State<double>& start)
 }
 
 TEST_CASE("most_substeps: a hitch becomes the longest step that so many sub-steps take, in every scheme") {
-  const Joined sheet = test::sheet(8, 9, 300, 0.01);
+  const Joined sheet = test::sheet(4, 5, 300);
   for (const Joined& joined : {sheet, test::as_list(sheet)}) {
     Batch<double> batch(Layout::soa, joined.x.size());
     test::place(joined, batch.view());
@@ -63,7 +63,7 @@ TEST_CASE("most_substeps: a hitch becomes the longest step that so many sub-step
 
 TEST_CASE("most_substeps: after a hitch the plan is the one compiled for the step that it takes, and time goes on by that") {
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::sequential}) {
-    const Joined joined = with(test::sheet(8, 9, 300), {.scheme = scheme, .most_substeps = 12});
+    const Joined joined = with(test::sheet(4, 5, 300), {.scheme = scheme, .most_substeps = 12});
     Batch<double> one(Layout::soa, joined.x.size()), two(Layout::soa, joined.x.size());
     for (auto* batch : {&one, &two}) test::place(joined, batch->view());
     Plan<double> plan = test::plan_of(joined, {.isa = best_isa()}, one.view());
@@ -79,7 +79,7 @@ TEST_CASE("most_substeps: after a hitch the plan is the one compiled for the ste
 }
 
 TEST_CASE("most_substeps: sub-steps of sweeps that are asked for stay as long as they are, and so many of them are a step") {
-  const Joined joined = with(test::sheet(8, 9, 300), {.scheme = Scheme::sequential, .substeps = 4, .most_substeps = 8});
+  const Joined joined = with(test::sheet(4, 5, 300), {.scheme = Scheme::sequential, .substeps = 4, .most_substeps = 8});
   Batch<double> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());
   Plan<double> plan = test::plan_of(joined, {.isa = best_isa()}, batch.view());
@@ -91,7 +91,7 @@ TEST_CASE("most_substeps: sub-steps of sweeps that are asked for stay as long as
 }
 
 TEST_CASE("most_substeps: a step or a change that needs more is refused, with what would do") {
-  Joined joined = test::sheet(8, 9, 300);
+  Joined joined = test::sheet(4, 5, 300);
   Batch<double> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());
   const int needed = substeps_of_step(joined, frame, batch.view());
@@ -117,7 +117,7 @@ TEST_CASE("most_substeps: a step or a change that needs more is refused, with wh
 }
 
 TEST_CASE("most_substeps: a scheme that is left open becomes one that they are enough for") {
-  const Joined joined = test::as_list(test::sheet(6, 7, 300));
+  const Joined joined = test::as_list(test::sheet(6, 7, 40));
   Batch<double> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());
   Scene scene = joined.scene;

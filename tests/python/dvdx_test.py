@@ -522,6 +522,14 @@ class Plans(unittest.TestCase):
         with self.assertRaisesRegex(dvdx.DvdxError, "by.translation"):
             plan.teleport(states[0], (np.inf, 0, 0))
 
+    def test_live_particles_are_teleported(self):
+        x, v = np.zeros((4, 3)), np.zeros((4, 3))
+        v[0] = 1, 2, 3
+        state = dvdx.LiveState(x, v, count=1)
+        dvdx.compile_live(dvdx.Scene(), state).teleport(state, (10, 0, 0), (0, np.pi, 0))
+        np.testing.assert_allclose(x, [(10, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0)], atol=1e-14)
+        np.testing.assert_allclose(v[0], (-1, 2, -3), atol=1e-14)
+
     def test_a_hitch_is_cut(self):
         scene = swept_sheet()
         scene.coupling(scheme="leapfrog", most_substeps=4)
