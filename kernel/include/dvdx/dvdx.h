@@ -681,7 +681,7 @@ typedef struct dvdx_state_check {
   size_t not_finite;        // particles whose place or velocity is infinite or not a number
   size_t first_not_finite;  // where there are any
 } dvdx_state_check;
-// Takes less than a tenth of a step of a sheet. DVDX_COUNT_DIFFERS where the state is not of as many particles as the plan.
+// One pass over the particles and one over what joins them. DVDX_COUNT_DIFFERS where the state is not of as many particles as the plan.
 DVDX_EXPORT dvdx_status dvdx_plan_check(const dvdx_plan* plan, const dvdx_state* state, dvdx_state_check* check,
                                         dvdx_error* error);
 

@@ -247,8 +247,8 @@ class DVDX_EXPORT Plan {
   Expected<void> teleport(State<T>& state, const Pose& by);
   Expected<void> teleport(State<T>& state, Workspace<T>& workspace, const Pose& by) const;
 
-  // How long springs and rods are, what energy there is, and whether all of it is finite, at any time. Takes less than a tenth
-  // of a step of a sheet, reads nothing but the state, allocates nothing, throws nothing.
+  // How long springs and rods are, what energy there is, and whether all of it is finite, at any time. One pass over the
+  // particles and one over what joins them; it allocates nothing, throws nothing, and any thread may make it.
   [[nodiscard]] StateCheck check(const State<T>& state) const noexcept;
 
   // Changes of the scene. Each makes again what it touches, and changes nothing where it fails: with an error, or with

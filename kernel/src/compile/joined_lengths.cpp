@@ -60,13 +60,13 @@ void TornSprings::add(std::span<const Pair> torn) noexcept {
   std::inplace_merge(ends_.begin(), ends_.begin() + before, ends_.end());
 }
 
-bool TornSprings::hold(std::size_t a, std::size_t b) const noexcept {
-  if (empty() || has_any_at_[a] == 0 || has_any_at_[b] == 0) return false;
+bool TornSprings::find(std::size_t a, std::size_t b) const noexcept {
+  if (has_any_at_[a] == 0 || has_any_at_[b] == 0) return false;
   const Pair ends = ascending({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)});
   return std::binary_search(ends_.begin(), ends_.end(), ends);
 }
 
-bool TornSprings::lead_from(std::size_t first, std::size_t end) const noexcept {
+bool TornSprings::find_from(std::size_t first, std::size_t end) const noexcept {
   const auto begins_before = [](const Pair& ends, std::size_t particle) { return ends[0] < particle; };
   const auto next = std::lower_bound(ends_.begin(), ends_.end(), first, begins_before);
   return next != ends_.end() && (*next)[0] < end;

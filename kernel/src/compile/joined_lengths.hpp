@@ -49,11 +49,14 @@ class TornSprings {
   void add(std::span<const Pair> torn) noexcept;
 
   [[nodiscard]] bool empty() const noexcept { return ends_.empty(); }
-  [[nodiscard]] bool hold(std::size_t a, std::size_t b) const noexcept;
+  [[nodiscard]] bool hold(std::size_t a, std::size_t b) const noexcept { return !empty() && find(a, b); }
   // Whether one leads from such a particle to one of a higher number.
-  [[nodiscard]] bool lead_from(std::size_t first, std::size_t end) const noexcept;
+  [[nodiscard]] bool lead_from(std::size_t first, std::size_t end) const noexcept { return !empty() && find_from(first, end); }
 
  private:
+  [[nodiscard]] bool find(std::size_t a, std::size_t b) const noexcept;
+  [[nodiscard]] bool find_from(std::size_t first, std::size_t end) const noexcept;
+
   std::vector<Pair> ends_;                // each ascending, and so is the list
   std::vector<std::uint8_t> has_any_at_;  // of each particle; empty where nothing is torn
 };

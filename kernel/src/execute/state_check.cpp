@@ -328,17 +328,19 @@ class Look {
     double most = 0;
     std::size_t longest = 0;
     const auto look = [&](std::size_t first, std::span<const double> squares, std::span<const double> distances) {
+      double sum = 0;
       for (std::size_t k = 0; k < squares.size(); ++k) {
         const std::size_t s = first + k;
-        if (!torn.empty() && torn.hold(springs.pairs[s][0], springs.pairs[s][1])) continue;
+        if (torn.hold(springs.pairs[s][0], springs.pairs[s][1])) continue;
         const double stiffness = springs.stiffness[s];
         const double l = scene_.lengths->of(springs, network, s);
         const double more = distances[k] - l;
-        found_.elastic += 0.5 * (stiffness * more * more + springs.zero_length[s] * squares[k]);
+        sum += stiffness * more * more + springs.zero_length[s] * squares[k];
         if (!(distances[k] > most * l && stiffness > 0 && l > 0)) continue;
         most = distances[k] / l;
         longest = s;
       }
+      found_.elastic += 0.5 * sum;
     };
     for_some_pairs(springs.pairs, look);
     if (!(most > found_.stretch)) return;
