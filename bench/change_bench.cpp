@@ -139,6 +139,11 @@ void register_change() {
         time_plan(timing, scene, 0.5,
                   [](const Plan<float>& plan, const Scene&, const State<float>&) { benchmark::DoNotOptimize(plan.clone()); });
       });
+      add(Pace::timed, "change/check/" + of, [=](benchmark::State& timing) {
+        time_plan(timing, scene, 0.1, [](const Plan<float>& plan, const Scene&, const State<float>& state) {
+          benchmark::DoNotOptimize(plan.check(state));
+        });
+      });
       add(Pace::timed, "change/compile/" + of, [=](benchmark::State& timing) {
         time_plan(timing, scene, 20, [](const Plan<float>&, const Scene& anew, const State<float>& start) {
           benchmark::DoNotOptimize(compile<float>(anew, {.step = step}, start));

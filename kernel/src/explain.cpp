@@ -355,6 +355,16 @@ std::string describe_estimate(const Joints<T>& joints, const CompiledScene<T>& c
                        : "");
 }
 
+template <class T>
+std::string describe_limit(const Joints<T>& joints) {
+  if (!joints.coupling.most_substeps) return "";
+  constexpr double any_step = 1e6;  // s
+  const double longest = joints.step_within_limit(
+      {.step = std::copysign(any_step, joints.step), .longest_step = joints.longest_step.value_or(std::abs(joints.step))});
+  return "             at most " + counted(*joints.coupling.most_substeps, "sub-step") +
+         " a step: set_step() cuts a step of more than " + text(std::abs(longest), 4) + " s\n";
+}
+
 std::string describe_choice(const std::optional<SchemeChoice>& choice) {
   if (!choice || choice->leapfrog_cost == 0) return "";
   return "             the cheaper of leapfrog, " + counted(choice->leapfrog, "sub-step") + ", " +
@@ -388,6 +398,7 @@ std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& co
     words += "             steps vary: no sub-step is longer than " + text(std::abs(joints.chosen.longest), 6) +
              " s, those of a step of " + text(*joints.longest_step, 6) + " s, for which every spring is solved\n";
   }
+  words += describe_limit(joints);
   words += describe_choice(compiled.choice);
   words += "frequency    " + text(limit.frequency, 6) + " rad/s at the start, at most " + text(limit.bound, 6) +
            " in any position (the springs of particle " + std::to_string(limit.particle) + ")\n";

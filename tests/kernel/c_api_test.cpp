@@ -192,6 +192,17 @@ void add_joints(Handles& h) {
   CHECK(dvdx_scene_set_fixed(h.scene, &fixed[0], 1, &h.error) == DVDX_DONE);
 }
 
+dvdx::Scene scene_of_joints() {
+  using namespace dvdx;
+  Scene scene;
+  scene.add(Network(Springs{.pairs = {{0, 1}, {1, 2}, {2, 3}}, .stiffness = 100.0, .damping = 0.1}));
+  scene.add(Constraint(Distance{.pairs = {{0, 1}}})).add(Constraint(OnPoint{.particle = 4, .at = {0.04, 1, 0}}));
+  scene.add(Constraint(OnLine{.particle = 5, .through = {0, 1, 0}}));
+  scene.coupling.substeps = 10;
+  scene.fixed = {3};
+  return scene;
+}
+
 TEST_CASE("c: networks, constraints and fixed particles move as C++ moves them, and their limit is told") {
   Handles h;
   add_joints(h);
@@ -200,15 +211,8 @@ TEST_CASE("c: networks, constraints and fixed particles move as C++ moves them, 
   dvdx_state state = by_c.c();
   REQUIRE(h.make(options_of(1.0 / 60, DVDX_FLOAT64), &state) == DVDX_DONE);
   REQUIRE(dvdx_plan_step(h.plan, &state, 20, nullptr, &h.error) == DVDX_DONE);
-  using namespace dvdx;
-  Scene scene;
-  scene.add(Network(Springs{.pairs = {{0, 1}, {1, 2}, {2, 3}}, .stiffness = 100.0, .damping = 0.1}));
-  scene.add(Constraint(Distance{.pairs = {{0, 1}}})).add(Constraint(OnPoint{.particle = 4, .at = {0.04, 1, 0}}));
-  scene.add(Constraint(OnLine{.particle = 5, .through = {0, 1, 0}}));
-  scene.coupling.substeps = 10;
-  scene.fixed = {3};
   auto same = by_cpp.cpp();
-  const auto plan = compile<double>(scene, {.step = 1.0 / 60}, same);
+  const auto plan = dvdx::compile<double>(scene_of_joints(), {.step = 1.0 / 60}, same);
   REQUIRE(plan.has_value());
   (void)plan->step(same, 20);
   CHECK(by_c.memory == by_cpp.memory);
@@ -243,6 +247,37 @@ TEST_CASE("c: the longest sub-step that sequential chose is told, and a scene th
   CHECK(asked_for.substeps == 7);
   CHECK(asked_for.longest_substep == 1.0 / 60 / 6.5);
   CHECK(limit_by(DVDX_LEAPFROG, 0).longest_substep == 0);
+}
+
+TEST_CASE("c: a limit of the sub-steps cuts a hitch, and a state is checked") {
+  Handles h;
+  add_joints(h);
+  dvdx_coupling coupling{};
+  coupling.most_substeps = 40;
+  CHECK(dvdx_scene_set_coupling(h.scene, &coupling, &h.error) == DVDX_DONE);
+  Arrays<double> arrays(6);
+  dvdx_state state = arrays.c();
+  REQUIRE(h.make(options_of(1.0 / 60, DVDX_FLOAT64), &state) == DVDX_DONE);
+  CHECK(dvdx_plan_set_step(h.plan, 100, &h.error) == DVDX_DONE);
+  CHECK(dvdx_plan_step_size(h.plan) > 1.0 / 60);
+  CHECK(dvdx_plan_step_size(h.plan) < 100);
+
+  auto plan = dvdx::compile<double>(scene_of_joints(), {.step = 1.0 / 60}, arrays.cpp());
+  REQUIRE(plan.has_value());
+  const dvdx::StateCheck wanted = plan->check(arrays.cpp());
+  dvdx_state_check found{};
+  CHECK(dvdx_plan_check(h.plan, &state, &found, &h.error) == DVDX_DONE);
+  CHECK(found.stretch == wanted.stretch);
+  CHECK(found.spring[1] == wanted.spring[1]);
+  CHECK(found.elastic == wanted.elastic);
+  CHECK(found.kinetic == wanted.kinetic);
+  CHECK(found.off == wanted.off);
+  CHECK(found.not_finite == 0);
+  state.count = 5;
+  CHECK(dvdx_plan_check(h.plan, &state, &found, &h.error) == DVDX_COUNT_DIFFERS);
+  CHECK(dvdx_plan_check(h.plan, &state, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_check(h.plan, nullptr, &found, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_check(nullptr, &state, &found, &h.error) == DVDX_INVALID);
 }
 
 TEST_CASE("c: a grid, values each and an origin") {
@@ -713,6 +748,14 @@ TEST_CASE("c: a column of the caller's goes along, and what the caller marks is 
   CHECK(living.live.removed == 1);
   CHECK(living.drops[2].name == 3);
   CHECK(living.drops[3].name == 4);
+  const double away[] = {10, 0, 0};
+  const double half_turn[] = {0, 3.14159265358979323846, 0};
+  living.drops[0].velocity[0] = 2;
+  CHECK(dvdx_live_plan_teleport(living.plan, &living.live, &away[0], &half_turn[0], &h.error) == DVDX_DONE);
+  CHECK(living.drops[0].position[0] == doctest::Approx(10));
+  CHECK(living.drops[0].velocity[0] == doctest::Approx(-2));
+  CHECK(dvdx_live_plan_teleport(living.plan, &living.live, nullptr, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_live_plan_teleport(living.plan, nullptr, &away[0], nullptr, &h.error) == DVDX_INVALID);
 }
 
 TEST_CASE("c: what cannot come and go is refused, and nothing is stepped") {
@@ -1020,6 +1063,17 @@ TEST_CASE("c: motions carry particles and contacts as C++ has them, and the call
   CHECK(plan->set_places(0, std::vector<dvdx::Vec3>{{0, 0.5, 0}}, dvdx::Arrival::jump).has_value());
   step_both();
   CHECK(by_c.column(1)[1] == 0.5);
+  CHECK(dvdx_plan_teleport(h.plan, &in_c, &there[0], &turn[0], &h.error) == DVDX_DONE);
+  CHECK(plan->teleport(in_cpp, {.translation = {1, 2, 3}, .rotation = {0, 0.5, 0}}).has_value());
+  step_both();
+  CHECK(by_c.column(1)[1] == 2.5);
+  CHECK(dvdx_plan_teleport(h.plan, &in_c, &there[0], nullptr, &h.error) == DVDX_DONE);
+  CHECK(plan->teleport(in_cpp, {.translation = {1, 2, 3}, .rotation = {}}).has_value());
+  step_both();
+  CHECK(dvdx_plan_teleport(h.plan, &in_c, nullptr, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(h.field() == "translation");
+  CHECK(dvdx_plan_teleport(h.plan, nullptr, &there[0], nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_plan_teleport(nullptr, &in_c, &there[0], nullptr, &h.error) == DVDX_INVALID);
   CHECK(dvdx_scene_set_jump(h.scene, 0, 0, &h.error) == DVDX_DONE);
   CHECK(dvdx_scene_set_jump(h.scene, 1, 0, &h.error) == DVDX_INVALID);
   CHECK(h.message() == "motion is 1: must be below the scene's 1 motions");

@@ -157,6 +157,15 @@ TEST_CASE("c: a workspace serves as long as it fits, and is refused by name wher
   start.state.clock.seconds = HUGE_VAL;
   CHECK(dvdx_plan_step_in(sheets.plan, sheets.workspace, &start.state, 1, nullptr, nullptr, &sheets.error) == DVDX_INVALID);
   CHECK(sheets.field() == "state.clock");
+  start.state.clock.seconds = 0;
+  const double away[] = {2, 0, 0};
+  CHECK(dvdx_plan_teleport_in(sheets.plan, sheets.workspace, &start.state, &away[0], nullptr, &sheets.error) == DVDX_DONE);
+  CHECK(start.memory[0] == before[0] + 2);
+  CHECK(dvdx_plan_teleport_in(sheets.plan, other.workspace, &start.state, &away[0], nullptr, &sheets.error) == DVDX_INVALID);
+  CHECK(sheets.field() == "workspace");
+  CHECK(dvdx_plan_teleport_in(sheets.plan, single.workspace, &start.state, &away[0], nullptr, nullptr) ==
+        DVDX_WORKSPACE_DIFFERS);
+  CHECK(dvdx_plan_teleport_in(sheets.plan, nullptr, &start.state, &away[0], nullptr, nullptr) == DVDX_INVALID);
   CHECK(dvdx_workspace_create(sheets.plan, nullptr, &sheets.error) == DVDX_INVALID);
   dvdx_workspace* none = sheets.workspace;
   CHECK(dvdx_workspace_create(nullptr, &none, &sheets.error) == DVDX_INVALID);

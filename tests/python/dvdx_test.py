@@ -498,6 +498,58 @@ class Plans(unittest.TestCase):
         with self.assertRaises(ValueError):
             plan.set_places(0, [1, 2, 3])
 
+    def test_a_teleport_carries_what_keys_move(self):
+        scene = swept_sheet()
+        scene.motion(keys=[(0, 0, 0, 0, 0, 0, 0), (1, 1, 0, 0, 0, 0, 0)])
+        scene.kinematic(particles=[2], motion=0)
+        rows, columns = np.mgrid[0:4, 0:5].reshape(2, -1)
+        x = np.stack([columns / 4, 0 * rows, rows / 3], 1)
+        states = [dvdx.State(x.copy(), np.zeros_like(x)) for _ in range(3)]
+        plan = dvdx.compile(scene, states[0], step=0.01)
+        other = plan.clone()
+        workspace = plan.workspace()
+        for steps in (10, 10):
+            plan.step(states[0], steps)
+            other.step(states[1], steps)
+            plan.step(states[2], steps, workspace=workspace)
+            if states[1].arrays["x"][2] < 50:
+                other.teleport(states[1], (100, 0, 0), (0, np.pi, 0))
+                plan.teleport(states[2], (100, 0, 0), (0, np.pi, 0), workspace=workspace)
+        for state in states[1:]:
+            np.testing.assert_allclose(state.arrays["x"], 100 - states[0].arrays["x"], atol=1e-9)
+            np.testing.assert_allclose(state.arrays["y"], states[0].arrays["y"], atol=1e-9)
+            np.testing.assert_allclose(state.arrays["vz"], -states[0].arrays["vz"], atol=1e-9)
+        with self.assertRaisesRegex(dvdx.DvdxError, "by.translation"):
+            plan.teleport(states[0], (np.inf, 0, 0))
+
+    def test_live_particles_are_teleported(self):
+        x, v = np.zeros((4, 3)), np.zeros((4, 3))
+        v[0] = 1, 2, 3
+        state = dvdx.LiveState(x, v, count=1)
+        dvdx.compile_live(dvdx.Scene(), state).teleport(state, (10, 0, 0), (0, np.pi, 0))
+        np.testing.assert_allclose(x, [(10, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0)], atol=1e-14)
+        np.testing.assert_allclose(v[0], (-1, 2, -3), atol=1e-14)
+
+    def test_a_hitch_is_cut(self):
+        scene = swept_sheet()
+        scene.coupling(scheme="leapfrog", most_substeps=4)
+        x = np.stack([np.arange(20) % 5 / 4, np.zeros(20), np.arange(20) // 5 / 3], 1)
+        state = dvdx.State(x, np.zeros_like(x))
+        plan = dvdx.compile(scene, state, step=0.01)
+        plan.set_step(0.5)
+        self.assertTrue(0.01 < plan.step_size < 0.5)
+        self.assertLessEqual(plan.network_limit()["substeps"], 4)
+
+    def test_a_state_is_checked(self):
+        scene = dvdx.Scene(mass=2.0)
+        scene.springs(pairs=[(1, 0)], stiffness=6.0, rest_length=1.0)
+        x, v = np.zeros((2, 3)), np.zeros((2, 3))
+        x[1, 0], v[0, 1] = 3, 4
+        state = dvdx.State(x, v)
+        found = dvdx.compile(scene, state, step=0.01).check(state)
+        self.assertEqual((found["stretch"], found["spring"], found["not_finite"]), (3, (0, 1), 0))
+        self.assertEqual((found["elastic"], found["kinetic"], found["off"]), (0.5 * 6 * 4, 0.5 * 2 * 16, 0))
+
     def test_keys_jump(self):
         positions, velocities = np.zeros((1, 3)), np.zeros((1, 3))
         scene = dvdx.Scene()

@@ -358,6 +358,23 @@ TEST_CASE("a network's method is the scene's where it names none, and sub-steps 
   CHECK_FALSE(read(scene).scene.coupling.substeps.has_value());
 }
 
+TEST_CASE("sub-steps have a limit where a network or constraints name one, no lower than those asked for") {
+  auto scene = with_network(grid);
+  CHECK_FALSE(read(scene).scene.coupling.most_substeps.has_value());
+  scene["network"]["most_substeps"] = 16;
+  CHECK(read(scene).scene.coupling.most_substeps == 16);
+  CHECK(scene_schema().accepts(scene));
+  scene["network"]["substeps"] = 17;
+  CHECK(message_of(scene) == "cloth.json: network.most_substeps is 16: must be a whole number from 17 to 1000000");
+  auto rods = with_particles(2);
+  rods["constraints"] = json::parse(R"([{"type":"distance","pairs":[[0,1]],"length":1}])");
+  rods["most_substeps"] = 4;
+  CHECK(read(rods).scene.coupling.most_substeps == 4);
+  CHECK(scene_schema().accepts(rods));
+  rods.erase("constraints");
+  CHECK(message_of(rods) == "cloth.json: most_substeps is 4: must be left out of a scene without constraints");
+}
+
 TEST_CASE("networks that are stepped together are stepped alike") {
   auto scene = empty_scene();
   const auto second = [&](const char* key, const json& value) {
@@ -368,6 +385,7 @@ TEST_CASE("networks that are stepped together are stepped alike") {
   const std::string tail = " in the first network: must be alike in all, for they are stepped together";
   CHECK(second("scheme", "sequential") == "cloth.json: network[1].scheme is sequential and leapfrog" + tail);
   CHECK(second("substeps", 3) == "cloth.json: network[1].substeps is 3 and auto" + tail);
+  CHECK(second("most_substeps", 3) == "cloth.json: network[1].most_substeps is 3 and none" + tail);
   CHECK(second("bend", 0.5).empty());
   const auto of_scheme = [&](const char* scheme, const char* key, const json& value) {
     scene["network"] = {json::parse(grid), json::parse(grid)};
@@ -494,7 +512,8 @@ TEST_CASE("what is wrong in a grid is refused with its path, its value and what 
        {"/network/damping", "-1", "network.damping is -1: must be a finite number >= 0"},
        {"/network/edge", "1",
         "network.edge is not a key of a network of type grid: did you mean edge_u? Known are type, damping, fixed, scheme, "
-        "substeps, method, theta, sweep, lines, axis, broken, tears_at, rows, columns, origin, edge_u, edge_v, mass, "
+        "substeps, most_substeps, method, theta, sweep, lines, axis, broken, tears_at, rows, columns, origin, edge_u, edge_v, "
+        "mass, "
         "structural, "
         "shear, bend, "
         "aerodynamics, strain_limit"},
@@ -502,6 +521,7 @@ TEST_CASE("what is wrong in a grid is refused with its path, its value and what 
         "network.scheme is \"euler\": must be \"leapfrog\", \"fourth_order\", \"sequential\", \"accumulate\" or \"auto\""},
        {"/network/substeps", "0", "network.substeps is 0: must be a whole number from 1 to 1000000"},
        {"/network/substeps", "\"some\"", "network.substeps is \"some\": must be \"auto\" or a whole number"},
+       {"/network/most_substeps", "0", "network.most_substeps is 0: must be a whole number from 1 to 1000000"},
        {"/network/theta", "0.4", "network.theta is 0.4: must be a number from 0.5 to 1"},
        {"/network/sweep", "\"backward\"", "network.sweep is \"backward\": must be \"symmetric\" or \"forward\""},
        {"/network/axis", "\"end\"", "network.axis is \"end\": must be \"midpoint\" or \"start\""},

@@ -533,8 +533,24 @@ class Plan(_Driven):
         keep = []
         self._call_own(function, *own, *_rows(carried, "double", None, keep), state._struct)
 
+    def teleport(self, state, translation=(0, 0, 0), rotation=(0, 0, 0), workspace=None):
+        """Carries the state elsewhere, x to R x + translation, with all that follows motions or is driven.
+
+        Nothing has another speed than before. Contacts that follow no motion, anchors and the directions of forces stay.
+        rotation: about the world's origin. workspace: as in step().
+        """
+        function, own = ("teleport", ()) if workspace is None else ("teleport_in", (workspace._handle,))
+        self._call_own(function, *own, state._struct, _vector(translation), _vector(rotation))
+
+    def check(self, state):
+        """How the state stands, as a dict of dvdx_state_check: stretch of springs, rods, energy, what is not finite."""
+        check = _ffi.new("dvdx_state_check*")
+        self._call_own("check", state._struct, check)
+        found = {name: getattr(check, name) for name, _ in _ffi.typeof("dvdx_state_check").fields}
+        return found | {name: tuple(found[name]) for name in ("spring", "rod")}
+
     def set_step(self, step):
-        """Another step, s."""
+        """Another step, s; with most_substeps in the coupling the longest that these keep stable: step_size says which."""
         _call(_lib.dvdx_plan_set_step, self._handle, step)
 
     def replace(self, index, scene, force=0):
@@ -677,6 +693,10 @@ class LivePlan:
     def remove(self, state):
         """Removes what is to go as it stands; to remove one of your own choice, make its age infinite."""
         _call(_lib.dvdx_live_plan_remove, self._handle, state._live, _ffi.NULL)
+
+    def teleport(self, state, translation=(0, 0, 0), rotation=(0, 0, 0)):
+        """As Plan.teleport(), of the particles that live. Emitters, boundaries and contacts stay where they are."""
+        _call(_lib.dvdx_live_plan_teleport, self._handle, state._live, _vector(translation), _vector(rotation))
 
     def explain(self):
         """What the scene needs, and what coming and going costs, in words."""

@@ -386,6 +386,7 @@ typedef struct dvdx_coupling {
   dvdx_pair_axis axis;
   int iterations;          // 1..1000 a sub-step, of constraints that share particles; 0: 8
   double longest_substep;  // s, of networks by sequential without substeps; 0: as the estimated error asks for
+  int most_substeps;       // 1..1000000 a step, for frames that come late: see Coupling in network.hpp; 0: no limit
 } dvdx_coupling;
 
 // An empty scene. Pass DVDX_ABI_VERSION: DVDX_ABI_DIFFERS where the library is another than the header.
@@ -656,10 +657,39 @@ DVDX_EXPORT dvdx_status dvdx_workspace_jump_places(dvdx_workspace* workspace, si
 DVDX_EXPORT dvdx_status dvdx_workspace_jump_skin(dvdx_workspace* workspace, size_t skin, const double* points,
                                                  const double* normals, size_t count, dvdx_error* error);
 
+// Carries a state elsewhere by one rigid motion of the world, x to R x + translation, with all that follows motions or is
+// driven and all that steps carry on: nothing has another speed than before. Contacts that follow no motion, anchors and the
+// directions of forces stay: see Plan::teleport in plan.hpp. translation: m; rotation: a rotation vector about the world's
+// origin, rad, or null.
+DVDX_EXPORT dvdx_status dvdx_plan_teleport(dvdx_plan* plan, const dvdx_state* state, const double* translation,
+                                           const double* rotation, dvdx_error* error);
+// Likewise of a state that is stepped in a workspace.
+DVDX_EXPORT dvdx_status dvdx_plan_teleport_in(const dvdx_plan* plan, dvdx_workspace* workspace, const dvdx_state* state,
+                                              const double* translation, const double* rotation, dvdx_error* error);
+
+// How a state stands: see StateCheck in plan.hpp.
+typedef struct dvdx_state_check {
+  double stretch;           // of the spring that is longest of its rest length: length by rest length; 0: there is none
+  size_t network;           // whose it is
+  uint32_t spring[2];       // its ends
+  double off;               // of the distance constraint that is farthest off, as part of its length; 0: none is
+  size_t constraint;        // which of the scene's
+  uint32_t rod[2];          // its ends
+  double kinetic;           // J
+  double elastic;           // J, of springs between particles
+  double weight;            // J, in constant forces, from the world's origin on
+  size_t not_finite;        // particles whose place or velocity is infinite or not a number
+  size_t first_not_finite;  // where there are any
+} dvdx_state_check;
+// One pass over the particles and one over what joins them. DVDX_COUNT_DIFFERS where the state is not of as many particles as the plan.
+DVDX_EXPORT dvdx_status dvdx_plan_check(const dvdx_plan* plan, const dvdx_state* state, dvdx_state_check* check,
+                                        dvdx_error* error);
+
 // Changes. Each makes again what it touches, and changes nothing where it fails. Not while another thread steps with this plan;
 // clones keep what they had. Rest lengths and anchors at the start stay what they were.
 // Another step, in s. Steps then vary: networks by `sequential` keep the sub-steps of the step that the plan was compiled for, and
-// a longer step takes more of them.
+// a longer step takes more of them. One that would take more than the coupling's most_substeps is cut to the longest step that
+// these keep stable: dvdx_plan_step_size() says which.
 DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_error* error);
 // The plan's force, or contact, `index` becomes force, or contact, `from` of a scene. In a plan that was compiled without
 // networks, constraints, skins and followers of a motion a contact takes no motion.
@@ -803,6 +833,9 @@ DVDX_EXPORT dvdx_status dvdx_live_plan_step_and_report(const dvdx_live_plan* pla
 // Removes what is to go as the particles stand, and moves nothing on. To remove one of your own choice, make its age infinite.
 DVDX_EXPORT dvdx_status dvdx_live_plan_remove(const dvdx_live_plan* plan, dvdx_live* live, const dvdx_parallel* parallel,
                                               dvdx_error* error);
+// As dvdx_plan_teleport(), of the particles that live. Emitters, boundaries and contacts stay where they are.
+DVDX_EXPORT dvdx_status dvdx_live_plan_teleport(const dvdx_live_plan* plan, const dvdx_live* live, const double* translation,
+                                                const double* rotation, dvdx_error* error);
 // What coming and going costs, in words, behind what the scene needs. As dvdx_build_info().
 DVDX_EXPORT size_t dvdx_live_plan_explain(const dvdx_live_plan* plan, char* text, size_t capacity);
 

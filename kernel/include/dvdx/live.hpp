@@ -66,6 +66,9 @@ class DVDX_EXPORT LivePlan {
   // infinite.
   StepResult remove(LiveState<T>& live, const ParallelFor& parallel = {}) const noexcept;
 
+  // As Plan::teleport(), of the particles that live. Emitters, boundaries and contacts stay where they are.
+  Expected<void> teleport(LiveState<T>& live, const Pose& by) const;
+
   [[nodiscard]] const Plan<T>& plan() const noexcept;  // that steps them
   [[nodiscard]] const Turnover& turnover() const noexcept;
   [[nodiscard]] std::string explain() const;  // what coming and going costs, in words

@@ -113,6 +113,10 @@ struct Coupling {
   // 1..1000000 a step. None: the fewest that the scheme's limit allows; of sequential, which has none, those of its
   // longest_substep.
   std::optional<int> substeps{};
+  // 1..1000000, at least `substeps` where these are given; none: no limit. It bounds a step, so that a frame that comes late
+  // does not make the next one later: compile() refuses a step that needs more, and Plan::set_step() takes a shorter one. A
+  // chain of rods cuts each sub-step further, into 1024 parts at most.
+  std::optional<int> most_substeps{};
   // s > 0, of networks by sequential without substeps: none is longer, and where steps vary they are so much shorter that springs
   // are as stiff. None: the longest with which nets are estimated to hang and swing within 1 % of their side. compile() writes it
   // into Plan::scene(), and changes keep it, whatever then hangs there: nets whose softness changed with their load would be

@@ -112,6 +112,27 @@ struct NetworkLimit {
   std::optional<SchemeChoice> choice{};  // where the scene left the scheme open
 };
 
+// How a state stands: Plan::check().
+struct StateCheck {
+  // count_differs and capacity_too_small as a step has them: nothing was looked at. Else done.
+  StepResult result = StepResult::done;
+  // The length of the whole spring that is longest of its rest length, as part of that. Springs without stiffness or without rest
+  // length do not count, nor do those whose length is not a number. 0: there is none.
+  double stretch = 0;
+  std::size_t network = 0;  // whose it is
+  Pair spring{};            // its ends, the lesser number first
+  // How far the Distance constraint that is worst is off what it is bound to, as part of its length. 0: none is off.
+  double off = 0;
+  std::size_t constraint = 0;
+  Pair rod{};
+  // J, of particles that are neither fixed nor kinematic, of whole springs, and of these particles in all constant forces, from
+  // the world's origin on. Not in it: springs to anchors, drag, and forces that depend on time. Each is not a number where that
+  // of a particle in it is none.
+  double kinetic = 0, elastic = 0, weight = 0;
+  std::size_t not_finite = 0;        // particles whose place or velocity is infinite or not a number, fixed ones too
+  std::size_t first_not_finite = 0;  // where there are any
+};
+
 template <class T>
 class Plan;
 template <class T>
@@ -214,11 +235,29 @@ class DVDX_EXPORT Plan {
   Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
                           Arrival arrival = Arrival::moving);
 
+  // Carries a state elsewhere by one rigid motion of the world, x to R x + translation (R about the world's origin): its places
+  // and velocities with what springs did in the last step, fixed particles, and all that follows a motion or is driven. Keys of
+  // motions go on from there; targets that wait are carried along, and later ones are of the world, as ever. Nothing has
+  // another speed than before, and nothing between is swept. What the scene names in the world stays where it is: contacts that
+  // follow no motion, anchors of forces, those at the start too, and the directions of forces and wind. Takes no memory, but
+  // for an error. An error, and nothing is changed: where `by` is not finite, or the state as a step refuses it; where a
+  // constraint holds a particle on a point or a line of the world, which would draw it back; and where T rounds the new places,
+  // from the scene's origin, by more than 1/64 of the shortest spring or rod. Particles at infinity stay there. Not while
+  // another thread steps with this plan, or in this workspace.
+  Expected<void> teleport(State<T>& state, const Pose& by);
+  Expected<void> teleport(State<T>& state, Workspace<T>& workspace, const Pose& by) const;
+
+  // How long springs and rods are, what energy there is, and whether all of it is finite, at any time. One pass over the
+  // particles and one over what joins them; it allocates nothing, throws nothing, and any thread may make it.
+  [[nodiscard]] StateCheck check(const State<T>& state) const noexcept;
+
   // Changes of the scene. Each makes again what it touches, and changes nothing where it fails: with an error, or with
   // std::bad_alloc. Not while another thread steps with this plan; clones keep what they had. The plan then steps as one
   // compiled anew from scene(), in which the scheme and the longest sub-step that it chose at first stand, and the particles
   // where the first one was compiled: rest lengths and anchors at the start stay what they were. set_step() makes steps vary
   // (Options::longest_step): it is the plan that compile() makes with step_size() and longest_step().
+  // Where a step h needs more sub-steps than Coupling::most_substeps, set_step() takes the longest step of h's sign that so
+  // many keep stable. step_size() then is shorter than h: so much time is left out.
   Expected<void> set_step(double h);
   // forces[index] becomes `force`.
   Expected<void> replace(std::size_t index, const Force& force);

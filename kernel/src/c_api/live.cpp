@@ -13,6 +13,7 @@
 #include "c_api/contact_report.hpp"
 #include "c_api/convert.hpp"
 #include "c_api/guard.hpp"
+#include "c_api/plan.hpp"
 #include "c_api/scene.hpp"
 #include "text.hpp"
 
@@ -200,6 +201,20 @@ dvdx_status dvdx_live_plan_remove(const dvdx_live_plan* plan, dvdx_live* live, c
   if (live == nullptr) return missing(error, "live");
   const auto remove = [&](const auto& p, auto& particles) { return p.remove(particles, threads_of(parallel)); };
   return std::visit([&](const auto& p) { return stepped(p, *live, error, remove); }, plan->plan);
+}
+
+dvdx_status dvdx_live_plan_teleport(const dvdx_live_plan* plan, const dvdx_live* live, const double* translation,
+                                    const double* rotation, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (live == nullptr) return missing(error, "live");
+  if (translation == nullptr) return missing(error, "translation");
+  const auto carry = [&]<class T>(const dvdx::LivePlan<T>& p) {
+    const dvdx_status status = check_columns<T>(live->state, live->state.count, error);
+    if (status != DVDX_DONE) return status;
+    dvdx::LiveState<T> particles{.state = view<T>(live->state)};
+    return done_or(error, p.teleport(particles, pose_of(translation, rotation)));
+  };
+  return guarded(error, [&] { return std::visit(carry, plan->plan); });
 }
 
 size_t dvdx_live_plan_explain(const dvdx_live_plan* plan, char* text, size_t capacity) {

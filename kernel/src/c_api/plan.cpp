@@ -176,6 +176,38 @@ dvdx_status with_state(P& plan, const dvdx_state& state, dvdx_error* error, cons
 
 }  // namespace
 
+dvdx_status dvdx_plan_teleport(dvdx_plan* plan, const dvdx_state* state, const double* translation, const double* rotation,
+                               dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (state == nullptr) return missing(error, "state");
+  if (translation == nullptr) return missing(error, "translation");
+  return with_state(*plan, *state, error, [&](auto& p, auto particles) {
+    return done_or(error, p.teleport(particles, pose_of(translation, rotation)));
+  });
+}
+
+dvdx_status dvdx_plan_check(const dvdx_plan* plan, const dvdx_state* state, dvdx_state_check* check, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (state == nullptr) return missing(error, "state");
+  if (check == nullptr) return missing(error, "check");
+  return with_state(*plan, *state, error, [&](const auto& p, const auto& particles) {
+    const dvdx::StateCheck found = p.check(particles);
+    if (found.result != dvdx::StepResult::done) return report(error, found.result, state->clock);
+    *check = {.stretch = found.stretch,
+              .network = found.network,
+              .spring = {found.spring[0], found.spring[1]},
+              .off = found.off,
+              .constraint = found.constraint,
+              .rod = {found.rod[0], found.rod[1]},
+              .kinetic = found.kinetic,
+              .elastic = found.elastic,
+              .weight = found.weight,
+              .not_finite = found.not_finite,
+              .first_not_finite = found.first_not_finite};
+    return report(error, DVDX_DONE);
+  });
+}
+
 dvdx_status dvdx_plan_carried(const dvdx_plan* plan, const dvdx_state* state, double* numbers, size_t capacity, size_t* count,
                               dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");

@@ -244,6 +244,7 @@ Coupling value(const dvdx_coupling& from) {
   to.axis = choice<PairAxis>(from.axis, pair_axes, "coupling.axis");
   if (from.iterations != 0) to.iterations = from.iterations;
   if (from.longest_substep != 0) to.longest_substep = from.longest_substep;
+  if (from.most_substeps != 0) to.most_substeps = from.most_substeps;
   return to;
 }
 

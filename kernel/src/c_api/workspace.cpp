@@ -79,6 +79,19 @@ dvdx_status dvdx_plan_step_in(const dvdx_plan* plan, dvdx_workspace* workspace, 
   });
 }
 
+dvdx_status dvdx_plan_teleport_in(const dvdx_plan* plan, dvdx_workspace* workspace, const dvdx_state* state,
+                                  const double* translation, const double* rotation, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (workspace == nullptr) return missing(error, "workspace");
+  if (state == nullptr) return missing(error, "state");
+  if (translation == nullptr) return missing(error, "translation");
+  return guarded(error, [&] {
+    return with_state(*plan, *workspace, *state, error, [&](const auto& p, auto& own, auto particles) {
+      return done_or(error, p.teleport(particles, own, pose_of(translation, rotation)));
+    });
+  });
+}
+
 dvdx_status dvdx_plan_carried_in(const dvdx_plan* plan, const dvdx_workspace* workspace, const dvdx_state* state,
                                  double* numbers, size_t capacity, size_t* count, dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");

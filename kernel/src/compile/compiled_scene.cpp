@@ -87,6 +87,12 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
     compiled->scene.coupling.longest_substep = made->coupling.longest_substep;
   }
   compiled->shapes = shapes_of(compiled->scene.contacts, before);
+  compiled->lengths =
+      before != nullptr ? before->lengths : std::make_shared<const JoinedLengths>(compiled->scene, compiled->start);
+  for (const Network& network : compiled->scene.networks) {
+    compiled->torn.emplace_back(std::visit([](const auto& of) { return std::span(of.broken); }, network),
+                                compiled->start.size());
+  }
   if (before != nullptr) compiled->choice = before->choice;
   auto motion = make_motion(*compiled, std::move(made));
   if (!motion) return tl::unexpected(motion.error());

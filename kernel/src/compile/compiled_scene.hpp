@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compile/free_motion.hpp"
+#include "compile/joined_lengths.hpp"
 #include "compile/joined_motion.hpp"
 #include "dvdx/plan.hpp"
 
@@ -36,9 +37,11 @@ struct CompiledScene {
   Options options;
   Isa isa;
   const Passes* passes;
-  std::optional<std::size_t> count;      // none where all particles are alike
-  std::vector<Vec3> start;               // m: only where anchors stand at the start, or something joins particles
-  ShapeMemories<T> shapes;               // of the contacts
+  std::optional<std::size_t> count;  // none where all particles are alike
+  std::vector<Vec3> start;           // m: only where anchors stand at the start, or something joins particles
+  ShapeMemories<T> shapes;           // of the contacts
+  std::shared_ptr<const JoinedLengths> lengths;
+  std::vector<TornSprings> torn;         // of each network
   std::optional<SchemeChoice> choice{};  // of a scene that left its scheme open; changes keep it
   Motion motion;
 

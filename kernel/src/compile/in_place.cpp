@@ -179,9 +179,12 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Break& change) {
   const bool is_bend = springs != nullptr && springs->zero_length != Scalars(0.0);  // which is not torn
   if (joints == nullptr || is_bend) return InPlace::not_done;
   std::visit([&](auto& network) { make_room(network.broken, change.ends.size()); }, compiled.scene.networks[change.network]);
+  TornSprings& torn = compiled.torn[change.network];
+  torn.reserve(change.ends.size(), compiled.start.size());
   joints->reserve_rates(compiled.scene, compiled.start);
   if (!joints->break_springs(compiled.scene, change.network, change.ends)) return InPlace::not_done;
   change.apply(compiled.scene, 0);
+  torn.add(change.ends);
   return InPlace::done;
 }
 

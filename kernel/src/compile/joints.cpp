@@ -11,7 +11,9 @@
 #include "compile/scheme_choice.hpp"
 #include "compile/sweep_scheme.hpp"
 #include "compile/undo.hpp"
+#include "compile/validate.hpp"
 #include "math/vec3.hpp"
+#include "text.hpp"
 
 namespace dvdx {
 namespace {
@@ -283,7 +285,7 @@ std::optional<NetworkLimit> limit_of_sheet(const Scene& scene, double step, cons
     fewest = std::max(fewest, substeps_within(*coupling.longest_substep, step));
   }
   const Substeps chosen = substeps_of(coupling, rule, step, highest, fewest);
-  if (!chosen.is_safe || chosen.substeps > 1000000) return std::nullopt;
+  if (!chosen.is_safe || chosen.substeps > most_substeps) return std::nullopt;
   const Frequencies bound{.start = highest.frequency, .bound = highest.frequency, .damping = highest.damping};
   NetworkLimit limit = limit_of(rule, bound, step, chosen.substeps, false).limit;
   limit.rho = chosen.rho;
@@ -503,6 +505,21 @@ Substeps Joints<T>::substeps_by(const HighestRates& highest, double h, std::opti
   }
   if (is_generalized_alpha(coupling)) found.rho = rho_of_whole_.value_or(found.rho);
   return found;
+}
+
+template <class T>
+double Joints<T>::step_within_limit(const Options& options) const noexcept {
+  const auto is_within = [&](double h) {
+    return substeps_by(rates.most, h, options.longest_step).substeps <= coupling.most_substeps.value_or(most_substeps);
+  };
+  if (!coupling.most_substeps || is_within(options.step)) return options.step;
+  double within = 0;
+  double beyond = options.step;
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = within + (beyond - within) / 2;
+    (is_within(middle) ? within : beyond) = middle;
+  }
+  return within;
 }
 
 template <class T>
@@ -757,9 +774,15 @@ std::optional<Error> Joints<T>::refusal(const Scene& scene, std::span<const Vec3
     if (!found_) found_ = find(scene, start);
     return limit_of(rule, *found_, step, chosen.substeps, hangs_free(scene, particles()));
   };
-  if (chosen.substeps > 1000000) {
+  if (chosen.substeps > most_substeps) {
     return Error{field, std::to_string(limited().limit.safe),
-                 "at most 1000000: a smaller step, less stiffness, or scheme sequential"};
+                 "at most " + std::to_string(most_substeps) + ": a smaller step, less stiffness, or scheme sequential"};
+  }
+  if (coupling.most_substeps && chosen.substeps > *coupling.most_substeps) {
+    const double within = step_within_limit({.step = step, .longest_step = longest_step});
+    return Error{"network.most_substeps", std::to_string(*coupling.most_substeps),
+                 "at least " + std::to_string(chosen.substeps) + " for a step of " + text(step, 6) +
+                     " s, or a step of at most " + text(within, 4) + " s"};
   }
   if (chosen.is_safe || unstable == Unstable::allowed) return std::nullopt;
   const auto [limit, by] = limited();

@@ -94,6 +94,8 @@ class Joints {
   // The net that the scene is now, for sequential.
   [[nodiscard]] SweptNet swept_net(const Scene& scene, std::span<const Vec3> start) const;
   [[nodiscard]] double substep() const noexcept { return step / chosen.substeps; }  // s
+  // s: the step of these options, or the longest of its sign that takes no more than Coupling::most_substeps.
+  [[nodiscard]] double step_within_limit(const Options& options) const noexcept;
   [[nodiscard]] std::size_t bytes() const noexcept;
   [[nodiscard]] bool is_damped() const noexcept { return is_damped_; }
   // How often a pulse applies the damping to what came before: it takes as many passes more over the springs that damp.

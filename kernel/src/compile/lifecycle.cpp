@@ -206,6 +206,10 @@ LivePlan<T>::~LivePlan() {
 }
 
 template <class T>
+Expected<void> LivePlan<T>::teleport(LiveState<T>& live, const Pose& by) const {
+  return parts_->compiled.plan.teleport(live.state, by);
+}
+template <class T>
 const Plan<T>& LivePlan<T>::plan() const noexcept {
   return parts_->compiled.plan;
 }
@@ -271,6 +275,8 @@ template LivePlan<float>& LivePlan<float>::operator=(LivePlan&&) noexcept;
 template LivePlan<double>& LivePlan<double>::operator=(LivePlan&&) noexcept;
 template LivePlan<float>::~LivePlan();
 template LivePlan<double>::~LivePlan();
+template Expected<void> LivePlan<float>::teleport(LiveState<float>&, const Pose&) const;
+template Expected<void> LivePlan<double>::teleport(LiveState<double>&, const Pose&) const;
 template const Plan<float>& LivePlan<float>::plan() const noexcept;
 template const Plan<double>& LivePlan<double>::plan() const noexcept;
 template const Turnover& LivePlan<float>::turnover() const noexcept;

@@ -203,20 +203,21 @@ std::size_t leading_out(std::span<const JoinedPair> springs, std::span<const std
 
 }  // namespace
 
-std::vector<GridDirection> directions_of(const Grid& grid) {
-  std::vector<GridDirection> directions;
-  const auto add = [&](std::size_t down, std::ptrdiff_t right, double k) {
-    if (k == 0) return;
+std::array<GridDirection, 6> all_directions_of(const Grid& grid) {
+  const auto direction = [&](std::size_t down, std::ptrdiff_t right, double k) -> GridDirection {
     const Vec3 d = spanned(grid, down, right);
     const double l = length(d);
-    directions.push_back({down, right, k, l, {d[0] / l, d[1] / l, d[2] / l}});
+    return {down, right, k, l, {d[0] / l, d[1] / l, d[2] / l}};
   };
-  add(0, 1, grid.structural);
-  add(0, 2, grid.bend);
-  add(1, -1, grid.shear);
-  add(1, 0, grid.structural);
-  add(1, 1, grid.shear);
-  add(2, 0, grid.bend);
+  return {direction(0, 1, grid.structural), direction(0, 2, grid.bend),  direction(1, -1, grid.shear),
+          direction(1, 0, grid.structural), direction(1, 1, grid.shear), direction(2, 0, grid.bend)};
+}
+
+std::vector<GridDirection> directions_of(const Grid& grid) {
+  std::vector<GridDirection> directions;
+  for (const GridDirection& d : all_directions_of(grid)) {
+    if (d.k != 0) directions.push_back(d);
+  }
   return directions;
 }
 

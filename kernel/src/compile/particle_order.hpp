@@ -31,7 +31,8 @@ struct GridDirection {
   Vec3 n{};             // the flat sheet's unit direction
 };
 
-// Those with a stiffness (or a damping), in the order of the neighbour's number.
+// In the order of the neighbour's number; those with a stiffness.
+std::array<GridDirection, 6> all_directions_of(const Grid& grid);
 std::vector<GridDirection> directions_of(const Grid& grid);
 
 // A sheet's cells, each cut from (row, column) to (row + 1, column + 1), in the order of the cells.

@@ -16,6 +16,7 @@ class PoseTrack {
  public:
   explicit PoseTrack(const Motion& motion);
 
+  [[nodiscard]] const Vec3& center() const noexcept { return center_; }
   // At a key the velocity is that after it.
   [[nodiscard]] MovedPose at(const Clock& clock) const noexcept;
   // At `end`, with the velocities that lead there from `start`.

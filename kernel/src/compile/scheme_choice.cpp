@@ -51,7 +51,9 @@ SchemeChoice take_scheme(Coupling& coupling, double step, const HighestRates& ra
   const double times = solves_lines(by(Scheme::sequential), net.springs_are()) ? times_of_lines : 1;
   choice.sequential_cost = times * cost(sequential_costs.of(joined.swept), joined, 1) * choice.sequential;
   // Sub-steps that are asked for are too few for leapfrog, or are not.
-  const bool sweeps = coupling.substeps ? *coupling.substeps < safe : choice.sequential_cost < choice.leapfrog_cost;
+  const bool is_beyond = coupling.most_substeps && choice.leapfrog > *coupling.most_substeps;
+  const bool sweeps =
+      coupling.substeps ? *coupling.substeps < safe : is_beyond || choice.sequential_cost < choice.leapfrog_cost;
   choice.scheme = coupling.scheme = sweeps ? Scheme::sequential : Scheme::leapfrog;
   if (leaves_substeps_open(coupling)) coupling.longest_substep = longest;
   return choice;

@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "compile/checker.hpp"
+#include "compile/joined_lengths.hpp"
 #include "compile/particle_order.hpp"
 #include "math/vec3.hpp"
 
@@ -36,8 +37,6 @@ void for_each_spring(const Springs& springs, std::span<const Vec3> start, const 
     use(a, b, springs.rest_length ? (*springs.rest_length)[s] : distance(start[a], start[b]));
   }
 }
-
-Pair ascending(const Pair& ends) { return {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])}; }
 
 std::optional<Error> refusal(const Scene& scene, std::size_t particles, std::size_t network, double stretch,
                              std::size_t count) {

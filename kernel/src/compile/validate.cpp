@@ -21,7 +21,6 @@
 namespace dvdx {
 namespace {
 
-constexpr int most_substeps = 1000000;
 constexpr int most_iterations = 1000;
 constexpr double most_coefficient = 1e6;  // of drag and lift: what a pulse makes of it stays finite (most_air)
 
@@ -549,6 +548,12 @@ void check_substeps(Checker& check, const Scene& scene) {
   if (coupling.substeps && (*coupling.substeps < 1 || *coupling.substeps > most_substeps)) {
     check.fail("network.substeps", std::to_string(*coupling.substeps),
                "a whole number from 1 to " + std::to_string(most_substeps));
+  }
+  const int least_limit = coupling.substeps.value_or(1);
+  if (coupling.most_substeps && (*coupling.most_substeps < least_limit || *coupling.most_substeps > most_substeps)) {
+    check.fail("network.most_substeps", std::to_string(*coupling.most_substeps),
+               "a whole number from " + std::to_string(least_limit) + (coupling.substeps ? ", the sub-steps," : "") + " to " +
+                   std::to_string(most_substeps));
   }
   if (coupling.iterations < 1 || coupling.iterations > most_iterations) {
     check.fail("constraint_iterations", std::to_string(coupling.iterations),

@@ -8,6 +8,8 @@
 
 namespace dvdx {
 
+inline constexpr int most_substeps = 1000000;  // a step
+
 // The first thing that is wrong, or nothing. count: the state's particles, where a state is given.
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count);
 std::optional<Error> check(const Options& options);

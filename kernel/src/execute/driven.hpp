@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compile/pose_track.hpp"
+#include "math/rigid_motion.hpp"
 
 namespace dvdx {
 
@@ -45,6 +46,22 @@ class DrivenMotion {
     asked_.reset();
   }
 
+  // Wherever it is, and is to go, is carried along; its keys go on from there.
+  void carry(const RigidMotion& by, const PoseTrack& track) noexcept {
+    for (std::optional<PoseTarget>* const target : {&asked_, &jumped_}) {
+      if (!*target) continue;
+      const MovedPose pose =
+          moved(by, {.center = track.center(), .translation = (*target)->translation, .turn = (*target)->turn});
+      *target = PoseTarget{pose.translation, pose.turn};
+    }
+    if (!to_) {
+      carried_ = carried_ ? by * *carried_ : by;
+      return;
+    }
+    from_ = moved(by, from_);
+    to_ = moved(by, *to_);
+  }
+
   // Before a call: where it has jumped to, it rests.
   void arrive(const PoseTrack& track, const Clock& clock) noexcept {
     if (!jumped_) return;
@@ -72,7 +89,7 @@ class DrivenMotion {
   }
 
   [[nodiscard]] MovedPose at(const PoseTrack& track, const Clock& clock) const noexcept {
-    if (!to_) return track.at(clock);
+    if (!to_) return by_keys(track.at(clock));
     const double part = step_.part_passed(clock);
     if (part == 1) return *to_;
     MovedPose pose = from_;
@@ -83,7 +100,7 @@ class DrivenMotion {
   }
   // At `end`, with the velocities that lead there from `start`.
   [[nodiscard]] MovedPose at_end_of(const PoseTrack& track, const Clock& start, const Clock& end) const noexcept {
-    return to_ ? at(track, end) : track.at_end_of(start, end);
+    return to_ ? at(track, end) : by_keys(track.at_end_of(start, end));
   }
 
   template <class Archive>
@@ -103,6 +120,11 @@ class DrivenMotion {
         archive(target.turn.w);
       });
     }
+    pass_there(archive, carried_, [&](RigidMotion& by) {
+      pass_vector(by.translation);
+      pass_vector(by.turn.v);
+      archive(by.turn.w);
+    });
     pass_there(archive, to_, [&](MovedPose& to) {
       pass_pose(to);
       pass_pose(from_);
@@ -121,6 +143,8 @@ class DrivenMotion {
     if (value) pass(*value);
   }
 
+  [[nodiscard]] MovedPose by_keys(const MovedPose& pose) const noexcept { return carried_ ? moved(*carried_, pose) : pose; }
+
   void rest_at(MovedPose pose) noexcept {
     pose.velocity = pose.angular_velocity = {};
     from_ = pose;
@@ -128,6 +152,7 @@ class DrivenMotion {
   }
 
   std::optional<PoseTarget> asked_, jumped_;
+  std::optional<RigidMotion> carried_;  // from where its keys have it
   MovedPose from_;
   std::optional<MovedPose> to_;  // none: by the motion's keys
   DrivenStep step_;
@@ -153,6 +178,13 @@ class DrivenPlaces {
     for (std::size_t i = 0; i < places.size(); ++i) ways_[i] = {.from = places[i], .to = places[i]};
     is_driven_ = true;
     is_asked_ = false;
+  }
+
+  void carry(const RigidMotion& by) noexcept {
+    for (Way& way : ways_) {
+      for (Vec3* const place : {&way.from, &way.to, &way.asked}) *place = by.place(*place);
+      way.velocity = by.direction(way.velocity);
+    }
   }
 
   [[nodiscard]] bool has_way() const noexcept { return is_asked_ || is_driven_; }

@@ -75,6 +75,27 @@ class DrivenSkin {
     lacks_normals_ = false;
   }
 
+  // Its points and normals, and those that it is to go to, are carried along. start: null of a skin that follows a motion,
+  // which is carried itself; else where it rests until something drives it.
+  void carry(const RigidMotion& by, const SkinStart* start) noexcept {
+    if (start != nullptr && !is_driven_) {
+      for (std::size_t i = 0; i < shape_.particles; ++i) points_.rest(i, start->points[i]);
+    }
+    if (start != nullptr && shape_.has_normals && (!is_driven_ || lacks_normals_)) {
+      for (std::size_t i = 0; i < shape_.particles; ++i) normals_.rest(i, start->normals[i]);
+    }
+    if (start != nullptr) {
+      is_driven_ = true;
+      lacks_normals_ = false;
+    }
+    for (Vectors* const places : {&points_.from, &points_.to, &points_.asked}) {
+      places->become([&](const Vec3& x) { return by.place(x); });
+    }
+    for (Vectors* const directions : {&points_.rate, &normals_.from, &normals_.to, &normals_.asked, &normals_.rate}) {
+      directions->become([&](const Vec3& n) { return by.direction(n); });
+    }
+  }
+
   // A step of this duration begins, of a skin that has a way; undriven(i): a point of it where nothing has driven it yet.
   template <class Undriven>
   void begin(const Clock& clock, double duration, const Undriven& undriven) noexcept {
@@ -134,6 +155,10 @@ class DrivenSkin {
       for (std::size_t k = 0; k < 3; ++k) axes[k][i] = v[k];
     }
     [[nodiscard]] Vec3 at(std::size_t i) const noexcept { return {axes[0][i], axes[1][i], axes[2][i]}; }
+    template <class Of>
+    void become(const Of& of) noexcept {
+      for (std::size_t i = 0; i < axes[0].size(); ++i) put(i, of(at(i)));
+    }
   };
 
   struct Way {

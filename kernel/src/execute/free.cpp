@@ -8,6 +8,7 @@
 #include "execute/environment.hpp"
 #include "execute/joined.hpp"
 #include "execute/plan_parts.hpp"
+#include "execute/state_fit.hpp"
 #include "execute/state_io.hpp"
 #include "execute/tasks.hpp"
 
@@ -157,19 +158,6 @@ void run(const Batch<A, T>& batch, const ParallelFor& parallel) noexcept {
   });
 }
 
-template <class A, class T>
-StepResult check_state(const CompiledScene<A>& scene, const State<T>& state) noexcept {
-  if (scene.count && *scene.count != state.count) return StepResult::count_differs;
-  const auto is_small = [&](const std::array<Column<T>, 3>& columns) {
-    return std::any_of(columns.begin(), columns.end(), [&](const Column<T>& c) { return c.capacity < state.count; });
-  };
-  const bool needs_rests = !std::is_same_v<A, T>;
-  const bool is_any_small =
-      is_small(state.x) || is_small(state.v) || (needs_rests && (is_small(state.x_rest) || is_small(state.v_rest)));
-  if (is_any_small) return StepResult::capacity_too_small;
-  return state.clock.is_finite() ? StepResult::done : StepResult::time_not_finite;
-}
-
 // A call's report, and the number of the state's first particle in it.
 struct Reported {
   ContactReport::Parts* report = nullptr;  // null: none
@@ -209,7 +197,7 @@ StepResult step_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace,
   if constexpr (sizeof(A) < sizeof(T)) {
     return StepResult::done;  // no plan for float64 states is worked out in float32
   } else {
-    if (const StepResult result = check_state(scene, state); result != StepResult::done) return result;
+    if (const StepResult result = fit_of(scene, state); result != StepResult::done) return result;
     const JoinedMotion<A>* joined = scene.joined();
     if (joined != nullptr && (workspace == nullptr || !workspace->fits(joined->shape()))) return StepResult::workspace_differs;
     if (reported.report != nullptr && reported.report->centers.size() != scene.scene.contacts.size()) {

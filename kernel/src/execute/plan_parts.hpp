@@ -1,6 +1,7 @@
 // What a plan holds: a compiled scene, which its clones share, and a workspace of its own.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <tuple>
@@ -93,6 +94,10 @@ struct PlanIn {
     const std::shared_ptr<Joints<A>> of = joints();
     const bool is_alone = is_only_owner(scene) && (of == nullptr || of.use_count() == 2);
     Options options = with_other_step(scene->options, h);
+    if (of != nullptr && std::isfinite(h)) {
+      h = of->step_within_limit(options);
+      options = with_other_step(scene->options, h);
+    }
     if (!is_alone || (of != nullptr && !of->can_change_step(options))) return become(with_step(*scene, h));
     if (auto error = check(options)) return tl::unexpected(*error);
     if (of != nullptr) of->reserve_step(scene->scene, scene->start);

@@ -20,10 +20,22 @@
 #include "scene_io/names.hpp"
 
 namespace dvdx::tool {
+namespace {
+
 std::optional<int> read_substeps(const Node& node) {
   if (node.json() == "auto") return std::nullopt;
   if (node.json().is_string()) node.refuse("\"auto\" or a whole number");
   return static_cast<int>(node.whole(1, most_substeps));
+}
+
+}  // namespace
+
+void read_substeps(const Fields& fields, Coupling& coupling) {
+  if (const auto substeps = fields.optional("substeps")) coupling.substeps = read_substeps(*substeps);
+  if (const auto most = fields.optional("most_substeps")) {
+    coupling.most_substeps =
+        static_cast<int>(most->whole(static_cast<std::uint64_t>(coupling.substeps.value_or(1)), most_substeps));
+  }
 }
 
 namespace {
@@ -47,7 +59,7 @@ Kind kind_of(const Node& network) {
 
 Fields fields_of(const Node& network) {
   const auto kind = kind_of(network);
-  std::vector<std::string_view> keys{"type",  "damping", "fixed", "scheme", "substeps", "method",
+  std::vector<std::string_view> keys{"type",  "damping", "fixed", "scheme", "substeps", "most_substeps", "method",
                                      "theta", "sweep",   "lines", "axis",   "broken",   "tears_at"};
   const auto add = [&](std::initializer_list<std::string_view> more) { keys.insert(keys.end(), more); };
   if (kind == Kind::grid)
@@ -330,7 +342,7 @@ void refuse_keys_of(Scheme scheme, std::initializer_list<const char*> keys, cons
 Coupling read_coupling(const Fields& fields, Method method) {
   Coupling coupling;
   coupling.scheme = fields.choice("scheme", schemes, Scheme::leapfrog);
-  if (const auto substeps = fields.optional("substeps")) coupling.substeps = read_substeps(*substeps);
+  read_substeps(fields, coupling);
   if (const auto theta = fields.optional("theta")) coupling.theta = theta->number(half_to_one);
   coupling.sweeps = fields.choice("sweep", sweep_orders, SweepOrder::symmetric);
   coupling.lines = fields.choice("lines", line_choices, dvdx::Lines::rows);
@@ -358,6 +370,7 @@ void check_alike(const Node& node, const Coupling& first, const Coupling& own) {
   };
   check("scheme", std::string(name_in(schemes, first.scheme)), std::string(name_in(schemes, own.scheme)));
   check("substeps", words_of(first.substeps, "auto"), words_of(own.substeps, "auto"));
+  check("most_substeps", words_of(first.most_substeps, "none"), words_of(own.most_substeps, "none"));
   check("theta", words_of(first.theta, "none"), words_of(own.theta, "none"));
   check("sweep", std::string(name_in(sweep_orders, first.sweeps)), std::string(name_in(sweep_orders, own.sweeps)));
   check("lines", std::string(name_in(line_choices, first.lines)), std::string(name_in(line_choices, own.lines)));

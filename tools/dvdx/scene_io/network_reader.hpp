@@ -16,8 +16,8 @@ namespace dvdx::tool {
 // The .obj file that the node names.
 [[nodiscard]] MeshFile mesh_of(const Node& node, SceneFolder& folder);
 
-// A whole number, or none for "auto".
-[[nodiscard]] std::optional<int> read_substeps(const Node& node);
+// The keys `substeps`, a whole number or "auto", and `most_substeps`, where they are there.
+void read_substeps(const Fields& fields, Coupling& coupling);
 
 // What a network makes: a grid or a mesh its own particles, springs none.
 struct MadeNetwork {

@@ -431,10 +431,11 @@ constexpr std::uint64_t most_iterations = 1000;
 SceneFile scene_of(const std::string& path, const json& root, const ReadOptions& options) {
   const Node node(root, "", path);
   check_format(node);
-  const Fields fields(node, "a scene", {"format",    "name",    "about",    "step",      "duration",    "method",
-                                        "particles", "forces",  "contacts", "network",   "constraints", "constraint_iterations",
-                                        "substeps",  "fixed",   "motions",  "kinematic", "origin",      "emitters",
-                                        "capacity",  "removal", "wind",     "skins",     "tethers"});
+  const Fields fields(node, "a scene",
+                      {"format",    "name",          "about",    "step",    "duration",    "method",
+                       "particles", "forces",        "contacts", "network", "constraints", "constraint_iterations",
+                       "substeps",  "most_substeps", "fixed",    "motions", "kinematic",   "origin",
+                       "emitters",  "capacity",      "removal",  "wind",    "skins",       "tethers"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -459,11 +460,13 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   if (const auto iterations = fields.optional("constraint_iterations")) {
     file.scene.coupling.iterations = static_cast<int>(iterations->whole(1, most_iterations));
   }
-  if (const auto substeps = fields.optional("substeps")) {
+  for (const char* const key : {"substeps", "most_substeps"}) {
+    const auto substeps = fields.optional(key);
+    if (!substeps) continue;
     if (!file.scene.networks.empty()) substeps->refuse("left out of a scene with networks, which have their own");
     if (file.scene.constraints.empty()) substeps->refuse("left out of a scene without constraints");
-    file.scene.coupling.substeps = read_substeps(*substeps);
   }
+  read_substeps(fields, file.scene.coupling);
   read_fixed(fields, file, population);
   read_kinematic(fields, file, population, motions, networks);
   read_skins(fields, file.scene, population, motions, networks);
