@@ -181,6 +181,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Break& change) {
   std::visit([&](auto& network) { make_room(network.broken, change.ends.size()); }, compiled.scene.networks[change.network]);
   joints->reserve_rates(compiled.scene, compiled.start);
   if (!joints->break_springs(compiled.scene, change.network, change.ends)) return InPlace::not_done;
+  compiled.joined()->faces_to_change().tear(change.network, change.ends, joints->order);
   change.apply(compiled.scene, 0);
   return InPlace::done;
 }
@@ -199,6 +200,7 @@ Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index
   if (motion_of(contact) || motion_of(before)) return InPlace::not_done;
   if ((has_memory(contact) || has_memory(before)) && !have_same_memory(contact, before)) return InPlace::not_done;
   if (parts_of(contact) != parts_of(before)) return InPlace::not_done;
+  if (compiled.joined() != nullptr && !compiled.joined()->faces_to_change().can_set(index, contact)) return InPlace::not_done;
   if (auto error = check(contact, index)) return tl::unexpected(*error);
   if (auto error = check_range<T>(contact, index, compiled.scene.origin)) return tl::unexpected(*error);
   compiled.scene.contacts[index] = contact;
