@@ -14,8 +14,9 @@
 namespace dvdx {
 namespace {
 
-// By how much of their half width the edges of bodies are rounded.
-constexpr double rounding_of_box = 0.25, rounding_of_convex = 0.125;
+// By how much of their half width the edges of bodies are rounded; and by how much of the sides of the triangles at most, as a
+// tip of the angle a recedes by 1/sin(a/2) - 1 times that.
+constexpr double rounding_of_box = 0.25, rounding_of_convex = 0.125, rounding_of_tip = 1.0 / 32;
 // A tip whose planes are all less than this off its way to the body's middle, as a sine.
 constexpr double sharp = 0.5;
 constexpr std::size_t cells_of_patch = 4;  // along a row and a column of a grid
@@ -68,14 +69,15 @@ void set_axes(ThinBody& body, const Quaternion& turn) noexcept {
   }
 }
 
-void set_core(ThinBody&, const Plane&) noexcept {}
-void set_core(ThinBody&, const TriangleMesh&) noexcept {}
-void set_core(ThinBody& body, const Sphere& sphere) {
+// side: the longest of all triangles'.
+void set_core(ThinBody&, const Plane&, double) noexcept {}
+void set_core(ThinBody&, const TriangleMesh&, double) noexcept {}
+void set_core(ThinBody& body, const Sphere& sphere, double /*side*/) {
   body.center = sphere.center;
   body.shape.core.assign(1, CoreBall{});
   body.shape.radius = sphere.radius + sphere.thickness;
 }
-void set_core(ThinBody& body, const Capsule& capsule) {
+void set_core(ThinBody& body, const Capsule& capsule, double /*side*/) {
   const auto& [a, b] = capsule.ends;
   const double least = std::min(capsule.radius[0], capsule.radius[1]);
   const double half = distance(a, b) / 2;
@@ -90,7 +92,7 @@ void set_core(ThinBody& body, const Capsule& capsule) {
   }
   body.shape.radius = least + capsule.thickness;
 }
-void set_core(ThinBody& body, const OrientedBox& box) {
+void set_core(ThinBody& body, const OrientedBox& box, double /*side*/) {
   const auto& [a, b, c] = box.half_extents;
   const double off = rounding_of_box * std::min({a, b, c});
   body.center = box.center;
@@ -103,11 +105,11 @@ void set_core(ThinBody& body, const OrientedBox& box) {
   }
   body.shape.radius = off + box.thickness;
 }
-void set_core(ThinBody& body, const Convex& convex) {
+void set_core(ThinBody& body, const Convex& convex, double side) {
   const ConvexBody whole(convex);
   double least = std::numeric_limits<double>::infinity();
   for (const Face& face : whole.faces()) least = std::min(least, face.offset - dot(face.normal, whole.center()));
-  const double off = rounding_of_convex * least;
+  const double off = std::min(rounding_of_convex * least, rounding_of_tip * side);
   Convex smaller = convex;
   smaller.thickness = convex.thickness - off;
   body.center = whole.center();
@@ -126,11 +128,11 @@ void set_impact(FaceBody& shape, const C& contact) noexcept {
   shape.mu = shape.tau > 0 ? std::min(contact.friction, most) : most;
 }
 
-void set_body(ThinBody& body, const Contact& contact) {
+void set_body(ThinBody& body, const Contact& contact, double side) {
   body.axes = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::visit(
       [&](const auto& c) {
-        set_core(body, c);
+        set_core(body, c, side);
         set_impact(body.shape, c);
         body.motion = c.motion;
       },
@@ -187,20 +189,18 @@ BodyPose ThinBody::at(const MovedPose& pose, const Vec3& origin) const noexcept 
 
 FaceContacts::FaceContacts(const Scene& scene, std::span<const Vec3> start, const ParticleOrder& order) {
   std::vector<std::pair<std::size_t, double>> wide;  // networks with triangles, and their sides
-  for (std::size_t n = 0; n < scene.networks.size() && !scene.contacts.empty(); ++n) {
+  const bool is_asked = scene.faces == Faces::automatic && !scene.contacts.empty();
+  for (std::size_t n = 0; n < scene.networks.size() && is_asked; ++n) {
     if (const auto side = longest_side(scene.networks[n], start)) wide.emplace_back(n, *side);
   }
-  double widest = 0;
-  for (const auto& [n, side] : wide) {
-    widest = std::max(widest, side);
-    sides_.push_back(side);
-  }
+  for (const auto& [n, side] : wide) sides_.push_back(side);
+  const double widest = sides_.empty() ? 0 : *std::max_element(sides_.begin(), sides_.end());
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < scene.contacts.size() && !wide.empty(); ++i) {
     const auto width = least_width(scene.contacts[i]);
     if (!width || !(*width < width_of_cells * widest)) continue;
     ThinBody body{.contact = i, .width = *width};
-    set_body(body, scene.contacts[i]);
+    set_body(body, scene.contacts[i], widest);
     bodies_.push_back(std::move(body));
     least = std::min(least, *width);
   }
@@ -261,7 +261,7 @@ bool FaceContacts::can_set(std::size_t index, const Contact& contact) const {
   if (!width) return false;
   // The same networks meet it, and as many balls are its core, so that this takes no memory.
   ThinBody other{.contact = index, .width = *width};
-  set_body(other, contact);
+  set_body(other, contact, sides_[0]);
   return other.shape.core.size() <= body->shape.core.capacity() && std::all_of(sides_.begin(), sides_.end(), [&](double side) {
            return is_thin(side) == (body->width < width_of_cells * side);
          });
@@ -276,7 +276,7 @@ void FaceContacts::set_contact(std::size_t index, const Contact& contact) noexce
       continue;
     }
     body.width = *least_width(contact);
-    set_body(body, contact);
+    set_body(body, contact, 0);
   }
 }
 

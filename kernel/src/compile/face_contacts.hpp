@@ -29,7 +29,7 @@ struct ThinBody {
   std::size_t contact = 0;
   double width = 0;  // m
   std::optional<std::size_t> motion{};
-  Vec3 center{};              // m, in the world
+  Vec3 center{};  // m, in the world
   std::array<Vec3, 3> axes{};
   FaceBody shape{};
 
@@ -39,13 +39,13 @@ struct ThinBody {
 
 // Triangles side by side, and the particles at their corners.
 struct FacePatch {
-  std::uint32_t first = 0, end = 0;                  // of the triangles
-  std::uint32_t first_corner = 0, end_corner = 0;    // of the list of corners
+  std::uint32_t first = 0, end = 0;                // of the triangles
+  std::uint32_t first_corner = 0, end_corner = 0;  // of the list of corners
 };
 
 struct FaceNetwork {
   std::size_t network = 0;
-  double side = 0;                        // m
+  double side = 0;  // m
   std::size_t first_patch = 0, end_patch = 0;
 
   [[nodiscard]] bool is_wider_than(const ThinBody& body) const noexcept { return body.width < width_of_cells * side; }

@@ -97,7 +97,8 @@ class FaceStep {
       room_.farthest[task] = most;
     });
     T most = 0;
-    for (std::size_t task = 0; task < tasks_of(elements(), particles_per_task); ++task) most = std::max(most, room_.farthest[task]);
+    for (std::size_t task = 0; task < tasks_of(elements(), particles_per_task); ++task)
+      most = std::max(most, room_.farthest[task]);
     return 1.001 * std::sqrt(double{most});
   }
 
@@ -259,11 +260,12 @@ class FaceStep {
   void meet(const FaceContacts::Corners& of, const ThinBody& body, const BodyPose& pose, const FacePart& part) noexcept {
     if (of[0] == FaceContacts::nowhere) return;
     FaceCorners corners;
+    corners.now = {at(room_.now, of[0]), at(room_.now, of[1]), at(room_.now, of[2])};
+    if (!may_meet(body.shape, pose, corners.now)) return;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t i = of[k];
       corners.w[k] = double{work_.w[i]};
       corners.was[k] = at(room_.was, i);
-      corners.now[k] = at(room_.now, i);
       corners.to[k] = at(work_.x, i);
       corners.v[k] = at(work_.v, i);
     }

@@ -51,11 +51,14 @@ double FaceBox::gap_to(const FaceBody& body, const BodyPose& pose) const noexcep
   return gap;
 }
 
+bool may_meet(const FaceBody& body, const BodyPose& pose, const std::array<Vec3, 3>& corners) noexcept {
+  return is_sound(corners) && overlaps(body, {pose.to_body(corners[0]), pose.to_body(corners[1]), pose.to_body(corners[2])});
+}
+
 bool find_pulse(const FaceBody& body, const BodyPose& pose, const FaceCorners& corners, const FacePart& part,
                 FacePulse& pulse) noexcept {
-  if (!is_sound(corners.now) || !is_sound(corners.to)) return false;
+  if (!is_sound(corners.to)) return false;
   const std::array<Vec3, 3> y{pose.to_body(corners.now[0]), pose.to_body(corners.now[1]), pose.to_body(corners.now[2])};
-  if (!overlaps(body, y)) return false;
   const Closest near = closest(y, body.core, body.radius);
   if (near.how != Meeting::apart) return false;
   const double depth = body.radius - near.distance;
@@ -71,8 +74,7 @@ bool find_pulse(const FaceBody& body, const BodyPose& pose, const FaceCorners& c
 
   const double seconds = part.h / part.count;
   const Vec3 way = difference(difference(pulse.x, point(corners.was)), scaled(V, seconds));
-  const Vec3 rest =
-      difference(difference(point(corners.to), pulse.x), scaled(V, seconds * (part.count - part.number)));
+  const Vec3 rest = difference(difference(point(corners.to), pulse.x), scaled(V, seconds * (part.count - part.number)));
   const double inwards = -dot(n, way);
   const double within = inwards > depth ? depth / inwards : 1;  // of the part, since it came in
   const double onwards = std::max(0.0, -dot(n, rest));

@@ -33,18 +33,18 @@ inline constexpr int most_face_parts = 128;
 // bodies are rounded by it.
 struct FaceBody {
   std::vector<CoreBall> core;
-  double radius = 0;            // m, > 0
-  Vec3 low{}, high{};           // m: the box about the body
-  double e = 0, tau = 1;        // what an impact leaves of the normal velocity, and of the tangential one
-  double mu = 0;                // Coulomb's, finite
+  double radius = 0;      // m, > 0
+  Vec3 low{}, high{};     // m: the box about the body
+  double e = 0, tau = 1;  // what an impact leaves of the normal velocity, and of the tangential one
+  double mu = 0;          // Coulomb's, finite
 };
 
 // How a body lies in the columns' coordinates, and moves.
 struct BodyPose {
-  Vec3 center{};                                                   // m
-  std::array<Vec3, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};     // of the body
-  Vec3 velocity{}, angular_velocity{};                             // m/s, rad/s: at and about `at`
-  Vec3 at{};                                                       // m
+  Vec3 center{};                                                // m
+  std::array<Vec3, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  // of the body
+  Vec3 velocity{}, angular_velocity{};                          // m/s, rad/s: at and about `at`
+  Vec3 at{};                                                    // m
 
   [[nodiscard]] Vec3 to_body(const Vec3& x) const noexcept {
     const Vec3 r = difference(x, center);
@@ -79,8 +79,8 @@ struct FaceBox {
 
 // Three corners in a part of a sub-step.
 struct FaceCorners {
-  std::array<double, 3> w{};                      // 1/kg; 0: held
-  std::array<Vec3, 3> was{}, now{}, to{}, v{};    // m: at the part's start and end, and at the sub-step's end; m/s
+  std::array<double, 3> w{};                    // 1/kg; 0: held
+  std::array<Vec3, 3> was{}, now{}, to{}, v{};  // m: at the part's start and end, and at the sub-step's end; m/s
 };
 // The part `number` (from 1) of `count` of a sub-step of h seconds, which may be negative.
 struct FacePart {
@@ -97,7 +97,10 @@ struct FacePulse {
   bool is_impact = false;
 };
 
-// Whether the body moves the corners, and how.
+// Whether a triangle with these corners, m, may touch the body. One that is not finite touches nothing.
+[[nodiscard]] bool may_meet(const FaceBody& body, const BodyPose& pose, const std::array<Vec3, 3>& corners) noexcept;
+
+// Whether the body moves corners that it may meet, and how.
 [[nodiscard]] bool find_pulse(const FaceBody& body, const BodyPose& pose, const FaceCorners& corners, const FacePart& part,
                               FacePulse& pulse) noexcept;
 
