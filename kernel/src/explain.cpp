@@ -485,6 +485,31 @@ std::string describe_balls(const Joints<T>& joints, const CompiledScene<T>& comp
          " bytes; of second order where a particle stays on its limit, of first where it reaches it\n";
 }
 
+// Which contacts are narrower than which networks' cells, and what that takes.
+template <class T>
+std::string describe_faces(const JoinedMotion<T>& joined) {
+  const FaceContacts* const faces = joined.faces();
+  if (faces == nullptr) return "";
+  std::string words;
+  for (const FaceNetwork& network : faces->networks()) {
+    std::size_t first = 0, end = 0;
+    if (network.end_patch != network.first_patch) {
+      first = faces->patches()[network.first_patch].first;
+      end = faces->patches()[network.end_patch - 1].end;
+    }
+    for (const ThinBody& body : faces->bodies()) {
+      if (!network.is_wider_than(body)) continue;
+      words += (words.empty() ? "faces        " : "             ") + ("contacts[" + std::to_string(body.contact) + "] is ");
+      words += body.width > 0 ? text(body.width, 3) + " m wide" : std::string("pointed");
+      words += " where network[" + std::to_string(network.network) + "] has sides of up to " + text(network.side, 3) +
+               " m: its " + std::to_string(end - first) + " triangles meet it; more than " +
+               text(0.5 * most_face_parts * body.shape.radius, 3) + " m in a sub-step may pass\n";
+    }
+  }
+  return words + "             looked at once at the end of each of " + std::to_string(joined.joints().chosen.substeps) +
+         " sub-steps, which then ends with a flow of its own; " + std::to_string(faces->bytes()) + " bytes; of first order\n";
+}
+
 std::string_view name(Rounding how, bool is_float32) {
   if (how == Rounding::compensated) return "float32 compensated (worked out in float64)";
   return is_float32 ? "float32" : "float64";
@@ -560,7 +585,8 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   words += describe_motions(scene);
   if (joined != nullptr) {
     words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_air(joined->joints(), compiled) +
-             describe_constraints(joined->joints(), compiled.scene) + describe_balls(joined->joints(), compiled);
+             describe_constraints(joined->joints(), compiled.scene) + describe_balls(joined->joints(), compiled) +
+             describe_faces(*joined);
   }
   const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
   words += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");

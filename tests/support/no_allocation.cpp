@@ -122,6 +122,23 @@ TEST_CASE_TEMPLATE("a skin that the caller moves allocates nothing, nor does a s
   CHECK(allocations == before);
 }
 
+TEST_CASE_TEMPLATE("faces of a sheet that meet a ball allocate nothing in a step, with a report or without", T, float, double) {
+  test::Joined sheet = test::sheet(12, 20, 50);
+  sheet.scene.fixed.clear();
+  sheet.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 1, .translation = {0, 1, 0}}}});
+  sheet.scene.add(Sphere{.center = {0.48, -0.05, 0.52}, .radius = 0.02, .motion = 0});
+  test::Batch<T> batch(test::Layout::aos, sheet.x.size());
+  test::place(sheet, batch.view());
+  const auto plan = compile<T>(sheet.scene, {.step = sheet.step}, batch.view());
+  REQUIRE(plan.has_value());
+  ContactReport report(1);
+  const int before = allocations;
+  (void)plan->step(batch.view(), 3);
+  (void)plan->step(batch.view(), report, 10);
+  CHECK(allocations == before);
+  CHECK(report.of(0).impulse[1] < 0);
+}
+
 TEST_CASE_TEMPLATE("no scene whose particles come and go allocates in a step", T, float, double) {
   constexpr std::size_t capacity = 40'000;
   for (const test::Layout layout : {test::Layout::soa, test::Layout::aosoa16}) {

@@ -238,8 +238,11 @@ constexpr BadValue bad_values[] = {
      "method is \"verlet\": must be \"combined\", \"exact\", \"average_acceleration\", \"pulse\" or \"symplectic_euler\""},
     {"/gravity", "9.81",
      "gravity is not a key of a scene: Known are format, name, about, step, duration, method, particles, forces, contacts, "
-     "network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, emitters, capacity, removal, "
-     "wind, skins, tethers"},
+     "network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, emitters, "
+     "capacity, removal, "
+     "wind, skins, tethers, faces"},
+    {"/faces", "true", "faces is true: must be a string"},
+    {"/faces", "\"always\"", "faces is \"always\": must be \"auto\" or \"never\""},
     {"/particles", nullptr, "particles is missing: a scene needs it"},
     {"/particles", "3", "particles is 3: must be an object with the keys count, mass, position, velocity"},
     {"/particles/count", nullptr, "particles.count is missing: particles needs it"},
@@ -442,8 +445,9 @@ constexpr BadText bad_texts[] = {
     {"\xFF\xFE{", "the file starts with a byte order mark: must be UTF-8 without one"},
     {"[1, 2]",
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
-     "contacts, network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, emitters, capacity, "
-     "removal, wind, skins, tethers"},
+     "contacts, network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, "
+     "emitters, capacity, "
+     "removal, wind, skins, tethers, faces"},
     {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
     {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
     {"{\"forces\": [{\"stiffness\": 1e999}]}", "forces[0].stiffness is 1e999: must be a finite number"},

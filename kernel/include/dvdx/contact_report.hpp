@@ -10,9 +10,10 @@
 
 namespace dvdx {
 
-// All that particles have done to one contact's surface: by impacts, by resting on it, and where they were put back outside.
+// All that particles have done to one contact's surface: by impacts, by resting on it, and where they were put back outside. What
+// faces of cloth do to a body (Scene::faces) counts as well; events are those of particles alone.
 struct ContactSum {
-  std::uint64_t hits = 0;  // impacts
+  std::uint64_t hits = 0;  // impacts; of a face one in each sub-step in which it comes in
   Vec3 impulse{};          // N s, on the surface
   Vec3 torque_impulse{};   // N m s, about the moved center of its motion, else about its own center or the origin
 };

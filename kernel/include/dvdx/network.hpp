@@ -58,7 +58,7 @@ struct Springs {
   std::optional<Scalars> rest_length{};
   double damping = 0;                 // kg/s >= 0, along each spring
   std::vector<Pair> broken{};         // of `pairs`, those that are torn; each once. All springs of the network between two
-  std::vector<Triangle> triangles{};  // read where there is air
+  std::vector<Triangle> triangles{};  // read where there is air, or a body that is narrower than they (Faces)
   std::optional<Aerodynamics> aerodynamics{};
   // N/m: of a spring of no rest length beside each of these, in leapfrog and fourth_order; one for all, or one a pair. It may
   // be negative where all together hold: bend by angles is such a sum (dvdx/bending.hpp). A network with any is not torn.
@@ -77,7 +77,7 @@ struct SpringsStiffness {
   double damping = 0;
 };
 
-// A grid's springs as a list, sorted by their ends: the same springs for the graph layout.
+// A grid's springs as a list, sorted by their ends, and its triangles: the same springs for the graph layout.
 Springs springs_of(const Grid& grid);
 
 enum class Scheme {

@@ -4,40 +4,13 @@
 #include <utility>
 
 #include "compile/network_forms.hpp"
+#include "compile/triangles.hpp"
 
 namespace dvdx {
 namespace {
 
 const std::optional<Aerodynamics>& aerodynamics_of(const Network& network) {
   return std::visit([](const auto& of) -> const std::optional<Aerodynamics>& { return of.aerodynamics; }, network);
-}
-
-Pair ascending(std::uint32_t i, std::uint32_t j) { return {std::min(i, j), std::max(i, j)}; }
-
-// Two particles between which the network is torn, in ascending order.
-std::vector<Pair> torn_sides(const std::vector<Pair>& broken) {
-  std::vector<Pair> sides = broken;
-  for (Pair& ends : sides) ends = ascending(ends[0], ends[1]);
-  std::sort(sides.begin(), sides.end());
-  return sides;
-}
-bool is_torn(const Triangle& t, const std::vector<Pair>& sides) {
-  const auto is_side = [&](std::uint32_t i, std::uint32_t j) {
-    return std::binary_search(sides.begin(), sides.end(), ascending(i, j));
-  };
-  return !sides.empty() && (is_side(t[0], t[1]) || is_side(t[1], t[2]) || is_side(t[2], t[0]));
-}
-
-std::vector<Triangle> triangles_of(const Springs& springs) { return springs.triangles; }
-
-template <class AnyNetwork>
-std::vector<Triangle> whole_triangles(const AnyNetwork& network) {
-  const std::vector<Pair> torn = torn_sides(network.broken);
-  std::vector<Triangle> found;
-  for (const Triangle& t : triangles_of(network)) {
-    if (!is_torn(t, torn)) found.push_back(t);
-  }
-  return found;
 }
 
 // W of a triangle is a ninth of the sum over its corners of their triangles' number times their inverse mass.
@@ -150,7 +123,7 @@ void Air<T>::make_list(const Scene& scene, std::span<const double> w, const Part
   std::size_t size = 0;
   for (const Network& network : scene.networks) {
     if (!meets_air(network)) continue;
-    const std::vector<Triangle> own = std::visit([](const auto& of) { return whole_triangles(of); }, network);
+    const std::vector<Triangle> own = whole_triangles(network);
     for (std::size_t t = 0; t < own.size(); ++t) places.push_back(size + t);
     all.insert(all.end(), own.begin(), own.end());
     // One more than there are: a triangle that is none, for the slots that are left over.

@@ -77,7 +77,7 @@ GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid, Columns<T>&
 
 namespace {
 
-struct Neighbour {
+struct SlotNeighbour {
   std::int32_t offset;
   std::uint32_t nth;     // of the springs that join the same two
   std::uint32_t spring;  // index of the list
@@ -94,7 +94,7 @@ constexpr SlotLanes no_neighbours = [] {
 }();
 
 struct Slots {
-  std::vector<Neighbour> neighbours;       // of each element in turn, by their offsets
+  std::vector<SlotNeighbour> neighbours;   // of each element in turn, by their offsets
   std::vector<std::uint32_t> first;        // of each element, and one more
   std::vector<SlotLanes> lanes;            // of each slice in turn
   std::vector<std::uint32_t> first_slot;   // of each slice, and one more
@@ -121,8 +121,9 @@ void find_neighbours(const NetworkInput& in, Slots& found) {
     found.neighbours[next[in.order.of[owner]]++] = {offset, 0, static_cast<std::uint32_t>(s), owner};
   });
   for (std::size_t i = 0; i < in.order.size; ++i) {
-    const std::span<Neighbour> own = std::span(found.neighbours).subspan(found.first[i], found.first[i + 1] - found.first[i]);
-    std::sort(own.begin(), own.end(), [](const Neighbour& m, const Neighbour& n) {
+    const std::span<SlotNeighbour> own =
+        std::span(found.neighbours).subspan(found.first[i], found.first[i + 1] - found.first[i]);
+    std::sort(own.begin(), own.end(), [](const SlotNeighbour& m, const SlotNeighbour& n) {
       return std::pair(m.offset, m.spring) < std::pair(n.offset, n.spring);
     });
     for (std::size_t n = 1; n < own.size(); ++n) {
@@ -184,7 +185,7 @@ void fill_slots(const NetworkInput& in, const Slots& slots, SlotLists& lists, Gr
     if (!is_at_offset) slot.indices = static_cast<std::int32_t>(lists.indices.size());
     for (std::size_t lane = 0; lane < slice; ++lane) {
       const std::uint32_t place = slots.lanes[s][lane];
-      const Neighbour* const n = place != no_neighbour ? &slots.neighbours[place] : nullptr;
+      const SlotNeighbour* const n = place != no_neighbour ? &slots.neighbours[place] : nullptr;
       if (!is_at_offset) {
         lists.indices.push_back(static_cast<std::int32_t>(first + lane) + (n != nullptr ? n->offset : 0));
       } else if (n != nullptr) {

@@ -183,6 +183,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Break& change) {
   torn.reserve(change.ends.size(), compiled.start.size());
   joints->reserve_rates(compiled.scene, compiled.start);
   if (!joints->break_springs(compiled.scene, change.network, change.ends)) return InPlace::not_done;
+  compiled.joined()->faces_to_change().tear(change.network, change.ends, joints->order);
   change.apply(compiled.scene, 0);
   torn.add(change.ends);
   return InPlace::done;
@@ -202,6 +203,7 @@ Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index
   if (motion_of(contact) || motion_of(before)) return InPlace::not_done;
   if ((has_memory(contact) || has_memory(before)) && !have_same_memory(contact, before)) return InPlace::not_done;
   if (parts_of(contact) != parts_of(before)) return InPlace::not_done;
+  if (compiled.joined() != nullptr && !compiled.joined()->faces_to_change().can_set(index, contact)) return InPlace::not_done;
   if (auto error = check(contact, index)) return tl::unexpected(*error);
   if (auto error = check_range<T>(contact, index, compiled.scene.origin)) return tl::unexpected(*error);
   compiled.scene.contacts[index] = contact;

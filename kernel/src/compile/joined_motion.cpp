@@ -76,6 +76,8 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
       skins_(skin_starts(scene, start)),
       lists_(list_shapes(scene, skins_, *joints_)),
       shapes_(shapes),
+      faces_(scene, start, joints_->order),
+      is_part_(options.elsewhere.exchange.start != nullptr),
       wind_(scene.wind) {
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
@@ -92,15 +94,15 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
   for (std::size_t k = 0; k < b.size(); ++k) first_.push_back(over(a[k]));
   again_ = first_;
   if (a.size() > b.size()) {
-    // One flow where two would follow each other, but for constraints and balls, which stand between them.
-    if (!joints_->closes_substeps() && !b.empty()) again_[0] = over(a.back() + a.front());
+    // One flow where two would follow each other, but for constraints, balls and faces, which stand between them.
+    if (!closes_substeps() && !b.empty()) again_[0] = over(a.back() + a.front());
     last_ = over(a.back());
   }
   const bool ends_with_springs = !last_ && !b.empty();  // theta 1
-  if (!scene.contacts.empty() && (ends_with_springs || joints_->constraints)) settling_ = over(0);
+  if (!scene.contacts.empty() && (ends_with_springs || joints_->constraints || faces() != nullptr)) settling_ = over(0);
   const bool is_free = std::all_of(flows_.begin(), flows_.end(),
                                    [](const auto& flow) { return is_drift(flow->flow) && flow->extra == Extras::none; });
-  const bool is_relative = joints_->coupling.scheme == Scheme::sequential && is_free && !joints_->closes_substeps();
+  const bool is_relative = joints_->coupling.scheme == Scheme::sequential && is_free && !closes_substeps();
   counted_from_ = is_relative ? CountedFrom::step : CountedFrom::zero;
 }
 
@@ -125,6 +127,11 @@ std::optional<Error> JoinedMotion<T>::refusal() const {
   for (const auto& flow : flows_) {
     if (auto error = flow->refusal()) return error;
   }
+  if (is_part_ && faces() != nullptr) {
+    const ThinBody& body = faces_.bodies()[0];
+    return Error{"contacts[" + std::to_string(body.contact) + "]", std::to_string(body.width) + " m wide",
+                 "as wide as the cells of the networks where a scene is stepped in parts: faces meet no body there"};
+  }
   return std::nullopt;
 }
 
@@ -142,10 +149,10 @@ bool JoinedMotion<T>::has_moving_contacts() const noexcept {
   return is_any_carried(contacts());
 }
 
-// Constraints and balls move particles themselves, and theta 1 ends a step with a pulse.
+// Constraints, balls and faces move particles themselves, and theta 1 ends a step with a pulse.
 template <class T>
 bool JoinedMotion<T>::keeps_still() const noexcept {
-  return !contacts().empty() && !joints_->splitting.b.empty() && last_ && !joints_->closes_substeps();
+  return !contacts().empty() && !joints_->splitting.b.empty() && last_ && !closes_substeps();
 }
 
 template <class T>
@@ -181,12 +188,14 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.visits_again = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();
+  if (faces() != nullptr) shape.faces = {faces_.bodies().size(), faces_.patches().size(), faces_.corners().size()};
   return shape;
 }
 
 template <class T>
 void JoinedMotion<T>::set_contact(std::size_t index, const Contact& contact) noexcept {
   for (const auto& flow : flows_) flow->set_contact(index, contact);
+  faces_.set_contact(index, contact);
 }
 
 template <class T>

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "compile/balls.hpp"
+#include "compile/face_contacts.hpp"
 #include "compile/free_motion.hpp"
 #include "compile/joints.hpp"
 #include "compile/pose_track.hpp"
@@ -41,6 +42,12 @@ class SharedLists {
   std::shared_ptr<const ListShapes> lists_;
 };
 
+// Of faces that meet bodies.
+struct FaceShape {
+  std::size_t bodies = 0, patches = 0, corners = 0;
+  bool operator==(const FaceShape&) const = default;
+};
+
 // Which columns a state needs while it is stepped, and how long they are.
 struct WorkspaceShape {
   explicit WorkspaceShape(SharedLists lists_) : lists(std::move(lists_)) {}
@@ -64,6 +71,7 @@ struct WorkspaceShape {
   bool meets_air = false;
   std::size_t triangles = 0;  // of a list that does
   ConstraintShape constraints{};
+  FaceShape faces{};
   bool operator==(const WorkspaceShape&) const = default;
 };
 
@@ -107,6 +115,11 @@ class JoinedMotion {
   // Whether springs' pulses between the flows may move what stands still on a contact: passes/contact/stay.hpp.
   [[nodiscard]] bool keeps_still() const noexcept;
   [[nodiscard]] const std::vector<SkinStart>& skins() const noexcept { return skins_; }
+  // Faces that meet bodies, or null. What tears is torn there too.
+  [[nodiscard]] const FaceContacts* faces() const noexcept { return faces_.empty() ? nullptr : &faces_; }
+  [[nodiscard]] FaceContacts& faces_to_change() noexcept { return faces_; }
+  // Whether something acts at the end of each sub-step, after its last flow.
+  [[nodiscard]] bool closes_substeps() const noexcept { return joints_->closes_substeps() || !faces_.empty(); }
 
  private:
   std::size_t flow_over(double part, const Options& options, const Passes& passes);
@@ -123,6 +136,8 @@ class JoinedMotion {
   std::vector<std::size_t> first_, again_;
   std::optional<std::size_t> last_, settling_;
   CountedFrom counted_from_ = CountedFrom::zero;
+  FaceContacts faces_;
+  bool is_part_;  // of a larger scene
   Wind wind_;
 };
 

@@ -279,7 +279,7 @@ DVDX_EXPORT Springs springs_of(const Grid& grid) {
     if (std::binary_search(springs.pairs.begin(), springs.pairs.end(), ends)) springs.broken.push_back(ends);
   }
   springs.aerodynamics = grid.aerodynamics;
-  if (grid.aerodynamics) springs.triangles = triangles_of(grid);
+  springs.triangles = triangles_of(grid);
   return springs;
 }
 

@@ -13,6 +13,7 @@
 #include "execute/balls.hpp"
 #include "execute/constraints.hpp"
 #include "execute/environment.hpp"
+#include "execute/faces.hpp"
 #include "execute/halo.hpp"
 #include "execute/state_io.hpp"
 #include "execute/stepping.hpp"
@@ -59,6 +60,7 @@ class JoinedStep {
     }
     if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) sheets_.end = strands->sheets.size() - 1;
     if (joints_.balls) balls_.emplace(m_, ws_, work_, scene.passes->template of<T>().ball, parallel_);
+    if (m_.faces() != nullptr) faces_.emplace(m_, ws_, work_, parallel_, report_);
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
   JoinedStep(const JoinedStep&) = delete;
@@ -95,6 +97,7 @@ class JoinedStep {
     hold_fixed(0, size());
     if (constraints_) constraints_->prepare(work_.x);
     if (balls_) balls_->prepare(state.clock);
+    if (faces_) faces_->prepare();
     if (work_.a[0] != nullptr) recall(state);
     if (keeps_still()) note_all_still();
   }
@@ -170,7 +173,7 @@ class JoinedStep {
 
   // Sheets that nothing but sweeps joins, each of which is in cache where all of them are not.
   [[nodiscard]] bool goes_by_sheets() const noexcept {
-    return sheets_.end - sheets_.first > 1 && !joints_.closes_substeps() && !joints_.air && m_.tracks().empty();
+    return sheets_.end - sheets_.first > 1 && !m_.closes_substeps() && !joints_.air && m_.tracks().empty();
   }
   void run_by_sheets(Clock& clock, double step, std::size_t steps) noexcept {
     for_each_task(parallel_, sheets_.end, [&](std::size_t sheet) {
@@ -188,16 +191,17 @@ class JoinedStep {
     sweeps_.begin_step();
     begin_still();
     for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
+      const Clock begun = clock_;
       air_substeps_ = joints_.air ? substeps_of_air(substep, joints_.chosen.substeps) : 0;
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
         std::visit([&](const auto& form) { flow_and_pulse(form, before[k], k); }, joints_.form);
         note_pulse(k);
       }
-      if (joints_.closes_substeps()) close_substep();
+      if (m_.closes_substeps()) close_substep(begun);
       if (moves_alone()) flow(*m_.last(), After::nothing);
     }
-    if (m_.last() && !joints_.closes_substeps() && !moves_alone()) flow(*m_.last(), After::nothing);
+    if (m_.last() && !m_.closes_substeps() && !moves_alone()) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
     if (m_.settling()) settle();
     if (is_relative()) count_from_here();
@@ -225,10 +229,11 @@ class JoinedStep {
       }
     });
     if (constraints_) constraints_->prepare(work_.x);  // as at the beginning of a call
+    if (balls_) balls_->prepare(clock_);
   }
 
   // No pulse stands between a sub-step's flow and the next one's.
-  [[nodiscard]] bool moves_alone() const noexcept { return m_.again().empty() && !joints_.closes_substeps(); }
+  [[nodiscard]] bool moves_alone() const noexcept { return m_.again().empty() && !m_.closes_substeps(); }
 
   enum class After { nothing, pairs, sweeps };  // what joins a flow in the same walk over the particles
 
@@ -325,6 +330,7 @@ class JoinedStep {
       if (group.has_way()) group.begin(clock_, joints_.step);
     }
     if (balls_) balls_->set_out(clock_, joints_.step);
+    if (faces_) faces_->set_out(clock_);
   }
 
   // Kinematic particles go to where their motions have them at this time.
@@ -347,12 +353,15 @@ class JoinedStep {
     }
   }
 
-  // Constraints and balls close each sub-step, which therefore ends with a flow of its own.
-  void close_substep() noexcept {
+  // Constraints, balls and faces close each sub-step, which therefore ends with a flow of its own.
+  void close_substep(const Clock& begun) noexcept {
     if (m_.last()) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
     if (constraints_) constraints_->solve(work_.x, work_.v);
     if (balls_) balls_->keep(end_of_flow());
+    if (!faces_ || !faces_->meet(begun, end_of_flow(), joints_.substep())) return;
+    if (constraints_) constraints_->prepare(work_.x);
+    if (balls_) balls_->prepare(end_of_flow());
   }
 
   // Those of the flow from `start` to `end`.
@@ -582,7 +591,7 @@ class JoinedStep {
   // (damping, air), where constraints stand between the pulses, and where each stage has its own poses of motions.
   [[nodiscard]] std::size_t stages_at_once() const noexcept {
     const auto* form = std::get_if<GridForm<T>>(&joints_.form);
-    if (form == nullptr || joints_.damping_passes() != 0 || joints_.air || joints_.closes_substeps() || !m_.tracks().empty())
+    if (form == nullptr || joints_.damping_passes() != 0 || joints_.air || m_.closes_substeps() || !m_.tracks().empty())
       return 0;
     if (exchange_.start != nullptr && exchange_.pulses_per_telling == 1) return 0;
     const std::size_t rows = rows_in_cache(form->terms);
@@ -889,6 +898,7 @@ class JoinedStep {
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;
   std::optional<BallStep<T>> balls_;
+  std::optional<FaceStep<T>> faces_;
   Clock clock_, step_end_;
   Terms<T> moved_terms_;  // of the flow, where surfaces move
   Left left_{};

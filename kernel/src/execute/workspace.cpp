@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "execute/tasks.hpp"
 #include "passes/contact/stay.hpp"
 
 namespace dvdx {
@@ -73,6 +74,22 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   if (const std::size_t size = shape.constraints.lines; size != 0) {
     for (T** column : {&constraints_.lines.s1, &constraints_.lines.s2}) *column = columns_.add(size);
   }
+  if (shape.faces.bodies != 0) add_faces();
+}
+
+template <class T>
+void JoinedWorkspace<T>::add_faces() {
+  const auto& [bodies, patches, corners] = shape_.faces;
+  faces.was = columns_.add_axes(shape_.elements, T(0), column_margin);
+  faces.now = columns_.add_axes(shape_.elements, T(0), column_margin);
+  faces.farthest.resize(tasks_of(shape_.elements, particles_per_task));
+  faces.due.resize(patches);
+  faces.boxes.resize(patches);
+  faces.near.reserve(patches);
+  faces.corners.reserve(std::min(corners, shape_.elements));
+  faces.is_listed.resize(shape_.elements);
+  faces.poses.resize(bodies);
+  faces.is_met.resize(bodies);
 }
 
 template <class T>

@@ -12,6 +12,7 @@
 #include "dvdx/layouts/state.hpp"
 #include "execute/driven.hpp"
 #include "execute/driven_skin.hpp"
+#include "passes/face/face.hpp"
 #include "passes/network/network.hpp"
 
 namespace dvdx {
@@ -31,6 +32,26 @@ template <class T>
 struct WorkRooms {
   T* first = nullptr;
   std::size_t each = 0, count = 0;
+};
+
+// Of faces that meet bodies.
+template <class T>
+struct FaceRoom {
+  std::array<T*, 3> was{}, now{};  // null, or where particles were and are within a sub-step
+  double travelled = 0;            // m: nothing has gone farther in this call
+  std::vector<T> farthest{};       // m^2, of each task
+  // Of each patch: up to which way travelled it is far from all bodies; and the box about it, when that was found.
+  std::vector<double> due{};
+  std::vector<FaceBox> boxes{};
+  std::vector<std::uint32_t> near{}, corners{};  // patches, and the elements at their corners
+  std::vector<std::uint8_t> is_listed{};         // of each element
+  std::vector<BodyPose> poses{};                 // at the end of the sub-step
+  std::vector<std::uint8_t> is_met{};            // of each body
+
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    return bytes_of(farthest) + bytes_of(due) + bytes_of(boxes) + bytes_of(is_listed) + bytes_of(poses) + bytes_of(is_met) +
+           (near.capacity() + corners.capacity()) * sizeof(std::uint32_t);
+  }
 };
 
 template <class T>
@@ -54,7 +75,7 @@ class JoinedWorkspace {
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_for(held.capacity()); }
   // Of a workspace for so many fixed particles.
   [[nodiscard]] std::size_t bytes_for(std::size_t fixed) const noexcept {
-    return columns_.bytes() + still.size() + 4 * still_on.size() + fixed * sizeof(Held<T>);
+    return columns_.bytes() + faces.bytes() + still.size() + 4 * still_on.size() + fixed * sizeof(Held<T>);
   }
 
   // Of a workspace with accelerations: whether they are of the state in these columns at this time, and whose they are now.
@@ -94,11 +115,13 @@ class JoinedWorkspace {
   std::vector<std::uint32_t> movers;       // of these, one of each motion, or no_surface
   std::vector<StandsHow> still;            // of each particle, or none
   std::vector<std::uint32_t> still_on;     // ... and the surface that carries it, or none
+  FaceRoom<T> faces;                       // empty where none meet a body
   std::uint32_t pulses_since_telling = 0;  // of a part of a larger scene
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 
  private:
   void add_records();
+  void add_faces();
 
   WorkspaceShape shape_;
   const void* remembered_ = nullptr;

@@ -148,7 +148,8 @@ Anchor taken(const Anchor& anchor, std::span<const std::uint32_t> particles) {
   return each;
 }
 
-// Of triangles that meet air: those that reach an own particle, and those that share the particles of these with them.
+// Those between its particles. Of what meets air these are those that reach an own particle, and those that share the particles of
+// these with them.
 std::vector<Triangle> taken(const std::vector<Triangle>& whole, const Renumbered& renumbered) {
   std::vector<Triangle> triangles;
   for (const auto& [a, b, c] : whole) {
@@ -165,7 +166,7 @@ enum class Taken : std::uint8_t { own, all };
 
 Springs taken(const Springs& whole, const Renumbered& renumbered, Taken which) {
   Springs springs{.pairs = {}, .damping = whole.damping};
-  if (whole.aerodynamics) springs.triangles = taken(whole.triangles, renumbered);
+  springs.triangles = taken(whole.triangles, renumbered);
   if (!springs.triangles.empty()) springs.aerodynamics = whole.aerodynamics;
   std::vector<std::uint32_t> kept;
   const auto both = [&](const Pair& pair) -> std::optional<Pair> {

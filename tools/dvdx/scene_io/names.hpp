@@ -47,6 +47,8 @@ inline constexpr std::array<Named<Scheme>, 5> schemes{{{"leapfrog", Scheme::leap
                                                        {"auto", Scheme::automatic}}};
 inline constexpr std::array<Named<SweepOrder>, 2> sweep_orders{
     {{"symmetric", SweepOrder::symmetric}, {"forward", SweepOrder::forward}}};
+inline constexpr std::array<Named<dvdx::Faces>, 2> face_choices{
+    {{"auto", dvdx::Faces::automatic}, {"never", dvdx::Faces::never}}};
 inline constexpr std::array<Named<dvdx::Lines>, 3> line_choices{
     {{"rows", dvdx::Lines::rows}, {"whole", dvdx::Lines::whole}, {"none", dvdx::Lines::none}}};
 inline constexpr std::array<Named<PairAxis>, 2> pair_axes{{{"midpoint", PairAxis::midpoint}, {"start", PairAxis::start}}};

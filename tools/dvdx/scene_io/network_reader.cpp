@@ -584,7 +584,7 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   springs.damping = fields.number("damping", not_negative, 0);
   bend_by_angles(fields, mesh, made.first, springs);
   springs.aerodynamics = read_aerodynamics(fields);
-  if (springs.aerodynamics) springs.triangles = triangles_of(mesh.faces, made.first);
+  springs.triangles = triangles_of(mesh.faces, made.first);
   if (springs.aerodynamics && springs.triangles.empty()) {
     fields.required("aerodynamics").fail("is there, and the mesh has no faces: must be left out");
   }

@@ -435,7 +435,8 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
                       {"format",    "name",          "about",    "step",    "duration",    "method",
                        "particles", "forces",        "contacts", "network", "constraints", "constraint_iterations",
                        "substeps",  "most_substeps", "fixed",    "motions", "kinematic",   "origin",
-                       "emitters",  "capacity",      "removal",  "wind",    "skins",       "tethers"});
+                       "emitters",  "capacity",      "removal",  "wind",    "skins",       "tethers",
+                       "faces"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -471,6 +472,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   read_kinematic(fields, file, population, motions, networks);
   read_skins(fields, file.scene, population, motions, networks);
   read_tethers(fields, file.scene);
+  file.scene.faces = fields.choice("faces", face_choices, Faces::automatic);
   if (const auto wind = fields.optional("wind")) file.scene.wind = read_wind(*wind);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
   read_turnover(fields, file, room_for_live(options));

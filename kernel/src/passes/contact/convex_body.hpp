@@ -22,10 +22,10 @@ class ConvexBody {
   [[nodiscard]] const std::vector<Face>& faces() const noexcept { return faces_; }  // unit normals; moved by the thickness
   [[nodiscard]] const Vec3& center() const noexcept { return center_; }             // within the body, m
   [[nodiscard]] double radius() const noexcept { return radius_; }                  // m, about the center
+  [[nodiscard]] std::vector<Vec3> corners() const;                                  // m; one for each three planes of it
 
  private:
   [[nodiscard]] bool is_bounded() const;
-  [[nodiscard]] std::vector<Vec3> corners() const;
 
   std::vector<Face> faces_;
   Vec3 center_{};
