@@ -304,6 +304,21 @@ class Look {
     return x_[axis][i];
   }
 
+  [[nodiscard]] bool is_side_by_side() const noexcept {
+    return !is_compensated && state_.x[0].is_contiguous() && state_.x[1].is_contiguous() && state_.x[2].is_contiguous();
+  }
+  template <class Place>
+  static void take_squares(std::span<const Pair> pairs, const Place& place,
+                           std::array<double, looked_at_together>& squares) noexcept {
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const auto& [a, b] = pairs[k];
+      const double x = place(0, b) - place(0, a);
+      const double y = place(1, b) - place(1, a);
+      const double z = place(2, b) - place(2, a);
+      squares[k] = x * x + y * y + z * z;
+    }
+  }
+
   // Calls use(first, squares of the distances, distances) for some pairs at a time.
   template <class Use>
   void for_some_pairs(std::span<const Pair> pairs, const Use& use) const noexcept {
@@ -311,12 +326,14 @@ class Look {
     std::array<double, looked_at_together> distances;
     for (std::size_t first = 0; first < pairs.size(); first += looked_at_together) {
       const std::size_t n = std::min(looked_at_together, pairs.size() - first);
-      for (std::size_t k = 0; k < n; ++k) {
-        const auto& [a, b] = pairs[first + k];
-        const double x = place(0, b) - place(0, a);
-        const double y = place(1, b) - place(1, a);
-        const double z = place(2, b) - place(2, a);
-        squares[k] = x * x + y * y + z * z;
+      const std::span<const Pair> some = pairs.subspan(first, n);
+      if (is_side_by_side()) {
+        const std::array<const T*, 3> x{state_.x[0].base, state_.x[1].base, state_.x[2].base};
+        take_squares(
+            some, [x](std::size_t axis, std::size_t i) { return static_cast<double>(x[axis][i]); }, squares);
+      } else {
+        take_squares(
+            some, [&](std::size_t axis, std::size_t i) { return place(axis, i); }, squares);
       }
       for (std::size_t k = 0; k < n; ++k) distances[k] = std::sqrt(squares[k]);
       use(first, std::span(squares).first(n), std::span(distances).first(n));
