@@ -116,10 +116,10 @@ void add_changes(const std::string& name, const Scene& scene) {
 
 // of_step of the whole plan, for one more state or from nothing.
 template <class Make>
-void time_plan(benchmark::State& timing, const Scene& scene, double bar, const Make& make) {
+void time_plan(benchmark::State& timing, const Scene& scene, double bar, const Make& make, double h = step) {
   Held<float> held = hung();
   const Held<float> start = hung();
-  auto plan = compile<float>(scene, {.step = step}, start.state);
+  auto plan = compile<float>(scene, {.step = h}, start.state);
   const double of_step = shortest(20, [&] { plan->step(held.state); });
   double least = 1;
   for (auto _ : timing) least = std::min(least, shortest(1, [&] { make(*plan, scene, start.state); }));
@@ -139,10 +139,16 @@ void register_change() {
         time_plan(timing, scene, 0.5,
                   [](const Plan<float>& plan, const Scene&, const State<float>&) { benchmark::DoNotOptimize(plan.clone()); });
       });
+      Scene by_frames = scene;  // of a frame's sub-steps
+      by_frames.coupling.substeps.reset();
       add(Pace::timed, "change/check/" + of, [=](benchmark::State& timing) {
-        time_plan(timing, scene, 0.1, [](const Plan<float>& plan, const Scene&, const State<float>& state) {
-          benchmark::DoNotOptimize(plan.check(state));
-        });
+        constexpr double frame = 1.0 / 60;  // s
+        time_plan(
+            timing, by_frames, 0.1,
+            [](const Plan<float>& plan, const Scene&, const State<float>& state) {
+              benchmark::DoNotOptimize(plan.check(state));
+            },
+            frame);
       });
       add(Pace::timed, "change/compile/" + of, [=](benchmark::State& timing) {
         time_plan(timing, scene, 20, [](const Plan<float>&, const Scene& anew, const State<float>& start) {

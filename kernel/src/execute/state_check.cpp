@@ -299,24 +299,41 @@ class Look {
 
   // ---- lists --------------------------------------------------------------------------------------------------------------
 
-  [[nodiscard]] double place(std::size_t axis, std::size_t i) const noexcept {
-    if constexpr (is_compensated) return x_[axis][i] + rest_[axis][i];
-    return x_[axis][i];
+  [[nodiscard]] A place(std::size_t axis, std::size_t i) const noexcept {
+    if constexpr (is_compensated) return static_cast<A>(x_[axis][i] + rest_[axis][i]);
+    return static_cast<A>(x_[axis][i]);
+  }
+
+  [[nodiscard]] bool is_side_by_side() const noexcept {
+    return !is_compensated && state_.x[0].is_contiguous() && state_.x[1].is_contiguous() && state_.x[2].is_contiguous();
+  }
+  template <class Place>
+  static void take_squares(std::span<const Pair> pairs, const Place& place,
+                           std::array<A, looked_at_together>& squares) noexcept {
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const auto& [a, b] = pairs[k];
+      const A x = place(0, b) - place(0, a);
+      const A y = place(1, b) - place(1, a);
+      const A z = place(2, b) - place(2, a);
+      squares[k] = x * x + y * y + z * z;
+    }
   }
 
   // Calls use(first, squares of the distances, distances) for some pairs at a time.
   template <class Use>
   void for_some_pairs(std::span<const Pair> pairs, const Use& use) const noexcept {
-    std::array<double, looked_at_together> squares;
-    std::array<double, looked_at_together> distances;
+    std::array<A, looked_at_together> squares;
+    std::array<A, looked_at_together> distances;
     for (std::size_t first = 0; first < pairs.size(); first += looked_at_together) {
       const std::size_t n = std::min(looked_at_together, pairs.size() - first);
-      for (std::size_t k = 0; k < n; ++k) {
-        const auto& [a, b] = pairs[first + k];
-        const double x = place(0, b) - place(0, a);
-        const double y = place(1, b) - place(1, a);
-        const double z = place(2, b) - place(2, a);
-        squares[k] = x * x + y * y + z * z;
+      const std::span<const Pair> some = pairs.subspan(first, n);
+      if (is_side_by_side()) {
+        const std::array<const T*, 3> x{state_.x[0].base, state_.x[1].base, state_.x[2].base};
+        take_squares(
+            some, [x](std::size_t axis, std::size_t i) { return static_cast<A>(x[axis][i]); }, squares);
+      } else {
+        take_squares(
+            some, [&](std::size_t axis, std::size_t i) { return place(axis, i); }, squares);
       }
       for (std::size_t k = 0; k < n; ++k) distances[k] = std::sqrt(squares[k]);
       use(first, std::span(squares).first(n), std::span(distances).first(n));
@@ -327,17 +344,18 @@ class Look {
     const TornSprings& torn = scene_.torn[network];
     double most = 0;
     std::size_t longest = 0;
-    const auto look = [&](std::size_t first, std::span<const double> squares, std::span<const double> distances) {
+    const auto look = [&](std::size_t first, std::span<const A> squares, std::span<const A> distances) {
       double sum = 0;
       for (std::size_t k = 0; k < squares.size(); ++k) {
         const std::size_t s = first + k;
         if (torn.hold(springs.pairs[s][0], springs.pairs[s][1])) continue;
         const double stiffness = springs.stiffness[s];
         const double l = scene_.lengths->of(springs, network, s);
-        const double more = distances[k] - l;
-        sum += stiffness * more * more + springs.zero_length[s] * squares[k];
-        if (!(distances[k] > most * l && stiffness > 0 && l > 0)) continue;
-        most = distances[k] / l;
+        const double r = static_cast<double>(distances[k]);
+        const double more = r - l;
+        sum += stiffness * more * more + springs.zero_length[s] * static_cast<double>(squares[k]);
+        if (!(r > most * l && stiffness > 0 && l > 0)) continue;
+        most = r / l;
         longest = s;
       }
       found_.elastic += 0.5 * sum;
@@ -350,9 +368,10 @@ class Look {
   }
 
   void look_at(const Distance& distance, std::size_t constraint) noexcept {
-    const auto look = [&](std::size_t first, std::span<const double> /*squares*/, std::span<const double> distances) {
+    const auto look = [&](std::size_t first, std::span<const A> /*squares*/, std::span<const A> distances) {
       for (std::size_t k = 0; k < distances.size(); ++k) {
-        const double off = off_its_bound(distance.bound, distances[k] / scene_.lengths->of(distance, constraint, first + k));
+        const double off = off_its_bound(
+            distance.bound, static_cast<double>(distances[k]) / scene_.lengths->of(distance, constraint, first + k));
         if (!(off > found_.off)) continue;
         found_.off = off;
         found_.constraint = constraint;
