@@ -29,7 +29,7 @@ namespace dvdx {
 // Parts of a sub-step.
 inline constexpr int most_face_parts = 128;
 
-// In the body's own axes, from its center. What is nearer to the core than the radius is the body: edges of boxes and of convex
+// In the body's own axes, from its center. All that is nearer to the core than the radius is the body: edges of boxes and of convex
 // bodies are rounded by it.
 struct FaceBody {
   std::vector<CoreBall> core;
@@ -63,7 +63,7 @@ struct BodyPose {
 struct FaceBox {
   Vec3 low{far_out, far_out, far_out}, high{-far_out, -far_out, -far_out};
 
-  // What is not a number keeps out of it.
+  // A number that is NaN keeps out of it.
   void add(const Vec3& x) noexcept {
     for (std::size_t k = 0; k < 3; ++k) {
       low[k] = x[k] < low[k] ? x[k] : low[k];
@@ -88,7 +88,7 @@ struct FacePart {
   double h = 0;
 };
 
-// What a body did to a triangle: to its corners, and what it bore itself.
+// A body's pulse on a triangle: on its corners, and on itself.
 struct FacePulse {
   std::array<double, 3> share{};  // of each corner: w_i / (m_i K)
   Vec3 move{}, move_on{};         // m, of the point now and at the sub-step's end
