@@ -17,8 +17,8 @@ namespace dvdx {
 // A body may slip between particles, or nearly so, that is narrower than so many times the longest side of their triangles.
 inline constexpr double width_of_cells = 1.5;
 
-// m: how wide a surface is where it is narrowest, its thickness included; 0 of a convex body with a tip of less than 30 degrees to
-// its middle. None of what no face meets: planes, what particles are inside of, and meshes.
+// m: how wide a surface is where it is narrowest, its thickness included; 0 of a convex body with a tip of less than 30 degrees
+// to its middle. None of what no face meets: planes, what particles are inside of, and meshes.
 [[nodiscard]] std::optional<double> least_width(const Contact& contact);
 
 // The longest side of a network's triangles at rest, m; none of a network without. start: the particles' positions.
