@@ -254,10 +254,11 @@ struct Wind {
   bool operator==(const Wind&) const = default;
 };
 
-// Whether the triangles of cloth meet bodies, beside its particles. A body that is narrower than one and a half times the longest
-// side of a network's triangles at rest would slip between the particles, or nearly so: the nearest point of each triangle
-// takes pulses from it, and gives them to the corners by their weights. A convex body with a tip that is sharp counts as narrow.
-// Not planes, what particles are inside of, meshes; not springs without triangles. Where no body is narrow nothing changes.
+// Whether the triangles of cloth meet bodies, beside its particles. A body that is narrower than one and a half times the
+// longest side of a network's triangles at rest would slip between the particles, or nearly so: the nearest point of each
+// triangle takes pulses from it, and gives them to the corners by their weights. A convex body with a tip that is sharp counts
+// as narrow. Planes, surfaces that particles are inside of, meshes, and springs without triangles have no part in it. Where no
+// body is narrow nothing changes.
 enum class Faces : std::uint8_t {
   automatic,  // where a body is narrow
   never,      // contacts are those of particles alone

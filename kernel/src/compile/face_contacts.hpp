@@ -17,11 +17,11 @@ namespace dvdx {
 // A body may slip between particles, or nearly so, that is narrower than so many times the longest side of their triangles.
 inline constexpr double width_of_cells = 1.5;
 
-// m: how wide a surface is where it is narrowest, its thickness included; 0 of a convex body with a tip of less than 30 degrees to
-// its middle. None of what no face meets: planes, what particles are inside of, and meshes.
+// m: how wide a surface is where it is narrowest, its thickness included; 0 of a convex body with a tip of less than 30 degrees
+// to its middle. None of what no face meets: planes, what particles are inside of, and meshes.
 [[nodiscard]] std::optional<double> least_width(const Contact& contact);
 
-// Of a network that has triangles: the longest of their sides at rest, m. start: the particles' positions.
+// The longest side of a network's triangles at rest, m; none of a network without. start: the particles' positions.
 [[nodiscard]] std::optional<double> longest_side(const Network& network, std::span<const Vec3> start);
 
 // A body and where its contact has it.
@@ -69,7 +69,7 @@ class FaceContacts {
   [[nodiscard]] const std::vector<Corners>& triangles() const noexcept { return triangles_; }
   [[nodiscard]] std::size_t bytes() const noexcept;
 
-  // Of the scene's networks[network].
+  // Takes away what has a torn side, in the scene's networks[network].
   void tear(std::size_t network, std::span<const Pair> pairs, const ParticleOrder& order) noexcept;
   // Whether a contact may take the place of contacts[index] without a change of what meets what.
   [[nodiscard]] bool can_set(std::size_t index, const Contact& contact) const;

@@ -42,7 +42,7 @@ class SharedLists {
   std::shared_ptr<const ListShapes> lists_;
 };
 
-// Of faces that meet bodies.
+// How much is kept of faces that meet bodies.
 struct FaceShape {
   std::size_t bodies = 0, patches = 0, corners = 0;
   bool operator==(const FaceShape&) const = default;
@@ -115,7 +115,7 @@ class JoinedMotion {
   // Whether springs' pulses between the flows may move what stands still on a contact: passes/contact/stay.hpp.
   [[nodiscard]] bool keeps_still() const noexcept;
   [[nodiscard]] const std::vector<SkinStart>& skins() const noexcept { return skins_; }
-  // Faces that meet bodies, or null. What tears is torn there too.
+  // Faces that meet bodies, or null. Torn sides are torn there too.
   [[nodiscard]] const FaceContacts* faces() const noexcept { return faces_.empty() ? nullptr : &faces_; }
   [[nodiscard]] FaceContacts& faces_to_change() noexcept { return faces_; }
   // Whether something acts at the end of each sub-step, after its last flow.

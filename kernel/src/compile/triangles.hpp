@@ -7,7 +7,7 @@
 
 namespace dvdx {
 
-// Of a grid its cells, each cut in two (triangles_of), of springs their own; but those that have a torn side.
+// The cells of a grid, each cut in two (triangles_of), or the springs' own; but those that have a torn side.
 [[nodiscard]] std::vector<Triangle> whole_triangles(const Network& network);
 
 }  // namespace dvdx

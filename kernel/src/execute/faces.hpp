@@ -1,5 +1,5 @@
-// Faces of cloth on bodies that are narrower than its cells, at the end of a sub-step: passes/face/face.hpp. What is near is
-// looked for on many threads; pulses are given by one, triangle by triangle, so that no result depends on threads.
+// Faces of cloth on bodies that are narrower than its cells, at the end of a sub-step: passes/face/face.hpp. Near ones
+// are looked for on many threads; pulses are given by one, triangle by triangle, so that no result depends on threads.
 #pragma once
 
 #include <algorithm>
@@ -83,7 +83,7 @@ class FaceStep {
       }
     });
   }
-  // m: of any particle since its place was noted. What is not finite keeps out of it.
+  // m: of any particle since its place was noted. Numbers that are not finite keep out of it.
   [[nodiscard]] double farthest_way() noexcept {
     over_elements([&](std::size_t task, std::size_t from, std::size_t to) {
       T most = 0;

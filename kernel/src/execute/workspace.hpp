@@ -34,13 +34,13 @@ struct WorkRooms {
   std::size_t each = 0, count = 0;
 };
 
-// Of faces that meet bodies.
+// Room for faces that meet bodies.
 template <class T>
 struct FaceRoom {
   std::array<T*, 3> was{}, now{};  // null, or where particles were and are within a sub-step
   double travelled = 0;            // m: nothing has gone farther in this call
   std::vector<T> farthest{};       // m^2, of each task
-  // Of each patch: up to which way travelled it is far from all bodies; and the box about it, when that was found.
+  // For each patch: up to which way travelled it is far from all bodies; and the box about it, when that was found.
   std::vector<double> due{};
   std::vector<FaceBox> boxes{};
   std::vector<std::uint32_t> near{}, corners{};  // patches, and the elements at their corners

@@ -148,7 +148,7 @@ Anchor taken(const Anchor& anchor, std::span<const std::uint32_t> particles) {
   return each;
 }
 
-// Those between its particles. Of what meets air these are those that reach an own particle, and those that share the particles of
+// Those between its particles. In air these are those that reach an own particle, and those that share the particles of
 // these with them.
 std::vector<Triangle> taken(const std::vector<Triangle>& whole, const Renumbered& renumbered) {
   std::vector<Triangle> triangles;

@@ -48,7 +48,7 @@ struct Corral {
     return x;
   }
 
-  // Of the plane through all of them; none where they do not span one.
+  // Parts of the point of least norm of the plane through all; none where they do not span one.
   [[nodiscard]] std::optional<std::array<double, 4>> parts_of_plane() const noexcept {
     const std::size_t n = count - 1;
     std::array<Vec3, 3> e{};

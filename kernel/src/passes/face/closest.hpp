@@ -9,9 +9,9 @@
 // Equation  The least |w| of the differences w = a - b, a on the triangle, b in the core: the point of least norm of the convex
 //           hull of the differences of their corners. A core is the hull of balls; of a ball (p, s) the farthest point along n
 //           is p + s n.
-// Solution  P. Wolfe's: the point of least norm of the hull of up to four corners (the corral), to which the corner is added that
-//           is farthest towards the origin, and from which those go that the point of least norm of their plane lies beyond.
-//           The corner along x bounds what is left: |w| >= x.w / |x| for every w of the hull.
+// Solution  P. Wolfe's: the point of least norm of the hull of up to four corners (the corral), to which the corner is added
+//           that is farthest towards the origin, and from which those go that the point of least norm of their plane lies
+//           beyond. The corner along x bounds what is left: |w| >= x.w / |x| for every w of the hull.
 // Limits    Where the hull holds the origin the core meets the triangle, and there is no direction.
 // Source    P. Wolfe, Finding the nearest point in a polytope, 1976; E. G. Gilbert, D. W. Johnson and S. S. Keerthi, 1988.
 

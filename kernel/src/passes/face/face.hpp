@@ -17,10 +17,10 @@
 //           Speed at the impact, in a part of a sub-step that ends with the speed u and had the mean speed U, is
 //             u_f = u - 2 (1 - f) (u - U),
 //           f the fraction at which p came in; of what lies still it is 0, so that nothing that rests bounces.
-// Step      Once a sub-step, after all else. The way of a sub-step is gone along in so many parts that nothing moves by more than
-//           r/2 relative to a body in one of them: what was outside has not passed the core, and n leads back to its side.
-// Limits    What goes farther than 64 r in a sub-step may pass. A triangle that the core pierces, as at the start, has no side
-//           and is left alone.
+// Step      Once a sub-step, after all else. The way of a sub-step is gone along in so many parts that nothing moves by more
+//           than r/2 relative to a body in one of them: what was outside has not passed the core, and n leads back.
+// Limits    Cloth that goes farther than 64 r in a sub-step may pass. A triangle that the core pierces, as at the start, has
+//           no side and is left alone.
 // Source    R. Bridson, R. Fedkiw and J. Anderson, Robust treatment of collisions, contact and friction for cloth animation,
 //           2002 (pulses by weights).
 
@@ -29,8 +29,8 @@ namespace dvdx {
 // Parts of a sub-step.
 inline constexpr int most_face_parts = 128;
 
-// In the body's own axes, from its center. What is nearer to the core than the radius is the body: edges of boxes and of convex
-// bodies are rounded by it.
+// In the body's own axes, from its center. All that is nearer to the core than the radius is the body: edges of boxes and of
+// convex bodies are rounded by it.
 struct FaceBody {
   std::vector<CoreBall> core;
   double radius = 0;      // m, > 0
@@ -63,7 +63,7 @@ struct BodyPose {
 struct FaceBox {
   Vec3 low{far_out, far_out, far_out}, high{-far_out, -far_out, -far_out};
 
-  // What is not a number keeps out of it.
+  // A number that is NaN keeps out of it.
   void add(const Vec3& x) noexcept {
     for (std::size_t k = 0; k < 3; ++k) {
       low[k] = x[k] < low[k] ? x[k] : low[k];
@@ -88,7 +88,7 @@ struct FacePart {
   double h = 0;
 };
 
-// What a body did to a triangle: to its corners, and what it bore itself.
+// A body's pulse on a triangle: on its corners, and on itself.
 struct FacePulse {
   std::array<double, 3> share{};  // of each corner: w_i / (m_i K)
   Vec3 move{}, move_on{};         // m, of the point now and at the sub-step's end
