@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <variant>
+#include <vector>
 
 #include "compile/accuracy.hpp"
 #include "compile/particle_values.hpp"
@@ -553,6 +555,21 @@ std::string describe_meshes(const CompiledScene<T>& compiled) {
   return words;
 }
 
+// At which speeds surfaces push out what is inside: the slowest and the fastest.
+std::string describe_push_out(const Scene& scene, double step) {
+  std::vector<double> speeds;
+  for (const Contact& contact : scene.contacts) {
+    const auto speed = std::visit([](const auto& c) { return c.push_out; }, contact);
+    if (speed) speeds.push_back(*speed);
+  }
+  if (speeds.empty()) return {};
+  const auto [least, most] = std::minmax_element(speeds.begin(), speeds.end());
+  const bool are_alike = *least == *most;
+  return "push_out     " + std::to_string(speeds.size()) + " of " + std::to_string(scene.contacts.size()) + " surfaces, by " +
+         text(*least, 3) + (are_alike ? "" : " to " + text(*most, 3)) + " m/s: " + text(*least * step, 3) +
+         (are_alike ? "" : " to " + text(*most * step, 3)) + " m a step; blocks look for those near them\n";
+}
+
 template <class T>
 std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_bytes) {
   const Scene& scene = compiled.scene;
@@ -575,7 +592,8 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
              std::to_string(compiled.options.impacts) + " impacts a particle and step";
     words += motion.terms.searches ? "; a block looks for those near it)" : ")";
   }
-  words += "\n" + describe_meshes(compiled) + "flow         " + describe(motion.flow) + "\n";
+  words += "\n" + describe_meshes(compiled) + describe_push_out(scene, compiled.options.step) + "flow         " +
+           describe(motion.flow) + "\n";
   const int count = operations(motion.flow, motion.terms.rates.sources) * (system.kicks() != 0 ? 2 : 1);
   words += "cost         " + std::to_string(12 * sizeof(T)) + " bytes of state, " + std::to_string(motion.column_bytes()) +
            " of columns, and " + std::to_string(count) + " operations a particle-step";

@@ -105,6 +105,7 @@ void add_forces(Handles& h) {
   capsule.radius[0] = 0.5;
   capsule.radius[1] = 0.25;
   capsule.surface.thickness = 0.125;
+  capsule.surface.push_out = 0.75;
   dvdx_box box{};
   box.center[1] = -3;
   for (double& half : box.half_extents) half = 2;
@@ -139,7 +140,7 @@ dvdx::Scene same_forces() {
   scene.add(Drag{.coefficient = 0.02, .wind = {3, 0, 0}, .method = Method::exact});
   scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.4});
   scene.add(Sphere{.radius = 50, .side = Side::inside});
-  scene.add(Capsule{.ends = {{{4, 0, 0}, {0, 2, 0}}}, .radius = {0.5, 0.25}, .thickness = 0.125});
+  scene.add(Capsule{.ends = {{{4, 0, 0}, {0, 2, 0}}}, .radius = {0.5, 0.25}, .thickness = 0.125, .push_out = 0.75});
   scene.add(OrientedBox{.center = {0, -3, 0}, .half_extents = {2, 2, 2}, .rotation = {0, 0, 0.5}});
   scene.add(
       Convex{.planes = {{{1, 0, 0}, 9}, {{-1, 0, 0}, -8}, {{0, 1, 0}, 1}, {{0, -1, 0}, 0}, {{0, 0, 1}, 1}, {{0, 0, -1}, 0}}});

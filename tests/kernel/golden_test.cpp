@@ -69,6 +69,7 @@ constexpr Golden golden_cases[] = {
     {"contact: mesh, seed, curve", 0x5AED9B6F6251C685, 0x6A5E59EBB993ACD1},
     {"contact: mesh, seed, line", 0x681C1B48863897B3, 0x2F505E48F07BBAA4},
     {"contact: a corner of two planes and a sphere", 0xEE02DFF9536A20B1, 0x5C4530195A528514},
+    {"contact: a ball and a box that push out", 0x0BB2FF110D90B783, 0x73620839F958FC36},
     {"radial springs: combined", 0x469C48FBE752C8CF, 0x9E0DA197B9BD98B9},
     {"radial springs: exact", 0x477009E4612E8E9F, 0x442B6904B079EBCA},
     {"radial springs: average acceleration", 0x3668570C4E8A8138, 0x93D7228F8FCD268C},
@@ -322,6 +323,12 @@ Cases contact_cases() {
   corner.scene.add(Plane{.normal = {-1, 0.2, 0}, .offset = -0.4, .restitution = 0.8, .friction = 0.2});
   corner.scene.add(touched(Sphere{.center = {0, -0.3, 0}, .radius = 0.2}, Response::resume, ContactPath::curve));
   cases.push_back(case_of(corner));
+  test::NamedScene pushing{.name = "contact: a ball and a box that push out", .scene = {}};
+  pushing.scene.add(Constant{.acceleration = {0.5, -9.81, 0}});
+  pushing.scene.add(Sphere{.center = {0.2, -0.4, 0}, .radius = 0.9, .friction = 0.3, .push_out = 0.7});
+  pushing.scene.add(
+      OrientedBox{.center = {-0.3, 0.3, 0}, .half_extents = {0.5, 0.4, 0.6}, .rotation = {0.2, 0.3, -0.1}, .push_out = 2});
+  cases.push_back(case_of(pushing));
   return cases;
 }
 

@@ -213,7 +213,7 @@ def free_file(positions, velocities):
         "contacts": [
             {"type": "plane", "normal": [0, 1, 0], "offset": -1, "restitution": 0.5, "friction": 0.2},
             {"type": "sphere", "center": [0, 0, 0], "radius": 0.75, "viscosity": 0.1, "sweep": "line"},
-            {"type": "capsule", "ends": [[2, 1, 2], [4, 2, 2]], "radius": [0.5, 0.25], "thickness": 0.125},
+            {"type": "capsule", "ends": [[2, 1, 2], [4, 2, 2]], "radius": [0.5, 0.25], "thickness": 0.125, "push_out": 0.75},
             {"type": "box", "center": [5, 1, 3], "half_extents": [1, 0.5, 1], "rotation": [0, 0.5, 0], "friction": 0.5},
         ],
     }  # fmt: skip

@@ -42,7 +42,7 @@ constexpr const char* full_scene = R"({
     {"type": "plane", "normal": [0, 3, 4], "offset": -1, "restitution": 0.5, "friction": 0.2},
     {"type": "sphere", "center": [1, 2, 3], "radius": 9, "side": "inside", "viscosity": 0.1, "normal_viscosity": 0.3,
      "response": "seed", "sweep": "line", "motion": "lift"},
-    {"type": "capsule", "ends": [[0, 1, 0], [2, 1, 0]], "radius": [0.5, 0.25], "thickness": 0.125},
+    {"type": "capsule", "ends": [[0, 1, 0], [2, 1, 0]], "radius": [0.5, 0.25], "thickness": 0.125, "push_out": 0.75},
     {"type": "capsule", "ends": [[0, 1, 0], [0, 1, 0]], "radius": 2, "friction": 0.5},
     {"type": "box", "center": [1, 0, 0], "half_extents": [4, 5, 6], "rotation": [0, 0.5, 0], "side": "inside"},
     {"type": "convex", "planes": [{"normal": [-1, 0, 0], "offset": 0}, {"normal": [0, -2, 0], "offset": 0},
@@ -114,7 +114,7 @@ TEST_CASE("a scene with one of everything is read as it stands") {
                    .response = Response::end_on_surface,
                    .sweep = ContactPath::line,
                    .motion = 1});
-  scene.add(Capsule{.ends = {{{0, 1, 0}, {2, 1, 0}}}, .radius = {0.5, 0.25}, .thickness = 0.125});
+  scene.add(Capsule{.ends = {{{0, 1, 0}, {2, 1, 0}}}, .radius = {0.5, 0.25}, .thickness = 0.125, .push_out = 0.75});
   scene.add(Capsule{.ends = {{{0, 1, 0}, {0, 1, 0}}}, .radius = {2, 2}, .friction = 0.5});
   scene.add(OrientedBox{.center = {1, 0, 0}, .half_extents = {4, 5, 6}, .rotation = {0, 0.5, 0}, .side = Side::inside});
   scene.add(Convex{.planes = {{{-1, 0, 0}, 0}, {{0, -1, 0}, 0}, {{0, 0, -1}, 0}, {{0, 0.6, 0.8}, 1.5}, {{1, 0, 0}, 1}}});
@@ -140,6 +140,17 @@ TEST_CASE("what may be left out has the contract's defaults") {
   CHECK(file.scene == Scene{});
   CHECK(value_of(file.particles.position, 1) == Vec3{});
   CHECK(value_of(file.particles.velocity, 1) == Vec3{});
+}
+
+TEST_CASE("a scene's push_out is that of contacts that have none of their own, and stands with contacts alone") {
+  json scene = json::parse(full_scene);
+  scene["push_out"] = 0.25;
+  const auto file = parse_scene("hail.json", scene.dump(), plenty);
+  CHECK(std::get<Plane>(file.scene.contacts[0]).push_out == 0.25);
+  CHECK(std::get<Capsule>(file.scene.contacts[2]).push_out == 0.75);
+  scene.erase("contacts");
+  CHECK_THROWS_WITH_AS((void)parse_scene("hail.json", scene.dump(), plenty),
+                       "hail.json: push_out is 0.25: must be left out of a scene without contacts", Fault);
 }
 
 TEST_CASE("a sphere without a side is hit from outside, and surfaces without a response send on") {
@@ -343,6 +354,8 @@ constexpr BadValue bad_values[] = {
     {"/contacts/1/sweep", "\"arc\"", "contacts[1].sweep is \"arc\": must be \"curve\" or \"line\""},
     {"/contacts/1/motion", "\"lilt\"", "contacts[1].motion is \"lilt\": must be \"arm\" or \"lift\"", BySchema::accepted},
     {"/contacts/0/thickness", "-1", "contacts[0].thickness is -1: must be a finite number >= 0"},
+    {"/contacts/0/push_out", "0", "contacts[0].push_out is 0: must be a finite number > 0"},
+    {"/push_out", "-1", "push_out is -1: must be a finite number > 0"},
     {"/contacts/2/ends", "[[0,0,0]]", "contacts[2].ends is [[0,0,0]]: must be two points"},
     {"/contacts/2/ends", "[[0,0,0],[1,2]]", "contacts[2].ends[1] is [1,2]: must be a list of 3 numbers"},
     {"/contacts/2/radius", "[1,2,3]", "contacts[2].radius is [1,2,3]: must be a number, or one for each end"},

@@ -47,7 +47,10 @@ TEST_CASE("run warns of cloth that starts inside a ball, by how much, and the cu
   const auto text = warnings[0]["text"].get<std::string>();
   CHECK(text.find("9 particles start inside a surface, particle 12 by 0.4 m") == 0);  // 0.25 and 0.35 m from the axis are
   CHECK(warnings[0]["cure"].get<std::string>().find("particle 12 is out of it by (0, 0.4, 0) m") != std::string::npos);
+  CHECK(warnings[0]["cure"].get<std::string>().find("\"push_out\": 0.5 (m/s) at the top of the scene it is out in 0.8 s") !=
+        std::string::npos);
   CHECK(run(folder, "run sheet.json --strict").exit == 6);
+  CHECK(run(folder, "run sheet.json --strict --duration 1.5 --set push_out=0.5").exit == 0);
   CHECK(warnings_of(folder, "sheet.json --precision float64")[0]["text"] == text);
   CHECK(warnings_of(folder, "sheet.json --set network.origin[1]=0.5") == json::array());
 }
@@ -71,6 +74,34 @@ TEST_CASE("cloth that is held inside or that rounding puts there, and free parti
   const auto free = run(folder, "run free.json --json");
   CHECK(free.exit == 0);
   CHECK(free.err.find("warning") == std::string::npos);
+}
+
+TEST_CASE("run warns of particles between two surfaces that overlap, and not once there is room") {
+  const ScratchFolder folder("pinched");
+  // Jaws that close onto 1 cm less than nothing, beside a third surface far away.
+  const auto jaws = [&](const char* upper, const char* motion) {
+    folder.write("jaws.json", std::string(R"({"format": "dvdx-scene/1", "name": "jaws", "step": 0.01, "duration": 0.2,
+      "network": {"type": "grid", "rows": 3, "columns": 3, "origin": [-0.1, 0, -0.1], "edge_u": [0.2, 0, 0],
+        "edge_v": [0, 0, 0.2], "mass": 0.1, "structural": 100},
+      "motions": {"close": {"keys": [{"time": 0}, {"time": 0.1, "translation": [0, )") +
+                                  motion + R"(, 0]}]}},
+      "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": -0.01, "friction": 0.5},
+                   {"type": "plane", "normal": [1, 0, 0], "offset": -9},
+                   {"type": "box", "center": [0, )" +
+                                  upper + R"(, 0], "half_extents": [0.3, 0.1, 0.3], "friction": 0.5, "motion": "close"}]})");
+  };
+  jaws("0.12", "-0.04");
+  const json warnings = warnings_of(folder, "jaws.json", "pinched");
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0]["value"].get<double>() == doctest::Approx(0.005).epsilon(1e-3));
+  CHECK(warnings[0]["text"].get<std::string>().find(
+            " is between two surfaces at 0.2 s that overlap there, 0.005 m inside both") != std::string::npos);
+  CHECK(warnings[0]["cure"].get<std::string>().find("Keep the surfaces 0.01 m further apart") == 0);
+  CHECK(run(folder, "run jaws.json --strict").exit == 6);
+  CHECK(run(folder, "run jaws.json --strict --set push_out=0.5").exit == 6);
+  jaws("0.13", "-0.04");  // by what the cure says
+  CHECK(warnings_of(folder, "jaws.json", "pinched") == json::array());
+  CHECK(run(folder, "run jaws.json --strict").exit == 0);
 }
 
 TEST_CASE("run warns of sheets in millimetres or grams") {

@@ -207,6 +207,7 @@ typedef struct dvdx_surface {
   dvdx_response response;
   dvdx_sweep sweep;
   double thickness;  // m, >= 0: particles are kept so far off the surface
+  double push_out;   // m/s, > 0: of what is inside when a step begins, none of which it keeps. 0: it is out within that step
 } dvdx_surface;
 
 // Particles may be where normal . x >= offset, the normal taken to unit length.

@@ -145,7 +145,10 @@ struct Plane {
   double normal_viscosity = 0;  // >= 0: and the normal one by exp(-normal_viscosity)
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
-  double thickness = 0;                 // m, >= 0: particles are kept so far off the surface
+  double thickness = 0;  // m, >= 0: particles are kept so far off the surface
+  // m/s, > 0: what is inside when a step begins leaves along the normal at this speed, none of which it keeps; meanwhile its own
+  // velocity along the normal is kept within 0..push_out. None: it is put onto the surface within that step.
+  std::optional<double> push_out{};
   std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const Plane&) const = default;
 };
@@ -162,6 +165,7 @@ struct Sphere {
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
+  std::optional<double> push_out{};
   std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const Sphere&) const = default;
 };
@@ -177,6 +181,7 @@ struct Capsule {
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
+  std::optional<double> push_out{};
   std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const Capsule&) const = default;
 };
@@ -194,6 +199,7 @@ struct OrientedBox {
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
+  std::optional<double> push_out{};
   std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const OrientedBox&) const = default;
 };
@@ -216,6 +222,7 @@ struct Convex {
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
+  std::optional<double> push_out{};
   std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const Convex&) const = default;
 };
@@ -233,6 +240,7 @@ struct TriangleMesh {
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
+  std::optional<double> push_out{};
   std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const TriangleMesh&) const = default;
 };

@@ -87,6 +87,7 @@ Surface with(Surface to, const dvdx_surface& from, const std::string& at) {
   to.response = choice<Response>(from.response, responses, at + ".surface.response");
   to.sweep = choice<ContactPath>(from.sweep, path_sweeps, at + ".surface.sweep");
   to.thickness = from.thickness;
+  if (from.push_out != 0) to.push_out = from.push_out;
   return to;
 }
 

@@ -302,7 +302,8 @@ void FreeMotion<T>::make_surfaces() {
 template <class T>
 void FreeMotion<T>::choose_search() noexcept {
   const auto is_body = [](const Surface<T>& s) { return s.shape != Shape::plane && s.shape != Shape::sphere; };
-  terms.searches = surfaces_.size() > unsearched_surfaces || is_any_carried(scene_.contacts) ||
+  terms.pushes = std::any_of(surfaces_.begin(), surfaces_.end(), pushes_out<T>);
+  terms.searches = surfaces_.size() > unsearched_surfaces || is_any_carried(scene_.contacts) || terms.pushes ||
                    std::any_of(surfaces_.begin(), surfaces_.end(), is_body);
   const auto is_plane = [](const Surface<T>& s) { return s.shape == Shape::plane; };
   terms.are_planes = !terms.searches && std::all_of(surfaces_.begin(), surfaces_.end(), is_plane);

@@ -116,6 +116,15 @@ void range_of(Checker& check, const TriangleMesh& mesh, const std::string& at, c
   range_of_radius<T>(check, at + ".cell", cell_of(mesh));
 }
 
+template <class T>
+void range_of_push_out(Checker& check, const std::string& field, double speed) {
+  const auto least = double{std::numeric_limits<T>::min()};
+  if (speed < least) out_of_range<T>(check, field, text(speed), "at least " + text(least, 8) + " m/s");
+  if (!fits<T>(speed)) {
+    out_of_range<T>(check, field, text(speed), "at most " + text(double{std::numeric_limits<T>::max()}, 8) + " m/s");
+  }
+}
+
 // A step's angle whose sine means nothing: psi() cuts W h^2 off there, and coefficients of the whole W would be garbage.
 bool turns_too_far(double W, double h) { return !(W * h * h < psi_huge); }
 
@@ -407,7 +416,13 @@ std::optional<Error> check_range_of_forces(const Scene& scene, const Options& op
 template <class T>
 std::optional<Error> check_range(const Contact& contact, std::size_t index, const Origin& origin) {
   Checker check(std::nullopt);
-  std::visit([&](const auto& of) { range_of<T>(check, of, element("contacts", index), origin); }, contact);
+  const std::string at = element("contacts", index);
+  std::visit(
+      [&](const auto& of) {
+        range_of<T>(check, of, at, origin);
+        if (of.push_out) range_of_push_out<T>(check, at + ".push_out", *of.push_out);
+      },
+      contact);
   return check.error;
 }
 

@@ -101,6 +101,7 @@ struct Terms {
   bool moves = false;                    // whether some surface does
   bool searches = false;                 // whether each block looks for the surfaces near it (passes/contact/near.hpp)
   bool are_planes = false;               // whether all surfaces are planes, and no block searches
+  bool pushes = false;                   // whether some surface pushes out what starts inside it; blocks search then
   const Terms* whole = nullptr;          // of a block's own terms: those of all surfaces
   Region<T> region{};                    // ... and where its list of them holds
   int impacts = 0;                       // of a particle in a step that are resolved in time order

@@ -201,6 +201,7 @@ std::optional<Warning> warning_of_rods(const Outcome& outcome) {
 
 std::optional<Warning> warning_of_inside(const Outcome& outcome) {
   if (!outcome.inside) return std::nullopt;
+  constexpr double push_out = 0.5;  // m/s: slow against what springs throw, and out of a body of half a metre in a second
   const StartInside& inside = *outcome.inside;
   return Warning{
       .code = "start_inside",
@@ -210,8 +211,22 @@ std::optional<Warning> warning_of_inside(const Outcome& outcome) {
                           inside.depth),
       .value = inside.depth,
       .limit = inside.limit,
-      .cure = fmt::format("Start outside: particle {} is out of it by ({:.3g}, {:.3g}, {:.3g}) m", inside.deepest,
-                          inside.way[0], inside.way[1], inside.way[2])};
+      .cure = fmt::format("Start outside: particle {} is out of it by ({:.3g}, {:.3g}, {:.3g}) m. Or let it leave slowly: with "
+                          "\"push_out\": {} (m/s) at the top of the scene it is out in {:.3g} s",
+                          inside.deepest, inside.way[0], inside.way[1], inside.way[2], push_out, inside.depth / push_out)};
+}
+
+std::optional<Warning> warning_of_pinch(const Outcome& outcome) {
+  if (!outcome.pinch) return std::nullopt;
+  const Pinch& pinch = *outcome.pinch;
+  return Warning{
+      .code = "pinched",
+      .text = fmt::format("particle {} is between two surfaces at {:.4g} s that overlap there, {:.3g} m inside both: "
+                          "no place is outside, and it goes to the middle",
+                          pinch.particle, pinch.time, pinch.depth),
+      .value = pinch.depth,
+      .limit = pinch.limit,
+      .cure = fmt::format("Keep the surfaces {:.3g} m further apart there, or make them thinner", pinch.overlap)};
 }
 
 void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
@@ -230,7 +245,8 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
 
 std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
   std::vector<Warning> warnings = loaded.file.warnings;
-  for (auto& of : {outcome.dear, warning_of_inside(outcome), warning_of_held(loaded, outcome), warning_of_rods(outcome)}) {
+  for (auto& of : {outcome.dear, warning_of_inside(outcome), warning_of_pinch(outcome), warning_of_held(loaded, outcome),
+                   warning_of_rods(outcome)}) {
     if (of) warnings.push_back(*of);
   }
   if (outcome.diverged) {

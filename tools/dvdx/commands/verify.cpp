@@ -51,7 +51,7 @@ constexpr std::array built_in = {
                      {"type": "box", "center": [0.4, 0.3, 0], "half_extents": [0.3, 0.2, 0.4], "rotation": [0.2, 0.4, 0],
                       "restitution": 0.4, "motion": "turn"},
                      {"type": "capsule", "ends": [[-0.6, 0.2, -0.4], [-0.2, 0.5, 0.4]], "radius": [0.1, 0.2], "thickness": 0.02,
-                      "restitution": 0.3, "friction": 0.4, "motion": "turn"},
+                      "restitution": 0.3, "friction": 0.4, "motion": "turn", "push_out": 0.4},
                      {"type": "convex", "restitution": 0.2,
                       "planes": [{"normal": [0, -1, 0], "offset": 0}, {"normal": [1, 1, 0], "offset": 0.2},
                                  {"normal": [-1, 1, 0], "offset": 0.2}, {"normal": [0, 1, 1], "offset": 0.3},

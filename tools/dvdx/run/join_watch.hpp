@@ -44,8 +44,9 @@ class JoinWatch {
     return every_ ? std::min(wanted, *every_ - done % *every_) : wanted;
   }
   void look_when_due(Observer<T>& observer, const State<T>& state, std::uint64_t done, HeatWatch<T>& heat) {
-    if (looks() && done % *every_ == 0) look(observer, state, done, heat);
+    if (is_due(done)) look(observer, state, done, heat);
   }
+  [[nodiscard]] bool is_due(std::uint64_t done) const { return looks() && done % *every_ == 0; }
   // At the start, and at the end whenever that is.
   void look(Observer<T>& observer, const State<T>& state, std::uint64_t done, HeatWatch<T>& heat) {
     if (!looks() || looked_at_ == done) return;

@@ -56,6 +56,15 @@ struct HeldTooMuch {
   std::uint64_t step = 0;
 };
 
+// A particle between two surfaces that overlap there, at the deepest of the looks.
+struct Pinch {
+  std::size_t particle = 0;
+  double time = 0;     // s
+  double depth = 0;    // m: inside both by at least this
+  double overlap = 0;  // m
+  double limit = 0;    // m: of the depth
+};
+
 struct Halo {
   Traffic told{};             // over all ranks
   double waited_seconds = 0;  // of the wall's, of the rank that waited longest for what others tell
@@ -71,6 +80,7 @@ struct Outcome {
   std::optional<Warmth> warmth{};  // none where no bound is known
   std::optional<HeldTooMuch> held{};
   std::optional<StartInside> inside{};  // of one process
+  std::optional<Pinch> pinch{};         // of one process
   std::optional<Warning> dear{};        // that was said when it was found
   std::optional<Joins> joins{};         // of one process, of a scene that springs or constraints join
   std::optional<NetworkLimit> network{};

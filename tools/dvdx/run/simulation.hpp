@@ -28,6 +28,7 @@
 #include "run/join_watch.hpp"
 #include "run/observer.hpp"
 #include "run/outcome.hpp"
+#include "run/pinch_watch.hpp"
 #include "run/start.hpp"
 #include "run/state_memory.hpp"
 #include "run/tearing.hpp"
@@ -72,7 +73,8 @@ class Simulation {
     outcome_.energy_start = observer.energy(loaded_.file.scene.networks, state_);
     HeatWatch<T> heat(loaded_, outcome_.network, find_frequency_, observer, state_);
     JoinWatch<T> joins(loaded_, outcome_.network, heat, ranks_.count(), tearing_);
-    Watches watch{observer, heat, joins};
+    PinchWatch pinches(loaded_.file, ranks_.count());
+    Watches watch{observer, heat, joins, pinches};
     if (split_) contacts.tell_of(split_->particles());
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), watch, contacts);
@@ -106,6 +108,7 @@ class Simulation {
     Observer<T>& observer;
     HeatWatch<T>& heat;
     JoinWatch<T>& joins;
+    PinchWatch& pinches;
 
     [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const {
       return joins.most_steps(done, heat.most_steps(done, wanted));
@@ -113,19 +116,23 @@ class Simulation {
     void look(const State<T>& state, std::uint64_t done) {
       heat.look_when_due(state, done);
       joins.look_when_due(observer, state, done, heat);
+      if (joins.is_due(done)) pinches.look(state);
     }
     [[nodiscard]] bool looks() const { return heat.looks() || joins.looks(); }
     void look_at_end(const State<T>& state, std::uint64_t done) {
       heat.look(state, done);
       joins.look(observer, state, done, heat);
+      pinches.look(state);
     }
     void save(Sink& sink) const {
       heat.save(sink);
       joins.save(sink);
+      pinches.save(sink);
     }
     void load(Source& source) {
       heat.load(source);
       joins.load(source);
+      pinches.load(source);
     }
   };
 
@@ -276,6 +283,7 @@ class Simulation {
     outcome_.warmth = watch.heat.warmth();
     outcome_.held = watch.heat.held();
     outcome_.joins = watch.joins.seen();
+    outcome_.pinch = watch.pinches.found();
     outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
     if (!split_) return;
     std::array<std::uint64_t, 2> told{ranks_.started().messages, ranks_.started().bytes};

@@ -137,8 +137,8 @@ Force read_force(const Node& node, const Population& population) {
 std::vector<std::string_view> contact_keys(std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};
   keys.insert(keys.end(), own);
-  keys.insert(keys.end(),
-              {"restitution", "friction", "viscosity", "normal_viscosity", "response", "sweep", "thickness", "motion"});
+  keys.insert(keys.end(), {"restitution", "friction", "viscosity", "normal_viscosity", "response", "sweep", "thickness",
+                           "push_out", "motion"});
   return keys;
 }
 
@@ -151,6 +151,7 @@ C with_surface(C contact, const Fields& fields, const MotionNames& motions) {
   contact.response = fields.choice("response", responses, Response::resume);
   contact.sweep = fields.choice("sweep", sweeps, ContactPath::curve);
   contact.thickness = fields.number("thickness", not_negative, 0);
+  if (const auto speed = fields.optional("push_out")) contact.push_out = speed->number(positive);
   if (const auto motion = fields.optional("motion")) contact.motion = motions.index_of(*motion);
   return contact;
 }
@@ -238,6 +239,15 @@ Contact read_body_of_mesh(const Node& node, const MotionNames& motions, SceneFol
   }
   mesh.cell = fields.number("cell", positive, 0);
   return with_surface(std::move(mesh), fields, motions);
+}
+
+// Of contacts that have no such speed of their own.
+void read_push_out(const Node& node, Scene& scene) {
+  const double speed = node.number(positive);
+  if (scene.contacts.empty()) node.refuse("left out of a scene without contacts");
+  for (Contact& contact : scene.contacts) {
+    std::visit([speed](auto& surface) { surface.push_out = surface.push_out.value_or(speed); }, contact);
+  }
 }
 
 Contact read_contact(const Node& node, const MotionNames& motions, SceneFolder& folder) {
@@ -436,7 +446,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
                        "particles", "forces",        "contacts", "network", "constraints", "constraint_iterations",
                        "substeps",  "most_substeps", "fixed",    "motions", "kinematic",   "origin",
                        "emitters",  "capacity",      "removal",  "wind",    "skins",       "tethers",
-                       "faces"});
+                       "faces",     "push_out"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -456,6 +466,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   if (const auto contacts = fields.optional("contacts")) {
     for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact, motions, folder));
   }
+  if (const auto speed = fields.optional("push_out")) read_push_out(*speed, file.scene);
   if (const auto constraints = fields.optional("constraints"))
     read_constraints(*constraints, file, population, options.topology);
   if (const auto iterations = fields.optional("constraint_iterations")) {

@@ -67,6 +67,12 @@
 //          and each of them would have to bring it across delta = -(s_a + s_b) within t, from rest to rest: a push 2 delta/t and
 //          one that stops it. Friction takes up to (mu_a + mu_b) 4 delta/t off what it moves along them, against the mean of
 //          their velocities. All of it: it is where the mean of what they carry its start along to leaves it.
+// Out.     A surface with a speed p leads a particle that starts the flow inside it, s0 < 0 by more than rounding, out along its
+//          normal: the flow ends at s = s0 + p t, or where that is outside as it would, but at 0 <= s <= s0 + p t. The velocity along the normal becomes what of it lies in 0..p, at the start
+//          (else a pulse that presses onto a round body would push along it at the end, and heat) and at the end; friction
+//          takes from the rest what it would from an impact by the part that leads in. Neither impacts on this surface are
+//          looked for in the flow, nor is the particle put onto it; all else is as for any particle on that path. Of two
+//          surfaces that face each other it leaves none, and goes to the middle.
 // Sphere.  s = side (|x-c| - R). Its sign is that of g = side (|x-c|^2 - R^2) / (2R), a quartic along the parabola.
 //          First guess: the quadratic Taylor part of g at the path's start (exact for a straight path), else the quadratic
 //          through g0, g0' and g1; then Newton's steps that keep to 0..1 and to g' < 0.
@@ -115,6 +121,7 @@ struct Surface {
   T flows_per_substep = 0;
   T falls_away = 0;  // 1/m
   T hold = 0;        // resting: tangential velocities below hold times the normal one removed vanish: >= mu, >= rounding
+  T push_out = 0;    // m/s: of what starts inside; 0: that is put onto the surface at once
   Movement movement = Movement::rest;
   std::array<T, 3> u{};       // m/s
   std::array<T, 3> omega{};   // rad/s
@@ -128,6 +135,11 @@ struct Surface {
 template <class T>
 constexpr bool has_pulses(const Surface<T>& surface) noexcept {
   return surface.flows_per_substep > 0;
+}
+
+template <class T>
+constexpr bool pushes_out(const Surface<T>& surface) noexcept {
+  return surface.push_out > 0;
 }
 
 // Whether impacts are looked for along the chord of the path.
@@ -156,6 +168,9 @@ inline constexpr int clamp_rounds = 64;
 
 // In a flat edge: what goes along a wall by more pulses than these is not stopped in it.
 inline constexpr int most_pulses = 64;
+
+// A particle is inside a surface, not on it, where it is so many epsilons of the coordinates deep.
+inline constexpr int least_depth = 64;
 
 // Surfaces that open by less than twice this angle face each other without friction, too.
 template <class T>

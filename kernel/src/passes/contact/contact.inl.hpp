@@ -34,6 +34,10 @@ struct Settled {
 template <class V, Arithmetic arithmetic, Surroundings surroundings>
 [[gnu::always_inline]] inline Settled<V> settle(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
   auto course = course_of<V, arithmetic>(terms, touches);
+  Leaving<V> leaving;
+  if constexpr (surroundings == Surroundings::any) {
+    if (terms.pushes) push_out<V, arithmetic, PathForm::parabola>(terms, m, course, touches, leaving);
+  }
   hold<V, arithmetic, PathForm::parabola, surroundings>(terms, m, course, touches);
   const Nearness<V, arithmetic, PathForm::parabola, surroundings> near(terms, m, course);
   near.watch_ends(course, touches);

@@ -97,13 +97,22 @@ struct Pressed {
   Three<V> v;
 };
 
+// Where and when lanes start that leave the surfaces inside which they do.
+template <class V>
+struct Leaving {
+  Three<V> x0;
+  V t;
+  Mask<V> lanes;
+};
+
 // Lanes during one step. `last` is the number of the surface that was hit last, `t` what remains of the step.
 template <class V, Arithmetic arithmetic, PathForm form>
 struct Course {
   V direction, t, last;
   Mask<V> active, loose;  // loose: near a surface, and did not hit it
   Held<V> held;
-  Mask<V> strayed = Mask<V>(false);  // out of the region where the list of surfaces holds
+  Mask<V> strayed = Mask<V>(false);     // out of the region where the list of surfaces holds
+  const Leaving<V>* leaving = nullptr;  // null: none leaves a surface inside which it starts
 };
 template <class V, Arithmetic arithmetic>
 struct Course<V, arithmetic, PathForm::flow> {
@@ -115,6 +124,7 @@ struct Course<V, arithmetic, PathForm::flow> {
   Responses<V> end;  // those of what remains
   Drive<V> drive;    // where forces depend on time
   Mask<V> strayed = Mask<V>(false);
+  const Leaving<V>* leaving = nullptr;
 };
 
 // Lanes at x that are out of the region where the list of surfaces holds are worked out again.

@@ -76,6 +76,13 @@ struct Pressed {
   Vector<T> v{};
 };
 
+// Where and when a particle starts that leaves the surfaces inside which it does.
+template <class T>
+struct Leaving {
+  Vector<T> x0{};
+  T t = 0;
+};
+
 // What is left of a particle's step.
 template <Arithmetic arithmetic, PathForm form, class T>
 struct Course {
@@ -87,7 +94,8 @@ struct Course {
   T h = 0, left = 1;
   Responses<T> end{};
   Drive<T> drive{};
-  Recording<T>* recording = nullptr;  // null: nobody asks
+  Recording<T>* recording = nullptr;    // null: nobody asks
+  const Leaving<T>* leaving = nullptr;  // null: leaves no surface inside which it starts
 };
 
 template <Arithmetic arithmetic, class T>

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "passes/contact/push_out.inl.hpp"
 #include "passes/contact/rest.inl.hpp"
 #include "passes/contact/time_of_impact.inl.hpp"
 #include "passes/contact/touch_test.inl.hpp"
@@ -193,7 +194,9 @@ class Nearness {
   }
 
   [[nodiscard]] Mask<V> operator()(std::size_t j) const noexcept {
-    return may_touch(j) & !is_among(course_.held, V(static_cast<T>(j)));
+    const Mask<V> is_near = may_touch(j) & !is_among(course_.held, V(static_cast<T>(j)));
+    if constexpr (surroundings == Surroundings::planes) return is_near;
+    return is_near & !leaves<V, arithmetic, form>(terms_.surfaces[j], course_);
   }
 
  private:
@@ -379,7 +382,8 @@ void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V, 
   const Mask<V> is_pressed = inside & (course.direction * vn < zero);
   const Three<V> slower = select(is_pressed, kept * vt, seen.v1);
   const V motion = magnitude(course.t) * one_norm(seen.v0 + slower);
-  const Mask<V> rests = held & (motion < V(std::numeric_limits<T>::epsilon() / 4) * size);
+  Mask<V> rests = held & (motion < V(std::numeric_limits<T>::epsilon() / 4) * size);
+  if (course.leaving != nullptr) rests = rests & !course.leaving->lanes;
   const Three<V> base = select(rests, seen.x0, m.x1);
   const Touch<V> there = touch<V, arithmetic>(surface, base);
   m.x1 = select(inside, subtract_product<arithmetic>(base, there.s, there.n), m.x1);
@@ -402,10 +406,8 @@ template <class V, Arithmetic arithmetic, PathForm form>
   const Touch<V> end_a = touch<V, arithmetic>(a, m.x1);
   const Touch<V> end_b = touch<V, arithmetic>(b, m.x1);
   const V kappa = dot<arithmetic>(end_a.n, end_b.n);
-  const T mu = a.mu < b.mu ? a.mu : b.mu;
-  const T grip = mu > least_grip<T> ? mu : least_grip<T>;
   const V opening = one - kappa;
-  lanes = lanes & (one + kappa <= V(grip * grip) * opening);
+  lanes = lanes & face_each_other<V>(V(a.mu), V(b.mu), kappa);
   if (!any_lane<V>(lanes)) return lanes;
   Trajectory<V> room_a, room_b;
   const Trajectory<V>& from_a = seen_from<V, arithmetic>(a, m, course.t, room_a);
@@ -462,6 +464,7 @@ void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithm
       const Mask<V> is_looked_at = round == 0 && surface.shape == Shape::plane ? touches & !is_held : touches;
       Mask<V> inside = is_looked_at & (touch<V, arithmetic>(surface, m.x1).s < -(tolerance * size));
       if (!any_lane<V>(inside)) continue;
+      inside = inside & !leaves<V, arithmetic, form>(surface, course);
       const Mask<V> on_other = inside & (before >= V(T(0))) & differ(before, number);
       if (any_lane<V>(on_other)) {
         const Mask<V> pinched = pinch_any<V, arithmetic, form>(terms, surface, before, m, course, on_other);
@@ -495,6 +498,8 @@ enum class Standing { unknown, none };
 template <class V, Arithmetic arithmetic, PathForm form>
 void resolve_all(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standing, Trajectory<V>& m,
                  Course<V, arithmetic, form>& course) noexcept {
+  Leaving<V> leaving;
+  if (terms.pushes) push_out<V, arithmetic, form>(terms, m, course, touches, leaving);
   if (standing == Standing::unknown) hold<V, arithmetic, form>(terms, m, course, touches);
   Pressed<V> pressed;
   const bool has_edges = terms.surface_count > 1 && has_pulses(terms.surfaces[0]);

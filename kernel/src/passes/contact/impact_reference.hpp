@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "passes/contact/push_out_reference.hpp"
 #include "passes/contact/rest_reference.hpp"
 #include "passes/contact/time_of_impact_reference.hpp"
 #include "passes/contact/touch_test_reference.hpp"
@@ -314,6 +315,7 @@ bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, 
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     if (course.held.has(j) || !may_touch_moving<arithmetic>(surface, p, middle, course.t, corner)) continue;
+    if (leaves(surface, course)) continue;
     const std::optional<T> f = cross(terms, surface, p, course, course.last == j, low);
     if (f && *f < earliest) {
       earliest = *f;
@@ -345,7 +347,7 @@ void clamp(const Surface<T>& surface, Particle<T>& p, const Course<arithmetic, f
   }
   const Vector<T> sum = sum_of(seen.v0, seen.v1);
   const T motion = std::abs(course.t) * one_norm(sum);
-  const bool rests = is_held && motion < std::numeric_limits<T>::epsilon() / 4 * size;
+  const bool rests = is_held && course.leaving == nullptr && motion < std::numeric_limits<T>::epsilon() / 4 * size;
   const Vector<T> base = rests ? seen.x0 : p.x1;
   const Touch<T> there = touch<arithmetic>(surface, base);
   for (std::size_t k = 0; k < 3; ++k) p.x1[k] = subtract_product<arithmetic>(base[k], there.s, there.n[k]);
@@ -360,10 +362,8 @@ bool is_pinched(const Surface<T>& a, const Surface<T>& b, Particle<T>& p, const 
   const Touch<T> end_a = touch<arithmetic>(a, p.x1);
   const Touch<T> end_b = touch<arithmetic>(b, p.x1);
   const T kappa = dot<arithmetic>(end_a.n, end_b.n);
-  const T mu = a.mu < b.mu ? a.mu : b.mu;
-  const T grip = mu > least_grip<T> ? mu : least_grip<T>;
   const T opening = 1 - kappa;
-  if (!(1 + kappa <= grip * grip * opening)) return false;
+  if (!face_each_other(a.mu, b.mu, kappa)) return false;
   const Particle<T> from_a = seen_from<arithmetic>(a, p, course.t);
   const Particle<T> from_b = seen_from<arithmetic>(b, p, course.t);
   const T sizes = (one_norm(p.x0) + one_norm(p.x1)) + (a.radius + b.radius);
@@ -397,6 +397,8 @@ bool is_pinched(const Surface<T>& a, const Surface<T>& b, Particle<T>& p, const 
 
 template <Arithmetic arithmetic, PathForm form, class T>
 void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
+  Leaving<T> leaving;
+  if (terms.pushes) push_out(terms, p, course, leaving);
   hold(terms, p, course);
   for (int impact = 0; impact < terms.impacts; ++impact) {
     if (!resolve_earliest(terms, p, course)) break;
@@ -411,6 +413,7 @@ void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form,
       const bool is_held = course.held.has(j);
       if (round == 0 && is_held && terms.surfaces[j].shape == Shape::plane) continue;
       if (!(touch<arithmetic>(terms.surfaces[j], p.x1).s < -(tolerance * size))) continue;
+      if (leaves(terms.surfaces[j], course)) continue;
       is_clamped = true;
       const Vector<T> v = p.v1;
       const bool ends =

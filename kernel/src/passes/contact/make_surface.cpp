@@ -145,6 +145,7 @@ Plane face_of(const OrientedBox& box, std::size_t part) noexcept {
           .response = box.response,
           .sweep = box.sweep,
           .thickness = box.thickness,
+          .push_out = box.push_out,
           .motion = box.motion};
 }
 
@@ -288,6 +289,7 @@ Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_d
       set_shape(surface, c, origin);
     }
     set_impact(surface, c.restitution, c.friction, c.viscosity, c.normal_viscosity);
+    surface.push_out = static_cast<T>(c.push_out.value_or(0));
     surface.sweep = c.sweep;
     surface.response = c.response;
     surface.finds_dips = finds_dips && c.sweep == ContactPath::curve;

@@ -387,7 +387,8 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
 
   // Rounding alone must not make a resting particle creep.
   const V motion = magnitude(course.t) * one_norm(end.v0 + end.v);
-  const Mask<V> rests = motion < V(std::numeric_limits<T>::epsilon() / 4) * candidates.end_size;
+  Mask<V> rests = motion < V(std::numeric_limits<T>::epsilon() / 4) * candidates.end_size;
+  if (is_any && course.leaving != nullptr) rests = rests & !course.leaving->lanes;
   const V sunk = select<V>(held.b < zero, a.s0, zero);
   end.x = select(rests, subtract_product<arithmetic>(against().x0, sunk, a.n), end.x);
   if (moves) end.x = select(rests & has_b & is_carried(terms, a), onto_both<V, arithmetic>(a, b, against().x0), end.x);

@@ -303,7 +303,7 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   }
   if (held.b == none && kept != 1) follow<arithmetic>(terms.surfaces[a.number], end);
   const T motion = std::abs(course.t) * one_norm(sum_of(end.v0, end.v));
-  if (motion < std::numeric_limits<T>::epsilon() / 4 * one_norm(p.x1)) {
+  if (course.leaving == nullptr && motion < std::numeric_limits<T>::epsilon() / 4 * one_norm(p.x1)) {
     const T sunk = held.b == none ? a.s0 : T(0);
     for (std::size_t k = 0; k < 3; ++k) end.x[k] = subtract_product<arithmetic>(against.p.x0[k], sunk, a.n[k]);
     const bool is_carried = terms.surfaces[a.number].movement != Movement::rest;

@@ -8,7 +8,7 @@
 #include <limits>
 #include <span>
 
-#include "passes/contact/rest_reference.hpp"
+#include "passes/contact/push_out_reference.hpp"
 #include "passes/contact/stay.hpp"
 
 namespace dvdx::reference {
@@ -76,6 +76,14 @@ std::uint32_t carried_by(const Terms<T>& terms, const Vector<T>& x, const Vector
 }
 
 template <Arithmetic arithmetic, class T>
+bool is_pushed_out(const Terms<T>& terms, const Vector<T>& x, T t) noexcept {
+  const auto pushes = [&](const Surface<T>& surface) {
+    return pushes_out(surface) && start_on<arithmetic>(surface, x, t).is_inside;
+  };
+  return std::any_of(terms.surfaces, terms.surfaces + terms.surface_count, pushes);
+}
+
+template <Arithmetic arithmetic, class T>
 std::uint32_t stays(const Terms<T>& terms, const SubstepImpulse<T>& impulse, std::size_t carrier, Particle<T>& p) noexcept {
   const bool moves = carrier < terms.surface_count && terms.surfaces[carrier].movement != Movement::rest;
   const Vector<T> x = moves ? taken_along<arithmetic>(terms.surfaces[carrier], p.x0, impulse.t) : p.x0;
@@ -83,7 +91,7 @@ std::uint32_t stays(const Terms<T>& terms, const SubstepImpulse<T>& impulse, std
   Vector<T> P;
   for (std::size_t k = 0; k < 3; ++k) P[k] = impulse.pulses * (p.v0[k] - V[k]) + impulse.flows * p.v1[k];
   const std::uint32_t by = carried_by<arithmetic>(terms, x, V, P, impulse.pulses == 0 ? Asked::stands : Asked::stays);
-  if (by == no_surface) return by;
+  if (by == no_surface || (terms.pushes && is_pushed_out<arithmetic>(terms, p.x0, impulse.t))) return no_surface;
   p.x1 = x;
   p.v1 = V;
   return by;

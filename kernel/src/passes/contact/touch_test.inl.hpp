@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "passes/contact/moving.inl.hpp"
+#include "passes/contact/push_out.inl.hpp"
 #include "passes/contact/shape.inl.hpp"
 #include "passes/terms.hpp"
 
@@ -92,6 +93,8 @@ template <class V, Arithmetic arithmetic>
   Mask<V> touches(false);
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     touches = touches | may_touch<V, arithmetic>(terms.surfaces[j], m, middle, V(terms.h), corner);
+    if (!pushes_out(terms.surfaces[j])) continue;
+    touches = touches | start_on<V, arithmetic>(terms.surfaces[j], m.x0, V(terms.h)).is_inside;
   }
   return touches;
 }

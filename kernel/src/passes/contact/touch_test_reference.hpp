@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "passes/contact/moving_reference.hpp"
+#include "passes/contact/push_out_reference.hpp"
 #include "passes/contact/shape_reference.hpp"
 #include "passes/terms.hpp"
 
@@ -68,7 +69,9 @@ bool may_touch(const Terms<T>& terms, const Particle<T>& p) noexcept {
   Vector<T> middle;
   for (std::size_t k = 0; k < 3; ++k) middle[k] = multiply_add<arithmetic>(corner, p.v0[k], p.x0[k]);
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    if (may_touch_moving<arithmetic>(terms.surfaces[j], p, middle, terms.h, corner)) return true;
+    const Surface<T>& surface = terms.surfaces[j];
+    if (may_touch_moving<arithmetic>(surface, p, middle, terms.h, corner)) return true;
+    if (pushes_out(surface) && start_on<arithmetic>(surface, p.x0, terms.h).is_inside) return true;
   }
   return false;
 }

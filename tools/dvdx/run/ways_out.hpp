@@ -1,0 +1,48 @@
+// Where surfaces alone put particles that are inside them.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/layouts/state.hpp"
+#include "dvdx/plan.hpp"
+#include "dvdx/scene.hpp"
+
+namespace dvdx::tool {
+
+class WaysOut {
+ public:
+  static constexpr std::size_t at_once = 4096;  // particles
+
+  // surfaces: contacts, their motions and the origin, and nothing else; none of them pushes out. count: of the states' particles,
+  // at least 1.
+  WaysOut(const Scene& surfaces, std::size_t count);
+
+  // m: the way of each particle from `first` on, at most at_once of them, to where the surfaces put it at the state's time. Until
+  // the next call.
+  template <class T>
+  [[nodiscard]] std::span<const Vec3> of(const State<T>& state, std::size_t first);
+
+ private:
+  Soa<double> memory_;
+  State<double> some_;
+  Plan<double> plan_;
+  std::vector<Vec3> ways_;
+};
+
+extern template std::span<const Vec3> WaysOut::of(const State<float>&, std::size_t);
+extern template std::span<const Vec3> WaysOut::of(const State<double>&, std::size_t);
+
+// The particles that surfaces move: neither fixed nor kinematic.
+[[nodiscard]] std::vector<bool> free_ones(const Scene& scene, std::size_t count);
+
+// m: so deep inside is more than rounding, a ten-thousandth of the state's extent.
+template <class T>
+[[nodiscard]] double least_depth(const State<T>& state);
+
+extern template double least_depth(const State<float>&);
+extern template double least_depth(const State<double>&);
+
+}  // namespace dvdx::tool
