@@ -10,6 +10,8 @@
 #include <set>
 #include <string>
 
+#include "dvdx/layouts/soa.hpp"
+#include "output/writer.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
 #include "tools/run_command.hpp"
@@ -346,6 +348,30 @@ TEST_CASE("odd .obj files are cloth") {
   CHECK(facts(loose) == Facts{6, 11, 1});
 }
 
+TEST_CASE("a spring that tears takes the faces on both sides of a welded seam") {
+  const ScratchFolder folder("torn");
+  const auto whole = made(seam);
+  const Topology topology{.lines = {}, .faces = {{0, 1, 2}, {3, 4, 5}}};
+  std::vector<Tear> tears;
+  const auto writer = make_writer<float>({.target = folder / "a.ply",
+                                          .particles = 4,
+                                          .states = 2,
+                                          .topology = &topology,
+                                          .tears = &tears,
+                                          .numbering = &whole.numbering});
+  Soa<float> memory(4);
+  State<float> state = memory.view();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < 4; ++i) state.x[axis][i] = state.v[axis][i] = 0;
+  }
+  writer->write({.step = 0, .time = 0}, state);
+  tears.push_back({.step = 1, .network = 0, .ends = {1, 2}});
+  writer->write({.step = 1, .time = 1}, state);
+  writer->finish();
+  CHECK(folder.read("a-000000.ply").find("element face 2\n") != std::string::npos);
+  CHECK(folder.read("a-000001.ply").find("element face") == std::string::npos);
+}
+
 // ---- the command -------------------------------------------------------------------------------------------------------
 
 json done(const ScratchFolder& folder, const std::string& arguments) {
@@ -407,9 +433,10 @@ TEST_CASE("files have the mesh's vertices in its order, those of one particle at
   }
   // The first state of a cache has the faces of the file.
   done(folder, "run seam.json --json --every 5 --out cache.pc2");
-  const auto mesh = parse_mesh(folder.read("cache.obj"));
-  CHECK(mesh.vertices == parse_mesh(folder.read("seam.obj")).vertices);
-  CHECK(mesh.faces == Faces{{1, 2, 3}, {4, 5, 6}});
+  const auto cached = lines_of(folder.read("cache.obj"));
+  const auto mesh = lines_of(folder.read("seam.obj"));
+  REQUIRE(cached.size() > mesh.size());
+  CHECK(std::equal(mesh.begin(), mesh.end(), cached.begin() + 1));  // behind the line that says who wrote it
   CHECK(folder.read("cache.pc2").size() == 32 + 3 * 7 * 12);
   done(folder, "run seam.json --json --out a.ply");
   CHECK(folder.read("a-000000.ply").find("element vertex 7\n") != std::string::npos);
@@ -428,7 +455,7 @@ TEST_CASE("a run of a welded mesh goes on from a checkpoint, and not with anothe
   for (const char* frame : {"-000000.ply", "-000002.ply", "-000004.ply"})
     CHECK(folder.read(std::string("half") + frame) == folder.read(std::string("whole") + frame));
   CHECK(test::run(folder, "run seam.json --resume at --set network.weld=0.5").exit == 4);
-  CHECK(test::run(folder, "verify seam.json --duration 0.05").exit == 0);
+  CHECK(test::run(folder, "verify seam.json").exit == 0);
 }
 
 TEST_CASE("what is seen is named by vertices: the spring that stretches and the particle that hits") {
