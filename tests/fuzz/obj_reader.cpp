@@ -5,6 +5,7 @@
 #include "fuzz/targets.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/mesh_file.hpp"
+#include "scene_io/mesh_welding.hpp"
 
 namespace dvdx::fuzz {
 namespace {
@@ -30,6 +31,16 @@ void obj_reader(std::string_view bytes) {
       expect(face.size() >= 3, "a face has three vertices or more");
       for (const auto vertex : face) expect(vertex < vertices, "faces name vertices that are there");
     }
+    const tool::WeldedMesh one = tool::welded(mesh, 1e-3, tool::Unreferenced::left_out);
+    expect(one.numbering.particles.size() == vertices, "each vertex is a particle's or nobody's");
+    expect(one.mesh.vertices.size() == one.numbering.numbers.size(), "each particle has a first vertex");
+    for (auto face : one.mesh.faces) {
+      expect(face.size() >= 3, "a welded face has three corners or more");
+      std::sort(face.begin(), face.end());
+      expect(std::adjacent_find(face.begin(), face.end()) == face.end(), "a welded face comes by no particle twice");
+      expect(face.back() < one.mesh.vertices.size(), "welded faces name particles that are there");
+    }
+    expect_pairs(tool::edges_of(one.mesh), one.mesh.vertices.size());
     expect_pairs(tool::edges_of(mesh), vertices);
     expect_pairs(tool::diagonals_of(mesh), vertices);
     expect_pairs(tool::bends_of(mesh), vertices);

@@ -2,8 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <array>
-
 #include "scene_io/file_text.hpp"
 #include "tools/scratch_folder.hpp"
 
@@ -78,22 +76,6 @@ TEST_CASE("a closed surface bends across every edge, each pair once") {
       "f 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n");
   CHECK(edges_of(mesh).size() == 12);
   CHECK(bends_of(mesh) == Pairs{{0, 2}, {1, 3}, {4, 5}});
-}
-
-TEST_CASE("pieces of a mesh, vertices that are doubled between them and those of no face are counted") {
-  const auto counts = [](std::string_view text) {
-    const MeshFacts facts = facts_of(mesh_of(text));
-    return std::array{facts.pieces, facts.doubled, facts.unused};
-  };
-  using Counts = std::array<std::size_t, 3>;
-  const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
-  CHECK(counts(square + "f 1 2 3\nf 1 3 4\n") == Counts{1, 0, 0});
-  // The common side of two triangles has its vertices twice.
-  CHECK(counts(square + "v 0 0 0\nv 1 1 0\nf 1 2 3\nf 5 6 4\n") == Counts{2, 2, 0});
-  // Two pieces that touch nowhere, and a vertex of its own at another's place: nothing falls apart.
-  CHECK(counts(square + "v 5 0 0\nv 6 0 0\nv 5 1 0\nv 0 0 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\n") == Counts{2, 0, 1});
-  CHECK(counts(square + "l 1 2\n") == Counts{1, 0, 2});
-  CHECK(counts(square) == Counts{0, 0, 4});
 }
 
 TEST_CASE("what is wrong in an .obj file is named with its line") {

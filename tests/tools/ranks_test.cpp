@@ -749,6 +749,39 @@ TEST_CASE("ranks: what stands in a piece for each, of a network and of what come
   }
 }
 
+// Two strips of squares whose common side is twice in the file, behind a vertex that no face uses.
+TEST_CASE("ranks: a welded mesh is written by its file's vertices, as by one" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("welded");
+  std::string mesh = "v 9 9 9\n";
+  std::string faces;
+  for (int strip = 0; strip < 2; ++strip) {
+    const int first = 2 + 40 * strip;
+    for (int n = 0; n < 20; ++n) {
+      for (int side = 0; side < 2; ++side) mesh += "v " + std::to_string(n) + " 0 " + std::to_string(strip + side) + "\n";
+      const int at = first + 2 * n;
+      if (n > 0)
+        faces += "f " + std::to_string(at - 2) + " " + std::to_string(at) + " " + std::to_string(at + 1) + " " +
+                 std::to_string(at - 1) + "\n";
+    }
+  }
+  folder.write("strips.obj", mesh + faces);
+  folder.write("strips.json", R"({"format": "dvdx-scene/1", "name": "strips", "step": 0.01, "duration": 0.2,
+    "network": {"type": "mesh", "file": "strips.obj", "mass": 6, "edge": 100, "bend": 1, "fixed": [1, 2, 42]},
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]})");
+  const auto one = run(folder, "run strips.json --every 10 --out one.csv --json");
+  REQUIRE_MESSAGE(one.exit == 0, one.err);
+  CHECK(nlohmann::json::parse(one.out)["particles"] == 60);
+  for (const char* more : {"three.csv", "three.pvtp"}) {
+    const auto three = run_on(3, folder, std::string("run strips.json --every 10 --json --out ") + more);
+    REQUIRE_MESSAGE(three.exit == 0, three.err);
+    CHECK(nlohmann::json::parse(three.out)["state_hash"] == nlohmann::json::parse(one.out)["state_hash"]);
+  }
+  CHECK(folder.read("three.csv") == folder.read("one.csv"));
+  pugi::xml_document piece;
+  REQUIRE(piece.load_file((folder / "three-000002-0000.vtp").c_str()));
+  CHECK(piece.child("VTKFile").child("PolyData").child("Piece").attribute("NumberOfPoints").as_int() == 81);
+}
+
 TEST_CASE("ranks: one that is killed ends the others, nothing is half written, and the run goes on" *
           doctest::skip(has_no_mpi)) {
   const MixedFolder folder("killed");

@@ -244,7 +244,7 @@ TEST_CASE("a network without a closed form is held against finer sub-steps, and 
   for (const auto& run : report.runs) CHECK(run.substeps < report.reference.substeps);
   // The sum of the pairs' own contributions comes after an impact.
   CHECK(report.left_out.size() == 5);
-  CHECK(to_text(whole).find("LEFT OUT: accumulate pulse in float64: network.scheme is accumulate") != std::string::npos);
+  CHECK(to_text(whole).find("accumulate exact, start in float64: network.scheme is accumulate") != std::string::npos);
   CHECK(to_json(whole)["scenes"][0]["left_out"].size() == 5);
 }
 

@@ -251,7 +251,7 @@ constexpr BadValue bad_values[] = {
      "gravity is not a key of a scene: Known are format, name, about, step, duration, method, particles, forces, contacts, "
      "network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, emitters, "
      "capacity, removal, "
-     "wind, skins, tethers, faces"},
+     "wind, skins, tethers, faces, push_out"},
     {"/faces", "true", "faces is true: must be a string"},
     {"/faces", "\"always\"", "faces is \"always\": must be \"auto\" or \"never\""},
     {"/particles", nullptr, "particles is missing: a scene needs it"},
@@ -460,7 +460,7 @@ constexpr BadText bad_texts[] = {
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
      "contacts, network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, "
      "emitters, capacity, "
-     "removal, wind, skins, tethers, faces"},
+     "removal, wind, skins, tethers, faces, push_out"},
     {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
     {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
     {"{\"forces\": [{\"stiffness\": 1e999}]}", "forces[0].stiffness is 1e999: must be a finite number"},

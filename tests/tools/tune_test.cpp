@@ -143,14 +143,19 @@ TEST_CASE("tune search: a floor of rounding above the goal, or none that is stab
   const auto* best = most_accurate(found);
   REQUIRE(best != nullptr);
   CHECK(is_close(best->outcome.errors.relative, 1e-4, 0.05));
-  CHECK(found.not_reached.empty());
+  CHECK(!found.is_cut());
 }
 
 TEST_CASE("tune search: what the time did not suffice for is named") {
   const std::vector<Law> laws{{.method = Method::combined}, {.method = Method::exact}, {.method = Method::pulse}};
   FakeProbe probe(laws, 3);
   const auto found = search(ladders_for(laws), 1e-4, Thoroughness::search, probe);
-  CHECK(found.not_reached == std::vector<std::string>{"ladder 1", "ladder 2"});
+  std::vector<std::string> cut;
+  for (const auto& [ladder, why] : found.not_run) {
+    CHECK(why == NotRun::Why::time);
+    cut.push_back(ladder);
+  }
+  CHECK(cut == std::vector<std::string>{"ladder 0", "ladder 1", "ladder 2"});  // the first not to the end
 }
 
 TEST_CASE("tune search: a choice that does not hold elsewhere gives way to the next cheapest") {
@@ -205,7 +210,7 @@ TEST_CASE("tune advice: a force that does next to nothing may be left out, and t
   const Folder folder("advice");
   const auto file = read_scene(folder / "breeze.json");
   const auto setup = one_thread();
-  const Judge judge(file, 1e-4, 1, setup);
+  const Judge judge(file, 1e-4, setup);
   const auto& grid = judge.grid();
   const Candidate choice{.precision = Precision::float64, .parts = 1, .step = grid.coarsest};
   REQUIRE(judge.errors(choice).errors.relative < 1e-12);
@@ -298,13 +303,14 @@ TEST_CASE("tune says of no run what it did not make") {
   dvdx::tool::tune::Tuning tuning;
   tuning.amplitude = 1;
   tuning.goal = 1e-2;
-  tuning.seconds = 45;
+  tuning.reference_seconds = 45;
+  tuning.seconds = 50;
   tuning.budget = 30;
   CHECK(to_text(tuning).find("no candidate was run: the reference took 45 s of the 30 s of --budget\n") != std::string::npos);
   tuning.findings.trials.resize(3);
   tuning.findings.trials[0].outcome.refused = "more sub-steps";
   for (auto& trial : tuning.findings.trials) trial.outcome.errors.diverged = true;
-  CHECK(to_text(tuning).find("2 candidates were run, and none stayed finite; 1 were refused\n") != std::string::npos);
+  CHECK(to_text(tuning).find("2 candidates were run, and none stayed finite; 1 were refused, 0 given up for want of time\n") != std::string::npos);
 }
 
 TEST_CASE("--seed draws other values, alike where they were alike") {

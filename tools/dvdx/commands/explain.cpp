@@ -54,6 +54,7 @@ void print_summary(const LoadedScene& loaded) {
     const std::string carried = kinematic != 0 ? fmt::format(", {} carried by motions", kinematic) : "";
     print_answer(fmt::format("particles    {}, {} of them fixed{}\n", file.particles.count, file.scene.fixed.size(), carried));
   }
+  for (const MeshNetwork& mesh : file.meshes) print_answer(fmt::format("mesh         {}\n", text_of(mesh)));
   print_answer(fmt::format("duration     {} s in {} steps\n", file.duration, loaded.steps));
   print_answer(fmt::format("method       {}\n", name_in(methods, file.scene.method)));
   for (std::size_t n = 0; n < file.tears_at.size(); ++n) {

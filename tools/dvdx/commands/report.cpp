@@ -30,6 +30,7 @@ struct ReportOptions {
   std::string precision = "both";
   EngineOptions engine;
   bool quick = false;
+  bool beyond = false;
   bool json = false;
 };
 
@@ -87,7 +88,8 @@ void run(const ReportOptions& options) {
   OutputFolder folder(options.out);
   check_targets(folder, files);
   const report::MeasureOptions wish{.precisions = precisions_of(options.precision),
-                                    .effort = options.quick ? report::Effort::quick : report::Effort::full};
+                                    .effort = options.quick ? report::Effort::quick : report::Effort::full,
+                                    .long_runs = options.beyond ? report::LongRuns::whole : report::LongRuns::until_horizon};
   report::Report report{.machine = report::this_machine(setup), .scenes = {}};
   {
     ScenesProgress told(files.size());
@@ -128,6 +130,8 @@ void add_report(CLI::App& app, Exit& /*exit*/) {
       ->check(CLI::IsMember(std::vector<std::string>{"float32", "float64", "float32_compensated", "both"}))
       ->capture_default_str();
   command->add_flag("--quick", options->quick, "fewer steps, fewer particles for the errors, shorter times");
+  command->add_flag("--beyond", options->beyond,
+                    "compare chaotic runs beyond the horizon, however long it takes; where not given, where it takes a minute");
   add_machine_options(*command, options->engine);
   command->add_flag("--json", options->json, "print the report as one JSON object");
   command->callback([options] { run(*options); });

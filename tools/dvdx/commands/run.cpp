@@ -92,6 +92,7 @@ Outcome run_all(const RunOptions& options, LoadedScene& loaded, const Engine& en
               .states = states_written(loaded.steps, every),
               .topology = &loaded.file.topology,
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
+              .numbering = &loaded.file.numbering,
               .scene = &loaded.file,
               .ranks = ranks.count() > 1 ? &ranks : nullptr,
               .first = shown_by(loaded.file, ranks).first};
@@ -156,8 +157,9 @@ Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
     }
     if (ranks.count() > 1) check_can_be_split(loaded.file, options.out);
   });
-  const auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine, ranks)
-                                                            : simulate<float>(options, loaded, engine, ranks);
+  auto outcome = is_kept_in_float64(engine.precision) ? simulate<double>(options, loaded, engine, ranks)
+                                                      : simulate<float>(options, loaded, engine, ranks);
+  name_particles(loaded.file.numbering, outcome);
   const auto warnings = warnings_of(loaded, outcome);
   const Exit calm = options.strict && !warnings.empty() ? Exit::warned : Exit::done;
   const Exit exit = outcome.diverged ? Exit::diverged : calm;

@@ -28,6 +28,31 @@ void print_warning(const std::string& scene, const Warning& of) {
 
 }  // namespace
 
+void name_particles(const Numbering& numbering, Outcome& outcome) {
+  if (outcome.joins) {
+    outcome.joins->stretch.ends = numbering.numbers_of(outcome.joins->stretch.ends);
+    outcome.joins->rods.ends = numbering.numbers_of(outcome.joins->rods.ends);
+  }
+  if (outcome.inside) outcome.inside->deepest = numbering.number_of(outcome.inside->deepest);
+}
+
+std::string text_of(const MeshNetwork& mesh) {
+  const MeshFacts& facts = mesh.facts;
+  const auto counted = [](std::size_t count, const char* thing, const char* things) {
+    return fmt::format("{} {}", count, count == 1 ? thing : things);
+  };
+  std::string text = fmt::format("{}: {} as {} in {}", printable(mesh.file), counted(facts.vertices, "vertex", "vertices"),
+                                 counted(facts.particles, "particle", "particles"), counted(facts.pieces, "piece", "pieces"));
+  if (facts.unreferenced != 0) {
+    text += fmt::format("; {} in no face, {}", counted(facts.unreferenced, "vertex", "vertices"),
+                        facts.left_out != 0 ? "left out" : "free");
+  }
+  if (facts.polygons != 0) {
+    text += fmt::format("; {} of more than four sides, held by fans of diagonals", counted(facts.polygons, "face", "faces"));
+  }
+  return text;
+}
+
 std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome) {
   return outcome.turned ? outcome.turned->live : loaded.file.particles.total();
 }
@@ -47,6 +72,20 @@ void report_estimates(const NetworkLimit& network, nlohmann::ordered_json& repor
   const SweepEstimate& of = network.estimate;
   if (network.scheme == Scheme::sequential && of.side > 0) {
     report["sweep_estimate"] = {{"side", of.side}, {"sag", of.sag}, {"rest", of.rest}, {"motion", of.motion}};
+  }
+}
+
+void report_meshes(const SceneFile& file, nlohmann::ordered_json& report) {
+  if (file.meshes.empty()) return;
+  report["meshes"] = nlohmann::ordered_json::array();
+  for (const auto& [name, facts] : file.meshes) {
+    report["meshes"].push_back({{"file", name},
+                                {"vertices", facts.vertices},
+                                {"particles", facts.particles},
+                                {"pieces", facts.pieces},
+                                {"unreferenced", facts.unreferenced},
+                                {"left_out", facts.left_out},
+                                {"polygons", facts.polygons}});
   }
 }
 
@@ -80,6 +119,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
     report["removed"] = outcome.turned->removed;
     report["dropped"] = outcome.turned->dropped;
   }
+  report_meshes(loaded.file, report);
   report["steps"] = loaded.steps;
   if (outcome.resumed_at) report["resumed_at_step"] = *outcome.resumed_at;
   report["method"] = name_in(methods, loaded.file.scene.method);
@@ -142,6 +182,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
     row("turnover", fmt::format("{} born, {} removed, {} found no room", outcome.turned->born, outcome.turned->removed,
                                 outcome.turned->dropped));
   }
+  for (const MeshNetwork& mesh : file.meshes) row("mesh", text_of(mesh));
   row("steps", fmt::format("{} of {} s, method {}", loaded.steps, file.step, name_in(methods, file.scene.method)));
   if (outcome.network) {
     row("networks", fmt::format("{}, {} sub-step{} a step", name_in(schemes, file.scene.coupling.scheme),

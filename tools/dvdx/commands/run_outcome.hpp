@@ -12,6 +12,12 @@
 
 namespace dvdx::tool {
 
+// Whom the outcome tells of, as the scene numbers them.
+void name_particles(const Numbering& numbering, Outcome& outcome);
+
+// A line.
+[[nodiscard]] std::string text_of(const MeshNetwork& mesh);
+
 // At the end.
 [[nodiscard]] std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome);
 

@@ -66,9 +66,9 @@ std::optional<Anchor> anchor_of(const Force& force) {
 }
 
 // One spring's anchors: a point for all particles, one each, or "start".
-Json json_of(const Anchor& anchor) {
+Json json_of(const Anchor& anchor, const Numbering& numbering) {
   if (const auto* point = std::get_if<Vec3>(&anchor)) return *point;
-  if (const auto* points = std::get_if<std::vector<Vec3>>(&anchor)) return *points;
+  if (const auto* points = std::get_if<std::vector<Vec3>>(&anchor)) return by_number(*points, numbering);
   return "start";
 }
 
@@ -82,11 +82,12 @@ Vec3 gravity_of(const Scene& scene) {
 }
 
 // Particles that are held, at rest or by a motion.
-std::vector<std::size_t> pins_of(const Scene& scene) {
+std::vector<std::size_t> pins_of(const Scene& scene, const Numbering& numbering) {
   std::vector<std::size_t> pins = scene.fixed;
   for (const auto& followers : scene.kinematic) {
     pins.insert(pins.end(), followers.particles.begin(), followers.particles.end());
   }
+  for (std::size_t& pin : pins) pin = numbering.number_of(pin);
   return pins;
 }
 
@@ -103,11 +104,11 @@ void add_scene(const Output& output, Json& json) {
   for (const auto& contact : file.scene.contacts) json["contacts"].push_back(json_of(contact));
   json["motions"] = Json::array();
   for (const auto& motion : file.scene.motions) json["motions"].push_back(json_of(motion));
-  json["pins"] = stride_of(output) == 1 ? Json(pins_of(file.scene)) : Json::array();
+  json["pins"] = stride_of(output) == 1 ? Json(pins_of(file.scene, *output.numbering)) : Json::array();
   json["anchors"] = Json::array();
   if (output.counts == Counts::fixed && output.particles <= most_anchored) {
     for (const auto& force : file.scene.forces) {
-      if (const auto anchor = anchor_of(force)) json["anchors"].push_back(json_of(*anchor));
+      if (const auto anchor = anchor_of(force)) json["anchors"].push_back(json_of(*anchor, *output.numbering));
     }
   }
 }

@@ -132,6 +132,11 @@ const Format<T>* format_for(const std::filesystem::path& target) {
   return found == formats<T>.end() ? nullptr : &*found;
 }
 
+template <class T>
+std::unique_ptr<Writer<T>> make_for_target_by_number(const Output& output) {
+  return make_writer_by_number<T>(output, format_for<T>(output.target)->make);
+}
+
 }  // namespace
 
 void check_extension(const std::filesystem::path& target) {
@@ -155,6 +160,10 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
   }
   check_targets_together(output, format.files);
   if (output.ranks == nullptr || output.ranks->rank() == 0) remove_stale_parts(output.target.parent_path());
+  if (!output.numbering->is_own()) {
+    if (output.ranks != nullptr) return std::make_unique<WrittenByFirst<T>>(output, make_for_target_by_number<T>);
+    return make_for_target_by_number<T>(output);
+  }
   if (output.ranks != nullptr && is_page(output.target)) return std::make_unique<WrittenByFirst<T>>(output, format.make);
   return format.make(output);
 }

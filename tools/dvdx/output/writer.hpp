@@ -14,6 +14,7 @@
 #include "checkpoint/byte_stream.hpp"
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/ranks.hpp"
+#include "scene_io/numbering.hpp"
 #include "scene_io/topology.hpp"
 
 namespace dvdx::tool {
@@ -40,6 +41,7 @@ class Writer {
 };
 
 inline const Topology no_topology{};
+inline const Numbering own_numbering{};
 
 // x, y, z of each stride-th particle at a moment, m; asked for in ascending order of time.
 using ReferencePositions = std::function<std::vector<double>(const Moment&, std::size_t stride)>;
@@ -58,6 +60,9 @@ struct Output {
   const Topology* topology = &no_topology;   // never null, and outlives the writer
   const std::vector<Tear>* tears = nullptr;  // what of it tears meanwhile, in the order of the steps; may be null
   Counts counts = Counts::fixed;             // changing: nothing joins the particles
+  // By which files and `topology` name particles: where it is not their own, all that is written is. Never null, and outlives the
+  // writer.
+  const Numbering* numbering = &own_numbering;
   // What a page shows in addition; other writers ignore it.
   const SceneFile* scene = nullptr;
   ReferencePositions reference{};  // where the states should be
@@ -83,6 +88,12 @@ void check_extension(const std::filesystem::path& target);
 // input_output where the target cannot be written.
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_writer(const Output& output);
+
+// Hands a writer that it makes by `make` each state with a point for every number of output.numbering: those of one particle are
+// where it is, and those of none stand still. The output's ranks must be null: the states are whole.
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_writer_by_number(const Output& output,
+                                                               std::unique_ptr<Writer<T>> (*make)(const Output&));
 
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_csv_writer(const Output& output);

@@ -27,7 +27,11 @@ constexpr std::size_t events_each = 256;
 
 ContactWatch::ContactWatch(const SceneFile& file, Sums sums, const std::filesystem::path& events, Checkpoints& checkpoints,
                            Ranks& ranks)
-    : ranks_(ranks), contacts_(file.scene.contacts.size()), first_(file.particles.first), events_(events) {
+    : ranks_(ranks),
+      contacts_(file.scene.contacts.size()),
+      first_(file.particles.first),
+      numbering_(file.numbering),
+      events_(events) {
   if (events_.empty()) {
     if (sums == Sums::counted && contacts_ != 0) report_.emplace(contacts_);
     return;
@@ -135,8 +139,8 @@ void ContactWatch::write() {
     const auto& [nx, ny, nz] = event.n;
     const Vec3& p = event.impulse;
     const double size = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
-    fmt::format_to(std::back_inserter(text_), "{},{},{},{},{},{},{},{},{},{},{}\n", event.step, event.time, event.particle,
-                   event.contact, x, y, z, nx, ny, nz, size);
+    fmt::format_to(std::back_inserter(text_), "{},{},{},{},{},{},{},{},{},{},{}\n", event.step, event.time,
+                   numbering_.number_of(event.particle), event.contact, x, y, z, nx, ny, nz, size);
     if (text_.size() > chunk) flush();
   }
   report_->clear_events();

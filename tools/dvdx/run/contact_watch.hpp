@@ -63,6 +63,7 @@ class ContactWatch {
   Ranks& ranks_;
   std::size_t contacts_;
   std::size_t first_;  // the scene's number of the first of particles that are side by side
+  const Numbering& numbering_;
   std::span<const std::uint32_t> particles_{};
   std::optional<std::span<const std::int64_t>> numbers_;
   std::filesystem::path events_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <span>
 #include <string>
 #include <string_view>
@@ -189,51 +188,6 @@ std::vector<Pair> bends_of(const MeshFile& mesh) {
     for (std::size_t k = 2; face.size() > 4 && k + 1 < face.size(); ++k) bends.push_back(ordered(face[k - 1], face[k + 1]));
   }
   return unique(std::move(bends));
-}
-
-namespace {
-
-// The piece of each vertex, named by one of its vertices.
-class Pieces {
- public:
-  explicit Pieces(std::size_t vertices) : up_(vertices) { std::iota(up_.begin(), up_.end(), 0U); }
-  std::uint32_t of(std::uint32_t vertex) {
-    while (up_[vertex] != vertex) vertex = up_[vertex] = up_[up_[vertex]];
-    return vertex;
-  }
-  void join(std::uint32_t a, std::uint32_t b) { up_[of(a)] = of(b); }
-
- private:
-  std::vector<std::uint32_t> up_;
-};
-
-}  // namespace
-
-MeshFacts facts_of(const MeshFile& mesh) {
-  const std::size_t vertices = mesh.vertices.size();
-  Pieces pieces(vertices);
-  std::vector<bool> is_used(vertices, false);
-  for (const auto& [a, b] : edges_of(mesh)) {
-    pieces.join(a, b);
-    is_used[a] = is_used[b] = true;
-  }
-  MeshFacts facts;
-  std::vector<std::uint32_t> used;
-  for (std::uint32_t i = 0; i < vertices; ++i) {
-    if (!is_used[i]) {
-      ++facts.unused;
-      continue;
-    }
-    used.push_back(i);
-    if (pieces.of(i) == i) ++facts.pieces;
-  }
-  std::sort(used.begin(), used.end(), [&](std::uint32_t a, std::uint32_t b) { return mesh.vertices[a] < mesh.vertices[b]; });
-  for (std::size_t k = 1; k < used.size(); ++k) {
-    const std::uint32_t a = used[k - 1];
-    const std::uint32_t b = used[k];
-    if (mesh.vertices[a] == mesh.vertices[b] && pieces.of(a) != pieces.of(b)) ++facts.doubled;
-  }
-  return facts;
 }
 
 }  // namespace dvdx::tool

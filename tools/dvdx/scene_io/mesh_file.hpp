@@ -34,12 +34,4 @@ struct MeshFile {
 // triangles, and those straight across, as in a grid, of four-sided faces. Triangles of a fan bend likewise.
 [[nodiscard]] std::vector<Pair> bends_of(const MeshFile& mesh);
 
-// How faces and lines hold a mesh together.
-struct MeshFacts {
-  std::size_t pieces = 0;   // that no side or line joins
-  std::size_t doubled = 0;  // vertices at the very place of one of another piece, as exporters write seams
-  std::size_t unused = 0;   // vertices of no face and no line
-};
-[[nodiscard]] MeshFacts facts_of(const MeshFile& mesh);
-
 }  // namespace dvdx::tool

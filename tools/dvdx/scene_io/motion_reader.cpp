@@ -34,8 +34,7 @@ Motion read_motion(const Node& node) {
 
 std::vector<std::size_t> read_followers(const Node& node, const Population& population,
                                         const std::optional<NetworkReader>& networks) {
-  if (networks) return networks->read_group(node, population);
-  return read_ids(node, population);
+  return particles_of(networks ? networks->read_group(node, population) : read_ids(node, population), population);
 }
 
 }  // namespace
@@ -74,7 +73,8 @@ void read_kinematic(const Fields& fields, SceneFile& file, const Population& pop
     for (const std::size_t id : followers.particles) {
       const auto [before, is_first] = taken.emplace(id, ids.path());
       if (!is_first)
-        ids.fail(fmt::format("has particle {}, which is in {} already: may be in one of them", id, before->second));
+        ids.fail(fmt::format("has particle {}, which is in {} already: may be in one of them", population.number_of(id),
+                             before->second));
     }
     file.scene.add(std::move(followers));
   }

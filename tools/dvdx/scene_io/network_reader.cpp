@@ -64,7 +64,7 @@ Fields fields_of(const Node& network) {
   const auto add = [&](std::initializer_list<std::string_view> more) { keys.insert(keys.end(), more); };
   if (kind == Kind::grid)
     add({"rows", "columns", "origin", "edge_u", "edge_v", "mass", "structural", "shear", "bend", "aerodynamics"});
-  if (kind == Kind::mesh) add({"file", "mass", "edge", "bend", "bending", "aerodynamics"});
+  if (kind == Kind::mesh) add({"file", "mass", "edge", "bend", "bending", "aerodynamics", "weld", "unreferenced"});
   if (kind != Kind::springs) add({"strain_limit"});
   if (kind == Kind::springs) add({"pairs", "stiffness", "rest_length"});
   return {network, "a network of type " + std::string(name_in(kinds, kind)), std::move(keys)};
@@ -78,18 +78,13 @@ Vec3 direction_of(const Node& node) {
   return direction;
 }
 
-// The last particle that a pair may name.
-std::uint64_t last_of(const Population& population) {
-  return std::min<std::uint64_t>(population.count - 1, std::numeric_limits<std::uint32_t>::max());
-}
-
 std::vector<Pair> read_pairs(const Node& node, const Population& population) {
-  const auto last = last_of(population);
   std::vector<Pair> pairs;
   for (const auto& element : node.elements("a list of pairs [i, j]")) {
     const auto ids = element.elements("a pair [i, j]");
     if (ids.size() != 2) element.refuse("a pair [i, j]");
-    const Pair pair{static_cast<std::uint32_t>(ids[0].whole(0, last)), static_cast<std::uint32_t>(ids[1].whole(0, last))};
+    const Pair pair{static_cast<std::uint32_t>(read_particle(ids[0], population)),
+                    static_cast<std::uint32_t>(read_particle(ids[1], population))};
     if (pair[0] == pair[1]) ids[1].refuse("another particle than the pair's first");
     pairs.push_back(pair);
   }
@@ -107,8 +102,8 @@ Population population_of(const std::vector<Pair>& pairs, const Population& popul
   return {.count = pairs.size(), .folder = population.folder, .of = "pair"};
 }
 
-void add_lines(const std::vector<Pair>& pairs, Topology& topology) {
-  topology.lines.insert(topology.lines.end(), pairs.begin(), pairs.end());
+void add_lines(const std::vector<Pair>& pairs, SceneFile& file) {
+  for (const Pair& pair : pairs) file.topology.lines.push_back(file.numbering.numbers_of(pair));
 }
 
 // ---- grids -------------------------------------------------------------------------------------------------------------
@@ -195,9 +190,9 @@ Distance limit_of(const Grid& grid, double limit) {
 
 bool is_rope(const Grid& grid) { return grid.rows == 1 || grid.columns == 1; }
 
-Topology topology_of(const Grid& grid) {
+Topology topology_of(const Grid& grid, std::size_t first) {
   Topology topology;
-  const auto at = [&](std::size_t r, std::size_t c) { return static_cast<std::uint32_t>(grid.first + r * grid.columns + c); };
+  const auto at = [&](std::size_t r, std::size_t c) { return static_cast<std::uint32_t>(first + r * grid.columns + c); };
   if (is_rope(grid)) {
     for (std::size_t i = 1; i < grid.rows * grid.columns; ++i) topology.lines.push_back({at(0, i - 1), at(0, i)});
     return topology;
@@ -212,6 +207,20 @@ Topology topology_of(const Grid& grid) {
 }
 
 // ---- meshes ------------------------------------------------------------------------------------------------------------
+
+constexpr std::array<Named<Unreferenced>, 2> treatments_of_unreferenced{
+    {{"leave_out", Unreferenced::left_out}, {"keep", Unreferenced::kept}}};
+
+WeldedMesh welded(const Fields& fields, const MeshFile& file) {
+  const auto given = fields.optional("weld");
+  std::optional<double> weld = 0;
+  if (given && given->json().is_null()) {
+    weld.reset();
+  } else if (given) {
+    weld = given->number({.min = 0, .text = "a finite number >= 0, or null"});
+  }
+  return tool::welded(file, weld, fields.choice("unreferenced", treatments_of_unreferenced, Unreferenced::left_out));
+}
 
 // The sides and, of four-sided faces, the diagonals with one stiffness; the bends with another.
 Springs springs_of(const MeshFile& mesh, std::size_t first, double edge, double bend) {
@@ -311,7 +320,7 @@ void fix_group(const Node& group, const MadeNetwork& made, std::vector<std::size
   const bool is_edge = group.choice(std::span<const std::string_view>(grid_groups)) == 1;
   const auto last = made.columns - 1;
   for (std::size_t c = 0; c <= last; ++c) {
-    if (is_edge || c == 0 || c == last) fixed.push_back(made.first + c);
+    if (is_edge || c == 0 || c == last) fixed.push_back(made.first_number + c);
   }
 }
 
@@ -389,18 +398,18 @@ Distance read_distance(const Node& node, const Population& population) {
           .bound = fields.choice("bound", bounds, Bound::equal)};
 }
 
-std::uint32_t particle_of(const Fields& fields, const Population& population) {
-  return static_cast<std::uint32_t>(fields.required("particle").whole(0, last_of(population)));
+std::uint32_t particle_in(const Fields& fields, const Population& population) {
+  return static_cast<std::uint32_t>(read_particle(fields.required("particle"), population));
 }
 
 OnPoint read_point(const Node& node, const Population& population) {
   const Fields fields(node, "a point constraint", {"type", "particle", "at"});
-  return {.particle = particle_of(fields, population), .at = fields.required("at").vector()};
+  return {.particle = particle_in(fields, population), .at = fields.required("at").vector()};
 }
 
 OnLine read_line(const Node& node, const Population& population) {
   const Fields fields(node, "a line constraint", {"type", "particle", "through", "direction"});
-  return {.particle = particle_of(fields, population),
+  return {.particle = particle_in(fields, population),
           .through = fields.required("through").vector(),
           .direction = direction_of(fields.required("direction"))};
 }
@@ -455,6 +464,7 @@ NetworkReader::NetworkReader(const Node& network, SceneFolder& folder, const Roo
   for (const auto& node : nodes_) {
     auto& made = made_.emplace_back();
     made.first = count();
+    made.first_number = numbers();
     const auto kind = kind_of(node);
     if (kind == Kind::grid) make_grid(node, made);
     if (kind == Kind::mesh) make_mesh(node, made);
@@ -464,6 +474,38 @@ NetworkReader::NetworkReader(const Node& network, SceneFolder& folder, const Roo
 std::size_t NetworkReader::count() const noexcept {
   return std::accumulate(particles_.begin(), particles_.end(), std::size_t{0},
                          [](std::size_t sum, const MadeParticles& made) { return sum + made.count; });
+}
+
+namespace {
+
+std::size_t numbers_of(const MadeParticles& made) {
+  return made.numbering.is_own() ? made.count : made.numbering.particles.size();
+}
+
+}  // namespace
+
+std::size_t NetworkReader::numbers() const noexcept {
+  return std::accumulate(particles_.begin(), particles_.end(), std::size_t{0},
+                         [](std::size_t sum, const MadeParticles& made) { return sum + numbers_of(made); });
+}
+
+Numbering NetworkReader::numbering() const {
+  Numbering all;
+  if (std::ranges::all_of(particles_, [](const MadeParticles& made) { return made.numbering.is_own(); })) return all;
+  for (const MadeParticles& made : particles_) {
+    const auto first = static_cast<std::uint32_t>(all.numbers.size());
+    const auto first_number = static_cast<std::uint32_t>(all.particles.size());
+    const bool is_own = made.numbering.is_own();
+    for (std::size_t n = 0; n < numbers_of(made); ++n) {
+      const auto particle = is_own ? static_cast<std::uint32_t>(n) : made.numbering.particles[n];
+      all.particles.push_back(particle == Numbering::nobody ? particle : first + particle);
+    }
+    for (std::size_t i = 0; i < made.count; ++i) {
+      all.numbers.push_back(first_number + static_cast<std::uint32_t>(made.numbering.number_of(i)));
+    }
+    all.still.insert(all.still.end(), made.numbering.still.begin(), made.numbering.still.end());
+  }
+  return all;
 }
 
 Vectors NetworkReader::take_positions() {
@@ -510,34 +552,34 @@ void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
     made.network = std::move(rope);
   }
   if (const auto limit = fields.optional("strain_limit")) made.strain_limit = limit_of(grid, limit->number(not_negative));
-  if (topology_ == ReadTopology::yes) made.topology = topology_of(grid);
+  if (topology_ == ReadTopology::yes) made.topology = topology_of(grid, made.first_number);
 }
 
-void NetworkReader::look_at(const Node& file, const MeshFile& mesh) {
-  const auto warn = [&](const char* code, std::size_t value, std::size_t limit, const std::string& what, const char* cure) {
+void NetworkReader::look_at(const Node& mesh, const MeshFacts& facts) {
+  const auto file = mesh.at("file");
+  meshes_.push_back({.file = file.text(), .facts = facts});
+  const auto warn = [&](const char* code, std::size_t value, std::size_t limit, const std::string& what, std::string cure) {
     warnings_.push_back({.code = code,
                          .text = fmt::format("{} is {}: {}", file.path(), shown(file.json()), what),
                          .value = static_cast<double>(value),
                          .limit = static_cast<double>(limit),
-                         .cure = cure});
+                         .cure = std::move(cure)});
   };
-  const std::size_t vertices = mesh.vertices.size();
-  const MeshFacts facts = facts_of(mesh);
-  if (facts.unused == vertices) {
-    return warn("no_faces", vertices, 0, fmt::format("it has no face and no line, so that its {} vertices are loose", vertices),
-                "Write the file with faces (f)");
+  if (facts.pieces == 0) {
+    warn("no_faces", facts.vertices, 0,
+         fmt::format("it has no face and no line, so that its {} vertices are loose", facts.vertices),
+         "Write the file with faces (f)");
+  } else if (facts.unreferenced != 0 && !mesh.json().contains("unreferenced")) {
+    warn("unreferenced_vertices", facts.unreferenced, 0,
+         fmt::format("{} of its {} vertices are in no face and no line, and are left out", facts.unreferenced, facts.vertices),
+         "\"unreferenced\": \"keep\" in the network makes them free particles, \"leave_out\" says that it is meant");
   }
-  if (facts.unused != 0) {
-    warn("unreferenced_vertices", facts.unused, 0,
-         fmt::format("{} of its {} vertices are in no face and no line: they are loose, with their share of the mass",
-                     facts.unused, vertices),
-         "Delete loose vertices in the program that wrote it");
-  }
-  if (facts.doubled != 0) {
+  if (facts.near != 0) {
     warn("pieces", facts.pieces, 1,
-         fmt::format("its {} pieces fall apart where {} vertices stand at the place of another piece's", facts.pieces,
-                     facts.doubled),
-         "Merge vertices by distance in the program that wrote it");
+         fmt::format("its {} pieces fall apart where {} particles stand within {:.2g} m of another piece's", facts.pieces,
+                     facts.near, facts.apart),
+         fmt::format("\"weld\": {} in the network makes them one",
+                     facts.apart > 0 ? fmt::format("{:.1e}", 1.06 * facts.apart) : "0"));
   }
 }
 
@@ -577,9 +619,10 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   const double mass = fields.required("mass").number(positive);
   const double edge = fields.number("edge", not_negative, 0);
   const double bend = fields.number("bend", not_negative, 0);
-  auto mesh = mesh_of(fields.required("file"), folder_);
-  look_at(fields.required("file"), mesh);
-  check_room(node, made.first + mesh.vertices.size(), room_);
+  const auto source = mesh_of(fields.required("file"), folder_);
+  auto [mesh, numbering, facts] = welded(fields, source);
+  look_at(node, facts);
+  check_room(node, made.first_number + source.vertices.size(), room_);
   auto springs = springs_of(mesh, made.first, edge, bend);
   springs.damping = fields.number("damping", not_negative, 0);
   bend_by_angles(fields, mesh, made.first, springs);
@@ -592,11 +635,11 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   if (const auto limit = fields.optional("strain_limit")) {
     made.strain_limit = limit_of(mesh, made.first, limit->number(not_negative));
   }
-  if (topology_ == ReadTopology::yes) made.topology = topology_of(mesh, made.first);
-  for (const Vec3& vertex : mesh.vertices) check_finite(node, vertex);
+  if (topology_ == ReadTopology::yes) made.topology = topology_of(source, made.first_number);
   const std::size_t count = mesh.vertices.size();
   look_at_units(node, mesh.vertices, mass / static_cast<double>(count));
-  add_particles(node, {.count = count, .positions = std::move(mesh.vertices), .mass = mass});
+  if (count == source.vertices.size()) numbering = {};
+  add_particles(node, {.count = count, .positions = std::move(mesh.vertices), .mass = mass, .numbering = std::move(numbering)});
 }
 
 void NetworkReader::add_to(SceneFile& file, const Population& population) {
@@ -614,11 +657,16 @@ void NetworkReader::add_to(SceneFile& file, const Population& population) {
     append(std::move(made.topology.faces), file.topology.faces);
     if (kind == Kind::springs) {
       auto springs = read_springs(fields, population);
-      if (topology_ == ReadTopology::yes) add_lines(springs.pairs, file.topology);
+      if (topology_ == ReadTopology::yes) add_lines(springs.pairs, file);
       if (!springs.pairs.empty()) add_torn(fields, population, Network(std::move(springs)), file);
     }
-    if (const auto fixed = fields.optional("fixed")) read_fixed(*fixed, made, population, file.scene.fixed);
+    if (const auto fixed = fields.optional("fixed")) {
+      std::vector<std::size_t> numbers;
+      read_fixed(*fixed, made, population, numbers);
+      append(particles_of(numbers, population), file.scene.fixed);
+    }
   }
+  append(std::move(meshes_), file.meshes);
   append(std::move(warnings_), file.warnings);
   if (std::none_of(file.tears_at.begin(), file.tears_at.end(), [](double at) { return std::isfinite(at); }))
     file.tears_at.clear();
@@ -641,7 +689,7 @@ void read_constraints(const Node& constraints, SceneFile& file, const Population
   for (const auto& node : constraints.elements("a list of constraints")) {
     auto constraint = read_constraint(node, population);
     const auto* const distance = std::get_if<Distance>(&constraint);
-    if (distance != nullptr && topology == ReadTopology::yes) add_lines(distance->pairs, file.topology);
+    if (distance != nullptr && topology == ReadTopology::yes) add_lines(distance->pairs, file);
     file.scene.add(std::move(constraint));
   }
 }

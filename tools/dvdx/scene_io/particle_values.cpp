@@ -47,6 +47,21 @@ std::vector<Value> kept_of(std::vector<Value> values, const Population& populati
   return {from, from + static_cast<std::ptrdiff_t>(population.kept->count)};
 }
 
+// Those of the particles' first numbers, where a list has one for each number.
+template <class Value>
+std::vector<Value> by_particle(std::vector<Value> values, const Population& population) {
+  if (population.numbering == nullptr) return values;
+  std::vector<Value> own;
+  own.reserve(population.numbering->numbers.size());
+  for (const auto number : population.numbering->numbers) own.push_back(values[number]);
+  return own;
+}
+
+Vectors by_particle(Vectors vectors, const Population& population) {
+  if (population.numbering == nullptr) return vectors;
+  return by_particle(each_of(vectors, population.count), population);
+}
+
 struct KeptVectors {
   Vectors values;
   std::size_t all = 0;
@@ -170,20 +185,51 @@ std::string Room::limit() const {
 Vectors read_vectors(const Node& node, const Population& population) {
   if (node.json().is_array()) return node.vector();
   const auto [form, given] = given_by(node, "[x, y, z] or an object with one of values, uniform, file");
-  if (form == Form::values) return listed_vectors(given, population);
-  if (form == Form::uniform) return uniform_vectors(given, population);
-  return from_file(given, population, "points", [](const std::filesystem::path& path, const Run& run) {
+  if (form == Form::values) return by_particle(listed_vectors(given, population), population);
+  if (form == Form::uniform) return by_particle(uniform_vectors(given, population), population);
+  auto read = from_file(given, population, "points", [](const std::filesystem::path& path, const Run& run) {
     return std::visit([](auto&& kept) { return KeptVectors{.values = std::move(kept.values), .all = kept.all}; },
                       read_points_as_held(path, run));
   });
+  return by_particle(std::move(read), population);
 }
 
 Scalars read_scalars(const Node& node, const Population& population, const Range& range) {
   if (node.json().is_number()) return node.number(range);
   const auto [form, given] = given_by(node, std::string(range.text) + " or an object with one of values, uniform, file");
-  if (form == Form::values) return listed_scalars(given, population, range);
-  if (form == Form::uniform) return uniform_scalars(given, population, range);
-  return scalars_from_file(given, population, range);
+  if (form == Form::values) return by_particle(listed_scalars(given, population, range), population);
+  if (form == Form::uniform) return by_particle(uniform_scalars(given, population, range), population);
+  return by_particle(scalars_from_file(given, population, range), population);
+}
+
+std::optional<std::size_t> particle_of(std::size_t number, const Population& population) {
+  if (population.numbering == nullptr) return number;
+  const auto particle = population.numbering->particles[number];
+  return particle == Numbering::nobody ? std::nullopt : std::optional<std::size_t>(particle);
+}
+
+std::size_t read_particle(const Node& node, const Population& population) {
+  constexpr std::uint64_t numbered = std::numeric_limits<std::uint32_t>::max();
+  const auto particle = particle_of(node.whole(0, std::min<std::uint64_t>(population.count - 1, numbered)), population);
+  if (!particle) {
+    node.fail(
+        "is " + shown(node.json()) +
+        ", a vertex that no face uses and that is left out: must be another, or its mesh must have \"unreferenced\": \"keep\"");
+  }
+  return *particle;
+}
+
+std::vector<std::size_t> particles_of(const std::vector<std::size_t>& numbers, const Population& population) {
+  if (population.numbering == nullptr) return numbers;
+  std::vector<std::size_t> particles;
+  std::vector<bool> is_there(population.numbering->numbers.size(), false);
+  for (const std::size_t number : numbers) {
+    const auto particle = particle_of(number, population);
+    if (!particle || is_there[*particle]) continue;
+    is_there[*particle] = true;
+    particles.push_back(*particle);
+  }
+  return particles;
 }
 
 std::vector<std::size_t> read_ids(const Node& node, const Population& population) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scene_io/fields.hpp"
+#include "scene_io/numbering.hpp"
 #include "scene_io/points_file.hpp"
 #include "scene_io/scene_file.hpp"
 #include "scene_io/scene_folder.hpp"
@@ -19,12 +20,17 @@ inline constexpr std::uint64_t any_seed = std::numeric_limits<std::uint64_t>::ma
 
 // Where values per particle come from, and for how many particles.
 struct Population {
-  std::size_t count = 0;
+  std::size_t count = 0;             // of the numbers that name them
   SceneFolder* folder = nullptr;     // never null where values are read
   std::string_view of = "particle";  // what the values are of
   std::optional<Run> kept{};         // of these alone; none: of all
+  // Where numbers are not the particles' own; else null. A particle has the value of its first number.
+  const Numbering* numbering = nullptr;
 
   [[nodiscard]] Run run() const noexcept { return kept.value_or(Run{.first = 0, .count = count}); }
+  [[nodiscard]] std::size_t number_of(std::size_t particle) const noexcept {
+    return numbering == nullptr ? particle : numbering->number_of(particle);
+  }
 };
 
 // The memory that the particles may take.
@@ -39,7 +45,14 @@ struct Room {
 
 [[nodiscard]] Vectors read_vectors(const Node& node, const Population& population);
 [[nodiscard]] Scalars read_scalars(const Node& node, const Population& population, const Range& range);
-[[nodiscard]] std::vector<std::size_t> read_ids(const Node& node, const Population& population);
+
+// The particle of a number; none: it is left out.
+[[nodiscard]] std::optional<std::size_t> particle_of(std::size_t number, const Population& population);
+// Of a number that the node names, which may not be left out: something acts on it.
+[[nodiscard]] std::size_t read_particle(const Node& node, const Population& population);
+// Of numbers, each particle once: what is left out is passed over.
+[[nodiscard]] std::vector<std::size_t> particles_of(const std::vector<std::size_t>& numbers, const Population& population);
+[[nodiscard]] std::vector<std::size_t> read_ids(const Node& node, const Population& population);  // numbers, each once
 
 // Every particle's own vector.
 [[nodiscard]] std::vector<Vec3> each_of(const Vectors& vectors, std::size_t count);

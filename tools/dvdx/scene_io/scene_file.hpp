@@ -13,6 +13,8 @@
 #include "dvdx/scene.hpp"
 #include "dvdx/turnover.hpp"
 #include "scene_io/chunked.hpp"
+#include "scene_io/mesh_welding.hpp"
+#include "scene_io/numbering.hpp"
 #include "scene_io/topology.hpp"
 
 namespace dvdx::tool {
@@ -59,6 +61,12 @@ struct Warning {
   std::string cure;
 };
 
+// A mesh that a scene has as a network.
+struct MeshNetwork {
+  std::string file;  // as the scene names it
+  MeshFacts facts;
+};
+
 struct SceneFile {
   std::string path;                              // as the user named it
   std::vector<std::filesystem::path> sources{};  // all files that the scene was read from, its own among them
@@ -69,7 +77,9 @@ struct SceneFile {
   Particles particles;
   Scene scene;  // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions, skins
   std::vector<std::string> motions{};  // their names
-  Topology topology{};                 // of the networks and constraints
+  Topology topology{};                 // of the networks and constraints, by the numbers of the scene
+  Numbering numbering{};               // by which the file and what is written of it name particles
+  std::vector<MeshNetwork> meshes{};
   // Of each network, where one has it: springs tear that are longer than so many times their rest length at a step's end.
   // Infinite for networks that do not. The library's plans do not tear by themselves.
   std::vector<double> tears_at{};

@@ -385,15 +385,18 @@ void read_own_particles(const Fields& fields, SceneFile& file, Population& popul
 
 // Those that its networks make, of which the scene may give the velocity.
 void take_made_particles(const Fields& fields, NetworkReader& networks, SceneFile& file, Population& population) {
-  population.count = networks.count();
-  file.particles.count = population.count;
+  population.count = networks.numbers();
+  file.numbering = networks.numbering();
+  if (!file.numbering.is_own()) population.numbering = &file.numbering;
+  file.particles.count = networks.count();
   file.particles.position = networks.take_positions();
   file.scene.mass = networks.masses();
   const auto node = fields.optional("particles");
   if (!node) return;
   const Fields particles(*node, "particles", {"count", "mass", "position", "velocity"});
   if (const auto count = particles.optional("count"); count && count->whole(1, most_particles) != population.count) {
-    count->refuse(fmt::format("left out, or {}, which is how many the network makes", population.count));
+    count->refuse(fmt::format("left out, or {}, which is how many the network makes{}", population.count,
+                              file.numbering.is_own() ? "" : ", each vertex of a mesh counted"));
   }
   for (const char* key : {"mass", "position"}) {
     if (const auto given = particles.optional(key)) given->fail("is there, and the network gives it: must be left out");
@@ -421,7 +424,7 @@ void read_fixed(const Fields& fields, SceneFile& file, const Population& populat
   auto& fixed = file.scene.fixed;
   if (const auto node = fields.optional("fixed")) {
     const auto [first, count] = population.run();
-    for (const std::size_t id : read_ids(*node, population)) {
+    for (const std::size_t id : particles_of(read_ids(*node, population), population)) {
       if (id >= first && id - first < count) fixed.push_back(id - first);
     }
   }

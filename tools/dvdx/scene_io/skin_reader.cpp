@@ -8,8 +8,8 @@
 namespace dvdx::tool {
 namespace {
 
-std::vector<std::size_t> read_held(const Node& node, const Population& population,
-                                   const std::optional<NetworkReader>& networks) {
+std::vector<std::size_t> read_numbers(const Node& node, const Population& population,
+                                      const std::optional<NetworkReader>& networks) {
   if (node.json() == "all") {
     std::vector<std::size_t> all(population.count);
     std::iota(all.begin(), all.end(), std::size_t{0});
@@ -19,24 +19,48 @@ std::vector<std::size_t> read_held(const Node& node, const Population& populatio
   return read_ids(node, population);
 }
 
-void check_length(const Node& list, std::size_t size, std::size_t particles) {
-  if (size == particles) return;
-  list.fail(fmt::format("has {} entries: must have one for each of the skin's {} particles", size, particles));
+// The particles of the numbers that a skin names, and which of its lists' entries are theirs.
+struct NamedParticles {
+  std::size_t named = 0;
+  std::vector<std::size_t> particles{};
+  std::vector<std::size_t> entries{};
+};
+
+// A particle that has several of the numbers is held as the first says.
+NamedParticles named_by(const std::vector<std::size_t>& numbers, const Population& population) {
+  NamedParticles held{.named = numbers.size()};
+  std::vector<bool> is_there(population.numbering != nullptr ? population.numbering->numbers.size() : 0, false);
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    const auto particle = particle_of(numbers[k], population);
+    if (!particle || (!is_there.empty() && is_there[*particle])) continue;
+    if (!is_there.empty()) is_there[*particle] = true;
+    held.particles.push_back(*particle);
+    held.entries.push_back(k);
+  }
+  return held;
 }
 
-Scalars read_of_skin(const Node& node, std::size_t particles, const Range& range) {
+template <class Value>
+std::vector<Value> entries_of(const Node& list, const std::vector<Value>& all, const NamedParticles& held) {
+  if (all.size() != held.named) {
+    list.fail(fmt::format("has {} entries: must have one for each of the skin's {} particles", all.size(), held.named));
+  }
+  std::vector<Value> own;
+  for (const std::size_t entry : held.entries) own.push_back(all[entry]);
+  return own;
+}
+
+Scalars read_of_skin(const Node& node, const NamedParticles& held, const Range& range) {
   if (!node.json().is_array()) return node.number(range);
   std::vector<double> each;
   for (const auto& number : node.elements("a number, or a list of them")) each.push_back(number.number(range));
-  check_length(node, each.size(), particles);
-  return each;
+  return entries_of(node, each, held);
 }
 
-std::vector<Vec3> read_points(const Node& node, std::size_t particles) {
+std::vector<Vec3> read_points(const Node& node, const NamedParticles& held) {
   std::vector<Vec3> points;
   for (const auto& point : node.elements("a list of points")) points.push_back(point.vector());
-  check_length(node, points.size(), particles);
-  return points;
+  return entries_of(node, points, held);
 }
 
 Vec3 read_direction(const Node& node) {
@@ -45,20 +69,19 @@ Vec3 read_direction(const Node& node) {
   return direction;
 }
 
-std::vector<Vec3> read_normals(const Node& node, std::size_t particles) {
+std::vector<Vec3> read_normals(const Node& node, const NamedParticles& held) {
   const auto& given = node.json();
   if (!given.is_array() || given.empty() || !given[0].is_array()) return {read_direction(node)};
   std::vector<Vec3> normals;
   for (const auto& normal : node.elements("a list of vectors")) normals.push_back(read_direction(normal));
-  check_length(node, normals.size(), particles);
-  return normals;
+  return entries_of(node, normals, held);
 }
 
-Backstop read_backstop(const Node& node, std::size_t particles) {
+Backstop read_backstop(const Node& node, const NamedParticles& held) {
   const Fields fields(node, "a back-stop", {"normals", "offset", "radius"});
-  Backstop backstop{.normals = read_normals(fields.required("normals"), particles),
-                    .radius = read_of_skin(fields.required("radius"), particles, positive)};
-  if (const auto offset = fields.optional("offset")) backstop.offset = read_of_skin(*offset, particles, any_number);
+  Backstop backstop{.normals = read_normals(fields.required("normals"), held),
+                    .radius = read_of_skin(fields.required("radius"), held, positive)};
+  if (const auto offset = fields.optional("offset")) backstop.offset = read_of_skin(*offset, held, any_number);
   return backstop;
 }
 
@@ -72,16 +95,17 @@ void read_skins(const Fields& fields, Scene& scene, const Population& population
   for (const auto& node : list->elements("a list of skins")) {
     const Fields of(node, "a skin", {"particles", "points", "at_most", "backstop", "motion"});
     const auto ids = of.required("particles");
-    Skin skin{.particles = read_held(ids, population, networks)};
-    const std::size_t particles = skin.particles.size();
-    if (const auto points = of.optional("points")) skin.points = read_points(*points, particles);
-    if (const auto at_most = of.optional("at_most")) skin.at_most = read_of_skin(*at_most, particles, not_negative);
-    if (const auto backstop = of.optional("backstop")) skin.backstop = read_backstop(*backstop, particles);
+    const NamedParticles held = named_by(read_numbers(ids, population, networks), population);
+    Skin skin{.particles = held.particles};
+    if (const auto points = of.optional("points")) skin.points = read_points(*points, held);
+    if (const auto at_most = of.optional("at_most")) skin.at_most = read_of_skin(*at_most, held, not_negative);
+    if (const auto backstop = of.optional("backstop")) skin.backstop = read_backstop(*backstop, held);
     if (const auto motion = of.optional("motion")) skin.motion = motions.index_of(*motion);
     for (const std::size_t id : skin.particles) {
       const auto [before, is_first] = taken.emplace(id, ids.path());
       if (!is_first)
-        ids.fail(fmt::format("has particle {}, which is in {} already: may be in one of them", id, before->second));
+        ids.fail(fmt::format("has particle {}, which is in {} already: may be in one of them", population.number_of(id),
+                             before->second));
     }
     scene.add(std::move(skin));
   }

@@ -85,7 +85,8 @@ Scatter scatter_beyond(const SceneFile& file, const Grid& grid, const Reference&
     if (reference.horizon < grid.counts.size()) scatter.why = "too little of the run is left";
     return scatter;
   }
-  const int starts = effort == Effort::full ? 5 : 3;
+  constexpr int fewest = 3;
+  int starts = effort == Effort::full ? 5 : fewest;
   const double nudge = 1e-4 * reference.whole_amplitude;
   std::vector<Trace> traces;
   std::vector<Statistics> all;
@@ -95,8 +96,10 @@ Scatter scatter_beyond(const SceneFile& file, const Grid& grid, const Reference&
         reference_trace(file, grid, reference.picks, {.most = nudge, .seed = static_cast<std::uint64_t>(n) + 2}, setup));
     all.push_back(statistics_of(traces.back(), reference.horizon));
     spent += traces.back().seconds;
+    if (n == 0 && spent * starts > most_seconds) starts = fewest;
     if (n == 0 && spent * starts > most_seconds) {
-      scatter.why = fmt::format("{} runs from starts beside the scene's would take {:.0f} s", starts, spent * starts);
+      scatter.why = fmt::format("{} runs from starts beside the scene's would take {:.0f} s, which --beyond allows", starts,
+                                spent * starts);
       return scatter;
     }
   }

@@ -8,9 +8,13 @@
 
 namespace dvdx::tool::report {
 
+// Whether runs that take long go on beyond the horizon.
+enum class LongRuns { until_horizon, whole };
+
 struct MeasureOptions {
   std::vector<Precision> precisions;
   Effort effort = Effort::full;
+  LongRuns long_runs = LongRuns::until_horizon;
 };
 
 // Called with a part of the whole, 0 to 1, and what is being measured.

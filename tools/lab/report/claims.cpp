@@ -36,7 +36,7 @@ double error_of(const Variant& variant, double omega, Method method, const Setup
   const long double turn = static_cast<long double>(omega) * static_cast<long double>(h);
   double worst = 0;
   for (std::uint64_t n = 1; n <= variant.steps; ++n) {
-    advance(plan, state, 1, {});
+    advance(plan, state, 1, ParallelFor{});
     const long double angle = turn * static_cast<long double>(n);
     const auto exact =
         static_cast<long double>(variant.x0) * std::cos(angle) + static_cast<long double>(variant.v0) * std::sin(angle);

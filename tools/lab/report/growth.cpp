@@ -53,7 +53,8 @@ Growth growth_of(const SceneFile& file, std::uint64_t steps, const Setup& setup)
   growth.counts = {0};
   growth.at = {1};
   const std::uint64_t stride = (steps + most_looks - 1) / most_looks;
-  for (std::uint64_t done = 0; done < steps && growth.at.back() < beyond_doubt;) {
+  bool is_cut = false;
+  for (std::uint64_t done = 0; done < steps && growth.at.back() < beyond_doubt && !is_cut;) {
     const auto next = std::min(stride, steps - done);
     advance(*plan, state, next, setup.parallel);
     advance(*plan, other, next, setup.parallel);
@@ -62,9 +63,10 @@ Growth growth_of(const SceneFile& file, std::uint64_t steps, const Setup& setup)
     if (!std::isfinite(grown)) break;
     growth.counts.push_back(done);
     growth.at.push_back(std::max(growth.at.back(), grown));
+    is_cut = done < steps && WallClock::now() > setup.end;
   }
   const auto too_much = std::find_if(growth.at.begin(), growth.at.end(), [](double each) { return each > most_growth; });
-  growth.is_whole = too_much == growth.at.end();
+  growth.is_whole = too_much == growth.at.end() && !is_cut;
   if (!growth.is_whole) growth.horizon = growth.counts[static_cast<std::size_t>(too_much - growth.at.begin()) - 1];
   return growth;
 }

@@ -23,6 +23,7 @@ struct Growth {
 
 // By leapfrog in float64, with sub-steps that it chooses by itself. Of a scene with a closed form, which holds however much
 // differences grow, and of one that leapfrog refuses, none is found, and the horizon is the end.
+// Where setup.end comes first its last look is the horizon, and is not the whole.
 [[nodiscard]] Growth growth_of(const SceneFile& file, std::uint64_t steps, const Setup& setup);
 
 }  // namespace dvdx::tool::report

@@ -31,7 +31,7 @@ class Oscillator {
     square_ = springs.angular_frequency() * springs.angular_frequency();
   }
 
-  void advance(std::uint64_t count) { report::advance(*plan_, state_, count, {}); }
+  void advance(std::uint64_t count) { report::advance(*plan_, state_, count, ParallelFor{}); }
   [[nodiscard]] double x() const { return state_.x[0][0]; }
   [[nodiscard]] double v() const { return state_.v[0][0]; }
   [[nodiscard]] long double energy() const {

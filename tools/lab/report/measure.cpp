@@ -28,7 +28,7 @@ Measured measure_errors(const SceneFile& sample, const Scene& scene, const Grid&
   };
   take(0);
   for (std::size_t k = 1; k < grid.counts.size(); ++k) {
-    advance(plan, state, (grid.counts[k] - grid.counts[k - 1]) * parts, setup.parallel);
+    advance(plan, state, (grid.counts[k] - grid.counts[k - 1]) * parts, setup);
     take(k);
   }
   return {.errors = comparison.errors(), .energy = comparison.energy()};
@@ -77,7 +77,7 @@ void Timer<T>::make_moments() {
     // In the middle of each of equal parts of the run.
     const auto until = (2 * p + 1) * grid_.coarse_steps / (2 * pieces);
     const auto before = p == 0 ? 0 : (2 * p - 1) * grid_.coarse_steps / (2 * pieces);
-    if (until > before) advance(plan, state, until - before, setup_.parallel);
+    if (until > before) advance(plan, state, until - before, setup_);
     auto moment = std::make_unique<Buffer>(setup_.engine.layout, state.count, rounding_of(setup_.engine.precision));
     auto view = moment->view();
     copy_state(state, view);
@@ -145,10 +145,17 @@ Timing Timer<T>::time(const Plan<T>& plan, std::uint64_t steps) {
   copy_state(start_.view(), state);
   // How long a step takes, roughly.
   const auto trial = std::clamp<std::uint64_t>((std::uint64_t{1} << 20U) / state.count, 1, steps);
-  const auto before = std::chrono::steady_clock::now();
-  advance(plan, state, trial, setup_.parallel);
-  const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
-  const double seconds_per_step = spent / static_cast<double>(trial);
+  constexpr double enough = 0.01;  // s
+  const auto before = WallClock::now();
+  double spent = 0;
+  std::uint64_t done = 0;
+  for (std::uint64_t some = 1; done < trial && spent < enough; some *= 2) {
+    const auto now = std::min(some, trial - done);
+    advance(plan, state, now, setup_);
+    done += now;
+    spent = std::chrono::duration<double>(WallClock::now() - before).count();
+  }
+  const double seconds_per_step = spent / static_cast<double>(done);
   const double whole = seconds_per_step * static_cast<double>(steps);
   const double most = effort_ == Effort::full ? 0.3 : 0.05;  // s
   return whole <= most ? time_whole(plan, steps) : time_pieces(plan, seconds_per_step, steps);

@@ -80,6 +80,11 @@ class NetworkMeasurement {
   // Longer runs are left out.
   [[nodiscard]] double most_seconds() const { return wish_.effort == Effort::full ? 60 : 3; }
 
+  // However long it takes, a run of each curve is compared beyond the horizon where that is asked for.
+  [[nodiscard]] bool is_asked_for(const Curve& curve, const NetworkLimit& limit, int substeps) const {
+    return wish_.long_runs == LongRuns::whole && !curve.arithmetic && substeps == usual_substeps(curve.coupling, limit);
+  }
+
   // What a sub-step of leapfrog takes, s, from the slowest kind of run so far.
   [[nodiscard]] double predicted(const Coupling& coupling, int substeps, double own) const {
     const double each = own > 0 ? own : pulses_of(coupling) * seconds_per_pulse_;
@@ -111,10 +116,11 @@ class NetworkMeasurement {
     double seconds_each = 0;
     for (const int substeps : substeps_of(curve, *limit, wish_.effort)) {
       const double whole = predicted(curve.coupling, substeps, seconds_each);
-      const bool is_whole = growth_.is_whole || whole <= most_seconds() || runs_.empty();
+      const bool is_asked = is_asked_for(curve, *limit, substeps);
+      const bool is_whole = growth_.is_whole || whole <= most_seconds() || runs_.empty() || is_asked;
       const Grid grid = is_whole ? grid_ : until_horizon();
       const double seconds = whole * static_cast<double>(grid.counts.back()) / static_cast<double>(grid_.coarse_steps);
-      if (seconds > most_seconds() && !runs_.empty()) {
+      if (seconds > most_seconds() && !runs_.empty() && !is_asked) {
         return leave_out(fmt::format("{} sub-steps and more: a run {}would take {:.0f} s", substeps,
                                      is_whole ? "" : "until the horizon ", seconds));
       }
@@ -239,7 +245,8 @@ class NetworkMeasurement {
 
   // A run is not ranked where its error is a third or more of what two starts come apart by: nothing orders those.
   void look_beyond() {
-    scatter_ = scatter_beyond(file_, grid_, reference_, wish_.effort, most_seconds(), setup_);
+    const double most = wish_.long_runs == LongRuns::whole ? std::numeric_limits<double>::infinity() : most_seconds();
+    scatter_ = scatter_beyond(file_, grid_, reference_, wish_.effort, most, setup_);
     for (std::size_t r = 0; r < runs_.size(); ++r) {
       auto& run = runs_[r];
       if (scatter_.facts.starts == 0 || run.errors.diverged) continue;

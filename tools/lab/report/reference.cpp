@@ -135,11 +135,11 @@ Trace fourth_order_trace(const SceneFile& file, const Grid& grid, std::optional<
   return traced(file, *plan, 1, grid, picks, setup, nudge);
 }
 
-void take(const Trace& trace, const Grid& grid, Reference& reference) {
-  reference.path = path_of(trace, reference.picks.size(), grid.counts.size());
+void take(const Trace& trace, Reference& reference) {
+  reference.path = path_of(trace, reference.picks.size(), trace.energy.size());
   reference.energy = trace.energy;
   reference.energy_scale = *std::max_element(trace.kinetic.begin(), trace.kinetic.end());
-  reference.horizon = grid.counts.size();
+  reference.horizon = trace.energy.size();
   reference.amplitude = reference.whole_amplitude = amplitude_of(reference.path, reference.horizon);
 }
 
@@ -174,11 +174,11 @@ constexpr std::size_t fewest_within = 2;  // sample times, the start among them
 
 // The last sample time before a difference of the start has grown too much.
 void end_by_growth(Reference& reference, const Growth& growth, const SceneFile& file, const Grid& grid) {
-  std::size_t times = grid.counts.size();
+  std::size_t times = reference.horizon;
   const double last = file.step * static_cast<double>(growth.horizon) * (1 + 1e-9);
   while (!growth.is_whole && times > fewest_within && grid.coarsest * static_cast<double>(grid.counts[times - 1]) > last)
     --times;
-  reference.facts.horizon.by_growth = times < grid.counts.size();
+  reference.facts.horizon.by_growth = times < reference.horizon;
   reference.facts.horizon.nudge = growth.nudge;
   set_horizon(reference, growth, file, grid, times);
 }
@@ -202,6 +202,12 @@ void end_where_in_doubt(Reference& reference, const Path& coarser, const SceneFi
 
 int halving_of(const Reference& reference, const Grid& grid) {
   return static_cast<int>(std::lround(std::log2(grid.coarsest / reference.facts.step)));
+}
+
+// An eighth: two finer runs take two and four more.
+Setup with_part_of_time(Setup setup) {
+  if (setup.end != never) setup.end = WallClock::now() + (setup.end - WallClock::now()) / 8;
+  return setup;
 }
 
 constexpr int beyond_the_finest = 2;  // halvings
@@ -323,12 +329,12 @@ Reference joined_reference(const SceneFile& file, const Grid& grid, const Picks&
   if (const auto own = fourth_order(file, grid, std::nullopt, setup); own && own->network_limit()) {
     substeps = std::max(substeps, own->network_limit()->fewest);
   }
-  auto last = fourth_order_trace(file, grid, substeps, picks, setup);
-  take(last, grid, reference);
+  auto last = fourth_order_trace(file, grid, substeps, picks, with_part_of_time(setup));
+  take(last, reference);
   double spent = last.seconds;
   reference.facts = {.kind = "extrapolated", .source = ReferenceSource::finer_steps, .step = grid.coarsest, .settled = false};
   end_by_growth(reference, fineness.growth, file, grid);
-  const auto within = first_times(grid, reference.horizon);
+  auto within = first_times(grid, reference.horizon);
   Path coarser;
   double moved = std::numeric_limits<double>::infinity();
   bool helps = true;
@@ -336,13 +342,18 @@ Reference joined_reference(const SceneFile& file, const Grid& grid, const Picks&
     substeps *= 2;
     last = fourth_order_trace(file, within, substeps, picks, setup);
     spent += last.seconds;
+    if (last.energy.size() < within.counts.size()) {
+      within = first_times(std::move(within), last.energy.size());
+      set_horizon(reference, fineness.growth, file, grid, within.counts.size());
+    }
     coarser = reference.path;
     const double before = std::exchange(moved, refine_with(last, within, reference));
     helps = moved < before / 2;
     reference.facts.self_error = moved;
     reference.facts.substeps = substeps;
     reference.facts.settled = moved < fineness.smallest_error(reference) / 100;
-  } while (!reference.facts.settled && helps && substeps <= most_substeps && spent + 2 * last.seconds < fineness.most_seconds);
+  } while (!reference.facts.settled && helps && substeps <= most_substeps && spent + 2 * last.seconds < fineness.most_seconds &&
+           setup.end - WallClock::now() > std::chrono::duration<double>(2 * last.seconds));
   if (!reference.facts.settled) end_where_in_doubt(reference, coarser, file, grid, fineness);
   reference.amplitude = amplitude_of(reference.path, reference.horizon);
   return reference;

@@ -44,7 +44,7 @@ struct Fineness {
 // For particles that are joined: the closed form where the scene has one; else scheme fourth_order in float64, with sub-steps
 // halved while that moves it, until the horizon, by more than a hundredth of the smallest error, is affordable and helps. The
 // horizon is where a difference of the start has grown too much; where the reference is then still in doubt, it is the last
-// sample time until which it is not.
+// sample time until which it is not. Where setup.end comes first, the path has the sample times that were reached.
 [[nodiscard]] Reference joined_reference(const SceneFile& file, const Grid& grid, const Picks& picks, const Fineness& fineness,
                                          const Setup& setup);
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
+#include <exception>
 #include <stdexcept>
 #include <utility>
 
@@ -14,10 +16,20 @@
 
 namespace dvdx::tool::report {
 
+using WallClock = std::chrono::steady_clock;
+inline constexpr WallClock::time_point never = WallClock::time_point::max();
+
 // How the library is to run.
 struct Setup {
   Engine engine;
   ParallelFor parallel{};
+  WallClock::time_point end = never;  // of what is measured: a run that lasts longer is given up
+};
+
+// Thrown in a run that is given up.
+class OutOfTime final : public std::exception {
+ public:
+  [[nodiscard]] const char* what() const noexcept override { return "a run was given up: the time for it was over"; }
 };
 
 // Calls `use` with a zero of the type that states of this precision hold.
@@ -60,6 +72,21 @@ void copy_state(const State<T>& from, State<T>& to) {
 template <class T>
 void advance(const Plan<T>& plan, State<T>& state, std::uint64_t steps, const ParallelFor& parallel) {
   if (plan.step(state, steps, parallel) != StepResult::done) throw std::logic_error("the plan is for another state");
+}
+
+// The same, some steps a call where there is an end.
+template <class T>
+void advance(const Plan<T>& plan, State<T>& state, std::uint64_t steps, const Setup& setup) {
+  if (setup.end == never) return advance(plan, state, steps, setup.parallel);
+  constexpr std::chrono::milliseconds often{20};
+  for (std::uint64_t some = 1; steps > 0;) {
+    const auto before = WallClock::now();
+    if (before > setup.end) throw OutOfTime();
+    const auto now = std::min(some, steps);
+    advance(plan, state, now, setup.parallel);
+    steps -= now;
+    if (WallClock::now() - before < often) some *= 2;
+  }
 }
 
 // Steps that one call takes: many, so that a block stays in cache for them; as many as `dvdx run` takes.

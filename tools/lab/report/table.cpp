@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
+#include <string_view>
 
 #include "output/console.hpp"
 #include "report/summary.hpp"
@@ -19,6 +21,7 @@ std::string runs_table(const SceneReport& scene) {
   head.emplace_back("least error");
   head.emplace_back("its energy error");
   table.row(head);
+  std::vector<std::vector<std::string>> rows;  // those that differ in their method alone are one
   for (const auto& cheapest : cheapest_of(scene)) {
     const auto* order = order_of(scene, cheapest.method, cheapest.precision);
     std::vector<std::string> cells{cheapest.method, std::string(name_in(precisions, cheapest.precision)), fitted_text(*order),
@@ -26,8 +29,16 @@ std::string runs_table(const SceneReport& scene) {
     for (const auto* run : cheapest.runs) cells.push_back(run == nullptr ? "-" : number_text(run->ns_per_particle_second()));
     cells.push_back(number_text(cheapest.best_error));
     cells.push_back(number_text(cheapest.best_energy_drift));
-    table.row(cells);
+    const auto same = std::find_if(rows.begin(), rows.end(), [&](const std::vector<std::string>& row) {
+      return std::equal(row.begin() + 1, row.end(), cells.begin() + 1);
+    });
+    if (same == rows.end()) {
+      rows.push_back(std::move(cells));
+    } else {
+      same->front() += ", " + cells.front();
+    }
   }
+  for (const auto& row : rows) table.row(row);
   return table.text();
 }
 
@@ -44,14 +55,23 @@ std::string diverged_text(const SceneReport& scene) {
 }
 
 std::string unranked_text(const SceneReport& scene) {
-  std::string text;
+  std::vector<std::string> runs;
   for (const auto& cheapest : cheapest_of(scene)) {
     if (cheapest.unranked == 0) continue;
-    text += fmt::format("  NOT RANKED: {} run{} of {} in {}: no nearer than chaos leaves any two starts\n", cheapest.unranked,
-                        cheapest.unranked == 1 ? "" : "s", cheapest.method, name_in(precisions, cheapest.precision));
+    runs.push_back(fmt::format("{} run{} of {} in {}", cheapest.unranked, cheapest.unranked == 1 ? "" : "s", cheapest.method,
+                               name_in(precisions, cheapest.precision)));
   }
-  return text;
+  if (runs.empty()) return "";
+  return fmt::format("  NOT RANKED: {}: no nearer than chaos leaves any two starts\n", fmt::join(runs, ", "));
 }
+
+// Runs of a method that are alike to the digits that are shown.
+struct BeyondRow {
+  std::string method;
+  std::set<std::string_view> precisions;
+  std::set<int> substeps;
+  std::vector<std::string> values;
+};
 
 std::string beyond_text(const SceneReport& scene) {
   const auto& beyond = scene.beyond;
@@ -66,10 +86,25 @@ std::string beyond_text(const SceneReport& scene) {
   }
   table.row(head);
   table.row(reference);
+  std::vector<BeyondRow> rows;
   for (const auto& run : scene.runs) {
     if (run.beyond.empty()) continue;
-    std::vector<std::string> cells{run.method, std::string(name_in(precisions, run.precision)), std::to_string(run.substeps)};
-    for (const auto& each : run.beyond) cells.push_back(fmt::format("{:.4g}{}", each.value, each.agrees ? "" : " *"));
+    BeyondRow row{
+        .method = run.method, .precisions = {name_in(precisions, run.precision)}, .substeps = {run.substeps}, .values = {}};
+    for (const auto& each : run.beyond) row.values.push_back(fmt::format("{:.4g}{}", each.value, each.agrees ? "" : " *"));
+    const auto same = std::find_if(rows.begin(), rows.end(),
+                                   [&](const BeyondRow& r) { return r.method == row.method && r.values == row.values; });
+    if (same == rows.end()) {
+      rows.push_back(std::move(row));
+    } else {
+      same->precisions.insert(*row.precisions.begin());
+      same->substeps.insert(run.substeps);
+    }
+  }
+  for (const auto& row : rows) {
+    std::vector<std::string> cells{row.method, fmt::format("{}", fmt::join(row.precisions, ", ")),
+                                   fmt::format("{}", fmt::join(row.substeps, ", "))};
+    cells.insert(cells.end(), row.values.begin(), row.values.end());
     table.row(cells);
   }
   return fmt::format(
@@ -82,8 +117,14 @@ std::string beyond_text(const SceneReport& scene) {
 
 std::string left_out_text(const SceneReport& scene) {
   std::string text;
-  for (const auto& run : scene.left_out) {
-    text += fmt::format("  LEFT OUT: {} in {}: {}\n", run.method, name_in(precisions, run.precision), run.why);
+  for (auto first = scene.left_out.begin(); first != scene.left_out.end(); ++first) {
+    const auto is_same = [&](const LeftOut& other) { return other.why == first->why; };
+    if (std::any_of(scene.left_out.begin(), first, is_same)) continue;
+    std::vector<std::string> runs;
+    for (const auto& other : scene.left_out) {
+      if (is_same(other)) runs.push_back(fmt::format("{} in {}", other.method, name_in(precisions, other.precision)));
+    }
+    text += fmt::format("  LEFT OUT: {}: {}\n", fmt::join(runs, ", "), first->why);
   }
   return text;
 }

@@ -127,10 +127,10 @@ Trace traced(const SceneFile& file, const Plan<T>& plan, std::uint64_t parts, co
   const auto lengths = lengths_of(file);
   Trace trace;
   record(file, picks, lengths, state, trace);
-  for (std::size_t k = 1; k < grid.counts.size(); ++k) {
-    const auto before = std::chrono::steady_clock::now();
+  for (std::size_t k = 1; k < grid.counts.size() && (k == 1 || WallClock::now() < setup.end); ++k) {
+    const auto before = WallClock::now();
     advance(plan, state, (grid.counts[k] - grid.counts[k - 1]) * parts, setup.parallel);
-    trace.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+    trace.seconds += std::chrono::duration<double>(WallClock::now() - before).count();
     record(file, picks, lengths, state, trace);
   }
   return trace;

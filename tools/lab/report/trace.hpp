@@ -34,6 +34,7 @@ struct Trace {
 };
 
 // The scene from its start by a plan whose step is the grid's coarsest divided by `parts`.
+// Where setup.end comes first the trace ends before it, two sample times at the earliest.
 template <class T>
 [[nodiscard]] Trace traced(const SceneFile& file, const Plan<T>& plan, std::uint64_t parts, const Grid& grid,
                            const Picks& picks, const Setup& setup, const Nudge& nudge = {});

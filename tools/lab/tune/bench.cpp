@@ -1,12 +1,16 @@
 #include "tune/bench.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "report/sample.hpp"
 #include "run/origin.hpp"
 
 namespace dvdx::tool::tune {
 namespace {
+
+using report::WallClock;
 
 report::Setup setup_for(const Candidate& candidate, const report::Setup& setup) {
   auto own = setup;
@@ -28,16 +32,19 @@ SceneFile file_for(SceneFile file, Precision precision) {
 }
 
 // A reference that is a tenth of the goal off still tells which runs keep it, but not which are far better.
-report::Reference reference_for(SceneFile sample, const report::Grid& grid, double goal, double seconds,
-                                const report::Setup& setup) {
+report::Reference reference_for(SceneFile sample, const report::Grid& grid, double goal, const report::Setup& setup) {
   sample.scene.origin = {};  // it is compared in the world
-  if (!sample.scene.networks.empty()) {
+  const bool is_swept = !sample.scene.networks.empty() || !sample.scene.constraints.empty();
+  if (is_swept) {
+    auto growing = setup;
+    if (setup.end != report::never) growing.end = WallClock::now() + (setup.end - WallClock::now()) / 4;
+    const auto growth = report::growth_of(sample, report::steps_of(sample), growing);
     return report::joined_reference(
         sample, grid, report::picks_of(sample.particles.count, 256),
-        {.substeps = 1,
-         .most_seconds = seconds,
-         .smallest_error = [goal](const report::Reference& reference) { return goal * reference.amplitude; },
-         .growth = report::growth_of(sample, report::steps_of(sample), setup)},
+        {.substeps = static_cast<int>(std::lround(grid.coarsest / sample.step)),
+         .most_seconds = std::numeric_limits<double>::infinity(),
+         .smallest_error = [goal](const report::Reference& reference) { return 10 * goal * reference.amplitude; },
+         .growth = growth},
         setup);
   }
   auto reference = report::first_reference(sample, grid, setup);
@@ -45,16 +52,24 @@ report::Reference reference_for(SceneFile sample, const report::Grid& grid, doub
   return reference;
 }
 
+report::Setup without_end(report::Setup setup) {
+  setup.end = report::never;
+  return setup;
+}
+
 }  // namespace
 
-Judge::Judge(const SceneFile& file, double goal, double seconds, const report::Setup& setup)
-    : setup_(setup),
+Judge::Judge(const SceneFile& file, double goal, const report::Setup& setup)
+    : setup_(without_end(setup)),
       sample_(report::sample_of(file, 1024)),
       grid_(report::grid_of(file, sample_.particles.count, report::Effort::full)),
-      reference_(reference_for(sample_, grid_, goal, seconds, setup)) {}
+      reference_(reference_for(sample_, grid_, goal, setup)) {
+  grid_.counts.resize(reference_.horizon);
+}
 
-Outcome Judge::errors(const Candidate& candidate, const Change& change) const {
-  const auto setup = setup_for(candidate, setup_);
+Outcome Judge::errors(const Candidate& candidate, const Change& change, WallClock::time_point end) const {
+  auto setup = setup_for(candidate, setup_);
+  setup.end = end;
   const auto file = file_for(sample_, candidate.precision);
   const auto scene = changed(file.scene, candidate, change);
   try {
@@ -64,6 +79,8 @@ Outcome Judge::errors(const Candidate& candidate, const Change& change) const {
     });
   } catch (const Fault& fault) {
     return {.errors = {}, .refused = fault.what()};
+  } catch (const report::OutOfTime&) {
+    return {.errors = {}, .is_cut = true};
   }
 }
 
@@ -86,7 +103,7 @@ double Judge::self_error() const { return reference_.facts.self_error / referenc
 class Watch::Track {
  public:
   virtual ~Track() = default;
-  virtual Cost time(const Candidate& candidate, const Judge::Change& change) = 0;
+  virtual Cost time(const Candidate& candidate, const Judge::Change& change, WallClock::time_point end) = 0;
 
   template <class T>
   class Of;
@@ -101,7 +118,8 @@ class Watch::Track::Of final : public Track {
         setup_(setup),
         timer_(file_, moments_of(file_.scene), grid_, setup_, report::Effort::quick) {}
 
-  Cost time(const Candidate& candidate, const Judge::Change& change) override {
+  Cost time(const Candidate& candidate, const Judge::Change& change, WallClock::time_point end) override {
+    setup_.end = end;
     StateMemory<T> memory(Layout::soa, file_.particles.count, rounding_of(setup_.engine.precision));
     auto start = memory.view();
     place_at_start(file_, start);
@@ -131,7 +149,7 @@ Watch::Watch(const SceneFile& file, const report::Grid& grid, const report::Setu
 
 Watch::~Watch() = default;
 
-Cost Watch::time(const Candidate& candidate, const Judge::Change& change) {
+Cost Watch::time(const Candidate& candidate, const Judge::Change& change, WallClock::time_point end) {
   auto& track = tracks_[candidate.precision];
   if (track == nullptr) {
     auto setup = setup_;
@@ -139,29 +157,37 @@ Cost Watch::time(const Candidate& candidate, const Judge::Change& change) {
     report::with_scalar(candidate.precision,
                         [&](auto zero) { track = std::make_unique<Track::Of<decltype(zero)>>(file_, grid_, setup); });
   }
-  return track->time(candidate, change);
+  try {
+    return track->time(candidate, change, end);
+  } catch (const Fault&) {
+    return {};
+  } catch (const report::OutOfTime&) {
+    return {};
+  }
 }
 
-Bench::Bench(const Judge& judge, Watch& watch, Clock::time_point end, ProgressCallback tell)
-    : judge_(judge), watch_(watch), end_(end), tell_(std::move(tell)) {}
+Bench::Bench(const Judge& judge, Watch& watch, WallClock::time_point end, WallClock::time_point last, ProgressCallback tell)
+    : judge_(judge), watch_(watch), end_(end), last_(last), tell_(std::move(tell)) {}
 
 Outcome Bench::errors(const Candidate& candidate) {
   tell_("error of " + text_of(candidate));
-  return judge_.errors(candidate);
+  return judge_.errors(candidate, {}, last_);
 }
 
 Cost Bench::rough_cost(const Candidate& candidate) {
   tell_("time of " + text_of(candidate));
-  return watch_.time(candidate);
+  return watch_.time(candidate, {}, last_);
 }
 
 std::vector<Cost> Bench::race(const std::vector<Candidate>& candidates) {
   constexpr int rounds = 3;
   std::vector<Cost> least(candidates.size());
   for (int round = 0; round < rounds; ++round) {
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
+    for (std::size_t k = 0; k < candidates.size() && WallClock::now() < last_; ++k) {
       const auto cost = rough_cost(candidates[k]);
-      if (round == 0 || cost.ns_per_particle_step < least[k].ns_per_particle_step) least[k] = cost;
+      if (cost.ns_per_particle_step == 0) continue;
+      const bool is_first = least[k].ns_per_particle_step == 0;
+      if (is_first || cost.ns_per_particle_step < least[k].ns_per_particle_step) least[k] = cost;
     }
   }
   return least;

@@ -14,12 +14,15 @@ namespace dvdx::tool::tune {
 // Holds runs of a scene against its reference.
 class Judge {
  public:
-  // The reference is made so fine that an error of `goal` (relative) can be told, where `seconds` suffice for that.
-  Judge(const SceneFile& file, double goal, double seconds, const report::Setup& setup);
+  // The reference is made so fine that an error of `goal` (relative) can be told. Where setup.end comes first, errors are of the
+  // first part of the run alone, or can not be told.
+  Judge(const SceneFile& file, double goal, const report::Setup& setup);
 
   // `change` is made to the scene in addition to what the candidate asks for.
   using Change = std::function<void(Scene&)>;
-  [[nodiscard]] Outcome errors(const Candidate& candidate, const Change& change = {}) const;
+  // Runs that last until `end` are given up.
+  [[nodiscard]] Outcome errors(const Candidate& candidate, const Change& change = {},
+                               report::WallClock::time_point end = report::never) const;
   [[nodiscard]] std::optional<int> fewest_substeps(const Coupling& coupling, std::uint64_t parts) const;
 
   [[nodiscard]] const SceneFile& sample() const noexcept { return sample_; }
@@ -28,9 +31,9 @@ class Judge {
   [[nodiscard]] double self_error() const;  // of the reference, relative
 
  private:
-  const report::Setup& setup_;
+  report::Setup setup_;
   SceneFile sample_;
-  report::Grid grid_;
+  report::Grid grid_;  // until the reference's horizon
   report::Reference reference_;
 };
 
@@ -42,7 +45,9 @@ class Watch {
   Watch& operator=(const Watch&) = delete;
   ~Watch();
 
-  [[nodiscard]] Cost time(const Candidate& candidate, const Judge::Change& change = {});
+  // Zero where the candidate is refused, or `end` came first.
+  [[nodiscard]] Cost time(const Candidate& candidate, const Judge::Change& change = {},
+                          report::WallClock::time_point end = report::never);
 
  private:
   class Track;  // the scene in one precision
@@ -55,20 +60,21 @@ class Watch {
 
 class Bench final : public Probe {
  public:
-  using Clock = std::chrono::steady_clock;
   using ProgressCallback = std::function<void(const std::string& what)>;
 
-  Bench(const Judge& judge, Watch& watch, Clock::time_point end, ProgressCallback tell);
+  // end: of the search; last: of its last race and what follows.
+  Bench(const Judge& judge, Watch& watch, report::WallClock::time_point end, report::WallClock::time_point last,
+        ProgressCallback tell);
 
   Outcome errors(const Candidate& candidate) override;
   Cost rough_cost(const Candidate& candidate) override;
   std::vector<Cost> race(const std::vector<Candidate>& candidates) override;
-  bool is_over() override { return Clock::now() >= end_; }
+  bool is_over() override { return report::WallClock::now() >= end_; }
 
  private:
   const Judge& judge_;
   Watch& watch_;
-  Clock::time_point end_;
+  report::WallClock::time_point end_, last_;
   ProgressCallback tell_;
 };
 

@@ -77,6 +77,21 @@ std::vector<std::uint64_t> substeps_for(const report::Curve& curve, int fewest) 
   return rising(first, curve.coupling.scheme == Scheme::sequential ? most_of_free : 24 * first);
 }
 
+// The cheap ones first: what they keep need not be sought among the dear ones.
+int rank_of(const Ladder& ladder) {
+  const auto& first = ladder.rungs.front();
+  const auto& coupling = *first.coupling;
+  const int precision = first.precision == Precision::float32 ? 0 : first.precision == Precision::float64 ? 1 : 2;
+  const int scheme = coupling.scheme == Scheme::sequential && !coupling.theta        ? 0
+                     : coupling.scheme == Scheme::leapfrog                           ? 1
+                     : coupling.scheme == Scheme::sequential && *coupling.theta == 1 ? 2
+                     : coupling.scheme == Scheme::fourth_order                       ? 3
+                     : coupling.scheme == Scheme::sequential                         ? 4
+                                                                                     : 5;
+  const int expansion = first.expansion == Expansion::exact ? 0 : 1;
+  return (2 * precision + expansion) * 6 + scheme;
+}
+
 std::vector<Ladder> ladders_of_schemes(const SceneFile& file, const report::Grid& grid, const Fewest& fewest) {
   std::vector<Ladder> ladders;
   for (const auto parts : parts_for(file, grid)) {
@@ -86,7 +101,9 @@ std::vector<Ladder> ladders_of_schemes(const SceneFile& file, const report::Grid
       for (const auto& [word, precision] : precisions) {
         for (const auto expansion : expansions_for(file.scene)) {
           Ladder ladder{
-              .name = ladder_name(curve.name, file, expansion, precision), .order = order_of(curve.coupling), .rungs = {}};
+              .name = fmt::format("{}, step {:.4g} s", ladder_name(curve.name, file, expansion, precision), grid.part(parts)),
+              .order = order_of(curve.coupling),
+              .rungs = {}};
           for (const auto substeps : substeps_for(curve, *least)) {
             auto coupling = curve.coupling;
             coupling.substeps = static_cast<int>(substeps);
@@ -102,6 +119,7 @@ std::vector<Ladder> ladders_of_schemes(const SceneFile& file, const report::Grid
       }
     }
   }
+  std::stable_sort(ladders.begin(), ladders.end(), [](const Ladder& a, const Ladder& b) { return rank_of(a) < rank_of(b); });
   return ladders;
 }
 

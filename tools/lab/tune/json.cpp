@@ -13,6 +13,7 @@ using Json = nlohmann::ordered_json;  // numbers that are not finite become null
 Json error_json(const Outcome& outcome) {
   const auto& errors = outcome.errors;
   if (!outcome.refused.empty()) return {{"refused", outcome.refused}};
+  if (outcome.is_cut) return {{"given_up", true}};
   Json json{{"position_rms", errors.position_rms},
             {"position_max", errors.position_max},
             {"velocity_rms", errors.velocity_rms},
@@ -24,7 +25,8 @@ Json error_json(const Outcome& outcome) {
 Json trial_json(const Trial& trial) {
   const auto& candidate = trial.candidate;
   const auto& coupling = candidate.coupling;
-  Json json{{"method", name_in(methods, candidate.method)},
+  Json json{{"curve", trial.ladder},
+            {"method", name_in(methods, candidate.method)},
             {"scheme", coupling ? Json(name_in(schemes, coupling->scheme)) : Json(nullptr)},
             {"step", candidate.step},
             {"substeps", candidate.substeps()},
@@ -102,6 +104,7 @@ nlohmann::ordered_json to_json(const report::Machine& machine, const Tuning& tun
             {"particles", tuning.particles},
             {"error_particles", tuning.error_particles},
             {"duration", tuning.duration},
+            {"compared", tuning.compared},
             {"amplitude", tuning.amplitude},
             {"reference", reference_json(tuning)},
             {"error_goal", tuning.goal},
@@ -132,8 +135,12 @@ nlohmann::ordered_json to_json(const report::Machine& machine, const Tuning& tun
   }
   json["budget"] = tuning.budget;
   json["seconds"] = tuning.seconds;
-  json["budget_cut"] = !tuning.findings.not_reached.empty();
-  json["not_reached"] = tuning.findings.not_reached;
+  json["reference_seconds"] = tuning.reference_seconds;
+  json["budget_cut"] = tuning.findings.is_cut();
+  json["not_run"] = Json::array();
+  for (const auto& [curve, why] : tuning.findings.not_run) {
+    json["not_run"].push_back({{"curve", curve}, {"why", why == NotRun::Why::time ? "budget" : "dearer"}});
+  }
   return json;
 }
 

@@ -18,7 +18,7 @@ class Search {
   Findings bracket_all() {
     for (const auto& ladder : ladders_) {
       if (probe_.is_over()) {
-        findings_.not_reached.push_back(ladder.name);
+        findings_.not_run.push_back({.ladder = ladder.name, .why = NotRun::Why::time});
         continue;
       }
       climb(ladder);
@@ -54,6 +54,7 @@ class Search {
     const auto& outcome = findings_.trials[trial].outcome;
     return outcome.ran() ? outcome.errors.relative : std::numeric_limits<double>::infinity();
   }
+  [[nodiscard]] bool is_cut(std::size_t trial) const { return findings_.trials[trial].outcome.is_cut; }
   [[nodiscard]] bool keeps(std::size_t trial) const { return findings_.trials[trial].outcome.keeps(goal_); }
   [[nodiscard]] double seconds(std::size_t trial) const { return findings_.trials[trial].cost.seconds_per_simulated_second; }
 
@@ -63,6 +64,13 @@ class Search {
   void climb(const Ladder& ladder) {
     const auto first = findings_.trials.size();
     std::optional<Cost> unit;
+    if (std::isfinite(best_)) {
+      unit = unit_cost(ladder.rungs[0]);
+      if (unit && unit->seconds_per_simulated_second * ladder.rungs[0].work() > doubt * best_) {
+        findings_.not_run.push_back({.ladder = ladder.name, .why = NotRun::Why::dearer});
+        return;
+      }
+    }
     const auto measured = [&](std::size_t rung) {
       const auto trial = measure(ladder, rung);
       if (!unit && findings_.trials[trial].outcome.ran()) unit = unit_cost(ladder.rungs[rung]);
@@ -72,6 +80,7 @@ class Search {
     auto low = measured(0);
     if (keeps(low)) return take(low);
     if (!findings_.trials[low].outcome.refused.empty()) return;
+    if (is_cut(low)) return give_up(ladder);
     std::size_t low_rung = 0;
     auto high_rung = finest_worth(ladder, unit);
     std::optional<std::size_t> high;  // a trial that keeps the goal
@@ -79,6 +88,7 @@ class Search {
     while (low_rung + (high ? 1U : 0U) < high_rung && !probe_.is_over()) {
       const auto rung = next_rung(ladder, low_rung, high_rung, high.has_value(), error(low), slope);
       const auto trial = measured(rung);
+      if (is_cut(trial)) break;
       if (keeps(trial)) {
         high = trial;
         high_rung = rung;
@@ -90,7 +100,9 @@ class Search {
       low_rung = rung;
     }
     if (high) take(*high);
+    if (low_rung + (high ? 1U : 0U) < high_rung) give_up(ladder);
   }
+  void give_up(const Ladder& ladder) { findings_.not_run.push_back({.ladder = ladder.name, .why = NotRun::Why::time}); }
 
   static constexpr double hopeless = 0.1;  // rounding, or a limit of the method's own: what the finest does decides
 
@@ -115,9 +127,10 @@ class Search {
     return std::clamp(std::log(error(coarse) / error(fine)) / std::log(work), 0.0, 8.0);
   }
 
-  // Of a unit of work.
-  Cost unit_cost(const Candidate& candidate) {
+  // Of a unit of work; none where the candidate is refused, or the time is over.
+  std::optional<Cost> unit_cost(const Candidate& candidate) {
     auto cost = probe_.rough_cost(candidate);
+    if (cost.seconds_per_simulated_second == 0) return std::nullopt;
     cost.ns_per_particle_step /= candidate.substeps();
     cost.seconds_per_simulated_second /= candidate.work();
     return cost;
@@ -152,10 +165,13 @@ class Search {
       for (const auto n : racers) candidates.push_back(findings_.trials[n].candidate);
       const auto costs = probe_.race(candidates);
       best_ = std::numeric_limits<double>::infinity();
+      bool is_any_timed = false;
       for (std::size_t k = 0; k < racers.size(); ++k) {
+        if (costs[k].seconds_per_simulated_second == 0) continue;
         findings_.trials[racers[k]].cost = costs[k];
-        findings_.trials[racers[k]].is_timed = true;
+        findings_.trials[racers[k]].is_timed = is_any_timed = true;
       }
+      if (!is_any_timed) return;
       for (const auto& trial : findings_.trials) {
         if (trial.is_timed) best_ = std::min(best_, trial.cost.seconds_per_simulated_second);
       }
@@ -188,11 +204,13 @@ class Search {
 double seconds_of(const Trial& trial) { return trial.cost.seconds_per_simulated_second; }
 double error_of(const Trial& trial) { return trial.outcome.errors.relative; }
 
-// From the cheapest on; of costs that tie, the most accurate first.
+// From the cheapest on; of costs that tie, the most accurate first. Estimates count where no time was left for the race.
 std::vector<std::size_t> by_cost(const std::vector<Trial>& trials, double goal) {
+  const bool was_raced = std::any_of(trials.begin(), trials.end(), [](const Trial& trial) { return trial.is_timed; });
   std::vector<std::size_t> order;
   for (std::size_t n = 0; n < trials.size(); ++n) {
-    if (trials[n].is_timed && trials[n].outcome.keeps(goal)) order.push_back(n);
+    const bool has_cost = was_raced ? trials[n].is_timed : seconds_of(trials[n]) > 0;
+    if (has_cost && trials[n].outcome.keeps(goal)) order.push_back(n);
   }
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return seconds_of(trials[a]) < seconds_of(trials[b]); });

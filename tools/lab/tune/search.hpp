@@ -1,6 +1,7 @@
 // Finds the cheapest candidate that keeps an error, measuring as few as it can.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
@@ -15,8 +16,9 @@ namespace dvdx::tool::tune {
 struct Outcome {
   report::Errors errors;
   std::string refused{};  // why the plan could not be made; empty where it ran
+  bool is_cut = false;    // given up, as the time was over
 
-  [[nodiscard]] bool ran() const noexcept { return refused.empty() && !errors.diverged; }
+  [[nodiscard]] bool ran() const noexcept { return refused.empty() && !is_cut && !errors.diverged; }
   [[nodiscard]] bool keeps(double goal) const noexcept { return ran() && errors.relative <= goal; }
 };
 
@@ -36,7 +38,7 @@ class Probe {
   virtual Outcome errors(const Candidate& candidate) = 0;
   // Within a few tens of per cent. The candidate must run.
   virtual Cost rough_cost(const Candidate& candidate) = 0;
-  // In alternation, the least of several each.
+  // In alternation, the least of several each; zero for those that the time does not suffice for.
   virtual std::vector<Cost> race(const std::vector<Candidate>& candidates) = 0;
   virtual bool is_over() = 0;  // the time that the search may take
 };
@@ -49,12 +51,23 @@ struct Trial {
   bool is_timed = false;  // in the race
 };
 
+// A ladder of which nothing, or not all that may have been cheaper, was run.
+struct NotRun {
+  enum class Why { time, dearer };  // dearer: its coarsest rung costs more than a choice that was found
+  std::string ladder;
+  Why why = Why::time;
+};
+
 struct Findings {
-  std::vector<Trial> trials;             // all that was measured
-  std::optional<std::size_t> choice;     // the cheapest that keeps the goal; of those within a few per cent the most accurate
-  std::optional<std::size_t> cheaper;    // the next cheaper, which misses
-  std::optional<std::size_t> finer;      // the cheapest of those that are more accurate than the choice
-  std::vector<std::string> not_reached;  // ladders that the time did not suffice for
+  std::vector<Trial> trials;           // all that was measured
+  std::optional<std::size_t> choice;   // the cheapest that keeps the goal; of those within a few per cent the most accurate
+  std::optional<std::size_t> cheaper;  // the next cheaper, which misses
+  std::optional<std::size_t> finer;    // the cheapest of those that are more accurate than the choice
+  std::vector<NotRun> not_run;
+
+  [[nodiscard]] bool is_cut() const noexcept {
+    return std::any_of(not_run.begin(), not_run.end(), [](const NotRun& of) { return of.why == NotRun::Why::time; });
+  }
 };
 
 enum class Thoroughness {

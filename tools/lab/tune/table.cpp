@@ -14,6 +14,7 @@ std::string row(std::string_view name, const std::string& text) { return fmt::fo
 
 std::string error_text(const Outcome& outcome) {
   if (!outcome.refused.empty()) return "refused";
+  if (outcome.is_cut) return "not run: no time was left";
   return outcome.errors.diverged ? "diverges" : fmt::format("{:.2g}", outcome.errors.relative);
 }
 
@@ -38,10 +39,14 @@ std::string head_text(const Tuning& tuning) {
   text += row("looked at", fmt::format("{} runs, steps from {:.4g} s to {:.4g} s, errors on {} particle{}, in {:.0f} s",
                                        tuning.findings.trials.size(), tuning.coarsest, tuning.finest, tuning.error_particles,
                                        tuning.error_particles == 1 ? "" : "s", tuning.seconds));
-  const auto& missed = tuning.findings.not_reached;
-  if (!missed.empty()) {
-    text += row("CUT", fmt::format("{:g} s did not suffice: {} curve{} not looked at, from {} on; a larger --budget does more",
-                                   tuning.budget, missed.size(), missed.size() == 1 ? "" : "s", missed.front()));
+  if (tuning.compared < tuning.duration * (1 - 1e-9)) {
+    text += row("compared", fmt::format("the first {:.4g} s, as far as the reference is known", tuning.compared));
+  }
+  const auto cut = std::count_if(tuning.findings.not_run.begin(), tuning.findings.not_run.end(),
+                                 [](const NotRun& of) { return of.why == NotRun::Why::time; });
+  if (cut != 0) {
+    text += row("CUT", fmt::format("{:g} s did not suffice: {} curve{} not run, or not to the end; a larger --budget does more",
+                                   tuning.budget, cut, cut == 1 ? "" : "s"));
   }
   return text;
 }
@@ -104,6 +109,66 @@ std::string choice_text(const Tuning& tuning, const Trial& choice) {
   return text;
 }
 
+// The runs of a curve, from the coarsest on.
+struct CurveRuns {
+  std::string curve;
+  std::size_t runs = 0;
+  const Trial* best = nullptr;  // the most accurate
+  std::string refused{};
+  std::string note{};
+};
+
+std::vector<CurveRuns> curves_of(const Tuning& tuning) {
+  std::vector<CurveRuns> curves;
+  const auto of = [&](const std::string& name) -> CurveRuns& {
+    const auto found = std::find_if(curves.begin(), curves.end(), [&](const CurveRuns& c) { return c.curve == name; });
+    return found != curves.end() ? *found : curves.emplace_back(CurveRuns{.curve = name});
+  };
+  for (const auto& trial : tuning.findings.trials) {
+    auto& curve = of(trial.ladder);
+    const auto& outcome = trial.outcome;
+    if (!outcome.refused.empty()) curve.refused = outcome.refused;
+    if (!outcome.refused.empty() || outcome.is_cut) continue;
+    ++curve.runs;
+    const bool is_better =
+        outcome.ran() && (curve.best == nullptr || outcome.errors.relative < curve.best->outcome.errors.relative);
+    if (is_better) curve.best = &trial;
+  }
+  for (const auto& [name, why] : tuning.findings.not_run) {
+    const bool was_run = of(name).runs > 0;
+    of(name).note = why == NotRun::Why::dearer ? "not run: its coarsest run costs more than what keeps the goal"
+                    : was_run                  ? "then no time was left"
+                                               : "not run: no time was left";
+  }
+  return curves;
+}
+
+// Of every curve whether it was run; curves of which the same is said are together.
+std::string curves_text(const Tuning& tuning) {
+  std::string text;
+  std::vector<std::pair<std::string, std::string>> said;
+  for (const auto& curve : curves_of(tuning)) {
+    std::string what;
+    if (curve.best != nullptr) {
+      what = fmt::format("{} run{}, the most accurate {:.2g}", curve.runs, curve.runs == 1 ? "" : "s",
+                         curve.best->outcome.errors.relative);
+    } else if (curve.runs > 0) {
+      what = fmt::format("{} run{}, none stayed finite", curve.runs, curve.runs == 1 ? "" : "s");
+    } else if (!curve.refused.empty()) {
+      what = "refused: " + curve.refused;
+    }
+    if (!curve.note.empty()) what += (what.empty() ? "" : "; ") + curve.note;
+    const auto same = std::find_if(said.begin(), said.end(), [&](const auto& line) { return line.second == what; });
+    if (same == said.end()) {
+      said.emplace_back(curve.curve, what);
+    } else {
+      same->first += " | " + curve.curve;
+    }
+  }
+  for (const auto& [curves, what] : said) text += fmt::format("  {}: {}\n", curves, what);
+  return text.empty() ? "" : "curves, each from the coarsest run on\n" + text;
+}
+
 std::string exhaustive_text(const Tuning& tuning) {
   if (!tuning.exhaustive) return "";
   const auto& all = *tuning.exhaustive;
@@ -144,13 +209,16 @@ std::string advice_text(const Tuning& tuning) {
 std::string nothing_finite_text(const Tuning& tuning) {
   const Findings& found = tuning.findings;
   if (found.trials.empty()) {
-    return fmt::format("no candidate was run: the reference took {:.3g} s of the {:g} s of --budget\n", tuning.seconds,
-                       tuning.budget);
+    return fmt::format("no candidate was run: the reference took {:.3g} s of the {:g} s of --budget\n",
+                       tuning.reference_seconds, tuning.budget);
   }
-  const auto refused = std::count_if(found.trials.begin(), found.trials.end(),
-                                     [](const Trial& trial) { return !trial.outcome.refused.empty(); });
-  return fmt::format("no run reached the goal: {} candidates were run, and none stayed finite; {} were refused\n",
-                     found.trials.size() - static_cast<std::size_t>(refused), refused);
+  const auto count = [&](const auto& is_so) { return std::count_if(found.trials.begin(), found.trials.end(), is_so); };
+  const auto refused = count([](const Trial& trial) { return !trial.outcome.refused.empty(); });
+  const auto given_up = count([](const Trial& trial) { return trial.outcome.is_cut; });
+  return fmt::format(
+      "no run reached the goal: {} candidates were run, and none stayed finite; {} were refused, {} given up for want of "
+      "time\n",
+      static_cast<std::ptrdiff_t>(found.trials.size()) - refused - given_up, refused, given_up);
 }
 
 std::string nothing_text(const Tuning& tuning) {
@@ -175,8 +243,8 @@ std::string nothing_text(const Tuning& tuning) {
 
 std::string to_text(const Tuning& tuning) {
   const auto* choice = tuning.choice();
-  if (choice == nullptr) return head_text(tuning) + nothing_text(tuning);
-  return head_text(tuning) + choice_text(tuning, *choice) + exhaustive_text(tuning) + advice_text(tuning);
+  if (choice == nullptr) return head_text(tuning) + nothing_text(tuning) + curves_text(tuning);
+  return head_text(tuning) + choice_text(tuning, *choice) + exhaustive_text(tuning) + curves_text(tuning) + advice_text(tuning);
 }
 
 }  // namespace dvdx::tool::tune

@@ -10,12 +10,12 @@
 namespace dvdx::tool::tune {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using report::WallClock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(WallClock::time_point start) { return std::chrono::duration<double>(WallClock::now() - start).count(); }
 
-Clock::time_point after(Clock::time_point start, double seconds) {
-  return start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+WallClock::time_point after(WallClock::time_point start, double seconds) {
+  return start + std::chrono::duration_cast<WallClock::duration>(std::chrono::duration<double>(seconds));
 }
 
 class SceneTuner {
@@ -25,11 +25,13 @@ class SceneTuner {
         wish_(wish),
         setup_(setup),
         tell_(tell),
-        start_(Clock::now()),
+        start_(WallClock::now()),
         file_(load_scene(options, Precision::float64).file),
-        judge_(file_, wish.goal, reference_part * wish.seconds, setup),
+        judge_(file_, wish.goal, until(reference_part)),
+        reference_seconds_(seconds_since(start_)),
         watch_(file_, judge_.grid(), setup),
-        bench_(judge_, watch_, after(start_, search_part * wish.seconds), [this](const auto& what) { say(what); }) {}
+        bench_(judge_, watch_, after(start_, search_part * wish.seconds), after(start_, race_part * wish.seconds),
+               [this](const auto& what) { say(what); }) {}
 
   Tuning tune() {
     Tuning tuning = described();
@@ -51,9 +53,16 @@ class SceneTuner {
   }
 
  private:
-  // Of the time: what is left is for the last race and the advice.
+  // Of the time: until when each lasts. What is left is for the advice.
   static constexpr double reference_part = 0.3;
-  static constexpr double search_part = 0.75;
+  static constexpr double search_part = 0.7;
+  static constexpr double race_part = 0.85;
+
+  [[nodiscard]] report::Setup until(double part) const {
+    report::Setup setup = setup_;
+    setup.end = after(start_, part * wish_.seconds);
+    return setup;
+  }
 
   void say(const std::string& what) { tell_(std::min(0.99, seconds_since(start_) / wish_.seconds), what); }
 
@@ -63,6 +72,7 @@ class SceneTuner {
             .particles = file_.particles.count,
             .error_particles = judge_.reference().path.particles,
             .duration = file_.duration,
+            .compared = judge_.reference().facts.horizon.seconds,
             .amplitude = judge_.reference().amplitude,
             .goal = wish_.goal,
             .coarsest = grid.coarsest,
@@ -72,6 +82,7 @@ class SceneTuner {
             .findings = {},
             .run_options = {},
             .scene_lines = {},
+            .reference_seconds = reference_seconds_,
             .budget = wish_.seconds};
   }
 
@@ -81,11 +92,13 @@ class SceneTuner {
     auto other = options_;
     other.seed = options_.seed.value_or(0) + 1;
     const auto file = load_scene(other, Precision::float64).file;
-    const Judge judge(file, wish_.goal, reference_part * wish_.seconds, setup_);
+    const Judge judge(file, wish_.goal, until(race_part));
     const auto holds = [&](const Candidate& candidate) {
       say("error of " + text_of(candidate) + " with other seeds");
-      tuning.other_seed = OtherSeed{.seed = *other.seed, .outcome = judge.errors(candidate)};
-      return tuning.other_seed->outcome.keeps(wish_.goal);
+      const auto outcome = judge.errors(candidate, {}, after(start_, wish_.seconds));
+      if (outcome.is_cut) return true;  // not known to fail
+      tuning.other_seed = OtherSeed{.seed = *other.seed, .outcome = outcome};
+      return outcome.keeps(wish_.goal);
     };
     choose(tuning.findings, wish_.goal, holds);
     constexpr double lower = 0.7;
@@ -111,22 +124,23 @@ class SceneTuner {
     Fast fast{.outcome = bench_.errors(candidate)};
     if (fast.outcome.ran()) {
       const auto costs = bench_.race({choice.candidate, candidate});
-      fast.cost_ratio = costs[1].ns_per_particle_step / costs[0].ns_per_particle_step;
+      if (costs[0].ns_per_particle_step > 0) fast.cost_ratio = costs[1].ns_per_particle_step / costs[0].ns_per_particle_step;
     }
-    tuning.fast = fast;
+    if (!fast.outcome.is_cut) tuning.fast = fast;
   }
 
   void give_advice(const Trial& choice, Tuning& tuning) {
     const auto& candidate = choice.candidate;
+    const auto last = after(start_, wish_.seconds);
     const auto errors = [&](const Judge::Change& change) {
       say("advice");
-      return judge_.errors(candidate, change);
+      return judge_.errors(candidate, change, last);
     };
     const auto cost_ratio = [&](const Judge::Change& change) {
       constexpr int rounds = 3;
       double own = std::numeric_limits<double>::infinity();
       double changed = own;
-      for (int round = 0; round < rounds; ++round) {
+      for (int round = 0; round < rounds && (round == 0 || WallClock::now() < last); ++round) {
         own = std::min(own, watch_.time(candidate).ns_per_particle_step);
         changed = std::min(changed, watch_.time(candidate, change).ns_per_particle_step);
       }
@@ -156,9 +170,10 @@ class SceneTuner {
   const SearchOptions& wish_;
   const report::Setup& setup_;
   const ProgressCallback& tell_;
-  Clock::time_point start_;
+  WallClock::time_point start_;
   SceneFile file_;
   Judge judge_;
+  double reference_seconds_;
   Watch watch_;
   Bench bench_;
 };

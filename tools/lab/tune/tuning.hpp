@@ -34,6 +34,7 @@ struct Tuning {
   std::size_t particles = 0;
   std::size_t error_particles = 0;
   double duration = 0;   // s
+  double compared = 0;   // s, of it, from the start: as far as the reference is known
   double amplitude = 0;  // m
   double goal = 0;       // relative
   double coarsest = 0;   // s, of the steps looked at
@@ -47,8 +48,9 @@ struct Tuning {
   std::optional<Fast> fast{};  // none where it has the choice's bits
   Advice advice{};
   std::optional<Exhaustive> exhaustive{};
-  double seconds = 0;  // that all took
-  double budget = 0;   // s
+  double reference_seconds = 0;  // that it took
+  double seconds = 0;            // that all took
+  double budget = 0;             // s
 
   [[nodiscard]] const Trial* choice() const { return trial(findings.choice); }
   [[nodiscard]] const Trial* trial(const std::optional<std::size_t>& index) const {

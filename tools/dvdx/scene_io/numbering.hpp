@@ -1,0 +1,39 @@
+// The numbers by which a scene file, and what is written of it, name particles.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "dvdx/scene.hpp"
+
+namespace dvdx::tool {
+
+// Vertices of a mesh that are one particle have a number each, and so have those that are left out.
+struct Numbering {
+  static constexpr std::uint32_t nobody = std::numeric_limits<std::uint32_t>::max();
+
+  std::vector<std::uint32_t> particles{};  // of each number; nobody: it is left out. Empty: particles have their own numbers
+  std::vector<std::uint32_t> numbers{};    // of each particle the first
+  std::vector<Vec3> still{};               // m: where those stand that are left out, in order
+
+  [[nodiscard]] bool is_own() const noexcept { return particles.empty(); }
+  [[nodiscard]] std::size_t number_of(std::size_t particle) const noexcept { return is_own() ? particle : numbers[particle]; }
+  [[nodiscard]] Pair numbers_of(const Pair& ends) const noexcept {
+    return {static_cast<std::uint32_t>(number_of(ends[0])), static_cast<std::uint32_t>(number_of(ends[1]))};
+  }
+};
+
+// A point for every number, by those of the particles.
+[[nodiscard]] inline std::vector<Vec3> by_number(const std::vector<Vec3>& of_particles, const Numbering& numbering) {
+  if (numbering.is_own()) return of_particles;
+  std::vector<Vec3> points;
+  points.reserve(numbering.particles.size());
+  auto still = numbering.still.begin();
+  for (const auto particle : numbering.particles)
+    points.push_back(particle == Numbering::nobody ? *still++ : of_particles[particle]);
+  return points;
+}
+
+}  // namespace dvdx::tool
