@@ -310,7 +310,8 @@ TEST_CASE("tune says of no run what it did not make") {
   tuning.findings.trials.resize(3);
   tuning.findings.trials[0].outcome.refused = "more sub-steps";
   for (auto& trial : tuning.findings.trials) trial.outcome.errors.diverged = true;
-  CHECK(to_text(tuning).find("2 candidates were run, and none stayed finite; 1 were refused, 0 given up for want of time\n") != std::string::npos);
+  CHECK(to_text(tuning).find("2 candidates were run, and none stayed finite; 1 were refused, 0 given up for want of time\n") !=
+        std::string::npos);
 }
 
 TEST_CASE("--seed draws other values, alike where they were alike") {
