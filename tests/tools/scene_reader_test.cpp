@@ -238,7 +238,8 @@ constexpr BadValue bad_values[] = {
      "method is \"verlet\": must be \"combined\", \"exact\", \"average_acceleration\", \"pulse\" or \"symplectic_euler\""},
     {"/gravity", "9.81",
      "gravity is not a key of a scene: Known are format, name, about, step, duration, method, particles, forces, contacts, "
-     "network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, emitters, capacity, removal, "
+     "network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, emitters, "
+     "capacity, removal, "
      "wind, skins, tethers"},
     {"/particles", nullptr, "particles is missing: a scene needs it"},
     {"/particles", "3", "particles is 3: must be an object with the keys count, mass, position, velocity"},
@@ -442,7 +443,8 @@ constexpr BadText bad_texts[] = {
     {"\xFF\xFE{", "the file starts with a byte order mark: must be UTF-8 without one"},
     {"[1, 2]",
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
-     "contacts, network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, emitters, capacity, "
+     "contacts, network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, "
+     "emitters, capacity, "
      "removal, wind, skins, tethers"},
     {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
     {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
