@@ -268,6 +268,20 @@ TEST_CASE("What stands between two surfaces that overlap goes to the middle, whe
   }
 }
 
+TEST_CASE("What jaws that push out squeeze onto less than no room goes to the middle") {
+  Joined joined;
+  joined.x = {{0, 0, 0}, {0.1, 0, 0}};
+  joined.v.assign(2, {});
+  joined.scene.mass = 0.01;
+  joined.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 1.0}));
+  joined.scene.add(pushing(Plane{.normal = {0, 1, 0}, .offset = -0.01}, 0.5, 0.5));
+  joined.scene.add(pushing(OrientedBox{.center = {0, 0.12, 0}, .half_extents = {0.3, 0.1, 0.3}}, 0.5, 0.5));
+  std::get<OrientedBox>(joined.scene.contacts[1]).motion = 0;
+  joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 0.1, .translation = {0, -0.04, 0}}}});
+  const std::vector<double> end = stepped<double>(joined, {.isa = best_isa()}, 15);
+  for (const std::size_t i : {0U, 1U}) CHECK(is_close(end[6 * i + 1], -0.015, 1e-6));
+}
+
 TEST_CASE("What stands still on a floor leaves a ball that jumps over it") {
   Joined joined;
   joined.x = {{0.1, 0, 0}, {0.15, 0, 0}};

@@ -9,11 +9,12 @@
 namespace dvdx {
 namespace {
 
-// Where paths that start at x, t before their end, start as the surface sees them; is_inside: deeper than by rounding.
+// Where paths that start at x, t before their end, start as the surface sees them; is_inside: deeper than by rounding; is_free:
+// further out than by rounding.
 template <class V>
 struct Start {
   Touch<V> at;
-  Mask<V> is_inside;
+  Mask<V> is_inside, is_free;
 };
 
 template <class V, Arithmetic arithmetic>
@@ -22,7 +23,7 @@ template <class V, Arithmetic arithmetic>
   const Three<V> there = surface.movement == Movement::rest ? x : taken_along<V, arithmetic>(surface, x, t);
   const Touch<V> at = touch<V, arithmetic>(surface, there);
   const V rounding = V(least_depth * std::numeric_limits<T>::epsilon()) * (one_norm(there) + V(surface.radius));
-  return {at, at.s < negative(rounding)};
+  return {at, (at.s < negative(rounding)), (at.s > rounding)};
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>
@@ -112,7 +113,7 @@ Mask<V> starting_to_leave(const Terms<Scalar<V>>& terms, const Trajectory<V>& m,
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const Start<V> start = start_on<V, arithmetic>(surface, m.x0, course.t);
-    const Mask<V> is_other = start.is_inside & differ(deepest, V(static_cast<T>(j)));
+    const Mask<V> is_other = (!start.is_free) & differ(deepest, V(static_cast<T>(j)));
     lanes = lanes & !(is_other & face_each_other<V>(mu, V(surface.mu), dot<arithmetic>(a.n, start.at.n)));
   }
   return lanes;

@@ -9,11 +9,12 @@
 
 namespace dvdx::reference {
 
-// Where a path that starts at x, t before its end, starts as the surface sees it; is_inside: deeper than by rounding.
+// Where a path that starts at x, t before its end, starts as the surface sees it; is_inside: deeper than by rounding; is_free:
+// further out than by rounding.
 template <class T>
 struct Start {
   Touch<T> at;
-  bool is_inside;
+  bool is_inside, is_free;
 };
 
 template <Arithmetic arithmetic, class T>
@@ -21,7 +22,7 @@ Start<T> start_on(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
   const Vector<T> there = surface.movement == Movement::rest ? x : taken_along<arithmetic>(surface, x, t);
   const Touch<T> at = touch<arithmetic>(surface, there);
   const T rounding = least_depth * std::numeric_limits<T>::epsilon() * (one_norm(there) + surface.radius);
-  return {at, at.s < -rounding};
+  return {at, (at.s < -rounding), (at.s > rounding)};
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
@@ -100,7 +101,7 @@ bool starts_to_leave(const Terms<T>& terms, const Particle<T>& p, const Course<a
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const Start<T> start = start_on<arithmetic>(surface, p.x0, course.t);
-    if (j == deepest || !start.is_inside) continue;
+    if (j == deepest || start.is_free) continue;
     if (face_each_other(terms.surfaces[deepest].mu, surface.mu, dot<arithmetic>(a.n, start.at.n))) return false;
   }
   return true;
