@@ -126,6 +126,7 @@ void set_impact(FaceBody& shape, const C& contact) noexcept {
   shape.e = contact.restitution * exp_negative(contact.normal_viscosity);
   shape.tau = exp_negative(contact.viscosity);
   shape.mu = shape.tau > 0 ? std::min(contact.friction, most) : most;
+  shape.push_out = contact.push_out.value_or(std::numeric_limits<double>::infinity());
 }
 
 void set_body(ThinBody& body, const Contact& contact, double side) {

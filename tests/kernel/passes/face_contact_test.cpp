@@ -267,6 +267,20 @@ TEST_CASE(
   CHECK_FALSE(found(coming(0.101, 0.02, {0, -2, 0}), 0.01));  // not there yet
 }
 
+TEST_CASE("faces: a body that pushes out moves what was inside no faster, and keeps out what comes in") {
+  FaceBody body = round_body(0.1);
+  body.push_out = 0.5;
+  const auto moved = [&](double y, double way, double speed) {
+    FacePulse pulse;
+    REQUIRE(find_pulse(body, {}, coming(y, way, {0, speed, 0}), {1, 1, 0.01}, pulse));
+    return pulse.move[1];
+  };
+  CHECK(moved(0.04, 0, 0) == doctest::Approx(0.5 * 0.01));
+  CHECK(moved(0.098, 0, 0) == doctest::Approx(0.002));  // no farther than to the surface
+  CHECK(moved(0.08, 0.02, -2) == doctest::Approx(0.02));
+  CHECK(moved(0.04, 0.02, -2) == doctest::Approx(0.02 + 0.5 * 0.01));
+}
+
 // ---- sheets -----------------------------------------------------------------------------------------------------------------
 
 template <class Body>

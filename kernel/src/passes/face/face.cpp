@@ -82,8 +82,9 @@ bool find_pulse(const FaceBody& body, const BodyPose& pose, const FaceCorners& c
   const Vec3 slide = scaled(difference(way, along(n, way)), within);
   const Vec3 slide_on = sum(slide, difference(rest, along(n, rest)));
   const auto held = [&](const Vec3& t) { return difference(slowed(t, body.mu * pushed), t); };
-  pulse.move = sum(scaled(n, depth), held(slide));
-  pulse.move_on = sum(scaled(n, depth + onwards), held(slide_on));
+  const double out = std::min(depth, std::max(0.0, inwards) + body.push_out * std::abs(seconds));
+  pulse.move = sum(scaled(n, out), held(slide));
+  pulse.move_on = sum(scaled(n, out + onwards), held(slide_on));
 
   // Velocities as time runs: backwards what leaves comes in.
   const double sign = part.h < 0 ? -1 : 1;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "passes/face/closest.hpp"
@@ -37,6 +38,7 @@ struct FaceBody {
   Vec3 low{}, high{};     // m: the box about the body
   double e = 0, tau = 1;  // what an impact leaves of the normal velocity, and of the tangential one
   double mu = 0;          // Coulomb's, finite
+  double push_out = std::numeric_limits<double>::infinity();  // m/s: what was inside already is moved no faster
 };
 
 // How a body lies in the columns' coordinates, and moves.
