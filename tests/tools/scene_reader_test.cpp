@@ -252,7 +252,7 @@ constexpr BadValue bad_values[] = {
      "network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, emitters, "
      "capacity, removal, "
      "wind, skins, tethers, faces, push_out"},
-    {"/faces", "true", "faces is true: must be a string"},
+    {"/faces", "true", "faces is true: must be \"auto\" or \"never\""},
     {"/faces", "\"always\"", "faces is \"always\": must be \"auto\" or \"never\""},
     {"/particles", nullptr, "particles is missing: a scene needs it"},
     {"/particles", "3", "particles is 3: must be an object with the keys count, mass, position, velocity"},

@@ -109,6 +109,9 @@ inline Joined in_order(const Joined& list, const std::vector<std::uint32_t>& pla
     a = place[a];
     b = place[b];
   }
+  for (Triangle& triangle : std::get<Springs>(moved.scene.networks[0]).triangles) {
+    for (auto& i : triangle) i = place[i];
+  }
   if (!list.scene.mass.is_uniform()) {
     for (std::size_t i = 0; i < place.size(); ++i) moved.scene.mass.set(place[i], list.scene.mass[i]);
   }

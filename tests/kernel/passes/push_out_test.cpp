@@ -1,4 +1,4 @@
-// What is inside a surface that pushes out leaves it at no more than that speed, and keeps none of it.
+// Particles inside a surface that pushes out leave it at no more than that speed, and keep none of it.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -65,7 +65,7 @@ std::vector<Body> bodies(double speed, double friction = 0) {
       {"convex", pushing(convex, speed, friction), in_box}};
 }
 
-// The sheet of 1 m across, 1 cm above the origin, at rest.
+// The sheet of 1 m across, 1 cm above the origin, at rest. Its faces meet nothing: they push too (face_contact_test.cpp).
 Joined sheet_through(const Body& body, Scheme scheme, std::size_t side = 9) {
   Joined joined;
   joined.name = body.name;
@@ -80,6 +80,7 @@ Joined sheet_through(const Body& body, Scheme scheme, std::size_t side = 9) {
   joined.scene.add(Network(grid));
   joined.scene.add(body.contact);
   joined.scene.coupling.scheme = scheme;
+  joined.scene.faces = Faces::never;
   return joined;
 }
 
@@ -119,7 +120,7 @@ TEST_CASE_TEMPLATE("Start inside: nothing leaves faster than push_out", T, float
           REQUIRE(plan.step(batch.view(), 1) == StepResult::done);
           for (std::size_t i = 0; i < depth.size(); ++i) {
             const double now = body.distance(of_particle(batch.view().x, i));
-            // What was outside stays there.
+            // Particles outside stay there.
             if (depth[i] < -1e-4) {
               fastest = std::max(fastest, (std::min(now, 0.0) - depth[i]) / joined.step);
             } else {
@@ -168,7 +169,7 @@ TEST_CASE_TEMPLATE("A free particle inside leaves by push_out, and keeps of its 
   });
 }
 
-TEST_CASE_TEMPLATE("What is inside a body that moves goes along with it, and out of it by push_out", T, float, double) {
+TEST_CASE_TEMPLATE("push_out: particles inside a body that moves go along with it, and out of it", T, float, double) {
   const Vec3 u{0.5, 0.25, 0};
   Joined joined;
   joined.scene.add(pushing(Sphere{.center = {}, .radius = 0.3}, 0.6));
@@ -193,7 +194,7 @@ TEST_CASE_TEMPLATE("What is inside a body that moves goes along with it, and out
   }
 }
 
-TEST_CASE_TEMPLATE("What pushes out does so with the twin's bits, joined or free, held or moving", T, float, double) {
+TEST_CASE_TEMPLATE("push_out: the twin's bits, joined or free, held or moving", T, float, double) {
   for (const Body& body : bodies(0.5, 0.3)) {
     for (const bool moves : {false, true}) {
       for (const bool is_joined : {false, true}) {
@@ -225,7 +226,7 @@ TEST_CASE_TEMPLATE("What pushes out does so with the twin's bits, joined or free
   }
 }
 
-TEST_CASE_TEMPLATE("What starts outside of a surface that pushes out moves as without, to the last bit", T, float, double) {
+TEST_CASE_TEMPLATE("push_out: particles that start outside move as without it, to the last bit", T, float, double) {
   for (Body& body : bodies(0.5, 0.3)) {
     Joined joined = sheet_through(body, Scheme::leapfrog, 6);
     for (Vec3& x : joined.x) x[1] += 0.5;
@@ -256,7 +257,7 @@ TEST_CASE("Leaving is no impact, and friction brakes by what presses") {
   CHECK(is_close(batch.view().x[1][0], -0.04, 1e-9));
 }
 
-TEST_CASE("What stands between two surfaces that overlap goes to the middle, whether they push out or not") {
+TEST_CASE("push_out: a particle between two surfaces that overlap goes to the middle, with it and without") {
   for (const double friction : {0.0, 0.5}) {
     Joined joined;
     joined.scene.add(pushing(Plane{.normal = {0, 1, 0}, .offset = 0.1}, 0.6, friction));
@@ -268,7 +269,7 @@ TEST_CASE("What stands between two surfaces that overlap goes to the middle, whe
   }
 }
 
-TEST_CASE("What jaws that push out squeeze onto less than no room goes to the middle") {
+TEST_CASE("push_out: a particle that jaws squeeze onto less than no room goes to the middle") {
   Joined joined;
   joined.x = {{0, 0, 0}, {0.1, 0, 0}};
   joined.v.assign(2, {});
@@ -282,7 +283,7 @@ TEST_CASE("What jaws that push out squeeze onto less than no room goes to the mi
   for (const std::size_t i : {0U, 1U}) CHECK(is_close(end[6 * i + 1], -0.015, 1e-6));
 }
 
-TEST_CASE("What stands still on a floor leaves a ball that jumps over it") {
+TEST_CASE("push_out: a particle at rest on a floor leaves a ball that jumps over it") {
   Joined joined;
   joined.x = {{0.1, 0, 0}, {0.15, 0, 0}};
   joined.v.assign(2, {});

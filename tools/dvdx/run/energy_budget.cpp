@@ -103,6 +103,12 @@ double noise_of(const SceneFile& file, const State<T>& state, const Held& held) 
   return 0.5 * all.mass * speed * speed;
 }
 
+bool pushes_out(const Scene& scene) {
+  return std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& contact) {
+    return std::visit([](const auto& c) { return c.push_out.has_value(); }, contact);
+  });
+}
+
 }  // namespace
 
 template <class T>
@@ -164,7 +170,7 @@ std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
   constexpr double turn = 0.3;  // rad, between looks
   constexpr double coarse = 1;  // rad a step: beyond it the middle stands for nothing
   if ((file.scene.networks.empty() && file.scene.constraints.empty()) || is_live(file) || !(file.step > 0)) return std::nullopt;
-  if (has_followers(file.scene)) return std::nullopt;
+  if (has_followers(file.scene) || pushes_out(file.scene)) return std::nullopt;
   double fastest = 0;  // rad a step
   for (const auto& force : file.scene.forces) {
     if (const auto* sine = std::get_if<Sinusoid>(&force)) {

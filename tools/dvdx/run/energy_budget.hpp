@@ -75,7 +75,8 @@ class EnergyBudget {
 };
 
 // Steps from look to look. None where no bound is known: where nothing joins particles, where they come and go, where the step
-// goes back in time (damping then gives), where a force changes too much within a step, and where a motion gives.
+// goes back in time (damping then gives), where a force changes too much within a step, and where a motion gives or a contact
+// that pushes out.
 [[nodiscard]] std::optional<std::uint64_t> steps_between_looks(const SceneFile& file);
 
 // A larger share than this heats: 1.3, and near a scheme's limit as many times more as the energy of linear springs swings

@@ -53,24 +53,6 @@ void PinchWatch::look(const State<T>& state) {
   }
 }
 
-void PinchWatch::save(Sink& sink) const {
-  if (!looks_) return;
-  const Pinch pinch = found_.value_or(Pinch{});
-  sink.put(found_.has_value());
-  sink.put(pinch.particle);
-  for (const double number : {pinch.time, pinch.depth, pinch.overlap, pinch.limit}) sink.put(number);
-}
-
-void PinchWatch::load(Source& source) {
-  if (!looks_) return;
-  bool is_there = false;
-  Pinch pinch;
-  source.get(is_there);
-  source.get(pinch.particle);
-  for (double* const number : {&pinch.time, &pinch.depth, &pinch.overlap, &pinch.limit}) source.get(*number);
-  if (is_there) found_ = pinch;
-}
-
 template void PinchWatch::look(const State<float>&);
 template void PinchWatch::look(const State<double>&);
 

@@ -6,7 +6,6 @@
 #include <optional>
 #include <vector>
 
-#include "checkpoint/byte_stream.hpp"
 #include "dvdx/layouts/state.hpp"
 #include "run/outcome.hpp"
 #include "run/ways_out.hpp"
@@ -24,11 +23,8 @@ class PinchWatch {
   template <class T>
   void look(const State<T>& state);
 
-  // The deepest of all looks.
+  // The deepest of all looks since the run began or went on from a checkpoint.
   [[nodiscard]] const std::optional<Pinch>& found() const noexcept { return found_; }
-
-  void save(Sink& sink) const;
-  void load(Source& source);
 
  private:
   void make_groups(std::size_t count);

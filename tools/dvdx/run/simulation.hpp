@@ -127,12 +127,10 @@ class Simulation {
     void save(Sink& sink) const {
       heat.save(sink);
       joins.save(sink);
-      pinches.save(sink);
     }
     void load(Source& source) {
       heat.load(source);
       joins.load(source);
-      pinches.load(source);
     }
   };
 

@@ -108,7 +108,7 @@ std::vector<bool> used_in(const MeshFile& file, std::span<const std::uint32_t> f
   return is_used;
 }
 
-// What is left of faces and lines whose corners have become particles.
+// Faces and lines whose corners have become particles: those that are left.
 class Reduced {
  public:
   explicit Reduced(MeshFile& mesh) : mesh_(mesh) {}
