@@ -295,7 +295,7 @@ void takes_no_memory(const Joined& joined) {
   CHECK(takes(0, [](Plan<float>& p) { return p.set_mass(10, 0.03); }));
   CHECK(takes(1, [](Plan<float>& p) { return p.fix(22); }));  // what is held, of which there may be more than before
   CHECK(takes(1, [](Plan<float>& p) { return p.release(22); }));
-  CHECK(takes(2, [](Plan<float>& p) { return p.break_spring(0, {9, 10}); }));
+  CHECK(takes(4, [](Plan<float>& p) { return p.break_spring(0, {9, 10}); }));  // what names it, in the scene and for a check
   if (std::holds_alternative<Springs>(joined.scene.networks[0])) {
     CHECK(takes(4, [](Plan<float>& p) { return p.set_stiffness(0, SpringsStiffness{.stiffness = 30.0, .damping = 0.001}); }));
   }

@@ -7,6 +7,7 @@
 #include "compile/particle_values.hpp"
 #include "compile/sweep_scheme.hpp"
 #include "forces/sinusoid.hpp"
+#include "text.hpp"
 
 namespace dvdx {
 namespace {
@@ -129,7 +130,7 @@ std::optional<Error> JoinedMotion<T>::refusal() const {
   }
   if (is_part_ && faces() != nullptr) {
     const ThinBody& body = faces_.bodies()[0];
-    return Error{"contacts[" + std::to_string(body.contact) + "]", std::to_string(body.width) + " m wide",
+    return Error{"contacts[" + std::to_string(body.contact) + "]", text(body.width, 4) + " m wide",
                  "as wide as the cells of the networks where a scene is stepped in parts: faces meet no body there"};
   }
   return std::nullopt;
