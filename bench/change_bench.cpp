@@ -142,13 +142,10 @@ void register_change() {
       Scene by_frames = scene;  // of a frame's sub-steps
       by_frames.coupling.substeps.reset();
       add(Pace::timed, "change/check/" + of, [=](benchmark::State& timing) {
-        constexpr double frame = 1.0 / 60;  // s
-        time_plan(
-            timing, by_frames, 0.1,
-            [](const Plan<float>& plan, const Scene&, const State<float>& state) {
-              benchmark::DoNotOptimize(plan.check(state));
-            },
-            frame);
+        const auto check = [](const Plan<float>& plan, const Scene&, const State<float>& state) {
+          benchmark::DoNotOptimize(plan.check(state));
+        };
+        time_plan(timing, by_frames, 0.1, check, 1.0 / 60);
       });
       add(Pace::timed, "change/compile/" + of, [=](benchmark::State& timing) {
         time_plan(timing, scene, 20, [](const Plan<float>&, const Scene& anew, const State<float>& start) {
