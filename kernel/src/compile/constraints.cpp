@@ -363,8 +363,10 @@ double swept_rods_rate(const Scene& scene, std::span<const Vec3> start, std::spa
 // where it is 0.2 to 1; beyond 4 a ring of 40 on a rod gained 13 times what there was.
 int substeps_of_rods(double frequency, double h) noexcept {
   constexpr double most_turn = 0.1;  // h omega
-  constexpr double most = 1024;
-  return static_cast<int>(std::clamp(std::ceil(frequency * std::abs(h) / most_turn), 1.0, most));
+  constexpr int most = 1024;
+  const double parts = std::ceil(frequency * std::abs(h) / most_turn);
+  if (!(parts < most)) return most;  // an infinite frequency too, of which a step of 0 makes no number
+  return std::max(1, static_cast<int>(parts));
 }
 
 template <class T>
