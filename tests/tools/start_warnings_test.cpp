@@ -51,6 +51,10 @@ TEST_CASE("run warns of cloth that starts inside a ball, by how much, and the cu
         std::string::npos);
   CHECK(run(folder, "run sheet.json --strict").exit == 6);
   CHECK(run(folder, "run sheet.json --strict --duration 1.5 --set push_out=0.5").exit == 0);
+  // A scheme that refuses push_out is not advised to take it.
+  const json by_fourth_order = warnings_of(folder, "sheet.json --scheme fourth_order");
+  REQUIRE(by_fourth_order.size() == 1);
+  CHECK(by_fourth_order[0]["cure"].get<std::string>().find("push_out") == std::string::npos);
   CHECK(warnings_of(folder, "sheet.json --precision float64")[0]["text"] == text);
   CHECK(warnings_of(folder, "sheet.json --set network.origin[1]=0.5") == json::array());
 }
@@ -102,6 +106,18 @@ TEST_CASE("run warns of particles between two surfaces that overlap, and not onc
   jaws("0.13", "-0.04");  // by what the cure says
   CHECK(warnings_of(folder, "jaws.json", "pinched") == json::array());
   CHECK(run(folder, "run jaws.json --strict").exit == 0);
+}
+
+TEST_CASE("a pinched vertex of a mesh has the number that the file gives it") {
+  const ScratchFolder folder("pinched-vertex");
+  folder.write("mesh.obj", "v 5 5 5\nv -1 0.005 0\nv 0 0.005 -1\nv 0 0.005 0\nf 2 3 4\n");  // the first is of no face
+  folder.write("mesh.json", R"({"format": "dvdx-scene/1", "name": "mesh", "step": 0.01, "duration": 0.02,
+    "network": {"type": "mesh", "file": "mesh.obj", "mass": 0.1, "edge": 10},
+    "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0.01},
+                 {"type": "box", "center": [0, 0.23, 0], "half_extents": [0.25, 0.25, 0.25]}]})");
+  const json warnings = warnings_of(folder, "mesh.json", "pinched");
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0]["text"].get<std::string>().find("particle 3 is between two surfaces") == 0);
 }
 
 TEST_CASE("run warns of sheets in millimetres or grams") {

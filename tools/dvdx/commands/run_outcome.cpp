@@ -34,6 +34,7 @@ void name_particles(const Numbering& numbering, Outcome& outcome) {
     outcome.joins->rods.ends = numbering.numbers_of(outcome.joins->rods.ends);
   }
   if (outcome.inside) outcome.inside->deepest = numbering.number_of(outcome.inside->deepest);
+  if (outcome.pinch) outcome.pinch->particle = numbering.number_of(outcome.pinch->particle);
 }
 
 std::string text_of(const MeshNetwork& mesh) {
@@ -240,10 +241,17 @@ std::optional<Warning> warning_of_rods(const Outcome& outcome) {
                  .cure = "Try more substeps, or a larger constraint_iterations"};
 }
 
-std::optional<Warning> warning_of_inside(const Outcome& outcome) {
+std::optional<Warning> warning_of_inside(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.inside) return std::nullopt;
   constexpr double push_out = 0.5;  // m/s: slow against what springs throw, and out of a body of half a metre in a second
   const StartInside& inside = *outcome.inside;
+  const Scene& scene = loaded.file.scene;
+  std::string cure = fmt::format("Start outside: particle {} is out of it by ({:.3g}, {:.3g}, {:.3g}) m", inside.deepest,
+                                 inside.way[0], inside.way[1], inside.way[2]);
+  if (scene.networks.empty() || scene.coupling.scheme != Scheme::fourth_order) {  // which refuses it
+    cure += fmt::format(". Or let it leave slowly: with \"push_out\": {} (m/s) at the top of the scene it is out in {:.3g} s",
+                        push_out, inside.depth / push_out);
+  }
   return Warning{
       .code = "start_inside",
       .text = fmt::format("{} particle{} start{} inside a surface, particle {} by {:.3g} m: the first step puts what is "
@@ -252,9 +260,7 @@ std::optional<Warning> warning_of_inside(const Outcome& outcome) {
                           inside.depth),
       .value = inside.depth,
       .limit = inside.limit,
-      .cure = fmt::format("Start outside: particle {} is out of it by ({:.3g}, {:.3g}, {:.3g}) m. Or let it leave slowly: with "
-                          "\"push_out\": {} (m/s) at the top of the scene it is out in {:.3g} s",
-                          inside.deepest, inside.way[0], inside.way[1], inside.way[2], push_out, inside.depth / push_out)};
+      .cure = std::move(cure)};
 }
 
 std::optional<Warning> warning_of_pinch(const Outcome& outcome) {
@@ -286,8 +292,8 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
 
 std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
   std::vector<Warning> warnings = loaded.file.warnings;
-  for (auto& of : {outcome.dear, warning_of_inside(outcome), warning_of_pinch(outcome), warning_of_held(loaded, outcome),
-                   warning_of_rods(outcome)}) {
+  for (auto& of : {outcome.dear, warning_of_inside(loaded, outcome), warning_of_pinch(outcome),
+                   warning_of_held(loaded, outcome), warning_of_rods(outcome)}) {
     if (of) warnings.push_back(*of);
   }
   if (outcome.diverged) {
