@@ -559,7 +559,7 @@ std::string describe_meshes(const CompiledScene<T>& compiled) {
 std::string describe_push_out(const Scene& scene, double step) {
   std::vector<double> speeds;
   for (const Contact& contact : scene.contacts) {
-    const auto speed = std::visit([](const auto& c) { return c.push_out; }, contact);
+    const auto& speed = push_out_of(contact);
     if (speed) speeds.push_back(*speed);
   }
   if (speeds.empty()) return {};

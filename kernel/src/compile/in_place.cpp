@@ -204,10 +204,7 @@ Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index
   if ((has_memory(contact) || has_memory(before)) && !have_same_memory(contact, before)) return InPlace::not_done;
   if (parts_of(contact) != parts_of(before)) return InPlace::not_done;
   if (compiled.joined() != nullptr && !compiled.joined()->faces_to_change().can_set(index, contact)) return InPlace::not_done;
-  const auto pushes_out = [](const Contact& of) {
-    return std::visit([](const auto& c) { return c.push_out.has_value(); }, of);
-  };
-  if (pushes_out(contact) && !pushes_out(before)) return InPlace::not_done;  // not in every scheme
+  if (push_out_of(contact) && !push_out_of(before)) return InPlace::not_done;  // not in every scheme
   if (auto error = check(contact, index)) return tl::unexpected(*error);
   if (auto error = check_range<T>(contact, index, compiled.scene.origin)) return tl::unexpected(*error);
   compiled.scene.contacts[index] = contact;

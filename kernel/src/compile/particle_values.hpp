@@ -56,6 +56,11 @@ inline bool stands_at_start(const Scene& scene) { return std::any_of(scene.force
 // Whether networks or constraints join particles.
 inline bool joins_particles(const Scene& scene) { return !scene.networks.empty() || !scene.constraints.empty(); }
 
+// m/s: the speed at which a contact leads out what is inside, if it does.
+inline const std::optional<double>& push_out_of(const Contact& contact) {
+  return std::visit([](const auto& c) -> const std::optional<double>& { return c.push_out; }, contact);
+}
+
 // The motion that carries a contact, if one does.
 inline const std::optional<std::size_t>& motion_of(const Contact& contact) {
   return std::visit([](const auto& c) -> const std::optional<std::size_t>& { return c.motion; }, contact);

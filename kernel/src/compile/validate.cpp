@@ -621,7 +621,7 @@ std::string Error::message() const { return field + " is " + value + ": must be 
 void check_push_out(Checker& check, const Scene& scene) {
   if (scene.networks.empty() || scene.coupling.scheme != Scheme::fourth_order) return;
   for (std::size_t i = 0; i < scene.contacts.size() && !check.error; ++i) {
-    const auto speed = std::visit([](const auto& of) { return of.push_out; }, scene.contacts[i]);
+    const auto& speed = push_out_of(scene.contacts[i]);
     if (speed) check.fail(element("contacts", i) + ".push_out", text(*speed), "left out in scheme fourth_order");
   }
 }
