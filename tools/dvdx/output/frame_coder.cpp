@@ -87,7 +87,34 @@ double append_errors(std::string& bytes, const State<T>& state, std::span<const 
   return largest;
 }
 
+double diagonal(const Box& box) {
+  return std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]);
+}
+
+// Without so many at each end of each axis.
+Box box_without(std::size_t most, const std::array<std::vector<float>, 3>& points) {
+  Box box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    auto along = points[axis];
+    const auto low = along.begin() + static_cast<std::ptrdiff_t>(most);
+    const auto high = along.end() - 1 - static_cast<std::ptrdiff_t>(most);
+    std::nth_element(along.begin(), low, along.end());
+    box.low[axis] = *low;
+    std::nth_element(low, high, along.end());
+    box.high[axis] = *high;
+  }
+  return box;
+}
+
 }  // namespace
+
+Box box_of_nearly_all(const std::array<std::vector<float>, 3>& points) {
+  const std::size_t count = points[0].size();
+  const Box all = box_without(0, points);
+  if (count < 10) return all;
+  const Box most = box_without(std::max<std::size_t>(1, count / 100), points);
+  return 2 * diagonal(most) <= diagonal(all) ? most : all;
+}
 
 template <class T>
 void FrameCoder<T>::choose(std::size_t count, std::span<const std::uint32_t> ids) {
@@ -183,6 +210,7 @@ Frame FrameCoder<T>::code(const State<T>& state, std::span<const double> referen
   if (!ids.empty() || !last_ids_.empty()) frame.gone = leave(ids);
   frame.bad = take(state);
   frame.count = now_[0].size();
+  if (frame.count > 0) frame.box = box_of_nearly_all(now_);
   frame.exponent = exponent();
   const double spacing = std::ldexp(1.0, frame.exponent);
   Coding best;

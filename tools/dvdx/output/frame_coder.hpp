@@ -26,6 +26,15 @@ namespace dvdx::tool {
 
 enum class Difference { none, across };
 
+struct Box {
+  std::array<double, 3> low{};  // m
+  std::array<double, 3> high{};
+};
+
+// The box of nearly all points, at least one: of ten and more, those are left out that are farthest out along an axis, a hundredth
+// at each end and one at least, where the box is half as long without them.
+[[nodiscard]] Box box_of_nearly_all(const std::array<std::vector<float>, 3>& points);
+
 struct Frame {
   std::size_t all = 0;    // particles of the state
   std::size_t count = 0;  // of them that are taken
@@ -37,6 +46,7 @@ struct Frame {
   int planes = 1;
   double speed = 0;  // the highest, m/s
   double error = 0;  // the largest, m; 0 without a reference
+  Box box{};         // of nearly all that are taken
   std::string bytes;
 };
 

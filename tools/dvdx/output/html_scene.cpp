@@ -105,6 +105,7 @@ void add_scene(const Output& output, Json& json) {
   json["motions"] = Json::array();
   for (const auto& motion : file.scene.motions) json["motions"].push_back(json_of(motion));
   json["pins"] = stride_of(output) == 1 ? Json(pins_of(file.scene, *output.numbering)) : Json::array();
+  json["nets"] = output.topology->nets;
   json["anchors"] = Json::array();
   if (output.counts == Counts::fixed && output.particles <= most_anchored) {
     for (const auto& force : file.scene.forces) {

@@ -54,14 +54,22 @@ std::string bounds_element(const Bounds& bounds) {
   return json_element("bounds", {{"low", bounds.low}, {"high", bounds.high}, {"speed", bounds.speed}, {"error", bounds.error}});
 }
 
+std::string text_of(const Box& box) {
+  return fmt::format("{},{},{},{},{},{}", static_cast<float>(box.low[0]), static_cast<float>(box.low[1]),
+                     static_cast<float>(box.low[2]), static_cast<float>(box.high[0]), static_cast<float>(box.high[1]),
+                     static_cast<float>(box.high[2]));
+}
+
 std::string frame_element(const Moment& moment, const Frame& frame) {
   return fmt::format(
       "<script type=\"text/x-dvdx-frame\" data-step=\"{}\" data-time=\"{}\" data-all=\"{}\" data-count=\"{}\" "
       "data-gone=\"{}\" data-bad=\"{}\" "
-      "data-exponent=\"{}\" data-order=\"{}\" data-across=\"{}\" data-planes=\"{}\" data-speed=\"{}\" data-error=\"{}\">{}"
+      "data-exponent=\"{}\" data-order=\"{}\" data-across=\"{}\" data-planes=\"{}\" data-speed=\"{}\" data-error=\"{}\" "
+      "data-box=\"{}\">{}"
       "</script>\n",
       moment.step, moment.time, frame.all, frame.count, frame.gone, frame.bad, frame.exponent, frame.order,
-      frame.difference == Difference::across ? 1 : 0, frame.planes, frame.speed, frame.error, base64(frame.bytes));
+      frame.difference == Difference::across ? 1 : 0, frame.planes, frame.speed, frame.error,
+      frame.count > 0 ? text_of(frame.box) : "", base64(frame.bytes));
 }
 
 template <class T>

@@ -197,6 +197,10 @@ Topology topology_of(const Grid& grid, std::size_t first) {
     for (std::size_t i = 1; i < grid.rows * grid.columns; ++i) topology.lines.push_back({at(0, i - 1), at(0, i)});
     return topology;
   }
+  // Only its sides hold it together, and air goes through: a net.
+  if (grid.shear == 0 && grid.bend == 0 && !grid.aerodynamics) {
+    topology.nets.push_back({at(0, 0), static_cast<std::uint32_t>(grid.rows * grid.columns)});
+  }
   topology.faces.reserve((grid.rows - 1) * (grid.columns - 1));
   for (std::size_t r = 1; r < grid.rows; ++r) {
     for (std::size_t c = 1; c < grid.columns; ++c) {
@@ -655,6 +659,7 @@ void NetworkReader::add_to(SceneFile& file, const Population& population) {
     if (made.strain_limit && !made.strain_limit->pairs.empty()) file.scene.add(std::move(*made.strain_limit));
     append(std::move(made.topology.lines), file.topology.lines);
     append(std::move(made.topology.faces), file.topology.faces);
+    append(std::move(made.topology.nets), file.topology.nets);
     if (kind == Kind::springs) {
       auto springs = read_springs(fields, population);
       if (topology_ == ReadTopology::yes) add_lines(springs.pairs, file);

@@ -19,6 +19,7 @@ Topology without(const Topology& topology, std::span<const Tear> tears) {
     return std::binary_search(torn.begin(), torn.end(), ascending(a, b));
   };
   Topology left;
+  left.nets = topology.nets;
   for (const auto& line : topology.lines) {
     if (!is_torn(line[0], line[1])) left.lines.push_back(line);
   }

@@ -10,8 +10,9 @@
 namespace dvdx::tool {
 
 struct Topology {
-  std::vector<std::array<std::uint32_t, 2>> lines;  // of networks of springs and distance constraints
-  std::vector<std::vector<std::uint32_t>> faces;    // a grid's quads, a mesh's own polygons
+  std::vector<std::array<std::uint32_t, 2>> lines;   // of networks of springs and distance constraints
+  std::vector<std::vector<std::uint32_t>> faces;     // a grid's quads, a mesh's own polygons
+  std::vector<std::array<std::uint32_t, 2>> nets{};  // grids that are none of cloth: the first particle of each, and how many
   bool operator==(const Topology&) const = default;
 };
 

@@ -5,7 +5,7 @@ import { FrameDecoder, type FrameFacts } from '../src/playback/frames';
 import { edges, sortedByTear, tornFrom, triangles } from '../src/playback/scene';
 
 const facts = (changes: Partial<FrameFacts>): FrameFacts => ({
-  step: 0, time: 0, all: 2, count: 2, gone: 0, bad: 0, exponent: -2, order: 0, isAcross: false, planes: 1, speed: 1, error: 0, ...changes,
+  step: 0, time: 0, all: 2, count: 2, gone: 0, bad: 0, exponent: -2, order: 0, isAcross: false, planes: 1, speed: 1, error: 0, box: undefined, ...changes,
 });
 
 // x of both particles, then y, then z.

@@ -10,6 +10,17 @@ function anchorAt(anchors: Anchors, particle: number, start: Float32Array): Vect
   return Array.isArray(anchors[0]) ? (anchors as Vector[])[particle] : (anchors as Vector);
 }
 
+export function anchorsBox(all: readonly Anchors[], first: Frame): THREE.Box3 {
+  const box = new THREE.Box3();
+  for (const anchors of all) {
+    for (let particle = 0; particle < first.count; ++particle) {
+      const anchor = anchorAt(anchors, particle, first.positions);
+      if (anchor) box.expandByPoint(new THREE.Vector3(...anchor));
+    }
+  }
+  return box;
+}
+
 export class AnchoredSprings {
   readonly object = new THREE.Group();
   private readonly springs: { particle: number; anchor: Vector }[] = [];

@@ -18,12 +18,13 @@ const keys: readonly [string, string][] = [
   ['Q E', 'nearer, farther'],
   ['R', 'look as at first'],
   ['C', 'colour'],
-  ['P L F N O', 'points, springs, faces, pins, surroundings'],
+  ['P L M F N O', 'points, springs, mesh, faces, pins, surroundings'],
 ];
 
 const partNames: readonly [Part, string, string][] = [
   ['points', 'points', 'p'],
   ['springs', 'springs', 'l'],
+  ['sides', 'mesh', 'm'],
   ['faces', 'faces', 'f'],
   ['pins', 'pins', 'n'],
   ['contacts', 'surroundings', 'o'],
@@ -71,16 +72,23 @@ export class Controls {
     document.addEventListener('keydown', (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
       if (event.target instanceof HTMLSelectElement) return;
+      const isPressedBySpace = event.target instanceof HTMLButtonElement || (event.target instanceof HTMLInputElement && event.target.type === 'checkbox');
+      if (event.key === ' ' && isPressedBySpace) return;
       if (this.pressed(event.key)) event.preventDefault();
     });
   }
 
   update(): void {
     const { player } = this;
-    this.play.textContent = player.isPlaying ? '❚❚' : '▶';
+    const now = `${player.time().toFixed(this.decimals)} of ${shortNumber(player.end)} s`;
+    if (this.play.dataset['state'] !== String(player.isPlaying)) {
+      this.play.dataset['state'] = String(player.isPlaying);
+      this.play.textContent = player.isPlaying ? '❚❚' : '▶';
+      this.play.setAttribute('aria-label', player.isPlaying ? 'Pause' : 'Play');
+    }
     this.scrub.value = String(player.elapsed);
-    const end = player.time() - player.elapsed < player.time() ? player.span : -player.span;
-    this.time.value = `${player.time().toFixed(this.decimals)} of ${shortNumber(end)} s`;
+    this.scrub.setAttribute('aria-valuetext', now);
+    this.time.value = now;
   }
 
   private togglePlaying(): void {

@@ -1,5 +1,7 @@
 // Frames as tools/dvdx/output/frame_coder.hpp writes them, back to positions.
 
+import type { Span } from './framing';
+
 export interface FrameFacts {
   step: number;
   time: number; // s
@@ -13,6 +15,7 @@ export interface FrameFacts {
   planes: number;
   speed: number; // the highest, m/s
   error: number; // the largest, m; 0 without a reference
+  box: Span | undefined; // of nearly all, where any are shown
 }
 
 export interface Frame extends FrameFacts {
@@ -37,6 +40,7 @@ export function frameFacts(data: DOMStringMap): FrameFacts {
     planes: number('planes'),
     speed: number('speed'),
     error: number('error'),
+    box: data['box'] ? (data['box'].split(',').map(Number) as unknown as Span) : undefined,
   };
 }
 

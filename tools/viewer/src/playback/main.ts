@@ -18,6 +18,7 @@ interface Shown {
   time: number; // s
   count: number;
   drawn: number; // pictures so far
+  seen: number[]; // takes places to the cube of what is seen
   isPlaying: boolean;
   positions: Float32Array; // of the frame, m
 }
@@ -104,9 +105,11 @@ async function start(): Promise<void> {
   });
   await Promise.race([hasFirst, whole]);
 
-  const capacity = Math.max(1, ...frames.facts.map(({ count }) => count));
   const canvas = element('picture', HTMLCanvasElement);
-  const view = new View(canvas, scene, bounds, await readJoints(), frames.all[0]!, capacity, inks());
+  const view = new View(canvas, scene, bounds, await readJoints(scene, frames.all[0]!), frames.all[0]!, frames.facts, inks(), {
+    above: [document.querySelector('header')!, element('legend', HTMLElement)],
+    below: [document.querySelector('footer')!],
+  });
   view.highestSpeed = usualSpeed(frames.facts);
   const controls = new Controls(player, view, scene, bounds, bounds.error > 0);
   say('');
@@ -144,6 +147,7 @@ async function start(): Promise<void> {
       time: player.time(),
       count,
       drawn,
+      seen: view.seen(),
       isPlaying: player.isPlaying,
       positions,
     };

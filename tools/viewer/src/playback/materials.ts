@@ -8,12 +8,13 @@ const vertexShader = /* glsl */ `
   uniform float blend;     // of the way to the next frame
   uniform float pointSize; // pixels at the distance where the camera looks
   uniform float focus;     // that distance, m
+  uniform float lift;      // nearer to the eye by so much of the way: what lies on a face is seen
   varying vec3 colour;
   varying vec3 eye;
   void main() {
     vec4 seen = modelViewMatrix * vec4(mix(position, next, blend), 1.0);
     eye = seen.xyz;
-    gl_Position = projectionMatrix * seen;
+    gl_Position = projectionMatrix * vec4((1.0 - lift) * seen.xyz, 1.0);
     gl_PointSize = clamp(pointSize * focus / max(-seen.z, 1e-30), 1.0, 96.0);
     colour = tint;
   }`;
@@ -46,8 +47,12 @@ const faceShader = /* glsl */ `
   varying vec3 eye;
   void main() {
     vec3 normal = normalize(cross(dFdx(eye), dFdy(eye)));
-    float facing = abs(dot(normal, normalize(vec3(0.25, 0.55, 0.8))));
-    gl_FragColor = vec4(colour * (0.42 + 0.58 * facing), 1.0);
+    if (dot(normal, eye) > 0.0) normal = -normal;
+    // From the left above and, weaker, from the right: the two sides of a fold differ, whatever their colour.
+    float key = max(dot(normal, vec3(-0.50, 0.60, 0.62)), 0.0);
+    float fill = max(dot(normal, vec3(0.80, -0.10, 0.59)), 0.0);
+    vec3 cloth = mix(colour, vec3(1.0), 0.10);
+    gl_FragColor = vec4(cloth * (0.36 + 0.66 * key + 0.20 * fill) + 0.10 * pow(key, 10.0), 1.0);
   }`;
 
 export interface Look {
@@ -58,20 +63,18 @@ export interface Look {
   uniforms: Record<'blend' | 'pointSize' | 'focus', THREE.IUniform<number>>;
 }
 
+const lift = 1e-3; // of the distance
 const pinSize = 7; // pixels at least
 
 export function makeLook(pointSize: number, ink: THREE.ColorRepresentation): Look {
   const uniforms = { blend: { value: 0 }, pointSize: { value: pointSize }, focus: { value: 1 } };
-  const material = (vertex: string, fragment: string, side: THREE.Side = THREE.FrontSide): THREE.ShaderMaterial =>
-    new THREE.ShaderMaterial({ uniforms, vertexShader: vertex, fragmentShader: fragment, side });
-  const faces = material(vertexShader, faceShader, THREE.DoubleSide);
-  faces.polygonOffset = true; // so that the springs in a face are seen
-  faces.polygonOffsetFactor = 1;
-  faces.polygonOffsetUnits = 1;
+  const material = (fragmentShader: string, lift: number, side: THREE.Side = THREE.FrontSide): THREE.ShaderMaterial =>
+    new THREE.ShaderMaterial({ uniforms: { ...uniforms, lift: { value: lift } }, vertexShader, fragmentShader, side });
   const pins = new THREE.ShaderMaterial({
-    uniforms: { ...uniforms, pointSize: { value: Math.max(pinSize, 1.5 * pointSize) }, ink: { value: new THREE.Color(ink) } },
+    uniforms: { ...uniforms, lift: { value: 2 * lift }, pointSize: { value: Math.max(pinSize, 1.5 * pointSize) }, ink: { value: new THREE.Color(ink) } },
     vertexShader,
     fragmentShader: pinShader,
   });
-  return { points: material(vertexShader, ballShader), lines: material(vertexShader, plainShader), faces, pins, uniforms };
+  const faces = material(faceShader, 0, THREE.DoubleSide);
+  return { points: material(ballShader, lift), lines: material(plainShader, lift), faces, pins, uniforms };
 }

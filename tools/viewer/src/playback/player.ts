@@ -69,6 +69,11 @@ export class Player {
     return { index: low, blend: length > 0 ? Math.min(1, Math.max(0, (this.at - from) / length)) : 0 };
   }
 
+  // The simulated time at the end, s.
+  get end(): number {
+    return this.times.at(-1)!;
+  }
+
   // The simulated time, s.
   time(): number {
     const start = this.times[0]!;

@@ -2,6 +2,8 @@
 import { takenText } from '../shared/page';
 import { unpacked } from '../shared/bytes';
 import type { HalfSpace } from './bodies';
+import type { Frame } from './frames';
+import { latticeSurface } from './lattice';
 
 export type Vector = [number, number, number];
 
@@ -75,6 +77,7 @@ export interface Scene {
   gravity?: Vector; // m/s^2
   contacts?: Contact[];
   motions?: Motion[];
+  nets?: [number, number][]; // grids that are no cloth: the first particle, and how many
   pins?: number[]; // particles that are held
   anchors?: Anchors[];
 }
@@ -87,11 +90,17 @@ export interface Bounds {
   error: number; // the largest, m
 }
 
+// Particles that lines or triangles join.
+export interface Pieces {
+  corners: Uint32Array<ArrayBuffer>; // two or three of each
+  whole?: Whole; // where some tear
+}
+
 export interface Joints {
-  lines: Uint32Array<ArrayBuffer>; // two ends each
-  triangles: Uint32Array<ArrayBuffer>;
-  wholeLines?: Whole; // where some tear
-  wholeTriangles?: Whole;
+  lines: Pieces; // ropes, nets and all else that lies in no face
+  sides: Pieces; // of the triangles' faces, and what else joins their corners
+  triangles: Pieces; // of cloth, and of the surface of cells
+  covered: ReadonlySet<number>; // particles that they show
 }
 
 // How many of them are whole in a frame: they stand in the order in which they tear, what never does first.
@@ -189,14 +198,62 @@ function trianglesUntil(faces: Uint32Array, from: (a: number, b: number) => numb
   return (a, b) => sides.get(keyOf(a, b)) ?? from(a, b);
 }
 
-export async function readJoints(): Promise<Joints> {
-  const given = await numbers('lines');
-  const faces = await numbers('faces');
-  const torn = await numbers('torn');
-  const lines = given.length > 0 ? given : edges(faces);
-  if (torn.length === 0) return { lines, triangles: triangles(faces) };
-  const from = tornFrom(torn);
-  const [sortedLines, wholeLines] = sortedByTear(lines, 2, from);
-  const [sortedTriangles, wholeTriangles] = sortedByTear(triangles(faces), 3, trianglesUntil(faces, from));
-  return { lines: sortedLines, triangles: sortedTriangles, wholeLines, wholeTriangles };
+// The faces that are of cloth, and those of nets, of which the sides alone are there.
+function parted(faces: Uint32Array, nets: readonly [number, number][]): { cloth: Uint32Array; net: Uint32Array } {
+  if (nets.length === 0) return { cloth: faces, net: new Uint32Array() };
+  const cloth: number[] = [];
+  const net: number[] = [];
+  for (let at = 0; at < faces.length; at += 1 + faces[at]!) {
+    const corner = faces[at + 1]!;
+    const isNet = nets.some(([first, count]) => corner >= first && corner < first + count);
+    (isNet ? net : cloth).push(...faces.subarray(at, at + 1 + faces[at]!));
+  }
+  return { cloth: Uint32Array.from(cloth), net: Uint32Array.from(net) };
+}
+
+function cornersOf(faces: Uint32Array): Set<number> {
+  const corners = new Set<number>();
+  for (let at = 0; at < faces.length; at += 1 + faces[at]!) faces.subarray(at + 1, at + 1 + faces[at]!).forEach((each) => corners.add(each));
+  return corners;
+}
+
+const joined = (...parts: (Uint32Array | readonly number[])[]): Uint32Array<ArrayBuffer> => {
+  const all = new Uint32Array(parts.reduce((sum, { length }) => sum + length, 0));
+  let at = 0;
+  for (const part of parts) {
+    all.set(part, at);
+    at += part.length;
+  }
+  return all;
+};
+
+// `given`: lines; `faces`: of grids and meshes. Lines that lie in a face or in a body of cells go with its sides.
+export function jointsOf(given: Uint32Array, faces: Uint32Array, nets: readonly [number, number][], torn: Uint32Array, first: Frame): Joints {
+  const { cloth, net } = parted(faces, nets);
+  const cells = latticeSurface(given, first);
+  const solid = joined(cloth, cells.faces);
+  const corners = cornersOf(solid);
+  cells.inside.forEach((each) => corners.add(each));
+  const own: number[] = [];
+  const within: number[] = [];
+  for (let at = 0; at < given.length; at += 2) {
+    const [a, b] = [given[at]!, given[at + 1]!];
+    (corners.has(a) && corners.has(b) ? within : own).push(a, b);
+  }
+  const from = torn.length > 0 ? tornFrom(torn) : undefined;
+  const pieces = (all: Uint32Array<ArrayBuffer>, size: number, until = from): Pieces => {
+    if (!until) return { corners: all };
+    const [sorted, whole] = sortedByTear(all, size, until);
+    return { corners: sorted, whole };
+  };
+  return {
+    lines: pieces(joined(own, edges(net)), 2),
+    sides: pieces(joined(within, edges(cloth)), 2),
+    triangles: pieces(triangles(solid), 3, from && trianglesUntil(solid, from)),
+    covered: corners,
+  };
+}
+
+export async function readJoints(scene: Scene, first: Frame): Promise<Joints> {
+  return jointsOf(await numbers('lines'), await numbers('faces'), scene.nets ?? [], await numbers('torn'), first);
 }

@@ -41,6 +41,9 @@ function skin(side: 'outside' | 'inside', { ink }: Ground): THREE.Material {
     side: isInside ? THREE.BackSide : THREE.FrontSide,
     transparent: isInside,
     opacity: isInside ? 0.25 : 1,
+    polygonOffset: true, // behind the cloth that lies on it
+    polygonOffsetFactor: 1,
+    polygonOffsetUnits: 4,
   });
 }
 
@@ -90,6 +93,8 @@ interface Follower {
 export class Surroundings {
   readonly object = new THREE.Group();
   private readonly followers: Follower[] = [];
+  private readonly bodies: THREE.Object3D[] = []; // all but planes
+  private stillBoxes: THREE.Box3[] | undefined;
   private time = NaN; // s, where they are
 
   constructor(contacts: readonly Contact[], motions: readonly Motion[], ground: Ground) {
@@ -97,6 +102,7 @@ export class Surroundings {
       const object = bodyOf(contact, ground);
       const motion = contact.motion === undefined ? undefined : motions[contact.motion];
       this.object.add(motion ? this.follower(object, motion) : object);
+      if (contact.type !== 'plane') this.bodies.push(object);
     }
     this.object.add(new THREE.HemisphereLight(0xffffff, 0x808080, Math.PI));
   }
@@ -110,6 +116,16 @@ export class Surroundings {
       object.matrixWorldNeedsUpdate = true;
     }
     return true;
+  }
+
+  // Around each body, at a time.
+  bodiesAt(time: number): THREE.Box3[] {
+    if (this.stillBoxes) return this.stillBoxes;
+    this.move(time);
+    this.object.updateMatrixWorld(true);
+    const boxes = this.bodies.map((body) => new THREE.Box3().setFromObject(body));
+    if (this.followers.length === 0) this.stillBoxes = boxes;
+    return boxes;
   }
 
   private follower(body: THREE.Object3D, motion: Motion): THREE.Object3D {

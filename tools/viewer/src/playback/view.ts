@@ -2,15 +2,22 @@
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Colour } from '../shared/palette';
-import { AnchoredSprings } from './anchored';
+import { AnchoredSprings, anchorsBox } from './anchored';
 import { DottedPicture, type Grain, type Shown, packed } from './dots';
-import type { Frame } from './frames';
+import type { Frame, FrameFacts } from './frames';
 import { type Look, makeLook } from './materials';
-import type { Bounds, Joints, Scene, Whole } from './scene';
+import { type Framing, aroundNearlyAll, boxOf, distanceFor, framingOf, withBodies } from './framing';
+import type { Bounds, Joints, Pieces, Scene } from './scene';
 import { Surroundings } from './surroundings';
 import { type Colouring, type Highest, colourTable, fillTints } from './tints';
 
-export type Part = 'points' | 'springs' | 'faces' | 'pins' | 'contacts';
+export type Part = 'points' | 'springs' | 'sides' | 'faces' | 'pins' | 'contacts';
+
+// What lies on the picture.
+export interface Covers {
+  above: readonly HTMLElement[];
+  below: readonly HTMLElement[];
+}
 
 export interface Inks {
   plain: Colour;
@@ -29,7 +36,25 @@ function isSoftware(): boolean {
   return /swiftshader|llvmpipe|software/i.test(name);
 }
 
+const shown = 0.94; // of what is free: that a box of all takes
+
 const largestDots = 2.5; // pixels: below them a ball is not told from a square
+
+// In pixels of the canvas: where nothing covers it, or all of it where that is too little to show anything.
+interface Area {
+  left: number;
+  top: number;
+  right: number;
+  bottom: number;
+}
+
+function freeArea(canvas: HTMLElement, { above, below }: Covers): Area {
+  const { clientWidth: right, clientHeight: height } = canvas;
+  const boxes = (elements: readonly HTMLElement[]): DOMRect[] => elements.map((each) => each.getBoundingClientRect()).filter((box) => box.height > 0);
+  const top = Math.max(0, ...boxes(above).map((box) => box.bottom));
+  const bottom = Math.min(height, ...boxes(below).map((box) => box.top));
+  return bottom - top < 0.25 * height ? { left: 0, top: 0, right, bottom: height } : { left: 0, top, right, bottom };
+}
 
 export class View {
   colouring: Colouring = 'speed';
@@ -48,13 +73,16 @@ export class View {
   private readonly surroundings: Surroundings | undefined;
   private readonly dotted: DottedPicture | undefined; // in place of WebGL's: the processor draws, and points alone move
   private dotColours = new Uint32Array(256);
-  private readonly center: THREE.Vector3;
-  private readonly size: number;
+  private readonly size: number; // m
+  private readonly framing: Framing;
+  private readonly center: THREE.Vector3; // of what is shown at the moment
+  private isTouched = false; // somebody looks as they like
   private readonly up: THREE.Vector3;
   private shown: Shown | undefined;
   private onward: Float32Array | undefined; // of the frame that is shown
   private readonly tears: ((frame: number) => void)[] = []; // takes out of the picture what is torn in a frame
   private isStale = true;
+  private readonly reach: number; // m: how far apart any of the particles come
   private grain: Grain = 'fine'; // of the surroundings behind dots
 
   constructor(
@@ -63,25 +91,29 @@ export class View {
     private readonly bounds: Bounds,
     joints: Joints,
     first: Frame,
-    capacity: number,
+    facts: readonly FrameFacts[],
     private readonly inks: Inks,
+    private readonly covers: Covers,
   ) {
+    const capacity = Math.max(1, ...facts.map(({ count }) => count));
     this.highestSpeed = bounds.speed;
     const isPlain = isSoftware();
     const pointSize = Math.min(14, Math.max(2, 16 * capacity ** -0.19));
     THREE.ColorManagement.enabled = false; // all colours are the screen's
     const paper = new THREE.Color(inks.ground);
-    const arePointsAlone = joints.lines.length === 0 && joints.triangles.length === 0 && !scene.anchors?.length && !scene.pins?.length;
+    const arePointsAlone = joints.lines.corners.length === 0 && joints.triangles.corners.length === 0 && !scene.anchors?.length && !scene.pins?.length;
     if (isPlain && arePointsAlone && pointSize < largestDots) this.dotted = new DottedPicture(canvas, Math.round(pointSize), paper);
     this.renderer = new THREE.WebGLRenderer({ ...(this.dotted ? {} : { canvas }), antialias: !isPlain, alpha: false });
     this.renderer.setClearColor(paper);
     this.renderer.setPixelRatio(isPlain ? 1 : Math.min(devicePixelRatio, 2));
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
-    const low = new THREE.Vector3(...bounds.low);
-    const high = new THREE.Vector3(...bounds.high);
-    this.center = low.clone().add(high).multiplyScalar(0.5);
-    this.size = Math.max(low.distanceTo(high), 1e-6 * this.center.length(), 1e-9);
     this.up = this.upward();
+    const anchors = anchorsBox(scene.anchors ?? [], first);
+    const boxes = facts.map(({ box }) => (box ? boxOf(box).union(anchors) : boxOf(undefined)));
+    const most = aroundNearlyAll(boxes);
+    const middle = most.isEmpty() ? new THREE.Vector3() : most.getCenter(new THREE.Vector3());
+    const least = Math.max(1e-6 * middle.length(), 1e-9);
+    const widest = most.isEmpty() ? 0 : most.min.distanceTo(most.max);
 
     this.look = makeLook(pointSize, inks.line);
     const attribute = (array: Float32Array | Uint8Array, items: number): THREE.BufferAttribute =>
@@ -89,7 +121,7 @@ export class View {
     this.position = attribute(new Float32Array(3 * capacity), 3);
     this.next = attribute(new Float32Array(3 * capacity), 3);
     this.tint = attribute(new Uint8Array(4 * capacity), 4);
-    this.addParticles(joints);
+    this.addParticles(joints, capacity);
     const springs = scene.anchors ?? [];
     if (springs.length > 0) {
       this.anchored = new AnchoredSprings(springs, first, inks.line);
@@ -97,16 +129,25 @@ export class View {
     }
     if (scene.contacts?.length) {
       const drawn = isPlain ? 'grids' : 'grids and sheets';
-      this.surroundings = new Surroundings(scene.contacts, scene.motions ?? [], { center: this.center, size: 1.4 * this.size, ink: inks.line, drawn });
+      const floor = { center: middle, size: 1.4 * Math.max(widest, least), ink: inks.line, drawn } as const;
+      this.surroundings = new Surroundings(scene.contacts, scene.motions ?? [], floor);
       this.add('contacts', this.surroundings.object);
     }
+    const times = facts.map(({ time }) => time);
+    const around = facts.map(({ time }, i) => withBodies(boxes[i]!, this.surroundings?.bodiesAt(time) ?? [], widest));
+    this.framing = framingOf(around, times, this.up.z === 1 ? 'z' : 'y');
+    this.center = this.framing.centers[0]!.clone();
+    this.size = Math.max(this.framing.extent.length(), least);
+    this.reach = new THREE.Vector3(...bounds.low).distanceTo(new THREE.Vector3(...bounds.high));
 
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = !matchMedia('(prefers-reduced-motion: reduce)').matches;
     this.controls.addEventListener('change', () => (this.isStale = true));
-    this.lookFromStart();
-    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.controls.addEventListener('start', () => (this.isTouched = true));
+    const observer = new ResizeObserver(() => this.resize());
+    for (const each of [canvas, ...covers.above, ...covers.below]) observer.observe(each);
     this.resize();
+    this.lookFromStart();
   }
 
   has(part: Part): boolean {
@@ -128,6 +169,7 @@ export class View {
   show(now: Frame, index: number, blend: number, time: number): void {
     const { uniforms } = this.look;
     this.moveSurroundings(time);
+    this.follow(index, blend);
     const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
     const highest: Highest = { speed: this.highestSpeed, error: this.bounds.error };
     if (isNew && this.dotted) this.dotColours = Uint32Array.from(colourTable(now, this.colouring, highest, this.inks.plain), packed);
@@ -148,6 +190,22 @@ export class View {
     this.isStale = true;
   }
 
+  private follow(index: number, blend: number): void {
+    const { centers } = this.framing;
+    const now = centers[index]!.clone().lerp(centers[Math.min(index + 1, centers.length - 1)]!, blend);
+    if (now.equals(this.center)) return;
+    const way = now.clone().sub(this.center);
+    this.center.copy(now);
+    this.controls.target.add(way);
+    this.camera.position.add(way);
+    this.isStale = true;
+  }
+
+  // Takes places to the cube of what is seen, its columns one after another.
+  seen(): number[] {
+    return new THREE.Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse).elements;
+  }
+
   // Coarse while they move; fine again when they rest.
   private moveSurroundings(time: number): void {
     const grain = this.surroundings?.move(time) ? 'coarse' : 'fine';
@@ -165,7 +223,7 @@ export class View {
     const distance = this.camera.position.distanceTo(this.controls.target);
     this.look.uniforms.focus.value = distance;
     this.camera.near = Math.max(1e-3 * distance, 1e-9);
-    this.camera.far = distance + 20 * this.size;
+    this.camera.far = distance + 20 * this.size + this.reach;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
     if (this.dotted) this.dotted.draw(this.renderer, this.world, this.camera, this.grain, this.isVisible('points') ? this.shown : undefined, this.dotColours);
@@ -174,19 +232,26 @@ export class View {
   }
 
   lookFromStart(): void {
-    const extent = new THREE.Vector3(...this.bounds.high).sub(new THREE.Vector3(...this.bounds.low));
+    const { extent } = this.framing;
     const isFlat = extent.z < 0.05 * this.size && this.up.y === 1;
     const side = this.up.z === 1 ? new THREE.Vector3(0.55, -0.75, 0.35) : new THREE.Vector3(0.5, 0.38, 0.78);
     const direction = isFlat ? new THREE.Vector3(0, 0, 1) : side.normalize();
     this.camera.up.copy(this.up);
-    const distance = (0.46 * this.size) / Math.sin((Math.PI / 360) * this.camera.fov);
+    const right = new THREE.Vector3().crossVectors(this.up, direction).normalize();
+    const above = new THREE.Vector3().crossVectors(direction, right);
+    const { left, top, right: end, bottom } = freeArea(this.canvas, this.covers);
+    const half = Math.tan((Math.PI / 360) * this.camera.fov) / this.canvas.clientHeight; // the tangent of a pixel's angle
+    const [across, upwards] = [half * (end - left), half * (bottom - top)];
+    const distance = distanceFor(extent, direction, right, above, shown * across, shown * upwards);
     this.controls.target.copy(this.center);
-    this.camera.position.copy(this.center).addScaledVector(direction, distance);
+    this.camera.position.copy(this.center).addScaledVector(direction, Math.max(distance, this.size));
     this.controls.update();
+    this.isTouched = false;
     this.isStale = true;
   }
 
   turn(across: number, upwards: number): void {
+    this.isTouched = true;
     const offset = this.camera.position.clone().sub(this.controls.target);
     offset.applyAxisAngle(this.up, -across);
     const axis = new THREE.Vector3().crossVectors(this.up, offset).normalize();
@@ -198,6 +263,7 @@ export class View {
   }
 
   zoom(factor: number): void {
+    this.isTouched = true;
     this.camera.position.lerpVectors(this.controls.target, this.camera.position, factor);
     this.isStale = true;
   }
@@ -208,7 +274,7 @@ export class View {
     return new THREE.Vector3(0, 1, 0);
   }
 
-  private addParticles(joints: Joints): void {
+  private addParticles(joints: Joints, capacity: number): void {
     const geometry = (index?: Uint32Array<ArrayBuffer>): THREE.BufferGeometry => {
       this.hasCorners = true;
       const made = new THREE.BufferGeometry();
@@ -218,21 +284,23 @@ export class View {
       if (index) made.setIndex(new THREE.BufferAttribute(index, 1));
       return made;
     };
-    this.add('points', this.dotted ? new THREE.Group() : new THREE.Points(geometry(), this.look.points));
-    const tearing = (pieces: Uint32Array<ArrayBuffer>, corners: number, whole: Whole | undefined): THREE.BufferGeometry => {
-      const made = geometry(pieces);
-      if (whole) this.tears.push((frame) => made.setDrawRange(0, corners * whole(frame)));
+    const pieces = ({ corners, whole }: Pieces, size: number): THREE.BufferGeometry => {
+      const made = geometry(corners);
+      if (whole) this.tears.push((frame) => made.setDrawRange(0, size * whole(frame)));
       return made;
     };
-    if (joints.lines.length > 0) {
-      this.add('springs', new THREE.LineSegments(tearing(joints.lines, 2, joints.wholeLines), this.look.lines));
-    }
+    const { lines, sides, triangles, covered } = joints;
+    const hasFaces = triangles.corners.length > 0;
+    const bare = hasFaces ? Uint32Array.from({ length: capacity }, (_, i) => i).filter((i) => !covered.has(i)) : undefined;
+    const isBare = bare !== undefined && bare.length > 0;
+    this.add('points', this.dotted ? new THREE.Group() : new THREE.Points(geometry(isBare ? bare : undefined), this.look.points));
+    if (lines.corners.length > 0) this.add('springs', new THREE.LineSegments(pieces(lines, 2), this.look.lines));
+    if (sides.corners.length > 0) this.add('sides', new THREE.LineSegments(pieces(sides, 2), this.look.lines));
     if (this.scene.pins?.length) this.add('pins', new THREE.Points(geometry(Uint32Array.from(this.scene.pins)), this.look.pins));
-    if (joints.triangles.length > 0) {
-      this.add('faces', new THREE.Mesh(tearing(joints.triangles, 3, joints.wholeTriangles), this.look.faces));
-      this.toggle('points');
-      if (this.has('springs')) this.toggle('springs');
-    }
+    if (!hasFaces) return;
+    this.add('faces', new THREE.Mesh(pieces(triangles, 3), this.look.faces));
+    if (!isBare) this.toggle('points');
+    this.toggle('sides');
   }
 
   private add(part: Part, object: THREE.Object3D): void {
@@ -244,7 +312,7 @@ export class View {
 
   private setCount(count: number): void {
     const points = this.parts.points;
-    if (points instanceof THREE.Points) (points.geometry as THREE.BufferGeometry).setDrawRange(0, count);
+    if (points instanceof THREE.Points && !points.geometry.index) points.geometry.setDrawRange(0, count);
   }
 
   private upload(attribute: THREE.BufferAttribute, values: Float32Array): void {
@@ -265,7 +333,10 @@ export class View {
     if (this.dotted) this.dotted.resize(clientWidth, clientHeight);
     else this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
-    this.camera.updateProjectionMatrix();
+    // What the camera looks at is in the middle of what is free.
+    const { left, top, right, bottom } = freeArea(this.canvas, this.covers);
+    this.camera.setViewOffset(clientWidth, clientHeight, 0.5 * (clientWidth - left - right), 0.5 * (clientHeight - top - bottom), clientWidth, clientHeight);
     this.isStale = true;
+    if (!this.isTouched) this.lookFromStart();
   }
 }

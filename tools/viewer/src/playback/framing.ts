@@ -1,0 +1,86 @@
+// Which part of the world the camera shows: nearly all that moves and what it meets, followed where it goes far.
+import * as THREE from 'three';
+
+export type Span = readonly [number, number, number, number, number, number]; // a box: its low corner, then its high one, m
+
+export function boxOf(span: Span | undefined): THREE.Box3 {
+  return span ? new THREE.Box3(new THREE.Vector3(span[0], span[1], span[2]), new THREE.Vector3(span[3], span[4], span[5])) : new THREE.Box3();
+}
+
+const diagonal = (box: THREE.Box3): number => (box.isEmpty() ? 0 : box.min.distanceTo(box.max));
+
+const united = (boxes: readonly THREE.Box3[]): THREE.Box3 => boxes.reduce((all, box) => all.union(box), new THREE.Box3());
+
+// Around all but a fiftieth of the boxes, where it is half as long without them: a scene that bursts is still seen before.
+export function aroundNearlyAll(boxes: readonly THREE.Box3[]): THREE.Box3 {
+  const there = boxes.filter((box) => !box.isEmpty());
+  const all = united(there);
+  const left = Math.floor(there.length / 50);
+  if (left === 0) return all;
+  const center = united(there.slice(0, 1)).getCenter(new THREE.Vector3());
+  const reach = (box: THREE.Box3): number => Math.max(box.min.distanceTo(center), box.max.distanceTo(center));
+  const most = united([...there].sort((a, b) => reach(a) - reach(b)).slice(0, there.length - left));
+  return 2 * diagonal(most) <= diagonal(all) ? most : all;
+}
+
+// A body belongs to the picture where particles are near it, unless it is so large that it would make them small.
+export function withBodies(particles: THREE.Box3, bodies: readonly THREE.Box3[], size: number): THREE.Box3 {
+  const reach = particles.clone().expandByScalar(0.5 * size);
+  return united([particles, ...bodies.filter((body) => diagonal(body) <= 2 * size && reach.intersectsBox(body))]);
+}
+
+export interface Framing {
+  extent: THREE.Vector3; // m, along each axis: what is shown at once
+  centers: THREE.Vector3[]; // of each frame
+}
+
+// The camera follows along an axis where it never sees one place all the time: by so many times the size of what is seen at once.
+const isFar = 0.15;
+const isDeep = 3; // a fall is shown whole unless it is deeper
+
+// `boxes` of the frames; `times` of them, s; `up` is the axis that gravity acts along.
+export function framingOf(boxes: readonly THREE.Box3[], times: readonly number[], up: 'y' | 'z'): Framing {
+  const all = aroundNearlyAll(boxes);
+  if (all.isEmpty()) all.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
+  const extent = all.getSize(new THREE.Vector3());
+  const middle = all.getCenter(new THREE.Vector3());
+  const centers = boxes.map(() => middle.clone());
+  const sizes = boxes.filter((box) => !box.isEmpty()).map(diagonal);
+  const largest = sizes.sort((a, b) => a - b)[Math.floor(0.98 * (sizes.length - 1))] ?? 0;
+  if (!(largest > 0.05 * diagonal(all))) return { extent, centers };
+  for (const axis of ['x', 'y', 'z'] as const) {
+    const there = boxes.filter((box) => !box.isEmpty());
+    const gap = Math.max(...there.map((box) => box.min[axis])) - Math.min(...there.map((box) => box.max[axis]));
+    if (!(gap > (axis === up ? isDeep : isFar) * largest)) continue;
+    const path = smoothed(boxes.map((box) => (box.isEmpty() ? NaN : 0.5 * (box.min[axis] + box.max[axis]))), times);
+    path.forEach((at, i) => (centers[i]![axis] = at));
+    const halves = boxes.flatMap((box, i) => (box.isEmpty() ? [] : [Math.max(box.max[axis] - path[i]!, path[i]! - box.min[axis])]));
+    extent[axis] = 2 * halves.sort((a, b) => a - b)[Math.floor(0.98 * (halves.length - 1))]!;
+  }
+  return { extent, centers };
+}
+
+// The mean over half a second around each time: what flutters does not shake the camera. Where nothing is, as before.
+export function smoothed(path: readonly number[], times: readonly number[]): number[] {
+  let last = path.find((at) => !Number.isNaN(at)) ?? 0;
+  const whole = path.map((at) => (last = Number.isNaN(at) ? last : at));
+  let from = 0;
+  let to = 0;
+  let sum = 0;
+  return whole.map((_, i) => {
+    while (to < whole.length && Math.abs(times[to]! - times[i]!) <= 0.25) sum += whole[to++]!;
+    while (Math.abs(times[i]! - times[from]!) > 0.25) sum -= whole[from++]!;
+    return sum / (to - from);
+  });
+}
+
+// How far from its center, m, the camera sees a box whole: `direction` leads to it, `right` and `above` are the picture's, and
+// `across` and `upwards` the tangents of half the angles that are seen.
+export function distanceFor(extent: THREE.Vector3, direction: THREE.Vector3, right: THREE.Vector3, above: THREE.Vector3, across: number, upwards: number): number {
+  let distance = 0;
+  for (let corner = 0; corner < 8; ++corner) {
+    const at = new THREE.Vector3(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5).multiply(extent);
+    distance = Math.max(distance, at.dot(direction) + Math.max(Math.abs(at.dot(right)) / across, Math.abs(at.dot(above)) / upwards));
+  }
+  return distance;
+}
