@@ -35,6 +35,7 @@ void name_particles(const Numbering& numbering, Outcome& outcome) {
   }
   if (outcome.inside) outcome.inside->deepest = numbering.number_of(outcome.inside->deepest);
   if (outcome.pinch) outcome.pinch->particle = numbering.number_of(outcome.pinch->particle);
+  if (outcome.poke) outcome.poke->between = numbering.numbers_of(outcome.poke->between);
 }
 
 std::string text_of(const MeshNetwork& mesh) {
@@ -276,6 +277,26 @@ std::optional<Warning> warning_of_pinch(const Outcome& outcome) {
       .cure = fmt::format("Keep the surfaces {:.3g} m further apart there, or make them thinner", pinch.overlap)};
 }
 
+// With two digits, and no less.
+double rounded_up(double value) {
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+  return std::ceil(value / unit) * unit;
+}
+
+std::optional<Warning> warning_of_poke(const Outcome& outcome) {
+  if (!outcome.poke) return std::nullopt;
+  const PokeThrough& poke = *outcome.poke;
+  return Warning{
+      .code = "pokes_through",
+      .text = fmt::format("contacts[{}] comes {:.2g} m out of the cloth between particles {} and {} at {:.4g} s: particles are "
+                          "kept outside a body, and what is between them is not",
+                          poke.contact, poke.depth, poke.between[0], poke.between[1], poke.time),
+      .value = poke.depth,
+      .limit = poke.limit,
+      .cure = fmt::format("\"thickness\": {:.2g} (m) in contacts[{}] keeps particles so far off that it stays under the cloth",
+                          rounded_up(poke.thickness), poke.contact)};
+}
+
 void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
   const auto& limit = outcome.network;
   const bool has_substeps = limit && limit->substeps > 1;
@@ -292,7 +313,7 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
 
 std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
   std::vector<Warning> warnings = loaded.file.warnings;
-  for (auto& of : {outcome.dear, warning_of_inside(loaded, outcome), warning_of_pinch(outcome),
+  for (auto& of : {outcome.dear, warning_of_inside(loaded, outcome), warning_of_pinch(outcome), warning_of_poke(outcome),
                    warning_of_held(loaded, outcome), warning_of_rods(outcome)}) {
     if (of) warnings.push_back(*of);
   }

@@ -1,9 +1,11 @@
 #include "output/html_scene.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -59,6 +61,17 @@ Json json_of(const Motion& motion) {
   return {{"center", motion.center}, {"keys", std::move(keys)}};
 }
 
+// What the sides of a grid's cells have at rest: along its rows, and down its columns.
+Json json_of(const Grid& grid, const Numbering& numbering) {
+  const auto side = [](const Vec3& edge, std::size_t points) {
+    return std::hypot(edge[0], edge[1], edge[2]) / static_cast<double>(points - 1);
+  };
+  return {{"first", numbering.number_of(grid.first)},
+          {"columns", grid.columns},
+          {"count", grid.rows * grid.columns},
+          {"sides", {side(grid.edge_u, grid.columns), side(grid.edge_v, grid.rows)}}};
+}
+
 std::optional<Anchor> anchor_of(const Force& force) {
   if (const auto* spring = std::get_if<Spring>(&force)) return spring->anchor;
   if (const auto* spring = std::get_if<RadialSpring>(&force)) return spring->anchor;
@@ -106,6 +119,10 @@ void add_scene(const Output& output, Json& json) {
   for (const auto& motion : file.scene.motions) json["motions"].push_back(json_of(motion));
   json["pins"] = stride_of(output) == 1 ? Json(pins_of(file.scene, *output.numbering)) : Json::array();
   json["nets"] = output.topology->nets;
+  json["sheets"] = Json::array();
+  for (const auto& network : file.scene.networks) {
+    if (const auto* grid = std::get_if<Grid>(&network)) json["sheets"].push_back(json_of(*grid, *output.numbering));
+  }
   json["anchors"] = Json::array();
   if (output.counts == Counts::fixed && output.particles <= most_anchored) {
     for (const auto& force : file.scene.forces) {
@@ -114,7 +131,49 @@ void add_scene(const Output& output, Json& json) {
   }
 }
 
+using Rest = std::pair<Pair, float>;
+
+Pair with_lower_first(const Pair& ends) { return {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])}; }
+
+void add_rests(const std::vector<Pair>& pairs, const Scalars& lengths, const Numbering& numbering, std::vector<Rest>& rests) {
+  for (std::size_t n = 0; n < pairs.size(); ++n) {
+    rests.emplace_back(with_lower_first(numbering.numbers_of(pairs[n])), static_cast<float>(lengths[n]));
+  }
+}
+
+// Of springs and rods whose lengths are not those of the start, by their ends.
+std::vector<Rest> rests_of(const Scene& scene, const Numbering& numbering) {
+  std::vector<Rest> rests;
+  for (const auto& network : scene.networks) {
+    const auto* springs = std::get_if<Springs>(&network);
+    if (springs != nullptr && springs->rest_length) add_rests(springs->pairs, *springs->rest_length, numbering, rests);
+  }
+  for (const auto& constraint : scene.constraints) {
+    const auto* distance = std::get_if<Distance>(&constraint);
+    if (distance != nullptr && distance->bound == Bound::equal && distance->length) {
+      add_rests(distance->pairs, *distance->length, numbering, rests);
+    }
+  }
+  std::stable_sort(rests.begin(), rests.end(), [](const Rest& a, const Rest& b) { return a.first < b.first; });
+  return rests;
+}
+
 }  // namespace
+
+std::vector<float> rest_lengths(const Output& output) {
+  std::vector<float> lengths(output.topology->lines.size());
+  if (output.scene == nullptr) return lengths;
+  const auto rests = rests_of(output.scene->scene, *output.numbering);
+  std::size_t n = 0;
+  for (const auto& line : output.topology->lines) {
+    const auto ends = with_lower_first(line);
+    const auto found =
+        std::lower_bound(rests.begin(), rests.end(), ends, [](const Rest& a, const Pair& b) { return a.first < b; });
+    if (found != rests.end() && found->first == ends) lengths[n] = found->second;
+    ++n;
+  }
+  return lengths;
+}
 
 std::size_t stride_of(const Output& output) {
   if (*output.topology != no_topology) return 1;

@@ -20,13 +20,21 @@
 namespace dvdx::tool {
 namespace {
 
-std::string packed(const std::vector<std::uint32_t>& numbers) { return base64(deflated(bytes_of(numbers))); }
+template <class Number>
+std::string packed(const std::vector<Number>& numbers) {
+  return base64(deflated(bytes_of(numbers)));
+}
 
 // The two ends of each line.
 std::string lines_element(const Topology& topology) {
   std::vector<std::uint32_t> ends;
   for (const auto& line : topology.lines) ends.insert(ends.end(), line.begin(), line.end());
   return fmt::format("<script type=\"text/x-dvdx-lines\">{}</script>\n", packed(ends));
+}
+
+// Of each line the length at rest, m, or 0.
+std::string rests_element(const Output& output) {
+  return fmt::format("<script type=\"text/x-dvdx-rests\">{}</script>\n", packed(rest_lengths(output)));
 }
 
 // Of each face the number of its corners, then the corners.
@@ -54,7 +62,7 @@ std::string bounds_element(const Bounds& bounds) {
   return json_element("bounds", {{"low", bounds.low}, {"high", bounds.high}, {"speed", bounds.speed}, {"error", bounds.error}});
 }
 
-std::string text_of(const Box& box) {
+std::string box_text(const Box& box) {
   return fmt::format("{},{},{},{},{},{}", static_cast<float>(box.low[0]), static_cast<float>(box.low[1]),
                      static_cast<float>(box.low[2]), static_cast<float>(box.high[0]), static_cast<float>(box.high[1]),
                      static_cast<float>(box.high[2]));
@@ -69,7 +77,7 @@ std::string frame_element(const Moment& moment, const Frame& frame) {
       "</script>\n",
       moment.step, moment.time, frame.all, frame.count, frame.gone, frame.bad, frame.exponent, frame.order,
       frame.difference == Difference::across ? 1 : 0, frame.planes, frame.speed, frame.error,
-      frame.count > 0 ? text_of(frame.box) : "", base64(frame.bytes));
+      frame.count > 0 ? box_text(frame.box) : "", base64(frame.bytes));
 }
 
 template <class T>
@@ -86,6 +94,7 @@ class HtmlWriter final : public Writer<T> {
     file_.write(page.before);
     file_.write(json_element("scene", scene_json(output)));
     file_.write(lines_element(*output.topology));
+    file_.write(rests_element(output));
     file_.write(faces_element(*output.topology));
   }
 

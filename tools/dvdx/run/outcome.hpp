@@ -65,6 +65,16 @@ struct Pinch {
   double limit = 0;    // m: of the depth
 };
 
+// A body that is out of cloth between two of its particles, at the deepest of the looks.
+struct PokeThrough {
+  Pair between{};           // particles
+  std::size_t contact = 0;  // of the scene's
+  double time = 0;          // s
+  double depth = 0;         // m: how far inside the body the middle between the two is
+  double limit = 0;         // m: of the depth
+  double thickness = 0;     // m: of the contact, with which it is outside
+};
+
 struct Halo {
   Traffic told{};             // over all ranks
   double waited_seconds = 0;  // of the wall's, of the rank that waited longest for what others tell
@@ -81,6 +91,7 @@ struct Outcome {
   std::optional<HeldTooMuch> held{};
   std::optional<StartInside> inside{};  // of one process
   std::optional<Pinch> pinch{};         // of one process
+  std::optional<PokeThrough> poke{};    // of one process
   std::optional<Warning> dear{};        // that was said when it was found
   std::optional<Joins> joins{};         // of one process, of a scene that springs or constraints join
   std::optional<NetworkLimit> network{};

@@ -29,6 +29,7 @@
 #include "run/observer.hpp"
 #include "run/outcome.hpp"
 #include "run/pinch_watch.hpp"
+#include "run/poke_watch.hpp"
 #include "run/start.hpp"
 #include "run/state_memory.hpp"
 #include "run/tearing.hpp"
@@ -74,7 +75,8 @@ class Simulation {
     HeatWatch<T> heat(loaded_, outcome_.network, find_frequency_, observer, state_);
     JoinWatch<T> joins(loaded_, outcome_.network, heat, ranks_.count(), tearing_);
     PinchWatch pinches(loaded_.file, ranks_.count());
-    Watches watch{observer, heat, joins, pinches};
+    PokeWatch pokes(loaded_.file, ranks_.count());
+    Watches watch{observer, heat, joins, pinches, pokes};
     if (split_) contacts.tell_of(split_->particles());
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), watch, contacts);
@@ -109,6 +111,7 @@ class Simulation {
     HeatWatch<T>& heat;
     JoinWatch<T>& joins;
     PinchWatch& pinches;
+    PokeWatch& pokes;
 
     [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const {
       return joins.most_steps(done, heat.most_steps(done, wanted));
@@ -116,13 +119,16 @@ class Simulation {
     void look(const State<T>& state, std::uint64_t done) {
       heat.look_when_due(state, done);
       joins.look_when_due(observer, state, done, heat);
-      if (joins.is_due(done)) pinches.look(state);
+      if (!joins.is_due(done)) return;
+      pinches.look(state);
+      pokes.look(state);
     }
     [[nodiscard]] bool looks() const { return heat.looks() || joins.looks(); }
     void look_at_end(const State<T>& state, std::uint64_t done) {
       heat.look(state, done);
       joins.look(observer, state, done, heat);
       pinches.look(state);
+      pokes.look(state);
     }
     void save(Sink& sink) const {
       heat.save(sink);
@@ -282,6 +288,7 @@ class Simulation {
     outcome_.held = watch.heat.held();
     outcome_.joins = watch.joins.seen();
     outcome_.pinch = watch.pinches.found();
+    outcome_.poke = watch.pokes.found();
     outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
     if (!split_) return;
     std::array<std::uint64_t, 2> told{ranks_.started().messages, ranks_.started().bytes};

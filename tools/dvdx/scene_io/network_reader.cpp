@@ -197,8 +197,7 @@ Topology topology_of(const Grid& grid, std::size_t first) {
     for (std::size_t i = 1; i < grid.rows * grid.columns; ++i) topology.lines.push_back({at(0, i - 1), at(0, i)});
     return topology;
   }
-  // Only its sides hold it together, and air goes through: a net.
-  if (grid.shear == 0 && grid.bend == 0 && !grid.aerodynamics) {
+  if (is_net(grid)) {
     topology.nets.push_back({at(0, 0), static_cast<std::uint32_t>(grid.rows * grid.columns)});
   }
   topology.faces.reserve((grid.rows - 1) * (grid.columns - 1));

@@ -91,6 +91,9 @@ struct SceneFile {
 // Whether particles come and go: such a scene needs a plan of its own (dvdx/live.hpp).
 [[nodiscard]] inline bool is_live(const SceneFile& file) noexcept { return file.turnover.capacity != 0; }
 
+// Whether a grid is a net, not cloth: its sides alone hold it together, and air goes through.
+[[nodiscard]] inline bool is_net(const Grid& grid) noexcept { return grid.shear == 0 && grid.bend == 0 && !grid.aerodynamics; }
+
 // Whether motions carry particles or contacts.
 [[nodiscard]] inline bool has_followers(const Scene& scene) noexcept {
   const auto is_moved = [](const Contact& contact) {

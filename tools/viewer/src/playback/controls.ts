@@ -1,6 +1,7 @@
 // Buttons, sliders and keys.
 import { element } from '../shared/page';
 import { cssGradient, rising } from '../shared/palette';
+import type { Frame } from './frames';
 import type { Player } from './player';
 import type { Bounds, Scene } from './scene';
 import { type Colouring, errorOctaves } from './tints';
@@ -47,8 +48,9 @@ export class Controls {
     private readonly view: View,
     private readonly scene: Scene,
     private readonly bounds: Bounds,
-    hasErrors: boolean,
+    private readonly loaded: readonly Frame[], // so far
   ) {
+    const hasErrors = bounds.error > 0;
     this.decimals = Math.max(2, Math.min(6, 2 - Math.floor(Math.log10(player.span || 1))));
     this.scrub.max = String(player.span);
     this.scrub.step = player.span > 0 ? String(player.span / 1e5) : 'any';
@@ -62,6 +64,7 @@ export class Controls {
     for (const speed of speeds) this.speed.add(new Option(`${speed} ×`, String(speed), speed === 1, speed === 1));
     this.speed.addEventListener('change', () => (player.speed = Number(this.speed.value)));
     const colourings: [Colouring, string][] = [['speed', 'by speed'], ['plain', 'plain']];
+    if (view.stretch.isKnown) colourings.splice(1, 0, ['stretch', 'by stretch']);
     if (hasErrors) colourings.splice(1, 0, ['error', 'by error']);
     for (const [value, text] of colourings) this.colouring.add(new Option(text, value));
     this.colouring.addEventListener('change', () => this.colour(this.colouring.value as Colouring));
@@ -132,18 +135,24 @@ export class Controls {
 
   private colour(colouring: Colouring): void {
     this.view.colouring = colouring;
+    if (colouring === 'stretch' && this.view.stretch.highest === 0) this.view.stretch.scale(this.loaded);
     const legend = element('legend', HTMLElement);
     legend.hidden = colouring === 'plain';
     element('legend-bar', HTMLDivElement).style.background = cssGradient(rising);
-    const isError = colouring === 'error';
-    const highest = isError ? this.bounds.error : this.view.highestSpeed;
-    const isCut = !isError && highest < this.bounds.speed;
-    const lowest = isError ? highest * 2 ** -errorOctaves : 0;
-    const unit = isError ? 'm' : 'm/s';
-    const title = isError ? `Distance from ${this.scene.reference ?? 'the reference'}` : 'Speed';
+    const { title, low, high } = this.legendOf(colouring);
     element('legend-title', HTMLDivElement).textContent = title;
-    element('legend-low', HTMLSpanElement).textContent = `${shortNumber(lowest)} ${unit}`;
-    element('legend-high', HTMLSpanElement).textContent = `${isCut ? '≥ ' : ''}${shortNumber(highest)} ${unit}`;
+    element('legend-low', HTMLSpanElement).textContent = low;
+    element('legend-high', HTMLSpanElement).textContent = high;
+  }
+
+  private legendOf(colouring: Colouring): { title: string; low: string; high: string } {
+    const { bounds, view } = this;
+    if (colouring === 'error') {
+      const low = `${shortNumber(bounds.error * 2 ** -errorOctaves)} m`;
+      return { title: `Distance from ${this.scene.reference ?? 'the reference'}`, low, high: `${shortNumber(bounds.error)} m` };
+    }
+    if (colouring === 'stretch') return { title: 'Stretch', low: '0 %', high: `≥ ${shortNumber(100 * view.stretch.highest)} %` };
+    return { title: 'Speed', low: '0 m/s', high: `${view.highestSpeed < bounds.speed ? '≥ ' : ''}${shortNumber(view.highestSpeed)} m/s` };
   }
 
   // Whether the key means something here.

@@ -22,6 +22,7 @@ export interface Frame extends FrameFacts {
   positions: Float32Array<ArrayBuffer>; // x, y, z of each particle, m
   speeds: Uint8Array<ArrayBuffer>; // in 255ths of the highest
   errors: Uint8Array<ArrayBuffer> | undefined; // 0 is none, b is the largest times 2^((b - 255) / 8)
+  stretches?: Uint8Array<ArrayBuffer>; // in 255ths of the palette's end, where they have been asked for
   onward: Float32Array<ArrayBuffer>; // where its particles are in the next frame; those that are gone by then, as far on as they came
 }
 

@@ -74,13 +74,18 @@ export function smoothed(path: readonly number[], times: readonly number[]): num
   });
 }
 
-// How far from its center, m, the camera sees a box whole: `direction` leads to it, `right` and `above` are the picture's, and
-// `across` and `upwards` the tangents of half the angles that are seen.
-export function distanceFor(extent: THREE.Vector3, direction: THREE.Vector3, right: THREE.Vector3, above: THREE.Vector3, across: number, upwards: number): number {
-  let distance = 0;
-  for (let corner = 0; corner < 8; ++corner) {
-    const at = new THREE.Vector3(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5).multiply(extent);
-    distance = Math.max(distance, at.dot(direction) + Math.max(Math.abs(at.dot(right)) / across, Math.abs(at.dot(above)) / upwards));
-  }
-  return distance;
+// Where the camera sees a box whole, and the largest: `direction` leads from the box to it, `right` and `above` are the picture's, and
+// `across` and `upwards` the tangents of half the angles that are seen. All m: how far it is from what it looks at, and where that
+// is, seen from the box's center.
+export function placeFor(
+  extent: THREE.Vector3, direction: THREE.Vector3, right: THREE.Vector3, above: THREE.Vector3, across: number, upwards: number,
+): { distance: number; right: number; above: number } {
+  const corners = Array.from({ length: 8 }, (_, n) => new THREE.Vector3(n & 1 ? 0.5 : -0.5, n & 2 ? 0.5 : -0.5, n & 4 ? 0.5 : -0.5).multiply(extent));
+  const along = (axis: THREE.Vector3, tangent: number): { distance: number; middle: number } => {
+    const high = Math.max(...corners.map((at) => at.dot(axis) + tangent * at.dot(direction)));
+    const low = Math.max(...corners.map((at) => -at.dot(axis) + tangent * at.dot(direction)));
+    return { distance: (high + low) / (2 * tangent), middle: 0.5 * (high - low) };
+  };
+  const [a, b] = [along(right, across), along(above, upwards)];
+  return { distance: Math.max(a.distance, b.distance), right: a.middle, above: b.middle };
 }

@@ -107,11 +107,11 @@ async function start(): Promise<void> {
 
   const canvas = element('picture', HTMLCanvasElement);
   const view = new View(canvas, scene, bounds, await readJoints(scene, frames.all[0]!), frames.all[0]!, frames.facts, inks(), {
-    above: [document.querySelector('header')!, element('legend', HTMLElement)],
+    above: [element('top', HTMLDivElement)],
     below: [document.querySelector('footer')!],
   });
   view.highestSpeed = usualSpeed(frames.facts);
-  const controls = new Controls(player, view, scene, bounds, bounds.error > 0);
+  const controls = new Controls(player, view, scene, bounds, frames.all);
   say('');
   player.isPlaying = player.span > 0 && !matchMedia('(prefers-reduced-motion: reduce)').matches;
 

@@ -60,10 +60,11 @@ export interface Look {
   lines: THREE.ShaderMaterial;
   faces: THREE.ShaderMaterial;
   pins: THREE.ShaderMaterial;
+  pointSize: number; // pixels
   uniforms: Record<'blend' | 'pointSize' | 'focus', THREE.IUniform<number>>;
 }
 
-const lift = 1e-3; // of the distance
+export const lift = 1e-3; // of the distance
 const pinSize = 7; // pixels at least
 
 export function makeLook(pointSize: number, ink: THREE.ColorRepresentation): Look {
@@ -76,5 +77,5 @@ export function makeLook(pointSize: number, ink: THREE.ColorRepresentation): Loo
     fragmentShader: pinShader,
   });
   const faces = material(faceShader, 0, THREE.DoubleSide);
-  return { points: material(ballShader, lift), lines: material(plainShader, lift), faces, pins, uniforms };
+  return { points: material(ballShader, lift), lines: material(plainShader, lift), faces, pins, pointSize, uniforms };
 }

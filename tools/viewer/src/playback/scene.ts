@@ -4,6 +4,7 @@ import { unpacked } from '../shared/bytes';
 import type { HalfSpace } from './bodies';
 import type { Frame } from './frames';
 import { latticeSurface } from './lattice';
+import { type Sheet, restLengths } from './stretch';
 
 export type Vector = [number, number, number];
 
@@ -78,6 +79,7 @@ export interface Scene {
   contacts?: Contact[];
   motions?: Motion[];
   nets?: [number, number][]; // grids that are no cloth: the first particle, and how many
+  sheets?: Sheet[];
   pins?: number[]; // particles that are held
   anchors?: Anchors[];
 }
@@ -101,6 +103,7 @@ export interface Joints {
   sides: Pieces; // of the triangles' faces, and what else joins their corners
   triangles: Pieces; // of cloth, and of the surface of cells
   covered: ReadonlySet<number>; // particles that they show
+  restOf: (a: number, b: number) => number; // m: the length at rest of a line, by its ends
 }
 
 // How many of them are whole in a frame: they stand in the order in which they tear, what never does first.
@@ -149,7 +152,7 @@ export function edges(faces: Uint32Array): Uint32Array<ArrayBuffer> {
   return new Uint32Array(ends);
 }
 
-const keyOf = (a: number, b: number): number => Math.min(a, b) * 2 ** 26 + Math.max(a, b);
+export const keyOf = (a: number, b: number): number => Math.min(a, b) * 2 ** 26 + Math.max(a, b);
 
 // Frames from which on springs are torn, by their ends: `torn` holds a frame and two ends of each.
 export function tornFrom(torn: Uint32Array): (a: number, b: number) => number {
@@ -227,8 +230,16 @@ const joined = (...parts: (Uint32Array | readonly number[])[]): Uint32Array<Arra
   return all;
 };
 
-// `given`: lines; `faces`: of grids and meshes. Lines that lie in a face or in a body of cells go with its sides.
-export function jointsOf(given: Uint32Array, faces: Uint32Array, nets: readonly [number, number][], torn: Uint32Array, first: Frame): Joints {
+// As the page holds them.
+export interface Given {
+  lines: Uint32Array; // two ends each
+  rests: Float32Array; // m: their lengths at rest, or 0
+  faces: Uint32Array; // of grids and meshes: of each the number of its corners, then the corners
+  torn: Uint32Array; // of what tears a frame and two ends each
+}
+
+// Lines that lie in a face or in a body of cells go with its sides.
+export function jointsOf({ nets = [], sheets = [] }: Pick<Scene, 'nets' | 'sheets'>, { lines: given, rests, faces, torn }: Given, first: Frame): Joints {
   const { cloth, net } = parted(faces, nets);
   const cells = latticeSurface(given, first);
   const solid = joined(cloth, cells.faces);
@@ -251,9 +262,16 @@ export function jointsOf(given: Uint32Array, faces: Uint32Array, nets: readonly 
     sides: pieces(joined(within, edges(cloth)), 2),
     triangles: pieces(triangles(solid), 3, from && trianglesUntil(solid, from)),
     covered: corners,
+    restOf: restLengths(given, rests, sheets, first),
   };
 }
 
 export async function readJoints(scene: Scene, first: Frame): Promise<Joints> {
-  return jointsOf(await numbers('lines'), await numbers('faces'), scene.nets ?? [], await numbers('torn'), first);
+  const given = {
+    lines: await numbers('lines'),
+    rests: new Float32Array((await numbers('rests')).buffer),
+    faces: await numbers('faces'),
+    torn: await numbers('torn'),
+  };
+  return jointsOf(scene, given, first);
 }

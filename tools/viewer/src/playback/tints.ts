@@ -2,7 +2,7 @@
 import { type Colour, rising } from '../shared/palette';
 import type { Frame } from './frames';
 
-export type Colouring = 'plain' | 'speed' | 'error';
+export type Colouring = 'plain' | 'speed' | 'error' | 'stretch';
 
 export const errorOctaves = 27; // that the palette spans: eight powers of ten
 
@@ -31,11 +31,14 @@ function errorPart(byte: number, frame: Frame, highest: Highest): number {
 const isByError = (frame: Frame, colouring: Colouring): boolean => colouring === 'error' && frame.errors !== undefined;
 
 // What the particles' colours stand for.
-export const valuesOf = (frame: Frame, colouring: Colouring): Uint8Array => (isByError(frame, colouring) ? frame.errors! : frame.speeds);
+export function valuesOf(frame: Frame, colouring: Colouring): Uint8Array {
+  if (isByError(frame, colouring)) return frame.errors!;
+  return (colouring === 'stretch' ? frame.stretches : undefined) ?? frame.speeds;
+}
 
 // The colours of values 0 to 255 in a frame.
 export function colourTable(frame: Frame, colouring: Colouring, highest: Highest, plain: Colour): Colour[] {
-  const part = isByError(frame, colouring) ? errorPart : speedPart;
+  const part = isByError(frame, colouring) ? errorPart : colouring === 'stretch' ? (byte: number) => byte / 255 : speedPart;
   const all = plain.map((each) => Math.round(255 * each)) as unknown as Colour;
   return Array.from({ length: 256 }, (_, byte) => (colouring === 'plain' ? all : coloured(part(byte, frame, highest))));
 }

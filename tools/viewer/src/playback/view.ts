@@ -5,9 +5,11 @@ import type { Colour } from '../shared/palette';
 import { AnchoredSprings, anchorsBox } from './anchored';
 import { DottedPicture, type Grain, type Shown, packed } from './dots';
 import type { Frame, FrameFacts } from './frames';
-import { type Look, makeLook } from './materials';
-import { type Framing, aroundNearlyAll, boxOf, distanceFor, framingOf, withBodies } from './framing';
+import { type Look, lift, makeLook } from './materials';
+import { type Framing, aroundNearlyAll, boxOf, framingOf, placeFor, withBodies } from './framing';
+import { Ropes } from './ropes';
 import type { Bounds, Joints, Pieces, Scene } from './scene';
+import { Stretch } from './stretch';
 import { Surroundings } from './surroundings';
 import { type Colouring, type Highest, colourTable, fillTints } from './tints';
 
@@ -67,6 +69,8 @@ export class View {
   private readonly position: THREE.BufferAttribute;
   private readonly next: THREE.BufferAttribute;
   private readonly tint: THREE.BufferAttribute;
+  readonly stretch: Stretch;
+  private ropes: Ropes | undefined;
   private hasCorners = false; // something is drawn from the three
   private readonly parts: Partial<Record<Part, THREE.Object3D>> = {};
   private readonly anchored: AnchoredSprings | undefined;
@@ -108,6 +112,7 @@ export class View {
     this.renderer.setPixelRatio(isPlain ? 1 : Math.min(devicePixelRatio, 2));
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.up = this.upward();
+    this.stretch = new Stretch([joints.lines, joints.sides], joints.restOf);
     const anchors = anchorsBox(scene.anchors ?? [], first);
     const boxes = facts.map(({ box }) => (box ? boxOf(box).union(anchors) : boxOf(undefined)));
     const most = aroundNearlyAll(boxes);
@@ -171,6 +176,7 @@ export class View {
     this.moveSurroundings(time);
     this.follow(index, blend);
     const isNew = this.shown?.now !== now || this.shown.colouring !== this.colouring;
+    if (this.colouring === 'stretch') now.stretches ??= this.stretch.bytes(now, index);
     const highest: Highest = { speed: this.highestSpeed, error: this.bounds.error };
     if (isNew && this.dotted) this.dotColours = Uint32Array.from(colourTable(now, this.colouring, highest, this.inks.plain), packed);
     if (isNew && this.hasCorners) {
@@ -180,6 +186,7 @@ export class View {
     }
     const isOnward = this.onward !== now.onward; // or its frame has loaded since
     if (isOnward && this.hasCorners) this.upload(this.next, now.onward);
+    if (isNew || isOnward) this.ropes?.move(now, this.tint.array as Uint8Array, index);
     if (!isNew && !isOnward && uniforms.blend.value === blend) return;
     uniforms.blend.value = blend;
     this.setCount(now.count);
@@ -242,9 +249,9 @@ export class View {
     const { left, top, right: end, bottom } = freeArea(this.canvas, this.covers);
     const half = Math.tan((Math.PI / 360) * this.camera.fov) / this.canvas.clientHeight; // the tangent of a pixel's angle
     const [across, upwards] = [half * (end - left), half * (bottom - top)];
-    const distance = distanceFor(extent, direction, right, above, shown * across, shown * upwards);
-    this.controls.target.copy(this.center);
-    this.camera.position.copy(this.center).addScaledVector(direction, Math.max(distance, this.size));
+    const place = placeFor(extent, direction, right, above, shown * across, shown * upwards);
+    this.controls.target.copy(this.center).addScaledVector(right, place.right).addScaledVector(above, place.above);
+    this.camera.position.copy(this.controls.target).addScaledVector(direction, Math.max(place.distance, 0.5 * this.size));
     this.controls.update();
     this.isTouched = false;
     this.isStale = true;
@@ -294,7 +301,12 @@ export class View {
     const bare = hasFaces ? Uint32Array.from({ length: capacity }, (_, i) => i).filter((i) => !covered.has(i)) : undefined;
     const isBare = bare !== undefined && bare.length > 0;
     this.add('points', this.dotted ? new THREE.Group() : new THREE.Points(geometry(isBare ? bare : undefined), this.look.points));
-    if (lines.corners.length > 0) this.add('springs', new THREE.LineSegments(pieces(lines, 2), this.look.lines));
+    if (lines.corners.length > 2 * Ropes.most) {
+      this.add('springs', new THREE.LineSegments(pieces(lines, 2), this.look.lines));
+    } else if (lines.corners.length > 0) {
+      this.ropes = new Ropes(lines, Math.max(1.4, 0.4 * this.look.pointSize) * this.renderer.getPixelRatio(), lift, this.look.uniforms.blend);
+      this.add('springs', this.ropes.object);
+    }
     if (sides.corners.length > 0) this.add('sides', new THREE.LineSegments(pieces(sides, 2), this.look.lines));
     if (this.scene.pins?.length) this.add('pins', new THREE.Points(geometry(Uint32Array.from(this.scene.pins)), this.look.pins));
     if (!hasFaces) return;
@@ -332,6 +344,7 @@ export class View {
     if (clientWidth === 0 || clientHeight === 0) return;
     if (this.dotted) this.dotted.resize(clientWidth, clientHeight);
     else this.renderer.setSize(clientWidth, clientHeight, false);
+    this.ropes?.resize(this.canvas.width, this.canvas.height);
     this.camera.aspect = clientWidth / clientHeight;
     // What the camera looks at is in the middle of what is free.
     const { left, top, right, bottom } = freeArea(this.canvas, this.covers);

@@ -3,8 +3,9 @@ import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { pathToFileURL } from 'node:url';
+import { fileURLToPath, pathToFileURL } from 'node:url';
 import { inflateSync } from 'node:zlib';
+import type axe from 'axe-core';
 import { type Browser, type Page, chromium } from 'playwright-core';
 import flags from './chromium.json' with { type: 'json' };
 
@@ -45,6 +46,15 @@ export async function opened(browser: Browser, file: string): Promise<{ page: Pa
   });
   await page.goto(pathToFileURL(file).href);
   return { page, complaints };
+}
+
+// What axe-core holds against the page that is serious or worse.
+export async function barriers(page: Page): Promise<string[]> {
+  await page.addScriptTag({ path: fileURLToPath(import.meta.resolve('axe-core/axe.min.js')) });
+  const { violations } = await page.evaluate(() => (globalThis as unknown as { axe: typeof axe }).axe.run());
+  return violations
+    .filter(({ impact }) => impact === 'serious' || impact === 'critical')
+    .map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(' ')).join(', ')}`);
 }
 
 // How many colours a PNG without interlacing has, up to a thousand; RGB or RGBA of 8 bits.

@@ -2,7 +2,7 @@
 import { readFileSync, writeFileSync } from 'node:fs';
 import type { Browser, Page } from 'playwright-core';
 import { afterAll, beforeAll, describe, expect, test } from 'vitest';
-import { Scratch, colours, launched, opened, settings } from './browser';
+import { Scratch, barriers, colours, launched, opened, settings } from './browser';
 
 interface Shown {
   frames: number;
@@ -27,6 +27,56 @@ const whole = (page: Page): Promise<unknown> =>
     const state = window.dvdx?.();
     return state !== undefined && state.loaded === state.frames && state.drawn > 0;
   }, undefined, { timeout: 60000 });
+
+// Once the picture is of what is shown now.
+const settled = (page: Page): Promise<void> =>
+  page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve()))));
+
+async function scrub(page: Page, part: number): Promise<void> {
+  await page.locator('#scrub').evaluate((slider: HTMLInputElement, at: number) => {
+    slider.value = String(at * Number(slider.max));
+    slider.dispatchEvent(new Event('input'));
+  }, part);
+  await settled(page);
+}
+
+interface Placed {
+  outside: number; // particles that are not where nothing covers the picture
+  size: number; // of the box around the first `count` of them, as a part of the free height
+}
+
+const placed = (page: Page, count = Infinity): Promise<Placed> =>
+  page.evaluate((most) => {
+    const { seen, positions } = window.dvdx!();
+    const { clientWidth, clientHeight } = document.querySelector('#picture')!;
+    const top = document.querySelector('#top')!.getBoundingClientRect().bottom;
+    const bottom = document.querySelector('footer')!.getBoundingClientRect().top;
+    let outside = 0;
+    let [low, high] = [Infinity, -Infinity];
+    for (let i = 0; i < Math.min(most, positions.length / 3); ++i) {
+      const [x, y, z] = positions.subarray(3 * i, 3 * i + 3) as unknown as [number, number, number];
+      const row = (r: number): number => seen[r]! * x + seen[4 + r]! * y + seen[8 + r]! * z + seen[12 + r]!;
+      const across = 0.5 * clientWidth * (1 + row(0) / row(3));
+      const down = 0.5 * clientHeight * (1 - row(1) / row(3));
+      if (!(across >= 0 && across <= clientWidth && down >= top && down <= bottom && row(3) > 0)) ++outside;
+      low = Math.min(low, down);
+      high = Math.max(high, down);
+    }
+    return { outside, size: (high - low) / (bottom - top) };
+  }, count);
+
+// Texts and controls that go beyond the panel that they are in, or beyond the window.
+const astray = (page: Page): Promise<string[]> =>
+  page.evaluate(() =>
+    ['footer', '#top'].flatMap((holder) => {
+      const box = document.querySelector(holder)!.getBoundingClientRect();
+      const [left, right] = [Math.max(0, box.left), Math.min(innerWidth, box.right)];
+      return [...document.querySelectorAll(`${holder} *`)].flatMap((each) => {
+        const { left: from, right: to, bottom } = each.getBoundingClientRect();
+        return from >= left - 1 && to <= right + 1 && bottom <= box.bottom + 1 ? [] : [`${each.tagName} ${each.textContent}`];
+      });
+    }),
+  );
 
 // step -> how many particles, and x, y, z of the first of them, as the run wrote them; a state without particles has no rows.
 function csvPositions(file: string): Map<number, number[]> & { counts: Map<number, number> } {
@@ -70,25 +120,38 @@ describe.skipIf(settings.program === undefined)('the playback page', () => {
     expect((await shown(page)).count).toBe(count);
     expect((await shown(page)).frames).toBe(states.size);
 
-    // It plays by itself, and stops.
+    // It plays by itself, and stops; the button says what it does.
     const before = await shown(page);
     expect(before.isPlaying).toBe(true);
     await page.waitForFunction((time) => window.dvdx!().time !== time, before.time);
+    const play = page.locator('#play');
+    expect(await play.getAttribute('aria-label')).toBe('Pause');
     await page.keyboard.press(' ');
     expect((await shown(page)).isPlaying).toBe(false);
 
-    // Every state that is scrubbed to is the run's own.
+    // Every state that is scrubbed to is the run's own, and seen whole beside the panel.
     for (const part of [0, 0.5, 1]) {
-      await page.locator('#scrub').evaluate((slider: HTMLInputElement, at: number) => {
-        slider.value = String(at * Number(slider.max));
-        slider.dispatchEvent(new Event('input'));
-      }, part);
+      await scrub(page, part);
+      expect((await placed(page)).outside).toBe(0);
       const state = await shown(page);
       const expected = states.get(state.step)!;
       if (part === 0) expect(state.step).toBe(0);
       if (part === 1) expect(state.step).toBe([...states.keys()].at(-1));
       expected.forEach((x, i) => expect(Math.abs(state.positions[i]! - x)).toBeLessThan(spacing));
     }
+
+    expect(await play.getAttribute('aria-label')).toBe('Play');
+    const text = await page.locator('#scrub').getAttribute('aria-valuetext');
+    expect(text).toMatch(/^[0-9.]+ of [0-9.]+ s$/);
+    expect(text).toBe(await page.locator('#time').textContent());
+
+    // So they are in the window of a telephone, where all texts keep to their panel.
+    await page.setViewportSize({ width: 375, height: 667 });
+    await settled(page);
+    expect(await astray(page)).toEqual([]);
+    expect((await placed(page)).outside).toBe(0);
+    await page.setViewportSize({ width: 1280, height: 800 });
+    await settled(page);
 
     // Keys: a frame back, the view turned; the picture is a picture.
     const last = await shown(page);
@@ -163,6 +226,36 @@ describe.skipIf(settings.program === undefined)('the playback page', () => {
     expect(complaints).toEqual([]);
     await page.close();
   }, 120000);
+
+  test('a crowd that walks is followed, and one that is far away makes it no smaller', async () => {
+    const values = Array.from({ length: 60 }, (_, i) => [(i % 4) / 4, (i % 5) / 5, (i % 3) / 3]);
+    const scene = {
+      format: 'dvdx-scene/1', name: 'walk', step: 0.05, duration: 4,
+      particles: { count: 61, position: { values: [...values, [0, 4000, 0]] }, velocity: [5, 0, 1] },
+    };
+    writeFileSync(scratch.path('walk.json'), JSON.stringify(scene));
+    scratch.dvdx('run', scratch.path('walk.json'), '--every', '1', '--out', scratch.path('walk.html'));
+    const { page, complaints } = await opened(browser, scratch.path('walk.html'));
+    await whole(page);
+    await page.keyboard.press(' ');
+    for (const part of [0, 0.4, 1]) {
+      await scrub(page, part);
+      const { outside, size } = await placed(page, 60);
+      expect(outside).toBe(0);
+      expect(size).toBeGreaterThan(0.3);
+    }
+    expect(complaints).toEqual([]);
+    await page.close();
+  }, 60000);
+
+  test.each(['light', 'dark'] as const)('axe-core finds nothing serious, %s', async (colorScheme) => {
+    const { page } = await opened(browser, scratch.path('flag.html'));
+    await page.emulateMedia({ colorScheme });
+    await page.reload();
+    await whole(page);
+    expect(await barriers(page)).toEqual([]);
+    await page.close();
+  }, 60000);
 
   test('without WebGL the page says so and what to do', async () => {
     const blind = await launched('without WebGL');
