@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <pugixml.hpp>
 #include <vector>
 
 #include "dvdx/layouts/soa.hpp"
+#include "output/frame_coder.hpp"
 #include "output/html_page.hpp"
 #include "output/writer.hpp"
 #include "scene_io/fault.hpp"
@@ -403,6 +405,56 @@ TEST_CASE("a page tells of the scene, whatever its name has in it") {
   CHECK(scene["anchors"][0] == nlohmann::json{1, 2, 3});
   CHECK(unpacked(elements(document, "lines")[0].text().get(), 100).size() == 8);
   CHECK(unpacked(elements(document, "faces")[0].text().get(), 100) == std::string("\3\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0", 16));
+}
+
+TEST_CASE("a page is told which grids are nets, and what springs, rods and sides have at rest") {
+  const PageFolder folder("rests");
+  SceneFile file{.path = "a.json", .name = "", .about = "", .step = 0.1, .duration = 1, .particles = {}, .scene = {}};
+  file.scene.add(Grid{.rows = 2, .columns = 3, .first = 1, .edge_u = {4, 0, 0}, .edge_v = {0, 0, 3}, .structural = 1});
+  file.scene.add(Springs{.pairs = {{0, 1}, {7, 2}}, .stiffness = 1.0, .rest_length = Scalars(std::vector<double>{0.5, 0.25})});
+  file.scene.add(Springs{.pairs = {{0, 3}}, .stiffness = 1.0});
+  file.scene.add(Distance{.pairs = {{0, 4}}, .length = Scalars(0.125)});
+  file.scene.add(Distance{.pairs = {{0, 5}}, .length = Scalars(2.0), .bound = Bound::at_most});
+  const Topology topology{.lines = {{1, 0}, {2, 7}, {0, 3}, {4, 0}, {0, 5}}, .faces = {}, .nets = {{1, 6}}};
+  const Output output{.target = folder / "a.html", .particles = 8, .states = 0, .topology = &topology, .scene = &file};
+  make_writer<float>(output)->finish();
+  const auto document = read_page(folder, "a.html");
+  const auto scene = nlohmann::json::parse(elements(document, "scene")[0].text().get());
+  CHECK(scene["nets"] == nlohmann::json{{1, 6}});
+  REQUIRE(scene["sheets"].size() == 1);
+  CHECK(scene["sheets"][0] == nlohmann::json{{"first", 1}, {"columns", 3}, {"count", 6}, {"sides", {2, 3}}});
+  const auto bytes = unpacked(elements(document, "rests")[0].text().get(), 100);
+  std::vector<float> rests(bytes.size() / sizeof(float));
+  std::memcpy(rests.data(), bytes.data(), bytes.size());
+  CHECK(rests == std::vector<float>{0.5F, 0.25F, 0, 0.125F, 0});
+}
+
+TEST_CASE("a frame has the box of nearly all: one that is far away does not count, nor what is not much farther") {
+  const auto box_with = [](float last, std::size_t count) {
+    std::array<std::vector<float>, 3> points{};
+    for (auto& axis : points) axis.assign(count, 0.0F);
+    for (std::size_t i = 0; i < count; ++i) points[1][i] = static_cast<float>(i % 9) - 4;
+    points[0].back() = last;
+    return box_of_nearly_all(points);
+  };
+  CHECK(box_with(1000, 500).high == std::array<double, 3>{0, 4, 0});
+  CHECK(box_with(1000, 10).high[0] == 0);
+  CHECK(box_with(1000, 9).high[0] == 1000);
+  CHECK(box_with(8, 500).high[0] == 8);
+  CHECK(box_with(-1000, 500).low == std::array<double, 3>{0, -4, 0});
+  const PageFolder folder("box");
+  Soa<float> memory(2);
+  auto state = memory.view();
+  state.x[0][1] = -0.5;
+  state.x[2][0] = 3;
+  const auto writer = make_writer<float>({.target = folder / "a.html", .particles = 2, .states = 2});
+  writer->write({}, state);
+  state.count = 0;
+  writer->write({.step = 1, .time = 1}, state);
+  writer->finish();
+  const auto frames = elements(read_page(folder, "a.html"), "frame");
+  CHECK(std::string(frames[0].attribute("data-box").value()) == "-0.5,0,0,0,0,3");
+  CHECK(std::string(frames[1].attribute("data-box").value()).empty());
 }
 
 TEST_CASE("a page's gravity is the sum of all constant forces") {

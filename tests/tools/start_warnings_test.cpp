@@ -120,6 +120,34 @@ TEST_CASE("a pinched vertex of a mesh has the number that the file gives it") {
   CHECK(warnings[0]["text"].get<std::string>().find("particle 3 is between two surfaces") == 0);
 }
 
+// 9 x 9 over a metre, just above a ball of half a metre: between two particles on it, 0.177 m apart, the line is 8 mm inside.
+TEST_CASE("run warns of a ball that comes through cloth between its particles, and the thickness that it names helps") {
+  const ScratchFolder folder("pokes");
+  folder.write("drape.json", R"({"format": "dvdx-scene/1", "name": "drape", "step": 0.01, "duration": 0.4,
+    "network": {"type": "grid", "rows": 9, "columns": 9, "origin": [-0.5, 0.51, -0.5], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+      "mass": 0.3, "structural": 200, "shear": 100, "damping": 0.05},
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
+    "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": -2},
+                 {"type": "sphere", "center": [0, 0, 0], "radius": 0.5}]})");
+  const json warnings = warnings_of(folder, "drape.json", "pokes_through");
+  REQUIRE(warnings.size() == 1);
+  const auto depth = warnings[0]["value"].get<double>();
+  CHECK(depth > 0.006);
+  CHECK(depth < 0.011);
+  CHECK(warnings[0]["limit"].get<double>() < 0.0015);
+  CHECK(warnings[0]["text"].get<std::string>().find("contacts[1] comes 0.0") == 0);
+  const auto cure = warnings[0]["cure"].get<std::string>();
+  REQUIRE(cure.find("\"thickness\": 0.0") == 0);
+  const auto thickness = std::stod(cure.substr(cure.find(':') + 1));
+  CHECK(thickness >= depth);
+  CHECK(run(folder, "run drape.json --strict").exit == 6);
+  CHECK(run(folder, "run drape.json --strict --set contacts[1].thickness=" + std::to_string(thickness)).exit == 0);
+  // Of a net, which a ball may well come through, and from within, nothing is said.
+  CHECK(warnings_of(folder, "drape.json --set network.shear=0", "pokes_through") == json::array());
+  CHECK(warnings_of(folder, "drape.json --set contacts[1].side=inside --set contacts[1].radius=0.9", "pokes_through") ==
+        json::array());
+}
+
 TEST_CASE("run warns of sheets in millimetres or grams") {
   const ScratchFolder folder("units");
   const auto sheet = [&](const char* side, const char* mass) {

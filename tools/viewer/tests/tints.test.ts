@@ -10,7 +10,7 @@ const tints = (colouring: Colouring, speed: number): number[][] => {
   return [0, 4, 8].map((at) => [...bytes.slice(at, at + 3)]);
 };
 
-const [lowest, highest] = [[0x44, 0x39, 0x83], [0xfd, 0xe7, 0x25]];
+const [lowest, highest] = [[0x3b, 0x52, 0x8b], [0xfd, 0xe7, 0x25]];
 
 test('a palette goes from rest to the highest speed, and what is faster has its end', () => {
   expect(tints('speed', 2).slice(0, 2)).toEqual([lowest, highest]);

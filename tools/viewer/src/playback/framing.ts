@@ -34,6 +34,13 @@ export interface Framing {
   centers: THREE.Vector3[]; // of each frame
 }
 
+// The largest, but for a fiftieth of them that are beyond twice the next.
+function largestButFew(values: readonly number[]): number {
+  const sorted = [...values].sort((a, b) => a - b);
+  const most = sorted[Math.floor(0.98 * (sorted.length - 1))] ?? 0;
+  return Math.min(sorted.at(-1) ?? 0, 2 * most);
+}
+
 // The camera follows along an axis where it never sees one place all the time: by so many times the size of what is seen at once.
 const isFar = 0.15;
 const isDeep = 3; // a fall is shown whole unless it is deeper
@@ -45,32 +52,34 @@ export function framingOf(boxes: readonly THREE.Box3[], times: readonly number[]
   const extent = all.getSize(new THREE.Vector3());
   const middle = all.getCenter(new THREE.Vector3());
   const centers = boxes.map(() => middle.clone());
-  const sizes = boxes.filter((box) => !box.isEmpty()).map(diagonal);
-  const largest = sizes.sort((a, b) => a - b)[Math.floor(0.98 * (sizes.length - 1))] ?? 0;
+  const there = boxes.filter((box) => !box.isEmpty());
+  const largest = largestButFew(there.map(diagonal));
   if (!(largest > 0.05 * diagonal(all))) return { extent, centers };
   for (const axis of ['x', 'y', 'z'] as const) {
-    const there = boxes.filter((box) => !box.isEmpty());
     const gap = Math.max(...there.map((box) => box.min[axis])) - Math.min(...there.map((box) => box.max[axis]));
     if (!(gap > (axis === up ? isDeep : isFar) * largest)) continue;
     const path = smoothed(boxes.map((box) => (box.isEmpty() ? NaN : 0.5 * (box.min[axis] + box.max[axis]))), times);
     path.forEach((at, i) => (centers[i]![axis] = at));
     const halves = boxes.flatMap((box, i) => (box.isEmpty() ? [] : [Math.max(box.max[axis] - path[i]!, path[i]! - box.min[axis])]));
-    extent[axis] = 2 * halves.sort((a, b) => a - b)[Math.floor(0.98 * (halves.length - 1))]!;
+    extent[axis] = 2 * largestButFew(halves);
   }
   return { extent, centers };
 }
 
-// The mean over half a second around each time: what flutters does not shake the camera. Where nothing is, as before.
+// The mean over half a second around each time, less at the ends, so that it does not lag: what flutters does not shake the camera.
+// Where nothing is, as before.
 export function smoothed(path: readonly number[], times: readonly number[]): number[] {
   let last = path.find((at) => !Number.isNaN(at)) ?? 0;
   const whole = path.map((at) => (last = Number.isNaN(at) ? last : at));
-  let from = 0;
-  let to = 0;
-  let sum = 0;
+  const apart = (i: number, j: number): number => Math.abs(times[i]! - times[j]!);
   return whole.map((_, i) => {
-    while (to < whole.length && Math.abs(times[to]! - times[i]!) <= 0.25) sum += whole[to++]!;
-    while (Math.abs(times[i]! - times[from]!) > 0.25) sum -= whole[from++]!;
-    return sum / (to - from);
+    const reach = (1 + 1e-9) * Math.min(0.25, apart(i, 0), apart(i, whole.length - 1));
+    let [from, to] = [i, i];
+    while (from > 0 && apart(i, from - 1) <= reach) --from;
+    while (to + 1 < whole.length && apart(i, to + 1) <= reach) ++to;
+    let sum = 0;
+    for (let j = from; j <= to; ++j) sum += whole[j]!;
+    return sum / (to - from + 1);
   });
 }
 

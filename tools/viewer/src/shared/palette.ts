@@ -4,8 +4,8 @@ export type Colour = readonly [number, number, number]; // 0..1
 
 const hex = (text: string): Colour => [0, 2, 4].map((at) => parseInt(text.slice(at, at + 2), 16) / 255) as unknown as Colour;
 
-// Viridis (S. van der Walt, N. Smith), nine points of it; the darkest is left out, which is lost on a dark ground.
-export const rising: readonly Colour[] = ['443983', '3b528b', '31688e', '26828e', '1f9e89', '35b779', '6ece58', 'b5de2b', 'fde725'].map(hex);
+// Viridis (S. van der Walt, N. Smith), eight points of it; the darkest are left out, which are lost on a dark ground.
+export const rising: readonly Colour[] = ['3b528b', '31688e', '26828e', '1f9e89', '35b779', '6ece58', 'b5de2b', 'fde725'].map(hex);
 
 export const cssGradient = (colours: readonly Colour[]): string =>
   `linear-gradient(to right, ${colours.map((c) => `rgb(${c.map((part) => Math.round(255 * part)).join(' ')})`).join(', ')})`;

@@ -71,9 +71,9 @@ const astray = (page: Page): Promise<string[]> =>
     ['footer', '#top'].flatMap((holder) => {
       const box = document.querySelector(holder)!.getBoundingClientRect();
       const [left, right] = [Math.max(0, box.left), Math.min(innerWidth, box.right)];
-      return [...document.querySelectorAll(`${holder} *`)].flatMap((each) => {
-        const { left: from, right: to, bottom } = each.getBoundingClientRect();
-        return from >= left - 1 && to <= right + 1 && bottom <= box.bottom + 1 ? [] : [`${each.tagName} ${each.textContent}`];
+      return [...document.querySelectorAll(`${holder} :not(option)`)].flatMap((each) => {
+        const { left: from, right: to, bottom, width } = each.getBoundingClientRect();
+        return width === 0 || from >= left - 1 && to <= right + 1 && bottom <= box.bottom + 1 ? [] : [`${each.tagName} ${each.textContent}`];
       });
     }),
   );
