@@ -452,7 +452,8 @@ TEST_CASE("a frame has the box of nearly all: one that is far away does not coun
   state.count = 0;
   writer->write({.step = 1, .time = 1}, state);
   writer->finish();
-  const auto frames = elements(read_page(folder, "a.html"), "frame");
+  const auto document = read_page(folder, "a.html");
+  const auto frames = elements(document, "frame");
   CHECK(std::string(frames[0].attribute("data-box").value()) == "-0.5,0,0,0,0,3");
   CHECK(std::string(frames[1].attribute("data-box").value()).empty());
 }

@@ -142,7 +142,7 @@ TEST_CASE("run warns of a ball that comes through cloth between its particles, a
   CHECK(thickness >= depth);
   CHECK(run(folder, "run drape.json --strict").exit == 6);
   CHECK(run(folder, "run drape.json --strict --set contacts[1].thickness=" + std::to_string(thickness)).exit == 0);
-  // Of a net, which a ball may well come through, and from within, nothing is said.
+  // A ball may well come through a net, and from within there is nothing to come through.
   CHECK(warnings_of(folder, "drape.json --set network.shear=0", "pokes_through") == json::array());
   CHECK(warnings_of(folder, "drape.json --set contacts[1].side=inside --set contacts[1].radius=0.9", "pokes_through") ==
         json::array());

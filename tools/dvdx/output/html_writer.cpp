@@ -32,7 +32,7 @@ std::string lines_element(const Topology& topology) {
   return fmt::format("<script type=\"text/x-dvdx-lines\">{}</script>\n", packed(ends));
 }
 
-// Of each line the length at rest, m, or 0.
+// Each line's length at rest, m, or 0.
 std::string rests_element(const Output& output) {
   return fmt::format("<script type=\"text/x-dvdx-rests\">{}</script>\n", packed(rest_lengths(output)));
 }

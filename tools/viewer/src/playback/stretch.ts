@@ -42,7 +42,7 @@ export class Stretch {
     return this.rests.some((rests) => rests.length > 0);
   }
 
-  // Of each particle the part by which the longest of its lines is longer than at rest.
+  // The part by which the longest of each particle's lines is longer than at rest.
   of({ count, positions }: Frame, index: number): Float32Array {
     const parts = new Float32Array(count);
     this.pieces.forEach(({ corners, whole }, n) => {

@@ -15,7 +15,7 @@ import { type Colouring, type Highest, colourTable, fillTints } from './tints';
 
 export type Part = 'points' | 'springs' | 'sides' | 'faces' | 'pins' | 'contacts';
 
-// What lies on the picture.
+// Texts and controls that lie on the picture.
 export interface Covers {
   above: readonly HTMLElement[];
   below: readonly HTMLElement[];
@@ -346,7 +346,7 @@ export class View {
     else this.renderer.setSize(clientWidth, clientHeight, false);
     this.ropes?.resize(this.canvas.width, this.canvas.height);
     this.camera.aspect = clientWidth / clientHeight;
-    // What the camera looks at is in the middle of what is free.
+    // The middle of what is free is where the camera looks.
     const { left, top, right, bottom } = freeArea(this.canvas, this.covers);
     this.camera.setViewOffset(clientWidth, clientHeight, 0.5 * (clientWidth - left - right), 0.5 * (clientHeight - top - bottom), clientWidth, clientHeight);
     this.isStale = true;

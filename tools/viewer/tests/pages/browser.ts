@@ -48,9 +48,10 @@ export async function opened(browser: Browser, file: string): Promise<{ page: Pa
   return { page, complaints };
 }
 
-// What axe-core holds against the page that is serious or worse.
+// All that axe-core finds serious or worse, each with where it is.
 export async function barriers(page: Page): Promise<string[]> {
-  await page.addScriptTag({ path: fileURLToPath(import.meta.resolve('axe-core/axe.min.js')) });
+  const isThere = await page.evaluate(() => 'axe' in globalThis);
+  if (!isThere) await page.addScriptTag({ path: fileURLToPath(import.meta.resolve('axe-core/axe.min.js')) });
   const { violations } = await page.evaluate(() => (globalThis as unknown as { axe: typeof axe }).axe.run());
   return violations
     .filter(({ impact }) => impact === 'serious' || impact === 'critical')
