@@ -84,6 +84,22 @@ TEST_CASE("a grid makes its particles row by row from its origin") {
   CHECK(file.topology.faces[5] == std::vector<std::uint32_t>{6, 7, 12, 11});
 }
 
+TEST_CASE("a grid that its sides alone hold together is a net, one with shear, bend or air is cloth") {
+  auto net = json::parse(grid);
+  net.erase("shear");
+  net.erase("bend");
+  auto scene = empty_scene();
+  scene["network"] = {json::parse(grid), net, net, net};
+  scene["network"][0].erase("shear");
+  scene["network"][2]["aerodynamics"] = {{"density", 1.2}};
+  const auto file = read(scene);
+  CHECK(file.topology.faces.size() == 32);
+  CHECK(file.topology.nets == std::vector<Pair>{{15, 15}, {45, 15}});
+  auto sheared = scene;
+  sheared["network"][1]["shear"] = 1;
+  CHECK(read(sheared).topology.nets == std::vector<Pair>{{45, 15}});
+}
+
 TEST_CASE("a grid's particles may be given a velocity, and nothing that the grid gives") {
   auto scene = with_network(grid);
   scene["particles"] = json::parse(R"({"velocity":{"uniform":{"min":[0,0,0],"max":[1,1,1],"seed":1}},"count":15})");
