@@ -21,6 +21,15 @@ foreach(set dvdx-shared dvdx-static ${DVDX_EXPORT_OPENMP} ${DVDX_EXPORT_MPI})
   install(EXPORT ${set} NAMESPACE dvdx:: DESTINATION ${DVDX_CMAKEDIR} COMPONENT development)
 endforeach()
 
+# All that must be there for `cmake --install`; the command is installed where it was built.
+add_custom_target(dvdx_installed)
+add_dependencies(dvdx_installed dvdx dvdx_shared)
+foreach(target dvdx_openmp dvdx_mpi)
+  if(TARGET ${target})
+    add_dependencies(dvdx_installed ${target})
+  endif()
+endforeach()
+
 # Reads the header beside it, so it belongs to who develops.
 install(FILES tools/python/dvdx.py DESTINATION ${CMAKE_INSTALL_DATADIR}/dvdx/python COMPONENT development)
 

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # One command from a clone to a result:
+#   tools/run.sh demo                builds the command for this processor, and plays a flag: a picture and, with npm, a page
 #   tools/run.sh report [SCENE...]   speed against error: a table here; pictures, report.json and, with npm, report.html in report/
 #   tools/run.sh test                every test, and what it covers
+#   tools/run.sh build               the whole command: every instruction set, everything that measures, the pages
 #   tools/run.sh bench [OPTION...]   the bars in one table, then every benchmark (options of Google Benchmark: those alone)
 #   tools/run.sh peers [OPTION...]   hanging cloth beside Bullet, boost::odeint, SUNDIALS and plain loops (--quick, --all, --help)
 #   tools/run.sh page                builds the pages that play and report, and tries them in headless Chromium
@@ -12,16 +14,22 @@
 #   tools/run.sh ranks TRIAL [COUNT] [SEED]   many ranks: resume, damage, kill or scenes (tests/ranks/trials.py says what they do)
 #   tools/run.sh tidy [FILE...]      clang-tidy on every source file, or on these
 #   tools/run.sh install PACKAGE...  installs Debian packages, and fails where one cannot be
-# Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing.
+# Installs what is missing (Debian and its children), configures, builds and runs. Asks nothing. The command is build/release/tools/dvdx;
+# demo and report leave out of it what they do not need, and what is left out says which command builds it. test and page have a
+# tree of their own, build/developer. After each of them `cmake --install` of its tree installs what was built.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcli11-dev nlohmann-json3-dev libfmt-dev
-          libzip-dev zlib1g-dev libpugixml-dev libmetis-dev doctest-dev libbenchmark-dev gnuplot-nox libopenmpi-dev openmpi-bin)
+first_packages=(g++ cmake ninja-build libxsimd-dev libeigen3-dev libexpected-dev libcli11-dev nlohmann-json3-dev libfmt-dev zlib1g-dev
+                libpugixml-dev)
+packages=("${first_packages[@]}" libzip-dev libmetis-dev doctest-dev libbenchmark-dev gnuplot-nox libopenmpi-dev openmpi-bin)
 
 say() { printf '\n== %s\n' "$*" >&2; }
 fail() { printf 'tools/run.sh: %s\n' "$*" >&2; exit 2; }
 usage() { sed -n '2,/^#   tools.run.sh install/s/^# \{0,1\}//p' tools/run.sh >&2; exit 2; }
+
+# takes MINUTES TEXT: what is done, and how long that takes; MINUTES: of one core, from nothing built
+takes() { say "$2: about $((($1 + $(nproc) - 1) / $(nproc))) minutes on the $(nproc) cores of this machine where nothing else runs, packages and what is built already aside"; }
 
 is_installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 
@@ -73,6 +81,30 @@ newer_node() {
 }
 
 options=() # of CMake
+
+# best_isa: the instruction set of this processor that a run takes
+best_isa() {
+  has() { for flag in "$@"; do grep -qw "$flag" /proc/cpuinfo || return 1; done; }
+  case $(uname -m) in
+    x86_64) if has avx512f avx512bw avx512cd avx512dq avx512vl; then echo avx512; elif has avx2; then echo avx2; else echo sse2; fi ;;
+    aarch64) echo neon64 ;;
+    *) echo reference ;;
+  esac
+}
+
+# small LAB: build/release gets no more than this processor runs, and LAB of the commands that measure: none or report. A larger build
+# that is there stays.
+small() {
+  local lab
+  [ -e build/release/tools/dvdx ] ||
+    options+=("-DDVDX_ISAS=$(best_isa)" -DDVDX_ARITHMETICS=separate -DDVDX_LAB=none -DDVDX_MPI=OFF -DDVDX_BUILD_TESTS=OFF -DDVDX_BUILD_BENCH=OFF)
+  lab=$(sed -n 's/^DVDX_LAB:[A-Z]*=//p' build/release/CMakeCache.txt 2>/dev/null || true)
+  [ "$1" != report ] || [ "$lab" = all ] || options+=(-DDVDX_LAB=report)
+}
+
+# whole: build/release gets everything
+whole() { options+=(-DDVDX_ISAS=all -DDVDX_ARITHMETICS=all -DDVDX_LAB=all -DDVDX_MPI=ON -DDVDX_BUILD_BENCH=ON); }
+
 # build PRESET TARGET...
 build() {
   local preset=$1 generator=()
@@ -80,6 +112,7 @@ build() {
   command -v ninja >/dev/null || generator=(-G "Unix Makefiles")
   say "building $* ($preset)"
   cmake --preset "$preset" "${generator[@]}" "${options[@]}" >&2 || fail "cmake cannot configure. What is needed, under Debian's names: ${packages[*]}"
+  case $preset in release | developer) set -- "$@" dvdx_installed ;; esac
   cmake --build "build/$preset" --parallel "$(nproc)" --target "$@" >&2
 }
 
@@ -101,8 +134,38 @@ fuzz_target() {
 action=$1
 shift
 case $action in
-  report)
+  demo)
+    [ $# -eq 0 ] || usage
+    takes 5 "building the command for this processor ($(best_isa)), and a flag in the wind"
+    packages=("${first_packages[@]}")
     install_missing
+    ! command -v npm >/dev/null || newer_node
+    ! command -v node >/dev/null || options=("-DDVDX_NODE=$(command -v node)")
+    small none
+    build release dvdx_command dvdx_viewer
+    say "build/release/tools/dvdx run tools/scenes/flag-in-wind.json"
+    build/release/tools/dvdx run tools/scenes/flag-in-wind.json --out build/flag.png
+    if [ -e build/release/tools/viewer/playback.html ]; then
+      build/release/tools/dvdx run tools/scenes/flag-in-wind.json --out build/flag.html >/dev/null
+      say "open build/flag.html in a browser: it plays. build/flag.png is its last picture"
+    else
+      build/release/tools/dvdx run tools/scenes/flag-in-wind.json --out build/flag.apng >/dev/null
+      say "open build/flag.apng in a browser: it moves. A page to turn and play needs Node.js 20.19 or newer with npm (Debian: nodejs npm); then this command again"
+    fi
+    ;;
+  build)
+    [ $# -eq 0 ] || usage
+    takes 20 "building the whole command"
+    install_missing
+    whole
+    build release dvdx_command dvdx_viewer
+    say "build/release/tools/dvdx is there"
+    ;;
+  report)
+    takes 7 "building what reports for this processor ($(best_isa)), and a report"
+    packages=("${first_packages[@]}" gnuplot-nox)
+    install_missing
+    small report
     build release dvdx_command dvdx_viewer
     [ $# -ge 1 ] || set -- tools/scenes/two-springs.json tools/scenes/bouncing.json tools/scenes/meadow.json --quick
     say "dvdx report $*"
@@ -110,6 +173,7 @@ case $action in
     ;;
   test)
     [ $# -eq 0 ] || usage
+    takes 37 "building everything, warnings as errors, and every test"
     install_missing
     install_wanted python3-cffi python3-numpy python3-matplotlib # else the test of the Python module is skipped
     build developer all
@@ -134,6 +198,7 @@ case $action in
     ;;
   bench)
     install_missing
+    whole
     build release dvdx_bars dvdx_bench
     export OMP_PROC_BIND=true # each thread keeps to its core
     [ $# -ge 1 ] || build/release/bench/dvdx_bars
@@ -142,11 +207,13 @@ case $action in
   peers)
     install_missing
     install_wanted libbullet-dev libboost-dev libsundials-dev
+    whole
     build release dvdx_peers
     build/release/bench/peers/dvdx_peers "$@"
     ;;
   verify)
     install_missing
+    whole
     build release dvdx_command
     [ $# -ge 1 ] || set -- tools/scenes/*.json
     say "dvdx verify $*"
@@ -188,6 +255,7 @@ case $action in
   ranks)
     packages+=(python3)
     install_missing
+    whole
     build release dvdx_command
     python3 tests/ranks/trials.py build/release/tools/dvdx "$@"
     ;;

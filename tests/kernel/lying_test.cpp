@@ -166,7 +166,7 @@ TEST_CASE("lying: what comes to rest on a floor is told as impacts while it fall
       CHECK(told.hits >= on_floor);
       CHECK(told.hits <= 2 * on_floor);
       CHECK(told.late == 0);
-      // What springs press onto walls, and stretch over edges, is told now and then (README.md).
+      // What springs press onto walls, and stretch over edges, is told now and then (docs/limits.md).
       Joined over_box = sheet_over(grounds(0, 0)[2], way.coupling);
       if (is_list) over_box = test::as_list(over_box);
       MESSAGE(way.name << (is_list ? ", list" : ", grid") << ": over a box " << run(over_box).late

@@ -141,6 +141,50 @@ TEST_CASE("states are written at step 0, every N steps and at the end") {
   CHECK(steps_written("--every 5") == Steps{"0", "5", "10"});
   CHECK(steps_written("--every 100") == Steps{"0", "10"});
   CHECK(steps_written("--every 1 --duration 0") == Steps{"0"});
+  CHECK(steps_written("--fps 2") == Steps{"0", "4", "8", "10"});  // of 8 steps a second
+  CHECK(steps_written("--fps 3") == Steps{"0", "3", "5", "8", "10"});
+  CHECK(steps_written("--fps 1000 --duration 0.25") == Steps{"0", "1", "2"});
+}
+
+TEST_CASE("a run says what it wrote: what is played has 30 states a second, all else the last one") {
+  const Folder folder("written");
+  const auto written = [&](const std::string& options) {
+    const auto result = run(folder, "run fall.json --step 0.0078125 " + options);  // 160 steps of 1/128 s
+    REQUIRE(result.exit == 0);
+    const auto at = result.out.find("written      ");
+    return at == std::string::npos ? "nothing" : result.out.substr(at + 13, result.out.find('\n', at) - at - 13);
+  };
+  CHECK(written("") == "nothing");
+  CHECK(written("--out a.csv") == "a.csv (the last state)");
+  CHECK(written("--out a.csv --events e.csv") == "a.csv (the last state), e.csv");
+  CHECK(written("--out a.npz") == "a.npz (39 frames)");  // 0, 1/30, ..., 37/30 and 1.25 s
+  CHECK(written("--out a.npz --every 0") == "a.npz (the last state)");
+  CHECK(written("--out a.pc2") == "a.pc2 (39 frames), a.obj");
+  CHECK(written("--out a.ply --every 80") == "a-000000.ply to a-000002.ply (3 frames)");
+  CHECK(written("--out a.vtp --fps 1") == "a-000000.vtp to a-000002.vtp (3 frames), a.pvd");
+  CHECK(written("--out b.obj") == "b.obj (the last state)");
+  CHECK(written("--out b.obj --every 160") == "b-000000.obj to b-000001.obj (2 frames)");
+  CHECK(written("--out b.png") == "b.png (the last state)");
+  CHECK(written("--out b.apng --fps 4") == "b.apng (6 frames)");
+  for (const char* file : {"a.csv", "e.csv", "a.npz", "a.pc2", "a.obj", "a-000002.ply", "a-000002.vtp", "a.pvd", "b.obj",
+                           "b-000001.obj", "b.png", "b.apng"}) {
+    CAPTURE(file);
+    CHECK_FALSE(folder.read(file).empty());
+  }
+  const auto report = json::parse(run(folder, "run fall.json --json --out a.pc2 --every 5").out);
+  CHECK(report["written"] == json::parse(R"([{"file": "a.pc2", "frames": 3}, {"file": "a.obj"}])"));
+}
+
+TEST_CASE("an .obj is the last state, with the faces of its sheets") {
+  const ScratchFolder folder("command-obj");
+  folder.write("square.json", R"({"format": "dvdx-scene/1", "name": "square", "step": 0.5, "duration": 1,
+    "network": {"type": "grid", "rows": 2, "columns": 2, "origin": [0, 1, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+                "mass": 1, "structural": 1}, "forces": [{"type": "constant", "acceleration": [0, -2, 0]}]})");
+  REQUIRE(run(folder, "run square.json --out a.obj --precision float64").exit == 0);
+  const auto text = folder.read("a.obj");
+  CHECK(text.starts_with("# dvdx: step 2, 1 s\nv 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nf "));  // 1 - 2 t^2 / 2
+  CHECK(run(folder, "run square.json --set network.type=mesh --set network.file=a.obj --out a.obj").exit != 0);
+  CHECK(folder.read("a.obj") == text);
 }
 
 TEST_CASE("every format is written whole") {
@@ -162,7 +206,8 @@ TEST_CASE("a negative step runs time backwards") {
 TEST_CASE("a word that is no command is named, with those that there are") {
   const auto result = run(Folder("walk"), "walk fall.json");
   CHECK(result.exit == 2);
-  CHECK(result.err == "dvdx: walk is not a command: known are run, report, tune, explain, verify, stability, merge, info\n");
+  CHECK(result.err ==
+        "dvdx: walk is not a command: known are new, run, report, tune, explain, verify, stability, merge, info, help\n");
 }
 
 TEST_CASE("usage is exit 2, with a message on stderr alone") {
@@ -177,6 +222,12 @@ TEST_CASE("usage is exit 2, with a message on stderr alone") {
                                 "run fall.json --method verlet",
                                 "run fall.json --threads 0",
                                 "run fall.json --every -1",
+                                "run fall.json --fps 0",
+                                "run fall.json --fps inf",
+                                "run fall.json --fps 30 --every 2",
+                                "help walk",
+                                "new cloth",
+                                "new snow a.json",
                                 "run fall.json --step 0",
                                 "run fall.json --step nan",
                                 "run fall.json --step 0.3",
@@ -549,6 +600,45 @@ std::vector<std::string> subcommands(const std::string& help) {
     names.push_back(line.substr(2, line.find(' ', 2) - 2));
   }
   return names;
+}
+
+TEST_CASE("dvdx alone lists the commands, a line each, and an example; help says what one takes") {
+  const Folder folder("alone");
+  const auto alone = run(folder, "");
+  CHECK(alone.exit == 2);
+  CHECK(alone.err.find("\nExample:\n  dvdx run ") != std::string::npos);
+  const auto help = run(folder, "help");
+  CHECK(help.exit == 0);
+  CHECK(help.out == alone.err);
+  for (const auto& name : subcommands(run(folder, "--help").out)) {
+    CAPTURE(name);
+    CHECK(alone.err.find("\n  " + name + " ") != std::string::npos);
+    const auto one = run(folder, "help " + name);
+    CHECK(one.exit == 0);
+    CHECK(one.out == run(folder, name + " --help").out);
+  }
+  CHECK(run(folder, "help walk").err.starts_with("dvdx: walk is not a command: known are new, run, "));
+}
+
+TEST_CASE("new writes scenes that run as they stand, and leaves what is there") {
+  const ScratchFolder folder("command-new");
+  for (const std::string kind : {"cloth", "rope", "fountain", "grains"}) {
+    CAPTURE(kind);
+    const auto made = run(folder, "new " + kind + " " + kind + ".json");
+    CHECK(made.exit == 0);
+    CHECK(made.out.find("dvdx run " + kind + ".json --out " + kind + ".html") != std::string::npos);
+    const auto text = folder.read(kind + ".json");
+    CHECK(json::parse(text)["about"].get<std::string>().find("Change first: ") != std::string::npos);
+    const auto result = run(folder, "run " + kind + ".json --strict --duration 0.5");
+    CAPTURE(result.err);
+    CHECK(result.exit == 0);
+    const auto again = run(folder, "new cloth " + kind + ".json");
+    CHECK(again.exit == 4);
+    CHECK(again.err.find("is there already") != std::string::npos);
+    CHECK(folder.read(kind + ".json") == text);
+  }
+  CHECK(run(folder, "new rope none/rope.json").exit == 4);
+  CHECK(folder.entries() == 4);
 }
 
 TEST_CASE("help of every subcommand starts with an example of it and is no error") {

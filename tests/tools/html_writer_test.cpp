@@ -477,7 +477,7 @@ TEST_CASE("without its page an .html is refused before anything is written, and 
     CHECK(fault.exit() == Exit::input_output);
     const std::string message = fault.what();
     CHECK(message.find(folder / "playback.html") != std::string::npos);
-    CHECK(message.find("tools/run.sh page") != std::string::npos);
+    CHECK(message.find("tools/run.sh demo") != std::string::npos);
   }
   CHECK(folder.entries() == 0);
   folder.write("playback.html", "<html></html>");

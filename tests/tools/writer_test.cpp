@@ -569,13 +569,13 @@ TEST_CASE(
   }
   CHECK_THROWS_WITH_AS(write_changing("a.pc2"),
                        "--out a.pc2: a .pc2 holds as many particles in every state, and those of this scene come and go: "
-                       ".csv, .ply, .vtp, .pvtp and .html hold them",
+                       ".csv, .ply, .obj, .vtp, .pvtp, .html, .png and .apng hold them",
                        Fault);
 }
 
 TEST_CASE("an extension that nothing writes is a matter of usage, and the known ones are listed") {
-  CHECK_THROWS_WITH_AS(check_extension("a.xyz"), "--out a.xyz: must end in .csv, .npz, .ply, .vtp, .pvtp, .pc2 or .html",
-                       Fault);
+  CHECK_THROWS_WITH_AS(check_extension("a.xyz"),
+                       "--out a.xyz: must end in .csv, .npz, .ply, .vtp, .pvtp, .pc2, .html, .obj, .png or .apng", Fault);
   CHECK_NOTHROW(check_extension("a.pc2"));
   CHECK_NOTHROW(check_extension("a.html"));
   CHECK(exit_of("a") == Exit::usage);

@@ -1,10 +1,14 @@
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <new>
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "commands/commands.hpp"
 #include "dvdx/build_info.hpp"
@@ -28,25 +32,56 @@ class ExampleFirst final : public CLI::Formatter {
   std::string make_footer(const CLI::App* /*app*/) const override { return ""; }
 };
 
+std::vector<CLI::App*> commands_of(CLI::App& app) {
+  return app.get_subcommands([](CLI::App*) { return true; });
+}
+
+std::string unknown(CLI::App& app, const std::string& word) {
+  std::string known;
+  for (const CLI::App* const command : commands_of(app)) known += (known.empty() ? "" : ", ") + command->get_name();
+  return word + " is not a command: known are " + known;
+}
+
+// The commands, a line each, and one example.
+std::string overview(CLI::App& app) {
+  std::string text = app.get_description() + "\n\n";
+  for (const CLI::App* const command : commands_of(app)) {
+    text += fmt::format("  {:<10} {}\n", command->get_name(), command->get_description());
+  }
+  return text + fmt::format("\nExample:\n  {}\n\n`dvdx help COMMAND` says more of one.\n", app.get_footer());
+}
+
+void add_help(CLI::App& app) {
+  auto about = std::make_shared<std::string>();
+  auto* command = app.add_subcommand("help", "Say what there is, or what one command takes");
+  command->footer("dvdx help run");
+  command->add_option("COMMAND", *about, "one of those that dvdx lists");
+  command->callback([&app, about] {
+    if (about->empty()) return dvdx::tool::print_answer(overview(app));
+    for (const CLI::App* const each : commands_of(app)) {
+      if (each->check_name(*about)) return dvdx::tool::print_answer(each->help(app.get_name()));
+    }
+    throw dvdx::tool::Fault(Exit::usage, unknown(app, *about));
+  });
+}
+
 // CLI11 says of a word that is no command that a command is missing.
-void refuse_unknown_command(const CLI::App& app, int argc, char** argv) {
+void refuse_unknown_command(CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   const std::string word = argv[1];
-  std::string known;
-  for (const CLI::App* const command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (command->check_name(word)) return;
-    known += (known.empty() ? "" : ", ") + command->get_name();
-  }
-  throw dvdx::tool::Fault(Exit::usage, word + " is not a command: known are " + known);
+  const auto is_it = [&](const CLI::App* command) { return command->check_name(word); };
+  const auto commands = commands_of(app);
+  if (std::none_of(commands.begin(), commands.end(), is_it)) throw dvdx::tool::Fault(Exit::usage, unknown(app, word));
 }
 
 int run(int argc, char** argv) {
   auto exit = Exit::done;
-  CLI::App app("Runs particle scenes and tells how fast and how right they are.", "dvdx");
+  CLI::App app("Runs particle scenes, and says how fast and how right they are.", "dvdx");
   app.formatter(std::make_shared<ExampleFirst>());
-  app.footer("dvdx run scene.json --duration 10 --out states.csv --every 60");
+  app.footer("dvdx run flag.json --out flag.html");
   app.set_version_flag("--version", std::string(dvdx::build_info().version));
   app.require_subcommand(1);
+  dvdx::tool::add_new(app, exit);
   dvdx::tool::add_run(app, exit);
   dvdx::tool::add_report(app, exit);
   dvdx::tool::add_tune(app, exit);
@@ -55,10 +90,15 @@ int run(int argc, char** argv) {
   dvdx::tool::add_stability(app, exit);
   dvdx::tool::add_merge(app, exit);
   dvdx::tool::add_info(app, exit);
+  add_help(app);
   dvdx::tool::refuse_empty_texts(app);
   const auto is_of_one = [](CLI::App* each) { return each->get_name() != "run" && each->get_name() != "info"; };
   for (auto* const command : app.get_subcommands(is_of_one)) {
     command->parse_complete_callback([name = command->get_name()] { dvdx::tool::refuse_ranks(name); });
+  }
+  if (argc < 2) {
+    dvdx::tool::print_progress(overview(app));
+    return static_cast<int>(Exit::usage);
   }
   refuse_unknown_command(app, argc, argv);
   try {

@@ -71,7 +71,7 @@ Checkpoints::Beside Checkpoints::beside(const char* extension, const KeptMark* o
   return {.path = names[is_first_taken ? 1 : 0], .old = names[is_first_taken ? 0 : 1]};
 }
 
-void Checkpoints::keep_states(std::uint64_t every) {
+void Checkpoints::keep_states(double every) {
   if (goes_on_in_place()) {
     const auto path = resumed_states();
     states_.emplace(path, path, resumed_->header().states.value(), writers());

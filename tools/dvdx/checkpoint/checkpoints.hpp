@@ -45,7 +45,7 @@ class Checkpoints {
   [[nodiscard]] std::filesystem::path resumed_events() const;  // likewise
 
   // States that are to be written every so many steps are kept from now on: with those that the resumed run had.
-  void keep_states(std::uint64_t every);
+  void keep_states(double every);
   [[nodiscard]] KeptStates* states() noexcept { return states_ ? &*states_ : nullptr; }
   // Likewise events. The first rank alone.
   void keep_events();

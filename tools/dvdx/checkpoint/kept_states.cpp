@@ -9,7 +9,7 @@ namespace dvdx::tool {
 
 namespace fs = std::filesystem;
 
-KeptStates::KeptStates(fs::path path, std::uint64_t every, Ranks* ranks) : file_(std::move(path), ranks), every_(every) {}
+KeptStates::KeptStates(fs::path path, double every, Ranks* ranks) : file_(std::move(path), ranks), every_(every) {}
 
 KeptStates::KeptStates(fs::path path, const fs::path& from, const KeptStatesMark& mark, Ranks* ranks)
     : file_(std::move(path), from, mark.kept, ranks), every_(mark.every), count_(mark.count) {}

@@ -16,14 +16,14 @@ namespace dvdx::tool {
 
 struct KeptStatesMark {
   KeptMark kept{};
-  std::uint64_t every = 0;  // steps
+  double every = 0;         // steps
   std::uint64_t count = 0;  // states
 };
 
 class KeptStates {
  public:
   // An empty file. Throws Fault (input_output), as all that write do. ranks: as KeptFile has it.
-  KeptStates(std::filesystem::path path, std::uint64_t every, Ranks* ranks);
+  KeptStates(std::filesystem::path path, double every, Ranks* ranks);
   // Goes on behind what `mark` says: `path` is its file, or another one, which then gets a copy.
   KeptStates(std::filesystem::path path, const std::filesystem::path& from, const KeptStatesMark& mark, Ranks* ranks);
 
@@ -37,7 +37,7 @@ class KeptStates {
 
  private:
   KeptFile file_;
-  std::uint64_t every_;
+  double every_;
   std::uint64_t count_ = 0;
 };
 

@@ -11,15 +11,15 @@
 namespace dvdx::tool {
 
 template <class S>
-StatesOut<S>::StatesOut(Output output, std::uint64_t every, Checkpoints& checkpoints)
-    : output_(std::move(output)), every_(every), checkpoints_(checkpoints), ids_(output_.ids) {
+StatesOut<S>::StatesOut(Output output, const Frames& frames, Checkpoints& checkpoints)
+    : output_(std::move(output)), frames_(frames), checkpoints_(checkpoints), ids_(output_.ids) {
   if (has_states_before()) {
     together(output_.ranks, [this] { check_states_before(); });
   }
   make_writer();  // what is wrong with the target is said before the first step
-  if (checkpoints_.is_writing() && every_ > 0) {
+  if (checkpoints_.is_writing() && !frames_.is_last_alone()) {
     writer_.reset();
-    checkpoints_.keep_states(every_);
+    checkpoints_.keep_states(frames_.apart);
   } else {
     are_kept_due_ = has_states_before();
   }
@@ -29,12 +29,12 @@ template <class S>
 void StatesOut<S>::check_states_before() const {
   const auto& header = checkpoints_.resumed()->header();
   const auto refuse = [&](const std::string& what) {
-    throw Fault(Exit::usage, fmt::format("--out {} --every {}: {}; --every 0 writes the last state alone",
-                                         output_.target.string(), every_, what));
+    throw Fault(Exit::usage, fmt::format("--out {}, a state every {} steps: {}; --every 0 writes the last state alone",
+                                         output_.target.string(), frames_.apart, what));
   };
   const auto& file = checkpoints_.resumed()->file();
   if (!header.states) refuse(fmt::format("{} has none of the states up to step {}", file.string(), header.step));
-  if (header.states->every != every_) {
+  if (header.states->every != frames_.apart) {
     refuse(fmt::format("{} has the states of every {} steps up to step {}", file.string(), header.states->every, header.step));
   }
   if (output_.ranks == nullptr || output_.ranks->rank() == 0) check_kept(checkpoints_.resumed_states(), header.states->kept);

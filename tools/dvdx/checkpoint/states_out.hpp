@@ -1,11 +1,11 @@
 // The states that a run writes, also of one that stops and goes on: in the end the file holds those of the whole run.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <span>
 
 #include "checkpoint/checkpoints.hpp"
+#include "output/frames.hpp"
 #include "output/writer.hpp"
 
 namespace dvdx::tool {
@@ -16,9 +16,9 @@ namespace dvdx::tool {
 template <class S>
 class StatesOut {
  public:
-  // every: steps from state to state; 0: the last alone. Throws Fault: usage where the run that is gone on from has not kept
+  // Throws Fault: usage where the run that is gone on from has not kept
   // the states that are wanted; input_output as writers do.
-  StatesOut(Output output, std::uint64_t every, Checkpoints& checkpoints);
+  StatesOut(Output output, const Frames& frames, Checkpoints& checkpoints);
   StatesOut(const StatesOut&) = delete;
   StatesOut& operator=(const StatesOut&) = delete;
 
@@ -26,13 +26,15 @@ class StatesOut {
   void finish();
 
  private:
-  [[nodiscard]] bool has_states_before() const noexcept { return every_ > 0 && checkpoints_.resumed() != nullptr; }
+  [[nodiscard]] bool has_states_before() const noexcept {
+    return !frames_.is_last_alone() && checkpoints_.resumed() != nullptr;
+  }
   void check_states_before() const;
   void make_writer();
   void write_kept(const std::filesystem::path& path, const KeptStatesMark& mark);
 
   Output output_;
-  std::uint64_t every_;
+  Frames frames_;
   Checkpoints& checkpoints_;
   ParticleIds ids_;                          // of the run
   std::span<const std::uint32_t> kept_ids_;  // of the kept state that is being written

@@ -9,6 +9,7 @@ class App;
 
 namespace dvdx::tool {
 
+void add_new(CLI::App& app, Exit& exit);
 void add_run(CLI::App& app, Exit& exit);
 void add_report(CLI::App& app, Exit& exit);
 void add_tune(CLI::App& app, Exit& exit);

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <type_traits>
 
@@ -14,6 +15,7 @@
 #include "dvdx/build_info.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "output/console.hpp"
+#include "output/frames.hpp"
 #include "output/part_file.hpp"
 #include "output/writer.hpp"
 #include "ranks/agree.hpp"
@@ -36,26 +38,26 @@ struct RunOptions {
   EngineOptions engine;
   std::string out;
   std::string events;
-  std::optional<std::uint64_t> every{};  // 0: the last state alone; where not given, as the file's kind has it
+  std::optional<std::uint64_t> every{};  // 0: the last state alone; where neither is given, as the file's kind has it
+  std::optional<double> fps{};           // 1/s
   bool error = false;                    // a page is coloured by it
   bool json = false;
   bool strict = false;
   CheckpointOptions checkpoint;
 };
 
-std::uint64_t states_written(std::uint64_t steps, std::uint64_t every) {
-  return every == 0 ? 1 : steps / every + (steps % every == 0 ? 1 : 2);
-}
-
 std::size_t most_particles(const SceneFile& file) { return std::max(file.particles.total(), file.turnover.capacity); }
 
-// A page plays what it holds, so it holds many states; but not more than play well.
-std::uint64_t every_of(const RunOptions& options, const LoadedScene& loaded) {
-  if (options.every) return *options.every;
-  if (!is_page(options.out)) return 0;
+// Animations have 30 states a second; but a page not more than play well.
+Frames frames_of(const RunOptions& options, const LoadedScene& loaded) {
+  if (options.every) return {.apart = static_cast<double>(*options.every)};
+  if (options.fps) return frames_a_second(*options.fps, loaded.file.step);
+  if (!is_animation(options.out)) return {};
+  const Frames frames = frames_a_second(30, loaded.file.step);
+  if (!is_page(options.out)) return frames;
   constexpr std::uint64_t particle_states = 15'000'000;
-  const auto states = std::clamp<std::uint64_t>(particle_states / most_particles(loaded.file), 300, 3600);
-  return std::max<std::uint64_t>(1, (loaded.steps + states - 1) / states);
+  const auto most = std::clamp<std::uint64_t>(particle_states / most_particles(loaded.file), 300, 3600);
+  return {.apart = std::max(frames.apart, std::ceil(static_cast<double>(loaded.steps) / static_cast<double>(most)))};
 }
 
 // A run's bits depend on all of this, but neither on threads nor on the layout, and on the instruction set only where
@@ -84,12 +86,12 @@ Outcome run_all(const RunOptions& options, LoadedScene& loaded, const Engine& en
       return Simulated(loaded, engine, ranks, options.error ? Starts::kept : Starts::given_back);
     }
   }();
-  const auto every = every_of(options, loaded);
+  const Frames frames = frames_of(options, loaded);
   std::optional<Output> output;
   if (!options.out.empty()) {
     output = {.target = options.out,
               .particles = most_particles(loaded.file),
-              .states = states_written(loaded.steps, every),
+              .states = frames.states(loaded.steps),
               .topology = &loaded.file.topology,
               .counts = is_live(loaded.file) ? Counts::changing : Counts::fixed,
               .numbering = &loaded.file.numbering,
@@ -113,10 +115,13 @@ Outcome run_all(const RunOptions& options, LoadedScene& loaded, const Engine& en
     output->reference = reference.positions;
     output->reference_text = reference.text;
   }
-  Observer<T> observer(loaded, engine, output, every, checkpoints, ranks);
+  Observer<T> observer(loaded, engine, output, frames, checkpoints, ranks);
   const bool counts = options.json || checkpoints.is_writing();
   ContactWatch contacts(loaded.file, counts ? Sums::counted : Sums::left_out, options.events, checkpoints, ranks);
-  return simulation.run(observer, every, contacts, checkpoints);
+  auto outcome = simulation.run(observer, frames, contacts, checkpoints);
+  if (output) outcome.written = files_of(*output);
+  if (!options.events.empty()) outcome.written.push_back({.file = options.events});
+  return outcome;
 }
 
 template <class T>
@@ -203,12 +208,15 @@ void add_run(CLI::App& app, Exit& exit) {
   command->footer("dvdx run hail.json --duration 5 --out hail.vtp --every 6");
   add_scene_options(*command, options->scene);
   add_engine_options(*command, options->engine);
-  command->add_option("--out", options->out, "write states to a .csv, .npz, .ply, .vtp, .pvtp, .pc2 or .html file");
-  command
-      ->add_option("--every", options->every,
-                   "write step 0, every N-th step and the last; 0: the last alone. Where not given: 0, and for an .html as "
-                   "many as play well")
-      ->check(whole_number(0));
+  command->add_option("--out", options->out, fmt::format("write states to a file: {}", written_extensions()));
+  auto* const every = command->add_option("--every", options->every,
+                                          "write step 0, every N-th step and the last; 0: the last alone, as .csv, .ply, .obj "
+                                          "and .png have it where neither is given");
+  auto* const fps = command->add_option("--fps", options->fps,
+                                        "write so many states a second of simulated time, at the nearest steps: 30 where "
+                                        "neither is given and the file is an animation");
+  every->check(whole_number(0))->excludes(fps);
+  fps->check(number_above_zero());
   command->add_flag(
       "--error", options->error,
       "with --out of an .html: hold each state against the closed form, or against steps of an eighth in float64");

@@ -26,6 +26,17 @@ void print_warning(const std::string& scene, const Warning& of) {
   print_message(fmt::format("{}: warning: {}: {}. {}", scene, of.code, of.text, of.cure));
 }
 
+std::string written_text(const std::vector<WrittenFile>& written) {
+  std::string text;
+  for (const WrittenFile& of : written) {
+    text += (text.empty() ? "" : ", ") + of.file.string();
+    if (!of.last.empty()) text += " to " + of.last.string();
+    if (of.states > 1) text += fmt::format(" ({} frames)", of.states);
+    if (of.states == 1) text += " (the last state)";
+  }
+  return text;
+}
+
 }  // namespace
 
 void name_particles(const Numbering& numbering, Outcome& outcome) {
@@ -150,6 +161,12 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
     report["contacts"].push_back({{"hits", sum.hits}, {"impulse", sum.impulse}, {"torque_impulse", sum.torque_impulse}});
   }
   if (outcome.torn) report["torn"] = *outcome.torn;
+  for (const WrittenFile& of : outcome.written) {
+    nlohmann::ordered_json file{{"file", of.file.string()}};
+    if (!of.last.empty()) file["last"] = of.last.string();
+    if (of.states != 0) file["frames"] = of.states;
+    report["written"].push_back(std::move(file));
+  }
   if (outcome.network || !loaded.file.scene.constraints.empty())
     report["heating"] = outcome.warmth ? nlohmann::ordered_json(outcome.warmth->is_heating) : nullptr;
   if (is_joined(loaded.file.scene) || !warnings.empty()) {
@@ -212,6 +229,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   row("state hash", hash_text(outcome.hash));
   row("diverged", outcome.diverged ? "YES, " + why_diverged(outcome, particles) : "no");
   if (outcome.warmth) row("heating", outcome.warmth->is_heating ? "YES" : "no");
+  if (!outcome.written.empty()) row("written", written_text(outcome.written));
 }
 
 // Springs that hold more than there is are softer than the scene says.

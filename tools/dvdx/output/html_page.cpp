@@ -45,7 +45,7 @@ tl::expected<HtmlPage, std::string> find_page(std::string_view name) {
     return tl::unexpected(path.string() + " is no page of dvdx");
   }
   return tl::unexpected(
-      fmt::format("the {} page has not been built: there is no {}. `tools/run.sh page` in dvdx's source builds "
+      fmt::format("the {} page has not been built: there is no {}. `tools/run.sh demo` in dvdx's source builds "
                   "it (with Node.js and npm); or let DVDX_VIEWER name the folder that has it",
                   name, looked_for));
 }

@@ -51,7 +51,7 @@ struct PartOwner {
   std::uint64_t start = 0;
 };
 
-std::string text_of(const PartOwner& owner) {
+std::string owner_text(const PartOwner& owner) {
   return fmt::format("{:016x}-{}-{}", owner.numbering, owner.process, owner.start);
 }
 
@@ -75,7 +75,7 @@ std::optional<PartOwner> owner_of(const std::string& name) {
     return is_there;
   };
   const bool is_told = take_number(text, owner.numbering, 16) && dash() && take_number(text, owner.process, 10) && dash() &&
-                       take_number(text, owner.start, 10) && text_of(owner) == whole;
+                       take_number(text, owner.start, 10) && owner_text(owner) == whole;
   return is_told && owner.process > 0 ? std::optional(owner) : std::nullopt;
 }
 
@@ -95,7 +95,7 @@ fs::path part_beside(const fs::path& target) {
   if (name.size() > most) name = name.substr(0, most) + "-" + std::to_string(std::hash<std::string>{}(name));
   const auto where = numbering();
   const auto start = start_of(getpid());
-  const std::string owner = where && start ? text_of({*where, getpid(), *start}) : std::to_string(getpid());
+  const std::string owner = where && start ? owner_text({*where, getpid(), *start}) : std::to_string(getpid());
   return target.parent_path() / fmt::format(".{}{}{}", name, part_mark, owner);
 }
 

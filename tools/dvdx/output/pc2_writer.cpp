@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "output/bytes.hpp"
+#include "output/obj_text.hpp"
 #include "output/part_file.hpp"
 #include "output/writer.hpp"
 #include "ranks/agree.hpp"
@@ -21,8 +22,6 @@ namespace dvdx::tool {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view obj_mark = "# dvdx: ";  // how every .obj that is written here starts
 
 fs::path obj_beside(fs::path target) { return target.replace_extension(".obj"); }
 
@@ -54,71 +53,6 @@ void put_points(const State<T>& state, const PartFile::Put& put) {
   put(bytes);
 }
 
-// Text that goes to its file piece by piece.
-class ObjText {
- public:
-  explicit ObjText(PartFile& file) : file_(file) {}
-
-  template <class... Arguments>
-  void add(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    fmt::format_to(std::back_inserter(text_), format, std::forward<Arguments>(arguments)...);
-    if (text_.size() > chunk) flush();
-  }
-
-  template <class Shapes>
-  void add_all(char element, const Shapes& shapes) {
-    for (const auto& shape : shapes) {
-      text_ += element;
-      for (const std::size_t corner : shape) add(" {}", corner + 1);
-      text_ += '\n';
-    }
-  }
-
-  void flush() {
-    file_.write(text_);
-    text_.clear();
-  }
-
- private:
-  static constexpr std::size_t chunk = 1 << 20;
-  PartFile& file_;
-  std::string text_;
-};
-
-// Blender's importer drops a vertex that no element holds, and a cache of another count than the mesh's moves nothing: a line
-// from it to itself keeps it. A mesh of vertices alone stays whole without.
-std::vector<std::array<std::size_t, 2>> holding_lines(const Topology& topology, std::size_t count) {
-  std::vector<std::array<std::size_t, 2>> lines;
-  if (topology == no_topology) return lines;
-  for (const auto& [particle] : loose_particles(topology, count)) lines.push_back({particle, particle});
-  return lines;
-}
-
-template <class T>
-void write_vertices(const PartFile::Put& put, const State<T>& state) {
-  constexpr std::size_t chunk = 1 << 20;
-  std::string text;
-  for (std::size_t i = 0; i < state.count; ++i) {
-    fmt::format_to(std::back_inserter(text), "v {} {} {}\n", state.x[0][i], state.x[1][i], state.x[2][i]);
-    if (text.size() <= chunk) continue;
-    put(text);
-    text.clear();
-  }
-  put(text);
-}
-
-template <class T>
-void write_obj(PartFile& file, const Output& output, const State<T>& state) {
-  ObjText text(file);
-  text.add("{}the first state, whose vertices a .pc2 moves\n", obj_mark);
-  text.flush();
-  file.write_in_turn([&](const PartFile::Put& put) { write_vertices(put, state); });
-  text.add_all('f', output.topology->faces);
-  text.add_all('l', output.topology->lines);
-  text.add_all('l', holding_lines(*output.topology, stretch_of(output, state.count).all));
-  text.flush();
-}
-
 // The user named the .pc2 alone: a .obj of that name may be the mesh that the scene was made from.
 fs::path checked_obj(const fs::path& target) {
   auto path = obj_beside(target);
@@ -148,7 +82,9 @@ class Pc2Writer final : public Writer<T> {
   }
 
   void write(const Moment&, const State<T>& state) override {
-    if (is_first_) write_obj(files_[1], output_, state);
+    if (is_first_)
+      write_obj(files_[1], "the first state, whose vertices a .pc2 moves", *output_.topology,
+                stretch_of(output_, state.count).all, state);
     is_first_ = false;
     constexpr std::size_t element = 3 * sizeof(float);
     files_[0].write_share(output_.first * element, output_.particles * element,

@@ -23,41 +23,57 @@ namespace {
 namespace fs = std::filesystem;
 
 // Which files a format makes of a target.
-enum class Files { one, series, indexed_series, pieces, mesh_beside };
+enum class Files { one, one_or_series, series, indexed_series, pieces, mesh_beside };
+
+// The states that are written where nothing else is asked for.
+enum class Use { last_state, animation };
 
 template <class T>
 struct Format {
   std::string_view extension;
   std::unique_ptr<Writer<T>> (*make)(const Output&);
+  Use use;
   Files files = Files::one;
   Counts counts = Counts::changing;  // that it can hold
 };
 
 template <class T>
-constexpr std::array<Format<T>, 7> formats{{{".csv", make_csv_writer<T>},
-                                            {".npz", make_npz_writer<T>, Files::one, Counts::fixed},
-                                            {".ply", make_ply_writer<T>, Files::series},
-                                            {".vtp", make_vtp_writer<T>, Files::indexed_series},
-                                            {".pvtp", make_pvtp_writer<T>, Files::pieces},
-                                            {".pc2", make_pc2_writer<T>, Files::mesh_beside, Counts::fixed},
-                                            {".html", make_html_writer<T>}}};
+constexpr std::array<Format<T>, 10> formats{{{".csv", make_csv_writer<T>, Use::last_state},
+                                             {".npz", make_npz_writer<T>, Use::animation, Files::one, Counts::fixed},
+                                             {".ply", make_ply_writer<T>, Use::last_state, Files::series},
+                                             {".vtp", make_vtp_writer<T>, Use::animation, Files::indexed_series},
+                                             {".pvtp", make_pvtp_writer<T>, Use::animation, Files::pieces},
+                                             {".pc2", make_pc2_writer<T>, Use::animation, Files::mesh_beside, Counts::fixed},
+                                             {".html", make_html_writer<T>, Use::animation},
+                                             {".obj", make_obj_writer<T>, Use::last_state, Files::one_or_series},
+                                             {".png", make_png_writer<T>, Use::last_state, Files::one_or_series},
+                                             {".apng", make_apng_writer<T>, Use::animation}}};
 
 fs::path renamed(fs::path target, const char* extension) { return target.replace_extension(extension); }
 
-bool is_series(Files files) { return files == Files::series || files == Files::indexed_series || files == Files::pieces; }
+bool is_series(const Output& output, Files files) {
+  if (files == Files::one_or_series) return output.states > 1;
+  return files == Files::series || files == Files::indexed_series || files == Files::pieces;
+}
+
+// Files that go with the states.
+std::vector<fs::path> beside_of(const fs::path& target, Files files) {
+  if (files == Files::indexed_series || files == Files::pieces) return {renamed(target, ".pvd")};
+  if (files == Files::mesh_beside) return {renamed(target, ".obj")};
+  return {};
+}
 
 std::vector<fs::path> targets_of(const Output& output, Files files) {
   std::vector<fs::path> targets;
   const int rank = output.ranks == nullptr ? 0 : output.ranks->rank();
-  if (is_series(files)) {
+  if (is_series(output, files)) {
     for (std::uint64_t i = 0; i < output.states; ++i) targets.push_back(numbered(output.target, i));
   }
   for (std::uint64_t i = 0; files == Files::pieces && i < output.states; ++i) {
     targets.push_back(piece_of(output.target, i, rank));
   }
-  if (!is_series(files) || files == Files::pieces) targets.push_back(output.target);
-  if (files == Files::indexed_series || files == Files::pieces) targets.push_back(renamed(output.target, ".pvd"));
-  if (files == Files::mesh_beside) targets.push_back(renamed(output.target, ".obj"));
+  if (!is_series(output, files) || files == Files::pieces) targets.push_back(output.target);
+  for (const auto& beside : beside_of(output.target, files)) targets.push_back(beside);
   return targets;
 }
 
@@ -68,7 +84,7 @@ void check_targets(const Output& output, Files files) {
     check_target(target);
     check_is_no_source(target, sources, output.target);
   }
-  if (!is_series(files)) return;
+  if (!is_series(output, files)) return;
   for (const auto& frame : old_frames(output)) check_is_no_source(frame, sources, output.target);
 }
 
@@ -141,10 +157,41 @@ std::unique_ptr<Writer<T>> make_for_target_by_number(const Output& output) {
 
 void check_extension(const std::filesystem::path& target) {
   if (format_for<float>(target) != nullptr) return;
-  throw Fault(Exit::usage, "--out " + target.string() + ": must end in .csv, .npz, .ply, .vtp, .pvtp, .pc2 or .html");
+  throw Fault(Exit::usage, "--out " + target.string() + ": must end in " + written_extensions());
+}
+
+bool is_animation(const std::filesystem::path& target) {
+  const auto* const format = format_for<float>(target);
+  return format != nullptr && format->use == Use::animation;
+}
+
+std::string written_extensions() {
+  std::string text;
+  for (const auto& format : formats<float>) {
+    const bool is_last = &format == &formats<float>.back();
+    text += (text.empty() ? "" : is_last ? " or " : ", ") + std::string(format.extension);
+  }
+  return text;
+}
+
+std::vector<WrittenFile> files_of(const Output& output) {
+  const Files files = format_for<float>(output.target)->files;
+  std::vector<WrittenFile> written;
+  if (is_series(output, files)) {
+    const auto last = output.states > 1 ? numbered(output.target, output.states - 1) : fs::path();
+    written.push_back({.file = numbered(output.target, 0), .last = last, .states = output.states});
+  } else {
+    written.push_back({.file = output.target, .states = output.states});
+  }
+  for (const auto& beside : beside_of(output.target, files)) written.push_back({.file = beside});
+  return written;
 }
 
 bool is_page(const std::filesystem::path& target) { return target.extension() == ".html"; }
+
+bool is_drawn(const std::filesystem::path& target) {
+  return is_page(target) || target.extension() == ".png" || target.extension() == ".apng";
+}
 
 bool is_in_pieces(const std::filesystem::path& target) { return target.extension() == ".pvtp"; }
 
@@ -155,7 +202,7 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
   if (output.counts == Counts::changing && format.counts == Counts::fixed) {
     throw Fault(Exit::usage,
                 fmt::format("--out {}: a {} holds as many particles in every state, and those of this scene come and "
-                            "go: .csv, .ply, .vtp, .pvtp and .html hold them",
+                            "go: .csv, .ply, .obj, .vtp, .pvtp, .html, .png and .apng hold them",
                             output.target.string(), format.extension));
   }
   check_targets_together(output, format.files);
@@ -164,7 +211,7 @@ std::unique_ptr<Writer<T>> make_writer(const Output& output) {
     if (output.ranks != nullptr) return std::make_unique<WrittenByFirst<T>>(output, make_for_target_by_number<T>);
     return make_for_target_by_number<T>(output);
   }
-  if (output.ranks != nullptr && is_page(output.target)) return std::make_unique<WrittenByFirst<T>>(output, format.make);
+  if (output.ranks != nullptr && is_drawn(output.target)) return std::make_unique<WrittenByFirst<T>>(output, format.make);
   return format.make(output);
 }
 

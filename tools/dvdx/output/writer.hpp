@@ -63,7 +63,7 @@ struct Output {
   // By which files and `topology` name particles: where it is not their own, all that is written is. Never null, and outlives the
   // writer.
   const Numbering* numbering = &own_numbering;
-  // What a page shows in addition; other writers ignore it.
+  // What a page or a picture shows in addition; other writers ignore it.
   const SceneFile* scene = nullptr;
   ReferencePositions reference{};  // where the states should be
   std::string reference_text{};    // what that is
@@ -78,8 +78,22 @@ struct Output {
 // Throws Fault (usage) where no writer knows the extension.
 void check_extension(const std::filesystem::path& target);
 
-// Whether states are written there to be played, not to be read.
+// Whether states are written there to be played: 30 a second where nothing else is asked for.
+[[nodiscard]] bool is_animation(const std::filesystem::path& target);
 [[nodiscard]] bool is_page(const std::filesystem::path& target);
+// Whether whole states are drawn there, with what they meet: by one rank.
+[[nodiscard]] bool is_drawn(const std::filesystem::path& target);
+
+// ".csv, .npz, ... or .html"
+[[nodiscard]] std::string written_extensions();
+
+// A file, or a series of them, that a run has written.
+struct WrittenFile {
+  std::filesystem::path file;
+  std::filesystem::path last{};  // of a series, whose first is `file`
+  std::uint64_t states = 0;      // 0: it goes with another
+};
+[[nodiscard]] std::vector<WrittenFile> files_of(const Output& output);
 
 // Whether each state there is in pieces, one for each rank that has stepped it.
 [[nodiscard]] bool is_in_pieces(const std::filesystem::path& target);
@@ -109,6 +123,12 @@ template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_pc2_writer(const Output& output);
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_html_writer(const Output& output);
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_obj_writer(const Output& output);
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_png_writer(const Output& output);
+template <class T>
+[[nodiscard]] std::unique_ptr<Writer<T>> make_apng_writer(const Output& output);
 
 // fall.ply, 12 -> fall-000012.ply
 [[nodiscard]] std::filesystem::path numbered(const std::filesystem::path& target, std::uint64_t index);

@@ -56,21 +56,20 @@ class LiveSimulation {
 
   // The observer writes, weighs and hashes.
   template <class Observer>
-  Outcome run(Observer& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
+  Outcome run(Observer& observer, const Frames& frames, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(shown_.state, threads_.parallel_for());
     outcome_.energy_start = observer.energy({}, shown_.state);
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), contacts);
-    } else if (every > 0 && loaded_.steps > 0) {
+    } else if (!frames.is_last_alone() && loaded_.steps > 0) {
       observer.write(moment(), shown());
     }
     {
       std::optional<Progress> progress;
       if (ranks_.rank() == 0) progress.emplace(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
-        const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
-        advance(until, contacts, progress, checkpoints);
-        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), shown());
+        advance(frames.next(done_, loaded_.steps), contacts, progress, checkpoints);
+        if (done_ < loaded_.steps) observer.write(moment(), shown());
       }
     }
     checkpoints.finish(done_, [&] { return prepare(contacts); });

@@ -27,15 +27,15 @@ namespace dvdx::tool {
 template <class T>
 class Observer {
  public:
-  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, std::uint64_t every,
+  Observer(const LoadedScene& loaded, const Engine& engine, const std::optional<Output>& output, const Frames& frames,
            Checkpoints& checkpoints, Ranks& ranks)
       : file_(loaded.file), ranks_(ranks), held_(held_by(ranks_, file_)) {
     if (is_seen_from_elsewhere(file_.scene, rounding_of(engine.precision))) world_.emplace(shown_by(file_, ranks_).count);
     if (!output) return;
     if (world_) {
-      world_out_ = std::make_unique<StatesOut<double>>(*output, every, checkpoints);
+      world_out_ = std::make_unique<StatesOut<double>>(*output, frames, checkpoints);
     } else {
-      out_ = std::make_unique<StatesOut<T>>(*output, every, checkpoints);
+      out_ = std::make_unique<StatesOut<T>>(*output, frames, checkpoints);
     }
   }
 

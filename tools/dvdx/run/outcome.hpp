@@ -10,6 +10,7 @@
 #include "dvdx/contact_report.hpp"
 #include "dvdx/plan.hpp"
 #include "dvdx/ranks.hpp"
+#include "output/writer.hpp"
 #include "run/start_inside.hpp"
 
 namespace dvdx::tool {
@@ -100,6 +101,7 @@ struct Outcome {
   std::vector<ContactSum> contacts{};         // in the scene's order, where they were asked for
   std::optional<std::size_t> torn{};          // springs, where some can tear
   std::optional<std::uint64_t> resumed_at{};  // step, of a run that went on from a checkpoint
+  std::vector<WrittenFile> written{};
 };
 
 }  // namespace dvdx::tool

@@ -69,7 +69,7 @@ class Simulation {
   // Each particle's rank, where springs are split.
   [[nodiscard]] std::vector<std::uint32_t> owner() const { return split_ ? split_->owner() : std::vector<std::uint32_t>(); }
 
-  Outcome run(Observer<T>& observer, std::uint64_t every, ContactWatch& contacts, Checkpoints& checkpoints) {
+  Outcome run(Observer<T>& observer, const Frames& frames, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(state_, threads_.parallel_for());
     outcome_.energy_start = observer.energy(loaded_.file.scene.networks, state_);
     HeatWatch<T> heat(loaded_, outcome_.network, find_frequency_, observer, state_);
@@ -82,7 +82,7 @@ class Simulation {
       go_on(*checkpoints.resumed(), watch, contacts);
     } else {
       joins.look(observer, state_, done_, heat);
-      if (every > 0 && loaded_.steps > 0) observer.write(moment(), state_);
+      if (!frames.is_last_alone() && loaded_.steps > 0) observer.write(moment(), state_);
     }
     const PrepareSave prepare = [&] { return this->prepare(watch, contacts); };
     (void)longest(ranks_, 0);  // what one rank weighs alone is no time of the steps
@@ -90,9 +90,8 @@ class Simulation {
       std::optional<Progress> progress;
       if (ranks_.rank() == 0) progress.emplace(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
-        const auto until = every == 0 ? loaded_.steps : std::min(loaded_.steps, (done_ / every + 1) * every);
-        advance(until, watch, contacts, progress, checkpoints, prepare);
-        if (every > 0 && done_ < loaded_.steps) observer.write(moment(), shown());
+        advance(frames.next(done_, loaded_.steps), watch, contacts, progress, checkpoints, prepare);
+        if (done_ < loaded_.steps) observer.write(moment(), shown());
       }
     }
     checkpoints.finish(done_, prepare);

@@ -15,9 +15,9 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
                               COMPILE_OPTIONS "${DVDX_PLAIN_LOOP_OPTIONS};-mavx512f;-mavx512bw;-mavx512cd;-mavx512dq;-mavx512vl;-mprefer-vector-width=512")
 endif()
 
-file(GLOB DVDX_REPORT_FILES CONFIGURE_DEPENDS lab/report/*.cpp lab/closed_form/*.cpp)
+file(GLOB DVDX_REPORT_FILES CONFIGURE_DEPENDS lab/report/*.cpp)
 add_library(dvdx_report STATIC ${DVDX_REPORT_FILES} ${DVDX_PLAIN_LOOPS} ${CMAKE_CURRENT_BINARY_DIR}/report_build_facts.cpp)
-target_link_libraries(dvdx_report PUBLIC dvdx_scene PRIVATE dvdx_tool_options fmt::fmt)
+target_link_libraries(dvdx_report PUBLIC dvdx_closed_form PRIVATE dvdx_tool_options fmt::fmt)
 compiled_together(dvdx_report)
 # g++ wants what a lambda of a template holds to be declared in the file that is compiled.
 set_source_files_properties(lab/report/baseline.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
