@@ -181,6 +181,7 @@ void FreeMotion<T>::reserve(std::size_t block_asked_for) {
 
 template <class T>
 void FreeMotion<T>::make_coefficients() {
+  terms.flow = flow;
   terms.h = static_cast<T>(step_);
   terms.impacts = impacts_;
   terms.turn = flow == Flow::rate_shear ? Turn::turned : Turn::none;

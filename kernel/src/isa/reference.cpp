@@ -1,6 +1,4 @@
 // The scalar twins: a line for each pass.
-#include <utility>
-
 #include "isa/passes.hpp"
 #include "passes/air/air_reference.hpp"
 #include "passes/ball/ball_reference.hpp"
@@ -24,7 +22,7 @@ template <class T, Arithmetic arithmetic>
 constexpr Kernels<T> scalar_kernels() noexcept {
   using namespace reference;
   return {.lanes = 1,
-          .step = all_flows<T, arithmetic>(std::make_index_sequence<flows>()),
+          .step = all_flows<T, arithmetic>(),
           .network = {.grid = kick_grid<T, arithmetic>,
                       .graph = kick_graph<T, arithmetic>,
                       .grid_acceleration = accelerate_grid<T, arithmetic>,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <type_traits>
 #include <utility>
 
 #include "passes/affine/affine.inl.hpp"
@@ -587,7 +588,8 @@ constexpr Moves<V, arithmetic> moves_of() noexcept {
 
 template <class V, Flow flow, Extras extra, Turn turn, Arithmetic arithmetic>
 void step_turned(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
-  using OneAxis = AxisFlow<V, flow, turn, arithmetic>;
+  using OneAxis =
+      std::conditional_t<is_asked(flow, extra), AxisFlowOfKind<V, flow, arithmetic>, AxisFlow<V, flow, turn, arithmetic>>;
   if constexpr (extra == Extras::none) {
     if (block.shift[0] != nullptr) return run_axes_shifted<V, OneAxis, arithmetic>(block, terms, steps);
     run_axes<V, OneAxis>(block, terms, steps);
@@ -602,17 +604,21 @@ void step_turned(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, c
 
 template <class V, Flow flow, Extras extra, Arithmetic arithmetic>
 void step_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
-  if constexpr (is_shear(flow)) {
-    if (terms.turn == Turn::turned) return step_turned<V, flow, extra, Turn::turned, arithmetic>(block, terms, steps);
+  constexpr bool always_turns = flow == Flow::rate_shear;
+  if constexpr (is_shear(flow) && !is_asked(flow, extra)) {
+    if (always_turns || terms.turn == Turn::turned) {
+      return step_turned<V, flow, extra, Turn::turned, arithmetic>(block, terms, steps);
+    }
   }
-  step_turned<V, flow, extra, Turn::none, arithmetic>(block, terms, steps);
+  if constexpr (!always_turns) step_turned<V, flow, extra, Turn::none, arithmetic>(block, terms, steps);
 }
 
 template <class T, class Arch, Flow flow, Arithmetic arithmetic>
 constexpr std::array<StepBlock<T>, extras> step_blocks() noexcept {
   using V = Lanes<T, Arch>;
   return {step_block<V, flow, Extras::none, arithmetic>, step_block<V, flow, Extras::contact, arithmetic>,
-          step_block<V, flow, Extras::radial, arithmetic>, step_block<V, flow, Extras::radial_contact, arithmetic>};
+          step_block<V, kind_of(flow), Extras::radial, arithmetic>,
+          step_block<V, kind_of(flow), Extras::radial_contact, arithmetic>};
 }
 
 template <class T, class Arch, Arithmetic arithmetic, std::size_t... flow>

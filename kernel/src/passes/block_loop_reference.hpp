@@ -1,8 +1,8 @@
 // The loop over a block for the scalar twins: one particle at a time, the same passes in the same order as block_loop.inl.hpp.
 #pragma once
 
+#include <array>
 #include <cstddef>
-#include <utility>
 
 #include "passes/affine/affine_reference.hpp"
 #include "passes/contact/contact_reference.hpp"
@@ -13,16 +13,16 @@
 
 namespace dvdx::reference {
 
-template <Flow flow, Extras extra, Arithmetic arithmetic, class T>
+template <Extras extra, Arithmetic arithmetic, class T>
 void step_particle(const Terms<T>& terms, const Offsets<T>* offsets, std::size_t i, Particle<T>& p,
                    [[maybe_unused]] const Block<T>& block) noexcept {
   p.x1 = p.x0;
   p.v1 = p.v0;
-  for (std::size_t axis = 0; axis < 3; ++axis) affine<flow, arithmetic>(terms, offsets[0], axis, i, p.x1[axis], p.v1[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis) affine<arithmetic>(terms, offsets[0], axis, i, p.x1[axis], p.v1[axis]);
   if constexpr (extra == Extras::radial || extra == Extras::radial_contact) {
     if (terms.kicks != 0) {
       radial_kick<arithmetic>(terms, p, i);
-      for (std::size_t axis = 0; axis < 3; ++axis) affine<flow, arithmetic>(terms, offsets[1], axis, i, p.x1[axis], p.v1[axis]);
+      for (std::size_t axis = 0; axis < 3; ++axis) affine<arithmetic>(terms, offsets[1], axis, i, p.x1[axis], p.v1[axis]);
     }
     radial_contribution<arithmetic>(terms, p, i);
   }
@@ -43,7 +43,7 @@ void take_shift(const Block<T>& block, std::size_t i) noexcept {
   }
 }
 
-template <class T, Flow flow, Extras extra, Arithmetic arithmetic>
+template <class T, Extras extra, Arithmetic arithmetic>
 void step_block(const Block<T>& block, const Terms<T>& terms, const Steps<T>& steps) noexcept {
   for (std::size_t n = 0; n < steps.count; ++n) {
     for (std::size_t i = 0; i < block.count; ++i) {
@@ -53,7 +53,7 @@ void step_block(const Block<T>& block, const Terms<T>& terms, const Steps<T>& st
         p.x0[axis] = block.x[axis][i];
         p.v0[axis] = block.v[axis][i];
       }
-      step_particle<flow, extra, arithmetic>(terms, steps.offsets + n * steps.offsets_per_step, block.first + i, p, block);
+      step_particle<extra, arithmetic>(terms, steps.offsets + n * steps.offsets_per_step, block.first + i, p, block);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         block.x[axis][i] = p.x1[axis];
         block.v[axis][i] = p.v1[axis];
@@ -62,15 +62,13 @@ void step_block(const Block<T>& block, const Terms<T>& terms, const Steps<T>& st
   }
 }
 
-template <class T, Flow flow, Arithmetic arithmetic>
-constexpr std::array<StepBlock<T>, extras> step_blocks() noexcept {
-  return {step_block<T, flow, Extras::none, arithmetic>, step_block<T, flow, Extras::contact, arithmetic>,
-          step_block<T, flow, Extras::radial, arithmetic>, step_block<T, flow, Extras::radial_contact, arithmetic>};
-}
-
-template <class T, Arithmetic arithmetic, std::size_t... flow>
-constexpr std::array<std::array<StepBlock<T>, extras>, flows> all_flows(std::index_sequence<flow...>) noexcept {
-  return {step_blocks<T, static_cast<Flow>(flow), arithmetic>()...};
+// The plan's terms say which flow it is.
+template <class T, Arithmetic arithmetic>
+constexpr std::array<std::array<StepBlock<T>, extras>, flows> all_flows() noexcept {
+  std::array<std::array<StepBlock<T>, extras>, flows> blocks{};
+  blocks.fill({step_block<T, Extras::none, arithmetic>, step_block<T, Extras::contact, arithmetic>,
+               step_block<T, Extras::radial, arithmetic>, step_block<T, Extras::radial_contact, arithmetic>});
+  return blocks;
 }
 
 }  // namespace dvdx::reference

@@ -44,9 +44,18 @@ enum class Extras : std::uint8_t { none, contact, radial, radial_contact };
 inline constexpr std::size_t extras = 4;
 
 constexpr bool has_contacts(Extras extra) noexcept { return extra == Extras::contact || extra == Extras::radial_contact; }
+constexpr bool has_radial(Extras extra) noexcept { return extra == Extras::radial || extra == Extras::radial_contact; }
 constexpr Extras extras_of(std::size_t radial_springs, std::size_t contacts) noexcept {
   return static_cast<Extras>((contacts != 0 ? 1 : 0) + (radial_springs != 0 ? 2 : 0));
 }
+
+// Beside radial springs, which take longer than any flow, one body serves all flows of a kind: springs to one anchor or to an
+// anchor each, driven or not, turned or not. Each batch asks for that once an axis.
+constexpr Flow kind_of(Flow flow) noexcept {
+  if (is_rate(flow) || is_drift(flow)) return flow;
+  return is_shear(flow) ? Flow::shear : Flow::fused;
+}
+constexpr bool is_asked(Flow flow, Extras extra) noexcept { return has_radial(extra) && !is_rate(flow) && !is_drift(flow); }
 
 // Position-independent accelerations whose effect differs from particle to particle (rate flows only).
 inline constexpr std::size_t max_sources = 16;
@@ -89,6 +98,7 @@ struct RadialTerms;  // passes/radial/radial.hpp
 
 template <class T>
 struct Terms {
+  Flow flow = Flow::drift;  // where one body serves several
   std::array<FusedAxis<T>, 3> fused{};
   std::array<ShearAxis<T>, 3> shear{};
   Turn turn = Turn::none;

@@ -151,5 +151,57 @@ class AxisFlow {
   ShearAxis<V> shear_;
 };
 
+// One axis of any flow of this kind (passes/terms.hpp), fused or shear: for one batch, which takes from `terms` what its flow needs.
+template <class V, Flow kind, Arithmetic arithmetic>
+class AxisFlowOfKind {
+  using T = Scalar<V>;
+
+ public:
+  AxisFlowOfKind(const Terms<T>& terms, const Offsets<T>& offsets, std::size_t axis) noexcept
+      : terms_(terms), offsets_(offsets), axis_(axis) {}
+
+  [[nodiscard]] AxisState<V> operator()(V x, V v, std::size_t i) const noexcept {
+    const T* const each = terms_.anchor_each[axis_];
+    const V c = each != nullptr ? load_lanes<V>(each + i) : V(terms_.anchor[axis_]);
+    V x1 = x;
+    V v1 = v;
+    if constexpr (is_shear(kind)) {
+      const auto& k = terms_.shear[axis_];
+      const V e = x - c;
+      const AxisState<V> d = three_shears<V, arithmetic>(e, v, V(k.t1), V(k.s), V(k.t2), V(k.kappa));
+      V dx = d.x;
+      v1 = d.v;
+      if (terms_.turn == Turn::turned) {
+        const V sign(k.sign);
+        dx = multiply_add<arithmetic>(sign, dx, (sign - V(1)) * e);
+        v1 = sign * v1;
+      }
+      if (is_driven(terms_.flow)) {
+        dx = dx + V(offsets_.Q[axis_]);
+        v1 = v1 + V(offsets_.P[axis_]);
+      }
+      x1 = x + dx;
+    } else {
+      const auto& k = terms_.fused[axis_];
+      if (is_driven(terms_.flow)) {
+        const AxisState<V> end =
+            driven_fused<V, arithmetic>(x, v, c, V(k.A), V(k.B), V(k.C), V(k.S), V(offsets_.P[axis_]), V(offsets_.Q[axis_]));
+        x1 = end.x;
+        v1 = end.v;
+      } else {
+        const AxisState<V> end = fused<V, arithmetic>(x, v, c, V(k.A), V(k.B), V(k.C), V(k.S));
+        x1 = end.x;
+        v1 = end.v;
+      }
+    }
+    return {x1, v1};
+  }
+
+ private:
+  const Terms<T>& terms_;
+  const Offsets<T>& offsets_;
+  std::size_t axis_;
+};
+
 }  // namespace
 }  // namespace dvdx

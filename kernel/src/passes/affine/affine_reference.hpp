@@ -8,19 +8,20 @@
 
 namespace dvdx::reference {
 
-// Moves one axis of one particle, whose index in the plan's columns is i, through one flow.
-template <Flow flow, Arithmetic arithmetic, class T>
+// Moves one axis of one particle, whose index in the plan's columns is i, through the plan's flow.
+template <Arithmetic arithmetic, class T>
 void affine(const Terms<T>& terms, const Offsets<T>& offsets, std::size_t axis, std::size_t i, T& x, T& v) noexcept {
+  const Flow flow = terms.flow;
   T P = is_driven(flow) ? offsets.P[axis] : T(0);
   T Q = is_driven(flow) ? offsets.Q[axis] : T(0);
-  if constexpr (is_rate(flow)) {
+  if (is_rate(flow)) {
     for (std::size_t k = 0; k < terms.rates.sources; ++k) {
       P = multiply_add<arithmetic>(terms.rates.gain_v[k][axis][i], offsets.amplitude[k][axis], P);
       Q = multiply_add<arithmetic>(terms.rates.gain_x[k][axis][i], offsets.amplitude[k][axis], Q);
     }
   }
 
-  if constexpr (is_drift(flow)) {
+  if (is_drift(flow)) {
     const T B = is_rate(flow) ? terms.rates.B[axis][i] : terms.fused[axis].B;
     const T S = is_rate(flow) ? terms.rates.S[axis][i] : terms.fused[axis].S;
     x = x + multiply_add<arithmetic>(S, v, Q);
@@ -29,7 +30,7 @@ void affine(const Terms<T>& terms, const Offsets<T>& offsets, std::size_t axis, 
   }
 
   const T c = has_anchor_each(flow) ? terms.anchor_each[axis][i] : terms.anchor[axis];
-  if constexpr (is_shear(flow)) {
+  if (is_shear(flow)) {
     const T sign = is_rate(flow) ? terms.rates.sign[axis][i] : terms.shear[axis].sign;
     const T t1 = is_rate(flow) ? terms.rates.t1[axis][i] : terms.shear[axis].t1;
     const T s = is_rate(flow) ? terms.rates.s[axis][i] : terms.shear[axis].s;
@@ -52,7 +53,7 @@ void affine(const Terms<T>& terms, const Offsets<T>& offsets, std::size_t axis, 
     const T C = is_rate(flow) ? terms.rates.C[axis][i] : terms.fused[axis].C;
     const T S = is_rate(flow) ? terms.rates.S[axis][i] : terms.fused[axis].S;
     const T e = x - c;
-    if constexpr (is_driven(flow)) {
+    if (is_driven(flow)) {
       x = x + multiply_add<arithmetic>(S, v, subtract_product<arithmetic>(Q, C, e));
       v = v + subtract_product<arithmetic>(subtract_product<arithmetic>(P, A, e), B, v);
     } else {
