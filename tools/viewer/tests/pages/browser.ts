@@ -48,11 +48,14 @@ export async function opened(browser: Browser, file: string): Promise<{ page: Pa
   return { page, complaints };
 }
 
-// All that axe-core finds serious or worse, each with where it is.
-export async function barriers(page: Page): Promise<string[]> {
+// All that axe-core finds serious or worse, each with where it is: by all its rules, or by these.
+export async function barriers(page: Page, rules?: string[]): Promise<string[]> {
   const isThere = await page.evaluate(() => 'axe' in globalThis);
   if (!isThere) await page.addScriptTag({ path: fileURLToPath(import.meta.resolve('axe-core/axe.min.js')) });
-  const { violations } = await page.evaluate(() => (globalThis as unknown as { axe: typeof axe }).axe.run());
+  const { violations } = await page.evaluate(
+    (runOnly) => (globalThis as unknown as { axe: typeof axe }).axe.run({ resultTypes: ['violations'], ...(runOnly && { runOnly }) }),
+    rules,
+  );
   return violations
     .filter(({ impact }) => impact === 'serious' || impact === 'critical')
     .map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(' ')).join(', ')}`);
