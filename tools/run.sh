@@ -136,7 +136,7 @@ shift
 case $action in
   demo)
     [ $# -eq 0 ] || usage
-    takes 5 "building the command for this processor ($(best_isa)), and a flag in the wind"
+    takes 8 "building the command for this processor ($(best_isa)), and a flag in the wind"
     packages=("${first_packages[@]}")
     install_missing
     ! command -v npm >/dev/null || newer_node
@@ -162,7 +162,7 @@ case $action in
     say "build/release/tools/dvdx is there"
     ;;
   report)
-    takes 7 "building what reports for this processor ($(best_isa)), and a report"
+    takes 11 "building what reports for this processor ($(best_isa)), and a report"
     packages=("${first_packages[@]}" gnuplot-nox)
     install_missing
     small report
