@@ -186,6 +186,9 @@ struct BundleTerms {
 // A bundle's solve takes so much memory, in numbers for each of its springs.
 inline constexpr std::size_t line_room = 9 * slice;
 
+// From where on a line turns a spring with its tension (compile/spring_lines.cpp), in gamma (w_a + w_b).
+inline constexpr double least_turning = 1;
+
 // All lines of a sheet that have one direction are a family. Springs stand where they begin: those of a row's line, one of its `phases`,
 // begin at elements [first, first + count) of it, and have columns from `springs` on.
 struct LineStrand {

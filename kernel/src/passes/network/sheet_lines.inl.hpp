@@ -247,7 +247,7 @@ class LineTension {
       const V w_a = load_lanes<V>(w_ + a + k);
       const V w_b = load_lanes<V>(w_ + b + k);
       const V turned = gamma * (w_a + w_b);
-      const Mask<V> is_tense = (turned > V(T(1))) & (turned < V(most_square<T>));
+      const Mask<V> is_tense = (turned > V(T(least_turning))) & (turned < V(most_square<T>));
       store_lanes(planes_.kw_a + e + k, select<V>(is_tense, gamma * w_a, zero));
       store_lanes(planes_.kw_b + e + k, select<V>(is_tense, gamma * w_b, zero));
       any = any | is_tense;

@@ -179,7 +179,7 @@ class LineSolve {
     store_lanes(at(j, 3), r_);
     const V gamma = (V(T(0)) - source_.add_lambda(j, r_)) * load_lanes<V>(at(j, 5));
     const V turned = gamma * (source_.w(j) + source_.w(j + 1));
-    const Mask<V> is_tense = (turned > V(T(1))) & (turned < V(most_square<T>));
+    const Mask<V> is_tense = (turned > V(T(least_turning))) & (turned < V(most_square<T>));
     store_lanes(at(j, 5), select<V>(is_tense, gamma, V(T(0))));
     any_is_tense_ = any_is_tense_ || any_lane<V>(is_tense);
   }

@@ -151,7 +151,7 @@ void turn_line(const Line& line, std::size_t springs) noexcept {
     const T w_b = line.particle(j + 1).w;
     const T gamma = (T(0) - line.lambda(j)) * spring.inverse;
     const T turned = gamma * (w_a + w_b);
-    const bool is_tense = turned > T(1) && turned < most_square<T>;
+    const bool is_tense = turned > T(least_turning) && turned < most_square<T>;
     const T kw_a = is_tense ? gamma * w_a : T(0);
     const T kw_b = is_tense ? gamma * w_b : T(0);
     const T E = multiply_add<arithmetic>(kw_a, E_before, T(1));
