@@ -10,7 +10,7 @@
 namespace dvdx {
 namespace {
 
-// The planes of a sheet's room. A spring that there is not is one of no force: u, kw_a, kw_b, r, inverse and turn are 0, E is 1.
+// The planes of a sheet's room. A spring that there is not is one of no force: E is 1, all else of it is 0.
 template <class T>
 struct LinePlanes {
   T* u;        // three planes: unit vector; then what the spring moves its ends by
