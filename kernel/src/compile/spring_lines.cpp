@@ -28,6 +28,15 @@
 // P_j >= 1: no pivot, and float32 holds. A spring without length, torn, or at a bad particle has u = 0 and k = 0: E = P = 1,
 // L = 1, y = 0, and the line goes on behind it as if it began there. A fixed particle cuts it likewise: w = 0.
 //
+// Tension turns springs. At fixed directions it would act across a line as it stands before the sub-step, by up to 4 gamma w times
+// that, gamma_j = max(0, -lambda_j)/r_j: a rope of light links with a load on it would zigzag for ever, and hang 33 m too deep.
+// So what moves the ends of a spring across it is eased by the stiffness of tension, solved along the line as y is, with the same
+// elimination at c = 1: impulses q_j of a spring on its ends besides y_j u_j,
+//   (1 + gamma_j (w_j + w_(j+1))) q_j - gamma_j w_j q_(j-1) - gamma_j w_(j+1) q_(j+1)
+//     = gamma_j (w_j y_(j-1) (u_(j-1) - c_j u_j) + w_(j+1) y_(j+1) (u_(j+1) - c_(j+1) u_j))
+// so that a spring's force leads where the spring leads then. Where gamma_j (w_j + w_(j+1)) is not above least_turning, gamma_j is
+// taken as 0: what is stable at fixed directions pays nothing.
+//
 // Sheets take the families V H D D' H V and the diagonals' second once; all others take all of theirs to and fro, so that no line's
 // bits depend on families that it does not touch.
 

@@ -184,7 +184,10 @@ struct BundleTerms {
   const std::uint32_t* places = nullptr;
 };
 // A bundle's solve takes so much memory, in numbers for each of its springs.
-inline constexpr std::size_t line_room = 5 * slice;
+inline constexpr std::size_t line_room = 9 * slice;
+
+// From where on a line turns a spring with its tension (compile/spring_lines.cpp), in gamma (w_a + w_b).
+inline constexpr double least_turning = 1;
 
 // All lines of a sheet that have one direction are a family. Springs stand where they begin: those of a row's line, one of its `phases`,
 // begin at elements [first, first + count) of it, and have columns from `springs` on.
@@ -228,8 +231,8 @@ struct LineRoom {
   [[nodiscard]] std::size_t line(std::ptrdiff_t row, std::size_t phase, std::size_t phases) const noexcept {
     return (static_cast<std::size_t>(row + 1) * phases + phase) * stride + slice;
   }
-  static constexpr std::size_t planes = 8;
-  [[nodiscard]] std::size_t numbers() const noexcept { return planes * plane + 2 * steps; }
+  static constexpr std::size_t planes = 11, steps_kinds = 4;
+  [[nodiscard]] std::size_t numbers() const noexcept { return planes * plane + steps_kinds * steps; }
 };
 
 // The neighbour (down, right) of a line's elements: in another line, and there so many elements on.

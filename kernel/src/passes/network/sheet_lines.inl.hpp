@@ -10,16 +10,17 @@
 namespace dvdx {
 namespace {
 
-// The planes of a sheet's room. A spring that there is not is one of no force: u, kw_a, kw_b and r are 0, E is 1.
+// The planes of a sheet's room. A spring that there is not is one of no force: E is 1, all else of it is 0.
 template <class T>
 struct LinePlanes {
-  T* u;      // three planes: unit vector
-  T* c;      // cosine with the spring before
-  T* kw_a;   // kt w_a; then E, what is left of it
-  T* kw_b;   // kt w_b; then what the next spring takes of it
-  T* r;      // residual; then what elimination leaves of it; then y, what lambda grows by
-  T* s2;     // square of the sine with the spring before
-  T* steps;  // of each step along the rows: r, and what the next spring's y adds
+  T* u;        // three planes: unit vector; then what the spring moves its ends by
+  T* c;        // cosine with the spring before
+  T* kw_a;     // kt w_a; then E, what is left of it; then both of tension, over the length, for kt
+  T* kw_b;     // kt w_b; then what the next spring takes of it; then both of tension
+  T* r;        // residual; then what elimination leaves of it; then y, what lambda grows by
+  T* inverse;  // of the length
+  T* turn;     // three planes: what turns the spring; the first is the square of the sine with the spring before until then
+  T* steps;    // of each step along the rows: r, and what the next spring's y adds
   std::ptrdiff_t plane;
 
   LinePlanes(const LineRoom& room, T* first) noexcept
@@ -28,13 +29,17 @@ struct LinePlanes {
         kw_a(first + 4 * room.plane),
         kw_b(first + 5 * room.plane),
         r(first + 6 * room.plane),
-        s2(first + 7 * room.plane),
+        inverse(first + 7 * room.plane),
+        turn(first + 8 * room.plane),
         steps(first + LineRoom::planes * room.plane),
         plane(static_cast<std::ptrdiff_t>(room.plane)) {}
 
   void leave_out(std::size_t e) const noexcept {
-    for (std::ptrdiff_t axis = 0; axis < 3; ++axis) u[static_cast<std::ptrdiff_t>(e) + axis * plane] = T(0);
-    c[e] = kw_b[e] = r[e] = T(0);
+    for (std::ptrdiff_t axis = 0; axis < 3; ++axis) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(e) + axis * plane;
+      u[at] = turn[at] = T(0);
+    }
+    c[e] = kw_b[e] = r[e] = inverse[e] = T(0);
     kw_a[e] = T(1);
   }
 };
@@ -154,6 +159,7 @@ class LineMeeting {
     kt = select<V>(is_sound, kt, zero);
     store_three(planes_.u + e, planes_.plane, product_where(is_sound, y, d));
     store_lanes(planes_.r + e, select<V>(is_sound, residual, zero));
+    store_lanes(planes_.inverse + e, select<V>(is_sound, y, zero));
     store_lanes(planes_.kw_a + e, kt * load_lanes<V>(w_ + at.a));
     store_lanes(planes_.kw_b + e, kt * load_lanes<V>(w_ + at.b));
   }
@@ -162,8 +168,8 @@ class LineMeeting {
   }
   [[gnu::always_inline]] void store_none(std::size_t e) const noexcept {
     const V zero(T(0));
-    store_three(planes_.u + e, planes_.plane, three<V>(zero));
-    for (T* const plane : {planes_.c, planes_.kw_b, planes_.r}) store_lanes(plane + e, zero);
+    for (T* const planes : {planes_.u, planes_.turn}) store_three(planes + e, planes_.plane, three<V>(zero));
+    for (T* const plane : {planes_.c, planes_.kw_b, planes_.r, planes_.inverse}) store_lanes(plane + e, zero);
     store_lanes(planes_.kw_a + e, V(T(1)));
   }
 
@@ -207,39 +213,151 @@ template <class V, Arithmetic arithmetic>
   return {multiply_add<arithmetic>(kw_a * angle.c, before.r, residual) * q, kw_b * q, E * q};
 }
 
+// Elements [from, to) of a row's line, a register at a time.
+template <class V, class Use>
+[[gnu::always_inline]] inline void for_each_register(const LinesOfSheet<Scalar<V>>& lines, std::size_t row, std::size_t phase,
+                                                     std::size_t from, std::size_t to, const Use& use) noexcept {
+  const LineStrand& strand = lines.strand(row, phase);
+  const std::size_t end = std::min<std::size_t>(strand.first + strand.count, to);
+  for (std::size_t k = std::max<std::size_t>(strand.first, from); k < end; k += V::size) use(k);
+}
+
+// What y leaves to do: lambda grows by it, and tense springs turn.
+template <class V, Arithmetic arithmetic>
+class LineTension {
+ public:
+  using T = Scalar<V>;
+
+  LineTension(const SweepTerms<T>& sweep, const WorkColumns<T>& work, const LinesOfSheet<T>& lines) noexcept
+      : lines_(lines), planes_(lines.planes), w_(work.w), lambda_(sweep.lambda) {}
+
+  // Whether any of them is tense.
+  bool take_up(std::size_t row, std::size_t phase, std::size_t from, std::size_t to) const noexcept {
+    const LineStrand& strand = lines_.strand(row, phase);
+    const std::size_t e = lines_.element(row, phase);
+    const std::size_t a = lines_.place(row, phase);
+    const std::size_t b = a + lines_.ways[phase].to_next_place;
+    T* const lambda = lambda_ + strand.springs - strand.first;
+    const V zero(T(0));
+    Mask<V> any = zero > zero;
+    for_each_register<V>(lines_, row, phase, from, to, [&](std::size_t k) {
+      const V grown = load_lanes<V>(lambda + k) + load_lanes<V>(planes_.r + e + k);
+      store_lanes(lambda + k, grown);
+      const V gamma = (zero - grown) * load_lanes<V>(planes_.inverse + e + k);
+      const V w_a = load_lanes<V>(w_ + a + k);
+      const V w_b = load_lanes<V>(w_ + b + k);
+      const V turned = gamma * (w_a + w_b);
+      const Mask<V> is_tense = (turned > V(T(least_turning))) & (turned < V(most_square<T>));
+      store_lanes(planes_.kw_a + e + k, select<V>(is_tense, gamma * w_a, zero));
+      store_lanes(planes_.kw_b + e + k, select<V>(is_tense, gamma * w_b, zero));
+      any = any | is_tense;
+    });
+    return any_lane<V>(any);
+  }
+
+  // By what the springs before and behind pull both ends across.
+  void pull_across(std::size_t row, std::size_t phase, std::size_t from, std::size_t to) const noexcept {
+    const std::size_t e = lines_.element(row, phase);
+    const std::size_t before = e + lines_.ways[phase].to_before;
+    const std::size_t next = e + lines_.ways[phase].to_next;
+    for_each_register<V>(lines_, row, phase, from, to, [&](std::size_t k) {
+      const Three<V> u = load_three<V>(planes_.u + e + k, planes_.plane);
+      const Three<V> at_a = across(u, before + k, load_lanes<V>(planes_.c + e + k), load_lanes<V>(planes_.kw_a + e + k));
+      const Three<V> at_b = across(u, next + k, load_lanes<V>(planes_.c + next + k), load_lanes<V>(planes_.kw_b + e + k));
+      store_three(planes_.turn + e + k, planes_.plane, at_a + at_b);
+    });
+  }
+
+  // u becomes what the spring moves its ends by. turns: whether planes hold what turns it.
+  void add_up(std::size_t row, std::size_t phase, std::size_t from, std::size_t to, bool turns) const noexcept {
+    const std::size_t e = lines_.element(row, phase);
+    for_each_register<V>(lines_, row, phase, from, to, [&](std::size_t k) {
+      const Three<V> turn = turns ? load_three<V>(planes_.turn + e + k, planes_.plane) : three<V>(V(T(0)));
+      const Three<V> u = load_three<V>(planes_.u + e + k, planes_.plane);
+      store_three(planes_.u + e + k, planes_.plane, multiply_add<arithmetic>(load_lanes<V>(planes_.r + e + k), u, turn));
+    });
+  }
+
+ private:
+  [[gnu::always_inline]] Three<V> across(const Three<V>& u, std::size_t other, V c, V kw) const noexcept {
+    const Three<V> u_other = load_three<V>(planes_.u + other, planes_.plane);
+    return (kw * load_lanes<V>(planes_.r + other)) * subtract_product<arithmetic>(u_other, c, u);
+  }
+
+  const LinesOfSheet<T>& lines_;
+  LinePlanes<T> planes_;
+  const T* w_;
+  T* lambda_;
+};
+
+// A turn, eliminated: q = turn + kw q of the next spring. Of a spring that is not tense it is 0.
+template <class V>
+struct Turning {
+  Three<V> turn;
+  V kw, E;
+};
+template <class V, Arithmetic arithmetic>
+[[gnu::always_inline]] inline Turning<V> turning(const Turning<V>& before, V kw_a, V kw_b, const Three<V>& across) noexcept {
+  const V zero(Scalar<V>(0));
+  const V one(Scalar<V>(1));
+  const V E = multiply_add<arithmetic>(kw_a, before.E, one);
+  const V q = quotient(one, E + kw_b);
+  const Mask<V> is_tense = (kw_a + kw_b) > zero;
+  return {product_where(is_tense, q, multiply_add<arithmetic>(kw_a, before.turn, across)), kw_b * q, E * q};
+}
+
 // Down the columns and along the diagonals, elements [from, to) of each row's lines.
 template <class V, Arithmetic arithmetic>
 class SolveByRows {
  public:
   using T = Scalar<V>;
 
-  explicit SolveByRows(const LinesOfSheet<T>& lines) noexcept : lines_(lines), planes_(lines.planes) {}
+  SolveByRows(const LinesOfSheet<T>& lines, const LineTension<V, arithmetic>& tension) noexcept
+      : lines_(lines), planes_(lines.planes), tension_(tension) {}
 
   void run(std::size_t from, std::size_t to) const noexcept {
-    const std::size_t rows = lines_.sheet.rows;
-    const std::size_t phases = lines_.sheet.phases;
-    for (std::size_t row = 0; row < rows; ++row) {
-      for (std::size_t phase = 0; phase < phases; ++phase) {
-        const std::size_t to_before = lines_.ways[phase].to_before;
-        for_each_register(row, phase, from, to, [&](std::size_t e) { eliminate(e, e + to_before); });
-      }
+    const auto downwards = [&](const auto& use) {
+      for_each_line(from, to, [&](std::size_t e, std::size_t phase) { use(e, e + lines_.ways[phase].to_before); });
+    };
+    const auto upwards = [&](const auto& use) {
+      for_each_line_back(from, to, [&](std::size_t e, std::size_t phase) { use(e, e + lines_.ways[phase].to_next); });
+    };
+    downwards([&](std::size_t e, std::size_t before) { eliminate(e, before); });
+    upwards([&](std::size_t e, std::size_t next) { substitute(e, next); });
+    bool any_is_tense = false;
+    for_each_strand([&](std::size_t row, std::size_t phase) {
+      if (tension_.take_up(row, phase, from, to)) any_is_tense = true;
+    });
+    if (any_is_tense) {
+      for_each_strand([&](std::size_t row, std::size_t phase) { tension_.pull_across(row, phase, from, to); });
+      downwards([&](std::size_t e, std::size_t before) { eliminate_turn(e, before); });
+      upwards([&](std::size_t e, std::size_t next) { substitute_turn(e, next); });
     }
-    for (std::size_t row = rows; row-- > 0;) {
-      for (std::size_t phase = 0; phase < phases; ++phase) {
-        const std::size_t to_next = lines_.ways[phase].to_next;
-        for_each_register(row, phase, from, to, [&](std::size_t e) { substitute(e, e + to_next); });
-      }
-    }
+    for_each_strand([&](std::size_t row, std::size_t phase) { tension_.add_up(row, phase, from, to, any_is_tense); });
   }
 
  private:
   template <class Use>
-  [[gnu::always_inline]] void for_each_register(std::size_t row, std::size_t phase, std::size_t from, std::size_t to,
-                                                const Use& use) const noexcept {
-    const LineStrand& strand = lines_.strand(row, phase);
-    const std::size_t e = lines_.element(row, phase);
-    const std::size_t end = std::min<std::size_t>(strand.first + strand.count, to);
-    for (std::size_t k = std::max<std::size_t>(strand.first, from); k < end; k += V::size) use(e + k);
+  [[gnu::always_inline]] void for_each_strand(const Use& use) const noexcept {
+    for (std::size_t row = 0; row < lines_.sheet.rows; ++row) {
+      for (std::size_t phase = 0; phase < lines_.sheet.phases; ++phase) use(row, phase);
+    }
+  }
+  template <class Use>
+  [[gnu::always_inline]] void for_each_line(std::size_t from, std::size_t to, const Use& use) const noexcept {
+    for_each_strand([&](std::size_t row, std::size_t phase) {
+      const std::size_t e = lines_.element(row, phase);
+      for_each_register<V>(lines_, row, phase, from, to, [&](std::size_t k) { use(e + k, phase); });
+    });
+  }
+  template <class Use>
+  [[gnu::always_inline]] void for_each_line_back(std::size_t from, std::size_t to, const Use& use) const noexcept {
+    for (std::size_t row = lines_.sheet.rows; row-- > 0;) {
+      for (std::size_t phase = 0; phase < lines_.sheet.phases; ++phase) {
+        const std::size_t e = lines_.element(row, phase);
+        for_each_register<V>(lines_, row, phase, from, to, [&](std::size_t k) { use(e + k, phase); });
+      }
+    }
   }
   [[gnu::always_inline]] void eliminate(std::size_t e, std::size_t before) const noexcept {
     const Angle<V> angle = angle_at<V, arithmetic>(planes_, e, before);
@@ -257,8 +375,26 @@ class SolveByRows {
                 multiply_add<arithmetic>(of_next, load_lanes<V>(planes_.r + next), load_lanes<V>(planes_.r + e)));
   }
 
+  [[gnu::always_inline]] void eliminate_turn(std::size_t e, std::size_t before) const noexcept {
+    const Turning<V> of_before{load_three<V>(planes_.turn + before, planes_.plane), load_lanes<V>(planes_.kw_b + before),
+                               load_lanes<V>(planes_.kw_a + before)};
+    const auto [turn, kw, E] =
+        turning<V, arithmetic>(of_before, load_lanes<V>(planes_.kw_a + e), load_lanes<V>(planes_.kw_b + e),
+                               load_three<V>(planes_.turn + e, planes_.plane));
+    store_three(planes_.turn + e, planes_.plane, turn);
+    store_lanes(planes_.kw_b + e, kw);
+    store_lanes(planes_.kw_a + e, E);
+  }
+  [[gnu::always_inline]] void substitute_turn(std::size_t e, std::size_t next) const noexcept {
+    const Three<V> of_next = load_three<V>(planes_.turn + next, planes_.plane);
+    store_three(
+        planes_.turn + e, planes_.plane,
+        multiply_add<arithmetic>(load_lanes<V>(planes_.kw_b + e), of_next, load_three<V>(planes_.turn + e, planes_.plane)));
+  }
+
   const LinesOfSheet<T>& lines_;
   LinePlanes<T> planes_;
+  const LineTension<V, arithmetic>& tension_;
 };
 
 // Along the rows, as many as a register has lanes.
@@ -267,8 +403,8 @@ class SolveAlongRows {
  public:
   using T = Scalar<V>;
 
-  explicit SolveAlongRows(const LinesOfSheet<T>& lines) noexcept
-      : lines_(lines), planes_(lines.planes), phases_(lines.sheet.phases) {}
+  SolveAlongRows(const LinesOfSheet<T>& lines, const LineTension<V, arithmetic>& tension) noexcept
+      : lines_(lines), planes_(lines.planes), tension_(tension), phases_(lines.sheet.phases) {}
 
   void run(std::size_t from, std::size_t to) noexcept {
     for (std::size_t row = from; row < to; ++row) {
@@ -280,6 +416,7 @@ class SolveAlongRows {
 
  private:
   static constexpr std::size_t four = 4;
+  static constexpr auto axes_apart = static_cast<std::ptrdiff_t>(V::size);  // in a step
   using Window = V[most_phases][four];
 
   void turn_at(std::size_t row, std::size_t phase) const noexcept {
@@ -289,7 +426,7 @@ class SolveAlongRows {
     for (std::size_t k = strand.first; k < strand.first + strand.count; k += V::size) {
       const auto [c, s2] = angle_at<V, arithmetic>(planes_, e + k, before + k);
       store_lanes(planes_.c + e + k, c);
-      store_lanes(planes_.s2 + e + k, s2);
+      store_lanes(planes_.turn + e + k, s2);
     }
   }
 
@@ -300,9 +437,57 @@ class SolveAlongRows {
       }
     }
     const std::size_t length = lines_.sheet.columns - 1;
-    T* const steps = planes_.steps + 2 * row * lines_.sheet.columns;
+    T* const steps = planes_.steps + LineRoom::steps_kinds * row * lines_.sheet.columns;
     eliminate(length, steps);
     substitute(length, steps);
+    const std::size_t pitch = lines_.sheet.pitch;
+    bool any_is_tense = false;
+    for_each_strand(row, rows, [&](std::size_t r, std::size_t phase) {
+      if (tension_.take_up(r, phase, 0, pitch)) any_is_tense = true;
+    });
+    if (any_is_tense) {
+      for_each_strand(row, rows, [&](std::size_t r, std::size_t phase) { tension_.pull_across(r, phase, 0, pitch); });
+      eliminate_turns(length, steps);
+      substitute_turns(length, steps);
+    }
+    for_each_strand(row, rows, [&](std::size_t r, std::size_t phase) { tension_.add_up(r, phase, 0, pitch, any_is_tense); });
+  }
+  template <class Use>
+  [[gnu::always_inline]] void for_each_strand(std::size_t row, std::size_t rows, const Use& use) const noexcept {
+    for (std::size_t n = 0; n < rows; ++n) {
+      for (std::size_t phase = 0; phase < phases_; ++phase) use(row + n, phase);
+    }
+  }
+  void eliminate_turns(std::size_t length, T* steps) const noexcept {
+    const V zero(T(0));
+    Turning<V> before{three<V>(zero), zero, V(T(1))};
+    Window kw_a, kw_b, across[3];
+    for (std::size_t k = 0; k * phases_ < length; k += four) {
+      load(planes_.kw_a, k, kw_a);
+      load(planes_.kw_b, k, kw_b);
+      for (std::ptrdiff_t axis = 0; axis < 3; ++axis) load(planes_.turn + axis * planes_.plane, k, across[axis]);
+      for_each_spring(k, length, [&](std::size_t j, std::size_t phase, std::size_t n) {
+        before = turning<V, arithmetic>(before, kw_a[phase][n], kw_b[phase][n],
+                                        {{across[0][phase][n], across[1][phase][n], across[2][phase][n]}});
+        T* const step = steps + 4 * V::size * j;
+        store_three(step, axes_apart, before.turn);
+        store_lanes(step + 3 * V::size, before.kw);
+      });
+    }
+  }
+  void substitute_turns(std::size_t length, const T* steps) const noexcept {
+    Three<V> q = three<V>(V(T(0)));
+    Window window[3];
+    for_each_window_back(length, [&](std::size_t k) {
+      for_each_spring_back(k, [&](std::size_t j, std::size_t phase, std::size_t n) {
+        if (j < length) {
+          const T* const step = steps + 4 * V::size * j;
+          q = multiply_add<arithmetic>(load_lanes<V>(step + 3 * V::size), q, load_three<V>(step, axes_apart));
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) window[axis][phase][n] = q[axis];
+      });
+      for (std::ptrdiff_t axis = 0; axis < 3; ++axis) store(planes_.turn + axis * planes_.plane, k, window[axis]);
+    });
   }
   void eliminate(std::size_t length, T* steps) const noexcept {
     const V zero(T(0));
@@ -313,7 +498,7 @@ class SolveAlongRows {
       load(planes_.kw_b, k, kw_b);
       load(planes_.r, k, residual);
       load(planes_.c, k, c);
-      load(planes_.s2, k, s2);
+      load(planes_.turn, k, s2);
       for_each_spring(k, length, [&](std::size_t j, std::size_t phase, std::size_t n) {
         T* const step = steps + 2 * V::size * j;
         if (j != 0) store_lanes(step - V::size, before.kw * c[phase][n]);
@@ -327,20 +512,25 @@ class SolveAlongRows {
   void substitute(std::size_t length, const T* steps) const noexcept {
     V y(T(0));
     Window window;
-    const std::size_t last = (length - 1) / phases_ / four * four;
-    for (std::size_t k = last + four; k != 0;) {
-      k -= four;
-      for (std::size_t n = four; n-- > 0;) {
-        for (std::size_t phase = phases_; phase-- > 0;) {
-          const std::size_t j = (k + n) * phases_ + phase;
-          if (j < length) {
-            const T* const step = steps + 2 * V::size * j;
-            y = multiply_add<arithmetic>(load_lanes<V>(step + V::size), y, load_lanes<V>(step));
-          }
-          window[phase][n] = y;
+    for_each_window_back(length, [&](std::size_t k) {
+      for_each_spring_back(k, [&](std::size_t j, std::size_t phase, std::size_t n) {
+        if (j < length) {
+          const T* const step = steps + 2 * V::size * j;
+          y = multiply_add<arithmetic>(load_lanes<V>(step + V::size), y, load_lanes<V>(step));
         }
-      }
+        window[phase][n] = y;
+      });
       store(planes_.r, k, window);
+    });
+  }
+  template <class Use>
+  [[gnu::always_inline]] void for_each_window_back(std::size_t length, const Use& use) const noexcept {
+    for (std::size_t k = (length - 1) / phases_ / four * four + four; k != 0;) use(k -= four);
+  }
+  template <class Use>
+  [[gnu::always_inline]] void for_each_spring_back(std::size_t k, const Use& use) const noexcept {
+    for (std::size_t n = four; n-- > 0;) {
+      for (std::size_t phase = phases_; phase-- > 0;) use((k + n) * phases_ + phase, phase, n);
     }
   }
   template <class Use>
@@ -366,6 +556,7 @@ class SolveAlongRows {
 
   const LinesOfSheet<T>& lines_;
   LinePlanes<T> planes_;
+  const LineTension<V, arithmetic>& tension_;
   std::size_t phases_;
   std::uint32_t lines_at_[most_phases][V::size];
 };
@@ -377,20 +568,12 @@ class LineGiving {
  public:
   using T = Scalar<V>;
 
-  LineGiving(const SweepTerms<T>& sweep, const WorkColumns<T>& work, const LinesOfSheet<T>& lines) noexcept
-      : lines_(lines),
-        planes_(lines.planes),
-        pitch_(work.x[1] - work.x[0]),
-        shift_(work.shift[0]),
-        w_(work.w),
-        lambda_(sweep.lambda) {}
+  LineGiving(const WorkColumns<T>& work, const LinesOfSheet<T>& lines) noexcept
+      : lines_(lines), planes_(lines.planes), pitch_(work.x[1] - work.x[0]), shift_(work.shift[0]), w_(work.w) {}
 
   void run(std::size_t from, std::size_t to) const noexcept {
     for (std::size_t row = from; row < to; ++row) {
-      for (std::size_t phase = 0; phase < lines_.sheet.phases; ++phase) {
-        move(row, phase);
-        add_to_lambda(row, phase);
-      }
+      for (std::size_t phase = 0; phase < lines_.sheet.phases; ++phase) move(row, phase);
     }
   }
 
@@ -408,24 +591,13 @@ class LineGiving {
       store_three(shift_ + i + k, pitch_, multiply_add<arithmetic>(load_lanes<V>(w_ + i + k), force, shift));
     }
   }
-  [[gnu::always_inline]] Three<V> force_at(std::size_t e) const noexcept {
-    return load_lanes<V>(planes_.r + e) * load_three<V>(planes_.u + e, planes_.plane);
-  }
-  void add_to_lambda(std::size_t row, std::size_t phase) const noexcept {
-    const LineStrand& strand = lines_.strand(row, phase);
-    const T* const y = planes_.r + lines_.element(row, phase) + strand.first;
-    T* const lambda = lambda_ + strand.springs;
-    for (std::size_t k = 0; k < strand.count; k += V::size) {
-      store_lanes(lambda + k, load_lanes<V>(lambda + k) + load_lanes<V>(y + k));
-    }
-  }
+  [[gnu::always_inline]] Three<V> force_at(std::size_t e) const noexcept { return load_three<V>(planes_.u + e, planes_.plane); }
 
   const LinesOfSheet<T>& lines_;
   LinePlanes<T> planes_;
   std::ptrdiff_t pitch_;
   T* shift_;
   const T* w_;
-  T* lambda_;
 };
 
 // ---- a sheet's lines -----------------------------------------------------------------------------------------------------------
@@ -443,12 +615,14 @@ void solve_sheet_lines(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Sca
           LineMeeting<V, MadeEach, damping, arithmetic>(sweep, work, lines).run(part.from, part.to);
         }
       });
-    case LineStage::solve:
-      if (lines.d.down == 0) return SolveAlongRows<V, arithmetic>(lines).run(part.from, part.to);
-      if (lines.d.right != 0) return SolveByRows<V, arithmetic>(lines).run(0, lines.sheet.pitch);
-      return SolveByRows<V, arithmetic>(lines).run(part.from * slice, part.to * slice);
+    case LineStage::solve: {
+      const LineTension<V, arithmetic> tension(sweep, work, lines);
+      if (lines.d.down == 0) return SolveAlongRows<V, arithmetic>(lines, tension).run(part.from, part.to);
+      if (lines.d.right != 0) return SolveByRows<V, arithmetic>(lines, tension).run(0, lines.sheet.pitch);
+      return SolveByRows<V, arithmetic>(lines, tension).run(part.from * slice, part.to * slice);
+    }
     case LineStage::give:
-      return LineGiving<V, arithmetic>(sweep, work, lines).run(part.from, part.to);
+      return LineGiving<V, arithmetic>(work, lines).run(part.from, part.to);
   }
 }
 

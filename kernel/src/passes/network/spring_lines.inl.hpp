@@ -68,11 +68,14 @@ class LinesInLanes {
       for (std::size_t axis = 0; axis < 3; ++axis) sweep_.ranges.shift[record * at[n] + axis] = lanes[axis][n];
     });
   }
-  [[gnu::always_inline]] void add_lambda(std::size_t j, V y) const noexcept {
+  // What lambda is then.
+  [[gnu::always_inline]] V add_lambda(std::size_t j, V y) const noexcept {
     alignas(64) T lanes[V::size];
-    store_lanes(lanes, y);
     const std::uint32_t* const at = places(bundle_.springs, j);
-    for_each_lane(j + 1, [&](std::size_t n) { sweep_.lambda[at[n]] += lanes[n]; });
+    const V lambda = gathered(sweep_.lambda, at) + y;
+    store_lanes(lanes, lambda);
+    for_each_lane(j + 1, [&](std::size_t n) { sweep_.lambda[at[n]] = lanes[n]; });
+    return lambda;
   }
 
  private:
@@ -159,8 +162,9 @@ class LineSolve {
     r_ = multiply_add<arithmetic>(kw_a * c, r_, residual) * q;
     kw_ = kw_b * q;
     E_ = E * q;
-    for (std::size_t axis = 0; axis < 3; ++axis) store_lanes(at(j, axis), u[axis]);
+    store_three(at(j, 0), axes_apart, u);
     store_lanes(at(j, 3), r_);
+    store_lanes(at(j, 5), select<V>(is_sound, y, zero));
     u_ = u;
     a_ = b;
   }
@@ -168,20 +172,63 @@ class LineSolve {
   [[gnu::always_inline]] void turn(std::size_t length) noexcept {
     store_lanes(at(length - 1, 4), V(T(0)));
     r_ = V(T(0));  // y of the spring behind
-    u_ = three<V>(V(T(0)));
   }
+  // lambda grows by y. Then y is in the place of r, and the tension over the length in that of the inverse length.
   [[gnu::always_inline]] void substitute(std::size_t j) noexcept {
-    const V y = multiply_add<arithmetic>(load_lanes<V>(at(j, 4)), r_, load_lanes<V>(at(j, 3)));
-    source_.add_lambda(j, y);
-    const Three<V> own{{y * load_lanes<V>(at(j, 0)), y * load_lanes<V>(at(j, 1)), y * load_lanes<V>(at(j, 2))}};
+    r_ = multiply_add<arithmetic>(load_lanes<V>(at(j, 4)), r_, load_lanes<V>(at(j, 3)));
+    store_lanes(at(j, 3), r_);
+    const V gamma = (V(T(0)) - source_.add_lambda(j, r_)) * load_lanes<V>(at(j, 5));
+    const V turned = gamma * (source_.w(j) + source_.w(j + 1));
+    const Mask<V> is_tense = (turned > V(T(least_turning))) & (turned < V(most_square<T>));
+    store_lanes(at(j, 5), select<V>(is_tense, gamma, V(T(0))));
+    any_is_tense_ = any_is_tense_ || any_lane<V>(is_tense);
+  }
+
+  [[gnu::always_inline]] void begin_to_turn() noexcept {
+    u_ = three<V>(V(T(0)));
+    E_ = V(T(1));
+  }
+  // u_: what the turn of the spring before leaves.
+  [[gnu::always_inline]] void eliminate_turn(std::size_t j, std::size_t length) noexcept {
+    const V zero(T(0));
+    const V gamma = load_lanes<V>(at(j, 5));
+    const V kw_a = gamma * source_.w(j);
+    const V kw_b = gamma * source_.w(j + 1);
+    const V E = multiply_add<arithmetic>(kw_a, E_, V(T(1)));
+    const V q = quotient(V(T(1)), E + kw_b);
+    const Three<V> before = j != 0 ? pulled_across(j, j - 1, kw_a) : three<V>(zero);
+    const Three<V> next = j + 1 < length ? pulled_across(j, j + 1, kw_b) : three<V>(zero);
+    u_ = product_where(gamma > zero, q, multiply_add<arithmetic>(kw_a, u_, before + next));
+    store_three(at(j, 6), axes_apart, u_);
+    store_lanes(at(j, 4), kw_b * q);
+    E_ = E * q;
+  }
+  [[gnu::always_inline]] void no_turn(std::size_t j) noexcept {
+    store_three(at(j, 6), axes_apart, three<V>(V(T(0))));
+    store_lanes(at(j, 4), V(T(0)));
+  }
+  [[nodiscard]] bool any_is_tense() const noexcept { return any_is_tense_; }
+
+  [[gnu::always_inline]] void begin_to_give() noexcept { u_ = q_ = three<V>(V(T(0))); }
+  [[gnu::always_inline]] void give(std::size_t j) noexcept {
+    q_ = multiply_add<arithmetic>(load_lanes<V>(at(j, 4)), q_, load_three<V>(at(j, 6), axes_apart));
+    const Three<V> own = multiply_add<arithmetic>(load_lanes<V>(at(j, 3)), load_three<V>(at(j, 0), axes_apart), q_);
     move(j + 1, own - u_);
-    r_ = y;
     u_ = own;
   }
   [[gnu::always_inline]] void end() noexcept { move(0, three<V>(V(T(0))) - u_); }
 
  private:
+  static constexpr std::ptrdiff_t axes_apart = slice;  // in the room
+
   [[nodiscard]] T* at(std::size_t j, std::size_t n) const noexcept { return room_ + j * line_room + n * slice; }
+  // By what another spring's y pulls an end of spring j across it.
+  [[gnu::always_inline]] Three<V> pulled_across(std::size_t j, std::size_t other, V kw) const noexcept {
+    const Three<V> u = load_three<V>(at(j, 0), axes_apart);
+    const Three<V> u_other = load_three<V>(at(other, 0), axes_apart);
+    const Three<V> across = subtract_product<arithmetic>(u_other, dot<arithmetic>(u_other, u), u);
+    return (kw * load_lanes<V>(at(other, 3))) * across;
+  }
   [[gnu::always_inline]] void move(std::size_t j, const Three<V>& force) noexcept {
     const Three<V> shift = source_.shift(j);
     source_.put_shift(j, multiply_add<arithmetic>(source_.w(j), force, shift));
@@ -191,8 +238,9 @@ class LineSolve {
   LinesInLanes<V> source_;
   T* room_;
   LineParticle<V> a_;  // where the next spring begins
-  Three<V> u_;         // of the spring before; on the way back, its force
+  Three<V> u_, q_;     // of the spring before; on the way back, its force, and what turning adds to it
   V r_, kw_, E_;       // of the spring before
+  bool any_is_tense_ = false;
 };
 
 template <class V, Arithmetic arithmetic, std::size_t... n>
@@ -205,6 +253,14 @@ void solve_bundle(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V
   for (std::size_t j = 0; j < length; ++j) (solves[n].eliminate(j), ...);
   (solves[n].turn(length), ...);
   for (std::size_t j = length; j-- > 0;) (solves[n].substitute(j), ...);
+  if ((solves[n].any_is_tense() || ...)) {
+    (solves[n].begin_to_turn(), ...);
+    for (std::size_t j = 0; j < length; ++j) (solves[n].eliminate_turn(j, length), ...);
+  } else {
+    for (std::size_t j = 0; j < length; ++j) (solves[n].no_turn(j), ...);
+  }
+  (solves[n].begin_to_give(), ...);
+  for (std::size_t j = length; j-- > 0;) (solves[n].give(j), ...);
   (solves[n].end(), ...);
 }
 

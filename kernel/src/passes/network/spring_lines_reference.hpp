@@ -5,11 +5,13 @@
 
 namespace dvdx::reference {
 
-// A spring after elimination: y = r + next y of the next spring.
+// A spring after elimination: y = r + next y of the next spring, and then q = turn + next q of the next one.
 template <class T>
 struct Eliminated {
   Vector<T> u;
-  T r, next;
+  T r, next;  // r: then y
+  T inverse;  // of its length
+  Vector<T> turn;
 };
 
 template <class T>
@@ -138,6 +140,43 @@ class SheetLine {
   T* room_;
 };
 
+// How tense springs turn: eliminates q.
+template <class T, Arithmetic arithmetic, class Line>
+void turn_line(const Line& line, std::size_t springs) noexcept {
+  Vector<T> turn_before{};
+  T E_before = 1;
+  for (std::size_t j = 0; j < springs; ++j) {
+    Eliminated<T>& spring = line.eliminated(j);
+    const T w_a = line.particle(j).w;
+    const T w_b = line.particle(j + 1).w;
+    const T gamma = (T(0) - line.lambda(j)) * spring.inverse;
+    const T turned = gamma * (w_a + w_b);
+    const bool is_tense = turned > T(least_turning) && turned < most_square<T>;
+    const T kw_a = is_tense ? gamma * w_a : T(0);
+    const T kw_b = is_tense ? gamma * w_b : T(0);
+    const T E = multiply_add<arithmetic>(kw_a, E_before, T(1));
+    const T quotient = T(1) / (E + kw_b);
+    const auto pulled_across = [&](const Eliminated<T>& other, T kw) {
+      const T c = inner<arithmetic>(other.u, spring.u);
+      Vector<T> across;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        across[axis] = kw * other.r * subtract_product<arithmetic>(other.u[axis], c, spring.u[axis]);
+      }
+      return across;
+    };
+    const Vector<T> before = j != 0 ? pulled_across(line.eliminated(j - 1), kw_a) : Vector<T>{};
+    const Vector<T> next = j + 1 < springs ? pulled_across(line.eliminated(j + 1), kw_b) : Vector<T>{};
+    const Vector<T> both = plus(before, next);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const T turn = multiply_add<arithmetic>(kw_a, turn_before[axis], both[axis]) * quotient;
+      turn_before[axis] = is_tense ? turn : T(0);
+    }
+    spring.turn = turn_before;
+    spring.next = kw_b * quotient;
+    E_before = E * quotient;
+  }
+}
+
 template <class T, Arithmetic arithmetic, class Line>
 void solve_line(const SweepTerms<T>& sweep, const Line& line) noexcept {
   const bool damps = sweep.damping == Damping::along;
@@ -182,10 +221,18 @@ void solve_line(const SweepTerms<T>& sweep, const Line& line) noexcept {
     r_before = multiply_add<arithmetic>(kw_a * c, r_before, residual) * q;
     kw_before = kw_b * q;
     E_before = E * q;
-    line.eliminated(j) = {.u = u, .r = r_before, .next = T(0)};
+    line.eliminated(j) = {.u = u, .r = r_before, .next = T(0), .inverse = is_sound ? y : T(0), .turn = {}};
     u_before = u;
     a = b;
   }
+  T y = 0;
+  for (std::size_t j = springs; j-- > 0;) {
+    Eliminated<T>& spring = line.eliminated(j);
+    y = multiply_add<arithmetic>(spring.next, y, spring.r);
+    spring.r = y;
+    line.lambda(j) += y;
+  }
+  turn_line<T, arithmetic>(line, springs);
 
   const auto move = [&](std::size_t j, const Vector<T>& force) {
     const T w = line.particle(j).w;
@@ -194,13 +241,14 @@ void solve_line(const SweepTerms<T>& sweep, const Line& line) noexcept {
       shift = multiply_add<arithmetic>(w, force[axis], shift);
     }
   };
-  T y = 0;
-  Vector<T> force{};
+  Vector<T> q{}, force{};
   for (std::size_t j = springs; j-- > 0;) {
-    const auto& [u, r, next] = line.eliminated(j);
-    y = multiply_add<arithmetic>(next, y, r);
-    line.lambda(j) += y;
-    const Vector<T> own = times(y, u);
+    const Eliminated<T>& spring = line.eliminated(j);
+    Vector<T> own;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      q[axis] = multiply_add<arithmetic>(spring.next, q[axis], spring.turn[axis]);
+      own[axis] = multiply_add<arithmetic>(spring.r, spring.u[axis], q[axis]);
+    }
     move(j + 1, minus(own, force));
     force = own;
   }
