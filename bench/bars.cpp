@@ -21,6 +21,7 @@
 #include "support/report.hpp"
 #include "support/scenes.hpp"
 #include "support/starts.hpp"
+#include "support/structs.hpp"
 #include "support/threads.hpp"
 #include "support/turnover.hpp"
 
@@ -449,6 +450,53 @@ void layouts(Report& report, const Run& run) {
   }
 }
 
+// A plain loop over the very same structs, and a scaling of all their bytes.
+struct PlainStructs {
+  PlainStructStep step;
+  Held<float> held;
+  PlainFlow flow;
+  void operator()() { step(held.state.x[0].base, held.state.v[0].base, held.state.count, flow); }
+};
+struct ScaledStructs {
+  Held<float> held;
+  std::size_t numbers;
+  void operator()() { scale_numbers(held.state.x[0].base, numbers, 1.0F); }
+};
+
+// One step a call.
+void structs(Report& report, const Run& run) {
+  struct Flown {
+    std::string name;
+    Scene scene;
+    Flies flies;
+    PlainFlow flow;
+  };
+  const std::array flown{
+      Flown{"gravity and drag", fall(), Flies::free, {0, 3e-4F, 0, 0.0166F, {0, -0.16F, 0}, {0, -1.4e-3F, 0}}},
+      Flown{"a damped spring", meadow(), Flies::on_springs, {0.65F, 0.016F, 5.5e-3F, 0.0164F, {}, {}}}};
+  for (const Flown& flow : flown) {
+    for (std::size_t k = 0; k < struct_shapes.size(); ++k) {
+      const StructShape& shape = struct_shapes[k];
+      const bool is_in_pieces = shape.size >= 8;
+      const std::string name = shape.name + ", " + flow.name;
+      const auto beside = [&](const Effort& effort, std::size_t count, const std::string& size, double bound) {
+        const Held<float> held = hold_structs(shape, count);
+        const auto ours = stepper(flow.scene, held, 1);
+        Race race = bench::race(effort, ours, PlainStructs{plain_struct_step_native(k, flow.flies), held, flow.flow});
+        report.bar(name + size + ": step's time / plain loop's", {false, bound}, race, against(race, count, count));
+        race = bench::race(effort, ours, PlainStructs{plain_struct_step_any(k, flow.flies), held, flow.flow});
+        report.figure(name + size + ", the loop without -march=native", race.median, "times", against(race, count, count));
+        return held;
+      };
+      beside(run.effort, in_cache, ", L1", is_in_pieces ? 0.45 : 0.9);
+      const Held<float> held = beside(run.memory_effort, in_memory, ", 8 million", 1.0);
+      const std::size_t numbers = in_memory * shape.size * (shape.are_apart() ? 2 : 1);
+      const Race race = bench::race(run.memory_effort, stepper(flow.scene, held, 1), ScaledStructs{held, numbers});
+      report.bar(name + ", 8 million: step's time / scaling's", {false, 1.15}, race, against(race, in_memory, in_memory));
+    }
+  }
+}
+
 // One step a call: more steps a call leave the particles in cache, and then the births are most of the work.
 void turnover(Report& report, const Run& run) {
   constexpr std::size_t million = 1'000'000;
@@ -543,6 +591,35 @@ Stepper<float> joined_stepper(Scene scene, const Held<float>& held) {
     std::exit(1);
   }
   return {std::make_shared<Plan<float>>(std::move(*plan)), held};
+}
+
+// Other layouts against columns.
+void layouts_beside_columns(Report& report, const Run& run) {
+  struct Tiled {
+    std::string name;
+    Hold<float> hold;
+  };
+  for (const auto& [name, scene] : {std::pair{"gravity and drag", fall()}, std::pair{"a damped spring", meadow()}}) {
+    for (const Tiled& tiles : {Tiled{"tiles of 8", hold_tiles<float, 8>}, Tiled{"tiles of 16", hold_tiles<float, 16>}}) {
+      for (const std::size_t steps : {std::size_t{1}, std::size_t{16}}) {
+        const Race race = bench::race(run.effort, stepper(scene, scattered<float>(in_cache, tiles.hold), steps),
+                                      stepper(scene, scattered<float>(in_cache), steps));
+        report.bar(tiles.name + " / columns, L1, " + name + ", " + std::to_string(steps) + " a call", {false, 1.15}, race,
+                   against(race, in_cache * steps, in_cache * steps));
+      }
+    }
+  }
+  const Held<float> sheet = hung();
+  const Held<float> in_structs = hold_aos<float>(sheet.state.count);
+  State<float> state = in_structs.state;
+  copy(sheet.state, state);
+  const Scene hung_by_corners = hung_sheet(Scheme::leapfrog);
+  Race race = bench::race(run.effort, joined_stepper(hung_by_corners, in_structs), joined_stepper(hung_by_corners, sheet));
+  report.bar("a sheet of 64 x 64, leapfrog, structs / columns", {false, 1.05}, race, "");
+  const Scene floored = with(fall(), far_floor({0, 1, 0}));
+  race = bench::race(run.effort, stepper(floored, scattered<float>(in_cache, hold_aos<float>), 1),
+                     stepper(floored, scattered<float>(in_cache), 1));
+  report.figure("a floor to look for, L1, structs / columns", race.median, "times", against(race, in_cache, in_cache));
 }
 
 // One plan's sheets, a copy of the same one each; or as many states of one plan.
@@ -663,6 +740,7 @@ const std::vector<Section>& sections() {
        }},
       {"Steps a call", in_memory_too<steps_per_call>},
       {"Plain loops", in_memory_too<against_plain_loops>},
+      {"Structs", structs},
       {"Threads", in_memory_too<two_threads>},
       {"Decay to rest", decay},
       {"Contact",
@@ -677,7 +755,11 @@ const std::vector<Section>& sections() {
          work_precision<double>(report, run, "float64");
        }},
       {"Overheads and flows", in_memory_too<overheads>},
-      {"Layouts", layouts},
+      {"Layouts",
+       [](Report& report, const Run& run) {
+         layouts(report, run);
+         layouts_beside_columns(report, run);
+       }},
       {"C API", c_api},
       {"A hundred sheets", hundred_sheets},
       {"A moving world", moving_world},

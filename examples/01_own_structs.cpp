@@ -31,8 +31,7 @@ int main() {
   auto plan = dvdx::compile<float>(scene, {.step = 1.0 / 60});
   if (!plan) return std::puts(plan.error().message().c_str()), 1;
 
-  Particle& first = particles.front();  // a view: nothing is copied
-  auto state = dvdx::aos(&first.position[0], &first.velocity[0], sizeof(Particle), particles.size());
+  auto state = dvdx::aos(particles, &Particle::position, &Particle::velocity);  // a view: nothing is copied
   if (plan->step(state, 60) != dvdx::StepResult::done) return 1;
   std::printf("after 1 s the last particle is %.3f m high; %s steps them\n", particles.back().position[1],
               std::string(name(plan->isa())).c_str());

@@ -48,7 +48,7 @@ int main() {
                     .age = 0,
                     .velocity = {0, 0, 0}};
   }
-  dvdx::State<float> state = dvdx::aos(particles[0].position, particles[0].velocity, sizeof(Particle), count);
+  dvdx::State<float> state = dvdx::aos(particles, &Particle::position, &Particle::velocity);
   dvdx::Soa<float> memory(count);
   dvdx::State<float> before = memory.view();
 

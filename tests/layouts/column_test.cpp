@@ -1,7 +1,9 @@
 // Views over the caller's memory: where each element lies, and what a view may touch.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "dvdx/layouts/aos.hpp"
@@ -60,6 +62,42 @@ TEST_CASE_TEMPLATE("a view of structs finds each field", Struct, Small, Mixed, W
   }
   CHECK(state.x[0].run == 1);
   CHECK(state.x[0].capacity == 9);
+}
+
+struct Vector {
+  float x, y, z;
+};
+struct Typed {  // vectors as games, glm and the standard library have them
+  std::uint8_t kind;
+  Vector position;
+  double age;
+  std::array<float, 3> velocity;
+};
+
+TEST_CASE("a view of structs takes the vectors of three that a struct names") {
+  std::vector<Typed> typed(5);
+  const State<float> state = aos(typed, &Typed::position, &Typed::velocity);
+  CHECK(state.count == 5);
+  CHECK(state.x[0].at(0) == &typed[0].position.x);
+  CHECK(state.x[2].at(4) == &typed[4].position.z);
+  CHECK(state.v[1].at(3) == &typed[3].velocity[1]);
+  std::vector<Wide> wide(4);
+  const State<double> doubles = aos(wide, &Wide::position, &Wide::velocity);
+  CHECK(doubles.x[1].at(2) == &wide[2].position[1]);
+  CHECK(doubles.v[0].at(3) == &wide[3].velocity[0]);
+  const State<double> some = aos(std::span(wide).subspan(1, 2), &Wide::position, &Wide::velocity);
+  CHECK(some.count == 2);
+  CHECK(some.x[0].at(0) == &wide[1].position[0]);
+  wide.clear();
+  CHECK(aos(wide, &Wide::position, &Wide::velocity).count == 0);
+}
+
+TEST_CASE("a column of an array ends with it") {
+  const std::vector<double> values = {1, 2, 3, 4};
+  const Column<const double> all = column(values.data(), values.size());
+  CHECK(all.is_contiguous());
+  CHECK(all.capacity == 4);
+  CHECK(all[3] == 4);
 }
 
 TEST_CASE("a field may be const, and a stride negative") {

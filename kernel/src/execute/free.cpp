@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <type_traits>
 
 #include "execute/contact_recorder.hpp"
@@ -49,51 +50,42 @@ void run_steps(const Batch<A, T>& batch, Block<A>& block, ContactRecorder<A>* re
   }
 }
 
+// Particles that are copied to be stepped: so many at a time that copies and originals stay in first-level cache. Blocks that look
+// for the surfaces near them do so once a block.
+template <class A>
+std::size_t staged_together(const FreeMotion<A>& motion) noexcept {
+  return motion.terms.searches ? max_block : 256;
+}
+
 // A block's columns in contiguous memory, its last register filled up with copies of the last particle.
 template <class A, class T>
 class Stage {
  public:
-  Stage(const ResidualKernels& table, const State<T>& state, std::size_t first, std::size_t n) noexcept
-      : table_(table), state_(state), first_(first), n_(n) {
-    const std::size_t filled = (n + block_unit - 1) / block_unit * block_unit;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      fetch(state.x[axis], state.x_rest[axis], x_[axis], filled);
-      fetch(state.v[axis], state.v_rest[axis], v_[axis], filled);
+  Stage(const Passes& passes, const State<T>& state, std::size_t first, std::size_t n) noexcept
+      : passes_(passes), state_(state), first_(first), n_(n) {
+    load(passes, state.x, state.x_rest, {first, n}, places_of(x_));
+    load(passes, state.v, state.v_rest, {first, n}, places_of(v_));
+    for (auto* columns : {&x_, &v_}) {
+      for (Memory& column : *columns) std::fill(column.data() + n, column.data() + filled(), column[n - 1]);
     }
   }
 
   [[nodiscard]] Block<A> block() noexcept {
-    Block<A> block;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      block.x[axis] = x_[axis].data();
-      block.v[axis] = v_[axis].data();
-    }
-    block.first = first_;
-    block.count = (n_ + block_unit - 1) / block_unit * block_unit;
-    return block;
+    return {.x = places_of(x_), .v = places_of(v_), .first = first_, .count = filled()};
   }
 
   // Writes particles [from, to) of the batch back.
   void write(std::size_t from, std::size_t to) const noexcept {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      put_back(x_[axis], from, to, state_.x[axis], state_.x_rest[axis]);
-      put_back(v_[axis], from, to, state_.v[axis], state_.v_rest[axis]);
-    }
+    store(passes_, places(places_of(x_), from - first_), {from, to - from}, state_.x, state_.x_rest);
+    store(passes_, places(places_of(v_), from - first_), {from, to - from}, state_.v, state_.v_rest);
   }
 
  private:
   using Memory = std::array<A, column_pitch<A>(max_block)>;
 
-  void fetch(const Column<T>& column, const Column<T>& residual, Memory& memory, std::size_t filled) noexcept {
-    load(table_, column, residual, first_, n_, memory.data());
-    std::fill(memory.data() + n_, memory.data() + filled, memory[n_ - 1]);
-  }
-  void put_back(const Memory& memory, std::size_t from, std::size_t to, const Column<T>& column,
-                const Column<T>& residual) const noexcept {
-    store(table_, memory.data() + (from - first_), from, to - from, column, residual);
-  }
+  [[nodiscard]] std::size_t filled() const noexcept { return (n_ + block_unit - 1) / block_unit * block_unit; }
 
-  const ResidualKernels& table_;
+  const Passes& passes_;
   const State<T>& state_;
   std::size_t first_, n_;
   alignas(64) std::array<Memory, 3> x_, v_;  // left uninitialised: only what is fetched is read
@@ -121,23 +113,66 @@ bool step_in_place(const Batch<A, T>& batch, std::size_t first, std::size_t n, C
   return false;
 }
 
+// Six columns in tiles that are alike.
+template <class T>
+std::optional<Tiles<T>> tiles_from(const State<T>& state, std::size_t first) noexcept {
+  const Column<T>& one = state.x[0];
+  if (one.is_contiguous() || one.run == 1 || first % one.run != 0) return std::nullopt;
+  Tiles<T> tiles{.width = one.run, .stride = one.stride / static_cast<std::ptrdiff_t>(sizeof(T))};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const auto* column : {&state.x[axis], &state.v[axis]}) {
+      if (column->run != one.run || column->stride != one.stride) return std::nullopt;
+    }
+    tiles.x[axis] = state.x[axis].at(first);
+    tiles.v[axis] = state.v[axis].at(first);
+  }
+  return tiles;
+}
+
+// Structs and tiles are stepped as they lie where nothing but the flow acts. Returns how many of the particles were.
+template <class A, class T>
+std::size_t step_as_they_lie(const Batch<A, T>& batch, std::size_t first, std::size_t n) noexcept {
+  if constexpr (std::is_same_v<A, T>) {
+    const FreeMotion<A>& motion = batch.motion;
+    const State<T>& state = batch.state;
+    if (motion.extra != Extras::none) return 0;
+    const LayoutKernels<T>& kernels = motion.kernels->layout;
+    if (const StepStructs<T> step = kernels.structs.at(motion.flow);
+        step != nullptr && threes_of(state.x) && threes_of(state.v)) {
+      return step({threes_at(state.x, {first, n}), threes_at(state.v, {first, n})}, n, motion.terms, batch.steps);
+    }
+    if (const StepTiles<T> step = kernels.tiles.at(motion.flow); step != nullptr) {
+      if (const auto tiles = tiles_from(state, first)) return step(*tiles, n, motion.terms, batch.steps);
+    }
+  }
+  return 0;
+}
+
+template <class A, class T>
+void step_staged(const Batch<A, T>& batch, std::size_t first, std::size_t n, ContactRecorder<A>* recorder) noexcept {
+  Stage<A, T> stage(*batch.scene.passes, batch.state, first, n);
+  Block<A> block = stage.block();
+  run_steps(batch, block, recorder);
+  const auto& fixed = batch.scene.scene.fixed;
+  std::size_t from = first;
+  for (auto next = std::lower_bound(fixed.begin(), fixed.end(), first); next != fixed.end() && *next < first + n; ++next) {
+    stage.write(from, *next);
+    from = *next + 1;
+  }
+  stage.write(from, first + n);
+}
+
 template <class A, class T>
 void step_one_block(const Batch<A, T>& batch, std::size_t first, std::size_t n, ContactRecorder<A>* recorder) noexcept {
   const auto& fixed = batch.scene.scene.fixed;
-  auto next_fixed = std::lower_bound(fixed.begin(), fixed.end(), first);
+  const auto next_fixed = std::lower_bound(fixed.begin(), fixed.end(), first);
   const bool has_fixed = next_fixed != fixed.end() && *next_fixed < first + n;
 
   if (!has_fixed && step_in_place(batch, first, n, recorder)) return;
-
-  Stage<A, T> stage(batch.scene.passes->residual, batch.state, first, n);
-  Block<A> block = stage.block();
-  run_steps(batch, block, recorder);
-  std::size_t from = first;
-  for (; next_fixed != fixed.end() && *next_fixed < first + n; ++next_fixed) {
-    stage.write(from, *next_fixed);
-    from = *next_fixed + 1;
+  const std::size_t together = staged_together(batch.motion);
+  for (std::size_t done = has_fixed ? 0 : step_as_they_lie(batch, first, n); done < n; done += together) {
+    step_staged(batch, first + done, std::min(together, n - done), recorder);
   }
-  stage.write(from, first + n);
 }
 
 template <class A, class T>

@@ -47,7 +47,7 @@ class JoinedStep {
         held_(std::span(workspace.held).first(joints_.fixed.size())),
         kernels_(scene.passes->template of<T>().network),
         air_kernels_(scene.passes->template of<T>().air),
-        residuals_(scene.passes->residual),
+        passes_(*scene.passes),
         exchange_(scene.options.elsewhere.exchange),
         stay_kernels_(stay_kernels<T>(scene.options.arithmetic)),
         parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel),
@@ -69,26 +69,24 @@ class JoinedStep {
   template <class Kept>
   void fetch_all(const State<Kept>& state) noexcept {
     for_some_rows([&](const Rows& rows) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        fetch(kernels_, residuals_, state.x[axis], state.x_rest[axis], rows, position(axis));
-        fetch(kernels_, residuals_, state.v[axis], state.v_rest[axis], rows, work_.v[axis]);
-        if (is_relative()) clear(rows, work_.x[axis]);
-      }
+      fetch(passes_, state.x, state.x_rest, rows, positions());
+      fetch(passes_, state.v, state.v_rest, rows, work_.v);
+      for (std::size_t axis = 0; axis < 3 && is_relative(); ++axis) clear(rows, work_.x[axis]);
     });
     for_each_listed_run([&](std::span<const std::uint32_t> particles, std::size_t first) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        fetch(residuals_, state.x[axis], state.x_rest[axis], particles, position(axis) + first);
-        fetch(residuals_, state.v[axis], state.v_rest[axis], particles, work_.v[axis] + first);
-        if (is_relative()) std::fill_n(work_.x[axis] + first, particles.size(), T(0));
+      fetch(state.x, state.x_rest, particles, places(positions(), first));
+      fetch(state.v, state.v_rest, particles, places(work_.v, first));
+      for (std::size_t axis = 0; axis < 3 && is_relative(); ++axis) {
+        std::fill_n(work_.x[axis] + first, particles.size(), T(0));
       }
     });
     for (std::size_t n = 0; n < joints_.fixed.size(); ++n) {
       Held<T>& held = held_[n];
       held.particle = joints_.fixed[n].particle;
       held.element = joints_.fixed[n].element;
+      load(passes_, state.x, state.x_rest, {held.particle, 1}, places_of(held.x));
+      load(passes_, state.v, state.v_rest, {held.particle, 1}, places_of(held.v));
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        load(residuals_, state.x[axis], state.x_rest[axis], held.particle, 1, &held.x[axis]);
-        load(residuals_, state.v[axis], state.v_rest[axis], held.particle, 1, &held.v[axis]);
         if (work_.a[axis] != nullptr) work_.a[axis][held.element] = T(0);  // it may have moved before it was fixed
       }
     }
@@ -113,33 +111,21 @@ class JoinedStep {
   template <class Kept>
   void put_back_all(State<Kept>& state) noexcept {
     for_some_rows([&](const Rows& rows) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        put_back(kernels_, residuals_, position(axis), rows, state.x[axis], state.x_rest[axis]);
-        put_back(kernels_, residuals_, work_.v[axis], rows, state.v[axis], state.v_rest[axis]);
-      }
+      put_back(passes_, read_only(positions()), rows, state.x, state.x_rest);
+      put_back(passes_, read_only(work_.v), rows, state.v, state.v_rest);
     });
     for_each_listed_run([&](std::span<const std::uint32_t> particles, std::size_t first) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        put_back(residuals_, position(axis) + first, particles, state.x[axis], state.x_rest[axis]);
-        put_back(residuals_, work_.v[axis] + first, particles, state.v[axis], state.v_rest[axis]);
-      }
+      put_back(read_only(places(positions(), first)), particles, state.x, state.x_rest);
+      put_back(read_only(places(work_.v, first)), particles, state.v, state.v_rest);
     });
-    for (const Held<T>& held : held_) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        store(residuals_, &held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
-        store(residuals_, &held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
-      }
-    }
+    for (const Held<T>& held : held_) put_back_held(held, state);
   }
 
   // Of a call of no steps: what motions carry, where it is at this time.
   template <class Kept>
   void put_followers_back(State<Kept>& state) noexcept {
     for (const Held<T>& held : held_) {
-      for (std::size_t axis = 0; axis < 3 && is_kinematic(held); ++axis) {
-        store(residuals_, &held.x[axis], held.particle, 1, state.x[axis], state.x_rest[axis]);
-        store(residuals_, &held.v[axis], held.particle, 1, state.v[axis], state.v_rest[axis]);
-      }
+      if (is_kinematic(held)) put_back_held(held, state);
     }
   }
 
@@ -247,7 +233,13 @@ class JoinedStep {
 
   [[nodiscard]] std::size_t size() const noexcept { return joints_.order.size; }
   [[nodiscard]] bool is_relative() const noexcept { return ws_.origin[0] != nullptr; }
-  T* position(std::size_t axis) noexcept { return is_relative() ? ws_.origin[axis] : work_.x[axis]; }
+  Places<T> positions() noexcept { return is_relative() ? ws_.origin : work_.x; }
+
+  template <class Kept>
+  void put_back_held(const Held<T>& held, const State<Kept>& state) noexcept {
+    store(passes_, places_of(held.x), {held.particle, 1}, state.x, state.x_rest);
+    store(passes_, places_of(held.v), {held.particle, 1}, state.v, state.v_rest);
+  }
 
   // All rows, a task's at once; of an order that lists its particles none. Of one that is no sheet's each span is a row.
   template <class Use>
@@ -890,7 +882,7 @@ class JoinedStep {
   std::span<Held<T>> held_;
   const NetworkKernels<T>& kernels_;
   const AirKernels<T>& air_kernels_;
-  const ResidualKernels& residuals_;
+  const Passes& passes_;
   Exchange exchange_;
   const StayKernels<T> stay_kernels_;
   ParallelFor parallel_;

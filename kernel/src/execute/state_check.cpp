@@ -55,18 +55,16 @@ struct SideBySide {
   std::array<std::array<A, looked_at_together>, 3> copy;  // left uninitialised
 
   template <class T>
-  void take(const ResidualKernels& table, const std::array<Column<T>, 3>& columns, const std::array<Column<T>, 3>& rests,
+  void take(const Passes& passes, const std::array<Column<T>, 3>& columns, const std::array<Column<T>, 3>& rests,
             std::size_t first, std::size_t n) noexcept {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if constexpr (std::is_same_v<A, T>) {
-        if (columns[axis].is_contiguous()) {
-          at[axis] = columns[axis].at(first);
-          continue;
-        }
+    if constexpr (std::is_same_v<A, T>) {
+      if (are_contiguous(columns)) {
+        for (std::size_t axis = 0; axis < 3; ++axis) at[axis] = columns[axis].at(first);
+        return;
       }
-      load(table, columns[axis], rests[axis], first, n, copy[axis].data());
-      at[axis] = copy[axis].data();
     }
+    load(passes, columns, rests, {first, n}, places_of(copy));
+    for (std::size_t axis = 0; axis < 3; ++axis) at[axis] = copy[axis].data();
   }
   [[nodiscard]] A square_to(const SideBySide& other, std::size_t i) const noexcept {
     const A x = other.at[0][i] - at[0][i];
@@ -141,8 +139,8 @@ class Look {
     std::array<A, looked_at_together> mass;
     for (std::size_t first = 0; first < state_.count; first += looked_at_together) {
       const std::size_t n = std::min(looked_at_together, state_.count - first);
-      x.take(scene_.passes->residual, state_.x, state_.x_rest, first, n);
-      v.take(scene_.passes->residual, state_.v, state_.v_rest, first, n);
+      x.take(*scene_.passes, state_.x, state_.x_rest, first, n);
+      v.take(*scene_.passes, state_.v, state_.v_rest, first, n);
       take_masses(first, n, mass);
       found_.kinetic += 0.5 * squares_of_speed(v, mass, n);
       if (g != Vec3{}) found_.weight -= heights_by(g, x, mass, first, n);
@@ -283,8 +281,8 @@ class Look {
   }
 
   void take(const Run& run, SideBySide<A>& a, SideBySide<A>& b) const noexcept {
-    a.take(scene_.passes->residual, state_.x, state_.x_rest, run.a, run.n);
-    b.take(scene_.passes->residual, state_.x, state_.x_rest, run.b, run.n);
+    a.take(*scene_.passes, state_.x, state_.x_rest, run.a, run.n);
+    b.take(*scene_.passes, state_.x, state_.x_rest, run.b, run.n);
   }
 
   [[nodiscard]] Pair ends_of(const Longest& longest, const TornSprings& torn) const noexcept {

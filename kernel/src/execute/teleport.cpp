@@ -112,15 +112,11 @@ class Carriage {
   }
   void fetch(const Three& columns, const Three& rests, std::size_t first, std::size_t count,
              CarriedBlock<A>& to) const noexcept {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      load(scene_.passes->residual, columns[axis], rests[axis], first, count, to.axes[axis].data());
-    }
+    load(*scene_.passes, columns, rests, {first, count}, places_of(to.axes));
   }
   void put_back(const CarriedBlock<A>& from, std::size_t first, std::size_t count, const Three& columns,
                 const Three& rests) const noexcept {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      store(scene_.passes->residual, from.axes[axis].data(), first, count, columns[axis], rests[axis]);
-    }
+    store(*scene_.passes, places_of(from.axes), {first, count}, columns, rests);
   }
 
   const CompiledScene<A>& scene_;

@@ -14,18 +14,14 @@
 namespace dvdx {
 
 template <class A, class T>
-void fetch(const ResidualKernels& kernels, const Column<T>& from, const Column<T>& residual, const ParticleSpan& span,
-           A* to) noexcept {
-  if (span.every == 1) return load(kernels, from, residual, span.particle, span.count, to + span.element);
-  for (std::size_t k = 0; k < span.count; ++k)
-    load(kernels, from, residual, span.particle + k * span.every, 1, to + span.element + k);
+void fetch(const Passes& passes, const Vectors<T>& from, const Vectors<T>& rests, const ParticleSpan& span,
+           const Places<A>& to) noexcept {
+  load(passes, from, rests, {span.particle, span.count, span.every}, places(to, span.element));
 }
 template <class A, class T>
-void put_back(const ResidualKernels& kernels, const A* from, const ParticleSpan& span, const Column<T>& to,
-              const Column<T>& residual) noexcept {
-  if (span.every == 1) return store(kernels, from + span.element, span.particle, span.count, to, residual);
-  for (std::size_t k = 0; k < span.count; ++k)
-    store(kernels, from + span.element + k, span.particle + k * span.every, 1, to, residual);
+void put_back(const Passes& passes, const Places<const A>& from, const ParticleSpan& span, const Vectors<T>& to,
+              const Vectors<T>& rests) noexcept {
+  store(passes, places(from, span.element), {span.particle, span.count, span.every}, to, rests);
 }
 
 // Rows in a row, of so many spans each; whole lines at once where they can be.
@@ -49,14 +45,17 @@ struct Rows {
   }
 };
 template <class A, class T>
-void fetch(const NetworkKernels<A>& kernels, const ResidualKernels& residuals, const Column<T>& from, const Column<T>& residual,
-           const Rows& rows, A* to) noexcept {
+void fetch(const Passes& passes, const Vectors<T>& from, const Vectors<T>& rests, const Rows& rows,
+           const Places<A>& to) noexcept {
   if constexpr (std::is_same_v<A, T>) {
-    if (from.is_contiguous() && rows.are_in_lines()) {
-      return kernels.deal(from.base + rows.spans[0].particle, rows.shape(), to + rows.spans[0].element);
+    if (are_contiguous(from) && rows.are_in_lines()) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        passes.of<A>().network.deal(from[axis].base + rows.spans[0].particle, rows.shape(), to[axis] + rows.spans[0].element);
+      }
+      return;
     }
   }
-  for (const ParticleSpan& span : rows.spans) fetch(residuals, from, residual, span, to);
+  for (const ParticleSpan& span : rows.spans) fetch(passes, from, rests, span, to);
 }
 // Padding keeps its NaN.
 template <class T>
@@ -67,42 +66,74 @@ void clear(const Rows& rows, T* column) noexcept {
   for (const ParticleSpan& span : rows.spans) std::fill_n(column + span.element, span.count, T(0));
 }
 template <class A, class T>
-void put_back(const NetworkKernels<A>& kernels, const ResidualKernels& residuals, const A* from, const Rows& rows,
-              const Column<T>& to, const Column<T>& residual) noexcept {
+void put_back(const Passes& passes, const Places<const A>& from, const Rows& rows, const Vectors<T>& to,
+              const Vectors<T>& rests) noexcept {
   if constexpr (std::is_same_v<A, T>) {
-    if (to.is_contiguous() && rows.are_in_lines()) {
-      return kernels.collect(from + rows.spans[0].element, rows.shape(), to.base + rows.spans[0].particle);
+    if (are_contiguous(to) && rows.are_in_lines()) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        passes.of<A>().network.collect(from[axis] + rows.spans[0].element, rows.shape(),
+                                       to[axis].base + rows.spans[0].particle);
+      }
+      return;
     }
   }
-  for (const ParticleSpan& span : rows.spans) put_back(residuals, from, span, to, residual);
+  for (const ParticleSpan& span : rows.spans) put_back(passes, from, span, to, rests);
 }
 
 // The same of particles anywhere: tight loops, in which many reads are on their way at once.
 template <class T>
-void fetch(const ResidualKernels& /*kernels*/, const Column<T>& from, const Column<T>& /*residual*/,
-           std::span<const std::uint32_t> particles, T* to) noexcept {
-  if (from.is_contiguous()) {
-    for (std::size_t k = 0; k < particles.size(); ++k) to[k] = from.base[particles[k]];
-  } else {
-    for (std::size_t k = 0; k < particles.size(); ++k) to[k] = from[particles[k]];
+void fetch(const Vectors<T>& from, const Vectors<T>& /*rests*/, std::span<const std::uint32_t> particles,
+           const Places<T>& to) noexcept {
+  if (threes_of(from)) {
+    for (std::size_t k = 0; k < particles.size(); ++k) {
+      const T* const three = from[0].at(particles[k]);
+      for (std::size_t axis = 0; axis < 3; ++axis) to[axis][k] = three[axis];
+    }
+    return;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (from[axis].is_contiguous()) {
+      for (std::size_t k = 0; k < particles.size(); ++k) to[axis][k] = from[axis].base[particles[k]];
+    } else {
+      for (std::size_t k = 0; k < particles.size(); ++k) to[axis][k] = from[axis][particles[k]];
+    }
   }
 }
 template <class T>
-void put_back(const ResidualKernels& /*kernels*/, const T* from, std::span<const std::uint32_t> particles, const Column<T>& to,
-              const Column<T>& /*residual*/) noexcept {
-  if (to.is_contiguous()) {
-    for (std::size_t k = 0; k < particles.size(); ++k) to.base[particles[k]] = from[k];
-  } else {
-    for (std::size_t k = 0; k < particles.size(); ++k) to[particles[k]] = from[k];
+void put_back(const Places<const T>& from, std::span<const std::uint32_t> particles, const Vectors<T>& to,
+              const Vectors<T>& /*rests*/) noexcept {
+  if (threes_of(to)) {
+    for (std::size_t k = 0; k < particles.size(); ++k) {
+      T* const three = to[0].at(particles[k]);
+      for (std::size_t axis = 0; axis < 3; ++axis) three[axis] = from[axis][k];
+    }
+    return;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (to[axis].is_contiguous()) {
+      for (std::size_t k = 0; k < particles.size(); ++k) to[axis].base[particles[k]] = from[axis][k];
+    } else {
+      for (std::size_t k = 0; k < particles.size(); ++k) to[axis][particles[k]] = from[axis][k];
+    }
   }
 }
-inline void fetch(const ResidualKernels& kernels, const Column<float>& from, const Column<float>& residual,
-                  std::span<const std::uint32_t> particles, double* to) noexcept {
-  for (std::size_t k = 0; k < particles.size(); ++k) load(kernels, from, residual, particles[k], 1, to + k);
+inline void fetch(const Vectors<float>& from, const Vectors<float>& rests, std::span<const std::uint32_t> particles,
+                  const Places<double>& to) noexcept {
+  for (std::size_t k = 0; k < particles.size(); ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      to[axis][k] = static_cast<double>(from[axis][particles[k]]) + static_cast<double>(rests[axis][particles[k]]);
+    }
+  }
 }
-inline void put_back(const ResidualKernels& kernels, const double* from, std::span<const std::uint32_t> particles,
-                     const Column<float>& to, const Column<float>& residual) noexcept {
-  for (std::size_t k = 0; k < particles.size(); ++k) store(kernels, from + k, particles[k], 1, to, residual);
+inline void put_back(const Places<const double>& from, std::span<const std::uint32_t> particles, const Vectors<float>& to,
+                     const Vectors<float>& rests) noexcept {
+  for (std::size_t k = 0; k < particles.size(); ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double number = from[axis][k];
+      to[axis][particles[k]] = static_cast<float>(number);
+      rests[axis][particles[k]] = residual_of(number, static_cast<float>(number));
+    }
+  }
 }
 
 }  // namespace dvdx

@@ -11,6 +11,7 @@
 #include "passes/ball/ball.hpp"
 #include "passes/constraint/constraint.hpp"
 #include "passes/emission/emission.hpp"
+#include "passes/layout/layout.hpp"
 #include "passes/network/network.hpp"
 #include "passes/rate/rate.hpp"
 #include "passes/removal/removal.hpp"
@@ -28,6 +29,7 @@ struct Kernels {
   RemovalKernels<T> removal;
   AirKernels<T> air;
   BallKernels<T> ball;
+  LayoutKernels<T> layout;
 
   [[nodiscard]] StepBlock<T> at(Flow flow, Extras extra) const noexcept {
     return step[static_cast<std::size_t>(flow)][static_cast<std::size_t>(extra)];

@@ -7,6 +7,7 @@
 #include "passes/constraint/constraint_reference.hpp"
 #include "passes/constraint/limit_reference.hpp"
 #include "passes/emission/emission_reference.hpp"
+#include "passes/layout/layout_reference.hpp"
 #include "passes/network/grid_reference.hpp"
 #include "passes/network/lines_reference.hpp"
 #include "passes/network/pairs_reference.hpp"
@@ -71,7 +72,8 @@ constexpr Kernels<T> scalar_kernels() noexcept {
                   .grid = blow_grid<T, arithmetic>,
                   .triangles = blow_triangles<T, arithmetic>,
                   .gather = gather_air<T, arithmetic>},
-          .ball = {.prepare = prepare_balls<T>, .keep = keep_in_balls<T, arithmetic>}};
+          .ball = {.prepare = prepare_balls<T>, .keep = keep_in_balls<T, arithmetic>},
+          .layout = scalar_layout<T, arithmetic>()};
 }
 
 template <Arithmetic arithmetic>

@@ -9,6 +9,7 @@
 #include "passes/constraint/constraint.inl.hpp"
 #include "passes/constraint/limit.inl.hpp"
 #include "passes/emission/emission.inl.hpp"
+#include "passes/layout/layout.inl.hpp"
 #include "passes/network/grid.inl.hpp"
 #include "passes/network/lines.inl.hpp"
 #include "passes/network/pairs.inl.hpp"
@@ -79,7 +80,8 @@ constexpr Kernels<T> wide_kernels() noexcept {
                   .grid = blow_grid<V, arithmetic>,
                   .triangles = blow_triangles<V, arithmetic>,
                   .gather = gather_air<V, arithmetic>},
-          .ball = {.prepare = prepare_balls<V>, .keep = keep_in_balls<V, arithmetic>}};
+          .ball = {.prepare = prepare_balls<V>, .keep = keep_in_balls<V, arithmetic>},
+          .layout = wide_layout<V, arithmetic>()};
 }
 
 template <class Arch, Arithmetic arithmetic>

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
+#include <type_traits>
 
 #include "dvdx/layouts/state.hpp"
 
@@ -13,10 +15,8 @@ Column<T> field(T* first, std::size_t struct_bytes, std::size_t n) noexcept {
   return {first, static_cast<std::ptrdiff_t>(struct_bytes), 1, n};
 }
 
-// A view of n structs P that hold position and velocity as three consecutive T each, for example
-//   struct Particle { float position[3]; float age; float velocity[3]; };
-//   auto state = dvdx::aos(&p->position[0], &p->velocity[0], sizeof(Particle), n);
-// Fields other than these six are never read or written.
+// A view of n structs that hold position and velocity as three consecutive T each, wherever the first ones stand. Bytes other
+// than those of these six numbers are never read or written: other threads may use them meanwhile.
 template <class T>
 State<T> aos(T* first_position, T* first_velocity, std::size_t struct_bytes, std::size_t n) noexcept {
   State<T> state{.x = {}, .v = {}, .count = n, .clock = {}};
@@ -25,6 +25,40 @@ State<T> aos(T* first_position, T* first_velocity, std::size_t struct_bytes, std
     state.v[axis] = field(first_velocity + axis, struct_bytes, n);
   }
   return state;
+}
+
+// The numbers of a vector of three: T[3], a type with value_type (std::array, glm::vec3, Eigen::Vector3f), or a struct that
+// begins with x.
+template <class Vector>
+struct NumberOf {
+  using Type = decltype(Vector::x);
+};
+template <class T>
+struct NumberOf<T[3]> {
+  using Type = T;
+};
+template <class Vector>
+requires std::is_floating_point_v<typename Vector::value_type>
+struct NumberOf<Vector> {
+  using Type = typename Vector::value_type;
+};
+
+// A view of the caller's own structs, for example
+//   struct Particle { glm::vec3 position; float age; glm::vec3 velocity; };
+//   std::vector<Particle> particles(n);
+//   auto state = dvdx::aos(particles, &Particle::position, &Particle::velocity);
+// Both fields are vectors of three floats or of three doubles and nothing else.
+template <class Particle, class Position, class Velocity>
+auto aos(std::span<std::type_identity_t<Particle>> particles, Position Particle::*position,
+         Velocity Particle::*velocity) noexcept {
+  using T = typename NumberOf<Position>::Type;
+  static_assert(std::is_same_v<T, typename NumberOf<Velocity>::Type>, "position and velocity are of one scalar type");
+  static_assert(std::is_same_v<T, float> || std::is_same_v<T, double>, "position and velocity are of float or of double");
+  static_assert(sizeof(Position) == 3 * sizeof(T) && sizeof(Velocity) == 3 * sizeof(T), "a vector is three numbers");
+  if (particles.empty()) return State<T>{};
+  Particle& first = particles.front();
+  return aos(reinterpret_cast<T*>(&(first.*position)), reinterpret_cast<T*>(&(first.*velocity)), sizeof(Particle),
+             particles.size());
 }
 
 }  // namespace dvdx

@@ -35,4 +35,10 @@ struct Column {
   T& operator[](std::size_t i) const noexcept { return *at(i); }
 };
 
+// A view of the caller's array of n elements. Nothing beyond element n-1 is touched.
+template <class T>
+Column<T> column(T* first, std::size_t n) noexcept {
+  return {first, 0, Column<T>::contiguous, n};
+}
+
 }  // namespace dvdx

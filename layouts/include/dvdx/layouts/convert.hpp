@@ -46,22 +46,18 @@ inline float residual_of(double number, float value) noexcept {
   return std::isfinite(value) ? static_cast<float>(rest) : 0.0F;
 }
 
-// out[k] = column[first + k] + rest[first + k] for k < n, and back.
-void gather_sum(const Column<float>& column, const Column<float>& rest, std::size_t first, std::size_t n, double* out) noexcept;
-void scatter_sum(const double* in, std::size_t first, std::size_t n, const Column<float>& column,
-                 const Column<float>& rest) noexcept;
-
 // Copies all particles and the clock. Both states must hold the same count; the layouts and scalar types may differ. Residuals
 // are added where only `from` has them, and made where only `to` has.
 template <class To, class From>
 void copy(const State<From>& from, State<To>& to) noexcept {
-  const auto copy_column = [n = from.count](const Column<From>& source, const Column<To>& target) {
+  const auto copy_column = [](const Column<From>& source, const Column<To>& target, std::size_t first, std::size_t n) {
     if (target.is_contiguous()) {
-      gather(source, 0, n, target.base);
+      gather(source, first, n, target.base + first);
     } else if (source.is_contiguous()) {
-      scatter(source.base, 0, n, target);
+      scatter(source.base + first, first, n, target);
     } else {
-      for_each_element(source, 0, n, [&](const From& element, std::size_t i) { target[i] = static_cast<To>(element); });
+      for_each_element(source, first, n,
+                       [&](const From& element, std::size_t k) { target[first + k] = static_cast<To>(element); });
     }
   };
   const auto copy_sum = [n = from.count](const Column<From>& source, const Column<From>& source_rest, const Column<To>& target,
@@ -75,14 +71,19 @@ void copy(const State<From>& from, State<To>& to) noexcept {
       }
     }
   };
-  const bool is_sum = from.has_rests() || to.has_rests();
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (is_sum) {
+  if (from.has_rests() || to.has_rests()) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
       copy_sum(from.x[axis], from.x_rest[axis], to.x[axis], to.x_rest[axis]);
       copy_sum(from.v[axis], from.v_rest[axis], to.v[axis], to.v_rest[axis]);
-    } else {
-      copy_column(from.x[axis], to.x[axis]);
-      copy_column(from.v[axis], to.v[axis]);
+    }
+  } else {
+    constexpr std::size_t together = 256;  // particles, all of whose columns are copied while their structs are in cache
+    for (std::size_t first = 0; first < from.count; first += together) {
+      const std::size_t n = std::min(together, from.count - first);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        copy_column(from.x[axis], to.x[axis], first, n);
+        copy_column(from.v[axis], to.v[axis], first, n);
+      }
     }
   }
   to.clock = from.clock;

@@ -68,9 +68,8 @@ DVDX_EXPORT AlignedArray<T> aligned_array(std::size_t count, const Memory& memor
 // A view of the caller's six arrays of n elements. Nothing beyond element n-1 is touched.
 template <class T>
 State<T> soa(T* x, T* y, T* z, T* vx, T* vy, T* vz, std::size_t n) noexcept {
-  constexpr auto all = Column<T>::contiguous;
-  return {.x = {Column<T>{x, 0, all, n}, Column<T>{y, 0, all, n}, Column<T>{z, 0, all, n}},
-          .v = {Column<T>{vx, 0, all, n}, Column<T>{vy, 0, all, n}, Column<T>{vz, 0, all, n}},
+  return {.x = {column(x, n), column(y, n), column(z, n)},
+          .v = {column(vx, n), column(vy, n), column(vz, n)},
           .count = n,
           .clock = {}};
 }

@@ -1,0 +1,44 @@
+// The plain loops over structs, for both ways to compile them.
+#pragma once
+
+#include "support/structs.hpp"
+
+namespace dvdx::bench {
+namespace {  // each way has its own
+
+// As a program writes it: a loop over its own struct. Positions and velocities of one array are of one struct, else of two.
+template <std::size_t size, std::size_t x, std::size_t v, Flies flies>
+void step_plain_structs(float* first_x, float* first_v, std::size_t count, const PlainFlow& flow) {
+  struct Particle {
+    float numbers[size];
+  };
+  constexpr bool are_apart = v >= size;
+  auto* const particles = reinterpret_cast<Particle*>(first_x - x);
+  auto* const others = are_apart ? reinterpret_cast<Particle*>(first_v) : particles;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float& place = particles[i].numbers[x + axis];
+      float& velocity = others[i].numbers[(are_apart ? 0 : v) + axis];
+      const float x0 = place, v0 = velocity;
+      if constexpr (flies == Flies::free) {
+        place = x0 + (flow.S * v0 + flow.Q[axis]);
+        velocity = v0 + (flow.P[axis] - flow.B * v0);
+      } else {
+        place = x0 + (flow.S * v0 - flow.C * x0);
+        velocity = v0 - (flow.A * x0 + flow.B * v0);
+      }
+    }
+  }
+}
+
+template <Flies flies>
+PlainStructStep plain_struct_step(std::size_t shape) {
+  constexpr std::array steps{step_plain_structs<6, 0, 3, flies>,  step_plain_structs<7, 0, 4, flies>,
+                             step_plain_structs<8, 0, 4, flies>,  step_plain_structs<12, 0, 4, flies>,
+                             step_plain_structs<16, 0, 8, flies>, step_plain_structs<3, 0, 3, flies>};
+  static_assert(steps.size() == std::tuple_size_v<decltype(struct_shapes)>);
+  return steps[shape];
+}
+
+}  // namespace
+}  // namespace dvdx::bench
