@@ -5,14 +5,14 @@
 namespace dvdx::tool {
 namespace {
 
-using Side = std::array<std::uint32_t, 2>;
+using SideOfFace = std::array<std::uint32_t, 2>;
 
-Side ascending(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::max(a, b)}; }
+SideOfFace ascending(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::max(a, b)}; }
 
 }  // namespace
 
 Topology without(const Topology& topology, std::span<const Tear> tears) {
-  std::vector<Side> torn;
+  std::vector<SideOfFace> torn;
   for (const Tear& tear : tears) torn.push_back(ascending(tear.ends[0], tear.ends[1]));
   std::sort(torn.begin(), torn.end());
   const auto is_torn = [&](std::uint32_t a, std::uint32_t b) {

@@ -30,20 +30,20 @@ void store_columns(const std::array<const T*, 3>& from, std::size_t count, const
   }
 }
 
-template <Flow flow, Arithmetic arithmetic, class T>
+template <Arithmetic arithmetic, class T>
 std::size_t step_structs(const Structs<T>& structs, std::size_t count, const Terms<T>& terms, const Steps<T>& steps) noexcept {
   for (std::size_t n = 0; n < steps.count; ++n) {
     const Offsets<T>& offsets = steps.offsets[n * steps.offsets_per_step];
     for (std::size_t i = 0; i < count; ++i) {
       T* const x = three_of(structs.x, i);
       T* const v = three_of(structs.v, i);
-      for (std::size_t axis = 0; axis < 3; ++axis) affine<flow, arithmetic>(terms, offsets, axis, i, x[axis], v[axis]);
+      for (std::size_t axis = 0; axis < 3; ++axis) affine<arithmetic>(terms, offsets, axis, i, x[axis], v[axis]);
     }
   }
   return count;
 }
 
-template <Flow flow, Arithmetic arithmetic, class T>
+template <Arithmetic arithmetic, class T>
 std::size_t step_tiles(const Tiles<T>& tiles, std::size_t count, const Terms<T>& terms, const Steps<T>& steps) noexcept {
   for (std::size_t n = 0; n < steps.count; ++n) {
     const Offsets<T>& offsets = steps.offsets[n * steps.offsets_per_step];
@@ -51,7 +51,7 @@ std::size_t step_tiles(const Tiles<T>& tiles, std::size_t count, const Terms<T>&
       const std::ptrdiff_t at =
           static_cast<std::ptrdiff_t>(i / tiles.width) * tiles.stride + static_cast<std::ptrdiff_t>(i % tiles.width);
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        affine<flow, arithmetic>(terms, offsets, axis, i, tiles.x[axis][at], tiles.v[axis][at]);
+        affine<arithmetic>(terms, offsets, axis, i, tiles.x[axis][at], tiles.v[axis][at]);
       }
     }
   }
@@ -60,14 +60,12 @@ std::size_t step_tiles(const Tiles<T>& tiles, std::size_t count, const Terms<T>&
 
 template <class T, Arithmetic arithmetic>
 constexpr LayoutKernels<T> scalar_layout() noexcept {
+  constexpr StepStructs<T> structs = step_structs<arithmetic, T>;
+  constexpr StepTiles<T> tiles = step_tiles<arithmetic, T>;
   return {.load = load_columns<T>,
           .store = store_columns<T>,
-          .structs = {.drift = step_structs<Flow::drift, arithmetic, T>,
-                      .fused = step_structs<Flow::fused, arithmetic, T>,
-                      .driven_fused = step_structs<Flow::driven_fused, arithmetic, T>},
-          .tiles = {.drift = step_tiles<Flow::drift, arithmetic, T>,
-                    .fused = step_tiles<Flow::fused, arithmetic, T>,
-                    .driven_fused = step_tiles<Flow::driven_fused, arithmetic, T>}};
+          .structs = {.drift = structs, .fused = structs, .driven_fused = structs},
+          .tiles = {.drift = tiles, .fused = tiles, .driven_fused = tiles}};
 }
 
 }  // namespace dvdx::reference
