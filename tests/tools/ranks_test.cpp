@@ -51,9 +51,19 @@ nlohmann::json said(const CommandResult& result) {
   auto report = nlohmann::json::parse(result.out, nullptr, false);
   REQUIRE_FALSE(report.is_discarded());
   for (const char* key : {"wall_seconds", "particle_steps_per_second", "threads", "ranks", "halo"}) report.erase(key);
-  // One process alone looks at lengths.
+  // One process alone looks at lengths, and at what comes through cloth.
   for (const char* key : {"stretch", "rods"}) report.erase(key);
   for (const char* key : {"most", "given"}) report["energy"].erase(key);
+  if (report.contains("warnings")) {
+    auto& warnings = report["warnings"];
+    for (std::size_t i = warnings.size(); i-- > 0;) {
+      if (warnings[i]["code"] == "pokes_through") warnings.erase(i);
+    }
+  }
+  // Files have the names that were asked for.
+  if (report.contains("written")) {
+    for (auto& file : report["written"]) file.erase("file");
+  }
   return report;
 }
 

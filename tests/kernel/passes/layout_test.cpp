@@ -123,10 +123,11 @@ TEST_CASE_TEMPLATE("layout: threes go into columns and come back, at every strid
 
 TEST_CASE_TEMPLATE("layout: structs are stepped as they lie with the twin's bits, and nothing else of them changes", T, float,
                    double) {
-  const Terms<T> terms = some_terms<T>();
+  Terms<T> terms = some_terms<T>();
   const auto offsets = some_offsets<T>();
   on_every_isa<T>([&](const LayoutKernels<T>& kernels, const LayoutKernels<T>& twins, std::size_t lanes) {
     for (const Flow flow : {Flow::drift, Flow::fused, Flow::driven_fused}) {
+      terms.flow = flow;
       for (const Shape& shape : shapes) {
         for (const std::size_t count : {std::size_t{0}, std::size_t{15}, std::size_t{16}, most}) {
           for (const std::size_t per_step : {0U, 1U}) {
@@ -145,10 +146,11 @@ TEST_CASE_TEMPLATE("layout: structs are stepped as they lie with the twin's bits
 }
 
 TEST_CASE_TEMPLATE("layout: tiles are stepped as they lie with the twin's bits", T, float, double) {
-  const Terms<T> terms = some_terms<T>();
+  Terms<T> terms = some_terms<T>();
   const auto offsets = some_offsets<T>();
   on_every_isa<T>([&](const LayoutKernels<T>& kernels, const LayoutKernels<T>& twins, std::size_t lanes) {
     for (const Flow flow : {Flow::drift, Flow::fused, Flow::driven_fused}) {
+      terms.flow = flow;
       for (const std::size_t width : {8U, 16U}) {
         for (std::size_t count = 0; count <= most; ++count) {
           const Steps<T> steps{.offsets = offsets.data(), .offsets_per_step = count % 2, .count = 3};
