@@ -136,7 +136,7 @@ shift
 case $action in
   demo)
     [ $# -eq 0 ] || usage
-    takes 8 "building the command for this processor ($(best_isa)), and a flag in the wind"
+    takes 10 "building the command for this processor ($(best_isa)), and a flag in the wind"
     packages=("${first_packages[@]}")
     install_missing
     ! command -v npm >/dev/null || newer_node
