@@ -121,7 +121,7 @@ class RowEnergies {
   std::vector<double> start_;
 };
 
-// Rows of 2 and of 8, looked at after every step in a hundred windows of a hundred steps: the slowest swing is over in 40.
+// Rows of 2 and of 8, looked at after every step in windows of a hundred steps: the slowest swing is over in 40.
 template <class T>
 Worst limit_of_leapfrog(CaseRun& way) {
   Worst worst;
@@ -134,7 +134,7 @@ Worst limit_of_leapfrog(CaseRun& way) {
     }
     Trial<T> trial(way, scene_of(both, leapfrog), hz60, both.bodies);
     RowEnergies<T> energies(trial, rows);
-    for (int window = 0; window < 100; ++window) {
+    for (int window = 0; window < way.looks; ++window) {
       for (int look = 0; look < 100; ++look) {
         trial.step();
         for (std::size_t r = 0; r < 2; ++r) {
@@ -167,7 +167,7 @@ Worst unequal_masses(CaseRun& way) {
   };
   const std::array<Vec3, 2> start{{{momentum(0, 0), momentum(0, 1), 0}, {momentum(1, 0), momentum(1, 1), 0}}};
   Worst worst;
-  for (int look = 0; look < 100; ++look) {
+  for (int look = 0; look < way.looks; ++look) {
     trial.step(10000);
     for (std::size_t pair = 0; pair < drifts.size(); ++pair) {
       const double scale = 1 + 1e6 * drifts[pair];  // kg m/s that go to and fro
@@ -183,15 +183,13 @@ Worst unequal_masses(CaseRun& way) {
 // In the order of the couplings, of float32.
 constexpr std::array<std::optional<KnownMiss>, momentum_constant.size()> momentum_misses{
     std::nullopt, KnownMiss{1.6e-4, "the heavy one's velocity is rounded at each of six pulses a sub-step"},
-    std::nullopt, KnownMiss{1.2e-4, "the heavy one's velocity is what its rounded positions differ by"},
+    std::nullopt, KnownMiss{1.3e-4, "the heavy one's velocity is what its rounded positions differ by"},
     std::nullopt, std::nullopt};
 
-// Of every scheme, one bar each.
+// One bar a scheme.
 std::vector<Bar> bars_of_unequal_masses() {
   std::vector<Bar> bars;
   const auto add = [&]<std::size_t which>(std::integral_constant<std::size_t, which>) {
-    // leapfrog, the default, on every instruction set
-    const RunsOn runs_on = which == 0 ? RunsOn::every_isa : RunsOn::best_isa;
     const auto bar = [&](std::string_view precision, Check check, double limit) {
       bars.push_back({.precision = precision,
                       .check = check,
@@ -199,7 +197,7 @@ std::vector<Bar> bars_of_unequal_masses() {
                       .unit = "sum m |v|",
                       .expected = momentum_constant[which],
                       .known_miss = precision == float32 ? momentum_misses[which] : std::nullopt,
-                      .runs_on = runs_on});
+                      .runs_on = RunsOn::only_best_whole});
     };
     bar(float64, unequal_masses<double, which>, 1e-12);
     bar(float32_compensated, unequal_masses<Compensated, which>, 1e-8);
@@ -493,7 +491,8 @@ struct ClothEnergy {
   }
 };
 
-// 1e5 steps; 1e4 in contracted arithmetic, and of leapfrog where it takes 71 or 224 sub-steps each. Looked at every hundred: the largest
+// 1e5 steps in float32, whose rounding adds up; 1e4 in float64, in contracted arithmetic, and of leapfrog where it takes 71 or 224
+// sub-steps each. Looked at every hundred: the largest
 // coordinate over ten times the sheet's length, and the kinetic energy over 1.3 times the most that gravity has given until then. The
 // worse of both; not a number where any coordinate or velocity is not.
 template <class T>
@@ -502,7 +501,8 @@ Worst lasting_cloth(CaseRun& way, std::span<const double> stiffnesses, const Cou
   for (const double k : stiffnesses) {
     Trial<T> trial(way, grid_of_cloth(k, coupling), hz60, cloth(k).bodies);
     double given = 0;
-    const bool is_dear = way.arithmetic != Arithmetic::separate || (coupling.scheme == Scheme::leapfrog && k > 500);
+    const bool is_dear =
+        sizeof(T) == 8 || way.arithmetic != Arithmetic::separate || (coupling.scheme == Scheme::leapfrog && k > 500);
     const int looks = is_dear ? 100 : 1000;
     for (int look = 0; look < looks; ++look) {
       trial.step(100);
@@ -550,8 +550,8 @@ std::vector<Case> network_cases() {
       {4,
        "the limit of leapfrog",
        "omega h = 1.8 to 7 in a row of 2 and of 8 bodies, 1e6 steps, sub-steps by themselves",
-       {{float64, limit_of_leapfrog<double>, 1, "E0", "no blow-up: |E/E0 - 1| <= 1"},
-        {float32, limit_of_leapfrog<float>, 1, "E0", "no blow-up: |E/E0 - 1| <= 1", swinging}}},
+       {{float64, limit_of_leapfrog<double>, 1, "E0", "no blow-up: |E/E0 - 1| <= 1", {}, RunsOn::only_best_whole},
+        {float32, limit_of_leapfrog<float>, 1, "E0", "no blow-up: |E/E0 - 1| <= 1", swinging, RunsOn::only_best_whole}}},
       {16, "mass ratio of a million", "a pair of 1 kg and 1e6 kg, 1e6 steps: what the heavy one gains is below its rounding",
        bars_of_unequal_masses()},
       {17,
@@ -585,13 +585,12 @@ std::vector<Case> network_cases() {
         {float32, hanging_cloth<float>, 2e-4, "of 1 m", "leapfrog: the path for 0.5 s"},
         {float64, swept_cloth<double>, 1e-3, "of 1 m", "sequential, 64 sweeps: the path for 0.5 s"},
         {float32, swept_cloth<float>, 1e-3, "of 1 m", "sequential, 64 sweeps: the path for 0.5 s"},
-        lasts(float64, lasting_leapfrog<double>,
-              "leapfrog, 1e5 steps, stiff 1e4: a sheet, no faster than 1.3 times what gravity gives"),
+        lasts(float64, lasting_leapfrog<double>, "leapfrog, 1e4 steps: a sheet, no faster than 1.3 times what gravity gives"),
         lasts(float32, lasting_leapfrog<float>,
               "leapfrog, 1e5 steps, stiff 1e4: a sheet, no faster than 1.3 times what gravity gives"),
-        lasts(float64, lasting_sweeps<double>, "one sweep, 1e5 steps, to 500 N/m: likewise"),
+        lasts(float64, lasting_sweeps<double>, "one sweep, 1e4 steps, to 500 N/m: likewise"),
         lasts(float32, lasting_sweeps<float>, "one sweep, 1e5 steps, to 500 N/m: likewise"),
-        lasts(float64, lasting_stiff_sweeps<double>, "one sweep, 1e5 steps, 5e3 and 5e4 N/m: likewise"),
+        lasts(float64, lasting_stiff_sweeps<double>, "one sweep, 1e4 steps, 5e3 and 5e4 N/m: likewise"),
         lasts(float32, lasting_stiff_sweeps<float>, "one sweep, 1e5 steps, 5e3 and 5e4 N/m: likewise")}},
   };
 }

@@ -20,8 +20,8 @@ struct Outcome {
   std::string refused;
 };
 
-Outcome outcome_of(const Bar& bar, Isa isa, Arithmetic arithmetic) {
-  CaseRun way{.isa = isa, .arithmetic = arithmetic};
+Outcome outcome_of(const Bar& bar, Isa isa, Arithmetic arithmetic, int looks) {
+  CaseRun way{.isa = isa, .arithmetic = arithmetic, .looks = looks};
   try {
     Worst worst = bar.check(way);
     return {.isa = isa, .arithmetic = arithmetic, .worst = std::move(worst), .bits = way.bits, .refused = {}};
@@ -70,21 +70,30 @@ std::string note_of(const Outcome& worst, const std::string& differs, Verdict ve
   return note;
 }
 
-Row run_bar(const Case& hard_case, const Bar& bar) {
+std::vector<Outcome> outcomes_of(const Bar& bar, RunsOn runs_on, int looks = all_looks) {
   std::vector<std::future<Outcome>> runs;
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
     auto isas = available_isas(arithmetic);
-    if (bar.runs_on == RunsOn::best_isa) isas = {isas.back()};
+    if (runs_on != RunsOn::every_isa) isas = {isas.back()};
     if (arithmetic == Arithmetic::fast) {
-      if (bar.runs_on == RunsOn::best_isa) continue;  // a minute each
-      std::erase(isas, Isa::reference);               // which is contracted, and was run as that
+      if (runs_on == RunsOn::best_isa) continue;  // a minute each
+      std::erase(isas, Isa::reference);           // which is contracted, and was run as that
     }
-    for (const Isa isa : isas) runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), isa, arithmetic));
+    for (const Isa isa : isas) {
+      runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), isa, arithmetic, looks));
+    }
   }
   std::vector<Outcome> outcomes;
   for (auto& run : runs) outcomes.push_back(run.get());
+  return outcomes;
+}
+
+Row run_bar(const Case& hard_case, const Bar& bar) {
+  const std::vector<Outcome> outcomes = outcomes_of(bar, bar.runs_on);
+  const bool is_begun = bar.runs_on == RunsOn::only_best_whole;
+  const std::vector<Outcome> compared = is_begun ? outcomes_of(bar, RunsOn::every_isa, 1) : outcomes;
   const Outcome& worst = *std::max_element(outcomes.begin(), outcomes.end(), is_worse);
-  const std::string differs = differing(outcomes);
+  const std::string differs = differing(compared);
   const Verdict verdict = verdict_of(bar, worst.worst.value);
   Row row{.number = hard_case.number,
           .name = std::string(hard_case.name),
@@ -97,7 +106,7 @@ Row run_bar(const Case& hard_case, const Bar& bar) {
           .verdict = differs.empty() ? verdict : Verdict::missed,
           .isas = {},
           .note = note_of(worst, differs, verdict, bar)};
-  for (const Outcome& outcome : outcomes) row.isas.push_back(name_of(outcome));
+  for (const Outcome& outcome : compared) row.isas.push_back(name_of(outcome));
   return row;
 }
 
