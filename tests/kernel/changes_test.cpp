@@ -273,27 +273,28 @@ void change_at_random(const Joined& joined, std::uint64_t seed, int changes) {
     plan.forget();
     const std::uint64_t wanted = hash_after(*anew, batch.view(), 2);
     CHECK(hash_after(plan, batch.view(), 2) == wanted);
-    // What lists in sweeps hold of coefficients that have become equal is theirs.
+    // Lists in sweeps keep coefficients that have become equal as their own.
     const bool shares_sets =
         joined.scene.coupling.scheme == Scheme::sequential && std::holds_alternative<Springs>(joined.scene.networks[0]);
-    if (n == 0 && seed % 16 == 0 && !shares_sets) CHECK(plan.explain() == anew->explain());
+    if (n == 0 && seed % 8 == 0 && !shares_sets) CHECK(plan.explain() == anew->explain());
     REQUIRE(plan.step(batch.view(), 1) == StepResult::done);
   }
 }
 
 TEST_CASE_TEMPLATE("changes: after any of them a plan steps as one compiled anew from its scene", T, float, double) {
-  std::uint64_t seed = 1;
+  std::uint64_t seed = sizeof(T) == 4 ? 1 : 1001;  // each precision has changes of its own
   for (const Joined& joined : scenes()) {
     CAPTURE(joined.name);
-    for (int round = 0; round < 7; ++round) change_at_random<T>(joined, seed++, 1 + round % 5);
+    change_at_random<T>(joined, seed++, 7);
   }
 }
 
-TEST_CASE_TEMPLATE("changes: of lists too, whichever springs damp and in whichever order they stand", T, float, double) {
-  std::uint64_t seed = 1;
+TEST_CASE_TEMPLATE("changes: and a plan of lists too, whichever springs damp and in whichever order they stand", T, float,
+                   double) {
+  std::uint64_t seed = sizeof(T) == 4 ? 1 : 1001;
   for (const Joined& joined : lists()) {
     CAPTURE(joined.name);
-    for (int round = 0; round < 3; ++round) change_at_random<T>(joined, seed++, 1 + 4 * round);
+    change_at_random<T>(joined, seed++, 5);
   }
 }
 

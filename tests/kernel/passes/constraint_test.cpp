@@ -88,10 +88,15 @@ TEST_CASE("constraint: a pendulum of one metre from 90 degrees, 60 steps a secon
   const Joined coarse = pendulum(1, std::acos(0.0), 9.81, 1.0 / 60);
   const Joined fine = pendulum(1, std::acos(0.0), 9.81, 1.0 / 6000);
   double squares = 0;
+  Batch<double> got(Layout::soa, 2), wanted(Layout::soa, 2);
+  test::place(coarse, got.view());
+  test::place(fine, wanted.view());
+  const auto coarse_plan = plan_of(coarse, {.isa = best_isa()}, got.view());
+  const auto fine_plan = plan_of(fine, {.isa = best_isa()}, wanted.view());
   for (std::size_t n = 1; n <= 120; ++n) {
-    const auto got = stepped<double>(coarse, {.isa = best_isa()}, n);
-    const auto wanted = stepped<double>(fine, {.isa = best_isa()}, 100 * n);
-    squares += std::pow(x(got, 1, 0) - x(wanted, 1, 0), 2) + std::pow(x(got, 1, 1) - x(wanted, 1, 1), 2);
+    REQUIRE(coarse_plan.step(got.view(), 1) == StepResult::done);
+    REQUIRE(fine_plan.step(wanted.view(), 100) == StepResult::done);
+    for (std::size_t axis = 0; axis < 2; ++axis) squares += std::pow(got.view().x[axis][1] - wanted.view().x[axis][1], 2);
   }
   const double rms = std::sqrt(squares / 120);
   const auto end = stepped<double>(coarse, {.isa = best_isa()}, 600);
@@ -254,11 +259,11 @@ TEST_CASE("constraint: beside springs in every scheme, the scalar reference's bi
 }
 
 TEST_CASE("constraint: any number of threads gives the same bits, many particles" * doctest::test_suite("threads")) {
-  Joined many = heap(17000);
-  many.scene.add(random_pairs(17000, 12000, 5, Bound::equal));
-  many.scene.add(random_pairs(17000, 6000, 6, Bound::at_most));
+  Joined many = heap(parallel_from);
+  many.scene.add(random_pairs(parallel_from, 12000, 5, Bound::equal));
+  many.scene.add(random_pairs(parallel_from, 6000, 6, Bound::at_most));
   many.scene.fixed = {3, 4, 5};
-  constexpr std::size_t links = 2 * particles_per_task;
+  constexpr std::size_t links = parallel_from;
   Joined ropes = rope(links, 0.01 * links);  // of 100 links each, cut by what is fixed
   ropes.scene.fixed.clear();
   for (std::size_t i = 0; i < links; i += 100) ropes.scene.fixed.push_back(i);
@@ -286,7 +291,7 @@ TEST_CASE("constraint: one call of five steps is five calls of one") {
   }
 }
 
-// ---- what must be kept -------------------------------------------------------------------------------------------------
+// ---- invariants --------------------------------------------------------------------------------------------------------
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 

@@ -139,14 +139,18 @@ void check_bits(const Joined& joined, Arithmetic arithmetic) {
   }
 }
 
+// Each scene in every scheme, and both in each kind of number.
 TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in every scheme") {
+  std::size_t first = 0;
   for (const Joined& joined : bit_scenes()) {
+    std::size_t turn = first++;
     for (const Coupling& coupling : all_schemes) {
+      const std::size_t kind = turn++ % 3;
       if (!is_possible(joined, coupling)) continue;
       const Joined scene = with(joined, coupling);
-      check_bits<float>(scene, Arithmetic::separate);
-      check_bits<double>(scene, Arithmetic::separate);
-      check_bits<float>(scene, Arithmetic::contracted);
+      if (kind == 0) check_bits<float>(scene, Arithmetic::separate);
+      if (kind == 1) check_bits<double>(scene, Arithmetic::separate);
+      if (kind == 2) check_bits<float>(scene, Arithmetic::contracted);
     }
   }
 }
@@ -229,20 +233,19 @@ TEST_CASE("network: contacts in every flow give the scalar reference's bits") {
 }
 
 TEST_CASE("network: any number of threads gives the same bits, many particles" * doctest::test_suite("threads")) {
-  Joined joined = test::sheet(90, 150, 5, 0.0001);
-  REQUIRE(joined.x.size() > 3 * particles_per_task);
+  Joined joined = test::sheet(110, 150, 5, 0.0001);
+  REQUIRE(joined.x.size() >= parallel_from);
   joined.step = 1.0 / 2000;
+  std::size_t turn = 0;  // each scheme meets one count of threads in the grid, the other in the list
   for (const Joined& scene : {joined, test::as_list(joined)}) {
     for (const Coupling& coupling : all_schemes) {
       const Joined coupled = with(scene, coupling);
       const auto plan = plan_of<float>(coupled, {.isa = best_isa()});
-      const auto end_by = [&](std::size_t threads) { return stepped(coupled, plan, {.threads = threads}, 2); };
-      const std::vector<float> wanted = end_by(1);
-      for (const std::size_t threads : {2U, 5U}) {
-        const std::string difference = test::difference(wanted, end_by(threads));
-        CHECK_MESSAGE(difference.empty(), coupled.name << ", scheme " << static_cast<int>(coupling.scheme) << ", threads "
-                                                       << threads << ": " << difference);
-      }
+      const auto end_by = [&](std::size_t threads) { return stepped(coupled, plan, {.threads = threads}, 1); };
+      const std::size_t threads = turn++ % 2 == 0 ? 2 : 5;
+      const std::string difference = test::difference(end_by(1), end_by(threads));
+      CHECK_MESSAGE(difference.empty(), coupled.name << ", scheme " << static_cast<int>(coupling.scheme) << ", threads "
+                                                     << threads << ": " << difference);
     }
   }
 }
@@ -326,36 +329,43 @@ TEST_CASE("network: sheets of one plan, one after the other, have the bits of a 
         return joined;
       };
       const Joined all = sheets_from(0, sheets);
-      const auto values = stepped<float>(all, {.isa = best_isa()}, 2);
+      const auto plan = plan_of<float>(all, {.isa = best_isa()});
+      const auto values = stepped(all, plan, {}, 1);
       for (const std::size_t n : {std::size_t{0}, torn, torn + 1, sheets - 1}) {
         CAPTURE(n);
-        const auto alone = stepped<float>(sheets_from(n, 1), {.isa = best_isa()}, 2);
+        const auto alone = stepped<float>(sheets_from(n, 1), {.isa = best_isa()}, 1);
         const auto at = values.begin() + static_cast<std::ptrdiff_t>(6 * each * n);
         CHECK(test::difference(alone, {at, at + 6 * each}) == "");
       }
-      for (const std::size_t threads : {std::size_t{2}, std::size_t{3}}) {
-        CHECK(test::difference(values, stepped<float>(all, {.isa = best_isa(), .threads = threads}, 2)) == "");
-      }
+      const std::size_t threads = damping == 0 ? 2 : 3;
+      CHECK(test::difference(values, stepped(all, plan, {.threads = threads}, 1)) == "");
     }
   }
 }
 
 TEST_CASE("network: a grid larger than a cache takes several pulses at once, and gives the bits of its list" *
           doctest::test_suite("threads")) {
-  Joined joined = test::sheet(400, 96, 5);
-  joined.step = 1.0 / 480;
-  std::get<Grid>(joined.scene.networks[0]).bend = 1;
-  joined.scene.add(Sinusoid{.acceleration = {3, 0, 1}, .angular_frequency = 7});
-  joined.scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.005, .restitution = 0.2, .friction = 0.3});
-  joined.scene.fixed.push_back(200 * 96 + 5);
-  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
-    const Joined grid = with(joined, {.scheme = scheme, .substeps = 6});
-    const Run run{.isa = best_isa()};
-    const auto wanted = stepped<float>(test::as_list(grid), run, 1);
-    CHECK(test::difference(wanted, stepped<float>(grid, run, 1)) == "");
-    CHECK(test::difference(wanted, stepped<float>(grid, {.isa = best_isa(), .threads = 3}, 1)) == "");
-    CHECK(test::difference(stepped<double>(test::as_list(grid), run, 1), stepped<double>(grid, run, 1)) == "");
-  }
+  const auto large = [](std::size_t rows) {
+    Joined joined = test::sheet(rows, 96, 5);
+    joined.step = 1.0 / 960;
+    std::get<Grid>(joined.scene.networks[0]).bend = 1;
+    joined.scene.add(Sinusoid{.acceleration = {3, 0, 1}, .angular_frequency = 7});
+    joined.scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.005, .restitution = 0.2, .friction = 0.3});
+    joined.scene.fixed.push_back(rows / 2 * 96 + 5);
+    return joined;
+  };
+  const Run run{.isa = best_isa()};
+  const Joined grid = with(large(400), {.scheme = Scheme::leapfrog, .substeps = 3});
+  const auto plan = plan_of<float>(grid, run);
+  const auto wanted = stepped<float>(test::as_list(grid), run, 1);
+  CHECK(test::difference(wanted, stepped(grid, plan, {}, 1)) == "");
+  CHECK(test::difference(wanted, stepped(grid, plan, {.threads = 3}, 1)) == "");
+  // A double takes twice the room.
+  const Joined fewer = with(large(210), {.scheme = Scheme::fourth_order, .substeps = 2});
+  const auto fewer_plan = plan_of<double>(fewer, run);
+  const auto wanted_of_fewer = stepped<double>(test::as_list(fewer), run, 1);
+  CHECK(test::difference(wanted_of_fewer, stepped(fewer, fewer_plan, {}, 1)) == "");
+  CHECK(test::difference(wanted_of_fewer, stepped(fewer, fewer_plan, {.threads = 3}, 1)) == "");
 }
 
 TEST_CASE("network: a grid whose edges are not at right angles has two kinds of diagonals, as the list of its springs has") {
@@ -451,7 +461,7 @@ TEST_CASE("network: chains of springs follow their closed form") {
   double worst_fourth = 0;
   for (std::size_t r = 0; r < oracle.size(); ++r) {
     const auto row = oracle[r];
-    if (row["lengths_positive"] != 1) continue;
+    if (row["lengths_positive"] != 1 || row["t_s"] > 1) continue;
     const auto n = static_cast<std::size_t>(row["n"]);
     const double l = row["rest_len"];
     std::vector<double> at{0};
@@ -480,8 +490,8 @@ TEST_CASE("network: chains of springs follow their closed form") {
   }
   MESSAGE("chains, worst error of a body: leapfrog, 400 sub-steps " << worst_leapfrog << " m, fourth_order, 100 "
                                                                     << worst_fourth << " m");
-  CHECK(worst_leapfrog < 1e-4);
-  CHECK(worst_fourth < 1e-6);
+  CHECK(worst_leapfrog < 5e-5);
+  CHECK(worst_fourth < 3e-7);
 }
 
 TEST_CASE("network: two bodies on a line follow their closed form; the filtered pulse does at any stiffness" *
@@ -741,8 +751,8 @@ TEST_CASE("network: a pair of masses a million apart keeps its momentum") {
   joined.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 100.0, .rest_length = 1.0}));
   for (const Coupling& coupling : all_schemes) {
     if (coupling.theta == 1) continue;
-    const auto got = stepped<double>(with(joined, coupling), {.isa = best_isa()}, 100000);
-    CHECK(is_close(1e6 * v(got, 0, 0) + v(got, 1, 0), 1e6 * 0.3 - 0.2, 1e-12));
+    const auto got = stepped<double>(with(joined, coupling), {.isa = best_isa()}, 10000);
+    CHECK(is_close(1e6 * v(got, 0, 0) + v(got, 1, 0), 1e6 * 0.3 - 0.2, 1e-13));
   }
 }
 
@@ -777,7 +787,7 @@ TEST_CASE("network: sequential is stable at every step, linear springs") {
   }
 }
 
-// ---- what goes wrong ---------------------------------------------------------------------------------------------------
+// ---- faults ------------------------------------------------------------------------------------------------------------
 
 TEST_CASE("network: a bad particle stays alone, its neighbours go on without its springs") {
   for (const bool is_list : {false, true}) {
@@ -821,22 +831,22 @@ Joined two_lists() {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
 
+// In one of four ways, by the turn, a particle of either sheet is bad.
 template <class T>
-void check_other_sheet(const Joined& joined, const test::Run& run) {
-  const std::vector<T> wanted = stepped<T>(joined, run, 4);
-  for (const auto& [bad_x, bad_v] : {std::pair{not_a_number, 0.0}, {0.0, not_a_number}, {infinite, 1.0}, {1.0, -infinite}}) {
-    for (const std::size_t bad : {std::size_t{31}, half + 31}) {
-      Joined ill = joined;
-      ill.x[bad][1] = bad_x;
-      ill.v[bad][0] = bad_v;
-      std::vector<T> got = stepped<T>(ill, run, 4);
-      const auto own = static_cast<std::ptrdiff_t>(bad < half ? 0 : 6 * half);
-      std::copy_n(wanted.begin() + own, 6 * half, got.begin() + own);
-      const std::string difference = test::difference(wanted, got);
-      CHECK_MESSAGE(difference.empty(), joined.name << ", scheme " << static_cast<int>(joined.scene.coupling.scheme) << ", "
-                                                    << name(run.isa) << ", " << name(run.arithmetic) << ": " << difference);
-    }
-  }
+void check_other_sheet(const Joined& joined, const test::Run& run, const std::vector<T>& wanted, std::size_t turn) {
+  constexpr std::array<std::array<double, 2>, 4> ways{
+      {{not_a_number, 0.0}, {0.0, not_a_number}, {infinite, 1.0}, {1.0, -infinite}}};
+  const auto& [bad_x, bad_v] = ways[turn % 4];
+  const std::size_t bad = turn / 4 % 2 == 0 ? std::size_t{31} : half + 31;
+  Joined ill = joined;
+  ill.x[bad][1] = bad_x;
+  ill.v[bad][0] = bad_v;
+  std::vector<T> got = stepped<T>(ill, run, 4);
+  const auto own = static_cast<std::ptrdiff_t>(bad < half ? 0 : 6 * half);
+  std::copy_n(wanted.begin() + own, 6 * half, got.begin() + own);
+  const std::string difference = test::difference(wanted, got);
+  CHECK_MESSAGE(difference.empty(), joined.name << ", scheme " << static_cast<int>(joined.scene.coupling.scheme) << ", "
+                                                << name(run.isa) << ", " << name(run.arithmetic) << ": " << difference);
 }
 
 // Springs to one particle are taken away.
@@ -860,11 +870,19 @@ Joined without_springs_of(Joined joined, std::uint32_t particle) {
 }
 
 TEST_CASE_TEMPLATE("network: a bad particle changes no bit of what is not joined with it, in any scheme", T, float, double) {
-  for (const Coupling& coupling : all_schemes) {
-    for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
-      for (const Isa isa : available_isas(arithmetic)) {
-        check_other_sheet<T>(with(two_sheets(), coupling), {.isa = isa, .arithmetic = arithmetic});
-        check_other_sheet<T>(with(two_lists(), coupling), {.isa = isa, .arithmetic = arithmetic});
+  std::size_t first = 0;  // every ISA meets every way in either sheet in one scheme or another
+  for (const Joined& two : {two_sheets(), two_lists()}) {
+    for (const Coupling& coupling : all_schemes) {
+      const Joined joined = with(two, coupling);
+      std::size_t turn = first++;
+      for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
+        std::vector<T> wanted;
+        for (const Isa isa : available_isas(arithmetic)) {
+          const Run run{.isa = isa, .arithmetic = arithmetic};
+          // fast arithmetic alone has other bits on another ISA
+          if (wanted.empty() || arithmetic == Arithmetic::fast) wanted = stepped<T>(joined, run, 4);
+          check_other_sheet<T>(joined, run, wanted, turn++);
+        }
       }
     }
   }
@@ -1079,7 +1097,7 @@ TEST_CASE("network: the fourth order's own sub-steps keep a pair's energy within
   }
 }
 
-TEST_CASE("network: what is wrong is named") {
+TEST_CASE("network: an error names the field that is wrong") {
   const auto error_of = [](auto change) {
     Joined joined = test::sheet(4, 5, 50);
     change(joined.scene);
