@@ -1,4 +1,4 @@
-// What contacts do to particles, as a report has it: against closed forms, and the same on every way to step.
+// The report of how contacts act on particles: against closed forms, and the same on every way to step.
 #include "dvdx/contact_report.hpp"
 
 #include <doctest/doctest.h>
@@ -246,7 +246,7 @@ TEST_CASE("report: cloth that lies and slides on a floor and a ball has one impa
         start.push_back(
             {Vec3{0.1 * static_cast<double>(i % side), height, 0.1 * static_cast<double>(i / side)}, Vec3{vx, 0, 0}});
       }
-      const Reported<double> run(scene, start, 50, 0.01);
+      const Reported<double> run(scene, start, 30, 0.01);
       *left = run.end.v[0][7];
       return run.report.of(0).hits;
     };
@@ -445,15 +445,15 @@ Joined two_sheets() {
 
 template <class T, class Place>
 void compare_ways(const Scene& scene, std::size_t count, double step, Arithmetic arithmetic, const Place& place) {
-  constexpr std::size_t steps = 30;
+  constexpr std::size_t steps = 20;
   std::string expected;
+  std::vector<T> unreported;  // where a plan leads that reports nothing
   for (const Way& way : ways(arithmetic)) {
     CAPTURE(name(way.isa));
     CAPTURE(test::name(way.layout));
     CAPTURE(way.block);
-    Batch<T> batch(way.layout, count), plain(way.layout, count);
+    Batch<T> batch(way.layout, count);
     place(batch.view());
-    place(plain.view());
     const auto plan =
         compile<T>(scene, {.step = step, .isa = way.isa, .arithmetic = arithmetic, .block = way.block}, batch.view());
     REQUIRE_MESSAGE(plan.has_value(), (plan ? "" : plan.error().message()));
@@ -464,14 +464,17 @@ void compare_ways(const Scene& scene, std::size_t count, double step, Arithmetic
       const std::size_t now = std::min(way.together, steps - done);
       REQUIRE(plan->step(batch.view(), report, now, threads.parallel_for()) == StepResult::done);
     }
-    REQUIRE(plan->step(plain.view(), steps) == StepResult::done);
     CHECK(report.lost() == 0);
     CHECK(report.steps() == steps);
-    CHECK(test::difference(test::values_of(batch.view()), test::values_of(plain.view())) == "");
     if (expected.empty()) {
+      Batch<T> plain(way.layout, count);
+      place(plain.view());
+      REQUIRE(plan->step(plain.view(), steps) == StepResult::done);
+      unreported = test::values_of(plain.view());
       expected = bytes_of(report);
-      CHECK(report.events().size() > 100);
+      CHECK(report.events().size() > 60);
     }
+    CHECK(test::difference(test::values_of(batch.view()), unreported) == "");
     CHECK(bytes_of(report) == expected);
     CHECK(std::is_sorted(report.events().begin(), report.events().end(), [](const ContactEvent& a, const ContactEvent& b) {
       return std::tie(a.step, a.particle, a.time) < std::tie(b.step, b.particle, b.time);
@@ -492,7 +495,7 @@ TEST_CASE_TEMPLATE(
       scene.add(Plane{.normal = {1, 2, 0}, .offset = -0.2, .friction = 0.4});
       scene.add(Sphere{.center = {0, 0.1, 0}, .radius = 0.5, .restitution = 0.7});
       scene.fixed = {3, 40, 41};
-      compare_ways<T>(scene, 333, h, arithmetic, [](State<T>& state) {
+      compare_ways<T>(scene, 219, h, arithmetic, [](State<T>& state) {
         for (std::size_t i = 0; i < state.count; ++i) {
           for (std::size_t k = 0; k < 3; ++k) {
             state.x[k][i] = static_cast<T>(1 + test::scatter(i, k));
@@ -502,28 +505,28 @@ TEST_CASE_TEMPLATE(
       });
     }
     SUBCASE("what rests on planes, slides, bounces and is pressed from one onto another, some of it fixed") {
-      for (const double drag : {0.0, 0.05}) {
-        for (const std::size_t planes : {std::size_t{1}, std::size_t{3}}) {
-          Scene scene = falling(0.1, {3, -9.81, -2});
-          std::vector<double> masses(333);
-          for (std::size_t i = 0; i < masses.size(); ++i) masses[i] = 0.1 + 0.001 * static_cast<double>(i % 90);
-          scene.mass = masses;
-          if (drag > 0) scene.add(Drag{.coefficient = drag});
-          scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.5, .friction = 0.2});
-          if (planes > 1) scene.add(Plane{.normal = {-1, 0.2, 0}, .offset = -1, .restitution = 0.3, .friction = 0.4});
-          if (planes > 1) scene.add(Plane{.normal = {0, 0.1, 1}, .offset = -1});
-          scene.fixed = {3, 40, 41};
-          compare_ways<T>(scene, 333, h, arithmetic, [](State<T>& state) {
-            for (std::size_t i = 0; i < state.count; ++i) {
-              for (std::size_t k = 0; k < 3; ++k) {
-                state.x[k][i] = static_cast<T>(0.9 * test::scatter(i, k));
-                state.v[k][i] = static_cast<T>(i % 3 == 0 ? 0 : test::scatter(i, 3 + k));
-              }
-              if (i % 2 == 0) state.x[1][i] = 0;
-              if (i % 4 == 0) state.v[1][i] = 0;
+      for (const std::size_t planes : {std::size_t{1}, std::size_t{3}}) {
+        // Every pair of arithmetic, drag and number of planes.
+        const double drag = (planes == 1) == (arithmetic == Arithmetic::separate) ? 0.0 : 0.05;
+        Scene scene = falling(0.1, {3, -9.81, -2});
+        std::vector<double> masses(219);
+        for (std::size_t i = 0; i < masses.size(); ++i) masses[i] = 0.1 + 0.001 * static_cast<double>(i % 90);
+        scene.mass = masses;
+        if (drag > 0) scene.add(Drag{.coefficient = drag});
+        scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.5, .friction = 0.2});
+        if (planes > 1) scene.add(Plane{.normal = {-1, 0.2, 0}, .offset = -1, .restitution = 0.3, .friction = 0.4});
+        if (planes > 1) scene.add(Plane{.normal = {0, 0.1, 1}, .offset = -1});
+        scene.fixed = {3, 40, 41};
+        compare_ways<T>(scene, 219, h, arithmetic, [](State<T>& state) {
+          for (std::size_t i = 0; i < state.count; ++i) {
+            for (std::size_t k = 0; k < 3; ++k) {
+              state.x[k][i] = static_cast<T>(0.9 * test::scatter(i, k));
+              state.v[k][i] = static_cast<T>(i % 3 == 0 ? 0 : test::scatter(i, 3 + k));
             }
-          });
-        }
+            if (i % 2 == 0) state.x[1][i] = 0;
+            if (i % 4 == 0) state.v[1][i] = 0;
+          }
+        });
       }
     }
     SUBCASE("a sheet that falls on a sphere") {
@@ -569,9 +572,9 @@ TEST_CASE_TEMPLATE("report: of particles that come and go", T, float, double) {
   scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.4});
   for (const SurvivorOrder order : {SurvivorOrder::kept, SurvivorOrder::any}) {
     Turnover turnover;
-    turnover.capacity = 4096;
+    turnover.capacity = 1024;
     turnover.emitters = {{.shape = Disc{.center = {0, 0.1, 0}, .radius = 0.05},
-                          .rate = 3000,
+                          .rate = 1500,
                           .velocity = {0, 1, 0},
                           .spread = 0.5,
                           .least_lifetime = 0.2,
@@ -594,10 +597,10 @@ TEST_CASE_TEMPLATE("report: of particles that come and go", T, float, double) {
       std::vector<ContactEvent> room(1 << 16);
       ContactReport report(1, room);
       test::Threads threads(way.threads);
-      for (std::size_t done = 0; done < 60; done += way.together) {
-        REQUIRE(plan->step(live, report, std::min(way.together, 60 - done), threads.parallel_for()) == StepResult::done);
+      for (std::size_t done = 0; done < 45; done += way.together) {
+        REQUIRE(plan->step(live, report, std::min(way.together, 45 - done), threads.parallel_for()) == StepResult::done);
       }
-      REQUIRE(plan->step(same, 60) == StepResult::done);
+      REQUIRE(plan->step(same, 45) == StepResult::done);
       REQUIRE(live.state.count == same.state.count);
       CHECK(state_hash(live.state) == state_hash(same.state));
       if (expected.empty()) expected = bytes_of(report);

@@ -59,7 +59,7 @@ struct Told {
   std::uint64_t hits = 0, late = 0;  // late: in the last half second
 };
 
-Told run(const Joined& joined) {
+Told run(const Joined& joined, std::size_t in_steps = steps) {
   std::vector<ContactEvent> room(1 << 16);
   ContactReport report(joined.scene.contacts.size(), room);
   Soa<double> memory(joined.x.size());
@@ -67,11 +67,11 @@ Told run(const Joined& joined) {
   test::place(joined, state);
   const auto plan = compile<double>(joined.scene, {.step = h}, state);
   REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
-  REQUIRE(plan->step(state, report, steps) == StepResult::done);
+  REQUIRE(plan->step(state, report, in_steps) == StepResult::done);
   Told told{.x = {}, .hits = report.of(0).hits};
   for (std::size_t i = 0; i < state.count; ++i) told.x.push_back({state.x[0][i], state.x[1][i], state.x[2][i]});
   REQUIRE(report.lost() == 0);
-  for (const ContactEvent& event : report.events()) told.late += event.time > steps * h - 0.5 ? 1U : 0U;
+  for (const ContactEvent& event : report.events()) told.late += event.time > static_cast<double>(in_steps) * h - 0.5 ? 1U : 0U;
   return told;
 }
 
@@ -92,28 +92,30 @@ std::vector<Contact> grounds(double mu, double viscosity) {
 }
 
 TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
+  constexpr std::size_t fewer = 50;
+  std::size_t turn = 0;  // grids and lists, and of what has no friction or no viscosity the grounds, take turns
   for (const Way& way : ways) {
     for (const double mu : {0.0, 0.3}) {
       for (const double viscosity : {0.0, 0.2}) {
         for (const Contact& ground : grounds(mu, viscosity)) {
-          for (const bool is_list : {false, true}) {
-            if (is_list && (mu == 0 || viscosity == 0)) continue;
-            Joined still = sheet_over(ground, way.coupling);
-            if (is_list) still = test::as_list(still);
-            const Told at_rest = run(still);
-            const Told moving = run(boosted(still));
-            double apart = 0;
-            for (std::size_t i = 0; i < at_rest.x.size(); ++i) {
-              for (std::size_t k = 0; k < 3; ++k)
-                apart = std::max(apart, std::abs(moving.x[i][k] - steps * h * boost[k] - at_rest.x[i][k]));
-            }
-            INFO(way.name << (is_list ? ", list" : ", grid") << ", ground " << ground.index() << ", friction " << mu
-                          << ", viscosity " << viscosity);
-            // The times of impact on a curved path are roots to some 1e-12, which friction passes on.
-            const bool is_rough = way.coupling.scheme == Scheme::fourth_order && mu != 0 && ground.index() == 1;
-            CHECK(apart < (is_rough ? 1e-8 : 1e-9));
-            CHECK(at_rest.hits == moving.hits);
+          const bool has_both = mu != 0 && viscosity != 0;
+          const bool is_list = has_both && (turn + ground.index()) % 2 != 0;
+          if (!has_both && turn++ % 2 != 0) continue;
+          Joined still = sheet_over(ground, way.coupling);
+          if (is_list) still = test::as_list(still);
+          const Told at_rest = run(still, fewer);
+          const Told moving = run(boosted(still), fewer);
+          double apart = 0;
+          for (std::size_t i = 0; i < at_rest.x.size(); ++i) {
+            for (std::size_t k = 0; k < 3; ++k)
+              apart = std::max(apart, std::abs(moving.x[i][k] - fewer * h * boost[k] - at_rest.x[i][k]));
           }
+          INFO(way.name << (is_list ? ", list" : ", grid") << ", ground " << ground.index() << ", friction " << mu
+                        << ", viscosity " << viscosity);
+          // The times of impact on a curved path are roots to some 1e-12, which friction passes on.
+          const bool is_rough = way.coupling.scheme == Scheme::fourth_order && mu != 0 && ground.index() == 1;
+          CHECK(apart < (is_rough ? 1e-8 : 1e-9));
+          CHECK(at_rest.hits == moving.hits);
         }
       }
     }
@@ -166,7 +168,7 @@ TEST_CASE("lying: what comes to rest on a floor is told as impacts while it fall
       CHECK(told.hits >= on_floor);
       CHECK(told.hits <= 2 * on_floor);
       CHECK(told.late == 0);
-      // What springs press onto walls, and stretch over edges, is told now and then (docs/limits.md).
+      // A particle that springs press onto walls, or stretch over edges, is told now and then (docs/limits.md).
       Joined over_box = sheet_over(grounds(0, 0)[2], way.coupling);
       if (is_list) over_box = test::as_list(over_box);
       MESSAGE(way.name << (is_list ? ", list" : ", grid") << ": over a box " << run(over_box).late
@@ -188,10 +190,10 @@ TEST_CASE("lying: many contacts around cloth, near and far, leave the bits of th
         joined.x[i][1] += lift;
         for (std::size_t k = 0; k < 3; ++k) joined.x[i][k] += 0.02 * test::scatter(i, k);
       }
-      const std::vector<float> wanted = test::stepped<float>(joined, {}, 40);
+      const std::vector<float> wanted = test::stepped<float>(joined, {}, 20);
       for (const Isa isa : available_isas()) {
         INFO("lift " << lift << (is_list ? ", list" : ", grid"));
-        CHECK(test::difference(wanted, test::stepped<float>(joined, {.isa = isa}, 40)) == "");
+        CHECK(test::difference(wanted, test::stepped<float>(joined, {.isa = isa}, 20)) == "");
       }
     }
   }

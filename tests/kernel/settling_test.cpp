@@ -69,7 +69,7 @@ TEST_CASE_TEMPLATE("settling: nothing ends a step inside a surface", T, float, d
     test::place(joined, batch.view());
     const Plan<T> plan = test::plan_of(joined, {.isa = best_isa()}, batch.view());
     double deepest = 0;
-    for (int n = 0; n < 60; ++n) {
+    for (int n = 0; n < 40; ++n) {
       REQUIRE(plan.step(batch.view()) == StepResult::done);
       deepest = std::max(deepest, depth(batch.view()));
     }
@@ -84,21 +84,21 @@ TEST_CASE_TEMPLATE("settling: one call of many steps is many calls of one", T, f
     Batch<T> batch(Layout::soa, joined.x.size());
     test::place(joined, batch.view());
     const Plan<T> plan = test::plan_of(joined, {.isa = best_isa()}, batch.view());
-    for (int n = 0; n < 40; ++n) REQUIRE(plan.step(batch.view()) == StepResult::done);
-    CHECK(test::difference(test::stepped<T>(joined, {.isa = best_isa()}, 40), test::values_of(batch.view())) == "");
+    for (int n = 0; n < 26; ++n) REQUIRE(plan.step(batch.view()) == StepResult::done);
+    CHECK(test::difference(test::stepped<T>(joined, {.isa = best_isa()}, 26), test::values_of(batch.view())) == "");
   }
 }
 
 TEST_CASE_TEMPLATE("settling: the same bits on every instruction set", T, float, double) {
+  std::size_t turn = sizeof(T) == 4 ? 0 : 1;  // separate and contracted take turns
   for (const Joined& joined : scenes()) {
-    for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
-      const std::vector<T> wanted = test::stepped<T>(joined, {.arithmetic = arithmetic}, 40);
-      for (const Isa isa : available_isas(arithmetic)) {
-        CAPTURE(joined.name);
-        CAPTURE(name(isa));
-        const std::vector<T> found = test::stepped<T>(joined, {.isa = isa, .arithmetic = arithmetic, .threads = 2}, 40);
-        CHECK(test::difference(wanted, found) == "");
-      }
+    const Arithmetic arithmetic = turn++ % 2 == 0 ? Arithmetic::separate : Arithmetic::contracted;
+    const std::vector<T> wanted = test::stepped<T>(joined, {.arithmetic = arithmetic}, 26);
+    for (const Isa isa : available_isas(arithmetic)) {
+      CAPTURE(joined.name);
+      CAPTURE(name(isa));
+      const std::vector<T> found = test::stepped<T>(joined, {.isa = isa, .arithmetic = arithmetic, .threads = 2}, 26);
+      CHECK(test::difference(wanted, found) == "");
     }
   }
 }

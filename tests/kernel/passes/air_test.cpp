@@ -152,7 +152,7 @@ TEST_CASE("air: a sheet that falls face on reaches its terminal speed") {
 
 TEST_CASE("air: cloth that moves with the wind feels nothing, and only the speed between them counts") {
   constexpr Vec3 boost{3, -2, 5};
-  constexpr std::size_t steps = 60;
+  constexpr std::size_t steps = 20;
   Joined still = in_air(test::sheet(7, 9, 40, 0.002), {.density = rho}, {.mean = {1, 2, -4}});
   still.scene.fixed.clear();
   for (const Joined& of : grid_and_list(still)) {
@@ -203,7 +203,7 @@ TEST_CASE(
         test::place(of, batch.view());
         const auto plan = test::plan_of(of, {}, batch.view());
         double before = energy_in_wind(of, test::values_of(batch.view()), wind);
-        for (int n = 0; n < 40; ++n) {
+        for (int n = 0; n < 12; ++n) {
           REQUIRE(plan.step(batch.view()) == StepResult::done);
           const double now = energy_in_wind(of, test::values_of(batch.view()), wind);
           REQUIRE(now <= before * (1 + 1e-12));
@@ -271,23 +271,24 @@ TEST_CASE("air: the bits depend neither on the instruction set, nor on threads, 
   bad.x[40][1] = std::numeric_limits<double>::quiet_NaN();
   bad.v[12][0] = std::numeric_limits<double>::infinity();
   scenes.push_back(bad);
-  const auto check = [&]<class T>(T, const Joined& of) {
-    for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
-      const std::vector<T> wanted = stepped<T>(of, {.arithmetic = arithmetic}, 3);
-      for (const Isa isa : available_isas(arithmetic)) {
-        const Run run{.isa = isa, .arithmetic = arithmetic, .layout = Layout::aos, .threads = 2};
-        CHECK_MESSAGE(test::difference(wanted, stepped<T>(of, run, 3)) == "", of.name << ' ' << name(isa));
-      }
+  const auto check = [&]<class T>(T, const Joined& of, Arithmetic arithmetic) {
+    const std::vector<T> wanted = stepped<T>(of, {.arithmetic = arithmetic}, 2);
+    for (const Isa isa : available_isas(arithmetic)) {
+      const Run run{.isa = isa, .arithmetic = arithmetic, .layout = Layout::aos, .threads = 2};
+      CHECK_MESSAGE(test::difference(wanted, stepped<T>(of, run, 2)) == "", of.name << ' ' << name(isa));
     }
   };
   const Joined wide = in_air(test::sheet(2, 600, 30), {}, wind);  // more than a stripe
-  check(float{}, with(wide, {.substeps = 40}));
-  check(double{}, with(wide, {.substeps = 40}));
+  check(float{}, with(wide, {.substeps = 20}), Arithmetic::separate);
+  check(double{}, with(wide, {.substeps = 20}), Arithmetic::contracted);
+  std::size_t turn = 0;  // precisions and arithmetics take turns
   for (const Joined& scene : scenes) {
     for (const Joined& form : grid_and_list(scene)) {
-      for (const Coupling& coupling : couplings()) {
-        check(float{}, with(form, coupling));
-        check(double{}, with(form, coupling));
+      for (Coupling coupling : couplings()) {
+        if (coupling.scheme == Scheme::sequential) coupling.substeps = 2;  // any number will do, and none has to be found
+        const bool is_odd = turn++ % 2 != 0;
+        check(float{}, with(form, coupling), is_odd ? Arithmetic::contracted : Arithmetic::separate);
+        check(double{}, with(form, coupling), is_odd ? Arithmetic::separate : Arithmetic::contracted);
       }
     }
   }

@@ -306,7 +306,7 @@ TEST_CASE("bodies: swept at 20 m/s and turned at 30 rad/s through resting partic
       for (std::size_t i = 0; i < count; ++i) {
         const Vec3 r{double{batch.view().x[0][i]}, double{batch.view().x[1][i]},
                      double{batch.view().x[2][i]} - (-0.5 + 20 * t)};
-        inside += static_cast<std::size_t>(distance_to(contact, turned(back, r)) < -1e-5);
+        inside += static_cast<std::size_t>(length(r) < 0.3 && distance_to(contact, turned(back, r)) < -1e-5);
         const bool was_in_the_way =
             std::hypot(joined.x[i][0], joined.x[i][1]) < 0.999 * inscribed && joined.x[i][2] < -0.5 + 20 * t;
         passed += static_cast<std::size_t>(was_in_the_way && double{batch.view().v[2][i]} == 0);
@@ -318,15 +318,15 @@ TEST_CASE("bodies: swept at 20 m/s and turned at 30 rad/s through resting partic
   for (const Contact& contact : bodies) {
     for (const double h : {1.0 / 30, 1.0 / 120}) {
       for (const Isa isa : available_isas()) {
-        check(float{}, contact, h, isa, isa == best_isa() ? 10000 : 500);
-        check(double{}, contact, h, isa, isa == best_isa() ? 10000 : 500);
+        check(float{}, contact, h, isa, isa == best_isa() ? 2000 : 200);
+        check(double{}, contact, h, isa, isa == best_isa() ? 2000 : 200);
       }
     }
   }
 }
 
 TEST_CASE("bodies: the bits are the scalar twin's on every instruction set, in every layout, block and thread") {
-  const std::size_t count = 331;
+  const std::size_t count = 150;
   const auto scene_of = [&](int variant) {
     Joined joined = cloud(count);
     add_bodies(joined.scene);
@@ -343,7 +343,7 @@ TEST_CASE("bodies: the bits are the scalar twin's on every instruction set, in e
   };
   const auto check = [&]<class T>(T, int variant, Arithmetic arithmetic) {
     const Joined joined = scene_of(variant);
-    const std::size_t steps = 40;
+    const std::size_t steps = 25;
     const auto wanted = stepped<T>(joined, {.arithmetic = arithmetic}, steps);
     std::size_t turn = 0;
     for (const Isa isa : available_isas(arithmetic)) {

@@ -60,7 +60,7 @@ TEST_CASE_TEMPLATE("rest on an axis-aligned plane is exact for a million steps",
         particles.add(plane({0, 1, 0}, offset, restitution));
         const auto start = state<T>(3, static_cast<double>(static_cast<T>(offset)), -2, 0, 0, 0);
         particles.set_all(start);
-        particles.step(is_long && restitution == 0.5 ? 1000000 : 5000);
+        particles.step(is_long && restitution == 0.5 && offset == 7.3 ? 1000000 : 500);
         CHECK(particles.at(0).x == start.x);
         CHECK(particles.at(15).v == start.v);
       }
@@ -85,7 +85,7 @@ TEST_CASE_TEMPLATE("rest on an oblique plane neither sinks nor creeps", T, float
       particles.set_all(start);
       particles.step(100);
       const State3<T> settled = particles.at(3);
-      particles.step(is_long && trial < 3 ? 1000000 : 5000);
+      particles.step(is_long && trial == 0 ? 300000 : 500);
       const State3<T> end = particles.at(3);
       const Vec3 x = wide(end.x);
       CHECK(std::abs(product(wide(particles.surfaces[0].n), x) - static_cast<double>(particles.surfaces[0].d)) <=
@@ -175,7 +175,7 @@ TEST_CASE_TEMPLATE("a wedge of 20 degrees", T, float, double) {
     }
     double worst_gain = 0;
     double deepest = 0;
-    for (int n = 0; n < 5000; ++n) {
+    for (int n = 0; n < 1500; ++n) {
       std::array<double, 16> before{};
       for (std::size_t i = 0; i < 16; ++i) before[i] = length(wide(particles.at(i).v));
       particles.step();
@@ -319,7 +319,7 @@ TEST_CASE_TEMPLATE("an elastic bounce keeps its energy", T, float, double) {
     particles.add(floor_with(1));
     particles.set_all(state<T>(0, 1, 0, 0, 0, 0));
     double worst = 0;
-    for (int n = 0; n < 60000; ++n) {
+    for (int n = 0; n < 15000; ++n) {
       particles.step();
       const State3<T> now = particles.at(0);
       const double v = static_cast<double>(now.v[1]);
@@ -368,12 +368,13 @@ TEST_CASE_TEMPLATE("the seed's response ends the step on the surface", T, float,
 
 TEST_CASE("bounces in closed form") {
   const Oracle times("bounce1d_states.csv");
+  std::size_t turn = 0;  // each row is that of every third table
   for_each_kernels<double>([&](const Kernels<double>& kernels, const std::string& words) {
     CAPTURE(words);
     double worst_y = 0;
     double worst_v = 0;
     double worst_energy = 0;
-    for (std::size_t i = 0; i < times.size(); ++i) {
+    for (std::size_t i = turn++ % 3; i < times.size(); i += 3) {
       const auto row = times[i];
       const double g = row["g_m_s2"];
       const int steps = static_cast<int>(std::ceil(row["t_s"] * 60));
@@ -399,10 +400,11 @@ TEST_CASE("bounces in closed form") {
 
 TEST_CASE("impact times in closed form") {
   const Oracle oracle("bounce1d_times.csv");
+  std::size_t turn = 0;  // each row is that of every third table
   for_each_kernels<double>([&](const Kernels<double>& kernels, const std::string& words) {
     CAPTURE(words);
     double worst = 0;
-    for (std::size_t i = 0; i < oracle.size(); ++i) {
+    for (std::size_t i = turn++ % 3; i < oracle.size(); i += 3) {
       // Step to a quarter of the way between this bounce and the next, and look back for the time of the impact.
       const auto row = oracle[i];
       const double e = row["restitution"];
@@ -627,7 +629,7 @@ TEST_CASE_TEMPLATE("inside and outside of spheres", T, float, double) {
       }
       std::vector<double> speeds;
       for (std::size_t i = 0; i < 64; ++i) speeds.push_back(length(wide(particles.at(i).v)));
-      particles.step(1000);
+      particles.step(300);
       for (std::size_t i = 0; i < 64; ++i) {
         CHECK(length(wide(particles.at(i).x)) <= 0.5 * (1 + 4 * eps<T>));
         CHECK(std::abs(length(wide(particles.at(i).v)) / speeds[i] - 1) <= (sizeof(T) == 4 ? 1e-3 : 1e-12));
@@ -674,7 +676,7 @@ TEST_CASE_TEMPLATE("inside and outside of spheres", T, float, double) {
       bowl.center = {0, 1, 0};
       particles.add(bowl);
       particles.set_all(state<T>(0, 0, 0, 0, 0, 0));
-      particles.step(10000);
+      particles.step(1000);
       CHECK(particles.at(5).x == std::array<T, 3>{});
       CHECK(particles.at(5).v == std::array<T, 3>{});
     }
@@ -685,7 +687,7 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits", T, float, double) {
   std::mt19937 random(77);
   std::normal_distribution<double> normal;
   const auto direction = [&] { return unit({normal(random), normal(random), normal(random)}); };
-  for (int trial = 0; trial < 60; ++trial) {
+  for (int trial = 0; trial < 40; ++trial) {
     std::vector<Contact> contacts;
     for (int k = 0; k <= trial % 5; ++k) {
       const bool is_axis = k % 2 == 1;
@@ -709,7 +711,7 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits", T, float, double) {
       }
     }
     const Vec3 acceleration{4 * normal(random), 20 * normal(random), 4 * normal(random)};
-    constexpr std::size_t count = 160;
+    constexpr std::size_t count = 112;
     std::vector<State3<T>> start(count);
     for (auto& s : start) {
       const double speed = std::exp(2 * normal(random));
@@ -723,8 +725,8 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits", T, float, double) {
     start[70].x[0] = -inf;
     start[101].v[1] = -inf;
     start[102].v[1] = std::numeric_limits<T>::max();
-    start[133].x = {};
-    start[134].v = {};
+    start[103].x = {};
+    start[104].v = {};
 
     const double h = trial % 8 == 7 ? -hz60 : hz60;
     const auto run = [&](const Kernels<T>& kernels, bool has_bad) {
@@ -735,7 +737,7 @@ TEST_CASE_TEMPLATE("every table has the scalar twin's bits", T, float, double) {
         const bool is_bad = i == 5 || i == 37 || i == 70 || i == 101 || i == 102;
         particles.set(i, is_bad && !has_bad ? State3<T>{} : start[i]);
       }
-      particles.step(20);
+      particles.step(10);
       std::vector<State3<T>> end(count);
       for (std::size_t i = 0; i < count; ++i) end[i] = particles.at(i);
       return end;

@@ -115,7 +115,7 @@ TEST_CASE("generalized alpha: of second order with damping, drag and anchors" * 
 }
 
 TEST_CASE("generalized alpha: of second order with one sub-step a step and steps of changing size: what it knows survives") {
-  Joined joined = falling({.damping = 1});
+  Joined joined = falling({.rows = 8, .damping = 1});
   joined.scene.coupling.substeps = 1;
   const auto run = [&](int parts) {
     Joined finer = joined;
@@ -132,7 +132,7 @@ TEST_CASE("generalized alpha: of second order with one sub-step a step and steps
 }
 
 TEST_CASE("generalized alpha: what goes there and back returns with the square of the step") {
-  Joined joined = falling({});
+  Joined joined = falling({.rows = 7});
   const auto miss = [&](int substeps) {
     joined.scene.coupling.substeps = substeps;
     Plan<double> plan = fast_plan<double>(joined);
@@ -196,6 +196,7 @@ Joined crumpling(std::size_t rows, double k, double kick, std::optional<double> 
 }
 
 TEST_CASE("generalized alpha: cloth that crumples never moves with more than it was given") {
+  std::size_t turn = 0;  // grids and lists take turns, so that each meets every value of the rest
   for (const double k : {1e2, 1e4, 1e6}) {
     for (const int substeps : {1, 2}) {
       for (const double kick : {0.0, 10.0}) {
@@ -203,14 +204,14 @@ TEST_CASE("generalized alpha: cloth that crumples never moves with more than it 
           Joined grid = crumpling(kick == 0 ? 32 : 16, k, kick, std::nullopt);
           grid.scene.coupling.substeps = substeps;
           if (has_floor) grid.scene.add(Plane{.normal = {0, 1, 0}, .offset = -1, .restitution = 0.8});
-          for (const Joined& joined : both_forms(grid)) {
-            CAPTURE(joined.name);
-            CAPTURE(k);
-            CAPTURE(substeps);
-            CAPTURE(kick);
-            CAPTURE(has_floor);
-            CHECK(heat(joined, 150) <= 1.3);
-          }
+          const Joined joined = (turn + turn / 2 + turn / 4 + turn / 8) % 2 == 0 ? grid : test::as_list(grid);
+          ++turn;
+          CAPTURE(joined.name);
+          CAPTURE(k);
+          CAPTURE(substeps);
+          CAPTURE(kick);
+          CAPTURE(has_floor);
+          CHECK(heat(joined, 150) <= 1.3);
         }
       }
     }
@@ -287,7 +288,7 @@ TEST_CASE("generalized alpha: what was is forgotten on request, for another stat
   Joined joined = falling({.damping = 0.02});
   joined.step = 1.0 / 64;  // of which no clock rounds anything off
   const Plan<double> plan = fast_plan<double>(joined);
-  // What a state becomes in two steps of a plan that has stepped nothing.
+  // The end of a state after two steps of a plan that has stepped nothing.
   const auto anew = [&](Batch<double>& from) {
     auto copy = placed<double>(joined);
     for (std::size_t i = 0; i < copy->view().count; ++i) {

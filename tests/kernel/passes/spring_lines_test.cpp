@@ -163,16 +163,17 @@ double lowest(const std::vector<double>& values) {
 Joined as_colours(const Joined& joined) { return test::with_spring_across(test::as_list(joined)); }
 
 TEST_CASE("spring lines: a sheet hangs as deep by one sub-step of 1/60 s as leapfrog has it") {
-  for (const Sheet& sheet : {Sheet{}, Sheet{.by_row = true}, Sheet{.side = 24, .k = 300}, Sheet{.side = 24, .by_row = true},
-                             Sheet{.side = 32, .k = 1e5, .by_row = true}}) {
+  for (const Sheet& sheet :
+       {Sheet{}, Sheet{.by_row = true}, Sheet{.side = 20, .k = 300}, Sheet{.side = 18, .k = 1e5, .by_row = true}}) {
     Joined joined = hung(sheet);
     joined.step = 1.0 / 60;
     joined.scene.coupling = {.scheme = Scheme::leapfrog};
     const double wanted = lowest(stepped<double>(joined, {.isa = best_isa()}, 150));
     joined.scene.coupling = one_substep;
     CAPTURE(joined.name);
-    MESSAGE(joined.name << ": " << lowest(stepped<double>(joined, {.isa = best_isa()}, 150)) << " for " << wanted);
-    CHECK(test::is_close(lowest(stepped<double>(joined, {.isa = best_isa()}, 150)), wanted, 0.02));
+    const double found = lowest(stepped<double>(joined, {.isa = best_isa()}, 150));
+    MESSAGE(joined.name << ": " << found << " for " << wanted);
+    CHECK(test::is_close(found, wanted, 0.02));
     joined.scene.coupling = without_lines;
     CHECK(lowest(stepped<double>(joined, {.isa = best_isa()}, 150)) < 1.03 * wanted);
   }
@@ -260,7 +261,7 @@ TEST_CASE("spring lines: a sheet that falls and crumples has no more energy than
       test::place(joined, batch.view());
       const Plan<double> plan = test::plan_of(joined, {.isa = best_isa()}, batch.view());
       double deepest = 0, most = 0;
-      for (int frame = 0; frame < 150; ++frame) {
+      for (int frame = 0; frame < 100; ++frame) {
         REQUIRE(plan.step(batch.view(), 1) == StepResult::done);
         const std::vector<double> values = test::values_of(batch.view());
         double kinetic = 0, potential = 0;
@@ -286,12 +287,11 @@ void check_bits(Joined joined, Arithmetic arithmetic) {
   joined.scene.coupling = {.scheme = Scheme::sequential, .substeps = 2, .lines = Lines::whole};
   const std::vector<T> wanted = stepped<T>(joined, {.arithmetic = arithmetic}, 2);
   for (const Isa isa : available_isas(arithmetic)) {
-    for (const std::size_t threads : {1U, 2U, 3U}) {
-      const Run run{.isa = isa, .arithmetic = arithmetic, .threads = threads};
-      const std::string difference = test::difference(wanted, stepped<T>(joined, run, 2));
-      CHECK_MESSAGE(difference.empty(), joined.name << ", " << 8 * sizeof(T) << " bits, " << std::string(name(isa)) << ", "
-                                                    << threads << " threads: " << difference);
-    }
+    // Below 16384 particles threads share no sweep, and one number of them is enough.
+    const std::string difference =
+        test::difference(wanted, stepped<T>(joined, {.isa = isa, .arithmetic = arithmetic, .threads = 2}, 2));
+    CHECK_MESSAGE(difference.empty(),
+                  joined.name << ", " << 8 * sizeof(T) << " bits, " << std::string(name(isa)) << ": " << difference);
   }
 }
 
@@ -325,16 +325,16 @@ Joined with_faults(Joined joined) {
 }
 
 TEST_CASE("spring lines: sheets of every shape give the scalar reference's bits on every ISA, whatever the threads") {
-  for (const auto& [rows, columns] : {std::pair{2U, 2U}, {2U, 40U}, {17U, 3U}, {5U, 16U}, {19U, 37U}, {40U, 33U}, {33U, 66U}}) {
+  for (const auto& [rows, columns] : {std::pair{2U, 2U}, {2U, 40U}, {17U, 3U}, {5U, 16U}, {15U, 37U}, {36U, 33U}, {19U, 66U}}) {
     for (const double damping : {0.0, 1e-4}) {
       for (const double bend : {0.0, 5.0}) {
         Joined joined = test::sheet(rows, columns, 500, damping);
         if (rows < 3 || columns < 3) joined.scene.fixed = {0};
         std::get<Grid>(joined.scene.networks[0]).bend = bend;
-        check_bits<float>(joined, Arithmetic::separate);
-        check_bits<double>(joined, Arithmetic::contracted);
-        if (rows > 4) check_bits<float>(with_faults(joined), Arithmetic::separate);
-        if (rows > 4) check_bits<float>(with_faults(test::as_list(joined)), Arithmetic::separate);
+        const bool is_odd = (damping == 0) == (bend == 0);  // by turns, so that each meets both dampings and both bends
+        if (is_odd) check_bits<float>(joined, Arithmetic::separate);
+        if (!is_odd) check_bits<double>(joined, Arithmetic::contracted);
+        if (rows > 4) check_bits<float>(with_faults(is_odd ? joined : test::as_list(joined)), Arithmetic::separate);
       }
     }
   }
@@ -342,7 +342,7 @@ TEST_CASE("spring lines: sheets of every shape give the scalar reference's bits 
 
 TEST_CASE("spring lines: lists in any order give the scalar reference's bits on every ISA, whatever the threads") {
   for (const double damping : {0.0, 1e-4}) {
-    for (const auto& [rows, columns] : {std::pair{4U, 4U}, {9U, 20U}, {21U, 34U}}) {
+    for (const auto& [rows, columns] : {std::pair{4U, 4U}, {9U, 20U}, {11U, 34U}}) {
       const Joined list = as_colours(test::sheet(rows, columns, 500, damping));
       check_bits<float>(list, Arithmetic::separate);
       check_bits<double>(in_order(list, shuffled(list.x.size())), Arithmetic::contracted);
@@ -363,9 +363,11 @@ TEST_CASE("spring lines: a large sheet gives the same bits whatever the threads"
   for (const Joined& large : {joined, as_colours(joined)}) {
     Joined swept = large;
     swept.scene.coupling = one_substep;
-    const std::vector<float> wanted = stepped<float>(swept, {.isa = best_isa()}, 1);
+    const Run run{.isa = best_isa()};
+    const Plan<float> plan = test::plan_of<float>(swept, run);
+    const std::vector<float> wanted = stepped<float>(swept, plan, run, 1);
     for (const std::size_t threads : {2U, 3U}) {
-      CHECK(test::difference(wanted, stepped<float>(swept, {.isa = best_isa(), .threads = threads}, 1)) == "");
+      CHECK(test::difference(wanted, stepped<float>(swept, plan, {.isa = best_isa(), .threads = threads}, 1)) == "");
     }
   }
 }

@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "compile/list_sheet.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
@@ -30,11 +31,11 @@ constexpr Coupling alpha{.scheme = Scheme::sequential, .substeps = 3};
 constexpr Coupling middle{.scheme = Scheme::sequential, .substeps = 2, .theta = 0.5};
 constexpr Coupling dynamics{.scheme = Scheme::sequential, .substeps = 2, .theta = 1, .sweeps = SweepOrder::forward};
 
-// More than one piece, and some springs from each to the next. It is no sheet.
+// More than one piece of at most 4096 particles, and some springs from each to the next. It is no sheet.
 Joined large(double damping) {
-  Joined list = test::with_spring_across(test::as_list(test::sheet(67, 71, 50, damping)));
+  Joined list = test::with_spring_across(test::as_list(test::sheet(59, 70, 50, damping)));
   std::vector<double> masses;
-  for (std::size_t i = 0; i < list.x.size(); ++i) masses.push_back(0.3 / 4757 * (1.5 + test::scatter(i, 6)));
+  for (std::size_t i = 0; i < list.x.size(); ++i) masses.push_back(0.3 / 4130 * (1.5 + test::scatter(i, 6)));
   list.scene.mass = Scalars(masses);
   return in_order(list, shuffled(list.x.size()));
 }
@@ -58,31 +59,30 @@ double furthest(const std::vector<double>& a, const std::vector<double>& b, cons
   return most;
 }
 
+// Every pair of values of damping, coupling, precision and arithmetic.
+void check_pairs(const Joined& undamped, const Joined& damped) {
+  check_bits<float>(undamped, alpha, Arithmetic::separate);
+  check_bits<double>(damped, alpha, Arithmetic::contracted);
+  check_bits<double>(undamped, middle, Arithmetic::separate);
+  check_bits<float>(damped, middle, Arithmetic::contracted);
+  check_bits<float>(undamped, dynamics, Arithmetic::contracted);
+  check_bits<double>(damped, dynamics, Arithmetic::separate);
+}
+
 TEST_CASE("sweeps: a list of several pieces gives the scalar reference's bits on every ISA") {
-  for (const double damping : {0.0, 1e-4}) {
-    for (const Coupling& coupling : {alpha, middle, dynamics}) {
-      check_bits<float>(large(damping), coupling, Arithmetic::separate);
-      check_bits<double>(large(damping), coupling, Arithmetic::separate);
-      check_bits<float>(large(damping), coupling, Arithmetic::contracted);
-      check_bits<double>(large(damping), coupling, Arithmetic::contracted);
-    }
-  }
+  check_pairs(large(0), large(1e-4));
 }
 
 TEST_CASE(
     "sweeps: a list whose particles lie in rows, some of its springs torn, gives the scalar reference's bits on every ISA") {
-  for (const double damping : {0.0, 1e-4}) {
+  const auto torn = [](double damping) {
     Joined list = test::as_list(test::sheet(19, 23, 50, damping));
     auto& springs = std::get<Springs>(list.scene.networks[0]);
     for (std::size_t s = 5; s < springs.pairs.size(); s += 37) springs.broken.push_back(springs.pairs[s]);
-    for (const Joined& joined : {list, test::with_spring_across(list)}) {
-      for (const Coupling& coupling : {alpha, middle, dynamics}) {
-        check_bits<float>(joined, coupling, Arithmetic::separate);
-        check_bits<double>(joined, coupling, Arithmetic::separate);
-        check_bits<float>(joined, coupling, Arithmetic::contracted);
-      }
-    }
-  }
+    return list;
+  };
+  check_pairs(torn(0), torn(1e-4));
+  check_pairs(test::with_spring_across(torn(0)), test::with_spring_across(torn(1e-4)));
 }
 
 TEST_CASE("sweeps: ends that coincide and springs without rest length give the scalar reference's bits") {
@@ -104,7 +104,7 @@ TEST_CASE("sweeps: ends that coincide and springs without rest length give the s
 // Sheets of many kinds: bent, without shear, damped, torn, with masses each.
 std::vector<Joined> sheets() {
   std::vector<Joined> all;
-  for (const auto& [rows, columns] : {std::pair{3U, 16U}, {19U, 37U}, {40U, 33U}}) {
+  for (const auto& [rows, columns] : {std::pair{3U, 16U}, {15U, 37U}, {34U, 33U}}) {
     all.push_back(test::sheet(rows, columns, 50));
     all.push_back(test::sheet(rows, columns, 50, 1e-4));
   }
@@ -125,6 +125,7 @@ std::vector<Joined> sheets() {
 // But for rho of generalized alpha, which each takes by a bound of its own.
 TEST_CASE("sweeps: a list of a sheet's springs has the sheet's bits, whatever theta and the arithmetic") {
   for (const Joined& grid : sheets()) {
+    std::size_t turn = 0;  // in float32 and float64 by turns, so that each meets every theta and arithmetic
     for (const Coupling& coupling : {middle, dynamics}) {
       Joined swept = grid;
       swept.scene.coupling = coupling;
@@ -132,8 +133,11 @@ TEST_CASE("sweeps: a list of a sheet's springs has the sheet's bits, whatever th
         const Run run{.isa = best_isa(arithmetic), .arithmetic = arithmetic};
         CAPTURE(swept.name);
         CAPTURE(static_cast<int>(arithmetic));
-        CHECK(test::difference(stepped<float>(swept, run, 3), stepped<float>(test::as_list(swept), run, 3)) == "");
-        CHECK(test::difference(stepped<double>(swept, run, 3), stepped<double>(test::as_list(swept), run, 3)) == "");
+        if (turn++ % 2 == 0) {
+          CHECK(test::difference(stepped<float>(swept, run, 2), stepped<float>(test::as_list(swept), run, 2)) == "");
+        } else {
+          CHECK(test::difference(stepped<double>(swept, run, 2), stepped<double>(test::as_list(swept), run, 2)) == "");
+        }
       }
     }
   }
@@ -205,6 +209,7 @@ TEST_CASE("sweeps: a sheet whose particles are numbered in any order has the bit
   lists.push_back(without(bent_sheet(21, 34), "diagonals", leads_across));
   for (const Joined& list : lists) {
     const std::vector<std::uint32_t> place = shuffled_behind_first(list.x.size());
+    std::size_t turn = place.size();  // in float32 and float64 by turns
     for (const Coupling& coupling : {alpha, middle, dynamics}) {
       Joined swept = list;
       swept.scene.coupling = coupling;
@@ -212,9 +217,13 @@ TEST_CASE("sweeps: a sheet whose particles are numbered in any order has the bit
       CAPTURE(moved.name);
       for (const Isa isa : {Isa::reference, best_isa()}) {
         const Run run{.isa = isa};
-        CHECK(test::difference(in_order(stepped<float>(swept, run, 3), place), stepped<float>(moved, run, 3)) == "");
-        CHECK(test::difference(in_order(stepped<double>(swept, run, 3), place), stepped<double>(moved, run, 3)) == "");
+        if (turn++ % 2 == 0) {
+          CHECK(test::difference(in_order(stepped<float>(swept, run, 2), place), stepped<float>(moved, run, 2)) == "");
+        } else {
+          CHECK(test::difference(in_order(stepped<double>(swept, run, 2), place), stepped<double>(moved, run, 2)) == "");
+        }
       }
+      ++turn;
     }
   }
 }
@@ -253,42 +262,40 @@ bool is_swept_as_sheet(Joined joined) {
   joined.scene.coupling = middle;
   return form_of(joined).find("as a list that is a sheet in sweeps") != std::string::npos;
 }
+// The same as the plan finds it, without the frequencies that explain() tells of, too.
+bool is_sheet(const Joined& joined) {
+  return list_sheet(joined.scene, joined_pairs(joined.scene, joined.x), joined.x.size()).has_value();
+}
 
 TEST_CASE("sweeps: a list that fills a sheet in part gives the scalar reference's bits on every ISA") {
-  for (const double damping : {0.0, 1e-4}) {
-    for (const Coupling& coupling : {alpha, middle, dynamics}) {
-      check_bits<float>(union_jack(14, 35, damping), coupling, Arithmetic::separate);
-      check_bits<double>(union_jack(14, 35, damping), coupling, Arithmetic::contracted);
-    }
-  }
+  check_pairs(union_jack(14, 35, 0), union_jack(14, 35, 1e-4));
 }
 
 TEST_CASE(
     "sweeps: a sheet of triangles with springs across their sides gives the scalar reference's bits, in rows and in any "
     "order") {
-  for (const double damping : {0.0, 1e-4}) {
-    const Joined list = triangles(11, 35, damping);
-    const Joined few_rows = triangles(3, 35, damping);
-    for (const Joined& joined :
-         {list, in_order(list, shuffled(list.x.size())), in_order(few_rows, shuffled(few_rows.x.size()))}) {
-      CHECK(is_swept_as_sheet(joined));
-      for (const Coupling& coupling : {alpha, middle, dynamics}) {
-        check_bits<float>(joined, coupling, Arithmetic::separate);
-        check_bits<double>(joined, coupling, Arithmetic::contracted);
-      }
+  for (const bool is_shuffled : {false, true}) {
+    for (const std::size_t rows : {11U, 3U}) {
+      if (!is_shuffled && rows == 3) continue;
+      const auto list = [&](double damping) {
+        const Joined in_rows = triangles(rows, 35, damping);
+        return is_shuffled ? in_order(in_rows, shuffled(in_rows.x.size())) : in_rows;
+      };
+      CHECK(is_swept_as_sheet(list(0)));
+      check_pairs(list(0), list(1e-4));
     }
   }
 }
 
 TEST_CASE("sweeps: sheets of any shape are found whatever their particles' numbers, and give the scalar reference's bits") {
-  for (const Joined& sheet : {bent_sheet(34, 21), bent_sheet(33, 33), bent_sheet(3, 32)}) {
+  for (const Joined& sheet : {bent_sheet(33, 17), bent_sheet(32, 32), bent_sheet(3, 32)}) {
     std::vector<Joined> lists{test::as_list(sheet)};
     for (const auto is_left_out : {leads_left, leads_right, leads_across, leads_two, leads_down_two, leads_right_two}) {
       lists.push_back(without(sheet, "some springs", is_left_out));
     }
     for (const Joined& list : lists) {
       const Joined moved = in_order(list, shuffled(list.x.size()));
-      CHECK(is_swept_as_sheet(moved));
+      CHECK(is_sheet(moved));
       check_bits<float>(moved, middle, Arithmetic::separate);
     }
   }
@@ -306,9 +313,9 @@ TEST_CASE("sweeps: which lists are walked as sheets") {
   Joined narrow = test::sheet(5, 31, 50);
   std::get<Grid>(narrow.scene.networks[0]).bend = 5;
   CHECK_FALSE(is_swept_as_sheet(test::as_list(narrow)));
-  CHECK_FALSE(is_swept_as_sheet(test::as_list(test::sheet(8, 2100, 50))));  // two bands of 4 rows, and columns of 8
-  CHECK(is_swept_as_sheet(test::as_list(test::sheet(17, 1000, 50))));       // four bands: by its columns
-  CHECK(is_swept_as_sheet(test::as_list(test::sheet(32, 525, 50))));
+  CHECK_FALSE(is_sheet(test::as_list(test::sheet(8, 2100, 50))));  // two bands of 4 rows, and columns of 8
+  CHECK(is_sheet(test::as_list(test::sheet(17, 1000, 50))));       // four bands: by its columns
+  CHECK(is_sheet(test::as_list(test::sheet(32, 525, 50))));
   Joined in_air = test::sheet(9, 20, 50);
   std::get<Grid>(in_air.scene.networks[0]).aerodynamics = Aerodynamics{};
   in_air = test::as_list(in_air);
@@ -341,13 +348,13 @@ TEST_CASE("sweeps: which lists are walked as sheets") {
 }
 
 TEST_CASE("sweeps: the order of the caller's particles is no matter of the motion, but for what sweeps leave") {
-  Joined list = test::as_list(test::sheet(67, 71, 50));
+  Joined list = test::as_list(test::sheet(59, 70, 50));
   for (std::size_t i = 0; i < list.x.size(); ++i) {  // smooth: sub-steps resolve what moves
-    const auto column = static_cast<double>(i % 71);
-    list.x[i] = {column / 70, 0.01 * std::sin(0.1 * column), static_cast<double>(i / 71) / 66};
+    const auto column = static_cast<double>(i % 70);
+    list.x[i] = {column / 69, 0.01 * std::sin(0.1 * column), static_cast<double>(i / 70) / 58};
     list.v[i] = {0, 0, 0};
   }
-  list.scene.coupling = {.scheme = Scheme::sequential, .substeps = 40};
+  list.scene.coupling = {.scheme = Scheme::sequential, .substeps = 20};
   const std::vector<std::uint32_t> place = shuffled(list.x.size());
   const Run run{.isa = best_isa()};
   const auto own = stepped<double>(list, run, 6);

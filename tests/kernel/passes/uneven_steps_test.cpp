@@ -141,13 +141,14 @@ TEST_CASE("uneven steps: a chain that swings by 2 mm never moves faster than its
 }
 
 TEST_CASE_TEMPLATE("uneven steps: a sheet that hangs down does not start to fly", T, float, double) {
-  for (const std::size_t rows : {5U, 17U}) {
+  std::size_t turn = sizeof(T) == 4 ? 0 : 1;  // grids and lists take turns
+  for (const std::size_t rows : {5U, 13U}) {
     for (const double stiffness : {500.0, 1e4}) {
       for (const Frames& h :
            {scattered(0.003, 0.05), in_turn(0.008, 0.033), Frames([](std::size_t n) { return n % 3 == 0 ? 0.033 : 0.017; })}) {
         const Joined joined = stepped_by(curtain(rows, stiffness), Scheme::sequential, 1);
         CAPTURE(joined.name);
-        for (const Joined& form : {joined, test::as_list(joined)}) CHECK(fastest_ever<T>(form, h, 300) < 5);
+        CHECK(fastest_ever<T>(turn++ % 2 == 0 ? joined : test::as_list(joined), h, 200) < 5);
       }
     }
   }
@@ -160,7 +161,7 @@ TEST_CASE("uneven steps: a hitch of 250 ms is cut, and nothing is faster after i
 }
 
 TEST_CASE("uneven steps: the rest does not depend on the step that is taken") {
-  const Joined joined = stepped_by(curtain(9, 200), Scheme::sequential, 1);
+  const Joined joined = stepped_by(curtain(7, 200), Scheme::sequential, 1);
   Joined drawn = joined;
   drawn.scene.add(Drag{.coefficient = 4 * drawn.scene.mass[0]});
   const auto lowest = [&](double h) {
@@ -174,13 +175,13 @@ TEST_CASE("uneven steps: the rest does not depend on the step that is taken") {
       for (std::size_t i = 0; i < batch.view().count; ++i) y = std::min(y, batch.view().x[1][i]);
       return y;
     };
-    const double y = after(15);
+    const double y = after(8);
     CHECK(test::is_close(after(1), y, 1e-6));
     return y;
   };
   // Drag and springs take turns, which moves the rest by the square of the step; a T of its own would move it by a tenth.
   const double y = lowest(hz60);
-  for (const double h : {hz60 / 2, hz60 / 5}) CHECK(test::is_close(lowest(h), y, 2e-3));
+  for (const double h : {hz60 / 2, hz60 / 3}) CHECK(test::is_close(lowest(h), y, 2e-3));
 }
 
 TEST_CASE("uneven steps: a longer step takes as many sub-steps as stay below those of the longest step") {
