@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <barrier>
 #include <cstdint>
 #include <memory>
@@ -819,6 +820,9 @@ TEST_CASE("split: what limits a sheet's sub-steps is found by rows as by the who
       CHECK(found->safe == limit.safe);
     }
   }
+  const SheetRates whole = rates_of_rows(scene, 0, sheet.height), beyond = rates_of_rows(scene, 0, sheet.height + 15);
+  CHECK(std::array{beyond.of_k, beyond.of_c, beyond.w} == std::array{whole.of_k, whole.of_c, whole.w});
+  CHECK(rates_of_rows(scene, sheet.height, sheet.height + 3).w == 0);
   scene.coupling = {.substeps = 1};
   CHECK_FALSE(limit_of_sheet(scene, 1, rates_of_rows(scene, 0, sheet.height)));  // eigenvalues tell whether it is refused
 }

@@ -180,6 +180,8 @@ SheetRates rates_of_rows(const Scene& scene, std::uint64_t first, std::uint64_t 
   const Grid* const only = sheet_of(scene);
   if (only == nullptr) return {};
   const Grid& sheet = *only;
+  end = std::min<std::uint64_t>(end, sheet.rows);
+  if (first >= end) return {};
   // Springs lead two rows down, and a particle there has springs that lead two rows further.
   const std::uint64_t from = first - std::min<std::uint64_t>(first, 2);
   Grid rows = sheet;
