@@ -1,4 +1,4 @@
-// What a plan carries on beside the state: taken out of one plan and put into another, the same bits follow.
+// The data that a plan carries on beside the state: taken out of one plan and put into another, they give the same bits.
 #include <doctest/doctest.h>
 
 #include <array>

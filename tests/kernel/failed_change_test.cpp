@@ -55,7 +55,7 @@ Plan<T> plan_of(const Joined& joined) {
 
 enum class Words { looked_at, left_out };  // eigenvalues of the springs are among them
 
-// What a plan does, and what it says of itself.
+// The hash of the state that a plan reaches, and its explanation of itself.
 template <class T>
 std::string seen(const Joined& joined, const Plan<T>& plan, Words words = Words::looked_at) {
   Batch<T> batch(Layout::soa, joined.x.size());

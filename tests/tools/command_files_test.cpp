@@ -1,5 +1,5 @@
-// What the command reads and writes, and how it names it: nothing that it reads is written over, nothing has no end, and no
-// name is obeyed by a terminal.
+// The files that the command reads and writes, and how it names them: none that it reads is written over, none has no end, and
+// no name is obeyed by a terminal.
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 

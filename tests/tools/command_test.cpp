@@ -590,7 +590,7 @@ TEST_CASE("stability refuses cases that there are not, and a place that it canno
   CHECK(run(folder, "stability --cases 25 --only cases --out fall.json").exit == 4);
 }
 
-// What `dvdx --help` lists after "Subcommands:", a line each: two spaces, the name, what it does.
+// The commands that `dvdx --help` lists after "Subcommands:", a line each: two spaces, the name, what it does.
 std::vector<std::string> subcommands(const std::string& help) {
   const std::string heading = "Subcommands:\n";
   REQUIRE(help.find(heading) != std::string::npos);

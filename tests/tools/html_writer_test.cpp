@@ -54,7 +54,7 @@ std::string unpacked(std::string_view text, std::size_t most) {
   return {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(size)};
 }
 
-// What a reader of a page gets.
+// A frame as a reader of a page gets it.
 struct Decoded {
   double time = 0;
   double spacing = 0;

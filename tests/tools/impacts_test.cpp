@@ -203,7 +203,7 @@ TEST_CASE("a slide that friction bends: |v| (M + b cos phi) falls by M^2 - b^2 a
       };
       CHECK(off(constant(at), constant(start)) < 1e-12);
     }
-    // What friction and the force give together moves it: v - v0 = b t - M (sum of directions); rest is where it stops.
+    // Friction and the force together move it: v - v0 = b t - M (sum of directions). Rest is where it stops.
     if (b > M) continue;
     const double stop = invariant(start) / (M * M - b * b);
     CHECK(after(file, stop * (1 + 1e-9)).v == std::array<double, 3>{0, 0, 0});

@@ -1,4 +1,4 @@
-// What a signal, a full disk or a limit on file sizes leaves behind: nothing but what was there before.
+// A signal, a full disk or a limit on file sizes leaves nothing behind but what was there before.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <sys/wait.h>

@@ -137,7 +137,7 @@ TEST_CASE("vertices that no face uses are left out wherever they stand in the fi
   CHECK(around.numbering.particles == Numbers{nobody, nobody, 0, 1, 2, nobody});
   CHECK(around.numbering.still == std::vector<Vec3>{{8, 8, 8}, {9, 9, 9}, {6, 6, 6}});
 
-  // One at a face's corner is that corner. What a line alone joins is used.
+  // A vertex at a face's corner is that corner. A vertex that a line alone joins is used.
   CHECK(made("v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n").numbering.particles == Numbers{0, 1, 2, 1});
   CHECK(made("v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2\n").numbering.particles == Numbers{0, 1, nobody});
   // Nothing is joined: a file of points.

@@ -61,7 +61,7 @@ constexpr const char* full_scene = R"({
 
 const ReadOptions plenty{.memory_bytes = 1000000000};
 
-// What the reader says, or nothing; and that the exit code is that of a bad scene.
+// The reader's error, or nothing. An error must have the exit code of a bad scene.
 std::string message_of(std::string_view text, const ReadOptions& options = plenty, const std::string& path = "hail.json") {
   try {
     (void)parse_scene(path, text, options);

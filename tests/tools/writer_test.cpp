@@ -334,7 +334,7 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
   writer->finish();
   CHECK(folder.entries() == 4);  // one process: one piece, two indices and their times
 
-  // What each of two ranks writes of its own particles and those that its cells reach.
+  // Each of two ranks writes its own particles and those that its cells reach.
   const std::vector<std::uint32_t> owner{0, 0, 1, 0, 0, 1, 1};
   int number = 0;
   for (const FilePiece& piece : pieces_of(quads, owner, 2)) {
@@ -372,7 +372,7 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
   CHECK(expect("a-000000-0001.vtp", {2, 5, 6, 0}, "\0\0\0\1"s, "Lines", {1, 3}) == Ids{2});
 }
 
-// Of two rows and three columns, in the x-y plane, with one edge sliding away.
+// A sheet of two rows and three columns, in the x-y plane, with one edge sliding away.
 class Sheet {
  public:
   static constexpr std::size_t count = 6;
