@@ -302,7 +302,7 @@ void takes_no_memory(const Joined& joined) {
   CHECK(before != seen(joined, plan));
 }
 
-TEST_CASE("what is changed in place takes no memory") {
+TEST_CASE("a change in place takes no memory") {
   Joined list = as_list(sheet(5, 6, 50, 0.001));
   list.scene.coupling.substeps = 40;  // in leapfrog
   takes_no_memory(list);

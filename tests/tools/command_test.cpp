@@ -284,7 +284,7 @@ TEST_CASE("a number that an option cannot take is named with what it can") {
   CHECK(run(folder, "run fall.json --seed 18446744073709551615").exit == 0);
 }
 
-TEST_CASE("what a run writes and what it goes on from are files of their own") {
+TEST_CASE("the files that a run writes and the one that it goes on from differ") {
   const Folder folder("same-file");
   REQUIRE(run(folder, "run fall.json --checkpoint c.csv --checkpoint-every 3").exit == 0);
   const auto checkpoint = folder.read("c.csv");

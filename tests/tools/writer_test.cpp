@@ -477,7 +477,7 @@ TEST_CASE("a .obj that dvdx did not write is not replaced, one that it wrote is"
   CHECK(folder.read("b.obj") != first);
 }
 
-TEST_CASE("what a .pc2 cannot count is known before the run") {
+TEST_CASE("a count too large for a .pc2 is known before the run") {
   const ScratchFolder folder("pc2-most");
   for (const auto& [count, states] : {std::pair<std::size_t, std::uint64_t>{1, 1ULL << 31U}, {1ULL << 31U, 1}}) {
     CHECK_THROWS_AS((void)make_writer<float>({.target = folder / "a.pc2", .particles = count, .states = states}), Fault);

@@ -112,7 +112,7 @@ TEST_CASE_TEMPLATE("A frictionless puck slides by Brown's response as it would w
   });
 }
 
-TEST_CASE_TEMPLATE("What slides on a viscous surface is not braked by the number of steps", T, float, double) {
+TEST_CASE_TEMPLATE("A particle that slides on a viscous surface is not braked by the number of steps", T, float, double) {
   for_each_kernels<T>([&](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
     const Vec3 n = unit({1, 2, -2});
@@ -135,7 +135,7 @@ TEST_CASE_TEMPLATE("What slides on a viscous surface is not braked by the number
   });
 }
 
-TEST_CASE_TEMPLATE("What slides round a viscous bowl keeps its speed", T, float, double) {
+TEST_CASE_TEMPLATE("A particle that slides round a viscous bowl keeps its speed", T, float, double) {
   for_each_kernels<T>([&](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
     const auto speed = [&](double viscosity) {
