@@ -581,7 +581,7 @@ void c_api(Report& report, const Run& run) {
   }
 }
 
-// Of a scene whose networks join the particles held.
+// Steps the particles held by a scene whose networks join them.
 Stepper<float> joined_stepper(Scene scene, const Held<float>& held) {
   constexpr double short_frame = 1.0 / 480;  // s: leapfrog is stable in 5 sub-steps
   scene.coupling.substeps = 5;
@@ -692,7 +692,7 @@ void hundred_sheets(Report& report, const Run& run) {
   }
 }
 
-// What a feature costs a sheet's step.
+// The cost of each feature to a sheet's step.
 void moving_world(Report& report, const Run& run) {
   const Scene plain = hung_sheet(Scheme::leapfrog);
   const auto bar = [&](const std::string& name, double bound, const Scene& with, const Scene& without) {

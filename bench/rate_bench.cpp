@@ -9,7 +9,7 @@
 namespace dvdx::bench {
 namespace {
 
-// What the pass reads and what it makes, for `count` particles of 1 to 2 kg.
+// The columns that the pass reads and those that it makes, for `count` particles of 1 to 2 kg.
 class RateColumns {
  public:
   explicit RateColumns(std::size_t count) {

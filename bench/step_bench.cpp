@@ -1,4 +1,4 @@
-// What a call costs: step() of few particles, seek and set_step. Steps of many: block_loop_bench.cpp.
+// The cost of a call: step() of few particles, seek and set_step. Steps of many: block_loop_bench.cpp.
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"

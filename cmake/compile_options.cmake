@@ -1,4 +1,4 @@
-# What every target of ours is compiled with. Nothing here reaches a consumer: usage requirements carry only include
+# The compile options of every target of ours. Nothing here reaches a consumer: usage requirements carry only include
 # directories and the language level.
 add_library(dvdx_options INTERFACE)
 target_compile_features(dvdx_options INTERFACE cxx_std_20)

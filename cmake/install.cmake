@@ -1,5 +1,5 @@
-# What `cmake --install` puts where. Components: library (the shared one), development (all that a consumer compiles and links
-# with), tools (the command).
+# The files that `cmake --install` puts in place. Components: library (the shared one), development (all that a consumer compiles
+# and links with), tools (the command).
 include(CMakePackageConfigHelpers)
 
 set(DVDX_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/dvdx)

@@ -17,13 +17,13 @@ constexpr double mass = 0.3;         // kg
 constexpr double inertia = 0.4 * mass * radius * radius;
 constexpr double air = 1.5;  // 1/s, brakes the ball
 
-// What the program knows of its ball.
+// The state of the ball, which the program moves itself.
 struct Ball {
   dvdx::Vec3 x{0.5, 0.4, 0.5}, v{};  // m, m/s
   dvdx::Vec3 omega{0, 0, 3};         // rad/s
   dvdx::Vec3 turn{};                 // a rotation vector: exact while the axis stays the same
 
-  // What gravity, the air and the cloth gave it in the last frame; then on with that velocity.
+  // Adds the changes of velocity by gravity, the air and the cloth in the last frame, then moves the ball at the new velocity.
   void move(const dvdx::Vec3& impulse, const dvdx::Vec3& torque) {
     for (std::size_t k = 0; k < 3; ++k) {
       v[k] += impulse[k] / mass - frame * (air * v[k] + (k == 1 ? g : 0));

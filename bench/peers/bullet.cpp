@@ -22,7 +22,7 @@ namespace {
 
 btScalar scalar(double value) { return static_cast<btScalar>(value); }
 
-// What every world of Bullet needs.
+// The parts that every world of Bullet needs.
 struct Surroundings {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};

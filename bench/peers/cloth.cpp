@@ -54,7 +54,7 @@ void fix(Cloth& cloth) {
   for (const std::size_t i : cloth.fixed) cloth.inverse_mass[i] = 0;
 }
 
-// What the springs at rest give back for small displacements p, by the mass: (M^-1 K p)_i.
+// The force by the mass with which springs at rest resist small displacements p: (M^-1 K p)_i.
 std::vector<double> stiffened(const Cloth& cloth, const std::vector<double>& p) {
   const std::size_t n = cloth.nodes();
   std::vector<double> result(3 * n);

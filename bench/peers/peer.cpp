@@ -7,7 +7,7 @@
 
 namespace dvdx::bench {
 
-// Of all that may take any number of sub-steps, alike: each may meet a goal with as few as it needs.
+// One ladder for all methods that may take any number of sub-steps: each may meet a goal with as few as it needs.
 std::vector<int> any_ladder(const Cloth& /*cloth*/) {
   return {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 12, 14,  16,  18,  20, 22,
           25, 28, 30, 35, 40, 45, 50, 60, 70, 80, 90, 100, 140, 200, 500};

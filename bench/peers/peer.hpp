@@ -1,4 +1,4 @@
-// What is raced: a name, what its knob is called, and how it moves a cloth.
+// The peers of a race: each has a name, its knob's name, and a function that moves a cloth.
 #pragma once
 
 #include <functional>
@@ -35,7 +35,7 @@ using Peers = std::vector<Peer>;
 [[nodiscard]] std::vector<int> tolerance_ladder(const Cloth& cloth);
 [[nodiscard]] double tolerance_of(int digits);
 
-// Of a number of sub-steps a frame.
+// The steps in `seconds` at `substeps` a frame.
 [[nodiscard]] std::size_t steps_of(double seconds, int substeps);
 
 // The time that `work` takes, by this thread's own clock.

@@ -1,4 +1,4 @@
-// What a race of the peers found, and how it is shown.
+// The results of a race of the peers, and their output.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace dvdx::bench {
 
-// What a method is asked to reach.
+// The largest errors that a method may have.
 struct Goal {
   double position;
   double energy = std::numeric_limits<double>::infinity();

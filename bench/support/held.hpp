@@ -78,7 +78,7 @@ Held<T> hold_tiles(std::size_t count) {
   return {memory, memory->view()};
 }
 
-// Of contiguous layouts.
+// For contiguous layouts alone.
 template <class T>
 PlainArrays<T> arrays_of(const State<T>& state) {
   return {

@@ -1,4 +1,4 @@
-// What a plain program would write: the loops that the benchmarks hold the passes against. Compiled apart, with
+// The loops that a plain program would write, which the benchmarks hold the passes against. Compiled apart, with
 // -O3 -march=native and every freedom of contraction that the compiler takes by default.
 #pragma once
 

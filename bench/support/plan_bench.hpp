@@ -36,7 +36,7 @@ std::string scalar_name() {
   return sizeof(T) == sizeof(float) ? "float32" : "float64";
 }
 
-// What is timed; the scene is made for a count, so that its first particles are the same whatever the count.
+// A case to be timed. Its scene is made for a count, so that its first particles are the same whatever the count.
 template <class T>
 struct Case {
   std::string name;

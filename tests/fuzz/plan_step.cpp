@@ -21,7 +21,7 @@ namespace {
 
 using test::Batch;
 
-// What is done with a plan, and how.
+// The steps of a plan, and the changes made to it on the way.
 struct Deeds {
   Arithmetic arithmetic = Arithmetic::separate;
   std::size_t steps = 1;
@@ -74,7 +74,7 @@ void add_origin(Choices& choices, RandomScene& random) {
   scene.origin = origins.size() == 1 ? Origin(origins[0]) : Origin(origins);
 }
 
-// What carries some of the contacts and particles, if anything may.
+// A motion that carries some of the contacts and particles, in scenes that may have one.
 void add_motions(Choices& choices, Scene& scene, std::size_t count) {
   const bool is_summed = scene.coupling.scheme == Scheme::accumulate && scene.coupling.method != Method::combined;
   if (choices.below(4) != 3 || is_summed || scene.origin.is_each()) return;
@@ -280,7 +280,8 @@ void expect_told_alike(const Outcome<T>& wanted, const Outcome<T>& got, const Co
   }
 }
 
-// What a scene within the documented ranges may be refused for; a value that the scalar type cannot hold says which type it is.
+// A scene within the documented ranges may be refused for these reasons alone. The error of a value that the scalar type cannot
+// hold names the type.
 void expect_allowed(const std::string& error) {
   if (error.find("(the plan is of float") != std::string::npos) return;
   if (error.ends_with("must be a pose that is reached at a finite speed")) return;

@@ -1,4 +1,4 @@
-// What holds for the points and numbers of any file that is not refused.
+// The points and numbers of any file that is not refused must be finite.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What is fuzzed: each target takes any bytes, and throws where what it tries breaks a promise. libFuzzer runs them
+// The fuzz targets: each takes any bytes, and throws where the code that it tries breaks a promise. libFuzzer runs them
 // (engine.cpp), and the ordinary tests feed them all that is in corpus/ (corpus_test.cpp).
 #pragma once
 

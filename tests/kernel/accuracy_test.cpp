@@ -1,4 +1,4 @@
-// What `explain` says of a scene's accuracy, measured: the differences of a path at h, h/2 and h/4.
+// The claims of `explain` about a scene's accuracy, measured: the differences of a path at h, h/2 and h/4.
 #include "compile/accuracy.hpp"
 
 #include <doctest/doctest.h>

@@ -68,7 +68,7 @@ double energy(const Springs& springs, const std::vector<Vec3>& x) {
   return sum;
 }
 
-// Of all edges between two triangles: a third of what each of these has.
+// The sum over all edges between two triangles of a third of the area of each of the two.
 double area_of_edges(const Sheet& sheet) {
   double sum = 0;
   std::vector<std::array<std::uint32_t, 2>> edges;
@@ -282,7 +282,7 @@ TEST_CASE("bending: refused in other schemes, where springs are torn, and of tri
   springs = {.pairs = {{0, 1}}, .stiffness = 1.0};
   add_bending(springs, std::vector<Triangle>{{0, 1, 2}, {1, 0, 3}}, std::vector<Vec3>(4, Vec3{1, 1, 1}), modulus);
   CHECK(refusal_of(joined).find("network.zero_length[0] is") != std::string::npos);
-  // Of a plan that runs.
+  // In a running plan such a spring cannot be broken.
   joined = hinge();
   test::Batch<double> batch(test::Layout::soa, 4);
   test::place(joined, batch.view());

@@ -1,4 +1,4 @@
-// What the functions of dvdx.h and compile() refuse, or answer without harm: null handles, choices that are none, counts that
+// The functions of dvdx.h and compile() refuse these, or answer without harm: null handles, choices that are none, counts that
 // cannot be, memory that is shared.
 #include <doctest/doctest.h>
 

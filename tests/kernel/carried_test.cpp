@@ -1,4 +1,4 @@
-// What a plan carries on beside the state: taken out of one plan and put into another, the same bits follow.
+// The data that a plan carries on beside the state: taken out of one plan and put into another, they give the same bits.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -104,7 +104,7 @@ TEST_CASE("a state of another count, or a workspace of another scene, carries no
   CHECK(plan.carried(batch.view(), other.workspace()).empty());
 }
 
-TEST_CASE("what is driven is on its way in the plan that goes on") {
+TEST_CASE("driven particles are on their way in the plan that goes on") {
   Joined joined = test::sheet(5, 6, 50, 0.001);
   joined.scene.coupling = {.scheme = Scheme::leapfrog};
   joined.scene.motions = {{.keys = {{.time = 0}}}};

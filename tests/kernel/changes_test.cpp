@@ -179,7 +179,7 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
   const auto particle = static_cast<std::size_t>(random.below(count));
   const std::size_t contact = scene.contacts.empty() ? 0 : random.below(scene.contacts.size());
   const std::size_t network = random.below(scene.networks.size());
-  // Of a stack, that of its sheet.
+  // The network of particle i: in a stack, that of its sheet.
   const auto network_of = [&](std::size_t i) {
     const bool are_grids = std::holds_alternative<Grid>(scene.networks[0]);
     return are_grids ? i / (count / scene.networks.size()) : std::size_t{0};

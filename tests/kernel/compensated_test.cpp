@@ -41,7 +41,7 @@ class Compensated {
   State<float> view_;
 };
 
-// What float64 makes of the start that float32 holds.
+// The state in float64 after `steps` steps from the start that float32 holds.
 template <class Place>
 std::vector<double> in_float64(const Scene& scene, double step, std::size_t count, std::size_t steps, const Place& place) {
   Batch<float> start(Layout::soa, count);

@@ -384,14 +384,14 @@ TEST_CASE("report: a moving surface is told of impulses as one at rest, and of t
     std::visit([](auto& c) { c.motion = 0; }, contact);
     return scene.add(contact);
   };
-  SUBCASE("what lies on a floor that goes along with it") {
+  SUBCASE("a particle on a floor that goes along with it") {
     const Scene scene = carried(Plane{.normal = {0, 1, 0}, .friction = 1}, {0.25, 0, 0});
     const Reported<double> run(scene, {{Vec3{1, 0, 0}, u}}, steps);
     CHECK(run.report.of(0).hits == 0);
     CHECK(is_close(run.report.of(0).impulse[1], -weight, 1e-10));
     CHECK(is_close(run.report.of(0).torque_impulse[2], -0.75 * weight, 1e-10));
   }
-  SUBCASE("what falls onto it bounces as on one at rest") {
+  SUBCASE("a particle that falls onto it bounces as on one at rest") {
     const Plane floor{.normal = {0, 1, 0}, .restitution = 0.5};
     const Reported<double> moving(carried(floor, {0.25, 0, 0}), {{Vec3{1, 1, 0}, u}}, steps);
     Scene still = falling();
@@ -504,7 +504,7 @@ TEST_CASE_TEMPLATE(
         }
       });
     }
-    SUBCASE("what rests on planes, slides, bounces and is pressed from one onto another, some of it fixed") {
+    SUBCASE("particles rest on planes, slide, bounce and are pressed from one onto another, some of them fixed") {
       for (const std::size_t planes : {std::size_t{1}, std::size_t{3}}) {
         // Every pair of arithmetic, drag and number of planes.
         const double drag = (planes == 1) == (arithmetic == Arithmetic::separate) ? 0.0 : 0.05;

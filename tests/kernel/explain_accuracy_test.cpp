@@ -1,4 +1,4 @@
-// What `explain` says of accuracy and stability. That the orders are the true ones is measured in accuracy_test.cpp.
+// The claims of `explain` about accuracy and stability. Whether the orders are the true ones is measured in accuracy_test.cpp.
 #include <doctest/doctest.h>
 
 #include <cmath>

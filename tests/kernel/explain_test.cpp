@@ -1,4 +1,4 @@
-// What a plan says of itself, sentence by sentence, against what is worked out here: which forces combine and which stand
+// A plan's explanation of itself, sentence by sentence, against what is worked out here: which forces combine and which stand
 // alone, whether a step is stable and what would be, the figures of networks, bytes and operations.
 #include <doctest/doctest.h>
 

@@ -55,7 +55,7 @@ Plan<T> plan_of(const Joined& joined) {
 
 enum class Words { looked_at, left_out };  // eigenvalues of the springs are among them
 
-// What a plan does, and what it says of itself.
+// The hash of the state that a plan reaches, and its explanation of itself.
 template <class T>
 std::string seen(const Joined& joined, const Plan<T>& plan, Words words = Words::looked_at) {
   Batch<T> batch(Layout::soa, joined.x.size());
@@ -302,7 +302,7 @@ void takes_no_memory(const Joined& joined) {
   CHECK(before != seen(joined, plan));
 }
 
-TEST_CASE("what is changed in place takes no memory") {
+TEST_CASE("a change in place takes no memory") {
   Joined list = as_list(sheet(5, 6, 50, 0.001));
   list.scene.coupling.substeps = 40;  // in leapfrog
   takes_no_memory(list);

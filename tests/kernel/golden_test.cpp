@@ -29,8 +29,8 @@ constexpr std::uint64_t golden_separate = 15184788198911441522U;
 constexpr std::uint64_t golden_contracted = 14901867960843675406U;
 constexpr std::uint64_t golden_networks = 2030490220018824651U;
 
-// What the three above leave out: a line a case, so that a change shows what it changes. Compensated states and particles that
-// come and go have no contracted form: 0.
+// The cases that the three above leave out: a line each, so that a change shows what it changes. Compensated states and
+// particles that come and go have no contracted form: 0.
 struct Golden {
   std::string_view name;
   std::uint64_t separate, contracted;
@@ -645,7 +645,8 @@ Column<T> column_of(std::vector<T>& values) {
   return {.base = values.data(), .stride = sizeof(T), .capacity = values.size()};
 }
 
-// What is alive at the end, with ages, lifetimes and a column that is carried, and how many were born, removed and dropped.
+// The hash of the particles alive at the end, with ages, lifetimes and a column that is carried, and of how many were born,
+// removed and dropped.
 template <class T>
 std::uint64_t live_hash(std::uint64_t sum, const Turnover& turnover, Isa isa) {
   constexpr double step = 1.0 / 64;

@@ -278,7 +278,7 @@ class Model {
     for (std::size_t e = 0; e < turnover_.emitters.size(); ++e) births += until(e, end) - born_[e];
     return births;
   }
-  // What is born takes the places of what goes; the rest follows behind.
+  // Newborn particles take the places of those that go. The rest of the newborn follow behind.
   void step_in_any_order(const Clock& end) {
     const auto goes = [this](const One<T>& one) { return is_to_go(one); };
     std::vector<One<T>> before;

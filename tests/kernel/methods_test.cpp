@@ -27,7 +27,7 @@ struct Kick {
   Real v = 0, x = 0;  // what a force adds to a step
 };
 
-// Of a force whose integrals over the step and whose value at its start are known.
+// The kick of a force whose value at the start of the step and whose integrals over it are known.
 Kick kick_by(Method method, Real start, Real once, Real twice, Real h) {
   switch (method) {
     case Method::exact:

@@ -14,7 +14,7 @@
 
 namespace dvdx::test::range_test {
 
-// What is refused, or nothing.
+// The field that is refused, or nothing.
 template <class T>
 std::string refused(const Scene& scene, double step, std::size_t count = 3) {
   Batch<T> batch(Layout::soa, count);

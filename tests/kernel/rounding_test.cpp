@@ -1,4 +1,4 @@
-// What float32 costs: the state of a float plan after 1000 steps against the rounding floor, that is against an exact step in
+// The cost of float32: the state of a float plan after 1000 steps against the rounding floor, that is against an exact step in
 // float64 whose state is rounded to float after every step.
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-// What a call of step() promises, whatever the scene.
+// The promises of a call of step(), whatever the scene.
 #include <doctest/doctest.h>
 
 #include <algorithm>

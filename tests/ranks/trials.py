@@ -6,7 +6,7 @@ damage  a checkpoint with a flipped byte, or cut, or of another run: refused wit
 kill    a random rank is killed at a random moment, and the run goes on from its checkpoint (50)
 scenes  every shipped scene for a few steps on 7 ranks
 
-What each comes to must equal a run of one process that was never stopped. Prints a line for each that does not, and a count.
+Each result must equal that of one process that was never stopped. Prints a line for each that does not, and a count.
 """
 import json
 import os

@@ -1,4 +1,4 @@
-// What a test needs that holds instruction sets against each other.
+// For tests that hold instruction sets against each other.
 #pragma once
 
 #include <doctest/doctest.h>

@@ -104,7 +104,7 @@ bool selects_nothing(int argc, const char* const* argv) {
 
 }  // namespace
 
-// What LLVM's OpenMP keeps of a thread of the caller's that has ended is its own until the process ends.
+// LLVM's OpenMP keeps its memory of a thread of the caller's that has ended until the process ends.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libomp.so"; }
 
 int main(int argc, char** argv) { return selects_nothing(argc, argv) ? 2 : doctest::Context(argc, argv).run(); }

@@ -130,7 +130,7 @@ class Folder : public ScratchFolder {
   ScratchFolder viewer_{"checkpoint-viewer"};
 };
 
-// What of a run does not depend on when it ran and on what.
+// The part of a run's report that depends neither on when it ran nor on what.
 json outcome(const json& report) {
   json same;
   for (const char* key :
@@ -225,7 +225,7 @@ TEST_CASE("a damaged checkpoint is refused with the reason, whatever is wrong wi
   Random random(2);
   for (int n = 0; n < 100; ++n) {
     auto bad = n % 5 == 4 ? states : at;
-    // Of the states the checkpoint counts on the first six of ten.
+    // The checkpoint counts on the first six of the ten states.
     const auto place = random.below(n % 5 == 4 ? bad.size() / 2 : bad.size());
     CAPTURE(n);
     CAPTURE(place);

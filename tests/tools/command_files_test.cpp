@@ -1,5 +1,5 @@
-// What the command reads and writes, and how it names it: nothing that it reads is written over, nothing has no end, and no
-// name is obeyed by a terminal.
+// The files that the command reads and writes, and how it names them: none that it reads is written over, none has no end, and
+// no name is obeyed by a terminal.
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
@@ -177,7 +177,7 @@ TEST_CASE("a file's own name may be as long as the file system has it") {
   }
 }
 
-TEST_CASE("what a terminal would obey is shown, and all else is left as it is") {
+TEST_CASE("characters that a terminal would obey are shown, and all else is left as it is") {
   CHECK(printable("plain ü Ω 中 🙂 \\") == "plain ü Ω 中 🙂 \\");
   CHECK(printable("\x1b[31mred\x1b[0m") == "\\x1b[31mred\\x1b[0m");
   CHECK(printable(std::string_view("a\0\a\b\t\n\r\x7f", 8)) == "a\\x00\\x07\\x08\\t\\n\\r\\x7f");
@@ -230,7 +230,7 @@ class CommaLocale {
   std::locale before_;
 };
 
-TEST_CASE("what is written does not depend on the locale") {
+TEST_CASE("output does not depend on the locale") {
   const ScratchFolder folder("files-locale");
   dvdx::Soa<float> memory(12345);
   const auto write = [&](const std::string& target) {

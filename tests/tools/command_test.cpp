@@ -284,7 +284,7 @@ TEST_CASE("a number that an option cannot take is named with what it can") {
   CHECK(run(folder, "run fall.json --seed 18446744073709551615").exit == 0);
 }
 
-TEST_CASE("what a run writes and what it goes on from are files of their own") {
+TEST_CASE("the files that a run writes and the one that it goes on from differ") {
   const Folder folder("same-file");
   REQUIRE(run(folder, "run fall.json --checkpoint c.csv --checkpoint-every 3").exit == 0);
   const auto checkpoint = folder.read("c.csv");
@@ -590,7 +590,7 @@ TEST_CASE("stability refuses cases that there are not, and a place that it canno
   CHECK(run(folder, "stability --cases 25 --only cases --out fall.json").exit == 4);
 }
 
-// What `dvdx --help` lists after "Subcommands:", a line each: two spaces, the name, what it does.
+// The commands that `dvdx --help` lists after "Subcommands:", a line each: two spaces, the name, what it does.
 std::vector<std::string> subcommands(const std::string& help) {
   const std::string heading = "Subcommands:\n";
   REQUIRE(help.find(heading) != std::string::npos);

@@ -1,4 +1,4 @@
-// What `dvdx run` tells of contacts: sums in --json, impacts in --events.
+// The contacts that `dvdx run` reports: sums in --json, impacts in --events.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What forces can have given a scene's particles, against motions that are known, and what a run says of it.
+// The energy that forces can have given a scene's particles, against motions that are known, and what a run says of it.
 #include "run/energy_budget.hpp"
 
 #include <doctest/doctest.h>

@@ -54,7 +54,7 @@ std::string unpacked(std::string_view text, std::size_t most) {
   return {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(size)};
 }
 
-// What a reader of a page gets.
+// A frame as a reader of a page gets it.
 struct Decoded {
   double time = 0;
   double spacing = 0;
@@ -271,7 +271,7 @@ TEST_CASE("particles that come and go are followed from state to state, whatever
   }
 }
 
-TEST_CASE("of many particles that come and go a page shows the same ones as long as they live") {
+TEST_CASE("a page of many particles that come and go shows the same ones as long as they live") {
   const PageFolder folder("some");
   Crowd crowd(60'000);
   std::vector<std::uint32_t> now;
@@ -339,7 +339,7 @@ TEST_CASE("a particle that is not finite stays where it was, and is counted") {
   CHECK(elements(document, "frame")[1].attribute("data-bad").as_int() == 1);
 }
 
-TEST_CASE("of many particles that nothing joins a page shows some, and says so") {
+TEST_CASE("a page of many particles that nothing joins shows some, and says so") {
   const PageFolder folder("many");
   Soa<float> memory(120001);
   auto state = memory.view();

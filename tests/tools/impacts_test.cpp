@@ -203,7 +203,7 @@ TEST_CASE("a slide that friction bends: |v| (M + b cos phi) falls by M^2 - b^2 a
       };
       CHECK(off(constant(at), constant(start)) < 1e-12);
     }
-    // What friction and the force give together moves it: v - v0 = b t - M (sum of directions); rest is where it stops.
+    // Friction and the force together move it: v - v0 = b t - M (sum of directions). Rest is where it stops.
     if (b > M) continue;
     const double stop = invariant(start) / (M * M - b * b);
     CHECK(after(file, stop * (1 + 1e-9)).v == std::array<double, 3>{0, 0, 0});
@@ -211,7 +211,7 @@ TEST_CASE("a slide that friction bends: |v| (M + b cos phi) falls by M^2 - b^2 a
   }
 }
 
-TEST_CASE("what settles slides on with the friction of all its impacts") {
+TEST_CASE("a particle that settles slides on with the friction of all its impacts") {
   // The impacts and the slide after them take off mu times the impulse that the floor gives: m g t and the speed of the fall.
   auto file = one_particle({0, 1, 0}, {40, 0, 0});
   file.scene.add(dvdx::Constant{.acceleration = {0, -10, 0}});
@@ -228,7 +228,7 @@ TEST_CASE("what settles slides on with the friction of all its impacts") {
   CHECK(after(file, 30).v[0] == after(file, 3).v[0]);
 }
 
-TEST_CASE("what is pressed into a corner bounces off the third surface, and rests there in the end") {
+TEST_CASE("a particle that is pressed into a corner bounces off the third surface, and rests there in the end") {
   auto file = one_particle({0, 2, 0}, {});
   file.scene.add(dvdx::Constant{.acceleration = {-1, -10, -1}});
   for (const Vec3 n : {Vec3{0, 1, 0}, Vec3{1, 0, 0}, Vec3{0, 0, 1}}) {

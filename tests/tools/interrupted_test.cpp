@@ -1,4 +1,4 @@
-// What a signal, a full disk or a limit on file sizes leaves behind: nothing but what was there before.
+// A signal, a full disk or a limit on file sizes leaves nothing behind but what was there before.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -120,7 +120,7 @@ TEST_CASE("a signal that ends a run leaves no part of any format, and is the exi
   }
 }
 
-TEST_CASE("what a killed run leaves, the next one that writes there removes") {
+TEST_CASE("the next run that writes there removes the files that a killed one left") {
   for (const std::string out : {"a.csv", "a.npz", "a.ply", "a.vtp", "a.pc2"}) {
     CAPTURE(out);
     const EndlessFolder folder("killed");

@@ -78,7 +78,7 @@ TEST_CASE("a closed surface bends across every edge, each pair once") {
   CHECK(bends_of(mesh) == Pairs{{0, 2}, {1, 3}, {4, 5}});
 }
 
-TEST_CASE("what is wrong in an .obj file is named with its line") {
+TEST_CASE("an error in an .obj file is named with its line") {
   CHECK(fault_of("# nothing\n") == "holds no vertex: must hold lines such as \"v 1 0 0.5\"");
   CHECK(fault_of("v 0 0\n") == "line 1 has 2 numbers: a vertex must have 3");
   CHECK(fault_of("v 0 0 0\nv 0 nan 0\n") == "line 2 holds nan: must be a finite number");

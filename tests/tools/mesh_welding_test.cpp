@@ -87,7 +87,7 @@ TEST_CASE("vertices of which each is close enough to the next are one particle")
 }
 
 // Beside every pair's distance: the same groups, whichever cells the vertices are in.
-TEST_CASE("what is welded is what every pair's distance says") {
+TEST_CASE("welding joins the vertices that every pair's distance says") {
   std::string text;
   std::vector<Vec3> places;
   std::uint32_t word = 1;
@@ -137,7 +137,7 @@ TEST_CASE("vertices that no face uses are left out wherever they stand in the fi
   CHECK(around.numbering.particles == Numbers{nobody, nobody, 0, 1, 2, nobody});
   CHECK(around.numbering.still == std::vector<Vec3>{{8, 8, 8}, {9, 9, 9}, {6, 6, 6}});
 
-  // One at a face's corner is that corner. What a line alone joins is used.
+  // A vertex at a face's corner is that corner. A vertex that a line alone joins is used.
   CHECK(made("v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n").numbering.particles == Numbers{0, 1, 2, 1});
   CHECK(made("v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2\n").numbering.particles == Numbers{0, 1, nobody});
   // Nothing is joined: a file of points.
@@ -298,7 +298,7 @@ TEST_CASE("networks that follow a mesh go on from its vertices") {
   CHECK(file.topology.lines == std::vector<Pair>{{8, 12}});  // the ends' first numbers
 }
 
-TEST_CASE("what is left out is not joined, and need not be held") {
+TEST_CASE("vertices that are left out are not joined, and need not be held") {
   const ScratchFolder folder("left-out");
   folder.write("loose.obj", loose);
   auto scene = scene_of("loose.obj");
@@ -458,7 +458,7 @@ TEST_CASE("a run of a welded mesh goes on from a checkpoint, and not with anothe
   CHECK(test::run(folder, "verify seam.json").exit == 0);
 }
 
-TEST_CASE("what is seen is named by vertices: the spring that stretches and the particle that hits") {
+TEST_CASE("a run names vertices: of the spring that stretches and the particle that hits") {
   const ScratchFolder folder("named-seen");
   write_both(folder);
   auto scene = json::parse(folder.read("seam.json"));

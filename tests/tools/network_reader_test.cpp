@@ -418,7 +418,7 @@ TEST_CASE("networks that are stepped together are stepped alike") {
   CHECK(message_of(scene) == "cloth.json: network[1].scheme is leapfrog where left out and sequential" + tail);
 }
 
-TEST_CASE("what another scheme alone reads is refused beside this one") {
+TEST_CASE("a key that another scheme alone reads is refused beside this one") {
   const auto message = [](const char* scheme, const char* key, const json& value) {
     auto scene = with_network(grid);
     scene["network"]["scheme"] = scheme;
@@ -507,7 +507,7 @@ TEST_CASE("a sheet needs as much room as is held of it: no faces without picture
         "scene.json: network brings the scene to 1099511627776 particles: must be at most 4294967295");
 }
 
-TEST_CASE("what is wrong in a grid is refused with its path, its value and what is valid") {
+TEST_CASE("a wrong value in a grid is refused with its path, its value and what is valid") {
   check_all(
       with_network(grid),
       {{"/network", "7", "network is 7: must be an object, or a list of objects"},
@@ -548,7 +548,7 @@ TEST_CASE("what is wrong in a grid is refused with its path, its value and what 
         "constraints[0].particle is 15: must be a whole number from 0 to 14", BySchema::accepted}});
 }
 
-TEST_CASE("what is wrong in springs is refused likewise") {
+TEST_CASE("a wrong value in springs is refused likewise") {
   auto scene = with_particles(3);
   scene["network"] = json::parse(R"({"type":"springs","pairs":[[0,1],[1,2]],"stiffness":{"values":[1,2]},"rest_length":1})");
   check_all(scene,

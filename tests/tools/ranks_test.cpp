@@ -45,7 +45,7 @@ CommandResult run_on(int ranks, const ScratchFolder& folder, const std::string& 
 // Runs that are much alike take turns: one on two ranks, neither of which is between others, and on five; the next on three.
 std::vector<int> ranks_of(std::size_t turn) { return turn % 2 == 0 ? std::vector{2, 5} : std::vector{3}; }
 
-// What a run says that must not depend on the ranks.
+// The part of a run's report that must not depend on the ranks.
 nlohmann::json said(const CommandResult& result) {
   CHECK_MESSAGE(result.exit == 0, result.err);
   auto report = nlohmann::json::parse(result.out, nullptr, false);
@@ -254,7 +254,7 @@ TEST_CASE("ranks: a sheet that no rank plans whole has the bits, the words and t
   }
 }
 
-// What tears is looked for by the owners, and its number of sub-steps may fall for all.
+// The owners look for springs that tear. The number of sub-steps may then fall for all ranks.
 TEST_CASE("ranks: what tears has the bits, the files and the checkpoints of one rank" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-torn");
   folder.write("playback.html", "<!-- dvdx data -->");
@@ -324,7 +324,7 @@ TEST_CASE("ranks: what a run tells is what explain counts, byte for byte" * doct
   }
 }
 
-// Of a sheet 7 wide a band has 32 rows, and a rank two bands: of these ranks some have nothing.
+// A band of a sheet 7 wide has 32 rows, and a rank has two bands: some of these ranks have nothing.
 TEST_CASE("ranks: networks that are swept have the bits of one rank, and tell what explain counts" *
           doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-swept");
@@ -720,7 +720,7 @@ TEST_CASE("ranks: a piece each, and an index that names them" * doctest::skip(ha
       CHECK(particles == 53);
     }
     CHECK(times(folder.read("all.pvd"), ".pvtp") == 3);
-    // Of more ranks none are left.
+    // No pieces of more ranks are left.
     CHECK(std::filesystem::exists(folder / "all-000002-0002.vtp") == (ranks == 3));
   }
 }

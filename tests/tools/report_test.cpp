@@ -1,4 +1,4 @@
-// What the report says of scenes whose answers are known.
+// The report on scenes whose answers are known.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -61,7 +61,7 @@ constexpr const char* full_scene = R"({
 
 const ReadOptions plenty{.memory_bytes = 1000000000};
 
-// What the reader says, or nothing; and that the exit code is that of a bad scene.
+// The reader's error, or nothing. An error must have the exit code of a bad scene.
 std::string message_of(std::string_view text, const ReadOptions& options = plenty, const std::string& path = "hail.json") {
   try {
     (void)parse_scene(path, text, options);
@@ -134,7 +134,7 @@ TEST_CASE("a scene with one of everything is read as it stands") {
   for (const double k : stiffness.scalars().each()) CHECK((k >= 1 && k < 2));
 }
 
-TEST_CASE("what may be left out has the contract's defaults") {
+TEST_CASE("keys that may be left out have the contract's defaults") {
   const auto file = parse_scene(
       "least.json", R"({"format":"dvdx-scene/1","name":"","step":1,"duration":0,"particles":{"count":2.0}})", plenty);
   CHECK(file.scene == Scene{});

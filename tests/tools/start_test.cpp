@@ -48,7 +48,7 @@ TEST_CASE_TEMPLATE("particles stand where the scene puts them, whatever the thre
   }
 }
 
-TEST_CASE_TEMPLATE("what was read of files is given back while particles are put to their start", Value, Vec3, Vec3f) {
+TEST_CASE_TEMPLATE("values that were read of files are given back while particles are put to their start", Value, Vec3, Vec3f) {
   SceneFile file = drawn("[1, 2, 3]");
   Chunked<Value> points;
   for (std::size_t i = 0; i < particles; ++i) {
@@ -78,7 +78,7 @@ TEST_CASE_TEMPLATE("what was read of files is given back while particles are put
   CHECK(std::get<Chunked<Value>>(file.particles.position) == points);
 }
 
-TEST_CASE("of a list in chunks those that lie within a range are given back") {
+TEST_CASE("chunks of a list that lie within a range are given back") {
   constexpr std::size_t each = Chunked<Vec3f>::chunk;
   Chunked<Vec3f> points(3 * each + 5);
   points[2 * each] = {1, 2, 3};

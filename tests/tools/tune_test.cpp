@@ -1,4 +1,4 @@
-// What the tuner chooses: among candidates whose errors and costs are formulas, and on scenes whose answers are known.
+// The choices of the tuner: among candidates whose errors and costs are formulas, and on scenes whose answers are known.
 #include <doctest/doctest.h>
 #include <sys/wait.h>
 

@@ -150,7 +150,7 @@ TEST_CASE("every bad value of what comes and goes is refused by its path, and by
   }
 }
 
-TEST_CASE("of several ranks each reads its range of what is there at the start, and all have room together") {
+TEST_CASE("each of several ranks reads its range of the particles that are there at the start, and all have room together") {
   const auto second = [](std::uint64_t bytes) { return ReadOptions{.memory_bytes = bytes, .share = {.rank = 1, .ranks = 2}}; };
   const auto file = parse_scene("live.json", live_scene, second(1000000000));
   CHECK(file.particles.count == 1);

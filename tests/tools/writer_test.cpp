@@ -334,7 +334,7 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
   writer->finish();
   CHECK(folder.entries() == 4);  // one process: one piece, two indices and their times
 
-  // What each of two ranks writes of its own particles and those that its cells reach.
+  // Each of two ranks writes its own particles and those that its cells reach.
   const std::vector<std::uint32_t> owner{0, 0, 1, 0, 0, 1, 1};
   int number = 0;
   for (const FilePiece& piece : pieces_of(quads, owner, 2)) {
@@ -372,7 +372,7 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
   CHECK(expect("a-000000-0001.vtp", {2, 5, 6, 0}, "\0\0\0\1"s, "Lines", {1, 3}) == Ids{2});
 }
 
-// Of two rows and three columns, in the x-y plane, with one edge sliding away.
+// A sheet of two rows and three columns, in the x-y plane, with one edge sliding away.
 class Sheet {
  public:
   static constexpr std::size_t count = 6;
@@ -477,7 +477,7 @@ TEST_CASE("a .obj that dvdx did not write is not replaced, one that it wrote is"
   CHECK(folder.read("b.obj") != first);
 }
 
-TEST_CASE("what a .pc2 cannot count is known before the run") {
+TEST_CASE("a count too large for a .pc2 is known before the run") {
   const ScratchFolder folder("pc2-most");
   for (const auto& [count, states] : {std::pair<std::size_t, std::uint64_t>{1, 1ULL << 31U}, {1ULL << 31U, 1}}) {
     CHECK_THROWS_AS((void)make_writer<float>({.target = folder / "a.pc2", .particles = count, .states = states}), Fault);

@@ -39,7 +39,7 @@ struct Scale {
   double length, speed;
 };
 
-// What the motion is measured by: the largest length and speed that enter it.
+// The scale of the motion: the largest length and speed that enter it.
 Scale scale(const Oracle::Row& row) {
   const double reach = std::max({std::abs(row["x0"]), std::abs(row["c_"]), std::abs(row["x_m"]), 1e-3});
   return {reach, std::max({std::abs(row["v0"]), std::abs(row["u_"]), std::abs(row["v_m"]), std::sqrt(row["W_"]) * reach})};
@@ -229,7 +229,7 @@ TEST_CASE("time runs backwards") {
       for (int n = 0; n < 100; ++n) at = stepped(at, back, 0.25, -9.81 * back.constant.v, -9.81 * back.constant.x);
       CAPTURE(W);
       CAPTURE(g);
-      // What is lost on the way there grows by exp(g t) at worst, exp(g t/2) where it oscillates.
+      // The loss on the way there grows by exp(g t) at worst, and by exp(g t/2) where the motion oscillates.
       const double growth = std::exp(g * 100 * h * (4 * W > g * g ? 0.5 : 1.0));
       CHECK(std::abs(at.x - 1) < 1e-11 * growth);
       CHECK(std::abs(at.v + 2) < 1e-11 * growth * std::max(1.0, std::sqrt(W)));

@@ -97,7 +97,7 @@ TEST_CASE("paired coefficients stay within 2 ulp of the exact ones") {
   CHECK(rest.S == static_cast<float>(1.0 / 60));
 }
 
-// What oscillates by more than 0.15 rad a step, and all that is undamped, takes the shears: rounding_test.cpp.
+// Motions that oscillate by more than 0.15 rad a step, and all undamped ones, take the shears: rounding_test.cpp.
 TEST_CASE("fused float steps stay near the floor of a float state over 1000 steps") {
   const Oracle oracle("linear1d.csv");
   struct Kind {

@@ -126,7 +126,7 @@ inline std::vector<std::uint32_t> shuffled_behind_first(std::size_t count) {
   return place;
 }
 
-// What stands at each place of a batch whose particles have moved there.
+// The numbers, six a particle, in the order of a batch whose particle i has moved to place[i].
 template <class T>
 std::vector<T> in_order(const std::vector<T>& numbers, const std::vector<std::uint32_t>& place) {
   std::vector<T> moved(numbers.size());

@@ -32,7 +32,8 @@ Joined rows(std::size_t count) {
   return joined;
 }
 
-// Of all shapes, near each other, so that what bounces off one meets another that is not on the block's list.
+// Adds contacts of all shapes, near each other, so that a particle that bounces off one meets another that is not on the
+// block's list.
 void add_many(Scene& scene, std::size_t count) {
   scene.add(Plane{.offset = -1, .restitution = 0.7, .friction = 0.1});
   for (std::size_t j = 0; j < count; ++j) {

@@ -1,4 +1,4 @@
-// What an impact does along the surface: nothing without friction and viscosity, and viscosity once an impact.
+// The effect of an impact along the surface: none without friction and viscosity; viscosity acts once an impact.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -15,7 +15,7 @@ namespace dvdx::test::contact_response_test {
 // a + s b
 Vec3 sum(const Vec3& a, double s, const Vec3& b) { return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]}; }
 
-// What is left of a vector across n.
+// The part of a vector that is perpendicular to n.
 Vec3 tangential(const Vec3& a, const Vec3& n) { return sum(a, -dot(a, n), n); }
 
 template <class C>
@@ -112,7 +112,7 @@ TEST_CASE_TEMPLATE("A frictionless puck slides by Brown's response as it would w
   });
 }
 
-TEST_CASE_TEMPLATE("What slides on a viscous surface is not braked by the number of steps", T, float, double) {
+TEST_CASE_TEMPLATE("A particle that slides on a viscous surface is not braked by the number of steps", T, float, double) {
   for_each_kernels<T>([&](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
     const Vec3 n = unit({1, 2, -2});
@@ -135,7 +135,7 @@ TEST_CASE_TEMPLATE("What slides on a viscous surface is not braked by the number
   });
 }
 
-TEST_CASE_TEMPLATE("What slides round a viscous bowl keeps its speed", T, float, double) {
+TEST_CASE_TEMPLATE("A particle that slides round a viscous bowl keeps its speed", T, float, double) {
   for_each_kernels<T>([&](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
     const auto speed = [&](double viscosity) {

@@ -266,7 +266,7 @@ TEST_CASE_TEMPLATE("infinite friction holds a particle in a corner", T, float, d
   });
 }
 
-TEST_CASE_TEMPLATE("what an impact leaves of a velocity", T, float, double) {
+TEST_CASE_TEMPLATE("an impact changes a velocity by its restitution, viscosity and friction", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
     const auto after = [&](double restitution, double viscosity, double friction) {

@@ -71,7 +71,7 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
   return std::sqrt(sum);
 }
 
-// Of the differences that halving the sub-step makes, twice.
+// The order that follows from the differences that two halvings of the sub-step make.
 double measured_order(const Joined& joined, const Coupling& coupling, int substeps) {
   const auto end = [&](int n) { return stepped<double>(with(joined, coupling, n), {.isa = best_isa()}, 8); };
   const std::vector<double> middle = end(2 * substeps);
@@ -201,7 +201,7 @@ TEST_CASE("damping: beyond each limit something grows") {
     CHECK(growth(substep_of({{1.005 * range.frequency, 0}, {0, 0}, 0}, coupling)) > sees);
   }
   CHECK(growth(substep_of({{0, 0}, {2.02, 0}, 0}, leapfrog)) > sees);
-  // Of one mode fourth_order takes 8; of two that lie across each other less, and the plan's limit is that of the two.
+  // One mode may have a damping of 8 in fourth_order. Two that lie across each other have a lower limit, which is the plan's.
   CHECK(growth(substep_of({{3.13, 0}, {7.9, 0}, 0}, fourth_order)) <= sees);
   double worst = 0;
   for (double angle = 0; angle < 1.6; angle += 0.02) {

@@ -78,7 +78,7 @@ TEST_CASE("a birth depends on its number and not on the call that makes it") {
   }
 }
 
-TEST_CASE("what is born lies evenly where it should") {
+TEST_CASE("newborn particles lie evenly where they should") {
   constexpr std::size_t calls = 40;
   EmissionTerms terms = terms_of(EmissionShape::disc, EmissionSpread::ball);
   terms.interval = 0;  // so that nothing moves from its place

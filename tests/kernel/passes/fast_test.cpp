@@ -70,8 +70,8 @@ T random_from_1_to_2(std::uint64_t& state) {
   return static_cast<T>(1 + static_cast<double>(state >> 12) * 0x1p-52);
 }
 
-// Of 1/sqrt(x), in units of the last place, over all exponents of r and random mantissas. d = (r, p, 0) with p a power of two:
-// the second component of the force is p/r, exact but for the root.
+// The worst error of 1/sqrt(x), in units of the last place, over all exponents of r and random mantissas. d = (r, p, 0) with p
+// a power of two: the second component of the force is p/r, exact but for the root.
 template <class T>
 double worst_ulps(const Passes& passes) {
   const int widest = sizeof(T) == 4 ? 49 : 464;

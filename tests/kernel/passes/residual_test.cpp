@@ -28,7 +28,7 @@ Split split(const ResidualKernels& kernels, const std::vector<double>& numbers, 
   return out;
 }
 
-// Of every size, with what float32 cannot hold among them.
+// Numbers of every size, among them some that float32 cannot hold.
 std::vector<double> many_numbers() {
   std::vector<double> numbers;
   for (int k = 0; k < 100; ++k)
