@@ -54,7 +54,7 @@ struct Times {
 [[nodiscard]] std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const Machine& machine,
                                    const Cut& one);
 
-// A point of the cheapest sharing at 1, 2, 4, ... ranks up to `most`.
+// The efficiencies of the cheapest sharing at 1, 2, 4, ... ranks up to `most`.
 struct ScalePoint {
   std::uint64_t ranks = 1;
   double strong = 1;  // efficiency: the scene on so many ranks
