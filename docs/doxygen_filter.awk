@@ -1,6 +1,6 @@
 # Our headers' comments as Doxygen reads them: "//" before a declaration becomes "///", behind one "///<" (and so do the lines that
 # go on below it), and the first lines of a file are about the file.
-# What Doxygen would take for tags is escaped.
+# Text that Doxygen would take for tags is escaped.
 function column(text) { return match(text, /\/\//) }
 function marked(text, mark,   at) {
   at = column(text)

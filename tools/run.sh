@@ -48,7 +48,7 @@ apt() { as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::
 install_missing() {
   if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
     command -v cmake >/dev/null && { command -v c++ || command -v g++ || command -v clang++; } >/dev/null && return
-    fail "there is no apt here to install with. What is needed, under Debian's names: ${packages[*]}"
+    fail "there is no apt here to install with. Needed, under Debian's names: ${packages[*]}"
   fi
   missing=()
   for package in "${packages[@]}"; do is_installed "$package" || missing+=("$package"); done
@@ -111,13 +111,13 @@ build() {
   shift
   command -v ninja >/dev/null || generator=(-G "Unix Makefiles")
   say "building $* ($preset)"
-  cmake --preset "$preset" "${generator[@]}" "${options[@]}" >&2 || fail "cmake cannot configure. What is needed, under Debian's names: ${packages[*]}"
+  cmake --preset "$preset" "${generator[@]}" "${options[@]}" >&2 || fail "cmake cannot configure. Needed, under Debian's names: ${packages[*]}"
   case $preset in release | developer) set -- "$@" dvdx_installed ;; esac
   cmake --build "build/$preset" --parallel "$(nproc)" --target "$@" >&2
 }
 
 # fuzz_target PRESET TARGET LIMIT: from the committed corpus and from what earlier runs found, which stays in build/fuzz/corpus.
-# What breaks a promise is left in build/fuzz/findings.
+# Inputs that break a promise are left in build/fuzz/findings.
 fuzz_target() {
   local preset=$1 target=$2 limit=$3 log=build/fuzz/$2.log options=()
   mkdir -p "build/fuzz/corpus/$target" build/fuzz/findings

@@ -114,7 +114,7 @@ int run(int argc, char** argv) {
   return static_cast<int>(exit);
 }
 
-// Of several ranks that share a fault, one alone has something to say.
+// Where several ranks share a fault, one alone has something to say.
 int failed(Exit exit, std::string_view message) {
   if (!message.empty()) dvdx::tool::print_message(message);
   return static_cast<int>(exit);

@@ -42,7 +42,7 @@ def _load():
 
 
 def _declarations(header):
-    """What cffi can read of a C header: no comments, no preprocessor, nothing for C++."""
+    """The part of a C header that cffi can read: no comments, no preprocessor, nothing for C++."""
     text = re.sub(r"//[^\n]*", "", header)
     text = re.sub(r"^#ifdef __cplusplus.*?^#endif", "", text, flags=re.DOTALL | re.MULTILINE)
     text = re.sub(r"^#[^\n]*", "", text, flags=re.MULTILINE)
@@ -53,7 +53,7 @@ _ffi, _lib, _header, _abi_version = _load()
 
 
 class DvdxError(Exception):
-    """What is wrong with a scene, an option or a state: the field ("forces[2].stiffness"), its value, and what is valid."""
+    """An error in a scene, an option or a state: the field ("forces[2].stiffness"), its value, and what is valid."""
 
     def __init__(self, message, field="", value="", valid=""):
         super().__init__(message)
@@ -213,7 +213,7 @@ def _struct(kind, keywords, keep):
 
 
 class Scene:
-    """What the world holds. One method for each force, contact, network and constraint of dvdx.h, with the names of its fields:
+    """The contents of the world. One method for each force, contact, network and constraint of dvdx.h, with the names of its fields:
 
     constant, polynomial, sinusoid, spring, radial_spring, drag; plane, sphere, capsule, box, convex, mesh; grid, springs; distance, on_point, on_line;
     motion, kinematic; skin, tethers. A motion's keys are rows of time, translation and rotation vector, seven numbers each.
@@ -281,7 +281,7 @@ for _function, _kind in re.findall(r"(dvdx_scene_(?:add_|set_)\w+)\(dvdx_scene\*
 
 
 def _numbers(array, what):
-    """What dvdx reads as a column must be float32 or float64 in memory, writable and aligned."""
+    """A column that dvdx reads must be float32 or float64 in memory, writable and aligned."""
     if not isinstance(array, np.ndarray):
         raise TypeError(f"{what} is {type(array).__name__}: must be a numpy.ndarray, whose memory is stepped")
     if array.dtype not in (np.float32, np.float64):
@@ -422,7 +422,7 @@ class LiveState(State):
 
 
 class _Driven:
-    """What a plan and a workspace of its have in common: a state that is stepped in either is driven there."""
+    """The calls that a plan and a workspace of its have in common: a state that is stepped in either is driven there."""
 
     def _call_own(self, function, *arguments):
         _call(getattr(_lib, self._PREFIX + function), self._handle, *arguments)
@@ -432,7 +432,7 @@ class _Driven:
         getattr(_lib, self._PREFIX + "forget")(self._handle)
 
     def set_pose(self, motion, translation=(0, 0, 0), rotation=(0, 0, 0), jump=False):
-        """What follows motion `motion` is there at the end of the next step: on its way in every sub-step, with its velocity.
+        """Puts what follows motion `motion` there at the end of the next step: on its way in every sub-step, with its velocity.
 
         By a jump it is there when that step begins, and rests in it unless a target without jump follows; so below.
         """
@@ -468,7 +468,7 @@ class Workspace(_Driven):
 
     @property
     def bytes(self):
-        """Of memory: 0 where the scene has no networks, constraints, skins, kinematic particles and contacts that move."""
+        """Memory in bytes: 0 where the scene has no networks, constraints, skins, kinematic particles and contacts that move."""
         return _lib.dvdx_workspace_bytes(self._handle)
 
 
@@ -515,7 +515,7 @@ class Plan(_Driven):
         _call(_lib.dvdx_plan_seek, self._handle, state._struct, steps)
 
     def carried(self, state, workspace=None):
-        """What the next step depends on beside the state's columns and its time, an array of numbers for restore() alone.
+        """All that the next step depends on beside the state's columns and its time, an array of numbers for restore() alone.
 
         That is what the springs did in the last step, where it is carried on, and what is driven. With it a state that was stored
         goes on with the same bits in another plan of the same scene, compiled for the same start. workspace: as in step().
@@ -568,11 +568,11 @@ class Plan(_Driven):
         _call(_lib.dvdx_plan_set_wind, self._handle, wind)
 
     def set_grid_stiffness(self, index=0, structural=0.0, shear=0.0, bend=0.0, damping=0.0):
-        """Of the plan's network `index`, a grid, N/m; damping in kg/s. Torn springs stay torn."""
+        """Sets the stiffness of the plan's network `index`, a grid, N/m; damping in kg/s. Torn springs stay torn."""
         _call(_lib.dvdx_plan_set_grid_stiffness, self._handle, index, structural, shear, bend, damping)
 
     def set_springs_stiffness(self, stiffness, index=0, damping=0.0):
-        """Of the plan's network `index`, a list: one number for all springs or one for each, N/m; damping in kg/s."""
+        """Sets the stiffness of the plan's network `index`, a list: one number for all springs or one for each, N/m; damping in kg/s."""
         keep = []
         scalars = _ffi.new("dvdx_scalars*")
         _fill_scalars(scalars, stiffness, keep)
@@ -617,11 +617,11 @@ class Plan(_Driven):
         return words[_lib.dvdx_plan_isa(self._handle)]
 
     def explain(self):
-        """What the scene needs, in words."""
+        """Tells what the scene needs, in words."""
         return _text(_lib.dvdx_plan_explain, self._handle)
 
     def network_limit(self):
-        """What limits the sub-steps of networks, as a dict of dvdx_network_limit; None for a scene without."""
+        """The limit of networks' sub-steps, as a dict of dvdx_network_limit; None for a scene without."""
         limit = _ffi.new("dvdx_network_limit*")
         if not _lib.dvdx_plan_network_limit(self._handle, limit):
             return None
@@ -629,7 +629,7 @@ class Plan(_Driven):
 
 
 class ContactReport:
-    """What a scene's contacts do, step after step: ContactReport(contacts, events) keeps at most so many events."""
+    """A record of a scene's contacts, step after step: ContactReport(contacts, events) keeps at most so many events."""
 
     _EVENT = np.dtype(
         [("step", np.uint64), ("time", float), ("particle", np.uintp), ("contact", np.uintp)]
@@ -646,7 +646,7 @@ class ContactReport:
 
     @property
     def sums(self):
-        """Of each contact hits, impulse (N s) and torque_impulse (N m s), of all particles and all steps so far."""
+        """Each contact's hits, impulse (N s) and torque_impulse (N m s), of all particles and all steps so far."""
         sums = []
         for contact in range(self._contacts):
             in_c = _ffi.new("dvdx_contact_sum*")
@@ -699,7 +699,7 @@ class LivePlan:
         _call(_lib.dvdx_live_plan_teleport, self._handle, state._live, _vector(translation), _vector(rotation))
 
     def explain(self):
-        """What the scene needs, and what coming and going costs, in words."""
+        """Tells what the scene needs, and what coming and going costs, in words."""
         return _text(_lib.dvdx_live_plan_explain, self._handle)
 
 
@@ -788,7 +788,7 @@ def build_info():
 
 
 def report(*scenes, quick=False, precision=None, threads=None):
-    """What `dvdx report SCENE... --json` measures, as a dict: speed against error of every method.
+    """The measurements of `dvdx report SCENE... --json`, as a dict: speed against error of every method.
 
     The command is the one that DVDX_COMMAND names, else `dvdx` on PATH. precision: float32, float64 or both.
     """

@@ -23,7 +23,7 @@ static_assert(std::endian::native == std::endian::little, "checkpoints are littl
 template <class V>
 concept Number = std::is_arithmetic_v<V>;
 
-// Where bytes go. Of several ranks that write one file, each has a sink of its own and writes the same to it, but for parts.
+// Where bytes go. Each of several ranks that write one file has a sink of its own and writes the same to it, but for parts.
 class Sink {
  public:
   Sink() = default;
@@ -31,7 +31,7 @@ class Sink {
   Sink& operator=(const Sink&) = delete;
   virtual ~Sink() = default;
   virtual void write(std::string_view bytes) = 0;
-  // What is written in between is this rank's part, behind those of the ranks before it.
+  // The bytes written in between are this rank's part, behind those of the ranks before it.
   virtual void begin_part() {}
   virtual void end_part() {}
 
@@ -65,7 +65,7 @@ class Sink {
   }
 };
 
-// What is left to write of something: to be called with where it goes.
+// The rest of a writing: to be called with the sink that it goes to.
 using SaveRun = std::function<void(Sink&)>;
 
 // Where they come from.
@@ -108,7 +108,7 @@ class Source {
   }
 };
 
-// Of so many particles in a file, those from `first` on: what a rank holds.
+// A rank's particles of the `all` in a file: those from `first` on.
 struct Stretch {
   std::size_t first = 0, all = 0;
 };

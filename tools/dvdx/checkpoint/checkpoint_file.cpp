@@ -131,7 +131,7 @@ void write_text(Sink& sink, const CheckpointHeader& header, const SaveRun& save)
   throw Fault(Exit::input_output, file.string() + ": " + what);
 }
 
-// What stands before the data, and where that begins.
+// The header before the data, and the place where the data begin.
 struct Head {
   CheckpointHeader header;
   std::uint64_t data = 0;

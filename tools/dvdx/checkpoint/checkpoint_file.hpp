@@ -13,7 +13,7 @@
 
 namespace dvdx::tool {
 
-// What a run must have in common with the one that it goes on from, for the bits to be the same.
+// The facts that a run must share with the one that it goes on from, for the bits to be the same.
 struct RunIdentity {
   std::string version;     // of dvdx
   std::string precision;   // "float32"
@@ -48,7 +48,7 @@ void write_checkpoint(Ranks& ranks, const std::filesystem::path& file, const std
 // The header alone; none where there is no whole one.
 [[nodiscard]] std::optional<CheckpointHeader> peek_checkpoint(const std::filesystem::path& file);
 
-// What of a checkpoint is looked at before a run goes on from it: of several ranks, one looks at the data.
+// How much of a checkpoint is looked at before a run goes on from it. One of several ranks looks at the data.
 enum class Look { header, all };
 
 // A file that is whole, of this run.

@@ -27,7 +27,7 @@ using PrepareSave = std::function<SaveRun()>;
 // Whether a call of the kernel may end at any step without changing a bit of the run.
 enum class CallsEnd { anywhere, where_they_do };
 
-// What follows is to be called by all ranks, each of which has its part of the run; but events are the first one's.
+// All ranks call these members, each with its part of the run; but events are the first one's.
 class Checkpoints {
  public:
   // Throws Fault: usage and input_output where `file` cannot be written, and all that Checkpoint throws. `sources`: files
@@ -39,7 +39,7 @@ class Checkpoints {
   ~Checkpoints();
 
   [[nodiscard]] bool is_writing() const noexcept { return !options_.file.empty(); }
-  // What the run goes on from, or null.
+  // The checkpoint that the run goes on from, or null.
   [[nodiscard]] const Checkpoint* resumed() const noexcept { return resumed_ ? &*resumed_ : nullptr; }
   [[nodiscard]] std::filesystem::path resumed_states() const;  // of a checkpoint with states
   [[nodiscard]] std::filesystem::path resumed_events() const;  // likewise

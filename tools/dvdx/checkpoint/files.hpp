@@ -31,15 +31,15 @@ class Descriptor {
 void write_all(int descriptor, const std::filesystem::path& file, std::string_view bytes);
 // The same at a place of the file.
 void write_all_at(int descriptor, const std::filesystem::path& file, std::uint64_t place, std::string_view bytes);
-// What of a file is written is on the disk.
+// Returns once all that was written to the file is on the disk.
 void sync_file(int descriptor, const std::filesystem::path& file);
-// So are the names in the folder in which it stands.
+// The same for the names in the folder in which it stands.
 void sync_folder_of(const std::filesystem::path& file);
 
 // CRC-32 (zlib's) of bytes that follow on bytes with the CRC `before`.
 [[nodiscard]] std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0);
 
-// Of bytes with the CRC `before`, followed by `count` bytes with the CRC `after`.
+// The CRC of bytes with the CRC `before`, followed by `count` bytes with the CRC `after`.
 [[nodiscard]] std::uint32_t crc_of_both(std::uint32_t before, std::uint32_t after, std::uint64_t count);
 
 // A file's bytes from `first` on, `count` of them.
@@ -64,7 +64,7 @@ class FileSource final : public Source {
   std::size_t at_ = 0, end_ = 0;
 };
 
-// Of count bytes from `first` on.
+// The CRC of a file's `count` bytes from `first` on.
 [[nodiscard]] std::uint32_t crc_of_file(const std::filesystem::path& file, std::uint64_t first, std::uint64_t count);
 
 }  // namespace dvdx::tool

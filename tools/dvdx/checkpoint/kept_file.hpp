@@ -49,7 +49,7 @@ class KeptFile {
 // Throws Fault (input_output) where the file is not what it was when the mark was made.
 void check_kept(const std::filesystem::path& path, const KeptMark& mark);
 
-// Of a file that was checked: its bytes, some at a time.
+// Calls use(bytes) with the bytes of a file that was checked, some at a time.
 void for_each_kept_piece(const std::filesystem::path& path, const KeptMark& mark,
                          const std::function<void(std::string_view)>& use);
 

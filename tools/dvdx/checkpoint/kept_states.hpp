@@ -44,7 +44,7 @@ class KeptStates {
 template <class S>
 using UseKeptState = std::function<void(const Moment&, const State<S>&, std::span<const std::uint32_t> ids)>;
 
-// Of a file that was checked: its states, one after another, of each this rank's share. S: as they were appended.
+// Calls use() with this rank's share of each state in a file that was checked, one after another. S: as they were appended.
 template <class S>
 void for_each_kept_state(const std::filesystem::path& path, const KeptStatesMark& mark, const RankShare& share,
                          const UseKeptState<S>& use);

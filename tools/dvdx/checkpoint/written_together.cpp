@@ -10,7 +10,7 @@
 namespace dvdx::tool {
 namespace {
 
-// What is written between two changes from parts to what is alike, or back.
+// The bytes written between two changes from parts to what is alike, or back.
 struct Run {
   bool is_part = false;
   std::uint64_t bytes = 0;
@@ -69,7 +69,7 @@ class ToPlaces final : public Sink {
   std::string text_;
 };
 
-// Of every rank, run by run.
+// The runs of every rank; each rank has as many, alike but for bytes and crc.
 std::vector<std::vector<Run>> runs_of_all(Ranks& ranks, const std::vector<Run>& mine) {
   const auto count = static_cast<std::size_t>(ranks.count());
   const std::size_t each = 2 * mine.size();

@@ -33,7 +33,7 @@ std::vector<std::string_view> names(const std::vector<Isa>& isas) {
   return list;
 }
 
-// What a run of this arithmetic takes. None where DVDX_ISA names one that it has not got.
+// The instruction set of a run in this arithmetic. None where DVDX_ISA names one that the arithmetic has not got.
 std::optional<Isa> chosen(Arithmetic arithmetic) {
   const Isa isa = best_isa(arithmetic);
   const auto forced = forced_isa();

@@ -130,7 +130,7 @@ Outcome simulate(const RunOptions& options, LoadedScene& loaded, const Engine& e
                               : run_all<T, Simulation<T>>(options, loaded, engine, ranks);
 }
 
-// Of what is written and what is gone on from, each is a file of its own; but a checkpoint may replace the one before.
+// Each file that is written or gone on from is a file of its own; but a checkpoint may replace the one before.
 void check_files_differ(const RunOptions& options) {
   const auto refuse_same = [](const char* option, const std::string& file, const char* other, const std::string& of_other) {
     if (file.empty() || of_other.empty() || !is_same_file(file, of_other)) return;

@@ -1,4 +1,4 @@
-// What dvdx run prints.
+// The texts that dvdx run prints.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ void name_particles(const Numbering& numbering, Outcome& outcome);
 // At the end.
 [[nodiscard]] std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome);
 
-// Of a run that did.
+// For a run that diverged.
 [[nodiscard]] std::string why_diverged(const Outcome& outcome, std::size_t particles);
 
 // ranks: where a launcher started them.

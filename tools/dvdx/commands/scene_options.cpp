@@ -49,7 +49,7 @@ std::optional<int> substeps_of(const std::string& word) {
   throw Fault(Exit::usage, fmt::format("--substeps {}: must be auto or a whole number from 1 to {}", word, most_substeps));
 }
 
-// What only joined particles have cannot go with a scene without.
+// Options for joined particles cannot go with a scene without any.
 void couple(SceneFile& file, const SceneOptions& options) {
   for (const auto& [option, value] : {std::pair("--scheme", options.scheme), std::pair("--substeps", options.substeps)}) {
     if (!value.empty() && !is_joined(file.scene)) {

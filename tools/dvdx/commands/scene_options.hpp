@@ -27,7 +27,7 @@ struct SceneOptions {
 };
 
 void add_scene_options(CLI::App& app, SceneOptions& options);
-// Of these, what replaces something in a scene without saying how it is stepped.
+// Those of these options that replace something in a scene without saying how it is stepped.
 void add_scene_replacements(CLI::App& app, SceneOptions& options);
 
 struct LoadedScene {
@@ -36,7 +36,7 @@ struct LoadedScene {
 };
 
 // Throws Fault: usage where an option cannot go with the scene, and all that read_scene throws.
-// Of several ranks, each gets its part where the scene can be split by ranges, and all choose the same origins.
+// Each of several ranks gets its part where the scene can be split by ranges, and all choose the same origins.
 [[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision);
 [[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision, Ranks& ranks, ReadTopology topology);
 

@@ -11,7 +11,7 @@ constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopq
 
 using Pair = std::array<char, 2>;
 
-// Of 12 bits each: half the look-ups.
+// The two digits of every 12 bits: half the look-ups.
 constexpr auto pairs = [] {
   std::array<Pair, 4096> all{};
   for (std::size_t bits = 0; bits < all.size(); ++bits) all[bits] = {digits[bits >> 6U], digits[bits & 63U]};

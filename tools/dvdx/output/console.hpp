@@ -1,5 +1,5 @@
-// What a person reads of the command: answers on stdout, messages on stderr, in the order in which they were said even where
-// both go to one file. JSON is not for a person: it goes out as it is.
+// The command's words for a person: answers on stdout, messages on stderr, in the order in which they were said even where both
+// go to one file. JSON is not for a person: it goes out as it is.
 #pragma once
 
 #include <string>

@@ -4,7 +4,7 @@
 // everything there was so far, but no finer than float32 is there. A position is predicted from the ones that a reader has read
 // before, p = 0, a or 2 a - b (order 0, 1, 2: a the last state's and b the one's before it; for a particle that was
 // not there a is 0 and b is a), and read back as float32(p + r 2^exponent): half a spacing from the true one at most, in every
-// state. What is stored are the whole numbers r; or, where `difference` is across, each less the one of the particle before it.
+// state. The whole numbers r are stored; or, where `difference` is across, each less the one of the particle before it.
 //
 // The bytes, packed by zlib: `planes` planes of 3 count bytes, the lowest first; in each the numbers of all x, then y, then z,
 // zigzag coded (0, -1, 1, -2, ... as 0, 1, 2, 3, ...). Then count bytes of speed, in 255ths of the state's highest. Then, with
@@ -50,7 +50,7 @@ struct Frame {
   std::string bytes;
 };
 
-// Of everything so far.
+// The bounds of everything so far.
 struct Bounds {
   std::array<double, 3> low{};  // m
   std::array<double, 3> high{};

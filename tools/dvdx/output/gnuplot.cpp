@@ -64,7 +64,7 @@ class FileActions {
   posix_spawn_file_actions_t actions_{};
 };
 
-// What this program ignores, the other would ignore too.
+// Without these the other program would ignore the signals that this one ignores.
 class SpawnAttributes {
  public:
   SpawnAttributes() {

@@ -1,4 +1,4 @@
-// What a page that plays states is told of the scene.
+// The scene, described for a page that plays states.
 #pragma once
 
 #include <cstddef>

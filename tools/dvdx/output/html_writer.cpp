@@ -37,7 +37,7 @@ std::string rests_element(const Output& output) {
   return fmt::format("<script type=\"text/x-dvdx-rests\">{}</script>\n", packed(rest_lengths(output)));
 }
 
-// Of each face the number of its corners, then the corners.
+// For each face the number of its corners, then the corners.
 std::string faces_element(const Topology& topology) {
   std::vector<std::uint32_t> corners;
   for (const auto& face : topology.faces) {
@@ -47,7 +47,7 @@ std::string faces_element(const Topology& topology) {
   return fmt::format("<script type=\"text/x-dvdx-faces\">{}</script>\n", packed(corners));
 }
 
-// Of each spring that tears the first frame that shows it torn, and its ends.
+// For each spring that tears the first frame that shows it torn, and its ends.
 std::string torn_element(const Output& output, const std::vector<std::uint64_t>& steps) {
   std::vector<std::uint32_t> numbers;
   std::size_t frame = 0;

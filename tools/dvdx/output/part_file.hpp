@@ -36,7 +36,7 @@ class PartFile {
   explicit PartFile(std::filesystem::path target, Ranks* ranks = nullptr);
 
   void write(std::string_view bytes);  // of several ranks: the same bytes from all, once
-  // What this rank has, behind what those before it have: `produce` gets a function to write by. One rank after the other.
+  // Writes this rank's bytes behind those of the ranks before it, one rank after the other. `produce` gets a function to write.
   using Put = std::function<void(std::string_view)>;
   void write_in_turn(const std::function<void(const Put&)>& produce);
   // The same, all ranks at a time, of what is known to be `all` bytes, of which this rank's begin at `place`.
@@ -67,8 +67,8 @@ class PartFile {
 // Renames all of them into place, and no signal comes between; where one cannot be, those before it are removed again.
 void commit_all(std::vector<PartFile>& files);
 
-// The directory that files are written into. What of it was missing is made, and removed again where it is not kept; what killed
-// runs have left there is removed.
+// The directory that files are written into. Its missing parts are made, and removed again where it is not kept. Files that
+// killed runs have left there are removed.
 class OutputFolder {
  public:
   // Throws Fault (input_output) where it cannot be made.

@@ -79,7 +79,7 @@ std::optional<PartOwner> owner_of(const std::string& name) {
   return is_told && owner.process > 0 ? std::optional(owner) : std::nullopt;
 }
 
-// What cannot be looked at may live.
+// A process that cannot be looked at may live.
 bool may_live(const PartOwner& owner) {
   if (kill(owner.process, 0) != 0 && errno == ESRCH) return false;
   const auto start = start_of(owner.process);

@@ -1,4 +1,4 @@
-// What joins a scene's particles, cut into pieces as ranks have them.
+// The topology of a scene, cut into pieces as ranks have them.
 #pragma once
 
 #include <array>

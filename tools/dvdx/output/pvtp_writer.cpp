@@ -44,7 +44,7 @@ std::string index_of(const char* type, Ghosts ghosts, const std::vector<std::str
   return text_of(document);
 }
 
-// What an older series has left: pieces of more ranks, and states behind the last one of this.
+// Files that an older series has left: pieces of more ranks, and states behind the last one of this.
 std::vector<fs::path> older_files(const Output& output, int pieces) {
   std::vector<fs::path> files = old_frames(output);
   std::error_code ignored;

@@ -23,7 +23,7 @@ namespace {
 
 using Entry = Temporary::Entry;
 
-// What a handler may know of the program: it gets no argument. The owner's thread alone changes the list, and alone walks it in
+// A handler's view of the program, as it gets no argument. The owner's thread alone changes the list, and alone walks it in
 // a handler, so a walk sees the list as it is between two stores. Entries that are newer come first: files before their
 // directory.
 std::atomic<Entry*> newest{nullptr};

@@ -21,7 +21,7 @@ namespace {
 
 using Put = PartFile::Put;
 
-// What goes in comes out as base64, some at a time.
+// Passes its input on as base64, some at a time.
 class Base64Put {
  public:
   explicit Base64Put(const Put& put) : put_(put) {}
@@ -30,7 +30,7 @@ class Base64Put {
     bytes_ += bytes;
     if (bytes_.size() >= most) put_whole();
   }
-  // Of fewer than three bytes at the end: their letters and padding, or nothing.
+  // Fewer than three bytes at the end become their letters and padding, or nothing.
   enum class End { padded, left_out };
   void finish(End end) {
     put_whole();
@@ -143,7 +143,7 @@ struct Cells {
   Array connectivity, offsets;
 };
 
-// Of several ranks the first has all of them.
+// The first of several ranks has all of them.
 template <class Shapes>
 Cells cells_of(const Output& output, const char* element, const char* count_name, const Shapes& shapes) {
   constexpr std::size_t size = sizeof(std::int64_t);

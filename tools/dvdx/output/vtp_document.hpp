@@ -22,7 +22,7 @@ template <class T>
 // The state's time, which VTK reads from here.
 void add_time(pugi::xml_node data, const Moment& moment);
 
-// Of the points of a piece, 1 for those that are another piece's.
+// The array that is 1 for a piece's points that are another piece's.
 inline constexpr const char* vtk_ghosts = "vtkGhostType";
 
 // All of a .vtp. Where output has ranks, each writes its part. Where it is of a piece whose particles have owners, the points

@@ -92,7 +92,7 @@ void check_targets_together(const Output& output, Files files) {
   together(output.ranks, [&] { check_targets(output, files); });
 }
 
-// What a format can only make of a whole state, which the first rank is told.
+// A format that needs a whole state, which the first rank receives.
 template <class T>
 class WrittenByFirst final : public Writer<T> {
  public:
@@ -123,7 +123,7 @@ class WrittenByFirst final : public Writer<T> {
  private:
   [[nodiscard]] bool is_first() const noexcept { return ranks_.rank() == 0; }
 
-  // Of the `all` particles of a state as many as this rank is told.
+  // Returns how many of the `all` particles of a state this rank receives into `whole`.
   std::size_t take(std::size_t all, const State<T>& state, State<T>& whole) {
     std::vector<std::uint32_t> numbers(is_first() ? all : 0);
     std::iota(numbers.begin(), numbers.end(), 0U);

@@ -52,7 +52,7 @@ using ParticleIds = std::function<std::span<const std::uint32_t>(std::size_t cou
 
 enum class Counts { fixed, changing };
 
-// What will be written, known beforehand.
+// All that is known of an output before it is written.
 struct Output {
   std::filesystem::path target;
   std::size_t particles = 0;  // of every state, or the most there may be where counts change
@@ -63,7 +63,7 @@ struct Output {
   // By which files and `topology` name particles: where it is not their own, all that is written is. Never null, and outlives the
   // writer.
   const Numbering* numbering = &own_numbering;
-  // What a page or a picture shows in addition; other writers ignore it.
+  // Shown by a page or a picture in addition; other writers ignore it.
   const SceneFile* scene = nullptr;
   ReferencePositions reference{};  // where the states should be
   std::string reference_text{};    // what that is

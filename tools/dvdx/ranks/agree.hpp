@@ -1,4 +1,4 @@
-// What several ranks find out together.
+// Facts that several ranks find out together.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ class SharedFault final : public Fault {
   using Fault::Fault;
 };
 
-// What went wrong on this rank, if anything did.
+// The fault of this rank, if it has one.
 struct Trouble {
   Exit exit;
   std::string message;

@@ -25,8 +25,8 @@ std::optional<int> number_in_environment(const char* name) {
   return error == std::errc{} && end == view.data() + view.size() ? std::optional(number) : std::nullopt;
 }
 
-// What Open MPI, MPICH and its kin, and Slurm's srun give the processes that they start. Slurm gives SLURM_NTASKS to scripts
-// too: PMIX_RANK says that it was srun.
+// The number of ranks that Open MPI, MPICH and its kin, and Slurm's srun give the processes that they start. Slurm gives
+// SLURM_NTASKS to scripts too: PMIX_RANK says that it was srun.
 std::optional<int> launched() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
     if (const auto size = number_in_environment(name)) return size;

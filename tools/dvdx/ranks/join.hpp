@@ -21,7 +21,7 @@ struct Joined {
 // has something to say.
 void refuse_ranks(const std::string& command);
 
-// Of the ranks, those on this machine: what its cores are shared by.
+// The number of ranks on this machine, which share its cores.
 [[nodiscard]] int ranks_here();
 
 }  // namespace dvdx::tool

@@ -1,5 +1,4 @@
-// What is said of a state whose particles several ranks hold, each a range of them: the same, to the last bit, as of one
-// rank's.
+// Results for a state whose particles several ranks hold, each a range of them: the same, to the last bit, as for one rank's.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +18,7 @@ template <class T>
 [[nodiscard]] double energy(Ranks& ranks, const SceneFile& file, std::span<const Network> networks, const State<T>& state);
 [[nodiscard]] Health combined(Ranks& ranks, const Health& mine);
 
-// What Options::elsewhere takes of all of them.
+// The Options::elsewhere of all ranks together.
 [[nodiscard]] Elsewhere elsewhere_of(Ranks& ranks, const SceneFile& file);
 
 // Seconds that the slowest rank took.

@@ -43,8 +43,8 @@ std::size_t below(std::span<const std::int64_t> numbers, std::int64_t limit) {
   return static_cast<std::size_t>(std::lower_bound(numbers.begin(), numbers.end(), limit) - numbers.begin());
 }
 
-// Of all ranks' numbers, each of which one rank has, those from which on each rank's range has them: found by halving, as each
-// rank counts its own.
+// The number at which each rank's range begins, where all ranks' numbers, each held by one rank, are cut into ranges. Found by
+// halving, as each rank counts its own numbers.
 std::vector<std::int64_t> starts_of_ranges(Ranks& ranks, std::span<const std::int64_t> numbers, std::size_t all) {
   const auto count = static_cast<std::size_t>(ranks.count());
   if (all == 0) return std::vector<std::int64_t>(count);

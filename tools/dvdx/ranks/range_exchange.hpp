@@ -30,8 +30,8 @@ class RangeExchange {
   // columns; none: in that order.
   RangeExchange(Ranks& ranks, std::size_t all, std::span<const std::uint32_t> numbers,
                 std::span<const std::uint32_t> places = {});
-  // Of particles that are numbered in some order, with gaps: of all ranks' together the ranges are cut in this order. numbers: of
-  // those that this rank has in its columns, ascending; no two ranks have the same.
+  // For particles that are numbered in some order, with gaps: those of all ranks together are cut into ranges in this order.
+  // numbers: of those that this rank has in its columns, ascending; no two ranks have the same.
   [[nodiscard]] static RangeExchange in_order(Ranks& ranks, std::span<const std::int64_t> numbers);
 
   [[nodiscard]] std::size_t all() const noexcept { return all_; }

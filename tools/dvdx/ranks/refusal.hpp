@@ -1,4 +1,4 @@
-// What can be split over several ranks, and what cannot.
+// Which scenes can be split over several ranks, and which cannot.
 #pragma once
 
 #include <filesystem>
@@ -31,7 +31,7 @@ namespace dvdx::tool {
   return {.first = file.particles.first, .count = file.particles.count};
 }
 
-// Which of the particles in `file` a state that this rank shows has. What comes and goes is all alike.
+// Which of the particles in `file` a state that this rank shows has. Particles that come and go are all alike.
 [[nodiscard]] inline Held held_by(Ranks& ranks, const SceneFile& file) noexcept {
   if (ranks.count() == 1) return {};
   return {.ranks = &ranks, .first = is_split_by_springs(file, ranks) ? shown_by(file, ranks).first : 0};

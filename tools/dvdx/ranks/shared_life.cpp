@@ -10,7 +10,7 @@ std::uint64_t count_all(void* context, std::uint64_t here) noexcept {
   return here;
 }
 
-// Of `all` particles that are dealt out in turn, those that a rank gets.
+// The places of those particles that this rank gets, of `all` that are dealt out in turn.
 std::vector<std::uint32_t> dealt_to(const Ranks& ranks, std::size_t all) {
   std::vector<std::uint32_t> places;
   for (auto place = static_cast<std::size_t>(ranks.rank()); place < all; place += static_cast<std::size_t>(ranks.count())) {

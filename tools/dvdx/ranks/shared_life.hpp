@@ -41,7 +41,7 @@ class SharedLife {
   // Called by all: the ids that what is in the ranges has been given since.
   void take_ids(LiveMemory<T>& range);
 
-  // Of each particle that this rank has now, how many births there were before: kept until the next call.
+  // For each particle that this rank has now, the number of births before its own: kept until the next call.
   [[nodiscard]] std::span<const std::int64_t> kept_numbers();
 
  private:

@@ -147,8 +147,8 @@ void check_air(const SceneFile& whole, const Part& part, const Scene& scene) {
                                    "no triangle that meets air (docs/ranks.md)");
 }
 
-// By which colours a sweep goes from piece to piece is chosen for the springs that are whole. Of sheets side by side a part has
-// but some, by numbers of its own.
+// The colours by which a sweep goes from piece to piece are chosen for the springs that are whole. A part of sheets side by
+// side has but some of them, by numbers of its own.
 void check_tearing(const SceneFile& whole, const Part& part) {
   const bool is_swept = whole.scene.coupling.scheme == Scheme::sequential;
   if (whole.tears_at.empty() || !is_swept || (!part.sweeps && whole.scene.networks.size() == 1)) return;
@@ -343,8 +343,8 @@ std::vector<std::uint32_t> Split<T>::owner() const {
 
 namespace {
 
-// What a plan carries begins with whether it remembers accelerations, and three of each of its particles where it does
-// (execute/carried.cpp); what else it carries is alike on all ranks.
+// The numbers that a plan carries begin with whether it remembers accelerations, and three of each of its particles where it
+// does (execute/carried.cpp); the others are alike on all ranks.
 bool remembers(std::span<const double> carried) { return !carried.empty() && carried[0] != 0; }
 
 // One of the three numbers of each particle.

@@ -55,8 +55,8 @@ class HaloExchange {
   double waited_seconds_ = 0;
 };
 
-// What a plan carries from step to step, where it remembers accelerations: three numbers of each particle of this rank's range,
-// and what stands before and behind them, alike on all ranks. Else all of it is alike.
+// The numbers that a plan carries from step to step. Where it remembers accelerations: three of each particle of this rank's
+// range, and those before and behind them, alike on all ranks. Else all are alike.
 struct CarriedInRanges {
   bool remembers = false;
   std::size_t all = 0;  // particles of the scene
@@ -69,9 +69,9 @@ struct CarriedInRanges {
   void load(Source& source, std::size_t particles, const Run& mine);
 };
 
-// What limits the sub-steps of a scene that is one sheet, of which each rank looks at some rows (dvdx/partition.hpp: the
-// frequency is the bound); or none, where it takes a plan of the whole: of other networks, in air, with skins, where springs tear,
-// and where fewer sub-steps are asked for than are stable in any position. Called by all, who are told the same.
+// The limit of the sub-steps of a scene that is one sheet, of which each rank looks at some rows (dvdx/partition.hpp: the
+// frequency is the bound). None where it takes a plan of the whole: for other networks, in air, with skins, where springs tear,
+// and where fewer sub-steps are asked for than are stable in any position. Called by all ranks, which get the same.
 [[nodiscard]] std::optional<NetworkLimit> limit_by_rows(const SceneFile& file, Ranks& ranks);
 
 template <class T>
@@ -82,7 +82,7 @@ class Split {
 
   // report: null, or what this rank's own particles do to contacts.
   void step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel);
-  // What is shown, weighed and written of a state stands in ranges of the particles' numbers, one a rank. Called by all.
+  // Fills the state that is shown, weighed and written: ranges of the particles' numbers, one a rank. Called by all.
   void to_ranges(State<T>& range);
   // A state that a run goes on from, and what its plan carried then.
   void go_on(const State<T>& range, const CarriedInRanges& carried);

@@ -1,4 +1,4 @@
-// What the air gives a scene's cloth.
+// The power that the air gives a scene's cloth.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace dvdx::tool {
 
 class AirPower {
  public:
-  // all: particles. Of several ranks each looks at some of the triangles, and asks for their corners.
+  // all: particles. Each of several ranks looks at some of the triangles, and asks for their corners.
   AirPower(const Scene& scene, std::size_t all, const Held& held);
 
   // W: the sum of F.wind, F the air's force on a triangle, over the triangles where it is positive, at the state's time.

@@ -1,4 +1,4 @@
-// What a run tells of its contacts: sums, and a file of impacts.
+// A run's record of its contacts: sums, and a file of impacts.
 #pragma once
 
 #include <cstddef>
@@ -27,10 +27,10 @@ class ContactWatch {
   // call the same members.
   ContactWatch(const SceneFile& file, Sums sums, const std::filesystem::path& events, Checkpoints& checkpoints, Ranks& ranks);
 
-  // Of the scene's particles, those that the report tells of, in its order: kept by the caller. Else they are side by side.
+  // The scene's particles that the report tells of, in its order: kept by the caller. Else they are side by side.
   void tell_of(std::span<const std::uint32_t> particles) noexcept { particles_ = particles; }
-  // The same of particles that come and go: by where each stands among those of all ranks, in the order of their numbers. Of
-  // those that the next call begins with this rank has these, ascending: kept by the caller.
+  // The same for particles that come and go: by where each stands among those of all ranks, in the order of their numbers.
+  // numbers: this rank's of those that the next call begins with, ascending; kept by the caller.
   void tell_in_order(std::span<const std::int64_t> numbers) noexcept { numbers_ = numbers; }
 
   // Whether each event is told of, by the number of its particle.
@@ -40,10 +40,10 @@ class ContactWatch {
   [[nodiscard]] ContactReport* report() noexcept { return report_ ? &*report_ : nullptr; }
   // That one call may take of `wanted`, so that all their events find room.
   [[nodiscard]] std::uint64_t most_steps(std::uint64_t wanted) const noexcept;
-  // What the last call has left. Throws Fault (input_output) where there was more than room.
+  // Writes the events that the last call has left. Throws Fault (input_output) where there were more than found room.
   void write();
   void finish();
-  // What was written is on its way to the disk: a checkpoint counts on it.
+  // Sends what was written on its way to the disk: a checkpoint counts on it.
   void flush();
   // All ranks' sums, as part of a checkpoint; and those that a run goes on from, of which a step was the last.
   [[nodiscard]] std::vector<std::int64_t> words();
@@ -57,7 +57,7 @@ class ContactWatch {
   void open_events(const SceneFile& file, Checkpoints& checkpoints);
   void check_lost();
   void name_particles(std::span<const std::uint64_t> events_of_ranks);
-  // Of all ranks, on the first.
+  // The events of all ranks, on the first.
   [[nodiscard]] std::span<const ContactEvent> gathered();
 
   Ranks& ranks_;

@@ -22,7 +22,7 @@ class EnergySum {
 
 // J: kinetic, plus the potential of constant forces (zero at the origin), springs, radial springs and networks, whose rest
 // lengths "start" are those of the scene's start. Drag and forces of time alone have none. Summed in float64 in particle order
-// with a running compensation, so the same for every layout and thread count. Of several ranks all are told the same.
+// with a running compensation, so the same for every layout and thread count. Several ranks all get the same.
 template <class T>
 [[nodiscard]] double energy(const SceneFile& file, const State<T>& state, const Held& held = {});
 

@@ -42,7 +42,7 @@ Vec3 acceleration_at(const Scene& scene, double seconds) {
   return sum;
 }
 
-// What is summed particle by particle: of several ranks each goes on from what those before it have left.
+// Sums particle by particle: each of several ranks goes on from the sums of those before it.
 template <class T>
 Moments moments_of(const Scene& scene, const State<T>& state, const Held& held, double air) {
   auto all = in_turn(held.ranks, Moments{.air = air}, [&](Moments sums) {

@@ -1,4 +1,4 @@
-// What a scene's particles can have been given since their start, and what of it they move with.
+// The energy that a scene's particles can have been given since their start, and the part of it that they move with.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace dvdx::tool {
 
-// What a look at a state takes down.
+// The sums that a look at a state takes down.
 struct Moments {
   double kinetic = 0;  // J
   Vec3 mass{};         // kg m: sum of m x
@@ -31,15 +31,15 @@ struct Moments {
 // of m x and c x, exactly, however far apart the looks are. That of a force of time is Simpson's sum over a, at both looks and
 // between, times the momentum, which between follows from the way.
 //
-// What the air gives a triangle is F.(wind - u) = F.wind - drag q c u^2, at most F.wind: the mean of both looks, of the
+// The air gives a triangle the power F.(wind - u) = F.wind - drag q c u^2, at most F.wind: the mean of both looks, of the
 // triangles where it is positive.
 //
 // The most work seen so far counts: what gravity gave and took back may still be in the motion of others, and a contact that
-// lifts what lay below it takes no motion away. What was given and then lost counts on, so that the bound says less and less
-// where wind or time give all along.
+// lifts what lay below it takes no motion away. Energy that was given and then lost counts on, so that the bound says less and
+// less where wind or time give all along.
 class EnergyBudget {
  public:
-  // held: which particles the states have. Of several ranks all make one, look at the same time and come to the same.
+  // held: which particles the states have. Several ranks all make one, look at the same time and come to the same.
   template <class T>
   EnergyBudget(const SceneFile& file, const State<T>& start, const Held& held = {});
 
@@ -55,7 +55,7 @@ class EnergyBudget {
   // J: of the work so far, what is none of constant forces.
   [[nodiscard]] double driven() const noexcept;
 
-  // What it has taken down since the start: a budget of the same start goes on from it.
+  // All that it has taken down since the start: a budget of the same start goes on from it.
   struct Account {
     Moments now{};
     double seconds = 0;

@@ -1,4 +1,5 @@
-// What joins particles, looked at from time to time while a run goes on: how far it is off its lengths, what energy it holds.
+// Springs and constraints, looked at from time to time while a run goes on: how far they are off their lengths, and the energy
+// that they hold.
 #pragma once
 
 #include <algorithm>
@@ -65,7 +66,7 @@ class JoinWatch {
     if (const auto driven = heat.look_at_held(state, done, elastic)) sums_.driven = std::max(sums_.driven, *driven);
   }
   [[nodiscard]] bool looks() const { return is_alone_ && every_.has_value(); }
-  // What was seen of a scene that something joins.
+  // The springs and constraints at their worst so far; none where they are not looked at.
   [[nodiscard]] std::optional<Joins> seen() const { return looks() ? std::optional(sums_) : std::nullopt; }
 
   // Any number of ranks goes on from it. Once several have run, the worst is not known any more.

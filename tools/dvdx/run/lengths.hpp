@@ -13,10 +13,10 @@ namespace dvdx::tool {
 struct Lengths {
   double elastic = 0;   // J: in springs that are not torn
   double rounding = 0;  // J: of it, where positions are a few units in the last place of T off
-  // Of springs that pull and have a rest length, the one that is longest of it; 0: there is none.
+  // The largest length over rest length of springs that pull and have a rest length; 0: there is none.
   double stretch = 0;
   Pair spring{};
-  // Of `distance` constraints, the one that is farthest off what it is bound to, as part of that; 0: none is off.
+  // The most that a `distance` constraint is off what it is bound to, as part of that; 0: none is off.
   double off = 0;
   Pair rod{};
   std::size_t constraint = 0;  // which of the scene's

@@ -90,7 +90,7 @@ template <class T>
   return {x[0], x[1], x[2], v[0], v[1], v[2], live.age, live.lifetime};
 }
 
-// What is shown of particles that come and go: all of them, or of several ranks each one's range, in the order in which one
+// The particles that come and go, as they are shown: all of them, or each of several ranks' range, in the order in which one
 // rank would keep them.
 template <class T>
 class LiveMemory {
@@ -99,7 +99,7 @@ class LiveMemory {
   LiveMemory(std::size_t room, Layout layout) : room_(room), columns_(room, layout) {}
   LiveMemory(const SceneFile& file, Layout layout) : LiveMemory(file.turnover.capacity, layout) { start(file); }
 
-  // The scene's own particles have age 0 and die of no age. Of several ranks each has read its range of them.
+  // The scene's own particles have age 0 and die of no age. Each of several ranks has read its range of them.
   void start(const SceneFile& file) {
     set_counts(file.particles.count, file.particles.total());
     place_at_start(file, live().state);
@@ -124,7 +124,7 @@ class LiveMemory {
     carried_ = {ids_.data(), sizeof(std::uint32_t), sizeof(std::uint32_t)};
     live().carried = {&carried_, 1};
   }
-  // Of what is here; 0 of those that have none yet. Empty where none are kept.
+  // The ids of the particles here; 0 for those that have none yet. Empty where none are kept.
   [[nodiscard]] std::span<std::uint32_t> ids() noexcept { return std::span(ids_).first(ids_.empty() ? 0 : live().state.count); }
   // From 1 on, in the order of births where the removal keeps it, else as they stand when first asked for; those that came and
   // went between two calls have none. Called by all ranks.
@@ -147,7 +147,7 @@ class LiveMemory {
     sink.put_part(std::span(ids_).first(ids_.empty() ? 0 : here));
     sink.put(last_id_);
   }
-  // Of what all ranks saved, this one's range.
+  // Loads this rank's range of what all ranks saved.
   void load(Source& source, const RankShare& share) {
     const auto all = source.get<std::uint64_t>();
     const auto [first, here] = share.of(all);

@@ -103,9 +103,9 @@ class LiveSimulation {
     return options;
   }
 
-  // What is stepped here.
+  // The state that is stepped here.
   [[nodiscard]] LiveState<T>& live() { return shared_ ? shared_->live() : shown_; }
-  // What the observer sees.
+  // The state that the observer sees.
   const State<T>& shown() {
     if (shared_) shared_->to_range(memory_);
     return shown_.state;

@@ -1,4 +1,4 @@
-// What is seen of a run's states: their file, energy, hash and health.
+// Everything that is seen of a run's states: their file, energy, hash and health.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@
 namespace dvdx::tool {
 
 // Writes and hashes states and computes their energy as the world sees them: in float64 where their own columns are counted
-// from an origin of their own or carry residuals, else as they are. Of several ranks each has its part of the particles, and
-// all are told the same.
+// from an origin of their own or carry residuals, else as they are. Each of several ranks has its part of the particles, and
+// all get the same.
 template <class T>
 class Observer {
  public:
@@ -52,7 +52,7 @@ class Observer {
   [[nodiscard]] double energy(std::span<const Network> networks, const State<T>& state) {
     return world_ ? tool::energy(ranks_, file_, networks, seen(state)) : tool::energy(ranks_, file_, networks, state);
   }
-  // J: without networks. Of one process.
+  // J: without networks. For one process.
   [[nodiscard]] double energy_of_particles(const State<T>& state) {
     EnergySum sum;
     world_ ? add_particles(file_, seen(state), held_, sum) : add_particles(file_, state, held_, sum);

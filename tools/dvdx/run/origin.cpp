@@ -20,13 +20,13 @@ constexpr double home = 64;
 constexpr double worth = 4;
 
 double size_of(const Vec3& x) { return std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])}); }
-// Of particles that are so far to all sides of a place as far out as `middle`.
+// For particles that reach so far to all sides of a place as far out as `middle`.
 bool is_worth(const Vec3& reach, const Vec3& middle) {
   return size_of(middle) >= home && worth * size_of(reach) <= size_of(middle);
 }
 Vec3 whole(const Vec3& x) { return {std::round(x[0]), std::round(x[1]), std::round(x[2])}; }
 
-// Of the first spring; nothing where none holds the particle, or holds it where it starts.
+// The anchor of the first spring; nothing where none holds the particle, or holds it where it starts.
 std::optional<Vec3> anchor_of(const Scene& scene, std::size_t particle) {
   for (const Force& force : scene.forces) {
     const Anchor* anchor = nullptr;
@@ -76,8 +76,8 @@ Origin origin_each(const SceneFile& file, Ranks& ranks) {
   return one;
 }
 
-// Whether the box around more of these may be small for how far out it is. Of a large scene that is drawn around home, a few
-// particles tell that it is not.
+// Whether the box around more of these may be small for how far out it is. A few particles of a large scene that is drawn
+// around home tell that it is not.
 bool may_be_worth(const Box& box, const UniformVectors& drawn) {
   constexpr double rounding = 1 + 1e-9;
   Vec3 reach, farthest;  // the least half of a side, and the most that the middle may be from 0

@@ -12,7 +12,7 @@ namespace dvdx::tool {
 //   nothing but forces of its own on each particle: whole metres near its anchor, or else near its start, for each that is far;
 //   contacts, networks or constraints: whole metres at the middle of them all, where that brings all of them nearer.
 void choose_origin(SceneFile& file, Precision precision);
-// Of the particles of all ranks.
+// The same for the particles of all ranks.
 void choose_origin(SceneFile& file, Precision precision, Ranks& ranks);
 
 // Whether a state's own columns are not yet what the world sees.

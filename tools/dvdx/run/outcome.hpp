@@ -1,4 +1,4 @@
-// What a run came to.
+// The outcome of a run.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace dvdx::tool {
 
-// Of a scene whose particles come and go.
+// The counts of a scene whose particles come and go.
 struct Turned {
   std::size_t live = 0;
   std::uint64_t born = 0;
@@ -31,7 +31,7 @@ struct Warmth {
   std::uint64_t step = 0;
 };
 
-// What joins particles, at its worst in the looks that were taken.
+// Springs and constraints, at their worst in the looks that were taken.
 struct Joins {
   struct Stretch {
     double most = 0;  // length over rest length, of springs that pull; 0: there are none

@@ -45,7 +45,7 @@ inline std::uint64_t batch_for(std::size_t particles) {
   return std::clamp<std::uint64_t>(particle_steps / particles, 8, 4096);
 }
 
-// What becomes of what a scene's files say of the particles' start, once they stand there.
+// Whether the values that a scene's files give for the particles' start are kept, once the particles stand there.
 enum class Starts { kept, given_back };
 
 template <class T>
@@ -215,7 +215,7 @@ class Simulation {
     return limit;
   }
 
-  // What tears, of one rank's plan and of several ranks' parts.
+  // The springs that tear: in one rank's plan, and in several ranks' parts.
   struct OfPlan {
     Plan<T>& plan;
     const State<T>& state;
@@ -254,7 +254,7 @@ class Simulation {
     }
   }
 
-  // What the observer sees.
+  // The state that the observer sees.
   const State<T>& shown() {
     if (split_) split_->to_ranges(state_);
     return state_;
@@ -313,7 +313,7 @@ class Simulation {
       sink.put(seconds);
     };
   }
-  // What each rank shows.
+  // Loads the states that each rank shows.
   void load(Source& source, std::uint64_t step, CarriedInRanges& carried, Watches& watch, ContactWatch& contacts) {
     const std::size_t all = loaded_.file.particles.total();
     const Run mine = shown_by(loaded_.file, ranks_);

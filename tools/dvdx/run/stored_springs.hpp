@@ -54,7 +54,7 @@ struct StoredSpring {
   double zero_length = 0;
 };
 
-// Calls use(count, spring_at) for springs that follow one after another. Of a grid: every (down, right) neighbour of its
+// Calls use(count, spring_at) for springs that follow one after another. In a grid: every (down, right) neighbour of its
 // particles, right of them or left.
 template <class T, class Use>
 void for_each_kind(const SceneFile& /*file*/, const Grid& grid, const Use& use) {

@@ -17,7 +17,7 @@ class Tearing {
   explicit Tearing(const SceneFile& file) : tears_at_(file.tears_at) {}
 
   [[nodiscard]] bool is_possible() const noexcept { return !tears_at_.empty(); }
-  // What has torn so far, in the order of the steps.
+  // The springs that have torn so far, in the order of the steps.
   [[nodiscard]] const std::vector<Tear>& tears() const noexcept { return tears_; }
 
   // Whether anything has torn. `springs` finds and breaks: a plan of all particles, or what several ranks have of it.
@@ -58,7 +58,7 @@ class Tearing {
       tears_.push_back({numbers[k], numbers[k + 1], ends});
     }
   }
-  // What was loaded. Whether anything was.
+  // Breaks the springs that were loaded. Returns whether there are any.
   template <class Found>
   bool break_again(Found& springs) const {
     for (std::size_t n = 0; n < tears_at_.size(); ++n) {

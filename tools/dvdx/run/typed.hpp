@@ -1,4 +1,4 @@
-// What is typed for an option, checked before it is read: CLI11 by itself takes -1 for 2^64 - 1, 010 for 8, 0x10 for 16, and
+// Checks of the text typed for an option, before it is read: CLI11 by itself takes -1 for 2^64 - 1, 010 for 8, 0x10 for 16, and
 // an empty text for an option that is not there.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace dvdx::tool {
 [[nodiscard]] CLI::Validator number_above_zero();
 [[nodiscard]] CLI::Validator number_from_zero();
 
-// Of all options of all subcommands that take a text.
+// For all options of all subcommands that take a text.
 void refuse_empty_texts(CLI::App& app);
 
 }  // namespace dvdx::tool

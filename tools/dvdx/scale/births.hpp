@@ -1,4 +1,4 @@
-// What ranks that share the births of each step would have, and tell each other.
+// The particles of ranks that share the births of each step, and what these ranks tell each other.
 #pragma once
 
 #include <cstdint>

@@ -13,7 +13,7 @@
 namespace dvdx::tool {
 namespace {
 
-// Of `all` in `parts` pieces as even as can be, place i in piece i parts / all: where piece k begins.
+// The place where piece k begins: `all` places in `parts` pieces as even as can be, place i in piece i parts / all.
 std::uint64_t begin_of(std::uint64_t all, std::uint64_t parts, std::uint64_t k) { return (k * all + parts - 1) / parts; }
 
 struct Direction {
@@ -37,8 +37,8 @@ struct Piece {
   std::uint64_t first = 0, length = 0;
   std::uint64_t all = 0, parts = 1;  // of the sheet
 
-  // Of places from the piece's begin on, of which the piece has `length` or only so many: whether the sheet has it, and whose
-  // it is.
+  // Whether the sheet has place `at`, and whose it is. Places count from the piece's begin on; those from `taken` on (`length`,
+  // or fewer) lie behind the piece.
   [[nodiscard]] bool is_there(std::int64_t at, std::int64_t taken) const noexcept {
     return at < 0 ? first >= static_cast<std::uint64_t>(-at)
                   : at < taken || first + length + static_cast<std::uint64_t>(at - taken) < all;
@@ -62,7 +62,7 @@ std::uint64_t ends_within(std::uint64_t first, std::uint64_t length, std::uint64
   return high > low ? static_cast<std::uint64_t>(high - low) : 0;
 }
 
-// Of the same places: those from which the step stays in the piece too.
+// The number of these places from which the step stays in the piece too.
 std::uint64_t ends_inside(std::uint64_t length, std::int64_t by) {
   const auto far = static_cast<std::uint64_t>(by < 0 ? -by : by);
   return length > far ? length - far : 0;
@@ -247,7 +247,7 @@ std::optional<std::array<std::uint64_t, 2>> best_blocks(const Grid& grid, std::u
   double least = 0;
   for (std::uint64_t rows = 1; rows <= ranks; ++rows) {
     if (ranks % rows != 0 || rows > grid.rows || ranks / rows > grid.columns) continue;
-    // What is cut: across each inner boundary as many springs as the sheet is long there.
+    // The springs that are cut: across each inner boundary as many as the sheet is long there.
     const double cut = static_cast<double>(rows - 1) * static_cast<double>(grid.columns) +
                        static_cast<double>(ranks / rows - 1) * static_cast<double>(grid.rows);
     if (best && cut >= least) continue;

@@ -23,7 +23,7 @@ enum class Sharing {
 };
 [[nodiscard]] std::string_view name(Sharing sharing) noexcept;
 
-// What the busiest rank has, and all together.
+// The load of the busiest rank, and of all together.
 struct Cut {
   Sharing sharing = Sharing::ranges;
   std::uint64_t ranks = 1;
@@ -47,16 +47,16 @@ struct Cut {
 
 [[nodiscard]] Cut cut_of_ranges(std::uint64_t particles, std::uint64_t ranks);
 
-// Of a sheet, without a list of its springs: at any size. rows_of_ranks x columns_of_ranks ranks, at most as many as there are
+// For a sheet, without a list of its springs: at any size. rows_of_ranks x columns_of_ranks ranks, at most as many as there are
 // rows and columns.
 [[nodiscard]] Cut cut_of_sheet(const Grid& grid, std::uint64_t rows_of_ranks, std::uint64_t columns_of_ranks);
 
-// Of a sheet by `sequential`: rows_kept_together() and rows_held() of dvdx/partition.hpp.
+// For a sheet by `sequential`: rows_kept_together() and rows_held() of dvdx/partition.hpp.
 [[nodiscard]] Cut cut_of_swept_sheet(const Grid& grid, std::uint64_t ranks, std::uint64_t rows_together, const RowsHeld& held);
 // The factors of so many ranks that cut fewest springs; none where no two fit the sheet.
 [[nodiscard]] std::optional<std::array<std::uint64_t, 2>> best_blocks(const Grid& grid, std::uint64_t ranks);
 
-// Of pairs of particles, by the rank that owns each particle.
+// For pairs of particles, by the rank that owns each particle.
 [[nodiscard]] Cut cut_of_pairs(std::span<const Pair> springs, std::span<const std::uint32_t> owner, std::uint64_t ranks);
 
 // The owner of each particle, side by side by number, as many for each rank as can be.

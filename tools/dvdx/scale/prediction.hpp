@@ -1,4 +1,4 @@
-// What a scene would take on many ranks: what is counted, and a time from a latency and a bandwidth.
+// The cost of a scene on many ranks: what is counted, and a time from a latency and a bandwidth.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct Machine {
   std::optional<double> particle_seconds{};  // of a particle's sub-step; measured here where none is given
 };
 
-// What is counted: the scene, or something like it of another size.
+// The scene that is counted, or something like it of another size.
 struct Extent {
   std::uint64_t particles = 0;
   std::optional<Grid> sheet{};  // that holds all of them
@@ -31,7 +31,7 @@ struct Extent {
 // (usage).
 [[nodiscard]] Extent extent_of(const SceneFile& file, const std::string& size);
 
-// What is told between two sub-steps.
+// The messages between two sub-steps.
 struct Telling {
   std::uint64_t times = 0;    // a sub-step
   std::uint64_t numbers = 0;  // of each particle of the halo, each time
@@ -54,7 +54,7 @@ struct Times {
 [[nodiscard]] std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const Machine& machine,
                                    const Cut& one);
 
-// Of the cheapest sharing at 1, 2, 4, ... ranks up to `most`.
+// The efficiencies of the cheapest sharing at 1, 2, 4, ... ranks up to `most`.
 struct ScalePoint {
   std::uint64_t ranks = 1;
   double strong = 1;  // efficiency: the scene on so many ranks

@@ -33,7 +33,7 @@ class HeldBytes final : public Bytes {
   std::string_view text_;
 };
 
-// Of a regular file. Throws FileFault.
+// The bytes of a regular file. Throws FileFault.
 [[nodiscard]] std::unique_ptr<Bytes> bytes_of(const std::filesystem::path& path);
 
 }  // namespace dvdx::tool

@@ -1,4 +1,4 @@
-// What ends a command early: a message for the user and the exit code that goes with it.
+// The reason why a command ends early: a message for the user and the exit code that goes with it.
 #pragma once
 
 #include <stdexcept>

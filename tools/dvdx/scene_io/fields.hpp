@@ -15,7 +15,7 @@
 
 namespace dvdx::tool {
 
-// What a number may be. NaN and infinities never are.
+// The valid range of a number. NaN and infinities are never valid.
 struct Range {
   enum class Least { included, excluded };
   double min = -std::numeric_limits<double>::infinity();

@@ -38,7 +38,7 @@ std::string kind_of(mode_t mode) {
   return S_ISSOCK(mode) ? "a socket" : "something else";
 }
 
-// Of a regular file.
+// The size of a regular file.
 tl::expected<std::uint64_t, std::string> size_of(const Descriptor& file) {
   if (!file.is_open()) return unreadable(std::strerror(errno));
   struct stat status {};

@@ -10,7 +10,7 @@
 
 namespace dvdx::tool {
 
-// What is wrong with what a file holds, without its name: "line 3 has 2 numbers: must have 3".
+// A fault in a file's contents, without the file's name: "line 3 has 2 numbers: must have 3".
 class FileFault : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -340,7 +340,7 @@ void read_fixed(const Node& node, const MadeNetwork& made, const Population& pop
 
 // ---- how they are stepped ----------------------------------------------------------------------------------------------
 
-// What another scheme alone reads says nothing of this one.
+// A key that another scheme alone reads says nothing of this one.
 void refuse_keys_of(Scheme scheme, std::initializer_list<const char*> keys, const Coupling& own, const Fields& fields) {
   if (own.scheme == scheme) return;
   for (const char* key : keys) {

@@ -20,7 +20,7 @@ namespace dvdx::tool {
 // The keys `substeps`, a whole number or "auto", and `most_substeps`, where they are there.
 void read_substeps(const Fields& fields, Coupling& coupling);
 
-// What a network makes: a grid or a mesh its own particles, springs none.
+// The particles that a network makes: a grid or a mesh its own, springs none.
 struct MadeNetwork {
   std::size_t first = 0;             // of its particles
   std::size_t first_number = 0;      // that names one of them

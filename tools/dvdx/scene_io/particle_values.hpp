@@ -48,9 +48,9 @@ struct Room {
 
 // The particle of a number; none: it is left out.
 [[nodiscard]] std::optional<std::size_t> particle_of(std::size_t number, const Population& population);
-// Of a number that the node names, which may not be left out: something acts on it.
+// The particle of a number that the node names, which may not be left out: something acts on it.
 [[nodiscard]] std::size_t read_particle(const Node& node, const Population& population);
-// Of numbers, each particle once: what is left out is passed over.
+// The particles of numbers, each once: those that are left out are passed over.
 [[nodiscard]] std::vector<std::size_t> particles_of(const std::vector<std::size_t>& numbers, const Population& population);
 [[nodiscard]] std::vector<std::size_t> read_ids(const Node& node, const Population& population);  // numbers, each once
 

@@ -1,4 +1,4 @@
-// What the library refuses of a scene, in the scene file's own words.
+// The library's refusals of a scene, in the scene file's own words.
 #pragma once
 
 #include "dvdx/plan.hpp"

@@ -20,8 +20,8 @@ struct Run {
   std::size_t first = 0, count = std::numeric_limits<std::size_t>::max();
 };
 
-// What is kept of a file, and how many it holds in all. Of rows that are not kept, nothing is looked at: of binary files they
-// are not read, of text they are counted.
+// The values that are kept of a file, and how many it holds in all. Rows that are not kept are not looked at: in binary files
+// they are not read, in text they are counted.
 template <class List>
 struct KeptOf {
   List values;

@@ -1,4 +1,4 @@
-// What a scene file holds: the library's scene, and how the particles start.
+// The contents of a scene file: the library's scene, and how the particles start.
 #pragma once
 
 #include <algorithm>
@@ -80,7 +80,7 @@ struct SceneFile {
   Topology topology{};                 // of the networks and constraints, by the numbers of the scene
   Numbering numbering{};               // by which the file and what is written of it name particles
   std::vector<MeshNetwork> meshes{};
-  // Of each network, where one has it: springs tear that are longer than so many times their rest length at a step's end.
+  // For each network, where one has it: springs tear that are longer than so many times their rest length at a step's end.
   // Infinite for networks that do not. The library's plans do not tear by themselves.
   std::vector<double> tears_at{};
   bool is_origin_free = true;  // the file leaves the origin to the command that runs the scene

@@ -180,7 +180,7 @@ Contact read_sphere(const Node& node, const MotionNames& motions) {
   return with_surface(sphere, fields, motions);
 }
 
-// Of a body that has no inside for particles.
+// For a body that has no inside for particles.
 void require_outside(const Fields& fields) {
   static constexpr std::array<std::string_view, 1> outside{"outside"};
   if (const auto side = fields.optional("side")) (void)side->choice(std::span<const std::string_view>(outside));
@@ -241,7 +241,7 @@ Contact read_body_of_mesh(const Node& node, const MotionNames& motions, SceneFol
   return with_surface(std::move(mesh), fields, motions);
 }
 
-// Of contacts that have no such speed of their own.
+// For contacts that have no such speed of their own.
 void read_push_out(const Node& node, Scene& scene) {
   const double speed = node.number(positive);
   if (scene.contacts.empty()) node.refuse("left out of a scene without contacts");
@@ -270,7 +270,7 @@ Contact read_contact(const Node& node, const MotionNames& motions, SceneFolder& 
 
 // ---- particles ---------------------------------------------------------------------------------------------------------
 
-// What a particle takes at least: its state, and what the scene gives for it alone.
+// The bytes that a particle takes at least: its state, and what the scene gives for it alone.
 std::uint64_t bytes_each(const json& scene, std::size_t scalar_bytes) {
   std::uint64_t bytes = 6 * scalar_bytes;
   const json& particles = scene.contains("particles") ? scene["particles"] : scene;  // which has no such keys
@@ -293,8 +293,8 @@ Room room_for(const json& scene, const ReadOptions& options) {
   return {.bytes_each = bytes_each(scene, options.scalar_bytes), .bytes = options.memory_bytes};
 }
 
-// Where particles come and go, each also has an age and a lifetime, and the plan works in another quarter of all that. Of several
-// ranks each has a share of those that live, its range of them all to show, and what it tells the others.
+// Where particles come and go, each also has an age and a lifetime, and the plan works in another quarter of all that. Each of
+// several ranks has a share of those that live, its range of them all to show, and what it tells the others.
 Room room_for_live(const ReadOptions& options) {
   if (options.share.ranks == 1) return {.bytes_each = 10 * options.scalar_bytes, .bytes = options.memory_bytes};
   constexpr std::uint64_t told = 4 * sizeof(std::uint64_t);  // numbers, ids and places
@@ -321,8 +321,8 @@ bool is_held_by_rows(const json& scene, const json& sheet, const ReadOptions& op
          bytes_each(scene, options.scalar_bytes) == 6 * options.scalar_bytes;
 }
 
-// What a network's particle takes in addition. Of a sheet: its plan's columns, counted for `sequential`, which has most, and a
-// face. Of other networks its own position, mass and face, the forces on it, and its springs, about six a particle.
+// The bytes that a network's particle takes in addition. In a sheet: its plan's columns, counted for `sequential`, which has
+// most, and a face. In other networks: its own position, mass and face, the forces on it, and its springs, about six each.
 Room room_for_networks(const json& scene, const ReadOptions& options) {
   constexpr std::uint64_t springs = 6 * (sizeof(Pair) + 2 * sizeof(double));
   constexpr std::uint64_t columns = 48;
@@ -506,7 +506,7 @@ void check_encoding(const std::string& path, std::string_view text) {
   }
 }
 
-// What Linux says is free without swapping; elsewhere all there is.
+// The memory that Linux says is free without swapping; elsewhere all there is.
 std::uint64_t linux_available_memory() {
   std::ifstream meminfo("/proc/meminfo");
   std::string key;

@@ -39,7 +39,7 @@ struct ReadOptions {
 // the file, the path of the key, the value, and what is valid.
 [[nodiscard]] SceneFile read_scene(const std::string& path, const ReadOptions& options = {});
 
-// What the file holds, with what `options` replace in it; not yet looked at as a scene. Throws as read_scene.
+// The file's JSON, with what `options` replace in it; not yet looked at as a scene. Throws as read_scene.
 [[nodiscard]] nlohmann::json read_json(const std::string& path, const ReadOptions& options = {});
 
 // The same as read_scene from text; files that it refers to are looked for beside `path`.

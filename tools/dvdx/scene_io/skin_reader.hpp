@@ -1,4 +1,4 @@
-// What holds particles near something: skins and tethers.
+// Skins and tethers, which hold particles near something.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What joins a scene's particles, for pictures: the springs' and constraints' lines, and the faces of its grids and meshes.
+// The lines and faces that join a scene's particles, for pictures: lines of springs and constraints, faces of grids and meshes.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ struct Tear {
   std::array<std::uint32_t, 2> ends{};
 };
 
-// What is left of it when these have torn: a face goes with the spring along one of its sides.
+// The topology that is left when these have torn: a face goes with the spring along one of its sides.
 [[nodiscard]] Topology without(const Topology& topology, std::span<const Tear> tears);
 
 }  // namespace dvdx::tool

@@ -58,7 +58,7 @@ void read_lifetime(const Node& node, Emitter& emitter) {
   if (emitter.least_lifetime > emitter.most_lifetime) min.refuse("at most max, which is " + shown(max.json()));
 }
 
-// What all emitters have, whatever their shape.
+// The fields that all emitters have, whatever their shape.
 Emitter with_births(Emitter emitter, const Fields& fields) {
   emitter.rate = fields.required("rate").number(not_negative);
   emitter.start = fields.number("start", any_number, 0);

@@ -1,4 +1,4 @@
-// What holds a particle that touches surfaces, and how it moves on along them.
+// The surfaces that hold a particle which touches them, and how it moves on along them.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,7 @@ struct Held {
   Vector force;  // m/s^2, along the surfaces, at velocity zero
 
   [[nodiscard]] bool holds(std::size_t j) const { return std::find(surfaces.begin(), surfaces.end(), j) != surfaces.end(); }
-  // Of the particle at velocity v, which must be along the surfaces.
+  // The acceleration of the particle at velocity v, which must be along the surfaces.
   [[nodiscard]] Vector acceleration(const Vector& v) const;
 };
 

@@ -6,7 +6,7 @@
 // Impact.   The first zero of the gaps' functions, walked to by lower bounds of them: no dip between two samples can be missed.
 //           v_n' = -e v_n, v_t' = tau v_t less Coulomb's min(mu (1 + e) |v_n|, |tau v_t|), with e = restitution
 //           exp(-normal_viscosity) and tau = exp(-viscosity).
-// Settling. Infinitely many impacts with e < 1 end at a finite time. What is left of them is closed where it takes less than
+// Settling. Infinitely many impacts with e < 1 end at a finite time. The rest of them is closed where it takes less than
 //           1e-15 of the run; with a viscosity they leave no tangential velocity, as each multiplies it by tau.
 // Resting.  On planes, one, two or three: the normal forces hold it, friction mu N acts against the sliding velocity or holds
 //           what it can hold. Straight and frictionless slides are exponentials again; a slide on one plane that friction and

@@ -1,4 +1,4 @@
-// What moves a particle between two impacts: a flight or a frictionless or straight slide (sums of exponentials), or a slide
+// A particle's motion between two impacts: a flight or a frictionless or straight slide (sums of exponentials), or a slide
 // with friction round a curve (a Taylor series). Both are asked the same questions by the search for the next impact.
 #pragma once
 

@@ -23,7 +23,7 @@ Matrix2d drift(double h) { return Matrix2d{{1, h}, {0, 1}}; }
 // The exact motion of x'' = -W x - g x'.
 Matrix2d motion(double W, double g, double h) { return (Matrix2d{{0, 1}, {-W, -g}} * h).exp(); }
 
-// What a force adds to the free drift, (dx, dv) by (x, v), from its own dv.
+// The contribution of a force to the free drift, (dx, dv) by (x, v), from its own dv.
 Matrix2d with_dx(const Eigen::RowVector2d& dv, double share_of_h) {
   Matrix2d contribution;
   contribution << share_of_h * dv, dv;
@@ -213,7 +213,7 @@ MatrixXd theta_scheme(const Line& line, const Springs1d& springs, const Coupling
   return free_drift(s.n, (1 - theta) * h) * kick * free_drift(s.n, t);
 }
 
-// Of (x, v, a), between half drifts. The springs' acceleration f is that of the point 1/(1 + rho) of the way:
+// The matrix of (x, v, a), between half drifts. The springs' acceleration f is that of the point 1/(1 + rho) of the way:
 //   v' = v + h ((1 - gamma) a + gamma b),  x' = x + h v + h^2 ((1/2 - beta) a + beta b),  f = alpha b + (1 - alpha) a.
 MatrixXd generalized_alpha(const Line& line, const Springs1d& springs, double h) {
   const Springs1d s = swept(line, springs);

@@ -1,5 +1,5 @@
-// What each method and each scheme makes of a linear system in one step, as a matrix in float64, straight from its formulas:
-// nothing of the library's own coefficients or passes takes part.
+// One step of a linear system by each method and each scheme, as a matrix in float64, straight from its formulas: nothing of
+// the library's own coefficients or passes takes part.
 #pragma once
 
 #include <Eigen/Core>

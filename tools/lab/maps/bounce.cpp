@@ -20,7 +20,7 @@ namespace {
 constexpr int most_impacts = 32;
 constexpr int parts = 32;  // of a step
 
-// Of x(f) = x0 + f d + f^2 c, which ends below 0; x0 >= 0.
+// The first root of x(f) = x0 + f d + f^2 c, which ends below 0; x0 >= 0.
 double first_root(double x0, double d, double c) {
   const double root = std::sqrt(std::max(d * d - 4 * c * x0, 0.0));
   return d < 0 ? 2 * x0 / (root - d) : (d + root) / (-2 * c);
@@ -40,7 +40,7 @@ double first_root(const Pulling& pulling, Motion start, double t) {
 
 bool bends(const Pulling& pulling) { return pulling.W > 0 || pulling.drag > 0; }
 
-// What the flow makes of a unit pulse.
+// The motion that the flow makes of a unit pulse.
 Motion pulse_after(const Pulling& pulling, double r) {
   return flowed({.gravity = 0, .W = pulling.W, .drag = pulling.drag}, {0, 1}, r);
 }

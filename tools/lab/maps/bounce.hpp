@@ -12,7 +12,7 @@ struct Motion {
   double x = 0, v = 0;  // m, m/s
 };
 
-// What acts between impacts: a constant acceleration, a spring whose anchor is in the plane, a drag.
+// The forces between impacts: a constant acceleration, a spring whose anchor is in the plane, a drag.
 struct Pulling {
   double gravity = 0;  // m/s^2, towards the plane
   double W = 0;        // 1/s^2
@@ -21,7 +21,7 @@ struct Pulling {
 
 [[nodiscard]] Motion flowed(const Pulling& pulling, Motion start, double t);
 
-// Of one kilogram: kinetic, of the spring and of gravity.
+// The energy of one kilogram: kinetic, of the spring and of gravity.
 [[nodiscard]] double energy_of(const Pulling& pulling, Motion at);
 
 struct Impact {

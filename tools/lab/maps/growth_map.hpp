@@ -31,7 +31,7 @@ struct GrowthMap {
   std::string title;   // "equal springs on one particle"
   std::string method;  // "average_acceleration"
   Axis x, y;
-  // Of the amplitude per step (of a bounce: of the energy); row by row, y.values.size() rows of x.values.size().
+  // The growth of the amplitude per step (of a bounce: of the energy); row by row, y.values.size() rows of x.values.size().
   std::vector<double> analysed, measured;
   std::vector<double> limits;  // a row: the x beyond which it grows, by analysis and bisection; not a number where none does
 
@@ -40,7 +40,7 @@ struct GrowthMap {
   }
 };
 
-// The first of a row that grows; the row's size where none does. What is not a number grows.
+// The first of a row that grows; the row's size where none does. A value that is not a number grows.
 [[nodiscard]] std::size_t first_unstable(std::span<const double> row);
 
 struct Agreement {

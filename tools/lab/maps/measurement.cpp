@@ -26,13 +26,14 @@ void step(const Plan<double>& plan, State<double>& state, std::size_t steps) {
   if (plan.step(state, steps) != StepResult::done) throw std::runtime_error("the plan is for another state");
 }
 
-// What a system's starts have become, and after how many steps.
+// The matrix that a system's starts have become, and after how many steps.
 struct Look {
   Eigen::MatrixXd matrix;
   std::size_t steps = 0;
 };
 
-// Of a matrix' largest element. What has decayed below it is too near to rounding, but for a first step, which is all there is.
+// The range of a matrix' largest element. One that has decayed below it is too near to rounding, but for a first step, which is
+// all there is.
 struct Range {
   double least, most;
   [[nodiscard]] bool holds(const Look& look) const {
@@ -192,7 +193,7 @@ Scene scene_of(std::span<const Bounce> bounces, const std::vector<std::size_t>& 
   return scene;
 }
 
-// Of bounces with one restitution, which belongs to the plane.
+// The growth of bounces with one restitution, which belongs to the plane.
 std::vector<double> growth_of_bounces(std::span<const Bounce> bounces, Arithmetic arithmetic) {
   std::vector<Motion> starts;
   std::vector<std::size_t> counts;

@@ -1,4 +1,4 @@
-// What the library is measured against: textbook integrators in plain loops, one thread, the same physics.
+// The integrators that the library is measured against: from textbooks, in plain loops, one thread, the same physics.
 #pragma once
 
 #include "report/measure.hpp"

@@ -37,7 +37,7 @@ Statistic described(std::string name, std::string unit, const std::vector<double
   return statistic;
 }
 
-// Of Student's distribution: one in a hundred lies farther off, of runs that are of the same kind as `starts` others.
+// By Student's distribution: of runs that are of the same kind as `starts` others, one in a hundred lies farther off.
 double most_off(int starts) { return starts == 3 ? 9.92 : 4.60; }
 
 // The farthest that two runs come apart, root mean square over particles, at any time; m.

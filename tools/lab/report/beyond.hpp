@@ -1,11 +1,11 @@
-// What can be compared of chaotic runs beyond the horizon: not where particles are, but what does not depend on it.
+// The comparison of chaotic runs beyond the horizon: not of where particles are, but of what does not depend on it.
 #pragma once
 
 #include "report/reference.hpp"
 
 namespace dvdx::tool::report {
 
-// Of one run, over the sample times beyond the horizon.
+// The quantities of one run, over the sample times beyond the horizon.
 struct Statistics {
   double energy = 0;          // J, the mean over time
   double kinetic = 0;         // J, the mean over time

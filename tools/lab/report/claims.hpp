@@ -1,4 +1,4 @@
-// What Brown (docs/math.md) claims about two springs, measured where it holds and where it does not.
+// Brown's claims about two springs (docs/math.md), measured where they hold and where they do not.
 #pragma once
 
 #include "report/results.hpp"

@@ -22,13 +22,13 @@ struct Curve {
 // The scene's own scheme in the arithmetics that are not asked for: "leapfrog, fast".
 [[nodiscard]] std::vector<Curve> races_of(const SceneFile& file, Arithmetic asked);
 
-// Rising. Of a scheme with a limit: from the fewest that are stable at the start, those of "auto" among them.
+// Rising. For a scheme with a limit: from the fewest that are stable at the start, those of "auto" among them.
 [[nodiscard]] std::vector<int> substeps_of(const Curve& curve, const NetworkLimit& limit, Effort effort);
 
-// What a scene that says nothing takes, "auto"; of sequential, which takes any, one that is usual.
+// The sub-steps of a scene that says nothing, "auto"; for sequential, which takes any number, one that is usual.
 [[nodiscard]] int usual_substeps(const Coupling& coupling, const NetworkLimit& limit) noexcept;
 
-// What one sub-step costs beside one of leapfrog, roughly.
+// The cost of one sub-step over one of leapfrog, roughly.
 [[nodiscard]] double pulses_of(const Coupling& coupling) noexcept;
 
 [[nodiscard]] Coupled described(const SceneFile& file, const Curve& curve);

@@ -21,8 +21,8 @@ struct Growth {
   bool is_whole = true;                 // it never was
 };
 
-// By leapfrog in float64, with sub-steps that it chooses by itself. Of a scene with a closed form, which holds however much
-// differences grow, and of one that leapfrog refuses, none is found, and the horizon is the end.
+// By leapfrog in float64, with sub-steps that it chooses by itself. None is found for a scene with a closed form, which holds
+// however much differences grow, nor for one that leapfrog refuses: the horizon is then the end.
 // Where setup.end comes first its last look is the horizon, and is not the whole.
 [[nodiscard]] Growth growth_of(const SceneFile& file, std::uint64_t steps, const Setup& setup);
 

@@ -9,7 +9,7 @@ namespace dvdx::tool::report {
 // Empty but for scenes of undamped springs at one common anchor, alike in all axes and without contacts.
 [[nodiscard]] std::vector<LongRun> measure_long_runs(const SceneFile& file, const Setup& setup);
 
-// What such a scene is to the analysis: the rates k/m of its springs (of particle 0) and their anchor.
+// Such a scene as the analysis takes it: the rates k/m of its springs (of particle 0) and their anchor.
 struct PureSprings {
   std::vector<double> rates;  // 1/s^2
   Vec3 anchor{};

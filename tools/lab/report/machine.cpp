@@ -44,7 +44,7 @@ int number_in(std::string_view text) {
   return number;
 }
 
-// Of a list such as "0-3,8".
+// The number of processors in a list such as "0-3,8".
 int processors_in(std::string_view list) {
   int count = 0;
   while (!list.empty()) {

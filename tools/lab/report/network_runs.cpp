@@ -85,7 +85,7 @@ class NetworkMeasurement {
     return wish_.long_runs == LongRuns::whole && !curve.arithmetic && substeps == usual_substeps(curve.coupling, limit);
   }
 
-  // What a sub-step of leapfrog takes, s, from the slowest kind of run so far.
+  // The seconds of a whole run: by `own` a sub-step, or, where that is 0, by the slowest kind of run so far.
   [[nodiscard]] double predicted(const Coupling& coupling, int substeps, double own) const {
     const double each = own > 0 ? own : pulses_of(coupling) * seconds_per_pulse_;
     return each * substeps * static_cast<double>(grid_.coarse_steps);
@@ -201,7 +201,7 @@ class NetworkMeasurement {
                                   setup_);
   }
 
-  // Of the runs against the reference as it stands.
+  // The smallest error of the runs against the reference as it stands.
   [[nodiscard]] double smallest_error(const Reference& reference) const {
     double smallest = std::numeric_limits<double>::infinity();
     for (const auto& made : traces_) {

@@ -38,7 +38,7 @@ Traits traits_of(const Scene& scene) {
 }
 
 // All springs equal halves of the whole, let go at rest: the one start at which the phase error of the average acceleration,
-// (z^4 - 2 sum z_i^4)/(24 z^2), and the part of its error that grows with the velocity vanish together. What is left is
+// (z^4 - 2 sum z_i^4)/(24 z^2), and the part of its error that grows with the velocity vanish together. The rest is
 // det - 1 = -sum z_i^4 / 24 a step: third order.
 bool hides_second_order(const SceneFile& file) {
   const auto* still = std::get_if<Vec3>(&file.particles.velocity);
@@ -109,7 +109,7 @@ double slope_of(const std::vector<const Run*>& runs) {
   return over / under;
 }
 
-// What rounding alone leaves at a run's number of steps: where the combined method is exact, its own error; else a random
+// The error by rounding alone at a run's number of steps: where the combined method is exact, its own error; else a random
 // walk of units in the last place of the largest coordinate, grown as much as any difference of a chaotic scene.
 double floor_of(const Run& run, const std::vector<Run>& runs, const Reference& reference) {
   for (const auto& other : runs) {

@@ -19,7 +19,7 @@ double rms_distance(const std::vector<long double>& a, const std::vector<long do
   return static_cast<double>(std::sqrt(sum / (static_cast<long double>(a.size()) / 3)));
 }
 
-// Of the particles at one sample time; m.
+// The distance of the particles at one sample time; m.
 double distance_at(const Path& a, const Path& b, std::size_t time) {
   long double sum = 0;
   for (std::size_t at = a.index(time, 0, 0); at < a.index(time, 0, 0) + 3 * a.particles; ++at) {
@@ -66,7 +66,7 @@ double rounding_of(const Path& path, const SceneFile& sample, const Grid& grid) 
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto off = state[axis].x - path.x[path.index(k, i, axis)];
         sum += off * off;
-        // What the long doubles of the path themselves cannot hold.
+        // The rounding of the path's own long doubles.
         const auto held = state[axis].x * std::numeric_limits<long double>::epsilon();
         sum += held * held;
       }

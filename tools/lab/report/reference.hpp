@@ -1,4 +1,4 @@
-// What a scene's runs are held against.
+// The reference that a scene's runs are held against.
 #pragma once
 
 #include <functional>
@@ -52,7 +52,7 @@ struct Fineness {
 [[nodiscard]] Trace reference_trace(const SceneFile& file, const Grid& grid, const Picks& picks, const Nudge& nudge,
                                     const Setup& setup);
 
-// Of each particle from its own mean position over the first `times` of the path, root mean square; m.
+// The distance of each particle from its own mean position over the first `times` of the path, root mean square; m.
 [[nodiscard]] double amplitude_of(const Path& path, std::size_t times);
 
 // Root mean square over particles and times, or the first `times` of them, which are at least one; m.

@@ -1,5 +1,5 @@
-# What `dvdx report` measures and shows, as a library that the tests share. The plain loops that it is measured against are
-# compiled for the instruction sets that the library has.
+# The measurements and pages of `dvdx report`, as a library that the tests share. The plain loops that dvdx is measured against
+# are compiled for the instruction sets that the library has.
 string(TOUPPER "${CMAKE_BUILD_TYPE}" DVDX_BUILD_TYPE)
 string(STRIP "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${DVDX_BUILD_TYPE}} -ffp-contract=off" DVDX_COMPILER_FLAGS)
 configure_file(lab/report/build_facts.cpp.in report_build_facts.cpp @ONLY)

@@ -1,4 +1,4 @@
-// What a report holds. Plain values: measured in one place, shown in others.
+// The contents of a report. Plain values: measured in one place, shown in others.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +37,7 @@ struct Coupled {  // how networks were stepped
   std::optional<double> theta;
 };
 
-// What of a run can be compared beyond the horizon.
+// A value of a run that can be compared beyond the horizon.
 struct BeyondValue {
   double value = 0;
   double off = 0;  // from the mean, in spreads as many starts show them
@@ -67,7 +67,7 @@ struct Run {
   [[nodiscard]] double substep() const { return step / substeps; }  // s
 };
 
-// What a method's order should be here, and which it is.
+// The order that a method should have here, and the one that it has.
 struct Order {
   std::string method;
   Precision precision = Precision::float64;

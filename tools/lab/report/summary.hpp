@@ -1,4 +1,4 @@
-// What the table on the terminal and the page have in common.
+// The parts that the table on the terminal and the page have in common.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// What a step costs over the number of particles: where the state no longer fits into a cache, and what many steps a call save.
+// The cost of a step over the number of particles: where the state no longer fits into a cache, what many steps a call save.
 #pragma once
 
 #include "report/build.hpp"

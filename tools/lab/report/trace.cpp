@@ -27,7 +27,7 @@ struct Length {
   double rest = 0;  // m, > 0
 };
 
-// Of all springs that have a rest length.
+// The lengths of all springs that have a rest length.
 std::vector<Length> lengths_of(const SceneFile& file) {
   std::vector<Length> lengths;
   const auto take = [&](const Springs& springs) {

@@ -1,4 +1,4 @@
-// What each part of a scene may be done without, or more simply, measured by runs in which that part alone is changed.
+// Whether each part of a scene can be left out or made simpler, measured by runs in which that part alone is changed.
 #pragma once
 
 #include <functional>

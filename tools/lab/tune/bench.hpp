@@ -1,4 +1,4 @@
-// What measures for a search: errors on a sample of a scene, times on all of it.
+// The measurements of a search: errors on a sample of a scene, times on all of it.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// What a tuner chooses among: ways to run a scene, in ladders from the coarsest step to the finest.
+// The candidates of a tuner: ways to run a scene, in ladders from the coarsest step to the finest.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ struct Ladder {
   std::vector<Candidate> rungs;
 };
 
-// Of every method, scheme, drag expansion and precision that the scene allows. Those that tend to win come first.
+// The ladders of every method, scheme, drag expansion and precision that the scene allows. Those that tend to win come first.
 // `fewest` says how many sub-steps in a step of `parts` parts a coupling takes at least; none: it takes the scene at no step.
 using Fewest = std::function<std::optional<int>(const Coupling& coupling, std::uint64_t parts)>;
 [[nodiscard]] std::vector<Ladder> ladders_of(const SceneFile& file, const report::Grid& grid, const Fewest& fewest);

@@ -127,7 +127,7 @@ class Search {
     return std::clamp(std::log(error(coarse) / error(fine)) / std::log(work), 0.0, 8.0);
   }
 
-  // Of a unit of work; none where the candidate is refused, or the time is over.
+  // The cost of a unit of work; none where the candidate is refused, or the time is over.
   std::optional<Cost> unit_cost(const Candidate& candidate) {
     auto cost = probe_.rough_cost(candidate);
     if (cost.seconds_per_simulated_second == 0) return std::nullopt;

@@ -12,7 +12,7 @@
 
 namespace dvdx::tool::tune {
 
-// What a run gave: errors, or why there was none.
+// The outcome of a run: its errors, or why there was no run.
 struct Outcome {
   report::Errors errors;
   std::string refused{};  // why the plan could not be made; empty where it ran
@@ -27,7 +27,7 @@ struct Cost {
   double seconds_per_simulated_second = 0;  // of all particles
 };
 
-// What measures for a search. Tests answer with formulas.
+// The measurements of a search. Tests answer with formulas.
 class Probe {
  public:
   Probe() = default;

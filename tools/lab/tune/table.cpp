@@ -143,7 +143,7 @@ std::vector<CurveRuns> curves_of(const Tuning& tuning) {
   return curves;
 }
 
-// Of every curve whether it was run; curves of which the same is said are together.
+// Whether each curve was run; curves of which the same is said are together.
 std::string curves_text(const Tuning& tuning) {
   std::string text;
   std::vector<std::pair<std::string, std::string>> said;

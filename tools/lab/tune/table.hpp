@@ -6,7 +6,7 @@
 
 namespace dvdx::tool::tune {
 
-// What was found, for a terminal.
+// The findings, for a terminal.
 [[nodiscard]] std::string to_text(const Tuning& tuning);
 
 }  // namespace dvdx::tool::tune

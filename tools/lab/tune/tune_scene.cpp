@@ -53,7 +53,7 @@ class SceneTuner {
   }
 
  private:
-  // Of the time: until when each lasts. What is left is for the advice.
+  // The part of the time until which each lasts. The rest is for the advice.
   static constexpr double reference_part = 0.3;
   static constexpr double search_part = 0.7;
   static constexpr double race_part = 0.85;

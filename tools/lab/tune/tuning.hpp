@@ -1,4 +1,4 @@
-// What a tuning of a scene found. Plain values.
+// The findings of a scene's tuning. Plain values.
 #pragma once
 
 #include <optional>

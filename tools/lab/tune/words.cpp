@@ -20,7 +20,7 @@ bool is_accumulate(const Candidate& candidate) {
   return candidate.coupling && candidate.coupling->scheme == Scheme::accumulate;
 }
 
-// What differs of a candidate from a scene that says nothing, apart from step and precision.
+// The settings by which a candidate differs from a scene that says nothing, apart from step and precision.
 std::vector<Setting> settings_of(const SceneOptions& options, const SceneFile& file, const Candidate& candidate) {
   std::vector<Setting> settings{{"method", std::string(name_in(methods, candidate.method))}};
   for (std::size_t n = 0; n < file.scene.forces.size(); ++n) {
@@ -51,7 +51,7 @@ std::vector<Setting> settings_of(const SceneOptions& options, const SceneFile& f
   return settings;
 }
 
-// What --method, --scheme and --substeps say in fewer words.
+// Whether --method, --scheme or --substeps says it in fewer words.
 bool has_option(const std::string& path) {
   return path.ends_with("method") || path.ends_with(".scheme") || path.ends_with(".substeps");
 }

@@ -9,13 +9,13 @@
 
 namespace dvdx::tool::tune {
 
-// Of a scene's networks, in its file: "network", or "network[0]", "network[1]", ...
+// The paths of a scene's networks in its file: "network", or "network[0]", "network[1]", ...
 [[nodiscard]] std::vector<std::string> network_paths(const SceneOptions& options);
 
-// Of values that the scene draws.
+// The number of seeds of values that the scene draws.
 [[nodiscard]] std::size_t seeds_in(const SceneOptions& options);
 
-// What `dvdx run` takes to run the scene so, the scene and what was replaced in it first.
+// The words by which `dvdx run` runs the scene so, the scene and what was replaced in it first.
 [[nodiscard]] std::vector<std::string> run_options(const SceneOptions& options, const SceneFile& file,
                                                    const Candidate& candidate);
 

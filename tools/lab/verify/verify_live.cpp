@@ -20,7 +20,7 @@ constexpr std::array<const char*, 8> fields = {"x", "y", "z", "vx", "vy", "vz", 
 constexpr std::array thread_counts = {1, 2, 3, 5};
 constexpr std::array<std::size_t, 3> blocks = {0, 16, 336};
 constexpr std::array<std::uint64_t, 2> calls = {1, 13};  // steps
-// What one run may cost, of which there are a hundred: as many steps as this has of the capacity, and never fewer than some.
+// The most that each of a hundred runs may cost: as many steps as this has of the capacity, and never fewer than some.
 constexpr std::uint64_t most_particle_steps = 2'000'000;
 constexpr std::uint64_t fewest_steps = 26;
 

@@ -26,8 +26,8 @@ constexpr std::array<const char*, 12> fields = {
     "x", "y", "z", "vx", "vy", "vz", "residual x", "residual y", "residual z", "residual vx", "residual vy", "residual vz"};
 constexpr std::array thread_counts = {1, 2, 3, 5};
 constexpr std::array<std::size_t, 5> blocks = {0, 16, 32, 336, 1024};
-// What a scene may cost: particle-steps of one run of all its particles, and of one run of the sample, which is run hundreds
-// of times.
+// The most that a scene may cost: particle-steps of one run of all its particles, and of one run of the sample, which is run
+// hundreds of times.
 constexpr std::uint64_t all_particle_steps = 1'000'000;
 constexpr std::uint64_t sample_particle_steps = 80'000;  // more than where threads begin
 constexpr std::uint64_t most_sample_steps = 20'000;
@@ -309,7 +309,7 @@ void verify_fast(Subject<T>& subject, const std::vector<T>& separate, Verdict& v
   }
 }
 
-// What a step of all particles costs, in particle-steps.
+// The cost of a step of all particles, in particle-steps.
 template <class T>
 std::uint64_t work_of(const Plan<T>& plan, std::size_t count) {
   const auto network = plan.network_limit();

@@ -21,8 +21,8 @@ struct Configuration {  // to run a scene
   std::size_t block = 0;  // 0: the plan's own
 };
 
-// What the bits of a way are held against: the scalar reference's; in fast arithmetic, whose bits are each instruction set's
-// own, those of the same one by one thread.
+// The configuration whose bits a way must have: the scalar reference; in fast arithmetic, whose bits are each instruction set's
+// own, the same instruction set by one thread.
 [[nodiscard]] constexpr Configuration twin_of(const Configuration& way) noexcept {
   return {.isa = way.arithmetic == Arithmetic::fast ? way.isa : Isa::reference, .arithmetic = way.arithmetic};
 }

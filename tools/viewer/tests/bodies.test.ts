@@ -8,7 +8,7 @@ const points = (geometry: THREE.BufferGeometry): THREE.Vector3[] => {
   return Array.from({ length: places.count }, (_, i) => new THREE.Vector3().fromBufferAttribute(places, i));
 };
 
-// Of a body of revolution: the widest ball that rolls along the line covers each point of its skin just so.
+// In a body of revolution the widest ball that rolls along the line covers each point of its skin just so.
 test('a tapered capsule touches both spheres and lies between', () => {
   const a = new THREE.Vector3(1, 2, 3);
   const b = new THREE.Vector3(1, 5, 7);

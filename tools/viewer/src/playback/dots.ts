@@ -5,7 +5,7 @@ import type { Colour } from '../shared/palette';
 import type { Frame } from './frames';
 import { type Colouring, valuesOf } from './tints';
 
-// What there is to see: `blend` of the way from a frame to the next.
+// The moment to show: `blend` of the way from a frame to the next.
 export interface Shown {
   now: Frame;
   blend: number;
@@ -91,7 +91,7 @@ export type Grain = 'fine' | 'coarse';
 const isTransparent = (object: THREE.Object3D): boolean => 'material' in object && (object.material as THREE.Material).transparent;
 const isOpaque = (object: THREE.Object3D): boolean => 'material' in object && !(object.material as THREE.Material).transparent;
 
-// What is there besides the points, drawn by WebGL when it or the camera has moved, and read back.
+// Everything besides the points, drawn by WebGL when it or the camera has moved, and read back.
 class Ground {
   readonly picture: Picture;
   private readonly target: THREE.WebGLRenderTarget;
@@ -180,7 +180,7 @@ export class DottedPicture {
     this.groundSeen = '';
   }
 
-  // What is in the world has changed, not only the camera.
+  // To be called when the world has changed, not only the camera.
   forgetGround(): void {
     this.groundSeen = '';
   }

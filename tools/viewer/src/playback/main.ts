@@ -9,7 +9,7 @@ import { Player } from './player';
 import { readBounds, readJoints, readScene } from './scene';
 import { type Inks, View, hasWebGl } from './view';
 
-// What the page shows at the moment, for scripts that drive it from outside.
+// The page's present state, for scripts that drive it from outside.
 interface Shown {
   frames: number;
   loaded: number;

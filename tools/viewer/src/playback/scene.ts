@@ -1,4 +1,4 @@
-// What the page was given besides its frames.
+// All that the page was given besides its frames.
 import { takenText } from '../shared/page';
 import { unpacked } from '../shared/bytes';
 import type { HalfSpace } from './bodies';

@@ -1,4 +1,4 @@
-// What the particles meet, where it is at each moment.
+// The surfaces that the particles meet, where they are at each moment.
 import * as THREE from 'three';
 import { capsule, convex, triangleMesh } from './bodies';
 import { placement, turnBy } from './poses';

@@ -1,4 +1,4 @@
-// What colour each particle has in a frame.
+// The colour of each particle in a frame.
 import { type Colour, rising } from '../shared/palette';
 import type { Frame } from './frames';
 
@@ -30,7 +30,7 @@ function errorPart(byte: number, frame: Frame, highest: Highest): number {
 
 const isByError = (frame: Frame, colouring: Colouring): boolean => colouring === 'error' && frame.errors !== undefined;
 
-// What the particles' colours stand for.
+// The values that the particles' colours stand for.
 export function valuesOf(frame: Frame, colouring: Colouring): Uint8Array {
   if (isByError(frame, colouring)) return frame.errors!;
   return (colouring === 'stretch' ? frame.stretches : undefined) ?? frame.speeds;

@@ -169,7 +169,7 @@ export interface Stability {
   maps: GrowthMap[];
 }
 
-// What the runs of one curve have in common.
+// The name that the runs of one curve have in common.
 export const nameOf = (run: Run): string => run.curve ?? run.method;
 
 export const nsPerParticleSecond = (run: Run): number => run.ns_per_particle_step / run.step;

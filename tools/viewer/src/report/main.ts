@@ -39,7 +39,7 @@ function start(): void {
   }
   element('report', HTMLElement).replaceChildren(
     make('h1', {}, 'Speed against error'),
-    make('p', { class: 'lead' }, 'What a simulated second costs, and how far it ends up from the exact motion: every method, over a range of steps. Further right is more exact, further down is faster. Point at a mark for its numbers.'),
+    make('p', { class: 'lead' }, 'The cost of a simulated second, and how far it ends up from the exact motion: every method, over a range of steps. Further right is more exact, further down is faster. Point at a mark for its numbers.'),
     ...(links.length > 1 ? [make('nav', { 'aria-label': 'Scenes' }, ...links)] : []),
     ...sections,
     footer(report.machine),

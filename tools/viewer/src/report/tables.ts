@@ -35,7 +35,7 @@ export function cheapestTable(scene: SceneReport): HTMLElement {
     table(head, rows));
 }
 
-// What can be compared of chaotic runs: not where particles are.
+// The values of chaotic runs that can be compared: not where particles are.
 export function beyondTable(scene: SceneReport): Node {
   const { beyond, no_beyond: why } = scene;
   if (!beyond) return why === undefined ? new Text() : make('p', { class: 'hint' }, `Beyond the horizon nothing is compared: ${why}.`);
@@ -75,7 +75,7 @@ export function claimsTable(claims: readonly Claim[]): HTMLElement {
     ],
   }));
   return make('div', {},
-    make('h3', {}, 'What Brown claims'),
+    make('h3', {}, 'Brown\'s claims'),
     make('p', { class: 'hint' }, 'Ratios of the largest position errors over half a period of the two springs.'),
     table(['Brown\'s claim', 'where', 'by analysis', 'measured', 'verdict'], rows));
 }

@@ -1,4 +1,4 @@
-// What a step costs over the number of particles, with the caches that their state fits into.
+// The cost of a step over the number of particles, with the caches that their state fits into.
 import { distinct } from '../shared/palette';
 import { type Option, axis, inks, lines } from './chart';
 import { type Curve, curvesOption } from './curves';

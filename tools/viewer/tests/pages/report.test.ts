@@ -68,7 +68,7 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
       expect(runs[i]!.slice(2, 7)).toEqual([run.step, run.steps, run.substeps, run.ns_per_particle_step, run.seconds_per_simulated_second]);
       expect(runs[i]!.slice(7, 10)).toEqual([run.error.position_rms, run.error.position_max, run.error.velocity_rms]);
     });
-    const claims = await tableValues(page, 'What Brown claims');
+    const claims = await tableValues(page, 'Brown\'s claims');
     expect(claims.map((row) => row[3])).toEqual(scene.claims!.map(({ measured }) => measured));
     const throughput = await tableValues(page, `Throughput at ${scene.throughput!.length} sizes and calls`);
     expect(throughput.map((row) => row.slice(1, 5))).toEqual(
@@ -141,7 +141,7 @@ describe.skipIf(settings.program === undefined)('the report page', () => {
         await page.setViewportSize({ width, height: 800 });
         // Charts follow their boxes a picture later.
         await expect.poll(() => page.evaluate(() => document.documentElement.scrollWidth), patience).toBeLessThanOrEqual(width);
-        // What is narrower than 800 scrolls a table in its box; and so does 800 the one of all runs, which has 17 columns.
+        // A page narrower than 800 scrolls a table in its box; so does 800 the one of all runs, which has 17 columns.
         const boxes = await page.evaluate(() => [...document.querySelectorAll('.wide')].map((box) => ({ all: box.closest('.runs') !== null, over: box.scrollWidth - box.clientWidth })));
         expect(boxes.length).toBeGreaterThan(3);
         for (const { all, over } of boxes) if (width === 1280 || (width === 800 && !all)) expect(over).toBeLessThanOrEqual(0);
