@@ -76,7 +76,7 @@ bool is_worth(const ListSheet& sheet) {
   return sheet.columns >= least_line * sheet.phases() && (sheet.rows * sheet.columns < shared_from || bands >= least_bands);
 }
 
-// A part of the sheet holds rows beside its own for its air.
+// The rows that a part of the sheet holds for its air are those beside its own.
 bool meets_air_in_rows(const Scene& scene, const ListSheet& sheet) {
   const auto is_in_rows = [&](const Triangle& triangle) {
     const auto row = [&](std::uint32_t i) { return sheet.place_of(i) / sheet.columns; };

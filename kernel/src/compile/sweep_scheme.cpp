@@ -51,10 +51,10 @@ namespace {
 
 constexpr double theta_of_start = 0.7;
 
-// The rho that gives no energy to crumpling cloth, and resolves motion, by z = frequency * sub-step. Sheets that were thrown,
-// kicked and bounced at a fixed rho heat from about z = 2 on at 0.7, 5 at 0.6, 7 at 0.5 and 10 at 0.4, far beyond that at 0.3
-// too; and theta 1/2 is 1.25 times as accurate where rho is 0.57 at z = 3.7. Hence two falls, with a shelf between them. At 0.2
-// a sheet whose pins are driven hard keeps swinging for ever, at 0 it comes to rest.
+// The rho that gives no energy to crumpling cloth, and the one that resolves motion, by z = frequency * sub-step. Sheets that
+// were thrown, kicked and bounced at a fixed rho heat from about z = 2 on at 0.7, 5 at 0.6, 7 at 0.5 and 10 at 0.4, far beyond
+// that at 0.3 too; and theta 1/2 is 1.25 times as accurate where rho is 0.57 at z = 3.7. Hence two falls, with a shelf between
+// them. At 0.2 a sheet whose pins are driven hard keeps swinging for ever, at 0 it comes to rest.
 constexpr double fine = 0.95;
 constexpr double shelf = 0.6;
 constexpr double end_of_fine = 1.4;

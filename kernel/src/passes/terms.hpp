@@ -39,7 +39,7 @@ constexpr bool has_anchor_each(Flow flow) noexcept {
          flow == Flow::driven_shear_each || flow == Flow::rate_fused || flow == Flow::rate_shear;
 }
 
-// The extras of a step besides the flow; an index of the kernel table.
+// The work of a step besides the flow; an index of the kernel table.
 enum class Extras : std::uint8_t { none, contact, radial, radial_contact };
 inline constexpr std::size_t extras = 4;
 

@@ -65,7 +65,7 @@ Mask<V> is_sound_square(V square) noexcept {
   return (square > V(least_square<Scalar<V>>)) & (square < V(most_square<Scalar<V>>));
 }
 
-// A sum of pulses keeps its sign: `at_most` pulls (negative), `at_least` pushes.
+// The sign that a sum of pulses may have: `at_most` pulls (negative), `at_least` pushes.
 template <class V>
 V kept_sign(V sum, bool is_pull) noexcept {
   const V zero(Scalar<V>(0));
