@@ -26,7 +26,7 @@ double area(const std::array<Vec3, 4>& x, std::size_t corner) {
   return length(cross(difference(x[1], x[0]), difference(x[corner], x[0]))) / 2;
 }
 
-// Of an edge x0 x1 between the triangles with x2 and with x3, with the edges e0 = x1 - x0, e1 = x2 - x0, e2 = x3 - x0,
+// For an edge x0 x1 between the triangles with x2 and with x3, with the edges e0 = x1 - x0, e1 = x2 - x0, e2 = x3 - x0,
 // e3 = x2 - x1, e4 = x3 - x1 and c_jk the cotangent between e_j and e_k:
 //   w = sum c_i x_i,   c = (c_03 + c_04, c_01 + c_02, -c_01 - c_03, -c_02 - c_04)
 // is what the gradient of a height over the flat sheet jumps by across the edge, times the edge's length. E = D/2 w^2/(A_2 +
@@ -61,7 +61,7 @@ class Joined {
     zero_length_[at->second] += q;
   }
 
-  // What was added pulls by its zero_length alone.
+  // A pair that was added pulls by its zero_length alone.
   void finish(std::size_t before) {
     const std::size_t count = springs_.pairs.size();
     if (count != before) {

@@ -295,7 +295,7 @@ std::string describe_form(const ColoursForm<T>& form) {
          " colours between them";
 }
 
-// What the other schemes would take for the same springs and step, and which order the scene's steps would have.
+// The sub-steps that other schemes would take for the same springs and step, and the order that the scene's steps would have.
 template <class T>
 std::string describe_other_schemes(const Joints<T>& joints, const NetworkLimit& limit, const Scene& scene,
                                    const System& system) {
@@ -537,7 +537,7 @@ std::string describe_motions(const Scene& scene) {
   return words;
 }
 
-// What the grids of meshes hold, and what their cells cost. Flows share them.
+// The size of the grids of meshes, and the cost of their cells. Flows share them.
 template <class T>
 std::string describe_meshes(const CompiledScene<T>& compiled) {
   std::string words;
@@ -574,7 +574,7 @@ template <class T>
 std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_bytes) {
   const Scene& scene = compiled.scene;
   const JoinedMotion<T>* joined = compiled.joined();
-  // Of joined particles: the flow before the first pulse.
+  // Joined particles take the flow before the first pulse.
   const FreeMotion<T>& motion = joined != nullptr ? *joined->flows()[0] : *compiled.free();
   const System system(scene, compiled.start, compiled.options.step);
   const bool has_radial = !system.radial().empty();

@@ -12,7 +12,7 @@
 
 namespace dvdx {
 
-// What makes a plan takes the smallest numbers for 0, as a step does, and would so have them written.
+// Code that makes a plan takes the smallest numbers for 0, as a step does, and would so have them written.
 class AsTheyAre {
  public:
   AsTheyAre() noexcept {

@@ -10,9 +10,9 @@
 namespace dvdx {
 
 // Makes a sheet of these triangles resist bending, by springs of no rest length (Springs::zero_length) between the four corners
-// of each two triangles that share an edge: on `pairs` where there is one, else on a pair that is added. Of a network whose
-// edges are pairs it costs one spring for each inner edge, between the corners across it. A sheet that is flat, however it is
-// stretched or turned within its plane, bears no force of it.
+// of each two triangles that share an edge: on `pairs` where there is one, else on a pair that is added. A network whose edges
+// are pairs gains one spring for each inner edge, between the corners across it. A sheet that is flat, however it is stretched
+// or turned within its plane, bears no force of it.
 //   flat     m: the place of each particle where the sheet is not bent. Where it is not flat there either, it flattens.
 //   modulus  N m >= 0: bending stiffness D, of which a sheet that is rolled to a radius R has the energy D/(2 R^2) an area.
 //            So it is with triangles of equal sides, whichever way they are rolled; of right-angled ones that are cut all one

@@ -1,4 +1,4 @@
-// What the library that a program runs with is, which may be another one than its headers were.
+// Describes the library that a program runs with, which may be another one than its headers were.
 #pragma once
 
 #include <string>

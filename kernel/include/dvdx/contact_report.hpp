@@ -1,4 +1,4 @@
-// What a scene's contacts do to its particles: sums for each contact, and the impacts one by one.
+// The effect of a scene's contacts on its particles: sums for each contact, and the impacts one by one.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What drawing asks of a state: normals at the corners of sheets and meshes, and the box that holds the particles.
+// Geometry for drawing a state: normals at the corners of sheets and meshes, and the box that holds the particles.
 #pragma once
 
 #include <array>
@@ -16,18 +16,18 @@ namespace dvdx {
 using Triangle = std::array<std::uint32_t, 3>;
 
 // The sum of the normals of the triangles that meet at a particle, each weighed by its area, at unit length; zero where that
-// sum is. Of a grid they are those of its cells, each cut from (row, column) to (row + 1, column + 1), and to[.][i] is that of
+// sum is. A grid's triangles are its cells, each cut from (row, column) to (row + 1, column + 1), and to[.][i] is the normal at
 // particle grid.first + i. Each is the same whatever the layout, instruction set and compiler. `to` must not overlap the state.
 template <class T>
 DVDX_EXPORT void normals(const Grid& grid, const State<T>& state, const std::array<Column<T>, 3>& to) noexcept;
 
-// Of any triangles, for every particle of the state: to[.][i] is that of particle i, zero where no triangle is. Particles that
-// the state does not have must not be named.
+// The same for any triangles and every particle of the state: to[.][i] is the normal at particle i, zero where no triangle is.
+// The triangles must not name particles that the state does not have.
 template <class T>
 DVDX_EXPORT void normals(std::span<const Triangle> triangles, const State<T>& state,
                          const std::array<Column<T>, 3>& to) noexcept;
 
-// m, from the scene's origin. Of no particles `least` is infinite, and `most` minus infinity.
+// m, from the scene's origin. Without particles `least` is infinite, and `most` minus infinity.
 struct Bounds {
   Vec3 least{};
   Vec3 most{};

@@ -35,8 +35,8 @@ typedef enum dvdx_status {
   DVDX_WORKSPACE_DIFFERS,   // the workspace was made for another scene, precision or number of sub-steps
 } dvdx_status;
 
-// What went wrong, in the caller's memory; texts that do not fit are cut. Written by every call that takes it, also by one that
-// is done: then all texts are empty. Functions take a null pointer where no message is wanted.
+// The error of a call, in the caller's memory; texts that do not fit are cut. Every call that takes it writes it, also one that
+// returns DVDX_DONE: then all texts are empty. Functions take a null pointer where no message is wanted.
 typedef struct dvdx_error {
   dvdx_status status;
   char field[96];     // "forces[2].stiffness"; empty where no field is to blame
@@ -198,7 +198,7 @@ typedef struct dvdx_drag {
   dvdx_method method;
 } dvdx_drag;
 
-// What a surface does to a particle that meets it.
+// A surface's effect on a particle that meets it.
 typedef struct dvdx_surface {
   double restitution;       // 0..1
   double friction;          // Coulomb's coefficient, >= 0
@@ -428,7 +428,7 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_k
 DVDX_EXPORT dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_skin(dvdx_scene* scene, const dvdx_skin* skin, dvdx_error* error);
-// Of a skin that is there, in place of the one that it had.
+// Sets the backstop of a skin that is there, in place of the one that it had.
 DVDX_EXPORT dvdx_status dvdx_scene_set_backstop(dvdx_scene* scene, const dvdx_backstop* backstop, dvdx_error* error);
 // A skin that is there follows a motion, which carries its points and normals. Both count from 0.
 DVDX_EXPORT dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t skin, size_t motion, dvdx_error* error);
@@ -500,7 +500,7 @@ typedef struct dvdx_parallel {
   void* context;
 } dvdx_parallel;
 
-// What limits the sub-steps of a scene's networks: see NetworkLimit in plan.hpp.
+// The limit of the sub-steps of a scene's networks: see NetworkLimit in plan.hpp.
 typedef struct dvdx_network_limit {
   int substeps;          // a step, chosen or asked for
   double frequency;      // rad/s: the highest of the springs as they stand at the start
@@ -536,8 +536,8 @@ DVDX_EXPORT void dvdx_plan_destroy(dvdx_plan* plan);
 DVDX_EXPORT dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,
                                        dvdx_error* error);
 
-// What a scene's contacts do to its particles: see contact_report.hpp. The sums are of one contact, over all particles and all
-// steps so far: they depend on neither instruction set, threads nor layout.
+// The effect of a scene's contacts on its particles: see contact_report.hpp. The sums are of one contact, over all particles
+// and all steps so far: they depend on neither instruction set, threads nor layout.
 typedef struct dvdx_contact_sum {
   uint64_t hits;             // impacts
   double impulse[3];         // N s, on the surface: of impacts, and of what rests on it
@@ -572,7 +572,7 @@ DVDX_EXPORT uint64_t dvdx_contact_report_lost(const dvdx_contact_report* report)
 DVDX_EXPORT void dvdx_contact_report_clear_events(dvdx_contact_report* report);
 DVDX_EXPORT void dvdx_contact_report_clear(dvdx_contact_report* report);
 
-// As dvdx_plan_step(), with the same bits, and reports. What touches a surface is resolved particle by particle meanwhile.
+// As dvdx_plan_step(), with the same bits, and reports. Meanwhile particles that touch a surface are resolved one by one.
 DVDX_EXPORT dvdx_status dvdx_plan_step_and_report(const dvdx_plan* plan, dvdx_state* state, size_t steps,
                                                   const dvdx_parallel* parallel, dvdx_contact_report* report,
                                                   dvdx_error* error);
@@ -586,7 +586,7 @@ typedef struct dvdx_workspace dvdx_workspace;
 DVDX_EXPORT dvdx_status dvdx_workspace_create(const dvdx_plan* plan, dvdx_workspace** workspace, dvdx_error* error);
 // A null pointer is fine.
 DVDX_EXPORT void dvdx_workspace_destroy(dvdx_workspace* workspace);
-// What it holds, without the handle. 0 of a null pointer.
+// The bytes that a workspace holds, without the handle; 0 for a null pointer.
 DVDX_EXPORT size_t dvdx_workspace_bytes(const dvdx_workspace* workspace);
 
 // As dvdx_plan_step(), or where report is not null as dvdx_plan_step_and_report(), in this workspace: one plan steps any number
@@ -605,9 +605,9 @@ DVDX_EXPORT dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state,
 DVDX_EXPORT void dvdx_plan_forget(dvdx_plan* plan);
 DVDX_EXPORT void dvdx_workspace_forget(dvdx_workspace* workspace);  // the same of a state that is stepped in it
 
-// What the next step depends on beside the state's columns and its clock: what the springs did in the last step, where that is
-// carried on (see above), and what is driven. With it a state that was stored goes on with the same bits in another plan of the
-// same scene, made for the same start. Not while another thread steps with this plan.
+// Everything that the next step depends on beside the state's columns and its clock: what the springs did in the last step,
+// where that is carried on (see above), and what is driven. With it a stored state goes on with the same bits in another plan
+// of the same scene, made for the same start. Not while another thread steps with this plan.
 // Writes at most `capacity` numbers, and says in *count how many there are: numbers may be null where capacity is 0.
 DVDX_EXPORT dvdx_status dvdx_plan_carried(const dvdx_plan* plan, const dvdx_state* state, double* numbers, size_t capacity,
                                           size_t* count, dvdx_error* error);
@@ -700,12 +700,12 @@ DVDX_EXPORT dvdx_status dvdx_plan_replace_contact(dvdx_plan* plan, size_t index,
                                                   dvdx_error* error);
 // The air that networks with aerodynamics meet. Takes memory for what it copies.
 DVDX_EXPORT dvdx_status dvdx_plan_set_wind(dvdx_plan* plan, const dvdx_wind* wind, dvdx_error* error);
-// Of the plan's network `index`, a grid or springs: the fields of dvdx_grid or dvdx_springs that bear these names.
+// Sets the plan's network `index`, a grid or springs: the fields of dvdx_grid or dvdx_springs that bear these names.
 DVDX_EXPORT dvdx_status dvdx_plan_set_grid_stiffness(dvdx_plan* plan, size_t index, double structural, double shear,
                                                      double bend, double damping, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_plan_set_springs_stiffness(dvdx_plan* plan, size_t index, const dvdx_scalars* stiffness,
                                                         double damping, dvdx_error* error);
-// Of the plan's network `bending->network`, springs: bends by these angles in place of all that it did before. Its pairs must
+// Makes the plan's network `bending->network`, springs, bend by these angles in place of all that it did before. Its pairs must
 // hold those that dvdx_scene_add_bending() adds, as after one with a modulus of 0.
 DVDX_EXPORT dvdx_status dvdx_plan_set_bending(dvdx_plan* plan, const dvdx_bending* bending, dvdx_error* error);
 // kg > 0. The plan must know how many particles there are: where something joins them, or a value is given for each.
@@ -720,19 +720,19 @@ DVDX_EXPORT dvdx_status dvdx_plan_break_spring(dvdx_plan* plan, size_t index, ui
 DVDX_EXPORT dvdx_status dvdx_plan_tear(dvdx_plan* plan, size_t index, double stretch, const dvdx_state* state, size_t* torn,
                                        dvdx_error* error);
 
-// Of a null pointer: a step that is not a number, DVDX_ISA_BEST, DVDX_FLOAT32, no limit and no text.
+// A null pointer gives a step that is not a number, DVDX_ISA_BEST, DVDX_FLOAT32, no limit and no text.
 DVDX_EXPORT double dvdx_plan_step_size(const dvdx_plan* plan);  // s
 DVDX_EXPORT dvdx_isa dvdx_plan_isa(const dvdx_plan* plan);
 DVDX_EXPORT dvdx_precision dvdx_plan_precision(const dvdx_plan* plan);
 // 1, and the limit, where the scene has networks or constraints; else 0.
 DVDX_EXPORT int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limit* limit);
-// What the scene needs, in words: passes, forces, bytes, operations, what is unstable. As dvdx_build_info().
+// The scene's needs, in words: passes, forces, bytes, operations, what is unstable. As dvdx_build_info().
 DVDX_EXPORT size_t dvdx_plan_explain(const dvdx_plan* plan, char* text, size_t capacity);
 
 // ---- Drawing -----------------------------------------------------------------------------------------------------------
 
 // The sum of the normals of the triangles that meet at a particle, each weighed by its area, at unit length; zero where that sum
-// is. Of the sheet of particles first + row * columns + column, whose cells are cut from (row, column) to (row + 1, column + 1).
+// is. The sheet has particles first + row * columns + column; its cells are cut from (row, column) to (row + 1, column + 1).
 // to: three columns of the state's precision for rows * columns numbers, which share no memory with it.
 DVDX_EXPORT dvdx_status dvdx_grid_normals(size_t rows, size_t columns, size_t first, const dvdx_state* state,
                                           const dvdx_column* to, dvdx_error* error);
@@ -783,7 +783,7 @@ typedef enum dvdx_not_finite { DVDX_NOT_FINITE_KEPT = 0, DVDX_NOT_FINITE_REMOVED
 // Which fills which is the same for all instruction sets, threads, layouts and numbers of steps a call (dvdx/turnover.hpp).
 typedef enum dvdx_survivor_order { DVDX_SURVIVOR_ORDER_KEPT = 0, DVDX_SURVIVOR_ORDER_ANY } dvdx_survivor_order;
 
-// What makes particles, and what removes them besides their age.
+// The emitters of particles, and their removal for other reasons than age.
 typedef struct dvdx_turnover {
   const dvdx_emitter* emitters;
   size_t emitter_count;
@@ -795,8 +795,8 @@ typedef struct dvdx_turnover {
   size_t capacity;            // particles, 1 to 4294967295: most that live at once; further births are dropped and counted
 } dvdx_turnover;
 
-// A column of the caller's own that goes along with the particles: element i stands at base + i * stride bytes. What is born
-// gets zeros.
+// A column of the caller's own that goes along with the particles: element i stands at base + i * stride bytes. Particles that
+// are born get zeros.
 typedef struct dvdx_carried {
   void* base;
   ptrdiff_t stride;  // bytes from an element to the next
@@ -837,7 +837,7 @@ DVDX_EXPORT dvdx_status dvdx_live_plan_remove(const dvdx_live_plan* plan, dvdx_l
 // As dvdx_plan_teleport(), of the particles that live. Emitters, boundaries and contacts stay where they are.
 DVDX_EXPORT dvdx_status dvdx_live_plan_teleport(const dvdx_live_plan* plan, const dvdx_live* live, const double* translation,
                                                 const double* rotation, dvdx_error* error);
-// What coming and going costs, in words, behind what the scene needs. As dvdx_build_info().
+// The cost of coming and going, in words, behind the scene's needs. As dvdx_build_info().
 DVDX_EXPORT size_t dvdx_live_plan_explain(const dvdx_live_plan* plan, char* text, size_t capacity);
 
 #ifdef __cplusplus

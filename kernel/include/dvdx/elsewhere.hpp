@@ -1,4 +1,4 @@
-// What a plan must know of the particles that it does not step, where a state is stepped in parts.
+// A plan's knowledge of the particles that it does not step, where a state is stepped in parts.
 #pragma once
 
 #include <array>
@@ -19,8 +19,8 @@ struct HaloColumns {
   const std::uint32_t* element = nullptr;  // of each particle, where it stands in them
 };
 
-// What a step of a part does between its springs' pulses, in which a halo's particles lack springs. A plan with one keeps its
-// particles in the order in which they are numbered.
+// The exchange of a part's step between its springs' pulses, in which a halo's particles lack springs. A plan with one keeps
+// its particles in the order in which they are numbered.
 struct Exchange {
   void* context = nullptr;
   // Begins to tell what others hold of this part, while the step works out the rest of the same columns; and puts in place what
@@ -30,22 +30,22 @@ struct Exchange {
   // no part.
   void (*start)(void* context, const HaloColumns& columns) noexcept = nullptr;
   void (*finish)(void* context, const HaloColumns& columns) noexcept = nullptr;
-  // Of each particle: 0 where no other part holds it. Null: any may be held, and all is worked out before it is told.
+  // For each particle, 0 where no other part holds it. Null: any may be held, and all is worked out before it is told.
   const std::uint8_t* is_told = nullptr;
-  // Of each particle: 0 where it is another part's, whose reports of contacts tell of it. Null: all are this part's.
+  // For each particle, 0 where it is another part's, whose reports of contacts tell of it. Null: all are this part's.
   const std::uint8_t* is_own = nullptr;
-  // Of a large sheet's part (dvdx/partition.hpp): positions, and then velocities, are told after so many pulses, through which
-  // it goes while rows are in cache. 1: velocities after each.
+  // A large sheet's part (dvdx/partition.hpp) goes through so many pulses while rows are in cache. Positions, and then
+  // velocities, are told after them. 1: velocities after each.
   std::uint32_t pulses_per_telling = 1;
 };
 
-// Of a part of a list that `sequential` sweeps: which springs its sweeps take when, as in the whole (Part::sweeps). To be kept
-// as long as the plan.
+// The order in which the sweeps of a part take springs, as in the whole (Part::sweeps): for a part of a list that `sequential`
+// sweeps. To be kept as long as the plan.
 struct SweptPart {
   // Its own pieces come first, and then the halo: of each piece, the number of the particle behind its last.
   std::vector<std::uint32_t> piece_ends;
-  // Of each spring, in the order of its ends' numbers, the lesser first: 0 within a piece; those that lead out of one are taken
-  // by their colours, from 1 to `colours`, and all parts tell their halo after each.
+  // For each spring, in the order of its ends' numbers, the lesser first: 0 within a piece. Springs that lead out of one are
+  // taken by their colours, from 1 to `colours`, and all parts tell their halo after each.
   std::vector<std::uint32_t> colour_of;
   std::uint32_t colours = 0;
   // Or, where the whole's sweeps walk the list as a sheet: the whole's columns, and how many rows or columns its springs lead
@@ -78,7 +78,7 @@ struct Elsewhere {
   SharedBirths births{};              // of LivePlan
 };
 
-// Of the scene's first `count` particles.
+// The same numbers of the scene's first `count` particles.
 [[nodiscard]] DVDX_EXPORT Elsewhere elsewhere_of(const Scene& scene, std::size_t count);
 
 }  // namespace dvdx

@@ -29,8 +29,8 @@ enum class Arithmetic {
 [[nodiscard]] std::vector<Isa> built_isas(Arithmetic arithmetic = Arithmetic::separate);      // in this binary
 [[nodiscard]] std::vector<Isa> available_isas(Arithmetic arithmetic = Arithmetic::separate);  // and on this machine
 
-// What the environment variable DVDX_ISA asks for; none where it is not set, empty or "best". A plan for which no ISA is asked
-// otherwise takes it, or is refused where this is none of its arithmetic's.
+// The ISA that the environment variable DVDX_ISA asks for; none where it is not set, empty or "best". A plan for which no ISA
+// is asked otherwise takes it, or is refused where this is none of its arithmetic's.
 [[nodiscard]] std::optional<std::string> forced_isa();
 
 // The ISA that a plan takes where none is asked for: the one of DVDX_ISA where that is available, else the best.

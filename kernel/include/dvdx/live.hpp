@@ -13,8 +13,8 @@
 
 namespace dvdx {
 
-// What is born gets in a column of the caller's own: zeros, or how many births of all parts there were before it, as int64_t
-// (of 8 bytes). By these numbers the particles that parts share stand in the order in which one plan would keep them.
+// The value that a birth gets in a column of the caller's own: zeros, or how many births of all parts there were before it, as
+// int64_t (of 8 bytes). By these numbers the particles that parts share stand in the order in which one plan would keep them.
 enum class AtBirth { zeros, number };
 
 // A column of the caller's own that removal moves along with the particles: an id, a colour. Element i stands at

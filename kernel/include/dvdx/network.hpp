@@ -20,7 +20,7 @@ using Pair = std::array<std::uint32_t, 2>;
 // Three particles, by number, all different: a flat piece of cloth between springs.
 using Triangle = std::array<std::uint32_t, 3>;
 
-// The air that a network's triangles meet. Of a triangle of area A and unit normal n, with u = wind - mean velocity of its
+// The air that a network's triangles meet. For a triangle of area A and unit normal n, with u = wind - mean velocity of its
 // corners, n turned so that c = n.u / |u| >= 0, and q = density |u| A / 2, the force is
 //   drag q c u + lift q c |u| (n - c u / |u|),
 // a third of it on each corner. A triangle one of whose sides is torn (`broken`) meets no air.
@@ -68,7 +68,7 @@ struct Springs {
 
 using Network = std::variant<Grid, Springs>;
 
-// What a network's springs are made of, without what they join: Plan::set_stiffness. The fields are those of Grid and Springs.
+// The material of a network's springs, without what they join: Plan::set_stiffness. The fields are those of Grid and Springs.
 struct GridStiffness {
   double structural = 0, shear = 0, bend = 0, damping = 0;
 };
@@ -122,7 +122,7 @@ struct Coupling {
   // into Plan::scene(), and changes keep it, whatever then hangs there: nets whose softness changed with their load would be
   // pumped by it, and no change looks at the whole net. explain() estimates anew; so does a plan of a scene without it.
   std::optional<double> longest_substep{};
-  // Of sequential. None, with symmetric sweeps: generalized alpha, of second order, which has not been seen to give energy to
+  // For sequential. None, with symmetric sweeps: generalized alpha, of second order, which has not been seen to give energy to
   // cloth that crumples; none, with forward sweeps: 1. A number, 0.5..1: where in the sub-step the springs act. 0.5 is of
   // second order; cloth that crumples gains energy at coarse steps, much of it below 0.7, rarely from there on
   // (docs/stability.md).

@@ -15,7 +15,7 @@
 
 namespace dvdx {
 
-// What one part tells another, and is told by it: places in its own list of particles, both in the order of their numbers.
+// The halo by which a part tells another and is told: places in its own list of particles, both in the order of their numbers.
 struct Neighbour {
   std::uint32_t part = 0;
   std::vector<std::uint32_t> sent, received;
@@ -41,8 +41,9 @@ struct Part {
 // others twice for each colour of the springs that lead from piece to piece.
 [[nodiscard]] DVDX_EXPORT std::uint32_t tellings_of_sweeps(const Scene& scene, std::size_t count);
 
-// Of a sheet in parts of whole rows, the least of which has so many: more than 1 for `leapfrog` without damping, air and
-// motions, where a part is large beside the rows that so many pulses reach, and does not fit in a core's cache.
+// The pulses between tellings of a sheet in parts of whole rows, the least of which has `fewest_rows`: more than 1 for
+// `leapfrog` without damping, air and motions, where a part is large beside the rows that so many pulses reach, and does not
+// fit in a core's cache.
 [[nodiscard]] DVDX_EXPORT std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows);
 
 // The rows of a list that `sequential` walks as a sheet, as it walks a grid: three rows or more of at least 16 particles (32 where
@@ -57,8 +58,8 @@ struct Part {
 // other schemes 1.
 [[nodiscard]] DVDX_EXPORT std::size_t rows_kept_together(const Scene& scene, const Grid& sheet);
 
-// What a part holds of the rows of the part above it (of lesser rows) and of the one below it, so that its own are right
-// after so many pulses or, of `sequential`, a sub-step.
+// The rows that a part holds of the part above it (of lesser rows) and of the one below it, so that its own are right after so
+// many pulses or, by `sequential`, a sub-step.
 struct RowsHeld {
   std::uint64_t above = 0, below = 0;
 };
@@ -82,16 +83,16 @@ struct RowsHeld {
 [[nodiscard]] DVDX_EXPORT std::optional<Part> part_of_sheet(const Scene& scene, std::size_t count, std::uint32_t parts,
                                                             std::uint32_t part);
 
-// What some rows of a sheet say of how fast its springs can swing. Of all rows it is the highest number by number.
+// The rates of some rows of a sheet: how fast its springs can swing. The rates of all rows are the highest, number by number.
 struct SheetRates {
   double of_k = 0, of_c = 0;  // 1/s^2, 1/s: the highest w_a S_a + w_b S_b of the springs that begin in them, S of k or c
   double w = 0;               // 1/kg, the highest
 };
-// Of rows first, ..., end - 1 of a scene that is one sheet, of which nothing is torn; of another scene all are 0.
+// The rates of rows first, ..., end - 1 of a scene that is one sheet with nothing torn. Any other scene gives 0 for all.
 [[nodiscard]] DVDX_EXPORT SheetRates rates_of_rows(const Scene& scene, std::uint64_t first, std::uint64_t end);
 
-// What limits the sub-steps of the whole, as its plan tells, but for two things: `frequency` is the bound, and `particle` is not
-// looked for. None where what the plan's eigenvalues find decides whether so few sub-steps are refused, and of a scene that is no
+// The limit of the whole's sub-steps, as its plan tells it, with two differences: `frequency` is the bound, and `particle` is
+// not looked for. None where the plan's eigenvalues decide whether so few sub-steps are refused, and for a scene that is no
 // sheet.
 [[nodiscard]] DVDX_EXPORT std::optional<NetworkLimit> limit_of_sheet(const Scene& scene, double step, const SheetRates& all);
 

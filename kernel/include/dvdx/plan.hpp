@@ -20,7 +20,7 @@
 
 namespace dvdx {
 
-// What is wrong with a scene, an option or a state: the field ("forces[2].stiffness"), its value, and what is valid.
+// An error in a scene, an option or a state: the field ("forces[2].stiffness"), its value, and what is valid.
 struct Error {
   std::string field;
   std::string value;
@@ -31,7 +31,7 @@ struct Error {
 template <class T>
 using Expected = tl::expected<T, Error>;
 
-// What becomes of the digits of a step's result that the state's scalar type cannot hold.
+// The fate of the digits of a step's result that the state's scalar type cannot hold.
 enum class Rounding {
   plain,  // they are lost
   // They are carried in the state's residual columns, and the step is worked out in float64: of float32 states alone. The
@@ -41,7 +41,7 @@ enum class Rounding {
   compensated,
 };
 
-// What becomes of springs between particles that are asked to be stepped in fewer sub-steps than they need to be stable.
+// The fate of springs between particles that are asked to be stepped in fewer sub-steps than they need to be stable.
 enum class Unstable {
   refused,  // compile() and set_step() name the fewest
   allowed,  // they are stepped, and may grow without bound: for studies of instability
@@ -93,7 +93,7 @@ struct SchemeChoice {
   double leapfrog_cost = 0, sequential_cost = 0;
 };
 
-// What limits the sub-steps of a scene's networks.
+// The limit of the sub-steps of a scene's networks.
 struct NetworkLimit {
   int substeps = 1;            // a step, chosen or asked for
   double frequency = 0;        // rad/s: the highest of the springs as they stand at the start, by Lanczos' iteration
@@ -203,11 +203,11 @@ class DVDX_EXPORT Plan {
   // needed for another state or another clock, nor where all particles are moved alike, kicked, or stepped with another step.
   void forget() noexcept;
 
-  // What the next step depends on beside the state's columns and its clock: what the springs did in the last step, where that
-  // is carried on (see Workspace), and what is driven by set_pose and set_places. With it a state that was stored goes on
-  // elsewhere with the same bits: in a plan of the same scene, compiled for the same start, on any instruction set. Numbers for
-  // restore() alone, few or none where there is nothing to keep. Not while another thread steps with this plan, or in this
-  // workspace.
+  // Everything that the next step depends on beside the state's columns and its clock: what the springs did in the last step,
+  // where that is carried on (see Workspace), and what is driven by set_pose and set_places. With it a stored state goes on
+  // elsewhere with the same bits: in a plan of the same scene, compiled for the same start, on any instruction set. The numbers
+  // are for restore() alone, few or none where there is nothing to keep. Not while another thread steps with this plan, or in
+  // this workspace.
   [[nodiscard]] std::vector<double> carried(const State<T>& state) const;
   [[nodiscard]] std::vector<double> carried(const State<T>& state, const Workspace<T>& workspace) const;
   // For the state as it was then: count, columns and clock. Changes nothing where it fails.
@@ -221,8 +221,8 @@ class DVDX_EXPORT Plan {
   // "Be there at the end of the next step", whichever call makes it. In every sub-step of it what follows motions[motion], or
   // the particles of kinematic[kinematic], are on the straight way there (a pose also turns evenly, the short way round) and
   // have its velocity; after it they rest, until the next of these. The keys of the motion count no more. Neither compiles
-  // anything; set_places takes memory at its first call. Of the state that is stepped in the plan's own workspace; a clone
-  // starts by the keys. Not while another thread steps with it.
+  // anything; set_places takes memory at its first call. Both drive the state that is stepped in the plan's own workspace; a
+  // clone starts by the keys. Not while another thread steps with it.
   // By Arrival::jump it is there when the next step begins, and nothing between is swept; a target that waited is dropped. It
   // rests in that step, unless another target follows before it, by Arrival::moving: then it goes from here to there. So a
   // character that is carried elsewhere while it walks jumps to where it stood, carried along, and moves on from there. The
@@ -238,7 +238,7 @@ class DVDX_EXPORT Plan {
   // Carries a state elsewhere by one rigid motion of the world, x to R x + translation (R about the world's origin): its places
   // and velocities with what springs did in the last step, fixed particles, and all that follows a motion or is driven. Keys of
   // motions go on from there; targets that wait are carried along, and later ones are of the world, as ever. Nothing has
-  // another speed than before, and nothing between is swept. What the scene names in the world stays where it is: contacts that
+  // another speed than before, and nothing between is swept. Places that the scene names in the world stay: contacts that
   // follow no motion, anchors of forces, those at the start too, and the directions of forces and wind. Takes no memory, but
   // for an error. An error, and nothing is changed: where `by` is not finite, or the state as a step refuses it; where a
   // constraint holds a particle on a point or a line of the world, which would draw it back; and where T rounds the new places,
@@ -266,10 +266,10 @@ class DVDX_EXPORT Plan {
   Expected<void> replace(std::size_t index, const Contact& contact);
   // The air that networks with `aerodynamics` meet. Takes memory where there are more gusts than before.
   Expected<void> set_wind(const Wind& wind);
-  // Of networks[index], a Grid or Springs, for every spring that is not torn. Lengths stay.
+  // Sets every spring of networks[index], a Grid or Springs, that is not torn. Lengths stay.
   Expected<void> set_stiffness(std::size_t index, const GridStiffness& stiffness);
   Expected<void> set_stiffness(std::size_t index, const SpringsStiffness& stiffness);
-  // Of networks[index], Springs: their zero_length, N/m, one for all or one a pair. Lengths and stiffness stay.
+  // Sets the zero_length of networks[index], Springs: N/m, one for all or one a pair. Lengths and stiffness stay.
   Expected<void> set_zero_length(std::size_t index, const Scalars& zero_length);
   // The same by angles: what add_bending() makes of these (dvdx/bending.hpp) in place of all zero_length that there was. Only of
   // pairs that the network has; those that it lacks add_bending() adds before compile(), with a modulus of 0 as well.
@@ -298,9 +298,9 @@ class DVDX_EXPORT Plan {
   [[nodiscard]] Arithmetic arithmetic() const noexcept;
   [[nodiscard]] Rounding rounding() const noexcept;
   [[nodiscard]] std::size_t block() const noexcept;  // particles
-  // Of a scene with networks.
+  // The limit of a scene with networks.
   [[nodiscard]] std::optional<NetworkLimit> network_limit() const;
-  // What the scene needs, in words: passes, combined forces, bytes and operations per particle-step, what is unstable.
+  // The scene's needs, in words: passes, combined forces, bytes and operations per particle-step, what is unstable.
   [[nodiscard]] std::string explain() const;
 
  private:

@@ -31,7 +31,7 @@ class Ranks {
   virtual void start_send(int to, std::span<const std::byte> bytes) noexcept = 0;
   virtual void start_receive(int from, std::span<std::byte> bytes) noexcept = 0;
   virtual void finish() noexcept = 0;
-  // What start_send() has sent so far: a message each call that has bytes.
+  // The traffic that start_send() has sent so far: a message each call that has bytes.
   [[nodiscard]] virtual Traffic started() const noexcept { return {}; }
 
   virtual void broadcast(int from, std::span<std::byte> bytes) noexcept = 0;

@@ -75,7 +75,7 @@ struct Removal {
 struct Turnover {
   std::vector<Emitter> emitters{};
   Removal removal{};
-  std::size_t capacity = 0;  // particles: most that live at once. What would be born beyond is dropped and counted.
+  std::size_t capacity = 0;  // particles: most that live at once. Births beyond it are dropped and counted.
   bool operator==(const Turnover&) const = default;
 };
 

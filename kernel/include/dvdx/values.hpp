@@ -1,4 +1,4 @@
-// What a scene's fields hold: vectors, numbers for all or for each particle, and anchors.
+// Values of a scene's fields: vectors, numbers for all or for each particle, and anchors.
 #pragma once
 
 #include <array>

@@ -94,7 +94,7 @@ dvdx_status status_of(StepResult result) noexcept {
   return DVDX_FAILED;
 }
 
-// Of a number that is not finite, in static memory.
+// The word for a number that is not finite, in static memory.
 const char* words_of(double number) noexcept { return std::isnan(number) ? "nan" : number > 0 ? "inf" : "-inf"; }
 
 }  // namespace

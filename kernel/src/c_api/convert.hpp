@@ -1,4 +1,4 @@
-// What plans of either kind take by C, as C++ has it: particles, options, threads; and their handles.
+// The C arguments of plans of either kind, as C++ has them: particles, options, threads; and their handles.
 #pragma once
 
 #include <cstddef>
@@ -32,14 +32,14 @@ State<T> view(const dvdx_state& from) noexcept {
 
 inline void put_clock(const Clock& clock, dvdx_state& state) noexcept { state.clock = {clock.seconds, clock.carry}; }
 
-// What no column may be, before anything reads it: a pointer to nothing, or numbers at odd places. DVDX_DONE, or what is
-// reported.
+// Refuses, before anything reads it, a column with a pointer to nothing or with numbers at odd places. Gives DVDX_DONE, or the
+// status that it reports.
 template <class T>
 dvdx_status check_column(const dvdx_column& column, const char* name, dvdx_error* error) noexcept;
-// Of a state in which nothing is looked at from `needed` particles on. No two elements may share memory.
+// Likewise for a state in which nothing is looked at from `needed` particles on. No two elements may share memory.
 template <class T>
 dvdx_status check_columns(const dvdx_state& state, std::size_t needed, dvdx_error* error) noexcept;
-// Of these columns, in order, each with its name.
+// A column of those that must lie apart, in order, with its name.
 struct NamedColumn {
   const dvdx_column* column;
   const char* name;
@@ -47,7 +47,7 @@ struct NamedColumn {
 template <class T>
 dvdx_status check_apart(std::span<const NamedColumn> columns, std::size_t count, dvdx_error* error) noexcept;
 
-// What came of a step of a state with this clock.
+// Reports the result of a step of a state with this clock.
 dvdx_status report(dvdx_error* error, StepResult result, const dvdx_clock& clock) noexcept;
 
 inline ParallelFor threads_of(const dvdx_parallel* parallel) noexcept {

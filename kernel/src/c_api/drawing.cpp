@@ -1,4 +1,4 @@
-// What drawing asks of a state, by C.
+// Geometry for drawing a state, by C.
 #include "dvdx/drawing.hpp"
 
 #include <string>

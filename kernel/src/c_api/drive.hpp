@@ -1,4 +1,4 @@
-// What a program drives, of a plan or of a workspace: changed(f) makes the change f of either, as C++ has it, and says how it ended.
+// Driving a plan or a workspace by C: changed(f) makes the change f of either, as C++ has it, and says how it ended.
 #pragma once
 
 #include <cstddef>

@@ -57,7 +57,7 @@ dvdx_status report(dvdx_error* error, dvdx_status status, std::string_view field
   put(error->field, field);
   put(error->value, value);
   put(error->valid, valid);
-  // What of the sentence fits.
+  // The message is cut to the part of the sentence that fits.
   std::size_t end = 0;
   for (const std::string_view part :
        {std::string_view(&error->field[0]), std::string_view(" is "), std::string_view(&error->value[0]),

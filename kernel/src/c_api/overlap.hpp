@@ -24,7 +24,7 @@ struct Runs {
   }
 };
 
-// Of the first n elements, n > 0.
+// The runs of the first n elements, n > 0.
 [[nodiscard]] Runs runs_of(const dvdx_column& column, std::size_t n, std::size_t size) noexcept;
 [[nodiscard]] bool overlaps_itself(const Runs& a) noexcept;
 // Exact. A few operations where the columns lie apart or have the same stride, else one pass over their runs.

@@ -1,4 +1,4 @@
-// Scenes by C: each struct becomes the value of the same name. What they hold is checked by compile().
+// Scenes by C: each struct becomes the value of the same name. compile() checks the values.
 #include "c_api/scene.hpp"
 
 #include <memory>
@@ -249,7 +249,7 @@ Coupling value(const dvdx_coupling& from) {
   return to;
 }
 
-// Of a grid the triangles are those of its cells.
+// A grid's triangles are those of its cells.
 void take_triangles(Grid& /*grid*/, const dvdx_aerodynamics& from) {
   if (from.count == 0) return;
   throw Error{"aerodynamics.triangles", std::to_string(from.count), "none of a grid, whose cells are cut"};

@@ -228,7 +228,7 @@ class Search {
   std::size_t parts_ = 0;  // that depend on the state, each worked out apart from the others
   bool has_separate_ = false, has_time_combined_ = false, has_time_alone_ = false;
   bool is_any_damped_ = false, is_beyond_cubic_ = false;
-  // What acts in pulses between flows: radial springs, networks, constraints.
+  // Joints act in pulses between flows: radial springs, networks, constraints.
   bool has_joint_ = false, is_joint_damped_ = false;
 };
 

@@ -1,4 +1,4 @@
-// What a scene's steps are exact for, and with which power of the step their error goes where they are not.
+// Accuracy of a scene's steps: whether they are exact, and with which power of the step their error goes where they are not.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ struct Accuracy {
   std::vector<std::string> reasons;  // what limits it to that order; none where it is exact
 };
 
-// Of the path at a given time, as the step goes to zero. Rounding aside.
+// The accuracy of the path at a given time, as the step goes to zero. Rounding aside.
 Accuracy accuracy(const Scene& scene, const System& system);
 
 }  // namespace dvdx

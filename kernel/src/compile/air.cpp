@@ -67,7 +67,7 @@ int Air<T>::triangles_at(std::size_t row, std::size_t column) const noexcept {
          is_there(W_right_, 1, 1) + is_there(W_below_, 1, 1);
 }
 
-// Of the triangles whose cells are not farther than `reach` from that of (row, column).
+// Refreshes the triangles whose cells are not farther than `reach` from that of (row, column).
 template <class T>
 void Air<T>::refresh(std::span<const double> w, std::size_t row, std::size_t column, std::size_t reach) noexcept {
   const std::size_t to_row = std::min(grid_.rows - 1, row + reach + 1);

@@ -14,7 +14,7 @@
 
 namespace dvdx {
 
-// What a network's triangles are in a list, and what they meet.
+// A network's triangles in a list, and the air that they meet.
 struct AirNetwork {
   Aerodynamics aerodynamics;
   std::size_t first = 0, end = 0;  // triangles, multiples of 16
@@ -53,7 +53,7 @@ class Air {
   [[nodiscard]] std::size_t list_size() const noexcept { return a_.size(); }
   [[nodiscard]] std::size_t bytes() const noexcept;
 
-  // Of a sheet in rows, whose particles' inverse masses are w, one of which has changed; and of which a spring is torn.
+  // For a sheet in rows, whose particles' inverse masses are w: one of them has changed, or a spring is torn.
   void set_inverse_mass(std::span<const double> w, std::size_t particle) noexcept;
   void tear(std::span<const double> w, const GridSpring& spring) noexcept;
   // Likewise of a list; torn: between two particles of one of networks().

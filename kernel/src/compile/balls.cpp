@@ -28,7 +28,7 @@ std::vector<SkinStart> skin_starts(const Scene& scene, std::span<const Vec3> sta
   return starts;
 }
 
-// By Dijkstra from all of them at once. Of two that are equally far the one of the lesser number.
+// By Dijkstra from all of them at once. Among those that are equally far the one of the least number counts.
 std::vector<Tether> tethers_of(std::span<const JoinedPair> springs, std::span<const double> w) {
   struct Way {
     std::uint32_t to;

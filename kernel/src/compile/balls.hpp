@@ -1,4 +1,4 @@
-// What a scene's skins and tethers compile to: lists of particles and of the balls that they stay in or out of. Immutable.
+// A scene's skins and tethers, compiled: lists of particles and of the balls that they stay in or out of. Immutable.
 #pragma once
 
 #include <cstddef>

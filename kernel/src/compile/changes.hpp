@@ -32,7 +32,7 @@ struct ZeroLengthChange {
   [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
   void apply(Scene& scene, std::size_t count) const;
 };
-// What add_bending() makes of a network's own pairs; an error where it needs others.
+// The zero_length that add_bending() makes of a network's own pairs; an error where it needs others.
 [[nodiscard]] Expected<Scalars> zero_length_of(const Scene& scene, std::size_t network, std::span<const Triangle> triangles,
                                                std::span<const Vec3> flat, double modulus);
 

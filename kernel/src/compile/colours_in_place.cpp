@@ -125,7 +125,7 @@ void ColoursInPlace<T>::set_spring(ColoursForm<T>& form, const NetworkInput& in,
   tell(form, group);
 }
 
-// What shares a set goes on sharing it where its springs have changed alike.
+// Groups that share a set go on sharing it where their springs have changed alike.
 template <class T>
 void ColoursInPlace<T>::set_springs(ColoursForm<T>& form, const NetworkInput& in, const ListRates& springs) noexcept {
   const Scheme scheme = scheme_of(in);

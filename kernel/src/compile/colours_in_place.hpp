@@ -35,7 +35,7 @@ class ColoursInPlace {
 
  private:
   static constexpr std::uint32_t nowhere = 0xffffffff;
-  // What the coefficients of 16 springs are made of; of a lane without a spring, and of a torn one, k = c = 0.
+  // The source of the coefficients of 16 springs; a lane without a spring, and one with a torn spring, has k = c = 0.
   struct Source {
     std::array<double, slice> k{}, c{}, w_a{}, w_b{};
     bool operator==(const Source&) const = default;

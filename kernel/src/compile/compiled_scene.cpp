@@ -122,7 +122,7 @@ Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa 
 
 namespace {
 
-// What a change of forces or contacts keeps.
+// The joints, which a change of forces or contacts keeps.
 template <class T>
 auto shared_joints(const CompiledScene<T>& before) {
   return [&](const Scene&, const Options&, std::span<const Vec3>) { return before.joined()->shared_joints(); };

@@ -1,4 +1,4 @@
-// What a scene compiles to, for one step size, scalar type and instruction set. A plan and its clones share it: only a plan
+// A scene, compiled for one step size, scalar type and instruction set. A plan and its clones share it: only a plan
 // that has it for itself may change it (compile/in_place.hpp).
 #pragma once
 
@@ -60,7 +60,7 @@ using SharedScene = std::shared_ptr<CompiledScene<T>>;
 // null where nothing joins particles.
 template <class T>
 Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled, std::shared_ptr<Joints<T>> joints);
-// What is wrong with a force in place of forces[index], all others being right.
+// The error in a force in place of forces[index], all others being right.
 template <class T>
 std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t index, const Force& force);
 // Whether it may ask for another number of sub-steps there.

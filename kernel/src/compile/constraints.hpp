@@ -1,4 +1,4 @@
-// What a scene's constraints compile to: colours of constraints that can be solved side by side, rounded. Immutable.
+// A scene's constraints, compiled: colours of constraints that can be solved side by side, rounded. Immutable.
 #pragma once
 
 #include <array>
@@ -76,7 +76,7 @@ class Constraints {
   [[nodiscard]] const ConstraintColour& lone_chains() const noexcept { return lone_; }
   [[nodiscard]] const std::vector<HeldPoint<T>>& points() const noexcept { return points_; }
   [[nodiscard]] const ConstraintTerms<T>& terms() const noexcept { return terms_; }
-  // Of lone chains that hang from their first end, 1/m: the largest square of a transverse frequency, over gravity.
+  // 1/m, for lone chains that hang from their first end: the largest square of a transverse frequency, over gravity.
   [[nodiscard]] double hanging_rate() const noexcept { return hanging_rate_; }
   [[nodiscard]] Time time() const noexcept { return time_; }
   // Sweeps a sub-step: constraints that share no particle are solved by one.

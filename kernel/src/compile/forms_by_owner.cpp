@@ -20,7 +20,7 @@ bool is_any_damped(std::span<const JoinedPair> springs) noexcept {
 
 namespace {
 
-// Of the springs that begin in a row: all of them whole.
+// The springs that begin in a row, all of them whole.
 template <class T>
 const T* whole_row(const GridTerms<T>& terms, Columns<T>& columns) {
   return columns.add(grid_directions * terms.pitch, T(1), column_margin);

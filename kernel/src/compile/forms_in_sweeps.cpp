@@ -10,8 +10,8 @@
 #include "compile/network_forms.hpp"
 #include "compile/sweep_scheme.hpp"
 
-// What the sweeps solve, and what becomes of it: compile/sweep_scheme.cpp. They visit one spring after the other, each of which
-// moves its ends by  -+ w n d_lambda:
+// The equation that the sweeps solve, and the use of its solution: compile/sweep_scheme.cpp. They visit one spring after the
+// other, each of which moves its ends by  -+ w n d_lambda:
 //   d_lambda = -(kappa C + eta n.moved + lambda) / (1 + (kappa + eta) (w_a + w_b))
 
 namespace dvdx {
@@ -65,7 +65,7 @@ std::optional<Alpha<T>> make_alpha(const NetworkInput& in, const SweepTerms<T>& 
   return alpha;
 }
 
-// Of the sheet in rows [first, end).
+// Rows [first, end) of the sheet.
 struct Rows {
   std::size_t first, end;
 };
@@ -232,7 +232,7 @@ StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::
 
 namespace {
 
-// Of each lane of the strands its spring, or none.
+// The spring of each lane of the strands, or none.
 template <class T>
 std::vector<std::uint32_t> springs_in_strands(const NetworkInput& in, const StrandsForm<T>& form) {
   std::vector<std::uint32_t> particle_of(in.order.size);
@@ -350,8 +350,8 @@ struct Colour {
   SpringIndices anywhere;
 };
 
-// What of a piece's springs can be taken by fours. The springs between i and i + c for i in a row: four at a time, or where c
-// is 1 every second of eight.
+// The springs of a piece that can be taken by fours: those between i and i + c for i in a row, four at a time, or where c is 1
+// every second of eight.
 class Fours {
  public:
   // ends: of each of all springs, the elements of its ends, the lesser first.

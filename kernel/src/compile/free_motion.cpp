@@ -19,7 +19,7 @@
 namespace dvdx {
 namespace {
 
-// What first-level cache holds besides the plan's own constants; 24 KiB of 32 leaves room for the stack.
+// A block's room in first-level cache besides the plan's own constants; 24 KiB of 32 leaves room for the stack.
 constexpr std::size_t block_bytes = 24 * 1024;
 
 enum class Drive { none, offsets };

@@ -33,7 +33,7 @@ class FreeMotion {
   FreeMotion(const FreeMotion&) = delete;
   FreeMotion& operator=(const FreeMotion&) = delete;
 
-  // What overflows in T, or in float64 before: a step of such coefficients would be nonsense, silently.
+  // Refuses a coefficient that overflows in T, or in float64 before: a step of it would be nonsense, silently.
   [[nodiscard]] std::optional<Error> refusal() const;
 
   // The scene's contacts[index] is another from now on, of as many surfaces; nothing where this motion has none.

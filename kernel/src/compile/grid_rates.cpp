@@ -35,7 +35,7 @@ namespace {
 
 double largest_symbol_of(const Grid& grid) { return largest_symbol(grid.structural, grid.shear, grid.bend); }
 
-// Of the damping, which all springs that there are have alike.
+// The largest symbol of the damping, which all springs that there are have alike.
 double largest_damping_symbol(const Grid& grid) {
   const auto damping = [&](double k) { return k != 0 ? grid.damping : 0; };
   return largest_symbol(damping(grid.structural), damping(grid.shear), damping(grid.bend));

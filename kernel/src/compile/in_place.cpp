@@ -72,7 +72,7 @@ Expected<InPlace> swap_in_place(CompiledScene<T>& compiled, Joints<T>& joints, c
   joints.reserve_rates(compiled.scene, compiled.start);
   swap();
   Undo undo(swap);
-  // What is not is refused with the scene that it makes.
+  // A network that is not in range is refused with the scene that it makes.
   if (!are_well_in_range<T>(network, compiled.scene, compiled.options.step, compiled.start)) return InPlace::not_done;
   if (!set()) return InPlace::not_done;
   undo.dismiss();

@@ -108,7 +108,7 @@ class JoinedMotion {
   // Where nothing asks for the position itself, it is counted from the step's start.
   [[nodiscard]] CountedFrom counted_from() const noexcept { return counted_from_; }
   [[nodiscard]] const Vec3& origin() const noexcept { return origin_; }  // of the scene
-  // Of each of the scene's motions.
+  // One for each of the scene's motions.
   [[nodiscard]] const std::vector<PoseTrack>& tracks() const noexcept { return tracks_; }
   [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return scene_.contacts; }
   [[nodiscard]] bool has_moving_contacts() const noexcept;

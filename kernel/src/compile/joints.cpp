@@ -100,7 +100,7 @@ HighestRates higher(const HighestRates& a, const HighestRates& b) noexcept {
   return {std::max(a.frequency, b.frequency), std::max(a.damping, b.damping)};
 }
 
-// Of a scene whose networks are grids that have no particle in common.
+// The bounds of a scene whose networks are grids that have no particle in common.
 RateBounds rate_bounds_of_grids(const Scene& scene, std::span<const double> w) {
   HighestRates most;
   for (const Network& network : scene.networks) {
@@ -460,7 +460,7 @@ void Joints<T>::take_step(const Substeps& before) noexcept {
 
 namespace {
 
-// What is stepped as a grid has one network, or some that are alike but for what is torn.
+// A scene that is stepped as a grid has one network, or some that are alike but for what is torn.
 const Grid& grid_of(const Scene& scene) { return std::get<Grid>(scene.networks[0]); }
 
 }  // namespace
@@ -547,7 +547,7 @@ RateBounds Joints<T>::rates_now() const noexcept {
   return bounds;
 }
 
-// Where sums do not tell the number of sub-steps, eigenvalues do, which are not looked for here. Of lists in sweeps rho may
+// Where sums do not tell the number of sub-steps, eigenvalues do, which are not looked for here. The rho of lists in sweeps may
 // change.
 template <class T>
 bool Joints<T>::are_right(const RateBounds& bounds) const noexcept {
@@ -631,7 +631,7 @@ bool Joints<T>::break_springs(const Scene& scene, std::size_t network, std::span
   return break_grid(scene, network, torn);
 }
 
-// Of a stack networks and sheets are one.
+// A stack's networks are its sheets.
 template <class T>
 void Joints<T>::set(std::size_t network, std::span<const GridSpring> which, SpringIs state) noexcept {
   for (const GridSpring& spring : which) by_row_[network].set(w_of_sheet(network), spring, state);

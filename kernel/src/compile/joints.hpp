@@ -1,4 +1,4 @@
-// What joins a scene's particles, compiled: springs in the form that a pass walks, constraints, the order in which particles
+// The joints of a scene's particles, compiled: springs in the form that a pass walks, constraints, the order in which particles
 // stand while they are stepped, and the sub-steps that the springs ask for. Independent of the forces.
 // Several plans may share one; a plan that alone holds it changes it in place (compile/in_place.hpp).
 #pragma once
@@ -31,8 +31,8 @@ inline constexpr std::size_t particles_per_task = 4096;
 // Below this many particles, waking a thread for every pulse and flow costs more than it saves.
 inline constexpr std::size_t parallel_from = 16384;
 
-// Of a part of a larger scene: rows of a grid or slices of a list, those first that hold a particle which other parts are told
-// of.
+// Units of a part of a larger scene: rows of a grid or slices of a list. Those that hold a particle which other parts are told
+// of come first.
 struct UnitRange {
   std::size_t from = 0, to = 0;
 };
@@ -89,7 +89,7 @@ class Joints {
 
   // Where the scene asks for fewer sub-steps than the start's springs allow. The eigenvalues that this takes are kept.
   [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable);
-  // Of the springs as they are now, by eigenvalues: a hundred steps' time.
+  // The limit by the springs as they are now, by eigenvalues: a hundred steps' time.
   [[nodiscard]] NetworkLimit limit(const Scene& scene, std::span<const Vec3> start) const;
   // The net that the scene is now, for sequential.
   [[nodiscard]] SweptNet swept_net(const Scene& scene, std::span<const Vec3> start) const;
@@ -139,14 +139,14 @@ class Joints {
   void change_step(const Options& options) noexcept;
   // before: `chosen` as it was.
   void take_step(const Substeps& before) noexcept;
-  // What looks at the neighbourhood of one particle alone; made at the first of these changes.
+  // Makes the rates, which look at the neighbourhood of one particle alone, at the first of these changes.
   void reserve_rates(const Scene& scene, std::span<const Vec3> start);
-  // Of a list, after reserve_rates(); else null.
+  // The rates of a list, after reserve_rates(); else null.
   [[nodiscard]] const ListRates* list_rates() const noexcept { return by_spring_ ? &by_spring_->rates : nullptr; }
   // 1/kg of a particle, 0 where it is fixed: false, and nothing is changed, where it asks for other sub-steps, or where other
   // springs would be left out between fixed particles.
   [[nodiscard]] bool set_inverse_mass(const Scene& scene, std::size_t particle, double w) noexcept;
-  // All that networks[network] joins such pairs by, or none. Of a grid it takes memory for the first that begins in a row.
+  // All that networks[network] joins such pairs by, or none. A grid takes memory for the first that begins in a row.
   [[nodiscard]] bool break_springs(const Scene& scene, std::size_t network, std::span<const Pair> pairs);
   // To what a grid, or networks[network] of the scene, has now; before: what it had. The same sub-steps, and springs where
   // there were some: else false, and nothing is changed.

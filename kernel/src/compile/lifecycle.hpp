@@ -1,4 +1,4 @@
-// What particles that come and go compile to: a plan that steps them, the tables of the passes, and memory to work in.
+// Particles that come and go, compiled: a plan that steps them, the tables of the passes, and memory to work in.
 #pragma once
 
 #include <array>

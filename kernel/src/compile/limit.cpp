@@ -88,7 +88,7 @@ double largest_eigenvalue(const Stiffness& K, std::size_t count, int iterations)
     next -= diagonal.back() * now;
     if (!beside.empty()) next -= beside.back() * before;
     const double norm = next.norm();
-    // What follows the last direction that the start has a part in is rounding.
+    // Everything after the last direction that the start has a part in is rounding.
     if (!(norm > 1e-8 * *std::max_element(diagonal.begin(), diagonal.end())) || step + 1 == iterations) break;
     beside.push_back(norm);
     before = std::move(now);
@@ -262,13 +262,13 @@ Frequencies frequencies(std::span<const JoinedPair> springs, const std::optional
 //   v(b h) = v + b h phi1(-b X) a,   X = h M^-1 C,   phi1(y) = (e^y - 1)/y,   a at the pulse's start
 // of which a step cannot take more than some powers of X: with a0 = a, a1 = -M^-1 C a0, a2 = -M^-1 C a1
 //   v += b h a0 + (b h)^2/2 a1 + beta h^3 a2,   each of them one more pass over the springs that damp.
-// leapfrog: without a2. What is left out is O(h^3) in a step: second order, as it is without damping.
+// leapfrog: without a2. The rest is O(h^3) in a step: second order, as it is without damping.
 // fourth_order: the series has beta = b^3/6, which leaves O(b^4 X^4) in each pulse: third order. But the six pulses need be
 // right together only: a pulse multiplies v by 1 - b X + b^2 X^2/2 - beta X^3, the logarithm of which is
 //   -b X + (b^3/6 - beta) X^3 + (b^4/8 - b beta) X^4 + O(X^5),
 // and as beta is the same forwards and backwards, the commutators of these with the flows vanish to fourth order if
 //   sum (b_k^3/6 - beta_k) = 0   and   sum (b_k^4/8 - b_k beta_k) = 0.
-// Of all such beta the nearest to b^3/6 is, with m = mean b_k,
+// The nearest to b^3/6 of all such beta is, with m = mean b_k,
 //   beta_k = b_k^3/6 - S (b_k - m)/V,   V = sum (b_k - m)^2,   S = sum b_k^4/24          (sums over one half of the six)
 // (S6 itself is of order 4 for any two parts, not only where one of them is a force of the position.)
 Splitting splitting(const Coupling& coupling) {
@@ -333,7 +333,7 @@ StableRange calm_limit(const Coupling& coupling) {
 
 namespace {
 
-// What a whole step asks for: a sub-step of it an n-th (of z) within the range.
+// The shares of the range that a whole step takes; one of n sub-steps takes an n-th of them.
 struct Shares {
   double z = 0, q = 0;
 };

@@ -17,14 +17,14 @@
 // K_e <= k 1 in every direction while r >= l/2, so that whatever the positions are
 //   lambda(M^-1 K) <= lambda of the same springs with k 1 in place of K_e        (one number a particle)
 //                  <= max over springs of (w_a S_a + w_b S_b),  S the sum of the k at an end
-// (the second from the rows of K^1/2 B^T W B K^1/2; Anderson and Morley 1985 for equal weights). Of a grid, the first is at
+// (the second from the rows of K^1/2 B^T W B K^1/2; Anderson and Morley 1985 for equal weights). A grid's first bound is at
 // most the largest value of its symbol, sum over directions of 2 k w (1 - cos), for a sheet without borders.
 
 namespace dvdx {
 
 // The damping's matrix is bounded in the same way: C_e = c n n^T <= c 1, everywhere.
 
-// What eigenvalues tell of the springs. They take a hundred steps' time: only where they are asked for, or save sub-steps.
+// The springs' rates by eigenvalues. They take a hundred steps' time: only where they are asked for, or save sub-steps.
 struct Frequencies {
   double start = 0;          // rad/s, at the start's positions
   double bound = 0;          // rad/s, anywhere
@@ -37,7 +37,7 @@ struct HighestRates {
   double frequency = 0, damping = 0;  // rad/s, 1/s
 };
 
-// Lower and upper limits of the bounds in `Frequencies`, from sums alone. Of a grid they are the bounds.
+// Lower and upper limits of the bounds in `Frequencies`, from sums alone. For a grid they are the bounds.
 struct RateBounds {
   HighestRates least, most;
 };

@@ -11,7 +11,7 @@
 
 namespace dvdx {
 
-// Of the springs of all networks, as the scene lists them.
+// A range among the springs of all networks, as the scene lists them.
 struct SourceRange {
   std::size_t first = 0, end = 0;
   [[nodiscard]] bool holds(std::uint32_t source) const noexcept { return source >= first && source < end; }
@@ -35,7 +35,7 @@ class ListRates {
   [[nodiscard]] std::span<const double> drags() const noexcept { return pull_c_; }
   [[nodiscard]] std::span<const double> lengths() const noexcept { return l_; }
   [[nodiscard]] std::uint32_t source_of(std::size_t s) const noexcept { return source_[s]; }
-  // Of a spring one of whose ends it is.
+  // The other end of a spring one of whose ends is `particle`.
   [[nodiscard]] std::uint32_t other_end(std::size_t s, std::size_t particle) const noexcept {
     return ends_[s].a == particle ? ends_[s].b : ends_[s].a;
   }

@@ -12,7 +12,7 @@
 namespace dvdx {
 namespace {
 
-// Of a line, at the least: a spring in strands takes as long as in colours where a register of 16 holds some 8.
+// The least length of a line: a spring in strands takes as long as in colours where a register of 16 holds some 8.
 constexpr std::size_t least_line = 8;
 // A sheet of so many particles that threads share its bands has so many at the least: every second is a task.
 constexpr std::size_t shared_from = 16384;
@@ -76,7 +76,7 @@ bool is_worth(const ListSheet& sheet) {
   return sheet.columns >= least_line * sheet.phases() && (sheet.rows * sheet.columns < shared_from || bands >= least_bands);
 }
 
-// What a part of the sheet holds for its air are rows beside its own.
+// The rows that a part of the sheet holds for its air are those beside its own.
 bool meets_air_in_rows(const Scene& scene, const ListSheet& sheet) {
   const auto is_in_rows = [&](const Triangle& triangle) {
     const auto row = [&](std::uint32_t i) { return sheet.place_of(i) / sheet.columns; };

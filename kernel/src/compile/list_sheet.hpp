@@ -37,7 +37,7 @@ struct ListSheet {
 [[nodiscard]] bool are_ropes(std::span<const JoinedPair> springs, std::size_t count);
 [[nodiscard]] SpringsAre springs_are(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count);
 
-// What a part is told of its `count` particles' rows; sweeps.columns is not 0.
+// The sheet that a part is told its `count` particles stand in; sweeps.columns is not 0.
 [[nodiscard]] ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) noexcept;
 
 // Directions of the springs, in the order of the neighbour's number; what they are made of is each spring's own.

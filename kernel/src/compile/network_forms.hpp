@@ -54,7 +54,7 @@ struct GraphForm {
 template <class T>
 struct PairsForm : GraphForm<T> {};
 
-// What theta and the sub-step make of the sweeps' total shift S: x += to_x S, v += to_v S.
+// The factors that theta and the sub-step put to the sweeps' total shift S: x += to_x S, v += to_v S.
 template <class T>
 struct ShiftTerms {
   T to_x{}, to_v{};
@@ -67,7 +67,7 @@ struct Alpha {
   SweepTerms<T> sweeps_of_start;
 };
 
-// Of a lane, among the springs that a form was made of.
+// The number of a lane without a spring, among the springs that a form was made of.
 inline constexpr std::uint32_t no_spring = 0xffffffff;
 
 // A grid in sweeps, or a list that is a sheet: passes/network/sequential.
@@ -115,7 +115,7 @@ struct ColoursForm {
 template <class T>
 using NetworkForm = std::variant<GridForm<T>, GraphForm<T>, PairsForm<T>, StrandsForm<T>, ColoursForm<T>>;
 
-// What a form is made of.
+// The input that a form is made of.
 struct NetworkInput {
   const Coupling& coupling;
   std::span<const JoinedPair> springs;  // of a list
@@ -128,11 +128,11 @@ struct NetworkInput {
   std::span<const Vec3> start{};      // of the particles, where a form is made
 };
 
-// Of sweeps: in each sub-step, and in one that knows no acceleration to start from.
+// The implicitness of sweeps: in each sub-step, and in one that knows no acceleration to start from.
 [[nodiscard]] Implicitness implicitness(const NetworkInput& in);
 [[nodiscard]] Implicitness implicitness_of_start(const NetworkInput& in);
 
-// Of each spring in sweeps 0 where it stays in a piece, or between two fixed ends; else its colour among those that lead from
+// For each spring in sweeps, 0 where it stays in a piece, or between two fixed ends; else its colour among those that lead from
 // piece to piece, from 1.
 [[nodiscard]] std::vector<std::uint32_t> colours_between_pieces(const NetworkInput& in);
 
@@ -144,12 +144,12 @@ struct NetworkInput {
 // Columns that a form refers to come from `columns`, which must live as long.
 template <class T>
 GridForm<T> make_grid_form(const NetworkInput& in, const Grid& grid, Columns<T>& columns);
-// Of a sheet: room for torn springs that begin in a row, and one of them torn.
+// Room for torn springs that begin in a row of a sheet, and one of them torn.
 template <class T>
 void reserve_torn_row(GridForm<T>& form, std::size_t row, Columns<T>& columns);
 template <class T>
 void tear(GridForm<T>& form, const GridSpring& spring) noexcept;
-// Of the same directions.
+// The directions stay the same.
 template <class T>
 void set_stiffness(GridTerms<T>& terms, const Grid& grid);
 // Since the inverse mass of the particle at an element has changed; in.springs is not read.
@@ -164,13 +164,13 @@ struct SpringLanes {
   static constexpr std::uint32_t nowhere = 0xffffffff;
   std::uint32_t a = nowhere, b = nowhere;
 };
-// What a spring's lanes hold.
+// The values of a spring's lanes.
 template <class T>
 struct SlotValues {
   T k{}, kl{}, c{};
 };
-// Of each of in.springs: of a form made of the same input, and of its damping passes, where these have slots of their own. And
-// the spring of each lane; of what has none the one behind the last.
+// The lanes of each of in.springs, in a form made of the same input and in its damping passes, where these have slots of their
+// own. And the spring of each lane; a lane that has none names the one behind the last.
 template <class T>
 struct GraphLanes {
   std::vector<SpringLanes> of, damped;
@@ -191,25 +191,24 @@ PairsForm<T> make_pairs_form(const NetworkInput& in, Columns<T>& columns);
 template <class T>
 StrandsForm<T> make_strands_form(const NetworkInput& in, const Grid& grid, std::size_t sheet_rows, const T* w,
                                  Columns<T>& columns);
-// Of a list.
+// The same for a list.
 template <class T>
 StrandsForm<T> make_strands_form(const NetworkInput& in, const ListSheet& sheet, Columns<T>& columns);
-// What the coefficients of a lane are made of: all 0 where it holds no spring, k and c where that is torn. Such a lane moves
-// nothing.
+// The source of a lane's coefficients: all 0 where it holds no spring, k and c where that is torn. Such a lane moves nothing.
 struct LaneSource {
   double k = 0, c = 0;  // N/m, kg/s
   double w = 0;         // 1/kg of both ends, each as T holds it
   bool operator==(const LaneSource&) const = default;
 };
-// Of a spring between two particles.
+// The source for a spring between two particles.
 template <class T>
 LaneSource lane_source(const NetworkInput& in, std::uint32_t a, std::uint32_t b, double k, double c) noexcept;
-// Of a list: the coefficients of lanes first, first + 1, ...; in.springs is not read.
+// Writes a list's coefficients of lanes first, first + 1, ...; in.springs is not read.
 template <class T>
 void write_lanes(StrandsForm<T>& form, const NetworkInput& in, std::size_t first, std::span<const LaneSource> lanes) noexcept;
 template <class T>
 ColoursForm<T> make_colours_form(const NetworkInput& in, Columns<T>& columns);
-// What the sub-step and rho make of the sweeps, but for the springs' coefficients.
+// Sets all that the sub-step and rho make of the sweeps, but for the springs' coefficients.
 template <class Form>
 void set_scheme(Form& form, const NetworkInput& in) noexcept;
 

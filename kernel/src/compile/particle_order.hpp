@@ -48,7 +48,7 @@ struct GridSpring {
 std::optional<GridSpring> spring_between(const Grid& grid, const Pair& ends);
 std::size_t count_springs(const Grid& grid);
 
-// What becomes of a spring that is named.
+// The state of a spring that is named.
 enum class SpringIs { whole, torn };
 
 // All springs of a scene, each pair in ascending order and the list sorted; rest lengths that the scene leaves open are the
@@ -103,7 +103,7 @@ struct ParticleOrder {
   std::vector<std::size_t> pieces;       // of a list in sweeps: first element of each, a multiple of 16, and one more
   [[nodiscard]] std::uint64_t fingerprint() const noexcept;
   [[nodiscard]] bool is_listed() const noexcept { return !particles.empty(); }
-  // Of an order that lists them.
+  // The particles of a span, in an order that lists them.
   [[nodiscard]] std::span<const std::uint32_t> listed(const ParticleSpan& span) const noexcept {
     return std::span(particles).subspan(span.particle, span.count);
   }
@@ -130,7 +130,7 @@ std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene);
 // So many elements, filled up to whole slices.
 [[nodiscard]] std::size_t filled(std::size_t count) noexcept;
 
-// Of a sheet. place: of each particle, row by row; empty where they stand as they are numbered.
+// The order of a sheet. place: of each particle, row by row; empty where they stand as they are numbered.
 ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phases, std::span<const std::uint32_t> place = {});
 // As they are numbered.
 ParticleOrder own_order(std::size_t count);

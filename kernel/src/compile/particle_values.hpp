@@ -1,4 +1,4 @@
-// What of a scene may differ from particle to particle. A value that a force gains is named here, and nowhere else.
+// The values of a scene that may differ from particle to particle. A value that a force gains is named here, and nowhere else.
 #pragma once
 
 #include <algorithm>
@@ -66,7 +66,7 @@ inline const std::optional<std::size_t>& motion_of(const Contact& contact) {
   return std::visit([](const auto& c) -> const std::optional<std::size_t>& { return c.motion; }, contact);
 }
 
-// Whether the particle is held where it is. Of a scene in a plan, whose list is sorted.
+// Whether the particle is held where it is. The scene is that of a plan, whose list is sorted.
 inline bool is_fixed(const Scene& scene, std::size_t particle) {
   return std::binary_search(scene.fixed.begin(), scene.fixed.end(), particle);
 }

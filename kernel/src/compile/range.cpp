@@ -128,14 +128,14 @@ void range_of_push_out(Checker& check, const std::string& field, double speed) {
 // A step's angle whose sine means nothing: psi() cuts W h^2 off there, and coefficients of the whole W would be garbage.
 bool turns_too_far(double W, double h) { return !(W * h * h < psi_huge); }
 
-// What a step or a sub-step makes of a spring between two particles; w: w_a + w_b.
+// Whether T holds all that a step or a sub-step makes of a spring between two particles; w: w_a + w_b.
 template <class T>
 bool is_joint_in_range(double k, double c, double h, double w) {
   return fits<T>(k * w) && fits<T>(k * h * h) && fits<T>(k * h * h * w) && fits<T>(k * h * w) && fits<T>(c * w) &&
          fits<T>(c * h) && fits<T>(c * h * w) && !turns_too_far(k * w, h);
 }
 
-// Of eight at a time: each waits for the one before it otherwise.
+// Eight at a time: otherwise each would wait for the one before it.
 template <class Choose>
 double chosen_of(const Scalars& values, const Choose& choose) {
   if (values.is_uniform()) return values[0];
@@ -277,7 +277,7 @@ class RangeChecker {
     }
   }
 
-  // What the first particle's step makes of each acceleration, at the scene's start.
+  // Checks the gain of the first particle's step from each acceleration, at the scene's start.
   void accelerations() {
     for (const Source& source : system_.sources()) {
       const Vec3 amplitude = system_.amplitude(source, Clock{});

@@ -15,7 +15,7 @@ namespace dvdx {
 template <class T>
 std::optional<Error> check_range(const Scene& scene, const Options& options, std::optional<std::size_t> count,
                                  std::span<const Vec3> start);
-// Of the forces alone; of one contact; and whether a grid takes such an inverse mass, 1/kg.
+// The same for the forces alone; for one contact; for the wind; and whether a grid takes such an inverse mass, 1/kg.
 template <class T>
 std::optional<Error> check_range_of_forces(const Scene& scene, const Options& options, std::optional<std::size_t> count,
                                            std::span<const Vec3> start);

@@ -11,9 +11,9 @@
 
 // How many columns a sheet of a shape has follows from its particles and springs. A corner, and the particles to the right of it and
 // below, then decide all others: each next place is taken by a neighbour of the one before (in the first row) or above, whose
-// neighbours among those that have a place already stand just where springs that lead to this place begin. Of several it is the
-// one of fewest neighbours, nearest to the sheet's edge; nothing is taken back. So what is found is a sheet, and a sheet may not be
-// found.
+// neighbours among those that have a place already stand just where springs that lead to this place begin. Where there are
+// several, the one of fewest neighbours takes it, nearest to the sheet's edge; nothing is taken back. So what is found is a
+// sheet, and a sheet may not be found.
 
 namespace dvdx {
 namespace {
@@ -42,7 +42,7 @@ class SheetShape {
   [[nodiscard]] std::size_t at_corner() const noexcept {
     return static_cast<std::size_t>(std::count_if(ways_.begin(), ways_.end(), [](const Way& way) { return way.right >= 0; }));
   }
-  // Of a place, in rows of so many columns: springs that lead there.
+  // The number of springs that lead to a place, in rows of so many columns.
   [[nodiscard]] std::size_t leading_to(std::size_t row, std::size_t column, std::size_t columns) const noexcept {
     const auto r = static_cast<std::ptrdiff_t>(row), c = static_cast<std::ptrdiff_t>(column);
     return static_cast<std::size_t>(std::count_if(ways_.begin(), ways_.end(), [&](const Way& way) {

@@ -168,7 +168,7 @@ class Continuations {
     if (!(square > 0) || !std::isfinite(square)) return cosine_at_rest(i, s, t);
     return dot(d, e) / std::sqrt(square);
   }
-  // Of the triangle that a third spring closes.
+  // The cosine by the triangle that a third spring closes.
   [[nodiscard]] std::optional<double> cosine_at_rest(std::uint32_t i, std::uint32_t s, std::uint32_t t) const {
     const std::uint32_t from = other_end(s, i);
     const std::uint32_t to = other_end(t, i);

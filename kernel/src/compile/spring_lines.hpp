@@ -66,7 +66,7 @@ struct ListLines {
 SheetLines lines_of_sheets(const ParticleOrder& order, std::size_t rows, std::size_t columns, std::size_t sheet_rows,
                            std::span<const GridDirection> directions, std::span<const Strand> strands);
 
-// Of any springs, those that go on straightest from each other at the start. spring_at: of each lane.
+// The lines of any springs: those that go on straightest from each other at the start. spring_at: of each lane.
 ListLines lines_of_list(std::span<const JoinedPair> springs, std::span<const Vec3> start, const ParticleOrder& order,
                         std::span<const std::uint32_t> spring_at);
 

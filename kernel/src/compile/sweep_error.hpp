@@ -23,8 +23,8 @@ inline constexpr double most_sweep_error = 0.01;
 // A net under its load, as sweeps find it. Springs that are torn count as whole: a sheet that tears keeps its sub-steps.
 class SweptNet {
  public:
-  // For a scene that is one sheet: nothing is as long as the sheet where all its particles are alike. What is held stands where
-  // it does in the flat sheet.
+  // For a scene that is one sheet: nothing is as long as the sheet where all its particles are alike. Particles that are held
+  // stand where they do in the flat sheet.
   SweptNet(const Scene& scene, const Grid& sheet);
   // w: 1/kg of each particle, 0 where fixed or kinematic; start: of which the places of what is held are read.
   SweptNet(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const double> w, std::span<const Vec3> start);

@@ -5,7 +5,7 @@
 
 // Sweeps solve, with s the sub-step,
 //   lambda = the force along a spring times t^2,   C = r - l,   lambda = -(k t^2 C + c e n.(moved by h v))
-// by moving particles. What is left is what theta and generalized alpha make of the total shift S, the force times t^2.
+// by moving particles. The rest is what theta and generalized alpha make of the total shift S, the force times t^2.
 //
 // Theta: t = e = h, the part theta s that has passed. Over the whole sub-step
 //   v += S / (theta^2 s),   x += (2 theta - 1) / theta^2 S
@@ -24,7 +24,7 @@
 // them, which makes s v and half of s^2 of the change of v. From the middle the point x_f is
 //   x + sigma s v + tau s^2 a + T f,   sigma = (1 - rho) / (2 (1 + rho)),   T = s^2 / ((1 + rho)^2 (2 - rho)),
 //   tau = (1/2 - 1 / ((1 + rho) (2 - rho))) / (1 + rho)
-// so that t^2 = T, the sweeps begin with the shift P = sigma s v + tau s^2 a, and leave S = T f besides. What is left of x' is
+// so that t^2 = T, the sweeps begin with the shift P = sigma s v + tau s^2 a, and leave S = T f besides. The rest of x' is
 // x += sigma^2 s^2 (b - a). The velocity at that point is v + nu s a + e/T S,  e = gamma s / (2 - rho),
 // nu = 1 / (1 + rho) - gamma / (2 - rho): damping sees the path (T/e) (v + nu s a) + S, which counted with P is
 //   h (v + u_a a) + shift,   h = T/e - sigma s,   u_a = ((T/e) nu s - tau s^2) / h
@@ -51,10 +51,10 @@ namespace {
 
 constexpr double theta_of_start = 0.7;
 
-// What gives no energy to crumpling cloth, and what resolves motion, by z = frequency * sub-step. Sheets that were thrown,
-// kicked and bounced at a fixed rho heat from about z = 2 on at 0.7, 5 at 0.6, 7 at 0.5 and 10 at 0.4, far beyond that at 0.3
-// too; and theta 1/2 is 1.25 times as accurate where rho is 0.57 at z = 3.7. Hence two falls, with a shelf between them. At 0.2
-// a sheet whose pins are driven hard keeps swinging for ever, at 0 it comes to rest.
+// The rho that gives no energy to crumpling cloth, and the one that resolves motion, by z = frequency * sub-step. Sheets that
+// were thrown, kicked and bounced at a fixed rho heat from about z = 2 on at 0.7, 5 at 0.6, 7 at 0.5 and 10 at 0.4, far beyond
+// that at 0.3 too; and theta 1/2 is 1.25 times as accurate where rho is 0.57 at z = 3.7. Hence two falls, with a shelf between
+// them. At 0.2 a sheet whose pins are driven hard keeps swinging for ever, at 0 it comes to rest.
 constexpr double fine = 0.95;
 constexpr double shelf = 0.6;
 constexpr double end_of_fine = 1.4;
@@ -93,8 +93,8 @@ bool leaves_substeps_open(const Coupling& coupling) noexcept {
 
 double theta_of(const Coupling& coupling) noexcept { return coupling.theta.value_or(1); }
 
-// Of the bound of the frequency, which no position enters: a bad particle changes no bit of others, and one state's start none
-// of another's. In hundredths: the last digits of the bound may differ from machine to machine, and no state may.
+// From the bound of the frequency, which no position enters: a bad particle changes no bit of others, and one state's start
+// none of another's. In hundredths: the last digits of the bound may differ from machine to machine, and no state may.
 double rho_of(double frequency, double longest, Pace pace) {
   const double z = frequency * longest;
   const double rho = pace == Pace::uneven ? fine * below(end_of_fine_uneven, z)

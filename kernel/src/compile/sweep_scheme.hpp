@@ -1,4 +1,4 @@
-// What a sub-step of `sequential` makes of the springs: how far ahead they are looked at, and what their force does.
+// The springs in a sub-step of `sequential`: how far ahead they are looked at, and what their force does.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct Implicitness {
   double t, e, h;  // s
 };
 
-// What sweeps solve a spring by: d_lambda = -(kappa C + eta n.moved + lambda) inverse.
+// The numbers that sweeps solve a spring by: d_lambda = -(kappa C + eta n.moved + lambda) inverse.
 struct Compliances {
   double kappa, eta, inverse;
 };
@@ -30,7 +30,7 @@ enum class SpringsAre : std::uint8_t { in_rows, any };  // in_rows: ropes and sh
 bool solves_lines(const Coupling& coupling, SpringsAre springs) noexcept;
 // Whether the number of its sub-steps follows from Coupling::longest_substep.
 bool leaves_substeps_open(const Coupling& coupling) noexcept;
-// Of a coupling that asks for the theta scheme.
+// The theta of a coupling that asks for the theta scheme.
 double theta_of(const Coupling& coupling) noexcept;
 
 // Whether all steps of a plan have been of one length.

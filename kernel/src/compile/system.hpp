@@ -75,7 +75,7 @@ class System {
   [[nodiscard]] Rate total_rate(std::size_t axis, std::size_t particle) const noexcept;
   [[nodiscard]] double common_anchor(std::size_t axis, std::size_t particle) const;
   [[nodiscard]] AxisMotion motion(std::size_t axis, std::size_t particle) const;
-  // What one spring or drag makes of a step that is worked out for it alone.
+  // The contribution of one spring or drag to a step that is worked out for it alone.
   [[nodiscard]] Contribution contribution(std::size_t force, std::size_t axis, std::size_t particle) const;
   // From the common anchor to a spring's own; 0 for a drag.
   [[nodiscard]] double anchor_distance(std::size_t force, std::size_t axis, std::size_t particle) const;

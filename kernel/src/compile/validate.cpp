@@ -167,7 +167,7 @@ struct ContactChecker {
                    : "left to a mesh whose shortest side is longer: half of it is " + text(most, 6) + ", the least cell " +
                          text(least, 6) + nodes);
   }
-  // Of an inside.
+  // For an inside.
   void leaves_room(double thickness, double size, const std::string& of) const {
     if (!(size - thickness > 0))
       check.fail(at + ".thickness", text(thickness), "less than the " + of + ", " + text(size) + " m");

@@ -1,4 +1,4 @@
-// What a scene and its options may hold.
+// Checks of a scene and its options.
 #pragma once
 
 #include <cstddef>
@@ -13,9 +13,9 @@ inline constexpr int most_substeps = 1000000;  // a step
 // The first thing that is wrong, or nothing. count: the state's particles, where a state is given.
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count);
 std::optional<Error> check(const Options& options);
-// Of a scene that has been checked: whether its sweeps can be a part's.
+// Refuses a scene, checked before, whose sweeps cannot be a part's.
 std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere, std::optional<std::size_t> count);
-// Of one alone: forces[index], contacts[index].
+// Checks one alone: forces[index], contacts[index].
 std::optional<Error> check(const Force& force, std::size_t index, std::optional<std::size_t> count);
 std::optional<Error> check(const Contact& contact, std::size_t index);
 std::optional<Error> check(const Wind& wind);

@@ -18,7 +18,7 @@ namespace dvdx {
 template <class T>
 class AnyOrder {
  public:
-  // Of what is born there are `births`, all of which find room; `number` were born before.
+  // `births` particles are born, all of which find room; `number` were born before.
   AnyOrder(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, const LiveState<T>& live,
            const LiveChunks<T>& chunks, std::uint64_t births, std::uint64_t number) noexcept
       : p_(compiled),

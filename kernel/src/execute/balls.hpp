@@ -34,7 +34,7 @@ class BallStep {
     });
   }
 
-  // What the caller drives begins this step's way; poses are those at its start.
+  // Skins that the caller drives begin this step's way; poses are those at its start.
   void set_out(const Clock& clock, double step) const noexcept {
     for (std::size_t k = 0; k < ws_.skins.size(); ++k) {
       if (!ws_.skins[k].has_way()) continue;
@@ -171,7 +171,7 @@ class BallStep {
     }
   }
 
-  // Of a skin that nothing has driven yet.
+  // For a skin that nothing has driven yet.
   void follow_start(const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) const noexcept {
     const Vec3& origin = m_.origin();
     for (std::size_t s = from; s < to; ++s) {

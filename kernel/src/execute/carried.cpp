@@ -1,4 +1,4 @@
-// What a state's next step depends on beside its columns and its clock, as numbers, and back from them.
+// The numbers that a state's next step depends on beside its columns and its clock, written and read back.
 #include <array>
 #include <cmath>
 #include <optional>
@@ -43,7 +43,7 @@ class NumbersIn {
   bool is_right_ = true;
 };
 
-// What is driven, in the order in which both ways pass it.
+// Everything that is driven, in the order in which both ways pass it.
 template <class Archive, class A>
 void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vector<DrivenPlaces>& groups,
                  std::vector<DrivenSkin>& skins, const A& has) {

@@ -17,7 +17,7 @@
 
 namespace dvdx {
 
-// What a contact's torque is counted about: where it is at the end of the flow, m in the world, and its velocity.
+// The point that a contact's torque is counted about: where it is at the end of the flow, m in the world, and its velocity.
 struct TorqueCenter {
   Vec3 at{}, velocity{};
 };
@@ -47,7 +47,7 @@ void end_report(ContactReport::Parts& report, std::size_t steps) noexcept;
 // Impulse and torque of particles side by side, 0 where there is none.
 using ContactTerms = std::array<std::array<double, ExactLanes::lanes>, contact_sums>;
 
-// Of one contact, on one thread, on their way to the report.
+// The sums of one contact, on one thread, on their way to the report.
 class ContactSums {
  public:
   explicit ContactSums(std::size_t contact) noexcept : contact_(contact) {}

@@ -189,8 +189,7 @@ class DrivenPlaces {
 
   [[nodiscard]] bool has_way() const noexcept { return is_asked_ || is_driven_; }
 
-  // Of a group that has a way, when a step begins: each particle, from `undriven` where nothing has driven it yet; then the
-  // group.
+  // Begins a step of a group that has a way: each particle, from `undriven` where nothing has driven it yet; then the group.
   void begin(std::size_t i, const Vec3& undriven, double duration) noexcept {
     Way& way = ways_[i];
     way.from = is_driven_ ? way.to : undriven;

@@ -121,7 +121,7 @@ class DrivenSkin {
   [[nodiscard]] Axis points(std::size_t axis) const noexcept { return points_.axis(axis); }
   [[nodiscard]] Axis normals(std::size_t axis) const noexcept { return normals_.axis(axis); }
 
-  // Of an axis what number i is at the step's end, and when so much of it has passed.
+  // Element i of an axis at the step's end, and when so much of the step has passed.
   [[nodiscard]] static auto at_end() noexcept {
     return [](const Axis& axis, std::size_t i) { return axis.to[i]; };
   }

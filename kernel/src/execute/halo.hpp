@@ -1,4 +1,4 @@
-// What a part of a larger scene tells the others, where it does nothing else meanwhile.
+// The halo that a part of a larger scene tells the others, where it does nothing else meanwhile.
 #pragma once
 
 #include <array>

@@ -28,7 +28,7 @@ namespace dvdx {
 namespace {
 
 constexpr std::size_t max_flows = 8;
-// Of a large sheet, what goes through several stages at once: this much of it stays in the second-level cache of one core.
+// The piece of a large sheet that goes through several stages at once: so much stays in the second-level cache of one core.
 constexpr std::size_t bytes_in_cache = std::size_t{1} << 19;
 constexpr std::size_t max_stages = 16;
 
@@ -100,7 +100,7 @@ class JoinedStep {
     if (keeps_still()) note_all_still();
   }
 
-  // What the springs do to this state may be carried on by the next call.
+  // The next call may carry on what the springs do to this state.
   template <class Kept>
   void leave(const State<Kept>& state) noexcept {
     ws_.work = work_;
@@ -121,7 +121,7 @@ class JoinedStep {
     for (const Held<T>& held : held_) put_back_held(held, state);
   }
 
-  // Of a call of no steps: what motions carry, where it is at this time.
+  // For a call of no steps: puts what motions carry where it is at this time.
   template <class Kept>
   void put_followers_back(State<Kept>& state) noexcept {
     for (const Held<T>& held : held_) {
@@ -193,8 +193,9 @@ class JoinedStep {
     if (is_relative()) count_from_here();
   }
 
-  // What springs or constraints have moved into a contact since the last flow is put back onto it. Its velocity is left for the
-  // next flow: whether a particle that rests on a surface stands inside is a matter of rounding, and so would be what it keeps.
+  // Particles that springs or constraints have moved into a contact since the last flow are put back onto it. Their velocity is
+  // left for the next flow: whether a particle that rests on a surface stands inside is a matter of rounding, and so would be
+  // what it keeps.
   void settle() noexcept {
     clock_ = step_end_;
     const std::size_t f = *m_.settling();
@@ -241,7 +242,7 @@ class JoinedStep {
     store(passes_, places_of(held.v), {held.particle, 1}, state.v, state.v_rest);
   }
 
-  // All rows, a task's at once; of an order that lists its particles none. Of one that is no sheet's each span is a row.
+  // All rows, a task's at once; none of an order that lists its particles. In an order that is no sheet's each span is a row.
   template <class Use>
   void for_some_rows(const Use& use) const noexcept {
     const ParticleOrder& order = joints_.order;
@@ -257,7 +258,7 @@ class JoinedStep {
     });
   }
 
-  // Of what is stepped.
+  // The elements that are stepped, a task's at once.
   template <class Use>
   void for_each_stepped(const Use& use) const noexcept {
     for_each_task(parallel_, tasks_of(end_ - first_, particles_per_task), [&](std::size_t task) {
@@ -485,7 +486,7 @@ class JoinedStep {
     pulse_part_ = 0;
     waited_ = 0;
   }
-  // Of the next flow: what stands still waits for the first pulse.
+  // The impulse in the next flow: particles that stand still wait for the first pulse.
   [[nodiscard]] SubstepImpulse<T> impulse_in(const FreeMotion<T>& motion) noexcept {
     if (!keeps_still() || motion.step() == 0) return {};
     const double waited = std::exchange(waited_, pulse_part_ == 0 ? motion.step() : 0);
@@ -741,7 +742,7 @@ class JoinedStep {
     return 0;
   }
 
-  // Of that air, what goes with the pulse k: all, or of six pulses the third and the fourth have half of it each.
+  // The part of that air that goes with the pulse k: all, or of six pulses the third and the fourth have half of it each.
   [[nodiscard]] double part_of_air(std::size_t k) const noexcept {
     if (air_substeps_ == 0) return 0;
     const std::size_t pulses = joints_.splitting.b.size();

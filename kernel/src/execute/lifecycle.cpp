@@ -333,7 +333,7 @@ class LifecycleStep {
     return bytes;
   }
 
-  // What a segment's overflow holds, and the column it belongs to.
+  // The contents of a segment's overflow, and the column that they belong to.
   template <class Use>
   void for_each_overflow(const Segment& segment, const Use& use) const noexcept {
     std::byte* next = segment.overflow;

@@ -1,4 +1,4 @@
-// What is born, as elements of the columns of particles that come and go.
+// Births, as elements of the columns of particles that come and go.
 #pragma once
 
 #include <algorithm>

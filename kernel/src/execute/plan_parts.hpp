@@ -1,4 +1,4 @@
-// What a plan holds: a compiled scene, which its clones share, and a workspace of its own.
+// The parts of a plan: a compiled scene, which its clones share, and a workspace of its own.
 #pragma once
 
 #include <cmath>
@@ -89,7 +89,7 @@ struct PlanIn {
     return take_motion(undo, joints());
   }
 
-  // Of springs whose form does not depend on it; the form of others is made again, with the frequencies that were found.
+  // Keeps springs whose form does not depend on h; the form of others is made again, with the frequencies that were found.
   Expected<void> set_step(double h) {
     const std::shared_ptr<Joints<A>> of = joints();
     const bool is_alone = is_only_owner(scene) && (of == nullptr || of.use_count() == 2);
@@ -154,7 +154,7 @@ struct PlanIn {
   }
 };
 
-// Of states of T: in float64 where T is, or where float32 is compensated.
+// The parts for states of T: in float64 where T is, or where float32 is compensated.
 template <class T>
 struct Plan<T>::Parts {
   template <class A>

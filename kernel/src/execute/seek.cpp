@@ -140,7 +140,7 @@ void store(double number, const Column<T>& column, const Column<T>& residual, st
   }
 }
 
-// What is in the way of a power of the step's matrix, or nothing.
+// The obstacle to a power of the step's matrix, or nothing.
 template <class A, class T>
 std::optional<Error> check_seek(const CompiledScene<A>& compiled, const State<T>& state) {
   const Scene& scene = compiled.scene;

@@ -18,7 +18,7 @@
 
 namespace dvdx {
 
-// Of all particles, in the plan's columns. Brown's pairs are left out of what stands still, and need no notes of it.
+// All particles, in the plan's columns. Brown's pairs are left out of what stands still, and need no notes of it.
 template <class T>
 struct StillColumns {
   std::span<StandsHow> how;               // or none
@@ -53,7 +53,7 @@ class StillBlock {
     for (std::size_t axis = 0; axis < 3 && is_any_; ++axis) std::copy_n(block_.x[axis], block_.count, kept_[axis].data());
   }
 
-  // After the pulse, before the flow `motion`. What does not stay gets what it has missed.
+  // After the pulse, before the flow `motion`. Particles that do not stay get what they have missed.
   void judge(const FreeMotion<T>& motion, const Offsets<T>* offsets, const SubstepImpulse<T>& impulse) noexcept {
     if (!is_any_) return;
     const Columns gain = gain_of(kept_, motion, offsets);

@@ -19,7 +19,7 @@ namespace dvdx {
 template <class T>
 class SweepStep {
  public:
-  // Of a stack: those that are swept.
+  // The sheets of a stack that are swept.
   struct Sheets {
     std::size_t first = 0, end = 1;
   };

@@ -1,4 +1,4 @@
-// What a call copies from a state into its working columns, and back: particles of a span, rows in lines, and particles anywhere.
+// Copies from a state into a call's working columns, and back: particles of a span, rows in lines, and particles anywhere.
 #pragma once
 
 #include <algorithm>

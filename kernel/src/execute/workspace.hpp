@@ -73,12 +73,12 @@ class JoinedWorkspace {
     if (held.size() < fixed) held.resize(std::max(fixed, 2 * held.size()));
   }
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_for(held.capacity()); }
-  // Of a workspace for so many fixed particles.
+  // The bytes of a workspace for so many fixed particles.
   [[nodiscard]] std::size_t bytes_for(std::size_t fixed) const noexcept {
     return columns_.bytes() + faces.bytes() + still.size() + 4 * still_on.size() + fixed * sizeof(Held<T>);
   }
 
-  // Of a workspace with accelerations: whether they are of the state in these columns at this time, and whose they are now.
+  // Whether a workspace's accelerations are of the state in these columns at this time; and whose they are now.
   [[nodiscard]] bool remembers(const void* columns, const Clock& clock) const noexcept {
     return remembered_ == columns && remembered_at_.seconds == clock.seconds && remembered_at_.carry == clock.carry;
   }
@@ -88,7 +88,7 @@ class JoinedWorkspace {
   }
   void forget() noexcept { remembered_ = nullptr; }
 
-  // What is driven goes on in another workspace of the same motions and groups.
+  // Everything that is driven goes on in another workspace of the same motions and groups.
   void go_on_from(JoinedWorkspace&& other) noexcept {
     if (shape_.motions == other.shape_.motions) motions = std::move(other.motions);
     if (shape_.lists->groups == other.shape_.lists->groups) groups = std::move(other.groups);

@@ -1,4 +1,4 @@
-// What a force adds to a step of one axis, and the names that every file of this folder shares.
+// A force's contribution to a step of one axis, and the names that every file of this folder shares.
 #pragma once
 
 // For one axis and per unit mass, with e = x - c the distance from the anchor:

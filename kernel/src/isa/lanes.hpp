@@ -124,7 +124,7 @@ V magnitude(V value) noexcept {
   return select<V>(value < V(Scalar<V>(0)), -value, value);
 }
 
-// Of bounds that say which surfaces are looked at, never of a number that a state depends on: the instructions' own, half as
+// For bounds that say which surfaces are looked at, never for a number that a state depends on: the instructions' own, half as
 // many as a compare and a select. Where x is NaN the bound stays what it was.
 template <class V>
 V low_bound(V bound, V x) noexcept {
@@ -799,7 +799,7 @@ Mask<V> first_lanes(std::size_t n) noexcept {
   return load_lanes<V>(numbers.data()) < V(static_cast<Scalar<V>>(n));
 }
 
-// The first n lanes, 0 < n < V::size. What lies beyond them in memory stays as the last store before this one left it.
+// The first n lanes, 0 < n < V::size. Memory beyond them stays as the last store before this one left it.
 template <class V>
 void store_first_lanes(Scalar<V>* p, std::size_t n, V value) noexcept {
 #if defined(__AVX512F__)

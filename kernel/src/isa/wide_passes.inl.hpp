@@ -1,4 +1,4 @@
-// What an instruction set's file instantiates: a line for each pass.
+// The passes that an instruction set's file instantiates, a line for each.
 #pragma once
 
 #include "isa/passes.hpp"

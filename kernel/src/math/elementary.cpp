@@ -39,7 +39,7 @@ SinCos sincos_near(double r) noexcept {
   for (std::size_t k = sin_terms.size() - 1; k-- > 0;) s = s * r2 + sin_terms[k];
   double c = cos_terms.back();
   for (std::size_t k = cos_terms.size() - 1; k-- > 0;) c = c * r2 + cos_terms[k];
-  // What 1 - r^2/2 loses in rounding comes back with the small terms.
+  // The small terms bring back what 1 - r^2/2 loses in rounding.
   const double half = 0.5 * r2;
   const double head = 1.0 - half;
   return {r + r * (r2 * s), head + (((1.0 - head) - half) + (r2 * r2) * c)};

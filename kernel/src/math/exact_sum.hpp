@@ -49,8 +49,8 @@ inline void carry(std::span<std::int64_t> limbs) noexcept {
 // Many terms of like size side by side, to be added exactly a few times in all instead of each by itself.
 // Where all |t| < 2^a let u = 2^(a-31), v = 2^(a-62), M = 1.5 2^52 u and N = 1.5 2^52 v. As M's last digit is worth u, p = (M +
 // t) - M is the multiple of u next to t, and t - p is exact; q = (N + (t - p)) - N is the multiple of v next to that. No p is
-// above 2^a and no q above u/2, so that sums of up to 2^22 of either are exact, in any order. What a term has beyond v goes its
-// own way: only terms below 2^(a-9) have anything.
+// above 2^a and no q above u/2, so that sums of up to 2^22 of either are exact, in any order. The part of a term beyond v goes
+// its own way: only terms below 2^(a-9) have one.
 class ExactLanes {
  public:
   static constexpr std::size_t lanes = 16;

@@ -6,7 +6,7 @@
 
 namespace dvdx {
 
-// Of unit length: cos(angle/2), sin(angle/2) axis.
+// Has unit length: cos(angle/2), sin(angle/2) axis.
 struct Quaternion {
   double w = 1;
   Vec3 v{};

@@ -35,7 +35,7 @@ namespace dvdx {
 
 [[nodiscard]] inline double distance(const Vec3& a, const Vec3& b) noexcept { return length(difference(b, a)); }
 
-// Of a vector that is not zero. Divided by its largest component first, so that no length of it over- or underflows.
+// For a vector that is not zero. Divided by its largest component first, so that no length of it over- or underflows.
 [[nodiscard]] inline Vec3 unit(const Vec3& a) noexcept {
   const double largest = std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
   const Vec3 w{a[0] / largest, a[1] / largest, a[2] / largest};

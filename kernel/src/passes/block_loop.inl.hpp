@@ -17,7 +17,7 @@ namespace dvdx {
 namespace {
 
 // Registers' worth of particles that stay in registers through all steps of a call, so that the others' operations hide the
-// latency of one step's chain. Of 1024 particles, 16 steps a call, AVX-512, by 1 | 2 | 4 | 8: drift contracted 0.25 | 0.17 |
+// latency of one step's chain. With 1024 particles, 16 steps a call, AVX-512, by 1 | 2 | 4 | 8: drift contracted 0.25 | 0.17 |
 // 0.15 | 0.13 ns a particle-step, shear 0.35 | 0.59 | 0.41 | 0.34. With the 16 registers of AVX2 every group was slower than
 // none.
 inline constexpr std::size_t group_registers = 8;

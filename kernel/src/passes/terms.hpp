@@ -1,4 +1,4 @@
-// What the hot loops read: the rounded coefficients of a plan, the offsets of one step, and a block of particles.
+// The input of the hot loops: the rounded coefficients of a plan, the offsets of one step, and a block of particles.
 #pragma once
 
 #include <array>
@@ -39,7 +39,7 @@ constexpr bool has_anchor_each(Flow flow) noexcept {
          flow == Flow::driven_shear_each || flow == Flow::rate_fused || flow == Flow::rate_shear;
 }
 
-// What a step does besides the flow; an index of the kernel table.
+// The work of a step besides the flow; an index of the kernel table.
 enum class Extras : std::uint8_t { none, contact, radial, radial_contact };
 inline constexpr std::size_t extras = 4;
 
@@ -133,7 +133,7 @@ struct Block {
   std::array<T*, 3> x{}, v{};
   // Where the last flow left the particles, if springs have moved them since: contacts count that way to this flow. Null: at x.
   std::array<const T*, 3> from{};
-  // What sweeps have left, taken first where the flow is all that acts: x += to_x shift, v += to_v shift, shift = 0. Null: none.
+  // The sweeps' shift, taken first where the flow is all that acts: x += to_x shift, v += to_v shift, shift = 0. Null: none.
   std::array<T*, 3> shift{};
   T to_x{}, to_v{};
   std::size_t first = 0, count = 0;

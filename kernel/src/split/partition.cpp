@@ -46,7 +46,7 @@ std::optional<ListSheet> swept_sheet(const Scene& scene, std::size_t count) {
   return is_swept_list(scene, count) ? list_sheet(scene, joined_pairs(scene, count), count) : std::nullopt;
 }
 
-// Of such a list its rows, and whether springs lead across two.
+// The rows of such a list, and whether springs lead across two.
 Grid rows_of(const ListSheet& sheet) {
   return Grid{.rows = sheet.rows, .columns = sheet.columns, .bend = sheet.reach == 2 ? 1.0 : 0.0};
 }
@@ -67,7 +67,7 @@ class WholeRows {
   }
 
   [[nodiscard]] const Grid& grid() const noexcept { return grid_; }
-  // Of a particle, row by row; and the other way.
+  // The place of a particle, row by row; and the other way.
   [[nodiscard]] std::size_t place(std::size_t particle) const noexcept { return place_.empty() ? particle : place_[particle]; }
   [[nodiscard]] std::uint32_t at(std::size_t place) const noexcept {
     return place_.empty() ? static_cast<std::uint32_t>(place) : at_[place];
@@ -208,7 +208,7 @@ std::optional<Grid> rows_of(const Grid& whole, const Part& part) {
   return grid;
 }
 
-// Of sheets side by side, those that the part has.
+// The sheets that the part has, of those side by side.
 std::vector<Network> sheets_of(const Scene& whole, const Renumbered& renumbered) {
   std::vector<Network> sheets;
   for (const Network& network : whole.networks) {
@@ -311,7 +311,7 @@ std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uin
   return goes_by_rows && is_large ? pulses : 1;
 }
 
-// Of a sheet that is swept a part goes through all bands that its own rows depend on. Bands of even number are swept first, and
+// A part of a sheet that is swept goes through all bands that its own rows depend on. Bands of even number are swept first, and
 // again last; each reaches into the band below it. A part begins with a band of even number (rows_kept_together), and ends with
 // one of odd number, which waits for the first sweep of the band below it; its own first band waits for the band above it,
 // which waits for the first sweep of the one above that.
@@ -323,7 +323,7 @@ RowsHeld rows_held(const Scene& scene, const Grid& sheet, std::uint32_t pulses) 
 
 namespace {
 
-// What a part and those on either side of it hold of each other's rows; in numbers of the whole.
+// The rows that a part and those on either side of it hold of each other; in numbers of the whole.
 struct Told {
   std::vector<std::uint32_t> sent, received;
 };
@@ -414,7 +414,7 @@ struct Owned {
       : scene(of), owner(owner_of), sheet(WholeRows::of(scene, owner.size())) {
     if (!sheet && is_swept_list(scene, owner.size())) pieces.emplace(scene, owner.size());
   }
-  // Of a sheet the particle at a place of its rows; else all stand as they are numbered.
+  // The particle at a place of a sheet's rows; else all stand as they are numbered.
   [[nodiscard]] std::uint32_t at(std::size_t place) const {
     return sheet ? sheet->at(place) : static_cast<std::uint32_t>(place);
   }
@@ -427,7 +427,7 @@ struct Owned {
   std::optional<WholeSweeps> pieces;  // of a list that is swept by pieces
 };
 
-// Of places in runs of `together`, the last of which may be shorter.
+// Refuses several owners in a run of `together` places; the last run may be shorter.
 std::optional<Error> refused_in_runs(const Owned& whole, std::size_t together, const std::string& what) {
   for (std::size_t place = 1; place < whole.owner.size(); ++place) {
     if (place % together == 0 || whole.owner_at(place) == whole.owner_at(place - 1)) continue;
@@ -599,7 +599,7 @@ class RowOwners {
     const auto first_of = [&](std::uint64_t p) { return std::min(rows_, (p * units_ + parts_ - 1) / parts_ * together_); };
     return {first_of(part), first_of(std::uint64_t{part} + 1)};
   }
-  // Of the parts that have any.
+  // The fewest rows among the parts that have any.
   [[nodiscard]] std::uint64_t fewest() const {
     std::uint64_t fewest = rows_;
     for (std::uint32_t part = 0; part < parts_; ++part) {

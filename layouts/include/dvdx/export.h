@@ -1,4 +1,4 @@
-/* What a shared library of dvdx shows; everything else in it is hidden. Readable by C. */
+/* The symbols that a shared library of dvdx shows; everything else in it is hidden. Readable by C. */
 #ifndef DVDX_EXPORT_H
 #define DVDX_EXPORT_H
 

@@ -16,7 +16,7 @@
 //               (mass splitting: Tonge, Benevolenski and Voroshilov 2012). The triangle's u changes by
 //                 u' = -W F,   W = sum over its corners of k w / 9.
 //               Where all triangles meet the same air the parts stay together and the split changes nothing.
-// Solution      Of u' = -W F. F turns u in the plane of u and n, away from n, and shortens it:
+// Solution      u' = -W F turns u in the plane of u and n, away from n, and shortens it:
 //                 U' = -(W rho N/4) D c U^2,   phi' = (W rho N/4) U L c sin phi,   c = cos phi
 //               U c shrinks at the relative rate (W rho N U/4)(D c + L sin^2 phi). So with
 //                 eta = t W rho N U/8,   x = L eta,   y = D c eta,   z = sin^2 phi = 1 - c^2
@@ -28,9 +28,9 @@
 // Limits        0 < a / (a + 2 y) <= 1 and lambda sin phi <= cos phi / (1 + sin phi) = tan((90 deg - phi)/2) for every t:
 //               u is never lengthened, never turned beyond the triangle's plane, and so never reversed. Proof of the second:
 //               (x + x^2)(sin phi + z) <= 1 + 2 x z + x^2 (1 + 3 z)/2 term by term, with sin phi <= (1 + z)/2 and, for the
-//               part x sin phi (1 - sin phi) that is left over, 1 + x^2 (1 - sin phi)^2/2 >= x (1 - sin phi) sqrt 2. What a
-//               part gains as energy relative to the wind is (|u(t)|^2 - |u|^2) / (2 W) <= 0, and the mean of the parts has no
-//               more than they have together. So has the cloth, whatever the step and the density are.
+//               part x sin phi (1 - sin phi) that is left over, 1 + x^2 (1 - sin phi)^2/2 >= x (1 - sin phi) sqrt 2. A part
+//               gains (|u(t)|^2 - |u|^2) / (2 W) <= 0 as energy relative to the wind, and the mean of the parts has no more
+//               than they have together. So has the cloth, whatever the step and the density are.
 // Step          One triangle's change of momentum is p(u) = (u - u(t)) / W, with everything divided by eta, so that W may be 0:
 //                 b = a + 2 y,   m = 1 + lambda^2 z
 //                 p = t rho N U / (4 b m) ((D c m + a l (lambda z - c)) u + a l (U / N) s sign(sigma))
@@ -50,7 +50,7 @@ namespace dvdx {
 template <class T>
 inline constexpr T most_air = sizeof(T) == 4 ? T(1e+15) : T(1e+100);
 
-// Of one pulse of one network.
+// One pulse of one network.
 template <class T>
 struct AirPulse {
   T rate{};  // t rho/8

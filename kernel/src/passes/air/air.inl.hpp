@@ -51,7 +51,7 @@ template <Arithmetic arithmetic, class V>
            product_where<V>(is_sound, one, multiply_add<arithmetic>(along_u, u[2], along_s * s[2]))}};
 }
 
-// What a stage sums over the corners of triangles with sides d and f: v_next, and g in the second one.
+// The sums of a stage over the corners of triangles with sides d and f: v_next, and g in the second one.
 template <class V>
 struct AirCorners {
   Three<V> d, f, v, g;
@@ -74,7 +74,7 @@ template <AirStage stage, Arithmetic arithmetic, class V>
   return select(dot<arithmetic>(p, u) >= half_W * dot<arithmetic>(p, p), p, before);
 }
 
-// What a stage leaves at particles whose triangles come to `sum`.
+// Leaves the result of a stage at particles whose triangles come to `sum`.
 template <AirStage stage, Arithmetic arithmetic, class V>
 [[gnu::always_inline]] inline void leave_air(const WorkColumns<Scalar<V>>& work, const std::array<Scalar<V>*, 3>& g,
                                              std::size_t i, const Three<V>& sum) noexcept {

@@ -24,7 +24,7 @@
 // Violated      A particle that begins beyond the bound (a target that jumps, a radius below the start) is set onto the ball
 //               first, at n r/|n|, and e is moved as n is. No velocity comes of that.
 // Order         Second in h for a particle that stays on the ball; an impact on it costs one order for its moment.
-// Limits        Where e' is 90 degrees or more from p the sub-step is too long for pairs. Of `at_most` e' = e r/|e|. Of
+// Limits        Where e' is 90 degrees or more from p the sub-step is too long for pairs. For `at_most` e' = e r/|e|. For
 //               `at_least` e' keeps of the rest of the way what is across p, and lies on the plane that touches the ball there;
 //               so does what has gone right through the ball. Both lose of u what breaks the bound, and gain nothing.
 //               r = 0 is the center and its velocity. A particle whose x or v is not finite, or that is held, is left alone.

@@ -8,7 +8,7 @@
 namespace dvdx {
 namespace {
 
-// Of elements that mostly stand side by side, as those of a sheet's rows do.
+// For elements that mostly stand side by side, as those of a sheet's rows do.
 template <class V>
 [[gnu::always_inline]] inline Three<V> near_axes(const Axes<Scalar<V>>& columns, const std::int32_t* element) noexcept {
   std::int32_t apart = 0;

@@ -39,7 +39,7 @@ class Elimination {
   V over_, rest_;
 };
 
-// What is left to do about the chains of a register.
+// The work that is left on the chains of a register.
 template <class V>
 struct Verdict {
   Mask<V> is_off;     // some length is not right yet
@@ -86,7 +86,7 @@ Verdict<V> eliminate_lengths(const ChainTerms<Scalar<V>>& terms, const Axes<Scal
   return verdict;
 }
 
-// Of pulses p at a chain's particles: the sums of w |p|^2, and of m |v|^2 after them.
+// The sums over pulses p at a chain's particles: of w |p|^2, and of m |v|^2 after them.
 template <class V>
 struct Pushed {
   V carried = V(Scalar<V>(0)), moving = V(Scalar<V>(0));
@@ -393,7 +393,7 @@ Three<V> frame_of(const ChainTerms<Scalar<V>>& terms, const SomeChains<V>& chain
   return select(is_free, quotient(V(T(1)), select<V>(is_free, whole, V(T(1)))) * sum, held);
 }
 
-// What is known of chains before their pulses.
+// The roundings of chains before their pulses.
 template <class V>
 struct ChainGrain {
   V grain;  // the rounding of a position

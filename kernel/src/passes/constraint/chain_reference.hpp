@@ -7,7 +7,7 @@
 
 namespace dvdx::reference {
 
-// What a chain's particle k, link k and their columns are called.
+// The names of a chain's particle k, link k and their columns.
 template <class T>
 struct Chain {
   const ChainTerms<T>& terms;
@@ -49,7 +49,7 @@ void eliminate(const Chain<T>& chain, std::size_t k, bool is_sound, T below, T o
   chain.terms.rest[e] = subtract_product<arithmetic>(right, below, rest_before) / pivot;
 }
 
-// Of pulses p at a chain's particles: the sums of w |p|^2, and of m |v|^2 after them.
+// The sums over pulses p at a chain's particles: of w |p|^2, and of m |v|^2 after them.
 template <class T>
 struct Pushed {
   T carried = 0, moving = 0;
@@ -274,7 +274,7 @@ Vector<T> frame_of(const Chain<T>& chain, const Get& get) noexcept {
   return times(T(1) / chain.terms.whole[chain.number], sum);
 }
 
-// What is known of a chain before its pulses.
+// The roundings of a chain before its pulses.
 template <class T>
 struct ChainGrain {
   T grain = 0;  // the rounding of a position

@@ -1,5 +1,5 @@
-// What the constraint passes read: constraints in colours, none of which has two at a particle that can move, and the table of
-// passes that one instruction set provides.
+// The input of the constraint passes: constraints in colours, none of which has two at a particle that can move, and the table
+// of passes that one instruction set provides.
 #pragma once
 
 #include <array>
@@ -88,8 +88,8 @@
 // take back where an impact asks for less. From mu = |p| / h a sheet of 16 x 16 that hangs by its upper row kept 7e-2 m/s by
 // 32 sweeps at 60 Hz; so 1e-5, in float. Colours are visited in one order: it came two to four times as near as forwards and
 // backwards.
-// Limits: pulses spread by one link a visit. Of 24 x 32, 60 Hz, the first row held, 32 iterations: 2.1e-2 too long, 100 4.7e-3;
-// of 16 x 16 5.2e-3, in sub-steps of 1/240 s 3.3e-4. A row drawn straight between two held corners at its own length could bear
+// Limits: pulses spread by one link a visit. 24 x 32, 60 Hz, the first row held, 32 iterations: 2.1e-2 too long, 100 4.7e-3;
+// 16 x 16 5.2e-3, in sub-steps of 1/240 s 3.3e-4. A row drawn straight between two held corners at its own length could bear
 // its sheet by an infinite tension alone: 2e-2 too long by 32 iterations in sub-steps of 1/240 s, 6e-3 by 200.
 //
 // Line: e = x - p, and the pulses take away what e and v have along two unit vectors across the line. Point: x = at, v = 0.
@@ -97,7 +97,7 @@
 // Limits: several constraints at a particle are visited one after the other (Gauss-Seidel), forwards and backwards, or where
 // limits cross forwards twice. A constraint both of whose ends are fixed, or whose ends coincide, or that has an end which is not
 // finite, contributes nothing.
-// What jumps over a bound (from one side of `at_least` to the other) within a sub-step is not seen.
+// A jump over a bound (from one side of `at_least` to the other) within a sub-step is not seen.
 
 namespace dvdx {
 
@@ -110,8 +110,8 @@ struct PairTerms {
   const std::int32_t *a = nullptr, *b = nullptr;
   const T* l = nullptr;
   const T *share_a = nullptr, *share_b = nullptr;  // w / (w_a + w_b)
-  // d at the sub-step's start, or where a bound was reached; then d at its end. Of crossing limits p; then u, m along it, and 1
-  // where they act in place of 1 / d.d.
+  // d at the sub-step's start, or where a bound was reached; then d at its end. For crossing limits p; then u, m along it, and
+  // 1 where they act in place of 1 / d.d.
   Axes<T> n{};
   T* s = nullptr;        // sum of the position pulses, in units of n
   T* m = nullptr;        // of a bound: sum of the velocity pulses, in units of d
@@ -131,13 +131,13 @@ struct ChainTerms {
   const T* w = nullptr;                // relative to the chain's largest, 0 where fixed
   const T* m = nullptr;                // 1/w, 0 where fixed
   const std::int32_t* self = nullptr;  // each element's own number: `a` of columns of the chains' own
-  // Of each chain of a bundle: the sum of its m, and its longest link.
+  // For each chain of a bundle: the sum of its m, and its longest link.
   const T *whole = nullptr, *longest = nullptr;
   Axes<T> n{};                         // d at the sub-step's start, then at its end; 0 where a link contributes nothing
   Axes<T> kept{};                      // x before the position pulses; then v0
   T* s = nullptr;                      // sum of the position pulses
   T *over = nullptr, *rest = nullptr;  // elimination: x_k = rest - over x_{k+1}
-  // Of lone chains. Sub-steps of their own end in columns of their own.
+  // For lone chains. Sub-steps of their own end in columns of their own.
   Axes<T> start{};   // x at the sub-step's start
   Axes<T> kept_v{};  // v before the position pulses; then a
   Axes<T> own_x{}, own_v{};
@@ -208,7 +208,7 @@ struct ConstraintKernels {
   void (*solve_limit_velocities)(const LimitTerms<T>&, Round, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
   void (*solve_crossing_velocities)(const PairTerms<T>&, Time, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
   void (*solve_line_velocities)(const LineTerms<T>&, const Axes<T>& v, std::size_t from, std::size_t to) = nullptr;
-  // Of chains that share no particle with another constraint: all of it.
+  // Everything about chains that share no particle with another constraint.
   void (*solve_lone_chains)(const ChainTerms<T>&, const Axes<T>& x, const Axes<T>& v, std::size_t from,
                             std::size_t to) = nullptr;
 };
@@ -228,13 +228,13 @@ inline constexpr T least_turn = T(0.7);
 template <class T>
 inline constexpr T least_pivot = sizeof(T) == 4 ? T(1e-5) : T(1e-12);
 
-// Of lone chains. Lengths that Newton's steps leave no nearer than this have not converged.
+// For lone chains. Lengths that Newton's steps leave no nearer than this have not converged.
 template <class T>
 inline constexpr T chain_lost = sizeof(T) == 4 ? T(1e-3) : T(1e-8);
 // (h omega)^2 of the fastest transverse motion, at most: RATTLE is stable below 4.
 template <class T>
 inline constexpr T most_transverse = T(2);
-// What the pulses may give or take: of the kinetic energy, and of what the pulses themselves carry.
+// The most that pulses may give or take: of the kinetic energy, and of what the pulses themselves carry.
 template <class T>
 inline constexpr T most_given = T(1e-4);
 template <class T>

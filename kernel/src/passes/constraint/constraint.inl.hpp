@@ -65,7 +65,7 @@ Mask<V> is_sound_square(V square) noexcept {
   return (square > V(least_square<Scalar<V>>)) & (square < V(most_square<Scalar<V>>));
 }
 
-// What a sum of pulses may be: `at_most` pulls (negative), `at_least` pushes.
+// The sign that a sum of pulses may have: `at_most` pulls (negative), `at_least` pushes.
 template <class V>
 V kept_sign(V sum, bool is_pull) noexcept {
   const V zero(Scalar<V>(0));
@@ -82,7 +82,7 @@ void prepare_pairs(const PairTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, 
 
 // ---- position pulses ---------------------------------------------------------------------------------------------------
 
-// Of a bound that has not acted in this sub-step: when and in which direction it was reached.
+// For a bound that has not acted in this sub-step: when and in which direction it was reached.
 template <class V, Arithmetic arithmetic, Bound bound>
 void reach(const PairTerms<Scalar<V>>& terms, std::size_t s, const Three<V>& d, V l, V sum, Three<V>& n) noexcept {
   using T = Scalar<V>;

@@ -34,7 +34,7 @@ class Bending {
   using T = Scalar<V>;
 
  public:
-  // Of particles side by side, the first of which is i in the plan's columns.
+  // Particles side by side, the first of which is i in the plan's columns.
   Bending(const Bend<T>& bend, std::size_t i) noexcept : bend_(bend) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       w[axis] = bend.w_each[axis] != nullptr ? load_lanes<V>(bend.w_each[axis] + i) : V(bend.w[axis]);
@@ -42,7 +42,7 @@ class Bending {
     }
     make_series();
   }
-  // Of the particles first + at[0], first + at[1], ...
+  // The particles first + at[0], first + at[1], ...
   Bending(const Bend<T>& bend, std::size_t first, const std::size_t* at) noexcept : bend_(bend) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       w[axis] = bend.w_each[axis] != nullptr ? gathered(bend.w_each[axis] + first, at) : V(bend.w[axis]);

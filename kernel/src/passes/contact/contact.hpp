@@ -29,9 +29,9 @@
 //          it at every step, with v_n no more than what the forces of a step give: it keeps v_t, else viscosity would brake
 //          by the number of steps. It did so if it starts within rounding of the surface, and is neither thrown off it higher
 //          than rounding (v_n^2 |t| <= 2 |n.(v1 - v0)| low) nor comes faster than by |n.(v1 - v0)|.
-//          In a network pulses of springs press what rests onto the surface, at any speed, or lift it. What the other forces
-//          press more than springs lift is back within a sub-step s, so it lay there too if it starts no higher than these
-//          forces, n.(v1 - v0)/t = b, make it fall in s, b s^2 / 2, and comes no faster than by b s.
+//          In a network pulses of springs press what rests onto the surface, at any speed, or lift it. A particle that the
+//          other forces press more than springs lift is back within a sub-step s, so it lay there too if it starts no higher
+//          than these forces, n.(v1 - v0)/t = b, make it fall in s, b s^2 / 2, and comes no faster than by b s.
 //          The sweeps of generalized alpha also move positions, by x_b (b - a) of compile/sweep_scheme.cpp, before the flow.
 //          Contacts see the way from where the flow before ended, as the flow's own, so that what rests starts on the surface.
 //          And what has just hit a surface may be held by it, however deep inside a poor root of the path has left it.
@@ -44,7 +44,7 @@
 //          left.
 // Rest.    A surface may hold a particle that stands on it (4 eps of the coordinates) if that leaves it no higher than rounding
 //          (below) or comes no faster than forces, and what holds it already, bring it to rest there, and settles, within the
-//          step: one wall may push it onto another that the forces lead away from. Of those under which
+//          step: one wall may push it onto another that the forces lead away from. Among those under which
 //          the particle would end, the deepest takes it back along its normal; if another still has it inside, both do, with
 //          the multiples (kappa = n_a.n_b)
 //            l_a = (kappa s_b - s_a)/(1 - kappa^2),  l_b = (kappa s_a - s_b)/(1 - kappa^2),   neither of them negative;
@@ -53,9 +53,9 @@
 //          Impacts on other surfaces are looked for on the path that is held; after one, what holds is found again.
 //          A particle whose velocity does not move it by half an ulp in the step stays where the path began: rounding alone
 //          must not make a resting particle creep.
-// Clamp.   What is inside after all impacts is put onto the surface, and its v_n < 0 is removed as by a plastic impact, with
-//          Coulomb's friction of the velocity removed. Several surfaces: in turn, until all agree within rounding.
-// Edge.    Of a network, whose pulses begin a flow: an impact on a second surface in the same moment takes both, by the multiples
+// Clamp.   A particle that is inside after all impacts is put onto the surface, and its v_n < 0 is removed as by a plastic
+//          impact, with Coulomb's friction of the velocity removed. Several surfaces: in turn, until all agree within rounding.
+// Edge.    In a network, whose pulses begin a flow, an impact on a second surface at the same time takes both, by the multiples
 //          above for v. One after a slide along the first does so too where what it takes of the normal velocity is no more
 //          than 2 r min(1, 64 (1 - kappa)), r what the impact on the first one took in this flow: with a pulse's part Delta
 //          along the wall r = Delta/tan of half the angle between the normals, and speeds w up to 2 Delta/(1 - kappa) stop. By
@@ -71,13 +71,13 @@
 //          normal: the flow ends at s = s0 + p t, or where that is outside as it would, but at 0 <= s <= s0 + p t. The velocity along the normal becomes what of it lies in 0..p, at the start
 //          (else a pulse that presses onto a round body would push along it at the end, and heat) and at the end; friction
 //          takes from the rest what it would from an impact by the part that leads in. Neither impacts on this surface are
-//          looked for in the flow, nor is the particle put onto it; all else is as for any particle on that path. Of two
-//          surfaces that face each other it leaves none, and goes to the middle.
+//          looked for in the flow, nor is the particle put onto it; all else is as for any particle on that path. A particle
+//          inside two surfaces that face each other leaves none, and goes to the middle.
 // Sphere.  s = side (|x-c| - R). Its sign is that of g = side (|x-c|^2 - R^2) / (2R), a quartic along the parabola.
 //          First guess: the quadratic Taylor part of g at the path's start (exact for a straight path), else the quadratic
 //          through g0, g0' and g1; then Newton's steps that keep to 0..1 and to g' < 0.
 // Motion.  A surface that moves has its pose at the end of the flow in n, d and center, a velocity u and an angular velocity
-//          omega about the point `at`, all constant in the flow. Of a point x at the time t before the end,
+//          omega about the point `at`, all constant in the flow. A point x at the time t before the end has
 //            V = u + omega x r,  r = x + t u - at,     and it comes to  at + R(t omega) r  where the surface takes it along.
 //          R r = r + a w x r + b w x (w x r), w = t omega, a = sin|w|/|w|, b = (1 - cos|w|)/|w|^2, as series in w.w.
 //          So the whole pass works on the trajectory as the surface sees it, in the axes and at the place that the surface
@@ -98,7 +98,7 @@ enum class Shape : std::uint8_t { plane, sphere, capsule, box, convex, mesh };
 
 enum class Movement : std::uint8_t { rest, shifts, turns };
 
-// Of the path of a step between two impacts: a parabola where no spring and no drag acts (bend.hpp).
+// The path of a step between two impacts: a parabola where no spring and no drag acts (bend.hpp).
 enum class PathForm : std::uint8_t { parabola, flow };
 
 template <class T>
@@ -116,7 +116,7 @@ struct Surface {
   T e = 0;                      // what an impact leaves of the normal velocity, restitution and normal viscosity together
   T tau = 1;                    // ... and of the tangential velocity, unless it is resting: exp(-viscosity)
   T mu = 0;                     // Coulomb friction; finite, so that mu 0 = 0
-  // Of a network, whose springs' pulses stand between flows: how many of this flow a sub-step is long; 0 without pulses. And
+  // In a network, whose springs' pulses stand between flows: how many of this flow a sub-step is long; 0 without pulses. And
   // what goes at v along a curved surface may be so many (v t)^2 off it after a flow.
   T flows_per_substep = 0;
   T falls_away = 0;  // 1/m

@@ -22,7 +22,7 @@ bool fill_half(std::uint64_t lanes) noexcept {
   return 2 * static_cast<std::size_t>(std::popcount(lanes)) >= V::size;
 }
 
-// What surfaces hold is done with; lanes that may meet another one are left. Most of what touches a surface lies on it.
+// Lanes that surfaces hold are done with; those that may meet another one are left. Most that touch a surface lie on it.
 template <class V>
 struct Settled {
   Mask<V> busy;  // lanes that are not done with

@@ -1,5 +1,6 @@
-// What contacts do to particles, told by impulses: those of what a single plane holds or throws back a register at a time, by
-// the wide pass. All other particles that touch a surface are resolved by the scalar twin where a block has a log.
+// The effect of contacts on particles, told by impulses: those of particles that a single plane holds or throws back, a
+// register at a time, by the wide pass. All other particles that touch a surface are resolved by the scalar twin where a block
+// has a log.
 #pragma once
 
 #include <array>
@@ -21,7 +22,7 @@ struct ContactPush {
   T t = 0;
 };
 
-// The same of particles side by side. What is not among the lanes is 0.
+// The same for particles side by side, 0 for those that are not among the lanes.
 template <class T>
 struct ContactPushes {
   static constexpr std::size_t most = 16;

@@ -12,10 +12,10 @@ inline constexpr std::size_t fewest_planes = 4, most_planes = 64;
 
 class ConvexBody {
  public:
-  // Of planes with finite normals of some length and finite offsets.
+  // From planes with finite normals of some length and finite offsets.
   explicit ConvexBody(const Convex& convex);
 
-  // What is wrong with it: why there is no such body.
+  // The reason why there is no such body.
   enum class Fault { none, empty, unbounded };
   [[nodiscard]] Fault fault() const noexcept { return fault_; }
 

@@ -49,7 +49,7 @@ template <class V, Arithmetic arithmetic>
   return touch_mesh<V, arithmetic>(surface, x);
 }
 
-// What surrounds lanes: of planes at rest, all of them looked at, the loops over surfaces call nothing and test nothing.
+// The surroundings of lanes: for planes at rest, all of them looked at, the loops over surfaces call nothing and test nothing.
 enum class Surroundings { any, planes };
 
 template <class V, Arithmetic arithmetic, Surroundings surroundings>

@@ -83,7 +83,7 @@ struct Leaving {
   T t = 0;
 };
 
-// What is left of a particle's step.
+// The rest of a particle's step.
 template <Arithmetic arithmetic, PathForm form, class T>
 struct Course {
   T direction, t;

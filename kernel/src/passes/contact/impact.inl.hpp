@@ -26,8 +26,8 @@ Mask<V> hovers(const Surface<Scalar<V>>& surface, V s, V out, V press, V t) noex
   return Mask<V>(has_pulses(surface)) & (s <= V(Scalar<V>(0.5)) * flows * fall * magnitude(t)) & (-out <= fall);
 }
 
-// What is left of the tangential velocity at an impact, and after infinitely many that end within the step. 1 for what lay or
-// slid on the surface before.
+// The share of the tangential velocity that is left at an impact, and after infinitely many that end within the step. 1 for
+// lanes that lay or slid on the surface before.
 template <class V, Arithmetic arithmetic, PathForm form>
 V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V, arithmetic, form>& course,
                     const Three<V>& gain, Mask<V> is_over) noexcept {
@@ -120,8 +120,8 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arit
     latest->v = select(acts, vf, latest->v);
   }
 
-  // An impact whose bounces would all be over within the step is the last of them. What holds a lane up to here, and its
-  // friction, do not press.
+  // An impact whose bounces would all be over within the step is the last of them. The surfaces that hold a lane up to here,
+  // and their friction, do not press.
   const Mask<V> was_held = course.held.a >= zero;
   const Three<V> forces = select(was_held, gain - course.held.dv, gain);
   const V pressed = rest * (course.direction * dot<arithmetic>(n, forces));
@@ -137,7 +137,7 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arit
   const Three<V> away = subtract_product<arithmetic>(kept * vt, e * vn, n);
   const Three<V> after = moves ? away + met.v : away;
 
-  // What held a lane up to here need not hold it in the rest.
+  // Surfaces that held a lane up to here need not hold it in the rest.
   const Three<V> x1 = select(was_held, subtract_product<arithmetic>(m.x1, rest * rest, course.held.dx), m.x1);
   const Three<V> way = x1 - xf;
   const V beyond = dot<arithmetic>(n, moves ? subtract_product<arithmetic>(way, t, met.v) : way);
@@ -507,7 +507,7 @@ void resolve_all(const Terms<Scalar<V>>& terms, Mask<V> touches, Standing standi
   for (int impact = 0; impact < terms.impacts; ++impact) {
     if (!resolve_earliest<V, arithmetic, form>(terms, m, course, has_edges ? &pressed : nullptr)) break;
   }
-  // What was near nothing in the end but planes that hold it is outside. (Of a body the two tests round in different ways.)
+  // Lanes near nothing in the end but planes that hold them are outside. (For a body the two tests round in different ways.)
   const Mask<V> lanes = has_body(terms) ? touches : touches & (course.loose | course.active);
   if (any_lane<V>(lanes)) clamp_all<V, arithmetic, form>(terms, m, course, lanes);
 }
@@ -565,7 +565,7 @@ bool is_one_plane(const Terms<Scalar<V>>& terms) noexcept {
          surface.tau == 1;
 }
 
-// What a log is told of such bounces: where and how long before the end, what they changed of the velocity, and which of the
+// The record of such bounces for a log: where and how long before the end, what they changed of the velocity, and which of the
 // lanes did not just lie there (is_pressed_on of the twin).
 template <class V>
 struct Bounce {

@@ -27,7 +27,7 @@ bool hovers(const Surface<T>& surface, T s, T out, T press, T t) noexcept {
   return has_pulses(surface) && s <= T(0.5) * surface.flows_per_substep * fall * std::abs(t) && -out <= fall;
 }
 
-// What is left of the tangential velocity at an impact. 1 for what lay or slid on the surface before.
+// The share of the tangential velocity that is left at an impact. 1 for a particle that lay or slid on the surface before.
 template <Arithmetic arithmetic, PathForm form, class T>
 T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course,
                     const Vector<T>& gain, bool is_over) noexcept {
@@ -98,8 +98,8 @@ Meeting<T> meeting(const Surface<T>& surface, const Vector<T>& x, T t) noexcept 
   return {turned_by<arithmetic>(scaled_by(-t, surface.omega), n), V};
 }
 
-// Whether a particle lies on a surface that it is pressed onto from here on. Of a sheet that rests, each pulse of its springs
-// presses, or lifts it so little that it is back within the sub-step.
+// Whether a particle lies on a surface that it is pressed onto from here on. Each pulse of a resting sheet's springs presses,
+// or lifts it so little that it is back within the sub-step.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool is_pressed_on(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
   const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);

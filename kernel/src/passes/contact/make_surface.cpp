@@ -37,7 +37,7 @@ void set_shape(Surface<T>& surface, const Sphere& sphere, const Vec3& origin) no
   surface.half_curvature = static_cast<T>(side / (2 * radius));
 }
 
-// Of the ball that holds a body: a little larger than rounding needs.
+// The radius of the ball that holds a body: a little larger than rounding needs.
 template <class T>
 T bound(double radius) noexcept {
   return static_cast<T>(radius * (1 + 8 * static_cast<double>(std::numeric_limits<T>::epsilon())));

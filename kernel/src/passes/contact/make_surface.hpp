@@ -12,8 +12,8 @@
 
 namespace dvdx {
 
-// What a convex body or a mesh has besides a surface's numbers, as the pass reads it. It stays where it is: `solid` points to
-// it.
+// The data of a convex body or a mesh besides a surface's numbers, as the pass reads it. It stays where it is: `solid` points
+// to it.
 template <class T>
 struct ShapeMemory {
   std::vector<std::array<T, 4>> faces;
@@ -21,11 +21,11 @@ struct ShapeMemory {
   Solid<T> solid;  // but for its axes
   T radius = 0;    // m: of the ball that holds the body
 };
-// Of each contact of a scene; null where it has none. Plans of one shape share it.
+// One for each contact of a scene; null where it has none. Plans of one shape share it.
 template <class T>
 using ShapeMemories = std::vector<std::shared_ptr<const ShapeMemory<T>>>;
 
-// Of which a contact is made: an inside box is its six planes, so that a particle may lie in its corners.
+// The number of surfaces that make a contact: an inside box is its six planes, so that a particle may lie in its corners.
 [[nodiscard]] std::size_t parts_of(const Contact& contact) noexcept;
 
 [[nodiscard]] bool has_memory(const Contact& contact) noexcept;
@@ -33,11 +33,11 @@ using ShapeMemories = std::vector<std::shared_ptr<const ShapeMemory<T>>>;
 [[nodiscard]] bool have_same_memory(const Contact& a, const Contact& b) noexcept;
 
 // `finds_dips`: whether a parabola is close to the particles' paths (damping q < 1 and angle z < 2 in a step). Ignored for a
-// line. The surface counts positions from `origin`. What has memory is whole once it has been set.
+// line. The surface counts positions from `origin`. A surface with memory is whole once that has been set.
 template <class T>
 Surface<T> make_surface(const Contact& contact, const Vec3& origin, bool finds_dips, std::size_t part = 0) noexcept;
 
-// Of a mesh this takes as long as its distances do.
+// For a mesh this takes as long as its distances do.
 template <class T>
 std::shared_ptr<const ShapeMemory<T>> make_memory(const Contact& contact);
 template <class T>

@@ -13,7 +13,7 @@
 // Reach.   A surface that moves is seen from where it ends: a point of the region within t of the end is seen up to w = t
 //          |u| + t omega D from there, D the distance from its axis' point, and the corner by as much again and by t omega
 //          times the region's size. So much wider is the surface's own bound.
-// Overlap. What passes a sphere by its tangent plane may pass far from it: where blocks search, a trajectory is near a
+// Overlap. A path that passes a sphere by its tangent plane may pass far from it: where blocks search, a trajectory is near a
 //          sphere or a body only if its box overlaps the box about it. It overlaps none that the list leaves out.
 // Groups.  Surfaces that stand beside each other in the scene are looked at one by one only where the region overlaps the box
 //          about their group. A group that holds a plane, the inside of a sphere or what a motion carries has no bound.

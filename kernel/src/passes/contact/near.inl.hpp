@@ -13,7 +13,7 @@
 namespace dvdx {
 namespace {
 
-// What a block's values lie between, lane by lane. NaNs are passed over: they touch nothing.
+// The range of a block's values, lane by lane. NaNs are passed over: they touch nothing.
 template <class V>
 struct Bounds {
   V low = V(std::numeric_limits<Scalar<V>>::infinity());
@@ -110,7 +110,7 @@ class Reach {
     }
     return !(distance > widening(surface) + slack * size);
   }
-  // Of an inside: whether some of the region is beyond it.
+  // Whether some of the region is beyond an inside.
   [[nodiscard]] bool leaves_sphere(const Surface<T>& surface, double radius) const noexcept {
     double square = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -127,7 +127,7 @@ class Reach {
       const double end = double{solid.middle_radius} + size_of(double{solid.slope}) * double{solid.half_length};
       for (std::size_t k = 0; k < 3; ++k) extents[k] = end + size_of(double{solid.axes[0][k]}) * double{solid.half_length};
     } else if (surface.shape == Shape::box || surface.shape == Shape::mesh) {
-      // What is between the nodes of a grid may be off by its cells.
+      // Distances between the nodes of a grid may be off by its cells.
       const double more = surface.shape == Shape::mesh ? 2 * double{solid.cell} : double{solid.thickness};
       for (std::size_t k = 0; k < 3; ++k) {
         extents[k] = more;
@@ -179,7 +179,7 @@ template <class T>
   }
 }
 
-// Of a scene that does not search: whether one of its few surfaces may reach the region.
+// Whether one of the few surfaces of a scene that does not search may reach the region.
 template <class T>
 [[gnu::noinline]] bool is_any_near(const Terms<T>& terms, const Region<T>& region) noexcept {
   const Reach<T> reach(terms, region);

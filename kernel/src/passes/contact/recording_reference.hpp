@@ -1,4 +1,4 @@
-// What contacts do to one particle in one flow, on its way to a log. Of the scalar twin alone.
+// The effect of contacts on one particle in one flow, on its way to a log. For the scalar twin alone.
 #pragma once
 
 #include <array>
@@ -11,10 +11,10 @@
 
 namespace dvdx::reference {
 
-// What stays on a surface makes no event.
+// A particle that stays on a surface makes no event.
 enum class Told { impact, hold };
 
-// What holds a particle acts all through the rest of its flow, or up to the next impact: it is told when that is known.
+// A surface that holds a particle acts through all the rest of its flow, or up to the next impact: told when that is known.
 template <class T>
 class Recording {
  public:

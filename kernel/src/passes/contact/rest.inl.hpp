@@ -1,4 +1,4 @@
-// What surfaces hold, with friction, wide. The scalar twin: rest_reference.hpp.
+// Lanes that surfaces hold, with friction, wide. The scalar twin: rest_reference.hpp.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 namespace dvdx {
 namespace {
 
-// What friction that can take away `slide` leaves of a tangential velocity; all of it vanishes up to `hold`.
+// The share of a tangential velocity that is left by friction that can take away `slide`; all of it vanishes up to `hold`.
 template <class V>
 V kept_by_friction(V slide, V hold, V length) noexcept {
   const V zero(Scalar<V>(0));
@@ -45,9 +45,9 @@ Mask<V> is_among(const Held<V>& held, V number) noexcept {
 
 // Which surfaces may hold lanes from here on: they stand on them, and neither leave them higher than rounding nor come faster
 // than forces, and what holds them already, bring them to rest on them within the step.
-// What slides into the edge of two planes without restitution goes up the other one, comes back, and so on: each time the
-// speed is kappa times what it was, kappa the product of their normals. All of it is over after 1/(1 - kappa) times the first
-// way there and back, which takes d0/(-c) of the step.
+// A lane that slides into the edge of two planes without restitution goes up the other one, comes back, and so on: each time
+// the speed is kappa times what it was, kappa the product of their normals. All of it is over after 1/(1 - kappa) times the
+// first way there and back, which takes d0/(-c) of the step.
 template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
 class Candidates {
   using T = Scalar<V>;
@@ -105,7 +105,7 @@ struct Two {
   V a, b;
 };
 
-// Of two normals: their product, and 1/(1 - kappa^2) where they are not parallel.
+// Two normals: their product, and 1/(1 - kappa^2) where they are not parallel.
 template <class V>
 struct Wedge {
   V kappa, scale;
@@ -177,8 +177,8 @@ template <class V, Arithmetic arithmetic>
           multiply_add<arithmetic>(b.hold, removed.b, a.hold * removed.a)};
 }
 
-// Of the surfaces that may hold lanes, the one whose inside their end x lies deepest in, with its normal and distance at the
-// end as nothing would hold them.
+// The surface, of those that may hold lanes, whose inside their end x lies deepest in, with its normal and distance at the end
+// as nothing would hold them.
 // first: the only one that holds lanes up to now, or null.
 template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
 Holder<V> deepest(const Terms<Scalar<V>>& terms, const Candidates<V, arithmetic, form, surroundings>& candidates,
@@ -280,7 +280,7 @@ Against<V> select(const Mask<V>& where, const Against<V>& a, const Against<V>& b
           select(where, a.more, b.more)};
 }
 
-// What holds lanes that end at x goes there by this.
+// The velocity at x of the surfaces that hold lanes which end there.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Three<V> velocity_of(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Against<V>& against,
                                        const Three<V>& x) noexcept {
@@ -305,7 +305,7 @@ template <class V>
   return is_it;
 }
 
-// What rests on two surfaces that move is carried along by both, and would leave them by roundings, step by step.
+// Lanes that rest on two surfaces that move are carried along by both, and would leave them by roundings, step by step.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Three<V> onto_both(const Holder<V>& a, const Holder<V>& b, const Three<V>& x0) noexcept {
   const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);

@@ -13,7 +13,7 @@
 namespace dvdx {
 namespace {
 
-// Of lanes that touch a plane, those that are left as they were: `pressed` by one plane onto another, which may hold them, too;
+// The lanes that touch a plane and are left as they were: `pressed` by one plane onto another, which may hold them, too;
 // `busy` where they may meet one. is_any_held: whether one of the planes holds a busy lane where the step begins.
 struct NotAtRest {
   std::uint64_t pressed, busy;  // lane k is bit k

@@ -1,4 +1,4 @@
-// What surfaces hold, with friction, scalar: written by hand beside rest.inl.hpp.
+// Particles that surfaces hold, with friction, scalar: written by hand beside rest.inl.hpp.
 #pragma once
 
 #include <cmath>
@@ -197,7 +197,7 @@ HeldEnd<T> held_by_three(const Holder<T>& a, const Holder<T>& b, const Holder<T>
   return {.x = p.x0};
 }
 
-// What each of the holders did to the particle, which ends at p: along its normal, and of the friction as much as it presses.
+// Records each holder's effect on the particle, which ends at p: along its normal, and of the friction as much as it presses.
 template <Arithmetic arithmetic, PathForm form, class T>
 void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T>& end, const Vector<T>& friction,
                  const Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
@@ -233,7 +233,7 @@ void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T
   }
 }
 
-// What rests on two surfaces that move is carried along by both, and would leave them by roundings, step by step.
+// A particle that rests on two surfaces that move is carried along by both, and would leave them by roundings, step by step.
 template <Arithmetic arithmetic, class T>
 Vector<T> onto_both(const Holder<T>& a, const Holder<T>& b, const Vector<T>& x0) noexcept {
   const T kappa = dot<arithmetic>(a.n, b.n);

@@ -54,7 +54,7 @@ struct Solid {
 inline constexpr int approach_steps = 16;
 inline constexpr int solid_newton_steps = 12;
 
-// Of a mesh: Newton's steps along a normal; steps along a path, of which those to a crossing take a few, and all only what
+// For a mesh: Newton's steps along a normal; steps along a path, of which those to a crossing take a few, and all only what
 // goes along the surface from end to end of the largest grid; halvings of the last.
 inline constexpr int normal_steps = 6;
 inline constexpr int march_steps = 4096;

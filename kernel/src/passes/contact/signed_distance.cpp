@@ -77,7 +77,7 @@ class HalfEdges {
   }
   // As the triangle beside has it, or null.
   [[nodiscard]] const HalfEdge* reverse_of(const HalfEdge& edge) const noexcept { return find(edge.to, edge.from); }
-  // Of a closed surface: whether the triangles about each vertex are one fan, as all edges that start there are met by going
+  // Whether the triangles about each vertex of a closed surface are one fan, as all edges that start there are met by going
   // around it from triangle to triangle.
   [[nodiscard]] bool are_fans() const noexcept {
     for (std::size_t first = 0, end = 0; first < edges_.size(); first = end) {
@@ -278,7 +278,7 @@ double SignedDistance::at(const Vec3& x, std::uint32_t& triangle) const {
 
 namespace {
 
-// Of the values between the nodes, from above: along an axis no slope is more than the greatest difference of two neighbours.
+// Bounds the slope between the nodes from above: along an axis it is no more than the greatest difference of two neighbours.
 double steepness_of(const DistanceGrid& grid) {
   const auto [nx, ny, nz] = grid.nodes;
   const std::array<std::size_t, 3> strides{1, nx, nx * ny};

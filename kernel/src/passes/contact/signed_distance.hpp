@@ -12,15 +12,15 @@ namespace dvdx {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-// What keeps triangles from bounding a body. open: of an edge that only one triangle has; folded: of an edge that two triangles
-// have in the same direction, or more than two; pinched: of surfaces that share a corner and no edge there.
+// The fault that keeps triangles from bounding a body. open: of an edge that only one triangle has; folded: of an edge that two
+// triangles have in the same direction, or more than two; pinched: of surfaces that share a corner and no edge there.
 enum class MeshFault : std::uint8_t { none, no_triangles, no_such_vertex, no_area, open, folded, pinched, inwards };
 [[nodiscard]] MeshFault fault_of(const TriangleMesh& mesh);
 
 // m, of the grid: the one asked for, or the longest side / 64.
 [[nodiscard]] double cell_of(const TriangleMesh& mesh);
 
-// What a grid may have: cells so small that it has no more than most_nodes, and so large that two are within the shortest side.
+// The cells of a grid: at the least it has no more than most_nodes, and at the most two of them are within the shortest side.
 struct CellRange {
   double least, most;  // m
 };
@@ -30,7 +30,7 @@ struct CellRange {
 [[nodiscard]] std::array<std::size_t, 3> nodes_of(const TriangleMesh& mesh);
 inline constexpr std::size_t most_nodes = std::size_t{1} << 24;
 
-// Of a mesh without a fault, at its points.
+// The signed distance, at any point, from a mesh without a fault.
 //   distance  that from the nearest triangle, by its regions of corners, edges and face; found in a tree of boxes.
 //   sign      that of n.(x - p), p the nearest point, n the normal of its face; of an edge the sum of its two faces' normals,
 //             of a corner the sum of its faces', each times the face's angle there. It is right wherever the surface does not

@@ -1,4 +1,4 @@
-// What stands still under the pulses of a network, and stays.
+// Particles that stand still under the pulses of a network, and stay.
 //
 // Pulse.   Springs act between flows, by a velocity at one time; gravity and what holds a particle act all through a flow. Pulled
 //          along a surface by a pulse h F, a particle that friction should hold is braked only in the flow after it, and goes

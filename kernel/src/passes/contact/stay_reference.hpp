@@ -29,7 +29,7 @@ bool stands_on(const Surface<T>& surface, const Vector<T>& x, T s) noexcept {
   return std::abs(s) <= roundings * std::numeric_limits<T>::epsilon() * (one_norm(x) + surface.radius);
 }
 
-// Of the surfaces that stand still with the particle at x, those that go by V there, the one that P presses most below `most`.
+// The surface that P presses most below `most`, of those that stand still with the particle at x and go by V there.
 template <Arithmetic arithmetic, class T>
 Holder<T> most_pressed(const Terms<T>& terms, const Vector<T>& x, const Vector<T>& V, const Vector<T>& v, const Vector<T>& P,
                        const Held<T>& held, T most, std::uint32_t& stands) noexcept {

@@ -39,13 +39,13 @@ class Still {
 
   [[nodiscard]] bool looks() const noexcept { return looks_; }
 
-  // Of the register from i of the block on; lane k is bit k.
+  // The bits of the register from i of the block on; lane k is bit k.
   [[nodiscard]] std::uint64_t of(std::size_t i) const noexcept {
     return looks_ ? lanes_[i / word] >> (i % word) & all_of_register : 0;
   }
   [[nodiscard]] bool are_all(std::size_t i) const noexcept { return of(i) == all_of_register; }
 
-  // Of the `lanes` from i on, which lie in one word: those that `are`.
+  // Sets those that `are`, of the `lanes` from i on, which lie in one word.
   void set(std::size_t i, std::uint64_t lanes, std::uint64_t are) noexcept {
     std::uint64_t& all = lanes_[i / word];
     all = (all & ~(lanes << (i % word))) | are << (i % word);

@@ -311,7 +311,7 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   return {end.f, ((g1 < zero) | dips) & !(held & stays(surface, d0, c, low))};
 }
 
-// Of a body with a signed distance.
+// The crossing of a body with a signed distance.
 template <class V, Arithmetic arithmetic, PathForm form>
 [[gnu::noinline]] Crossing<V> cross_solid(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                           [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course,

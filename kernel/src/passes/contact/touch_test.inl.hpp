@@ -44,7 +44,7 @@ template <class V, Arithmetic arithmetic>
   return surface.finds_dips ? near1 | (along_m <= zero) | (along_m * along_m <= reach) : near1;
 }
 
-// Of a plane or a sphere: nothing is called, so that the loop around it keeps its registers.
+// For a plane or a sphere: nothing is called, so that the loop around it keeps its registers.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> may_touch_simple(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                        const Three<V>& middle) noexcept {

@@ -40,7 +40,7 @@ struct Births {
   double step = 0;  // s
 };
 
-// What a call makes. Of every field, elements up to the next multiple of 8 are written.
+// The births of a call. In every field, elements up to the next multiple of 8 are written.
 struct Born {
   using Values = std::array<double, born_together>;
   alignas(64) std::array<Values, 3> x;

@@ -109,7 +109,7 @@ Three<V> birth_velocity(const EmissionTerms& terms, Words<V> birth) noexcept {
   return {{V(x) + off_middle(a, u[0]), V(y) + off_middle(b, u[1]), V(z) + off_middle(c, u[2])}};
 }
 
-// What is left of the step for the lanes' births, number i of this call and those after it.
+// The rest of the step for the lanes' births, number i of this call and those after it.
 template <class V>
 V remaining_step(const EmissionTerms& terms, const Births& births, std::size_t i) noexcept {
   const V number = V(static_cast<double>(i)) + load_lanes<V>(lane_numbers<double>.data());

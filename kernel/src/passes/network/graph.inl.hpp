@@ -7,7 +7,7 @@
 namespace dvdx {
 namespace {
 
-// What the neighbours of the lanes at i hold in a column.
+// The values of a column at the neighbours of the lanes at i.
 template <class V>
 [[gnu::always_inline]] inline V at_neighbours(const GraphTerms<Scalar<V>>& graph, const Slot& slot, const Scalar<V>* column,
                                               std::size_t i) noexcept {
@@ -37,7 +37,7 @@ template <class V, Damping damping, Arithmetic arithmetic>
   }
 }
 
-// What the springs of the lanes at i come to; pull(slot, its columns' element) is one of them each.
+// The sum of the springs of the lanes at i; pull(slot, its columns' element) is one of them each.
 template <class V, class Pull>
 [[gnu::always_inline]] inline Three<V> sum_of_slots(const GraphTerms<Scalar<V>>& graph, std::size_t i,
                                                     const Pull& pull) noexcept {

@@ -11,7 +11,7 @@ namespace {
 
 // Which springs a grid has besides those between neighbours of a row or a column.
 enum class Weave : std::uint8_t { plain, shear, bend, shear_bend };
-// What a walk over the springs takes from them, and leaves at each particle.
+// The quantity that a walk over the springs takes from them, and leaves at each particle.
 enum class Walk : std::uint8_t { kick, acceleration, damping };
 
 constexpr bool has_shear(Weave weave) noexcept { return weave == Weave::shear || weave == Weave::shear_bend; }
@@ -176,7 +176,8 @@ class GridStripe {
     store_three<V>(work_.v_next, i, multiply_add<arithmetic>(w, sum, load_three<V>(work_.v, i)));
   }
 
-  // What the row below takes off: the spring from two rows above it first, then those of this row in its columns' order.
+  // The sum that the row below takes off: the spring from two rows above it first, then those of this row in its columns'
+  // order.
   [[gnu::always_inline]] void leave_for_below(std::size_t row, std::size_t at, bool is_first, const Three<V>& right_below,
                                               const Forces& F) noexcept {
     Three<V> sum = F.below;

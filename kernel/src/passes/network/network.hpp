@@ -1,5 +1,5 @@
-// What the network passes read: the plan's working columns, the springs as a grid, as a graph or as a list of sweeps, and the
-// table of passes that one instruction set provides.
+// The input of the network passes: the plan's working columns, the springs as a grid, as a graph or as a list of sweeps, and
+// the table of passes that one instruction set provides.
 #pragma once
 
 #include <array>
@@ -78,7 +78,7 @@ struct GridTerms {
   std::size_t rows = 0, columns = 0;
   std::size_t pitch = 0;  // elements from a row to the next, a multiple of 16
   GridFamilies<T> along;
-  // Null where no spring is torn. Of each row: null, or a line of `pitch` for each direction, in the order of the families:
+  // Null where no spring is torn. For each row: null, or a line of `pitch` for each direction, in the order of the families:
   // 1 where the spring from that row is whole, 0 where it is torn, at the lesser column of its ends.
   const T* const* whole = nullptr;
 
@@ -150,9 +150,9 @@ enum class Visit : std::uint8_t { first, again };  // of a spring in a sub-step:
 // side by side, or first and second ends in turn, whole registers are loaded and stored in place of single records.
 enum class Stand : std::uint8_t { anywhere, side_by_side, in_turn };
 
-// What the springs read and move of a particle lies in records of four numbers, the last of which nothing reads: one load or
-// store an end. Registers of a transposed record hold one axis each. What a first visit keeps for the second lies in the order
-// of the registers.
+// The numbers of a particle that the springs read and move lie in records of four, the last of which nothing reads: one load or
+// store an end. Registers of a transposed record hold one axis each. Numbers that a first visit keeps for the second lie in the
+// order of the registers.
 template <class T>
 struct RangeTerms {
   const std::uint32_t* first = nullptr;            // spring of each range, and one more
@@ -165,7 +165,7 @@ struct RangeTerms {
   T *from_origin = nullptr, *apart = nullptr, *u = nullptr;  // records of springs: d of the origins, d before the sweeps, u
 };
 
-// Of 16 springs: kappa, eta, inverse, w_a, w_b.
+// The coefficients of 16 springs: kappa, eta, inverse, w_a, w_b.
 inline constexpr std::size_t coefficient_sets = 5;
 inline constexpr std::size_t record = 4;  // numbers
 

@@ -79,7 +79,7 @@ template <class V>
   for (std::size_t axis = 0; axis < 3; ++axis) store_lanes(columns[axis] + i, value[axis]);
 }
 
-// What a pass leaves at the particles from i on, whose springs come to F.
+// Leaves the result of a pass at the particles from i on, whose springs come to F.
 template <class V>
 [[gnu::always_inline]] inline void leave_acceleration(const WorkColumns<Scalar<V>>& work, std::size_t i,
                                                       const Three<V>& F) noexcept {

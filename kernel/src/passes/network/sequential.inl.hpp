@@ -63,7 +63,7 @@ struct Place {
   std::size_t a, b, s, count;
 };
 
-// What the springs of a turn are made of, all alike or each by itself.
+// The coefficients of the springs of a turn, all alike or each by itself.
 template <class V, Damping damping>
 class MadeAlike {
  public:
@@ -380,7 +380,7 @@ class RangeSweep {
     return {is_sound, w_a * t, w_b * t};
   }
 
-  // What is not sound stays alone: all others are rounded as they are without it.
+  // Lanes that are not sound are left alone: all others are rounded as they are without them.
   template <Stand stand>
   [[gnu::always_inline]] void move(std::size_t s, const Ends& ends, const Moves& by) const noexcept {
     const Records<V> t_a = records_of(by.a);

@@ -222,7 +222,7 @@ template <class V, class Use>
   for (std::size_t k = std::max<std::size_t>(strand.first, from); k < end; k += V::size) use(k);
 }
 
-// What y leaves to do: lambda grows by it, and tense springs turn.
+// The effect of y: lambda grows by it, and tense springs turn.
 template <class V, Arithmetic arithmetic>
 class LineTension {
  public:
@@ -290,7 +290,7 @@ class LineTension {
   T* lambda_;
 };
 
-// A turn, eliminated: q = turn + kw q of the next spring. Of a spring that is not tense it is 0.
+// A turn, eliminated: q = turn + kw q of the next spring. It is 0 for a spring that is not tense.
 template <class V>
 struct Turning {
   Three<V> turn;

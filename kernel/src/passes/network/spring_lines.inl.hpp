@@ -1,5 +1,5 @@
-// Lines of a list's springs, each solved at once, wide: one line in each lane. Of sheets: sheet_lines.inl.hpp. The scalar twin:
-// spring_lines_reference.hpp; the method: compile/spring_lines.cpp.
+// Lines of a list's springs, each solved at once, wide: one line in each lane. Those of sheets: sheet_lines.inl.hpp. The scalar
+// twin: spring_lines_reference.hpp; the method: compile/spring_lines.cpp.
 #pragma once
 
 #include "passes/network/sequential.inl.hpp"
@@ -68,7 +68,7 @@ class LinesInLanes {
       for (std::size_t axis = 0; axis < 3; ++axis) sweep_.ranges.shift[record * at[n] + axis] = lanes[axis][n];
     });
   }
-  // What lambda is then.
+  // Returns the new lambda.
   [[gnu::always_inline]] V add_lambda(std::size_t j, V y) const noexcept {
     alignas(64) T lanes[V::size];
     const std::uint32_t* const at = places(bundle_.springs, j);

@@ -19,7 +19,7 @@ struct RateRun {
 
 using RatePass = void (*)(const RateRun&);
 
-// What sin and cos of a forcing's phase leave on the same particles: in_v sin + quad_v cos in dv, in_x and quad_x in dx.
+// The effect of sin and cos of a forcing's phase on the same particles: in_v sin + quad_v cos in dv, in_x and quad_x in dx.
 // One Taylor series of both (derived in rate_reference.hpp): right for W h^2, |g h| and |theta| up to psi_taylor_limit
 // (math/psi.hpp), and nowhere near a division.
 struct RateSinusoid {

@@ -49,8 +49,8 @@ inline std::size_t find_holes(const std::uint64_t* removed, std::size_t count, F
   return list_places(removed, 0, 0, count, fill.to.data());
 }
 
-// What stands behind the first `kept` places. No birth does: behind a birth there are only holes that have none, and as many as
-// places behind `kept`.
+// Finds the survivors behind the first `kept` places. No birth is among them: behind a birth there are only holes that have
+// none, and as many as places behind `kept`.
 inline void find_fill(const std::uint64_t* removed, std::size_t count, std::size_t kept, Fill& fill) noexcept {
   fill.count = list_places(removed, ~std::uint64_t{0}, kept, count, fill.from.data());
 }

@@ -9,7 +9,7 @@ namespace dvdx {
 
 inline constexpr std::size_t max_boundaries = 8;
 
-// What is looked at, rounded once to the state's type.
+// The bounds that are looked at, rounded once to the state's type.
 template <class T>
 struct RemovalTerms {
   struct Plane {

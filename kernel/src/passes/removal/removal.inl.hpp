@@ -239,7 +239,7 @@ struct Compaction {
   }
 
  private:
-  // As std::memmove, where `to` is not above `from`. What is moved is a word of marks at most, too short for a call to pay.
+  // As std::memmove, where `to` is not above `from`. It moves a word of marks at most, too short for a call to pay.
   static void move_down(const std::byte* from, std::byte* to, std::size_t count) noexcept {
     if (from == to) return;
     std::size_t k = 0;

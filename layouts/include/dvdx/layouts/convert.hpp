@@ -40,7 +40,7 @@ void scatter(const From* in, std::size_t first, std::size_t n, const Column<To>&
   for_each_element(column, first, n, [in](To& element, std::size_t k) { element = static_cast<To>(in[k]); });
 }
 
-// What float32 cannot hold of a number, itself a float32; 0 beside a value that is not finite.
+// The rest of a number that float32 cannot hold, itself a float32; 0 beside a value that is not finite.
 inline float residual_of(double number, float value) noexcept {
   const double rest = number - static_cast<double>(value);
   return std::isfinite(value) ? static_cast<float>(rest) : 0.0F;

@@ -8,7 +8,7 @@
 
 namespace dvdx {
 
-// What memory holds when it is given: zeros need not be written again, so that no page is there before it is used.
+// The contents of memory when it is given: zeros need not be written again, so that no page is there before it is used.
 enum class Contents : std::uint8_t { anything, zeros };
 
 // The caller's allocator; without functions, the C++ library's. `context` must live as long as what was allocated.

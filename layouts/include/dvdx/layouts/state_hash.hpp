@@ -9,8 +9,8 @@
 
 namespace dvdx {
 
-// FNV-1a, 64 bits, over the little-endian bytes of x, y, z, vx, vy, vz, particle by particle: the same for every layout. What
-// `dvdx run --json` prints.
+// FNV-1a, 64 bits, over the little-endian bytes of x, y, z, vx, vy, vz, particle by particle: the same for every layout.
+// `dvdx run --json` prints it.
 template <class T>
 [[nodiscard]] DVDX_EXPORT std::uint64_t state_hash(const State<T>& state) noexcept;
 
