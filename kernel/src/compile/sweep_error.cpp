@@ -27,7 +27,7 @@
 // little: they are solved in the directions that they have, and a spring that bears tau turns with the frequency of
 // sum tau/l over its ends' masses. Up to 23 of its sub-steps a heavy rope that is let go at rest stays as long as its load makes it (5 to
 // 40 springs, 10 to 10000 times a link's mass). But where its links move at 1 m/s, beyond 2 it gains energy without end (3 to 20 springs,
-// 1500 to 40000 times: 4 to 90 times too long after 10 s), and sweeps alone are the bound.
+// 1500 to 40000 times: 8 to 55 times as long within 10 s), and sweeps alone are the bound.
 //
 // tau comes from statics: one number a particle, the height it hangs at, and the load goes to what holds the net along falling
 // distance. By the principle of least work every other way of the load gives more, so that the estimate is high rather than low.
