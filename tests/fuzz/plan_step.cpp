@@ -36,12 +36,17 @@ struct Deeds {
   Unstable unstable = Unstable::refused;
 };
 
+// Whether a plan takes too long is asked of the first one alone: its frequencies take longer than its steps.
+enum class Length { asked, known };
+constexpr const char* too_long = "takes too long from the start";
+
 struct Configuration {
   Isa isa = Isa::reference;
   std::size_t layout = 0;  // of test::layouts; beyond: columns of just the size, whose ends the sanitizer guards
   std::size_t block = 0;
   ParallelFor parallel{};
   bool reports = false;  // what contacts do
+  Length length = Length::known;
 };
 
 Deeds deeds(Choices& choices) {
@@ -223,7 +228,7 @@ Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Deeds& d
                         .unstable = deeds.unstable};
   auto plan = compile<T>(random.scene, options, state);
   if (!plan) return {.error = plan.error().message()};
-  if (!is_short(*plan, random, deeds)) return {.error = "takes too long"};
+  if (way.length == Length::asked && !is_short(*plan, random, deeds)) return {.error = too_long};
   for (std::size_t k = 0; k < deeds.spoilt; ++k) {
     const std::size_t i = (7 * k + 3) % state.count;
     (k % 2 == 0 ? state.x : state.v)[k % 3][i] = static_cast<T>(deeds.spoil[k % 2]);
@@ -285,6 +290,8 @@ void expect_told_alike(const Outcome<T>& wanted, const Outcome<T>& got, const Co
 void expect_allowed(const std::string& error) {
   if (error.find("(the plan is of float") != std::string::npos) return;
   if (error.ends_with("must be a pose that is reached at a finite speed")) return;
+  // A place that float32 does not hold.
+  if (error.starts_with("state.x[") && error.ends_with("length is taken from the start")) return;
   for (const std::string_view reason : {"", "step is ", "network.substeps is ", "forces is ", "takes too long"}) {
     if (reason.empty() ? error.empty() : error.starts_with(reason)) return;
   }
@@ -299,7 +306,8 @@ void backwards(void* /*context*/, std::size_t count, ParallelFor::Body body, voi
 template <class T>
 void compare(const RandomScene& random, const Deeds& deeds, std::size_t turn) {
   constexpr std::array<std::size_t, 4> blocks = {0, 16, 32, 1024};
-  const Outcome<T> wanted = outcome<T>(random, deeds, {.layout = test::layouts.size()});
+  const Outcome<T> wanted = outcome<T>(random, deeds, {.layout = test::layouts.size(), .length = Length::asked});
+  if (wanted.error == too_long) return;
   expect_allowed(wanted.error);
   const Configuration telling{.layout = test::layouts.size(), .reports = true};
   const Outcome<T> told = outcome<T>(random, deeds, telling);
