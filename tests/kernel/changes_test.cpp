@@ -289,7 +289,7 @@ TEST_CASE_TEMPLATE("changes: after any of them a plan steps as one compiled anew
   }
 }
 
-TEST_CASE_TEMPLATE("changes: and a plan of lists too, whichever springs damp and in whichever order they stand", T, float,
+TEST_CASE_TEMPLATE("changes: so does a plan of lists, whichever springs damp and in whichever order they stand", T, float,
                    double) {
   std::uint64_t seed = sizeof(T) == 4 ? 1 : 1001;
   for (const Joined& joined : lists()) {
