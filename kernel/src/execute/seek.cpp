@@ -111,8 +111,8 @@ Matrix step_matrix(const Scene& scene, const System& system, std::size_t axis, s
 Matrix to_the_power(Matrix M, std::uint64_t n) {
   Matrix result = Matrix::Identity(M.rows(), M.cols());
   for (; n != 0; n >>= 1U) {
-    if ((n & 1U) != 0) result = (result * M).eval();
-    M = (M * M).eval();
+    if ((n & 1U) != 0) result = result.lazyProduct(M).eval();  // these are small: blocks of them would take seconds to compile
+    M = M.lazyProduct(M).eval();
   }
   return result;
 }
