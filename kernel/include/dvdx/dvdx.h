@@ -23,16 +23,17 @@ extern "C" {
 // How a call ended. Whatever is not DVDX_DONE has done nothing: scenes, plans and particles are as they were.
 typedef enum dvdx_status {
   DVDX_DONE = 0,
-  DVDX_INVALID,             // a value is out of its range; the error names the field, the value and the range
-  DVDX_OUT_OF_MEMORY,       // the allocator, or the program, had none left
-  DVDX_COUNT_DIFFERS,       // the plan holds values for each particle, and the state has another count
-  DVDX_CAPACITY_TOO_SMALL,  // a column's capacity is below the state's count
-  DVDX_IN_USE,              // another thread steps this plan, or in this workspace: each serves one state at a time
-  DVDX_PRECISION_DIFFERS,   // the state's numbers are of another type than the plan's
-  DVDX_ABI_DIFFERS,         // the caller was compiled for another DVDX_ABI_VERSION than this library's
-  DVDX_FAILED,              // an unexpected failure; the message says what is known
-  DVDX_REPORT_DIFFERS,      // the report is for another number of contacts than the plan's scene has
-  DVDX_WORKSPACE_DIFFERS,   // the workspace was made for another scene, precision or number of sub-steps
+  DVDX_INVALID,              // a value is out of its range; the error names the field, the value and the range
+  DVDX_OUT_OF_MEMORY,        // the allocator, or the program, had none left
+  DVDX_COUNT_DIFFERS,        // the plan holds values for each particle, and the state has another count
+  DVDX_CAPACITY_TOO_SMALL,   // a column's capacity is below the state's count
+  DVDX_IN_USE,               // another thread steps this plan, or in this workspace: each serves one state at a time
+  DVDX_PRECISION_DIFFERS,    // the state's numbers are of another type than the plan's
+  DVDX_ABI_DIFFERS,          // the caller was compiled for another DVDX_ABI_VERSION than this library's
+  DVDX_FAILED,               // an unexpected failure; the message says what is known
+  DVDX_REPORT_DIFFERS,       // the report is for another number of contacts than the plan's scene has
+  DVDX_WORKSPACE_DIFFERS,    // the workspace was made for another scene, precision or number of sub-steps
+  DVDX_TOO_MANY_NEIGHBOURS,  // more particles came within reach of one than most_neighbours: the state is as it was
 } dvdx_status;
 
 // The error of a call, in the caller's memory; texts that do not fit are cut. Every call that takes it writes it, also one that
