@@ -46,7 +46,7 @@ struct Meet {
 // How the particles of a state met in the last sub-step: Plan::meetings().
 struct Meetings {
   double listed = 0;           // pairs within reach, of each particle on average
-  double touching = 0;         // pairs that touch at the end, of each particle on average
+  double touching = 0;         // pairs that touch at the end (to a thousandth of their distance), of each particle on average
   std::size_t most = 0;        // pairs within reach of the particle that has most
   std::uint64_t rebuilt = 0;   // how often lists were built since the workspace was made
   std::uint64_t substeps = 0;  // since then
