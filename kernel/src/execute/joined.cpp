@@ -98,6 +98,7 @@ class JoinedStep {
     if (constraints_) constraints_->prepare(work_.x);
     if (balls_) balls_->prepare(state.clock);
     if (faces_) faces_->prepare();
+    if (meet_ && !ws_.remembers(state.x[0].base, state.clock)) ws_.meet.kept_h = 0;
     if (work_.a[0] != nullptr) recall(state);
     if (keeps_still()) note_all_still();
   }
@@ -106,7 +107,7 @@ class JoinedStep {
   template <class Kept>
   void leave(const State<Kept>& state) noexcept {
     ws_.work = work_;
-    if (work_.a[0] != nullptr) ws_.remember(state.x[0].base, state.clock);
+    if (work_.a[0] != nullptr || meet_) ws_.remember(state.x[0].base, state.clock);
   }
 
   // Fixed particles' columns are not written to.

@@ -41,7 +41,10 @@ class MeetStep {
     if (find_strays() == Lists::stale && list() == Found::too_many) return Found::too_many;
     if (find_near() == Found::too_many) return Found::too_many;
     ++room_.substeps;
-    if (room_.pair_count == 0 && rules_.are_balls_alike()) return Found::all;
+    if (room_.pair_count == 0 && rules_.are_balls_alike()) {
+      room_.kept_h = 0;
+      return Found::all;
+    }
     find_walls();
     bounce();
     push_apart();
@@ -249,6 +252,7 @@ class MeetStep {
         if (!(off.distance < reach)) continue;
         MetPair<T> found;
         found.i = static_cast<std::uint32_t>(i);
+        found.surface = static_cast<std::uint32_t>(s);
         found.n = off.n;
         found.gap = off.distance - more;
         found.mu = surfaces_[s].mu;
@@ -333,44 +337,90 @@ class MeetStep {
   // ---- contacts -----------------------------------------------------------------------------------------------------------
 
   void push_apart() noexcept {
-    over_pairs([&](MetPair<T>& pair, std::size_t) { begin_contact(pair, met(), wanted(pair.i, pair.j), h_); });
-    over_particles([&](std::size_t i) {
-      for (std::size_t s = 0; s < walls_of(i); ++s) begin_contact(wall(i, s), met(), T(0), h_);
-      count_active(i);
-    });
+    begin_contacts();
+    sum_pulses();
     const int rounds = rules_.meet().rounds;
     for (int round = 0; round < rounds; ++round) {
-      const T beta = round + 1 < rounds ? beta_of(round) : T(0);
+      const T beta = round + 1 < rounds ? T(beta_of_rounds) : T(0);
       over_pairs([&](MetPair<T>& pair, std::size_t) { push(pair, met(), beta); });
       over_particles([&](std::size_t i) {
         for (std::size_t s = 0; s < walls_of(i); ++s) push(wall(i, s), met(), beta);
-        Point<T> sum{};
-        over_meetings_of(i, [&](const MetPair<T>& meeting, T sign) { sum = plus(sum, times(sign, meeting.pulse)); });
-        room_.dx[i] = times(room_.w[i], sum);
-        count_active(i);
       });
+      sum_pulses();
     }
+    keep_pulses();
   }
-  static T beta_of(int round) noexcept { return static_cast<T>(round + 1) / static_cast<T>(round + 4); }
-  void count_active(std::size_t i) noexcept {
-    T k = 0;
-    over_meetings_of(i, [&](const MetPair<T>& meeting, T) { k += meeting.is_active ? T(1) : T(0); });
-    room_.k[i] = k;
+  // From the pulses of the sub-step before.
+  void begin_contacts() noexcept {
+    const T ratio = room_.kept_h != 0 ? h_ / room_.kept_h : T(0);
+    const T scale = T(kept_part) * (ratio * ratio);
+    const auto scaled_by = [scale](const KeptPulse<T>& of) {
+      return KeptPulse<T>{of.j, scale * of.normal, times(scale, of.along)};
+    };
+    over_particles([&](std::size_t i) {
+      std::size_t k = room_.kept_h != 0 ? room_.kept_first[i] : 0;
+      const std::size_t end = room_.kept_h != 0 ? room_.kept_first[i + 1] : 0;
+      for (std::size_t p = room_.own[i]; p < room_.own[i + 1]; ++p) {
+        MetPair<T>& pair = room_.pairs[p];
+        while (k < end && room_.kept[k].j < pair.j) ++k;
+        const bool is_kept = k < end && room_.kept[k].j == pair.j;
+        begin_contact(pair, met(), wanted(i, pair.j), h_, is_kept ? scaled_by(room_.kept[k]) : KeptPulse<T>{});
+      }
+      for (std::size_t s = 0; s < walls_of(i); ++s) {
+        const KeptPulse<T>* const first = room_.kept_walls.data() + i * room_.walls_each;
+        const KeptPulse<T>* const last = first + (room_.kept_h != 0 ? room_.kept_wall_count[i] : 0);
+        const auto found = std::find_if(first, last, [&](const KeptPulse<T>& of) { return of.j == wall(i, s).surface; });
+        begin_contact(wall(i, s), met(), T(0), h_, found != last ? scaled_by(*found) : KeptPulse<T>{});
+      }
+    });
   }
-
+  // What pulses make of each particle's place, and how many act on it.
+  void sum_pulses() noexcept {
+    over_particles([&](std::size_t i) {
+      Point<T> sum{};
+      T k = 0;
+      over_meetings_of(i, [&](const MetPair<T>& meeting, T sign) {
+        sum = plus(sum, times(sign, meeting.pulse));
+        k += meeting.is_active ? T(1) : T(0);
+      });
+      room_.dx[i] = times(room_.w[i], sum);
+      room_.k[i] = k;
+    });
+  }
+  void keep_pulses() noexcept {
+    const T weight = m_.slowest_bounce() / 4 * std::abs(h_);
+    const auto weight_of = [&](const MetPair<T>& of) {
+      return weight / (of.j == no_partner ? room_.w[of.i] : room_.w[of.i] + room_.w[of.j]);
+    };
+    std::uint32_t count = 0;
+    for (std::size_t i = 0; i < particles(); ++i) {
+      room_.kept_first[i] = count;
+      for (std::size_t p = room_.own[i]; p < room_.own[i + 1]; ++p) {
+        if (room_.pairs[p].normal > 0) room_.kept[count++] = kept(room_.pairs[p], weight_of(room_.pairs[p]));
+      }
+      std::size_t walls = 0;
+      for (std::size_t s = 0; s < walls_of(i); ++s) {
+        const MetPair<T>& of = wall(i, s);
+        if (of.normal > 0) room_.kept_walls[i * room_.walls_each + walls++] = kept(of, weight_of(of));
+      }
+      if (room_.walls_each != 0) room_.kept_wall_count[i] = static_cast<std::uint8_t>(walls);
+    }
+    room_.kept_first[particles()] = count;
+    room_.kept_h = h_;
+  }
   void put_back() noexcept {
     over_particles([&](std::size_t i) {
       if (!(room_.w[i] > 0)) return;
+      const Point<T> moved = plus(plus(room_.shift[i], times(h_, room_.dv[i])), room_.dx[i]);
+      const Point<T> given = plus(room_.dv[i], times(1 / h_, room_.dx[i]));
       const Point<T> zero{};
-      const Point<T>& dv = room_.dv[i];
-      const Point<T>& dx = room_.dx[i];
-      if (dv == zero && dx == zero) return;
+      if (moved == zero && given == zero) return;
+      room_.x1[i] = plus(room_.x1[i], moved);
+      const Point<T> v = plus(room_.v[i], given);
       const std::size_t element = order_.of[i];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const T by_impacts = room_.shift[i][axis] + h_ * dv[axis];
-        room_.x1[i][axis] = room_.x1[i][axis] + (by_impacts + dx[axis]);
         work_.x[axis][element] = room_.x1[i][axis];
-        work_.v[axis][element] = room_.v[i][axis] + (dv[axis] + dx[axis] / h_);
+        work_.v[axis][element] = v[axis];
       }
     });
   }

@@ -46,12 +46,16 @@ struct MeetRoom {
         walls(shape.particles * shape.walls),
         wall_count(shape.walls != 0 ? shape.particles : 0),
         best(shape.particles),
+        kept(pairs.size()),
+        kept_first(shape.particles + 1),
+        kept_walls(walls.size()),
+        kept_wall_count(wall_count.size()),
         walls_each(shape.walls) {}
 
   [[nodiscard]] std::size_t bytes() const noexcept {
     return lists.bytes() + is_near.size() + sizeof(Point<T>) * 7 * x0.size() + sizeof(T) * 6 * w.size() +
            sizeof(MetPair<T>) * (pairs.size() + walls.size()) + 4 * (own.size() + others.size() + other.size() + best.size()) +
-           wall_count.size();
+           2 * wall_count.size() + sizeof(KeptPulse<T>) * (kept.size() + kept_walls.size()) + 4 * kept_first.size();
   }
 
   PairLists<T> lists{};
@@ -70,6 +74,12 @@ struct MeetRoom {
   std::vector<MetPair<T>> walls{};             // walls_each for each particle
   std::vector<std::uint8_t> wall_count{};
   std::vector<std::uint32_t> best{};  // of an impact round
+  // The pulses of the sub-step before, of h_kept: of pairs by i, then by j, and walls_each of each particle with surfaces.
+  std::vector<KeptPulse<T>> kept{};
+  std::vector<std::uint32_t> kept_first{};
+  std::vector<KeptPulse<T>> kept_walls{};
+  std::vector<std::uint8_t> kept_wall_count{};
+  T kept_h = 0;  // s; 0: nothing is kept
   std::size_t walls_each = 0;
   std::size_t pair_count = 0;
   std::size_t most = 0;  // pairs of the particle that has most

@@ -64,6 +64,10 @@ void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slo
   meeting.f = 2;
   const std::size_t i = meeting.i;
   const T sign = h < 0 ? T(-1) : T(1);
+  if (meeting.j != no_partner) {
+    const Point<T> u = minus(plus(of.v[i], of.dv[i]), plus(of.v[meeting.j], of.dv[meeting.j]));
+    if (!(inner(u, u) > slowest * slowest)) return;
+  }
   const Way<T> own = way_of(of, i, h);
   if (meeting.j == no_partner) {
     const Point<T> v = minus(own.v, times(1 / h, meeting.way));
@@ -125,7 +129,7 @@ Point<T> impulse_of(const MetPair<T>& meeting, const MetParticles<T>& of, T h) n
 }
 
 template <class T>
-void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h) noexcept {
+void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, const KeptPulse<T>& kept) noexcept {
   const std::size_t i = meeting.i;
   const Point<T> moved = plus(of.shift[i], times(h, of.dv[i]));
   if (meeting.j == no_partner) {
@@ -150,9 +154,10 @@ void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h) noe
     meeting.gap = inner(meeting.n, q1) - d;
     meeting.slip = across(D, meeting.n);
   }
-  meeting.is_active = meeting.gap < 0;
-  meeting.normal = meeting.normal_y = 0;
-  meeting.along = meeting.along_y = meeting.pulse = {};
+  meeting.is_active = meeting.gap < 0 || kept.normal > 0;
+  meeting.begun = meeting.normal = meeting.normal_y = kept.normal;
+  meeting.along = meeting.along_y = across(kept.along, meeting.n);
+  meeting.pulse = plus(times(meeting.normal, meeting.n), meeting.along);
 }
 
 template <class T>
@@ -185,14 +190,24 @@ void push(MetPair<T>& meeting, const MetParticles<T>& of, T beta) noexcept {
   meeting.pulse = plus(meeting.pulse, meeting.along_y);
 }
 
+template <class T>
+KeptPulse<T> kept(const MetPair<T>& meeting, T weight) noexcept {
+  const T most = 2 * meeting.begun + weight;
+  const T part = meeting.normal > most ? most / meeting.normal : T(1);
+  return {meeting.j == no_partner ? meeting.surface : meeting.j, part * meeting.normal, times(part, meeting.along)};
+}
+
+template KeptPulse<float> kept<float>(const MetPair<float>&, float) noexcept;
+template KeptPulse<double> kept<double>(const MetPair<double>&, double) noexcept;
 template bool comes_within<float>(const Point<float>&, const Point<float>&, float) noexcept;
 template bool comes_within<double>(const Point<double>&, const Point<double>&, double) noexcept;
 template void find_impact<float>(MetPair<float>&, const MetParticles<float>&, float, float, float) noexcept;
 template void find_impact<double>(MetPair<double>&, const MetParticles<double>&, double, double, double) noexcept;
 template Point<float> impulse_of<float>(const MetPair<float>&, const MetParticles<float>&, float) noexcept;
 template Point<double> impulse_of<double>(const MetPair<double>&, const MetParticles<double>&, double) noexcept;
-template void begin_contact<float>(MetPair<float>&, const MetParticles<float>&, float, float) noexcept;
-template void begin_contact<double>(MetPair<double>&, const MetParticles<double>&, double, double) noexcept;
+template void begin_contact<float>(MetPair<float>&, const MetParticles<float>&, float, float, const KeptPulse<float>&) noexcept;
+template void begin_contact<double>(MetPair<double>&, const MetParticles<double>&, double, double,
+                                    const KeptPulse<double>&) noexcept;
 template void push<float>(MetPair<float>&, const MetParticles<float>&, float) noexcept;
 template void push<double>(MetPair<double>&, const MetParticles<double>&, double) noexcept;
 

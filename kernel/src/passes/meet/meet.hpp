@@ -20,13 +20,16 @@
 //          overlap nowhere the kinetic energy never rises by it. Each round, from y,
 //            l = max(0, y - C/(w_i k_i + w_j k_j)),   y = l + beta (l - l_before),
 //          k: the pulses of a particle that act. The rows of the scaled matrix have a sum of at most 1, so the round descends.
-//          The last round has beta 0. A pair alone is solved by the first round, and stays so.
+//          The last round has beta 0. A pair alone is solved by the first round, and stays so. The first y is half of what the
+//          contact had in the sub-step before, so that a pile is carried by more rounds than one sub-step has; of pulses that
+//          have grown, at most twice what they began with and the weight of a pair: those of impacts do not last.
 //          Friction: the same for what slides within the sub-step, cut to mu l.
 // Sums     A pair's pulse is worked out once, and taken by both sides; a particle sums by ascending numbers of its partners,
 //          lower ones first. Momentum is kept to rounding. Which pairs are within reach depends on nothing but the state, so no
 //          bit depends on how old a list is.
 // Limits   Particles turn about nothing: balls do not roll. What pushes carry farther than the margin of a pair within a sub-step
-//          meets in the next one. Rounds carry a push by so many particles: a deep pile is soft.
+//          meets in the next one. Rounds carry a push by so many particles: a deep pile is soft. What rests has the velocity
+//          -g h/2 that the next sub-step takes back, as in leapfrog.
 // Source   R. Tonge, F. Benevolenti and A. Voroshilov, Mass splitting for jitter-free parallel rigid body simulation, 2012 (k);
 //          Y. Nesterov, 1983 (y); E. Brown, integral contributions (impacts).
 
@@ -34,6 +37,8 @@ namespace dvdx {
 
 inline constexpr std::uint32_t no_partner = std::numeric_limits<std::uint32_t>::max();
 inline constexpr int most_impact_rounds = 8;
+inline constexpr double beta_of_rounds = 0.5;
+inline constexpr double kept_part = 0.5;      // of a contact's pulse, with which its next sub-step begins
 inline constexpr std::size_t most_walls = 3;  // surfaces that one particle touches at once; of more the deepest
 
 template <class T>
@@ -43,18 +48,20 @@ using Point = std::array<T, 3>;
 template <class T>
 struct MetPair {
   std::uint32_t i = 0, j = no_partner;
-  Point<T> n{};     // from j to i
-  T gap = 0;        // C as the impacts leave it, m
-  T mu = 0;         // Coulomb's coefficient
-  Point<T> slip{};  // what slides in the sub-step, along the surface, m
-  T e = 0;          // restitution
-  T start = 0;      // a surface: how far it is off when the sub-step begins, m
-  Point<T> way{};   // a surface: how far it goes in the sub-step, m
-  T f = 2;          // where an impact is within the sub-step; 2: none
-  T speed = 0;      // of the approach, m/s
+  std::uint32_t surface = 0;  // where j is no partner
+  Point<T> n{};               // from j to i
+  T gap = 0;                  // C as the impacts leave it, m
+  T mu = 0;                   // Coulomb's coefficient
+  Point<T> slip{};            // what slides in the sub-step, along the surface, m
+  T e = 0;                    // restitution
+  T start = 0;                // a surface: how far it is off when the sub-step begins, m
+  Point<T> way{};             // a surface: how far it goes in the sub-step, m
+  T f = 2;                    // where an impact is within the sub-step; 2: none
+  T speed = 0;                // of the approach, m/s
   bool is_active = false;
   T normal = 0, normal_y = 0;
   Point<T> along{}, along_y{};
+  T begun = 0;       // the normal pulse that the sub-step began with
   Point<T> pulse{};  // kg m
 };
 
@@ -100,11 +107,22 @@ void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slo
 template <class T>
 Point<T> impulse_of(const MetPair<T>& meeting, const MetParticles<T>& of, T h) noexcept;
 
-// The contact of a pair after impacts, and of a surface.
+// The pulse of a contact in the sub-step before, from which rounds go on.
 template <class T>
-void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h) noexcept;
+struct KeptPulse {
+  std::uint32_t j = 0;  // the partner with the higher number, or the surface
+  T normal = 0;
+  Point<T> along{};
+};
+
+// The contact of a pair after impacts, and of a surface. kept: its pulse before, or none.
+template <class T>
+void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, const KeptPulse<T>& kept) noexcept;
 // One round.
 template <class T>
 void push(MetPair<T>& meeting, const MetParticles<T>& of, T beta) noexcept;
+// The pulse that the next sub-step begins with. weight: the pulse of a pair that carries its own weight.
+template <class T>
+KeptPulse<T> kept(const MetPair<T>& meeting, T weight) noexcept;
 
 }  // namespace dvdx
