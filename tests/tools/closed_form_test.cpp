@@ -234,7 +234,7 @@ TEST_CASE("balls that pass one another have no impact") {
 }
 
 TEST_CASE("in a cradle as many balls leave as have come") {
-  for (const std::size_t coming : {1, 2, 3}) {
+  for (std::size_t coming = 1; coming <= 3; ++coming) {
     CAPTURE(coming);
     std::vector<dvdx::Vec3> x, v;
     for (std::size_t i = 0; i < 5; ++i) {
