@@ -1186,9 +1186,11 @@ TEST_CASE("c: balls meet as C++ has them, and groups say which") {
   Arrays<double> by_c(3);
   Arrays<double> by_cpp(3);
   for (Arrays<double>* by : {&by_c, &by_cpp}) {  // the first meets the second, and goes through the third
-    for (std::size_t i = 0; i < 3; ++i) by->column(0)[i] = i == 2 ? 0.5 : static_cast<double>(i);
-    by->column(1)[1] = 0.125;
-    by->column(3)[0] = 2;
+    for (std::size_t i = 0; i < 3; ++i) {
+      by->column(0)[i] = i == 2 ? 0.5 : static_cast<double>(i);
+      by->column(1)[i] = i == 1 ? 0.125 : 0;
+      by->column(3)[i] = i == 0 ? 2 : 0;
+    }
   }
   dvdx_state in_c = by_c.c();
   auto in_cpp = by_cpp.cpp();
