@@ -487,6 +487,36 @@ std::string describe_balls(const Joints<T>& joints, const CompiledScene<T>& comp
          " bytes; of second order where a particle stays on its limit, of first where it reaches it\n";
 }
 
+template <class T>
+std::string describe_meetings(const Joints<T>& joints, const CompiledScene<T>& compiled) {
+  if (!joints.meet) return "";
+  const MeetRules<T>& rules = *joints.meet;
+  const Meet& meet = rules.meet();
+  std::string words = "meetings     ";
+  if (compiled.scene.meet->radius) {
+    const double least{rules.least_radius()};
+    const double most{rules.most_radius()};
+    words += std::to_string(rules.particles()) + " balls of " + text(least, 3) + " m" +
+             (least == most ? "" : " to " + text(most, 3) + " m") + ", which surfaces keep off by their radius";
+  } else {
+    words += "particles of networks stay " + text(*meet.thickness, 3) + " m apart";
+  }
+  words += "; restitution " + text(meet.restitution, 3) + ", friction " + text(meet.friction, 3) + "; " +
+           counted(meet.rounds, "round") + " in each of " + counted(joints.chosen.substeps, "sub-step") + ", " +
+           std::to_string(meet.most_neighbours) + " neighbours at most\n";
+  const double g = length(constant_acceleration(compiled.scene));
+  const double h = std::abs(joints.substep());
+  if (g != 0) {
+    words += "             approaches up to " + text(4 * g * h, 3) + " m/s do not bounce; a layer of a pile sinks by " +
+             text(g * h * h / double{rules.least_radius()}, 2) + " radii in a sub-step before rounds lift it\n";
+  }
+  if (rules.stretch_limit() > 0) {
+    words += "             nothing passes while no spring is longer than " + text(rules.stretch_limit(), 3) +
+             " of its length at rest, sqrt(2) t / s of the widest cell; neighbours that are nearer at rest do not meet\n";
+  }
+  return words;
+}
+
 // Which contacts are narrower than which networks' cells, and what that takes.
 template <class T>
 std::string describe_faces(const JoinedMotion<T>& joined) {
@@ -604,7 +634,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   if (joined != nullptr) {
     words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_air(joined->joints(), compiled) +
              describe_constraints(joined->joints(), compiled.scene) + describe_balls(joined->joints(), compiled) +
-             describe_faces(*joined);
+             describe_meetings(joined->joints(), compiled) + describe_faces(*joined);
   }
   const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
   words += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");

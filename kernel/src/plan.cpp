@@ -316,6 +316,51 @@ Expected<std::size_t> Plan<T>::tear(std::size_t index, double stretch, const Sta
   return torn->size();
 }
 
+namespace {
+
+// As the last sub-step left them.
+template <class A>
+Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* workspace) noexcept {
+  if (joined == nullptr || !joined->joints().meet || workspace == nullptr || workspace->meet.substeps == 0) return {};
+  constexpr double apart = 1e-3;  // of the wanted distance: nearer pairs touch
+  const MeetRules<A>& rules = *joined->joints().meet;
+  const MeetRoom<A>& room = workspace->meet;
+  Meetings found{.most = room.most, .rebuilt = room.rebuilt, .substeps = room.substeps, .stretch_limit = rules.stretch_limit()};
+  const auto n = static_cast<double>(std::max<std::size_t>(1, rules.particles()));
+  const auto place = [&](std::size_t i) { return Vec3{double{room.x1[i][0]}, double{room.x1[i][1]}, double{room.x1[i][2]}}; };
+  double overlaps = 0;
+  double touching = 0;
+  for (std::size_t p = 0; p < room.pair_count; ++p) {
+    const auto [i, j] = std::pair(room.pairs[p].i, room.pairs[p].j);
+    const double wanted = double{rules.radii()[i]} + double{rules.radii()[j]};
+    const double overlap = 1 - distance(place(i), place(j)) / wanted;
+    if (!(overlap > -apart)) continue;
+    touching += 1;
+    overlaps += std::max(0.0, overlap);
+    found.overlap_most = std::max(found.overlap_most, overlap);
+  }
+  found.listed = 2 * static_cast<double>(room.pair_count) / n;
+  found.touching = 2 * touching / n;
+  found.overlap_mean = touching > 0 ? overlaps / touching : 0;
+  return found;
+}
+
+}  // namespace
+
+template <class T>
+Meetings Plan<T>::meetings() const noexcept {
+  return std::visit([](const auto& in) { return meetings_in(in.scene->joined(), in.workspace.get()); }, parts_->in);
+}
+template <class T>
+Meetings Plan<T>::meetings(const Workspace<T>& workspace) const noexcept {
+  const auto look = [&]<class A>(const PlanIn<A>& in) -> Meetings {
+    const auto* given = std::get_if<std::unique_ptr<JoinedWorkspace<A>>>(&workspace.parts_->in);
+    if (given == nullptr || in.scene->joined() == nullptr || *given == nullptr) return {};
+    return (*given)->fits(in.scene->joined()->shape()) ? meetings_in(in.scene->joined(), given->get()) : Meetings{};
+  };
+  return std::visit(look, parts_->in);
+}
+
 template <class T>
 const Scene& Plan<T>::scene() const noexcept {
   return std::visit([](const auto& in) -> const Scene& { return in.scene->scene; }, parts_->in);

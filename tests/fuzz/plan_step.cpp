@@ -137,6 +137,23 @@ void add_bend(Choices& choices, Deeds& deeds, Scene& scene) {
   }
 }
 
+// So few that no list is too long.
+void add_meet(Choices& choices, Scene& scene, std::size_t count) {
+  if (choices.below(4) != 3 || count > 256) return;
+  Meet meet{.restitution = choices.byte() / 255.0,
+            .friction = choices.byte() / 128.0,
+            .rounds = 1 + static_cast<int>(choices.below(8)),
+            .most_neighbours = 255,
+            .near_at_start = static_cast<NearAtStart>(choices.below(3))};
+  const double size = (1 + choices.byte()) / 256.0;
+  if (!scene.networks.empty() && choices.flip()) {
+    meet.thickness = size;
+  } else {
+    meet.radius = size;
+  }
+  scene.add(std::move(meet));
+}
+
 // Behind all else, so that inputs of before mean what they meant.
 void choose_more(Choices& choices, Deeds& deeds, RandomScene& random) {
   if (choices.below(4) == 3) deeds.unstable = Unstable::allowed;
@@ -144,6 +161,7 @@ void choose_more(Choices& choices, Deeds& deeds, RandomScene& random) {
   add_motions(choices, random.scene, random.x.size());
   add_skins(choices, random.scene, random.x.size());
   add_bend(choices, deeds, random.scene);
+  add_meet(choices, random.scene, random.x.size());
 }
 
 template <class T>

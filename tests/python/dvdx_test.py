@@ -593,6 +593,25 @@ class Plans(unittest.TestCase):
         with self.assertRaises(dvdx.DvdxError):
             scene.skin_motion(5, 0)
 
+    def test_balls_meet_and_groups_that_do_not_pass_through(self):
+        for groups, ends in (((0, 0), (0.0, 1.0)), ((0, 1), (1.0, 0.0))):
+            positions, velocities = np.array([(0.0, 0, 0), (1, 0, 0)]), np.array([(1.0, 0, 0), (0, 0, 0)])
+            scene = dvdx.Scene()
+            scene.meet(radius=[0.125, 0.25], restitution=1)
+            scene.meet_groups(of=groups, meet=[(0, 0)])
+            state = dvdx.State(positions, velocities)
+            plan = dvdx.compile(scene, state, step=0.125)
+            plan.step(state, 16)
+            np.testing.assert_allclose(velocities[:, 0], ends, atol=1e-15)
+            self.assertGreater(plan.meetings()["substeps"], 0)
+            self.assertEqual(plan.meetings()["stretch_limit"], 0)
+        with self.assertRaises(dvdx.DvdxError):
+            dvdx.Scene().meet_groups(of=[0, 1], meet=[(0, 1)])
+        with self.assertRaises(ValueError):
+            scene.meet_groups(of=[0, 70000], meet=[(0, 1)])
+        with self.assertRaises(ValueError):
+            scene.meet(radius=1, near_at_start="never")
+
     def test_a_report_tells_what_contacts_do(self):
         positions, velocities = np.array([(1.0, 0, 0), (0, 0.81, 0)]), np.zeros((2, 3))
         scene = dvdx.Scene(mass=2)

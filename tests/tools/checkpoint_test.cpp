@@ -86,6 +86,10 @@ std::vector<Small> small_scenes() {
            R"(], "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0, "restitution": 0.5, "motion": "hand"}]})"},
       {"constraints", head + particles + R"("forces": [)" + gravity + R"(], "constraints": [
         {"type": "distance", "pairs": [[0, 1], [1, 2], [2, 3], [7, 8]], "length": "start"}, {"type": "point", "particle": 0, "at": [0, 1, 0]}]})"},
+      {"grains", head + particles + R"("forces": [)" + gravity + "], " + floor +
+                     R"(, "meet": {"radius": 0.07, "restitution": 0.3, "friction": 0.4, "apart_at_start": true}})"},
+      {"cloth on itself",
+       sheet(R"("scheme": "sequential", "substeps": 4)") + ", " + floor + R"(, "meet": {"thickness": 0.09}})"},
       {"come and go", head + emitters + R"("removal": {"not_finite": "removed"}, "forces": [)" + gravity + "], " + floor + "}"},
       {"come and go in any order", head + emitters +
                                        R"("removal": {"order": "any", "boundaries": [{"normal": [0, 1, 0], "offset": 0.3}]},

@@ -191,4 +191,78 @@ TEST_CASE("other networks have no closed form") {
   CHECK(closed_form_of(file) == dvdx::tool::ClosedForm::none);
 }
 
+dvdx::tool::SceneFile balls(std::vector<dvdx::Vec3> x, std::vector<dvdx::Vec3> v, dvdx::Meet meet) {
+  dvdx::tool::SceneFile file;
+  file.particles = {.count = x.size(), .position = std::move(x), .velocity = std::move(v)};
+  file.scene.add(std::move(meet));
+  return file;
+}
+
+TEST_CASE("two balls meet once, share their momentum, and friction takes no more than stops their slide") {
+  // The heavier one comes from the left, half a diameter beside the other's middle: the normal is at 30 degrees.
+  auto file = balls({{-2, 0, 0}, {0, 0.5, 0}}, {{4, 0, 0}, {0, 0, 0}}, {.radius = 0.5, .restitution = 0.5});
+  file.scene.mass = std::vector<double>{3, 1};
+  file.scene.add(dvdx::Constant{.acceleration = {0, -2, 0}});
+  REQUIRE(closed_form_of(file) == dvdx::tool::ClosedForm::balls);
+  const double hit = (2 - std::sqrt(0.75)) / 4;
+  const double c = std::sqrt(0.75), s = 0.5;            // the normal, from the first to the second
+  const double pulse = 1.5 * 4 * c / (1.0 / 3 + 1);     // kg m/s
+  const auto check = [&](double rub_x, double rub_y) {  // of the first, m/s, and three times as much of the second
+    const double t = 1.25;
+    const auto first = exact_state(file, 0, t);
+    const auto second = exact_state(file, 1, t);
+    const double vx = 4 - pulse * c / 3 + rub_x, vy = -pulse * s / 3 + rub_y;
+    CHECK(is_close(static_cast<double>(first[0].v), vx, 1e-14));
+    CHECK(is_close(static_cast<double>(first[1].v), vy - 2 * t, 1e-14));
+    CHECK(is_close(static_cast<double>(first[0].x), -2 + 4 * hit + vx * (t - hit), 1e-14));
+    CHECK(is_close(static_cast<double>(first[1].x), vy * (t - hit) - t * t, 1e-14));
+    CHECK(is_close(static_cast<double>(second[0].v), pulse * c - 3 * rub_x, 1e-14));
+    CHECK(is_close(static_cast<double>(second[1].v), pulse * s - 3 * rub_y - 2 * t, 1e-14));
+  };
+  check(0, 0);
+  const double slide = 4 * s;  // of the first against the second, along (s, -c)
+  file.scene.meet->friction = 0.1;
+  check(-0.1 * pulse / 3 * s, 0.1 * pulse / 3 * c);
+  file.scene.meet->friction = 9;
+  check(-slide / 4 * s, slide / 4 * c);
+}
+
+TEST_CASE("balls that pass one another have no impact") {
+  const auto file = balls({{0, 0, 0}, {5, 2, 0}}, {{1, 0, 0}, {-1, 0, 0}}, {.radius = 0.5});
+  CHECK(static_cast<double>(exact_state(file, 0, 8)[0].x) == 8);
+  CHECK(static_cast<double>(exact_state(file, 1, 8)[0].v) == -1);
+}
+
+TEST_CASE("in a cradle as many balls leave as have come") {
+  for (std::size_t coming = 1; coming <= 3; ++coming) {
+    CAPTURE(coming);
+    std::vector<dvdx::Vec3> x, v;
+    for (std::size_t i = 0; i < 5; ++i) {
+      x.push_back({static_cast<double>(i) - (i < coming ? 1 : 0), 0, 0});
+      v.push_back({i < coming ? 2.0 : 0.0, 0, 0});
+    }
+    const auto file = balls(x, v, {.radius = 0.5, .restitution = 1});
+    REQUIRE(closed_form_of(file) == dvdx::tool::ClosedForm::balls);
+    for (std::size_t i = 0; i < 5; ++i) {
+      const bool leaves = i + coming >= 5;
+      const auto state = exact_state(file, i, 2);  // the impact is at 0.5 s
+      CHECK(static_cast<double>(state[0].v) == (leaves ? 2 : 0));
+      CHECK(is_close(static_cast<double>(state[0].x), static_cast<double>(i) + (leaves ? 3 : 0), 1e-15));
+    }
+  }
+}
+
+TEST_CASE("other balls have no closed form") {
+  auto file = balls({{0, 0, 0}, {2, 0, 0}, {4, 0, 0}}, {{1, 0, 0}, {0, 0, 0}, {0, 0, 0}}, {.radius = 0.5, .restitution = 1});
+  REQUIRE(closed_form_of(file) == dvdx::tool::ClosedForm::balls);
+  SUBCASE("three that lose energy") { file.scene.meet->restitution = 0.9; }
+  SUBCASE("three of several masses") { file.scene.mass = std::vector<double>{1, 1, 2}; }
+  SUBCASE("one beside the row") { file.particles.position = std::vector<dvdx::Vec3>{{0, 0, 0}, {2, 0.1, 0}, {4, 0, 0}}; }
+  SUBCASE("overlapping") { file.particles.position = std::vector<dvdx::Vec3>{{0, 0, 0}, {0.9, 0, 0}, {4, 0, 0}}; }
+  SUBCASE("groups") { file.scene.meet->groups.emplace(); }
+  SUBCASE("drag") { file.scene.add(dvdx::Drag{.coefficient = 1.0}); }
+  SUBCASE("a floor") { file.scene.add(dvdx::Plane{.offset = -9}); }
+  CHECK(closed_form_of(file) == dvdx::tool::ClosedForm::none);
+}
+
 }  // namespace closed_form_test

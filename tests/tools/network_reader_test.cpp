@@ -388,7 +388,7 @@ TEST_CASE("sub-steps have a limit where a network or constraints name one, no lo
   CHECK(read(rods).scene.coupling.most_substeps == 4);
   CHECK(scene_schema().accepts(rods));
   rods.erase("constraints");
-  CHECK(message_of(rods) == "cloth.json: most_substeps is 4: must be left out of a scene without constraints");
+  CHECK(message_of(rods) == "cloth.json: most_substeps is 4: must be left out of a scene without constraints and without meet");
 }
 
 TEST_CASE("networks that are stepped together are stepped alike") {

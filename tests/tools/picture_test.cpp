@@ -185,6 +185,24 @@ TEST_CASE("a nearer surface hides the one behind, and the back of a body is not 
   CHECK(middle[2] > 60);
 }
 
+TEST_CASE("a ball covers its share of the picture, and hides what is behind its front") {
+  // 0.36 of the distance upwards is half of the picture's height: at distance 5 a radius of 0.9 is a quarter of it.
+  Raster raster(160, 90, {.eye = {0, 0, 5}, .near = 0.1}, paper);
+  raster.add_ball({0, 0, 0}, 0.9, red);
+  Picture picture = raster.picture();
+  double covered = 0;
+  for (std::size_t i = 0; i < picture.rgb.size(); i += 3) covered += picture.rgb[i + 1] < 128 ? 1 : 0;
+  CHECK(is_close(covered, std::numbers::pi * 22.5 * 22.5, 0.02));
+  CHECK(is_paper(at(picture, 80, 45 - 24)));
+  CHECK(!is_paper(at(picture, 80, 45 - 21)));
+  CHECK(at(picture, 80, 30)[0] > at(picture, 80, 60)[0]);  // the light comes from above
+  // A sheet in front of its middle and behind its front shows only where the ball is lower.
+  raster.add_triangle(triangle({-9, -9, 0.6}, {9, -9, 0.6}, {0, 9, 0.6}), Sides::front, blue, blue);
+  picture = raster.picture();
+  CHECK(at(picture, 80, 45)[2] < at(picture, 80, 45)[0]);
+  CHECK(at(picture, 80, 45 + 20)[2] > at(picture, 80, 45 + 20)[0]);
+}
+
 TEST_CASE("a square covers its share of the picture") {
   // 0.36 of the distance upwards is half of the picture's height: at distance 5 a side of 1.8 is half of it.
   Raster raster(160, 90, {.eye = {0, 0, 5}, .near = 0.1}, paper);

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -56,6 +57,8 @@ constexpr const char* full_scene = R"({
   "kinematic": [{"particles": [1], "motion": "lift"}],
   "skins": [{"particles": [2, 0], "points": [[0, 0, 0], [1, 0, 0]], "at_most": [0.5, 0], "motion": "arm",
              "backstop": {"normals": [[0, 1, 0], [0, 0, 1]], "offset": [0.25, 0], "radius": 2}}],
+  "meet": {"radius": {"values": [0.1, 0.2, 0.3]}, "restitution": 0.3, "friction": 0.5, "rounds": 6, "most_neighbours": 32,
+           "apart_at_start": true, "groups": {"of": [0, 1, 1], "meet": [[0, 1], [1, 1]]}},
   "fixed": [2]
 })";
 
@@ -128,6 +131,13 @@ TEST_CASE("a scene with one of everything is read as it stands") {
                  .at_most = std::vector<double>{0.5, 0},
                  .backstop = Backstop{.normals = {{0, 1, 0}, {0, 0, 1}}, .offset = std::vector<double>{0.25, 0}, .radius = 2.0},
                  .motion = 0});
+  scene.add(Meet{.radius = std::vector<double>{0.1, 0.2, 0.3},
+                 .restitution = 0.3,
+                 .friction = 0.5,
+                 .rounds = 6,
+                 .most_neighbours = 32,
+                 .near_at_start = NearAtStart::pass,
+                 .groups = MeetGroups{.of = {0, 1, 1}, .meet = {{0, 1}, {1, 1}}}});
   scene.fixed = {2};
   CHECK(file.scene == scene);
   REQUIRE(stiffness.scalars().each().size() == 3);
@@ -140,6 +150,28 @@ TEST_CASE("keys that may be left out have the contract's defaults") {
   CHECK(file.scene == Scene{});
   CHECK(value_of(file.particles.position, 1) == Vec3{});
   CHECK(value_of(file.particles.velocity, 1) == Vec3{});
+}
+
+TEST_CASE("a lattice is filled along x first, then z, then y, and drawn from around its points") {
+  json scene = json::parse(full_scene);
+  json& lattice = scene["particles"]["position"];
+  lattice = {{"lattice", {{"min", {1, 2, 3}}, {"max", {1.5, 9, 3.2}}, {"spacing", 0.25}}}};
+  scene["particles"]["count"] = 5;
+  for (const char* key : {"meet", "skins", "kinematic", "fixed", "forces"}) scene.erase(key);
+  scene["particles"]["mass"] = 1;
+  const auto even = parse_scene("hail.json", scene.dump(), plenty);
+  CHECK(value_of(even.particles.position, 0) == Vec3{1, 2, 3});
+  CHECK(value_of(even.particles.position, 2) == Vec3{1.5, 2, 3});
+  CHECK(value_of(even.particles.position, 4) == Vec3{1.25, 2.25, 3});
+  lattice["lattice"]["max"][2] = 3.25;
+  lattice["lattice"].update(json{{"jitter", 0.125}, {"seed", 1}});
+  const auto drawn = parse_scene("hail.json", scene.dump(), plenty);
+  const Vec3 point{1.25, 2, 3.25};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    CHECK(std::abs(value_of(drawn.particles.position, 4)[axis] - point[axis]) <= 0.125);
+  CHECK(value_of(drawn.particles.position, 4) != point);
+  const auto other = parse_scene("hail.json", scene.dump(), {.seed = 5, .memory_bytes = plenty.memory_bytes});
+  CHECK(value_of(other.particles.position, 4) != value_of(drawn.particles.position, 4));
 }
 
 TEST_CASE("a scene's push_out is that of contacts that have none of their own, and stands with contacts alone") {
@@ -197,12 +229,13 @@ TEST_CASE("--set replaces a value before the scene is checked") {
   };
   const auto file = parse_scene("full.json", full_scene,
                                 with({"forces[4].stiffness=7.5", "contacts[0].response=seed", "particles.velocity=[7,8,9]",
-                                      "forces[1].acceleration[1][1]=-1", "name=\"a = b\""}));
+                                      "forces[1].acceleration[1][1]=-1", "name=\"a = b\"", "meet.friction=0.25"}));
   CHECK(std::get<RadialSpring>(file.scene.forces[4]).stiffness == Scalars(7.5));
   CHECK(std::get<Plane>(file.scene.contacts[0]).response == Response::end_on_surface);
   CHECK(value_of(file.particles.velocity, 0) == Vec3{7, 8, 9});
   CHECK(std::get<Polynomial>(file.scene.forces[1]).acceleration[1][1] == -1);
   CHECK(file.name == "a = b");
+  CHECK(file.scene.meet->friction == 0.25);
   CHECK(message_of(full_scene, with({"forces[4].stiffness=-3"})) ==
         "hail.json: forces[4].stiffness is -3: must be a finite number >= 0");
   CHECK(message_of(full_scene, with({"forces[9].stiffness=3"})) == "hail.json: forces[9] (from --set) is not in the scene");
@@ -251,7 +284,7 @@ constexpr BadValue bad_values[] = {
      "gravity is not a key of a scene: Known are format, name, about, step, duration, method, particles, forces, contacts, "
      "network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, emitters, "
      "capacity, removal, "
-     "wind, skins, tethers, faces, push_out"},
+     "wind, skins, tethers, faces, push_out, meet"},
     {"/faces", "true", "faces is true: must be \"auto\" or \"never\""},
     {"/faces", "\"always\"", "faces is \"always\": must be \"auto\" or \"never\""},
     {"/particles", nullptr, "particles is missing: a scene needs it"},
@@ -262,7 +295,7 @@ constexpr BadValue bad_values[] = {
     {"/particles/count", "2.5", "particles.count is 2.5: must be a whole number from 1 to 9007199254740992"},
     {"/particles/count", "\"3\"", "particles.count is \"3\": must be a whole number from 1 to 9007199254740992"},
     {"/particles/count", "1000000000000",
-     "particles.count is 1000000000000: must be at most 13157894: a particle of this scene takes 76 bytes, and 1.0 GB of "
+     "particles.count is 1000000000000: must be at most 3012048: a particle of this scene takes 332 bytes, and 1.0 GB of "
      "memory "
      "are available",
      BySchema::accepted},
@@ -298,8 +331,18 @@ constexpr BadValue bad_values[] = {
      "particles.position.uniform.max[0] is 1e+308: must be so close to min that max - min is finite", BySchema::accepted},
     {"/particles/position/uniform/sed", "1",
      "particles.position.uniform.sed is not a key of a uniform distribution: did you mean seed? Known are min, max, seed"},
+    {"/particles/position", R"({"lattice":{"min":[0,0,0],"max":[1,0,0],"spacing":1}})",
+     "particles.position.lattice has room for 2 particles: must have room for 3", BySchema::accepted},
+    {"/particles/position", R"({"lattice":{"min":[0,0,0],"max":[9,9,9],"spacing":0}})",
+     "particles.position.lattice.spacing is 0: must be a finite number > 0"},
+    {"/particles/position", R"({"lattice":{"min":[0,0,0],"max":[9,9,9],"spacing":1,"jitter":0.1}})",
+     "particles.position.lattice.seed is missing: a lattice needs it", BySchema::accepted},
+    {"/particles/position", R"({"lattice":{"min":[0,0,0],"max":[9,-1,9],"spacing":1}})",
+     "particles.position.lattice.min[1] is 0: must be at most max[1], which is -1", BySchema::accepted},
+    {"/particles/mass", R"({"lattice":{"min":[0,0,0],"max":[9,9,9],"spacing":1}})",
+     "particles.mass.lattice is not a key of a value for each particle: Known are values, uniform, file"},
     {"/particles/position", "\"start\"",
-     "particles.position is \"start\": must be [x, y, z] or an object with one of values, uniform, file"},
+     "particles.position is \"start\": must be [x, y, z] or an object with one of values, uniform, file, lattice"},
     {"/particles/velocity", "[1,2]", "particles.velocity is [1,2]: must be a list of 3 numbers"},
     {"/particles/velocity/1", "true", "particles.velocity[1] is true: must be a finite number"},
     {"/particles/velocity", R"({"values":[[1,2,3]]})",
@@ -328,7 +371,7 @@ constexpr BadValue bad_values[] = {
      "forces[3].stifness is not a key of a spring: did you mean stiffness? Known are type, method, stiffness, damping, anchor"},
     {"/forces/3/damping", "-0.1", "forces[3].damping is -0.1: must be a finite number >= 0"},
     {"/forces/3/anchor", "\"home\"",
-     "forces[3].anchor is \"home\": must be \"start\", [x, y, z] or an object with one of values, uniform, file"},
+     "forces[3].anchor is \"home\": must be \"start\", [x, y, z] or an object with one of values, uniform, file, lattice"},
     {"/forces/3/anchor", nullptr, "forces[3].anchor is missing: a spring needs it"},
     {"/forces/4/rest_length", "-1", "forces[4].rest_length is -1: must be a finite number >= 0"},
     {"/forces/4/stiffness", "[1,1,1]",
@@ -409,6 +452,33 @@ constexpr BadValue bad_values[] = {
     {"/skins/1", R"({"particles":[0]})",
      "skins[1].particles has particle 0, which is in skins[0].particles already: may be in one of them", BySchema::accepted},
     {"/tethers", "[{}]", "tethers is [{}]: must be left out of a scene without networks", BySchema::accepted},
+    {"/meet", "true",
+     "meet is true: must be an object with the keys radius, thickness, restitution, friction, rounds, most_neighbours, "
+     "apart_at_start, groups"},
+    {"/meet", "{}", "meet has neither radius nor thickness: must have one of them"},
+    {"/meet/radius", "0", "meet.radius is 0: must be a finite number > 0"},
+    {"/meet/radius/values/1", "-1", "meet.radius.values[1] is -1: must be a finite number > 0"},
+    {"/meet/radius", "[0.1,0.2,0.3]",
+     "meet.radius is [0.1,0.2,0.3]: must be a finite number > 0 or an object with one of values, uniform, file"},
+    {"/meet/thickness", "0.1", "meet.thickness is 0.1: must be left out beside radius: particles meet as balls or as cloth"},
+    {"/meet", R"({"thickness":0})", "meet.thickness is 0: must be a finite number > 0"},
+    {"/meet", R"({"thickness":0.1})",
+     "meet.thickness is 0.1: must be left out of a scene without networks: balls have a radius", BySchema::accepted},
+    {"/meet/restitution", "1.5", "meet.restitution is 1.5: must be a number from 0 to 1"},
+    {"/meet/friction", "-0.5", "meet.friction is -0.5: must be a finite number >= 0"},
+    {"/meet/rounds", "0", "meet.rounds is 0: must be a whole number from 1 to 64"},
+    {"/meet/rounds", "65", "meet.rounds is 65: must be a whole number from 1 to 64"},
+    {"/meet/most_neighbours", "256", "meet.most_neighbours is 256: must be a whole number from 1 to 255"},
+    {"/meet/most_neighbors", "24",
+     "meet.most_neighbors is not a key of meet: did you mean most_neighbours? Known are radius, thickness, restitution, "
+     "friction, rounds, most_neighbours, apart_at_start, groups"},
+    {"/meet/apart_at_start", "1", "meet.apart_at_start is 1: must be true or false"},
+    {"/meet/groups/of", nullptr, "meet.groups.of is missing: groups needs it"},
+    {"/meet/groups/of", "[0,1]", "meet.groups.of has 2 entries: must have 3, one for each particle", BySchema::accepted},
+    {"/meet/groups/of/1", "65536", "meet.groups.of[1] is 65536: must be a whole number from 0 to 1023"},
+    {"/meet/groups/meet/0", "[0]", "meet.groups.meet[0] is [0]: must be two groups"},
+    {"/meet/groups/meet/0/1", "-1", "meet.groups.meet[0][1] is -1: must be a whole number from 0 to 1023"},
+    {"/capacity", "9", "meet is there: must be left out of a scene whose particles come and go", BySchema::accepted},
     {"/fixed", "2", "fixed is 2: must be a list of particle ids"},
     {"/fixed", "[3]", "fixed[0] is 3: must be a whole number from 0 to 2", BySchema::accepted},
     {"/fixed", "[-1]", "fixed[0] is -1: must be a whole number from 0 to 2"},
@@ -460,7 +530,7 @@ constexpr BadText bad_texts[] = {
      "the scene is [1,2]: must be an object with the keys format, name, about, step, duration, method, particles, forces, "
      "contacts, network, constraints, constraint_iterations, substeps, most_substeps, fixed, motions, kinematic, origin, "
      "emitters, capacity, "
-     "removal, wind, skins, tethers, faces, push_out"},
+     "removal, wind, skins, tethers, faces, push_out, meet"},
     {"{\"name\": \"a\", \"name\": \"b\"}", "name is there twice: a key may occur once in an object"},
     {"{\"forces\": [{}, {\"type\": 1, \"type\": 1}]}", "forces[1].type is there twice: a key may occur once in an object"},
     {"{\"forces\": [{\"stiffness\": 1e999}]}", "forces[0].stiffness is 1e999: must be a finite number"},

@@ -92,9 +92,9 @@ def _choice(enum, word):
 def _rows(value, kind, width, keep):
     """A C array of rows of so many numbers, and how many rows."""
     rows = np.asarray(value)
-    type_ = {"double": np.float64, "uint32_t": np.uint32, "size_t": np.uintp}[kind]
+    type_ = {"double": np.float64, "uint16_t": np.uint16, "uint32_t": np.uint32, "size_t": np.uintp}[kind]
     if kind != "double" and (rows.dtype.kind not in "iu" or (rows < 0).any() or (rows > np.iinfo(type_).max).any()):
-        raise ValueError(f"numbers of particles must be whole, from 0 to {np.iinfo(type_).max}")
+        raise ValueError(f"numbers of particles, or groups, must be whole, from 0 to {np.iinfo(type_).max}")
     if width and (rows.ndim != 2 or rows.shape[1] != width):
         raise ValueError(f"shape {rows.shape}: must be (n, {width})")
     if not width and rows.ndim != 1:
@@ -149,7 +149,9 @@ def _fill_anchor(struct, value, keep):
 
 _LENGTHS = {"spread_box": 3, "inside": 6}
 # Numbers a row, where they are not those of a point or a pair.
-_WIDTHS = {"keys": 7, "planes": 4, "particles": None, "vertices": 3, "triangles": 3, "gusts": 5}
+_WIDTHS = {"keys": 7, "planes": 4, "particles": None, "vertices": 3, "triangles": 3, "gusts": 5, "of": None, "meet": 2}
+# What counts the rows of a list that has not its struct's own count.
+_COUNTS = {"triangles": "triangle_count", "meet": "pair_count"}
 _FILL = {"dvdx_scalars": _fill_scalars, "dvdx_per_axis": _fill_per_axis, "dvdx_anchor": _fill_anchor}
 
 
@@ -177,7 +179,7 @@ def _fill_field(struct, name, field, value, keep):
     else:
         width = _WIDTHS.get(name, 2 if field.item.cname == "uint32_t" else 3)
         rows, count = _rows(value, field.item.cname, width, keep)
-        own = "triangle_count" if name == "triangles" else "terms"
+        own = _COUNTS.get(name, "terms")
         own = own if hasattr(struct, own) else "count"
         if getattr(struct, own) not in (0, count):
             raise ValueError(f"{count} rows: must be {getattr(struct, own)}, as there are of the others")
@@ -191,7 +193,7 @@ def _fields(kind):
     for name, field in _ffi.typeof(kind).fields:
         if name == "surface":
             fields |= {inner: ("surface", type_) for inner, (_, type_) in _fields(field.type.cname).items()}
-        elif name not in ("count", "terms", "triangle_count"):
+        elif name not in ("count", "terms", *_COUNTS.values()):
             fields[name] = (None, field.type)
     return fields
 
@@ -222,6 +224,8 @@ class Scene:
     a point for each particle. wind(mean=..., gusts=...): rows of amplitude, angular frequency and phase, five numbers each.
     skin(particles=..., points=..., at_most=...) keeps particles near points that move, backstop(skin=0, normals=..., offset=...,
     radius=...) out of a ball behind each of them; tethers(network=0, stretch=1.02) keeps a network near what it hangs on.
+    meet(radius=...) makes particles balls that meet, meet(thickness=...) keeps networks' particles apart; then meet_groups(of=...,
+    meet=[(0, 1)]) says which do: a group for each particle, and pairs of groups.
     Choices are words (method="pulse", sweep="line"). A stiffness, a mass or another number that particles may have each their
     own of is a number or an array; one for each axis is a tuple of three. An anchor is a point, an array of them, or "start".
     A capsule's radius is one number for each end; a convex body's planes are rows of normal and offset.
@@ -548,6 +552,12 @@ class Plan(_Driven):
         self._call_own("check", state._struct, check)
         found = {name: getattr(check, name) for name, _ in _ffi.typeof("dvdx_state_check").fields}
         return found | {name: tuple(found[name]) for name in ("spring", "rod")}
+
+    def meetings(self, workspace=None):
+        """How particles met in the last sub-step, as a dict of dvdx_meetings; of a state that was stepped in a workspace: there."""
+        meetings = _ffi.new("dvdx_meetings*")
+        self._call_own("meetings", _ffi.NULL if workspace is None else workspace._handle, meetings)
+        return {name: getattr(meetings, name) for name, _ in _ffi.typeof("dvdx_meetings").fields}
 
     def set_step(self, step):
         """Another step, s; with most_substeps in the coupling the longest that these keep stable: step_size says which."""

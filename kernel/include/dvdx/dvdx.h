@@ -23,16 +23,17 @@ extern "C" {
 // How a call ended. Whatever is not DVDX_DONE has done nothing: scenes, plans and particles are as they were.
 typedef enum dvdx_status {
   DVDX_DONE = 0,
-  DVDX_INVALID,             // a value is out of its range; the error names the field, the value and the range
-  DVDX_OUT_OF_MEMORY,       // the allocator, or the program, had none left
-  DVDX_COUNT_DIFFERS,       // the plan holds values for each particle, and the state has another count
-  DVDX_CAPACITY_TOO_SMALL,  // a column's capacity is below the state's count
-  DVDX_IN_USE,              // another thread steps this plan, or in this workspace: each serves one state at a time
-  DVDX_PRECISION_DIFFERS,   // the state's numbers are of another type than the plan's
-  DVDX_ABI_DIFFERS,         // the caller was compiled for another DVDX_ABI_VERSION than this library's
-  DVDX_FAILED,              // an unexpected failure; the message says what is known
-  DVDX_REPORT_DIFFERS,      // the report is for another number of contacts than the plan's scene has
-  DVDX_WORKSPACE_DIFFERS,   // the workspace was made for another scene, precision or number of sub-steps
+  DVDX_INVALID,              // a value is out of its range; the error names the field, the value and the range
+  DVDX_OUT_OF_MEMORY,        // the allocator, or the program, had none left
+  DVDX_COUNT_DIFFERS,        // the plan holds values for each particle, and the state has another count
+  DVDX_CAPACITY_TOO_SMALL,   // a column's capacity is below the state's count
+  DVDX_IN_USE,               // another thread steps this plan, or in this workspace: each serves one state at a time
+  DVDX_PRECISION_DIFFERS,    // the state's numbers are of another type than the plan's
+  DVDX_ABI_DIFFERS,          // the caller was compiled for another DVDX_ABI_VERSION than this library's
+  DVDX_FAILED,               // an unexpected failure; the message says what is known
+  DVDX_REPORT_DIFFERS,       // the report is for another number of contacts than the plan's scene has
+  DVDX_WORKSPACE_DIFFERS,    // the workspace was made for another scene, precision or number of sub-steps
+  DVDX_TOO_MANY_NEIGHBOURS,  // more particles came within reach of one than most_neighbours: the state is as it was
 } dvdx_status;
 
 // The error of a call, in the caller's memory; texts that do not fit are cut. Every call that takes it writes it, also one that
@@ -297,6 +298,32 @@ typedef struct dvdx_tethers {
   double stretch;  // >= 1
 } dvdx_tethers;
 
+// The fate of pairs that are nearer at the start than they want to be.
+typedef enum dvdx_near_at_start {
+  DVDX_NEAR_AT_START_BY_KIND = 0,  // balls meet, cloth passes
+  DVDX_NEAR_AT_START_MEET,         // they are pushed apart
+  DVDX_NEAR_AT_START_PASS,         // they never meet
+} dvdx_near_at_start;
+
+// Particles that stay apart: balls, or particles of networks. See Meet in meet.hpp.
+typedef struct dvdx_meet {
+  const dvdx_scalars* radius;  // m > 0, of balls, one for all or one for each; null: of cloth
+  double thickness;            // m > 0, of cloth and ropes; 0: of balls
+  double restitution;          // 0..1
+  double friction;             // >= 0
+  int rounds;                  // 1..64 a sub-step; 0: 4
+  int most_neighbours;         // 1..255; 0: 24
+  dvdx_near_at_start near_at_start;
+} dvdx_meet;
+
+// Which of them meet: groups, each with itself only where that is said.
+typedef struct dvdx_meet_groups {
+  const uint16_t* of;    // each particle's group, below 1024
+  size_t count;          // particles
+  const uint16_t* meet;  // two groups that meet, the next two, ...
+  size_t pair_count;
+} dvdx_meet_groups;
+
 // A rectangular sheet of springs: the particle at (row, column) is first + row * columns + column.
 typedef struct dvdx_grid {
   size_t rows, columns;  // >= 2 each
@@ -433,6 +460,10 @@ DVDX_EXPORT dvdx_status dvdx_scene_set_backstop(dvdx_scene* scene, const dvdx_ba
 // A skin that is there follows a motion, which carries its points and normals. Both count from 0.
 DVDX_EXPORT dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t skin, size_t motion, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_tethers(dvdx_scene* scene, const dvdx_tethers* tethers, dvdx_error* error);
+
+DVDX_EXPORT dvdx_status dvdx_scene_set_meet(dvdx_scene* scene, const dvdx_meet* meet, dvdx_error* error);
+// Of particles that meet already: dvdx_scene_set_meet() comes first.
+DVDX_EXPORT dvdx_status dvdx_scene_set_meet_groups(dvdx_scene* scene, const dvdx_meet_groups* groups, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* network, dvdx_error* error);
@@ -685,6 +716,21 @@ typedef struct dvdx_state_check {
 // One pass over the particles and one over what joins them. DVDX_COUNT_DIFFERS where the state is not of as many particles as the plan.
 DVDX_EXPORT dvdx_status dvdx_plan_check(const dvdx_plan* plan, const dvdx_state* state, dvdx_state_check* check,
                                         dvdx_error* error);
+
+// How particles met in the last sub-step: see Meetings in meet.hpp.
+typedef struct dvdx_meetings {
+  double listed;        // pairs within reach, of each particle on average
+  double touching;      // pairs that touch, of each particle on average
+  size_t most;          // pairs within reach of the particle that has most
+  uint64_t rebuilt;     // how often lists were built
+  uint64_t substeps;    // meanwhile
+  double overlap_mean;  // of pairs that touch, as part of the distance that each pair wants
+  double overlap_most;
+  double stretch_limit;  // of cloth: springs stretched by less let nothing pass; 0: balls
+} dvdx_meetings;
+// All 0 before the first step, and where nothing meets. workspace: the one that the state was stepped in; null: the plan's own.
+DVDX_EXPORT dvdx_status dvdx_plan_meetings(const dvdx_plan* plan, const dvdx_workspace* workspace, dvdx_meetings* meetings,
+                                           dvdx_error* error);
 
 // Changes. Each makes again what it touches, and changes nothing where it fails. Not while another thread steps with this plan;
 // clones keep what they had. Rest lengths and anchors at the start stay what they were.

@@ -68,13 +68,15 @@ struct Options {
 
 enum class StepResult {
   done,
-  count_differs,       // the plan holds values per particle, and the state has another count: nothing was stepped
-  capacity_too_small,  // a column's capacity is below the state's count (a compensated plan: its residuals' too): nothing was
-                       // stepped
-  in_use,              // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
-  workspace_differs,   // the workspace given was made for another scene or number of sub-steps: nothing was stepped
-  report_differs,      // the report given is for another number of contacts: nothing was stepped
-  time_not_finite,     // the state's clock is infinite or not a number: nothing was stepped
+  count_differs,        // the plan holds values per particle, and the state has another count: nothing was stepped
+  capacity_too_small,   // a column's capacity is below the state's count (a compensated plan: its residuals' too): nothing was
+                        // stepped
+  in_use,               // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
+  workspace_differs,    // the workspace given was made for another scene or number of sub-steps: nothing was stepped
+  report_differs,       // the report given is for another number of contacts: nothing was stepped
+  time_not_finite,      // the state's clock is infinite or not a number: nothing was stepped
+  too_many_neighbours,  // more particles came within reach of one than Meet::most_neighbours: x, v and clock are those of the
+                        // call's start, and forget() is as after a jump
 };
 
 // How far a net that sweeps step is estimated to be off, of the one that is worst off: sweeps leave springs softer than they are.
@@ -250,6 +252,11 @@ class DVDX_EXPORT Plan {
   // How long springs and rods are, what energy there is, and whether all of it is finite, at any time. One pass over the
   // particles and one over what joins them; it allocates nothing, throws nothing, and any thread may make it.
   [[nodiscard]] StateCheck check(const State<T>& state) const noexcept;
+
+  // How particles met in the last sub-step that was made in this plan's own workspace, or in that one. All 0 before the first,
+  // and where the scene has no `meet`.
+  [[nodiscard]] Meetings meetings() const noexcept;
+  [[nodiscard]] Meetings meetings(const Workspace<T>& workspace) const noexcept;
 
   // Changes of the scene. Each makes again what it touches, and changes nothing where it fails: with an error, or with
   // std::bad_alloc. Not while another thread steps with this plan; clones keep what they had. The plan then steps as one

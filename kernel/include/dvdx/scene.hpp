@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "dvdx/meet.hpp"
 #include "dvdx/method.hpp"
 #include "dvdx/network.hpp"
 #include "dvdx/values.hpp"
@@ -290,6 +291,7 @@ struct Scene {
   std::vector<Skin> skins{};
   std::vector<Tethers> tethers{};
   Faces faces = Faces::automatic;
+  std::optional<Meet> meet{};  // none: particles pass through each other
 
   Scene& add(Force force) {
     forces.push_back(std::move(force));
@@ -321,6 +323,10 @@ struct Scene {
   }
   Scene& add(Tethers of) {
     tethers.push_back(of);
+    return *this;
+  }
+  Scene& add(Meet of) {
+    meet = std::move(of);
     return *this;
   }
   bool operator==(const Scene&) const = default;

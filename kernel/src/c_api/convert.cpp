@@ -90,6 +90,8 @@ dvdx_status status_of(StepResult result) noexcept {
       return DVDX_REPORT_DIFFERS;
     case StepResult::time_not_finite:
       return DVDX_INVALID;
+    case StepResult::too_many_neighbours:
+      return DVDX_TOO_MANY_NEIGHBOURS;
   }
   return DVDX_FAILED;
 }

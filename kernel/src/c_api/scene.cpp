@@ -33,7 +33,7 @@ Wind wind_of(const dvdx_wind& from) {
 namespace {
 
 constexpr int methods = 6, expansions = 2, path_sweeps = 2, responses = 2, sides = 2, anchorings = 3, bounds = 3, schemes = 5,
-              sweep_orders = 2, line_choices = 3, pair_axes = 2;
+              sweep_orders = 2, line_choices = 3, pair_axes = 2, nears = 3;
 
 std::vector<Vec3> vectors(const double* xyz, std::size_t count, const std::string& field) {
   need(xyz, count, field);
@@ -202,6 +202,27 @@ void set_backstop(Scene& to, const dvdx_backstop& from) {
   skin_of(to, from.skin, "backstop.skin").backstop = Backstop{.normals = vectors(from.normals, from.count, "backstop.normals"),
                                                               .offset = scalars(from.offset, "backstop.offset"),
                                                               .radius = scalars(from.radius, "backstop.radius")};
+}
+
+Meet meet_of(const dvdx_meet& from) {
+  Meet meet;
+  meet.radius = scalars(from.radius, "meet.radius");
+  if (from.thickness != 0) meet.thickness = from.thickness;
+  meet.restitution = from.restitution;
+  meet.friction = from.friction;
+  if (from.rounds != 0) meet.rounds = from.rounds;
+  if (from.most_neighbours != 0) meet.most_neighbours = from.most_neighbours;
+  meet.near_at_start = choice<NearAtStart>(from.near_at_start, nears, "meet.near_at_start");
+  return meet;
+}
+void set_meet_groups(Scene& to, const dvdx_meet_groups& from) {
+  if (!to.meet) throw Error{"groups", std::to_string(from.count) + " particles", "set after what meets"};
+  need(from.of, from.count, "groups.of");
+  need(from.meet, from.pair_count, "groups.meet");
+  MeetGroups groups;
+  if (from.count != 0) groups.of.assign(from.of, from.of + from.count);
+  for (std::size_t k = 0; k < from.pair_count; ++k) groups.meet.push_back({from.meet[2 * k], from.meet[2 * k + 1]});
+  to.meet->groups = std::move(groups);
 }
 
 Network value(const dvdx_grid& from, const std::string& /*at*/) {
@@ -434,6 +455,12 @@ dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t skin, size_t mo
 }
 dvdx_status dvdx_scene_add_tethers(dvdx_scene* scene, const dvdx_tethers* tethers, dvdx_error* error) {
   return added(scene, tethers, &Scene::tethers, "tethers", error);
+}
+dvdx_status dvdx_scene_set_meet(dvdx_scene* scene, const dvdx_meet* meet, dvdx_error* error) {
+  return changed(scene, meet, "meet", error, [](Scene& to, const dvdx_meet& from) { to.meet = meet_of(from); });
+}
+dvdx_status dvdx_scene_set_meet_groups(dvdx_scene* scene, const dvdx_meet_groups* groups, dvdx_error* error) {
+  return changed(scene, groups, "groups", error, set_meet_groups);
 }
 dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error) {
   return changed(scene, &contact, "contact", error, [&](Scene& to, std::size_t) {

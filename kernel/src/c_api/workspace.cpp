@@ -92,6 +92,27 @@ dvdx_status dvdx_plan_teleport_in(const dvdx_plan* plan, dvdx_workspace* workspa
   });
 }
 
+dvdx_status dvdx_plan_meetings(const dvdx_plan* plan, const dvdx_workspace* workspace, dvdx_meetings* meetings,
+                               dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (meetings == nullptr) return missing(error, "meetings");
+  const auto of = [&]<class T>(const dvdx::Plan<T>& p) {
+    const auto* const own = workspace == nullptr ? nullptr : std::get_if<dvdx::Workspace<T>>(&workspace->workspace);
+    if (workspace != nullptr && own == nullptr) return report(error, DVDX_WORKSPACE_DIFFERS);
+    const dvdx::Meetings found = own == nullptr ? p.meetings() : p.meetings(*own);
+    *meetings = {.listed = found.listed,
+                 .touching = found.touching,
+                 .most = found.most,
+                 .rebuilt = found.rebuilt,
+                 .substeps = found.substeps,
+                 .overlap_mean = found.overlap_mean,
+                 .overlap_most = found.overlap_most,
+                 .stretch_limit = found.stretch_limit};
+    return report(error, DVDX_DONE);
+  };
+  return std::visit(of, plan->plan);
+}
+
 dvdx_status dvdx_plan_carried_in(const dvdx_plan* plan, const dvdx_workspace* workspace, const dvdx_state* state,
                                  double* numbers, size_t capacity, size_t* count, dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "compile/checker.hpp"
+#include "compile/meet.hpp"
 #include "compile/particle_values.hpp"
 #include "compile/range.hpp"
 #include "compile/scheme_choice.hpp"
@@ -61,8 +62,8 @@ ShapeMemories<T> shapes_of(const std::vector<Contact>& contacts, const CompiledS
   ShapeMemories<T> shapes(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (!has_memory(contacts[i])) continue;
-    const bool is_known =
-        before != nullptr && i < before->shapes.size() && have_same_memory(contacts[i], before->scene.contacts[i]);
+    const bool is_known = before != nullptr && i < before->shapes.size() &&
+                          have_same_memory(contacts[i], contact_of_flows(before->scene.contacts[i], before->scene.meet));
     shapes[i] = is_known ? before->shapes[i] : make_memory<T>(contacts[i]);
   }
   return shapes;
@@ -80,13 +81,14 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
     return tl::unexpected(*error);
   if (auto error = check_range<T>(compiled->scene, options, count, compiled->start)) return tl::unexpected(*error);
   if (auto error = check_sweeps(compiled->scene, options.elsewhere, count)) return tl::unexpected(*error);
+  if (auto error = check_meet_at_start(compiled->scene, options, compiled->start)) return tl::unexpected(*error);
   std::shared_ptr<Joints<T>> made;
   if (steps_in_columns(compiled->scene)) made = joints(compiled->scene, options, compiled->start);
   if (made != nullptr) {
     if (auto error = made->refusal(compiled->scene, compiled->start, options.unstable)) return tl::unexpected(*error);
     compiled->scene.coupling.longest_substep = made->coupling.longest_substep;
   }
-  compiled->shapes = shapes_of(compiled->scene.contacts, before);
+  compiled->shapes = shapes_of(contacts_of_flows(compiled->scene), before);
   compiled->lengths =
       before != nullptr ? before->lengths : std::make_shared<const JoinedLengths>(compiled->scene, compiled->start);
   for (const Network& network : compiled->scene.networks) {

@@ -1,12 +1,15 @@
 #include "compile/joined_motion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
+#include "compile/meet.hpp"
 #include "compile/particle_values.hpp"
 #include "compile/sweep_scheme.hpp"
 #include "forces/sinusoid.hpp"
+#include "math/vec3.hpp"
 #include "text.hpp"
 
 namespace dvdx {
@@ -43,7 +46,7 @@ Scene arranged(const Scene& scene, const ParticleOrder& order, Contacts contacts
   flow.method = scene.method;
   flow.mass = scene.mass;
   flow.forces = scene.forces;
-  if (contacts == Contacts::kept) flow.contacts = scene.contacts;
+  if (contacts == Contacts::kept) flow.contacts = contacts_of_flows(scene);
   flow.origin = scene.origin;
   flow.motions = scene.motions;
   for_each_particle_value_of(flow, [&](const std::string&, auto& value) { value = arranged(value, order); });
@@ -79,7 +82,9 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
       shapes_(shapes),
       faces_(scene, start, joints_->order),
       is_part_(options.elsewhere.exchange.start != nullptr),
-      wind_(scene.wind) {
+      wind_(scene.wind),
+      meet_(scene.meet),
+      slowest_bounce_(4 * length(constant_acceleration(scene)) * std::abs(joints_->substep())) {
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
   }
@@ -100,7 +105,8 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
     last_ = over(a.back());
   }
   const bool ends_with_springs = !last_ && !b.empty();  // theta 1
-  if (!scene.contacts.empty() && (ends_with_springs || joints_->constraints || faces() != nullptr)) settling_ = over(0);
+  if (!scene.contacts.empty() && (ends_with_springs || joints_->constraints || joints_->meet || faces() != nullptr))
+    settling_ = over(0);
   const bool is_free = std::all_of(flows_.begin(), flows_.end(),
                                    [](const auto& flow) { return is_drift(flow->flow) && flow->extra == Extras::none; });
   const bool is_relative = joints_->coupling.scheme == Scheme::sequential && is_free && !closes_substeps();
@@ -189,13 +195,19 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.visits_again = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();
+  if (joints.meet) {
+    shape.meet = {.particles = joints.meet->particles(),
+                  .most_neighbours = static_cast<std::size_t>(joints.meet->meet().most_neighbours),
+                  .walls = std::min(most_walls, flows_[0]->terms.surface_count)};
+  }
   if (faces() != nullptr) shape.faces = {faces_.bodies().size(), faces_.patches().size(), faces_.corners().size()};
   return shape;
 }
 
 template <class T>
 void JoinedMotion<T>::set_contact(std::size_t index, const Contact& contact) noexcept {
-  for (const auto& flow : flows_) flow->set_contact(index, contact);
+  const Contact of_flows = contact_of_flows(contact, meet_);
+  for (const auto& flow : flows_) flow->set_contact(index, of_flows);
   faces_.set_contact(index, contact);
 }
 

@@ -15,6 +15,7 @@
 #include "compile/joints.hpp"
 #include "compile/pose_track.hpp"
 #include "dvdx/plan.hpp"
+#include "execute/meet_room.hpp"
 #include "isa/passes.hpp"
 
 namespace dvdx {
@@ -72,6 +73,7 @@ struct WorkspaceShape {
   std::size_t triangles = 0;  // of a list that does
   ConstraintShape constraints{};
   FaceShape faces{};
+  MeetShape meet{};
   bool operator==(const WorkspaceShape&) const = default;
 };
 
@@ -118,6 +120,8 @@ class JoinedMotion {
   // Faces that meet bodies, or null. Torn sides are torn there too.
   [[nodiscard]] const FaceContacts* faces() const noexcept { return faces_.empty() ? nullptr : &faces_; }
   [[nodiscard]] FaceContacts& faces_to_change() noexcept { return faces_; }
+  // m/s: slower approaches of particles that meet do not bounce.
+  [[nodiscard]] T slowest_bounce() const noexcept { return static_cast<T>(slowest_bounce_); }
   // Whether something acts at the end of each sub-step, after its last flow.
   [[nodiscard]] bool closes_substeps() const noexcept { return joints_->closes_substeps() || !faces_.empty(); }
 
@@ -139,6 +143,8 @@ class JoinedMotion {
   FaceContacts faces_;
   bool is_part_;  // of a larger scene
   Wind wind_;
+  std::optional<Meet> meet_;
+  double slowest_bounce_;
 };
 
 extern template class JoinedMotion<float>;

@@ -199,6 +199,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
   auto kept_in = std::make_unique<Balls<T>>(scene, start, w_of, order, options.memory);
   if (kept_in->count() != 0) balls = std::move(kept_in);
+  if (scene.meet) meet = std::make_unique<MeetRules<T>>(scene, start);
   has_tethers_ = !scene.tethers.empty();
   if (!scene.constraints.empty()) constraints.emplace(scene, start, w_of, order, substep(), options.memory);
 }
@@ -209,6 +210,7 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, st
                        Changed changed) {
   const bool is_grid = is_stack_ || only_grid(scene, particles()) != nullptr;
   fastest_turn_ = fastest_turn_of(scene);
+  meeting_rate_ = meeting_rate(scene);
   rods_rate_ = scene.constraints.empty() ? 0 : swept_rods_rate(scene, start, w_of);
   rods_frequency_ = std::sqrt(length(constant_acceleration(scene)) * rods_rate_);
   const auto by = [&](const HighestRates& highest) { return substeps_by(highest); };
@@ -495,7 +497,7 @@ Substeps Joints<T>::substeps_by(const HighestRates& highest, double h, std::opti
   const auto at = [&](double step_) {
     const double of_sweeps = longest_of_sweeps(coupling, highest.frequency, longest ? Pace::uneven : Pace::even);
     const int fewest = std::max({substeps_of_turn(fastest_turn_ * std::abs(step_)), substeps_within(of_sweeps, step_),
-                                 substeps_of_rods(rods_frequency_, step_)});
+                                 substeps_of_rods(rods_frequency_, step_), substeps_of_meetings(meeting_rate_, step_)});
     return substeps_of(coupling, rule, step_, highest, fewest);
   };
   Substeps found = at(h);
@@ -764,7 +766,7 @@ template <class T>
 std::size_t Joints<T>::bytes() const noexcept {
   const std::size_t of_form = std::visit([](const auto& f) { return bytes_of_form<T>(f); }, form);
   return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0) + (air ? air->bytes() : 0) +
-         (balls ? balls->bytes() : 0);
+         (balls ? balls->bytes() : 0) + (meet ? meet->bytes() : 0);
 }
 
 template <class T>

@@ -18,6 +18,7 @@
 #include "compile/constraints.hpp"
 #include "compile/grid_rates.hpp"
 #include "compile/limit.hpp"
+#include "compile/meet.hpp"
 #include "compile/network_forms.hpp"
 #include "compile/particle_order.hpp"
 #include "compile/strands_in_place.hpp"
@@ -116,17 +117,20 @@ class Joints {
   const T* w = nullptr;                 // the working column of inverse masses
   NetworkForm<T> form;
   std::optional<Constraints<T>> constraints;
-  std::unique_ptr<Air<T>> air;      // or null
-  std::unique_ptr<Balls<T>> balls;  // or null
-  TellingOrder telling;             // empty where nothing is told
+  std::unique_ptr<Air<T>> air;         // or null
+  std::unique_ptr<Balls<T>> balls;     // or null
+  std::unique_ptr<MeetRules<T>> meet;  // or null
+  TellingOrder telling;                // empty where nothing is told
 
   [[nodiscard]] std::size_t particles() const noexcept { return w_of.size(); }
   // Whether something acts at the end of each sub-step, after its last flow.
   [[nodiscard]] bool closes_substeps() const noexcept {
-    return constraints.has_value() || balls != nullptr || closes_in_whole_;
+    return constraints.has_value() || balls != nullptr || meet != nullptr || closes_in_whole_;
   }
   // Whether the constant accelerations tell how many sub-steps there are.
-  [[nodiscard]] bool depends_on_weight() const noexcept { return rods_rate_ != 0 && !coupling.substeps; }
+  [[nodiscard]] bool depends_on_weight() const noexcept {
+    return (rods_rate_ != 0 || meeting_rate_ != 0) && !coupling.substeps;
+  }
   // rad/s, of rods that meet under the weight of all that may hang on them; 0 where there are none.
   [[nodiscard]] double rods_frequency() const noexcept { return rods_frequency_; }
   // Changes in place, of the only owner (execute/plan_parts.hpp): of grids that are stepped as one, or of a list by any scheme
@@ -204,6 +208,7 @@ class Joints {
   double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
   double rods_rate_ = 0;     // 1/m, of rods that meet
   double rods_frequency_ = 0;
+  double meeting_rate_ = 0;        // 1/s: sub-steps that particles that meet ask for
   std::vector<GridRates> by_row_;  // of each sheet
   struct ListInPlace {
     ListRates rates;

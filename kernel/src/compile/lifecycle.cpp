@@ -107,6 +107,7 @@ std::optional<Error> check_alike(const Scene& scene) {
   if (!scene.constraints.empty()) return Error{"constraints", "there", absent};
   if (!scene.skins.empty()) return Error{"skins", "there", absent};
   if (!scene.tethers.empty()) return Error{"tethers", "there", absent};
+  if (scene.meet) return Error{"meet", "there", absent};
   if (!scene.fixed.empty()) return Error{"fixed", "there", absent};
   if (has_followers(scene)) return Error{"motions", "followed", absent};
   if (!scene.origin.is_world()) return Error{"origin", "there", absent};

@@ -98,7 +98,7 @@ inline bool has_followers(const Scene& scene) { return !scene.kinematic.empty() 
 
 // Whether the scene is stepped in working columns, sub-step by sub-step.
 inline bool steps_in_columns(const Scene& scene) {
-  return joins_particles(scene) || has_followers(scene) || !scene.skins.empty();
+  return joins_particles(scene) || has_followers(scene) || !scene.skins.empty() || scene.meet.has_value();
 }
 
 }  // namespace dvdx

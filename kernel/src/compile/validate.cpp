@@ -9,6 +9,7 @@
 
 #include "compile/checker.hpp"
 #include "compile/free_motion.hpp"
+#include "compile/meet.hpp"
 #include "compile/particle_order.hpp"
 #include "compile/particle_values.hpp"
 #include "compile/pose_track.hpp"
@@ -544,7 +545,7 @@ void check_tethers(Checker& check, const Scene& scene) {
 }
 
 void check_substeps(Checker& check, const Scene& scene) {
-  if (scene.networks.empty() && scene.constraints.empty() && scene.skins.empty()) return;
+  if (scene.networks.empty() && scene.constraints.empty() && scene.skins.empty() && !scene.meet) return;
   const Coupling& coupling = scene.coupling;
   if (coupling.substeps && (*coupling.substeps < 1 || *coupling.substeps > most_substeps)) {
     check.fail("network.substeps", std::to_string(*coupling.substeps),
@@ -650,6 +651,7 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
   check_constraints(check, scene);
   check_skins(check, scene);
   check_tethers(check, scene);
+  check_meet(check, scene);
   check_substeps(check, scene);
   if (!check.error) check.error = dvdx::check(scene.wind);
   return check.error;

@@ -1,4 +1,5 @@
 // The numbers that a state's next step depends on beside its columns and its clock, written and read back.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -52,15 +53,103 @@ void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vect
   for (DrivenSkin& skin : skins) skin.pass(archive);
 }
 
+// The pulses of particles that meet.
+template <class A>
+void pass_pulses(NumbersOut& out, const MeetRoom<A>& room) {
+  const auto pass = [&](std::size_t i, const KeptPulse<A>& of) {
+    for (const double number :
+         {static_cast<double>(i), static_cast<double>(of.j), static_cast<double>(of.normal), static_cast<double>(of.along[0]),
+          static_cast<double>(of.along[1]), static_cast<double>(of.along[2])}) {
+      out(number);
+    }
+  };
+  const std::size_t particles = room.w.size();
+  std::size_t walls = 0;
+  for (const std::uint8_t count : room.kept_wall_count) walls += count;
+  const bool is_any = room.kept_h != 0;
+  out(static_cast<double>(room.kept_h));
+  out(static_cast<double>(is_any ? room.kept_first[particles] : 0));
+  out(static_cast<double>(is_any ? walls : 0));
+  for (std::size_t i = 0; is_any && i < particles; ++i) {
+    for (std::size_t k = room.kept_first[i]; k < room.kept_first[i + 1]; ++k) pass(i, room.kept[k]);
+  }
+  for (std::size_t i = 0; is_any && i < room.kept_wall_count.size(); ++i) {
+    for (std::size_t s = 0; s < room.kept_wall_count[i]; ++s) pass(i, room.kept_walls[i * room.walls_each + s]);
+  }
+}
+
+template <class A>
+struct PulsesRead {
+  double h = 0;
+  std::vector<std::pair<std::size_t, KeptPulse<A>>> pairs{}, walls{};
+};
+
+// What is no list of pulses of that room: none.
+template <class A>
+std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room) {
+  PulsesRead<A> read;
+  double pairs = 0;
+  double walls = 0;
+  in(read.h);
+  in(pairs);
+  in(walls);
+  const bool fits = pairs >= 0 && pairs <= static_cast<double>(room.kept.size()) && walls >= 0 &&
+                    walls <= static_cast<double>(room.kept_walls.size()) && std::isfinite(read.h);
+  if (!fits || !in.has(6 * (static_cast<std::size_t>(pairs) + static_cast<std::size_t>(walls)))) return std::nullopt;
+  const auto particles = static_cast<double>(room.w.size());
+  const auto next = [&](std::vector<std::pair<std::size_t, KeptPulse<A>>>& list, double most) {
+    std::array<double, 6> numbers{};
+    for (double& number : numbers) in(number);
+    const auto& [i, j, normal, a, b, c] = numbers;
+    if (!(i >= 0 && i < particles && j >= 0 && j < most && std::isfinite(normal + a + b + c))) return false;
+    const auto pulse = KeptPulse<A>{
+        static_cast<std::uint32_t>(j), static_cast<A>(normal), {static_cast<A>(a), static_cast<A>(b), static_cast<A>(c)}};
+    const auto number = static_cast<std::size_t>(i);
+    const bool ascends =
+        list.empty() || list.back().first < number || (list.back().first == number && list.back().second.j < pulse.j);
+    list.emplace_back(number, pulse);
+    return ascends;
+  };
+  for (double k = 0; k < pairs; ++k) {
+    if (!next(read.pairs, particles) || read.pairs.back().first >= read.pairs.back().second.j) return std::nullopt;
+  }
+  std::size_t at_one = 0;
+  for (double k = 0; k < walls; ++k) {
+    if (!next(read.walls, double{no_partner})) return std::nullopt;
+    const bool is_same = read.walls.size() > 1 && read.walls[read.walls.size() - 2].first == read.walls.back().first;
+    at_one = is_same ? at_one + 1 : 1;
+    if (at_one > room.walls_each) return std::nullopt;
+  }
+  return read;
+}
+
+template <class A>
+void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room) noexcept {
+  room.kept_h = static_cast<A>(read.h);
+  std::fill(room.kept_first.begin(), room.kept_first.end(), 0U);
+  std::fill(room.kept_wall_count.begin(), room.kept_wall_count.end(), std::uint8_t{0});
+  std::uint32_t count = 0;
+  for (const auto& [i, pulse] : read.pairs) {
+    room.kept[count++] = pulse;
+    room.kept_first[i + 1] = count;
+  }
+  for (std::size_t i = 1; i < room.kept_first.size(); ++i) {
+    room.kept_first[i] = std::max(room.kept_first[i], room.kept_first[i - 1]);
+  }
+  for (const auto& [i, pulse] : read.walls) room.kept_walls[i * room.walls_each + room.kept_wall_count[i]++] = pulse;
+}
+
 template <class T, class A>
 std::vector<double> carried_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* workspace, const State<T>& state) {
   if (joined == nullptr || workspace == nullptr || !workspace->fits(joined->shape())) return {};
   NumbersOut out;
   const auto& a = workspace->work.a;
   const bool is_whose = state.count == joined->joints().particles() && workspace->remembers(state.x[0].base, state.clock);
-  const bool remembers = a[0] != nullptr && is_whose;
+  const bool meets = joined->joints().meet != nullptr;
+  const bool remembers = (a[0] != nullptr || meets) && is_whose;
   out(remembers);
-  if (remembers) {
+  if (remembers && meets) pass_pulses(out, workspace->meet);
+  if (remembers && a[0] != nullptr) {
     std::vector<double> accelerations(3 * state.count);
     joined->joints().order.for_each([&](std::size_t element, std::size_t particle) {
       for (std::size_t axis = 0; axis < 3; ++axis) accelerations[3 * particle + axis] = static_cast<double>(a[axis][element]);
@@ -88,10 +177,17 @@ Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* wor
   in(remembers);
   const auto& a = workspace->work.a;
   const std::size_t particles = joined->joints().particles();
-  if (state.count != particles || (remembers && (a[0] == nullptr || !in.has(3 * particles)))) {
+  const bool meets = joined->joints().meet != nullptr;
+  std::optional<PulsesRead<A>> pulses;
+  if (remembers && meets) {
+    pulses = read_pulses(in, workspace->meet);
+    if (!pulses) return tl::unexpected(not_of_this_plan(carried));
+  }
+  const bool accelerates = remembers && a[0] != nullptr;
+  if (state.count != particles || (remembers && !accelerates && !meets) || (accelerates && !in.has(3 * particles))) {
     return tl::unexpected(not_of_this_plan(carried));
   }
-  std::vector<double> accelerations(remembers ? 3 * particles : 0);
+  std::vector<double> accelerations(accelerates ? 3 * particles : 0);
   for (double& number : accelerations) in(number);
   auto motions = workspace->motions;
   auto groups = workspace->groups;
@@ -103,11 +199,13 @@ Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* wor
   workspace->skins = std::move(skins);
   workspace->forget();
   if (!remembers) return {};
+  workspace->remember(state.x[0].base, state.clock);
+  if (pulses) take_pulses(*pulses, workspace->meet);
+  if (!accelerates) return {};
   for (A* const column : a) std::fill_n(column, joined->joints().order.size, A(0));
   joined->joints().order.for_each([&](std::size_t element, std::size_t particle) {
     for (std::size_t axis = 0; axis < 3; ++axis) a[axis][element] = static_cast<A>(accelerations[3 * particle + axis]);
   });
-  workspace->remember(state.x[0].base, state.clock);
   return {};
 }
 

@@ -15,6 +15,7 @@
 #include "execute/environment.hpp"
 #include "execute/faces.hpp"
 #include "execute/halo.hpp"
+#include "execute/meet.hpp"
 #include "execute/state_io.hpp"
 #include "execute/stepping.hpp"
 #include "execute/still.hpp"
@@ -60,6 +61,7 @@ class JoinedStep {
     }
     if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) sheets_.end = strands->sheets.size() - 1;
     if (joints_.balls) balls_.emplace(m_, ws_, work_, scene.passes->template of<T>().ball, parallel_);
+    if (joints_.meet) meet_.emplace(m_, ws_, work_, parallel_);
     if (m_.faces() != nullptr) faces_.emplace(m_, ws_, work_, parallel_, report_);
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
@@ -96,6 +98,7 @@ class JoinedStep {
     if (constraints_) constraints_->prepare(work_.x);
     if (balls_) balls_->prepare(state.clock);
     if (faces_) faces_->prepare();
+    if (meet_ && !ws_.remembers(state.x[0].base, state.clock)) ws_.meet.kept_h = 0;
     if (work_.a[0] != nullptr) recall(state);
     if (keeps_still()) note_all_still();
   }
@@ -104,7 +107,7 @@ class JoinedStep {
   template <class Kept>
   void leave(const State<Kept>& state) noexcept {
     ws_.work = work_;
-    if (work_.a[0] != nullptr) ws_.remember(state.x[0].base, state.clock);
+    if (work_.a[0] != nullptr || meet_) ws_.remember(state.x[0].base, state.clock);
   }
 
   // Fixed particles' columns are not written to.
@@ -141,9 +144,12 @@ class JoinedStep {
       }
       clock.advance(step, 1);
       ++number_;
+      if (has_too_many_) return;
     }
     run_stages();
   }
+  // More neighbours of a particle than there is room for: the step has not ended.
+  [[nodiscard]] bool has_too_many() const noexcept { return has_too_many_; }
 
  private:
   // One sheet of a stack in the whole's working columns, on one thread.
@@ -178,6 +184,7 @@ class JoinedStep {
     begin_still();
     for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
       const Clock begun = clock_;
+      if (meet_) meet_->set_out();
       air_substeps_ = joints_.air ? substeps_of_air(substep, joints_.chosen.substeps) : 0;
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
@@ -185,6 +192,7 @@ class JoinedStep {
         note_pulse(k);
       }
       if (m_.closes_substeps()) close_substep(begun);
+      if (has_too_many_) return;
       if (moves_alone()) flow(*m_.last(), After::nothing);
     }
     if (m_.last() && !m_.closes_substeps() && !moves_alone()) flow(*m_.last(), After::nothing);
@@ -350,11 +358,21 @@ class JoinedStep {
   void close_substep(const Clock& begun) noexcept {
     if (m_.last()) flow(*m_.last(), After::nothing);
     take_what_the_sweeps_left();
+    if (meet_ && !keep_apart()) return;
     if (constraints_) constraints_->solve(work_.x, work_.v);
     if (balls_) balls_->keep(end_of_flow());
     if (!faces_ || !faces_->meet(begun, end_of_flow(), joints_.substep())) return;
     if (constraints_) constraints_->prepare(work_.x);
     if (balls_) balls_->prepare(end_of_flow());
+  }
+
+  // Particles that meet: false where there is too little room for them.
+  [[nodiscard]] bool keep_apart() noexcept {
+    if (joints_.substep() == 0) return true;
+    const Terms<T>& terms = !ws_.surfaces.empty() ? moved_terms_ : m_.flows()[0]->terms;
+    has_too_many_ =
+        meet_->meet(terms.surfaces, terms.surface_count, static_cast<T>(joints_.substep())) == MeetStep<T>::Found::too_many;
+    return !has_too_many_;
   }
 
   // Those of the flow from `start` to `end`.
@@ -891,6 +909,8 @@ class JoinedStep {
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;
   std::optional<BallStep<T>> balls_;
+  std::optional<MeetStep<T>> meet_;
+  bool has_too_many_ = false;
   std::optional<FaceStep<T>> faces_;
   Clock clock_, step_end_;
   Terms<T> moved_terms_;  // of the flow, where surfaces move
@@ -923,7 +943,13 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
     call.put_followers_back(state);
     return StepResult::done;
   }
-  call.run(state.clock, scene.options.step, steps);
+  Clock clock = state.clock;
+  call.run(clock, scene.options.step, steps);
+  if (call.has_too_many()) {
+    workspace.forget();
+    return StepResult::too_many_neighbours;
+  }
+  state.clock = clock;
   call.put_back_all(state);
   call.leave(state);
   return StepResult::done;

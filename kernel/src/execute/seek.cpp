@@ -151,6 +151,7 @@ std::optional<Error> check_seek(const CompiledScene<A>& compiled, const State<T>
   if (!scene.constraints.empty()) return refuse("constraints", std::to_string(scene.constraints.size()) + " constraints");
   if (!scene.kinematic.empty()) return refuse("kinematic", std::to_string(scene.kinematic.size()) + " groups of particles");
   if (!scene.skins.empty()) return refuse("skins", std::to_string(scene.skins.size()) + " skins");
+  if (scene.meet) return refuse("meet", "there");
   if (!scene.contacts.empty()) return refuse("contacts", std::to_string(scene.contacts.size()) + " contacts");
   const System& system = compiled.free()->system;
   if (!system.radial().empty()) return refuse("forces[" + std::to_string(system.radial()[0]) + "]", "a radial spring");

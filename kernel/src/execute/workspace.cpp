@@ -75,6 +75,7 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
     for (T** column : {&constraints_.lines.s1, &constraints_.lines.s2}) *column = columns_.add(size);
   }
   if (shape.faces.bodies != 0) add_faces();
+  if (shape.meet.particles != 0) meet = MeetRoom<T>(shape.meet);
 }
 
 template <class T>

@@ -12,6 +12,7 @@
 #include "dvdx/layouts/state.hpp"
 #include "execute/driven.hpp"
 #include "execute/driven_skin.hpp"
+#include "execute/meet_room.hpp"
 #include "passes/face/face.hpp"
 #include "passes/network/network.hpp"
 
@@ -75,7 +76,7 @@ class JoinedWorkspace {
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_for(held.capacity()); }
   // The bytes of a workspace for so many fixed particles.
   [[nodiscard]] std::size_t bytes_for(std::size_t fixed) const noexcept {
-    return columns_.bytes() + faces.bytes() + still.size() + 4 * still_on.size() + fixed * sizeof(Held<T>);
+    return columns_.bytes() + faces.bytes() + meet.bytes() + still.size() + 4 * still_on.size() + fixed * sizeof(Held<T>);
   }
 
   // Whether a workspace's accelerations are of the state in these columns at this time; and whose they are now.
@@ -116,6 +117,7 @@ class JoinedWorkspace {
   std::vector<StandsHow> still;            // of each particle, or none
   std::vector<std::uint32_t> still_on;     // ... and the surface that carries it, or none
   FaceRoom<T> faces;                       // empty where none meet a body
+  MeetRoom<T> meet;                        // empty where no particles meet
   std::uint32_t pulses_since_telling = 0;  // of a part of a larger scene
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
 

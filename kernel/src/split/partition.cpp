@@ -454,6 +454,7 @@ std::optional<Error> refused_in_rows(const Owned& whole, std::size_t rows) {
 // Sweeps take a part's particles in the whole's order only where it has all that they go through at once.
 std::optional<Error> refused_owners(const Owned& whole) {
   const auto& [scene, owner, sheet, pieces] = whole;
+  if (scene.meet) return Error{"meet", "there", "left out of a scene that is stepped in parts"};
   if (!is_swept(scene)) return std::nullopt;
   if (pieces) return refused_in_pieces(owner, *pieces);
   if (sheet) return refused_in_rows(whole, rows_kept_together(scene, sheet->grid()));
@@ -659,7 +660,7 @@ void hold_particles(const Grid& sheet, const OwnRows& own, const ToldByPart& tol
 
 std::optional<Part> part_of_sheet(const Scene& scene, std::size_t count, std::uint32_t parts, std::uint32_t part) {
   const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
-  if (sheet == nullptr || sheet->aerodynamics) return std::nullopt;
+  if (sheet == nullptr || sheet->aerodynamics || scene.meet) return std::nullopt;
   const RowOwners owner_of(scene, *sheet, parts);
   const OwnRows own = owner_of.of(part);
   Part made;

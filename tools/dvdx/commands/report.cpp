@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <tl/expected.hpp>
 
+#include "closed_form/balls.hpp"
 #include "commands/commands.hpp"
 #include "commands/scenes_progress.hpp"
 #include "output/console.hpp"
@@ -52,6 +53,7 @@ std::vector<SceneFile> read_scenes(const ReportOptions& options) {
     files.push_back(read_scene(path, {.overrides = {}, .scalar_bytes = sizeof(double)}));
     refuse_turnover(files.back(), "report");
     refuse_tearing(files.back(), "report");
+    refuse_meet(files.back(), "report");
   }
   return files;
 }

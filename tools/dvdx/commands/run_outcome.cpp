@@ -122,6 +122,15 @@ void report_joins(const Outcome& outcome, nlohmann::ordered_json& report) {
   }
 }
 
+void report_meetings(const Met& met, nlohmann::ordered_json& report) {
+  report["meet"] = {{"pairs", met.pairs},
+                    {"most", met.most},
+                    {"rebuilt", met.rebuilt},
+                    {"overlap", {{"mean", met.overlap_mean}, {"most", met.overlap_most}}},
+                    {"stretch_limit", nullptr}};
+  if (met.stretch_limit > 0) report["meet"]["stretch_limit"] = met.stretch_limit;
+}
+
 void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome,
                         const std::vector<Warning>& warnings, std::optional<int> ranks) {
   nlohmann::ordered_json report;
@@ -161,6 +170,7 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
     report["contacts"].push_back({{"hits", sum.hits}, {"impulse", sum.impulse}, {"torque_impulse", sum.torque_impulse}});
   }
   if (outcome.torn) report["torn"] = *outcome.torn;
+  if (outcome.met) report_meetings(*outcome.met, report);
   for (const WrittenFile& of : outcome.written) {
     nlohmann::ordered_json file{{"file", of.file.string()}};
     if (!of.last.empty()) file["last"] = of.last.string();
@@ -203,7 +213,9 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   }
   for (const MeshNetwork& mesh : file.meshes) row("mesh", text_of(mesh));
   row("steps", fmt::format("{} of {} s, method {}", loaded.steps, file.step, name_in(methods, file.scene.method)));
-  if (outcome.network) {
+  if (outcome.network && file.scene.networks.empty() && file.scene.meet) {
+    row("sub-steps", fmt::format("{} a step", outcome.network->substeps));
+  } else if (outcome.network) {
     row("networks", fmt::format("{}, {} sub-step{} a step", name_in(schemes, file.scene.coupling.scheme),
                                 outcome.network->substeps, outcome.network->substeps == 1 ? "" : "s"));
   }
@@ -224,6 +236,9 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
     row("rods", of.most > 0 ? fmt::format("{:.2g} at most off their length, constraint {} between {} at {:.4g} s", of.most,
                                           of.constraint, between(of.ends), of.time)
                             : "at their length");
+  }
+  if (outcome.met) {  // a list that is too long has ended the run
+    row("meetings", fmt::format("{:.2g} a particle, {} at most, 0 lists too long", outcome.met->pairs, outcome.met->most));
   }
   row("energy", energies(outcome));
   row("state hash", hash_text(outcome.hash));
@@ -315,6 +330,28 @@ std::optional<Warning> warning_of_poke(const Outcome& outcome) {
                           rounded_up(poke.thickness), poke.contact)};
 }
 
+// Cells between particles are then so wide that others fit through, or nearly so.
+std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outcome& outcome) {
+  if (!outcome.met || !outcome.joins || !(outcome.met->stretch_limit > 0)) return std::nullopt;
+  const Joins::Stretch& stretch = outcome.joins->stretch;
+  const double limit = outcome.met->stretch_limit;
+  if (!(stretch.most > limit)) return std::nullopt;
+  const double thickness = *loaded.file.scene.meet->thickness;
+  const double wanted = rounded_up(thickness * stretch.most / limit);
+  const bool is_thin = stretch.most < 1.4;  // sqrt(2) with a thickness that is just below the side
+  return Warning{
+      .code = "may_cross",
+      .text = fmt::format(
+          "spring {} was stretched to {:.4g} of its length at {:.4g} s: below {:.4g} nothing passes between particles "
+          "that keep {:.3g} m apart, and beyond it cloth may have crossed cloth",
+          between(stretch.ends), stretch.most, stretch.time, limit, thickness),
+      .value = stretch.most,
+      .limit = limit,
+      .cure = is_thin ? fmt::format("\"thickness\": {:.2g} (m) in meet closes such cells, or more --substeps keep them smaller",
+                                    wanted)
+                      : std::string("Try more --substeps, stiffer springs or a strain_limit of 1.1")};
+}
+
 void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
   const auto& limit = outcome.network;
   const bool has_substeps = limit && limit->substeps > 1;
@@ -332,7 +369,7 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
 std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
   std::vector<Warning> warnings = loaded.file.warnings;
   for (auto& of : {outcome.dear, warning_of_inside(loaded, outcome), warning_of_pinch(outcome), warning_of_poke(outcome),
-                   warning_of_held(loaded, outcome), warning_of_rods(outcome)}) {
+                   warning_of_crossing(loaded, outcome), warning_of_held(loaded, outcome), warning_of_rods(outcome)}) {
     if (of) warnings.push_back(*of);
   }
   if (outcome.diverged) {

@@ -11,6 +11,7 @@
 #include "run/origin.hpp"
 #include "run/threads.hpp"
 #include "scene_io/fault.hpp"
+#include "scene_io/plan_fault.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -29,7 +30,8 @@ std::vector<double> exact_positions(const SceneFile& file, const Moment& moment,
 class FinerRun {
  public:
   FinerRun(const LoadedScene& loaded, const Engine& engine)
-      : scene_(loaded.file.scene),
+      : file_(loaded.file),
+        scene_(file_.scene),
         memory_(Layout::soa, loaded.file.particles.count),
         world_(Layout::soa, loaded.file.particles.count),
         state_(started(loaded.file, memory_.view())),
@@ -39,7 +41,8 @@ class FinerRun {
   std::vector<double> positions(const Moment& moment, std::size_t stride) {
     while (done_ < finer * moment.step) {
       const auto steps = std::min(finer * moment.step - done_, report::steps_per_call(state_.count));
-      report::advance(plan_, state_, steps, threads_.parallel_for());
+      check_stepped(plan_.step(state_, steps, threads_.parallel_for()), file_, state_.clock.seconds,
+                    static_cast<double>(steps) * plan_.step_size());
       done_ += steps;
     }
     auto world = world_.view();
@@ -57,6 +60,7 @@ class FinerRun {
     return state;
   }
 
+  const SceneFile& file_;
   const Scene& scene_;
   StateMemory<double> memory_;
   StateMemory<double> world_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "closed_form/balls.hpp"
 #include "commands/commands.hpp"
 #include "commands/scenes_progress.hpp"
 #include "output/console.hpp"
@@ -50,6 +51,7 @@ Exit run(TuneOptions options) {
     const auto loaded = load_scene(scenes.back(), Precision::float64);  // all are read before any work is done
     refuse_turnover(loaded.file, "tune");
     refuse_tearing(loaded.file, "tune");
+    refuse_meet(loaded.file, "tune");
   }
   std::vector<tune::Tuning> tunings;
   {

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "output/radii.hpp"
 #include "scene_io/names.hpp"
 #include "scene_io/scene_file.hpp"
 
@@ -104,6 +105,14 @@ std::vector<std::size_t> pins_of(const Scene& scene, const Numbering& numbering)
   return pins;
 }
 
+// m: one for all balls, or one for each that is shown.
+Json json_of(const std::vector<double>& radii, std::size_t stride) {
+  if (std::equal(radii.begin() + 1, radii.end(), radii.begin())) return radii.front();
+  Json shown = Json::array();
+  for (std::size_t i = 0; i < radii.size(); i += stride) shown.push_back(static_cast<float>(radii[i]));
+  return shown;
+}
+
 void add_scene(const Output& output, Json& json) {
   const auto& file = *output.scene;
   json["name"] = file.name;
@@ -118,6 +127,7 @@ void add_scene(const Output& output, Json& json) {
   json["motions"] = Json::array();
   for (const auto& motion : file.scene.motions) json["motions"].push_back(json_of(motion));
   json["pins"] = stride_of(output) == 1 ? Json(pins_of(file.scene, *output.numbering)) : Json::array();
+  if (const auto radii = radii_of(output); !radii.empty()) json["radii"] = json_of(radii, stride_of(output));
   json["nets"] = output.topology->nets;
   json["sheets"] = Json::array();
   for (const auto& network : file.scene.networks) {

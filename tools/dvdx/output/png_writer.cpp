@@ -13,6 +13,7 @@
 #include "output/bodies.hpp"
 #include "output/part_file.hpp"
 #include "output/picture.hpp"
+#include "output/radii.hpp"
 #include "output/raster.hpp"
 #include "output/writer.hpp"
 #include "scene_io/fault.hpp"
@@ -73,7 +74,10 @@ Vec3 upwards_in(const Scene& scene) {
 class Stage {
  public:
   explicit Stage(const Output& output)
-      : output_(output), scene_(output.scene != nullptr ? output.scene->scene : Scene{}), up_(upwards_in(scene_)) {
+      : output_(output),
+        scene_(output.scene != nullptr ? output.scene->scene : Scene{}),
+        up_(upwards_in(scene_)),
+        radii_(radii_of(output)) {
     for (const Contact& contact : scene_.contacts) surfaces_.push_back(surface_of(contact));
   }
 
@@ -81,7 +85,7 @@ class Stage {
     constexpr std::size_t most_points = 4'000'000;
     std::size_t all = 0;
     for (const Shot& shot : shots) all += shot.places.size();
-    const std::size_t stride = all / most_points + 1;
+    const std::size_t stride = (radii_.empty() ? 1 : 7) * all / most_points + 1;
     std::vector<Vec3> points;
     std::size_t k = 0;
     for (const Shot& shot : shots) {
@@ -91,10 +95,12 @@ class Stage {
       }
     }
     if (*output_.topology == no_topology) keep_nearly_all(points);
-    camera_ = camera_on(points, direction(points), up_);
+    const Vec3 back = direction(points);
     size_ = extent(points);
     middle_ = {};
     for (const Vec3& point : points) middle_ = sum(middle_, scaled(point, 1 / static_cast<double>(points.size())));
+    if (!radii_.empty()) add_ends(*std::max_element(radii_.begin(), radii_.end()), points);
+    camera_ = camera_on(points, back, up_);
   }
 
   [[nodiscard]] Picture draw(const Shot& shot, const Vec3& origin, std::size_t width, std::size_t height) {
@@ -109,10 +115,26 @@ class Stage {
     const Topology& topology = torn != 0 ? left_ : *output_.topology;
     draw_faces(raster, topology, shot.places.size(), place);
     draw_loose(raster, topology, shot.places.size(), place);
+    for (std::size_t i = 0; i < radii_.size(); ++i) {
+      if (radii_[i] > 0 && is_finite(place(i))) raster.add_ball(place(i), radii_[i], inks::dot);
+    }
     return raster.picture();
   }
 
  private:
+  // Of the balls around the points, along each axis: they are in the picture too.
+  static void add_ends(double radius, std::vector<Vec3>& points) {
+    const std::size_t balls = points.size();
+    points.reserve(7 * balls);
+    for (std::size_t i = 0; i < balls; ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (const double way : {-radius, radius}) {
+          points.push_back(points[i]);
+          points.back()[axis] += way;
+        }
+      }
+    }
+  }
   [[nodiscard]] static double extent(const std::vector<Vec3>& points) {
     double most = 0;
     for (const Vec3& point : points) most = std::max(most, length(difference(point, points.front())));
@@ -181,7 +203,7 @@ class Stage {
   }
   // Lines that are no side of a face, and particles that nothing joins.
   template <class Place>
-  static void draw_loose(Raster& raster, const Topology& topology, std::size_t count, const Place& place) {
+  void draw_loose(Raster& raster, const Topology& topology, std::size_t count, const Place& place) const {
     constexpr double line_width = 2;
     std::vector<bool> is_of_face(count);
     for (const auto& face : topology.faces) {
@@ -190,6 +212,7 @@ class Stage {
     for (const auto& [i, j] : topology.lines) {
       if (!is_of_face[i] || !is_of_face[j]) raster.add_line(place(i), place(j), line_width, inks::line);
     }
+    if (!radii_.empty()) return;  // they are balls
     const auto loose = loose_particles(topology, count);
     const double size = std::clamp(20 * std::pow(static_cast<double>(loose.size()), -0.22), 1.5, 14.0);
     for (const auto& [i] : loose) {
@@ -200,6 +223,7 @@ class Stage {
   Output output_;
   Scene scene_;
   Vec3 up_;
+  std::vector<double> radii_;  // of balls, m
   std::vector<std::vector<Patch>> surfaces_;
   Camera camera_{};
   double size_ = 1;  // m

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t finer = 2;             // pixels that become one, along each axis
 constexpr double half_height = 0.36;         // of what is seen at distance 1: 40 degrees
-constexpr double shape = 16.0 / 9.0;         // width over height, of every picture
+constexpr double aspect = 16.0 / 9.0;        // width over height, of every picture
 constexpr double margin = 0.92;              // of the picture that is used
 constexpr double nearer_for_a_line = 0.998;  // so that what lies on a surface is seen
 
@@ -35,7 +35,7 @@ Camera camera_on(std::span<const Vec3> points, const Vec3& back, const Vec3& up)
   double nearest = -infinity;
   for (const Vec3& p : points) {
     const double z = dot(p, camera.back);
-    const double wide = std::abs(dot(p, camera.right) - x) / (margin * half_height * shape);
+    const double wide = std::abs(dot(p, camera.right) - x) / (margin * half_height * aspect);
     const double tall = std::abs(dot(p, camera.up) - y) / (margin * half_height);
     behind = std::max(behind, z + std::max(wide, tall));
     nearest = std::max(nearest, z);
@@ -143,6 +143,28 @@ void Raster::add_dot(const Vec3& place, double pixels, const Ink& ink) {
       if (x < 0 || y < 0 || x >= static_cast<long>(width_) || y >= static_cast<long>(height_)) continue;
       if (off_x * off_x + off_y * off_y > radius * radius) continue;
       put(static_cast<std::size_t>(x), static_cast<std::size_t>(y), nearer_for_a_line * at.depth, ink);
+    }
+  }
+}
+
+// A disc of the ball's size across the middle, as deep and as bright as the ball is there.
+void Raster::add_ball(const Vec3& place, double radius, const Ink& ink) {
+  const Seen at = seen(place);
+  if (!(at.depth > camera_.near)) return;
+  const double reach = std::max(0.75, radius * 0.5 * static_cast<double>(height_) / (half_height * at.depth));  // pixels
+  const auto first = [](double from) { return static_cast<std::size_t>(std::max(0.0, std::ceil(from - 0.5))); };
+  const auto end = [](double to, std::size_t size) {
+    return static_cast<std::size_t>(std::clamp(std::floor(to + 0.5), 0.0, static_cast<double>(size)));
+  };
+  for (std::size_t y = first(at.y - reach); y < end(at.y + reach, height_); ++y) {
+    for (std::size_t x = first(at.x - reach); x < end(at.x + reach, width_); ++x) {
+      const double right = (static_cast<double>(x) + 0.5 - at.x) / reach;
+      const double up = (at.y - static_cast<double>(y) - 0.5) / reach;
+      const double squared = 1 - right * right - up * up;
+      if (squared < 0) continue;
+      const double towards = std::sqrt(squared);
+      const Vec3 normal = sum(sum(scaled(camera_.right, right), scaled(camera_.up, up)), scaled(camera_.back, towards));
+      put(x, y, at.depth - radius * towards, lit(ink, normal));
     }
   }
 }

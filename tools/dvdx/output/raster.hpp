@@ -40,6 +40,8 @@ class Raster {
   void add_triangle(const std::array<Corner, 3>& corners, Sides sides, const Ink& front, const Ink& back);
   void add_line(const Vec3& from, const Vec3& to, double pixels, const Ink& ink);
   void add_dot(const Vec3& place, double pixels, const Ink& ink);
+  // radius: m, > 0. A ball whose middle is behind the eye is not drawn.
+  void add_ball(const Vec3& place, double radius, const Ink& ink);
 
   [[nodiscard]] Picture picture() const;
 

@@ -109,6 +109,12 @@ bool pushes_out(const Scene& scene) {
   });
 }
 
+// Pairs that are too near at the start are put apart, and keep the speed at which they go.
+bool puts_apart(const Scene& scene) {
+  if (!scene.meet || scene.meet->near_at_start == NearAtStart::pass) return false;
+  return scene.meet->near_at_start == NearAtStart::meet || scene.meet->radius.has_value();
+}
+
 }  // namespace
 
 template <class T>
@@ -170,7 +176,7 @@ std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
   constexpr double turn = 0.3;  // rad, between looks
   constexpr double coarse = 1;  // rad a step: beyond it the middle stands for nothing
   if ((file.scene.networks.empty() && file.scene.constraints.empty()) || is_live(file) || !(file.step > 0)) return std::nullopt;
-  if (has_followers(file.scene) || pushes_out(file.scene)) return std::nullopt;
+  if (has_followers(file.scene) || pushes_out(file.scene) || puts_apart(file.scene)) return std::nullopt;
   double fastest = 0;  // rad a step
   for (const auto& force : file.scene.forces) {
     if (const auto* sine = std::get_if<Sinusoid>(&force)) {

@@ -36,6 +36,8 @@ class JoinWatch {
     const std::uint64_t wanted = std::min(substeps / of_step, loaded.steps / looks);
     const std::uint64_t unit = heat.every().value_or(32);
     every_ = unit * std::max<std::uint64_t>(wanted / unit, 1);
+    // A fold that is drawn tight lasts a few frames, and others pass through it meanwhile.
+    if (scene.meet) every_ = std::clamp<std::uint64_t>(loaded.steps / looks, 1, 4);
     sums_.has_rods = std::any_of(scene.constraints.begin(), scene.constraints.end(),
                                  [](const Constraint& of) { return std::holds_alternative<Distance>(of); });
   }

@@ -76,6 +76,16 @@ struct PokeThrough {
   double thickness = 0;     // m: of the contact, with which it is outside
 };
 
+// Particles that meet.
+struct Met {
+  double pairs = 0;           // that touch at the end, of each particle on average
+  std::size_t most = 0;       // that one particle has had within reach
+  std::uint64_t rebuilt = 0;  // how often their lists were
+  double overlap_mean = 0;    // at the end, of pairs that touch, as part of the distance that each wants
+  double overlap_most = 0;
+  double stretch_limit = 0;  // of springs: what is stretched by less lets nothing pass; 0: of balls, which have none
+};
+
 struct Halo {
   Traffic told{};             // over all ranks
   double waited_seconds = 0;  // of the wall's, of the rank that waited longest for what others tell
@@ -95,6 +105,7 @@ struct Outcome {
   std::optional<PokeThrough> poke{};    // of one process
   std::optional<Warning> dear{};        // that was said when it was found
   std::optional<Joins> joins{};         // of one process, of a scene that springs or constraints join
+  std::optional<Met> met{};             // where particles meet
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
   std::optional<Halo> halo{};                 // where springs are split over ranks

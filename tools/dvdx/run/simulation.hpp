@@ -26,6 +26,7 @@
 #include "run/health.hpp"
 #include "run/heat_watch.hpp"
 #include "run/join_watch.hpp"
+#include "run/meet_watch.hpp"
 #include "run/observer.hpp"
 #include "run/outcome.hpp"
 #include "run/pinch_watch.hpp"
@@ -76,7 +77,8 @@ class Simulation {
     JoinWatch<T> joins(loaded_, outcome_.network, heat, ranks_.count(), tearing_);
     PinchWatch pinches(loaded_.file, ranks_.count());
     PokeWatch pokes(loaded_.file, ranks_.count());
-    Watches watch{observer, heat, joins, pinches, pokes};
+    MeetWatch meetings(loaded_);
+    Watches watch{observer, heat, joins, pinches, pokes, meetings};
     if (split_) contacts.tell_of(split_->particles());
     if (checkpoints.resumed() != nullptr) {
       go_on(*checkpoints.resumed(), watch, contacts);
@@ -100,6 +102,7 @@ class Simulation {
     contacts.finish();
     contacts.join();
     watch.look_at_end(shown(), done_);
+    look_at_meetings(watch);
     tell(observer, contacts, watch, start);
     return outcome_;
   }
@@ -111,9 +114,10 @@ class Simulation {
     JoinWatch<T>& joins;
     PinchWatch& pinches;
     PokeWatch& pokes;
+    MeetWatch& meetings;
 
     [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const {
-      return joins.most_steps(done, heat.most_steps(done, wanted));
+      return meetings.most_steps(done, joins.most_steps(done, heat.most_steps(done, wanted)));
     }
     void look(const State<T>& state, std::uint64_t done) {
       heat.look_when_due(state, done);
@@ -132,10 +136,12 @@ class Simulation {
     void save(Sink& sink) const {
       heat.save(sink);
       joins.save(sink);
+      meetings.save(sink);
     }
     void load(Source& source) {
       heat.load(source);
       joins.load(source);
+      meetings.load(source);
     }
   };
 
@@ -265,7 +271,11 @@ class Simulation {
     if (split_) return split_->step(steps, report, parallel);
     const StepResult result =
         report != nullptr ? plan_->step(state_, *report, steps, parallel) : plan_->step(state_, steps, parallel);
-    if (result != StepResult::done) throw std::logic_error("the plan is for another state");
+    check_stepped(result, loaded_.file, state_.clock.seconds, static_cast<double>(steps) * loaded_.file.step);
+  }
+
+  void look_at_meetings(const Watches& watch) const {
+    if (plan_) watch.meetings.look(plan_->meetings());
   }
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
@@ -288,6 +298,7 @@ class Simulation {
     outcome_.joins = watch.joins.seen();
     outcome_.pinch = watch.pinches.found();
     outcome_.poke = watch.pokes.found();
+    outcome_.met = watch.meetings.seen();
     outcome_.wall_seconds = longest(ranks_, outcome_.wall_seconds);
     if (!split_) return;
     std::array<std::uint64_t, 2> told{ranks_.started().messages, ranks_.started().bytes};
@@ -359,6 +370,7 @@ class Simulation {
       outcome_.wall_seconds += took;
       done_ += steps;
       if (watch.looks()) watch.look(shown(), done_);
+      if (watch.meetings.is_due(done_)) look_at_meetings(watch);
       contacts.write();
       if (!progress) continue;
       if (const auto seconds = dear_.take(took, steps, loaded_.steps - done_)) tell_dear(*seconds, loaded_.file, outcome_);

@@ -14,17 +14,18 @@
 namespace dvdx::tool {
 namespace {
 
-enum class Form { values, uniform, file };
-constexpr std::array<Named<Form>, 3> forms{{{"values", Form::values}, {"uniform", Form::uniform}, {"file", Form::file}}};
+enum class Form { values, uniform, file, lattice };
+constexpr std::array<Named<Form>, 4> forms{
+    {{"values", Form::values}, {"uniform", Form::uniform}, {"file", Form::file}, {"lattice", Form::lattice}}};
 
-// The single key of {"values": ...}, {"uniform": ...} or {"file": ...}.
+// The single key of {"values": ...}, {"uniform": ...}, {"file": ...} or, of vectors, {"lattice": ...}.
 struct Given {
   Form form;
   Node node;
 };
-Given given_by(const Node& node, std::string_view valid) {
+Given given_by(const Node& node, std::string_view valid, const std::vector<std::string_view>& known) {
   if (!node.json().is_object()) node.refuse(valid);
-  const Fields fields(node, "a value for each particle", {"values", "uniform", "file"});
+  const Fields fields(node, "a value for each particle", known);
   if (node.json().size() != 1) node.refuse(valid);
   const std::string& key = node.json().begin().key();
   const auto* const form = std::find_if(forms.begin(), forms.end(), [&](const Named<Form>& f) { return f.name == key; });
@@ -100,6 +101,37 @@ UniformVectors uniform_vectors(const Node& node, const Population& population) {
       .min = min.vector(), .max = max.vector(), .seed = seed_of(fields), .first = population.run().first};
   for (std::size_t axis = 0; axis < 3; ++axis) check_order(min.at(axis), max.at(axis), "max[" + std::to_string(axis) + "]");
   return uniform;
+}
+
+// Points of a cubic lattice, so that balls may start apart: along x first, then z, then y, each drawn from around its own.
+std::vector<Vec3> lattice_vectors(const Node& node, const Population& population) {
+  const Fields fields(node, "a lattice", {"min", "max", "spacing", "jitter", "seed"});
+  const auto min = fields.required("min");
+  const auto max = fields.required("max");
+  const Vec3 low = min.vector(), high = max.vector();
+  const double spacing = fields.required("spacing").number(positive);
+  const double jitter = fields.number("jitter", not_negative, 0);
+  const std::uint64_t seed = jitter > 0 ? seed_of(fields) : 0;
+  std::array<std::size_t, 3> points{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    check_order(min.at(axis), max.at(axis), "max[" + std::to_string(axis) + "]");
+    constexpr double most = 1e6;  // of which three hold more than memory
+    points[axis] = 1 + static_cast<std::size_t>(std::min(most, (high[axis] - low[axis]) / spacing * (1 + 1e-12)));
+  }
+  if (const std::size_t room = points[0] * points[1] * points[2]; room < population.count) {
+    node.fail(fmt::format("has room for {} particles: must have room for {}", room, population.count));
+  }
+  const auto [first, count] = population.run();
+  std::vector<Vec3> values(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = first + k;
+    const std::array<std::size_t, 3> at{i % points[0], i / points[0] / points[2], i / points[0] % points[2]};
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      values[k][axis] = low[axis] + static_cast<double>(at[axis]) * spacing;
+      if (jitter > 0) values[k][axis] += uniform_value(-jitter, jitter, seed, i, axis);
+    }
+  }
+  return values;
 }
 
 std::vector<double> uniform_scalars(const Node& node, const Population& population, const Range& range) {
@@ -184,7 +216,9 @@ std::string Room::limit() const {
 
 Vectors read_vectors(const Node& node, const Population& population) {
   if (node.json().is_array()) return node.vector();
-  const auto [form, given] = given_by(node, "[x, y, z] or an object with one of values, uniform, file");
+  const auto [form, given] = given_by(node, "[x, y, z] or an object with one of values, uniform, file, lattice",
+                                      {"values", "uniform", "file", "lattice"});
+  if (form == Form::lattice) return by_particle(lattice_vectors(given, population), population);
   if (form == Form::values) return by_particle(listed_vectors(given, population), population);
   if (form == Form::uniform) return by_particle(uniform_vectors(given, population), population);
   auto read = from_file(given, population, "points", [](const std::filesystem::path& path, const Run& run) {
@@ -196,7 +230,8 @@ Vectors read_vectors(const Node& node, const Population& population) {
 
 Scalars read_scalars(const Node& node, const Population& population, const Range& range) {
   if (node.json().is_number()) return node.number(range);
-  const auto [form, given] = given_by(node, std::string(range.text) + " or an object with one of values, uniform, file");
+  const auto [form, given] = given_by(node, std::string(range.text) + " or an object with one of values, uniform, file",
+                                      {"values", "uniform", "file"});
   if (form == Form::values) return by_particle(listed_scalars(given, population, range), population);
   if (form == Form::uniform) return by_particle(uniform_scalars(given, population, range), population);
   return by_particle(scalars_from_file(given, population, range), population);

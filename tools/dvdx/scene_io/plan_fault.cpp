@@ -1,6 +1,10 @@
 #include "scene_io/plan_fault.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cstddef>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -31,6 +35,19 @@ Fault fault_of(const SceneFile& file, Error error) {
   name_motion(error.field, file);
   name_mesh_file(error.field, file);
   return {Exit::bad_scene, file.path + ": " + error.message()};
+}
+
+void check_stepped(StepResult result, const SceneFile& file, double time, double seconds) {
+  if (result == StepResult::done) return;
+  if (result != StepResult::too_many_neighbours) throw std::logic_error("the plan is for another state");
+  constexpr int most = 255;
+  const int now = file.scene.meet->most_neighbours;
+  const auto cure = now < most ? fmt::format("must be larger: try {}", std::min(most, 2 * now))
+                               : std::string("is at its most: particles are too close together, or too fast");
+  throw Fault(Exit::bad_scene,
+              fmt::format("{}: meet.most_neighbours is {}, and between {:.4g} s and {:.4g} s a particle has more "
+                          "within reach: {}",
+                          file.path, now, time, time + seconds, cure));
 }
 
 }  // namespace dvdx::tool

@@ -10,4 +10,8 @@ namespace dvdx::tool {
 // A file names its motions where the library numbers them, and meshes' triangles stand in files of their own.
 [[nodiscard]] Fault fault_of(const SceneFile& file, Error error);
 
+// Throws where a call that stepped the particles of `file` from `time` on, for so many seconds, was not done: Fault (bad_scene)
+// where one had too many others within reach, else std::logic_error.
+void check_stepped(StepResult result, const SceneFile& file, double time, double seconds);
+
 }  // namespace dvdx::tool

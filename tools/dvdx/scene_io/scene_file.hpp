@@ -75,7 +75,7 @@ struct SceneFile {
   double step = 0;      // s
   double duration = 0;  // s
   Particles particles;
-  Scene scene;  // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions, skins
+  Scene scene;  // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions, skins, meet
   std::vector<std::string> motions{};  // their names
   Topology topology{};                 // of the networks and constraints, by the numbers of the scene
   Numbering numbering{};               // by which the file and what is written of it name particles
@@ -104,10 +104,11 @@ struct SceneFile {
   return !scene.kinematic.empty() || std::any_of(scene.contacts.begin(), scene.contacts.end(), is_moved);
 }
 
-// Whether networks or constraints join particles, motions carry some, or skins hold them: such a scene runs whole or not at
-// all.
+// Whether networks or constraints join particles, motions carry some, skins hold them, or they meet one another: such a scene
+// runs whole or not at all.
 [[nodiscard]] inline bool is_joined(const Scene& scene) noexcept {
-  return !scene.networks.empty() || !scene.constraints.empty() || !scene.kinematic.empty() || !scene.skins.empty();
+  return !scene.networks.empty() || !scene.constraints.empty() || !scene.kinematic.empty() || !scene.skins.empty() ||
+         scene.meet.has_value();
 }
 
 }  // namespace dvdx::tool

@@ -12,6 +12,7 @@
 #include "scene_io/fault.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/json_text.hpp"
+#include "scene_io/meet_reader.hpp"
 #include "scene_io/motion_reader.hpp"
 #include "scene_io/names.hpp"
 #include "scene_io/network_reader.hpp"
@@ -45,7 +46,7 @@ PerAxis per_axis(const Node& node, const Population& population) {
 
 Anchor anchor_of(const Node& node, const Population& population) {
   if (node.json().is_string()) {
-    if (node.json() != "start") node.refuse("\"start\", [x, y, z] or an object with one of values, uniform, file");
+    if (node.json() != "start") node.refuse("\"start\", [x, y, z] or an object with one of values, uniform, file, lattice");
     return at_start;
   }
   auto vectors = read_vectors(node, population);
@@ -270,6 +271,13 @@ Contact read_contact(const Node& node, const MotionNames& motions, SceneFolder& 
 
 // ---- particles ---------------------------------------------------------------------------------------------------------
 
+// The bytes that a particle takes to meet others: its list, and working columns of its place before and after.
+std::uint64_t bytes_to_meet(const json& meet, std::size_t scalar_bytes) {
+  const bool has_most = meet.is_object() && meet.contains("most_neighbours") && meet["most_neighbours"].is_number_unsigned();
+  const auto most = has_most ? meet["most_neighbours"].get<std::uint64_t>() : std::uint64_t{Meet{}.most_neighbours};
+  return std::min<std::uint64_t>(most, 255) * sizeof(std::uint32_t) + 32 * scalar_bytes;
+}
+
 // The bytes that a particle takes at least: its state, and what the scene gives for it alone.
 std::uint64_t bytes_each(const json& scene, std::size_t scalar_bytes) {
   std::uint64_t bytes = 6 * scalar_bytes;
@@ -277,6 +285,7 @@ std::uint64_t bytes_each(const json& scene, std::size_t scalar_bytes) {
   const auto is_each = [](const json& object, const char* key) { return object.contains(key) && object[key].is_object(); };
   const auto is_held = [&](const char* key) { return is_each(particles, key) && !particles[key].contains("uniform"); };
   if (is_each(particles, "mass")) bytes += sizeof(double);
+  if (scene.contains("meet")) bytes += bytes_to_meet(scene["meet"], scalar_bytes);
   for (const char* key : {"position", "velocity"}) bytes += is_held(key) ? sizeof(Vec3) : 0;
   if (!scene.contains("forces") || !scene["forces"].is_array()) return bytes;
   for (const auto& force : scene["forces"]) {
@@ -340,7 +349,7 @@ Room room_for_networks(const json& scene, const ReadOptions& options) {
 // Whether each particle moves by itself, so that a rank may hold some of them without the others.
 bool can_split_by_ranges(const json& scene) {
   return !scene.contains("network") && !scene.contains("constraints") && !scene.contains("kinematic") &&
-         !scene.contains("skins");
+         !scene.contains("skins") && !scene.contains("meet");
 }
 
 std::size_t read_count(const Node& node, const json& scene, const ReadOptions& options) {
@@ -449,7 +458,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
                        "particles", "forces",        "contacts", "network", "constraints", "constraint_iterations",
                        "substeps",  "most_substeps", "fixed",    "motions", "kinematic",   "origin",
                        "emitters",  "capacity",      "removal",  "wind",    "skins",       "tethers",
-                       "faces",     "push_out"});
+                       "faces",     "push_out",      "meet"});
   SceneFile file;
   file.path = path;
   (void)fields.required("format");
@@ -479,13 +488,16 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
     const auto substeps = fields.optional(key);
     if (!substeps) continue;
     if (!file.scene.networks.empty()) substeps->refuse("left out of a scene with networks, which have their own");
-    if (file.scene.constraints.empty()) substeps->refuse("left out of a scene without constraints");
+    if (file.scene.constraints.empty() && !fields.optional("meet")) {
+      substeps->refuse("left out of a scene without constraints and without meet");
+    }
   }
   read_substeps(fields, file.scene.coupling);
   read_fixed(fields, file, population);
   read_kinematic(fields, file, population, motions, networks);
   read_skins(fields, file.scene, population, motions, networks);
   read_tethers(fields, file.scene);
+  read_meet(fields, file, population);
   file.scene.faces = fields.choice("faces", face_choices, Faces::automatic);
   if (const auto wind = fields.optional("wind")) file.scene.wind = read_wind(*wind);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);

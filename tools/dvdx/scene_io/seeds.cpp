@@ -11,9 +11,10 @@ using nlohmann::json;
 
 template <class Json, class Use>
 void for_each_seed(Json& value, const Use& use) {
-  if (value.is_object() && value.contains("uniform")) {
-    auto& uniform = value["uniform"];
-    if (uniform.is_object() && uniform.contains("seed") && uniform["seed"].is_number_unsigned()) use(uniform["seed"]);
+  for (const char* drawn_by : {"uniform", "lattice"}) {
+    if (!value.is_object() || !value.contains(drawn_by)) continue;
+    auto& drawn = value[drawn_by];
+    if (drawn.is_object() && drawn.contains("seed") && drawn["seed"].is_number_unsigned()) use(drawn["seed"]);
   }
   if (!value.is_structured()) return;
   for (auto& each : value) for_each_seed(each, use);

@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "closed_form/balls.hpp"
+
 namespace dvdx::tool {
 namespace {
 
@@ -429,6 +431,7 @@ AxisState solve(const BounceEquation& equation, AxisState start, long double t) 
 ClosedForm closed_form_of(const SceneFile& file) {
   const auto& scene = file.scene;
   if (has_followers(scene) || !scene.skins.empty() || !scene.tethers.empty()) return ClosedForm::none;
+  if (scene.meet) return is_of_balls(file) ? ClosedForm::balls : ClosedForm::none;
   if (is_joined(scene)) return is_pair(file) ? ClosedForm::pair : ClosedForm::none;
   const auto is_radial = [](const Force& force) { return std::holds_alternative<RadialSpring>(force); };
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_radial)) return ClosedForm::none;
@@ -459,6 +462,7 @@ std::vector<AxisState> exact_state(const SceneFile& file, std::size_t particle, 
   const auto form = closed_form_of(file);
   if (form == ClosedForm::bounce) return bounce_state(file, particle, t);
   if (form == ClosedForm::pair) return pair_state(file, particle, t);
+  if (form == ClosedForm::balls) return balls_state(file, particle, t);
   std::vector<AxisState> state;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto problem = AxisBuilder(file, particle, axis).problem();

@@ -48,6 +48,7 @@ enum class ClosedForm {
   none,
   affine,  // springs, drags, constants, polynomials and sinusoids
   bounce,  // constant acceleration above one plane without friction and viscosity
+  balls,   // two that meet, or a row of them: closed_form/balls.hpp
   pair,    // two free bodies on one undamped spring that keeps its line, under constant accelerations
 };
 

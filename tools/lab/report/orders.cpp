@@ -154,7 +154,7 @@ bool is_damped(const Network& network) {
 // whose damping does not see within a sub-step what the others do; nor does what damps in the flows see the pairs.
 Theory network_theory(const SceneFile& file, const Coupled& coupled) {
   const auto& networks = file.scene.networks;
-  if (!file.scene.contacts.empty()) return {std::nullopt, "no theory: impacts"};
+  if (!file.scene.contacts.empty() || file.scene.meet) return {std::nullopt, "no theory: impacts"};
   if (!file.scene.constraints.empty()) return {std::nullopt, "no theory: constraints"};
   const Traits traits = traits_of(file.scene);
   if (traits.radial) return {std::nullopt, "no theory: radial springs"};
@@ -178,7 +178,8 @@ Theory theory_named(const SceneFile& file, const std::string& method) {
   for (const auto& entry : methods) {
     if (entry.name == method) return theory_of(file, entry.value);
   }
-  if (method.starts_with("baseline_") && !file.scene.contacts.empty()) return {std::nullopt, "no theory: impacts"};
+  if (method.starts_with("baseline_") && (!file.scene.contacts.empty() || file.scene.meet))
+    return {std::nullopt, "no theory: impacts"};
   if (method == "baseline_rk4") return {4, baseline_note(method)};
   if (method == "baseline_leapfrog") return {2, baseline_note(method)};
   return {};
@@ -200,6 +201,7 @@ Theory constrained(const SceneFile& file, const Theory& flows) {
 
 Theory theory_of(const SceneFile& file, Method method) {
   auto theory = smooth_order(file, method);
+  if (file.scene.meet) return {std::nullopt, "no theory: impacts"};
   if (!file.scene.constraints.empty() && file.scene.contacts.empty()) return constrained(file, theory);
   if (file.scene.contacts.empty()) return theory;
   if (theory.note == "exact" && closed_form_of(file) == ClosedForm::bounce) return theory;

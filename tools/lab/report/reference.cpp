@@ -254,7 +254,8 @@ bool keeps_energy(const Scene& scene) {
   const auto is_elastic = [](const auto& contact) {
     return contact.restitution == 1 && contact.friction == 0 && contact.viscosity == 0 && contact.normal_viscosity == 0;
   };
-  return !has_followers(scene) && scene.skins.empty() && scene.tethers.empty() &&
+  const bool keeps_in_meetings = !scene.meet || (scene.meet->restitution == 1 && scene.meet->friction == 0);
+  return keeps_in_meetings && !has_followers(scene) && scene.skins.empty() && scene.tethers.empty() &&
          std::all_of(scene.networks.begin(), scene.networks.end(),
                      [&](const Network& n) { return std::visit(is_undamped, n); }) &&
          std::all_of(scene.forces.begin(), scene.forces.end(), [&](const Force& f) { return std::visit(keeps, f); }) &&

@@ -154,8 +154,7 @@ class Subject {
     State<T> state = memory.view();
     copy(start_.view(), state);
     const Threads threads(way.threads);
-    if (plan.step(state, steps, threads.parallel_for()) != StepResult::done)
-      throw std::logic_error("the plan is for another state");
+    check_stepped(plan.step(state, steps, threads.parallel_for()), file_, 0, static_cast<double>(steps) * file_.step);
     return values_of(state);
   }
 

@@ -81,6 +81,7 @@ export interface Scene {
   nets?: [number, number][]; // grids that are no cloth: the first particle, and how many
   sheets?: Sheet[];
   pins?: number[]; // particles that are held
+  radii?: number | number[]; // m: of particles that are balls, one for all or one for each that is shown
   anchors?: Anchors[];
 }
 

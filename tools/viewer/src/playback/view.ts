@@ -3,6 +3,7 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Colour } from '../shared/palette';
 import { AnchoredSprings, anchorsBox } from './anchored';
+import { Balls, largestOf } from './balls';
 import { DottedPicture, type Grain, type Shown, packed } from './dots';
 import type { Frame, FrameFacts } from './frames';
 import { type Look, lift, makeLook } from './materials';
@@ -71,6 +72,7 @@ export class View {
   private readonly tint: THREE.BufferAttribute;
   readonly stretch: Stretch;
   private ropes: Ropes | undefined;
+  private balls: Balls | undefined;
   private hasCorners = false; // something is drawn from the three
   private readonly parts: Partial<Record<Part, THREE.Object3D>> = {};
   private readonly anchored: AnchoredSprings | undefined;
@@ -105,7 +107,7 @@ export class View {
     const pointSize = Math.min(14, Math.max(2, 16 * capacity ** -0.19));
     THREE.ColorManagement.enabled = false; // all colours are the screen's
     const paper = new THREE.Color(inks.ground);
-    const arePointsAlone = joints.lines.corners.length === 0 && joints.triangles.corners.length === 0 && !scene.anchors?.length && !scene.pins?.length;
+    const arePointsAlone = scene.radii === undefined && joints.lines.corners.length === 0 && joints.triangles.corners.length === 0 && !scene.anchors?.length && !scene.pins?.length;
     if (isPlain && arePointsAlone && pointSize < largestDots) this.dotted = new DottedPicture(canvas, Math.round(pointSize), paper);
     this.renderer = new THREE.WebGLRenderer({ ...(this.dotted ? {} : { canvas }), antialias: !isPlain, alpha: false });
     this.renderer.setClearColor(paper);
@@ -114,7 +116,8 @@ export class View {
     this.up = this.upward();
     this.stretch = new Stretch([joints.lines, joints.sides], joints.restOf);
     const anchors = anchorsBox(scene.anchors ?? [], first);
-    const boxes = facts.map(({ box }) => (box ? boxOf(box).union(anchors) : boxOf(undefined)));
+    const largest = largestOf(scene.radii ?? 0);
+    const boxes = facts.map(({ box }) => (box ? boxOf(box).expandByScalar(largest).union(anchors) : boxOf(undefined)));
     const most = aroundNearlyAll(boxes);
     const middle = most.isEmpty() ? new THREE.Vector3() : most.getCenter(new THREE.Vector3());
     const least = Math.max(1e-6 * middle.length(), 1e-9);
@@ -187,6 +190,7 @@ export class View {
     const isOnward = this.onward !== now.onward; // or its frame has loaded since
     if (isOnward && this.hasCorners) this.upload(this.next, now.onward);
     if (isNew || isOnward) this.ropes?.move(now, this.tint.array as Uint8Array, index);
+    if (isNew || isOnward) this.balls?.move(now, this.tint.array as Uint8Array);
     if (!isNew && !isOnward && uniforms.blend.value === blend) return;
     uniforms.blend.value = blend;
     this.setCount(now.count);
@@ -298,9 +302,14 @@ export class View {
     };
     const { lines, sides, triangles, covered } = joints;
     const hasFaces = triangles.corners.length > 0;
+    if (this.scene.radii !== undefined) {
+      this.hasCorners = true;
+      this.balls = new Balls(this.scene.radii, capacity, this.look.uniforms.blend);
+    }
     const bare = hasFaces ? Uint32Array.from({ length: capacity }, (_, i) => i).filter((i) => !covered.has(i)) : undefined;
     const isBare = bare !== undefined && bare.length > 0;
-    this.add('points', this.dotted ? new THREE.Group() : new THREE.Points(geometry(isBare ? bare : undefined), this.look.points));
+    const points = (): THREE.Object3D => new THREE.Points(geometry(isBare ? bare : undefined), this.look.points);
+    this.add('points', this.dotted ? new THREE.Group() : (this.balls?.object ?? points()));
     if (lines.corners.length > 2 * Ropes.most) {
       this.add('springs', new THREE.LineSegments(pieces(lines, 2), this.look.lines));
     } else if (lines.corners.length > 0) {
@@ -311,7 +320,7 @@ export class View {
     if (this.scene.pins?.length) this.add('pins', new THREE.Points(geometry(Uint32Array.from(this.scene.pins)), this.look.pins));
     if (!hasFaces) return;
     this.add('faces', new THREE.Mesh(pieces(triangles, 3), this.look.faces));
-    if (!isBare) this.toggle('points');
+    if (!isBare && !this.balls) this.toggle('points');
     this.toggle('sides');
   }
 

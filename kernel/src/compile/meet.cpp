@@ -1,0 +1,228 @@
+#include "compile/meet.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "compile/constraints.hpp"
+#include "compile/particle_order.hpp"
+#include "compile/particle_values.hpp"
+#include "compile/pose_track.hpp"
+#include "math/vec3.hpp"
+#include "text.hpp"
+
+namespace dvdx {
+namespace {
+
+constexpr int most_rounds = 64;
+constexpr int most_neighbours_of_all = 255;
+constexpr std::size_t most_groups = 1024;
+constexpr double near_at_start = 1 - 1e-6;  // of the distance that a pair wants
+
+bool passes_near_ones(const Meet& meet) noexcept {
+  return meet.near_at_start == NearAtStart::pass || (meet.near_at_start == NearAtStart::by_kind && meet.thickness.has_value());
+}
+
+std::vector<std::uint8_t> in_networks(const Scene& scene, std::size_t count) {
+  std::vector<std::uint8_t> is_in(count);
+  for (const Network& network : scene.networks) {
+    if (const auto* grid = std::get_if<Grid>(&network)) {
+      std::fill_n(is_in.begin() + static_cast<std::ptrdiff_t>(grid->first), grid->rows * grid->columns, std::uint8_t{1});
+    } else {
+      for (const auto& [a, b] : std::get<Springs>(network).pairs) is_in[a] = is_in[b] = 1;
+    }
+  }
+  return is_in;
+}
+
+// m: of whole springs with a length at rest.
+double shortest_spring(const Scene& scene, std::span<const Vec3> start) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const JoinedPair& pair : joined_pairs(scene, start)) {
+    if (pair.l > 0) shortest = std::min(shortest, pair.l);
+  }
+  return shortest;
+}
+
+// m: of the widest cell of cloth, whose springs along its sides are s long and across them at most sqrt(2) s.
+double widest_side(const Scene& scene, std::span<const Vec3> start) {
+  double widest = 0;
+  for (const Network& network : scene.networks) {
+    if (const auto* grid = std::get_if<Grid>(&network)) {
+      widest = std::max({widest, length(grid->edge_u) / static_cast<double>(grid->columns - 1),
+                         length(grid->edge_v) / static_cast<double>(grid->rows - 1)});
+    } else {
+      for (const Triangle& of : std::get<Springs>(network).triangles) {
+        std::array<double, 3> sides{distance(start[of[0]], start[of[1]]), distance(start[of[1]], start[of[2]]),
+                                    distance(start[of[2]], start[of[0]])};
+        std::sort(sides.begin(), sides.end());
+        widest = std::max(widest, sides[1]);
+      }
+    }
+  }
+  return widest;
+}
+
+// m/s: of any point of a motion that stays within this distance of its center, between two keys.
+double fastest_way(const Motion& motion) {
+  double fastest = 0;
+  for (std::size_t k = 1; k < motion.keys.size(); ++k) {
+    const MotionKey& from = motion.keys[k - 1];
+    const MotionKey& to = motion.keys[k];
+    if (to.arrival == Arrival::jump) continue;
+    fastest = std::max(fastest, distance(from.translation, to.translation) / (to.time - from.time));
+  }
+  return fastest;
+}
+
+}  // namespace
+
+double least_radius(const Meet& meet) noexcept {
+  if (meet.thickness) return 0.5 * *meet.thickness;
+  if (meet.radius->is_uniform()) return (*meet.radius)[0];
+  return *std::min_element(meet.radius->each().begin(), meet.radius->each().end());
+}
+
+void check_meet(Checker& check, const Scene& scene) {
+  if (!scene.meet || check.error) return;
+  const Meet& meet = *scene.meet;
+  if (!check.count()) {
+    return check.fail("meet", "without a state", "compiled with one, whose particles meet: compile(scene, options, state)");
+  }
+  if (meet.radius.has_value() == meet.thickness.has_value()) {
+    return check.fail("meet", meet.radius ? "both of radius and thickness" : "neither radius nor thickness", "one of them");
+  }
+  if (meet.radius) check.scalars("meet.radius", *meet.radius, Range::positive);
+  if (meet.radius && !meet.radius->is_uniform() && meet.radius->each().empty()) return;
+  if (meet.thickness) check.number("meet.thickness", *meet.thickness, Range::positive);
+  if (meet.thickness && scene.networks.empty()) {
+    check.fail("meet.thickness", text(*meet.thickness), "left out of a scene without networks, whose particles it is of");
+  }
+  check.number("meet.restitution", meet.restitution, Range::unit);
+  check.number("meet.friction", meet.friction, Range::non_negative);
+  const auto whole = [&](const std::string& field, int value, int most) {
+    if (value < 1 || value > most) check.fail(field, std::to_string(value), "a whole number from 1 to " + std::to_string(most));
+  };
+  whole("meet.rounds", meet.rounds, most_rounds);
+  whole("meet.most_neighbours", meet.most_neighbours, most_neighbours_of_all);
+  check.choice("meet.near_at_start", meet.near_at_start, NearAtStart::pass);
+  if (check.error || !meet.groups) return;
+  const MeetGroups& groups = *meet.groups;
+  check.length("meet.groups.of", groups.of.size());
+  const auto group = [&](const std::string& field, std::uint16_t number) {
+    if (number >= most_groups) check.fail(field, std::to_string(number), "a number below " + std::to_string(most_groups));
+  };
+  for (std::size_t i = 0; i < groups.of.size() && !check.error; ++i) group(element("meet.groups.of", i), groups.of[i]);
+  for (std::size_t k = 0; k < groups.meet.size() && !check.error; ++k) {
+    for (const std::uint16_t number : groups.meet[k]) group(element("meet.groups.meet", k), number);
+  }
+}
+
+std::optional<Error> check_meet_at_start(const Scene& scene, const Options& options, std::span<const Vec3> start) {
+  if (!scene.meet) return std::nullopt;
+  const Meet& meet = *scene.meet;
+  if (options.elsewhere.exchange.start != nullptr)
+    return Error{"meet", "there", "left out of a scene that is stepped in parts"};
+  if (meet.thickness) {
+    const double shortest = shortest_spring(scene, start);
+    if (*meet.thickness < shortest) return std::nullopt;
+    return Error{"meet.thickness", text(*meet.thickness),
+                 "less than the shortest spring at rest, " + text(shortest, 6) + " m, or neighbours shake"};
+  }
+  const double least = least_radius(meet);
+  for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
+    const std::string at = element("contacts", i);
+    const auto leaves_room = [&](double thickness, double size, const char* of) -> std::optional<Error> {
+      if (size - thickness - least > 0) return std::nullopt;
+      return Error{at + "." + of, text(size),
+                   "more than the balls' radius with the contact's thickness, " + text(least + thickness, 6) + " m"};
+    };
+    std::optional<Error> error;
+    if (const auto* sphere = std::get_if<Sphere>(&scene.contacts[i]); sphere != nullptr && sphere->side == Side::inside) {
+      error = leaves_room(sphere->thickness, sphere->radius, "radius");
+    }
+    if (const auto* box = std::get_if<OrientedBox>(&scene.contacts[i]); box != nullptr && box->side == Side::inside) {
+      const double half = *std::min_element(box->half_extents.begin(), box->half_extents.end());
+      error = leaves_room(box->thickness, half, "half_extents");
+    }
+    if (error) return error;
+  }
+  return std::nullopt;
+}
+
+double meeting_rate(const Scene& scene) {
+  if (!scene.meet) return 0;
+  constexpr double fallen = 0.005;  // g h^2, of the smallest radius: a layer of a pile sinks by so much before rounds lift it
+  constexpr double carried = 0.5;   // by a surface in a sub-step
+  const double r = least_radius(*scene.meet);
+  double rate = std::sqrt(length(constant_acceleration(scene)) / (fallen * r));
+  for (const Contact& contact : scene.contacts) {
+    if (const auto& motion = motion_of(contact)) rate = std::max(rate, fastest_way(scene.motions[*motion]) / (carried * r));
+  }
+  return rate;
+}
+
+int substeps_of_meetings(double rate, double h) noexcept {
+  constexpr int most = 1024;
+  const double parts = std::ceil(rate * std::abs(h));
+  if (!(parts < most)) return most;
+  return std::max(1, static_cast<int>(parts));
+}
+
+Contact contact_of_flows(const Contact& contact, const std::optional<Meet>& meet) {
+  Contact thicker = contact;
+  if (meet && meet->radius) {
+    const double least = least_radius(*meet);
+    std::visit([&](auto& of) { of.thickness += least; }, thicker);
+  }
+  return thicker;
+}
+
+std::vector<Contact> contacts_of_flows(const Scene& scene) {
+  std::vector<Contact> contacts;
+  for (const Contact& contact : scene.contacts) contacts.push_back(contact_of_flows(contact, scene.meet));
+  return contacts;
+}
+
+template <class T>
+MeetRules<T>::MeetRules(const Scene& scene, std::span<const Vec3> start)
+    : meet_(*scene.meet), is_ball_(scene.meet->radius.has_value()), r_(start.size(), T(-1)) {
+  const Meet& meet = *scene.meet;
+  meet_.radius.reset();
+  meet_.groups.reset();
+  const std::vector<std::uint8_t> is_cloth = is_ball_ ? std::vector<std::uint8_t>{} : in_networks(scene, start.size());
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (is_ball_) r_[i] = static_cast<T>((*meet.radius)[i]);
+    if (!is_ball_ && is_cloth[i] != 0) r_[i] = static_cast<T>(0.5 * *meet.thickness);
+    if (r_[i] < 0) continue;
+    least_ = least_ == 0 ? r_[i] : std::min(least_, r_[i]);
+    most_ = std::max(most_, r_[i]);
+  }
+  if (passes_near_ones(meet)) start_.assign(start.begin(), start.end());
+  if (!is_ball_) {
+    const double side = widest_side(scene, start);
+    if (side > 0) stretch_limit_ = std::sqrt(2.0) * *meet.thickness / side;
+  }
+  if (!meet.groups) return;
+  group_of_ = meet.groups->of;
+  for (const std::uint16_t group : group_of_) groups_ = std::max<std::size_t>(groups_, group + std::size_t{1});
+  met_.assign(groups_ * groups_, 0);
+  for (const auto& [a, b] : meet.groups->meet) {
+    if (a < groups_ && b < groups_) met_[a * groups_ + b] = met_[b * groups_ + a] = 1;
+  }
+}
+
+template <class T>
+bool MeetRules<T>::accepts(std::uint32_t i, std::uint32_t j) const noexcept {
+  if (groups_ != 0 && met_[group_of_[i] * groups_ + group_of_[j]] == 0) return false;
+  if (start_.empty()) return true;
+  const Vec3 apart = difference(start_[i], start_[j]);
+  const double wanted = near_at_start * (double{r_[i]} + double{r_[j]});
+  return dot(apart, apart) >= wanted * wanted;
+}
+
+template class MeetRules<float>;
+template class MeetRules<double>;
+
+}  // namespace dvdx

@@ -1,0 +1,67 @@
+// Particles that meet, compiled: which do, how near, and how many sub-steps that asks for.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "compile/checker.hpp"
+#include "dvdx/plan.hpp"
+#include "passes/meet/meet.hpp"
+
+namespace dvdx {
+
+template <class T>
+class MeetRules {
+ public:
+  // The scene has been checked; start: the particles' positions.
+  MeetRules(const Scene& scene, std::span<const Vec3> start);
+
+  [[nodiscard]] std::size_t particles() const noexcept { return r_.size(); }
+  // m, of each particle: half of what it wants to others like it; negative where it meets nothing.
+  [[nodiscard]] const std::vector<T>& radii() const noexcept { return r_; }
+  [[nodiscard]] T least_radius() const noexcept { return least_; }
+  [[nodiscard]] T most_radius() const noexcept { return most_; }
+  // m: by how much more than its surfaces' thickness a particle is kept off them. The flows keep all off by the least radius.
+  [[nodiscard]] T off_surfaces(std::size_t i) const noexcept { return is_ball_ ? r_[i] - least_ : T(0); }
+  [[nodiscard]] bool are_balls_alike() const noexcept { return !is_ball_ || least_ == most_; }
+  [[nodiscard]] const Meet& meet() const noexcept { return meet_; }
+  [[nodiscard]] double stretch_limit() const noexcept { return stretch_limit_; }
+  // Whether a pair, i < j, ever meets.
+  [[nodiscard]] bool accepts(std::uint32_t i, std::uint32_t j) const noexcept;
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    return r_.size() * sizeof(T) + start_.size() * sizeof(Vec3) + 2 * group_of_.size() + met_.size();
+  }
+
+ private:
+  Meet meet_;  // without radii and groups
+  bool is_ball_;
+  std::vector<T> r_;
+  T least_ = 0, most_ = 0;
+  std::vector<Vec3> start_;  // m: only where pairs that are near at the start pass
+  std::vector<std::uint16_t> group_of_;
+  std::vector<std::uint8_t> met_;  // of two groups
+  std::size_t groups_ = 0;
+  double stretch_limit_ = 0;
+};
+
+void check_meet(Checker& check, const Scene& scene);
+// Errors that the particles' places and the springs' lengths tell.
+[[nodiscard]] std::optional<Error> check_meet_at_start(const Scene& scene, const Options& options, std::span<const Vec3> start);
+
+// m: the smallest of balls, or half the thickness.
+[[nodiscard]] double least_radius(const Meet& meet) noexcept;
+// 1/s: sub-steps a second that keep g h^2 and the ways of surfaces a small part of the smallest radius; 0 where none meet.
+[[nodiscard]] double meeting_rate(const Scene& scene);
+[[nodiscard]] int substeps_of_meetings(double rate, double h) noexcept;
+// The scene's contacts as flows take them: balls of the least radius are off them by that much more.
+[[nodiscard]] std::vector<Contact> contacts_of_flows(const Scene& scene);
+[[nodiscard]] Contact contact_of_flows(const Contact& contact, const std::optional<Meet>& meet);
+
+extern template class MeetRules<float>;
+extern template class MeetRules<double>;
+
+}  // namespace dvdx

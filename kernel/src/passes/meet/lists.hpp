@@ -1,0 +1,64 @@
+// Lists of pairs within reach: cells on a torus, and every pair once.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "passes/meet/meet.hpp"
+
+// Cells    Of one side, numbered on a torus of a power of two of them along each axis: bounded memory in an unbounded world, no
+//          hash, and the 27 cells about one are distinct. A counting sort brings particles of a cell together.
+// Pairs    i < j where |x_i - x_j| < a_i + a_j + reach, a: the radius of a particle with its allowance. Those with a larger a than
+//          the cells are made for look through more of them.
+// Order    By i, then by j.
+
+namespace dvdx {
+
+template <class T>
+class PairLists {
+ public:
+  PairLists() = default;
+  PairLists(std::size_t particles, std::size_t pairs);
+
+  enum class Found { all, too_many };
+  // a[i] < 0: not in any pair; nor is what has no finite place. accepts(i, j), i < j: whether they ever meet. ordinary: the a
+  // that cells are made for.
+  template <class Accepts>
+  Found build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts) noexcept;
+
+  // Those of particle i with higher numbers.
+  [[nodiscard]] const std::uint32_t* begin(std::size_t i) const noexcept { return partners_.data() + first_[i]; }
+  [[nodiscard]] const std::uint32_t* end(std::size_t i) const noexcept { return partners_.data() + first_[i + 1]; }
+  [[nodiscard]] std::size_t first(std::size_t i) const noexcept { return first_[i]; }
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    return 4 * (first_.size() + partners_.size() + starts_.size() + cell_.size() + sorted_.size()) +
+           sizeof(Pair2) * found_.size();
+  }
+
+ private:
+  using Pair2 = std::array<std::uint32_t, 2>;
+  using Cell = std::array<std::uint32_t, 3>;
+
+  void shape(const Point<T>* x, const T* a, double side) noexcept;
+  void sort(const Point<T>* x, const T* a) noexcept;
+  void order() noexcept;
+  [[nodiscard]] Cell cell_at(const Point<T>& x) const noexcept;
+  [[nodiscard]] std::uint32_t number_of(std::uint32_t cx, std::uint32_t cy, std::uint32_t cz) const noexcept {
+    return (((cz & mask_[2]) << bits_[1] | (cy & mask_[1])) << bits_[0]) | (cx & mask_[0]);
+  }
+
+  std::size_t particles_ = 0;
+  std::array<std::uint32_t, 3> bits_{}, mask_{};
+  std::uint32_t cells_ = 0;
+  double per_side_ = 0;
+  std::vector<std::uint32_t> first_{}, partners_{};
+  std::vector<std::uint32_t> starts_{}, cell_{}, sorted_{};
+  std::vector<Pair2> found_{};
+  std::size_t count_ = 0;
+};
+
+}  // namespace dvdx
+
+#include "passes/meet/lists.inl.hpp"

@@ -1,0 +1,128 @@
+// Particles that meet, as a pass takes them: pairs within reach, and the pulses that keep them apart.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+// Problem  A pair (i, j) with inverse masses w wants the distance d. q0 and q1 are x_i - x_j when the sub-step begins and as the
+//          flows leave it, D = q1 - q0. It is swept: where |q0| > d and the chord comes as near as d, first at f, the normal is
+//          n = (q0 + f D)/d; where |q0| <= d it is q0/|q0| and f = 0. A pair that has passed through is so brought back. A pair
+//          that misses has the normal of its closest approach, and C > 0.
+// Impact   Approaches faster than what rests (4 g h), e: restitution. Each round every particle names the pair that meets first
+//          (then the faster, then the one with the lower number); pairs that name each other act with full masses,
+//            J = -(1 + e) v_n/(w_i + w_j),  Coulomb min(|v_t|/(w_i + w_j), mu J),  dv = w J,  dx = (1 - f) h dv,
+//          Brown's integral: v' = -e v_n at f, whatever h. Pairs that act are disjoint, so that no order matters. A particle that
+//          has been hit goes on from f as if it had come straight to there: its start is moved by -f h dv.
+// Contact  C = n.(q1 + dx_i - dx_j) - d >= 0 for all pairs at once, and for surfaces, whose w_j is 0. The dx of least
+//          sum m |dx|^2 is dx_i = w_i sum n l, with l >= 0 and l C = 0: a projection onto half spaces. From starts that
+//          overlap nowhere the kinetic energy never rises by it. Each round, from y,
+//            l = max(0, y - C/(w_i k_i + w_j k_j)),   y = l + beta (l - l_before),
+//          k: the pulses of a particle that act. The rows of the scaled matrix have a sum of at most 1, so the round descends.
+//          The last round has beta 0. A pair alone is solved by the first round, and stays so. The first y is half of what the
+//          contact had in the sub-step before, so that a pile is carried by more rounds than one sub-step has; of pulses that
+//          have grown, at most twice what they began with and the weight of a pair: those of impacts do not last.
+//          Friction: the same for what slides within the sub-step, cut to mu l.
+// Sums     A pair's pulse is worked out once, and taken by both sides; a particle sums by ascending numbers of its partners,
+//          lower ones first. Momentum is kept to rounding. Which pairs are within reach depends on nothing but the state, so no
+//          bit depends on how old a list is.
+// Limits   Particles turn about nothing: balls do not roll. What pushes carry farther than the margin of a pair within a sub-step
+//          meets in the next one. Rounds carry a push by so many particles: a deep pile is soft. What rests has the velocity
+//          -g h/2 that the next sub-step takes back, as in leapfrog.
+// Source   R. Tonge, F. Benevolenti and A. Voroshilov, Mass splitting for jitter-free parallel rigid body simulation, 2012 (k);
+//          Y. Nesterov, 1983 (y); E. Brown, integral contributions (impacts).
+
+namespace dvdx {
+
+inline constexpr std::uint32_t no_partner = std::numeric_limits<std::uint32_t>::max();
+inline constexpr int most_impact_rounds = 8;
+inline constexpr double beta_of_rounds = 0.5;
+inline constexpr double kept_part = 0.5;      // of a contact's pulse, with which its next sub-step begins
+inline constexpr std::size_t most_walls = 3;  // surfaces that one particle touches at once; of more the deepest
+
+template <class T>
+using Point = std::array<T, 3>;
+
+// A pair within reach, or a particle and a surface.
+template <class T>
+struct MetPair {
+  std::uint32_t i = 0, j = no_partner;
+  std::uint32_t surface = 0;  // where j is no partner
+  Point<T> n{};               // from j to i
+  T gap = 0;                  // C as the impacts leave it, m
+  T mu = 0;                   // Coulomb's coefficient
+  Point<T> slip{};            // what slides in the sub-step, along the surface, m
+  T e = 0;                    // restitution
+  T start = 0;                // a surface: how far it is off when the sub-step begins, m
+  Point<T> way{};             // a surface: how far it goes in the sub-step, m
+  T f = 2;                    // where an impact is within the sub-step; 2: none
+  T speed = 0;                // of the approach, m/s
+  bool is_active = false;
+  T normal = 0, normal_y = 0;
+  Point<T> along{}, along_y{};
+  T begun = 0;       // the normal pulse that the sub-step began with
+  Point<T> pulse{};  // kg m
+};
+
+// The particles of a scene by their numbers. Those that meet nothing have the radius 0.
+template <class T>
+struct MetParticles {
+  const Point<T>* x0 = nullptr;     // when the sub-step begins, m
+  const Point<T>* x1 = nullptr;     // as the flows leave it, m
+  const Point<T>* v = nullptr;      // likewise, m/s
+  const Point<T>* dv = nullptr;     // by impacts, m/s
+  const Point<T>* shift = nullptr;  // of the start, by impacts, m
+  const Point<T>* dx = nullptr;     // by contacts, m
+  const T* w = nullptr;             // 1/kg
+  const T* k = nullptr;             // pulses that act
+  const T* last = nullptr;          // the last impact's f
+};
+
+template <class T>
+Point<T> minus(const Point<T>& a, const Point<T>& b) noexcept {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+template <class T>
+Point<T> plus(const Point<T>& a, const Point<T>& b) noexcept {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+template <class T>
+Point<T> times(T s, const Point<T>& a) noexcept {
+  return {s * a[0], s * a[1], s * a[2]};
+}
+template <class T>
+T inner(const Point<T>& a, const Point<T>& b) noexcept {
+  return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
+}
+
+// Whether the chord of a pair comes nearer than this.
+template <class T>
+bool comes_within(const Point<T>& q0, const Point<T>& q1, T distance) noexcept;
+
+// Finds the impact of a pair, with d the wanted distance and h the sub-step, or of a surface: fills n, f and speed.
+template <class T>
+void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slowest) noexcept;
+// The impulse of an impact on i.
+template <class T>
+Point<T> impulse_of(const MetPair<T>& meeting, const MetParticles<T>& of, T h) noexcept;
+
+// The pulse of a contact in the sub-step before, from which rounds go on.
+template <class T>
+struct KeptPulse {
+  std::uint32_t j = 0;  // the partner with the higher number, or the surface
+  T normal = 0;
+  Point<T> along{};
+};
+
+// The contact of a pair after impacts, and of a surface. kept: its pulse before, or none.
+template <class T>
+void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, const KeptPulse<T>& kept) noexcept;
+// One round.
+template <class T>
+void push(MetPair<T>& meeting, const MetParticles<T>& of, T beta) noexcept;
+// The pulse that the next sub-step begins with. weight: the pulse of a pair that carries its own weight.
+template <class T>
+KeptPulse<T> kept(const MetPair<T>& meeting, T weight) noexcept;
+
+}  // namespace dvdx

@@ -1,0 +1,122 @@
+// Particles that meet, by the command: what a run says of them, where it stops, and what it warns of.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "output/html_scene.hpp"
+#include "scene_io/scene_reader.hpp"
+#include "support/close.hpp"
+#include "tools/run_command.hpp"
+#include "tools/scratch_folder.hpp"
+
+namespace meet_test {
+
+using dvdx::test::is_close;
+using dvdx::test::run;
+using dvdx::test::ScratchFolder;
+using nlohmann::json;
+
+// 64 balls, 4 by 4 a layer and hardly apart, fall into a box that they fill.
+void write_grains(const ScratchFolder& folder) {
+  folder.write("grains.json", R"({"format": "dvdx-scene/1", "name": "grains", "step": 0.01, "duration": 0.3,
+    "particles": {"count": 64, "mass": 0.1,
+      "position": {"lattice": {"min": [0, 0.1, 0], "max": [0.34, 1, 0.34], "spacing": 0.11, "jitter": 0.004, "seed": 1}}},
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
+    "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0},
+      {"type": "plane", "normal": [1, 0, 0], "offset": -0.06}, {"type": "plane", "normal": [-1, 0, 0], "offset": -0.4},
+      {"type": "plane", "normal": [0, 0, 1], "offset": -0.06}, {"type": "plane", "normal": [0, 0, -1], "offset": -0.4}],
+    "meet": {"radius": 0.05, "friction": 0.3}})");
+}
+
+// 6 x 6 at 1 cm, hung up by two corners.
+void write_sheet(const ScratchFolder& folder, const std::string& structural) {
+  folder.write("sheet.json", R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.2,
+    "network": {"type": "grid", "rows": 6, "columns": 6, "origin": [0, 0, 0], "edge_u": [0.05, 0, 0], "edge_v": [0, -0.05, 0],
+      "mass": 0.36, "damping": 0.01, "fixed": "edge_top", "structural": )" +
+                                 structural + R"(},
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
+    "meet": {"thickness": 0.008}})");
+}
+
+TEST_CASE("run says how many pairs touch, and how long lists were") {
+  const ScratchFolder folder("meet-run");
+  write_grains(folder);
+  const auto result = run(folder, "run grains.json");
+  CAPTURE(result.err);
+  REQUIRE(result.exit == 0);
+  const auto at = result.out.find("meetings     ");
+  REQUIRE(at != std::string::npos);
+  const std::string line = result.out.substr(at, result.out.find('\n', at) - at);
+  CHECK(line.find(" a particle, ") != std::string::npos);
+  CHECK(line.ends_with(" at most, 0 lists too long"));
+  const auto found = json::parse(run(folder, "run grains.json --json").out)["meet"];
+  CHECK(found["pairs"].get<double>() > 1);
+  CHECK(found["pairs"].get<double>() <= found["most"].get<double>());
+  CHECK(found["most"].get<int>() <= 24);
+  CHECK(found["rebuilt"].get<int>() >= 1);
+  CHECK(found["overlap"]["mean"].get<double>() <= found["overlap"]["most"].get<double>());
+  CHECK(found["overlap"]["most"].get<double>() < 0.5);
+  CHECK(found["stretch_limit"].is_null());
+}
+
+TEST_CASE("a list that is too long stops a run, and nothing is written") {
+  const ScratchFolder folder("meet-long");
+  write_grains(folder);
+  const auto result = run(folder, "run grains.json --set meet.most_neighbours=2 --out grains.csv");
+  CHECK(result.exit == 3);
+  CHECK(result.err.find("grains.json: meet.most_neighbours is 2, and between ") != std::string::npos);
+  CHECK(result.err.find(" a particle has more within reach: must be larger: try 4") != std::string::npos);
+  CHECK(!std::filesystem::exists(folder.path() / "grains.csv"));
+}
+
+TEST_CASE("run warns of cloth that is stretched so far that cloth fits through") {
+  const ScratchFolder folder("meet-cross");
+  write_sheet(folder, "20");
+  const json report = json::parse(run(folder, "run sheet.json --json").out);
+  const double limit = std::sqrt(2) * 0.8;
+  CHECK(is_close(report["meet"]["stretch_limit"].get<double>(), limit, 1e-6));
+  const double stretch = report["stretch"]["most"].get<double>();
+  REQUIRE(stretch > limit);
+  REQUIRE(report["warnings"].size() == 1);
+  const json& warning = report["warnings"][0];
+  CHECK(warning["code"] == "may_cross");
+  CHECK(warning["value"] == stretch);
+  CHECK(is_close(warning["limit"].get<double>(), limit, 1e-6));
+  CHECK(run(folder, "run sheet.json --strict").exit == 6);
+  write_sheet(folder, "2000");
+  CHECK(json::parse(run(folder, "run sheet.json --json").out)["warnings"] == json::array());
+}
+
+TEST_CASE("commands that compare with a reference refuse a pile, and ranks all that meets") {
+  const ScratchFolder folder("meet-refused");
+  write_grains(folder);
+  for (const char* command : {"report grains.json", "tune grains.json --error 1e-3"}) {
+    CAPTURE(std::string(command));
+    const auto result = run(folder, command);
+    CHECK(result.exit == 3);
+    CHECK(result.err.find("grains.json: meet: must be left out for dvdx ") != std::string::npos);
+  }
+  const auto ranks = run(folder, "explain grains.json --ranks 4");
+  CHECK(ranks.exit == 3);
+  CHECK(ranks.err.find("particles that meet (key meet) cannot be split over ranks") != std::string::npos);
+}
+
+TEST_CASE("a page is told the size of balls, one for all or one for each, and none of cloth") {
+  const ScratchFolder folder("meet-page");
+  write_grains(folder);
+  auto file = dvdx::tool::read_scene(folder / "grains.json");
+  const auto scene_of = [&] {
+    return dvdx::tool::scene_json({.target = "x.html", .particles = file.particles.count, .states = 1, .scene = &file});
+  };
+  CHECK(scene_of()["radii"] == 0.05);
+  std::vector<double> each(64, 0.25);
+  each[3] = 0.5;
+  file.scene.meet->radius = each;
+  CHECK(scene_of()["radii"] == each);
+  file.scene.meet = dvdx::Meet{.thickness = 0.1};
+  CHECK(!scene_of().contains("radii"));
+}
+
+}  // namespace meet_test

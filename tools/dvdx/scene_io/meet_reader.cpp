@@ -1,0 +1,73 @@
+#include "scene_io/meet_reader.hpp"
+
+#include <fmt/format.h>
+
+namespace dvdx::tool {
+namespace {
+
+constexpr std::uint64_t most_rounds = 64;
+constexpr std::uint64_t most_neighbours = 255;
+constexpr std::uint64_t most_group = 1023;
+
+std::uint16_t read_group(const Node& node) { return static_cast<std::uint16_t>(node.whole(0, most_group)); }
+
+// A particle that has several numbers is of the first one's group.
+std::vector<std::uint16_t> read_group_of_each(const Node& node, const Population& population) {
+  const auto list = node.elements("a list of groups, one for each particle");
+  if (list.size() != population.count) {
+    node.fail(fmt::format("has {} entries: must have {}, one for each particle", list.size(), population.count));
+  }
+  std::vector<std::uint16_t> given;
+  given.reserve(list.size());
+  for (const Node& group : list) given.push_back(read_group(group));
+  if (population.numbering == nullptr) return given;
+  std::vector<std::uint16_t> groups;
+  for (const auto number : population.numbering->numbers) groups.push_back(given[number]);
+  return groups;
+}
+
+MeetGroups read_groups(const Node& node, const Population& population) {
+  const Fields fields(node, "groups", {"of", "meet"});
+  MeetGroups groups{.of = read_group_of_each(fields.required("of"), population), .meet = {}};
+  for (const Node& pair : fields.required("meet").elements("a list of pairs of groups")) {
+    const auto ends = pair.elements("two groups");
+    if (ends.size() != 2) pair.refuse("two groups");
+    groups.meet.push_back({read_group(ends[0]), read_group(ends[1])});
+  }
+  return groups;
+}
+
+}  // namespace
+
+void read_meet(const Fields& scene, SceneFile& file, const Population& population) {
+  const auto node = scene.optional("meet");
+  if (!node) return;
+  if (scene.optional("capacity")) node->fail("is there: must be left out of a scene whose particles come and go");
+  const Fields fields(
+      *node, "meet",
+      {"radius", "thickness", "restitution", "friction", "rounds", "most_neighbours", "apart_at_start", "groups"});
+  const auto radius = fields.optional("radius");
+  const auto thickness = fields.optional("thickness");
+  if (radius && thickness) thickness->refuse("left out beside radius: particles meet as balls or as cloth");
+  if (!radius && !thickness) node->fail("has neither radius nor thickness: must have one of them");
+  Meet meet;
+  if (radius) meet.radius = read_scalars(*radius, population, positive);
+  if (thickness) {
+    meet.thickness = thickness->number(positive);
+    if (file.scene.networks.empty()) thickness->refuse("left out of a scene without networks: balls have a radius");
+  }
+  meet.restitution = fields.number("restitution", zero_to_one, meet.restitution);
+  meet.friction = fields.number("friction", not_negative, meet.friction);
+  if (const auto rounds = fields.optional("rounds")) meet.rounds = static_cast<int>(rounds->whole(1, most_rounds));
+  if (const auto most = fields.optional("most_neighbours")) {
+    meet.most_neighbours = static_cast<int>(most->whole(1, most_neighbours));
+  }
+  if (const auto apart = fields.optional("apart_at_start")) {
+    if (!apart->json().is_boolean()) apart->refuse("true or false");
+    meet.near_at_start = apart->json().get<bool>() ? NearAtStart::pass : NearAtStart::meet;
+  }
+  if (const auto groups = fields.optional("groups")) meet.groups = read_groups(*groups, population);
+  file.scene.add(std::move(meet));
+}
+
+}  // namespace dvdx::tool
