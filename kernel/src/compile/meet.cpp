@@ -50,7 +50,8 @@ double widest_side(const Scene& scene, std::span<const Vec3> start) {
   double widest = 0;
   for (const Network& network : scene.networks) {
     if (const auto* grid = std::get_if<Grid>(&network)) {
-      widest = std::max({widest, length(grid->edge_u), length(grid->edge_v)});
+      widest = std::max({widest, length(grid->edge_u) / static_cast<double>(grid->columns - 1),
+                         length(grid->edge_v) / static_cast<double>(grid->rows - 1)});
     } else {
       for (const Triangle& of : std::get<Springs>(network).triangles) {
         std::array<double, 3> sides{distance(start[of[0]], start[of[1]]), distance(start[of[1]], start[of[2]]),
