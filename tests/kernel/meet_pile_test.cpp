@@ -23,6 +23,12 @@ Scene grains(Scene scene, double friction) {
   return scene;
 }
 
+double momentum(Stepped<double>& pile, std::size_t count) {
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) sum += pile.v(i)[1];
+  return sum;
+}
+
 TEST_CASE("a pile keeps its volume, lies in its box and comes to rest") {
   const double side = 6 * 1.05 * d;
   const Balls balls = test::heap(240, 6, d);
@@ -42,12 +48,28 @@ TEST_CASE("a pile keeps its volume, lies in its box and comes to rest") {
   const Meetings meetings = pile.plan().meetings();
   CHECK(meetings.overlap_mean < 0.01);
   CHECK(meetings.overlap_most < 0.06);
-  CHECK(meetings.touching > 2.5);
+  CHECK(meetings.touching > 2);
   CHECK(std::sqrt(moved / static_cast<double>(balls.size())) < 0.05 * d);
   // Grains packed at random fill at most 0.64, and in no order more than 0.74.
   const double least_height = static_cast<double>(balls.size()) * 3.14159265 / 6 * d * d * d / (side * side) / 0.74 / 2;
   CHECK(height > least_height);
   CHECK(meetings.rebuilt < meetings.substeps);
+}
+
+TEST_CASE("the floor carries the weight of all grains") {
+  const double side = 6 * 1.05 * d;
+  const Balls balls = test::heap(150, 6, d);
+  Stepped<double> pile(grains(test::box_of(side, 0.5), 0.5), balls, {.step = 1.0 / 60});
+  pile.step(90);
+  ContactReport report(5);
+  const double before = momentum(pile, balls.size());
+  REQUIRE(pile.plan().step(pile.state(), report, 30) == StepResult::done);
+  const double after = momentum(pile, balls.size());
+  double carried = 0;
+  for (std::size_t contact = 0; contact < 5; ++contact) carried -= report.of(contact).impulse[1];
+  const double weight = g * static_cast<double>(balls.size());
+  CHECK(carried == doctest::Approx(weight * 0.5 + after - before).epsilon(1e-6));
+  CHECK(-report.of(0).impulse[1] == doctest::Approx(weight * 0.5).epsilon(0.1));
 }
 
 TEST_CASE("a column of grains carries itself on the floor") {
@@ -60,7 +82,7 @@ TEST_CASE("a column of grains carries itself on the floor") {
   for (std::size_t k = 0; k < balls.size(); ++k) {
     CAPTURE(k);
     CHECK(std::abs(column.x(k)[1] - balls.x[k][1]) < 0.02 * d * static_cast<double>(k + 1));
-    CHECK(std::abs(column.v(k)[1]) < 0.05);
+    CHECK(std::abs(column.v(k)[1]) < 0.1);
     CHECK(column.x(k)[0] == 0);
   }
 }
