@@ -6,10 +6,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 
 #include "compile/joined_motion.hpp"
+#include "execute/contact_recorder.hpp"
 #include "execute/tasks.hpp"
 #include "execute/workspace.hpp"
+#include "math/vec3.hpp"
 #include "passes/meet/surface.hpp"
 
 namespace dvdx {
@@ -18,13 +21,14 @@ template <class T>
 class MeetStep {
  public:
   MeetStep(const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, const WorkColumns<T>& work,
-           const ParallelFor& parallel) noexcept
+           const ParallelFor& parallel, ContactReport::Parts* report) noexcept
       : m_(motion),
         rules_(*motion.joints().meet),
         order_(motion.joints().order),
         room_(workspace.meet),
         work_(work),
-        parallel_(parallel) {}
+        parallel_(parallel),
+        report_(report) {}
 
   // A sub-step begins.
   void set_out() noexcept {
@@ -49,6 +53,7 @@ class MeetStep {
     bounce();
     push_apart();
     put_back();
+    if (report_ != nullptr) tell();
     return Found::all;
   }
 
@@ -211,7 +216,7 @@ class MeetStep {
     room_.pair_count = 0;
     if (room_.most > static_cast<std::size_t>(rules_.meet().most_neighbours)) return Found::too_many;
     room_.pair_count = room_.own[particles()];
-    const T mu = static_cast<T>(rules_.meet().friction);
+    const T mu = static_cast<T>(std::min(rules_.meet().friction, 1e6));
     const T e = static_cast<T>(rules_.meet().restitution);
     over_particles([&](std::size_t i) {
       std::size_t p = room_.own[i];
@@ -300,7 +305,10 @@ class MeetStep {
       });
       const auto walls = static_cast<std::uint32_t>(room_.pairs.size());
       over_particles([&](std::size_t i) {
-        if (room_.best[i] != no_partner && room_.best[i] >= walls) hit(wall(i, room_.best[i] - walls));
+        if (room_.best[i] == no_partner || room_.best[i] < walls) return;
+        MetPair<T>& of = wall(i, room_.best[i] - walls);
+        of.impulse = plus(of.impulse, impulse_of(of, met(), h_));
+        hit(of);
       });
     }
   }
@@ -374,7 +382,7 @@ class MeetStep {
       }
     });
   }
-  // What pulses make of each particle's place, and how many act on it.
+  // The ways that pulses move each particle, and how many act on it.
   void sum_pulses() noexcept {
     over_particles([&](std::size_t i) {
       Point<T> sum{};
@@ -425,12 +433,34 @@ class MeetStep {
     });
   }
 
+  // The report's part: pushes and impacts that surfaces take here, beside those that the flows tell.
+  void tell() noexcept {
+    for (std::size_t contact = 0; contact < report_->centers.size() && room_.walls_each != 0; ++contact) {
+      std::optional<ContactSums> sums;
+      for (std::size_t i = 0; i < particles(); ++i) {
+        for (std::size_t s = 0; s < walls_of(i); ++s) {
+          const MetPair<T>& of = wall(i, s);
+          const bool is_hit = of.impulse != Point<T>{};
+          if (surfaces_[of.surface].contact != contact || !(is_hit || of.normal > 0)) continue;
+          if (!sums) sums.emplace(contact);
+          const Point<T> on = times(T(-1), plus(of.impulse, times(1 / h_, of.pulse)));
+          const Vec3 impulse{double{on[0]}, double{on[1]}, double{on[2]}};
+          const Vec3 x{double{room_.x1[i][0]}, double{room_.x1[i][1]}, double{room_.x1[i][2]}};
+          sums->add(impulse, cross(difference(sum(x, m_.origin()), report_->centers[contact].at), impulse));
+          if (is_hit) sums->count_hits(1);
+        }
+      }
+      if (sums) sums->join(*report_);
+    }
+  }
+
   const JoinedMotion<T>& m_;
   const MeetRules<T>& rules_;
   const ParticleOrder& order_;
   MeetRoom<T>& room_;
   const WorkColumns<T>& work_;
   const ParallelFor& parallel_;
+  ContactReport::Parts* report_;
   const Surface<T>* surfaces_ = nullptr;
   std::size_t surface_count_ = 0;
   T h_ = 0;

@@ -5,19 +5,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "dvdx/meet.hpp"
+#include "compile/meet.hpp"
 #include "passes/contact/contact.hpp"
 #include "passes/meet/lists.hpp"
 
 namespace dvdx {
-
-// How much is kept of particles that meet.
-struct MeetShape {
-  std::size_t particles = 0;        // 0: none meet
-  std::size_t most_neighbours = 0;  // of one
-  std::size_t walls = 0;            // surfaces that one may touch
-  bool operator==(const MeetShape&) const = default;
-};
 
 // All by particles' numbers.
 template <class T>

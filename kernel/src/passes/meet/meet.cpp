@@ -6,7 +6,7 @@
 namespace dvdx {
 namespace {
 
-// What impacts have made of the start and the end of a particle's way.
+// The start and the end of a particle's way, as impacts have changed them.
 template <class T>
 struct Way {
   Point<T> from, to, v;
