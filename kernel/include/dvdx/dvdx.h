@@ -529,6 +529,8 @@ DVDX_EXPORT dvdx_status dvdx_plan_create(const dvdx_scene* scene, const dvdx_opt
 DVDX_EXPORT dvdx_status dvdx_plan_clone(const dvdx_plan* plan, dvdx_plan** clone, dvdx_error* error);
 // A null pointer is fine.
 DVDX_EXPORT void dvdx_plan_destroy(dvdx_plan* plan);
+// A copy of the scene that the plan steps, with what was changed since: to be destroyed by dvdx_scene_destroy().
+DVDX_EXPORT dvdx_status dvdx_plan_scene(const dvdx_plan* plan, dvdx_scene** scene, dvdx_error* error);
 
 // Moves every particle by `steps` steps, and the state's clock with them. Allocates nothing, locks nothing, and leaves the
 // caller's floating-point environment as it was. parallel: null, or the caller's threads. Several threads may step different

@@ -83,6 +83,16 @@ dvdx_status dvdx_plan_clone(const dvdx_plan* plan, dvdx_plan** clone, dvdx_error
 
 void dvdx_plan_destroy(dvdx_plan* plan) { destroy_handle(plan); }
 
+dvdx_status dvdx_plan_scene(const dvdx_plan* plan, dvdx_scene** scene, dvdx_error* error) {
+  if (scene == nullptr) return missing(error, "scene");
+  *scene = nullptr;
+  if (plan == nullptr) return missing(error, "plan");
+  return guarded(error, [&] {
+    *scene = new dvdx_scene{std::visit([](const auto& p) { return p.scene(); }, plan->plan)};
+    return report(error, DVDX_DONE);
+  });
+}
+
 dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,
                            dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");
