@@ -31,7 +31,7 @@ struct Jet {
   std::shared_ptr<LiveState<float>> live;
   std::size_t steps = 1;
   ParallelFor parallel{};
-  void operator()() const { plan->step(*live, steps, parallel); }
+  void operator()() const { (void)plan->step(*live, steps, parallel); }
 };
 
 inline Jet make_jet(const Scene& scene, std::size_t count, double share, std::size_t steps, int threads, SurvivorOrder order) {

@@ -24,7 +24,7 @@ import re
 import subprocess
 import tempfile
 import warnings
-from typing import Any, Dict, List, Literal, NamedTuple, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 import cffi
 import numpy as np
@@ -33,7 +33,7 @@ from numpy.typing import ArrayLike, NDArray
 from ._recording import Recording, command
 
 __all__ = [
-    "COLUMNS", "ContactReport", "DvdxError", "Energy", "LivePlan", "LiveState", "Plan", "Recording", "Scene",
+    "COLUMNS", "ContactReport", "DvdxError", "Energy", "Instance", "LivePlan", "LiveState", "Plan", "Recording", "Scene",
     "State", "Threads", "Workspace", "bounds", "build_info", "compile", "compile_live", "grid_normals", "report",
     "triangle_normals",
 ]  # fmt: skip
@@ -932,6 +932,12 @@ class Plan(_Driven):
         self._call_own("clone", clone)
         return Plan(clone[0], list(self._items), self._about)
 
+    def instance(self, state: State) -> Instance:
+        """A state with all that belongs to it: a hundred characters are a hundred of these and one plan."""
+        handle = _ffi.new("dvdx_instance**")
+        _call(_lib.dvdx_instance_create, self._handle, state._struct, handle)
+        return Instance(handle[0], state)
+
     def workspace(self) -> Workspace:
         """Memory for another state, for step(): it goes on with the plan's changes, which a clone does not."""
         workspace = _ffi.new("dvdx_workspace**")
@@ -1015,10 +1021,7 @@ class Plan(_Driven):
 
     def check(self, state: State) -> Dict[str, Any]:
         """How the state stands, as a dict of dvdx_state_check: stretch of springs, rods, energy, what is not finite."""
-        check = _ffi.new("dvdx_state_check*")
-        self._call_own("check", state._struct, check)
-        found = {name: getattr(check, name) for name, _ in _ffi.typeof("dvdx_state_check").fields}
-        return found | {name: tuple(found[name]) for name in ("spring", "rod")}
+        return _checked(_lib.dvdx_plan_check, self._handle, state._struct)
 
     def set_step(self, step: float) -> None:
         """Another step, s; with most_substeps in the coupling the longest that these keep stable: step_size says which."""
@@ -1117,6 +1120,103 @@ class Plan(_Driven):
         return {name: getattr(limit, name) for name, _ in _ffi.typeof("dvdx_network_limit").fields}
 
 
+class Instance:
+    """A state with what drives it, its wind, its frame time and what its springs carry on; made by Plan.instance().
+
+        for positions in instance.play(seconds=5, fps=30):
+            draw(positions)
+
+    Any number of threads may step different instances of a plan at once.
+    """
+
+    def __init__(self, handle: Any, state: State) -> None:
+        self._handle = _ffi.gc(handle, _lib.dvdx_instance_destroy)
+        self.state = state
+        """Its arrays are stepped, and its time goes on, by this instance alone."""
+
+    def __repr__(self) -> str:
+        return f"<dvdx.Instance: {len(self.state)} particles, step {self.step_size:g} s, time {self.state.time:g} s>"
+
+    @property
+    def step_size(self) -> float:
+        """s"""
+        return float(_lib.dvdx_instance_step_size(self._handle))
+
+    def move_body(
+        self, motion: int, translation: ArrayLike = (0, 0, 0), rotation: ArrayLike = (0, 0, 0), jump: bool = False
+    ) -> None:
+        """What follows motion `motion` is there at the end of the next step, or of the next advance(); by a jump at once."""
+        _call(
+            _lib.dvdx_instance_move_body, self._handle, motion, _vector(translation), _vector(rotation), _arrival(jump)
+        )
+
+    def move_pins(self, kinematic: int, places: ArrayLike, jump: bool = False) -> None:
+        """Likewise the particles of group `kinematic`: places, (n, 3)."""
+        keep: List[Any] = []
+        _call(_lib.dvdx_instance_move_pins, self._handle, kinematic, *_rows(places, "double", 3, keep), _arrival(jump))
+
+    def move_skin(self, skin: int, points: ArrayLike, normals: Optional[ArrayLike] = None, jump: bool = False) -> None:
+        """Likewise the points, and normals, of skin `skin`, (n, 3)."""
+        keep: List[Any] = []
+        at, count = _rows(points, "double", 3, keep)
+        directions = _ffi.NULL
+        if normals is not None:
+            directions, other = _rows(normals, "double", 3, keep)
+            if other != count:
+                raise ValueError(f"{other} normals: must be {count}, one for each point")
+        _call(_lib.dvdx_instance_move_skin, self._handle, skin, at, directions, count, _arrival(jump))
+
+    def set_wind(self, mean: ArrayLike = (0, 0, 0), gusts: ArrayLike = ()) -> None:
+        """The air of this state alone: as Plan.set_wind()."""
+        keep: List[Any] = []
+        wind = _struct("dvdx_wind", {"mean": mean, "gusts": np.reshape(gusts, (-1, 5))}, keep)
+        _call(_lib.dvdx_instance_set_wind, self._handle, wind)
+
+    def step(self, step: Optional[float] = None, threads: Union[int, Threads, None] = None) -> None:
+        """One step of this length, s: the frame time. None: as long as the last."""
+        length = self.step_size if step is None else step
+        _call(_lib.dvdx_instance_step, self._handle, length, _parallel(threads))
+        self.state._struct.clock = _lib.dvdx_instance_clock(self._handle)
+
+    def advance(self, frame_time: float, most: int = 8, threads: Union[int, Threads, None] = None) -> int:
+        """Whole steps of the size that it has, as many as have become due, at most `most`: how many those were."""
+        made = _ffi.new("size_t*")
+        _call(_lib.dvdx_instance_advance, self._handle, frame_time, _whole(most, "most"), made, _parallel(threads))
+        self.state._struct.clock = _lib.dvdx_instance_clock(self._handle)
+        return int(made[0])
+
+    def blend(self) -> Array:
+        """Positions between the last two steps of advance(), (n, 3), for drawing."""
+        drawn = State(*(np.zeros((len(self.state), 3), self.state.arrays["x"].dtype) for _ in range(2)))
+        _call(_lib.dvdx_instance_blend, self._handle, drawn._struct)
+        return drawn.positions
+
+    def play(self, seconds: float, fps: float = 30) -> Iterator[Array]:
+        """Positions of each frame, by advance() and blend()."""
+        for _ in range(round(seconds * fps)):
+            self.advance(1 / fps)
+            yield self.blend()
+
+    def teleport(self, translation: ArrayLike = (0, 0, 0), rotation: ArrayLike = (0, 0, 0)) -> None:
+        """Carries the state elsewhere with pins, bodies and skins: as Plan.teleport()."""
+        _call(_lib.dvdx_instance_teleport, self._handle, _vector(translation), _vector(rotation))
+
+    def check(self) -> Dict[str, Any]:
+        """How the state stands: as Plan.check()."""
+        return _checked(_lib.dvdx_instance_check, self._handle)
+
+
+def _arrival(jump: bool) -> int:
+    return int(_lib.DVDX_JUMP if jump else _lib.DVDX_MOVING)
+
+
+def _checked(function: Any, *arguments: Any) -> Dict[str, Any]:
+    check = _ffi.new("dvdx_state_check*")
+    _call(function, *arguments, check)
+    found: Dict[str, Any] = {name: getattr(check, name) for name, _ in _ffi.typeof("dvdx_state_check").fields}
+    return found | {name: tuple(found[name]) for name in ("spring", "rod")}
+
+
 class ContactReport:
     """A record of a scene's contacts, step after step: ContactReport(contacts, events) keeps at most so many events."""
 
@@ -1185,6 +1285,33 @@ class LivePlan:
             _call(_lib.dvdx_live_plan_step, self._handle, state._live, steps, parallel)
         else:
             _call(_lib.dvdx_live_plan_step_and_report, self._handle, state._live, steps, parallel, contacts._handle)
+
+    def clone(self) -> LivePlan:
+        """A plan for another state: nothing is compiled again."""
+        clone = _ffi.new("dvdx_live_plan**")
+        _call(_lib.dvdx_live_plan_clone, self._handle, clone)
+        return LivePlan(clone[0])
+
+    def set_step(self, step: float) -> None:
+        """Another step, s, > 0: births go on by time."""
+        _call(_lib.dvdx_live_plan_set_step, self._handle, step)
+
+    def set_force(self, index: int, scene: Scene, force: int = 0) -> None:
+        """The plan's force `index` becomes force `force` of a scene."""
+        _call(_lib.dvdx_live_plan_set_force, self._handle, index, scene._handle, force)
+
+    def set_contact(self, index: int, scene: Scene, contact: int = 0) -> None:
+        """The plan's contact `index` becomes contact `contact` of a scene: it is there at once, at rest."""
+        _call(_lib.dvdx_live_plan_set_contact, self._handle, index, scene._handle, contact)
+
+    def set_emitter(self, index: int, emitter: Dict[str, Any]) -> None:
+        """Emitter `index` becomes this one from the next step on; a rate of 0 switches it off."""
+        keep: List[Any] = []
+        _call(_lib.dvdx_live_plan_set_emitter, self._handle, index, _struct("dvdx_emitter", emitter, keep))
+
+    def burst(self, state: LiveState, births: int, emitter: int = 0) -> None:
+        """So many births of an emitter at once, behind all that live."""
+        _call(_lib.dvdx_live_plan_burst, self._handle, state._live, emitter, _whole(births, "births"))
 
     def remove(self, state: LiveState) -> None:
         """Removes what is to go as it stands; to remove one of your own choice, make its age infinite."""
