@@ -191,9 +191,9 @@ Expected<void> driven_in(typename Plan<T>::Parts* parts, const Drive& drive) {
 template <class T>
 template <class Drive>
 Expected<void> Workspace<T>::Parts::driven(Parts* parts, const Drive& drive) {
-  return changed(parts, "workspace", [&](auto& in) {
-    Expected<void> done = drive(in.get());
-    if (done) in->known = in->all_known;
+  return changed(parts, "workspace", [&](auto& own) {
+    Expected<void> done = drive(own.get());
+    if (done) own->known = own->all_known;
     return done;
   });
 }

@@ -99,7 +99,7 @@ class DVDX_EXPORT LivePlan {
 // A plan for particles that are all alike: values each, anchors at the start, networks, constraints and fixed particles are
 // errors that name their field, and so is a step that is not > 0. Where parts share births the survivors' order must be kept.
 template <class T>
-DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
+[[nodiscard]] DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
 
 extern template class LivePlan<float>;
 extern template class LivePlan<double>;

@@ -329,11 +329,11 @@ class DVDX_EXPORT Plan {
 
 // A plan for a scene in which all particles are alike (no values each, no anchors at the start).
 template <class T>
-DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options);
+[[nodiscard]] DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options);
 
 // A plan for the particles of a state: its count, and its positions where anchors stand at the start.
 template <class T>
-DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start);
+[[nodiscard]] DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start);
 
 extern template class Workspace<float>;
 extern template class Workspace<double>;

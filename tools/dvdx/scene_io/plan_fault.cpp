@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace dvdx::tool {
 namespace {
@@ -36,11 +37,15 @@ void name_network(std::string& field, const SceneFile& file) {
 
 }  // namespace
 
-Fault fault_of(const SceneFile& file, Error error) {
+Error in_words_of(const SceneFile& file, Error error) {
   name_motion(error.field, file);
   name_mesh_file(error.field, file);
   name_network(error.field, file);
-  return {Exit::bad_scene, file.path + ": " + error.message()};
+  return error;
+}
+
+Fault fault_of(const SceneFile& file, Error error) {
+  return {Exit::bad_scene, file.path + ": " + in_words_of(file, std::move(error)).message()};
 }
 
 }  // namespace dvdx::tool
