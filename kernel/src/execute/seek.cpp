@@ -147,7 +147,7 @@ std::optional<Error> check_seek(const CompiledScene<A>& compiled, const State<T>
   const auto refuse = [](std::string field, std::string value) {
     return Error{std::move(field), std::move(value), "absent: seek only follows affine motion"};
   };
-  if (!scene.networks.empty()) return refuse("network", std::to_string(scene.networks.size()) + " networks");
+  if (!scene.networks.empty()) return refuse("networks", std::to_string(scene.networks.size()) + " networks");
   if (!scene.constraints.empty()) return refuse("constraints", std::to_string(scene.constraints.size()) + " constraints");
   if (!scene.kinematic.empty()) return refuse("kinematic", std::to_string(scene.kinematic.size()) + " groups of particles");
   if (!scene.skins.empty()) return refuse("skins", std::to_string(scene.skins.size()) + " skins");
@@ -201,7 +201,7 @@ Expected<void> seek_by(const CompiledScene<A>& compiled, State<T>& state, std::u
 
 template <class T>
 Expected<void> Plan<T>::seek(State<T>& state, std::uint64_t steps) const {
-  return std::visit([&](const auto& in) { return seek_by(*in.scene, state, steps); }, parts_->in);
+  return changed(parts_, "plan", [&](const auto& in) { return seek_by(*in.scene, state, steps); });
 }
 
 template Expected<void> Plan<float>::seek(State<float>&, std::uint64_t) const;
