@@ -816,7 +816,7 @@ DVDX_EXPORT dvdx_status dvdx_instance_blend(const dvdx_instance* instance, const
 DVDX_EXPORT dvdx_status dvdx_instance_teleport(dvdx_instance* instance, const double* translation, const double* rotation,
                                                dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_instance_check(const dvdx_instance* instance, dvdx_state_check* check, dvdx_error* error);
-// Of a null pointer: not a number.
+// A null pointer's is not a number.
 DVDX_EXPORT dvdx_clock dvdx_instance_clock(const dvdx_instance* instance);
 DVDX_EXPORT double dvdx_instance_step_size(const dvdx_instance* instance);  // s
 

@@ -35,7 +35,7 @@ DVDX_EXPORT PinsId add_pins(Scene& scene, std::vector<std::size_t> particles);
 DVDX_EXPORT SkinId add_skin(Scene& scene, Skin skin);
 
 // Made by Plan::instance(). Any number of threads may step different instances at once; one at a time steps, moves or changes one. The
-// state's columns are the program's, and must stay where they are. What is wrong is an error, and nothing is changed.
+// state's columns are the program's, and must stay where they are. A mistake is an error, and changes nothing.
 template <class T>
 class DVDX_EXPORT Instance {
  public:

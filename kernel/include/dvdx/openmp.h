@@ -16,7 +16,7 @@ DVDX_EXPORT dvdx_team* dvdx_team_create(int threads);
 // Not while a step uses it. A null pointer is fine.
 DVDX_EXPORT void dvdx_team_destroy(dvdx_team* team);
 
-// To be passed to steps, as long as the team is there. Of a null pointer: the caller alone.
+// To be passed to steps, as long as the team is there. From a null pointer it is the caller alone.
 DVDX_EXPORT dvdx_parallel dvdx_team_parallel(const dvdx_team* team);
 DVDX_EXPORT int dvdx_team_threads(const dvdx_team* team);
 

@@ -287,7 +287,7 @@ class DVDX_EXPORT Plan {
   // contacts[index] becomes `contact`: its pose and all its numbers. In a plan that was compiled without networks, constraints,
   // skins and followers of a motion it takes none.
   [[nodiscard]] Expected<void> set_contact(std::size_t index, const Contact& contact);
-  // networks[index] becomes `network`, of the same kind, which joins the same particles: all its numbers. What is torn stays torn.
+  // networks[index] becomes `network`, of the same kind, which joins the same particles: all its numbers. Torn springs stay torn.
   [[nodiscard]] Expected<void> set_network(std::size_t index, const Network& network);
   [[deprecated("set_force")]] Expected<void> replace(std::size_t index, const Force& force) { return set_force(index, force); }
   [[deprecated("set_contact")]] Expected<void> replace(std::size_t index, const Contact& contact) {

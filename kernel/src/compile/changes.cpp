@@ -59,7 +59,7 @@ void SpringsStiffnessChange::apply(Scene& scene, std::size_t /*count*/) const {
 
 namespace {
 
-// What set_network leaves as it is.
+// The part that set_network leaves as it is.
 Grid layout_of(Grid grid) {
   grid.structural = grid.shear = grid.bend = grid.damping = 0;
   grid.broken.clear();

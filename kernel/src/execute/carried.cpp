@@ -84,7 +84,7 @@ struct PulsesRead {
   std::vector<std::pair<std::size_t, KeptPulse<A>>> pairs{}, walls{};
 };
 
-// What is no list of pulses of that room: none.
+// Numbers that are no list of pulses of that room give none.
 template <class A>
 std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room) {
   PulsesRead<A> read;

@@ -357,7 +357,7 @@ class Scene:
         """The scene of a file (dvdx-scene/1), with its step and duration; state() is how it starts.
 
         Not read, and refused by name: networks of type mesh and meshes as contacts (.obj), strain limits, springs that tear,
-        emitters, and faces that never meet bodies. What `dvdx run` does of its own is not done: it measures float32 states from
+        emitters, and faces that never meet bodies. Nothing is done that `dvdx run` does of its own: it measures float32 states from
         an origin nearby where they start far out.
         """
         from ._scene_file import read_scene
@@ -627,7 +627,7 @@ for _kind in _ADDERS:  # what the library has and this class does not name
 
 
 def _keywords(method: str, given: Dict[str, Any]) -> str:
-    """What was given to a method, without what it takes by itself."""
+    """The keywords of a call, without those that are a default."""
     defaults = {name: repr(each.default) for name, each in inspect.signature(getattr(Scene, method)).parameters.items()}
     return ", ".join(f"{name}={_shown(value)}" for name, value in given.items() if _shown(value) != defaults.get(name))
 
@@ -1171,7 +1171,7 @@ class Instance:
     def move_body(
         self, motion: int, translation: ArrayLike = (0, 0, 0), rotation: ArrayLike = (0, 0, 0), jump: bool = False
     ) -> None:
-        """What follows motion `motion` is there at the end of the next step, or of the next advance(); by a jump at once."""
+        """All that follows motion `motion` is there at the end of the next step, or of the next advance(); by a jump at once."""
         _call(
             _lib.dvdx_instance_move_body, self._handle, motion, _vector(translation), _vector(rotation), _arrival(jump)
         )

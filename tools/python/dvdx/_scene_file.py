@@ -15,7 +15,7 @@ Array = NDArray[Any]
 _KEYS = {
     "format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network", "constraints",
     "constraint_iterations", "substeps", "most_substeps", "fixed", "motions", "kinematic", "skins", "tethers", "wind", "origin",
-    "faces", "push_out",
+    "faces", "push_out", "meet",
 }  # fmt: skip
 _COUPLING = {"scheme": "scheme", "substeps": "substeps", "most_substeps": "most_substeps", "theta": "theta", "sweep": "sweeps",
              "lines": "lines", "method": "method", "axis": "axis"}  # fmt: skip
@@ -97,6 +97,8 @@ class _Reader:
             least, most, seed = (value["uniform"][key] for key in ("min", "max", "seed"))
             columns = [_drawn(least[axis], most[axis], seed, count, axis) for axis in range(3)]
             return np.stack(columns, axis=1)
+        if "lattice" in value:
+            return _lattice(value["lattice"], count)
         return self.listed(value, (count, 3))
 
     def scalars(self, value: Any, count: int) -> Any:
@@ -169,6 +171,8 @@ class _Reader:
             scene.tethers(**tethers)
         if "wind" in root:
             self.add_wind(scene, root["wind"])
+        if "meet" in root:
+            self.add_meet(scene, root["meet"])
         return scene
 
     @staticmethod
@@ -259,6 +263,16 @@ class _Reader:
         if "motion" in skin:
             scene.skin_motion(index, self.motion(skin["motion"]))
 
+    def add_meet(self, scene: Any, meet: Dict[str, Any]) -> None:
+        given = {key: value for key, value in meet.items() if key not in ("radius", "apart_at_start", "groups")}
+        if "radius" in meet:
+            given["radius"] = self.scalars(meet["radius"], len(self.positions))
+        if "apart_at_start" in meet:
+            given["near_at_start"] = "pass" if meet["apart_at_start"] else "meet"
+        scene.meet(**given)
+        if "groups" in meet:
+            scene.meet_groups(**meet["groups"])
+
     @staticmethod
     def add_wind(scene: Any, wind: Any) -> None:
         if isinstance(wind, list):
@@ -280,6 +294,18 @@ def _type(item: Dict[str, Any], name: str, kinds: Tuple[str, ...]) -> str:
 
 def _rest(item: Dict[str, Any]) -> List[Tuple[str, Any]]:
     return [(key, value) for key, value in item.items() if key != "type"]
+
+
+def _lattice(given: Dict[str, Any], count: int) -> Array:
+    """Points of a cubic lattice, along x first, then z, then y, each drawn from around its own: docs/scene.md."""
+    least, most, spacing = (np.array(given[key], float) for key in ("min", "max", "spacing"))
+    x, _, z = (1 + ((most - least) / spacing * (1 + 1e-12)).astype(int)).tolist()
+    i = np.arange(count)
+    places: Array = least + spacing * np.stack([i % x, i // x // z, i // x % z], axis=1)
+    jitter = given.get("jitter", 0)
+    if jitter > 0:
+        places += np.stack([_drawn(-jitter, jitter, given["seed"], count, axis) for axis in range(3)], axis=1)
+    return places
 
 
 def _drawn(least: float, most: float, seed: int, count: int, axis: int) -> Array:
