@@ -13,6 +13,7 @@
 #include "execute/tasks.hpp"
 #include "execute/workspace.hpp"
 #include "math/vec3.hpp"
+#include "passes/meet/meet.inl.hpp"
 #include "passes/meet/surface.hpp"
 
 namespace dvdx {
@@ -58,7 +59,7 @@ class MeetStep {
   }
 
  private:
-  static constexpr std::size_t per_task = 1024;  // a fixed number, so that nothing depends on threads
+  static constexpr std::size_t per_task = particles_per_meeting_task;
 
   [[nodiscard]] std::size_t particles() const noexcept { return rules_.particles(); }
   [[nodiscard]] Point<T> at(const std::array<T*, 3>& columns, std::size_t i) const noexcept {
@@ -295,11 +296,8 @@ class MeetStep {
   void bounce() noexcept {
     const T slowest = m_.slowest_bounce();
     for (int round = 0; round < most_impact_rounds; ++round) {
-      over_pairs([&](MetPair<T>& pair, std::size_t) { find_impact(pair, met(), wanted(pair.i, pair.j), h_, slowest); });
-      over_particles([&](std::size_t i) {
-        for (std::size_t s = 0; s < walls_of(i); ++s) find_impact(wall(i, s), met(), T(0), h_, slowest);
-      });
-      if (!name_impacts()) return;
+      if (!find_impacts(slowest)) return;
+      name_impacts();
       over_pairs([&](const MetPair<T>& pair, std::size_t p) {
         if (room_.best[pair.i] == p && room_.best[pair.j] == p) hit(pair);
       });
@@ -312,8 +310,25 @@ class MeetStep {
       });
     }
   }
-  // Each particle's; whether there is any.
-  bool name_impacts() noexcept {
+  // Whether there is any.
+  bool find_impacts(T slowest) noexcept {
+    const std::size_t tasks = tasks_of(particles(), per_task);
+    for_each_task(parallel_, tasks, [&](std::size_t task) {
+      bool is_any = false;
+      const auto look = [&](MetPair<T>& of, T d) {
+        find_impact(of, met(), d, h_, slowest);
+        is_any = is_any || of.f <= 1;
+      };
+      for (std::size_t i = task * per_task; i < std::min(particles(), (task + 1) * per_task); ++i) {
+        for (std::size_t p = room_.own[i]; p < room_.own[i + 1]; ++p) look(room_.pairs[p], wanted(i, room_.pairs[p].j));
+        for (std::size_t s = 0; s < walls_of(i); ++s) look(wall(i, s), T(0));
+      }
+      room_.has_impacts[task] = is_any ? 1 : 0;
+    });
+    return std::find(room_.has_impacts.begin(), room_.has_impacts.end(), 1) != room_.has_impacts.end();
+  }
+  // Each particle's.
+  void name_impacts() noexcept {
     const auto walls = static_cast<std::uint32_t>(room_.pairs.size());
     over_particles([&](std::size_t i) {
       const MetPair<T>* best = nullptr;
@@ -328,7 +343,6 @@ class MeetStep {
       for (std::size_t s = 0; s < walls_of(i); ++s) look(wall(i, s), walls + static_cast<std::uint32_t>(s));
       room_.best[i] = named;
     });
-    return std::any_of(room_.best.begin(), room_.best.end(), [](std::uint32_t named) { return named != no_partner; });
   }
   void hit(const MetPair<T>& meeting) noexcept {
     const Point<T> impulse = impulse_of(meeting, met(), h_);
