@@ -456,6 +456,32 @@ Cases skin_cases() {
   return cases;
 }
 
+// Grains of two sizes that fall into a corner, and a sheet that folds.
+Cases meet_cases() {
+  test::Joined grains;
+  grains.name = "meet: grains";
+  std::vector<double> radius;
+  for (std::size_t i = 0; i < 40; ++i) {
+    const auto place = [&](std::size_t k, std::size_t axis) {
+      return 0.02 * (static_cast<double>(k) + 1 + 0.1 * test::scatter(i, axis));
+    };
+    grains.x.push_back({place(i % 4, 0), place(i / 16, 1), place(i / 4 % 4, 2)});
+    grains.v.push_back({0.5 * test::scatter(i, 3), -1, 0.5 * test::scatter(i, 4)});
+    radius.push_back(i % 3 == 0 ? 0.012 : 0.009);
+  }
+  grains.scene.add(Constant{.acceleration = {-2, -9.75, 0}});
+  grains.scene.add(Plane{.normal = {0, 1, 0}, .friction = 0.5});
+  grains.scene.add(Plane{.normal = {1, 0, 0}, .restitution = 0.5});
+  grains.scene.fixed = {7};
+  grains.scene.add(Meet{.radius = radius, .restitution = 0.5, .friction = 0.25});
+  test::Joined sheet = test::sheet(9, 12, 50, 0.001);
+  sheet.name = "meet: a sheet";
+  sheet.scene.coupling.scheme = Scheme::sequential;
+  sheet.scene.add(Meet{.thickness = 0.02, .friction = 0.5, .most_neighbours = 64});
+  for (std::size_t i = 0; i < sheet.v.size(); ++i) sheet.v[i][0] = sheet.x[i][0] > 0.25 ? -4 : 4;
+  return {case_of(grains), case_of(sheet)};
+}
+
 // A sheet that falls on a sphere and is kept from sinking into a plane.
 Cases sheet_contact_cases() {
   Cases cases;
@@ -719,9 +745,9 @@ Cases live_cases() {
 
 Cases all_cases() {
   Cases all;
-  for (const Cases& cases :
-       {contact_cases(), radial_cases(), accumulate_cases(), pulse_cases(), air_cases(), skin_cases(), sheet_contact_cases(),
-        motion_cases(), constraint_cases(), generalized_alpha_cases(), compensated_cases(), live_cases()}) {
+  for (const Cases& cases : {contact_cases(), radial_cases(), accumulate_cases(), pulse_cases(), air_cases(), skin_cases(),
+                             meet_cases(), sheet_contact_cases(), motion_cases(), constraint_cases(), generalized_alpha_cases(),
+                             compensated_cases(), live_cases()}) {
     all.insert(all.end(), cases.begin(), cases.end());
   }
   return all;

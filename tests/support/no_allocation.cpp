@@ -140,6 +140,31 @@ TEST_CASE_TEMPLATE("faces of a sheet that meet a ball allocate nothing in a step
   CHECK(report.of(0).impulse[1] < 0);
 }
 
+TEST_CASE_TEMPLATE("particles that meet allocate nothing in a step, nor where there are too many", T, float, double) {
+  for (const int most : {12, 2}) {
+    Scene scene;
+    scene.add(Constant{.acceleration = {0, -9.81, 0}});
+    scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.01, .friction = 0.5});
+    scene.add(Meet{.radius = 0.01, .friction = 0.5, .most_neighbours = most});
+    test::Batch<T> batch(test::Layout::aos, 125);
+    for (std::size_t i = 0; i < 125; ++i) {
+      const std::size_t place[] = {i % 5, i / 5 % 5, i / 25};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        batch.view().x[axis][i] = static_cast<T>(0.02 * static_cast<double>(place[axis]));
+        batch.view().v[axis][i] = T(0);
+      }
+    }
+    const auto plan = compile<T>(scene, {}, batch.view());
+    REQUIRE(plan.has_value());
+    ContactReport report(1);
+    const int before = allocations;
+    const StepResult result = plan->step(batch.view(), 5);
+    (void)plan->step(batch.view(), report, 5);
+    CHECK(allocations == before);
+    CHECK(result == (most == 2 ? StepResult::too_many_neighbours : StepResult::done));
+  }
+}
+
 TEST_CASE_TEMPLATE("no scene whose particles come and go allocates in a step", T, float, double) {
   constexpr std::size_t capacity = 40'000;
   for (const test::Layout layout : {test::Layout::soa, test::Layout::aosoa16}) {

@@ -68,15 +68,16 @@ struct Options {
 
 enum class StepResult {
   done,
-  count_differs,        // the plan holds values per particle, and the state has another count: nothing was stepped
-  capacity_too_small,   // a column's capacity is below the state's count (a compensated plan: its residuals' too): nothing was
-                        // stepped
-  in_use,               // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
-  workspace_differs,    // the workspace given was made for another scene or number of sub-steps: nothing was stepped
-  report_differs,       // the report given is for another number of contacts: nothing was stepped
-  time_not_finite,      // the state's clock is infinite or not a number: nothing was stepped
-  too_many_neighbours,  // more particles came within reach of one than Meet::most_neighbours: x, v and clock are those of the
-                        // call's start, and forget() is as after a jump
+  count_differs,       // the plan holds values per particle, and the state has another count: nothing was stepped
+  capacity_too_small,  // a column's capacity is below the state's count (a compensated plan: its residuals' too): nothing was
+                       // stepped
+  in_use,              // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
+  workspace_differs,   // the workspace given was made for another scene or number of sub-steps: nothing was stepped
+  report_differs,      // the report given is for another number of contacts: nothing was stepped
+  time_not_finite,     // the state's clock is infinite or not a number: nothing was stepped
+  // More particles came within reach of one than Meet::most_neighbours. The state is that of the call's start, its clock too.
+  // Motions, groups and skins that are driven have gone to their targets; nothing is carried on, as after forget().
+  too_many_neighbours,
 };
 
 // How far a net that sweeps step is estimated to be off, of the one that is worst off: sweeps leave springs softer than they are.
@@ -141,10 +142,10 @@ template <class T>
 struct ReportedStep;  // private to the library
 
 // The memory that one state works in while a plan steps it: empty where a scene has no networks, constraints, skins, kinematic
-// particles and contacts that follow a motion. One may serve many states, one after the other. But networks by scheme
-// sequential without theta carry on what the springs did in the last step, which stands here: where the state's columns and
-// clock are not those that the last step left, the next one starts without, by a sub-step of first order. Such a state should
-// have a workspace, or a plan, of its own.
+// particles, particles that meet and contacts that follow a motion. One may serve many states, one after the other. But
+// networks by scheme sequential without theta carry on what the springs did in the last step, and particles that meet the
+// pulses of their contacts. Both stand here: where the state's columns and clock are not those that the last step left, the
+// next one starts without, by a sub-step of first order. Such a state should have a workspace, or a plan, of its own.
 template <class T>
 class DVDX_EXPORT Workspace {
  public:
@@ -205,11 +206,11 @@ class DVDX_EXPORT Plan {
   // needed for another state or another clock, nor where all particles are moved alike, kicked, or stepped with another step.
   void forget() noexcept;
 
-  // Everything that the next step depends on beside the state's columns and its clock: what the springs did in the last step,
-  // where that is carried on (see Workspace), and what is driven by set_pose and set_places. With it a stored state goes on
-  // elsewhere with the same bits: in a plan of the same scene, compiled for the same start, on any instruction set. The numbers
-  // are for restore() alone, few or none where there is nothing to keep. Not while another thread steps with this plan, or in
-  // this workspace.
+  // Everything that the next step depends on beside the state's columns and its clock: what springs, and particles that meet,
+  // did in the last step, where that is carried on (see Workspace), and what is driven by set_pose and set_places. With it a
+  // stored state goes on elsewhere with the same bits: in a plan of the same scene, compiled for the same start, on any
+  // instruction set. The numbers are for restore() alone, few or none where there is nothing to keep. Not while another thread
+  // steps with this plan, or in this workspace.
   [[nodiscard]] std::vector<double> carried(const State<T>& state) const;
   [[nodiscard]] std::vector<double> carried(const State<T>& state, const Workspace<T>& workspace) const;
   // For the state as it was then: count, columns and clock. Changes nothing where it fails.

@@ -205,6 +205,7 @@ Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index
   if (parts_of(contact) != parts_of(before)) return InPlace::not_done;
   if (compiled.joined() != nullptr && !compiled.joined()->faces_to_change().can_set(index, contact)) return InPlace::not_done;
   if (push_out_of(contact) && !push_out_of(before)) return InPlace::not_done;  // not in every scheme
+  if (compiled.scene.meet) return InPlace::not_done;                           // balls may find no room in it
   if (auto error = check(contact, index)) return tl::unexpected(*error);
   if (auto error = check_range<T>(contact, index, compiled.scene.origin)) return tl::unexpected(*error);
   compiled.scene.contacts[index] = contact;

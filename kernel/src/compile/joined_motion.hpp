@@ -15,7 +15,6 @@
 #include "compile/joints.hpp"
 #include "compile/pose_track.hpp"
 #include "dvdx/plan.hpp"
-#include "execute/meet_room.hpp"
 #include "isa/passes.hpp"
 
 namespace dvdx {

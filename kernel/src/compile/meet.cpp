@@ -18,7 +18,8 @@ namespace {
 constexpr int most_rounds = 64;
 constexpr int most_neighbours_of_all = 255;
 constexpr std::size_t most_groups = 1024;
-constexpr double near_at_start = 1 - 1e-6;  // of the distance that a pair wants
+constexpr double least_size = 1e-15, most_size = 1e15;  // m
+constexpr double near_at_start = 1 - 1e-6;              // of the distance that a pair wants
 
 bool passes_near_ones(const Meet& meet) noexcept {
   return meet.near_at_start == NearAtStart::pass || (meet.near_at_start == NearAtStart::by_kind && meet.thickness.has_value());
@@ -81,6 +82,7 @@ double fastest_way(const Motion& motion) {
 double least_radius(const Meet& meet) noexcept {
   if (meet.thickness) return 0.5 * *meet.thickness;
   if (meet.radius->is_uniform()) return (*meet.radius)[0];
+  if (meet.radius->each().empty()) return 1;  // of a state without particles
   return *std::min_element(meet.radius->each().begin(), meet.radius->each().end());
 }
 
@@ -94,8 +96,19 @@ void check_meet(Checker& check, const Scene& scene) {
     return check.fail("meet", meet.radius ? "both of radius and thickness" : "neither radius nor thickness", "one of them");
   }
   if (meet.radius) check.scalars("meet.radius", *meet.radius, Range::positive);
-  if (meet.radius && !meet.radius->is_uniform() && meet.radius->each().empty()) return;
   if (meet.thickness) check.number("meet.thickness", *meet.thickness, Range::positive);
+  const auto size = [&](const std::string& field, double value) {  // whose square float32 holds
+    if (!(value >= least_size && value <= most_size)) {
+      check.fail(field, text(value), "a number from " + text(least_size) + " to " + text(most_size));
+    }
+  };
+  if (meet.radius && !check.error) {
+    const bool is_uniform = meet.radius->is_uniform();
+    for (std::size_t i = 0; i < (is_uniform ? 1 : meet.radius->each().size()) && !check.error; ++i) {
+      size(is_uniform ? "meet.radius" : element("meet.radius", i), (*meet.radius)[i]);
+    }
+  }
+  if (meet.thickness && !check.error) size("meet.thickness", *meet.thickness);
   if (meet.thickness && scene.networks.empty()) {
     check.fail("meet.thickness", text(*meet.thickness), "left out of a scene without networks, whose particles it is of");
   }

@@ -10,9 +10,19 @@
 
 #include "compile/checker.hpp"
 #include "dvdx/plan.hpp"
-#include "passes/meet/meet.hpp"
 
 namespace dvdx {
+
+// Surfaces that one particle touches at once; of more the deepest.
+inline constexpr std::size_t most_walls = 3;
+
+// How much is kept of particles that meet.
+struct MeetShape {
+  std::size_t particles = 0;        // 0: none meet
+  std::size_t most_neighbours = 0;  // of one
+  std::size_t walls = 0;            // surfaces that one may touch
+  bool operator==(const MeetShape&) const = default;
+};
 
 template <class T>
 class MeetRules {

@@ -6,10 +6,14 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 
 #include "compile/joined_motion.hpp"
+#include "execute/contact_recorder.hpp"
 #include "execute/tasks.hpp"
 #include "execute/workspace.hpp"
+#include "math/vec3.hpp"
+#include "passes/meet/meet.inl.hpp"
 #include "passes/meet/surface.hpp"
 
 namespace dvdx {
@@ -18,13 +22,14 @@ template <class T>
 class MeetStep {
  public:
   MeetStep(const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, const WorkColumns<T>& work,
-           const ParallelFor& parallel) noexcept
+           const ParallelFor& parallel, ContactReport::Parts* report) noexcept
       : m_(motion),
         rules_(*motion.joints().meet),
         order_(motion.joints().order),
         room_(workspace.meet),
         work_(work),
-        parallel_(parallel) {}
+        parallel_(parallel),
+        report_(report) {}
 
   // A sub-step begins.
   void set_out() noexcept {
@@ -49,11 +54,12 @@ class MeetStep {
     bounce();
     push_apart();
     put_back();
+    if (report_ != nullptr) tell();
     return Found::all;
   }
 
  private:
-  static constexpr std::size_t per_task = 1024;  // a fixed number, so that nothing depends on threads
+  static constexpr std::size_t per_task = particles_per_meeting_task;
 
   [[nodiscard]] std::size_t particles() const noexcept { return rules_.particles(); }
   [[nodiscard]] Point<T> at(const std::array<T*, 3>& columns, std::size_t i) const noexcept {
@@ -211,7 +217,7 @@ class MeetStep {
     room_.pair_count = 0;
     if (room_.most > static_cast<std::size_t>(rules_.meet().most_neighbours)) return Found::too_many;
     room_.pair_count = room_.own[particles()];
-    const T mu = static_cast<T>(rules_.meet().friction);
+    const T mu = static_cast<T>(std::min(rules_.meet().friction, 1e6));
     const T e = static_cast<T>(rules_.meet().restitution);
     over_particles([&](std::size_t i) {
       std::size_t p = room_.own[i];
@@ -290,22 +296,39 @@ class MeetStep {
   void bounce() noexcept {
     const T slowest = m_.slowest_bounce();
     for (int round = 0; round < most_impact_rounds; ++round) {
-      over_pairs([&](MetPair<T>& pair, std::size_t) { find_impact(pair, met(), wanted(pair.i, pair.j), h_, slowest); });
-      over_particles([&](std::size_t i) {
-        for (std::size_t s = 0; s < walls_of(i); ++s) find_impact(wall(i, s), met(), T(0), h_, slowest);
-      });
-      if (!name_impacts()) return;
+      if (!find_impacts(slowest)) return;
+      name_impacts();
       over_pairs([&](const MetPair<T>& pair, std::size_t p) {
         if (room_.best[pair.i] == p && room_.best[pair.j] == p) hit(pair);
       });
       const auto walls = static_cast<std::uint32_t>(room_.pairs.size());
       over_particles([&](std::size_t i) {
-        if (room_.best[i] != no_partner && room_.best[i] >= walls) hit(wall(i, room_.best[i] - walls));
+        if (room_.best[i] == no_partner || room_.best[i] < walls) return;
+        MetPair<T>& of = wall(i, room_.best[i] - walls);
+        of.impulse = plus(of.impulse, impulse_of(of, met(), h_));
+        hit(of);
       });
     }
   }
-  // Each particle's; whether there is any.
-  bool name_impacts() noexcept {
+  // Whether there is any.
+  bool find_impacts(T slowest) noexcept {
+    const std::size_t tasks = tasks_of(particles(), per_task);
+    for_each_task(parallel_, tasks, [&](std::size_t task) {
+      bool is_any = false;
+      const auto look = [&](MetPair<T>& of, T d) {
+        find_impact(of, met(), d, h_, slowest);
+        is_any = is_any || of.f <= 1;
+      };
+      for (std::size_t i = task * per_task; i < std::min(particles(), (task + 1) * per_task); ++i) {
+        for (std::size_t p = room_.own[i]; p < room_.own[i + 1]; ++p) look(room_.pairs[p], wanted(i, room_.pairs[p].j));
+        for (std::size_t s = 0; s < walls_of(i); ++s) look(wall(i, s), T(0));
+      }
+      room_.has_impacts[task] = is_any ? 1 : 0;
+    });
+    return std::find(room_.has_impacts.begin(), room_.has_impacts.end(), 1) != room_.has_impacts.end();
+  }
+  // Each particle's.
+  void name_impacts() noexcept {
     const auto walls = static_cast<std::uint32_t>(room_.pairs.size());
     over_particles([&](std::size_t i) {
       const MetPair<T>* best = nullptr;
@@ -320,7 +343,6 @@ class MeetStep {
       for (std::size_t s = 0; s < walls_of(i); ++s) look(wall(i, s), walls + static_cast<std::uint32_t>(s));
       room_.best[i] = named;
     });
-    return std::any_of(room_.best.begin(), room_.best.end(), [](std::uint32_t named) { return named != no_partner; });
   }
   void hit(const MetPair<T>& meeting) noexcept {
     const Point<T> impulse = impulse_of(meeting, met(), h_);
@@ -374,7 +396,7 @@ class MeetStep {
       }
     });
   }
-  // What pulses make of each particle's place, and how many act on it.
+  // The ways that pulses move each particle, and how many act on it.
   void sum_pulses() noexcept {
     over_particles([&](std::size_t i) {
       Point<T> sum{};
@@ -425,12 +447,34 @@ class MeetStep {
     });
   }
 
+  // The report's part: pushes and impacts that surfaces take here, beside those that the flows tell.
+  void tell() noexcept {
+    for (std::size_t contact = 0; contact < report_->centers.size() && room_.walls_each != 0; ++contact) {
+      std::optional<ContactSums> sums;
+      for (std::size_t i = 0; i < particles(); ++i) {
+        for (std::size_t s = 0; s < walls_of(i); ++s) {
+          const MetPair<T>& of = wall(i, s);
+          const bool is_hit = of.impulse != Point<T>{};
+          if (surfaces_[of.surface].contact != contact || !(is_hit || of.normal > 0)) continue;
+          if (!sums) sums.emplace(contact);
+          const Point<T> on = times(T(-1), plus(of.impulse, times(1 / h_, of.pulse)));
+          const Vec3 impulse{double{on[0]}, double{on[1]}, double{on[2]}};
+          const Vec3 x{double{room_.x1[i][0]}, double{room_.x1[i][1]}, double{room_.x1[i][2]}};
+          sums->add(impulse, cross(difference(sum(x, m_.origin()), report_->centers[contact].at), impulse));
+          if (is_hit) sums->count_hits(1);
+        }
+      }
+      if (sums) sums->join(*report_);
+    }
+  }
+
   const JoinedMotion<T>& m_;
   const MeetRules<T>& rules_;
   const ParticleOrder& order_;
   MeetRoom<T>& room_;
   const WorkColumns<T>& work_;
   const ParallelFor& parallel_;
+  ContactReport::Parts* report_;
   const Surface<T>* surfaces_ = nullptr;
   std::size_t surface_count_ = 0;
   T h_ = 0;

@@ -5,19 +5,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "dvdx/meet.hpp"
+#include "compile/meet.hpp"
+#include "execute/tasks.hpp"
 #include "passes/contact/contact.hpp"
 #include "passes/meet/lists.hpp"
 
 namespace dvdx {
 
-// How much is kept of particles that meet.
-struct MeetShape {
-  std::size_t particles = 0;        // 0: none meet
-  std::size_t most_neighbours = 0;  // of one
-  std::size_t walls = 0;            // surfaces that one may touch
-  bool operator==(const MeetShape&) const = default;
-};
+// A fixed number, so that nothing depends on threads.
+inline constexpr std::size_t particles_per_meeting_task = 1024;
 
 // All by particles' numbers.
 template <class T>
@@ -46,6 +42,7 @@ struct MeetRoom {
         walls(shape.particles * shape.walls),
         wall_count(shape.walls != 0 ? shape.particles : 0),
         best(shape.particles),
+        has_impacts(tasks_of(shape.particles, particles_per_meeting_task)),
         kept(pairs.size()),
         kept_first(shape.particles + 1),
         kept_walls(walls.size()),
@@ -55,7 +52,8 @@ struct MeetRoom {
   [[nodiscard]] std::size_t bytes() const noexcept {
     return lists.bytes() + is_near.size() + sizeof(Point<T>) * 7 * x0.size() + sizeof(T) * 6 * w.size() +
            sizeof(MetPair<T>) * (pairs.size() + walls.size()) + 4 * (own.size() + others.size() + other.size() + best.size()) +
-           2 * wall_count.size() + sizeof(KeptPulse<T>) * (kept.size() + kept_walls.size()) + 4 * kept_first.size();
+           2 * wall_count.size() + has_impacts.size() + sizeof(KeptPulse<T>) * (kept.size() + kept_walls.size()) +
+           4 * kept_first.size();
   }
 
   PairLists<T> lists{};
@@ -73,7 +71,8 @@ struct MeetRoom {
   std::vector<std::uint32_t> other{};          // numbers of those with lower partners
   std::vector<MetPair<T>> walls{};             // walls_each for each particle
   std::vector<std::uint8_t> wall_count{};
-  std::vector<std::uint32_t> best{};  // of an impact round
+  std::vector<std::uint32_t> best{};        // of an impact round
+  std::vector<std::uint8_t> has_impacts{};  // of each task
   // The pulses of the sub-step before, of h_kept: of pairs by i, then by j, and walls_each of each particle with surfaces.
   std::vector<KeptPulse<T>> kept{};
   std::vector<std::uint32_t> kept_first{};

@@ -151,7 +151,7 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
       }
     }
   }
-  // What is larger, or goes farther, looks at all that is not larger still.
+  // Particles that are larger, or go farther, look at all that are not larger still.
   for (std::uint32_t s = 0; s < starts_[cells_] && !is_full; ++s) {
     const std::uint32_t p = sorted_[s];
     if (!(a[p] > ordinary)) continue;

@@ -20,15 +20,15 @@
 //          overlap nowhere the kinetic energy never rises by it. Each round, from y,
 //            l = max(0, y - C/(w_i k_i + w_j k_j)),   y = l + beta (l - l_before),
 //          k: the pulses of a particle that act. The rows of the scaled matrix have a sum of at most 1, so the round descends.
-//          The last round has beta 0. A pair alone is solved by the first round, and stays so. The first y is half of what the
+//          The last round has beta 0. A pair alone is solved by the first round, and stays so. The first y is a part of what the
 //          contact had in the sub-step before, so that a pile is carried by more rounds than one sub-step has; of pulses that
 //          have grown, at most twice what they began with and the weight of a pair: those of impacts do not last.
 //          Friction: the same for what slides within the sub-step, cut to mu l.
 // Sums     A pair's pulse is worked out once, and taken by both sides; a particle sums by ascending numbers of its partners,
 //          lower ones first. Momentum is kept to rounding. Which pairs are within reach depends on nothing but the state, so no
 //          bit depends on how old a list is.
-// Limits   Particles turn about nothing: balls do not roll. What pushes carry farther than the margin of a pair within a sub-step
-//          meets in the next one. Rounds carry a push by so many particles: a deep pile is soft. What rests has the velocity
+// Limits   Particles turn about nothing: balls do not roll. Pairs that pushes bring nearer than their margin within a sub-step
+//          meet in the next one. Rounds carry a push by so many particles: a deep pile is soft. A grain at rest has the velocity
 //          -g h/2 that the next sub-step takes back, as in leapfrog.
 // Source   R. Tonge, F. Benevolenti and A. Voroshilov, Mass splitting for jitter-free parallel rigid body simulation, 2012 (k);
 //          Y. Nesterov, 1983 (y); E. Brown, integral contributions (impacts).
@@ -38,8 +38,7 @@ namespace dvdx {
 inline constexpr std::uint32_t no_partner = std::numeric_limits<std::uint32_t>::max();
 inline constexpr int most_impact_rounds = 8;
 inline constexpr double beta_of_rounds = 0.5;
-inline constexpr double kept_part = 0.5;      // of a contact's pulse, with which its next sub-step begins
-inline constexpr std::size_t most_walls = 3;  // surfaces that one particle touches at once; of more the deepest
+inline constexpr double kept_part = 0.4;  // of a contact's pulse, with which its next sub-step begins
 
 template <class T>
 using Point = std::array<T, 3>;
@@ -61,8 +60,9 @@ struct MetPair {
   bool is_active = false;
   T normal = 0, normal_y = 0;
   Point<T> along{}, along_y{};
-  T begun = 0;       // the normal pulse that the sub-step began with
-  Point<T> pulse{};  // kg m
+  T begun = 0;         // the normal pulse that the sub-step began with
+  Point<T> pulse{};    // kg m
+  Point<T> impulse{};  // of a surface's impacts, kg m/s
 };
 
 // The particles of a scene by their numbers. Those that meet nothing have the radius 0.

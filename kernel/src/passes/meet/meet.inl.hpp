@@ -1,12 +1,13 @@
-#include "passes/meet/meet.hpp"
+// The bodies of what meet.hpp declares.
+#pragma once
 
 #include <algorithm>
 #include <cmath>
 
 namespace dvdx {
-namespace {
+namespace met_pairs {
 
-// What impacts have made of the start and the end of a particle's way.
+// The start and the end of a particle's way, as impacts have changed them.
 template <class T>
 struct Way {
   Point<T> from, to, v;
@@ -47,7 +48,7 @@ T first_touch(const Point<T>& q, const Point<T>& D, T d) noexcept {
   return f < 1 ? f : T(2);
 }
 
-}  // namespace
+}  // namespace met_pairs
 
 template <class T>
 bool comes_within(const Point<T>& q0, const Point<T>& q1, T distance) noexcept {
@@ -68,24 +69,24 @@ void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slo
     const Point<T> u = minus(plus(of.v[i], of.dv[i]), plus(of.v[meeting.j], of.dv[meeting.j]));
     if (!(inner(u, u) > slowest * slowest)) return;
   }
-  const Way<T> own = way_of(of, i, h);
+  const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
   if (meeting.j == no_partner) {
     const Point<T> v = minus(own.v, times(1 / h, meeting.way));
     meeting.speed = -sign * inner(meeting.n, v);
     if (!(meeting.speed > slowest)) return;
     const Point<T> D = minus(minus(own.to, own.from), meeting.way);
-    const T at_start = meeting.start + inner(meeting.n, of.shift[i]);
+    const T at_first = meeting.start + inner(meeting.n, of.shift[i]);
     const T fall = inner(meeting.n, D);
-    const T at_last = at_start + of.last[i] * fall;
+    const T at_last = at_first + of.last[i] * fall;
     if (at_last <= 0) {
       meeting.f = of.last[i];
-    } else if (at_start + fall < 0) {
-      meeting.f = -at_start / fall;
+    } else if (at_first + fall < 0) {
+      meeting.f = -at_first / fall;
     }
     return;
   }
   const std::size_t j = meeting.j;
-  const Way<T> other = way_of(of, j, h);
+  const met_pairs::Way<T> other = met_pairs::way_of(of, j, h);
   const Point<T> q0 = plus(minus(of.x0[i], of.x0[j]), minus(of.shift[i], of.shift[j]));
   const Point<T> D = minus(minus(own.to, other.to), q0);
   const T last = std::max(of.last[i], of.last[j]);
@@ -95,12 +96,12 @@ void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slo
   T f = last;
   if (square > d * d) {
     const T left = 1 - last;
-    const T part = first_touch(q, times(left, D), d);
+    const T part = met_pairs::first_touch(q, times(left, D), d);
     if (part > 1) return;
     f = last + left * part;
     touch = plus(q, times(part, times(left, D)));
   }
-  meeting.n = direction(touch);
+  meeting.n = met_pairs::direction(touch);
   meeting.speed = -sign * inner(meeting.n, minus(own.v, other.v));
   if (meeting.speed > slowest) meeting.f = f;
 }
@@ -135,7 +136,7 @@ void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, con
   if (meeting.j == no_partner) {
     meeting.gap = meeting.gap + inner(meeting.n, moved);
     const Point<T> D = minus(plus(minus(of.x1[i], of.x0[i]), moved), meeting.way);
-    meeting.slip = across(D, meeting.n);
+    meeting.slip = met_pairs::across(D, meeting.n);
   } else {
     const std::size_t j = meeting.j;
     const Point<T> q0 = minus(of.x0[i], of.x0[j]);
@@ -146,17 +147,17 @@ void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, con
     if (square > d * d) {
       const T a = inner(D, D);
       const T b = -inner(q0, D);
-      const T f = first_touch(q0, D, d);
+      const T f = met_pairs::first_touch(q0, D, d);
       const T nearest = b > 0 ? (b < a ? b / a : T(1)) : T(0);
       at = plus(q0, times(f < 1 ? f : nearest, D));
     }
-    meeting.n = direction(at);
+    meeting.n = met_pairs::direction(at);
     meeting.gap = inner(meeting.n, q1) - d;
-    meeting.slip = across(D, meeting.n);
+    meeting.slip = met_pairs::across(D, meeting.n);
   }
   meeting.is_active = meeting.gap < 0 || kept.normal > 0;
   meeting.begun = meeting.normal = meeting.normal_y = kept.normal;
-  meeting.along = meeting.along_y = across(kept.along, meeting.n);
+  meeting.along = meeting.along_y = met_pairs::across(kept.along, meeting.n);
   meeting.pulse = plus(times(meeting.normal, meeting.n), meeting.along);
 }
 
@@ -180,7 +181,7 @@ void push(MetPair<T>& meeting, const MetParticles<T>& of, T beta) noexcept {
   meeting.normal = normal;
   meeting.pulse = times(meeting.normal_y, meeting.n);
   if (!(meeting.mu > 0)) return;
-  const Point<T> slides = plus(meeting.slip, across(moved, meeting.n));
+  const Point<T> slides = plus(meeting.slip, met_pairs::across(moved, meeting.n));
   Point<T> along = minus(meeting.along_y, times(1 / w, slides));
   const T most = meeting.mu * normal;
   const T square = inner(along, along);
@@ -196,19 +197,5 @@ KeptPulse<T> kept(const MetPair<T>& meeting, T weight) noexcept {
   const T part = meeting.normal > most ? most / meeting.normal : T(1);
   return {meeting.j == no_partner ? meeting.surface : meeting.j, part * meeting.normal, times(part, meeting.along)};
 }
-
-template KeptPulse<float> kept<float>(const MetPair<float>&, float) noexcept;
-template KeptPulse<double> kept<double>(const MetPair<double>&, double) noexcept;
-template bool comes_within<float>(const Point<float>&, const Point<float>&, float) noexcept;
-template bool comes_within<double>(const Point<double>&, const Point<double>&, double) noexcept;
-template void find_impact<float>(MetPair<float>&, const MetParticles<float>&, float, float, float) noexcept;
-template void find_impact<double>(MetPair<double>&, const MetParticles<double>&, double, double, double) noexcept;
-template Point<float> impulse_of<float>(const MetPair<float>&, const MetParticles<float>&, float) noexcept;
-template Point<double> impulse_of<double>(const MetPair<double>&, const MetParticles<double>&, double) noexcept;
-template void begin_contact<float>(MetPair<float>&, const MetParticles<float>&, float, float, const KeptPulse<float>&) noexcept;
-template void begin_contact<double>(MetPair<double>&, const MetParticles<double>&, double, double,
-                                    const KeptPulse<double>&) noexcept;
-template void push<float>(MetPair<float>&, const MetParticles<float>&, float) noexcept;
-template void push<double>(MetPair<double>&, const MetParticles<double>&, double) noexcept;
 
 }  // namespace dvdx

@@ -1,0 +1,281 @@
+// Particles that meet have the same bits whatever steps them, and what is wrong is told.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "dvdx/live.hpp"
+#include "dvdx/partition.hpp"
+#include "kernel/meeting.hpp"
+#include "support/isas.hpp"
+#include "support/threads.hpp"
+
+namespace meet_bits_test {
+
+using namespace dvdx;
+using test::Balls;
+using test::Batch;
+using test::Layout;
+using test::Stepped;
+
+constexpr double d = 0.02;
+constexpr std::size_t steps = 24;
+
+// Grains that fall into a box, some of them fixed, and a wall that moves.
+Scene falling() {
+  Scene scene = test::box_of(0.13, 0.5, 0.25);
+  scene.add(Constant{.acceleration = {0.5, -9.81, 0}});
+  scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 1, .translation = {0.05, 0, 0}}}});
+  scene.add(Contact{Plane{.normal = {1, 0, 0}, .offset = -0.02, .friction = 0.25, .motion = 0}});
+  scene.fixed = {3, 40};
+  scene.add(Meet{.radius = 0.5 * d, .restitution = 0.25, .friction = 0.5});
+  return scene;
+}
+
+template <class T>
+bool are_equal(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+
+template <class T>
+std::vector<T> end_of(const Options& options = {}, Layout layout = Layout::soa, std::size_t each = steps,
+                      const ParallelFor& parallel = {}) {
+  Stepped<T> stepped(falling(), test::heap(150, 5, d), options, layout);
+  for (std::size_t n = 0; n < steps; n += each) stepped.step(each, parallel);
+  return stepped.values();
+}
+
+TEST_CASE_TEMPLATE("the bits do not depend on the instruction set, the layout or the steps a call", T, float, double) {
+  const std::vector<T> expected = end_of<T>({.isa = Isa::reference});
+  for (const Isa isa : available_isas(Arithmetic::separate)) CHECK(are_equal(expected, end_of<T>({.isa = isa})));
+  CHECK(are_equal(expected, end_of<T>({}, Layout::aos)));
+  CHECK(are_equal(expected, end_of<T>({}, Layout::aosoa8)));
+  for (const std::size_t each : {1U, 3U, 8U}) CHECK(are_equal(expected, end_of<T>({}, Layout::soa, each)));
+}
+
+TEST_CASE("the bits do not depend on the threads") {
+  Balls balls;  // as many as are worth threads
+  for (std::size_t n = 0; n < 16500; ++n) {
+    balls.add({0.0199 * static_cast<double>(n % 150), 0.0199 * static_cast<double>(n / 150), 0},
+              {test::uniform(0, n) - 0.5, test::uniform(1, n) - 0.5, test::uniform(2, n) - 0.5});
+  }
+  Scene scene;
+  scene.add(Contact{Plane{}});
+  scene.add(Meet{.radius = 0.5 * d, .friction = 0.5, .rounds = 2, .most_neighbours = 12});
+  Stepped<float> one(scene, balls, {});
+  Stepped<float> many(scene, balls, {});
+  test::Threads threads(3);
+  one.step(2);
+  many.step(2, threads.parallel_for());
+  CHECK(threads.calls() > 0);
+  CHECK(are_equal(one.values(), many.values()));
+}
+
+TEST_CASE_TEMPLATE("a state that is stored goes on with the same bits in another plan", T, float, double) {
+  const Balls balls = test::heap(150, 5, d);
+  Stepped<T> whole(falling(), balls, {});
+  Stepped<T> other(falling(), balls, {});
+  whole.step(11);
+  for (std::size_t i = 0; i < balls.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      other.state().x[axis][i] = whole.state().x[axis][i];
+      other.state().v[axis][i] = whole.state().v[axis][i];
+    }
+  }
+  other.state().clock = whole.state().clock;
+  const std::vector<double> carried = whole.plan().carried(whole.state());
+  REQUIRE(other.plan().restore(carried, other.state()));
+  whole.step(7);
+  other.step(7);
+  CHECK(are_equal(whole.values(), other.values()));
+
+  const auto refused = [&](std::vector<double> numbers) { return !other.plan().restore(numbers, other.state()).has_value(); };
+  for (const double wrong : {-1.0, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
+    for (std::size_t k = 2; k < 12; ++k) {
+      std::vector<double> numbers = carried;
+      numbers[k] = wrong;
+      const bool is_number_of_one = k < 6;
+      if (is_number_of_one || std::isnan(wrong)) CHECK(refused(numbers));
+    }
+  }
+  CHECK(refused({carried.begin(), carried.end() - 1}));
+}
+
+TEST_CASE("a plan forgets what another state did") {
+  const Balls balls = test::heap(150, 5, d);
+  Stepped<double> first(falling(), balls, {});
+  Stepped<double> second(falling(), balls, {});
+  first.step(9);
+  Workspace<double> used = first.plan().workspace();
+  Workspace<double> fresh = first.plan().workspace();
+  Stepped<double> warm(falling(), balls, {});
+  REQUIRE(first.plan().step(warm.state(), used, 9) == StepResult::done);
+  REQUIRE(first.plan().step(first.state(), used, 4) == StepResult::done);
+  second.step(9);
+  REQUIRE(second.plan().step(second.state(), fresh, 4) == StepResult::done);
+  CHECK(are_equal(first.values(), second.values()));
+}
+
+TEST_CASE("too many neighbours are told, and the state is what it was") {
+  Balls balls;
+  for (std::size_t n = 0; n < 27; ++n) {
+    balls.add({0.02 * static_cast<double>(n % 3), 0.02 * static_cast<double>(n / 3 % 3), 0.02 * static_cast<double>(n / 9)},
+              {0, -1, 0});
+  }
+  Scene scene;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Meet{.radius = 0.01, .most_neighbours = 5});
+  Stepped<double> stepped(scene, balls, {});
+  const std::vector<double> before = stepped.values();
+  stepped.state().clock.seconds = 3;
+  CHECK(stepped.plan().step(stepped.state(), 4) == StepResult::too_many_neighbours);
+  CHECK(are_equal(before, stepped.values()));
+  CHECK(stepped.state().clock.seconds == 3);
+  scene.meet->most_neighbours = 6;
+  Stepped<double> enough(scene, balls, {});
+  enough.step(4);
+  CHECK(enough.plan().meetings().most == 6);
+}
+
+TEST_CASE_TEMPLATE("particles that are nowhere are met by none, and the others are unharmed", T, float, double) {
+  Balls balls = test::heap(60, 4, d);
+  Scene scene = test::box_of(0.085, 0.5);
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Meet{.radius = 0.5 * d, .friction = 0.5});
+  Stepped<T> expected(scene, balls, {});
+  Balls more = balls;
+  more.add({1e30, 0, 0});
+  more.add({0.04, 50, 0.04});
+  Stepped<T> stepped(scene, more, {});
+  stepped.state().x[0][60] = std::numeric_limits<T>::quiet_NaN();
+  stepped.state().x[1][61] = std::numeric_limits<T>::infinity();
+  expected.step(6);
+  stepped.step(6);
+  std::vector<T> some = stepped.values();
+  some.resize(6 * 60);
+  CHECK(are_equal(expected.values(), some));
+}
+
+TEST_CASE("particles far from the origin meet as they do near it") {
+  Scene scene;
+  scene.add(Meet{.radius = 0.5, .restitution = 1});
+  for (const double far : {0.0, 1e6, -1e6}) {
+    Balls balls;
+    balls.add({far - 2, far, 0}, {1, 0, 0});
+    balls.add({far, far, 0});
+    Stepped<double> stepped(scene, balls, {.step = 0.25});
+    stepped.step(12);
+    CHECK(stepped.v(0)[0] == doctest::Approx(0));
+    CHECK(stepped.v(1)[0] == doctest::Approx(1));
+    CHECK(stepped.x(1)[0] - far == doctest::Approx(2));
+  }
+}
+
+TEST_CASE("particles in one place are pushed apart, or pass where they were so at the start") {
+  Balls balls;
+  balls.add({});
+  balls.add({});
+  balls.add({0.5, 0, 0});
+  Scene scene;
+  scene.add(Meet{.radius = 0.5});
+  Stepped<double> stepped(scene, balls, {.step = 0.25});
+  stepped.step(8);
+  for (const auto& [i, j] : {Pair{0, 1}, Pair{1, 2}, Pair{0, 2}}) {
+    CHECK(length(difference(stepped.x(i), stepped.x(j))) > 1 - 1e-9);
+  }
+  scene.meet->near_at_start = NearAtStart::pass;
+  Stepped<double> passing(scene, balls, {.step = 0.25});
+  passing.step(8);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(passing.x(i) == balls.x[i]);
+}
+
+TEST_CASE("groups that do not meet pass through each other") {
+  Balls balls;
+  balls.add({-2, 0, 0}, {1, 0, 0});
+  balls.add({});
+  Scene scene;
+  scene.add(Meet{.radius = 0.5, .restitution = 1, .groups = MeetGroups{.of = {0, 7}, .meet = {{0, 0}, {7, 7}}}});
+  const auto speed = [&] {
+    Stepped<double> stepped(scene, balls, {.step = 0.25});
+    stepped.step(12);
+    return stepped.v(1)[0];
+  };
+  CHECK(speed() == 0);
+  scene.meet->groups->meet.push_back({7, 0});
+  CHECK(speed() == doctest::Approx(1));
+}
+
+TEST_CASE("a scene says what is wrong with its meetings") {
+  const Balls balls = test::heap(8, 2, 1.0);
+  const auto message = [&](const Meet& meet, const auto& change) {
+    Scene scene;
+    scene.add(meet);
+    change(scene);
+    return test::refusal_of(scene, balls);
+  };
+  const auto of = [&](const Meet& meet) { return message(meet, [](Scene&) {}); };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(of({.radius = 0.5}).empty());
+  CHECK(of({}) == "meet is neither radius nor thickness: must be one of them");
+  CHECK(of({.radius = 0.5, .thickness = 0.5}) == "meet is both of radius and thickness: must be one of them");
+  CHECK(of({.radius = -1.0}) == "meet.radius is -1: must be a finite number > 0");
+  CHECK(of({.radius = nan}) == "meet.radius is nan: must be a finite number > 0");
+  CHECK(of({.radius = std::vector<double>(7, 1)}) == "meet.radius is 7 values: must be one for each of the 8 particles");
+  CHECK(of({.radius = std::vector<double>{1, 1, 0, 1, 1, 1, 1, 1}}) == "meet.radius[2] is 0: must be a finite number > 0");
+  CHECK(of({.thickness = 0.5}) ==
+        "meet.thickness is 0.5: must be left out of a scene without networks, whose particles it is of");
+  CHECK(of({.radius = 0.5, .restitution = 1.5}) == "meet.restitution is 1.5: must be a number from 0 to 1");
+  CHECK(of({.radius = 0.5, .friction = -0.5}) == "meet.friction is -0.5: must be a finite number >= 0");
+  CHECK(of({.radius = 0.5, .rounds = 0}) == "meet.rounds is 0: must be a whole number from 1 to 64");
+  CHECK(of({.radius = 0.5, .most_neighbours = 256}) == "meet.most_neighbours is 256: must be a whole number from 1 to 255");
+  CHECK(of({.radius = 0.5, .groups = MeetGroups{.of = {1, 2}}}) ==
+        "meet.groups.of is 2 values: must be one for each of the 8 particles");
+  CHECK(of({.radius = 0.5, .groups = MeetGroups{.of = {0, 0, 0, 0, 0, 1024, 0, 0}}}) ==
+        "meet.groups.of[5] is 1024: must be a number below 1024");
+  CHECK(of({.radius = 0.5, .groups = MeetGroups{.of = std::vector<std::uint16_t>(8), .meet = {{0, 3000}}}}) ==
+        "meet.groups.meet[0] is 3000: must be a number below 1024");
+  CHECK(message({.radius = 0.5}, [](Scene& scene) { scene.add(Contact{Sphere{.radius = 0.5, .side = Side::inside}}); }) ==
+        "contacts[0].radius is 0.5: must be more than the balls' radius with the contact's thickness, 0.5 m");
+  const auto cloth = [](Scene& scene) { scene.add(Network{Springs{.pairs = {{0, 1}}, .stiffness = 1.0}}); };
+  CHECK(message({.thickness = 0.5}, cloth).empty());
+  CHECK(
+      message({.thickness = 2}, cloth).starts_with("meet.thickness is 2: must be less than the shortest spring at rest, 1.0"));
+}
+
+TEST_CASE("scenes whose particles come and go, or are stepped in parts, have no meetings yet") {
+  Scene scene;
+  scene.add(Meet{.radius = 0.5});
+  const auto live = compile<double>(scene, Turnover{.capacity = 8}, {});
+  REQUIRE(!live);
+  CHECK(live.error().message() == "meet is there: must be left out where particles come and go");
+  const std::vector<std::uint32_t> owner(8, 0);
+  const auto part = part_of(scene, owner, 0);
+  REQUIRE(!part);
+  CHECK(part.error().message() == "meet is there: must be left out of a scene that is stepped in parts");
+  Stepped<double> stepped(scene, test::heap(8, 2, 1.0), {});
+  CHECK(!stepped.plan().seek(stepped.state(), 4));
+}
+
+TEST_CASE("a step of no time changes no bit, and one backwards meets too") {
+  const Balls balls = test::heap(60, 4, d);
+  Scene scene;
+  scene.add(Meet{.radius = 0.6 * d});
+  Stepped<double> still(scene, balls, {.step = 0});
+  const std::vector<double> before = still.values();
+  still.step(3);
+  CHECK(are_equal(before, still.values()));
+  Balls two;
+  two.add({2, 0, 0}, {1, 0, 0});
+  two.add({});
+  scene.meet = Meet{.radius = 0.5, .restitution = 1};
+  Stepped<double> back(scene, two, {.step = -0.25});
+  back.step(12);
+  CHECK(back.v(1)[0] == doctest::Approx(1));
+  CHECK(back.x(1)[0] == doctest::Approx(-2));
+}
+
+}  // namespace meet_bits_test

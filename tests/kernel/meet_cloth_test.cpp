@@ -1,0 +1,154 @@
+// Cloth that meets itself and other cloth.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "kernel/meeting.hpp"
+
+namespace meet_cloth_test {
+
+using namespace dvdx;
+using test::Balls;
+using test::Stepped;
+
+constexpr double side = 0.01;  // m, of a cell
+constexpr double thickness = 0.9 * side;
+
+struct Sheet {
+  std::size_t first, rows, columns;
+  [[nodiscard]] std::size_t at(std::size_t row, std::size_t column) const { return first + row * columns + column; }
+};
+
+// Along unit vectors.
+Grid grid_of(const Sheet& sheet, const Vec3& u, const Vec3& v) {
+  return Grid{.rows = sheet.rows,
+              .columns = sheet.columns,
+              .first = sheet.first,
+              .edge_u = scaled(u, side * static_cast<double>(sheet.columns - 1)),
+              .edge_v = scaled(v, side * static_cast<double>(sheet.rows - 1)),
+              .structural = 200,
+              .shear = 100,
+              .bend = 2,
+              .damping = 0.01};
+}
+
+std::vector<std::array<std::size_t, 3>> triangles_of(const Sheet& sheet) {
+  std::vector<std::array<std::size_t, 3>> all;
+  for (std::size_t r = 0; r + 1 < sheet.rows; ++r) {
+    for (std::size_t c = 0; c + 1 < sheet.columns; ++c) {
+      all.push_back({sheet.at(r, c), sheet.at(r, c + 1), sheet.at(r + 1, c)});
+      all.push_back({sheet.at(r + 1, c + 1), sheet.at(r + 1, c), sheet.at(r, c + 1)});
+    }
+  }
+  return all;
+}
+
+bool crosses(const std::array<Vec3, 2>& edge, const std::array<Vec3, 3>& of) {
+  const auto volume = [](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+    return dot(difference(a, d), cross(difference(b, d), difference(c, d)));
+  };
+  if (volume(edge[0], of[0], of[1], of[2]) * volume(edge[1], of[0], of[1], of[2]) >= 0) return false;
+  const double a = volume(edge[0], edge[1], of[0], of[1]);
+  const double b = volume(edge[0], edge[1], of[1], of[2]);
+  const double c = volume(edge[0], edge[1], of[2], of[0]);
+  return (a > 0 && b > 0 && c > 0) || (a < 0 && b < 0 && c < 0);
+}
+
+// Edges of triangles that go through other ones.
+std::size_t crossings(const std::vector<Vec3>& x, const std::vector<std::array<std::size_t, 3>>& triangles) {
+  std::size_t count = 0;
+  for (const auto& one : triangles) {
+    for (const auto& other : triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t p = one[k];
+        const std::size_t q = one[(k + 1) % 3];
+        const bool shares = std::any_of(other.begin(), other.end(), [&](std::size_t i) { return i == p || i == q; });
+        if (!shares && crosses({x[p], x[q]}, {x[other[0]], x[other[1]], x[other[2]]})) ++count;
+      }
+    }
+  }
+  return count;
+}
+
+// A sheet that stands on the floor and crumples there: the worst count of crossings.
+std::size_t worst_of_crumpling(bool meets) {
+  const Sheet sheet{0, 20, 8};
+  Balls balls;
+  for (std::size_t r = 0; r < sheet.rows; ++r) {
+    for (std::size_t c = 0; c < sheet.columns; ++c) {
+      balls.add({side * static_cast<double>(c), 0.02 + side * static_cast<double>(r), 0.1 * side * test::uniform(r, c)});
+    }
+  }
+  Scene scene;
+  scene.mass = 1e-4;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Contact{Plane{.friction = 0.5}});
+  scene.add(Network{grid_of(sheet, {1, 0, 0}, {0, 1, 0})});
+  scene.coupling.scheme = Scheme::sequential;
+  scene.coupling.substeps = 16;
+  if (meets) scene.add(Meet{.thickness = thickness, .friction = 0.25, .most_neighbours = 48});
+  Stepped<double> stepped(scene, balls, {.step = 1.0 / 60});
+  std::size_t worst = 0;
+  for (int frame = 0; frame < 30; ++frame) {
+    stepped.step();
+    std::vector<Vec3> x;
+    for (std::size_t i = 0; i < balls.size(); ++i) x.push_back(stepped.x(i));
+    worst = std::max(worst, crossings(x, triangles_of(sheet)));
+  }
+  return worst;
+}
+
+TEST_CASE("a sheet that crumples on the floor does not cross itself") {
+  CHECK(worst_of_crumpling(false) > 20);
+  CHECK(worst_of_crumpling(true) == 0);
+}
+
+TEST_CASE("of two sheets that fall on each other none passes the other") {
+  const Sheet low{0, 10, 10};
+  const Sheet high{100, 10, 10};
+  Balls balls;
+  for (const Sheet& sheet : {low, high}) {
+    for (std::size_t r = 0; r < 10; ++r) {
+      for (std::size_t c = 0; c < 10; ++c) {
+        const double height = sheet.first == 0 ? 0.005 : 0.04;
+        balls.add({side * static_cast<double>(c), height, side * static_cast<double>(r)});
+      }
+    }
+  }
+  Scene scene;
+  scene.mass = 1e-4;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Contact{Plane{.friction = 0.5}});
+  for (const Sheet& sheet : {low, high}) scene.add(Network{grid_of(sheet, {1, 0, 0}, {0, 0, 1})});
+  scene.coupling.scheme = Scheme::sequential;
+  const auto least_apart = [&](bool meets) {
+    if (meets) scene.add(Meet{.thickness = thickness, .friction = 0.25});
+    Stepped<float> stepped(scene, balls, {.step = 1.0 / 60});
+    stepped.step(30);
+    double least = 1;
+    for (std::size_t i = 0; i < 100; ++i) least = std::min(least, stepped.x(100 + i)[1] - stepped.x(i)[1]);
+    if (meets) CHECK(stepped.plan().meetings().stretch_limit == doctest::Approx(std::sqrt(2.0) * 0.9));
+    return least;
+  };
+  CHECK(least_apart(false) < 1e-4);
+  CHECK(least_apart(true) > 0.9 * thickness);
+}
+
+TEST_CASE("particles that are in no network have no thickness") {
+  Balls balls;
+  balls.add({});
+  balls.add({side, 0, 0});
+  balls.add({0.3 * side, 0, 0});
+  Scene scene;
+  scene.add(Network{Springs{.pairs = {{0, 1}}, .stiffness = 1.0}});
+  scene.add(Meet{.thickness = thickness});
+  Stepped<double> stepped(scene, balls, {.step = 1.0 / 60});
+  stepped.step(4);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(stepped.x(i) == balls.x[i]);
+}
+
+}  // namespace meet_cloth_test
