@@ -103,22 +103,23 @@ constexpr std::string_view fountain = R"({
 constexpr std::string_view grains = R"({
   "format": "dvdx-scene/1",
   "name": "grains",
-  "about": "5000 grains fall onto a ball and a floor, bounce and come to rest; they do not meet each other. Change first: count, position (a box that they are drawn from, or a file), restitution (0: no bounce, 1: none lost), friction. docs/scene.md has every key.",
+  "about": "500 grains of 6 cm fall onto a ball and a floor, meet and heap up. Change first: count, position (a lattice whose spacing is more than twice the radius, or a file), meet: radius, restitution (0: no bounce, 1: none lost), friction; without meet they pass through each other. docs/scene.md has every key.",
   "step": 0.016666666666666666,
   "duration": 4.0,
   "particles": {
-    "count": 5000,
-    "mass": 0.001,
-    "position": {"uniform": {"min": [-0.5, 1.5, -0.5], "max": [0.5, 3, 0.5], "seed": 1}}
+    "count": 500,
+    "mass": 0.1,
+    "position": {"lattice": {"min": [-0.4, 1.3, -0.4], "max": [0.4, 3, 0.4], "spacing": 0.065, "jitter": 0.002, "seed": 1}}
   },
   "forces": [
     {"type": "constant", "acceleration": [0, -9.81, 0]},
-    {"type": "drag", "coefficient": 0.0002}
+    {"type": "drag", "coefficient": 0.002}
   ],
   "contacts": [
     {"type": "plane", "normal": [0, 1, 0], "offset": 0, "restitution": 0.3, "friction": 0.4},
     {"type": "sphere", "center": [0, 0.7, 0], "radius": 0.4, "restitution": 0.4, "friction": 0.2}
-  ]
+  ],
+  "meet": {"radius": 0.03, "restitution": 0.3, "friction": 0.4}
 }
 )";
 
