@@ -119,7 +119,7 @@ class ByReference {
       held_ = hold_padded<T>(side * side);
       lay_flat(held_->state, sheet, side);
       const Options options{.step = step, .isa = Isa::reference, .arithmetic = arithmetic};
-      compile<T>(scene_of(sheet, side), options, held_->state).value().step(held_->state, 1);
+      (void)compile<T>(scene_of(sheet, side), options, held_->state).value().step(held_->state, 1);
     }
     return held_->state;
   }
