@@ -382,7 +382,8 @@ TEST_CASE("bending: a change that cannot be is refused by name, and the plan ben
     CHECK(message(plan.set_bending(0, sheet.triangles, {}, stiffer)).starts_with("networks[0].zero_length[0] is "));
     CHECK(message(plan.set_zero_length(0, std::vector<double>{1})) ==
           "networks[0].zero_length is 1 values: must be one for each of the " + std::to_string(pairs) + " pairs");
-    CHECK(message(plan.set_zero_length(0, std::numeric_limits<double>::infinity())).starts_with("networks[0].zero_length is inf"));
+    CHECK(message(plan.set_zero_length(0, std::numeric_limits<double>::infinity()))
+              .starts_with("networks[0].zero_length is inf"));
     if (substeps) CHECK(message(plan.set_zero_length(0, 1e6)).starts_with("coupling.substeps is 60: must be at least"));
     CHECK(running.after(10) == Running<double>(cloth(leapfrog, substeps, modulus)).after(10));
   }
