@@ -736,7 +736,7 @@ TEST_CASE("a scene whose particles cannot come and go is an error that names its
   CHECK(message(masses, some) == "mass is given for each particle: must be alike for all particles where they come and go");
   CHECK(message(Scene{}.add(Spring{.stiffness = 1.0, .anchor = at_start}), some).starts_with("forces[0].anchor is given"));
   CHECK(message(Scene{}.add(Drag{.coefficient = std::vector<double>{1}}), some).starts_with("forces[0].coefficient is given"));
-  CHECK(message(Scene{}.add(Network(Grid{})), some).starts_with("network is there"));
+  CHECK(message(Scene{}.add(Network(Grid{})), some).starts_with("networks is there"));
   CHECK(message(Scene{}, some, -0.1).starts_with("step is -0.1"));
   Scene far;
   far.origin = Vec3{1e6, 0, 0};
