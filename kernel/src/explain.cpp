@@ -488,7 +488,7 @@ std::string describe_balls(const Joints<T>& joints, const CompiledScene<T>& comp
 }
 
 template <class T>
-std::string describe_meetings(const Joints<T>& joints, const CompiledScene<T>& compiled) {
+std::string describe_meetings(const Joints<T>& joints, const CompiledScene<T>& compiled, std::size_t workspace_bytes) {
   if (!joints.meet) return "";
   const MeetRules<T>& rules = *joints.meet;
   const Meet& meet = rules.meet();
@@ -503,7 +503,8 @@ std::string describe_meetings(const Joints<T>& joints, const CompiledScene<T>& c
   }
   words += "; restitution " + text(meet.restitution, 3) + ", friction " + text(meet.friction, 3) + "; " +
            counted(meet.rounds, "round") + " in each of " + counted(joints.chosen.substeps, "sub-step") + ", " +
-           std::to_string(meet.most_neighbours) + " neighbours at most\n";
+           std::to_string(meet.most_neighbours) + " neighbours at most; a state is stepped in " +
+           std::to_string(workspace_bytes) + " bytes\n";
   const double g = length(constant_acceleration(compiled.scene));
   const double h = std::abs(joints.substep());
   if (g != 0) {
@@ -634,7 +635,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   if (joined != nullptr) {
     words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_air(joined->joints(), compiled) +
              describe_constraints(joined->joints(), compiled.scene) + describe_balls(joined->joints(), compiled) +
-             describe_meetings(joined->joints(), compiled) + describe_faces(*joined);
+             describe_meetings(joined->joints(), compiled, workspace_bytes) + describe_faces(*joined);
   }
   const bool is_seekable = joined == nullptr && scene.contacts.empty() && !has_radial && scene.fixed.empty();
   words += std::string("seek         ") + (is_seekable ? "yes: any number of steps by matrix power\n" : "no: not affine\n");
