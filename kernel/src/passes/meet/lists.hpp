@@ -8,10 +8,10 @@
 
 #include "passes/meet/meet.hpp"
 
-// Cells    Of one side, numbered on a torus of a power of two of them along each axis: bounded memory in an unbounded world, no
-//          hash, and the 27 cells about one are distinct. A counting sort brings particles of a cell together.
-// Pairs    i < j where |x_i - x_j| < a_i + a_j + reach, a: the radius of a particle with its allowance. Those with a larger a than
-//          the cells are made for look through more of them.
+// Cells    All have one side. They are numbered on a torus, a power of two along each axis: bounded memory in an unbounded
+//          world, no hash, and the 27 cells about one are distinct. A counting sort brings particles of a cell together.
+// Pairs    i < j where |x_i - x_j| < a_i + a_j + reach, a: the radius of a particle with its allowance. Those with a larger a
+//          than the cells are made for look through more of them.
 // Order    By i, then by j.
 
 namespace dvdx {

@@ -6,30 +6,30 @@
 #include <cstdint>
 #include <limits>
 
-// Problem  A pair (i, j) with inverse masses w wants the distance d. q0 and q1 are x_i - x_j when the sub-step begins and as the
-//          flows leave it, D = q1 - q0. It is swept: where |q0| > d and the chord comes as near as d, first at f, the normal is
-//          n = (q0 + f D)/d; where |q0| <= d it is q0/|q0| and f = 0. A pair that has passed through is so brought back. A pair
-//          that misses has the normal of its closest approach, and C > 0.
+// Problem  A pair (i, j) with inverse masses w wants the distance d. q0 and q1 are x_i - x_j when the sub-step begins and as
+//          the flows leave it, D = q1 - q0. It is swept: where |q0| > d and the chord comes as near as d, first at f, the
+//          normal is n = (q0 + f D)/d; where |q0| <= d it is q0/|q0| and f = 0. A pair that has passed through is so brought
+//          back. A pair that misses has the normal of its closest approach, and C > 0.
 // Impact   Approaches faster than what rests (4 g h), e: restitution. Each round every particle names the pair that meets first
 //          (then the faster, then the one with the lower number); pairs that name each other act with full masses,
 //            J = -(1 + e) v_n/(w_i + w_j),  Coulomb min(|v_t|/(w_i + w_j), mu J),  dv = w J,  dx = (1 - f) h dv,
-//          Brown's integral: v' = -e v_n at f, whatever h. Pairs that act are disjoint, so that no order matters. A particle that
-//          has been hit goes on from f as if it had come straight to there: its start is moved by -f h dv.
+//          Brown's integral: v' = -e v_n at f, whatever h. Pairs that act are disjoint, so that no order matters. A particle
+//          that has been hit goes on from f as if it had come straight to there: its start is moved by -f h dv.
 // Contact  C = n.(q1 + dx_i - dx_j) - d >= 0 for all pairs at once, and for surfaces, whose w_j is 0. The dx of least
 //          sum m |dx|^2 is dx_i = w_i sum n l, with l >= 0 and l C = 0: a projection onto half spaces. From starts that
 //          overlap nowhere the kinetic energy never rises by it. Each round, from y,
 //            l = max(0, y - C/(w_i k_i + w_j k_j)),   y = l + beta (l - l_before),
 //          k: the pulses of a particle that act. The rows of the scaled matrix have a sum of at most 1, so the round descends.
-//          The last round has beta 0. A pair alone is solved by the first round, and stays so. The first y is a part of what the
-//          contact had in the sub-step before, so that a pile is carried by more rounds than one sub-step has; of pulses that
-//          have grown, at most twice what they began with and the weight of a pair: those of impacts do not last.
-//          Friction: the same for what slides within the sub-step, cut to mu l.
+//          The last round has beta 0. A pair alone is solved by the first round, and stays so. The first y is a part of the
+//          pulse that the contact had in the sub-step before, so that a pile is carried by more rounds than one sub-step has.
+//          A pulse that has grown counts at most twice its first y and the weight of a pair: those of impacts do not last.
+//          Friction: the same for the slip within the sub-step, cut to mu l.
 // Sums     A pair's pulse is worked out once, and taken by both sides; a particle sums by ascending numbers of its partners,
-//          lower ones first. Momentum is kept to rounding. Which pairs are within reach depends on nothing but the state, so no
-//          bit depends on how old a list is.
+//          lower ones first. Momentum is kept to rounding. Which pairs are within reach depends on nothing but the state, so
+//          no bit depends on how old a list is.
 // Limits   Particles turn about nothing: balls do not roll. Pairs that pushes bring nearer than their margin within a sub-step
-//          meet in the next one. Rounds carry a push by so many particles: a deep pile is soft. A grain at rest has the velocity
-//          -g h/2 that the next sub-step takes back, as in leapfrog.
+//          meet in the next one. Rounds carry a push by so many particles: a deep pile is soft. A grain at rest has the
+//          velocity -g h/2 that the next sub-step takes back, as in leapfrog.
 // Source   R. Tonge, F. Benevolenti and A. Voroshilov, Mass splitting for jitter-free parallel rigid body simulation, 2012 (k);
 //          Y. Nesterov, 1983 (y); E. Brown, integral contributions (impacts).
 
