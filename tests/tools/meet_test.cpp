@@ -2,12 +2,16 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "output/html_scene.hpp"
 #include "scene_io/scene_reader.hpp"
 #include "support/close.hpp"
+#include "support/paths.hpp"
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 
@@ -87,6 +91,28 @@ TEST_CASE("run warns of cloth that is stretched so far that cloth fits through")
   CHECK(run(folder, "run sheet.json --strict").exit == 6);
   write_sheet(folder, "2000");
   CHECK(json::parse(run(folder, "run sheet.json --json").out)["warnings"] == json::array());
+}
+
+TEST_CASE("the shipped cradle swings on: one ball comes, and one leaves at the other end") {
+  const ScratchFolder folder("meet-cradle");
+  // The first ball has come down at a quarter of its period, 0.29 s at 45 degrees, and half a period after it the last one does.
+  const auto result = run(folder, "run '" + dvdx::test::scenes() + "/cradle.json' --json --duration 0.5 --out end.csv");
+  REQUIRE(result.exit == 0);
+  const json report = json::parse(result.out);
+  CHECK(report["warnings"] == json::array());
+  CHECK(is_close(report["energy"]["end"].get<double>(), report["energy"]["start"].get<double>(), 1e-4));
+  std::vector<double> x;
+  std::istringstream rows(folder.read("end.csv"));
+  for (std::string row; std::getline(rows, row);) {
+    if (!row.starts_with("60,")) continue;
+    std::istringstream cells(row);
+    std::string cell;
+    for (int k = 0; k < 4; ++k) std::getline(cells, cell, ',');
+    x.push_back(std::stod(cell));
+  }
+  REQUIRE(x.size() == 10);
+  for (std::size_t ball = 5; ball < 9; ++ball) CHECK(std::abs(x[ball] - x[ball - 5]) < 1e-4);
+  CHECK(x[9] - x[4] > 0.3 * std::sin(0.7));
 }
 
 TEST_CASE("commands that compare with a reference refuse a pile, and ranks all that meets") {

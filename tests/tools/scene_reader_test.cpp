@@ -295,7 +295,7 @@ constexpr BadValue bad_values[] = {
     {"/particles/count", "2.5", "particles.count is 2.5: must be a whole number from 1 to 9007199254740992"},
     {"/particles/count", "\"3\"", "particles.count is \"3\": must be a whole number from 1 to 9007199254740992"},
     {"/particles/count", "1000000000000",
-     "particles.count is 1000000000000: must be at most 3012048: a particle of this scene takes 332 bytes, and 1.0 GB of "
+     "particles.count is 1000000000000: must be at most 281848: a particle of this scene takes 3548 bytes, and 1.0 GB of "
      "memory "
      "are available",
      BySchema::accepted},

@@ -271,11 +271,11 @@ Contact read_contact(const Node& node, const MotionNames& motions, SceneFolder& 
 
 // ---- particles ---------------------------------------------------------------------------------------------------------
 
-// The bytes that a particle takes to meet others: its list, and working columns of its place before and after.
+// The bytes that a particle takes to meet others: of each that its list has room for a pair, and working columns of its own.
 std::uint64_t bytes_to_meet(const json& meet, std::size_t scalar_bytes) {
   const bool has_most = meet.is_object() && meet.contains("most_neighbours") && meet["most_neighbours"].is_number_unsigned();
   const auto most = has_most ? meet["most_neighbours"].get<std::uint64_t>() : std::uint64_t{Meet{}.most_neighbours};
-  return std::min<std::uint64_t>(most, 255) * sizeof(std::uint32_t) + 32 * scalar_bytes;
+  return (24 * std::min<std::uint64_t>(most, 255) + 100) * scalar_bytes;
 }
 
 // The bytes that a particle takes at least: its state, and what the scene gives for it alone.
