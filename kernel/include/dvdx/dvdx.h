@@ -462,7 +462,7 @@ DVDX_EXPORT dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t ski
 DVDX_EXPORT dvdx_status dvdx_scene_add_tethers(dvdx_scene* scene, const dvdx_tethers* tethers, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_set_meet(dvdx_scene* scene, const dvdx_meet* meet, dvdx_error* error);
-// Of particles that meet already: dvdx_scene_set_meet() comes first.
+// After dvdx_scene_set_meet(): groups are those of particles that meet already.
 DVDX_EXPORT dvdx_status dvdx_scene_set_meet_groups(dvdx_scene* scene, const dvdx_meet_groups* groups, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error);
