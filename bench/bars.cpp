@@ -57,7 +57,7 @@ struct Stepper {
   Held<T> held;
   std::size_t steps = 1;
   ParallelFor parallel{};
-  void operator()() { plan->step(held.state, steps, parallel); }
+  void operator()() { (void)plan->step(held.state, steps, parallel); }
 };
 
 template <class T>

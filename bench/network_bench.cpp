@@ -119,7 +119,7 @@ class ByReference {
       held_ = hold_padded<T>(side * side);
       lay_flat(held_->state, sheet, side);
       const Options options{.step = step, .isa = Isa::reference, .arithmetic = arithmetic};
-      compile<T>(scene_of(sheet, side), options, held_->state).value().step(held_->state, 1);
+      (void)compile<T>(scene_of(sheet, side), options, held_->state).value().step(held_->state, 1);
     }
     return held_->state;
   }
@@ -132,7 +132,7 @@ template <class T>
 bool is_right(const Plan<T>& plan, const Sheet& sheet, const How& how, std::size_t side, ByReference<T>& by_reference) {
   Held<T> got = hold_padded<T>(side * side);
   lay_flat(got.state, sheet, side);
-  plan.step(got.state, 1, on_threads(how.threads));
+  (void)plan.step(got.state, 1, on_threads(how.threads));
   const State<T>& wanted = by_reference.after(sheet, how.arithmetic, side);
   if (how.arithmetic == Arithmetic::fast) return is_near(got.state, wanted);
   return is_same_bits(got.state, wanted, side * side);
@@ -144,7 +144,7 @@ void time_sheet(benchmark::State& timing, const Sheet& sheet, const How& how, st
   lay_flat(held.state, sheet, side);
   const auto plan = compile<T>(scene_of(sheet, side), {.step = step, .isa = how.isa, .arithmetic = how.arithmetic}, held.state);
   if (!plan) return timing.SkipWithError(plan.error().message().c_str());
-  for (auto _ : timing) plan->step(held.state, 1, on_threads(how.threads));
+  for (auto _ : timing) (void)plan->step(held.state, 1, on_threads(how.threads));
   timing.SetItemsProcessed(timing.iterations() * static_cast<std::int64_t>(springs_in(side)) * sheet.substeps);
   if (!is_right(*plan, sheet, how, side, by_reference)) timing.SkipWithError("differs from the reference");
 }

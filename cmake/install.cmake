@@ -12,6 +12,7 @@ install(TARGETS dvdx EXPORT dvdx-static ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBD
 if(TARGET dvdx_openmp)
   install(TARGETS dvdx_openmp EXPORT dvdx-openmp ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
   set(DVDX_EXPORT_OPENMP dvdx-openmp)
+  install(TARGETS dvdx_openmp_shared LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development)
 endif()
 if(TARGET dvdx_mpi)
   install(TARGETS dvdx_mpi EXPORT dvdx-mpi ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
@@ -24,14 +25,15 @@ endforeach()
 # All that must be there for `cmake --install`; the command is installed where it was built.
 add_custom_target(dvdx_installed)
 add_dependencies(dvdx_installed dvdx dvdx_shared)
-foreach(target dvdx_openmp dvdx_mpi)
+foreach(target dvdx_openmp dvdx_openmp_shared dvdx_mpi)
   if(TARGET ${target})
     add_dependencies(dvdx_installed ${target})
   endif()
 endforeach()
 
 # Reads the header beside it, so it belongs to who develops.
-install(FILES tools/python/dvdx.py DESTINATION ${CMAKE_INSTALL_DATADIR}/dvdx/python COMPONENT development)
+install(DIRECTORY tools/python/dvdx DESTINATION ${CMAKE_INSTALL_DATADIR}/dvdx/python COMPONENT development
+        FILES_MATCHING PATTERN "*.py" PATTERN "py.typed")
 
 set(DVDX_DEFAULT_FORM static)
 if(BUILD_SHARED_LIBS)

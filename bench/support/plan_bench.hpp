@@ -66,8 +66,8 @@ bool is_right(const Case<T>& work, const How& how, State<T>& state) {
   work.start(state);
   const auto plan = plan_of<T>(work, how, state);
   if (!reference || !plan) return false;
-  reference->step(expected.state, work.steps);
-  plan->step(state, work.steps, on_threads(how.threads));
+  (void)reference->step(expected.state, work.steps);
+  (void)plan->step(state, work.steps, on_threads(how.threads));
   return is_same_bits(state, expected.state, expected.state.count);
 }
 
@@ -86,7 +86,7 @@ void time_plan(benchmark::State& timing, const Case<T>& work, const How& how, st
   const auto plan = plan_of<T>(work, how, held.state);
   if (!plan) return timing.SkipWithError(plan.error().message().c_str());
   const ParallelFor parallel = on_threads(how.threads);
-  for (auto _ : timing) plan->step(held.state, work.steps, parallel);
+  for (auto _ : timing) (void)plan->step(held.state, work.steps, parallel);
   count_work<T>(timing, count, work.steps);
   if (!is_right(work, how, held.state)) timing.SkipWithError("differs from the reference");
 }

@@ -31,7 +31,7 @@ struct Jet {
   std::shared_ptr<LiveState<float>> live;
   std::size_t steps = 1;
   ParallelFor parallel{};
-  void operator()() const { plan->step(*live, steps, parallel); }
+  void operator()() const { (void)plan->step(*live, steps, parallel); }
 };
 
 inline Jet make_jet(const Scene& scene, std::size_t count, double share, std::size_t steps, int threads, SurvivorOrder order) {
@@ -48,7 +48,8 @@ inline Jet make_jet(const Scene& scene, std::size_t count, double share, std::si
   made.live->state.count = 0;
   made.live->age = made.lives.state.x[0];
   made.live->lifetime = made.lives.state.x[2];
-  for (std::size_t n = 0; n < 2 * static_cast<std::size_t>(1.5 / share); ++n) made.plan->step(*made.live, 1, made.parallel);
+  for (std::size_t n = 0; n < 2 * static_cast<std::size_t>(1.5 / share); ++n)
+    (void)made.plan->step(*made.live, 1, made.parallel);
   return made;
 }
 

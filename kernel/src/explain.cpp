@@ -534,7 +534,7 @@ std::string describe_faces(const JoinedMotion<T>& joined) {
       if (!network.is_wider_than(body)) continue;
       words += (words.empty() ? "faces        " : "             ") + ("contacts[" + std::to_string(body.contact) + "] is ");
       words += body.width > 0 ? text(body.width, 3) + " m wide" : std::string("pointed");
-      words += " where network[" + std::to_string(network.network) + "] has sides of up to " + text(network.side, 3) +
+      words += " where networks[" + std::to_string(network.network) + "] has sides of up to " + text(network.side, 3) +
                " m: its " + std::to_string(end - first) + " triangles meet it; more than " +
                text(0.5 * most_face_parts * body.shape.radius, 3) + " m in a sub-step may pass\n";
     }
@@ -646,6 +646,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
 
 template <class T>
 std::string Plan<T>::explain() const {
+  if (parts_ == nullptr) return "moved from\n";
   const auto words = [](const auto& in) {
     const auto* const joined = in.scene->joined();
     return dvdx::explain(*in.scene, joined != nullptr ? in.workspace->bytes_for(joined->joints().fixed.size()) : 0);

@@ -6,8 +6,12 @@
 #include <atomic>
 #include <cstdint>
 #include <limits>
+#include <new>
+#include <system_error>
 #include <thread>
 #include <vector>
+
+#include "dvdx/openmp.h"
 
 namespace dvdx {
 namespace {
@@ -156,3 +160,29 @@ ParallelFor OpenMpTeam::parallel_for() const noexcept {
 }
 
 }  // namespace dvdx
+
+struct dvdx_team {
+  int threads;
+  dvdx::OpenMpTeam team;
+};
+
+dvdx_team* dvdx_team_create(int threads) {
+  if (threads < 0) return nullptr;
+  const int count = threads > 0 ? threads : omp_get_max_threads();
+  try {
+    return new dvdx_team{count, dvdx::OpenMpTeam(count)};
+  } catch (const std::bad_alloc&) {
+  } catch (const std::system_error&) {
+  }
+  return nullptr;
+}
+
+void dvdx_team_destroy(dvdx_team* team) { delete team; }
+
+dvdx_parallel dvdx_team_parallel(const dvdx_team* team) {
+  if (team == nullptr) return {};
+  const dvdx::ParallelFor parallel = team->team.parallel_for();
+  return {.run = parallel.run, .context = parallel.context};
+}
+
+int dvdx_team_threads(const dvdx_team* team) { return team == nullptr ? 1 : team->threads; }

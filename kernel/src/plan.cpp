@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "compile/checker.hpp"
@@ -93,6 +94,7 @@ Workspace<T>::~Workspace() {
 }
 template <class T>
 std::size_t Workspace<T>::bytes() const noexcept {
+  if (parts_ == nullptr) return 0;
   return std::visit([](const auto& of) { return of != nullptr ? of->bytes() : 0; }, parts_->in);
 }
 
@@ -101,7 +103,7 @@ void Workspace<T>::forget() noexcept {
   const auto forget = [](const auto& of) {
     if (of != nullptr) of->forget();
   };
-  std::visit(forget, parts_->in);
+  if (parts_ != nullptr) std::visit(forget, parts_->in);
 }
 
 namespace {
@@ -172,22 +174,43 @@ Expected<void> set_skin_in(JoinedWorkspace<A>* workspace, std::size_t skin, std:
 
 }  // namespace
 
+namespace {
+
+// drive(the plan's own workspace), which workspaces that were made before do not know of.
+template <class T, class Drive>
+Expected<void> driven_in(typename Plan<T>::Parts* parts, const Drive& drive) {
+  return changed(parts, "plan", [&](auto& in) {
+    Expected<void> done = drive(in.workspace.get());
+    if (done) ++in.told;
+    return done;
+  });
+}
+
+}  // namespace
+
+template <class T>
+template <class Drive>
+Expected<void> Workspace<T>::Parts::driven(Parts* parts, const Drive& drive) {
+  return changed(parts, "workspace", [&](auto& own) {
+    Expected<void> done = drive(own.get());
+    if (done) own->known = own->all_known;
+    return done;
+  });
+}
+
 template <class T>
 Expected<void> Workspace<T>::set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals,
                                       Arrival arrival) {
-  const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_skin_in(in.get(), skin, points, normals, arrival); }, parts_->in);
+  return Parts::driven(parts_, [&](auto* in) { return set_skin_in(in, skin, points, normals, arrival); });
 }
 
 template <class T>
 Expected<void> Workspace<T>::set_pose(std::size_t motion, const Pose& target, Arrival arrival) {
-  const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_pose_in(in.get(), motion, target, arrival); }, parts_->in);
+  return Parts::driven(parts_, [&](auto* in) { return set_pose_in(in, motion, target, arrival); });
 }
 template <class T>
 Expected<void> Workspace<T>::set_places(std::size_t kinematic, std::span<const Vec3> places, Arrival arrival) {
-  const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_places_in(in.get(), kinematic, places, arrival); }, parts_->in);
+  return Parts::driven(parts_, [&](auto* in) { return set_places_in(in, kinematic, places, arrival); });
 }
 
 template <class T>
@@ -206,12 +229,14 @@ Plan<T>::~Plan() {
 
 template <class T>
 Plan<T> Plan<T>::clone() const {
+  if (parts_ == nullptr) return Plan(nullptr);
   return Plan(std::visit([](const auto& in) { return new Parts(in.scene); }, parts_->in));
 }
 
 template <class T>
 Workspace<T> Plan<T>::workspace() const {
-  const auto make = [](const auto& in) { return new typename Workspace<T>::Parts(make_workspace(*in.scene)); };
+  if (parts_ == nullptr) return Workspace<T>(nullptr);
+  const auto make = [](const auto& in) { return new typename Workspace<T>::Parts(in.another_workspace()); };
   return Workspace<T>(std::visit(make, parts_->in));
 }
 
@@ -220,60 +245,59 @@ void Plan<T>::forget() noexcept {
   const auto forget = [](const auto& in) {
     if (in.workspace != nullptr) in.workspace->forget();
   };
-  std::visit(forget, parts_->in);
+  if (parts_ != nullptr) std::visit(forget, parts_->in);
 }
 
 template <class T>
 Expected<void> Plan<T>::set_pose(std::size_t motion, const Pose& target, Arrival arrival) {
-  const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_pose_in(in.workspace.get(), motion, target, arrival); }, parts_->in);
+  return driven_in<T>(parts_, [&](auto* in) { return set_pose_in(in, motion, target, arrival); });
 }
 template <class T>
 Expected<void> Plan<T>::set_places(std::size_t kinematic, std::span<const Vec3> places, Arrival arrival) {
-  const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_places_in(in.workspace.get(), kinematic, places, arrival); }, parts_->in);
+  return driven_in<T>(parts_, [&](auto* in) { return set_places_in(in, kinematic, places, arrival); });
 }
 
 template <class T>
 Expected<void> Plan<T>::set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals,
                                  Arrival arrival) {
-  const StepEnvironment environment;
-  return std::visit([&](auto& in) { return set_skin_in(in.workspace.get(), skin, points, normals, arrival); }, parts_->in);
+  return driven_in<T>(parts_, [&](auto* in) { return set_skin_in(in, skin, points, normals, arrival); });
 }
 
 template <class T>
 Expected<void> Plan<T>::set_step(double h) {
-  const StepEnvironment environment;
-  return std::visit([h](auto& in) { return in.set_step(h); }, parts_->in);
+  return changed(parts_, "plan", [h](auto& in) { return in.set_step(h); });
 }
 
 template <class T>
-Expected<void> Plan<T>::replace(std::size_t index, const Force& force) {
-  const StepEnvironment environment;
-  return std::visit([&](auto& in) { return in.replace(index, force); }, parts_->in);
+Expected<void> Plan<T>::set_force(std::size_t index, const Force& force) {
+  return changed(parts_, "plan", [&](auto& in) { return in.set_force(index, force); });
 }
 
 template <class T>
-Expected<void> Plan<T>::replace(std::size_t index, const Contact& contact) {
-  const StepEnvironment environment;
-  return std::visit([&](auto& in) { return in.replace(index, contact); }, parts_->in);
+Expected<void> Plan<T>::set_contact(std::size_t index, const Contact& contact) {
+  return changed(parts_, "plan", [&](auto& in) { return in.set_contact(index, contact); });
+}
+
+template <class T>
+Expected<void> Plan<T>::set_network(std::size_t index, const Network& network) {
+  return changed(parts_, "plan", [&](auto& in) { return in.set_network(index, network); });
 }
 
 template <class T>
 Expected<void> Plan<T>::set_wind(const Wind& wind) {
-  return std::visit([&](auto& in) { return in.set_wind(wind); }, parts_->in);
+  return changed(parts_, "plan", [&](auto& in) { return in.set_wind(wind); });
 }
 template <class T>
 Expected<void> Plan<T>::set_stiffness(std::size_t index, const GridStiffness& stiffness) {
-  return parts_->change(GridStiffnessChange{index, stiffness});
+  return changed(parts_, "plan", [&](auto& in) { return in.change(GridStiffnessChange{index, stiffness}); });
 }
 template <class T>
 Expected<void> Plan<T>::set_stiffness(std::size_t index, const SpringsStiffness& stiffness) {
-  return parts_->change(SpringsStiffnessChange{index, stiffness});
+  return changed(parts_, "plan", [&](auto& in) { return in.change(SpringsStiffnessChange{index, stiffness}); });
 }
 template <class T>
 Expected<void> Plan<T>::set_zero_length(std::size_t index, const Scalars& zero_length) {
-  return parts_->change(ZeroLengthChange{index, zero_length});
+  return changed(parts_, "plan", [&](auto& in) { return in.change(ZeroLengthChange{index, zero_length}); });
 }
 template <class T>
 Expected<void> Plan<T>::set_bending(std::size_t index, std::span<const Triangle> triangles, std::span<const Vec3> flat,
@@ -284,15 +308,15 @@ Expected<void> Plan<T>::set_bending(std::size_t index, std::span<const Triangle>
 }
 template <class T>
 Expected<void> Plan<T>::set_mass(std::size_t particle, double mass) {
-  return parts_->change(MassChange{particle, mass});
+  return changed(parts_, "plan", [&](auto& in) { return in.change(MassChange{particle, mass}); });
 }
 template <class T>
 Expected<void> Plan<T>::fix(std::size_t particle) {
-  return parts_->change(Fixing{particle});
+  return changed(parts_, "plan", [&](auto& in) { return in.change(Fixing{particle}); });
 }
 template <class T>
 Expected<void> Plan<T>::release(std::size_t particle) {
-  return parts_->change(Releasing{particle});
+  return changed(parts_, "plan", [&](auto& in) { return in.change(Releasing{particle}); });
 }
 template <class T>
 Expected<void> Plan<T>::break_spring(std::size_t index, const Pair& ends) {
@@ -300,12 +324,12 @@ Expected<void> Plan<T>::break_spring(std::size_t index, const Pair& ends) {
 }
 template <class T>
 Expected<void> Plan<T>::break_springs(std::size_t index, std::span<const Pair> ends) {
-  return parts_->change(Break{index, ends});
+  return changed(parts_, "plan", [&](auto& in) { return in.change(Break{index, ends}); });
 }
 template <class T>
 Expected<std::vector<Pair>> Plan<T>::too_long(std::size_t index, double stretch, const State<T>& state) const {
   const auto find = [&](const auto& in) { return dvdx::too_long(in.scene->scene, in.scene->start, index, stretch, state); };
-  return std::visit(find, parts_->in);
+  return changed(parts_, "plan", find);
 }
 template <class T>
 Expected<std::size_t> Plan<T>::tear(std::size_t index, double stretch, const State<T>& state) {
@@ -363,35 +387,44 @@ Meetings Plan<T>::meetings(const Workspace<T>& workspace) const noexcept {
 
 template <class T>
 const Scene& Plan<T>::scene() const noexcept {
+  static const Scene nothing;  // of a plan that was moved from
+  if (parts_ == nullptr) return nothing;
   return std::visit([](const auto& in) -> const Scene& { return in.scene->scene; }, parts_->in);
 }
 template <class T>
 double Plan<T>::step_size() const noexcept {
+  if (parts_ == nullptr) return std::numeric_limits<double>::quiet_NaN();
   return std::visit([](const auto& in) { return in.scene->options.step; }, parts_->in);
 }
 template <class T>
 std::optional<double> Plan<T>::longest_step() const noexcept {
+  if (parts_ == nullptr) return std::nullopt;
   return std::visit([](const auto& in) { return in.scene->options.longest_step; }, parts_->in);
 }
 template <class T>
 Isa Plan<T>::isa() const noexcept {
+  if (parts_ == nullptr) return Isa::reference;
   return std::visit([](const auto& in) { return in.scene->isa; }, parts_->in);
 }
 template <class T>
 Arithmetic Plan<T>::arithmetic() const noexcept {
+  if (parts_ == nullptr) return Arithmetic::separate;
   return std::visit([](const auto& in) { return in.scene->options.arithmetic; }, parts_->in);
 }
 template <class T>
 Rounding Plan<T>::rounding() const noexcept {
+  if (parts_ == nullptr) return Rounding::plain;
   return std::visit([](const auto& in) { return in.scene->options.rounding; }, parts_->in);
 }
 template <class T>
 std::size_t Plan<T>::block() const noexcept {
+  if (parts_ == nullptr) return 0;
   return std::visit([](const auto& in) { return in.scene->block(); }, parts_->in);
 }
 
 template <class T>
 std::optional<NetworkLimit> Plan<T>::network_limit() const {
+  if (parts_ == nullptr) return std::nullopt;
   const auto limit = [](const auto& in) -> std::optional<NetworkLimit> {
     if (in.scene->joined() == nullptr) return std::nullopt;
     NetworkLimit found = in.scene->joined()->joints().limit(in.scene->scene, in.scene->start);

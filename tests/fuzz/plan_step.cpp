@@ -201,7 +201,7 @@ std::string step_all(Plan<T>& plan, State<T>& state, const Deeds& deeds, const P
     if (const auto changed = plan.set_step(*deeds.other_step); !changed) return changed.error().message();
   }
   if (deeds.other_force && !plan.scene().forces.empty()) {
-    if (const auto changed = plan.replace(0, *deeds.other_force); !changed) return changed.error().message();
+    if (const auto changed = plan.set_force(0, *deeds.other_force); !changed) return changed.error().message();
   }
   if (deeds.bent) {
     if (const auto changed = plan.set_zero_length(*deeds.bent, deeds.other_bend); !changed) return changed.error().message();
@@ -312,7 +312,7 @@ void expect_allowed(const std::string& error) {
   if (error.ends_with("must be a pose that is reached at a finite speed")) return;
   // A place that float32 does not hold.
   if (std::is_same_v<T, float> && error.starts_with("state.x[") && error.ends_with("length is taken from the start")) return;
-  for (const std::string_view reason : {"", "step is ", "network.substeps is ", "forces is ", "takes too long"}) {
+  for (const std::string_view reason : {"", "step is ", "coupling.substeps is ", "forces is ", "takes too long"}) {
     if (reason.empty() ? error.empty() : error.starts_with(reason)) return;
   }
   throw Finding("a legal scene was refused: " + error);

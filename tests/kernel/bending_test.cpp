@@ -235,7 +235,7 @@ TEST_CASE("bending: the plan's limit is the hinge's own frequency, and beside sp
   CHECK(bound() > omega);
   joined.scene.coupling.substeps = 1;
   joined.step = 2.2 / bound();
-  CHECK(refusal_of(joined).find("network.substeps") != std::string::npos);
+  CHECK(refusal_of(joined).find("coupling.substeps") != std::string::npos);
 }
 
 // Bent cloth, whose springs damp or not. substeps: given, so that how it bends is changed in place; or not.
@@ -269,7 +269,7 @@ TEST_CASE("bending: refused in other schemes, where springs are torn, and of tri
   Joined joined = hinge();
   for (const Scheme scheme : {Scheme::sequential, Scheme::accumulate}) {
     joined.scene.coupling.scheme = scheme;
-    CHECK(refusal_of(joined).find("network.zero_length[0]") != std::string::npos);
+    CHECK(refusal_of(joined).find("networks[0].zero_length[0]") != std::string::npos);
     CHECK(refusal_of(joined).find("leapfrog and fourth_order") != std::string::npos);
   }
   joined.scene.coupling.scheme = Scheme::leapfrog;
@@ -278,10 +278,10 @@ TEST_CASE("bending: refused in other schemes, where springs are torn, and of tri
   CHECK(refusal_of(joined).find("broken") != std::string::npos);
   springs.broken.clear();
   springs.zero_length = std::vector<double>(3, 1.0);
-  CHECK(refusal_of(joined) == "network.zero_length is 3 values: must be one for each of the 6 pairs");
+  CHECK(refusal_of(joined) == "networks[0].zero_length is 3 values: must be one for each of the 6 pairs");
   springs = {.pairs = {{0, 1}}, .stiffness = 1.0};
   add_bending(springs, std::vector<Triangle>{{0, 1, 2}, {1, 0, 3}}, std::vector<Vec3>(4, Vec3{1, 1, 1}), modulus);
-  CHECK(refusal_of(joined).find("network.zero_length[0] is") != std::string::npos);
+  CHECK(refusal_of(joined).find("networks[0].zero_length[0] is") != std::string::npos);
   // In a running plan such a spring cannot be broken.
   joined = hinge();
   test::Batch<double> batch(test::Layout::soa, 4);
@@ -379,11 +379,12 @@ TEST_CASE("bending: a change that cannot be is refused by name, and the plan ben
           "modulus is nan: must be a finite number >= 0");
     CHECK(message(plan.set_bending(0, std::vector<Triangle>{{0, 1, 40}, {1, 0, 41}}, sheet.x, 1)) ==
           "networks[0].pairs is without 0 and 40: must be all pairs that add_bending() adds for these triangles");
-    CHECK(message(plan.set_bending(0, sheet.triangles, {}, stiffer)).starts_with("network.zero_length[0] is "));
+    CHECK(message(plan.set_bending(0, sheet.triangles, {}, stiffer)).starts_with("networks[0].zero_length[0] is "));
     CHECK(message(plan.set_zero_length(0, std::vector<double>{1})) ==
-          "network.zero_length is 1 values: must be one for each of the " + std::to_string(pairs) + " pairs");
-    CHECK(message(plan.set_zero_length(0, std::numeric_limits<double>::infinity())).starts_with("network.zero_length is inf"));
-    if (substeps) CHECK(message(plan.set_zero_length(0, 1e6)).starts_with("network.substeps is 60: must be at least"));
+          "networks[0].zero_length is 1 values: must be one for each of the " + std::to_string(pairs) + " pairs");
+    CHECK(message(plan.set_zero_length(0, std::numeric_limits<double>::infinity()))
+              .starts_with("networks[0].zero_length is inf"));
+    if (substeps) CHECK(message(plan.set_zero_length(0, 1e6)).starts_with("coupling.substeps is 60: must be at least"));
     CHECK(running.after(10) == Running<double>(cloth(leapfrog, substeps, modulus)).after(10));
   }
   // In sweeps, and where springs are torn.

@@ -523,7 +523,7 @@ TEST_CASE("c: choices that do not exist and pointers to nothing are refused at o
   dvdx_springs springs{};
   springs.count = 2;
   CHECK(dvdx_scene_add_springs(h.scene, &springs, &h.error) == DVDX_INVALID);
-  CHECK(h.field() == "network[0].pairs");
+  CHECK(h.field() == "networks[0].pairs");
   CHECK(dvdx_scene_set_fixed(h.scene, nullptr, 2, &h.error) == DVDX_INVALID);
   CHECK(dvdx_scene_set_mass(h.scene, nullptr, nullptr) == DVDX_INVALID);  // an error that nobody asks for
   dvdx_scene* other = nullptr;

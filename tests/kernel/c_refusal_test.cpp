@@ -122,7 +122,7 @@ TEST_CASE("c: counts that no memory holds are refused by name before anything is
   springs.pairs = ends.data();
   springs.count = too_many;
   CHECK(dvdx_scene_add_springs(s.scene, &springs, &s.error) == DVDX_INVALID);
-  CHECK(s.message() == "network[0].pairs is 18446744073709551615 elements: must be at most 4294967295 elements");
+  CHECK(s.message() == "networks[0].pairs is 18446744073709551615 elements: must be at most 4294967295 elements");
 }
 
 TEST_CASE("c: columns that share memory are refused, and nothing moves") {
@@ -274,7 +274,7 @@ TEST_CASE("Choices that are none are refused by name") {
     if (field == 1) joined.coupling.sweeps = static_cast<SweepOrder>(99);
     if (field == 2) joined.coupling.method = static_cast<Method>(99);
     if (field == 3) joined.coupling.axis = static_cast<PairAxis>(99);
-    constexpr std::array names = {"network.scheme", "network.sweeps", "network.method", "network.axis"};
+    constexpr std::array names = {"coupling.scheme", "coupling.sweeps", "coupling.method", "coupling.axis"};
     constexpr std::array most = {"4", "1", "4", "1"};
     const auto k = static_cast<std::size_t>(field);
     CHECK(message(joined, {}) == std::string(names[k]) + " is 99: must be a choice from 0 to " + most[k]);

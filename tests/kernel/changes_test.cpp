@@ -188,11 +188,11 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
     case 0:
       return plan.set_step(random.between(0.002, 0.02));
     case 1:
-      return plan.replace(0, Constant{.acceleration = {random.between(-3, 3), -9.81, 0}});
+      return plan.set_force(0, Constant{.acceleration = {random.between(-3, 3), -9.81, 0}});
     case 2: {
       if (random.below(2) == 0)
-        return plan.replace(contact, Sphere{.center = {0.5, -1, 0.5}, .radius = random.between(0.5, 0.9)});
-      return plan.replace(contact, Plane{.offset = random.between(-0.5, -0.2), .friction = 0.4});
+        return plan.set_contact(contact, Sphere{.center = {0.5, -1, 0.5}, .radius = random.between(0.5, 0.9)});
+      return plan.set_contact(contact, Plane{.offset = random.between(-0.5, -0.2), .friction = 0.4});
     }
     case 3: {
       const double k = random.between(10, 60);
@@ -450,13 +450,13 @@ TEST_CASE("changes: a contact that alone followed a motion lets go of it, and fo
   test::place(joined, batch.view());
   Plan<double> plan = test::plan_of(joined, {}, batch.view());
   const std::uint64_t before = hash_after(plan, batch.view(), 30);
-  REQUIRE(plan.replace(0, Plane{.restitution = 0.5, .friction = 0.2}).has_value());
+  REQUIRE(plan.set_contact(0, Plane{.restitution = 0.5, .friction = 0.2}).has_value());
   const auto anew = compile<double>(plan.scene(), {.step = joined.step, .isa = Isa::reference}, batch.view());
   REQUIRE(anew.has_value());
   CHECK(plan.explain() == anew->explain());
   CHECK(plan.workspace().bytes() == 0);
   CHECK(hash_after(plan, batch.view(), 30) != before);
-  REQUIRE(plan.replace(0, moving).has_value());
+  REQUIRE(plan.set_contact(0, moving).has_value());
   CHECK(hash_after(plan, batch.view(), 30) == before);
   CHECK(hash_after(plan.clone(), batch.view(), 30) == before);
 }
@@ -468,7 +468,7 @@ TEST_CASE("changes: a clone keeps what it had, and a change of it leaves the pla
   Plan<float> plan = test::plan_of(joined, {}, batch.view());
   const std::uint64_t before = hash_after(plan, batch.view(), 3);
   const Plan<float> clone = plan.clone();
-  REQUIRE(plan.replace(0, Constant{.acceleration = {0, -9.8, 0}}).has_value());  // which keeps the springs of both
+  REQUIRE(plan.set_force(0, Constant{.acceleration = {0, -9.8, 0}}).has_value());  // which keeps the springs of both
   REQUIRE(plan.break_spring(0, {25, 26}).has_value());
   REQUIRE(plan.break_spring(0, {26, 27}).has_value());
   CHECK(hash_after(plan, batch.view(), 3) != before);
@@ -549,7 +549,7 @@ TEST_CASE("changes: what names no place of the scene, or a value out of range, i
   Batch<double> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());
   Plan<double> plan = test::plan_of(joined, {}, batch.view());
-  CHECK(plan.replace(0, Plane{}).error().field == "contacts[0]");
+  CHECK(plan.set_contact(0, Plane{}).error().field == "contacts[0]");
   CHECK(plan.set_mass(20, 1).error().field == "particle");
   CHECK(plan.set_mass(3, 0).error().field == "mass[3]");
   CHECK(plan.set_mass(3, 1e-310).error().message() == "mass[3] is 1e-310: must be a finite number > 0");  // 0 in a step
@@ -559,7 +559,7 @@ TEST_CASE("changes: what names no place of the scene, or a value out of range, i
   CHECK(plan.release(1).error().valid == "one that is fixed");
   CHECK(plan.set_stiffness(1, GridStiffness{}).error().field == "networks[1]");
   CHECK(plan.set_stiffness(0, SpringsStiffness{}).error().valid == "a list of springs");
-  CHECK(plan.set_stiffness(0, GridStiffness{.structural = -1}).error().field == "network.structural");
+  CHECK(plan.set_stiffness(0, GridStiffness{.structural = -1}).error().field == "networks[0].structural");
   CHECK(plan.set_zero_length(0, 1.0).error().message() == "networks[0] is a grid: must be a list of springs");
   CHECK(plan.set_zero_length(1, 1.0).error().field == "networks[1]");
   CHECK(plan.break_spring(0, {0, 3}).error().field == "networks[0].broken");

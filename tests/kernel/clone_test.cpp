@@ -105,7 +105,7 @@ TEST_CASE("clone: what was compiled is shared, and a change of one leaves the ot
     Plan<double> plan = test::plan_of(joined, {.isa = best_isa()}, scene.view());
     const Plan<double> clone = plan.clone();
     REQUIRE(plan.set_step(joined.step / 3).has_value());
-    REQUIRE(plan.replace(0, Constant{.acceleration = {1, 2, 3}}).has_value());
+    REQUIRE(plan.set_force(0, Constant{.acceleration = {1, 2, 3}}).has_value());
     CHECK(clone.step_size() == joined.step);
     Scene as_compiled = joined.scene;
     as_compiled.coupling.longest_substep = clone.scene().coupling.longest_substep;  // that was chosen

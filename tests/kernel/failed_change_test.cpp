@@ -161,7 +161,7 @@ TEST_CASE_TEMPLATE("a change that fails for want of memory changes nothing", T, 
   for (const Joined& joined : all_joined()) {
     CAPTURE(joined.name);
     const auto replaced = [](Force force) -> Change<T> {
-      return [force = std::move(force)](Plan<T>& plan) { return plan.replace(0, force); };
+      return [force = std::move(force)](Plan<T>& plan) { return plan.set_force(0, force); };
     };
     CHECK(fails_without_trace<T>(joined, replaced(Constant{.acceleration = {1, -5, 0}})) > 0);
     CHECK(fails_without_trace<T>(joined, replaced(Spring{.stiffness = 0.02, .anchor = Vec3{0.1, 0, 0}})) > 0);
@@ -214,7 +214,7 @@ TEST_CASE("a change of what is joined that fails for want of memory changes noth
             }) > 0);
     }
     if (joined.scene.contacts.empty()) continue;
-    CHECK(fails_without_trace<T>(joined, [](Plan<T>& plan) { return plan.replace(0, Plane{.offset = 0.005}); }) >= 0);
+    CHECK(fails_without_trace<T>(joined, [](Plan<T>& plan) { return plan.set_contact(0, Plane{.offset = 0.005}); }) >= 0);
   }
 }
 
@@ -243,12 +243,12 @@ TEST_CASE_TEMPLATE("a change that is refused changes nothing", T, float, double)
     CAPTURE(joined.name);
     const std::string before = seen(joined, plan_of<T>(joined));
     Plan<T> plan = plan_of<T>(joined);
-    CHECK_FALSE(plan.replace(0, Spring{.stiffness = -1.0}).has_value());
-    CHECK_FALSE(plan.replace(0, Spring{.stiffness = 1.0, .anchor = std::vector<Vec3>(2)}).has_value());
-    CHECK_FALSE(plan.replace(9, Constant{}).has_value());
+    CHECK_FALSE(plan.set_force(0, Spring{.stiffness = -1.0}).has_value());
+    CHECK_FALSE(plan.set_force(0, Spring{.stiffness = 1.0, .anchor = std::vector<Vec3>(2)}).has_value());
+    CHECK_FALSE(plan.set_force(9, Constant{}).has_value());
     CHECK_FALSE(plan.set_step(1e300).has_value());
-    CHECK_FALSE(plan.replace(5, Plane{}).has_value());
-    CHECK_FALSE(plan.replace(0, Plane{.restitution = 2}).has_value());
+    CHECK_FALSE(plan.set_contact(5, Plane{}).has_value());
+    CHECK_FALSE(plan.set_contact(0, Plane{.restitution = 2}).has_value());
     CHECK_FALSE(plan.set_stiffness(0, GridStiffness{.structural = -1}).has_value());
     CHECK_FALSE(plan.set_stiffness(0, GridStiffness{.structural = 1e300}).has_value());
     CHECK_FALSE(plan.set_stiffness(0, SpringsStiffness{.stiffness = std::vector<double>{1, 2}}).has_value());

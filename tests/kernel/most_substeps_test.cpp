@@ -98,22 +98,22 @@ TEST_CASE("most_substeps: a step or a change that needs more is refused, with wh
   REQUIRE(needed > 2);
   joined.scene.coupling.most_substeps = needed - 1;
   const Error error = compile<double>(joined.scene, {.step = frame}, batch.view()).error();
-  CHECK(error.field == "network.most_substeps");
+  CHECK(error.field == "coupling.most_substeps");
   CHECK(error.value == std::to_string(needed - 1));
   CHECK(error.valid.find("at least " + std::to_string(needed) + " for a step of 0.0166667 s, or a step of at most 0.0") == 0);
 
   joined.scene.coupling.most_substeps = needed;
   Plan<double> plan = test::plan_of(joined, {.isa = best_isa()}, batch.view());
-  CHECK(plan.set_stiffness(0, GridStiffness{.structural = 1200, .shear = 600}).error().field == "network.most_substeps");
+  CHECK(plan.set_stiffness(0, GridStiffness{.structural = 1200, .shear = 600}).error().field == "coupling.most_substeps");
   CHECK(std::get<Grid>(plan.scene().networks[0]).structural == 300);
 
   for (const int most : {0, 1000001}) {
     joined.scene.coupling.most_substeps = most;
-    CHECK(compile<double>(joined.scene, {.step = frame}, batch.view()).error().field == "network.most_substeps");
+    CHECK(compile<double>(joined.scene, {.step = frame}, batch.view()).error().field == "coupling.most_substeps");
   }
   joined.scene.coupling.substeps = needed;
   joined.scene.coupling.most_substeps = needed - 1;
-  CHECK(compile<double>(joined.scene, {.step = frame}, batch.view()).error().field == "network.most_substeps");
+  CHECK(compile<double>(joined.scene, {.step = frame}, batch.view()).error().field == "coupling.most_substeps");
 }
 
 TEST_CASE("most_substeps: a scheme that is left open becomes one that they are enough for") {

@@ -197,7 +197,7 @@ TEST_CASE_TEMPLATE("lengths are taken from a start that is finite, and not all a
               " is 0 at the start between all pairs: must be above 0 between some: fill positions before "
               "compile(), or give the lengths");
   };
-  check(springs, "network.rest_length");
+  check(springs, "networks[0].rest_length");
   check(rods, "constraints[0].length");
   check(ropes, "constraints[0].length");
   // Lengths that are given ask for no start.
@@ -264,7 +264,7 @@ TEST_CASE_TEMPLATE("replace makes the plan that compile makes, bit by bit", T, f
       auto plan = compiled<T>(scene.scene, {.step = scene.step});
       Scene other = scene.scene;
       other.forces[i] = changed(other.forces[i]);
-      REQUIRE(plan->replace(i, other.forces[i]).has_value());
+      REQUIRE(plan->set_force(i, other.forces[i]).has_value());
       CHECK(plan->scene() == other);
       const auto fresh = compiled<T>(other, {.step = scene.step});
       const std::string difference = test::difference(stepped(*fresh), stepped(*plan));
@@ -276,10 +276,10 @@ TEST_CASE_TEMPLATE("replace makes the plan that compile makes, bit by bit", T, f
 TEST_CASE("replace refuses what compile refuses, and leaves the plan as it was") {
   auto plan = compiled<float>(with_force(Spring{.stiffness = 3.0}), {.step = 0.1});
   const std::vector<float> before = stepped(*plan);
-  CHECK(plan->replace(2, Drag{}).error().field == "forces[2]");
-  CHECK(plan->replace(1, Spring{.stiffness = -3.0}).error().field == "forces[1].stiffness");
-  CHECK_FALSE(plan->replace(1, Spring{.stiffness = 1e300, .method = Method::symplectic_euler}).has_value());
-  CHECK(plan->replace(1, Spring{.anchor = at_start}).error().field == "forces[1].anchor");
+  CHECK(plan->set_force(2, Drag{}).error().field == "forces[2]");
+  CHECK(plan->set_force(1, Spring{.stiffness = -3.0}).error().field == "forces[1].stiffness");
+  CHECK_FALSE(plan->set_force(1, Spring{.stiffness = 1e300, .method = Method::symplectic_euler}).has_value());
+  CHECK(plan->set_force(1, Spring{.anchor = at_start}).error().field == "forces[1].anchor");
   CHECK(test::difference(before, stepped(*plan)).empty());
 }
 

@@ -52,10 +52,10 @@ TEST_CASE("range: what float32 cannot hold is refused by name, and float64 takes
   check(with(Sphere{.center = {0, 1e39, 0}}), "contacts[0].center[1]");
   check(with(Sphere{.radius = 1e20}), "contacts[0].radius");
   check(with(Sphere{.radius = 1e-20}), "contacts[0].radius");
-  check(with(Springs{.pairs = {{0, 1}}, .stiffness = 1e39}), "network.stiffness", 1e-20);
-  check(with(Springs{.pairs = {{0, 1}, {1, 2}}, .stiffness = std::vector<double>{1, 1e39}}), "network.stiffness[1]", 1e-20);
-  check(with(Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .rest_length = 1e20}), "network.rest_length");
-  check(with(Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .damping = 1e39}), "network.damping", 1e-39);
+  check(with(Springs{.pairs = {{0, 1}}, .stiffness = 1e39}), "networks[0].stiffness", 1e-20);
+  check(with(Springs{.pairs = {{0, 1}, {1, 2}}, .stiffness = std::vector<double>{1, 1e39}}), "networks[0].stiffness[1]", 1e-20);
+  check(with(Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .rest_length = 1e20}), "networks[0].rest_length");
+  check(with(Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .damping = 1e39}), "networks[0].damping", 1e-39);
   check(with(Distance{.pairs = {{0, 1}}, .length = 1e20}), "constraints[0].length");
   check(with(Distance{.pairs = {{0, 1}}, .length = 1e-20}), "constraints[0].length");
   check(with(OnPoint{.particle = 0, .at = {0, 0, 1e39}}), "constraints[0].at[2]");
@@ -85,7 +85,7 @@ TEST_CASE_TEMPLATE("range: a step at which a network's particles are lost is ref
       place(sheet, batch.view());
       const auto plan = compile<T>(sheet.scene, {.step = step, .isa = Isa::reference}, batch.view());
       REQUIRE_FALSE(plan.has_value());
-      CHECK((plan.error().field == "step" || plan.error().field == "network.substeps" || plan.error().field == "forces[0]"));
+      CHECK((plan.error().field == "step" || plan.error().field == "coupling.substeps" || plan.error().field == "forces[0]"));
     }
   }
 }

@@ -419,7 +419,7 @@ TEST_CASE("skins: what is wrong is refused by field, value and range") {
           j.scene.add(Tethers{}).add(OnPoint{.particle = 4, .at = {}});
         }) == "tethers[0] is there: must be left out of a scene with constraints");
   const auto plan = compile<float>(skirt(3, 3).scene, {});
-  CHECK(plan.error().field == "network");  // no state
+  CHECK(plan.error().field == "networks");  // no state
 }
 
 TEST_CASE("skins: a target that is wrong is refused, and changes nothing") {

@@ -312,7 +312,7 @@ TEST_CASE("sequential by itself: a plan that is changed keeps its longest sub-st
   std::vector<double> mass = net.scene.mass.each();
   REQUIRE(plan.set_mass(10, 1000 * mass[10]).has_value());
   REQUIRE(plan.set_stiffness(0, SpringsStiffness{.stiffness = 2e5}).has_value());
-  REQUIRE(plan.replace(0, Constant{.acceleration = {0, -2 * g, 0}}).has_value());
+  REQUIRE(plan.set_force(0, Constant{.acceleration = {0, -2 * g, 0}}).has_value());
   CHECK(plan.network_limit()->substeps == before);
   CHECK(share_of(plan.network_limit()->estimate) > 0.01);
   Net anew{.scene = plan.scene(), .start = net.start};
@@ -340,7 +340,7 @@ TEST_CASE("sequential by itself: the longest sub-step that is asked for is taken
     Soa<double> memory = placed(net);
     const auto refused = compile<double>(net.scene, net.options, memory.view());
     REQUIRE_FALSE(refused.has_value());
-    CHECK(refused.error().field == "network.longest_substep");
+    CHECK(refused.error().field == "coupling.longest_substep");
   }
 }
 

@@ -214,8 +214,8 @@ def limit(seconds):
 
 
 def run_program(arguments, number, seconds):
-    """The exit status of a test program with one fault active (0: none), None at the time limit, and what it said. What is
-    limited is processor time, which does not depend on what else the machine does, and for a deadlock four times as much
+    """The exit status of a test program with one fault active (0: none), None at the time limit, and what it said. The
+    limit is of processor time, which does not depend on what else the machine does, and for a deadlock four times as much
     of time."""
     environment = {**os.environ, "DVDX_MUTANT": str(number)}
     process = subprocess.Popen(arguments, cwd=BUILD, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,

@@ -2,15 +2,20 @@
 
 import gc
 import importlib.util
+import inspect
 import json
 import os
 import pathlib
+import pydoc
 import re
+import struct
 import subprocess
 import sys
 import tempfile
 import threading
+import typing
 import unittest
+import unittest.mock
 
 try:
     import cffi  # noqa: F401
@@ -268,8 +273,8 @@ class Faults(unittest.TestCase):
     def test_a_value_that_no_scene_can_hold_is_refused_at_once(self):
         with self.assertRaisesRegex(ValueError, "verlet.*symplectic_euler"):
             dvdx.Scene().spring(stiffness=1, method="verlet")
-        with self.assertRaisesRegex(TypeError, "no stif: .*stiffness"):
-            dvdx.Scene().spring(stif=1)
+        with self.assertRaisesRegex(TypeError, "unexpected keyword argument 'stif'"):
+            dvdx.Scene().spring(stif=1, stiffness=1)
         with self.assertRaisesRegex(ValueError, "acceleration: .*three numbers"):
             dvdx.Scene().constant(acceleration=(1, 2))
         for pairs in ([[0, -1]], [[0, 1.5]], [[0, 2**32]]):
@@ -307,6 +312,26 @@ class Faults(unittest.TestCase):
         crooked = np.frombuffer(bytearray(4 * 12 + 1), np.float32, offset=1).reshape(4, 3)
         with self.assertRaisesRegex(ValueError, "aligned"):
             dvdx.State(crooked, velocities)
+
+    def test_errors_are_pythons_own(self):
+        state = dvdx.State(*lattice(3))
+        plan = dvdx.compile(swept_sheet(), dvdx.State(*lattice(20)))
+        misuses = [
+            (ValueError, "steps is -1", lambda: plan.step(state, -1)),
+            (TypeError, "integer", lambda: plan.step(state, 1.5)),
+            (ValueError, "every is 0", lambda: plan.record(state, 1, every=0)),
+            (TypeError, "missing.*'acceleration'", lambda: dvdx.Scene().constant()),
+            (ValueError, "rows: .*negative", lambda: dvdx.Scene().grid(rows=-2, columns=2, edge_u=(1, 0, 0), edge_v=(0, 1, 0))),
+            (ValueError, "out of its range", lambda: plan.set_mass(-1, 1)),
+            (ValueError, "as many particles|count", lambda: plan.step(state)),
+            (TypeError, "another type", lambda: plan.step(dvdx.State(*lattice(20, np.float64)))),
+            (ValueError, "step is nan", lambda: plan.set_step(float("nan"))),
+            (ValueError, "threads is -2", lambda: plan.step(state, threads=-2)),
+        ]
+        for kind, words, misuse in misuses:
+            with self.subTest(words), self.assertRaisesRegex(kind, words):
+                misuse()
+        self.assertTrue(issubclass(dvdx.DvdxError, Exception))
 
     def test_a_state_of_another_kind_than_the_plans_is_refused(self):
         scene = dvdx.Scene(mass=[1, 2, 3])
@@ -374,7 +399,7 @@ class Plans(unittest.TestCase):
         plan.set_mass(2, 1.5)
         plan.fix(3)
         plan.release(0)
-        plan.replace_contact(0, hanging(1, 1, []))
+        plan.set_contact(0, hanging(1, 1, []))
         anew = dvdx.compile(hanging([30, 20, 10], [1, 1, 1.5, 1], [3]), wanted)
         plan.step(changed, 5)
         anew.step(wanted, 5)
@@ -772,6 +797,201 @@ def fountain(**arrays):
     return state, plan
 
 
+class Introspection(unittest.TestCase):
+    def test_names_versions_and_help_are_there(self):
+        self.assertRegex(dvdx.__version__, r"^\d+\.\d+\.\d+$")
+        self.assertIn(dvdx.__version__, dvdx.build_info())
+        for name in dvdx.__all__:
+            self.assertTrue(getattr(dvdx, name).__doc__ or name == "COLUMNS", name)
+        self.assertTrue((pathlib.Path(dvdx.__file__).parent / "py.typed").exists())
+        help_text = pydoc.plain(pydoc.render_doc(dvdx.Scene))
+        self.assertRegex(help_text, r"constant\(self, \*, acceleration: .*method: ")
+        self.assertIn("Coulomb", pathlib.Path(dvdx.__file__).read_text())
+
+    def test_every_public_call_has_hints_and_words(self):
+        public = [each for each in vars(dvdx).values() if getattr(each, "__module__", "") == "dvdx" and callable(each)]
+        calls = [each for each in public if inspect.isfunction(each) and not each.__name__.startswith("_")]
+        for kind in (each for each in public if inspect.isclass(each) and each.__name__ in dvdx.__all__):
+            calls += [each for name, each in vars(kind).items() if inspect.isfunction(each) and not name.startswith("_")]
+        self.assertGreater(len(calls), 60)
+        for call in calls:
+            with self.subTest(call.__qualname__):
+                hints = typing.get_type_hints(call, vars(dvdx))
+                self.assertEqual(hints.keys() | {"self"}, inspect.signature(call).parameters.keys() | {"return", "self"})
+                self.assertTrue(call.__doc__)
+
+    def test_methods_of_a_scene_have_the_fields_of_the_header(self):
+        for kind in dvdx._ADDERS:
+            method = getattr(dvdx.Scene, kind.removeprefix("dvdx_"))
+            with self.subTest(kind):
+                named = inspect.signature(method).parameters.keys() - {"self", "keywords"}
+                self.assertTrue(not named or named == dvdx._fields(kind).keys(), named ^ dvdx._fields(kind).keys())
+
+    def test_objects_show_what_they_are(self):
+        scene = dvdx.Scene(mass=2).constant(acceleration=(0, -9.81, 0)).plane(normal=(0, 1, 0), restitution=0.4)
+        text = "dvdx.Scene(mass=2).constant(acceleration=(0, -9.81, 0)).plane(normal=(0, 1, 0), restitution=0.4)"
+        self.assertEqual(repr(scene), text)
+        self.assertEqual(repr(eval(text)), text)
+        state = dvdx.State(*lattice(3))
+        self.assertEqual(repr(state), "<dvdx.State: 3 particles, float32, time 0 s>")
+        plan = dvdx.compile(scene, state, step=0.25, isa="reference")
+        self.assertEqual(repr(plan), "<dvdx.Plan: constant, plane; float32, step 0.25 s, reference>")
+        self.assertEqual(repr(dvdx.ContactReport(2)), "<dvdx.ContactReport: 2 contacts, 0 events, 0 lost>")
+        self.assertIn("<array (9, 2)>", repr(dvdx.Scene().springs(pairs=[(i, i + 1) for i in range(9)], stiffness=1)))
+
+    def test_positions_are_the_arrays_that_were_given(self):
+        positions, velocities = lattice(6)
+        state = dvdx.State(positions, velocities)
+        self.assertIs(state.positions.base if state.positions.base is not None else state.positions, positions)
+        np.testing.assert_array_equal(state.velocities, velocities)
+        record = np.zeros(6, [("velocity", "f4", 3), ("position", "f4", 3)])
+        record["position"] = positions
+        self.assertTrue(np.shares_memory(dvdx.State(record).positions, record))
+        columns = dvdx.State(*positions.T.copy(), *velocities.T.copy())
+        np.testing.assert_array_equal(columns.positions, positions)
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            columns.positions[0] = 0  # a copy: what is written there would be lost
+
+
+class Scenes(unittest.TestCase):
+    def test_a_plans_scene_is_what_it_steps(self):
+        state = dvdx.State(*lattice(4))
+        scene = dvdx.Scene(mass=2).springs(pairs=[(0, 1), (1, 2)], stiffness=3).constant(acceleration=(0, -1, 0))
+        plan = dvdx.compile(scene, state)
+        plan.set_springs_stiffness([7, 9])
+        plan.set_force(0, dvdx.Scene().constant(acceleration=(0, -5, 0)))
+        scene.constant(acceleration=(100, 0, 0))  # too late for the plan
+        again, other = dvdx.State(*lattice(4)), dvdx.compile(plan.scene, state)
+        plan.step(state, 5)
+        other.step(again, 5)
+        self.assertEqual(state.hash(), again.hash())
+        self.assertEqual((plan.scene.step, other.step_size), (1 / 60, 1 / 60))
+        self.assertIn("constant(acceleration=(0, -5, 0))", repr(plan.scene))
+
+    def test_old_names_warn_and_do_the_same(self):
+        def stepped(change):
+            state = dvdx.State(*lattice(4))
+            plan = dvdx.compile(dvdx.Scene().constant(acceleration=(0, -9, 0)).plane(normal=(0, 1, 0)), state)
+            change(plan)
+            plan.step(state, 9)
+            return state.hash()
+
+        other = dvdx.Scene().constant(acceleration=(1, 0, 0)).plane(normal=(0, 1, 0), offset=1)
+        with self.assertWarns(DeprecationWarning):
+            old = stepped(lambda plan: (plan.replace(0, other), plan.replace_contact(0, other)))
+        self.assertEqual(old, stepped(lambda plan: (plan.set_force(0, other), plan.set_contact(0, other))))
+
+    @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
+    def test_a_loaded_scene_has_the_bits_of_the_command(self):
+        scenes = ("two-springs", "bouncing", "net-stiff", "rope-bridge", "seed-pair", "cape", "rail", "flag-in-wind")
+        for name in scenes:
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+                file = json.loads((ROOT / f"tools/scenes/{name}.json").read_text())
+                file["duration"] = 4 * file["step"]
+                path = pathlib.Path(folder, "scene.json")
+                path.write_text(json.dumps(file))
+                scene = dvdx.Scene.load(path)
+                state = scene.state(np.float64)
+                dvdx.compile(scene, state).step(state, 4)
+                hash_of_command, steps = run(file, "float64")
+                self.assertEqual((steps, scene.duration), (4, file["duration"]))
+                self.assertEqual(state.hash(), hash_of_command)
+
+    def test_what_is_not_read_is_named(self):
+        for name, words in (("shirt", "a mesh"), ("tear", "what tears"), ("fountain", "is not read"), ("torus", "mesh")):
+            with self.subTest(name), self.assertRaisesRegex(ValueError, f"{name}.json: .*{words}"):
+                dvdx.Scene.load(ROOT / f"tools/scenes/{name}.json")
+        with self.assertRaisesRegex(ValueError, "was not loaded"):
+            dvdx.Scene().state()
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "scene.json")
+            for text, words in (("{", "scene.json"), ("{}", "dvdx-scene/1"), ('{"format": "dvdx-scene/1"}', "count is missing")):
+                path.write_text(text)
+                with self.assertRaisesRegex(ValueError, words):
+                    dvdx.Scene.load(path)
+
+
+class Threads(unittest.TestCase):
+    def test_a_network_has_the_same_bits_on_any_number_of_threads(self):
+        def stepped(threads):
+            rows, columns = 40, 50
+            positions = np.array([(c / 50, 0.01 * (r * c % 7), r / 40) for r in range(rows) for c in range(columns)])
+            scene = dvdx.Scene(mass=0.01, fixed=[0, 49]).constant(acceleration=(0, -9.81, 0))
+            scene.grid(rows=rows, columns=columns, edge_u=(1, 0, 0), edge_v=(0, 0, 1), structural=40, shear=10)
+            state = dvdx.State(positions, np.zeros_like(positions))
+            dvdx.compile(scene, state).step(state, 5, threads=threads)
+            return state.hash()
+
+        alone = stepped(None)
+        for threads in (1, 3, dvdx.Threads(2)):
+            self.assertEqual(stepped(threads), alone)
+        self.assertEqual(dvdx.Threads(3).count, 3)
+        self.assertGreaterEqual(dvdx.Threads().count, 1)
+
+
+def recorded():
+    positions = np.array([(c / 4, 1, r / 3) for r in range(4) for c in range(5)])
+    state = dvdx.State(positions, np.zeros_like(positions))
+    scene = swept_sheet().sphere(center=(0.5, 0.3, 0.5), radius=0.3)
+    return dvdx.compile(scene, state, step=1 / 60).record(state, steps=20, every=4), state
+
+
+class Recordings(unittest.TestCase):
+    def test_states_are_those_of_steps(self):
+        recording, end = recorded()
+        self.assertEqual(repr(recording), "<dvdx.Recording: 6 states of 20 particles, 0 to 0.333333 s>")
+        again = dvdx.State(recording.positions[0].copy(), recording.velocities[0].copy())
+        plan = dvdx.compile(swept_sheet().sphere(center=(0.5, 0.3, 0.5), radius=0.3), again, step=1 / 60)
+        for k in range(1, 6):
+            plan.step(again, 4)
+            np.testing.assert_array_equal(recording.positions[k], again.positions)
+            np.testing.assert_array_equal(recording.velocities[k], again.velocities)
+            self.assertEqual((recording.times[k], recording.energy[k]), (again.time, plan.energy(again).total))
+        self.assertEqual(again.hash(), end.hash())
+        falling = dvdx.State(np.array([(0.0, 2, 0)]), np.array([(3.0, 4, 0)]))
+        energy = dvdx.compile(dvdx.Scene(mass=2).constant(acceleration=(0, -10, 0)), falling).energy(falling)
+        self.assertEqual((energy.kinetic, energy.elastic, energy.weight, energy.total), (25, 0, 40, 65))
+
+    def test_files_of_numbers_hold_the_states(self):
+        recording, _ = recorded()
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "cloth.npz")
+            recording.save(path)
+            with np.load(path) as stored:
+                np.testing.assert_array_equal(stored["positions"], recording.positions)
+                np.testing.assert_array_equal(stored["steps"], [0, 4, 8, 12, 16, 20])
+            recording.save(os.path.join(folder, "cloth.pc2"))
+            cache = pathlib.Path(folder, "cloth.pc2").read_bytes()
+            self.assertEqual(struct.unpack("<12siiffi", cache[:32]), (b"POINTCACHE2\0", 1, 20, 0, 1, 6))
+            np.testing.assert_array_equal(np.frombuffer(cache[32:], "<f4").reshape(6, 20, 3), recording.positions.astype("f4"))
+            lines = pathlib.Path(folder, "cloth.obj").read_text().splitlines()
+            self.assertEqual([sum(line.startswith(mark) for line in lines) for mark in ("v ", "f ")], [20, 12])
+            self.assertIn("f 1 2 7 6", lines)
+            with self.assertRaisesRegex(ValueError, "cloth.gif: must end in one of .npz, .pc2"):
+                recording.save(os.path.join(folder, "cloth.gif"))
+
+    @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
+    def test_pages_and_pictures_are_the_commands(self):
+        recording, _ = recorded()
+        with tempfile.TemporaryDirectory() as folder:
+            for name, mark in (("cloth.png", b"\x89PNG"), ("cloth.apng", b"\x89PNG"), ("cloth.html", b"<!")):
+                path = pathlib.Path(folder, name)
+                try:
+                    recording.save(path)
+                except RuntimeError as fault:  # npm, which builds the page, is not everywhere
+                    self.assertIn("the playback page has not been built", str(fault))
+                    self.assertEqual(path.suffix, ".html")
+                else:
+                    self.assertTrue(path.read_bytes().startswith(mark), name)
+
+    def test_without_a_command_there_is_a_clear_error(self):
+        recording, _ = recorded()
+        environment = {"PATH": "", "DVDX_COMMAND": ""}
+        with unittest.mock.patch.dict(os.environ, environment), unittest.mock.patch.object(dvdx, "_folder", pathlib.Path("/none")):
+            with self.assertRaisesRegex(RuntimeError, "no dvdx command"):
+                recording.save("cloth.png")
+
+
 class Turnover(unittest.TestCase):
     def test_particles_come_and_go_in_the_arrays_themselves(self):
         state, plan = fountain()
@@ -828,6 +1048,78 @@ class Turnover(unittest.TestCase):
             dvdx.LiveState(*lattice(4), carried=[np.empty(4, object)])
 
 
+    def test_a_live_plan_is_changed_while_it_runs(self):
+        state, plan = fountain()
+        plan.set_step(1 / 32)
+        plan.step(state, 8)
+        self.assertEqual((state.born, state.time), (150, 0.25))
+        plan.burst(state, 40)
+        self.assertEqual((state.born, len(state)), (190, 190))
+        self.assertEqual(state.arrays["age"][150:190].tolist(), [0.0] * 40)
+        other = plan.clone()
+        other.set_emitter(0, {"shape": "point", "at": (5, 1, 0), "rate": 0, "seed": 3})
+        other.step(state, 4)
+        self.assertEqual(state.born, 190)
+        other.set_emitter(0, {"shape": "point", "at": (5, 1, 0), "rate": 320, "seed": 4})
+        other.set_force(0, dvdx.Scene().constant(acceleration=(0, 0, 0)))
+        other.step(state, 1)
+        self.assertEqual(state.born, 200)
+        self.assertTrue((state.arrays["x"][len(state) - 10 : len(state)] == 5).all())
+        with self.assertRaisesRegex(ValueError, "below 1"):
+            plan.burst(state, 1, emitter=1)
+        with self.assertRaisesRegex(ValueError, "step is 0"):
+            plan.set_step(0)
+        with self.assertRaisesRegex(ValueError, r"contacts\[0\]"):
+            plan.set_contact(0, dvdx.Scene().plane(normal=(0, 1, 0)))
+
+
+class Instances(unittest.TestCase):
+    def hanging(self):
+        positions = np.array([(c / 4, 0, r / 3) for r in range(4) for c in range(5)])
+        scene = dvdx.Scene(mass=0.01).constant(acceleration=(0, -9.81, 0))
+        scene.grid(rows=4, columns=5, edge_u=(1, 0, 0), edge_v=(0, 0, 1), structural=40, shear=10, damping=0.01)
+        scene.motion().kinematic(particles=range(5)).motion().sphere(center=(0.5, -0.4, 0.5), radius=0.2).contact_motion(0, 1)
+        state = dvdx.State(positions, np.zeros_like(positions))
+        return dvdx.compile(scene, state), state
+
+    def test_an_instance_has_the_bits_of_a_plan_of_its_own(self):
+        plan, state = self.hanging()
+        own, other = self.hanging()
+        instance = plan.instance(state)
+        for k in range(6):
+            step, pins = (1 / 60, 1 / 45)[k % 2], other.positions[:5] + (0, 0.01 * k, 0)
+            instance.move_pins(0, pins)
+            instance.move_body(1, translation=(0, 0.1 * k, 0))
+            instance.step(step)
+            own.set_places(0, pins)
+            own.set_pose(1, translation=(0, 0.1 * k, 0))
+            own.set_step(step)
+            own.step(other)
+            self.assertEqual((state.hash(), state.clock), (other.hash(), other.clock))
+        self.assertIn("20 particles", repr(instance))
+        self.assertEqual(instance.check(), own.check(other))
+
+    def test_an_instance_is_carried_blown_and_played(self):
+        plan, state = self.hanging()
+        instance = plan.instance(state)
+        instance.teleport(translation=(50, 0, 0))
+        frames = [positions.copy() for positions in instance.play(seconds=0.5, fps=40)]
+        self.assertEqual(len(frames), 20)
+        self.assertLess(np.abs(frames[-1][:, 0] - 50.5).max(), 0.7)
+        self.assertGreater(np.abs(frames[-1] - frames[0]).max(), 0.01)
+        self.assertEqual(instance.advance(1.0, most=3), 3)
+        with self.assertRaisesRegex(ValueError, "frame_time"):
+            instance.advance(-1)
+        with self.assertRaisesRegex(ValueError, r"motions\[9\]"):
+            instance.move_body(9)
+        with self.assertRaisesRegex(ValueError, "places is 2 points"):
+            instance.move_pins(0, np.zeros((2, 3)))
+        workspace = plan.workspace()
+        plan.set_places(0, np.zeros((5, 3)))
+        with self.assertRaisesRegex(ValueError, "told where something goes"):
+            plan.step(self.hanging()[1], workspace=workspace)
+
+
 class Readme(unittest.TestCase):
     def test_its_python_runs_as_it_stands(self):
         blocks = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE)
@@ -835,6 +1127,15 @@ class Readme(unittest.TestCase):
         for block in blocks:
             script = block + "assert np.isfinite(positions).all() and (positions[:, 1] >= -1e-9).all() and np.any(velocities)\n"
             subprocess.run([sys.executable, "-B", "-c", script], check=True)
+
+
+class Examples(unittest.TestCase):
+    def test_a_sheet_falls_on_a_ball(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "cloth.npz")
+            subprocess.run([sys.executable, "-B", ROOT / "examples/cloth.py", path], check=True, stdout=subprocess.DEVNULL)
+            with np.load(path) as stored:
+                self.assertEqual(stored["positions"].shape, (31, 576, 3))
 
 
 class Command(unittest.TestCase):

@@ -23,16 +23,17 @@ extern "C" {
 // How a call ended. Whatever is not DVDX_DONE has done nothing: scenes, plans and particles are as they were.
 typedef enum dvdx_status {
   DVDX_DONE = 0,
-  DVDX_INVALID,              // a value is out of its range; the error names the field, the value and the range
-  DVDX_OUT_OF_MEMORY,        // the allocator, or the program, had none left
-  DVDX_COUNT_DIFFERS,        // the plan holds values for each particle, and the state has another count
-  DVDX_CAPACITY_TOO_SMALL,   // a column's capacity is below the state's count
-  DVDX_IN_USE,               // another thread steps this plan, or in this workspace: each serves one state at a time
-  DVDX_PRECISION_DIFFERS,    // the state's numbers are of another type than the plan's
-  DVDX_ABI_DIFFERS,          // the caller was compiled for another DVDX_ABI_VERSION than this library's
-  DVDX_FAILED,               // an unexpected failure; the message says what is known
-  DVDX_REPORT_DIFFERS,       // the report is for another number of contacts than the plan's scene has
-  DVDX_WORKSPACE_DIFFERS,    // the workspace was made for another scene, precision or number of sub-steps
+  DVDX_INVALID,             // a value is out of its range; the error names the field, the value and the range
+  DVDX_OUT_OF_MEMORY,       // the allocator, or the program, had none left
+  DVDX_COUNT_DIFFERS,       // the plan holds values for each particle, and the state has another count
+  DVDX_CAPACITY_TOO_SMALL,  // a column's capacity is below the state's count
+  DVDX_IN_USE,              // another thread steps this plan, or in this workspace: each serves one state at a time
+  DVDX_PRECISION_DIFFERS,   // the state's numbers are of another type than the plan's
+  DVDX_ABI_DIFFERS,         // the caller was compiled for another DVDX_ABI_VERSION than this library's
+  DVDX_FAILED,              // an unexpected failure; the message says what is known
+  DVDX_REPORT_DIFFERS,      // the report is for another number of contacts than the plan's scene has
+  DVDX_WORKSPACE_DIFFERS,   // the workspace was made for another scene or precision
+  DVDX_DRIVEN_ELSEWHERE,    // the plan was told where something goes (dvdx_plan_set_pose), the workspace neither then nor since
   DVDX_TOO_MANY_NEIGHBOURS,  // more particles came within reach of one than most_neighbours: the state is as it was
 } dvdx_status;
 
@@ -462,7 +463,7 @@ DVDX_EXPORT dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t ski
 DVDX_EXPORT dvdx_status dvdx_scene_add_tethers(dvdx_scene* scene, const dvdx_tethers* tethers, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_set_meet(dvdx_scene* scene, const dvdx_meet* meet, dvdx_error* error);
-// After dvdx_scene_set_meet(): groups are those of particles that meet already.
+// Particles meet already: dvdx_scene_set_meet() comes first.
 DVDX_EXPORT dvdx_status dvdx_scene_set_meet_groups(dvdx_scene* scene, const dvdx_meet_groups* groups, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error);
@@ -560,6 +561,8 @@ DVDX_EXPORT dvdx_status dvdx_plan_create(const dvdx_scene* scene, const dvdx_opt
 DVDX_EXPORT dvdx_status dvdx_plan_clone(const dvdx_plan* plan, dvdx_plan** clone, dvdx_error* error);
 // A null pointer is fine.
 DVDX_EXPORT void dvdx_plan_destroy(dvdx_plan* plan);
+// A copy of the scene that the plan steps, with what was changed since: to be destroyed by dvdx_scene_destroy().
+DVDX_EXPORT dvdx_status dvdx_plan_scene(const dvdx_plan* plan, dvdx_scene** scene, dvdx_error* error);
 
 // Moves every particle by `steps` steps, and the state's clock with them. Allocates nothing, locks nothing, and leaves the
 // caller's floating-point environment as it was. parallel: null, or the caller's threads. Several threads may step different
@@ -744,6 +747,11 @@ DVDX_EXPORT dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const d
                                           dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_plan_replace_contact(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
                                                   dvdx_error* error);
+// The same by the names that C++ and Python have.
+DVDX_EXPORT dvdx_status dvdx_plan_set_force(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
+                                            dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_plan_set_contact(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
+                                              dvdx_error* error);
 // The air that networks with aerodynamics meet. Takes memory for what it copies.
 DVDX_EXPORT dvdx_status dvdx_plan_set_wind(dvdx_plan* plan, const dvdx_wind* wind, dvdx_error* error);
 // Sets the plan's network `index`, a grid or springs: the fields of dvdx_grid or dvdx_springs that bear these names.
@@ -774,6 +782,43 @@ DVDX_EXPORT dvdx_precision dvdx_plan_precision(const dvdx_plan* plan);
 DVDX_EXPORT int dvdx_plan_network_limit(const dvdx_plan* plan, dvdx_network_limit* limit);
 // The scene's needs, in words: passes, forces, bytes, operations, what is unstable. As dvdx_build_info().
 DVDX_EXPORT size_t dvdx_plan_explain(const dvdx_plan* plan, char* text, size_t capacity);
+
+// ---- Instances -----------------------------------------------------------------------------------------------------------
+
+// A state with all that belongs to it: what drives it, its wind, its frame time, what its springs carry on. Instances share what their
+// plan has compiled, and the plan may be destroyed after them or before. Any number of threads may step different ones at once. See
+// instance.hpp.
+typedef struct dvdx_instance dvdx_instance;
+typedef enum dvdx_arrival { DVDX_MOVING = 0, DVDX_JUMP } dvdx_arrival;
+
+// state: its columns are the program's, and must stay where they are; its clock lives in the instance from now on.
+DVDX_EXPORT dvdx_status dvdx_instance_create(const dvdx_plan* plan, const dvdx_state* state, dvdx_instance** instance,
+                                             dvdx_error* error);
+// A null pointer is fine.
+DVDX_EXPORT void dvdx_instance_destroy(dvdx_instance* instance);
+// "Be there at the end of the next step", or of the next call of advance; by DVDX_JUMP at once. As dvdx_plan_set_pose(), set_places()
+// and set_skin().
+DVDX_EXPORT dvdx_status dvdx_instance_move_body(dvdx_instance* instance, size_t motion, const double* translation,
+                                                const double* rotation, dvdx_arrival arrival, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_instance_move_pins(dvdx_instance* instance, size_t kinematic, const double* places, size_t count,
+                                                dvdx_arrival arrival, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_instance_move_skin(dvdx_instance* instance, size_t skin, const double* points,
+                                                const double* normals, size_t count, dvdx_arrival arrival, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_instance_set_wind(dvdx_instance* instance, const dvdx_wind* wind, dvdx_error* error);
+// One step of this length, s.
+DVDX_EXPORT dvdx_status dvdx_instance_step(dvdx_instance* instance, double step, const dvdx_parallel* parallel,
+                                           dvdx_error* error);
+// Whole steps of the plan's size, as many as have become due and at most so many; *steps, which may be null, says how many.
+DVDX_EXPORT dvdx_status dvdx_instance_advance(dvdx_instance* instance, double frame_time, size_t most, size_t* steps,
+                                              const dvdx_parallel* parallel, dvdx_error* error);
+// The particles between the last two steps of advance, for drawing: into columns of the same count and precision.
+DVDX_EXPORT dvdx_status dvdx_instance_blend(const dvdx_instance* instance, const dvdx_state* to, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_instance_teleport(dvdx_instance* instance, const double* translation, const double* rotation,
+                                               dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_instance_check(const dvdx_instance* instance, dvdx_state_check* check, dvdx_error* error);
+// A null pointer's is not a number.
+DVDX_EXPORT dvdx_clock dvdx_instance_clock(const dvdx_instance* instance);
+DVDX_EXPORT double dvdx_instance_step_size(const dvdx_instance* instance);  // s
 
 // ---- Drawing -----------------------------------------------------------------------------------------------------------
 
@@ -883,6 +928,19 @@ DVDX_EXPORT dvdx_status dvdx_live_plan_remove(const dvdx_live_plan* plan, dvdx_l
 // As dvdx_plan_teleport(), of the particles that live. Emitters, boundaries and contacts stay where they are.
 DVDX_EXPORT dvdx_status dvdx_live_plan_teleport(const dvdx_live_plan* plan, const dvdx_live* live, const double* translation,
                                                 const double* rotation, dvdx_error* error);
+// A plan for another state, as dvdx_plan_clone().
+DVDX_EXPORT dvdx_status dvdx_live_plan_clone(const dvdx_live_plan* plan, dvdx_live_plan** clone, dvdx_error* error);
+// Changes: see live.hpp. A force or a contact becomes one of a scene's; a contact is there at once.
+DVDX_EXPORT dvdx_status dvdx_live_plan_set_step(dvdx_live_plan* plan, double step, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_plan_set_force(dvdx_live_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
+                                                 dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_plan_set_contact(dvdx_live_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
+                                                   dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_plan_set_emitter(dvdx_live_plan* plan, size_t index, const dvdx_emitter* emitter,
+                                                   dvdx_error* error);
+// So many births of an emitter at once.
+DVDX_EXPORT dvdx_status dvdx_live_plan_burst(const dvdx_live_plan* plan, dvdx_live* live, size_t index, size_t births,
+                                             dvdx_error* error);
 // The cost of coming and going, in words, behind the scene's needs. As dvdx_build_info().
 DVDX_EXPORT size_t dvdx_live_plan_explain(const dvdx_live_plan* plan, char* text, size_t capacity);
 

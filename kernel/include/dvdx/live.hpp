@@ -66,8 +66,27 @@ class DVDX_EXPORT LivePlan {
   // infinite.
   StepResult remove(LiveState<T>& live, const ParallelFor& parallel = {}) const noexcept;
 
+  // So many births of emitters[index] at once, at the state's time and behind all that live, whatever its rate is; those that find no
+  // room are dropped. Their numbers are others than those of births by time. A state may also be given particles by hand: fill the
+  // columns behind state.count, ages and lifetimes too, and raise it.
+  [[nodiscard]] Expected<void> burst(LiveState<T>& live, std::size_t index, std::size_t births) const;
+
+  // The same compiled scene with working memory of its own, for another state. Throws std::bad_alloc where there is no memory.
+  [[nodiscard]] LivePlan clone() const;
+
+  // Changes, as Plan's: each changes nothing where it fails. Not while another thread steps with this plan.
+  [[nodiscard]] Expected<void> set_step(double h);  // s, > 0: births go on by time
+  [[nodiscard]] Expected<void> set_force(std::size_t index, const Force& force);
+  // The contact is there from the next step on, at rest: what it then holds inside leaves it within that step, or by its push_out. A
+  // body that is carried along does so each frame, and should not go farther in a step than it is thick.
+  [[nodiscard]] Expected<void> set_contact(std::size_t index, const Contact& contact);
+  // emitters[index] becomes `emitter` from the next step on: moved, aimed elsewhere, with another rate; a rate of 0 switches it off. Which
+  // births the step has is told by its own start and rate, as if it had always been so: where its rate was higher before, numbers that
+  // were drawn come again, unless its seed is another one.
+  [[nodiscard]] Expected<void> set_emitter(std::size_t index, const Emitter& emitter);
+
   // As Plan::teleport(), of the particles that live. Emitters, boundaries and contacts stay where they are.
-  Expected<void> teleport(LiveState<T>& live, const Pose& by) const;
+  [[nodiscard]] Expected<void> teleport(LiveState<T>& live, const Pose& by) const;
 
   [[nodiscard]] const Plan<T>& plan() const noexcept;  // that steps them
   [[nodiscard]] const Turnover& turnover() const noexcept;
@@ -80,7 +99,7 @@ class DVDX_EXPORT LivePlan {
 // A plan for particles that are all alike: values each, anchors at the start, networks, constraints and fixed particles are
 // errors that name their field, and so is a step that is not > 0. Where parts share births the survivors' order must be kept.
 template <class T>
-DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
+[[nodiscard]] DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
 
 extern template class LivePlan<float>;
 extern template class LivePlan<double>;

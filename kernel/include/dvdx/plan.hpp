@@ -66,19 +66,27 @@ struct Options {
   Elsewhere elsewhere{};  // of a state that is stepped in parts
 };
 
-enum class StepResult {
+// An attribute of an enumeration is beyond the formatter:
+// clang-format off
+enum class [[nodiscard]] StepResult {
   done,
   count_differs,       // the plan holds values per particle, and the state has another count: nothing was stepped
-  capacity_too_small,  // a column's capacity is below the state's count (a compensated plan: its residuals' too): nothing was
-                       // stepped
+  capacity_too_small,  // a column's capacity is below the state's count, or it has no memory (a compensated plan: its residuals'
+                       // too): nothing was stepped
   in_use,              // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
-  workspace_differs,   // the workspace given was made for another scene or number of sub-steps: nothing was stepped
+  workspace_differs,   // the workspace given is moved from, or was made for another scene: other particles, another scheme, other
+                       // things that join or are driven. Other steps and sub-steps, and other numbers, it fits. Nothing was stepped
   report_differs,      // the report given is for another number of contacts: nothing was stepped
   time_not_finite,     // the state's clock is infinite or not a number: nothing was stepped
+  // The plan has been told, by set_pose and its like, where something goes, and the workspace given neither then nor since:
+  // nothing was stepped. Tell the workspace, or have an Instance of the state (dvdx/instance.hpp).
+  driven_elsewhere,
+  moved_from,          // the plan, or the instance, was moved from: there is nothing to step by
   // More particles came within reach of one than Meet::most_neighbours. The state is that of the call's start, its clock too.
   // Motions, groups and skins that are driven have gone to their targets; nothing is carried on, as after forget().
   too_many_neighbours,
 };
+// clang-format on
 
 // How far a net that sweeps step is estimated to be off, of the one that is worst off: sweeps leave springs softer than they are.
 // Made of its springs, masses, of what is held and of the scene's constant accelerations; all 0 where nothing hangs on what is held.
@@ -139,6 +147,8 @@ struct StateCheck {
 template <class T>
 class Plan;
 template <class T>
+class Instance;  // dvdx/instance.hpp
+template <class T>
 struct ReportedStep;  // private to the library
 
 // The memory that one state works in while a plan steps it: empty where a scene has no networks, constraints, skins, kinematic
@@ -156,10 +166,11 @@ class DVDX_EXPORT Workspace {
   // As Plan::forget().
   void forget() noexcept;
   // As Plan's, for the state that is stepped in this workspace.
-  Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
-  Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places, Arrival arrival = Arrival::moving);
-  Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
-                          Arrival arrival = Arrival::moving);
+  [[nodiscard]] Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
+  [[nodiscard]] Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places,
+                                          Arrival arrival = Arrival::moving);
+  [[nodiscard]] Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
+                                        Arrival arrival = Arrival::moving);
 
  private:
   friend class Plan<T>;
@@ -184,15 +195,18 @@ class DVDX_EXPORT Plan {
   // The same compiled scene with a workspace of its own, for another state: nothing is compiled again. A later change of one
   // does not change the other. Throws std::bad_alloc where there is no memory.
   [[nodiscard]] Plan clone() const;
-  // Working memory for step() below; likewise.
+  // Working memory for step() below, in which everything driven is where this plan has it; likewise.
   [[nodiscard]] Workspace<T> workspace() const;
+  // A state with all that belongs to it: a workspace, what drives it, its own wind and frame time. Include dvdx/instance.hpp. An
+  // error where a step would refuse the state. Throws std::bad_alloc.
+  [[nodiscard]] Expected<Instance<T>> instance(const State<T>& state) const;
 
   // Moves every particle by `steps` steps, all of them while its block is in cache, and the state's clock with them. A call of
   // no steps puts kinematic particles where their motions have them at the state's time. Allocates nothing, throws nothing,
   // locks nothing. Denormals are flushed to zero meanwhile, and the caller's floating-point environment is restored.
   StepResult step(State<T>& state, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
   // The same in a workspace of the caller's, made by this plan or a clone: workspace_differs where a change since then needs
-  // another. The bits do not depend on which workspace it is, but for what one carries on.
+  // another; driven_elsewhere where set_pose and its like told this plan, and not that workspace, where something goes. The bits do not depend on which workspace it is, but for what one carries on.
   StepResult step(State<T>& state, Workspace<T>& workspace, std::size_t steps = 1,
                   const ParallelFor& parallel = {}) const noexcept;
   // The same, and reports what the scene's contacts do. The bits are those of a step without: what touches a surface is then
@@ -214,29 +228,30 @@ class DVDX_EXPORT Plan {
   [[nodiscard]] std::vector<double> carried(const State<T>& state) const;
   [[nodiscard]] std::vector<double> carried(const State<T>& state, const Workspace<T>& workspace) const;
   // For the state as it was then: count, columns and clock. Changes nothing where it fails.
-  Expected<void> restore(std::span<const double> carried, const State<T>& state);
-  Expected<void> restore(std::span<const double> carried, const State<T>& state, Workspace<T>& workspace) const;
+  [[nodiscard]] Expected<void> restore(std::span<const double> carried, const State<T>& state);
+  [[nodiscard]] Expected<void> restore(std::span<const double> carried, const State<T>& state, Workspace<T>& workspace) const;
 
   // The same motion `steps` steps ahead by powers of the step's matrix. Only for scenes without networks, constraints,
   // contacts, radial springs, skins, fixed and kinematic particles; an error names what is in the way.
-  Expected<void> seek(State<T>& state, std::uint64_t steps) const;
+  [[nodiscard]] Expected<void> seek(State<T>& state, std::uint64_t steps) const;
 
   // "Be there at the end of the next step", whichever call makes it. In every sub-step of it what follows motions[motion], or
   // the particles of kinematic[kinematic], are on the straight way there (a pose also turns evenly, the short way round) and
   // have its velocity; after it they rest, until the next of these. The keys of the motion count no more. Neither compiles
-  // anything; set_places takes memory at its first call. Both drive the state that is stepped in the plan's own workspace; a
-  // clone starts by the keys. Not while another thread steps with it.
+  // anything; set_places takes memory at its first call. Both drive the state that is stepped in the plan's own workspace;
+  // workspaces that are made later start there, and a clone by the keys. Not while another thread steps with it.
   // By Arrival::jump it is there when the next step begins, and nothing between is swept; a target that waited is dropped. It
   // rests in that step, unless another target follows before it, by Arrival::moving: then it goes from here to there. So a
   // character that is carried elsewhere while it walks jumps to where it stood, carried along, and moves on from there. The
   // state's own positions are the program's to carry along.
-  Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
+  [[nodiscard]] Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
   // places: m, in the world, one for each particle
-  Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places, Arrival arrival = Arrival::moving);
+  [[nodiscard]] Expected<void> set_places(std::size_t kinematic, std::span<const Vec3> places,
+                                          Arrival arrival = Arrival::moving);
   // Likewise skins[skin], one point and one normal for each of its particles (m, in the world; of any length > 0). Without
   // normals those of a back-stop stay what they were. Takes no memory.
-  Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
-                          Arrival arrival = Arrival::moving);
+  [[nodiscard]] Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
+                                        Arrival arrival = Arrival::moving);
 
   // Carries a state elsewhere by one rigid motion of the world, x to R x + translation (R about the world's origin): its places
   // and velocities with what springs did in the last step, fixed particles, and all that follows a motion or is driven. Keys of
@@ -247,8 +262,8 @@ class DVDX_EXPORT Plan {
   // constraint holds a particle on a point or a line of the world, which would draw it back; and where T rounds the new places,
   // from the scene's origin, by more than 1/64 of the shortest spring or rod. Particles at infinity stay there. Not while
   // another thread steps with this plan, or in this workspace.
-  Expected<void> teleport(State<T>& state, const Pose& by);
-  Expected<void> teleport(State<T>& state, Workspace<T>& workspace, const Pose& by) const;
+  [[nodiscard]] Expected<void> teleport(State<T>& state, const Pose& by);
+  [[nodiscard]] Expected<void> teleport(State<T>& state, Workspace<T>& workspace, const Pose& by) const;
 
   // How long springs and rods are, what energy there is, and whether all of it is finite, at any time. One pass over the
   // particles and one over what joins them; it allocates nothing, throws nothing, and any thread may make it.
@@ -266,36 +281,42 @@ class DVDX_EXPORT Plan {
   // (Options::longest_step): it is the plan that compile() makes with step_size() and longest_step().
   // Where a step h needs more sub-steps than Coupling::most_substeps, set_step() takes the longest step of h's sign that so
   // many keep stable. step_size() then is shorter than h: so much time is left out.
-  Expected<void> set_step(double h);
+  [[nodiscard]] Expected<void> set_step(double h);
   // forces[index] becomes `force`.
-  Expected<void> replace(std::size_t index, const Force& force);
+  [[nodiscard]] Expected<void> set_force(std::size_t index, const Force& force);
   // contacts[index] becomes `contact`: its pose and all its numbers. In a plan that was compiled without networks, constraints,
   // skins and followers of a motion it takes none.
-  Expected<void> replace(std::size_t index, const Contact& contact);
+  [[nodiscard]] Expected<void> set_contact(std::size_t index, const Contact& contact);
+  // networks[index] becomes `network`, of the same kind, which joins the same particles: all its numbers. Torn springs stay torn.
+  [[nodiscard]] Expected<void> set_network(std::size_t index, const Network& network);
+  [[deprecated("set_force")]] Expected<void> replace(std::size_t index, const Force& force) { return set_force(index, force); }
+  [[deprecated("set_contact")]] Expected<void> replace(std::size_t index, const Contact& contact) {
+    return set_contact(index, contact);
+  }
   // The air that networks with `aerodynamics` meet. Takes memory where there are more gusts than before.
-  Expected<void> set_wind(const Wind& wind);
+  [[nodiscard]] Expected<void> set_wind(const Wind& wind);
   // Sets every spring of networks[index], a Grid or Springs, that is not torn. Lengths stay.
-  Expected<void> set_stiffness(std::size_t index, const GridStiffness& stiffness);
-  Expected<void> set_stiffness(std::size_t index, const SpringsStiffness& stiffness);
+  [[nodiscard]] Expected<void> set_stiffness(std::size_t index, const GridStiffness& stiffness);
+  [[nodiscard]] Expected<void> set_stiffness(std::size_t index, const SpringsStiffness& stiffness);
   // Sets the zero_length of networks[index], Springs: N/m, one for all or one a pair. Lengths and stiffness stay.
-  Expected<void> set_zero_length(std::size_t index, const Scalars& zero_length);
+  [[nodiscard]] Expected<void> set_zero_length(std::size_t index, const Scalars& zero_length);
   // The same by angles: what add_bending() makes of these (dvdx/bending.hpp) in place of all zero_length that there was. Only of
   // pairs that the network has; those that it lacks add_bending() adds before compile(), with a modulus of 0 as well.
-  Expected<void> set_bending(std::size_t index, std::span<const Triangle> triangles, std::span<const Vec3> flat,
-                             double modulus);
+  [[nodiscard]] Expected<void> set_bending(std::size_t index, std::span<const Triangle> triangles, std::span<const Vec3> flat,
+                                           double modulus);
   // kg, > 0. Where all particles are alike so far they get a number each: the plan must know how many there are, which it does
   // where something joins them or a value is given for each.
-  Expected<void> set_mass(std::size_t particle, double mass);
+  [[nodiscard]] Expected<void> set_mass(std::size_t particle, double mass);
   // Holds a particle where the state has it, from the next step on; lets it go, with the velocity that the state has. A plan
   // that does not know how many particles there are takes any number, also one that a state does not have.
-  Expected<void> fix(std::size_t particle);
-  Expected<void> release(std::size_t particle);
+  [[nodiscard]] Expected<void> fix(std::size_t particle);
+  [[nodiscard]] Expected<void> release(std::size_t particle);
   // Tears what networks[index] joins two particles by, for good: scene() lists them as `broken`.
-  Expected<void> break_spring(std::size_t index, const Pair& ends);
-  Expected<void> break_springs(std::size_t index, std::span<const Pair> ends);  // all of them, or none
+  [[nodiscard]] Expected<void> break_spring(std::size_t index, const Pair& ends);
+  [[nodiscard]] Expected<void> break_springs(std::size_t index, std::span<const Pair> ends);  // all of them, or none
   // Tears every spring of networks[index] that in this state is longer than `stretch` (finite, > 1) times its rest length. How
   // many those were. A spring without rest length never tears, nor one whose length is not a number.
-  Expected<std::size_t> tear(std::size_t index, double stretch, const State<T>& state);
+  [[nodiscard]] Expected<std::size_t> tear(std::size_t index, double stretch, const State<T>& state);
   // Those that tear() would tear: the lesser number of a spring's ends first, ascending.
   [[nodiscard]] Expected<std::vector<Pair>> too_long(std::size_t index, double stretch, const State<T>& state) const;
 
@@ -313,16 +334,17 @@ class DVDX_EXPORT Plan {
 
  private:
   friend struct ReportedStep<T>;
+  friend class Instance<T>;
   Parts* parts_;  // owned; <memory> would cost each file that includes this a tenth of a second
 };
 
 // A plan for a scene in which all particles are alike (no values each, no anchors at the start).
 template <class T>
-DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options);
+[[nodiscard]] DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options);
 
 // A plan for the particles of a state: its count, and its positions where anchors stand at the start.
 template <class T>
-DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start);
+[[nodiscard]] DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start);
 
 extern template class Workspace<float>;
 extern template class Workspace<double>;

@@ -96,7 +96,7 @@ struct MotionKey {
 };
 struct Motion {
   Vec3 center{};                // m
-  std::vector<MotionKey> keys;  // at least one, their times ascending
+  std::vector<MotionKey> keys;  // their times ascending; none: it rests where it is until a program drives it
   bool operator==(const Motion&) const = default;
 };
 
@@ -231,9 +231,9 @@ struct Convex {
 // Particles may be outside a closed surface of triangles whose faces are turned outwards; all else as for a plane. It is
 // sampled to a grid of its signed distance when the plan is made.
 struct TriangleMesh {
-  std::vector<Vec3> vertices;                           // m
-  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise, seen from outside
-  double cell = 0;                                      // m, of the grid; 0: the longest side / 64
+  std::vector<Vec3> vertices;       // m
+  std::vector<Triangle> triangles;  // counter-clockwise, seen from outside
+  double cell = 0;                  // m, of the grid; 0: the longest side / 64
   double restitution = 0;
   double friction = 0;
   double viscosity = 0;

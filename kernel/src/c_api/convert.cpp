@@ -92,6 +92,10 @@ dvdx_status status_of(StepResult result) noexcept {
       return DVDX_INVALID;
     case StepResult::too_many_neighbours:
       return DVDX_TOO_MANY_NEIGHBOURS;
+    case StepResult::driven_elsewhere:
+      return DVDX_DRIVEN_ELSEWHERE;
+    case StepResult::moved_from:
+      return DVDX_FAILED;
   }
   return DVDX_FAILED;
 }
@@ -105,6 +109,20 @@ dvdx_status report(dvdx_error* error, StepResult result, const dvdx_clock& clock
   if (result != StepResult::time_not_finite) return report(error, status_of(result));
   const double wrong = std::isfinite(clock.seconds) ? clock.carry : clock.seconds;
   return report(error, DVDX_INVALID, "state.clock", words_of(wrong), "a finite time");
+}
+
+void put_check(const StateCheck& found, dvdx_state_check& check) noexcept {
+  check = {.stretch = found.stretch,
+           .network = found.network,
+           .spring = {found.spring[0], found.spring[1]},
+           .off = found.off,
+           .constraint = found.constraint,
+           .rod = {found.rod[0], found.rod[1]},
+           .kinetic = found.kinetic,
+           .elastic = found.elastic,
+           .weight = found.weight,
+           .not_finite = found.not_finite,
+           .first_not_finite = found.first_not_finite};
 }
 
 Options options_of(const dvdx_options& from) {

@@ -50,6 +50,8 @@ dvdx_status check_apart(std::span<const NamedColumn> columns, std::size_t count,
 // Reports the result of a step of a state with this clock.
 dvdx_status report(dvdx_error* error, StepResult result, const dvdx_clock& clock) noexcept;
 
+void put_check(const StateCheck& found, dvdx_state_check& check) noexcept;
+
 inline ParallelFor threads_of(const dvdx_parallel* parallel) noexcept {
   return parallel == nullptr ? ParallelFor{} : ParallelFor{parallel->run, parallel->context};
 }

@@ -17,7 +17,8 @@ constexpr std::array texts = {"done",
                               "compiled for another version of the library",
                               "failed for an unknown reason",
                               "the report is for another number of contacts than the plan's scene has",
-                              "the workspace was made for another scene, precision or number of sub-steps"};
+                              "the workspace was made for another scene or precision",
+                              "the plan was told where something goes, and the workspace was not: tell the workspace"};
 
 const char* text_of(dvdx_status status) noexcept {
   const auto i = static_cast<std::size_t>(status);

@@ -217,6 +217,69 @@ dvdx_status dvdx_live_plan_teleport(const dvdx_live_plan* plan, const dvdx_live*
   return guarded(error, [&] { return std::visit(carry, plan->plan); });
 }
 
+dvdx_status dvdx_live_plan_clone(const dvdx_live_plan* plan, dvdx_live_plan** clone, dvdx_error* error) {
+  if (clone == nullptr) return missing(error, "clone");
+  *clone = nullptr;
+  if (plan == nullptr) return missing(error, "plan");
+  return guarded(error, [&] {
+    std::visit([&](const auto& p) { *clone = make_handle<dvdx_live_plan>(p.clone(), plan->memory); }, plan->plan);
+    return report(error, DVDX_DONE);
+  });
+}
+
+namespace {
+
+// change(the plan as C++ has it)
+template <class Change>
+dvdx_status changed_life(dvdx_live_plan* plan, dvdx_error* error, const Change& change) {
+  if (plan == nullptr) return missing(error, "plan");
+  return guarded(error, [&] { return std::visit([&](auto& p) { return done_or(error, change(p)); }, plan->plan); });
+}
+
+template <class List>
+const auto& one_of(const List& list, std::size_t from, const char* kind) {
+  if (from < list.size()) return list[from];
+  throw dvdx::Error{"from", std::to_string(from), "below the scene's " + std::to_string(list.size()) + " " + kind};
+}
+
+}  // namespace
+
+dvdx_status dvdx_live_plan_set_step(dvdx_live_plan* plan, double step, dvdx_error* error) {
+  return changed_life(plan, error, [&](auto& p) { return p.set_step(step); });
+}
+dvdx_status dvdx_live_plan_set_force(dvdx_live_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
+                                     dvdx_error* error) {
+  if (scene == nullptr) return missing(error, "scene");
+  return changed_life(plan, error, [&](auto& p) { return p.set_force(index, one_of(scene->scene.forces, from, "forces")); });
+}
+dvdx_status dvdx_live_plan_set_contact(dvdx_live_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
+                                       dvdx_error* error) {
+  if (scene == nullptr) return missing(error, "scene");
+  return changed_life(plan, error,
+                      [&](auto& p) { return p.set_contact(index, one_of(scene->scene.contacts, from, "contacts")); });
+}
+dvdx_status dvdx_live_plan_set_emitter(dvdx_live_plan* plan, size_t index, const dvdx_emitter* emitter, dvdx_error* error) {
+  if (emitter == nullptr) return missing(error, "emitter");
+  return changed_life(plan, error, [&](auto& p) {
+    return p.set_emitter(index, emitter_of(*emitter, "emitters[" + std::to_string(index) + "]"));
+  });
+}
+dvdx_status dvdx_live_plan_burst(const dvdx_live_plan* plan, dvdx_live* live, size_t index, size_t births, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (live == nullptr) return missing(error, "live");
+  return guarded(error, [&] {
+    const std::size_t emitters = std::visit([](const auto& p) { return p.turnover().emitters.size(); }, plan->plan);
+    if (index >= emitters) throw dvdx::Error{"index", std::to_string(index), "below " + std::to_string(emitters)};
+    dvdx::Expected<void> done;
+    const auto burst = [&](const auto& p, auto& particles) {
+      done = p.burst(particles, index, births);
+      return dvdx::StepResult::done;
+    };
+    const dvdx_status status = std::visit([&](const auto& p) { return stepped(p, *live, error, burst); }, plan->plan);
+    return status != DVDX_DONE ? status : done_or(error, done);
+  });
+}
+
 size_t dvdx_live_plan_explain(const dvdx_live_plan* plan, char* text, size_t capacity) {
   std::size_t length = copy_text("", text, capacity);
   if (plan == nullptr) return length;

@@ -83,6 +83,16 @@ dvdx_status dvdx_plan_clone(const dvdx_plan* plan, dvdx_plan** clone, dvdx_error
 
 void dvdx_plan_destroy(dvdx_plan* plan) { destroy_handle(plan); }
 
+dvdx_status dvdx_plan_scene(const dvdx_plan* plan, dvdx_scene** scene, dvdx_error* error) {
+  if (scene == nullptr) return missing(error, "scene");
+  *scene = nullptr;
+  if (plan == nullptr) return missing(error, "plan");
+  return guarded(error, [&] {
+    *scene = new dvdx_scene{std::visit([](const auto& p) { return p.scene(); }, plan->plan)};
+    return report(error, DVDX_DONE);
+  });
+}
+
 dvdx_status dvdx_plan_step(const dvdx_plan* plan, dvdx_state* state, size_t steps, const dvdx_parallel* parallel,
                            dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");
@@ -124,7 +134,11 @@ dvdx_status replaced(dvdx_plan* plan, std::size_t index, const List& list, std::
     if (from >= list.size()) {
       throw dvdx::Error{"from", std::to_string(from), "below the scene's " + std::to_string(list.size()) + " " + kind};
     }
-    return p.replace(index, list[from]);
+    if constexpr (std::is_same_v<typename List::value_type, dvdx::Force>) {
+      return p.set_force(index, list[from]);
+    } else {
+      return p.set_contact(index, list[from]);
+    }
   });
 }
 
@@ -193,17 +207,7 @@ dvdx_status dvdx_plan_check(const dvdx_plan* plan, const dvdx_state* state, dvdx
   return with_state(*plan, *state, error, [&](const auto& p, const auto& particles) {
     const dvdx::StateCheck found = p.check(particles);
     if (found.result != dvdx::StepResult::done) return report(error, found.result, state->clock);
-    *check = {.stretch = found.stretch,
-              .network = found.network,
-              .spring = {found.spring[0], found.spring[1]},
-              .off = found.off,
-              .constraint = found.constraint,
-              .rod = {found.rod[0], found.rod[1]},
-              .kinetic = found.kinetic,
-              .elastic = found.elastic,
-              .weight = found.weight,
-              .not_finite = found.not_finite,
-              .first_not_finite = found.first_not_finite};
+    put_check(found, *check);
     return report(error, DVDX_DONE);
   });
 }
@@ -239,6 +243,13 @@ dvdx_status dvdx_plan_replace_contact(dvdx_plan* plan, size_t index, const dvdx_
   if (plan == nullptr) return missing(error, "plan");
   if (scene == nullptr) return missing(error, "scene");
   return replaced(plan, index, scene->scene.contacts, from, "contacts", error);
+}
+
+dvdx_status dvdx_plan_set_force(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from, dvdx_error* error) {
+  return dvdx_plan_replace(plan, index, scene, from, error);
+}
+dvdx_status dvdx_plan_set_contact(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from, dvdx_error* error) {
+  return dvdx_plan_replace_contact(plan, index, scene, from, error);
 }
 
 dvdx_status dvdx_plan_set_wind(dvdx_plan* plan, const dvdx_wind* wind, dvdx_error* error) {

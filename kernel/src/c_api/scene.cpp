@@ -473,10 +473,10 @@ dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, siz
 }
 
 dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error) {
-  return added(scene, network, &Scene::networks, "network", error);
+  return added(scene, network, &Scene::networks, "networks", error);
 }
 dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* network, dvdx_error* error) {
-  return added(scene, network, &Scene::networks, "network", error);
+  return added(scene, network, &Scene::networks, "networks", error);
 }
 
 dvdx_status dvdx_scene_set_aerodynamics(dvdx_scene* scene, const dvdx_aerodynamics* air, dvdx_error* error) {

@@ -57,6 +57,38 @@ void SpringsStiffnessChange::apply(Scene& scene, std::size_t /*count*/) const {
   springs.damping = stiffness.damping;
 }
 
+namespace {
+
+// The part that set_network leaves as it is.
+Grid layout_of(Grid grid) {
+  grid.structural = grid.shear = grid.bend = grid.damping = 0;
+  grid.broken.clear();
+  grid.aerodynamics.reset();
+  return grid;
+}
+Springs layout_of(Springs springs) {
+  springs.stiffness = springs.zero_length = 0.0;
+  springs.damping = 0;
+  springs.broken.clear();
+  springs.aerodynamics.reset();
+  return springs;
+}
+
+}  // namespace
+
+std::optional<Error> refusal_of(const Scene& scene, std::size_t index, const Network& network) {
+  if (index >= scene.networks.size()) return no_such("networks", index, scene.networks.size());
+  const auto layout = [](const Network& of) { return std::visit([](const auto& n) -> Network { return layout_of(n); }, of); };
+  if (layout(scene.networks[index]) == layout(network)) return std::nullopt;
+  return Error{element("networks", index), "another kind, or of other particles or lengths",
+               "one that joins the same particles by springs of the same rest lengths"};
+}
+Network with_broken_of(const Network& before, Network network) {
+  const auto take = [&](auto& to) { to.broken = std::get<std::decay_t<decltype(to)>>(before).broken; };
+  std::visit(take, network);
+  return network;
+}
+
 std::optional<Error> ZeroLengthChange::refusal(const Scene& scene, std::optional<std::size_t> /*count*/) const {
   return refusal_of<Springs>(scene, network);
 }

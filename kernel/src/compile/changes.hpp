@@ -36,6 +36,11 @@ struct ZeroLengthChange {
 [[nodiscard]] Expected<Scalars> zero_length_of(const Scene& scene, std::size_t network, std::span<const Triangle> triangles,
                                                std::span<const Vec3> flat, double modulus);
 
+// The error in a network in place of networks[index]: it joins other particles. Its values are checked with the scene.
+[[nodiscard]] std::optional<Error> refusal_of(const Scene& scene, std::size_t index, const Network& network);
+// It, with the springs torn that are.
+[[nodiscard]] Network with_broken_of(const Network& before, Network network);
+
 struct MassChange {
   std::size_t particle;
   double mass;  // kg

@@ -121,7 +121,7 @@ std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere
   const SweptPart* const sweeps = elsewhere.sweeps;
   if (is_swept && elsewhere.exchange.start != nullptr &&
       solves_lines(scene.coupling, springs_of_part(scene, sweeps, is_sheet))) {
-    return Error{"network.lines", scene.coupling.lines == Lines::whole ? "whole" : "rows",
+    return Error{"coupling.lines", scene.coupling.lines == Lines::whole ? "whole" : "rows",
                  "none where a scene is stepped in parts: lines lead from part to part"};
   }
   if (!is_swept || !count || is_sheet) return std::nullopt;

@@ -771,7 +771,7 @@ std::size_t Joints<T>::bytes() const noexcept {
 
 template <class T>
 std::optional<Error> Joints<T>::refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable) {
-  const std::string field = "network.substeps";
+  const std::string field = "coupling.substeps";
   const auto limited = [&] {
     if (!found_) found_ = find(scene, start);
     return limit_of(rule, *found_, step, chosen.substeps, hangs_free(scene, particles()));
@@ -782,7 +782,7 @@ std::optional<Error> Joints<T>::refusal(const Scene& scene, std::span<const Vec3
   }
   if (coupling.most_substeps && chosen.substeps > *coupling.most_substeps) {
     const double within = step_within_limit({.step = step, .longest_step = longest_step});
-    return Error{"network.most_substeps", std::to_string(*coupling.most_substeps),
+    return Error{"coupling.most_substeps", std::to_string(*coupling.most_substeps),
                  "at least " + std::to_string(chosen.substeps) + " for a step of " + text(step, 6) +
                      " s, or a step of at most " + text(within, 4) + " s"};
   }

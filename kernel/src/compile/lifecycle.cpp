@@ -103,7 +103,7 @@ std::optional<Error> check_alike(const Scene& scene) {
   });
   if (check.error) return check.error;
   const std::string absent = "left out where particles come and go";
-  if (!scene.networks.empty()) return Error{"network", "there", absent};
+  if (!scene.networks.empty()) return Error{"networks", "there", absent};
   if (!scene.constraints.empty()) return Error{"constraints", "there", absent};
   if (!scene.skins.empty()) return Error{"skins", "there", absent};
   if (!scene.tethers.empty()) return Error{"tethers", "there", absent};
@@ -206,8 +206,53 @@ LivePlan<T>::~LivePlan() {
   delete parts_;
 }
 
+namespace {
+
+// change(what a live plan is compiled to)
+template <class Parts, class Change>
+Expected<void> changed_life(Parts* parts, const Change& change) {
+  if (parts == nullptr) return tl::unexpected(Error{"plan", "moved from", "one that was not moved from"});
+  const StepEnvironment environment;
+  return change(parts->compiled);
+}
+
+}  // namespace
+
+template <class T>
+LivePlan<T> LivePlan<T>::clone() const {
+  return LivePlan(parts_ != nullptr ? new Parts(*parts_) : nullptr);
+}
+template <class T>
+Expected<void> LivePlan<T>::set_step(double h) {
+  return changed_life(parts_, [h](auto& of) -> Expected<void> {
+    if (!(h > 0)) return tl::unexpected(Error{"step", text(h), "a finite number > 0 where particles come and go"});
+    return of.plan.set_step(h);
+  });
+}
+template <class T>
+Expected<void> LivePlan<T>::set_force(std::size_t index, const Force& force) {
+  return changed_life(parts_, [&](auto& of) { return of.plan.set_force(index, force); });
+}
+template <class T>
+Expected<void> LivePlan<T>::set_contact(std::size_t index, const Contact& contact) {
+  return changed_life(parts_, [&](auto& of) { return of.plan.set_contact(index, contact); });
+}
+template <class T>
+Expected<void> LivePlan<T>::set_emitter(std::size_t index, const Emitter& emitter) {
+  return changed_life(parts_, [&](auto& of) -> Expected<void> {
+    if (index >= of.emitters.size()) return tl::unexpected(no_such("emitters", index, of.emitters.size()));
+    LifecycleChecker check;
+    check.emitter("emitters[" + std::to_string(index) + "]", emitter);
+    if (check.error) return tl::unexpected(*check.error);
+    of.turnover.emitters[index] = emitter;
+    of.emitters[index] = terms_of(emitter);
+    return {};
+  });
+}
+
 template <class T>
 Expected<void> LivePlan<T>::teleport(LiveState<T>& live, const Pose& by) const {
+  if (parts_ == nullptr) return tl::unexpected(Error{"plan", "moved from", "one that was not moved from"});
   return parts_->compiled.plan.teleport(live.state, by);
 }
 template <class T>
@@ -282,6 +327,16 @@ template const Plan<float>& LivePlan<float>::plan() const noexcept;
 template const Plan<double>& LivePlan<double>::plan() const noexcept;
 template const Turnover& LivePlan<float>::turnover() const noexcept;
 template const Turnover& LivePlan<double>::turnover() const noexcept;
+template LivePlan<float> LivePlan<float>::clone() const;
+template LivePlan<double> LivePlan<double>::clone() const;
+template Expected<void> LivePlan<float>::set_step(double);
+template Expected<void> LivePlan<double>::set_step(double);
+template Expected<void> LivePlan<float>::set_force(std::size_t, const Force&);
+template Expected<void> LivePlan<double>::set_force(std::size_t, const Force&);
+template Expected<void> LivePlan<float>::set_contact(std::size_t, const Contact&);
+template Expected<void> LivePlan<double>::set_contact(std::size_t, const Contact&);
+template Expected<void> LivePlan<float>::set_emitter(std::size_t, const Emitter&);
+template Expected<void> LivePlan<double>::set_emitter(std::size_t, const Emitter&);
 template std::string LivePlan<float>::explain() const;
 template std::string LivePlan<double>::explain() const;
 template Expected<LivePlan<float>> compile<float>(const Scene&, const Turnover&, const Options&);

@@ -51,7 +51,6 @@ struct ParticleGroup {
   std::size_t aside_of = 0;  // of particles that are stepped aside: where the first of them stands
 };
 
-// Immutable.
 template <class T>
 struct CompiledLifecycle {
   CompiledLifecycle(Plan<T> plan_, Turnover turnover_, const SharedBirths& shared_);
@@ -86,10 +85,16 @@ template <class T>
 struct LivePlan<T>::Parts {
   Parts(Plan<T> plan, const Turnover& turnover, const Options& options)
       : compiled(std::move(plan), turnover, options.elsewhere.births),
-        workspace(turnover, options.elsewhere.births.parts, options.memory) {}
+        workspace(turnover, options.elsewhere.births.parts, options.memory),
+        memory(options.memory) {}
+  explicit Parts(const Parts& other)
+      : compiled(other.compiled.plan.clone(), other.compiled.turnover, other.compiled.shared),
+        workspace(compiled.turnover, compiled.shared.parts, other.memory),
+        memory(other.memory) {}
 
   CompiledLifecycle<T> compiled;
   LifecycleWorkspace<T> workspace;
+  Memory memory;
 };
 
 }  // namespace dvdx

@@ -1,6 +1,6 @@
 #include "compile/limit.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -94,16 +94,18 @@ double largest_eigenvalue(const Stiffness& K, std::size_t count, int iterations)
     before = std::move(now);
     now = next / norm;
   }
-  // Moved away from 0, where the solver finds no end among the motions that stretch no spring. It scales a whole matrix to its
-  // own tolerance, and three diagonals it does not.
+  // Moved away from 0, where the solver finds no end among the motions that stretch no spring, and scaled as it scales a whole
+  // matrix: three diagonals it takes as they are.
   const double shift = *std::max_element(diagonal.begin(), diagonal.end());
+  if (shift == 0) return 0;
   const auto size = static_cast<Eigen::Index>(diagonal.size());
-  Eigen::MatrixXd T = shift * Eigen::MatrixXd::Identity(size, size);
-  T.diagonal() += Eigen::Map<const Eigen::VectorXd>(diagonal.data(), size);
-  T.diagonal(-1) = Eigen::Map<const Eigen::VectorXd>(beside.data(), size - 1);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(T, Eigen::EigenvaluesOnly);
-  if (solver.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-  return std::max(0.0, solver.eigenvalues()[size - 1] - shift);
+  const Eigen::VectorXd along = Eigen::Map<const Eigen::VectorXd>(diagonal.data(), size) / shift + Eigen::VectorXd::Ones(size);
+  const Eigen::VectorXd across = Eigen::Map<const Eigen::VectorXd>(beside.data(), size - 1) / shift;
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(size);
+  if (solver.computeFromTridiagonal(along, across, Eigen::EigenvaluesOnly).info() != Eigen::Success) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return std::max(0.0, (solver.eigenvalues()[size - 1] - 1) * shift);
 }
 
 int affordable_iterations(std::size_t springs) {

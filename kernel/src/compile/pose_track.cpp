@@ -10,6 +10,7 @@ double PoseTrack::passed_since(const Part& part, const Clock& clock) noexcept {
 }
 
 PoseTrack::PoseTrack(const Motion& motion) : center_(motion.center) {
+  if (motion.keys.empty()) parts_.push_back({});
   for (const MotionKey& key : motion.keys) {
     const Quaternion turn = quaternion(key.rotation);
     if (!parts_.empty() && key.arrival == Arrival::moving) {

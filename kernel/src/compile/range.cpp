@@ -192,9 +192,8 @@ class RangeChecker {
     for (std::size_t i = 0; i < scene_.contacts.size() && !check_.error; ++i) {
       check_.error = check_range<T>(scene_.contacts[i], i, scene_.origin);
     }
-    const bool is_only = scene_.networks.size() == 1;
     for (std::size_t i = 0; i < scene_.networks.size() && !check_.error; ++i) {
-      std::visit([&](const auto& network) { check(network, is_only ? "network" : element("network", i)); }, scene_.networks[i]);
+      std::visit([&](const auto& network) { check(network, element("networks", i)); }, scene_.networks[i]);
     }
     if (!check_.error) check_.error = check_range<T>(scene_.wind);
     for (std::size_t i = 0; i < scene_.constraints.size() && !check_.error; ++i) {

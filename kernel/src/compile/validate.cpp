@@ -199,7 +199,6 @@ void check_motions(Checker& check, const Scene& scene) {
     const Motion& motion = scene.motions[i];
     const std::string at = element("motions", i);
     check.numbers(at + ".center", motion.center, Range::finite);
-    if (motion.keys.empty()) check.fail(at + ".keys", "empty", "at least one key");
     for (std::size_t k = 0; k < motion.keys.size() && !check.error; ++k) {
       const MotionKey& key = motion.keys[k];
       const std::string of_key = element(at + ".keys", k);
@@ -402,30 +401,30 @@ void check_constraints(Checker& check, const Scene& scene) {
 }
 
 void check_coupling(Checker& check, const Coupling& coupling) {
-  check.choice("network.scheme", coupling.scheme, Scheme::automatic);
-  check.choice("network.sweeps", coupling.sweeps, SweepOrder::forward);
-  check.choice("network.lines", coupling.lines, Lines::none);
-  check.choice("network.method", coupling.method, Method::symplectic_euler);
-  check.choice("network.axis", coupling.axis, PairAxis::start);
+  check.choice("coupling.scheme", coupling.scheme, Scheme::automatic);
+  check.choice("coupling.sweeps", coupling.sweeps, SweepOrder::forward);
+  check.choice("coupling.lines", coupling.lines, Lines::none);
+  check.choice("coupling.method", coupling.method, Method::symplectic_euler);
+  check.choice("coupling.axis", coupling.axis, PairAxis::start);
 }
 
 void check_networks(Checker& check, const Scene& scene) {
   if (scene.networks.empty()) return;
   if (!check.count()) {
-    return check.fail("network", "without a state",
+    return check.fail("networks", "without a state",
                       "compiled with one, whose particles it joins: compile(scene, options, state)");
   }
   for (std::size_t i = 0; i < scene.networks.size() && !check.error; ++i) {
-    const std::string at = scene.networks.size() == 1 ? "network" : element("network", i);
+    const std::string at = element("networks", i);
     std::visit(NetworkChecker{check, at, scene.coupling.scheme}, scene.networks[i]);
   }
   const Coupling& coupling = scene.coupling;
   if (coupling.theta && !(*coupling.theta >= 0.5 && *coupling.theta <= 1))
-    check.fail("network.theta", text(*coupling.theta), "a number from 0.5 to 1");
+    check.fail("coupling.theta", text(*coupling.theta), "a number from 0.5 to 1");
   if (coupling.longest_substep && !(*coupling.longest_substep > 0))
-    check.fail("network.longest_substep", text(*coupling.longest_substep), "above 0 s");
+    check.fail("coupling.longest_substep", text(*coupling.longest_substep), "above 0 s");
   if (coupling.scheme == Scheme::accumulate && coupling.method != Method::combined && !scene.contacts.empty()) {
-    check.fail("network.scheme", "accumulate",
+    check.fail("coupling.scheme", "accumulate",
                "another one where there are contacts: the pairs' sum is added after the impact");
   }
 }
@@ -548,12 +547,12 @@ void check_substeps(Checker& check, const Scene& scene) {
   if (scene.networks.empty() && scene.constraints.empty() && scene.skins.empty() && !scene.meet) return;
   const Coupling& coupling = scene.coupling;
   if (coupling.substeps && (*coupling.substeps < 1 || *coupling.substeps > most_substeps)) {
-    check.fail("network.substeps", std::to_string(*coupling.substeps),
+    check.fail("coupling.substeps", std::to_string(*coupling.substeps),
                "a whole number from 1 to " + std::to_string(most_substeps));
   }
   const int least_limit = coupling.substeps.value_or(1);
   if (coupling.most_substeps && (*coupling.most_substeps < least_limit || *coupling.most_substeps > most_substeps)) {
-    check.fail("network.most_substeps", std::to_string(*coupling.most_substeps),
+    check.fail("coupling.most_substeps", std::to_string(*coupling.most_substeps),
                "a whole number from " + std::to_string(least_limit) + (coupling.substeps ? ", the sub-steps," : "") + " to " +
                    std::to_string(most_substeps));
   }

@@ -84,7 +84,7 @@ struct PulsesRead {
   std::vector<std::pair<std::size_t, KeptPulse<A>>> pairs{}, walls{};
 };
 
-// What is no list of pulses of that room: none.
+// Numbers that are no list of pulses of that room give none.
 template <class A>
 std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room) {
   PulsesRead<A> read;
@@ -197,6 +197,7 @@ Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* wor
   workspace->motions = std::move(motions);
   workspace->groups = std::move(groups);
   workspace->skins = std::move(skins);
+  workspace->known = workspace->all_known;
   workspace->forget();
   if (!remembers) return {};
   workspace->remember(state.x[0].base, state.clock);
@@ -213,11 +214,13 @@ Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* wor
 
 template <class T>
 std::vector<double> Plan<T>::carried(const State<T>& state) const {
+  if (parts_ == nullptr) return {};
   return std::visit([&](const auto& in) { return carried_in(in.scene->joined(), in.workspace.get(), state); }, parts_->in);
 }
 
 template <class T>
 std::vector<double> Plan<T>::carried(const State<T>& state, const Workspace<T>& workspace) const {
+  if (parts_ == nullptr || workspace.parts_ == nullptr) return {};
   const auto of = [&]<class A>(const PlanIn<A>& in) {
     const auto* given = std::get_if<std::unique_ptr<JoinedWorkspace<A>>>(&workspace.parts_->in);
     return carried_in(in.scene->joined(), given != nullptr ? given->get() : nullptr, state);
@@ -228,16 +231,17 @@ std::vector<double> Plan<T>::carried(const State<T>& state, const Workspace<T>& 
 template <class T>
 Expected<void> Plan<T>::restore(std::span<const double> carried, const State<T>& state) {
   const auto into = [&](auto& in) { return restore_in(in.scene->joined(), in.workspace.get(), carried, state); };
-  return std::visit(into, parts_->in);
+  return changed(parts_, "plan", into);
 }
 
 template <class T>
 Expected<void> Plan<T>::restore(std::span<const double> carried, const State<T>& state, Workspace<T>& workspace) const {
+  if (workspace.parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
   const auto into = [&]<class A>(const PlanIn<A>& in) {
     const auto* given = std::get_if<std::unique_ptr<JoinedWorkspace<A>>>(&workspace.parts_->in);
     return restore_in(in.scene->joined(), given != nullptr ? given->get() : nullptr, carried, state);
   };
-  return std::visit(into, parts_->in);
+  return changed(parts_, "plan", into);
 }
 
 template std::vector<double> Plan<float>::carried(const State<float>&) const;

@@ -267,6 +267,7 @@ const auto* own_workspace(const In& /*in*/, const Given& given) noexcept {
 
 template <class T>
 StepResult Plan<T>::step(State<T>& state, std::size_t steps, const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
   const auto step = [&](const auto& in) noexcept { return step_by(*in.scene, in.workspace.get(), state, steps, parallel); };
   return std::visit(step, parts_->in);
 }
@@ -274,9 +275,12 @@ StepResult Plan<T>::step(State<T>& state, std::size_t steps, const ParallelFor& 
 template <class T>
 StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, std::size_t steps,
                          const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
+  if (workspace.parts_ == nullptr) return StepResult::workspace_differs;
   const auto step = [&](const auto& in) noexcept {
     const auto* given = own_workspace(in, workspace.parts_->in);
     if (given == nullptr) return StepResult::workspace_differs;
+    if (*given != nullptr && (*given)->known < in.told) return StepResult::driven_elsewhere;
     return step_by(*in.scene, given->get(), state, steps, parallel);
   };
   return std::visit(step, parts_->in);
@@ -285,6 +289,7 @@ StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, std::size_t s
 template <class T>
 StepResult Plan<T>::step(State<T>& state, ContactReport& contacts, std::size_t steps,
                          const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
   const auto step = [&](const auto& in) noexcept {
     return report_by(*in.scene, in.workspace.get(), state, contacts, steps, parallel);
   };
@@ -294,9 +299,12 @@ StepResult Plan<T>::step(State<T>& state, ContactReport& contacts, std::size_t s
 template <class T>
 StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, ContactReport& contacts, std::size_t steps,
                          const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
+  if (workspace.parts_ == nullptr) return StepResult::workspace_differs;
   const auto step = [&](const auto& in) noexcept {
     const auto* given = own_workspace(in, workspace.parts_->in);
     if (given == nullptr) return StepResult::workspace_differs;
+    if (*given != nullptr && (*given)->known < in.told) return StepResult::driven_elsewhere;
     return report_by(*in.scene, given->get(), state, contacts, steps, parallel);
   };
   return std::visit(step, parts_->in);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <span>
 
+#include "compile/checker.hpp"
 #include "dvdx/layouts/convert.hpp"
 #include "execute/any_order.hpp"
 #include "execute/contact_recorder.hpp"
@@ -20,6 +21,8 @@ namespace {
 
 // Below this many particles whole chunks are too large to be shared among threads, and to lie behind what overflows.
 constexpr std::size_t few = 64 * live_chunk;
+// Births by time never come to so high a number.
+constexpr std::uint64_t first_of_bursts = std::uint64_t{1} << 63U;
 
 template <class T>
 class LifecycleStep {
@@ -48,6 +51,13 @@ class LifecycleStep {
     }
   }
 
+  void burst(std::size_t emitter, std::uint64_t births) noexcept {
+    EmissionTerms at_once = p_.emitters[emitter];
+    at_once.interval = 0;
+    count_for(births);
+    append(at_once, first_of_bursts + live_.born, births, 0);
+  }
+
   void remove() noexcept {
     const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = 0, .clock = live_.state.clock};
     compact_all({&all, 1});
@@ -56,7 +66,7 @@ class LifecycleStep {
  private:
   // Births in number order of one emitter within one step, and where they stand.
   struct Run {
-    std::size_t emitter = 0;
+    const EmissionTerms* emitter = nullptr;
     Births births{};
     std::size_t at = 0;
     std::size_t pieces = 0;    // of born_together
@@ -126,7 +136,11 @@ class LifecycleStep {
   void emit_run(std::size_t emitter, std::size_t step) noexcept {
     const std::uint64_t first = ws_.births[step][emitter].whole;
     const BirthsBy& end = ws_.births[step + 1][emitter];
-    const std::uint64_t wanted = end.whole - first;
+    append(p_.emitters[emitter], first, end.whole - first, (end.number - TwoDouble(static_cast<double>(first) + 1)).value());
+  }
+
+  // Births from number `first` on, of which the first is so many intervals old.
+  void append(const EmissionTerms& emitter, std::uint64_t first, std::uint64_t wanted, double lead) noexcept {
     const std::uint64_t all = std::min(wanted, room());
     const std::uint64_t number = live_.born;
     living_ += all;
@@ -135,9 +149,11 @@ class LifecycleStep {
     const Stretch here = share_of(first, all);
     if (here.count == 0) return;
     const auto count = static_cast<std::size_t>(here.count);
-    const double lead = (end.number - TwoDouble(static_cast<double>(first) + 1)).value() - static_cast<double>(here.first);
-    run_ = {.emitter = emitter,
-            .births = {.first = first + here.first, .count = count, .lead = lead, .step = p_.plan.step_size()},
+    run_ = {.emitter = &emitter,
+            .births = {.first = first + here.first,
+                       .count = count,
+                       .lead = lead - static_cast<double>(here.first),
+                       .step = p_.plan.step_size()},
             .at = live_.state.count,
             .pieces = (count + born_together - 1) / born_together,
             .number = number + here.first};
@@ -162,7 +178,7 @@ class LifecycleStep {
     births.count = std::min(born_together, births.count - from);
     births.lead -= static_cast<double>(from);
     BornBlock<T> block;
-    make_births(p_.passes, p_.emitters[run_.emitter], births, block);
+    make_births(p_.passes, *run_.emitter, births, block);
     put_births(block, live_, run_.number + from, [at = run_.at + from](std::size_t k) { return at + k; });
   }
 
@@ -422,7 +438,7 @@ class LifecycleStep {
 template <class T>
 StepResult check_live(const CompiledLifecycle<T>& compiled, const LiveState<T>& live) noexcept {
   const std::size_t capacity = compiled.turnover.capacity;
-  const auto is_small = [capacity](const Column<T>& column) { return column.capacity < capacity; };
+  const auto is_small = [capacity](const Column<T>& column) { return column.capacity < capacity || column.base == nullptr; };
   bool is_any_small = live.state.count > capacity;
   for (const auto* columns : {&live.state.x, &live.state.v}) {
     is_any_small = is_any_small || std::any_of(columns->begin(), columns->end(), is_small);
@@ -449,13 +465,26 @@ StepResult run(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& work
 }  // namespace
 
 template <class T>
+Expected<void> LivePlan<T>::burst(LiveState<T>& live, std::size_t index, std::size_t births) const {
+  if (parts_ == nullptr) return tl::unexpected(Error{"plan", "moved from", "one that was not moved from"});
+  const std::size_t emitters = parts_->compiled.emitters.size();
+  if (index >= emitters) return tl::unexpected(no_such("emitters", index, emitters));
+  const auto work = [index, births](LifecycleStep<T>& now) { now.burst(index, births); };
+  if (run(parts_->compiled, parts_->workspace, live, {}, nullptr, work) == StepResult::done) return {};
+  return tl::unexpected(
+      Error{"live", "not fit for it", "a state that step() would take, of a plan that no other thread steps"});
+}
+
+template <class T>
 StepResult LivePlan<T>::step(LiveState<T>& live, std::size_t steps, const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
   return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, [steps](LifecycleStep<T>& now) { now.step(steps); });
 }
 
 template <class T>
 StepResult LivePlan<T>::step(LiveState<T>& live, ContactReport& contacts, std::size_t steps,
                              const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
   ContactReport::Parts& report = contacts.parts();
   const Scene& scene = parts_->compiled.plan.scene();
   if (report.centers.size() != scene.contacts.size()) return StepResult::report_differs;
@@ -468,6 +497,7 @@ StepResult LivePlan<T>::step(LiveState<T>& live, ContactReport& contacts, std::s
 
 template <class T>
 StepResult LivePlan<T>::remove(LiveState<T>& live, const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
   return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, [](LifecycleStep<T>& now) { now.remove(); });
 }
 
@@ -475,6 +505,8 @@ template StepResult LivePlan<float>::step(LiveState<float>&, std::size_t, const 
 template StepResult LivePlan<double>::step(LiveState<double>&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult LivePlan<float>::step(LiveState<float>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult LivePlan<double>::step(LiveState<double>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
+template Expected<void> LivePlan<float>::burst(LiveState<float>&, std::size_t, std::size_t) const;
+template Expected<void> LivePlan<double>::burst(LiveState<double>&, std::size_t, std::size_t) const;
 template StepResult LivePlan<float>::remove(LiveState<float>&, const ParallelFor&) const noexcept;
 template StepResult LivePlan<double>::remove(LiveState<double>&, const ParallelFor&) const noexcept;
 

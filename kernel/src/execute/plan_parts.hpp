@@ -1,8 +1,12 @@
 // The parts of a plan: a compiled scene, which its clones share, and a workspace of its own.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -15,6 +19,7 @@
 #include "compile/undo.hpp"
 #include "compile/validate.hpp"
 #include "execute/environment.hpp"
+#include "execute/stepping.hpp"
 #include "execute/workspace.hpp"
 
 namespace dvdx {
@@ -25,6 +30,25 @@ std::unique_ptr<JoinedWorkspace<A>> make_workspace(const CompiledScene<A>& scene
   if (scene.joined() == nullptr) return nullptr;
   return std::make_unique<JoinedWorkspace<A>>(scene.joined()->shape(), scene.options.memory);
 }
+
+// Scenes that differ from one in their step alone, for all instances of a plan: those that were lately asked for.
+template <class A>
+class StepPool {
+ public:
+  // base, by a step of h or the longest that its limit allows, made from `from`, which is base or one of these.
+  Expected<SharedScene<A>> with_step(const SharedScene<A>& base, const SharedScene<A>& from, double h);
+
+ private:
+  struct Kept {
+    std::weak_ptr<CompiledScene<A>> base;
+    double asked = 0;     // s
+    bool varies = false;  // whether steps had varied before
+    SharedScene<A> scene;
+  };
+  std::mutex mutex_;
+  std::array<Kept, 4> kept_{};
+  std::size_t next_ = 0;
+};
 
 // Worked out in A.
 template <class A>
@@ -56,7 +80,7 @@ struct PlanIn {
     return become(with_scene(*scene, std::move(changed)));
   }
 
-  Expected<void> replace(std::size_t index, const Contact& contact) {
+  Expected<void> set_contact(std::size_t index, const Contact& contact) {
     if (is_only_owner(scene)) {
       const Expected<InPlace> done = replace_in_place(*scene, index, contact);
       if (!done) return tl::unexpected(done.error());
@@ -73,7 +97,7 @@ struct PlanIn {
     return {};
   }
 
-  Expected<void> replace(std::size_t index, const Force& force) {
+  Expected<void> set_force(std::size_t index, const Force& force) {
     if (!is_only_owner(scene)) return become(with_force(*scene, index, force));
     if (auto error = refusal_of(*scene, index, force)) return tl::unexpected(*error);
     if (asks_for_substeps(*scene, index, force)) return become(with_force(*scene, index, force));
@@ -87,6 +111,13 @@ struct PlanIn {
       return tl::unexpected(*error);
     }
     return take_motion(undo, joints());
+  }
+
+  Expected<void> set_network(std::size_t index, const Network& network) {
+    if (auto error = refusal_of(scene->scene, index, network)) return tl::unexpected(*error);
+    Scene changed = scene->scene;
+    changed.networks[index] = with_broken_of(changed.networks[index], network);
+    return become(with_scene(*scene, std::move(changed)));
   }
 
   // Keeps springs whose form does not depend on h; the form of others is made again, with the frequencies that were found.
@@ -118,10 +149,32 @@ struct PlanIn {
     return taken;
   }
 
+  // Another, in which everything is driven that is in this plan's own. Where another thread steps in that, nothing is: a step then
+  // says so.
+  [[nodiscard]] std::unique_ptr<JoinedWorkspace<A>> another_workspace() const {
+    auto other = make_workspace(*scene);
+    drive(other.get());
+    return other;
+  }
+  // Likewise of a plan that has just been cloned from that one.
+  void drive_as(const PlanIn& other) { other.drive(workspace.get()); }
+
   SharedScene<A> scene;
   std::unique_ptr<JoinedWorkspace<A>> workspace;
+  std::uint64_t told = 0;  // calls of set_pose and its like
+  std::shared_ptr<StepPool<A>> pool = std::make_shared<StepPool<A>>();
 
  private:
+  void drive(JoinedWorkspace<A>* other) const {
+    if (other == nullptr || told == 0) return;
+    const Stepping stepping(workspace->is_stepping);
+    if (!stepping) return;
+    other->motions = workspace->motions;
+    other->groups = workspace->groups;
+    other->skins = workspace->skins;
+    other->known = told;
+  }
+
   [[nodiscard]] std::shared_ptr<Joints<A>> joints() const {
     return scene->joined() != nullptr ? scene->joined()->shared_joints() : nullptr;
   }
@@ -160,12 +213,6 @@ struct Plan<T>::Parts {
   template <class A>
   explicit Parts(SharedScene<A> scene) : in(PlanIn<A>(std::move(scene))) {}
 
-  template <class Change>
-  Expected<void> change(const Change& change) {
-    const StepEnvironment environment;
-    return std::visit([&](auto& of) { return of.change(change); }, in);
-  }
-
   std::variant<PlanIn<float>, PlanIn<double>> in;
 };
 
@@ -174,7 +221,21 @@ struct Workspace<T>::Parts {
   template <class A>
   explicit Parts(std::unique_ptr<JoinedWorkspace<A>> workspace) : in(std::move(workspace)) {}
 
+  // drive(the workspace), which then knows by itself where things go.
+  template <class Drive>
+  static Expected<void> driven(Parts* parts, const Drive& drive);
+
   std::variant<std::unique_ptr<JoinedWorkspace<float>>, std::unique_ptr<JoinedWorkspace<double>>> in;
 };
+
+inline Error moved_from(const char* what) { return {what, "moved from", "one that was not moved from"}; }
+
+// change(what is in the parts), or an error where there are none.
+template <class Parts, class Change>
+auto changed(Parts* parts, const char* what, const Change& change) -> decltype(std::visit(change, parts->in)) {
+  if (parts == nullptr) return tl::unexpected(moved_from(what));
+  const StepEnvironment environment;
+  return std::visit(change, parts->in);
+}
 
 }  // namespace dvdx

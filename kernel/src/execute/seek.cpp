@@ -111,8 +111,8 @@ Matrix step_matrix(const Scene& scene, const System& system, std::size_t axis, s
 Matrix to_the_power(Matrix M, std::uint64_t n) {
   Matrix result = Matrix::Identity(M.rows(), M.cols());
   for (; n != 0; n >>= 1U) {
-    if ((n & 1U) != 0) result = (result * M).eval();
-    M = (M * M).eval();
+    if ((n & 1U) != 0) result = result.lazyProduct(M).eval();  // these are small: blocks of them would take seconds to compile
+    M = M.lazyProduct(M).eval();
   }
   return result;
 }
@@ -147,7 +147,7 @@ std::optional<Error> check_seek(const CompiledScene<A>& compiled, const State<T>
   const auto refuse = [](std::string field, std::string value) {
     return Error{std::move(field), std::move(value), "absent: seek only follows affine motion"};
   };
-  if (!scene.networks.empty()) return refuse("network", std::to_string(scene.networks.size()) + " networks");
+  if (!scene.networks.empty()) return refuse("networks", std::to_string(scene.networks.size()) + " networks");
   if (!scene.constraints.empty()) return refuse("constraints", std::to_string(scene.constraints.size()) + " constraints");
   if (!scene.kinematic.empty()) return refuse("kinematic", std::to_string(scene.kinematic.size()) + " groups of particles");
   if (!scene.skins.empty()) return refuse("skins", std::to_string(scene.skins.size()) + " skins");
@@ -201,7 +201,7 @@ Expected<void> seek_by(const CompiledScene<A>& compiled, State<T>& state, std::u
 
 template <class T>
 Expected<void> Plan<T>::seek(State<T>& state, std::uint64_t steps) const {
-  return std::visit([&](const auto& in) { return seek_by(*in.scene, state, steps); }, parts_->in);
+  return changed(parts_, "plan", [&](const auto& in) { return seek_by(*in.scene, state, steps); });
 }
 
 template Expected<void> Plan<float>::seek(State<float>&, std::uint64_t) const;

@@ -400,6 +400,7 @@ StateCheck check_in(const CompiledScene<A>& scene, const State<T>& state) noexce
 
 template <class T>
 StateCheck Plan<T>::check(const State<T>& state) const noexcept {
+  if (parts_ == nullptr) return {.result = StepResult::moved_from};
   return std::visit([&](const auto& in) noexcept { return check_in(*in.scene, state); }, parts_->in);
 }
 

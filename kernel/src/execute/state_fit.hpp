@@ -16,7 +16,8 @@ template <class A, class T>
 StepResult fit_of_columns(const CompiledScene<A>& scene, const State<T>& state) noexcept {
   if (scene.count && *scene.count != state.count) return StepResult::count_differs;
   const auto is_small = [&](const std::array<Column<T>, 3>& columns) {
-    return std::any_of(columns.begin(), columns.end(), [&](const Column<T>& c) { return c.capacity < state.count; });
+    return std::any_of(columns.begin(), columns.end(),
+                       [&](const Column<T>& c) { return c.capacity < state.count || (c.base == nullptr && state.count != 0); });
   };
   const bool needs_rests = !std::is_same_v<A, T>;
   const bool is_any_small =

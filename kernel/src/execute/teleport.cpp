@@ -194,18 +194,17 @@ Expected<void> teleport_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* wo
 
 template <class T>
 Expected<void> Plan<T>::teleport(State<T>& state, const Pose& by) {
-  const StepEnvironment environment;
-  return std::visit([&](auto& in) { return teleport_in(*in.scene, in.workspace.get(), state, by); }, parts_->in);
+  return changed(parts_, "plan", [&](auto& in) { return teleport_in(*in.scene, in.workspace.get(), state, by); });
 }
 
 template <class T>
 Expected<void> Plan<T>::teleport(State<T>& state, Workspace<T>& workspace, const Pose& by) const {
-  const StepEnvironment environment;
+  if (workspace.parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
   const auto carry = [&]<class A>(const PlanIn<A>& in) {
     const auto* given = std::get_if<std::unique_ptr<JoinedWorkspace<A>>>(&workspace.parts_->in);
     return teleport_in(*in.scene, given != nullptr ? given->get() : nullptr, state, by);
   };
-  return std::visit(carry, parts_->in);
+  return changed(parts_, "plan", carry);
 }
 
 template Expected<void> Plan<float>::teleport(State<float>&, const Pose&);

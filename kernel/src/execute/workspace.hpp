@@ -5,6 +5,8 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "compile/columns.hpp"
@@ -120,6 +122,9 @@ class JoinedWorkspace {
   MeetRoom<T> meet;                        // empty where no particles meet
   std::uint32_t pulses_since_telling = 0;  // of a part of a larger scene
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
+  // How many of the plan's calls of set_pose and its like it knows of; all, where it has been driven itself.
+  std::uint64_t known = 0;
+  static constexpr std::uint64_t all_known = std::numeric_limits<std::uint64_t>::max();
 
  private:
   void add_records();

@@ -342,9 +342,9 @@ TEST_CASE("air: what is wrong with it is refused by its field, its value and its
     return plan.error().message();
   };
   const Joined good = in_air(test::sheet(3, 3, 30), {}, {});
-  CHECK(refusal(in_air(good, {.density = -1}, {})) == "network.aerodynamics.density is -1: must be a finite number >= 0");
-  CHECK(refusal(in_air(good, {.drag = -1}, {})) == "network.aerodynamics.drag is -1: must be a number from 0 to 1e+06");
-  CHECK(refusal(in_air(good, {.lift = 2e6}, {})) == "network.aerodynamics.lift is 2e+06: must be a number from 0 to 1e+06");
+  CHECK(refusal(in_air(good, {.density = -1}, {})) == "networks[0].aerodynamics.density is -1: must be a finite number >= 0");
+  CHECK(refusal(in_air(good, {.drag = -1}, {})) == "networks[0].aerodynamics.drag is -1: must be a number from 0 to 1e+06");
+  CHECK(refusal(in_air(good, {.lift = 2e6}, {})) == "networks[0].aerodynamics.lift is 2e+06: must be a number from 0 to 1e+06");
   constexpr double infinite = std::numeric_limits<double>::infinity();
   CHECK(refusal(in_air(good, {}, {.mean = {0, infinite, 0}})) == "wind.mean[1] is inf: must be a finite number");
   CHECK(refusal(in_air(good, {}, {.gusts = {{.angular_frequency = infinite}}})) ==
@@ -352,9 +352,9 @@ TEST_CASE("air: what is wrong with it is refused by its field, its value and its
   Joined list = test::as_list(good);
   auto& springs = std::get<Springs>(list.scene.networks[0]);
   springs.triangles[1] = {0, 4, 4};
-  CHECK(refusal(list) == "network.triangles[1] is [0], [4] and [4]: must be three different particle ids below 9");
+  CHECK(refusal(list) == "networks[0].triangles[1] is [0], [4] and [4]: must be three different particle ids below 9");
   springs.triangles.clear();
-  CHECK(refusal(list) == "network.aerodynamics is given: must be left out of a network without triangles");
+  CHECK(refusal(list) == "networks[0].aerodynamics is given: must be left out of a network without triangles");
 }
 
 TEST_CASE("air: the wind may change while a plan runs, and what fails changes nothing") {

@@ -580,10 +580,12 @@ TEST_CASE("meshes: a plan that changes acts as one compiled anew") {
   other.restitution = 0.9;
   Joined wanted = joined;
   wanted.scene.contacts[0] = other;
-  CHECK(test::difference(run(none, wanted), run([&](auto& plan) { REQUIRE(plan.replace(0, Contact(other))); }, joined)) == "");
+  CHECK(test::difference(run(none, wanted), run([&](auto& plan) { REQUIRE(plan.set_contact(0, Contact(other))); }, joined)) ==
+        "");
   other.vertices = ball_of_triangles({0.3, -0.2, 0}, 0.4, 2).vertices;
   wanted.scene.contacts[0] = other;
-  CHECK(test::difference(run(none, wanted), run([&](auto& plan) { REQUIRE(plan.replace(0, Contact(other))); }, joined)) == "");
+  CHECK(test::difference(run(none, wanted), run([&](auto& plan) { REQUIRE(plan.set_contact(0, Contact(other))); }, joined)) ==
+        "");
   wanted = joined;
   wanted.step = joined.step / 2;
   CHECK(test::difference(run(none, wanted), run([&](auto& plan) { REQUIRE(plan.set_step(wanted.step)); }, joined)) == "");

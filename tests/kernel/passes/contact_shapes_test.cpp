@@ -416,7 +416,7 @@ TEST_CASE("bodies: another contact in place of one is the scene that has it") {
       test::Batch<double> changed(test::Layout::soa, joined.x.size());
       place(joined, changed.view());
       auto plan = test::plan_of(joined, {.isa = best_isa()}, changed.view());
-      REQUIRE(plan.replace(index, contact).has_value());
+      REQUIRE(plan.set_contact(index, contact).has_value());
       REQUIRE(plan.step(changed.view(), 20) == StepResult::done);
       Joined other = joined;
       other.scene.contacts[index] = contact;

@@ -290,7 +290,7 @@ TEST_CASE("damping: too few sub-steps are refused, and the message says whether 
     const auto fewest = static_cast<int>(std::ceil(1000.0 / 60 / takes));
     CHECK(refusal_of(with(pair_of(10, 500), coupling, fewest)).empty());
     const std::string refused = refusal_of(with(pair_of(10, 500), coupling, fewest - 1));
-    CHECK(refused.starts_with("network.substeps is " + std::to_string(fewest - 1) + ": must be at least " +
+    CHECK(refused.starts_with("coupling.substeps is " + std::to_string(fewest - 1) + ": must be at least " +
                               std::to_string(fewest)));
     CHECK(refused.find("unstable by their damping") != std::string::npos);
     CHECK(refusal_of(with(pair_of(1e6, 500), coupling, 1)).find("unstable by their frequency") != std::string::npos);

@@ -357,9 +357,9 @@ TEST_CASE("faces: explain says which contacts are narrower than which cells") {
   joined.scene.add(Contact(pole(10, 0.1)));
   joined.scene.add(Contact(spike(10)));
   const std::string words = test::plan_of<float>(joined, {}).explain();
-  CHECK(words.find("faces        contacts[1] is 0.0667 m wide where network[0] has sides of up to 0.471 m") !=
+  CHECK(words.find("faces        contacts[1] is 0.0667 m wide where networks[0] has sides of up to 0.471 m") !=
         std::string::npos);
-  CHECK(words.find("contacts[2] is pointed where network[0]") != std::string::npos);
+  CHECK(words.find("contacts[2] is pointed where networks[0]") != std::string::npos);
   CHECK(words.find("contacts[0] is") == std::string::npos);
 }
 
@@ -532,7 +532,7 @@ TEST_CASE("faces: a contact that is replaced is met as in a plan compiled anew")
     Batch<float> batch(Layout::soa, joined.x.size());
     test::place(joined, batch.view());
     auto plan = test::plan_of(joined, {}, batch.view());
-    REQUIRE(plan.replace(0, after).has_value());
+    REQUIRE(plan.set_contact(0, after).has_value());
     REQUIRE(plan.step(batch.view(), 20) == StepResult::done);
     Joined anew = falling(10);
     anew.scene.add(after);

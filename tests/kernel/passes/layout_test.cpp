@@ -208,7 +208,7 @@ TEST_SUITE("threads") {
           }
         });
         while (written.load(std::memory_order_relaxed) == 0) std::this_thread::yield();
-        for (int n = 0; n < 200; ++n) plan->step(state);
+        for (int n = 0; n < 200; ++n) (void)plan->step(state);
         is_over.store(true, std::memory_order_relaxed);
         writer.join();
         for (const Shared& particle : particles) {

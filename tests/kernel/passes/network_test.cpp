@@ -974,7 +974,7 @@ TEST_CASE("network: a plan whose wind is replaced steps as one that was compiled
       Batch<float> batch(Layout::soa, before.x.size());
       test::place(before, batch.view());
       Plan<float> plan = plan_of(before, {.isa = best_isa()}, batch.view());
-      REQUIRE(plan.replace(1, replaced).has_value());
+      REQUIRE(plan.set_force(1, replaced).has_value());
       REQUIRE(plan.step(batch.view(), 3) == StepResult::done);
       CHECK(test::difference(stepped<float>(after, {.isa = best_isa()}, 3), test::values_of(batch.view())) == "");
     }
@@ -1004,7 +1004,7 @@ TEST_CASE("network: the plan knows the highest frequency and refuses fewer sub-s
   joined.scene.coupling.substeps = 1;
   const auto refused = compile<double>(joined.scene, {.step = joined.step}, batch.view());
   REQUIRE(!refused.has_value());
-  CHECK(refused.error().field == "network.substeps");
+  CHECK(refused.error().field == "coupling.substeps");
   CHECK(compile<double>(joined.scene, {.step = joined.step, .unstable = Unstable::allowed}, batch.view()).has_value());
   joined.scene.coupling.scheme = Scheme::sequential;
   CHECK(compile<double>(joined.scene, {.step = joined.step}, batch.view()).has_value());
@@ -1107,26 +1107,26 @@ TEST_CASE("network: an error names the field that is wrong") {
     return plan ? std::string("no error") : plan.error().message();
   };
   const auto grid = [](Scene& scene) -> Grid& { return std::get<Grid>(scene.networks[0]); };
-  CHECK(error_of([&](Scene& s) { grid(s).rows = 1; }).starts_with("network.rows is 1: must be"));
-  CHECK(error_of([&](Scene& s) { grid(s).rows = 5; }).starts_with("network.rows is 5 of 5 columns"));
-  CHECK(error_of([&](Scene& s) { grid(s).first = 1; }).starts_with("network.rows is 4 of 5 columns from particle 1:"));
+  CHECK(error_of([&](Scene& s) { grid(s).rows = 1; }).starts_with("networks[0].rows is 1: must be"));
+  CHECK(error_of([&](Scene& s) { grid(s).rows = 5; }).starts_with("networks[0].rows is 5 of 5 columns"));
+  CHECK(error_of([&](Scene& s) { grid(s).first = 1; }).starts_with("networks[0].rows is 4 of 5 columns from particle 1:"));
   CHECK(error_of([&](Scene& s) {
           grid(s).first = std::numeric_limits<std::size_t>::max() - 19;  // its last particle's number wraps around to 0
-        }).starts_with("network.rows is 4 of 5 columns from particle 18446744073709551596"));
-  CHECK(error_of([&](Scene& s) { grid(s).edge_u = {}; }).starts_with("network.edge_u is [0, 0, 0]"));
-  CHECK(error_of([&](Scene& s) { grid(s).shear = -1; }) == "network.shear is -1: must be a finite number >= 0");
-  CHECK(error_of([&](Scene& s) { s.coupling.theta = 0.4; }) == "network.theta is 0.4: must be a number from 0.5 to 1");
-  CHECK(error_of([&](Scene& s) { s.coupling.substeps = 0; }).starts_with("network.substeps is 0"));
+        }).starts_with("networks[0].rows is 4 of 5 columns from particle 18446744073709551596"));
+  CHECK(error_of([&](Scene& s) { grid(s).edge_u = {}; }).starts_with("networks[0].edge_u is [0, 0, 0]"));
+  CHECK(error_of([&](Scene& s) { grid(s).shear = -1; }) == "networks[0].shear is -1: must be a finite number >= 0");
+  CHECK(error_of([&](Scene& s) { s.coupling.theta = 0.4; }) == "coupling.theta is 0.4: must be a number from 0.5 to 1");
+  CHECK(error_of([&](Scene& s) { s.coupling.substeps = 0; }).starts_with("coupling.substeps is 0"));
   CHECK(error_of([&](Scene& s) {
           s.networks = {Springs{.pairs = {{3, 3}}, .stiffness = 1.0}};
-        }).starts_with("network.pairs[0] is"));
+        }).starts_with("networks[0].pairs[0] is"));
   CHECK(error_of([&](Scene& s) {
           s.networks = {Springs{.pairs = {{3, 20}}, .stiffness = 1.0}};
-        }).starts_with("network.pairs[0] is"));
+        }).starts_with("networks[0].pairs[0] is"));
   CHECK(error_of([&](Scene& s) {
           s.coupling = {.scheme = Scheme::accumulate};
           s.add(Plane{});
-        }).starts_with("network.scheme is accumulate"));
+        }).starts_with("coupling.scheme is accumulate"));
   CHECK(!compile<float>(test::sheet(4, 5, 50).scene, {.step = 0.01}).has_value());
 }
 

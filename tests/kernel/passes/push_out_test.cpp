@@ -328,7 +328,7 @@ TEST_CASE("compile() refuses a push_out that is not a speed") {
   std::get<Sphere>(cloth.scene.contacts[0]).push_out.reset();
   auto plan = compile<float>(cloth.scene, {.step = 0.01}, sheet.view());
   REQUIRE(plan.has_value());
-  const auto replaced = plan->replace(0, bodies(0.5)[1].contact);
+  const auto replaced = plan->set_contact(0, bodies(0.5)[1].contact);
   REQUIRE(!replaced.has_value());
   CHECK(replaced.error().message() == refused.error().message());
 }

@@ -184,9 +184,9 @@ TEST_CASE("two damped springs run back to the start: after the kick their dampin
   const State<double> start = at_start.view();
   place(state, 0, 1);
   place(start, 0, 1);
-  plan_of(scene, 1.0 / 60).step(state, 60);
+  (void)plan_of(scene, 1.0 / 60).step(state, 60);
   CHECK(std::abs(state.x[0][0] - start.x[0][0]) > 0.01);
-  plan_of(scene, -1.0 / 60).step(state, 60);
+  (void)plan_of(scene, -1.0 / 60).step(state, 60);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     CHECK(std::abs(state.x[axis][0] - start.x[axis][0]) <= 1e-11);
     CHECK(std::abs(state.v[axis][0] - start.v[axis][0]) <= 1e-11);
@@ -217,10 +217,10 @@ TEST_CASE("radial springs of particles that differ move each as a plan of its ow
       for (std::size_t i = 0; i < n; ++i) place(all, i, i);
       const auto together = compile(scene_of(method, which, each), {.step = h}, all);
       REQUIRE(together);
-      together->step(all, 5);
+      (void)together->step(all, 5);
       for (std::size_t i = 0; i < n; ++i) {
         place(one, 0, i);
-        plan_of(scene_of(method, which, each[i]), h).step(one, 5);
+        (void)plan_of(scene_of(method, which, each[i]), h).step(one, 5);
         for (std::size_t axis = 0; axis < 3; ++axis) {
           CHECK(all.x[axis][i] == one.x[axis][0]);
           CHECK(all.v[axis][i] == one.v[axis][0]);

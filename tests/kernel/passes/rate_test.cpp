@@ -173,7 +173,7 @@ TEST_CASE("rate: particles that turn farther in a step than lanes take angles st
   for (std::size_t i = 0; i < 3; ++i) state.x[0][i] = 1e14 / stiffness[i];
   const auto plan = compile(scene, {.step = 1}, state);
   REQUIRE(plan);
-  plan->step(state, 10);
+  (void)plan->step(state, 10);
   for (std::size_t i = 0; i < 3; ++i) CHECK(std::abs(state.x[0][i] * stiffness[i] / 1e14 - 1) <= 1e-6);
 }
 
@@ -203,14 +203,14 @@ TEST_CASE("rate: particles that differ move as plans of their own would move the
     for (std::size_t i = 0; i < n; ++i) state.v[0][i] = 0.1 * static_cast<double>(i);
     const auto together = compile(scene_of(method, mass, stiffness, drag), {.step = h}, state);
     REQUIRE(together);
-    together->step(state, 3);
+    (void)together->step(state, 3);
     for (std::size_t i = 0; i < n; ++i) {
       Soa<double> one(1);
       auto alone = one.view();
       alone.v[0][0] = 0.1 * static_cast<double>(i);
       const auto plan = compile<double>(scene_of(method, mass[i], stiffness[i], drag[i]), {.step = h});
       REQUIRE(plan);
-      plan->step(alone, 3);
+      (void)plan->step(alone, 3);
       CAPTURE(i);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         CHECK(is_close(state.x[axis][i], alone.x[axis][0], 1e-11));

@@ -230,7 +230,7 @@ TEST_CASE(
     test::Batch<double> batch(test::Layout::soa, joined.x.size());
     test::place(joined, batch.view());
     Plan<double> plan = test::plan_of(joined, {}, batch.view());
-    REQUIRE(plan.replace(0, Constant{.acceleration = {0, -weight, 0}}).has_value());
+    REQUIRE(plan.set_force(0, Constant{.acceleration = {0, -weight, 0}}).has_value());
     Joined other = joined;
     other.scene.forces[0] = Constant{.acceleration = {0, -weight, 0}};
     const Plan<double> anew = test::plan_of(other, {}, batch.view());

@@ -122,7 +122,7 @@ class Stage {
   }
 
  private:
-  // Adds the ends, along each axis, of balls around the points: they are in the picture too.
+  // The balls around the points, along each axis, are in the picture too.
   static void add_ends(double radius, std::vector<Vec3>& points) {
     const std::size_t balls = points.size();
     points.reserve(7 * balls);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace dvdx::tool {
 namespace {
@@ -29,12 +30,26 @@ void name_mesh_file(std::string& field, const SceneFile& file) {
   }
 }
 
+// A program's networks, one of which a file writes without a list; and its coupling, which a file's networks have for themselves.
+void name_network(std::string& field, const SceneFile& file) {
+  constexpr std::string_view list = "networks", coupling = "coupling";
+  const bool is_only = file.scene.networks.size() == 1;
+  if (is_only && field.starts_with("networks[0]")) field.erase(list.size(), 3);
+  if (field.starts_with(list)) field.erase(list.size() - 1, 1);
+  if (field.starts_with(coupling)) field.replace(0, coupling.size(), "network");
+}
+
 }  // namespace
 
-Fault fault_of(const SceneFile& file, Error error) {
+Error in_words_of(const SceneFile& file, Error error) {
   name_motion(error.field, file);
   name_mesh_file(error.field, file);
-  return {Exit::bad_scene, file.path + ": " + error.message()};
+  name_network(error.field, file);
+  return error;
+}
+
+Fault fault_of(const SceneFile& file, Error error) {
+  return {Exit::bad_scene, file.path + ": " + in_words_of(file, std::move(error)).message()};
 }
 
 void check_stepped(StepResult result, const SceneFile& file, double time, double seconds) {

@@ -7,7 +7,9 @@
 
 namespace dvdx::tool {
 
-// A file names its motions where the library numbers them, and meshes' triangles stand in files of their own.
+// A file names its motions where the library numbers them, meshes' triangles stand in files of their own, and networks have the keys
+// of their coupling.
+[[nodiscard]] Error in_words_of(const SceneFile& file, Error error);
 [[nodiscard]] Fault fault_of(const SceneFile& file, Error error);
 
 // Throws where a call that stepped the particles of `file` from `time` on, for so many seconds, was not done: Fault (bad_scene)

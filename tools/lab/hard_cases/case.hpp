@@ -1,4 +1,4 @@
-// What a hard case is: a number, what makes it hard, and its bars. A bar holds one figure, the worst over the case's
+// A hard case: a number, the reason why it is hard, and its bars. A bar holds one figure, the worst over the case's
 // parameters, against a limit, in one precision; the same check runs on every instruction set.
 #pragma once
 

@@ -63,7 +63,7 @@ Worst rest_on_axis(CaseRun& way) {
   return worst;
 }
 
-// What a particle at rest on an oblique plane does in 1e6 steps after it has settled, each over its own bar: how far it is from
+// A particle at rest on an oblique plane, over 1e6 steps after it has settled, each over its own bar: how far it is from
 // the plane (4 eps of its distance from the origin), how fast along the normal (1e-6 m/s), how far it creeps (not at all).
 template <class T>
 Worst rest_on_oblique(CaseRun& way) {
@@ -147,7 +147,7 @@ Worst sliding(CaseRun& way) {
 
 // --- 21, 22: bounces -----------------------------------------------------------------------------------------------------
 
-// Of a ball dropped from 1 m: bounce k comes at first (1 + 2 (e + ... + e^k)).
+// A ball is dropped from 1 m: bounce k comes at first (1 + 2 (e + ... + e^k)).
 long double first_bounce() { return std::sqrt(2.0L / static_cast<long double>(gravity)); }
 
 template <class T>
@@ -293,7 +293,7 @@ Worst corners(CaseRun& way) {
 
 // --- 27 to 29: many impacts in a step, fast particles --------------------------------------------------------------------
 
-// What 16 particles do in a wedge of 20 degrees, closed by a wall.
+// 16 particles in a wedge of 20 degrees, closed by a wall.
 struct Wedge {
   double deepest = 0;  // m, in eps
   double change = 0;   // of kinetic energy in one step, gained or lost
@@ -419,7 +419,7 @@ Worst impact_laws(CaseRun& way) {
   return worst;
 }
 
-// What must be 0 is.
+// Figures that must be 0 are.
 template <class T>
 Worst impact_zeros(CaseRun& way) {
   Worst worst;

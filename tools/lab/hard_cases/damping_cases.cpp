@@ -87,7 +87,7 @@ const std::vector<Start>& end_of(std::size_t which) {
   return ends[which];
 }
 
-// Of halving the sub-step once, how far from what the scheme claims.
+// The order by halving the sub-step once: how far it is from the one that the scheme claims.
 template <Scheme scheme>
 Worst order(CaseRun& way) {
   constexpr bool is_fourth = scheme == Scheme::fourth_order;

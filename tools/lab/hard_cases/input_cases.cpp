@@ -254,7 +254,7 @@ Worst pinned(CaseRun& way) {
 
 // --- 33, 34, 35: steps --------------------------------------------------------------------------------------------------
 
-// Of no time.
+// Steps of no time.
 template <class T>
 Worst no_time(CaseRun& way) {
   Worst worst;

@@ -308,7 +308,7 @@ Worst tiny_steps_are_lost(CaseRun& way) {
 
 // --- 6, 7: coefficients -------------------------------------------------------------------------------------------------
 
-// What a step makes of a displacement, a velocity and a wind of 1: -C and -A, S, and what the wind adds to both.
+// A step's answer to a displacement, a velocity and a wind of 1: -C and -A, S, and the wind's part in both.
 template <class T>
 Worst spring_coefficients(CaseRun& way) {
   Worst worst;
@@ -359,7 +359,7 @@ Worst drag_coefficients(CaseRun& way) {
 
 // --- 7: every damping and stiffness at once -----------------------------------------------------------------------------
 
-// Of x'' = -w x - q x' after 1 s:
+// The state of x'' = -w x - q x' after 1 s:
 struct Response {
   AxisState kicked;  // from x(0) = 0, v(0) = 1:          psi_1, psi_0
   AxisState pushed;  // by an acceleration of 1 from rest: psi_2, psi_1
@@ -563,7 +563,7 @@ Worst terminal_velocity_apart(CaseRun& way) {
 struct Forced {
   double W, g, frequency, h;
 
-  // Of the steady answer's denominator: 0 at resonance.
+  // The size of the steady answer's denominator: 0 at resonance.
   [[nodiscard]] double nearness() const {
     const double theta = frequency * h;
     return std::hypot(W * h * h - theta * theta, g * h * theta);

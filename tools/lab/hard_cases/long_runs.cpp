@@ -16,7 +16,7 @@
 // Theory. A number u is rounded with a variance of ulp(u)^2/12, which over all mantissas is 0.045 eps^2 u^2 on average. A step
 // writes x twice and v once. Through E = (v^2 + omega^2 x^2)/2 a rounding of x moves the energy by 2 x dx/A^2 and the phase by
 // sin(phi) dx/A; averaged over the phase, a step adds 0.203 eps^2 to the variance of E/E0 and 0.0169 eps^2 to that of the
-// phase. Independent steps make a random walk, sqrt(n) of that. What lies above it comes from rounded coefficients, and grows
+// phase. Independent steps make a random walk, sqrt(n) of that. Drift above it comes from rounded coefficients, and grows
 // with n.
 
 namespace dvdx::tool::stability {

@@ -477,7 +477,7 @@ Scene grid_of_cloth(double k, const Coupling& coupling) {
   return scene;
 }
 
-// What gravity has given a cloth that started at z = 0, and what of it moves.
+// The energy that gravity has given a cloth that started at z = 0, and the part of it that moves.
 template <class T>
 struct ClothEnergy {
   double given = 0, kinetic = 0;  // J

@@ -1,4 +1,4 @@
-// What came of the hard cases, for a terminal and for machines.
+// The results of the hard cases, for a terminal and for machines.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <numbers>
 #include <set>
 #include <unsupported/Eigen/MatrixFunctions>
@@ -75,6 +76,13 @@ struct Springs1d {
   VectorXd w, k, c;
 };
 
+// The last factor acts first. Each is worked out before the next: a type of its own for every product takes long to compile.
+MatrixXd product(std::initializer_list<MatrixXd> factors) {
+  MatrixXd all = *factors.begin();
+  for (const MatrixXd* factor = factors.begin() + 1; factor != factors.end(); ++factor) all = all * *factor;
+  return all;
+}
+
 MatrixXd free_drift(Index n, double h) {
   MatrixXd step = MatrixXd::Identity(2 * n, 2 * n);
   step.topRightCorner(n, n) = MatrixXd::Identity(n, n) * h;
@@ -84,16 +92,19 @@ MatrixXd free_drift(Index n, double h) {
 // v -= h W (J^T k J x + J^T c J v)
 MatrixXd pulse(const Springs1d& s, const VectorXd& k, const VectorXd& c, double h) {
   MatrixXd step = MatrixXd::Identity(2 * s.n, 2 * s.n);
-  step.bottomLeftCorner(s.n, s.n) -= h * s.w.asDiagonal() * s.J.transpose() * k.asDiagonal() * s.J;
-  step.bottomRightCorner(s.n, s.n) -= h * s.w.asDiagonal() * s.J.transpose() * c.asDiagonal() * s.J;
+  const MatrixXd WJt = h * s.w.asDiagonal() * s.J.transpose();
+  const MatrixXd kJ = k.asDiagonal() * s.J;
+  const MatrixXd cJ = c.asDiagonal() * s.J;
+  step.bottomLeftCorner(s.n, s.n) -= WJt * kJ;
+  step.bottomRightCorner(s.n, s.n) -= WJt * cJ;
   return step;
 }
 
 // v += h a0 + h^2/2 a1 + third a2: a0 of the springs, a1 and a2 of their damping, each by the one before.
 MatrixXd damped_pulse(const Springs1d& s, double h, double third) {
-  const MatrixXd C = s.w.asDiagonal() * s.J.transpose() * s.c.asDiagonal() * s.J;
   const MatrixXd rates = pulse(s, s.k, s.c, 1) - MatrixXd::Identity(2 * s.n, 2 * s.n);
   const MatrixXd a0 = rates.bottomRows(s.n);
+  const MatrixXd C = -a0.rightCols(s.n);
   const MatrixXd a1 = -C * a0;
   MatrixXd step = MatrixXd::Identity(2 * s.n, 2 * s.n);
   step.bottomRows(s.n) += h * a0 + h * h / 2 * a1 - third * C * a1;
@@ -101,7 +112,7 @@ MatrixXd damped_pulse(const Springs1d& s, double h, double third) {
 }
 
 MatrixXd leapfrog(const Springs1d& s, double h) {
-  return free_drift(s.n, h / 2) * damped_pulse(s, h, 0) * free_drift(s.n, h / 2);
+  return product({free_drift(s.n, h / 2), damped_pulse(s, h, 0), free_drift(s.n, h / 2)});
 }
 
 // Blanes and Moan (2002), order 4 with six pulses; of the damping's third power as much in each as makes their product right.
@@ -121,9 +132,8 @@ MatrixXd fourth_order(const Springs1d& s, double h) {
     const double beta = part * part * part / 6 - fourth * (part - mean) / spread;
     return damped_pulse(s, part * h, beta * h * h * h);
   };
-  const MatrixXd half = pulse_by(b[2]) * drift_by(a[2]) * pulse_by(b[1]) * drift_by(a[1]) * pulse_by(b[0]) * drift_by(a[0]);
-  return drift_by(a[0]) * pulse_by(b[0]) * drift_by(a[1]) * pulse_by(b[1]) * drift_by(a[2]) * pulse_by(b[2]) * drift_by(a4) *
-         half;
+  return product({drift_by(a[0]), pulse_by(b[0]), drift_by(a[1]), pulse_by(b[1]), drift_by(a[2]), pulse_by(b[2]), drift_by(a4),
+                  pulse_by(b[2]), drift_by(a[2]), pulse_by(b[1]), drift_by(a[1]), pulse_by(b[0]), drift_by(a[0])});
 }
 
 // Each pair as one oscillator of its own, u its closing speed and e its stretch; its ends take the shares w of what that does.
@@ -153,7 +163,7 @@ MatrixXd filtered(const Springs1d& s, double h) {
     const double q = c[pair] * s.both(pair) * h;
     c[pair] *= q > 0 ? -std::expm1(-q) / q : 1;
   }
-  return free_drift(s.n, h / 2) * pulse(s, k, c, h) * free_drift(s.n, h / 2);
+  return product({free_drift(s.n, h / 2), pulse(s, k, c, h), free_drift(s.n, h / 2)});
 }
 
 // The springs' order in a sweep: each takes the first colour that neither of its ends has yet, and colour follows colour.
@@ -210,7 +220,7 @@ MatrixXd theta_scheme(const Line& line, const Springs1d& springs, const Coupling
   MatrixXd kick = MatrixXd::Identity(2 * s.n, 2 * s.n);
   kick.topRows(s.n) += (2 * theta - 1) / (theta * theta) * shift;
   kick.bottomRows(s.n) += shift / (theta * theta * h);
-  return free_drift(s.n, (1 - theta) * h) * kick * free_drift(s.n, t);
+  return product({free_drift(s.n, (1 - theta) * h), kick, free_drift(s.n, t)});
 }
 
 // The matrix of (x, v, a), between half drifts. The springs' acceleration f is that of the point 1/(1 + rho) of the way:
@@ -309,7 +319,7 @@ MatrixXd step_matrix(const Line& line, const Coupling& coupling, double h) {
 double highest_frequency(const Line& line) {
   const Springs1d s(line);
   const MatrixXd root = s.k.cwiseSqrt().asDiagonal() * s.J * s.w.cwiseSqrt().asDiagonal();
-  return root.jacobiSvd().singularValues()[0];
+  return std::sqrt(spectral_radius(root * root.transpose()));
 }
 
 double spectral_radius(const MatrixXd& matrix) { return matrix.eigenvalues().cwiseAbs().maxCoeff(); }

@@ -13,6 +13,7 @@
 #include "report/measure.hpp"
 #include "report/orders.hpp"
 #include "scene_io/names.hpp"
+#include "scene_io/plan_fault.hpp"
 
 namespace dvdx::tool::report {
 namespace {
@@ -110,7 +111,7 @@ class NetworkMeasurement {
     };
     if (precision == Precision::float32_compensated) return leave_out("joined particles are reported in float32 and float64");
     const auto own = compiled_with<T>(curve, std::nullopt);
-    if (!own) return leave_out(own.error().message());
+    if (!own) return leave_out(in_words_of(file_, own.error()).message());
     const auto limit = own->network_limit();
     if (!limit) return leave_out("nothing is joined");
     double seconds_each = 0;
@@ -126,7 +127,7 @@ class NetworkMeasurement {
       }
       const auto plan = compiled_with<T>(curve, substeps);
       if (!plan) {
-        leave_out(plan.error().message());
+        leave_out(in_words_of(file_, plan.error()).message());
         continue;
       }
       auto made = traced(file_, *plan, 1, grid, picks_, setup_);
