@@ -883,7 +883,8 @@ class Scenes(unittest.TestCase):
 
     @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
     def test_a_loaded_scene_has_the_bits_of_the_command(self):
-        scenes = ("two-springs", "bouncing", "net-stiff", "rope-bridge", "seed-pair", "cape", "rail", "flag-in-wind")
+        scenes = ("two-springs", "bouncing", "net-stiff", "rope-bridge", "seed-pair", "cape", "rail", "flag-in-wind", "cradle",
+                  "avalanche")  # fmt: skip
         for name in scenes:
             with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 file = json.loads((ROOT / f"tools/scenes/{name}.json").read_text())
