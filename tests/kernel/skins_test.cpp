@@ -452,7 +452,7 @@ TEST_CASE("tethers: each particle's is the shortest way along whole springs to w
   grid.broken = {{1, 5}, {9, 13}};
   std::vector<double> w(20, 1.0);
   w[0] = w[1] = 0;
-  const std::vector<Tether> of = tethers_of(joined_pairs(joined.scene, joined.x), w);
+  const std::vector<TetherTo> of = tethers_of(joined_pairs(joined.scene, joined.x), w);
   const double across = 1.0 / 3, down = 1.0 / 4;
   CHECK(of[0].length == 0);
   CHECK(*of[2].anchor == 1);

@@ -29,7 +29,7 @@ std::vector<SkinStart> skin_starts(const Scene& scene, std::span<const Vec3> sta
 }
 
 // By Dijkstra from all of them at once. Among those that are equally far the one of the least number counts.
-std::vector<Tether> tethers_of(std::span<const JoinedPair> springs, std::span<const double> w) {
+std::vector<TetherTo> tethers_of(std::span<const JoinedPair> springs, std::span<const double> w) {
   struct Way {
     std::uint32_t to;
     double length;
@@ -45,7 +45,7 @@ std::vector<Tether> tethers_of(std::span<const JoinedPair> springs, std::span<co
   for (std::uint32_t i = 0; i < w.size(); ++i) {
     if (w[i] == 0 && !ways[i].empty()) next.emplace(0.0, i, i);
   }
-  std::vector<Tether> found(w.size());
+  std::vector<TetherTo> found(w.size());
   while (!next.empty()) {
     const auto [length, anchor, i] = next.top();
     next.pop();
@@ -90,7 +90,7 @@ void Balls<T>::add_tethers(const Scene& scene, std::size_t network, double stret
                            std::span<const double> w, const ParticleOrder& order) {
   Scene alone;
   alone.networks.push_back(scene.networks[network]);
-  const std::vector<Tether> tethers = tethers_of(joined_pairs(alone, start), w);
+  const std::vector<TetherTo> tethers = tethers_of(joined_pairs(alone, start), w);
   BallList<T> list;
   std::vector<double> r;
   for (std::size_t i = 0; i < tethers.size(); ++i) {

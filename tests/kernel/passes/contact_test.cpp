@@ -520,7 +520,7 @@ TEST_CASE("a path that bends too much for a parabola is not taken for one that d
     State<double> state = memory.view();
     state.x[1][0] = y;
     state.v[1][0] = v;
-    compile<double>(scene, {.step = 1})->step(state);
+    (void)compile<double>(scene, {.step = 1})->step(state);
     return state.x[1][0];
   };
   // Drag of 5/s: y = 1 - 4 (1 - exp(-5))/5
@@ -547,7 +547,7 @@ TEST_CASE("a step back of what moves the other way mirrors a step forwards, in a
       state.x[1][0] = 0.2 + 0.05 * std::cos(3 * i);
       state.v[0][0] = sign * 4 * std::cos(2 * i);
       state.v[1][0] = sign * -3;
-      compile<double>(scene, {.step = sign * 0.1, .impacts = 1})->step(state, 3);
+      (void)compile<double>(scene, {.step = sign * 0.1, .impacts = 1})->step(state, 3);
       after[sign < 0 ? 1 : 0] = {state.x[0][0],        state.x[1][0],        state.x[2][0],
                                  sign * state.v[0][0], sign * state.v[1][0], sign * state.v[2][0]};
     }
@@ -573,7 +573,7 @@ TEST_CASE("a throw onto a sphere hits it where the parabola does") {
     state.x[k][0] = x[k];
     state.v[k][0] = v[k];
   }
-  compile<double>(scene, {.step = 0.5})->step(state);
+  (void)compile<double>(scene, {.step = 0.5})->step(state);
   // The way along the surface is kept: only what leads into it, along the normal at the impact, is taken back.
   const Vec3 hit = at(low), end = at(0.5);
   double into = 0;
@@ -601,7 +601,7 @@ TEST_CASE("a path that bends into a sphere and out of it within a step hits it a
       for (std::size_t k = 0; k < 3; ++k) state.x[k][0] = state.v[k][0] = 0;
       state.x[0][0] = 1.05;
       state.v[1][0] = u;
-      compile<double>(scene, {.step = 1, .isa = isa, .arithmetic = arithmetic})->step(state);
+      (void)compile<double>(scene, {.step = 1, .isa = isa, .arithmetic = arithmetic})->step(state);
       CAPTURE(name(isa));
       CHECK(std::abs(state.x[0][0] - (n[0] + rest * after[0] - 2 * rest * rest)) <= 1e-12);
       CHECK(std::abs(state.x[1][0] - (n[1] + rest * after[1])) <= 1e-12);
