@@ -70,7 +70,7 @@ TEST_CASE("two balls do what the closed form says, whatever the step") {
     Scene scene;
     scene.mass = std::vector<double>{1, mass};
     scene.add(Meet{.radius = std::vector<double>{radius, 1 - radius}, .restitution = e, .friction = mu});
-    const int steps = 1 << n % 6;
+    const unsigned steps = 1U << n % 6;
     Stepped<double> stepped(scene, balls, {.step = 2.0 / steps});
     Two expected{{real(balls.x[0]), real(balls.x[1])}, {real(balls.v[0]), real(balls.v[1])}};
     expected = hit(expected, 2, 1, Real{e}, Real{mu}, 1, 1 / Real{mass});
