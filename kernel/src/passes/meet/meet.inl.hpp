@@ -61,31 +61,14 @@ bool comes_within(const Point<T>& q0, const Point<T>& q1, T distance) noexcept {
 }
 
 template <class T>
-void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slowest) noexcept {
-  meeting.f = 2;
-  const std::size_t i = meeting.i;
+void find_impact(MetPair<T>& pair, const MetParticles<T>& of, T d, T h, T slowest) noexcept {
+  pair.impact.f = 2;
+  const std::size_t i = pair.i;
+  const std::size_t j = pair.j;
   const T sign = h < 0 ? T(-1) : T(1);
-  if (meeting.j != no_partner) {
-    const Point<T> u = minus(plus(of.v[i], of.dv[i]), plus(of.v[meeting.j], of.dv[meeting.j]));
-    if (!(inner(u, u) > slowest * slowest)) return;
-  }
+  const Point<T> u = minus(plus(of.v[i], of.dv[i]), plus(of.v[j], of.dv[j]));
+  if (!(inner(u, u) > slowest * slowest)) return;
   const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
-  if (meeting.j == no_partner) {
-    const Point<T> v = minus(own.v, times(1 / h, meeting.way));
-    meeting.speed = -sign * inner(meeting.n, v);
-    if (!(meeting.speed > slowest)) return;
-    const Point<T> D = minus(minus(own.to, own.from), meeting.way);
-    const T at_first = meeting.start + inner(meeting.n, of.shift[i]);
-    const T fall = inner(meeting.n, D);
-    const T at_last = at_first + of.last[i] * fall;
-    if (at_last <= 0) {
-      meeting.f = of.last[i];
-    } else if (at_first + fall < 0) {
-      meeting.f = -at_first / fall;
-    }
-    return;
-  }
-  const std::size_t j = meeting.j;
   const met_pairs::Way<T> other = met_pairs::way_of(of, j, h);
   const Point<T> q0 = plus(minus(of.x0[i], of.x0[j]), minus(of.shift[i], of.shift[j]));
   const Point<T> D = minus(minus(own.to, other.to), q0);
@@ -101,101 +84,100 @@ void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slo
     f = last + left * part;
     touch = plus(q, times(part, times(left, D)));
   }
-  meeting.n = met_pairs::direction(touch);
-  meeting.speed = -sign * inner(meeting.n, minus(own.v, other.v));
-  if (meeting.speed > slowest) meeting.f = f;
+  pair.contact.n = met_pairs::direction(touch);
+  pair.impact.speed = -sign * inner(pair.contact.n, minus(own.v, other.v));
+  if (pair.impact.speed > slowest) pair.impact.f = f;
 }
 
 template <class T>
-Point<T> impulse_of(const MetPair<T>& meeting, const MetParticles<T>& of, T h) noexcept {
-  const std::size_t i = meeting.i;
-  Point<T> u = plus(of.v[i], of.dv[i]);
-  T w = of.w[i];
-  if (meeting.j == no_partner) {
-    u = minus(u, times(1 / h, meeting.way));
-  } else {
-    u = minus(u, plus(of.v[meeting.j], of.dv[meeting.j]));
-    w = w + of.w[meeting.j];
+void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h, T slowest) noexcept {
+  wall.impact.f = 2;
+  const T sign = h < 0 ? T(-1) : T(1);
+  const Point<T> v = minus(plus(of.v[i], of.dv[i]), times(1 / h, wall.way));
+  wall.impact.speed = -sign * inner(wall.contact.n, v);
+  if (!(wall.impact.speed > slowest)) return;
+  const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
+  const Point<T> D = minus(minus(own.to, own.from), wall.way);
+  const T at_first = wall.start + inner(wall.contact.n, of.shift[i]);
+  const T fall = inner(wall.contact.n, D);
+  const T at_last = at_first + of.last[i] * fall;
+  if (at_last <= 0) {
+    wall.impact.f = of.last[i];
+  } else if (at_first + fall < 0) {
+    wall.impact.f = -at_first / fall;
   }
-  const T normal = inner(meeting.n, u);
-  const T size = -(1 + meeting.e) * normal / w;
-  Point<T> impulse = times(size, meeting.n);
-  if (!(meeting.mu > 0)) return impulse;
-  const Point<T> slide = minus(u, times(normal, meeting.n));
+}
+
+template <class T>
+Point<T> impulse_of(const Point<T>& n, const Point<T>& u, T w, T e, T mu) noexcept {
+  const T normal = inner(n, u);
+  const T size = -(1 + e) * normal / w;
+  const Point<T> impulse = times(size, n);
+  if (!(mu > 0)) return impulse;
+  const Point<T> slide = minus(u, times(normal, n));
   const T speed = std::sqrt(inner(slide, slide));
   if (!(speed > 0)) return impulse;
-  const T most = meeting.mu * std::abs(size);
+  const T most = mu * std::abs(size);
   const T wanted = speed / w;
   return minus(impulse, times((wanted < most ? wanted : most) / speed, slide));
 }
 
 template <class T>
-void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, const KeptPulse<T>& kept) noexcept {
-  const std::size_t i = meeting.i;
-  const Point<T> moved = plus(of.shift[i], times(h, of.dv[i]));
-  if (meeting.j == no_partner) {
-    meeting.gap = meeting.gap + inner(meeting.n, moved);
-    const Point<T> D = minus(plus(minus(of.x1[i], of.x0[i]), moved), meeting.way);
-    meeting.slip = met_pairs::across(D, meeting.n);
-  } else {
-    const std::size_t j = meeting.j;
-    const Point<T> q0 = minus(of.x0[i], of.x0[j]);
-    const Point<T> q1 = plus(minus(of.x1[i], of.x1[j]), minus(moved, plus(of.shift[j], times(h, of.dv[j]))));
-    const Point<T> D = minus(q1, q0);
-    const T square = inner(q0, q0);
-    Point<T> at = q0;
-    if (square > d * d) {
+Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d, const Pulse<T>& kept) noexcept {
+  const Point<T> D = minus(q1, q0);
+  Point<T> at = q0;
+  if (inner(q0, q0) > d * d) {
+    T f = met_pairs::first_touch(q0, D, d);
+    if (!(f < 1)) {
       const T a = inner(D, D);
       const T b = -inner(q0, D);
-      const T f = met_pairs::first_touch(q0, D, d);
-      const T nearest = b > 0 ? (b < a ? b / a : T(1)) : T(0);
-      at = plus(q0, times(f < 1 ? f : nearest, D));
+      f = b > 0 ? (b < a ? b / a : T(1)) : T(0);
     }
-    meeting.n = met_pairs::direction(at);
-    meeting.gap = inner(meeting.n, q1) - d;
-    meeting.slip = met_pairs::across(D, meeting.n);
+    at = plus(q0, times(f, D));
   }
-  meeting.is_active = meeting.gap < 0 || kept.normal > 0;
-  meeting.begun = meeting.normal = meeting.normal_y = kept.normal;
-  meeting.along = meeting.along_y = met_pairs::across(kept.along, meeting.n);
-  meeting.pulse = plus(times(meeting.normal, meeting.n), meeting.along);
+  contact.n = met_pairs::direction(at);
+  contact.gap = inner(contact.n, q1) - d;
+  return begin_contact(contact, D, kept);
 }
 
 template <class T>
-void push(MetPair<T>& meeting, const MetParticles<T>& of, T beta) noexcept {
-  const std::size_t i = meeting.i;
-  Point<T> moved = of.dx[i];
-  T w = of.w[i] * of.k[i];
-  if (meeting.j != no_partner) {
-    moved = minus(moved, of.dx[meeting.j]);
-    w = w + of.w[meeting.j] * of.k[meeting.j];
-  }
-  const T gap = meeting.gap + inner(meeting.n, moved);
-  if (!meeting.is_active) {  // it acts from the next round on, when both sides have counted it
-    meeting.is_active = gap < 0;
+Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>& kept) noexcept {
+  contact.slip = met_pairs::across(D, contact.n);
+  contact.begun = contact.normal = contact.normal_y = kept.number;
+  contact.along = contact.along_y = met_pairs::across(kept.vector, contact.n);
+  const bool acts = contact.gap < 0 || kept.number > 0;
+  return {plus(times(contact.normal, contact.n), contact.along), acts ? T(1) : T(0)};
+}
+
+template <class T>
+void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu, T beta) noexcept {
+  const T gap = contact.gap + inner(contact.n, moved);
+  if (!(pulse.number > 0)) {  // it acts from the next round on, when both sides have counted it
+    pulse.number = gap < 0 ? T(1) : T(0);
     return;
   }
-  const T wanted = meeting.normal_y - gap / w;
+  const T wanted = contact.normal_y - gap / w;
   const T normal = wanted > 0 ? wanted : T(0);
-  meeting.normal_y = normal + beta * (normal - meeting.normal);
-  meeting.normal = normal;
-  meeting.pulse = times(meeting.normal_y, meeting.n);
-  if (!(meeting.mu > 0)) return;
-  const Point<T> slides = plus(meeting.slip, met_pairs::across(moved, meeting.n));
-  Point<T> along = minus(meeting.along_y, times(1 / w, slides));
-  const T most = meeting.mu * normal;
+  contact.normal_y = normal + beta * (normal - contact.normal);
+  contact.normal = normal;
+  pulse.vector = times(contact.normal_y, contact.n);
+  if (!(mu > 0)) return;
+  const Point<T> slides = plus(contact.slip, met_pairs::across(moved, contact.n));
+  Point<T> along = minus(contact.along_y, times(1 / w, slides));
+  const T most = mu * normal;
   const T square = inner(along, along);
   if (square > most * most) along = times(most / std::sqrt(square), along);
-  meeting.along_y = plus(along, times(beta, minus(along, meeting.along)));
-  meeting.along = along;
-  meeting.pulse = plus(meeting.pulse, meeting.along_y);
+  contact.along_y = plus(along, times(beta, minus(along, contact.along)));
+  contact.along = along;
+  pulse.vector = plus(pulse.vector, contact.along_y);
 }
 
 template <class T>
-KeptPulse<T> kept(const MetPair<T>& meeting, T weight) noexcept {
-  const T most = 2 * meeting.begun + weight;
-  const T part = meeting.normal > most ? most / meeting.normal : T(1);
-  return {meeting.j == no_partner ? meeting.surface : meeting.j, part * meeting.normal, times(part, meeting.along)};
+Pulse<T> kept(const Separation<T>& contact, T weight) noexcept {
+  if (!(contact.normal > 0)) return {};
+  const T most = 2 * contact.begun + weight;
+  const T part = contact.normal > most ? most / contact.normal : T(1);
+  return {times(part, contact.along), part * contact.normal};
 }
 
 }  // namespace dvdx
