@@ -140,11 +140,8 @@ void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room) noexcept {
   room.is_listed = false;
   room.pair_count = room.kept_count = 0;
   for (const auto& [i, j, pulse] : read.pairs) {
-    MetPair<A>& pair = room.pairs[room.kept_count++];
-    pair.i = static_cast<std::uint32_t>(i);
-    pair.j = j;
-    pair.contact.along = pulse.vector;
-    pair.contact.normal = pulse.number;
+    room.keep_by_pair(room.kept_count, pulse);
+    room.pairs[room.kept_count++] = {.i = static_cast<std::uint32_t>(i), .j = j};
   }
   std::fill(room.kept_wall_count.begin(), room.kept_wall_count.end(), std::uint8_t{0});
   for (const auto& [i, surface, pulse] : read.walls) {

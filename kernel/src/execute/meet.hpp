@@ -199,11 +199,8 @@ class MeetStep {
     if (room_.keeps != Keeps::in_places) return;
     std::size_t count = 0;
     room_.for_each_kept([&](std::size_t i, std::uint32_t j, const Pulse<T>& pulse) {
-      MetPair<T>& pair = room_.pairs[count++];
-      pair.i = static_cast<std::uint32_t>(i);
-      pair.j = j;
-      pair.contact.along = pulse.vector;
-      pair.contact.normal = pulse.number;
+      room_.keep_by_pair(count, pulse);
+      room_.pairs[count++] = {.i = static_cast<std::uint32_t>(i), .j = j};
     });
     room_.kept_count = count;
     room_.keeps = Keeps::by_pairs;
@@ -213,11 +210,11 @@ class MeetStep {
     if (room_.keeps != Keeps::by_pairs) return;
     std::fill_n(room_.pulses.begin(), room_.lists.first(particles()), Pulse<T>{});
     for (std::size_t k = 0; k < room_.kept_count; ++k) {
-      const MetPair<T>& pair = room_.pairs[k];
-      const std::uint32_t* const place = std::lower_bound(room_.lists.begin(pair.i), room_.lists.end(pair.i), pair.j);
-      if (place == room_.lists.end(pair.i) || *place != pair.j) continue;
-      room_.pulses[room_.lists.first(pair.i) + static_cast<std::size_t>(place - room_.lists.begin(pair.i))] = {
-          pair.contact.along, pair.contact.normal};
+      const MetPair& pair = room_.pairs[k];
+      const std::uint32_t* const first = room_.lists.begin(pair.i);
+      const std::uint32_t* const found = std::lower_bound(first, room_.lists.end(pair.i), pair.j);
+      if (found == room_.lists.end(pair.i) || *found != pair.j) continue;
+      room_.pulses[room_.lists.first(pair.i) + static_cast<std::size_t>(found - first)] = room_.kept_by_pair(k);
     }
     room_.keeps = Keeps::in_places;
   }
@@ -250,8 +247,10 @@ class MeetStep {
       }
     });
     std::size_t count = 0;
+    std::size_t first = 0;
     for (Task& task : room_.tasks) {
-      task.first = static_cast<std::uint32_t>(std::min(count, room_.pairs.size()));
+      task.first = static_cast<std::uint32_t>(first);
+      first += MeetRoom<T>::whole_lanes(task.near);
       count += task.near;
     }
     room_.pair_count = count;
@@ -342,8 +341,8 @@ class MeetStep {
       name_impacts();
       over_tasks([&](const Task& task, std::size_t, std::size_t) {
         for (std::uint32_t p = task.first; p < task.first + task.impacts; ++p) {
-          const MetPair<T>& pair = room_.pairs[p];
-          if (is_named(pair.i, p) && is_named(pair.j, p)) hit(pair);
+          const MetPair& pair = room_.pairs[p];
+          if (is_named(pair.i, p) && is_named(pair.j, p)) hit(pair, room_.impact(p));
         }
       });
       over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
@@ -352,7 +351,7 @@ class MeetStep {
           if (names_wall(i)) hit(i, wall(i, room_.hit_wall[i]));
         }
       });
-      over_impacts([&](const MetPair<T>& pair, std::uint32_t) { room_.best[pair.i] = room_.best[pair.j] = no_partner; });
+      over_impacts([&](const MetPair& pair, std::uint32_t) { room_.best[pair.i] = room_.best[pair.j] = no_partner; });
     }
   }
   // Whether there is any.
@@ -372,11 +371,11 @@ class MeetStep {
       if (near == Near::no) continue;
       const std::uint32_t j = room_.lists.partner(place);
       if (near != Near::fast && room_.is_hit[i] == 0 && room_.is_hit[j] == 0) continue;
-      MetPair<T>& pair = room_.pairs[task.first + task.impacts];
-      pair.i = static_cast<std::uint32_t>(i);
-      pair.j = j;
-      find_impact(pair, met(), wanted(i, j), h_, slowest);
-      if (pair.impact.f <= 1) ++task.impacts;
+      const Impact<T> impact = find_impact(i, j, met(), wanted(i, j), h_, slowest);
+      if (impact.f > 1) continue;
+      room_.pairs[task.first + task.impacts] = {.i = static_cast<std::uint32_t>(i), .j = j};
+      room_.put_impact(task.first + task.impacts, impact);
+      ++task.impacts;
     }
   }
   void find_impacts_on_walls(std::size_t i, T slowest, Task& task) noexcept {
@@ -392,10 +391,11 @@ class MeetStep {
   }
   // Each particle's first among its pairs, which come in the order of numbers.
   void name_impacts() noexcept {
-    over_impacts([&](const MetPair<T>& pair, std::uint32_t p) {
+    over_impacts([&](const MetPair& pair, std::uint32_t p) {
+      const Impact<T> impact = room_.impact(p);
       for (const std::uint32_t i : {pair.i, pair.j}) {
         std::uint32_t& best = room_.best[i];
-        if (best == no_partner || comes_before(pair.impact, room_.pairs[best].impact)) best = p;
+        if (best == no_partner || comes_before(impact, room_.impact(best))) best = p;
       }
     });
   }
@@ -403,15 +403,15 @@ class MeetStep {
   [[nodiscard]] bool names_wall(std::size_t i) const noexcept {
     if (room_.walls_each == 0 || room_.hit_wall[i] == no_wall) return false;
     const std::uint32_t best = room_.best[i];
-    return best == no_partner || comes_before(wall(i, room_.hit_wall[i]).impact, room_.pairs[best].impact);
+    return best == no_partner || comes_before(wall(i, room_.hit_wall[i]).impact, room_.impact(best));
   }
   [[nodiscard]] bool is_named(std::size_t i, std::uint32_t p) const noexcept { return room_.best[i] == p && !names_wall(i); }
-  void hit(const MetPair<T>& pair) noexcept {
+  void hit(const MetPair& pair, const Impact<T>& impact) noexcept {
     const Point<T> u = minus(plus(room_.v[pair.i], room_.dv[pair.i]), plus(room_.v[pair.j], room_.dv[pair.j]));
     const Point<T> impulse =
-        impulse_of(pair.contact.n, u, room_.w[pair.i] + room_.w[pair.j], static_cast<T>(rules_.meet().restitution), mu());
-    take_impulse(pair.i, T(1), impulse, pair.impact.f);
-    take_impulse(pair.j, T(-1), impulse, pair.impact.f);
+        impulse_of(impact.n, u, room_.w[pair.i] + room_.w[pair.j], static_cast<T>(rules_.meet().restitution), mu());
+    take_impulse(pair.i, T(1), impulse, impact.f);
+    take_impulse(pair.j, T(-1), impulse, impact.f);
   }
   void hit(std::size_t i, MetWall<T>& of) noexcept {
     const Point<T> u = minus(plus(room_.v[i], room_.dv[i]), times(1 / h_, of.way));
@@ -442,6 +442,12 @@ class MeetStep {
     keep_pulses();
   }
   [[nodiscard]] Point<T> moved_by_impacts(std::size_t i) const noexcept { return plus(room_.shift[i], times(h_, room_.dv[i])); }
+  // use(first pair, how many): of a task, in its lanes.
+  template <class Use>
+  static void over_lanes(const Task& task, const Use& use) noexcept {
+    for (std::size_t p = 0; p < task.near; p += meeting_lanes)
+      use(task.first + p, std::min<std::size_t>(meeting_lanes, task.near - p));
+  }
   // From the pulses of the sub-step before.
   void begin_contacts() noexcept {
     const bool is_kept = room_.keeps == Keeps::in_places;
@@ -452,21 +458,30 @@ class MeetStep {
       std::uint32_t p = task.first;
       for (std::size_t i = from; i < end; ++i) {
         for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
-          Pulse<T>& pulse = room_.pulses[place];
           if (room_.is_near[place] == Near::no) {
-            pulse = {};
-            continue;
+            room_.pulses[place] = {};
+          } else {
+            room_.pairs[p++] = {static_cast<std::uint32_t>(i), room_.lists.partner(place), static_cast<std::uint32_t>(place)};
           }
-          const std::uint32_t j = room_.lists.partner(place);
-          MetPair<T>& pair = room_.pairs[p++];
-          pair.i = static_cast<std::uint32_t>(i);
-          pair.j = j;
-          pair.place = static_cast<std::uint32_t>(place);
-          Point<T> q1 = minus(room_.x1[i], room_.x1[j]);
-          if (room_.has_impacts) q1 = plus(q1, minus(moved_by_impacts(i), moved_by_impacts(j)));
-          pulse = begin_contact(pair.contact, minus(room_.x0[i], room_.x0[j]), q1, wanted(i, j),
-                                is_kept ? scaled_by(pulse) : Pulse<T>{});
         }
+      }
+      over_lanes(task, [&](std::size_t first, std::size_t count) {
+        typename Separations<T>::Three q0{}, q1{};
+        typename Separations<T>::Lanes d{};
+        PulseLanes<T> pulses{};
+        for (std::size_t k = 0; k < count; ++k) {
+          const MetPair& pair = room_.pairs[first + k];
+          Point<T> end_at = minus(room_.x1[pair.i], room_.x1[pair.j]);
+          if (room_.has_impacts) end_at = plus(end_at, minus(moved_by_impacts(pair.i), moved_by_impacts(pair.j)));
+          Separations<T>::put(q0, k, minus(room_.x0[pair.i], room_.x0[pair.j]));
+          Separations<T>::put(q1, k, end_at);
+          d[k] = wanted(pair.i, pair.j);
+          if (is_kept) pulses.put(k, scaled_by(room_.pulses[pair.place]));
+        }
+        begin_contacts_of(room_.separations[first / meeting_lanes], q0, q1, d, pulses);
+        for (std::size_t k = 0; k < count; ++k) room_.pulses[room_.pairs[first + k].place] = pulses.of(k);
+      });
+      for (std::size_t i = from; i < end; ++i) {
         for (std::size_t s = 0; s < walls_of(i); ++s) {
           MetWall<T>& of = wall(i, s);
           const std::uint32_t* const first = room_.kept_wall_surfaces.data() + i * room_.walls_each;
@@ -483,12 +498,21 @@ class MeetStep {
   }
   void push_all(T beta) noexcept {
     over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
-      for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
-        MetPair<T>& pair = room_.pairs[p];
-        const MeetPush<T>& a = room_.pushed[pair.i];
-        const MeetPush<T>& b = room_.pushed[pair.j];
-        push(pair.contact, room_.pulses[pair.place], minus(a.dx, b.dx), a.w + b.w, mu(), beta);
-      }
+      over_lanes(task, [&](std::size_t first, std::size_t count) {
+        typename Separations<T>::Three moved{};
+        typename Separations<T>::Lanes w{};
+        PulseLanes<T> pulses{};
+        for (std::size_t k = 0; k < count; ++k) {
+          const MetPair& pair = room_.pairs[first + k];
+          const MeetPush<T>& a = room_.pushed[pair.i];
+          const MeetPush<T>& b = room_.pushed[pair.j];
+          Separations<T>::put(moved, k, minus(a.dx, b.dx));
+          w[k] = a.w + b.w;
+          pulses.put(k, room_.pulses[pair.place]);
+        }
+        push_lanes(room_.separations[first / meeting_lanes], pulses, moved, w, mu(), beta);
+        for (std::size_t k = 0; k < count; ++k) room_.pulses[room_.pairs[first + k].place] = pulses.of(k);
+      });
       for (std::size_t i = from; i < end; ++i) {
         for (std::size_t s = 0; s < walls_of(i); ++s) {
           MetWall<T>& of = wall(i, s);
@@ -500,29 +524,27 @@ class MeetStep {
   // How far pulses move each particle, by those of partners in the order of their numbers, then by surfaces.
   void sum_pulses() noexcept {
     over_particles([&](std::size_t i) {
-      Point<T> sum{};
-      T k = 0;
+      std::array<T, 4> sum{};  // numbers too, which are whole and so exact
       for (const std::uint32_t* place = room_.lists.lower_begin(i); place != room_.lists.lower_end(i); ++place) {
-        sum = minus(sum, room_.pulses[*place].vector);
-        k += room_.pulses[*place].number;
+        const Pulse<T>& pulse = room_.pulses[*place];
+        sum = {sum[0] - pulse.vector[0], sum[1] - pulse.vector[1], sum[2] - pulse.vector[2], sum[3] - pulse.number};
       }
-      for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
-        sum = plus(sum, room_.pulses[place].vector);
-        k += room_.pulses[place].number;
-      }
-      for (std::size_t s = 0; s < walls_of(i); ++s) {
-        sum = plus(sum, wall(i, s).pulse.vector);
-        k += wall(i, s).pulse.number;
-      }
-      room_.pushed[i] = {times(room_.w[i], sum), room_.w[i] * k};
+      sum[3] = -sum[3];
+      const auto take_pulse = [&sum](const Pulse<T>& pulse) {
+        sum = {sum[0] + pulse.vector[0], sum[1] + pulse.vector[1], sum[2] + pulse.vector[2], sum[3] + pulse.number};
+      };
+      for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) take_pulse(room_.pulses[place]);
+      for (std::size_t s = 0; s < walls_of(i); ++s) take_pulse(wall(i, s).pulse);
+      room_.pushed[i] = {times(room_.w[i], Point<T>{sum[0], sum[1], sum[2]}), room_.w[i] * sum[3]};
     });
   }
   void keep_pulses() noexcept {
     const T weight = m_.slowest_bounce() / 4 * std::abs(h_);
     over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
       for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
-        const MetPair<T>& pair = room_.pairs[p];
-        room_.pulses[pair.place] = kept(pair.contact, weight / (room_.w[pair.i] + room_.w[pair.j]));
+        const MetPair& pair = room_.pairs[p];
+        const Separation<T> of = room_.separations[p / meeting_lanes].of(p % meeting_lanes);
+        room_.pulses[pair.place] = kept(of, weight / (room_.w[pair.i] + room_.w[pair.j]));
       }
       for (std::size_t i = from; i < end && room_.walls_each != 0; ++i) {
         std::uint8_t walls = 0;

@@ -43,8 +43,9 @@ struct MeetRoom {
         strays(shape.particles),
         allowed(shape.particles),
         a(shape.particles),
-        pairs(shape.particles * shape.most_neighbours / 2),
         tasks(tasks_of(shape.particles, particles_per_meeting_task)),
+        pairs(whole_lanes(shape.particles * shape.most_neighbours / 2) + tasks.size() * meeting_lanes),
+        separations(pairs.size() / meeting_lanes),
         walls(shape.particles * shape.walls),
         wall_count(shape.walls != 0 ? shape.particles : 0),
         hit_wall(wall_count.size()),
@@ -57,15 +58,16 @@ struct MeetRoom {
 
   [[nodiscard]] std::size_t bytes() const noexcept {
     return lists.bytes() + is_near.size() + sizeof(Pulse<T>) * pulses.size() +
-           (sizeof(Point<T>) * 6 + sizeof(MeetPush<T>) + sizeof(T) * 5 + 5) * x0.size() + sizeof(MetPair<T>) * pairs.size() +
-           sizeof(MeetTask) * tasks.size() + (sizeof(MetWall<T>) + sizeof(Pulse<T>) + 4) * walls.size() + 3 * wall_count.size();
+           (sizeof(Point<T>) * 6 + sizeof(MeetPush<T>) + sizeof(T) * 5 + 5) * x0.size() + sizeof(MetPair) * pairs.size() +
+           sizeof(Separations<T>) * separations.size() + sizeof(MeetTask) * tasks.size() +
+           (sizeof(MetWall<T>) + sizeof(Pulse<T>) + 4) * walls.size() + 3 * wall_count.size();
   }
 
   // use(i, j, pulse), by i, then by j: those from which the next sub-step goes on.
   template <class Use>
   void for_each_kept(const Use& use) const {
     for (std::size_t k = 0; keeps == Keeps::by_pairs && k < kept_count; ++k) {
-      use(std::size_t{pairs[k].i}, pairs[k].j, Pulse<T>{pairs[k].contact.along, pairs[k].contact.normal});
+      use(std::size_t{pairs[k].i}, pairs[k].j, kept_by_pair(k));
     }
     for (std::size_t i = 0; keeps == Keeps::in_places && i < w.size(); ++i) {
       for (std::size_t place = lists.first(i); place < lists.first(i + 1); ++place) {
@@ -74,10 +76,48 @@ struct MeetRoom {
     }
   }
 
+  // Beside pairs[k].
+  [[nodiscard]] Pulse<T> kept_by_pair(std::size_t k) const noexcept {
+    const Separation<T> of = separations[k / meeting_lanes].of(k % meeting_lanes);
+    return {of.along, of.normal};
+  }
+  void keep_by_pair(std::size_t k, const Pulse<T>& pulse) noexcept {
+    Separation<T> of;
+    of.along = pulse.vector;
+    of.normal = pulse.number;
+    separations[k / meeting_lanes].put(k % meeting_lanes, of);
+  }
+  // An impact stands where the separation of its pair will.
+  [[nodiscard]] Impact<T> impact(std::size_t p) const noexcept {
+    const Separation<T> of = separations[p / meeting_lanes].of(p % meeting_lanes);
+    return {of.n, of.gap, of.normal};
+  }
+  void put_impact(std::size_t p, const Impact<T>& impact) noexcept {
+    Separation<T> of;
+    of.n = impact.n;
+    of.gap = impact.f;
+    of.normal = impact.speed;
+    separations[p / meeting_lanes].put(p % meeting_lanes, of);
+  }
+  static constexpr std::size_t whole_lanes(std::size_t pairs) noexcept {
+    return tasks_of(pairs, meeting_lanes) * meeting_lanes;
+  }
+  // use(pair): near ones of the last sub-step.
+  template <class Use>
+  void for_each_pair(const Use& use) const {
+    for (const MeetTask& task : tasks) {
+      for (std::uint32_t p = task.first; pair_count != 0 && p < task.first + task.near; ++p) use(pairs[p]);
+    }
+  }
+
   // turn(along): as a state turns.
   template <class Turn>
   void turn_kept(const Turn& turn) {
-    for (std::size_t k = 0; keeps == Keeps::by_pairs && k < kept_count; ++k) turn(pairs[k].contact.along);
+    for (std::size_t k = 0; keeps == Keeps::by_pairs && k < kept_count; ++k) {
+      Pulse<T> pulse = kept_by_pair(k);
+      turn(pulse.vector);
+      keep_by_pair(k, pulse);
+    }
     for (Pulse<T>& pulse : pulses) turn(pulse.vector);
     for (Pulse<T>& pulse : kept_walls) turn(pulse.vector);
   }
@@ -107,8 +147,9 @@ struct MeetRoom {
   std::vector<T> strays{};   // m: how far each goes in this sub-step beside what all do
   std::vector<T> allowed{};  // m: the strays that the lists allow for
   std::vector<T> a{};
-  std::vector<MetPair<T>> pairs{};  // by i, then by j
   std::vector<MeetTask> tasks{};
+  std::vector<MetPair> pairs{};  // by i, then by j; those of each task from a whole number of lanes on
+  std::vector<Separations<T>> separations{};
   std::vector<MetWall<T>> walls{};  // walls_each for each particle
   std::vector<std::uint8_t> wall_count{};
   std::vector<std::uint8_t> hit_wall{};  // of an impact round: which of a particle's

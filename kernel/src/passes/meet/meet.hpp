@@ -65,17 +65,60 @@ struct Separation {
 // Where an impact is within the sub-step.
 template <class T>
 struct Impact {
-  T f = 2;      // 2: none
-  T speed = 0;  // of the approach, m/s
+  Point<T> n{};  // from j to i
+  T f = 2;       // 2: none
+  T speed = 0;   // of the approach, m/s
 };
 
 // A pair within reach.
-template <class T>
 struct MetPair {
   std::uint32_t i = 0, j = no_partner;
   std::uint32_t place = 0;  // in the lists, and of its pulse
-  Impact<T> impact{};
-  Separation<T> contact{};
+};
+
+inline constexpr std::size_t meeting_lanes = 16;
+
+// Separations of pairs, a lane each.
+template <class T>
+struct Separations {
+  using Lanes = std::array<T, meeting_lanes>;
+  using Three = std::array<Lanes, 3>;
+  Three n, slip, along, along_y;
+  Lanes gap, normal, normal_y, begun;
+
+  [[nodiscard]] Separation<T> of(std::size_t k) const noexcept {
+    return {at(n, k),           gap.data()[k], at(slip, k),    normal.data()[k],
+            normal_y.data()[k], at(along, k),  at(along_y, k), begun.data()[k]};
+  }
+  void put(std::size_t k, const Separation<T>& of) noexcept {
+    put(n, k, of.n);
+    gap.data()[k] = of.gap;
+    put(slip, k, of.slip);
+    normal.data()[k] = of.normal;
+    normal_y.data()[k] = of.normal_y;
+    put(along, k, of.along);
+    put(along_y, k, of.along_y);
+    begun.data()[k] = of.begun;
+  }
+  static Point<T> at(const Three& three, std::size_t k) noexcept {
+    return {three[0].data()[k], three[1].data()[k], three[2].data()[k]};
+  }
+  static void put(Three& three, std::size_t k, const Point<T>& at) noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) three[axis].data()[k] = at[axis];
+  }
+};
+
+// Pulses of as many pairs.
+template <class T>
+struct PulseLanes {
+  typename Separations<T>::Three vector;
+  typename Separations<T>::Lanes number;
+
+  [[nodiscard]] Pulse<T> of(std::size_t k) const noexcept { return {Separations<T>::at(vector, k), number.data()[k]}; }
+  void put(std::size_t k, const Pulse<T>& of) noexcept {
+    Separations<T>::put(vector, k, of.vector);
+    number.data()[k] = of.number;
+  }
 };
 
 // A particle and a surface.
@@ -125,9 +168,9 @@ T inner(const Point<T>& a, const Point<T>& b) noexcept {
 template <class T>
 bool comes_within(const Point<T>& q0, const Point<T>& q1, T distance) noexcept;
 
-// The impact of a pair, with d the wanted distance and h the sub-step, or of a particle with a surface: fills n too where there is one.
+// The impact of a pair, with d the wanted distance and h the sub-step, or of a particle with a surface.
 template <class T>
-void find_impact(MetPair<T>& pair, const MetParticles<T>& of, T d, T h, T slowest) noexcept;
+Impact<T> find_impact(std::size_t i, std::size_t j, const MetParticles<T>& of, T d, T h, T slowest) noexcept;
 template <class T>
 void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h, T slowest) noexcept;
 // The impulse on a particle that goes by u, m/s, against what it meets. w: of both, 1/kg.
@@ -143,6 +186,14 @@ Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>
 // One round: what has been pushed, m, and 1/kg by all pulses that act.
 template <class T>
 void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu, T beta) noexcept;
+// The same of lanes. d: m.
+template <class T>
+void begin_contacts_of(Separations<T>& contacts, const typename Separations<T>::Three& q0,
+                       const typename Separations<T>::Three& q1, const typename Separations<T>::Lanes& d,
+                       PulseLanes<T>& pulses) noexcept;
+template <class T>
+void push_lanes(Separations<T>& contacts, PulseLanes<T>& pulses, const typename Separations<T>::Three& moved,
+                const typename Separations<T>::Lanes& w, T mu, T beta) noexcept;
 // The pulse that the next sub-step begins with. weight: the pulse of a pair that carries its own weight.
 template <class T>
 Pulse<T> kept(const Separation<T>& contact, T weight) noexcept;

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <type_traits>
 
 namespace dvdx {
 namespace met_pairs {
@@ -48,6 +51,18 @@ T first_touch(const Point<T>& q, const Point<T>& D, T d) noexcept {
   return f < 1 ? f : T(2);
 }
 
+// By bits, which leaves a compiler no branch to make of it.
+template <class T>
+T select(bool which, T a, T b) noexcept {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  const Bits mask = Bits{0} - static_cast<Bits>(which);
+  return std::bit_cast<T>((std::bit_cast<Bits>(a) & mask) | (std::bit_cast<Bits>(b) & ~mask));
+}
+template <class T>
+Point<T> select(bool which, const Point<T>& a, const Point<T>& b) noexcept {
+  return {select(which, a[0], b[0]), select(which, a[1], b[1]), select(which, a[2], b[2])};
+}
+
 }  // namespace met_pairs
 
 template <class T>
@@ -61,13 +76,11 @@ bool comes_within(const Point<T>& q0, const Point<T>& q1, T distance) noexcept {
 }
 
 template <class T>
-void find_impact(MetPair<T>& pair, const MetParticles<T>& of, T d, T h, T slowest) noexcept {
-  pair.impact.f = 2;
-  const std::size_t i = pair.i;
-  const std::size_t j = pair.j;
+Impact<T> find_impact(std::size_t i, std::size_t j, const MetParticles<T>& of, T d, T h, T slowest) noexcept {
+  Impact<T> impact;
   const T sign = h < 0 ? T(-1) : T(1);
   const Point<T> u = minus(plus(of.v[i], of.dv[i]), plus(of.v[j], of.dv[j]));
-  if (!(inner(u, u) > slowest * slowest)) return;
+  if (!(inner(u, u) > slowest * slowest)) return impact;
   const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
   const met_pairs::Way<T> other = met_pairs::way_of(of, j, h);
   const Point<T> q0 = plus(minus(of.x0[i], of.x0[j]), minus(of.shift[i], of.shift[j]));
@@ -80,18 +93,20 @@ void find_impact(MetPair<T>& pair, const MetParticles<T>& of, T d, T h, T slowes
   if (square > d * d) {
     const T left = 1 - last;
     const T part = met_pairs::first_touch(q, times(left, D), d);
-    if (part > 1) return;
+    if (part > 1) return impact;
     f = last + left * part;
     touch = plus(q, times(part, times(left, D)));
   }
-  pair.contact.n = met_pairs::direction(touch);
-  pair.impact.speed = -sign * inner(pair.contact.n, minus(own.v, other.v));
-  if (pair.impact.speed > slowest) pair.impact.f = f;
+  impact.n = met_pairs::direction(touch);
+  impact.speed = -sign * inner(impact.n, minus(own.v, other.v));
+  if (impact.speed > slowest) impact.f = f;
+  return impact;
 }
 
 template <class T>
 void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h, T slowest) noexcept {
   wall.impact.f = 2;
+  wall.impact.n = wall.contact.n;
   const T sign = h < 0 ? T(-1) : T(1);
   const Point<T> v = minus(plus(of.v[i], of.dv[i]), times(1 / h, wall.way));
   wall.impact.speed = -sign * inner(wall.contact.n, v);
@@ -122,54 +137,94 @@ Point<T> impulse_of(const Point<T>& n, const Point<T>& u, T w, T e, T mu) noexce
   return minus(impulse, times((wanted < most ? wanted : most) / speed, slide));
 }
 
+// Without branches, so that a compiler takes several lanes at once.
 template <class T>
-Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d, const Pulse<T>& kept) noexcept {
+[[gnu::always_inline]] inline Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d,
+                                                     const Pulse<T>& kept) noexcept {
   const Point<T> D = minus(q1, q0);
-  Point<T> at = q0;
-  if (inner(q0, q0) > d * d) {
-    T f = met_pairs::first_touch(q0, D, d);
-    if (!(f < 1)) {
-      const T a = inner(D, D);
-      const T b = -inner(q0, D);
-      f = b > 0 ? (b < a ? b / a : T(1)) : T(0);
-    }
-    at = plus(q0, times(f, D));
-  }
-  contact.n = met_pairs::direction(at);
+  const T a = inner(D, D);
+  const T b = inner(q0, D);
+  const T c = inner(q0, q0) - d * d;
+  const T root = b * b - a * c;
+  const T touch = c / (std::sqrt(root) - b);
+  const T part = -b / a;
+  const T on_chord = met_pairs::select(-b < a, part, T(1));
+  const T nearest = met_pairs::select(-b > 0, on_chord, T(0));
+  const bool touches = (b < 0) & (root > 0) & (touch < 1);
+  const T f = met_pairs::select(touches, touch, nearest);
+  const bool is_apart = inner(q0, q0) > d * d;
+  const Point<T> at = met_pairs::select(is_apart, plus(q0, times(f, D)), q0);
+  const T square = inner(at, at);
+  // Two particles in one place have no direction of their own.
+  contact.n = met_pairs::select(square > 0, times(1 / std::sqrt(square), at), Point<T>{T(1), T(0), T(0)});
   contact.gap = inner(contact.n, q1) - d;
   return begin_contact(contact, D, kept);
 }
 
 template <class T>
-Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>& kept) noexcept {
+[[gnu::always_inline]] inline Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>& kept) noexcept {
   contact.slip = met_pairs::across(D, contact.n);
   contact.begun = contact.normal = contact.normal_y = kept.number;
   contact.along = contact.along_y = met_pairs::across(kept.vector, contact.n);
-  const bool acts = contact.gap < 0 || kept.number > 0;
-  return {plus(times(contact.normal, contact.n), contact.along), acts ? T(1) : T(0)};
+  const bool acts = (contact.gap < 0) | (kept.number > 0);
+  return {plus(times(contact.normal, contact.n), contact.along), met_pairs::select(acts, T(1), T(0))};
 }
 
 template <class T>
-void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu, T beta) noexcept {
+[[gnu::always_inline]] inline void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu,
+                                        T beta) noexcept {
+  const bool acts = pulse.number > 0;  // else from the next round on, when both sides have counted it
   const T gap = contact.gap + inner(contact.n, moved);
-  if (!(pulse.number > 0)) {  // it acts from the next round on, when both sides have counted it
-    pulse.number = gap < 0 ? T(1) : T(0);
-    return;
-  }
   const T wanted = contact.normal_y - gap / w;
-  const T normal = wanted > 0 ? wanted : T(0);
-  contact.normal_y = normal + beta * (normal - contact.normal);
-  contact.normal = normal;
-  pulse.vector = times(contact.normal_y, contact.n);
-  if (!(mu > 0)) return;
+  const T normal = met_pairs::select(wanted > 0, wanted, T(0));
+  const T normal_y = normal + beta * (normal - contact.normal);
   const Point<T> slides = plus(contact.slip, met_pairs::across(moved, contact.n));
-  Point<T> along = minus(contact.along_y, times(1 / w, slides));
+  const Point<T> sticks = minus(contact.along_y, times(1 / w, slides));
   const T most = mu * normal;
-  const T square = inner(along, along);
-  if (square > most * most) along = times(most / std::sqrt(square), along);
-  contact.along_y = plus(along, times(beta, minus(along, contact.along)));
-  contact.along = along;
-  pulse.vector = plus(pulse.vector, contact.along_y);
+  const T square = inner(sticks, sticks);
+  const Point<T> along = met_pairs::select(square > most * most, times(most / std::sqrt(square), sticks), sticks);
+  const Point<T> along_y = plus(along, times(beta, minus(along, contact.along)));
+  const Point<T> vector = plus(times(normal_y, contact.n), along_y);
+  contact.normal_y = met_pairs::select(acts, normal_y, contact.normal_y);
+  contact.normal = met_pairs::select(acts, normal, contact.normal);
+  contact.along_y = met_pairs::select(acts, along_y, contact.along_y);
+  contact.along = met_pairs::select(acts, along, contact.along);
+  pulse.vector = met_pairs::select(acts, vector, pulse.vector);
+  pulse.number = met_pairs::select(acts | (gap < 0), T(1), T(0));
+}
+
+// Results go to memory of their own first, where a compiler sees that no lane reads them.
+template <class T>
+void begin_contacts_of(Separations<T>& contacts, const typename Separations<T>::Three& q0,
+                       const typename Separations<T>::Three& q1, const typename Separations<T>::Lanes& d,
+                       PulseLanes<T>& pulses) noexcept {
+  Separations<T> begun;
+  PulseLanes<T> given;
+  for (std::size_t k = 0; k < meeting_lanes; ++k) {
+    Separation<T> contact;
+    const Pulse<T> pulse =
+        begin_contact(contact, Separations<T>::at(q0, k), Separations<T>::at(q1, k), d.data()[k], pulses.of(k));
+    begun.put(k, contact);
+    given.put(k, pulse);
+  }
+  contacts = begun;
+  pulses = given;
+}
+
+template <class T>
+void push_lanes(Separations<T>& contacts, PulseLanes<T>& pulses, const typename Separations<T>::Three& moved,
+                const typename Separations<T>::Lanes& w, T mu, T beta) noexcept {
+  Separations<T> pushed;
+  PulseLanes<T> given;
+  for (std::size_t k = 0; k < meeting_lanes; ++k) {
+    Separation<T> contact = contacts.of(k);
+    Pulse<T> pulse = pulses.of(k);
+    push(contact, pulse, Separations<T>::at(moved, k), w.data()[k], mu, beta);
+    pushed.put(k, contact);
+    given.put(k, pulse);
+  }
+  contacts = pushed;
+  pulses = given;
 }
 
 template <class T>
