@@ -354,15 +354,16 @@ Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* wo
   const auto place = [&](std::size_t i) { return Vec3{double{room.x1[i][0]}, double{room.x1[i][1]}, double{room.x1[i][2]}}; };
   double overlaps = 0;
   double touching = 0;
-  for (std::size_t p = 0; p < room.pair_count; ++p) {
-    const auto [i, j] = std::pair(room.pairs[p].i, room.pairs[p].j);
+  room.for_each_pair([&](const MetPair& pair) {
+    const std::size_t i = pair.i;
+    const std::size_t j = pair.j;
     const double wanted = double{rules.radii()[i]} + double{rules.radii()[j]};
     const double overlap = 1 - distance(place(i), place(j)) / wanted;
-    if (!(overlap > -apart)) continue;
+    if (!(overlap > -apart)) return;
     touching += 1;
     overlaps += std::max(0.0, overlap);
     found.overlap_most = std::max(found.overlap_most, overlap);
-  }
+  });
   found.listed = 2 * static_cast<double>(room.pair_count) / n;
   found.touching = 2 * touching / n;
   found.overlap_mean = touching > 0 ? overlaps / touching : 0;

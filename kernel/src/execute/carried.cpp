@@ -56,32 +56,42 @@ void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vect
 // The pulses of particles that meet.
 template <class A>
 void pass_pulses(NumbersOut& out, const MeetRoom<A>& room) {
-  const auto pass = [&](std::size_t i, const KeptPulse<A>& of) {
+  const auto pass = [&](std::size_t i, std::uint32_t of, const Pulse<A>& pulse) {
     for (const double number :
-         {static_cast<double>(i), static_cast<double>(of.j), static_cast<double>(of.normal), static_cast<double>(of.along[0]),
-          static_cast<double>(of.along[1]), static_cast<double>(of.along[2])}) {
+         {static_cast<double>(i), static_cast<double>(of), static_cast<double>(pulse.number),
+          static_cast<double>(pulse.vector[0]), static_cast<double>(pulse.vector[1]), static_cast<double>(pulse.vector[2])}) {
       out(number);
     }
   };
-  const std::size_t particles = room.w.size();
+  std::size_t pairs = 0;
+  room.for_each_kept([&](std::size_t, std::uint32_t, const Pulse<A>&) { ++pairs; });
   std::size_t walls = 0;
   for (const std::uint8_t count : room.kept_wall_count) walls += count;
-  const bool is_any = room.kept_h != 0;
-  out(static_cast<double>(room.kept_h));
-  out(static_cast<double>(is_any ? room.kept_first[particles] : 0));
+  const bool is_any = room.keeps != MeetRoom<A>::Keeps::nothing;
+  out(static_cast<double>(is_any ? room.kept_h : A(0)));
+  out(static_cast<double>(pairs));
   out(static_cast<double>(is_any ? walls : 0));
-  for (std::size_t i = 0; is_any && i < particles; ++i) {
-    for (std::size_t k = room.kept_first[i]; k < room.kept_first[i + 1]; ++k) pass(i, room.kept[k]);
-  }
+  room.for_each_kept(pass);
   for (std::size_t i = 0; is_any && i < room.kept_wall_count.size(); ++i) {
-    for (std::size_t s = 0; s < room.kept_wall_count[i]; ++s) pass(i, room.kept_walls[i * room.walls_each + s]);
+    for (std::size_t s = 0; s < room.kept_wall_count[i]; ++s) {
+      const std::size_t at = i * room.walls_each + s;
+      pass(i, room.kept_wall_surfaces[at], room.kept_walls[at]);
+    }
   }
 }
+
+// Of a particle i with a partner or a surface j.
+template <class A>
+struct PulseRead {
+  std::size_t i = 0;
+  std::uint32_t j = 0;
+  Pulse<A> pulse{};
+};
 
 template <class A>
 struct PulsesRead {
   double h = 0;
-  std::vector<std::pair<std::size_t, KeptPulse<A>>> pairs{}, walls{};
+  std::vector<PulseRead<A>> pairs{}, walls{};
 };
 
 // Numbers that are no list of pulses of that room give none.
@@ -93,30 +103,29 @@ std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room)
   in(read.h);
   in(pairs);
   in(walls);
-  const bool fits = pairs >= 0 && pairs <= static_cast<double>(room.kept.size()) && walls >= 0 &&
+  const bool fits = pairs >= 0 && pairs <= static_cast<double>(room.pairs.size()) && walls >= 0 &&
                     walls <= static_cast<double>(room.kept_walls.size()) && std::isfinite(read.h);
   if (!fits || !in.has(6 * (static_cast<std::size_t>(pairs) + static_cast<std::size_t>(walls)))) return std::nullopt;
   const auto particles = static_cast<double>(room.w.size());
-  const auto next = [&](std::vector<std::pair<std::size_t, KeptPulse<A>>>& list, double most) {
+  const auto next = [&](std::vector<PulseRead<A>>& list, double most) {
     std::array<double, 6> numbers{};
     for (double& number : numbers) in(number);
     const auto& [i, j, normal, a, b, c] = numbers;
     if (!(i >= 0 && i < particles && j >= 0 && j < most && std::isfinite(normal + a + b + c))) return false;
-    const auto pulse = KeptPulse<A>{
-        static_cast<std::uint32_t>(j), static_cast<A>(normal), {static_cast<A>(a), static_cast<A>(b), static_cast<A>(c)}};
-    const auto number = static_cast<std::size_t>(i);
-    const bool ascends =
-        list.empty() || list.back().first < number || (list.back().first == number && list.back().second.j < pulse.j);
-    list.emplace_back(number, pulse);
+    const PulseRead<A> pulse{static_cast<std::size_t>(i),
+                             static_cast<std::uint32_t>(j),
+                             {{static_cast<A>(a), static_cast<A>(b), static_cast<A>(c)}, static_cast<A>(normal)}};
+    const bool ascends = list.empty() || list.back().i < pulse.i || (list.back().i == pulse.i && list.back().j < pulse.j);
+    list.push_back(pulse);
     return ascends;
   };
   for (double k = 0; k < pairs; ++k) {
-    if (!next(read.pairs, particles) || read.pairs.back().first >= read.pairs.back().second.j) return std::nullopt;
+    if (!next(read.pairs, particles) || read.pairs.back().i >= read.pairs.back().j) return std::nullopt;
   }
   std::size_t at_one = 0;
   for (double k = 0; k < walls; ++k) {
     if (!next(read.walls, double{no_partner})) return std::nullopt;
-    const bool is_same = read.walls.size() > 1 && read.walls[read.walls.size() - 2].first == read.walls.back().first;
+    const bool is_same = read.walls.size() > 1 && read.walls[read.walls.size() - 2].i == read.walls.back().i;
     at_one = is_same ? at_one + 1 : 1;
     if (at_one > room.walls_each) return std::nullopt;
   }
@@ -125,18 +134,21 @@ std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room)
 
 template <class A>
 void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room) noexcept {
+  using Keeps = typename MeetRoom<A>::Keeps;
   room.kept_h = static_cast<A>(read.h);
-  std::fill(room.kept_first.begin(), room.kept_first.end(), 0U);
+  room.keeps = room.kept_h != 0 ? Keeps::by_pairs : Keeps::nothing;
+  room.is_listed = false;
+  room.pair_count = room.kept_count = 0;
+  for (const auto& [i, j, pulse] : read.pairs) {
+    room.keep_by_pair(room.kept_count, pulse);
+    room.pairs[room.kept_count++] = {.i = static_cast<std::uint32_t>(i), .j = j};
+  }
   std::fill(room.kept_wall_count.begin(), room.kept_wall_count.end(), std::uint8_t{0});
-  std::uint32_t count = 0;
-  for (const auto& [i, pulse] : read.pairs) {
-    room.kept[count++] = pulse;
-    room.kept_first[i + 1] = count;
+  for (const auto& [i, surface, pulse] : read.walls) {
+    const std::size_t at = i * room.walls_each + room.kept_wall_count[i]++;
+    room.kept_walls[at] = pulse;
+    room.kept_wall_surfaces[at] = surface;
   }
-  for (std::size_t i = 1; i < room.kept_first.size(); ++i) {
-    room.kept_first[i] = std::max(room.kept_first[i], room.kept_first[i - 1]);
-  }
-  for (const auto& [i, pulse] : read.walls) room.kept_walls[i * room.walls_each + room.kept_wall_count[i]++] = pulse;
 }
 
 template <class T, class A>

@@ -98,7 +98,7 @@ class JoinedStep {
     if (constraints_) constraints_->prepare(work_.x);
     if (balls_) balls_->prepare(state.clock);
     if (faces_) faces_->prepare();
-    if (meet_ && !ws_.remembers(state.x[0].base, state.clock)) ws_.meet.kept_h = 0;
+    if (meet_ && !ws_.remembers(state.x[0].base, state.clock)) ws_.meet.keeps = MeetRoom<T>::Keeps::nothing;
     if (work_.a[0] != nullptr) recall(state);
     if (keeps_still()) note_all_still();
   }

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "compile/joined_motion.hpp"
@@ -44,13 +46,13 @@ class MeetStep {
     h_ = h;
     take();
     if (find_strays() == Lists::stale && list() == Found::too_many) return Found::too_many;
-    if (find_near() == Found::too_many) return Found::too_many;
+    find_near();
+    if (count_near() == Found::too_many) return Found::too_many;
     ++room_.substeps;
     if (room_.pair_count == 0 && rules_.are_balls_alike()) {
-      room_.kept_h = 0;
+      room_.keeps = Keeps::nothing;
       return Found::all;
     }
-    find_walls();
     bounce();
     push_apart();
     put_back();
@@ -60,6 +62,9 @@ class MeetStep {
 
  private:
   static constexpr std::size_t per_task = particles_per_meeting_task;
+  using Near = typename MeetRoom<T>::Near;
+  using Keeps = typename MeetRoom<T>::Keeps;
+  using Task = typename MeetRoom<T>::MeetTask;
 
   [[nodiscard]] std::size_t particles() const noexcept { return rules_.particles(); }
   [[nodiscard]] Point<T> at(const std::array<T*, 3>& columns, std::size_t i) const noexcept {
@@ -73,45 +78,52 @@ class MeetStep {
             .v = room_.v.data(),
             .dv = room_.dv.data(),
             .shift = room_.shift.data(),
-            .dx = room_.dx.data(),
             .w = room_.w.data(),
-            .k = room_.k.data(),
             .last = room_.last.data()};
   }
 
+  // use(task, first particle, end)
   template <class Use>
-  void over(std::size_t count, const Use& use) const noexcept {
-    for_each_task(parallel_, tasks_of(count, per_task), [&](std::size_t task) {
-      const std::size_t end = std::min(count, (task + 1) * per_task);
-      for (std::size_t n = task * per_task; n < end; ++n) use(n);
+  void over_tasks(const Use& use) const noexcept {
+    for_each_task(parallel_, room_.tasks.size(), [&](std::size_t task) {
+      use(room_.tasks[task], task * per_task, std::min(particles(), (task + 1) * per_task));
     });
   }
   template <class Use>
   void over_particles(const Use& use) const noexcept {
-    over(particles(), use);
-  }
-  template <class Use>
-  void over_pairs(const Use& use) const noexcept {
-    over(room_.pair_count, [&](std::size_t p) { use(room_.pairs[p], p); });
-  }
-  // use(meeting, sign): those of a particle in the order of their partners, then its surfaces.
-  template <class Use>
-  void over_meetings_of(std::size_t i, const Use& use) const noexcept {
-    for (std::size_t s = room_.others[i]; s < room_.others[i + 1]; ++s) use(room_.pairs[room_.other[s]], T(-1));
-    for (std::size_t p = room_.own[i]; p < room_.own[i + 1]; ++p) use(room_.pairs[p], T(1));
-    for (std::size_t s = 0; s < walls_of(i); ++s) use(wall(i, s), T(1));
+    over_tasks([&](const Task&, std::size_t from, std::size_t end) {
+      for (std::size_t i = from; i < end; ++i) use(i);
+    });
   }
   [[nodiscard]] std::size_t walls_of(std::size_t i) const noexcept { return room_.walls_each != 0 ? room_.wall_count[i] : 0; }
-  [[nodiscard]] MetPair<T>& wall(std::size_t i, std::size_t s) const noexcept { return room_.walls[i * room_.walls_each + s]; }
+  [[nodiscard]] MetWall<T>& wall(std::size_t i, std::size_t s) const noexcept { return room_.walls[i * room_.walls_each + s]; }
 
+  // Sums are of what is finite.
   void take() noexcept {
-    over_particles([&](std::size_t i) {
-      room_.x1[i] = at(work_.x, i);
-      room_.v[i] = at(work_.v, i);
-      room_.w[i] = work_.w[order_.of[i]];
-      room_.dv[i] = room_.shift[i] = room_.dx[i] = {};
-      room_.last[i] = 0;
+    over_tasks([&](Task& task, std::size_t from, std::size_t end) {
+      task.way = task.gone = {};
+      task.ways = task.gones = 0;
+      for (std::size_t i = from; i < end; ++i) {
+        room_.x1[i] = at(work_.x, i);
+        room_.v[i] = at(work_.v, i);
+        room_.w[i] = work_.w[order_.of[i]];
+        if (!(rules_.radii()[i] >= 0)) continue;
+        add(minus(room_.x1[i], room_.x0[i]), task.way, task.ways);
+        add(minus(room_.x1[i], room_.listed_at[i]), task.gone, task.gones);
+      }
+      if (!room_.has_impacts) return;
+      for (std::size_t i = from; i < end; ++i) {
+        room_.dv[i] = room_.shift[i] = {};
+        room_.last[i] = 0;
+        room_.is_hit[i] = 0;
+      }
     });
+    room_.has_impacts = false;
+  }
+  static void add(const Point<T>& d, std::array<double, 3>& sum, std::uint32_t& count) noexcept {
+    if (!is_finite(d)) return;
+    for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += double{d[axis]};
+    ++count;
   }
 
   // ---- what is near: which pairs those are depends on this sub-step alone --------------------------------------------------
@@ -119,52 +131,48 @@ class MeetStep {
   // m: what pushes may add to the ways.
   [[nodiscard]] T margin() const noexcept { return T(0.1) * rules_.least_radius(); }
   [[nodiscard]] T nominal_skin() const noexcept { return T(0.3) * rules_.least_radius(); }
-  [[nodiscard]] T near(std::size_t i, std::size_t j) const noexcept {
-    const T strays = room_.strays[i] + room_.strays[j];
-    const T most = rules_.least_radius();
-    return wanted(i, j) + margin() + (strays < most ? strays : most);
-  }
 
   static bool is_finite(const Point<T>& x) noexcept {
     return std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]);
   }
-  // The mean, by numbers, of what is finite.
-  template <class Difference>
-  [[nodiscard]] Point<T> mean(const Difference& difference) const noexcept {
+  // By tasks, which are the same on any number of threads.
+  [[nodiscard]] Point<T> mean(std::array<double, 3> Task::*of, std::uint32_t Task::*count) const noexcept {
     std::array<double, 3> sum{};
-    double count = 0;
-    for (std::size_t i = 0; i < particles(); ++i) {
-      const Point<T> d = difference(i);
-      if (!(rules_.radii()[i] >= 0) || !is_finite(d)) continue;
-      for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += double{d[axis]};
-      count += 1;
+    double all = 0;
+    for (const Task& task : room_.tasks) {
+      for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += (task.*of)[axis];
+      all += task.*count;
     }
     Point<T> mean{};
-    for (std::size_t axis = 0; axis < 3 && count > 0; ++axis) mean[axis] = static_cast<T>(sum[axis] / count);
+    for (std::size_t axis = 0; axis < 3 && all > 0; ++axis) mean[axis] = static_cast<T>(sum[axis] / all);
     return mean;
   }
   static T size(const Point<T>& d) noexcept { return std::sqrt(inner(d, d)); }
 
   enum class Lists { fresh, stale };
   Lists find_strays() noexcept {
-    const auto way = [&](std::size_t i) { return minus(room_.x1[i], room_.x0[i]); };
-    const Point<T> all = mean(way);
-    over_particles([&](std::size_t i) { room_.strays[i] = size(minus(way(i), all)); });
-    if (!room_.is_listed) return Lists::stale;
-    const auto gone = [&](std::size_t i) { return minus(room_.x1[i], room_.listed_at[i]); };
-    const Point<T> by = mean(gone);
+    const Point<T> all = mean(&Task::way, &Task::ways);
+    const Point<T> by = mean(&Task::gone, &Task::gones);
     const T half = T(0.495) * room_.skin;
-    for (std::size_t i = 0; i < particles(); ++i) {
-      if (!(rules_.radii()[i] >= 0)) continue;
-      const T used = size(minus(gone(i), by)) + 2 * room_.strays[i];
-      if (!(used <= half + room_.allowed[i]))
-        return Lists::stale;  // what is not finite is in no list, and always asks for new ones
-    }
-    return Lists::fresh;
+    over_tasks([&](Task& task, std::size_t from, std::size_t end) {
+      task.is_stale = false;
+      for (std::size_t i = from; i < end; ++i) {
+        const T strays = size(minus(minus(room_.x1[i], room_.x0[i]), all));
+        room_.strays[i] = strays;
+        if (!(rules_.radii()[i] >= 0)) continue;
+        const T used = size(minus(minus(room_.x1[i], room_.listed_at[i]), by)) + 2 * strays;
+        // What is not finite is in no list, and always asks for new ones.
+        task.is_stale = task.is_stale || !(used <= half + room_.allowed[i]);
+      }
+    });
+    if (!room_.is_listed) return Lists::stale;
+    const bool is_stale = std::any_of(room_.tasks.begin(), room_.tasks.end(), [](const Task& task) { return task.is_stale; });
+    return is_stale ? Lists::stale : Lists::fresh;
   }
 
   Found list() noexcept {
     ++room_.rebuilt;
+    take_pulses_out();
     room_.is_listed = true;
     for (const T skin : {nominal_skin(), T(0)}) {
       room_.skin = skin;
@@ -178,6 +186,7 @@ class MeetStep {
       const auto accepts = [&](std::uint32_t i, std::uint32_t j) { return rules_.accepts(i, j); };
       const T reach = (margin() + skin) * T(1.001);
       if (room_.lists.build(room_.x1.data(), room_.a.data(), ordinary, reach, accepts) == PairLists<T>::Found::all) {
+        put_pulses_in();
         return Found::all;
       }
     }
@@ -185,99 +194,122 @@ class MeetStep {
     return Found::too_many;
   }
 
-  // Lists pairs that may meet in this sub-step.
-  Found find_near() noexcept {
-    over_particles([&](std::size_t i) {
-      std::uint32_t count = 0;
-      const std::uint32_t* const from = room_.lists.begin(i);
-      std::uint8_t* const flags = room_.is_near.data() + room_.lists.first(i);
-      for (const std::uint32_t* j = from; j != room_.lists.end(i); ++j) {
-        const bool is_near = (room_.w[i] > 0 || room_.w[*j] > 0) &&
-                             comes_within(minus(room_.x0[i], room_.x0[*j]), minus(room_.x1[i], room_.x1[*j]), near(i, *j));
-        flags[j - from] = is_near ? 1 : 0;
-        count += is_near ? 1 : 0;
-      }
-      room_.own[i + 1] = count;
+  // Before new lists are built.
+  void take_pulses_out() noexcept {
+    if (room_.keeps != Keeps::in_places) return;
+    std::size_t count = 0;
+    room_.for_each_kept([&](std::size_t i, std::uint32_t j, const Pulse<T>& pulse) {
+      room_.keep_by_pair(count, pulse);
+      room_.pairs[count++] = {.i = static_cast<std::uint32_t>(i), .j = j};
     });
-    room_.own[0] = 0;
-    std::fill(room_.others.begin(), room_.others.end(), 0U);
+    room_.kept_count = count;
+    room_.keeps = Keeps::by_pairs;
+  }
+  // Those of pairs that are in no list any more are lost.
+  void put_pulses_in() noexcept {
+    if (room_.keeps != Keeps::by_pairs) return;
+    std::fill_n(room_.pulses.begin(), room_.lists.first(particles()), Pulse<T>{});
+    for (std::size_t k = 0; k < room_.kept_count; ++k) {
+      const MetPair& pair = room_.pairs[k];
+      const std::uint32_t* const first = room_.lists.begin(pair.i);
+      const std::uint32_t* const found = std::lower_bound(first, room_.lists.end(pair.i), pair.j);
+      if (found == room_.lists.end(pair.i) || *found != pair.j) continue;
+      room_.pulses[room_.lists.first(pair.i) + static_cast<std::size_t>(found - first)] = room_.kept_by_pair(k);
+    }
+    room_.keeps = Keeps::in_places;
+  }
+
+  // Of a pair whether it may meet in this sub-step, and be an impact.
+  [[nodiscard]] Near how_near(std::size_t i, std::size_t j, T slowest) const noexcept {
+    if (!(room_.w[i] > 0 || room_.w[j] > 0)) return Near::no;
+    const T strays = room_.strays[i] + room_.strays[j];
+    const T most = rules_.least_radius();
+    const T reach = wanted(i, j) + margin() + (strays < most ? strays : most);
+    const Point<T> q1 = minus(room_.x1[i], room_.x1[j]);
+    const T off = inner(q1, q1);
+    if (off * T(0.999) > (reach + strays) * (reach + strays)) return Near::no;
+    const bool is_at_end = strays < reach && off < T(0.999) * (reach * reach);
+    if (!is_at_end && !comes_within(minus(room_.x0[i], room_.x0[j]), q1, reach)) return Near::no;
+    const Point<T> u = minus(room_.v[i], room_.v[j]);
+    return inner(u, u) > slowest * slowest ? Near::fast : Near::yes;
+  }
+  void find_near() noexcept {
+    const T slowest = m_.slowest_bounce();
+    over_tasks([&](Task& task, std::size_t from, std::size_t end) {
+      task.near = task.fast = 0;
+      for (std::size_t i = from; i < end; ++i) {
+        for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
+          const Near near = how_near(i, room_.lists.partner(place), slowest);
+          room_.is_near[place] = near;
+          task.near += near != Near::no ? 1U : 0U;
+          task.fast += near == Near::fast ? 1U : 0U;
+        }
+      }
+    });
+    std::size_t count = 0;
+    std::size_t first = 0;
+    for (Task& task : room_.tasks) {
+      task.first = static_cast<std::uint32_t>(first);
+      first += MeetRoom<T>::whole_lanes(task.near);
+      count += task.near;
+    }
+    room_.pair_count = count;
+  }
+  // Surfaces too.
+  Found count_near() noexcept {
+    over_tasks([&](Task& task, std::size_t from, std::size_t end) {
+      task.most = 0;
+      for (std::size_t i = from; i < end; ++i) {
+        std::uint32_t count = 0;
+        for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
+          count += room_.is_near[place] != Near::no ? 1U : 0U;
+        }
+        for (const std::uint32_t* place = room_.lists.lower_begin(i); place != room_.lists.lower_end(i); ++place) {
+          count += room_.is_near[*place] != Near::no ? 1U : 0U;
+        }
+        task.most = std::max(task.most, count);
+        if (room_.walls_each != 0) find_walls(i, count != 0);
+      }
+    });
     room_.most = 0;
-    for (std::size_t i = 0; i < particles(); ++i) {
-      const std::uint8_t* const flags = room_.is_near.data() + room_.lists.first(i);
-      const std::uint32_t* const from = room_.lists.begin(i);
-      for (const std::uint32_t* j = from; j != room_.lists.end(i); ++j) {
-        if (flags[j - from] != 0) ++room_.others[*j + 1];
-      }
-    }
-    for (std::size_t i = 0; i < particles(); ++i) {
-      room_.most = std::max<std::size_t>(room_.most, room_.own[i + 1] + room_.others[i + 1]);
-      room_.own[i + 1] += room_.own[i];
-      room_.others[i + 1] += room_.others[i];
-    }
+    for (const Task& task : room_.tasks) room_.most = std::max<std::size_t>(room_.most, task.most);
+    if (room_.most <= static_cast<std::size_t>(rules_.meet().most_neighbours)) return Found::all;
     room_.pair_count = 0;
-    if (room_.most > static_cast<std::size_t>(rules_.meet().most_neighbours)) return Found::too_many;
-    room_.pair_count = room_.own[particles()];
-    const T mu = static_cast<T>(std::min(rules_.meet().friction, 1e6));
-    const T e = static_cast<T>(rules_.meet().restitution);
-    over_particles([&](std::size_t i) {
-      std::size_t p = room_.own[i];
-      const std::uint8_t* const flags = room_.is_near.data() + room_.lists.first(i);
-      const std::uint32_t* const from = room_.lists.begin(i);
-      for (const std::uint32_t* j = from; j != room_.lists.end(i); ++j) {
-        if (flags[j - from] == 0) continue;
-        MetPair<T>& pair = room_.pairs[p++];
-        pair.i = static_cast<std::uint32_t>(i);
-        pair.j = *j;
-        pair.mu = mu;
-        pair.e = e;
-      }
-    });
-    for (std::size_t p = 0; p < room_.pair_count; ++p) {
-      room_.other[room_.others[room_.pairs[p].j]++] = static_cast<std::uint32_t>(p);
+    return Found::too_many;
+  }
+
+  // Surfaces near a particle that something may push, and those that flows have not kept it off.
+  void find_walls(std::size_t i, bool has_pairs) noexcept {
+    room_.wall_count[i] = 0;
+    const T more = rules_.off_surfaces(i);
+    if (!(room_.w[i] > 0) || !(has_pairs || more > 0)) return;
+    const T reach = more + (margin() + room_.strays[i]);
+    const Point<T>& x = room_.x1[i];
+    for (std::size_t s = 0; s < surface_count_; ++s) {
+      const Surface<T>& surface = surfaces_[s];
+      if (surface.shape == Shape::plane && !(inner(surface.n, x) - surface.d < reach)) continue;
+      const Off<T> off = off_surface(surface, x);
+      if (!(off.distance < reach)) continue;
+      MetWall<T> found;
+      found.surface = static_cast<std::uint32_t>(s);
+      found.contact.n = off.n;
+      found.contact.gap = off.distance - more;
+      found.mu = surface.mu;
+      found.e = surface.e;
+      found.way = times(h_, velocity_of(surface, x));
+      found.start = found.contact.gap - inner(off.n, minus(minus(x, room_.x0[i]), found.way));
+      keep(i, found);
     }
-    for (std::size_t i = particles(); i > 0; --i) room_.others[i] = room_.others[i - 1];
-    room_.others[0] = 0;
-    return Found::all;
-  }
-
-  [[nodiscard]] bool has_pairs(std::size_t i) const noexcept {
-    return room_.own[i + 1] != room_.own[i] || room_.others[i + 1] != room_.others[i];
-  }
-
-  // Surfaces near each particle that something may push, and those that flows have not kept it off.
-  void find_walls() noexcept {
-    if (room_.walls_each == 0) return;
-    over_particles([&](std::size_t i) {
-      room_.wall_count[i] = 0;
-      const T more = rules_.off_surfaces(i);
-      if (!(room_.w[i] > 0) || !(has_pairs(i) || more > 0)) return;
-      const T reach = more + (margin() + room_.strays[i]);
-      const Point<T> way = minus(room_.x1[i], room_.x0[i]);
-      for (std::size_t s = 0; s < surface_count_; ++s) {
-        const Off<T> off = off_surface(surfaces_[s], room_.x1[i]);
-        if (!(off.distance < reach)) continue;
-        MetPair<T> found;
-        found.i = static_cast<std::uint32_t>(i);
-        found.surface = static_cast<std::uint32_t>(s);
-        found.n = off.n;
-        found.gap = off.distance - more;
-        found.mu = surfaces_[s].mu;
-        found.e = surfaces_[s].e;
-        found.way = times(h_, velocity_of(surfaces_[s], room_.x1[i]));
-        found.start = found.gap - inner(found.n, minus(way, found.way));
-        keep(i, found);
-      }
-    });
   }
   // The deepest ones, in the order of the surfaces.
-  void keep(std::size_t i, const MetPair<T>& found) noexcept {
+  void keep(std::size_t i, const MetWall<T>& found) noexcept {
     std::size_t count = room_.wall_count[i];
     if (count == room_.walls_each) {
       std::size_t least = 0;
       for (std::size_t s = 1; s < count; ++s) {
-        if (wall(i, s).gap > wall(i, least).gap) least = s;
+        if (wall(i, s).contact.gap > wall(i, least).contact.gap) least = s;
       }
-      if (!(found.gap < wall(i, least).gap)) return;
+      if (!(found.contact.gap < wall(i, least).contact.gap)) return;
       for (std::size_t s = least; s + 1 < count; ++s) wall(i, s) = wall(i, s + 1);
       --count;
     }
@@ -288,73 +320,113 @@ class MeetStep {
   // ---- impacts ------------------------------------------------------------------------------------------------------------
 
   // The one that meets first, of these the fastest, and of these that with the lower number.
-  static bool comes_before(const MetPair<T>& a, const MetPair<T>& b) noexcept {
+  static bool comes_before(const Impact<T>& a, const Impact<T>& b) noexcept {
     if (a.f != b.f) return a.f < b.f;
     return a.speed > b.speed;
   }
+  static constexpr std::uint8_t no_wall = std::numeric_limits<std::uint8_t>::max();
 
+  // Impacts of a round stand where pairs will, each task's from its first on.
+  template <class Use>
+  void over_impacts(const Use& use) const noexcept {
+    for (const Task& task : room_.tasks) {
+      for (std::uint32_t p = task.first; p < task.first + task.impacts; ++p) use(room_.pairs[p], p);
+    }
+  }
   void bounce() noexcept {
     const T slowest = m_.slowest_bounce();
     for (int round = 0; round < most_impact_rounds; ++round) {
-      if (!find_impacts(slowest)) return;
+      if (!find_impacts(slowest, round)) return;
+      room_.has_impacts = true;
       name_impacts();
-      over_pairs([&](const MetPair<T>& pair, std::size_t p) {
-        if (room_.best[pair.i] == p && room_.best[pair.j] == p) hit(pair);
+      over_tasks([&](const Task& task, std::size_t, std::size_t) {
+        for (std::uint32_t p = task.first; p < task.first + task.impacts; ++p) {
+          const MetPair& pair = room_.pairs[p];
+          if (is_named(pair.i, p) && is_named(pair.j, p)) hit(pair, room_.impact(p));
+        }
       });
-      const auto walls = static_cast<std::uint32_t>(room_.pairs.size());
-      over_particles([&](std::size_t i) {
-        if (room_.best[i] == no_partner || room_.best[i] < walls) return;
-        MetPair<T>& of = wall(i, room_.best[i] - walls);
-        of.impulse = plus(of.impulse, impulse_of(of, met(), h_));
-        hit(of);
+      over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
+        if (!task.hits_walls) return;
+        for (std::size_t i = from; i < end; ++i) {
+          if (names_wall(i)) hit(i, wall(i, room_.hit_wall[i]));
+        }
       });
+      over_impacts([&](const MetPair& pair, std::uint32_t) { room_.best[pair.i] = room_.best[pair.j] = no_partner; });
     }
   }
   // Whether there is any.
-  bool find_impacts(T slowest) noexcept {
-    const std::size_t tasks = tasks_of(particles(), per_task);
-    for_each_task(parallel_, tasks, [&](std::size_t task) {
-      bool is_any = false;
-      const auto look = [&](MetPair<T>& of, T d) {
-        find_impact(of, met(), d, h_, slowest);
-        is_any = is_any || of.f <= 1;
-      };
-      for (std::size_t i = task * per_task; i < std::min(particles(), (task + 1) * per_task); ++i) {
-        for (std::size_t p = room_.own[i]; p < room_.own[i + 1]; ++p) look(room_.pairs[p], wanted(i, room_.pairs[p].j));
-        for (std::size_t s = 0; s < walls_of(i); ++s) look(wall(i, s), T(0));
-      }
-      room_.has_impacts[task] = is_any ? 1 : 0;
+  bool find_impacts(T slowest, int round) noexcept {
+    over_tasks([&](Task& task, std::size_t from, std::size_t end) {
+      task.impacts = 0;
+      task.hits_walls = false;
+      for (std::size_t i = from; i < end && (round > 0 || task.fast != 0); ++i) find_impacts_of(i, slowest, task);
+      for (std::size_t i = from; i < end && room_.walls_each != 0; ++i) find_impacts_on_walls(i, slowest, task);
     });
-    return std::find(room_.has_impacts.begin(), room_.has_impacts.end(), 1) != room_.has_impacts.end();
+    return std::any_of(room_.tasks.begin(), room_.tasks.end(),
+                       [](const Task& task) { return task.impacts != 0 || task.hits_walls; });
   }
-  // Each particle's.
+  void find_impacts_of(std::size_t i, T slowest, Task& task) noexcept {
+    for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
+      const Near near = room_.is_near[place];
+      if (near == Near::no) continue;
+      const std::uint32_t j = room_.lists.partner(place);
+      if (near != Near::fast && room_.is_hit[i] == 0 && room_.is_hit[j] == 0) continue;
+      const Impact<T> impact = find_impact(i, j, met(), wanted(i, j), h_, slowest);
+      if (impact.f > 1) continue;
+      room_.pairs[task.first + task.impacts] = {.i = static_cast<std::uint32_t>(i), .j = j};
+      room_.put_impact(task.first + task.impacts, impact);
+      ++task.impacts;
+    }
+  }
+  void find_impacts_on_walls(std::size_t i, T slowest, Task& task) noexcept {
+    room_.hit_wall[i] = no_wall;
+    for (std::size_t s = 0; s < walls_of(i); ++s) {
+      MetWall<T>& of = wall(i, s);
+      find_impact(of, i, met(), h_, slowest);
+      if (of.impact.f > 1) continue;
+      const bool is_first = room_.hit_wall[i] == no_wall || comes_before(of.impact, wall(i, room_.hit_wall[i]).impact);
+      if (is_first) room_.hit_wall[i] = static_cast<std::uint8_t>(s);
+      task.hits_walls = true;
+    }
+  }
+  // Each particle's first among its pairs, which come in the order of numbers.
   void name_impacts() noexcept {
-    const auto walls = static_cast<std::uint32_t>(room_.pairs.size());
-    over_particles([&](std::size_t i) {
-      const MetPair<T>* best = nullptr;
-      std::uint32_t named = no_partner;
-      const auto look = [&](const MetPair<T>& meeting, std::uint32_t number) {
-        if (meeting.f > 1 || (best != nullptr && !comes_before(meeting, *best))) return;
-        best = &meeting;
-        named = number;
-      };
-      for (std::size_t s = room_.others[i]; s < room_.others[i + 1]; ++s) look(room_.pairs[room_.other[s]], room_.other[s]);
-      for (std::size_t p = room_.own[i]; p < room_.own[i + 1]; ++p) look(room_.pairs[p], static_cast<std::uint32_t>(p));
-      for (std::size_t s = 0; s < walls_of(i); ++s) look(wall(i, s), walls + static_cast<std::uint32_t>(s));
-      room_.best[i] = named;
+    over_impacts([&](const MetPair& pair, std::uint32_t p) {
+      const Impact<T> impact = room_.impact(p);
+      for (const std::uint32_t i : {pair.i, pair.j}) {
+        std::uint32_t& best = room_.best[i];
+        if (best == no_partner || comes_before(impact, room_.impact(best))) best = p;
+      }
     });
   }
-  void hit(const MetPair<T>& meeting) noexcept {
-    const Point<T> impulse = impulse_of(meeting, met(), h_);
-    const auto take_pulse = [&](std::size_t i, T sign) {
-      const Point<T> dv = times(sign * room_.w[i], impulse);
-      room_.dv[i] = plus(room_.dv[i], dv);
-      room_.shift[i] = minus(room_.shift[i], times(meeting.f * h_, dv));
-      room_.last[i] = meeting.f;
-    };
-    take_pulse(meeting.i, T(1));
-    if (meeting.j != no_partner) take_pulse(meeting.j, T(-1));
+  // A wall is named where it comes before all pairs.
+  [[nodiscard]] bool names_wall(std::size_t i) const noexcept {
+    if (room_.walls_each == 0 || room_.hit_wall[i] == no_wall) return false;
+    const std::uint32_t best = room_.best[i];
+    return best == no_partner || comes_before(wall(i, room_.hit_wall[i]).impact, room_.impact(best));
   }
+  [[nodiscard]] bool is_named(std::size_t i, std::uint32_t p) const noexcept { return room_.best[i] == p && !names_wall(i); }
+  void hit(const MetPair& pair, const Impact<T>& impact) noexcept {
+    const Point<T> u = minus(plus(room_.v[pair.i], room_.dv[pair.i]), plus(room_.v[pair.j], room_.dv[pair.j]));
+    const Point<T> impulse =
+        impulse_of(impact.n, u, room_.w[pair.i] + room_.w[pair.j], static_cast<T>(rules_.meet().restitution), mu());
+    take_impulse(pair.i, T(1), impulse, impact.f);
+    take_impulse(pair.j, T(-1), impulse, impact.f);
+  }
+  void hit(std::size_t i, MetWall<T>& of) noexcept {
+    const Point<T> u = minus(plus(room_.v[i], room_.dv[i]), times(1 / h_, of.way));
+    const Point<T> impulse = impulse_of(of.contact.n, u, room_.w[i], of.e, of.mu);
+    of.impulse = plus(of.impulse, impulse);
+    take_impulse(i, T(1), impulse, of.impact.f);
+  }
+  void take_impulse(std::size_t i, T sign, const Point<T>& impulse, T f) noexcept {
+    const Point<T> dv = times(sign * room_.w[i], impulse);
+    room_.dv[i] = plus(room_.dv[i], dv);
+    room_.shift[i] = minus(room_.shift[i], times(f * h_, dv));
+    room_.last[i] = f;
+    room_.is_hit[i] = 1;
+  }
+  [[nodiscard]] T mu() const noexcept { return static_cast<T>(std::min(rules_.meet().friction, 1e6)); }
 
   // ---- contacts -----------------------------------------------------------------------------------------------------------
 
@@ -364,77 +436,137 @@ class MeetStep {
     const int rounds = rules_.meet().rounds;
     for (int round = 0; round < rounds; ++round) {
       const T beta = round + 1 < rounds ? T(beta_of_rounds) : T(0);
-      over_pairs([&](MetPair<T>& pair, std::size_t) { push(pair, met(), beta); });
-      over_particles([&](std::size_t i) {
-        for (std::size_t s = 0; s < walls_of(i); ++s) push(wall(i, s), met(), beta);
-      });
+      push_all(beta);
       sum_pulses();
     }
     keep_pulses();
   }
+  [[nodiscard]] Point<T> moved_by_impacts(std::size_t i) const noexcept { return plus(room_.shift[i], times(h_, room_.dv[i])); }
+  // use(first pair, how many): of a task, in its lanes.
+  template <class Use>
+  static void over_lanes(const Task& task, const Use& use) noexcept {
+    for (std::size_t p = 0; p < task.near; p += meeting_lanes)
+      use(task.first + p, std::min<std::size_t>(meeting_lanes, task.near - p));
+  }
   // From the pulses of the sub-step before.
   void begin_contacts() noexcept {
-    const T ratio = room_.kept_h != 0 ? h_ / room_.kept_h : T(0);
+    const bool is_kept = room_.keeps == Keeps::in_places;
+    const T ratio = is_kept ? h_ / room_.kept_h : T(0);
     const T scale = T(kept_part) * (ratio * ratio);
-    const auto scaled_by = [scale](const KeptPulse<T>& of) {
-      return KeptPulse<T>{of.j, scale * of.normal, times(scale, of.along)};
-    };
-    over_particles([&](std::size_t i) {
-      std::size_t k = room_.kept_h != 0 ? room_.kept_first[i] : 0;
-      const std::size_t end = room_.kept_h != 0 ? room_.kept_first[i + 1] : 0;
-      for (std::size_t p = room_.own[i]; p < room_.own[i + 1]; ++p) {
-        MetPair<T>& pair = room_.pairs[p];
-        while (k < end && room_.kept[k].j < pair.j) ++k;
-        const bool is_kept = k < end && room_.kept[k].j == pair.j;
-        begin_contact(pair, met(), wanted(i, pair.j), h_, is_kept ? scaled_by(room_.kept[k]) : KeptPulse<T>{});
+    const auto scaled_by = [scale](const Pulse<T>& of) { return Pulse<T>{times(scale, of.vector), scale * of.number}; };
+    over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
+      std::uint32_t p = task.first;
+      for (std::size_t i = from; i < end; ++i) {
+        for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
+          if (room_.is_near[place] == Near::no) {
+            room_.pulses[place] = {};
+          } else {
+            room_.pairs[p++] = {static_cast<std::uint32_t>(i), room_.lists.partner(place), static_cast<std::uint32_t>(place)};
+          }
+        }
       }
-      for (std::size_t s = 0; s < walls_of(i); ++s) {
-        const KeptPulse<T>* const first = room_.kept_walls.data() + i * room_.walls_each;
-        const KeptPulse<T>* const last = first + (room_.kept_h != 0 ? room_.kept_wall_count[i] : 0);
-        const auto found = std::find_if(first, last, [&](const KeptPulse<T>& of) { return of.j == wall(i, s).surface; });
-        begin_contact(wall(i, s), met(), T(0), h_, found != last ? scaled_by(*found) : KeptPulse<T>{});
+      over_lanes(task, [&](std::size_t first, std::size_t count) {
+        typename Separations<T>::Three q0{}, q1{};
+        typename Separations<T>::Lanes d{};
+        PulseLanes<T> pulses{};
+        for (std::size_t k = 0; k < count; ++k) {
+          const MetPair& pair = room_.pairs[first + k];
+          Point<T> end_at = minus(room_.x1[pair.i], room_.x1[pair.j]);
+          if (room_.has_impacts) end_at = plus(end_at, minus(moved_by_impacts(pair.i), moved_by_impacts(pair.j)));
+          Separations<T>::put(q0, k, minus(room_.x0[pair.i], room_.x0[pair.j]));
+          Separations<T>::put(q1, k, end_at);
+          d[k] = wanted(pair.i, pair.j);
+          if (is_kept) pulses.put(k, scaled_by(room_.pulses[pair.place]));
+        }
+        begin_contacts_of(room_.separations[first / meeting_lanes], q0, q1, d, pulses);
+        for (std::size_t k = 0; k < count; ++k) room_.pulses[room_.pairs[first + k].place] = pulses.of(k);
+      });
+      for (std::size_t i = from; i < end; ++i) {
+        for (std::size_t s = 0; s < walls_of(i); ++s) {
+          MetWall<T>& of = wall(i, s);
+          const std::uint32_t* const first = room_.kept_wall_surfaces.data() + i * room_.walls_each;
+          const std::uint32_t* const last = first + (is_kept ? room_.kept_wall_count[i] : 0);
+          const std::uint32_t* const found = std::find(first, last, of.surface);
+          const Point<T> moved = moved_by_impacts(i);
+          of.contact.gap = of.contact.gap + inner(of.contact.n, moved);
+          const Point<T> D = minus(plus(minus(room_.x1[i], room_.x0[i]), moved), of.way);
+          const auto kept_at = static_cast<std::size_t>(found - room_.kept_wall_surfaces.data());
+          of.pulse = begin_contact(of.contact, D, found != last ? scaled_by(room_.kept_walls[kept_at]) : Pulse<T>{});
+        }
       }
     });
   }
-  // The ways that pulses move each particle, and how many act on it.
+  void push_all(T beta) noexcept {
+    over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
+      over_lanes(task, [&](std::size_t first, std::size_t count) {
+        typename Separations<T>::Three moved{};
+        typename Separations<T>::Lanes w{};
+        PulseLanes<T> pulses{};
+        for (std::size_t k = 0; k < count; ++k) {
+          const MetPair& pair = room_.pairs[first + k];
+          const MeetPush<T>& a = room_.pushed[pair.i];
+          const MeetPush<T>& b = room_.pushed[pair.j];
+          Separations<T>::put(moved, k, minus(a.dx, b.dx));
+          w[k] = a.w + b.w;
+          pulses.put(k, room_.pulses[pair.place]);
+        }
+        push_lanes(room_.separations[first / meeting_lanes], pulses, moved, w, mu(), beta);
+        for (std::size_t k = 0; k < count; ++k) room_.pulses[room_.pairs[first + k].place] = pulses.of(k);
+      });
+      for (std::size_t i = from; i < end; ++i) {
+        for (std::size_t s = 0; s < walls_of(i); ++s) {
+          MetWall<T>& of = wall(i, s);
+          push(of.contact, of.pulse, room_.pushed[i].dx, room_.pushed[i].w, of.mu, beta);
+        }
+      }
+    });
+  }
+  // How far pulses move each particle, by those of partners in the order of their numbers, then by surfaces.
   void sum_pulses() noexcept {
     over_particles([&](std::size_t i) {
-      Point<T> sum{};
-      T k = 0;
-      over_meetings_of(i, [&](const MetPair<T>& meeting, T sign) {
-        sum = plus(sum, times(sign, meeting.pulse));
-        k += meeting.is_active ? T(1) : T(0);
-      });
-      room_.dx[i] = times(room_.w[i], sum);
-      room_.k[i] = k;
+      std::array<T, 4> sum{};  // numbers too, which are whole and so exact
+      for (const std::uint32_t* place = room_.lists.lower_begin(i); place != room_.lists.lower_end(i); ++place) {
+        const Pulse<T>& pulse = room_.pulses[*place];
+        sum = {sum[0] - pulse.vector[0], sum[1] - pulse.vector[1], sum[2] - pulse.vector[2], sum[3] - pulse.number};
+      }
+      sum[3] = -sum[3];
+      const auto take_pulse = [&sum](const Pulse<T>& pulse) {
+        sum = {sum[0] + pulse.vector[0], sum[1] + pulse.vector[1], sum[2] + pulse.vector[2], sum[3] + pulse.number};
+      };
+      for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) take_pulse(room_.pulses[place]);
+      for (std::size_t s = 0; s < walls_of(i); ++s) take_pulse(wall(i, s).pulse);
+      room_.pushed[i] = {times(room_.w[i], Point<T>{sum[0], sum[1], sum[2]}), room_.w[i] * sum[3]};
     });
   }
   void keep_pulses() noexcept {
     const T weight = m_.slowest_bounce() / 4 * std::abs(h_);
-    const auto weight_of = [&](const MetPair<T>& of) {
-      return weight / (of.j == no_partner ? room_.w[of.i] : room_.w[of.i] + room_.w[of.j]);
-    };
-    std::uint32_t count = 0;
-    for (std::size_t i = 0; i < particles(); ++i) {
-      room_.kept_first[i] = count;
-      for (std::size_t p = room_.own[i]; p < room_.own[i + 1]; ++p) {
-        if (room_.pairs[p].normal > 0) room_.kept[count++] = kept(room_.pairs[p], weight_of(room_.pairs[p]));
+    over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
+      for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
+        const MetPair& pair = room_.pairs[p];
+        const Separation<T> of = room_.separations[p / meeting_lanes].of(p % meeting_lanes);
+        room_.pulses[pair.place] = kept(of, weight / (room_.w[pair.i] + room_.w[pair.j]));
       }
-      std::size_t walls = 0;
-      for (std::size_t s = 0; s < walls_of(i); ++s) {
-        const MetPair<T>& of = wall(i, s);
-        if (of.normal > 0) room_.kept_walls[i * room_.walls_each + walls++] = kept(of, weight_of(of));
+      for (std::size_t i = from; i < end && room_.walls_each != 0; ++i) {
+        std::uint8_t walls = 0;
+        for (std::size_t s = 0; s < walls_of(i); ++s) {
+          const MetWall<T>& of = wall(i, s);
+          if (!(of.contact.normal > 0)) continue;
+          const std::size_t at = i * room_.walls_each + walls++;
+          room_.kept_walls[at] = kept(of.contact, weight / room_.w[i]);
+          room_.kept_wall_surfaces[at] = of.surface;
+        }
+        room_.kept_wall_count[i] = walls;
       }
-      if (room_.walls_each != 0) room_.kept_wall_count[i] = static_cast<std::uint8_t>(walls);
-    }
-    room_.kept_first[particles()] = count;
+    });
+    room_.keeps = Keeps::in_places;
     room_.kept_h = h_;
   }
   void put_back() noexcept {
     over_particles([&](std::size_t i) {
       if (!(room_.w[i] > 0)) return;
-      const Point<T> moved = plus(plus(room_.shift[i], times(h_, room_.dv[i])), room_.dx[i]);
-      const Point<T> given = plus(room_.dv[i], times(1 / h_, room_.dx[i]));
+      const Point<T>& dx = room_.pushed[i].dx;
+      const Point<T> moved = plus(moved_by_impacts(i), dx);
+      const Point<T> given = plus(room_.dv[i], times(1 / h_, dx));
       const Point<T> zero{};
       if (moved == zero && given == zero) return;
       room_.x1[i] = plus(room_.x1[i], moved);
@@ -453,11 +585,11 @@ class MeetStep {
       std::optional<ContactSums> sums;
       for (std::size_t i = 0; i < particles(); ++i) {
         for (std::size_t s = 0; s < walls_of(i); ++s) {
-          const MetPair<T>& of = wall(i, s);
+          const MetWall<T>& of = wall(i, s);
           const bool is_hit = of.impulse != Point<T>{};
-          if (surfaces_[of.surface].contact != contact || !(is_hit || of.normal > 0)) continue;
+          if (surfaces_[of.surface].contact != contact || !(is_hit || of.contact.normal > 0)) continue;
           if (!sums) sums.emplace(contact);
-          const Point<T> on = times(T(-1), plus(of.impulse, times(1 / h_, of.pulse)));
+          const Point<T> on = times(T(-1), plus(of.impulse, times(1 / h_, of.pulse.vector)));
           const Vec3 impulse{double{on[0]}, double{on[1]}, double{on[2]}};
           const Vec3 x{double{room_.x1[i][0]}, double{room_.x1[i][1]}, double{room_.x1[i][2]}};
           sums->add(impulse, cross(difference(sum(x, m_.origin()), report_->centers[contact].at), impulse));

@@ -151,12 +151,10 @@ void carry_workspace(const JoinedMotion<A>& joined, JoinedWorkspace<A>& workspac
     const SkinStart& start = joined.skins()[k];
     workspace.skins[k].carry(by, start.motion ? nullptr : &start);
   }
-  const auto turn = [&by](KeptPulse<A>& pulse) {
-    const Vec3 turned = by.direction({double{pulse.along[0]}, double{pulse.along[1]}, double{pulse.along[2]}});
-    for (std::size_t axis = 0; axis < 3; ++axis) pulse.along[axis] = static_cast<A>(turned[axis]);
-  };
-  for (KeptPulse<A>& pulse : workspace.meet.kept) turn(pulse);
-  for (KeptPulse<A>& pulse : workspace.meet.kept_walls) turn(pulse);
+  workspace.meet.turn_kept([&by](Point<A>& along) {
+    const Vec3 turned = by.direction({double{along[0]}, double{along[1]}, double{along[2]}});
+    for (std::size_t axis = 0; axis < 3; ++axis) along[axis] = static_cast<A>(turned[axis]);
+  });
   const auto& a = workspace.work.a;
   if (a[0] == nullptr || !workspace.remembers(state.x[0].base, state.clock)) return;
   for (std::size_t i = 0; i < joined.joints().order.size; ++i) {

@@ -32,8 +32,13 @@ class PairLists {
   [[nodiscard]] const std::uint32_t* begin(std::size_t i) const noexcept { return partners_.data() + first_[i]; }
   [[nodiscard]] const std::uint32_t* end(std::size_t i) const noexcept { return partners_.data() + first_[i + 1]; }
   [[nodiscard]] std::size_t first(std::size_t i) const noexcept { return first_[i]; }
+  [[nodiscard]] std::uint32_t partner(std::size_t place) const noexcept { return partners_[place]; }
+  // The places where a particle is the partner of one with a lower number, in the order of these.
+  [[nodiscard]] const std::uint32_t* lower_begin(std::size_t i) const noexcept { return lower_.data() + first_lower_[i]; }
+  [[nodiscard]] const std::uint32_t* lower_end(std::size_t i) const noexcept { return lower_.data() + first_lower_[i + 1]; }
+  [[nodiscard]] std::size_t room() const noexcept { return partners_.size(); }
   [[nodiscard]] std::size_t bytes() const noexcept {
-    return 4 * (first_.size() + partners_.size() + starts_.size() + cell_.size() + sorted_.size()) +
+    return 4 * (2 * first_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + sorted_.size()) +
            sizeof(Pair2) * found_.size();
   }
 
@@ -44,6 +49,7 @@ class PairLists {
   void shape(const Point<T>* x, const T* a, double side) noexcept;
   void sort(const Point<T>* x, const T* a) noexcept;
   void order() noexcept;
+  void look_back() noexcept;
   [[nodiscard]] Cell cell_at(const Point<T>& x) const noexcept;
   [[nodiscard]] std::uint32_t number_of(std::uint32_t cx, std::uint32_t cy, std::uint32_t cz) const noexcept {
     return (((cz & mask_[2]) << bits_[1] | (cy & mask_[1])) << bits_[0]) | (cx & mask_[0]);
@@ -53,7 +59,7 @@ class PairLists {
   std::array<std::uint32_t, 3> bits_{}, mask_{};
   std::uint32_t cells_ = 0;
   double per_side_ = 0;
-  std::vector<std::uint32_t> first_{}, partners_{};
+  std::vector<std::uint32_t> first_{}, partners_{}, first_lower_{}, lower_{};
   std::vector<std::uint32_t> starts_{}, cell_{}, sorted_{};
   std::vector<Pair2> found_{};
   std::size_t count_ = 0;

@@ -16,6 +16,8 @@ PairLists<T>::PairLists(std::size_t particles, std::size_t pairs)
     : particles_(particles),
       first_(particles + 1),
       partners_(pairs),
+      first_lower_(particles + 1),
+      lower_(pairs),
       starts_(std::max<std::size_t>(64, cells_per_particle * particles) + 1),
       cell_(particles),
       sorted_(particles),
@@ -104,6 +106,16 @@ void PairLists<T>::order() noexcept {
 }
 
 template <class T>
+void PairLists<T>::look_back() noexcept {
+  std::fill(first_lower_.begin(), first_lower_.end(), 0U);
+  for (std::size_t p = 0; p < count_; ++p) ++first_lower_[partners_[p] + 1];
+  for (std::size_t i = 0; i < particles_; ++i) first_lower_[i + 1] += first_lower_[i];
+  for (std::size_t p = 0; p < count_; ++p) lower_[first_lower_[partners_[p]]++] = static_cast<std::uint32_t>(p);
+  for (std::size_t i = particles_; i > 0; --i) first_lower_[i] = first_lower_[i - 1];
+  first_lower_[0] = 0;
+}
+
+template <class T>
 template <class Accepts>
 auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts) noexcept -> Found {
   count_ = 0;
@@ -181,6 +193,7 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
   }
   if (is_full) return Found::too_many;
   order();
+  look_back();
   return Found::all;
 }
 

@@ -43,26 +43,96 @@ inline constexpr double kept_part = 0.4;  // of a contact's pulse, with which it
 template <class T>
 using Point = std::array<T, 3>;
 
-// A pair within reach, or a particle and a surface.
+// What a particle takes of a meeting in a round: the pulse in kg m, and 1 where it acts, else 0. Between sub-steps it is the pulse with
+// which the next one begins: that along the surface, and the normal one.
 template <class T>
-struct MetPair {
-  std::uint32_t i = 0, j = no_partner;
-  std::uint32_t surface = 0;  // where j is no partner
-  Point<T> n{};               // from j to i
-  T gap = 0;                  // C as the impacts leave it, m
-  T mu = 0;                   // Coulomb's coefficient
-  Point<T> slip{};            // what slides in the sub-step, along the surface, m
-  T e = 0;                    // restitution
-  T start = 0;                // a surface: how far it is off when the sub-step begins, m
-  Point<T> way{};             // a surface: how far it goes in the sub-step, m
-  T f = 2;                    // where an impact is within the sub-step; 2: none
-  T speed = 0;                // of the approach, m/s
-  bool is_active = false;
+struct Pulse {
+  Point<T> vector{};
+  T number = 0;
+};
+
+// C and what keeps it, in the rounds.
+template <class T>
+struct Separation {
+  Point<T> n{};     // from j to i
+  T gap = 0;        // C as the impacts leave it, m
+  Point<T> slip{};  // what slides in the sub-step, along the surface, m
   T normal = 0, normal_y = 0;
   Point<T> along{}, along_y{};
-  T begun = 0;         // the normal pulse that the sub-step began with
-  Point<T> pulse{};    // kg m
-  Point<T> impulse{};  // of a surface's impacts, kg m/s
+  T begun = 0;  // the normal pulse that the sub-step began with
+};
+
+// Where an impact is within the sub-step.
+template <class T>
+struct Impact {
+  Point<T> n{};  // from j to i
+  T f = 2;       // 2: none
+  T speed = 0;   // of the approach, m/s
+};
+
+// A pair within reach.
+struct MetPair {
+  std::uint32_t i = 0, j = no_partner;
+  std::uint32_t place = 0;  // in the lists, and of its pulse
+};
+
+inline constexpr std::size_t meeting_lanes = 16;
+
+// Separations of pairs, a lane each.
+template <class T>
+struct Separations {
+  using Lanes = std::array<T, meeting_lanes>;
+  using Three = std::array<Lanes, 3>;
+  Three n, slip, along, along_y;
+  Lanes gap, normal, normal_y, begun;
+
+  [[nodiscard]] Separation<T> of(std::size_t k) const noexcept {
+    return {at(n, k),           gap.data()[k], at(slip, k),    normal.data()[k],
+            normal_y.data()[k], at(along, k),  at(along_y, k), begun.data()[k]};
+  }
+  void put(std::size_t k, const Separation<T>& of) noexcept {
+    put(n, k, of.n);
+    gap.data()[k] = of.gap;
+    put(slip, k, of.slip);
+    normal.data()[k] = of.normal;
+    normal_y.data()[k] = of.normal_y;
+    put(along, k, of.along);
+    put(along_y, k, of.along_y);
+    begun.data()[k] = of.begun;
+  }
+  static Point<T> at(const Three& three, std::size_t k) noexcept {
+    return {three[0].data()[k], three[1].data()[k], three[2].data()[k]};
+  }
+  static void put(Three& three, std::size_t k, const Point<T>& at) noexcept {
+    for (std::size_t axis = 0; axis < 3; ++axis) three[axis].data()[k] = at[axis];
+  }
+};
+
+// Pulses of as many pairs.
+template <class T>
+struct PulseLanes {
+  typename Separations<T>::Three vector;
+  typename Separations<T>::Lanes number;
+
+  [[nodiscard]] Pulse<T> of(std::size_t k) const noexcept { return {Separations<T>::at(vector, k), number.data()[k]}; }
+  void put(std::size_t k, const Pulse<T>& of) noexcept {
+    Separations<T>::put(vector, k, of.vector);
+    number.data()[k] = of.number;
+  }
+};
+
+// A particle and a surface.
+template <class T>
+struct MetWall {
+  std::uint32_t surface = 0;
+  T mu = 0;        // Coulomb's coefficient
+  T e = 0;         // restitution
+  T start = 0;     // how far it is off when the sub-step begins, m
+  Point<T> way{};  // how far it goes in the sub-step, m
+  Impact<T> impact{};
+  Separation<T> contact{};
+  Pulse<T> pulse{};
+  Point<T> impulse{};  // of impacts, kg m/s
 };
 
 // The particles of a scene by their numbers. Those that meet nothing have the radius 0.
@@ -73,9 +143,7 @@ struct MetParticles {
   const Point<T>* v = nullptr;      // likewise, m/s
   const Point<T>* dv = nullptr;     // by impacts, m/s
   const Point<T>* shift = nullptr;  // of the start, by impacts, m
-  const Point<T>* dx = nullptr;     // by contacts, m
   const T* w = nullptr;             // 1/kg
-  const T* k = nullptr;             // pulses that act
   const T* last = nullptr;          // the last impact's f
 };
 
@@ -100,29 +168,34 @@ T inner(const Point<T>& a, const Point<T>& b) noexcept {
 template <class T>
 bool comes_within(const Point<T>& q0, const Point<T>& q1, T distance) noexcept;
 
-// Finds the impact of a pair, with d the wanted distance and h the sub-step, or of a surface: fills n, f and speed.
+// The impact of a pair, with d the wanted distance and h the sub-step, or of a particle with a surface.
 template <class T>
-void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slowest) noexcept;
-// The impulse of an impact on i.
+Impact<T> find_impact(std::size_t i, std::size_t j, const MetParticles<T>& of, T d, T h, T slowest) noexcept;
 template <class T>
-Point<T> impulse_of(const MetPair<T>& meeting, const MetParticles<T>& of, T h) noexcept;
+void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h, T slowest) noexcept;
+// The impulse on a particle that goes by u, m/s, against what it meets. w: of both, 1/kg.
+template <class T>
+Point<T> impulse_of(const Point<T>& n, const Point<T>& u, T w, T e, T mu) noexcept;
 
-// The pulse of a contact in the sub-step before, from which rounds go on.
+// The contact of a pair after impacts, from q0 to q1 and begun with the pulse of the sub-step before, or of none; and of a surface,
+// against which a particle goes by D.
 template <class T>
-struct KeptPulse {
-  std::uint32_t j = 0;  // the partner with the higher number, or the surface
-  T normal = 0;
-  Point<T> along{};
-};
-
-// The contact of a pair after impacts, and of a surface. kept: its pulse before, or none.
+Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d, const Pulse<T>& kept) noexcept;
 template <class T>
-void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, const KeptPulse<T>& kept) noexcept;
-// One round.
+Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>& kept) noexcept;
+// One round: what has been pushed, m, and 1/kg by all pulses that act.
 template <class T>
-void push(MetPair<T>& meeting, const MetParticles<T>& of, T beta) noexcept;
+void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu, T beta) noexcept;
+// The same of lanes. d: m.
+template <class T>
+void begin_contacts_of(Separations<T>& contacts, const typename Separations<T>::Three& q0,
+                       const typename Separations<T>::Three& q1, const typename Separations<T>::Lanes& d,
+                       PulseLanes<T>& pulses) noexcept;
+template <class T>
+void push_lanes(Separations<T>& contacts, PulseLanes<T>& pulses, const typename Separations<T>::Three& moved,
+                const typename Separations<T>::Lanes& w, T mu, T beta) noexcept;
 // The pulse that the next sub-step begins with. weight: the pulse of a pair that carries its own weight.
 template <class T>
-KeptPulse<T> kept(const MetPair<T>& meeting, T weight) noexcept;
+Pulse<T> kept(const Separation<T>& contact, T weight) noexcept;
 
 }  // namespace dvdx

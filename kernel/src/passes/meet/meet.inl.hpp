@@ -2,7 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <type_traits>
 
 namespace dvdx {
 namespace met_pairs {
@@ -48,6 +51,18 @@ T first_touch(const Point<T>& q, const Point<T>& D, T d) noexcept {
   return f < 1 ? f : T(2);
 }
 
+// By bits, which leaves a compiler no branch to make of it.
+template <class T>
+T select(bool which, T a, T b) noexcept {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  const Bits mask = Bits{0} - static_cast<Bits>(which);
+  return std::bit_cast<T>((std::bit_cast<Bits>(a) & mask) | (std::bit_cast<Bits>(b) & ~mask));
+}
+template <class T>
+Point<T> select(bool which, const Point<T>& a, const Point<T>& b) noexcept {
+  return {select(which, a[0], b[0]), select(which, a[1], b[1]), select(which, a[2], b[2])};
+}
+
 }  // namespace met_pairs
 
 template <class T>
@@ -61,31 +76,12 @@ bool comes_within(const Point<T>& q0, const Point<T>& q1, T distance) noexcept {
 }
 
 template <class T>
-void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slowest) noexcept {
-  meeting.f = 2;
-  const std::size_t i = meeting.i;
+Impact<T> find_impact(std::size_t i, std::size_t j, const MetParticles<T>& of, T d, T h, T slowest) noexcept {
+  Impact<T> impact;
   const T sign = h < 0 ? T(-1) : T(1);
-  if (meeting.j != no_partner) {
-    const Point<T> u = minus(plus(of.v[i], of.dv[i]), plus(of.v[meeting.j], of.dv[meeting.j]));
-    if (!(inner(u, u) > slowest * slowest)) return;
-  }
+  const Point<T> u = minus(plus(of.v[i], of.dv[i]), plus(of.v[j], of.dv[j]));
+  if (!(inner(u, u) > slowest * slowest)) return impact;
   const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
-  if (meeting.j == no_partner) {
-    const Point<T> v = minus(own.v, times(1 / h, meeting.way));
-    meeting.speed = -sign * inner(meeting.n, v);
-    if (!(meeting.speed > slowest)) return;
-    const Point<T> D = minus(minus(own.to, own.from), meeting.way);
-    const T at_first = meeting.start + inner(meeting.n, of.shift[i]);
-    const T fall = inner(meeting.n, D);
-    const T at_last = at_first + of.last[i] * fall;
-    if (at_last <= 0) {
-      meeting.f = of.last[i];
-    } else if (at_first + fall < 0) {
-      meeting.f = -at_first / fall;
-    }
-    return;
-  }
-  const std::size_t j = meeting.j;
   const met_pairs::Way<T> other = met_pairs::way_of(of, j, h);
   const Point<T> q0 = plus(minus(of.x0[i], of.x0[j]), minus(of.shift[i], of.shift[j]));
   const Point<T> D = minus(minus(own.to, other.to), q0);
@@ -97,105 +93,146 @@ void find_impact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, T slo
   if (square > d * d) {
     const T left = 1 - last;
     const T part = met_pairs::first_touch(q, times(left, D), d);
-    if (part > 1) return;
+    if (part > 1) return impact;
     f = last + left * part;
     touch = plus(q, times(part, times(left, D)));
   }
-  meeting.n = met_pairs::direction(touch);
-  meeting.speed = -sign * inner(meeting.n, minus(own.v, other.v));
-  if (meeting.speed > slowest) meeting.f = f;
+  impact.n = met_pairs::direction(touch);
+  impact.speed = -sign * inner(impact.n, minus(own.v, other.v));
+  if (impact.speed > slowest) impact.f = f;
+  return impact;
 }
 
 template <class T>
-Point<T> impulse_of(const MetPair<T>& meeting, const MetParticles<T>& of, T h) noexcept {
-  const std::size_t i = meeting.i;
-  Point<T> u = plus(of.v[i], of.dv[i]);
-  T w = of.w[i];
-  if (meeting.j == no_partner) {
-    u = minus(u, times(1 / h, meeting.way));
-  } else {
-    u = minus(u, plus(of.v[meeting.j], of.dv[meeting.j]));
-    w = w + of.w[meeting.j];
+void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h, T slowest) noexcept {
+  wall.impact.f = 2;
+  wall.impact.n = wall.contact.n;
+  const T sign = h < 0 ? T(-1) : T(1);
+  const Point<T> v = minus(plus(of.v[i], of.dv[i]), times(1 / h, wall.way));
+  wall.impact.speed = -sign * inner(wall.contact.n, v);
+  if (!(wall.impact.speed > slowest)) return;
+  const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
+  const Point<T> D = minus(minus(own.to, own.from), wall.way);
+  const T at_first = wall.start + inner(wall.contact.n, of.shift[i]);
+  const T fall = inner(wall.contact.n, D);
+  const T at_last = at_first + of.last[i] * fall;
+  if (at_last <= 0) {
+    wall.impact.f = of.last[i];
+  } else if (at_first + fall < 0) {
+    wall.impact.f = -at_first / fall;
   }
-  const T normal = inner(meeting.n, u);
-  const T size = -(1 + meeting.e) * normal / w;
-  Point<T> impulse = times(size, meeting.n);
-  if (!(meeting.mu > 0)) return impulse;
-  const Point<T> slide = minus(u, times(normal, meeting.n));
+}
+
+template <class T>
+Point<T> impulse_of(const Point<T>& n, const Point<T>& u, T w, T e, T mu) noexcept {
+  const T normal = inner(n, u);
+  const T size = -(1 + e) * normal / w;
+  const Point<T> impulse = times(size, n);
+  if (!(mu > 0)) return impulse;
+  const Point<T> slide = minus(u, times(normal, n));
   const T speed = std::sqrt(inner(slide, slide));
   if (!(speed > 0)) return impulse;
-  const T most = meeting.mu * std::abs(size);
+  const T most = mu * std::abs(size);
   const T wanted = speed / w;
   return minus(impulse, times((wanted < most ? wanted : most) / speed, slide));
 }
 
+// Without branches, so that a compiler takes several lanes at once.
 template <class T>
-void begin_contact(MetPair<T>& meeting, const MetParticles<T>& of, T d, T h, const KeptPulse<T>& kept) noexcept {
-  const std::size_t i = meeting.i;
-  const Point<T> moved = plus(of.shift[i], times(h, of.dv[i]));
-  if (meeting.j == no_partner) {
-    meeting.gap = meeting.gap + inner(meeting.n, moved);
-    const Point<T> D = minus(plus(minus(of.x1[i], of.x0[i]), moved), meeting.way);
-    meeting.slip = met_pairs::across(D, meeting.n);
-  } else {
-    const std::size_t j = meeting.j;
-    const Point<T> q0 = minus(of.x0[i], of.x0[j]);
-    const Point<T> q1 = plus(minus(of.x1[i], of.x1[j]), minus(moved, plus(of.shift[j], times(h, of.dv[j]))));
-    const Point<T> D = minus(q1, q0);
-    const T square = inner(q0, q0);
-    Point<T> at = q0;
-    if (square > d * d) {
-      const T a = inner(D, D);
-      const T b = -inner(q0, D);
-      const T f = met_pairs::first_touch(q0, D, d);
-      const T nearest = b > 0 ? (b < a ? b / a : T(1)) : T(0);
-      at = plus(q0, times(f < 1 ? f : nearest, D));
-    }
-    meeting.n = met_pairs::direction(at);
-    meeting.gap = inner(meeting.n, q1) - d;
-    meeting.slip = met_pairs::across(D, meeting.n);
-  }
-  meeting.is_active = meeting.gap < 0 || kept.normal > 0;
-  meeting.begun = meeting.normal = meeting.normal_y = kept.normal;
-  meeting.along = meeting.along_y = met_pairs::across(kept.along, meeting.n);
-  meeting.pulse = plus(times(meeting.normal, meeting.n), meeting.along);
+[[gnu::always_inline]] inline Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d,
+                                                     const Pulse<T>& kept) noexcept {
+  const Point<T> D = minus(q1, q0);
+  const T a = inner(D, D);
+  const T b = inner(q0, D);
+  const T c = inner(q0, q0) - d * d;
+  const T root = b * b - a * c;
+  const T touch = c / (std::sqrt(root) - b);
+  const T part = -b / a;
+  const T on_chord = met_pairs::select(-b < a, part, T(1));
+  const T nearest = met_pairs::select(-b > 0, on_chord, T(0));
+  const bool touches = (b < 0) & (root > 0) & (touch < 1);
+  const T f = met_pairs::select(touches, touch, nearest);
+  const bool is_apart = inner(q0, q0) > d * d;
+  const Point<T> at = met_pairs::select(is_apart, plus(q0, times(f, D)), q0);
+  const T square = inner(at, at);
+  // Two particles in one place have no direction of their own.
+  contact.n = met_pairs::select(square > 0, times(1 / std::sqrt(square), at), Point<T>{T(1), T(0), T(0)});
+  contact.gap = inner(contact.n, q1) - d;
+  return begin_contact(contact, D, kept);
 }
 
 template <class T>
-void push(MetPair<T>& meeting, const MetParticles<T>& of, T beta) noexcept {
-  const std::size_t i = meeting.i;
-  Point<T> moved = of.dx[i];
-  T w = of.w[i] * of.k[i];
-  if (meeting.j != no_partner) {
-    moved = minus(moved, of.dx[meeting.j]);
-    w = w + of.w[meeting.j] * of.k[meeting.j];
-  }
-  const T gap = meeting.gap + inner(meeting.n, moved);
-  if (!meeting.is_active) {  // it acts from the next round on, when both sides have counted it
-    meeting.is_active = gap < 0;
-    return;
-  }
-  const T wanted = meeting.normal_y - gap / w;
-  const T normal = wanted > 0 ? wanted : T(0);
-  meeting.normal_y = normal + beta * (normal - meeting.normal);
-  meeting.normal = normal;
-  meeting.pulse = times(meeting.normal_y, meeting.n);
-  if (!(meeting.mu > 0)) return;
-  const Point<T> slides = plus(meeting.slip, met_pairs::across(moved, meeting.n));
-  Point<T> along = minus(meeting.along_y, times(1 / w, slides));
-  const T most = meeting.mu * normal;
-  const T square = inner(along, along);
-  if (square > most * most) along = times(most / std::sqrt(square), along);
-  meeting.along_y = plus(along, times(beta, minus(along, meeting.along)));
-  meeting.along = along;
-  meeting.pulse = plus(meeting.pulse, meeting.along_y);
+[[gnu::always_inline]] inline Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>& kept) noexcept {
+  contact.slip = met_pairs::across(D, contact.n);
+  contact.begun = contact.normal = contact.normal_y = kept.number;
+  contact.along = contact.along_y = met_pairs::across(kept.vector, contact.n);
+  const bool acts = (contact.gap < 0) | (kept.number > 0);
+  return {plus(times(contact.normal, contact.n), contact.along), met_pairs::select(acts, T(1), T(0))};
 }
 
 template <class T>
-KeptPulse<T> kept(const MetPair<T>& meeting, T weight) noexcept {
-  const T most = 2 * meeting.begun + weight;
-  const T part = meeting.normal > most ? most / meeting.normal : T(1);
-  return {meeting.j == no_partner ? meeting.surface : meeting.j, part * meeting.normal, times(part, meeting.along)};
+[[gnu::always_inline]] inline void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu,
+                                        T beta) noexcept {
+  const bool acts = pulse.number > 0;  // else from the next round on, when both sides have counted it
+  const T gap = contact.gap + inner(contact.n, moved);
+  const T wanted = contact.normal_y - gap / w;
+  const T normal = met_pairs::select(wanted > 0, wanted, T(0));
+  const T normal_y = normal + beta * (normal - contact.normal);
+  const Point<T> slides = plus(contact.slip, met_pairs::across(moved, contact.n));
+  const Point<T> sticks = minus(contact.along_y, times(1 / w, slides));
+  const T most = mu * normal;
+  const T square = inner(sticks, sticks);
+  const Point<T> along = met_pairs::select(square > most * most, times(most / std::sqrt(square), sticks), sticks);
+  const Point<T> along_y = plus(along, times(beta, minus(along, contact.along)));
+  const Point<T> vector = plus(times(normal_y, contact.n), along_y);
+  contact.normal_y = met_pairs::select(acts, normal_y, contact.normal_y);
+  contact.normal = met_pairs::select(acts, normal, contact.normal);
+  contact.along_y = met_pairs::select(acts, along_y, contact.along_y);
+  contact.along = met_pairs::select(acts, along, contact.along);
+  pulse.vector = met_pairs::select(acts, vector, pulse.vector);
+  pulse.number = met_pairs::select(acts | (gap < 0), T(1), T(0));
+}
+
+// Results go to memory of their own first, where a compiler sees that no lane reads them.
+template <class T>
+void begin_contacts_of(Separations<T>& contacts, const typename Separations<T>::Three& q0,
+                       const typename Separations<T>::Three& q1, const typename Separations<T>::Lanes& d,
+                       PulseLanes<T>& pulses) noexcept {
+  Separations<T> begun;
+  PulseLanes<T> given;
+  for (std::size_t k = 0; k < meeting_lanes; ++k) {
+    Separation<T> contact;
+    const Pulse<T> pulse =
+        begin_contact(contact, Separations<T>::at(q0, k), Separations<T>::at(q1, k), d.data()[k], pulses.of(k));
+    begun.put(k, contact);
+    given.put(k, pulse);
+  }
+  contacts = begun;
+  pulses = given;
+}
+
+template <class T>
+void push_lanes(Separations<T>& contacts, PulseLanes<T>& pulses, const typename Separations<T>::Three& moved,
+                const typename Separations<T>::Lanes& w, T mu, T beta) noexcept {
+  Separations<T> pushed;
+  PulseLanes<T> given;
+  for (std::size_t k = 0; k < meeting_lanes; ++k) {
+    Separation<T> contact = contacts.of(k);
+    Pulse<T> pulse = pulses.of(k);
+    push(contact, pulse, Separations<T>::at(moved, k), w.data()[k], mu, beta);
+    pushed.put(k, contact);
+    given.put(k, pulse);
+  }
+  contacts = pushed;
+  pulses = given;
+}
+
+template <class T>
+Pulse<T> kept(const Separation<T>& contact, T weight) noexcept {
+  if (!(contact.normal > 0)) return {};
+  const T most = 2 * contact.begun + weight;
+  const T part = contact.normal > most ? most / contact.normal : T(1);
+  return {times(part, contact.along), part * contact.normal};
 }
 
 }  // namespace dvdx
