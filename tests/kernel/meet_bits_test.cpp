@@ -232,9 +232,9 @@ TEST_CASE("a scene says what is wrong with its meetings") {
   CHECK(of({.radius = 0.5, .friction = -0.5}) == "meet.friction is -0.5: must be a finite number >= 0");
   CHECK(of({.radius = 0.5, .rounds = 0}) == "meet.rounds is 0: must be a whole number from 1 to 64");
   CHECK(of({.radius = 0.5, .most_neighbours = 256}) == "meet.most_neighbours is 256: must be a whole number from 1 to 255");
-  CHECK(of({.radius = 0.5, .groups = MeetGroups{.of = {1, 2}}}) ==
+  CHECK(of({.radius = 0.5, .groups = MeetGroups{.of = {1, 2}, .meet = {}}}) ==
         "meet.groups.of is 2 values: must be one for each of the 8 particles");
-  CHECK(of({.radius = 0.5, .groups = MeetGroups{.of = {0, 0, 0, 0, 0, 1024, 0, 0}}}) ==
+  CHECK(of({.radius = 0.5, .groups = MeetGroups{.of = {0, 0, 0, 0, 0, 1024, 0, 0}, .meet = {}}}) ==
         "meet.groups.of[5] is 1024: must be a number below 1024");
   CHECK(of({.radius = 0.5, .groups = MeetGroups{.of = std::vector<std::uint16_t>(8), .meet = {{0, 3000}}}}) ==
         "meet.groups.meet[0] is 3000: must be a number below 1024");

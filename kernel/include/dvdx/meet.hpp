@@ -13,8 +13,8 @@ namespace dvdx {
 
 // Which particles meet.
 struct MeetGroups {
-  std::vector<std::uint16_t> of{};                   // each particle's group, below 1024
-  std::vector<std::array<std::uint16_t, 2>> meet{};  // groups that meet each other (or themselves); others pass through
+  std::vector<std::uint16_t> of;                   // each particle's group, below 1024
+  std::vector<std::array<std::uint16_t, 2>> meet;  // groups that meet each other (or themselves); others pass through
   bool operator==(const MeetGroups&) const = default;
 };
 
