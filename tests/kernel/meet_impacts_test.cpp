@@ -74,7 +74,7 @@ TEST_CASE("two balls do what the closed form says, whatever the step") {
     Stepped<double> stepped(scene, balls, {.step = 2.0 / steps});
     Two expected{{real(balls.x[0]), real(balls.x[1])}, {real(balls.v[0]), real(balls.v[1])}};
     expected = hit(expected, 2, 1, Real{e}, Real{mu}, 1, 1 / Real{mass});
-    hits += expected.v[0] != real(balls.v[0]) ? 1 : 0;
+    hits += expected.v[0] != real(balls.v[0]) ? 1U : 0U;
     stepped.step(static_cast<std::size_t>(steps));
     for (std::size_t k = 0; k < 2; ++k) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
