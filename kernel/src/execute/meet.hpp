@@ -508,7 +508,7 @@ class MeetStep {
           const MeetPush<T>& b = room_.pushed[pair.j];
           Separations<T>::put(moved, k, minus(a.dx, b.dx));
           w[k] = a.w + b.w;
-          pulses.put(k, room_.pulses[pair.place]);
+          pulses.number[k] = room_.pulses[pair.place].number;
         }
         push_lanes(room_.separations[first / meeting_lanes], pulses, moved, w, mu(), beta);
         for (std::size_t k = 0; k < count; ++k) room_.pulses[room_.pairs[first + k].place] = pulses.of(k);

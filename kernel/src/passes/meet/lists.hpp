@@ -39,12 +39,16 @@ class PairLists {
   [[nodiscard]] std::size_t room() const noexcept { return partners_.size(); }
   [[nodiscard]] std::size_t bytes() const noexcept {
     return 4 * (2 * first_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + sorted_.size()) +
-           sizeof(Pair2) * found_.size();
+           sizeof(Pair2) * found_.size() + sizeof(Placed) * placed_.size();
   }
 
  private:
   using Pair2 = std::array<std::uint32_t, 2>;
   using Cell = std::array<std::uint32_t, 3>;
+  struct Placed {
+    Point<T> x{};
+    T a = 0;
+  };
 
   void shape(const Point<T>* x, const T* a, double side) noexcept;
   void sort(const Point<T>* x, const T* a) noexcept;
@@ -61,6 +65,7 @@ class PairLists {
   double per_side_ = 0;
   std::vector<std::uint32_t> first_{}, partners_{}, first_lower_{}, lower_{};
   std::vector<std::uint32_t> starts_{}, cell_{}, sorted_{};
+  std::vector<Placed> placed_{};  // as sorted
   std::vector<Pair2> found_{};
   std::size_t count_ = 0;
 };

@@ -21,6 +21,7 @@ PairLists<T>::PairLists(std::size_t particles, std::size_t pairs)
       starts_(std::max<std::size_t>(64, cells_per_particle * particles) + 1),
       cell_(particles),
       sorted_(particles),
+      placed_(particles),
       found_(pairs) {}
 
 template <class T>
@@ -82,6 +83,7 @@ void PairLists<T>::sort(const Point<T>* x, const T* a) noexcept {
   }
   for (std::uint32_t c = cells_; c > 0; --c) starts_[c] = starts_[c - 1];
   starts_[0] = 0;
+  for (std::uint32_t s = 0; s < starts_[cells_]; ++s) placed_[s] = {x[sorted_[s]], a[sorted_[s]]};
 }
 
 // By i, then by j.
@@ -122,12 +124,16 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
   shape(x, a, (2 * double{ordinary} + double{reach}) * (1 + 1e-4));
   sort(x, a);
   bool is_full = false;
-  const auto look = [&](std::uint32_t p, std::uint32_t q) {
-    const Point<T> apart = minus(x[p], x[q]);
-    const T most = a[p] + a[q] + reach;
-    if (!(inner(apart, apart) < most * most)) return;
-    const std::uint32_t i = std::min(p, q);
-    const std::uint32_t j = std::max(p, q);
+  const auto are_near = [reach](const Placed& p, const Placed& q) {
+    const Point<T> apart = minus(p.x, q.x);
+    const T most = p.a + q.a + reach;
+    return inner(apart, apart) < most * most;
+  };
+  // By places of sorted ones.
+  const auto look = [&](std::uint32_t s, std::uint32_t t) {
+    if (!are_near(placed_[s], placed_[t])) return;
+    const std::uint32_t i = std::min(sorted_[s], sorted_[t]);
+    const std::uint32_t j = std::max(sorted_[s], sorted_[t]);
     if (!accepts(i, j)) return;
     if (count_ == found_.size()) {
       is_full = true;
@@ -140,7 +146,7 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
     if (a[p] > ordinary) continue;
     const auto look_in = [&](std::uint32_t from, std::uint32_t to) {
       for (std::uint32_t t = from; t < to; ++t) {
-        if (!(a[sorted_[t]] > ordinary)) look(p, sorted_[t]);
+        if (!(placed_[t].a > ordinary)) look(s, t);
       }
     };
     look_in(s + 1, starts_[cell_[p] + 1]);
@@ -167,13 +173,14 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
   for (std::uint32_t s = 0; s < starts_[cells_] && !is_full; ++s) {
     const std::uint32_t p = sorted_[s];
     if (!(a[p] > ordinary)) continue;
-    const auto look_beyond = [&](std::uint32_t q) {
-      if (q != p && (a[q] < a[p] || (a[q] == a[p] && q < p))) look(p, q);
+    const auto look_beyond = [&](std::uint32_t t) {
+      const std::uint32_t q = sorted_[t];
+      if (q != p && (a[q] < a[p] || (a[q] == a[p] && q < p))) look(s, t);
     };
     const double cells_away = (2 * double{a[p]} + double{reach}) * per_side_ + 1;
     const double box = (2 * cells_away + 1) * (2 * cells_away + 1) * (2 * cells_away + 1);
     if (box > static_cast<double>(starts_[cells_])) {
-      for (std::uint32_t t = 0; t < starts_[cells_]; ++t) look_beyond(sorted_[t]);
+      for (std::uint32_t t = 0; t < starts_[cells_]; ++t) look_beyond(t);
       continue;
     }
     const auto away = static_cast<std::uint32_t>(cells_away);
@@ -186,7 +193,7 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
       for (std::uint32_t dy = 0; dy < span[1]; ++dy) {
         for (std::uint32_t dx = 0; dx < span[0]; ++dx) {
           const std::uint32_t c = number_of(cx + dx - away, cy + dy - away, cz + dz - away);
-          for (std::uint32_t t = starts_[c]; t < starts_[c + 1]; ++t) look_beyond(sorted_[t]);
+          for (std::uint32_t t = starts_[c]; t < starts_[c + 1]; ++t) look_beyond(t);
         }
       }
     }
