@@ -76,7 +76,7 @@ void time_pile(benchmark::State& timing, std::size_t count, std::size_t settled,
   if (!is_same_bits(same.state, expected.state, count)) timing.SkipWithError("differs from the reference");
 }
 
-// Of the pile's lists, with a reach of a fifth of a grain.
+// The pile's lists, with a reach of a fifth of a grain.
 void time_lists(benchmark::State& timing, std::size_t count, std::size_t settled) {
   const std::size_t side = side_of(count);
   Held<float> held = heap(count, side);
