@@ -18,6 +18,7 @@ void register_step(Pace pace);
 void register_layout(Pace pace);
 void register_compensated(Pace pace);
 void register_clone(Pace pace);
+void register_meet(Pace pace);
 void register_change();  // timed at any pace: what is compared is a plan after many changes
 void register_drawing(Pace pace);
 

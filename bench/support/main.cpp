@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   for (const auto add : {register_affine, register_rate, register_contact, register_radial, register_network,
                          register_constraint, register_removal, register_emission, register_block_loop, register_step,
-                         register_layout, register_compensated, register_clone}) {
+                         register_layout, register_compensated, register_clone, register_meet}) {
     add(pace);
   }
   register_change();

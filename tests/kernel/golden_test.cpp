@@ -475,11 +475,11 @@ Cases meet_cases() {
   grains.scene.add(Plane{.normal = {0, 1, 0}, .friction = 0.5});
   grains.scene.add(Plane{.normal = {1, 0, 0}, .restitution = 0.5});
   grains.scene.fixed = {7};
-  grains.scene.add(Meet{.radius = radius, .restitution = 0.5, .friction = 0.25});
+  grains.scene.add(Meet{.radius = radius, .restitution = 0.5, .friction = 0.25, .rounds = 4});
   test::Joined sheet = test::sheet(9, 12, 50, 0.001);
   sheet.name = "meet: a sheet";
   sheet.scene.coupling.scheme = Scheme::sequential;
-  sheet.scene.add(Meet{.thickness = 0.02, .friction = 0.5, .most_neighbours = 64});
+  sheet.scene.add(Meet{.thickness = 0.02, .friction = 0.5, .rounds = 4, .most_neighbours = 64});
   for (std::size_t i = 0; i < sheet.v.size(); ++i) sheet.v[i][0] = sheet.x[i][0] > 0.25 ? -4 : 4;
   return {case_of(grains), case_of(sheet)};
 }

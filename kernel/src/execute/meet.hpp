@@ -219,7 +219,7 @@ class MeetStep {
     room_.keeps = Keeps::in_places;
   }
 
-  // Of a pair whether it may meet in this sub-step, and be an impact.
+  // Whether a pair may meet in this sub-step, and be an impact.
   [[nodiscard]] Near how_near(std::size_t i, std::size_t j, T slowest) const noexcept {
     if (!(room_.w[i] > 0 || room_.w[j] > 0)) return Near::no;
     const T strays = room_.strays[i] + room_.strays[j];

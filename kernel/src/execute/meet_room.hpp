@@ -155,7 +155,8 @@ struct MeetRoom {
   std::vector<std::uint8_t> hit_wall{};  // of an impact round: which of a particle's
   std::vector<std::uint32_t> best{};     // of an impact round
   std::vector<std::uint8_t> is_hit{};    // by any impact of this sub-step
-  // With which the next sub-step begins, the last one having been kept_h long: of pairs, and walls_each of each particle with surfaces.
+  // With which the next sub-step begins, the last one having been kept_h long: those of pairs, and walls_each of each
+  // particle with surfaces.
   Keeps keeps = Keeps::nothing;
   std::size_t kept_count = 0;  // by pairs
   std::vector<Pulse<T>> kept_walls{};

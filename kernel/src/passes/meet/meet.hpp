@@ -43,8 +43,8 @@ inline constexpr double kept_part = 0.4;  // of a contact's pulse, with which it
 template <class T>
 using Point = std::array<T, 3>;
 
-// What a particle takes of a meeting in a round: the pulse in kg m, and 1 where it acts, else 0. Between sub-steps it is the pulse with
-// which the next one begins: that along the surface, and the normal one.
+// A meeting as a particle takes it in a round: the pulse in kg m, and 1 where it acts, else 0. Between sub-steps it is that with
+// which the next one begins: the pulse along the surface, and the normal one.
 template <class T>
 struct Pulse {
   Point<T> vector{};
@@ -177,8 +177,8 @@ void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h
 template <class T>
 Point<T> impulse_of(const Point<T>& n, const Point<T>& u, T w, T e, T mu) noexcept;
 
-// The contact of a pair after impacts, from q0 to q1 and begun with the pulse of the sub-step before, or of none; and of a surface,
-// against which a particle goes by D.
+// The contact of a pair after impacts, from q0 to q1 and begun with the pulse of the sub-step before, or of none; and that of a
+// surface, against which a particle goes by D.
 template <class T>
 Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d, const Pulse<T>& kept) noexcept;
 template <class T>
