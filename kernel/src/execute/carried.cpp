@@ -80,7 +80,7 @@ void pass_pulses(NumbersOut& out, const MeetRoom<A>& room) {
   }
 }
 
-// Of a particle i with a partner or a surface j.
+// A particle i with a partner or a surface j.
 template <class A>
 struct PulseRead {
   std::size_t i = 0;

@@ -161,7 +161,7 @@ class MeetStep {
         room_.strays[i] = strays;
         if (!(rules_.radii()[i] >= 0)) continue;
         const T used = size(minus(minus(room_.x1[i], room_.listed_at[i]), by)) + 2 * strays;
-        // What is not finite is in no list, and always asks for new ones.
+        // A particle that is not finite is in no list, and always asks for new ones.
         task.is_stale = task.is_stale || !(used <= half + room_.allowed[i]);
       }
     });
