@@ -43,8 +43,8 @@ inline constexpr double kept_part = 0.4;  // of a contact's pulse, with which it
 template <class T>
 using Point = std::array<T, 3>;
 
-// A meeting as a particle takes it in a round: the pulse in kg m, and 1 where it acts, else 0. Between sub-steps it is that with
-// which the next one begins: the pulse along the surface, and the normal one.
+// A meeting as a particle takes it in a round: the pulse in kg m, and 1 where it acts, else 0. Between sub-steps it is that
+// with which the next one begins: the pulse along the surface, and the normal one.
 template <class T>
 struct Pulse {
   Point<T> vector{};
