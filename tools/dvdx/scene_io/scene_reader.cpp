@@ -274,7 +274,8 @@ Contact read_contact(const Node& node, const MotionNames& motions, SceneFolder& 
 // The bytes that a particle takes to meet others: of each that its list has room for a pair, and working columns of its own.
 std::uint64_t bytes_to_meet(const json& meet, std::size_t scalar_bytes) {
   const bool has_most = meet.is_object() && meet.contains("most_neighbours") && meet["most_neighbours"].is_number_unsigned();
-  const auto most = has_most ? meet["most_neighbours"].get<std::uint64_t>() : std::uint64_t{Meet{}.most_neighbours};
+  const auto most =
+      has_most ? meet["most_neighbours"].get<std::uint64_t>() : static_cast<std::uint64_t>(Meet{}.most_neighbours);
   return (24 * std::min<std::uint64_t>(most, 255) + 100) * scalar_bytes;
 }
 
