@@ -144,7 +144,9 @@ TEST_CASE("c: a plan's scene is what it steps, and poses of a plan are not ignor
   REQUIRE(dvdx_plan_set_pose(other, 0, at.data(), nullptr, &h.error) == DVDX_DONE);
   CHECK(dvdx_plan_step_in(other, workspace, &two.state, 1, nullptr, nullptr, &h.error) == DVDX_DRIVEN_ELSEWHERE);
   CHECK(std::string(h.error.message).find("tell the workspace") != std::string::npos);
-  CHECK(dvdx_plan_scene(nullptr, &copy, &h.error) == DVDX_INVALID);
+  dvdx_scene* none = nullptr;
+  CHECK(dvdx_plan_scene(nullptr, &none, &h.error) == DVDX_INVALID);
+  dvdx_scene_destroy(copy);
   dvdx_workspace_destroy(workspace);
   dvdx_plan_destroy(other);
 }
