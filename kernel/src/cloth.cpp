@@ -4,10 +4,10 @@
 #include <array>
 #include <utility>
 
+#include "compile/joined_lengths.hpp"
+
 namespace dvdx {
 namespace {
-
-Pair pair_of(std::uint32_t a, std::uint32_t b) { return a < b ? Pair{a, b} : Pair{b, a}; }
 
 void keep_each_once(std::vector<Pair>& pairs) {
   std::sort(pairs.begin(), pairs.end());
@@ -18,7 +18,7 @@ void keep_each_once(std::vector<Pair>& pairs) {
 
 std::vector<Pair> edges(std::span<const Triangle> triangles) {
   std::vector<Pair> pairs;
-  for (const auto& [a, b, c] : triangles) pairs.insert(pairs.end(), {pair_of(a, b), pair_of(b, c), pair_of(a, c)});
+  for (const auto& [a, b, c] : triangles) pairs.insert(pairs.end(), {ascending({a, b}), ascending({b, c}), ascending({a, c})});
   keep_each_once(pairs);
   return pairs;
 }
@@ -26,7 +26,7 @@ std::vector<Pair> edges(std::span<const Triangle> triangles) {
 std::vector<Pair> bend_pairs(std::span<const Triangle> triangles) {
   std::vector<std::pair<Pair, std::uint32_t>> sides;  // and the corner across each
   for (const auto& [a, b, c] : triangles) {
-    sides.insert(sides.end(), {{pair_of(a, b), c}, {pair_of(b, c), a}, {pair_of(a, c), b}});
+    sides.insert(sides.end(), {{ascending({a, b}), c}, {ascending({b, c}), a}, {ascending({a, c}), b}});
   }
   std::sort(sides.begin(), sides.end());
   std::vector<Pair> pairs;
@@ -34,7 +34,7 @@ std::vector<Pair> bend_pairs(std::span<const Triangle> triangles) {
     std::size_t end = first + 1;
     while (end < sides.size() && sides[end].first == sides[first].first) ++end;
     if (end == first + 2 && sides[first].second != sides[first + 1].second) {
-      pairs.push_back(pair_of(sides[first].second, sides[first + 1].second));
+      pairs.push_back(ascending({sides[first].second, sides[first + 1].second}));
     }
     first = end;
   }

@@ -83,9 +83,15 @@ Error error_of(StepResult result) {
       return {"instance", "stepped by another thread", "stepped by one thread at a time"};
     case StepResult::moved_from:
       return moved_from("instance");
-    default:
-      return {"instance", "without a place to work in", "as its plan made it"};
+    case StepResult::too_many_neighbours:
+      return {"meet.most_neighbours", "fewer than come within reach of a particle", "as many as do"};
+    case StepResult::done:
+    case StepResult::workspace_differs:
+    case StepResult::report_differs:
+    case StepResult::driven_elsewhere:
+      break;
   }
+  return {"instance", "without a place to work in", "as its plan made it"};
 }
 
 // The compiled scene that an instance steps by: one of those that its plan's instances share, until it is changed.

@@ -374,10 +374,12 @@ Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* wo
 
 template <class T>
 Meetings Plan<T>::meetings() const noexcept {
+  if (parts_ == nullptr) return {};
   return std::visit([](const auto& in) { return meetings_in(in.scene->joined(), in.workspace.get()); }, parts_->in);
 }
 template <class T>
 Meetings Plan<T>::meetings(const Workspace<T>& workspace) const noexcept {
+  if (parts_ == nullptr || workspace.parts_ == nullptr) return {};
   const auto look = [&]<class A>(const PlanIn<A>& in) -> Meetings {
     const auto* given = std::get_if<std::unique_ptr<JoinedWorkspace<A>>>(&workspace.parts_->in);
     if (given == nullptr || in.scene->joined() == nullptr || *given == nullptr) return {};

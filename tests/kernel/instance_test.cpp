@@ -271,6 +271,26 @@ TEST_CASE("plan: one that was moved from, and columns without memory, give a res
   CHECK(plan.workspace().bytes() == 0);
   CHECK(plan.explain() == "moved from\n");
   CHECK(plan.carried(state).empty());
+  CHECK(plan.meetings().substeps == 0);
+  CHECK(other.meetings(workspace).substeps == 0);
+}
+
+TEST_CASE("instance: more neighbours than there is room for are named, and the state is what it was") {
+  Scene scene;
+  scene.add(Meet{.radius = 0.5, .most_neighbours = 1});
+  Soa<float> memory(3);
+  State<float> state = memory.view();
+  for (std::size_t i = 0; i < 3; ++i) {
+    state.x[0][i] = static_cast<float>(i);
+    for (Column<float>* const column : {&state.x[1], &state.x[2], &state.v[0], &state.v[1], &state.v[2]}) (*column)[i] = 0;
+  }
+  const auto plan = compile<float>(scene, {.step = frame}, state);
+  REQUIRE(plan.has_value());
+  auto instance = plan->instance(state);
+  REQUIRE(instance.has_value());
+  const auto before = state_hash(state);
+  CHECK(instance->step(frame).error().field == "meet.most_neighbours");
+  CHECK(state_hash(state) == before);
 }
 
 TEST_CASE("workspace: poses of the plan are not ignored in silence, and a fresh one starts where they are") {

@@ -29,7 +29,7 @@ double momentum(Stepped<double>& pile, std::size_t count) {
   return sum;
 }
 
-TEST_CASE("a pile keeps its volume, lies in its box and comes to rest") {
+TEST_CASE("a pile keeps its volume, lies in its box and hardly moves") {
   const double side = 6 * 1.05 * d;
   const Balls balls = test::heap(240, 6, d);
   Stepped<double> pile(grains(test::box_of(side, 0.5), 0.5), balls, {.step = 1.0 / 60});
@@ -49,14 +49,14 @@ TEST_CASE("a pile keeps its volume, lies in its box and comes to rest") {
   CHECK(meetings.overlap_mean < 0.01);
   CHECK(meetings.overlap_most < 0.06);
   CHECK(meetings.touching > 2);
-  CHECK(std::sqrt(moved / static_cast<double>(balls.size())) < 0.05 * d);
+  CHECK(std::sqrt(moved / static_cast<double>(balls.size())) < 0.02 * d);
   // Grains packed at random fill at most 0.64, and in no order more than 0.74.
   const double least_height = static_cast<double>(balls.size()) * 3.14159265 / 6 * d * d * d / (side * side) / 0.74 / 2;
   CHECK(height > least_height);
   CHECK(meetings.rebuilt < meetings.substeps);
 }
 
-TEST_CASE("the floor carries the weight of all grains") {
+TEST_CASE("floor and walls carry the weight of all grains, most of it the floor") {
   const double side = 6 * 1.05 * d;
   const Balls balls = test::heap(150, 6, d);
   Stepped<double> pile(grains(test::box_of(side, 0.5), 0.5), balls, {.step = 1.0 / 60});

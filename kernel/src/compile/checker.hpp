@@ -29,6 +29,8 @@ enum class Range { finite, non_negative, non_negative_or_infinite, positive, uni
           count == 0 ? "of a scene that has some" : "an index below " + std::to_string(count)};
 }
 
+[[nodiscard]] inline Error moved_from(const char* what) { return {what, "moved from", "one that was not moved from"}; }
+
 [[nodiscard]] constexpr std::string_view words(Range range) {
   switch (range) {
     case Range::finite:

@@ -211,7 +211,7 @@ namespace {
 // change(what a live plan is compiled to)
 template <class Parts, class Change>
 Expected<void> changed_life(Parts* parts, const Change& change) {
-  if (parts == nullptr) return tl::unexpected(Error{"plan", "moved from", "one that was not moved from"});
+  if (parts == nullptr) return tl::unexpected(moved_from("plan"));
   const StepEnvironment environment;
   return change(parts->compiled);
 }
@@ -252,7 +252,7 @@ Expected<void> LivePlan<T>::set_emitter(std::size_t index, const Emitter& emitte
 
 template <class T>
 Expected<void> LivePlan<T>::teleport(LiveState<T>& live, const Pose& by) const {
-  if (parts_ == nullptr) return tl::unexpected(Error{"plan", "moved from", "one that was not moved from"});
+  if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
   return parts_->compiled.plan.teleport(live.state, by);
 }
 template <class T>

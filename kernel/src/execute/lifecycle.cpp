@@ -466,7 +466,7 @@ StepResult run(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& work
 
 template <class T>
 Expected<void> LivePlan<T>::burst(LiveState<T>& live, std::size_t index, std::size_t births) const {
-  if (parts_ == nullptr) return tl::unexpected(Error{"plan", "moved from", "one that was not moved from"});
+  if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
   const std::size_t emitters = parts_->compiled.emitters.size();
   if (index >= emitters) return tl::unexpected(no_such("emitters", index, emitters));
   const auto work = [index, births](LifecycleStep<T>& now) { now.burst(index, births); };

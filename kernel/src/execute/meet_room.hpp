@@ -123,8 +123,9 @@ struct MeetRoom {
   }
 
   struct MeetTask {
-    std::uint32_t first = 0, near = 0,
-                  fast = 0;     // of its pairs the first one's number, how many they are, and how many impacts may be
+    std::uint32_t first = 0;    // the number of its first pair
+    std::uint32_t near = 0;     // its pairs
+    std::uint32_t fast = 0;     // those of them that may be impacts
     std::uint32_t impacts = 0;  // in this round, in the pairs' room from the first on
     std::uint32_t most = 0;     // pairs of a particle
     bool hits_walls = false;

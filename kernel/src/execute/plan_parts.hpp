@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "compile/changes.hpp"
+#include "compile/checker.hpp"
 #include "compile/compiled_scene.hpp"
 #include "compile/in_place.hpp"
 #include "compile/range.hpp"
@@ -227,8 +228,6 @@ struct Workspace<T>::Parts {
 
   std::variant<std::unique_ptr<JoinedWorkspace<float>>, std::unique_ptr<JoinedWorkspace<double>>> in;
 };
-
-inline Error moved_from(const char* what) { return {what, "moved from", "one that was not moved from"}; }
 
 // change(what is in the parts), or an error where there are none.
 template <class Parts, class Change>
