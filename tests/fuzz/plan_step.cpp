@@ -139,7 +139,7 @@ void add_bend(Choices& choices, Deeds& deeds, Scene& scene) {
 
 // So few that no list is too long.
 void add_meet(Choices& choices, Scene& scene, std::size_t count) {
-  if (choices.below(4) != 3 || count > 256) return;
+  if (choices.below(4) != 3 || count > 256 || scene.origin.is_each()) return;
   Meet meet{.restitution = choices.byte() / 255.0,
             .friction = choices.byte() / 128.0,
             .rounds = 1 + static_cast<int>(choices.below(8)),

@@ -108,6 +108,9 @@ TEST_CASE("origin: what cannot be is refused by name") {
   Scene floor = orbit(Vec3{}, std::vector<Vec3>(2));
   floor.add(Plane{});
   CHECK(refused(floor).starts_with("origin is one for each particle: must be one for all"));
+  Scene grains = orbit(Vec3{}, std::vector<Vec3>(2));
+  grains.add(Meet{.radius = 0.1});
+  CHECK(refused(grains) == "origin is one for each particle: must be one for all in a scene with particles that meet");
   CHECK(!compile<float>(orbit(Vec3{}, std::vector<Vec3>(2)), {}).has_value());
 }
 

@@ -576,7 +576,9 @@ void check_origin(Checker& check, const Scene& scene) {
   const Origin& origin = scene.origin;
   if (!origin.is_each()) return check.numbers("origin", origin.at(0), Range::finite);
   if (!scene.contacts.empty() || steps_in_columns(scene)) {
-    const std::string what = scene.kinematic.empty() ? "contacts, networks or constraints" : "kinematic particles";
+    const std::string what = !scene.kinematic.empty() ? "kinematic particles"
+                             : scene.meet             ? "particles that meet"
+                                                      : "contacts, networks or constraints";
     return check.fail("origin", "one for each particle", "one for all in a scene with " + what);
   }
   if (!check.count()) return check.fail("origin", "one for each particle", "compiled with a state, whose particles they are");
