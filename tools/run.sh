@@ -123,7 +123,7 @@ fuzz_target() {
   mkdir -p "build/fuzz/corpus/$target" build/fuzz/findings
   [ ! -e "tests/fuzz/$target.dict" ] || options+=("-dict=tests/fuzz/$target.dict")
   # Without entropic: its schedule took half of the time, and a third of the inputs a second.
-  "build/$preset/tests/fuzz/dvdx_fuzz" "$target" "$limit" -entropic=0 -max_len=1024 -timeout=20 -malloc_limit_mb=256 -print_final_stats=1 \
+  "build/$preset/tests/fuzz/dvdx_fuzz" "$target" "$limit" -entropic=0 -max_len=1024 -timeout=60 -malloc_limit_mb=256 -print_final_stats=1 \
     "-artifact_prefix=build/fuzz/findings/$target-" "${options[@]}" "build/fuzz/corpus/$target" "tests/fuzz/corpus/$target" \
     >"$log" 2>&1 || { tail -n 40 "$log" >&2; printf 'tools/run.sh: %s, see build/fuzz/findings\n' "$target" >&2; return 1; }
   awk -v target="$target" '/number_of_executed_units/ {units = $2} /^Done/ {seconds = $5}

@@ -220,7 +220,7 @@ bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds
   if (!is_slow) return true;
   const int substeps = limit ? limit->substeps : 1;
   const double impacts = static_cast<double>(deeds.steps * random.x.size() * contacts) * substeps * deeds.impacts;
-  const double most_impacts = random.scene.forces.empty() ? 2e5 : 5e3;  // where forces bend paths, up to 0.2 ms each
+  const double most_impacts = random.scene.forces.empty() ? 2e5 : 2e3;  // where forces bend paths, up to 1 ms each
   return deeds.steps < 10 && substeps <= most_substeps && impacts < most_impacts;
 }
 

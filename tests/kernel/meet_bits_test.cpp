@@ -57,7 +57,7 @@ TEST_CASE_TEMPLATE("the bits do not depend on the instruction set, the layout or
   for (const std::size_t each : {1U, 3U, 6U}) CHECK(are_equal(expected, end_of<T>({}, Layout::soa, each)));
 }
 
-TEST_CASE("the bits do not depend on the threads") {
+TEST_CASE("the bits do not depend on the threads" * doctest::test_suite("threads")) {
   Balls balls;  // as many as are worth threads
   for (std::size_t n = 0; n < 16500; ++n) {
     balls.add({0.0199 * static_cast<double>(n % 150), 0.03 * static_cast<double>(n / 150), 0},
