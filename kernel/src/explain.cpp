@@ -452,8 +452,8 @@ std::string describe_constraints(const Joints<T>& joints, const Scene& scene) {
         "sweeps\n";
   }
   if (const double frequency = joints.rods_frequency(); frequency != 0) {
-    words += "             rods that meet, under all that may hang on them: " + text(frequency, 3) + " rad/s, which asks for " +
-             counted(substeps_of_rods(frequency, joints.step), "sub-step") + " a step\n";
+    words += "             rods that meet and ropes that cross ask for " +
+             counted(substeps_of_rods(frequency, joints.step), "sub-step") + " a step, under all that may hang on them\n";
   }
   if (constraints->lone_chains().to == 0) return words;
   const double frequency = std::sqrt(length(constant_acceleration(scene)) * constraints->hanging_rate());

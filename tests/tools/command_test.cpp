@@ -335,6 +335,8 @@ TEST_CASE("a simulation that diverges is exit 5, and says so in its output") {
   CHECK(report["diverged"] == true);
   CHECK(report["bad_particles"] == 19);  // all but the fixed one
   CHECK(report["energy"]["end"].is_null());
+  CHECK(report["warnings"].back()["cure"] == "Try --method combined");
+  CHECK(run(folder, "run fall.json --method combined --set forces[1].stiffness=1e6 --duration 125").exit == 0);
   CHECK(result.err == "dvdx: fall.json: the simulation diverged: 19 of 20 particles are not finite\n");
   const auto table = run(folder, unstable.substr(0, unstable.find(" --json")));
   CHECK(table.out.find(" at the start, not finite at the end") != std::string::npos);

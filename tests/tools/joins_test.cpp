@@ -52,17 +52,49 @@ TEST_CASE("run says how far rods are off, and whether what they alone join heats
   const json report = report_of(folder, "pendulum.json");
   CHECK(report["heating"] == false);
   CHECK(report["stretch"].is_null());
-  CHECK(report["rods"]["constraint"] == 1);
-  CHECK(report["rods"]["between"] == json({0, 1}));
   CHECK(report["rods"]["most"].get<double>() < 1e-5);
   CHECK(report["warnings"] == json::array());
   // A rod that begins too long is off by that at the start.
   const json wrong = report_of(folder, "pendulum.json --set constraints[1].length=0.8");
   CHECK(wrong["rods"]["most"].get<double>() == doctest::Approx(0.25));
   CHECK(wrong["rods"]["time"] == 0);
+  CHECK(wrong["rods"]["constraint"] == 1);
+  CHECK(wrong["rods"]["between"] == json({0, 1}));
   REQUIRE(wrong["warnings"].size() >= 1);
   CHECK(wrong["warnings"][0]["code"] == "rods");
+  CHECK(wrong["warnings"][0]["cure"].get<std::string>().starts_with("Start with it at its length"));
   CHECK(run(folder, "run pendulum.json --strict --set constraints[1].length=0.8").exit == 6);
+}
+
+// A net of 5 x 5 knots that falls into one corner, with a load of a hundred knots in the other.
+TEST_CASE("ropes that cross take as many sub-steps as what may hang on them asks for, and are too long by one") {
+  const ScratchFolder folder("net");
+  json places = json::array(), pairs = json::array();
+  for (int i = 0; i < 25; ++i) {
+    places.push_back({0.25 * (i / 5), 0, 0.25 * (i % 5)});
+    if (i % 5 != 4) pairs.push_back({i, i + 1});
+    if (i < 20) pairs.push_back({i, i + 5});
+  }
+  std::vector<double> mass(25, 0.01);
+  mass[24] = 1;
+  const json net{{"format", "dvdx-scene/1"},
+                 {"name", "net"},
+                 {"step", 0.05},
+                 {"duration", 1.5},
+                 {"particles", {{"count", 25}, {"mass", {{"values", mass}}}, {"position", {{"values", places}}}}},
+                 {"fixed", {0}},
+                 {"forces", {{{"type", "constant"}, {"acceleration", {0, -9.81, 0}}}}},
+                 {"constraints", {{{"type", "distance"}, {"pairs", pairs}, {"length", "start"}, {"bound", "at_most"}}}}};
+  folder.write("net.json", net.dump());
+  const json one = report_of(folder, "net.json --substeps 1");
+  REQUIRE(one["warnings"].size() == 1);
+  CHECK(one["warnings"][0]["code"] == "rods");
+  CHECK(one["warnings"][0]["cure"] == "Try --substeps auto, or 4 if that is not enough");
+  const json cured = report_of(folder, "net.json");
+  // 1.24 kg on two ropes of 0.25 m to a knot of 0.01 kg: omega^2 = 2 * 4 * 1.24 g / (0.01 * 0.25) is at most (2 / 0.005 s)^2.
+  CHECK(cured["substeps"] == 5);
+  CHECK(cured["rods"]["most"].get<double>() < 0.03);
+  CHECK(cured["warnings"] == json::array());
 }
 
 // 100 kg on 20 springs of 1e6 N/m, one sweep to and fro of extended position-based dynamics: they would go on for metres.
@@ -94,6 +126,17 @@ TEST_CASE("run warns of springs that hold more than there is, and the cure that 
   CHECK(cured["warnings"] == json::array());
   CHECK(cured["stretch"]["most"].get<double>() < 1.05);
   CHECK(report_of(folder, "rope.json")["warnings"] == json::array());  // lines of springs hold at one sub-step
+}
+
+// Of 16 x 16 particles of 1/256 kg on sides of 0.1 m: omega^2 = 2 * 4 * g * 256 / 0.1 is at most (2 / (0.01 s / 3))^2.
+TEST_CASE("run says the sub-steps that a strain limit of a sheet asks for") {
+  const ScratchFolder folder("strain");
+  folder.write("sheet.json", R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.02,
+    "network": {"type": "grid", "rows": 16, "columns": 16, "origin": [0, 0, 0], "edge_u": [1.5, 0, 0], "edge_v": [0, 0, 1.5],
+      "mass": 1, "structural": 20, "scheme": "sequential", "strain_limit": 0}})");
+  const std::string falls = "sheet.json --set forces='[{\"type\": \"constant\", \"acceleration\": [0, -9.81, 0]}]'";
+  CHECK(report_of(folder, falls)["substeps"] == 3);
+  CHECK(report_of(folder, "sheet.json")["substeps"] == 1);
 }
 
 TEST_CASE("run of a scene that nothing joins says nothing of joints") {

@@ -44,6 +44,11 @@ void write_sheet(const ScratchFolder& folder, const std::string& structural) {
     "meet": {"thickness": 0.008}})");
 }
 
+std::string cure_of(const json& report) {
+  REQUIRE(report["warnings"].size() == 1);
+  return report["warnings"][0]["cure"].get<std::string>();
+}
+
 TEST_CASE("run says how many pairs touch, and how long lists were") {
   const ScratchFolder folder("meet-run");
   write_grains(folder);
@@ -89,6 +94,20 @@ TEST_CASE("run warns of cloth that is stretched so far that cloth fits through")
   CHECK(warning["value"] == stretch);
   CHECK(is_close(warning["limit"].get<double>(), limit, 1e-6));
   CHECK(run(folder, "run sheet.json --strict").exit == 6);
+  // The cure is a number that is taken, and helps.
+  CHECK(cure_of(report) == R"(Try "strain_limit": 0.21 or stiffer springs, with "thickness": 0.0095 (m) in meet)");
+  CHECK(run(folder, "run sheet.json --strict --set network.strain_limit=0.21 --set meet.thickness=0.0095").exit == 0);
+  const json thin =
+      json::parse(run(folder, "run sheet.json --json --set network.structural=600 --set meet.thickness=0.007").out);
+  REQUIRE(cure_of(thin).starts_with("\"thickness\": 0.00"));
+  const auto thickness = cure_of(thin).substr(13, cure_of(thin).find(' ', 13) - 13);
+  CHECK(run(folder, "run sheet.json --strict --set network.structural=600 --set meet.thickness=" + thickness).exit == 0);
+  const std::string long_cells =
+      "run sheet.json --set network.structural=2000 --set network.edge_u[0]=0.15 --set network.columns=";
+  const json wide = json::parse(run(folder, long_cells + "6 --json").out);
+  CHECK(cure_of(wide).starts_with(
+      "Try cells of more even sides: the widest is 0.03 m, and this thickness closes cells of 0.011 m"));
+  CHECK(run(folder, long_cells + "16 --strict").exit == 0);
   write_sheet(folder, "2000");
   CHECK(json::parse(run(folder, "run sheet.json --json").out)["warnings"] == json::array());
 }

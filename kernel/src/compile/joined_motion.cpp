@@ -137,7 +137,8 @@ std::optional<Error> JoinedMotion<T>::refusal() const {
   if (is_part_ && faces() != nullptr) {
     const ThinBody& body = faces_.bodies()[0];
     return Error{"contacts[" + std::to_string(body.contact) + "]", text(body.width, 4) + " m wide",
-                 "as wide as the cells of the networks where a scene is stepped in parts: faces meet no body there"};
+                 "as wide as the cells of the networks where a scene is stepped in parts: faces meet no body there. "
+                 "\"faces\": \"never\" (Scene::faces) leaves contacts to particles"};
   }
   return std::nullopt;
 }

@@ -131,7 +131,8 @@ class Joints {
   [[nodiscard]] bool depends_on_weight() const noexcept {
     return (rods_rate_ != 0 || meeting_rate_ != 0) && !coupling.substeps;
   }
-  // rad/s, of rods that meet under the weight of all that may hang on them; 0 where there are none.
+  // rad/s, of rods that meet under the weight of all that may hang on them, and a twentieth of that of ropes that cross; 0 where
+  // there are none.
   [[nodiscard]] double rods_frequency() const noexcept { return rods_frequency_; }
   // Changes in place, of the only owner (execute/plan_parts.hpp): of grids that are stepped as one, or of a list by any scheme
   // but accumulate, without constraints. The scene is the one that the joints were made of, but for the change.
@@ -206,7 +207,7 @@ class Joints {
   std::optional<ListSheet> list_sheet_;  // of a list in sweeps that is one
   bool closes_in_whole_ = false;
   double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
-  double rods_rate_ = 0;     // 1/m, of rods that meet
+  double rods_rate_ = 0;     // 1/m: swept_rods_rate
   double rods_frequency_ = 0;
   double meeting_rate_ = 0;        // 1/s: sub-steps that particles that meet ask for
   std::vector<GridRates> by_row_;  // of each sheet

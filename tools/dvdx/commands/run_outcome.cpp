@@ -2,15 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <variant>
 
 #include "dvdx/layouts/state_hash.hpp"
 #include "output/console.hpp"
 #include "run/dear_watch.hpp"
 #include "run/health.hpp"
+#include "run/stored_springs.hpp"
 #include "scene_io/names.hpp"
 
 namespace dvdx::tool {
@@ -247,6 +251,26 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   if (!outcome.written.empty()) row("written", written_text(outcome.written));
 }
 
+// Those that a plan chooses are mostly right where fewer were asked for.
+std::string more_substeps(const LoadedScene& loaded, const Outcome& outcome) {
+  constexpr int more = 4;
+  const auto& asked = loaded.file.scene.coupling.substeps;
+  const int now = outcome.network ? outcome.network->substeps : asked.value_or(1);
+  return asked ? fmt::format("--substeps auto, or {} if that is not enough", more * now)
+               : fmt::format("--substeps {}", more * now);
+}
+
+std::string diverged_cure(const LoadedScene& loaded, const Outcome& outcome) {
+  if (is_joined(loaded.file.scene)) return "Try " + more_substeps(loaded, outcome);
+  if (loaded.file.scene.method != Method::combined) return "Try --method combined";
+  return fmt::format("Try --step {:.4g}", loaded.file.step / 10);
+}
+
+std::string held_cure(bool is_swept, bool is_asked, const std::string& more) {
+  if (!is_swept) return "Try " + more;
+  return is_asked ? "Try --substeps auto, and if that is not enough --scheme leapfrog with it" : "Try --scheme leapfrog";
+}
+
 // Springs that hold more than there is are softer than the scene says.
 std::optional<Warning> warning_of_held(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.held) return std::nullopt;
@@ -260,10 +284,10 @@ std::optional<Warning> warning_of_held(const LoadedScene& loaded, const Outcome&
                           outcome.joins->stretch.most),
       .value = held.joules,
       .limit = held.given,
-      .cure = is_swept ? "Try --substeps auto, and if that is not enough --scheme leapfrog with it" : "Try more --substeps"};
+      .cure = held_cure(is_swept, loaded.file.scene.coupling.substeps.has_value(), more_substeps(loaded, outcome))};
 }
 
-std::optional<Warning> warning_of_rods(const Outcome& outcome) {
+std::optional<Warning> warning_of_rods(const LoadedScene& loaded, const Outcome& outcome) {
   constexpr double most = 0.05;
   if (!outcome.joins || !(outcome.joins->rods.most > most)) return std::nullopt;
   const Joins::Rods& rods = outcome.joins->rods;
@@ -272,7 +296,9 @@ std::optional<Warning> warning_of_rods(const Outcome& outcome) {
                                      between(rods.ends), rods.most, rods.time),
                  .value = rods.most,
                  .limit = most,
-                 .cure = "Try more substeps, or a larger constraint_iterations"};
+                 .cure = rods.time > 0
+                             ? "Try " + more_substeps(loaded, outcome)
+                             : std::string("Start with it at its length, or leave its length to the start (\"start\")")};
 }
 
 std::optional<Warning> warning_of_inside(const LoadedScene& loaded, const Outcome& outcome) {
@@ -330,6 +356,36 @@ std::optional<Warning> warning_of_poke(const Outcome& outcome) {
                           rounded_up(poke.thickness), poke.contact)};
 }
 
+// m, of a spring that has a rest length.
+double shortest_spring(const SceneFile& file) {
+  double shortest = std::numeric_limits<double>::infinity();
+  const auto look = [&](std::size_t count, const auto& spring_at) {
+    for (std::size_t n = 0; n < count; ++n) {
+      if (const double l = spring_at(n).rest_length; l > 0) shortest = std::min(shortest, l);
+    }
+  };
+  for (const Network& network : file.scene.networks) {
+    std::visit([&](const auto& of) { for_each_kind<double>(file, of, look); }, network);
+  }
+  return shortest;
+}
+
+// The thickness may not reach the shortest spring.
+std::string crossing_cure(const SceneFile& file, double thickness, double stretch, double limit) {
+  const double shortest = shortest_spring(file);
+  const double widest = std::sqrt(2) * thickness / limit;
+  const double wanted = rounded_up(1.02 * thickness * stretch / limit);
+  if (wanted < 0.99 * shortest) return fmt::format("\"thickness\": {:.2g} (m) in meet closes such cells", wanted);
+  if (widest > 1.05 * shortest) {
+    return fmt::format("Try cells of more even sides: the widest is {:.3g} m, and this thickness closes cells of {:.2g} m",
+                       widest, std::sqrt(2) * thickness / stretch);
+  }
+  const double thickest = 0.95 * shortest;
+  const double strain = 0.6 * (std::sqrt(2) * thickest / widest - 1);  // sweeps leave some more
+  return fmt::format("Try \"strain_limit\": {:.2g} or stiffer springs, with \"thickness\": {:.2g} (m) in meet", strain,
+                     thickest);
+}
+
 // Cells between particles are then so wide that others fit through, or nearly so.
 std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.met || !outcome.joins || !(outcome.met->stretch_limit > 0)) return std::nullopt;
@@ -337,8 +393,6 @@ std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outc
   const double limit = outcome.met->stretch_limit;
   if (!(stretch.most > limit)) return std::nullopt;
   const double thickness = *loaded.file.scene.meet->thickness;
-  const double wanted = rounded_up(thickness * stretch.most / limit);
-  const bool is_thin = stretch.most < 1.4;  // sqrt(2) with a thickness that is just below the side
   return Warning{
       .code = "may_cross",
       .text = fmt::format(
@@ -347,9 +401,7 @@ std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outc
           between(stretch.ends), stretch.most, stretch.time, limit, thickness),
       .value = stretch.most,
       .limit = limit,
-      .cure = is_thin ? fmt::format("\"thickness\": {:.2g} (m) in meet closes such cells, or more --substeps keep them smaller",
-                                    wanted)
-                      : std::string("Try more --substeps, stiffer springs or a strain_limit of 1.1")};
+      .cure = crossing_cure(loaded.file, thickness, stretch.most, limit)};
 }
 
 void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
@@ -369,7 +421,7 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
 std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
   std::vector<Warning> warnings = loaded.file.warnings;
   for (auto& of : {outcome.dear, warning_of_inside(loaded, outcome), warning_of_pinch(outcome), warning_of_poke(outcome),
-                   warning_of_crossing(loaded, outcome), warning_of_held(loaded, outcome), warning_of_rods(outcome)}) {
+                   warning_of_crossing(loaded, outcome), warning_of_held(loaded, outcome), warning_of_rods(loaded, outcome)}) {
     if (of) warnings.push_back(*of);
   }
   if (outcome.diverged) {
@@ -377,7 +429,7 @@ std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outco
                         .text = why_diverged(outcome, particles_of(loaded, outcome)),
                         .value = static_cast<double>(outcome.bad_particles),
                         .limit = 0,
-                        .cure = "Try a shorter step or more --substeps"});
+                        .cure = diverged_cure(loaded, outcome)});
   }
   if (outcome.warmth && outcome.warmth->is_heating) {
     const Warmth& warmth = *outcome.warmth;
@@ -389,8 +441,9 @@ std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outco
                          warmth.step, static_cast<double>(warmth.step) * loaded.file.step, warmth.kinetic, warmth.given),
          .value = warmth.kinetic,
          .limit = warmth.given,
-         .cure = fmt::format("More sub-steps{}; see docs/stability.md",
-                             loaded.file.scene.coupling.theta ? " or a larger theta" : "")});
+         .cure =
+             fmt::format("Try {}{}; see docs/stability.md", loaded.file.scene.coupling.theta ? "without theta and with " : "",
+                         more_substeps(loaded, outcome))});
   }
   return warnings;
 }

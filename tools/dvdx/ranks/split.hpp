@@ -70,8 +70,9 @@ struct CarriedInRanges {
 };
 
 // The limit of the sub-steps of a scene that is one sheet, of which each rank looks at some rows (dvdx/partition.hpp: the
-// frequency is the bound). None where it takes a plan of the whole: for other networks, in air, with skins, where springs tear,
-// and where fewer sub-steps are asked for than are stable in any position. Called by all ranks, which get the same.
+// frequency is the bound). None where it takes a plan of the whole: for other networks, in air, with skins, constraints or
+// particles that meet, where springs tear, and where fewer sub-steps are asked for than are stable in any position. Called by
+// all ranks, which get the same.
 [[nodiscard]] std::optional<NetworkLimit> limit_by_rows(const SceneFile& file, Ranks& ranks);
 
 template <class T>

@@ -4,19 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
-#include <span>
 #include <variant>
-#include <vector>
 
 #include "checkpoint/byte_stream.hpp"
 #include "commands/scene_options.hpp"
+#include "dvdx/plan.hpp"
 #include "run/heat_watch.hpp"
-#include "run/lengths.hpp"
 #include "run/observer.hpp"
 #include "run/outcome.hpp"
-#include "run/tearing.hpp"
+#include "run/stored_springs.hpp"
 
 namespace dvdx::tool {
 
@@ -25,10 +25,11 @@ namespace dvdx::tool {
 template <class T>
 class JoinWatch {
  public:
+  // plan: of the whole scene, where one process looks.
   JoinWatch(const LoadedScene& loaded, const std::optional<NetworkLimit>& limit, const HeatWatch<T>& heat, int ranks,
-            const Tearing& tearing)
-      : file_(loaded.file), tearing_(tearing), is_alone_(ranks == 1) {
-    const Scene& scene = file_.scene;
+            const Plan<T>* plan)
+      : plan_(plan), is_alone_(ranks == 1) {
+    const Scene& scene = loaded.file.scene;
     if (scene.networks.empty() && scene.constraints.empty()) return;
     constexpr std::uint64_t substeps = 512;  // from look to look
     constexpr std::uint64_t looks = 8;       // in a run at least, where it is long enough
@@ -38,6 +39,12 @@ class JoinWatch {
     every_ = unit * std::max<std::uint64_t>(wanted / unit, 1);
     // A fold that is drawn tight lasts a few frames, and others pass through it meanwhile.
     if (scene.meet) every_ = std::clamp<std::uint64_t>(loaded.steps / looks, 1, 4);
+    for (const Network& network : scene.networks) {
+      const auto add = [&](std::size_t count, const auto& spring_at) {
+        for (std::size_t n = 0; n < count; ++n) stiffness_ += spring_at(n).stiffness;
+      };
+      if (is_alone_) std::visit([&](const auto& of) { for_each_kind<T>(loaded.file, of, add); }, network);
+    }
     sums_.has_rods = std::any_of(scene.constraints.begin(), scene.constraints.end(),
                                  [](const Constraint& of) { return std::holds_alternative<Distance>(of); });
   }
@@ -54,9 +61,7 @@ class JoinWatch {
   void look(Observer<T>& observer, const State<T>& state, std::uint64_t done, HeatWatch<T>& heat) {
     if (!looks() || looked_at_ == done) return;
     looked_at_ = done;
-    const std::vector<Network> torn = tearing_.is_possible() ? tearing_.torn(file_.scene.networks) : std::vector<Network>();
-    const Lengths now =
-        lengths_of(file_, tearing_.is_possible() ? std::span<const Network>(torn) : file_.scene.networks, state);
+    const StateCheck now = plan_->check(state);
     const double time = state.clock.seconds;
     if (now.stretch > sums_.stretch.most) sums_.stretch = {.most = now.stretch, .ends = now.spring, .time = time};
     if (now.off > sums_.rods.most) {
@@ -64,7 +69,7 @@ class JoinWatch {
     }
     sums_.most_energy = std::max(sums_.most_energy, observer.energy_of_particles(state) + now.elastic);
     constexpr double seen = 1.05;  // of a spring's length: less is within what sub-steps by themselves keep to
-    const double elastic = now.stretch > seen ? std::max(now.elastic - now.rounding, 0.0) : 0;
+    const double elastic = now.stretch > seen ? std::max(now.elastic - rounding_of(state), 0.0) : 0;
     if (const auto driven = heat.look_at_held(state, done, elastic)) sums_.driven = std::max(sums_.driven, *driven);
   }
   [[nodiscard]] bool looks() const { return is_alone_ && every_.has_value(); }
@@ -99,9 +104,20 @@ class JoinWatch {
     use(of.rods.constraint);
   }
 
-  const SceneFile& file_;
-  const Tearing& tearing_;
+  // J: in the springs, where positions are a few units in the last place of the largest coordinate off.
+  [[nodiscard]] double rounding_of(const State<T>& state) const {
+    constexpr double units = 16;
+    double largest = 0;
+    for (const auto& x : state.x) {
+      for (std::size_t i = 0; i < state.count; ++i) largest = std::max(largest, std::abs(static_cast<double>(x[i])));
+    }
+    const double off = units * static_cast<double>(std::numeric_limits<T>::epsilon()) * largest;
+    return 0.5 * stiffness_ * off * off;
+  }
+
+  const Plan<T>* plan_;
   bool is_alone_;
+  double stiffness_ = 0;  // N/m, of all springs
   std::optional<std::uint64_t> every_;
   std::optional<std::uint64_t> looked_at_;
   Joins sums_;

@@ -122,12 +122,13 @@ void PokeWatch::look(const State<T>& state) {
   if (!(now.depth > limit) || (found_ && now.depth <= found_->depth)) return;
   const std::size_t contact = body_around(now.middle);
   const double thickness = std::visit([](const auto& of) { return of.thickness; }, file_.scene.contacts[contact]);
+  constexpr double room = 1.2;  // cloth that is kept further off lies otherwise
   found_ = {.between = sides_[now.middle],
             .contact = contact,
             .time = state.clock.seconds,
             .depth = now.depth,
             .limit = limit,
-            .thickness = thickness + now.depth};
+            .thickness = thickness + room * now.depth};
 }
 
 template void PokeWatch::look(const State<float>&);

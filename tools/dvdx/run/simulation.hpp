@@ -74,7 +74,7 @@ class Simulation {
     const auto start = observer.health(state_, threads_.parallel_for());
     outcome_.energy_start = observer.energy(loaded_.file.scene.networks, state_);
     HeatWatch<T> heat(loaded_, outcome_.network, find_frequency_, observer, state_);
-    JoinWatch<T> joins(loaded_, outcome_.network, heat, ranks_.count(), tearing_);
+    JoinWatch<T> joins(loaded_, outcome_.network, heat, ranks_.count(), plan_ ? &*plan_ : nullptr);
     PinchWatch pinches(loaded_.file, ranks_.count());
     PokeWatch pokes(loaded_.file, ranks_.count());
     MeetWatch meetings(loaded_);

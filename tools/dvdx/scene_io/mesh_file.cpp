@@ -153,7 +153,13 @@ std::vector<HalfEdge> sides_of(const MeshFile& mesh) {
 
 }  // namespace
 
-MeshFile parse_mesh(std::string_view text) { return MeshReader(text).read(); }
+MeshFile parse_mesh(std::string_view text) {
+  const bool is_of_first_macs = text.find('\n') == std::string_view::npos && text.find('\r') != std::string_view::npos;
+  if (!is_of_first_macs) return MeshReader(text).read();
+  std::string lines(text);
+  std::replace(lines.begin(), lines.end(), '\r', '\n');
+  return MeshReader(lines).read();
+}
 
 MeshFile read_mesh(const std::filesystem::path& path) { return parse_mesh(contents(path)); }
 
