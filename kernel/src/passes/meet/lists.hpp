@@ -24,9 +24,9 @@ class PairLists {
 
   enum class Found { all, too_many };
   // a[i] < 0: not in any pair; nor is what has no finite place. accepts(i, j), i < j: whether they ever meet. ordinary: the a
-  // that cells are made for.
-  template <class Accepts>
-  Found build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts) noexcept;
+  // that cells are made for. run(count, body): body(task) of each task below count, on any threads.
+  template <class Accepts, class Run>
+  Found build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts, const Run& run) noexcept;
 
   // Those of particle i with higher numbers.
   [[nodiscard]] const std::uint32_t* begin(std::size_t i) const noexcept { return partners_.data() + first_[i]; }
@@ -36,10 +36,11 @@ class PairLists {
   // The places where a particle is the partner of one with a lower number, in the order of these.
   [[nodiscard]] const std::uint32_t* lower_begin(std::size_t i) const noexcept { return lower_.data() + first_lower_[i]; }
   [[nodiscard]] const std::uint32_t* lower_end(std::size_t i) const noexcept { return lower_.data() + first_lower_[i + 1]; }
+  [[nodiscard]] std::uint32_t first_lower(std::size_t i) const noexcept { return first_lower_[i]; }
   [[nodiscard]] std::size_t room() const noexcept { return partners_.size(); }
   [[nodiscard]] std::size_t bytes() const noexcept {
     return 4 * (2 * first_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + sorted_.size()) +
-           sizeof(Pair2) * found_.size() + sizeof(Placed) * placed_.size();
+           sizeof(Pair2) * found_.size() + sizeof(Placed) * placed_.size() + sizeof(Region) * regions_.size();
   }
 
  private:
@@ -50,11 +51,28 @@ class PairLists {
     T a = 0;
   };
 
+  struct Region {  // of what a task has found
+    std::size_t first = 0, room = 0, count = 0;
+  };
+  template <class Accepts>
+  class Search;
+
   void shape(const Point<T>* x, const T* a, double side) noexcept;
-  void sort(const Point<T>* x, const T* a) noexcept;
-  void order() noexcept;
+  void find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to) noexcept;
+  void sort() noexcept;
+  void deal() noexcept;
+  void order(std::size_t particle, std::size_t to) noexcept;
   void look_back() noexcept;
+  template <class Use>
+  void for_each_found(const Use& use) const noexcept {
+    for (const Region& region : regions_) {
+      for (std::size_t k = region.first; k < region.first + region.count; ++k) use(found_[k]);
+    }
+  }
   [[nodiscard]] Cell cell_at(const Point<T>& x) const noexcept;
+  [[nodiscard]] Cell place_of(std::uint32_t cell) const noexcept {
+    return {cell & mask_[0], (cell >> bits_[0]) & mask_[1], cell >> (bits_[0] + bits_[1])};
+  }
   [[nodiscard]] std::uint32_t number_of(std::uint32_t cx, std::uint32_t cy, std::uint32_t cz) const noexcept {
     return (((cz & mask_[2]) << bits_[1] | (cy & mask_[1])) << bits_[0]) | (cx & mask_[0]);
   }
@@ -67,7 +85,7 @@ class PairLists {
   std::vector<std::uint32_t> starts_{}, cell_{}, sorted_{};
   std::vector<Placed> placed_{};  // as sorted
   std::vector<Pair2> found_{};
-  std::size_t count_ = 0;
+  std::vector<Region> regions_{};
 };
 
 }  // namespace dvdx

@@ -212,29 +212,6 @@ void begin_contacts_of(Separations<T>& contacts, const typename Separations<T>::
 }
 
 template <class T>
-void push_lanes(Separations<T>& contacts, PulseLanes<T>& pulses, const typename Separations<T>::Three& moved,
-                const typename Separations<T>::Lanes& w, T mu, T beta) noexcept {
-  PulseLanes<T> given;
-  typename Separations<T>::Three along, along_y;
-  typename Separations<T>::Lanes normal, normal_y;
-  for (std::size_t k = 0; k < meeting_lanes; ++k) {
-    Separation<T> contact = contacts.of(k);
-    Pulse<T> pulse{{}, pulses.number.data()[k]};  // what does not act yet has no pulse
-    push(contact, pulse, Separations<T>::at(moved, k), w.data()[k], mu, beta);
-    Separations<T>::put(along, k, contact.along);
-    Separations<T>::put(along_y, k, contact.along_y);
-    normal.data()[k] = contact.normal;
-    normal_y.data()[k] = contact.normal_y;
-    given.put(k, pulse);
-  }
-  contacts.along = along;
-  contacts.along_y = along_y;
-  contacts.normal = normal;
-  contacts.normal_y = normal_y;
-  pulses = given;
-}
-
-template <class T>
 Pulse<T> kept(const Separation<T>& contact, T weight) noexcept {
   if (!(contact.normal > 0)) return {};
   const T most = 2 * contact.begun + weight;
