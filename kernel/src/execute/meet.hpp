@@ -152,8 +152,7 @@ class MeetStep {
       const auto accepts = [&](std::uint32_t i, std::uint32_t j) { return of_.rules.accepts(i, j); };
       const auto run = [&](std::size_t tasks, const auto& body) { for_each_task(of_.parallel, tasks, body); };
       const T reach = (of_.margin() + skin) * T(1.001);
-      if (room_.lists.build(room_.x1.data(), room_.a.data(), ordinary, reach, accepts, run) ==
-          PairLists<T>::Found::all) {
+      if (room_.lists.build(room_.x1.data(), room_.a.data(), ordinary, reach, accepts, run) == PairLists<T>::Found::all) {
         return Found::all;
       }
     }

@@ -36,9 +36,9 @@ class MeetContacts {
   void begin() noexcept {
     const T ratio = room_.is_kept ? of_.h / room_.kept_h : T(0);
     const T scale = T(kept_part) * (ratio * ratio);
-    of_.over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
+    of_.over_tasks([&](const Task& task, std::size_t, std::size_t) {
       begin_pairs(task, scale);
-      for (std::size_t i = from; i < end && room_.walls_each != 0; ++i) begin_walls(i, scale);
+      for (MetWall<T>& wall : of_.walls_of(task)) begin_wall(wall, scale);
     });
   }
   static Pulse<T> scaled(T scale, const Pulse<T>& of) noexcept { return {times(scale, of.vector), scale * of.number}; }
@@ -66,18 +66,16 @@ class MeetContacts {
       for (std::uint32_t lane = 0; lane < meeting_lanes; ++lane) room_.pulses[p + lane] = pulses.of(lane);
     }
   }
-  void begin_walls(std::size_t i, T scale) noexcept {
+  void begin_wall(MetWall<T>& wall, T scale) noexcept {
+    const std::size_t i = wall.particle;
     const std::uint32_t* const first = room_.kept_wall_surfaces.data() + i * room_.walls_each;
     const std::uint32_t* const last = first + (room_.is_kept ? room_.kept_wall_count[i] : 0);
-    for (std::size_t s = 0; s < of_.walls_of(i); ++s) {
-      MetWall<T>& wall = of_.wall(i, s);
-      const std::uint32_t* const found = std::find(first, last, wall.surface);
-      const Point<T> moved = of_.moved_by_impacts(i);
-      wall.contact.gap = wall.contact.gap + inner(wall.contact.n, moved);
-      const Point<T> D = minus(plus(minus(room_.x1[i], room_.x0[i]), moved), wall.way);
-      const auto kept_at = static_cast<std::size_t>(found - room_.kept_wall_surfaces.data());
-      wall.pulse = begin_contact(wall.contact, D, found != last ? scaled(scale, room_.kept_walls[kept_at]) : Pulse<T>{});
-    }
+    const std::uint32_t* const found = std::find(first, last, wall.surface);
+    const Point<T> moved = of_.moved_by_impacts(i);
+    wall.contact.gap = wall.contact.gap + inner(wall.contact.n, moved);
+    const Point<T> D = minus(plus(minus(room_.x1[i], room_.x0[i]), moved), wall.way);
+    const auto kept_at = static_cast<std::size_t>(found - room_.kept_wall_surfaces.data());
+    wall.pulse = begin_contact(wall.contact, D, found != last ? scaled(scale, room_.kept_walls[kept_at]) : Pulse<T>{});
   }
 
   void push_all(T beta) noexcept {
@@ -87,34 +85,40 @@ class MeetContacts {
                               .pushed = room_.pushed.data(),
                               .mu = of_.mu(),
                               .beta = beta};
-    of_.over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
+    of_.over_tasks([&](const Task& task, std::size_t, std::size_t) {
       of_.kernels.push(terms, task.first, task.first + task.near);
-      for (std::size_t i = from; i < end && task.has_walls; ++i) {
-        for (std::size_t s = 0; s < of_.walls_of(i); ++s) {
-          MetWall<T>& wall = of_.wall(i, s);
-          push(wall.contact, wall.pulse, room_.pushed[i].dx, room_.pushed[i].w, wall.mu, beta);
-        }
+      for (MetWall<T>& wall : of_.walls_of(task)) {
+        const MeetPush<T>& pushed = room_.pushed[wall.particle];
+        push(wall.contact, wall.pulse, pushed.dx, pushed.w, wall.mu, beta);
       }
     });
   }
   // How far pulses move each particle, by those of partners in the order of their numbers, then by surfaces.
   void sum_pulses() noexcept {
     of_.over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
-      std::uint32_t p = task.first;
+      const std::uint32_t* const lower_near = room_.lower_near().data();
+      const Pulse<T>* own = room_.pulses.data() + task.first;
+      const Pulse<T>* const first_own = own;
+      const MetWall<T>* wall = room_.walls.data() + task.first_wall;
       for (std::size_t i = from; i < end; ++i) {
-        std::array<T, 4> sum{};  // numbers too, which are whole and so exact
-        const std::uint32_t* const lower_end = room_.lower_near.data() + room_.lower_end[i];
-        for (const std::uint32_t* lower = room_.lower_near.data() + room_.lists.first_lower(i); lower != lower_end; ++lower) {
+        T x = 0, y = 0, z = 0, number = 0;  // numbers are whole and so exact
+        const std::uint32_t* const lower_end = lower_near + room_.lower_end[i];
+        for (const std::uint32_t* lower = lower_near + room_.lists.first_lower(i); lower != lower_end; ++lower) {
           const Pulse<T>& pulse = room_.pulses[*lower];
-          sum = {sum[0] - pulse.vector[0], sum[1] - pulse.vector[1], sum[2] - pulse.vector[2], sum[3] - pulse.number};
+          x -= pulse.vector[0];
+          y -= pulse.vector[1];
+          z -= pulse.vector[2];
+          number += pulse.number;
         }
-        sum[3] = -sum[3];
-        const auto take = [&sum](const Pulse<T>& pulse) {
-          sum = {sum[0] + pulse.vector[0], sum[1] + pulse.vector[1], sum[2] + pulse.vector[2], sum[3] + pulse.number};
+        const auto take = [&](const Pulse<T>& pulse) {
+          x += pulse.vector[0];
+          y += pulse.vector[1];
+          z += pulse.vector[2];
+          number += pulse.number;
         };
-        for (; p < task.first + room_.own_end[i]; ++p) take(room_.pulses[p]);
-        for (std::size_t s = 0; s < of_.walls_of(i); ++s) take(of_.wall(i, s).pulse);
-        room_.pushed[i] = {times(room_.w[i], Point<T>{sum[0], sum[1], sum[2]}), room_.w[i] * sum[3]};
+        for (const Pulse<T>* const own_end = first_own + room_.own_end[i]; own != own_end; ++own) take(*own);
+        for (const MetWall<T>* const wall_end = wall + of_.walls_of(i); wall != wall_end; ++wall) take(wall->pulse);
+        room_.pushed[i] = {times(room_.w[i], Point<T>{x, y, z}), room_.w[i] * number};
       }
     });
   }

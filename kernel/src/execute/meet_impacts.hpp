@@ -47,7 +47,8 @@ class MeetImpacts {
   // use(pair, its number)
   template <class Use>
   void over_impacts_of(const Task& task, const Use& use) const noexcept {
-    for (std::uint32_t k = task.first; k < task.first + task.impacts; ++k) use(room_.pair(room_.numbers[k]), room_.numbers[k]);
+    for (std::uint32_t k = task.first; k < task.first + task.impacts; ++k)
+      use(room_.pair(room_.numbers()[k]), room_.numbers()[k]);
   }
   template <class Use>
   void over_impacts(const Use& use) const noexcept {
@@ -60,7 +61,7 @@ class MeetImpacts {
       task.impacts = 0;
       task.hits_walls = false;
       if (round > 0 || task.fast != 0) find_pairs(task);
-      for (std::size_t i = from; i < end && room_.walls_each != 0; ++i) find_walls(i, task);
+      for (std::size_t i = from; i < end && task.walls != 0; ++i) find_walls(i, task);
     });
     return std::any_of(room_.tasks.begin(), room_.tasks.end(),
                        [](const Task& task) { return task.impacts != 0 || task.hits_walls; });
@@ -73,7 +74,7 @@ class MeetImpacts {
       const Impact<T> impact = find_impact(pair.i, pair.j, particles, of_.wanted(pair.i, pair.j), of_.h, of_.slowest);
       if (impact.f > 1) continue;
       room_.put_impact(p, impact);
-      room_.numbers[task.first + task.impacts++] = p;
+      room_.numbers()[task.first + task.impacts++] = p;
     }
   }
   void find_walls(std::size_t i, Task& task) noexcept {
@@ -99,7 +100,7 @@ class MeetImpacts {
   }
   // A wall is named where it comes before all pairs.
   [[nodiscard]] bool names_wall(std::size_t i) const noexcept {
-    if (room_.walls_each == 0 || room_.hit_wall[i] == no_wall) return false;
+    if (of_.walls_of(i) == 0 || room_.hit_wall[i] == no_wall) return false;
     const std::uint32_t best = room_.best[i];
     return best == no_partner || comes_before(of_.wall(i, room_.hit_wall[i]).impact, room_.impact(best));
   }
@@ -107,8 +108,8 @@ class MeetImpacts {
 
   void hit(const MetPair& pair, const Impact<T>& impact) noexcept {
     const Point<T> u = minus(plus(room_.v[pair.i], room_.dv[pair.i]), plus(room_.v[pair.j], room_.dv[pair.j]));
-    const Point<T> impulse = impulse_of(impact.n, u, room_.w[pair.i] + room_.w[pair.j],
-                                        static_cast<T>(of_.rules.meet().restitution), of_.mu());
+    const Point<T> impulse =
+        impulse_of(impact.n, u, room_.w[pair.i] + room_.w[pair.j], static_cast<T>(of_.rules.meet().restitution), of_.mu());
     take_impulse(pair.i, T(1), impulse, impact.f);
     take_impulse(pair.j, T(-1), impulse, impact.f);
   }

@@ -53,10 +53,11 @@ class MeetNear {
       task.kept_first = task.first;
       task.kept = task.near;
       task.near = task.fast = 0;
+      std::uint32_t* const numbers = room_.numbers().data();
       for (std::size_t i = from; i < end; ++i) {
         for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
           const Near near = how_near(i, room_.lists.partner(place));
-          room_.numbers[place] = near == Near::no ? no_partner : (near == Near::fast ? 1U : 0U);
+          numbers[place] = near == Near::no ? no_partner : (near == Near::fast ? 1U : 0U);
           task.near += near != Near::no ? 1U : 0U;
           task.fast += near == Near::fast ? 1U : 0U;
         }
@@ -85,12 +86,13 @@ class MeetNear {
     room_.turn_over();
     of_.over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
       std::uint32_t p = task.first;
+      std::uint32_t* const numbers = room_.numbers().data();
       for (std::size_t i = from; i < end; ++i) {
         for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
-          const std::uint32_t near = room_.numbers[place];
+          const std::uint32_t near = numbers[place];
           room_.put_pair(p, {static_cast<std::uint32_t>(i), room_.lists.partner(place)});
           room_.is_fast[p] = static_cast<std::uint8_t>(near == 1);
-          room_.numbers[place] = near == no_partner ? no_partner : p;
+          numbers[place] = near == no_partner ? no_partner : p;
           p += near == no_partner ? 0U : 1U;
         }
       }
@@ -101,22 +103,27 @@ class MeetNear {
   void count() noexcept {
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.most = 0;
-      task.has_walls = false;
+      task.first_wall = static_cast<std::uint32_t>(from * room_.walls_each);
+      task.walls = 0;
       std::uint32_t own = 0;
+      const std::uint32_t* const numbers = room_.numbers().data();
+      std::uint32_t* const lower_near = room_.lower_near().data();
       for (std::size_t i = from; i < end; ++i) {
         std::uint32_t lower = room_.lists.first_lower(i);
         const std::uint32_t first = lower;
         for (const std::uint32_t* place = room_.lists.lower_begin(i); place != room_.lists.lower_end(i); ++place) {
-          const std::uint32_t number = room_.numbers[*place];
-          room_.lower_near[lower] = number;
+          const std::uint32_t number = numbers[*place];
+          lower_near[lower] = number;
           lower += number == no_partner ? 0U : 1U;
         }
         room_.lower_end[i] = lower;
         const std::uint32_t count = (lower - first) + (room_.own_end[i] - own);
         own = room_.own_end[i];
         task.most = std::max(task.most, count);
-        if (room_.walls_each != 0) find_walls(i, count != 0);
-        task.has_walls = task.has_walls || of_.walls_of(i) != 0;
+        if (room_.walls_each == 0) continue;
+        room_.first_wall[i] = task.first_wall + task.walls;
+        find_walls(i, count != 0);
+        task.walls += room_.wall_count[i];
       }
     });
   }
@@ -134,6 +141,7 @@ class MeetNear {
       const Off<T> off = off_surface(surface, x);
       if (!(off.distance < reach)) continue;
       MetWall<T> found;
+      found.particle = static_cast<std::uint32_t>(i);
       found.surface = static_cast<std::uint32_t>(s);
       found.contact.n = off.n;
       found.contact.gap = off.distance - more;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -23,7 +24,8 @@ template <class T>
 struct MeetRoom {
   MeetRoom() = default;
   explicit MeetRoom(const MeetShape& shape)
-      : lists(shape.particles, shape.particles * shape.most_neighbours),
+      : lists(shape.particles, shape.particles * shape.most_neighbours,
+              shape.particles * shape.most_neighbours + most_pairs(shape)),
         x0(shape.particles),
         x1(shape.particles),
         v(shape.particles),
@@ -37,18 +39,17 @@ struct MeetRoom {
         allowed(shape.particles),
         a(shape.particles),
         tasks(tasks_of(shape.particles, particles_per_meeting_task)),
-        pairs((whole_lanes(shape.particles * shape.most_neighbours / 2) + tasks.size() * meeting_lanes) / meeting_lanes),
+        pairs(most_pairs(shape) / meeting_lanes),
         separations(pairs.size()),
         pulses(pairs.size() * meeting_lanes),
         is_fast(pulses.size()),
-        numbers(std::max(lists.room(), pulses.size())),
         own_end(shape.particles),
         lower_end(shape.particles),
-        lower_near(lists.room()),
         kept_pairs(pairs.size()),
         kept_pulses(pulses.size()),
         walls(shape.particles * shape.walls),
         wall_count(shape.walls != 0 ? shape.particles : 0),
+        first_wall(wall_count.size()),
         hit_wall(wall_count.size()),
         best(shape.particles, no_partner),
         is_hit(shape.particles),
@@ -60,8 +61,7 @@ struct MeetRoom {
   [[nodiscard]] std::size_t bytes() const noexcept {
     return lists.bytes() + (sizeof(Point<T>) * 6 + sizeof(MeetPush<T>) + sizeof(T) * 5 + 13) * x0.size() +
            (2 * sizeof(MetPairs) + sizeof(Separations<T>)) * pairs.size() + (2 * sizeof(Pulse<T>) + 1) * pulses.size() +
-           4 * (numbers.size() + lower_near.size()) + sizeof(MeetTask) * tasks.size() +
-           (sizeof(MetWall<T>) + sizeof(Pulse<T>) + 4) * walls.size() + 3 * wall_count.size();
+           sizeof(MeetTask) * tasks.size() + (sizeof(MetWall<T>) + sizeof(Pulse<T>) + 4) * walls.size() + 7 * wall_count.size();
   }
 
   [[nodiscard]] MetParticles<T> met() const noexcept {
@@ -123,6 +123,17 @@ struct MeetRoom {
   static constexpr std::size_t whole_lanes(std::size_t pairs) noexcept {
     return tasks_of(pairs, meeting_lanes) * meeting_lanes;
   }
+  // Each task's pairs begin a block, and leave a place.
+  static constexpr std::size_t most_pairs(const MeetShape& shape) noexcept {
+    return whole_lanes(shape.particles * shape.most_neighbours / 2) +
+           tasks_of(shape.particles, particles_per_meeting_task) * meeting_lanes;
+  }
+  // In a sub-step, by places in lists: the numbers of near pairs; then of impacts, each task's from its first on.
+  [[nodiscard]] std::span<std::uint32_t> numbers() noexcept {
+    return lists.spare().last(std::max(lists.room(), pulses.size()));
+  }
+  // The numbers of near pairs, by their higher particle, then by the other.
+  [[nodiscard]] std::span<std::uint32_t> lower_near() noexcept { return lists.spare().first(lists.room()); }
   // use(pair): near ones of the last sub-step.
   template <class Use>
   void for_each_pair(const Use& use) const {
@@ -142,17 +153,18 @@ struct MeetRoom {
     std::uint32_t first = 0;                 // the number of its first pair
     std::uint32_t near = 0;                  // its pairs
     std::uint32_t kept_first = 0, kept = 0;  // in the sub-step before
-    std::uint32_t fast = 0;     // those of them that may be impacts
-    std::uint32_t impacts = 0;  // in this round, in the pairs' room from the first on
-    std::uint32_t most = 0;     // pairs of a particle
-    bool has_walls = false, hits_walls = false;
+    std::uint32_t fast = 0;                  // those of them that may be impacts
+    std::uint32_t impacts = 0;               // in this round, in the pairs' room from the first on
+    std::uint32_t most = 0;                  // pairs of a particle
+    std::uint32_t first_wall = 0, walls = 0;
+    bool hits_walls = false;
     bool is_stale = false;
     std::array<double, 3> way{}, gone{};  // m: sums
     std::uint32_t ways = 0, gones = 0;
   };
   PairLists<T> lists{};
   bool is_listed = false;
-  T skin = 0;                      // m: that the lists have beyond what is near
+  T skin = 0;  // m: that the lists have beyond what is near
   std::vector<Point<T>> x0{}, x1{}, v{}, dv{}, shift{};
   std::vector<Point<T>> listed_at{};  // where each was when the lists were built
   std::vector<MeetPush<T>> pushed{};
@@ -165,15 +177,14 @@ struct MeetRoom {
   std::vector<Separations<T>> separations{};
   std::vector<Pulse<T>> pulses{};  // of each pair; between sub-steps those that are kept
   std::vector<std::uint8_t> is_fast{};
-  std::vector<std::uint32_t> numbers{};  // by places in lists, of near pairs; then of impacts, each task's from its first on
   // Of each particle: where its own pairs end, counted from its task's first, and where those end in which its number is the
-  // higher one. These begin where the list of them does.
+  // higher one. These begin in lower_near where the list of them does.
   std::vector<std::uint32_t> own_end{}, lower_end{};
-  std::vector<std::uint32_t> lower_near{};
   std::vector<MetPairs> kept_pairs{};
   std::vector<Pulse<T>> kept_pulses{};
-  std::vector<MetWall<T>> walls{};  // walls_each for each particle
+  std::vector<MetWall<T>> walls{};  // each task's beside each other, by particles
   std::vector<std::uint8_t> wall_count{};
+  std::vector<std::uint32_t> first_wall{};
   std::vector<std::uint8_t> hit_wall{};  // of an impact round: which of a particle's
   std::vector<std::uint32_t> best{};     // of an impact round
   std::vector<std::uint8_t> is_hit{};    // by any impact of this sub-step

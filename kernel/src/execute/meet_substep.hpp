@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 #include "compile/joined_motion.hpp"
 #include "execute/meet_room.hpp"
@@ -26,7 +27,7 @@ struct MeetSubstep {
   MeetRoom<T>& room;
   const MeetKernels<T>& kernels;
   ParallelFor parallel;
-  T slowest = 0;  // m/s: what approaches no faster does not bounce
+  T slowest = 0;                         // m/s: what approaches no faster does not bounce
   const Surface<T>* surfaces = nullptr;  // where they are at the end
   std::size_t surface_count = 0;
   T h = 0;  // s
@@ -49,8 +50,11 @@ struct MeetSubstep {
   [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return rules.radii()[i] + rules.radii()[j]; }
   [[nodiscard]] T mu() const noexcept { return static_cast<T>(std::min(rules.meet().friction, 1e6)); }
   [[nodiscard]] std::size_t walls_of(std::size_t i) const noexcept { return room.walls_each != 0 ? room.wall_count[i] : 0; }
-  [[nodiscard]] MetWall<T>& wall(std::size_t i, std::size_t s) const noexcept { return room.walls[i * room.walls_each + s]; }
+  [[nodiscard]] MetWall<T>& wall(std::size_t i, std::size_t s) const noexcept { return room.walls[room.first_wall[i] + s]; }
   [[nodiscard]] Point<T> moved_by_impacts(std::size_t i) const noexcept { return plus(room.shift[i], times(h, room.dv[i])); }
+  [[nodiscard]] std::span<MetWall<T>> walls_of(const Task& task) const noexcept {
+    return {room.walls.data() + task.first_wall, task.walls};
+  }
   // m: what pushes may add to the ways.
   [[nodiscard]] T margin() const noexcept { return T(0.1) * rules.least_radius(); }
 };

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "passes/meet/meet.hpp"
@@ -20,7 +21,8 @@ template <class T>
 class PairLists {
  public:
   PairLists() = default;
-  PairLists(std::size_t particles, std::size_t pairs);
+  // spare: numbers that there shall be room for between builds.
+  PairLists(std::size_t particles, std::size_t pairs, std::size_t spare = 0);
 
   enum class Found { all, too_many };
   // a[i] < 0: not in any pair; nor is what has no finite place. accepts(i, j), i < j: whether they ever meet. ordinary: the a
@@ -38,9 +40,11 @@ class PairLists {
   [[nodiscard]] const std::uint32_t* lower_end(std::size_t i) const noexcept { return lower_.data() + first_lower_[i + 1]; }
   [[nodiscard]] std::uint32_t first_lower(std::size_t i) const noexcept { return first_lower_[i]; }
   [[nodiscard]] std::size_t room() const noexcept { return partners_.size(); }
+  // The next build() writes over it.
+  [[nodiscard]] std::span<std::uint32_t> spare() noexcept { return found_; }
   [[nodiscard]] std::size_t bytes() const noexcept {
-    return 4 * (2 * first_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + sorted_.size()) +
-           sizeof(Pair2) * found_.size() + sizeof(Placed) * placed_.size() + sizeof(Region) * regions_.size();
+    return 4 * (2 * first_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + sorted_.size() + found_.size()) +
+           sizeof(Placed) * placed_.size() + sizeof(Region) * regions_.size();
   }
 
  private:
@@ -66,7 +70,7 @@ class PairLists {
   template <class Use>
   void for_each_found(const Use& use) const noexcept {
     for (const Region& region : regions_) {
-      for (std::size_t k = region.first; k < region.first + region.count; ++k) use(found_[k]);
+      for (std::size_t k = region.first; k < region.first + region.count; ++k) use(found_[2 * k], found_[2 * k + 1]);
     }
   }
   [[nodiscard]] Cell cell_at(const Point<T>& x) const noexcept;
@@ -83,8 +87,8 @@ class PairLists {
   double per_side_ = 0;
   std::vector<std::uint32_t> first_{}, partners_{}, first_lower_{}, lower_{};
   std::vector<std::uint32_t> starts_{}, cell_{}, sorted_{};
-  std::vector<Placed> placed_{};  // as sorted
-  std::vector<Pair2> found_{};
+  std::vector<Placed> placed_{};        // as sorted
+  std::vector<std::uint32_t> found_{};  // pairs, i and j in turn
   std::vector<Region> regions_{};
 };
 

@@ -17,7 +17,7 @@ constexpr std::size_t tasks_of_lists(std::size_t particles) noexcept {
 }
 
 template <class T>
-PairLists<T>::PairLists(std::size_t particles, std::size_t pairs)
+PairLists<T>::PairLists(std::size_t particles, std::size_t pairs, std::size_t spare)
     : particles_(particles),
       first_(particles + 1),
       partners_(pairs),
@@ -27,7 +27,7 @@ PairLists<T>::PairLists(std::size_t particles, std::size_t pairs)
       cell_(particles),
       sorted_(particles),
       placed_(particles),
-      found_(pairs + tasks_of_lists(particles)),
+      found_(std::max(2 * (pairs + tasks_of_lists(particles)), spare)),
       regions_(tasks_of_lists(particles)) {}
 
 template <class T>
@@ -105,7 +105,7 @@ template <class T>
 template <class Accepts>
 class PairLists<T>::Search {
  public:
-  Search(const PairLists& lists, Pair2* found, std::size_t room, T ordinary, T reach, const Accepts& accepts) noexcept
+  Search(const PairLists& lists, std::uint32_t* found, std::size_t room, T ordinary, T reach, const Accepts& accepts) noexcept
       : of_(lists), found_(found), room_(room), ordinary_(ordinary), reach_(reach), accepts_(accepts) {}
 
   // More than the room: some are lost.
@@ -123,8 +123,11 @@ class PairLists<T>::Search {
     }
     std::size_t kept = before;
     for (std::size_t k = before; k < count_; ++k) {
-      found_[kept] = found_[k];
-      kept += accepts_(found_[k][0], found_[k][1]) ? 1U : 0U;
+      const std::uint32_t i = found_[2 * k];
+      const std::uint32_t j = found_[2 * k + 1];
+      found_[2 * kept] = i;
+      found_[2 * kept + 1] = j;
+      kept += accepts_(i, j) ? 1U : 0U;
     }
     count_ = kept;
   }
@@ -143,11 +146,14 @@ class PairLists<T>::Search {
     const Point<T> apart = minus(p.x, q.x);
     const T most = p.a + q.a + reach_;
     const bool is_near = inner(apart, apart) < most * most;
-    const std::uint32_t i = of_.sorted_[s];
-    const std::uint32_t j = of_.sorted_[t];
-    const Pair2 pair{i < j ? i : j, i < j ? j : i};
-    found_[count_ < room_ ? count_ : room_] = pair;
-    if (asks_ == Asks::at_once) counts = counts && is_near && accepts_(pair[0], pair[1]);
+    const std::uint32_t of_s = of_.sorted_[s];
+    const std::uint32_t of_t = of_.sorted_[t];
+    const std::uint32_t i = of_s < of_t ? of_s : of_t;
+    const std::uint32_t j = of_s < of_t ? of_t : of_s;
+    const std::size_t at = 2 * (count_ < room_ ? count_ : room_);
+    found_[at] = i;
+    found_[at + 1] = j;
+    if (asks_ == Asks::at_once) counts = counts && is_near && accepts_(i, j);
     count_ += static_cast<std::size_t>(is_near & counts);
   }
   void look_in(std::uint32_t s, std::uint32_t from, std::uint32_t to) noexcept {
@@ -209,7 +215,7 @@ class PairLists<T>::Search {
   }
 
   const PairLists& of_;
-  Pair2* found_;
+  std::uint32_t* found_;
   std::size_t room_;
   T ordinary_, reach_;
   const Accepts& accepts_;
@@ -221,9 +227,9 @@ class PairLists<T>::Search {
 template <class T>
 void PairLists<T>::deal() noexcept {
   std::fill(first_.begin(), first_.end(), 0U);
-  for_each_found([&](const Pair2& pair) { ++first_[pair[0] + 1]; });
+  for_each_found([&](std::uint32_t i, std::uint32_t) { ++first_[i + 1]; });
   for (std::size_t i = 0; i < particles_; ++i) first_[i + 1] += first_[i];
-  for_each_found([&](const Pair2& pair) { partners_[first_[pair[0]]++] = pair[1]; });
+  for_each_found([&](std::uint32_t i, std::uint32_t j) { partners_[first_[i]++] = j; });
   for (std::size_t i = particles_; i > 0; --i) first_[i] = first_[i - 1];
   first_[0] = 0;
 }
@@ -260,7 +266,8 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
     -> Found {
   shape(x, a, (2 * double{ordinary} + double{reach}) * (1 + 1e-4));
   const auto over = [&](std::size_t count, const auto& use) {  // use(task, from, to)
-    run(tasks_of_lists(count), [&](std::size_t task) { use(task, task * listed_at_once, std::min(count, (task + 1) * listed_at_once)); });
+    run(tasks_of_lists(count),
+        [&](std::size_t task) { use(task, task * listed_at_once, std::min(count, (task + 1) * listed_at_once)); });
   };
   over(particles_, [&](std::size_t, std::size_t from, std::size_t to) { find_cells(x, a, from, to); });
   sort();
@@ -275,7 +282,7 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
     Region& region = regions_[task];
     region.first = pairs * from / placed + task;
     region.room = pairs * to / placed - pairs * from / placed;
-    Search<Accepts> search(*this, found_.data() + region.first, region.room, ordinary, reach, accepts);
+    Search<Accepts> search(*this, found_.data() + 2 * region.first, region.room, ordinary, reach, accepts);
     for (std::size_t s = from; s < to && search.count() <= region.room; ++s) search.look_from(static_cast<std::uint32_t>(s));
     region.count = search.count();
   });

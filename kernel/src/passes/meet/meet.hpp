@@ -137,7 +137,7 @@ struct PulseLanes {
 // A particle and a surface.
 template <class T>
 struct MetWall {
-  std::uint32_t surface = 0;
+  std::uint32_t particle = 0, surface = 0;
   T mu = 0;        // Coulomb's coefficient
   T e = 0;         // restitution
   T start = 0;     // how far it is off when the sub-step begins, m
