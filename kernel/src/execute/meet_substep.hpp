@@ -16,9 +16,6 @@
 
 namespace dvdx {
 
-// Below this many particles that meet, waking a thread for every round costs more than it saves.
-inline constexpr std::size_t meetings_parallel_from = 4 * particles_per_meeting_task;
-
 template <class T>
 struct MeetSubstep {
   using Task = typename MeetRoom<T>::MeetTask;
