@@ -69,6 +69,11 @@ struct Pairs {
   }
 };
 
+template <class T>
+bool are_equal(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+
 TEST_CASE_TEMPLATE("a round has the bits of the scalar one on every instruction set", T, float, double) {
   const auto run = [](Isa isa) {
     const Passes* const passes = find_passes(isa);
@@ -79,10 +84,7 @@ TEST_CASE_TEMPLATE("a round has the bits of the scalar one on every instruction 
     return pairs.numbers();
   };
   const std::vector<T> expected = run(Isa::reference);
-  for (const Isa isa : available_isas(Arithmetic::separate)) {
-    const std::vector<T> found = run(isa);
-    CHECK(std::memcmp(found.data(), expected.data(), expected.size() * sizeof(T)) == 0);
-  }
+  for (const Isa isa : available_isas(Arithmetic::separate)) CHECK(are_equal(run(isa), expected));
   test::has_several_isas();
 }
 

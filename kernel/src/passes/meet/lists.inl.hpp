@@ -100,7 +100,7 @@ void PairLists<T>::sort() noexcept {
   starts_[0] = 0;
 }
 
-// Pairs by the places of sorted ones, beside each other in a region's room. One place more than there is room for is written to.
+// Pairs by the places of sorted ones, beside each other in a region's room. One place beyond it is written to.
 template <class T>
 template <class Accepts>
 class PairLists<T>::Search {
