@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "dvdx/plan.hpp"
+#include "isa/passes.hpp"
 #include "passes/meet/lists.hpp"
-#include "passes/meet/meet.inl.hpp"
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"
@@ -14,6 +14,10 @@ namespace dvdx::bench {
 namespace {
 
 constexpr double d = 0.02;  // m
+
+constexpr auto one_thread = [](std::size_t tasks, const auto& body) {
+  for (std::size_t task = 0; task < tasks; ++task) body(task);
+};
 
 Size heaped(Pace pace) { return pace == Pace::timed ? Size{"10000", 10000} : Size{"500", 500}; }
 
@@ -90,7 +94,7 @@ void time_lists(benchmark::State& timing, std::size_t count, std::size_t settled
   PairLists<float> lists(count, 24 * count);
   const auto all = [](std::uint32_t, std::uint32_t) { return true; };
   for (auto _ : timing) {
-    if (lists.build(x.data(), a.data(), 1.15F * r, 0.4F * r, all) != PairLists<float>::Found::all) {
+    if (lists.build(x.data(), a.data(), 1.15F * r, 0.4F * r, all, one_thread) != PairLists<float>::Found::all) {
       return timing.SkipWithError("too many");
     }
     benchmark::ClobberMemory();
@@ -98,52 +102,44 @@ void time_lists(benchmark::State& timing, std::size_t count, std::size_t settled
   timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(count));
 }
 
-// Pairs that press on each other, in cache.
+// Pairs that press on each other, in cache: a chain of particles.
 struct Pressed {
-  static constexpr std::size_t count = 64;  // of lanes
-  std::vector<Separations<float>> contacts{count};
-  std::vector<PulseLanes<float>> pulses{count};
-  Separations<float>::Three moved{};
-  Separations<float>::Lanes w{};
+  static constexpr std::size_t blocks = 64;
+  std::vector<MetPairs> pairs{blocks};
+  std::vector<Separations<float>> contacts{blocks};
+  std::vector<Pulse<float>> pulses = std::vector<Pulse<float>>(blocks * meeting_lanes);
+  std::vector<MeetPush<float>> pushed = std::vector<MeetPush<float>>(blocks * meeting_lanes + 1);
 
   Pressed() {
-    w.fill(6);
-    for (std::size_t n = 0; n < count; ++n) {
-      for (std::size_t k = 0; k < meeting_lanes; ++k) {
-        Separation<float> contact;
-        contact.n = {0, 1, 0};
-        contact.gap = -1e-4F * static_cast<float>(1 + (n + 7 * k) % 13);
-        contact.slip = {1e-4F * static_cast<float>(k), 0, 0};
-        contacts[n].put(k, contact);
-        pulses[n].put(k, {{}, 1});
-      }
+    for (MeetPush<float>& of : pushed) of.w = 3;
+    for (std::size_t p = 0; p < pulses.size(); ++p) {
+      const std::size_t k = p % meeting_lanes;
+      Separation<float> contact;
+      contact.n = {0, 1, 0};
+      contact.gap = -1e-4F * static_cast<float>(1 + p % 13);
+      contact.slip = {1e-4F * static_cast<float>(k), 0, 0};
+      contacts[p / meeting_lanes].put(k, contact);
+      pairs[p / meeting_lanes].i[k] = static_cast<std::uint32_t>(p);
+      pairs[p / meeting_lanes].j[k] = static_cast<std::uint32_t>(p + 1);
+      pulses[p].number = 1;
     }
   }
 };
 
-enum class By { lanes, one };
-
-void time_round(benchmark::State& timing, By by) {
+void time_round(benchmark::State& timing, Isa isa) {
   Pressed pressed;
+  const Passes* const passes = find_passes(isa);
+  const RoundTerms<float> terms{.pairs = pressed.pairs.data(),
+                                .contacts = pressed.contacts.data(),
+                                .pulses = pressed.pulses.data(),
+                                .pushed = pressed.pushed.data(),
+                                .mu = 0.5F,
+                                .beta = 0.5F};
   for (auto _ : timing) {
-    for (std::size_t n = 0; n < Pressed::count; ++n) {
-      if (by == By::lanes) {
-        push_lanes(pressed.contacts[n], pressed.pulses[n], pressed.moved, pressed.w, 0.5F, 0.5F);
-        continue;
-      }
-      for (std::size_t k = 0; k < meeting_lanes; ++k) {
-        Separation<float> contact = pressed.contacts[n].of(k);
-        Pulse<float> pulse = pressed.pulses[n].of(k);
-        push(contact, pulse, Point<float>{}, pressed.w[k], 0.5F, 0.5F);
-        benchmark::DoNotOptimize(pulse);
-        pressed.contacts[n].put(k, contact);
-        pressed.pulses[n].put(k, pulse);
-      }
-    }
+    passes->f32.meet.push(terms, 0, pressed.pulses.size());
     benchmark::ClobberMemory();
   }
-  timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) *
-                           static_cast<std::int64_t>(Pressed::count * meeting_lanes));
+  timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(pressed.pulses.size()));
 }
 
 }  // namespace
@@ -157,8 +153,9 @@ void register_meet(Pace pace) {
         [=](benchmark::State& timing) { time_pile(timing, size.count, settled, threads); }, threads);
   }
   add(pace, "meet/lists/float32/" + size.name, [=](benchmark::State& timing) { time_lists(timing, size.count, settled); });
-  add(pace, "meet/round/float32/lanes", [](benchmark::State& timing) { time_round(timing, By::lanes); });
-  add(pace, "meet/round/float32/one", [](benchmark::State& timing) { time_round(timing, By::one); });
+  for (const Isa isa : available_isas(Arithmetic::separate)) {
+    add(pace, "meet/round/float32/" + std::string(name(isa)), [=](benchmark::State& timing) { time_round(timing, isa); });
+  }
 }
 
 }  // namespace dvdx::bench

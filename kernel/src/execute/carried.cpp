@@ -67,7 +67,7 @@ void pass_pulses(NumbersOut& out, const MeetRoom<A>& room) {
   room.for_each_kept([&](std::size_t, std::uint32_t, const Pulse<A>&) { ++pairs; });
   std::size_t walls = 0;
   for (const std::uint8_t count : room.kept_wall_count) walls += count;
-  const bool is_any = room.keeps != MeetRoom<A>::Keeps::nothing;
+  const bool is_any = room.is_kept;
   out(static_cast<double>(is_any ? room.kept_h : A(0)));
   out(static_cast<double>(pairs));
   out(static_cast<double>(is_any ? walls : 0));
@@ -103,7 +103,7 @@ std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room)
   in(read.h);
   in(pairs);
   in(walls);
-  const bool fits = pairs >= 0 && pairs <= static_cast<double>(room.pairs.size()) && walls >= 0 &&
+  const bool fits = pairs >= 0 && pairs <= static_cast<double>(room.pulses.size()) && walls >= 0 &&
                     walls <= static_cast<double>(room.kept_walls.size()) && std::isfinite(read.h);
   if (!fits || !in.has(6 * (static_cast<std::size_t>(pairs) + static_cast<std::size_t>(walls)))) return std::nullopt;
   const auto particles = static_cast<double>(room.w.size());
@@ -134,16 +134,13 @@ std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room)
 
 template <class A>
 void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room) noexcept {
-  using Keeps = typename MeetRoom<A>::Keeps;
   room.kept_h = static_cast<A>(read.h);
-  room.keeps = room.kept_h != 0 ? Keeps::by_pairs : Keeps::nothing;
+  room.is_kept = room.kept_h != 0;
   room.is_listed = false;
-  room.pair_count = room.kept_count = 0;
-  for (const auto& [i, j, pulse] : read.pairs) {
-    room.keep_by_pair(room.kept_count, pulse);
-    room.pairs[room.kept_count++] = {.i = static_cast<std::uint32_t>(i), .j = j};
+  room.begin_keeping();
+  for (std::size_t k = 0; k < read.pairs.size(); ++k) {
+    room.keep(k, {static_cast<std::uint32_t>(read.pairs[k].i), read.pairs[k].j}, read.pairs[k].pulse);
   }
-  std::fill(room.kept_wall_count.begin(), room.kept_wall_count.end(), std::uint8_t{0});
   for (const auto& [i, surface, pulse] : read.walls) {
     const std::size_t at = i * room.walls_each + room.kept_wall_count[i]++;
     room.kept_walls[at] = pulse;

@@ -12,6 +12,7 @@
 #include "passes/constraint/constraint.hpp"
 #include "passes/emission/emission.hpp"
 #include "passes/layout/layout.hpp"
+#include "passes/meet/rounds.hpp"
 #include "passes/network/network.hpp"
 #include "passes/rate/rate.hpp"
 #include "passes/removal/removal.hpp"
@@ -29,6 +30,7 @@ struct Kernels {
   RemovalKernels<T> removal;
   AirKernels<T> air;
   BallKernels<T> ball;
+  MeetKernels<T> meet;
   LayoutKernels<T> layout;
 
   [[nodiscard]] StepBlock<T> at(Flow flow, Extras extra) const noexcept {

@@ -16,6 +16,10 @@ namespace meet_lists_test {
 using namespace dvdx;
 using Pairs = std::vector<std::array<std::size_t, 2>>;
 
+constexpr auto one_thread = [](std::size_t tasks, const auto& body) {
+  for (std::size_t task = 0; task < tasks; ++task) body(task);
+};
+
 template <class T>
 struct Cloud {
   std::vector<Point<T>> x;
@@ -51,7 +55,7 @@ template <class T>
 Pairs listed(const Cloud<T>& of, T reach, T ordinary) {
   PairLists<T> lists(of.x.size(), of.x.size() * of.x.size());
   const auto all = [](std::uint32_t, std::uint32_t) { return true; };
-  REQUIRE(lists.build(of.x.data(), of.a.data(), ordinary, reach, all) == PairLists<T>::Found::all);
+  REQUIRE(lists.build(of.x.data(), of.a.data(), ordinary, reach, all, one_thread) == PairLists<T>::Found::all);
   Pairs found;
   for (std::size_t i = 0; i < of.x.size(); ++i) {
     for (const std::uint32_t* j = lists.begin(i); j != lists.end(i); ++j) found.push_back({i, *j});
@@ -114,15 +118,15 @@ TEST_CASE("lists that are longer than their room are told") {
   const std::size_t pairs = all_pairs(of, 0.0).size();
   PairLists<double> enough(of.x.size(), pairs);
   PairLists<double> too_small(of.x.size(), pairs - 1);
-  CHECK(enough.build(of.x.data(), of.a.data(), 0.5, 0, all) == PairLists<double>::Found::all);
-  CHECK(too_small.build(of.x.data(), of.a.data(), 0.5, 0, all) == PairLists<double>::Found::too_many);
+  CHECK(enough.build(of.x.data(), of.a.data(), 0.5, 0, all, one_thread) == PairLists<double>::Found::all);
+  CHECK(too_small.build(of.x.data(), of.a.data(), 0.5, 0, all, one_thread) == PairLists<double>::Found::too_many);
 }
 
 TEST_CASE("pairs that are not accepted are not listed") {
   const Cloud<double> of = cloud<double>(60, 2);
   PairLists<double> lists(of.x.size(), 60 * 60);
   const auto odd = [](std::uint32_t i, std::uint32_t j) { return (i + j) % 2 == 1; };
-  REQUIRE(lists.build(of.x.data(), of.a.data(), 0.5, 0, odd) == PairLists<double>::Found::all);
+  REQUIRE(lists.build(of.x.data(), of.a.data(), 0.5, 0, odd, one_thread) == PairLists<double>::Found::all);
   std::size_t count = 0;
   for (const auto& [i, j] : all_pairs(of, 0.0)) count += (i + j) % 2;
   std::size_t found = 0;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "passes/meet/meet.hpp"
@@ -20,13 +21,14 @@ template <class T>
 class PairLists {
  public:
   PairLists() = default;
-  PairLists(std::size_t particles, std::size_t pairs);
+  // spare: numbers that there shall be room for between builds.
+  PairLists(std::size_t particles, std::size_t pairs, std::size_t spare = 0);
 
   enum class Found { all, too_many };
   // a[i] < 0: not in any pair; nor is what has no finite place. accepts(i, j), i < j: whether they ever meet. ordinary: the a
-  // that cells are made for.
-  template <class Accepts>
-  Found build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts) noexcept;
+  // that cells are made for. run(count, body): body(task) of each task below count, on any threads.
+  template <class Accepts, class Run>
+  Found build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts, const Run& run) noexcept;
 
   // Those of particle i with higher numbers.
   [[nodiscard]] const std::uint32_t* begin(std::size_t i) const noexcept { return partners_.data() + first_[i]; }
@@ -36,10 +38,13 @@ class PairLists {
   // The places where a particle is the partner of one with a lower number, in the order of these.
   [[nodiscard]] const std::uint32_t* lower_begin(std::size_t i) const noexcept { return lower_.data() + first_lower_[i]; }
   [[nodiscard]] const std::uint32_t* lower_end(std::size_t i) const noexcept { return lower_.data() + first_lower_[i + 1]; }
+  [[nodiscard]] std::uint32_t first_lower(std::size_t i) const noexcept { return first_lower_[i]; }
   [[nodiscard]] std::size_t room() const noexcept { return partners_.size(); }
+  // The next build() writes over it.
+  [[nodiscard]] std::span<std::uint32_t> spare() noexcept { return found_; }
   [[nodiscard]] std::size_t bytes() const noexcept {
-    return 4 * (2 * first_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + sorted_.size()) +
-           sizeof(Pair2) * found_.size() + sizeof(Placed) * placed_.size();
+    return 4 * (2 * first_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + sorted_.size() + found_.size()) +
+           sizeof(Placed) * placed_.size() + sizeof(Region) * regions_.size();
   }
 
  private:
@@ -50,11 +55,28 @@ class PairLists {
     T a = 0;
   };
 
+  struct Region {  // of what a task has found
+    std::size_t first = 0, room = 0, count = 0;
+  };
+  template <class Accepts>
+  class Search;
+
   void shape(const Point<T>* x, const T* a, double side) noexcept;
-  void sort(const Point<T>* x, const T* a) noexcept;
-  void order() noexcept;
+  void find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to) noexcept;
+  void sort() noexcept;
+  void deal() noexcept;
+  void order(std::size_t particle, std::size_t to) noexcept;
   void look_back() noexcept;
+  template <class Use>
+  void for_each_found(const Use& use) const noexcept {
+    for (const Region& region : regions_) {
+      for (std::size_t k = region.first; k < region.first + region.count; ++k) use(found_[2 * k], found_[2 * k + 1]);
+    }
+  }
   [[nodiscard]] Cell cell_at(const Point<T>& x) const noexcept;
+  [[nodiscard]] Cell place_of(std::uint32_t cell) const noexcept {
+    return {cell & mask_[0], (cell >> bits_[0]) & mask_[1], cell >> (bits_[0] + bits_[1])};
+  }
   [[nodiscard]] std::uint32_t number_of(std::uint32_t cx, std::uint32_t cy, std::uint32_t cz) const noexcept {
     return (((cz & mask_[2]) << bits_[1] | (cy & mask_[1])) << bits_[0]) | (cx & mask_[0]);
   }
@@ -65,9 +87,9 @@ class PairLists {
   double per_side_ = 0;
   std::vector<std::uint32_t> first_{}, partners_{}, first_lower_{}, lower_{};
   std::vector<std::uint32_t> starts_{}, cell_{}, sorted_{};
-  std::vector<Placed> placed_{};  // as sorted
-  std::vector<Pair2> found_{};
-  std::size_t count_ = 0;
+  std::vector<Placed> placed_{};        // as sorted
+  std::vector<std::uint32_t> found_{};  // pairs, i and j in turn
+  std::vector<Region> regions_{};
 };
 
 }  // namespace dvdx

@@ -4,15 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace dvdx {
 
 inline constexpr std::uint32_t fewest_cell_bits = 2;  // along an axis
 inline constexpr double farthest_cell = 1e15;         // beyond it a number of a cell is no whole number any more
 inline constexpr std::uint32_t cells_per_particle = 4;
+inline constexpr std::size_t listed_at_once = 512;  // by a task: a fixed number
+constexpr std::size_t tasks_of_lists(std::size_t particles) noexcept {
+  return (particles + listed_at_once - 1) / listed_at_once;
+}
 
 template <class T>
-PairLists<T>::PairLists(std::size_t particles, std::size_t pairs)
+PairLists<T>::PairLists(std::size_t particles, std::size_t pairs, std::size_t spare)
     : particles_(particles),
       first_(particles + 1),
       partners_(pairs),
@@ -22,13 +27,16 @@ PairLists<T>::PairLists(std::size_t particles, std::size_t pairs)
       cell_(particles),
       sorted_(particles),
       placed_(particles),
-      found_(pairs) {}
+      found_(std::max(2 * (pairs + tasks_of_lists(particles)), spare)),
+      regions_(tasks_of_lists(particles)) {}
 
 template <class T>
 auto PairLists<T>::cell_at(const Point<T>& x) const noexcept -> Cell {
   Cell cell;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    cell[axis] = static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(double{x[axis]} * per_side_))) & mask_[axis];
+    const double at = double{x[axis]} * per_side_;
+    const auto toward_0 = static_cast<std::int64_t>(at);
+    cell[axis] = static_cast<std::uint32_t>(toward_0 - (at < static_cast<double>(toward_0) ? 1 : 0)) & mask_[axis];
   }
   return cell;
 }
@@ -63,10 +71,10 @@ void PairLists<T>::shape(const Point<T>* x, const T* a, double side) noexcept {
   cells_ = std::uint32_t{1} << all;
 }
 
+// The cell of each particle that has a place.
 template <class T>
-void PairLists<T>::sort(const Point<T>* x, const T* a) noexcept {
-  std::fill_n(starts_.begin(), cells_ + 1, 0U);
-  for (std::size_t i = 0; i < particles_; ++i) {
+void PairLists<T>::find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t i = from; i < to; ++i) {
     cell_[i] = no_partner;
     if (!(a[i] >= 0)) continue;
     const bool is_there = std::abs(double{x[i][0]} * per_side_) < farthest_cell &&
@@ -75,7 +83,14 @@ void PairLists<T>::sort(const Point<T>* x, const T* a) noexcept {
     if (!is_there) continue;
     const Cell cell = cell_at(x[i]);
     cell_[i] = number_of(cell[0], cell[1], cell[2]);
-    ++starts_[cell_[i] + 1];
+  }
+}
+
+template <class T>
+void PairLists<T>::sort() noexcept {
+  std::fill_n(starts_.begin(), cells_ + 1, 0U);
+  for (std::size_t i = 0; i < particles_; ++i) {
+    if (cell_[i] != no_partner) ++starts_[cell_[i] + 1];
   }
   for (std::uint32_t c = 0; c < cells_; ++c) starts_[c + 1] += starts_[c];
   for (std::size_t i = 0; i < particles_; ++i) {
@@ -83,19 +98,146 @@ void PairLists<T>::sort(const Point<T>* x, const T* a) noexcept {
   }
   for (std::uint32_t c = cells_; c > 0; --c) starts_[c] = starts_[c - 1];
   starts_[0] = 0;
-  for (std::uint32_t s = 0; s < starts_[cells_]; ++s) placed_[s] = {x[sorted_[s]], a[sorted_[s]]};
 }
 
-// By i, then by j.
+// Pairs by the places of sorted ones, beside each other in a region's room. One place beyond it is written to.
 template <class T>
-void PairLists<T>::order() noexcept {
+template <class Accepts>
+class PairLists<T>::Search {
+ public:
+  Search(const PairLists& lists, std::uint32_t* found, std::size_t room, T ordinary, T reach, const Accepts& accepts) noexcept
+      : of_(lists), found_(found), room_(room), ordinary_(ordinary), reach_(reach), accepts_(accepts) {}
+
+  // More than the room: some are lost.
+  [[nodiscard]] std::size_t count() const noexcept { return count_; }
+
+  void look_from(std::uint32_t s) noexcept {
+    const std::size_t before = count_;
+    look_about(s);
+    if (count_ > room_) {  // with those that are not accepted
+      count_ = before;
+      asks_ = Asks::at_once;
+      look_about(s);
+      asks_ = Asks::later;
+      return;
+    }
+    std::size_t kept = before;
+    for (std::size_t k = before; k < count_; ++k) {
+      const std::uint32_t i = found_[2 * k];
+      const std::uint32_t j = found_[2 * k + 1];
+      found_[2 * kept] = i;
+      found_[2 * kept + 1] = j;
+      kept += accepts_(i, j) ? 1U : 0U;
+    }
+    count_ = kept;
+  }
+
+ private:
+  enum class Asks { later, at_once };  // whether a pair is accepted
+
+  void look_about(std::uint32_t s) noexcept {
+    if (of_.placed_[s].a > ordinary_) return look_far(s);
+    look_near(s);
+  }
+  // Without branches: whether a pair is near is hard to foretell.
+  [[gnu::always_inline]] void look(std::uint32_t s, std::uint32_t t, bool counts) noexcept {
+    const Placed& p = of_.placed_[s];
+    const Placed& q = of_.placed_[t];
+    const Point<T> apart = minus(p.x, q.x);
+    const T most = p.a + q.a + reach_;
+    const bool is_near = inner(apart, apart) < most * most;
+    const std::uint32_t of_s = of_.sorted_[s];
+    const std::uint32_t of_t = of_.sorted_[t];
+    const std::uint32_t i = of_s < of_t ? of_s : of_t;
+    const std::uint32_t j = of_s < of_t ? of_t : of_s;
+    const std::size_t at = 2 * (count_ < room_ ? count_ : room_);
+    found_[at] = i;
+    found_[at + 1] = j;
+    if (asks_ == Asks::at_once) counts = counts && is_near && accepts_(i, j);
+    count_ += static_cast<std::size_t>(is_near & counts);
+  }
+  void look_in(std::uint32_t s, std::uint32_t from, std::uint32_t to) noexcept {
+    for (std::uint32_t t = from; t < to; ++t) look(s, t, !(of_.placed_[t].a > ordinary_));
+  }
+  // The cells that come after its own: half of those about it.
+  void look_near(std::uint32_t s) noexcept {
+    const std::vector<std::uint32_t>& starts = of_.starts_;
+    const auto [cx, cy, cz] = of_.place_of(of_.cell_[of_.sorted_[s]]);
+    constexpr auto back = static_cast<std::uint32_t>(-1);
+    const std::uint32_t own = of_.number_of(cx, cy, cz);
+    const bool is_inside = cx > 0 && cx < of_.mask_[0];
+    if (is_inside) {
+      look_in(s, s + 1, starts[own + 2]);
+    } else {
+      look_in(s, s + 1, starts[own + 1]);
+      const std::uint32_t next = of_.number_of(cx + 1, cy, cz);
+      look_in(s, starts[next], starts[next + 1]);
+    }
+    for (const auto& [dy, dz] : {Pair2{1, 0}, Pair2{back, 1}, Pair2{0, 1}, Pair2{1, 1}}) {
+      if (is_inside) {
+        const std::uint32_t c = of_.number_of(cx - 1, cy + dy, cz + dz);
+        look_in(s, starts[c], starts[c + 3]);
+      } else {
+        for (const std::uint32_t dx : {back, std::uint32_t{0}, std::uint32_t{1}}) {
+          const std::uint32_t c = of_.number_of(cx + dx, cy + dy, cz + dz);
+          look_in(s, starts[c], starts[c + 1]);
+        }
+      }
+    }
+  }
+  // Particles that are larger, or go farther, look at all that are not larger still.
+  void look_far(std::uint32_t s) noexcept {
+    const std::vector<std::uint32_t>& starts = of_.starts_;
+    const std::uint32_t all = starts[of_.cells_];
+    const std::uint32_t p = of_.sorted_[s];
+    const T a = of_.placed_[s].a;
+    const auto look_beyond = [&](std::uint32_t from, std::uint32_t to) {
+      for (std::uint32_t t = from; t < to; ++t) {
+        const T b = of_.placed_[t].a;
+        if (b < a || (b == a && of_.sorted_[t] < p)) look(s, t, true);
+      }
+    };
+    const double cells_away = (2 * double{a} + double{reach_}) * of_.per_side_ + 1;
+    const double box = (2 * cells_away + 1) * (2 * cells_away + 1) * (2 * cells_away + 1);
+    if (box > static_cast<double>(all)) return look_beyond(0, all);
+    const auto away = static_cast<std::uint32_t>(cells_away);
+    std::array<std::uint32_t, 3> span;
+    for (std::size_t axis = 0; axis < 3; ++axis) span[axis] = std::min(2 * away + 1, of_.mask_[axis] + 1);
+    const auto [cx, cy, cz] = of_.place_of(of_.cell_[p]);
+    for (std::uint32_t dz = 0; dz < span[2]; ++dz) {
+      for (std::uint32_t dy = 0; dy < span[1]; ++dy) {
+        for (std::uint32_t dx = 0; dx < span[0]; ++dx) {
+          const std::uint32_t c = of_.number_of(cx + dx - away, cy + dy - away, cz + dz - away);
+          look_beyond(starts[c], starts[c + 1]);
+        }
+      }
+    }
+  }
+
+  const PairLists& of_;
+  std::uint32_t* found_;
+  std::size_t room_;
+  T ordinary_, reach_;
+  const Accepts& accepts_;
+  Asks asks_ = Asks::later;
+  std::size_t count_ = 0;
+};
+
+// By i.
+template <class T>
+void PairLists<T>::deal() noexcept {
   std::fill(first_.begin(), first_.end(), 0U);
-  for (std::size_t p = 0; p < count_; ++p) ++first_[found_[p][0] + 1];
+  for_each_found([&](std::uint32_t i, std::uint32_t) { ++first_[i + 1]; });
   for (std::size_t i = 0; i < particles_; ++i) first_[i + 1] += first_[i];
-  for (std::size_t p = 0; p < count_; ++p) partners_[first_[found_[p][0]]++] = found_[p][1];
+  for_each_found([&](std::uint32_t i, std::uint32_t j) { partners_[first_[i]++] = j; });
   for (std::size_t i = particles_; i > 0; --i) first_[i] = first_[i - 1];
   first_[0] = 0;
-  for (std::size_t i = 0; i < particles_; ++i) {
+}
+
+// Each list by j.
+template <class T>
+void PairLists<T>::order(std::size_t particle, std::size_t to) noexcept {
+  for (std::size_t i = particle; i < to; ++i) {
     std::uint32_t* const from = partners_.data() + first_[i];
     const std::size_t count = first_[i + 1] - first_[i];
     for (std::size_t k = 1; k < count; ++k) {
@@ -109,97 +251,50 @@ void PairLists<T>::order() noexcept {
 
 template <class T>
 void PairLists<T>::look_back() noexcept {
+  const std::uint32_t count = first_[particles_];
   std::fill(first_lower_.begin(), first_lower_.end(), 0U);
-  for (std::size_t p = 0; p < count_; ++p) ++first_lower_[partners_[p] + 1];
+  for (std::size_t p = 0; p < count; ++p) ++first_lower_[partners_[p] + 1];
   for (std::size_t i = 0; i < particles_; ++i) first_lower_[i + 1] += first_lower_[i];
-  for (std::size_t p = 0; p < count_; ++p) lower_[first_lower_[partners_[p]]++] = static_cast<std::uint32_t>(p);
+  for (std::size_t p = 0; p < count; ++p) lower_[first_lower_[partners_[p]]++] = static_cast<std::uint32_t>(p);
   for (std::size_t i = particles_; i > 0; --i) first_lower_[i] = first_lower_[i - 1];
   first_lower_[0] = 0;
 }
 
 template <class T>
-template <class Accepts>
-auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts) noexcept -> Found {
-  count_ = 0;
+template <class Accepts, class Run>
+auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts, const Run& run) noexcept
+    -> Found {
   shape(x, a, (2 * double{ordinary} + double{reach}) * (1 + 1e-4));
-  sort(x, a);
-  bool is_full = false;
-  const auto are_near = [reach](const Placed& p, const Placed& q) {
-    const Point<T> apart = minus(p.x, q.x);
-    const T most = p.a + q.a + reach;
-    return inner(apart, apart) < most * most;
+  const auto over = [&](std::size_t count, const auto& use) {  // use(task, from, to)
+    run(tasks_of_lists(count),
+        [&](std::size_t task) { use(task, task * listed_at_once, std::min(count, (task + 1) * listed_at_once)); });
   };
-  // By places of sorted ones.
-  const auto look = [&](std::uint32_t s, std::uint32_t t) {
-    if (!are_near(placed_[s], placed_[t])) return;
-    const std::uint32_t i = std::min(sorted_[s], sorted_[t]);
-    const std::uint32_t j = std::max(sorted_[s], sorted_[t]);
-    if (!accepts(i, j)) return;
-    if (count_ == found_.size()) {
-      is_full = true;
-      return;
-    }
-    found_[count_++] = {i, j};
-  };
-  for (std::uint32_t s = 0; s < starts_[cells_] && !is_full; ++s) {
-    const std::uint32_t p = sorted_[s];
-    if (a[p] > ordinary) continue;
-    const auto look_in = [&](std::uint32_t from, std::uint32_t to) {
-      for (std::uint32_t t = from; t < to; ++t) {
-        if (!(placed_[t].a > ordinary)) look(s, t);
-      }
-    };
-    look_in(s + 1, starts_[cell_[p] + 1]);
-    const std::uint32_t cx = cell_[p] & mask_[0];
-    const std::uint32_t cy = (cell_[p] >> bits_[0]) & mask_[1];
-    const std::uint32_t cz = cell_[p] >> (bits_[0] + bits_[1]);
-    const auto look_at = [&](std::uint32_t dx, std::uint32_t dy, std::uint32_t dz) {
-      const std::uint32_t c = number_of(cx + dx, cy + dy, cz + dz);
-      look_in(starts_[c], starts_[c + 1]);
-    };
-    constexpr auto back = static_cast<std::uint32_t>(-1);
-    look_at(1, 0, 0);
-    const bool is_inside = cx > 0 && cx < mask_[0];
-    for (const auto& [dy, dz] : {Pair2{1, 0}, Pair2{back, 1}, Pair2{0, 1}, Pair2{1, 1}}) {
-      if (is_inside) {
-        const std::uint32_t c = number_of(cx - 1, cy + dy, cz + dz);
-        look_in(starts_[c], starts_[c + 3]);
-      } else {
-        for (const std::uint32_t dx : {back, std::uint32_t{0}, std::uint32_t{1}}) look_at(dx, dy, dz);
-      }
-    }
+  over(particles_, [&](std::size_t, std::size_t from, std::size_t to) { find_cells(x, a, from, to); });
+  sort();
+  const std::size_t placed = starts_[cells_];
+  over(placed, [&](std::size_t, std::size_t from, std::size_t to) {
+    for (std::size_t s = from; s < to; ++s) placed_[s] = {x[sorted_[s]], a[sorted_[s]]};
+  });
+  // By tasks, each in its part of the room; where one finds more, all in one.
+  const std::size_t pairs = partners_.size();
+  std::fill(regions_.begin(), regions_.end(), Region{});
+  over(placed, [&](std::size_t task, std::size_t from, std::size_t to) {
+    Region& region = regions_[task];
+    region.first = pairs * from / placed + task;
+    region.room = pairs * to / placed - pairs * from / placed;
+    Search<Accepts> search(*this, found_.data() + 2 * region.first, region.room, ordinary, reach, accepts);
+    for (std::size_t s = from; s < to && search.count() <= region.room; ++s) search.look_from(static_cast<std::uint32_t>(s));
+    region.count = search.count();
+  });
+  if (std::any_of(regions_.begin(), regions_.end(), [](const Region& region) { return region.count > region.room; })) {
+    Search<Accepts> search(*this, found_.data(), pairs, ordinary, reach, accepts);
+    for (std::size_t s = 0; s < placed && search.count() <= pairs; ++s) search.look_from(static_cast<std::uint32_t>(s));
+    std::fill(regions_.begin(), regions_.end(), Region{});
+    if (search.count() > pairs) return Found::too_many;
+    regions_[0].count = search.count();
   }
-  // Particles that are larger, or go farther, look at all that are not larger still.
-  for (std::uint32_t s = 0; s < starts_[cells_] && !is_full; ++s) {
-    const std::uint32_t p = sorted_[s];
-    if (!(a[p] > ordinary)) continue;
-    const auto look_beyond = [&](std::uint32_t t) {
-      const std::uint32_t q = sorted_[t];
-      if (q != p && (a[q] < a[p] || (a[q] == a[p] && q < p))) look(s, t);
-    };
-    const double cells_away = (2 * double{a[p]} + double{reach}) * per_side_ + 1;
-    const double box = (2 * cells_away + 1) * (2 * cells_away + 1) * (2 * cells_away + 1);
-    if (box > static_cast<double>(starts_[cells_])) {
-      for (std::uint32_t t = 0; t < starts_[cells_]; ++t) look_beyond(t);
-      continue;
-    }
-    const auto away = static_cast<std::uint32_t>(cells_away);
-    std::array<std::uint32_t, 3> span;
-    for (std::size_t axis = 0; axis < 3; ++axis) span[axis] = std::min(2 * away + 1, mask_[axis] + 1);
-    const std::uint32_t cx = cell_[p] & mask_[0];
-    const std::uint32_t cy = (cell_[p] >> bits_[0]) & mask_[1];
-    const std::uint32_t cz = cell_[p] >> (bits_[0] + bits_[1]);
-    for (std::uint32_t dz = 0; dz < span[2]; ++dz) {
-      for (std::uint32_t dy = 0; dy < span[1]; ++dy) {
-        for (std::uint32_t dx = 0; dx < span[0]; ++dx) {
-          const std::uint32_t c = number_of(cx + dx - away, cy + dy - away, cz + dz - away);
-          for (std::uint32_t t = starts_[c]; t < starts_[c + 1]; ++t) look_beyond(t);
-        }
-      }
-    }
-  }
-  if (is_full) return Found::too_many;
-  order();
+  deal();
+  over(particles_, [&](std::size_t, std::size_t from, std::size_t to) { order(from, to); });
   look_back();
   return Found::all;
 }

@@ -70,13 +70,26 @@ struct Impact {
   T speed = 0;   // of the approach, m/s
 };
 
+// How far a particle is pushed in a round, m, and 1/kg by all pulses that act on it.
+template <class T>
+struct MeetPush {
+  Point<T> dx{};
+  T w = 0;
+};
+
 // A pair within reach.
 struct MetPair {
   std::uint32_t i = 0, j = no_partner;
-  std::uint32_t place = 0;  // in the lists, and of its pulse
+  bool operator<(const MetPair& other) const noexcept { return i != other.i ? i < other.i : j < other.j; }
+  bool operator==(const MetPair&) const = default;
 };
 
 inline constexpr std::size_t meeting_lanes = 16;
+
+// As many pairs. Those of no meaning are of the first particle.
+struct MetPairs {
+  std::array<std::uint32_t, meeting_lanes> i{}, j{};
+};
 
 // Separations of pairs, a lane each.
 template <class T>
@@ -124,7 +137,7 @@ struct PulseLanes {
 // A particle and a surface.
 template <class T>
 struct MetWall {
-  std::uint32_t surface = 0;
+  std::uint32_t particle = 0, surface = 0;
   T mu = 0;        // Coulomb's coefficient
   T e = 0;         // restitution
   T start = 0;     // how far it is off when the sub-step begins, m
@@ -191,9 +204,6 @@ template <class T>
 void begin_contacts_of(Separations<T>& contacts, const typename Separations<T>::Three& q0,
                        const typename Separations<T>::Three& q1, const typename Separations<T>::Lanes& d,
                        PulseLanes<T>& pulses) noexcept;
-template <class T>
-void push_lanes(Separations<T>& contacts, PulseLanes<T>& pulses, const typename Separations<T>::Three& moved,
-                const typename Separations<T>::Lanes& w, T mu, T beta) noexcept;
 // The pulse that the next sub-step begins with. weight: the pulse of a pair that carries its own weight.
 template <class T>
 Pulse<T> kept(const Separation<T>& contact, T weight) noexcept;

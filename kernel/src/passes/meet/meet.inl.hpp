@@ -171,26 +171,26 @@ template <class T>
 }
 
 template <class T>
-[[gnu::always_inline]] inline void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu,
-                                        T beta) noexcept {
-  const bool acts = pulse.number > 0;  // else from the next round on, when both sides have counted it
+void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu, T beta) noexcept {
   const T gap = contact.gap + inner(contact.n, moved);
+  if (!(pulse.number > 0)) {  // acts from the next round on, when both sides have counted it
+    pulse.number = gap < 0 ? T(1) : T(0);
+    return;
+  }
   const T wanted = contact.normal_y - gap / w;
-  const T normal = met_pairs::select(wanted > 0, wanted, T(0));
+  const T normal = wanted > 0 ? wanted : T(0);
   const T normal_y = normal + beta * (normal - contact.normal);
   const Point<T> slides = plus(contact.slip, met_pairs::across(moved, contact.n));
   const Point<T> sticks = minus(contact.along_y, times(1 / w, slides));
   const T most = mu * normal;
   const T square = inner(sticks, sticks);
-  const Point<T> along = met_pairs::select(square > most * most, times(most / std::sqrt(square), sticks), sticks);
+  const Point<T> along = square > most * most ? times(most / std::sqrt(square), sticks) : sticks;
   const Point<T> along_y = plus(along, times(beta, minus(along, contact.along)));
-  const Point<T> vector = plus(times(normal_y, contact.n), along_y);
-  contact.normal_y = met_pairs::select(acts, normal_y, contact.normal_y);
-  contact.normal = met_pairs::select(acts, normal, contact.normal);
-  contact.along_y = met_pairs::select(acts, along_y, contact.along_y);
-  contact.along = met_pairs::select(acts, along, contact.along);
-  pulse.vector = met_pairs::select(acts, vector, pulse.vector);
-  pulse.number = met_pairs::select(acts | (gap < 0), T(1), T(0));
+  contact.normal_y = normal_y;
+  contact.normal = normal;
+  contact.along_y = along_y;
+  contact.along = along;
+  pulse = {plus(times(normal_y, contact.n), along_y), T(1)};
 }
 
 // Results go to memory of their own first, where a compiler sees that no lane reads them.
@@ -208,29 +208,6 @@ void begin_contacts_of(Separations<T>& contacts, const typename Separations<T>::
     given.put(k, pulse);
   }
   contacts = begun;
-  pulses = given;
-}
-
-template <class T>
-void push_lanes(Separations<T>& contacts, PulseLanes<T>& pulses, const typename Separations<T>::Three& moved,
-                const typename Separations<T>::Lanes& w, T mu, T beta) noexcept {
-  PulseLanes<T> given;
-  typename Separations<T>::Three along, along_y;
-  typename Separations<T>::Lanes normal, normal_y;
-  for (std::size_t k = 0; k < meeting_lanes; ++k) {
-    Separation<T> contact = contacts.of(k);
-    Pulse<T> pulse{{}, pulses.number.data()[k]};  // what does not act yet has no pulse
-    push(contact, pulse, Separations<T>::at(moved, k), w.data()[k], mu, beta);
-    Separations<T>::put(along, k, contact.along);
-    Separations<T>::put(along_y, k, contact.along_y);
-    normal.data()[k] = contact.normal;
-    normal_y.data()[k] = contact.normal_y;
-    given.put(k, pulse);
-  }
-  contacts.along = along;
-  contacts.along_y = along_y;
-  contacts.normal = normal;
-  contacts.normal_y = normal_y;
   pulses = given;
 }
 

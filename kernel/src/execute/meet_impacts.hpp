@@ -1,0 +1,134 @@
+// Impacts of particles that meet: passes/meet/meet.hpp.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "execute/meet_substep.hpp"
+
+namespace dvdx {
+
+template <class T>
+class MeetImpacts {
+ public:
+  explicit MeetImpacts(const MeetSubstep<T>& of) noexcept : of_(of), room_(of.room) {}
+
+  void bounce() noexcept {
+    for (int round = 0; round < most_impact_rounds; ++round) {
+      if (!find(round)) return;
+      room_.has_impacts = true;
+      name();
+      of_.over_tasks([&](const Task& task, std::size_t, std::size_t) {
+        over_impacts_of(task, [&](const MetPair& pair, std::uint32_t p) {
+          if (is_named(pair.i, p) && is_named(pair.j, p)) hit(pair, room_.impact(p));
+        });
+      });
+      of_.over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
+        if (!task.hits_walls) return;
+        for (std::size_t i = from; i < end; ++i) {
+          if (names_wall(i)) hit(i, of_.wall(i, room_.hit_wall[i]));
+        }
+      });
+      over_impacts([&](const MetPair& pair, std::uint32_t) { room_.best[pair.i] = room_.best[pair.j] = no_partner; });
+    }
+  }
+
+ private:
+  using Task = typename MeetSubstep<T>::Task;
+  static constexpr std::uint8_t no_wall = std::numeric_limits<std::uint8_t>::max();
+
+  // The one that meets first, of these the fastest, and of these that with the lower number.
+  static bool comes_before(const Impact<T>& a, const Impact<T>& b) noexcept {
+    if (a.f != b.f) return a.f < b.f;
+    return a.speed > b.speed;
+  }
+  // use(pair, its number)
+  template <class Use>
+  void over_impacts_of(const Task& task, const Use& use) const noexcept {
+    for (std::uint32_t k = task.first; k < task.first + task.impacts; ++k)
+      use(room_.pair(room_.numbers()[k]), room_.numbers()[k]);
+  }
+  template <class Use>
+  void over_impacts(const Use& use) const noexcept {
+    for (const Task& task : room_.tasks) over_impacts_of(task, use);
+  }
+
+  // Whether there is any.
+  bool find(int round) noexcept {
+    of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
+      task.impacts = 0;
+      task.hits_walls = false;
+      if (round > 0 || task.fast != 0) find_pairs(task);
+      for (std::size_t i = from; i < end && task.walls != 0; ++i) find_walls(i, task);
+    });
+    return std::any_of(room_.tasks.begin(), room_.tasks.end(),
+                       [](const Task& task) { return task.impacts != 0 || task.hits_walls; });
+  }
+  void find_pairs(Task& task) noexcept {
+    const MetParticles<T> particles = room_.met();
+    for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
+      const MetPair pair = room_.pair(p);
+      if (room_.is_fast[p] == 0 && room_.is_hit[pair.i] == 0 && room_.is_hit[pair.j] == 0) continue;
+      const Impact<T> impact = find_impact(pair.i, pair.j, particles, of_.wanted(pair.i, pair.j), of_.h, of_.slowest);
+      if (impact.f > 1) continue;
+      room_.put_impact(p, impact);
+      room_.numbers()[task.first + task.impacts++] = p;
+    }
+  }
+  void find_walls(std::size_t i, Task& task) noexcept {
+    room_.hit_wall[i] = no_wall;
+    for (std::size_t s = 0; s < of_.walls_of(i); ++s) {
+      MetWall<T>& wall = of_.wall(i, s);
+      find_impact(wall, i, room_.met(), of_.h, of_.slowest);
+      if (wall.impact.f > 1) continue;
+      const bool is_first = room_.hit_wall[i] == no_wall || comes_before(wall.impact, of_.wall(i, room_.hit_wall[i]).impact);
+      if (is_first) room_.hit_wall[i] = static_cast<std::uint8_t>(s);
+      task.hits_walls = true;
+    }
+  }
+  // Each particle's first among its pairs, which come in the order of numbers.
+  void name() noexcept {
+    over_impacts([&](const MetPair& pair, std::uint32_t p) {
+      const Impact<T> impact = room_.impact(p);
+      for (const std::uint32_t i : {pair.i, pair.j}) {
+        std::uint32_t& best = room_.best[i];
+        if (best == no_partner || comes_before(impact, room_.impact(best))) best = p;
+      }
+    });
+  }
+  // A wall is named where it comes before all pairs.
+  [[nodiscard]] bool names_wall(std::size_t i) const noexcept {
+    if (of_.walls_of(i) == 0 || room_.hit_wall[i] == no_wall) return false;
+    const std::uint32_t best = room_.best[i];
+    return best == no_partner || comes_before(of_.wall(i, room_.hit_wall[i]).impact, room_.impact(best));
+  }
+  [[nodiscard]] bool is_named(std::size_t i, std::uint32_t p) const noexcept { return room_.best[i] == p && !names_wall(i); }
+
+  void hit(const MetPair& pair, const Impact<T>& impact) noexcept {
+    const Point<T> u = minus(plus(room_.v[pair.i], room_.dv[pair.i]), plus(room_.v[pair.j], room_.dv[pair.j]));
+    const Point<T> impulse =
+        impulse_of(impact.n, u, room_.w[pair.i] + room_.w[pair.j], static_cast<T>(of_.rules.meet().restitution), of_.mu());
+    take_impulse(pair.i, T(1), impulse, impact.f);
+    take_impulse(pair.j, T(-1), impulse, impact.f);
+  }
+  void hit(std::size_t i, MetWall<T>& wall) noexcept {
+    const Point<T> u = minus(plus(room_.v[i], room_.dv[i]), times(1 / of_.h, wall.way));
+    const Point<T> impulse = impulse_of(wall.contact.n, u, room_.w[i], wall.e, wall.mu);
+    wall.impulse = plus(wall.impulse, impulse);
+    take_impulse(i, T(1), impulse, wall.impact.f);
+  }
+  void take_impulse(std::size_t i, T sign, const Point<T>& impulse, T f) noexcept {
+    const Point<T> dv = times(sign * room_.w[i], impulse);
+    room_.dv[i] = plus(room_.dv[i], dv);
+    room_.shift[i] = minus(room_.shift[i], times(f * of_.h, dv));
+    room_.last[i] = f;
+    room_.is_hit[i] = 1;
+  }
+
+  const MeetSubstep<T>& of_;
+  MeetRoom<T>& room_;
+};
+
+}  // namespace dvdx

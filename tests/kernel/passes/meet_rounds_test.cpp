@@ -1,0 +1,113 @@
+// A round of pairs that meet: the twins' bits, and a pair by itself.
+#include <doctest/doctest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "isa/passes.hpp"
+#include "support/isas.hpp"
+#include "support/scenes.hpp"
+
+namespace meet_rounds_test {
+
+using namespace dvdx;
+
+// Pairs of 50 particles, of which some press, some slide, some are apart and some act on nothing.
+template <class T>
+struct Pairs {
+  static constexpr std::size_t particles = 50, count = 77, blocks = (count + meeting_lanes - 1) / meeting_lanes;
+  std::vector<MetPairs> pairs = std::vector<MetPairs>(blocks);
+  std::vector<Separations<T>> contacts = std::vector<Separations<T>>(blocks);
+  std::vector<Pulse<T>> pulses = std::vector<Pulse<T>>(blocks * meeting_lanes);
+  std::vector<MeetPush<T>> pushed = std::vector<MeetPush<T>>(particles);
+
+  Pairs() {
+    const auto number = [](std::uint64_t stream, std::size_t k) { return static_cast<T>(2 * test::uniform(stream, k) - 1); };
+    for (std::size_t i = 0; i < particles; ++i) {
+      pushed[i] = {{number(0, i), number(1, i), number(2, i)}, i % 7 == 3 ? T(0) : T(1) + number(3, i)};
+    }
+    for (std::size_t p = 0; p < blocks * meeting_lanes; ++p) {
+      const std::size_t lane = p % meeting_lanes;
+      Separation<T> contact;
+      contact.n = {T(0.36), T(0.48), T(0.8)};
+      contact.gap = p % 5 == 0 ? T(4) : number(4, p);
+      if (p < count) {
+        pairs[p / meeting_lanes].i[lane] = static_cast<std::uint32_t>(p % particles);
+        pairs[p / meeting_lanes].j[lane] = static_cast<std::uint32_t>((3 * p + 1) % particles);
+        contact.normal = contact.normal_y = T(1) + number(5, p);
+        contact.slip = {number(6, p), number(7, p), number(8, p)};
+        contact.along = contact.along_y = {number(9, p), number(10, p), number(11, p)};
+        if (p / 8 % 3 != 1) pulses[p] = {contact.along, p % 3 == 0 ? T(0) : T(1)};  // a register of none that acts, too
+      } else {
+        contact.gap = 0;
+      }
+      contacts[p / meeting_lanes].put(lane, contact);
+    }
+  }
+  Pairs(const Pairs&) = delete;
+  Pairs& operator=(const Pairs&) = delete;
+
+  [[nodiscard]] RoundTerms<T> terms(double mu, double beta) noexcept {
+    return {.pairs = pairs.data(),
+            .contacts = contacts.data(),
+            .pulses = pulses.data(),
+            .pushed = pushed.data(),
+            .mu = static_cast<T>(mu),
+            .beta = static_cast<T>(beta)};
+  }
+  // All numbers of the pairs.
+  [[nodiscard]] std::vector<T> numbers() const {
+    std::vector<T> all;
+    for (std::size_t p = 0; p < count; ++p) {
+      const Separation<T> of = contacts[p / meeting_lanes].of(p % meeting_lanes);
+      all.insert(all.end(), {of.normal, of.normal_y, pulses[p].number});
+      for (const Point<T>& three : {of.along, of.along_y, pulses[p].vector}) all.insert(all.end(), three.begin(), three.end());
+    }
+    return all;
+  }
+};
+
+template <class T>
+bool are_equal(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+
+TEST_CASE_TEMPLATE("a round has the bits of the scalar one on every instruction set", T, float, double) {
+  const auto run = [](Isa isa) {
+    const Passes* const passes = find_passes(isa);
+    Pairs<T> pairs;
+    for (const double mu : {0.5, 0.0, 1e6}) {
+      for (const double beta : {0.5, 0.0}) passes->template of<T>().meet.push(pairs.terms(mu, beta), 0, Pairs<T>::count);
+    }
+    return pairs.numbers();
+  };
+  const std::vector<T> expected = run(Isa::reference);
+  for (const Isa isa : available_isas(Arithmetic::separate)) CHECK(are_equal(run(isa), expected));
+  test::has_several_isas();
+}
+
+TEST_CASE("a round pushes a pair apart by its overlap, and holds what slides no more than friction can") {
+  for (const Isa isa : available_isas(Arithmetic::separate)) {
+    MetPairs pairs;
+    pairs.j[0] = 1;
+    std::vector<Separations<double>> contacts(1);
+    std::vector<Pulse<double>> pulses(meeting_lanes);
+    const std::vector<MeetPush<double>> pushed{{{}, 3}, {{}, 5}};
+    Separation<double> contact;
+    contact.n = {0, 1, 0};
+    contact.gap = -2;
+    contact.slip = {4, 0, 0};
+    contacts[0].put(0, contact);
+    pulses[0].number = 1;
+    const RoundTerms<double> terms{
+        .pairs = &pairs, .contacts = contacts.data(), .pulses = pulses.data(), .pushed = pushed.data(), .mu = 0.5, .beta = 0};
+    find_passes(isa)->f64.meet.push(terms, 0, 1);
+    CHECK(pulses[0].vector[1] == doctest::Approx(2.0 / 8));
+    CHECK(pulses[0].vector[0] == doctest::Approx(-0.5 * 2.0 / 8));
+    CHECK(pulses[0].number == 1);
+  }
+}
+
+}  // namespace meet_rounds_test
