@@ -21,7 +21,7 @@ using namespace dvdx::tool;
 using namespace dvdx::tool::stability;
 
 std::vector<Row> run(const std::vector<Case>& cases) {
-  return run_cases(cases, [](std::size_t) {});
+  return run_cases(cases, Duration::whole, [](std::size_t) {});
 }
 
 std::vector<Case> numbered(int number) {

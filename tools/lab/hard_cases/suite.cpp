@@ -20,8 +20,9 @@ struct Outcome {
   std::string refused;
 };
 
-Outcome outcome_of(const Bar& bar, Isa isa, Arithmetic arithmetic, int looks) {
-  CaseRun way{.isa = isa, .arithmetic = arithmetic, .looks = looks};
+Outcome outcome_of(const Bar& bar, CaseRun way) {
+  const Isa isa = way.isa;
+  const Arithmetic arithmetic = way.arithmetic;
   try {
     Worst worst = bar.check(way);
     return {.isa = isa, .arithmetic = arithmetic, .worst = std::move(worst), .bits = way.bits, .refused = {}};
@@ -70,7 +71,7 @@ std::string note_of(const Outcome& worst, const std::string& differs, Verdict ve
   return note;
 }
 
-std::vector<Outcome> outcomes_of(const Bar& bar, RunsOn runs_on, int looks = all_looks) {
+std::vector<Outcome> outcomes_of(const Bar& bar, RunsOn runs_on, const CaseRun& each) {
   std::vector<std::future<Outcome>> runs;
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
     auto isas = available_isas(arithmetic);
@@ -80,7 +81,10 @@ std::vector<Outcome> outcomes_of(const Bar& bar, RunsOn runs_on, int looks = all
       std::erase(isas, Isa::reference);           // which is contracted, and was run as that
     }
     for (const Isa isa : isas) {
-      runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), isa, arithmetic, looks));
+      CaseRun way = each;
+      way.isa = isa;
+      way.arithmetic = arithmetic;
+      runs.push_back(std::async(std::launch::async, outcome_of, std::cref(bar), way));
     }
   }
   std::vector<Outcome> outcomes;
@@ -88,10 +92,11 @@ std::vector<Outcome> outcomes_of(const Bar& bar, RunsOn runs_on, int looks = all
   return outcomes;
 }
 
-Row run_bar(const Case& hard_case, const Bar& bar) {
-  const std::vector<Outcome> outcomes = outcomes_of(bar, bar.runs_on);
+Row run_bar(const Case& hard_case, const Bar& bar, Duration duration) {
+  const std::vector<Outcome> outcomes = outcomes_of(bar, bar.runs_on, {.duration = duration});
   const bool is_begun = bar.runs_on == RunsOn::only_best_whole;
-  const std::vector<Outcome> compared = is_begun ? outcomes_of(bar, RunsOn::every_isa, 1) : outcomes;
+  const std::vector<Outcome> compared =
+      is_begun ? outcomes_of(bar, RunsOn::every_isa, {.looks = 1, .duration = duration}) : outcomes;
   const Outcome& worst = *std::max_element(outcomes.begin(), outcomes.end(), is_worse);
   const std::string differs = differing(compared);
   const Verdict verdict = verdict_of(bar, worst.worst.value);
@@ -117,11 +122,11 @@ std::size_t bars_in(const std::vector<Case>& cases) {
                          [](std::size_t sum, const Case& c) { return sum + c.bars.size(); });
 }
 
-std::vector<Row> run_cases(const std::vector<Case>& cases, const std::function<void(std::size_t)>& tell) {
+std::vector<Row> run_cases(const std::vector<Case>& cases, Duration duration, const std::function<void(std::size_t)>& tell) {
   std::vector<Row> rows;
   for (const Case& hard_case : cases) {
     for (const Bar& bar : hard_case.bars) {
-      rows.push_back(run_bar(hard_case, bar));
+      rows.push_back(run_bar(hard_case, bar, duration));
       tell(rows.size());
     }
   }

@@ -34,7 +34,8 @@ struct Row {
 [[nodiscard]] std::size_t bars_in(const std::vector<Case>& cases);
 
 // tell(bars done) is called after each bar.
-[[nodiscard]] std::vector<Row> run_cases(const std::vector<Case>& cases, const std::function<void(std::size_t)>& tell);
+[[nodiscard]] std::vector<Row> run_cases(const std::vector<Case>& cases, Duration duration,
+                                         const std::function<void(std::size_t)>& tell);
 
 [[nodiscard]] bool all_passed(const std::vector<Row>& rows);
 
