@@ -128,7 +128,7 @@ TEST_CASE("run warns of springs that hold more than there is, and the cure that 
   CHECK(report_of(folder, "rope.json")["warnings"] == json::array());  // lines of springs hold at one sub-step
 }
 
-// Of 16 x 16 particles of 1/256 kg on sides of 0.1 m: omega^2 = 2 * 4 * g * 256 / 0.1 is at most (2 / (0.01 s / 3))^2.
+// 16 x 16 particles of 1/256 kg on sides of 0.1 m: omega^2 = 2 * 4 * g * 256 / 0.1 is at most (2 / (0.01 s / 3))^2.
 TEST_CASE("run says the sub-steps that a strain limit of a sheet asks for") {
   const ScratchFolder folder("strain");
   folder.write("sheet.json", R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.02,

@@ -16,7 +16,7 @@ class MeetNear {
   explicit MeetNear(const MeetSubstep<T>& of) noexcept : of_(of), room_(of.room) {}
 
   enum class Found { all, too_many };
-  // Of the lists: the room's pairs, and where each particle finds its own.
+  // From the lists: the room's pairs, and where each particle finds its own.
   Found find() noexcept {
     find_pairs();
     const bool have_room = number_tasks();

@@ -177,7 +177,7 @@ struct MeetRoom {
   std::vector<Separations<T>> separations{};
   std::vector<Pulse<T>> pulses{};  // of each pair; between sub-steps those that are kept
   std::vector<std::uint8_t> is_fast{};
-  // Of each particle: where its own pairs end, counted from its task's first, and where those end in which its number is the
+  // By particle: where its own pairs end, counted from its task's first, and where those end in which its number is the
   // higher one. These begin in lower_near where the list of them does.
   std::vector<std::uint32_t> own_end{}, lower_end{};
   std::vector<MetPairs> kept_pairs{};
