@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dvdx/live.hpp"
@@ -118,6 +120,29 @@ TEST_CASE("a plan forgets what another state did") {
   second.step(9);
   REQUIRE(second.plan().step(second.state(), fresh, 4) == StepResult::done);
   CHECK(are_equal(first.values(), second.values()));
+}
+
+TEST_CASE("a workspace has lists of its own for plans of other radii and of other groups") {
+  Balls balls;  // apart enough for the first plan, and not for the other one
+  for (std::size_t n = 0; n < 8; ++n) balls.add({0.03 * static_cast<double>(n), 0, 0}, {0, 0.1, 0});
+  const auto scene_of = [](double radius, const std::optional<MeetGroups>& groups) {
+    Scene scene;
+    scene.add(Meet{.radius = radius, .groups = groups});
+    return scene;
+  };
+  const MeetGroups apart{.of = {0, 1, 0, 1, 0, 1, 0, 1}, .meet = {{0, 0}, {1, 1}}};
+  const Scene small = scene_of(0.008, std::nullopt), large = scene_of(0.016, std::nullopt), in_groups = scene_of(0.016, apart);
+  for (const auto& [before, after] : {std::pair{small, large}, std::pair{in_groups, large}}) {
+    Stepped<double> first(before, balls, {});
+    Stepped<double> other(after, balls, {});
+    Stepped<double> expected(after, balls, {});
+    Workspace<double> shared = first.plan().workspace();
+    REQUIRE(first.plan().step(first.state(), shared) == StepResult::done);
+    REQUIRE(other.plan().step(other.state(), shared) == StepResult::done);
+    expected.step();
+    CHECK(are_equal(expected.values(), other.values()));
+    CHECK(other.x(0)[0] < 0);  // pushed
+  }
 }
 
 TEST_CASE("too many neighbours are told, and the state is what it was") {

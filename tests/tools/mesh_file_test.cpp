@@ -67,6 +67,7 @@ TEST_CASE("a byte order mark, lines that go on and keywords in any case are read
   CHECK(mesh_of("v 0 0 0 # goes on nowhere \\\nv 1 0 0\n").vertices.size() == 2);
   CHECK(mesh_of("v 0 0 0\\").vertices.size() == 1);
   CHECK(mesh_of("# as the first Macs ended lines\rv 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r").faces == marked.faces);
+  CHECK(mesh_of("v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\n").faces == marked.faces);
   CHECK(fault_of("v 0 0 0\nf 1 \\\n2 9\n") == "line 3 names vertex 9: must be from 1 to 1, or count back from -1");
 }
 

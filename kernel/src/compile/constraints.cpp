@@ -281,8 +281,8 @@ class HungLinks {
     return links_[n]->a == i ? links_[n]->b : links_[n]->a;
   }
 
-  // A link of what is joined carries no more than all of it. A rod alone is left as it is, and so are bounds that join no rod, but
-  // for ropes that cross: turns of theirs may be 20 times as large.
+  // A link of what is joined carries no more than all of it. A rod alone is left as it is, and so are bounds that join no rod,
+  // but for ropes that cross: turns of theirs may be 20 times as large.
   void load_all_from(std::uint32_t i, std::vector<bool>& is_seen) {
     std::vector<std::uint32_t> joined{i};
     is_seen[i] = true;
@@ -373,8 +373,8 @@ double swept_rods_rate(const Scene& scene, std::span<const Vec3> start, std::spa
 // RATTLE is stable while (h omega)^2 < 4. Sweeps leave lengths unsettled by some (h omega)^2, and rods lose energy by it: in
 // 5 s at 60 steps a second trees of 4 to 256 rods and rings on a rod lose up to 1.5 % where it is at most 0.01, and 20 to 60 %
 // where it is 0.2 to 1; beyond 4 a ring of 40 on a rod gained 13 times what there was. Ropes that cross take energy at any: nets
-// of 5 x 5 to 64 x 64 on a corner or two with up to 1e4 times a particle's mass stay within 3 % of their lengths where it is at most 4,
-// and are up to 6.6 times their length where it is 900.
+// of 5 x 5 to 64 x 64 on a corner or two with up to 1e4 times a particle's mass stay within 3 % of their lengths where it is
+// at most 4, and are up to 6.6 times their length where it is 900.
 int substeps_of_rods(double frequency, double h) noexcept {
   constexpr double most_turn = 0.1;  // h omega
   constexpr int most = 1024;

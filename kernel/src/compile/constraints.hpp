@@ -20,9 +20,9 @@ std::vector<JoinedPair> constrained_pairs(const Scene& scene);
 // m/s^2, of all constant forces together.
 Vec3 constant_acceleration(const Scene& scene);
 
-// 1/m, of rods that sweeps solve as they meet others: the largest square of a frequency over gravity, under all that may hang on
-// them; of ropes that cross a four hundredth of it. 0 where there are none: chains that stand alone take sub-steps of their own.
-// w: 1/kg of each particle, 0 where fixed.
+// 1/m, of rods that sweeps solve as they meet others: the largest square of a frequency over gravity, under all that may hang
+// on them; of ropes that cross a four hundredth of it. 0 where there are none: chains that stand alone take sub-steps of
+// their own. w: 1/kg of each particle, 0 where fixed.
 double swept_rods_rate(const Scene& scene, std::span<const Vec3> start, std::span<const double> w);
 // How many sub-steps they ask for in a step of h seconds at such a frequency, in rad/s; 1024 at most.
 int substeps_of_rods(double frequency, double h) noexcept;

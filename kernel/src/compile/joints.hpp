@@ -131,8 +131,8 @@ class Joints {
   [[nodiscard]] bool depends_on_weight() const noexcept {
     return (rods_rate_ != 0 || meeting_rate_ != 0) && !coupling.substeps;
   }
-  // rad/s, of rods that meet under the weight of all that may hang on them, and a twentieth of that of ropes that cross; 0 where
-  // there are none.
+  // rad/s, of rods that meet under the weight of all that may hang on them, and a twentieth of that of ropes that cross; 0
+  // where there are none.
   [[nodiscard]] double rods_frequency() const noexcept { return rods_frequency_; }
   // Changes in place, of the only owner (execute/plan_parts.hpp): of grids that are stepped as one, or of a list by any scheme
   // but accumulate, without constraints. The scene is the one that the joints were made of, but for the change.

@@ -1,7 +1,10 @@
 #include "compile/meet.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <string>
 
@@ -198,6 +201,23 @@ std::vector<Contact> contacts_of_flows(const Scene& scene) {
   return contacts;
 }
 
+namespace {
+
+constexpr std::uint64_t no_values = 0xCBF29CE484222325U;
+
+// FNV-1a, a byte a step.
+template <class Values>
+std::uint64_t fingerprint_of(const Values& values, std::uint64_t hash) noexcept {
+  for (const auto& value : values) {
+    std::array<unsigned char, sizeof value> bytes;
+    std::memcpy(bytes.data(), &value, sizeof value);
+    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 0x100000001B3U;
+  }
+  return hash;
+}
+
+}  // namespace
+
 template <class T>
 MeetRules<T>::MeetRules(const Scene& scene, std::span<const Vec3> start)
     : meet_(*scene.meet), is_ball_(scene.meet->radius.has_value()), r_(start.size(), T(-1)) {
@@ -217,13 +237,16 @@ MeetRules<T>::MeetRules(const Scene& scene, std::span<const Vec3> start)
     const double side = widest_side(scene, start);
     if (side > 0) stretch_limit_ = std::sqrt(2.0) * *meet.thickness / side;
   }
-  if (!meet.groups) return;
-  group_of_ = meet.groups->of;
-  for (const std::uint16_t group : group_of_) groups_ = std::max<std::size_t>(groups_, group + std::size_t{1});
-  met_.assign(groups_ * groups_, 0);
-  for (const auto& [a, b] : meet.groups->meet) {
-    if (a < groups_ && b < groups_) met_[a * groups_ + b] = met_[b * groups_ + a] = 1;
+  if (meet.groups) {
+    group_of_ = meet.groups->of;
+    for (const std::uint16_t group : group_of_) groups_ = std::max<std::size_t>(groups_, group + std::size_t{1});
+    met_.assign(groups_ * groups_, 0);
+    for (const auto& [a, b] : meet.groups->meet) {
+      if (a < groups_ && b < groups_) met_[a * groups_ + b] = met_[b * groups_ + a] = 1;
+    }
   }
+  fingerprint_ = fingerprint_of(group_of_, fingerprint_of(met_, fingerprint_of(r_, no_values)));
+  for (const Vec3& at : start_) fingerprint_ = fingerprint_of(at, fingerprint_);
 }
 
 template <class T>

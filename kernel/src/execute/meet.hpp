@@ -47,7 +47,11 @@ class MeetStep {
     of_.surface_count = surface_count;
     of_.h = h;
     take();
-    if (find_strays() == Lists::stale && list() == Found::too_many) return Found::too_many;
+    if (find_strays() == Lists::stale && list() == Found::too_many) {
+      room_.pair_count = 0;
+      room_.is_kept = false;
+      return Found::too_many;
+    }
     if (MeetNear<T>(of_).find() == MeetNear<T>::Found::too_many) return Found::too_many;
     ++room_.substeps;
     if (room_.pair_count == 0 && of_.rules.are_balls_alike()) {
@@ -132,7 +136,7 @@ class MeetStep {
         task.is_stale = task.is_stale || !(used <= half + room_.allowed[i]);
       }
     });
-    if (!room_.is_listed) return Lists::stale;
+    if (!room_.is_listed || room_.listed_by != of_.rules.fingerprint()) return Lists::stale;
     const bool is_stale = std::any_of(room_.tasks.begin(), room_.tasks.end(), [](const Task& task) { return task.is_stale; });
     return is_stale ? Lists::stale : Lists::fresh;
   }
@@ -140,6 +144,7 @@ class MeetStep {
   Found list() noexcept {
     ++room_.rebuilt;
     room_.is_listed = true;
+    room_.listed_by = of_.rules.fingerprint();
     for (const T skin : {nominal_skin(), T(0)}) {
       room_.skin = skin;
       const T ordinary = of_.rules.most_radius() + T(0.5) * nominal_skin();

@@ -164,7 +164,8 @@ struct MeetRoom {
   };
   PairLists<T> lists{};
   bool is_listed = false;
-  T skin = 0;  // m: that the lists have beyond what is near
+  std::uint64_t listed_by = 0;  // the rules' fingerprint
+  T skin = 0;                   // m: that the lists have beyond what is near
   std::vector<Point<T>> x0{}, x1{}, v{}, dv{}, shift{};
   std::vector<Point<T>> listed_at{};  // where each was when the lists were built
   std::vector<MeetPush<T>> pushed{};

@@ -256,6 +256,8 @@ std::string more_substeps(const LoadedScene& loaded, const Outcome& outcome) {
   constexpr int more = 4;
   const auto& asked = loaded.file.scene.coupling.substeps;
   const int now = outcome.network ? outcome.network->substeps : asked.value_or(1);
+  constexpr int most = static_cast<int>(most_substeps) / more;
+  if (now > most) return fmt::format("--step {:.4g}", loaded.file.step / more);
   return asked ? fmt::format("--substeps auto, or {} if that is not enough", more * now)
                : fmt::format("--substeps {}", more * now);
 }
@@ -296,7 +298,7 @@ std::optional<Warning> warning_of_rods(const LoadedScene& loaded, const Outcome&
                                      between(rods.ends), rods.most, rods.time),
                  .value = rods.most,
                  .limit = most,
-                 .cure = rods.time > 0
+                 .cure = rods.time != 0
                              ? "Try " + more_substeps(loaded, outcome)
                              : std::string("Start with it at its length, or leave its length to the start (\"start\")")};
 }

@@ -154,11 +154,15 @@ std::vector<HalfEdge> sides_of(const MeshFile& mesh) {
 }  // namespace
 
 MeshFile parse_mesh(std::string_view text) {
-  const bool is_of_first_macs = text.find('\n') == std::string_view::npos && text.find('\r') != std::string_view::npos;
-  if (!is_of_first_macs) return MeshReader(text).read();
-  std::string lines(text);
-  std::replace(lines.begin(), lines.end(), '\r', '\n');
-  return MeshReader(lines).read();
+  // A carriage return alone ends a line, as the first Macs had it, also where a tool has added others.
+  const auto ends_line = [&](std::size_t at) { return text[at] == '\r' && (at + 1 == text.size() || text[at + 1] != '\n'); };
+  std::string lines;
+  for (std::size_t at = text.find('\r'); at != std::string_view::npos; at = text.find('\r', at + 1)) {
+    if (!ends_line(at)) continue;
+    if (lines.empty()) lines = text;
+    lines[at] = '\n';
+  }
+  return MeshReader(lines.empty() ? text : lines).read();
 }
 
 MeshFile read_mesh(const std::filesystem::path& path) { return parse_mesh(contents(path)); }

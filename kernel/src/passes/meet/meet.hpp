@@ -148,7 +148,7 @@ struct MetWall {
   Point<T> impulse{};  // of impacts, kg m/s
 };
 
-// The particles of a scene by their numbers. Those that meet nothing have the radius 0.
+// The particles of a scene by their numbers.
 template <class T>
 struct MetParticles {
   const Point<T>* x0 = nullptr;     // when the sub-step begins, m
