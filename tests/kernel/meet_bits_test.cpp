@@ -265,6 +265,15 @@ TEST_CASE("a scene says what is wrong with its meetings") {
         "meet.groups.meet[0] is 3000: must be a number below 1024");
   CHECK(message({.radius = 0.5}, [](Scene& scene) { scene.add(Contact{Sphere{.radius = 0.5, .side = Side::inside}}); }) ==
         "contacts[0].radius is 0.5: must be more than the balls' radius with the contact's thickness, 0.5 m");
+  const auto octahedron = [](Scene& scene) {
+    scene.add(Contact{
+        TriangleMesh{.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+                     .triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}},
+                     .cell = 0.01}});
+  };
+  const std::string cells = message({.radius = 0.5}, octahedron);
+  CHECK(cells.starts_with("contacts[0].cell is 0.01: must be from 0.01"));
+  CHECK(cells.ends_with("as the grid goes beyond the mesh by the balls' radius"));
   const auto cloth = [](Scene& scene) { scene.add(Network{Springs{.pairs = {{0, 1}}, .stiffness = 1.0}}); };
   CHECK(message({.thickness = 0.5}, cloth).empty());
   CHECK(

@@ -13,6 +13,7 @@
 #include "compile/particle_values.hpp"
 #include "compile/pose_track.hpp"
 #include "math/vec3.hpp"
+#include "passes/contact/signed_distance.hpp"
 #include "text.hpp"
 
 namespace dvdx {
@@ -135,6 +136,21 @@ void check_meet(Checker& check, const Scene& scene) {
   }
 }
 
+namespace {
+
+// The grid of a mesh goes as far as balls are kept off it.
+std::optional<Error> error_of_cells(const Scene& scene, std::size_t contact) {
+  if (!std::holds_alternative<TriangleMesh>(scene.contacts[contact])) return std::nullopt;
+  const auto mesh = std::get<TriangleMesh>(contact_of_flows(scene.contacts[contact], scene.meet));
+  const double cell = cell_of(mesh);
+  const auto [least, most] = cell_range_of(mesh);
+  if (cell >= least && cell <= most) return std::nullopt;
+  return Error{element("contacts", contact) + ".cell", text(cell),
+               "from " + text(least, 6) + " to " + text(most, 6) + " m, as the grid goes beyond the mesh by the balls' radius"};
+}
+
+}  // namespace
+
 std::optional<Error> check_meet_at_start(const Scene& scene, const Options& options, std::span<const Vec3> start) {
   if (!scene.meet) return std::nullopt;
   const Meet& meet = *scene.meet;
@@ -154,7 +170,7 @@ std::optional<Error> check_meet_at_start(const Scene& scene, const Options& opti
       return Error{at + "." + of, text(size),
                    "more than the balls' radius with the contact's thickness, " + text(least + thickness, 6) + " m"};
     };
-    std::optional<Error> error;
+    std::optional<Error> error = error_of_cells(scene, i);
     if (const auto* sphere = std::get_if<Sphere>(&scene.contacts[i]); sphere != nullptr && sphere->side == Side::inside) {
       error = leaves_room(sphere->thickness, sphere->radius, "radius");
     }
