@@ -254,9 +254,9 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
 // Those that a plan chooses are mostly right where fewer were asked for.
 std::string more_substeps(const LoadedScene& loaded, const Outcome& outcome) {
   constexpr int more = 4;
+  constexpr int most = static_cast<int>(most_substeps) / more;
   const auto& asked = loaded.file.scene.coupling.substeps;
   const int now = outcome.network ? outcome.network->substeps : asked.value_or(1);
-  constexpr int most = static_cast<int>(most_substeps) / more;
   if (now > most) return fmt::format("--step {:.4g}", loaded.file.step / more);
   return asked ? fmt::format("--substeps auto, or {} if that is not enough", more * now)
                : fmt::format("--substeps {}", more * now);

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 #include <variant>
+#include <vector>
 
 #include "checkpoint/byte_stream.hpp"
 #include "commands/scene_options.hpp"
@@ -40,8 +41,12 @@ class JoinWatch {
     // A fold that is drawn tight lasts a few frames, and others pass through it meanwhile.
     if (scene.meet) every_ = std::clamp<std::uint64_t>(loaded.steps / looks, 1, 4);
     for (const Network& network : scene.networks) {
+      const std::vector<Pair> torn = torn_springs(network);
       const auto add = [&](std::size_t count, const auto& spring_at) {
-        for (std::size_t n = 0; n < count; ++n) stiffness_ += spring_at(n).stiffness;
+        for (std::size_t n = 0; n < count; ++n) {
+          const StoredSpring s = spring_at(n);
+          if (!is_torn(torn, s.i, s.j)) stiffness_ += s.stiffness;
+        }
       };
       if (is_alone_) std::visit([&](const auto& of) { for_each_kind<T>(loaded.file, of, add); }, network);
     }
@@ -117,7 +122,7 @@ class JoinWatch {
 
   const Plan<T>* plan_;
   bool is_alone_;
-  double stiffness_ = 0;  // N/m, of all springs
+  double stiffness_ = 0;  // N/m, of all springs that are not torn at the start
   std::optional<std::uint64_t> every_;
   std::optional<std::uint64_t> looked_at_;
   Joins sums_;

@@ -21,18 +21,15 @@ struct Outcome {
 };
 
 Outcome outcome_of(const Bar& bar, CaseRun way) {
-  const Isa isa = way.isa;
-  const Arithmetic arithmetic = way.arithmetic;
+  Outcome outcome{.isa = way.isa, .arithmetic = way.arithmetic, .worst = {}, .bits = 0, .refused = {}};
   try {
-    Worst worst = bar.check(way);
-    return {.isa = isa, .arithmetic = arithmetic, .worst = std::move(worst), .bits = way.bits, .refused = {}};
+    outcome.worst = bar.check(way);
   } catch (const std::runtime_error& error) {
-    return {.isa = isa,
-            .arithmetic = arithmetic,
-            .worst = {.value = std::numeric_limits<double>::quiet_NaN(), .where = {}},
-            .bits = way.bits,
-            .refused = error.what()};
+    outcome.worst.value = std::numeric_limits<double>::quiet_NaN();
+    outcome.refused = error.what();
   }
+  outcome.bits = way.bits;
+  return outcome;
 }
 
 bool is_worse(const Outcome& a, const Outcome& b) { return a.worst.value < b.worst.value || std::isnan(b.worst.value); }
