@@ -68,6 +68,7 @@ TEST_CASE("run says how many pairs touch, and how long lists were") {
   CHECK(found["overlap"]["mean"].get<double>() <= found["overlap"]["most"].get<double>());
   CHECK(found["overlap"]["most"].get<double>() < 0.5);
   CHECK(found["stretch_limit"].is_null());
+  CHECK(found["crossings"].is_null());
 }
 
 TEST_CASE("a list that is too long stops a run, and nothing is written") {
@@ -93,6 +94,10 @@ TEST_CASE("run warns of cloth that is stretched so far that cloth fits through")
   CHECK(warning["code"] == "may_cross");
   CHECK(warning["value"] == stretch);
   CHECK(is_close(warning["limit"].get<double>(), limit, 1e-6));
+  const auto text_of = [](const json& of) { return of["warnings"][0]["text"].get<std::string>(); };
+  CHECK(text_of(report).ends_with("cloth may have crossed cloth"));  // a net has no triangles
+  CHECK(text_of(json::parse(run(folder, "run sheet.json --json --set network.shear=1").out))
+            .ends_with("cloth may have crossed cloth, which it has not at the end"));
   CHECK(run(folder, "run sheet.json --strict").exit == 6);
   // The cure is a number that is taken, and helps.
   CHECK(cure_of(report) == R"(Try "strain_limit": 0.21 or stiffer springs, with "thickness": 0.0095 (m) in meet)");
@@ -110,6 +115,36 @@ TEST_CASE("run warns of cloth that is stretched so far that cloth fits through")
   CHECK(run(folder, long_cells + "16 --strict").exit == 0);
   write_sheet(folder, "2000");
   CHECK(json::parse(run(folder, "run sheet.json --json").out)["warnings"] == json::array());
+}
+
+// Two sheets of 6 x 6 at 1 cm that nothing moves: one lies, the other stands this high above it.
+void write_crossed(const ScratchFolder& folder, const std::string& height) {
+  const std::string sheet = R"("mass": 0.36, "structural": 100, "shear": 50, "rows": 6, "columns": 6, "type": "grid", )";
+  folder.write("crossed.json", R"({"format": "dvdx-scene/1", "name": "crossed", "step": 0.01, "duration": 0.2,
+    "network": [{)" + sheet + R"("origin": [0, 0, 0], "edge_u": [0.05, 0, 0], "edge_v": [0, 0, 0.05]},
+      {)" + sheet + R"("origin": [0.012, )" +
+                                   height + R"(, 0.013], "edge_u": [0.03, 0, 0.04], "edge_v": [0, 0.05, 0]}],
+    "meet": {"thickness": 0.002}})");
+}
+
+TEST_CASE("run counts where edges of cloth go through its triangles, and warns of cloth that has crossed") {
+  const ScratchFolder folder("meet-crossed");
+  write_crossed(folder, "-0.025");
+  const json report = json::parse(run(folder, "run crossed.json --json").out);
+  const auto end = report["meet"]["crossings"]["end"].get<int>();
+  CHECK(end >=
+        10);  // each of the 5 cells that go through has an upright edge or a slanting one at least, and so has what it meets
+  CHECK(report["meet"]["crossings"]["most"] >= end);
+  REQUIRE(report["warnings"].size() == 1);
+  CHECK(report["warnings"][0]["code"] == "crossed");
+  CHECK(report["warnings"][0]["value"] == end);
+  CHECK(cure_of(report).ends_with(", and \"rounds\": 16 in meet"));
+  const auto text = run(folder, "run crossed.json --strict");
+  CHECK(text.exit == 6);
+  CHECK(text.out.find("crossings    " + std::to_string(end) + " at the end, ") != std::string::npos);
+  write_crossed(folder, "0.005");
+  const json apart = json::parse(run(folder, "run crossed.json --json --strict").out);
+  CHECK(apart["meet"]["crossings"] == json{{"end", 0}, {"most", 0}});
 }
 
 TEST_CASE("the shipped cradle swings on: one ball comes, and one leaves at the other end") {

@@ -127,12 +127,11 @@ void report_joins(const Outcome& outcome, nlohmann::ordered_json& report) {
 }
 
 void report_meetings(const Met& met, nlohmann::ordered_json& report) {
-  report["meet"] = {{"pairs", met.pairs},
-                    {"most", met.most},
-                    {"rebuilt", met.rebuilt},
-                    {"overlap", {{"mean", met.overlap_mean}, {"most", met.overlap_most}}},
-                    {"stretch_limit", nullptr}};
+  report["meet"] = {{"pairs", met.pairs},       {"most", met.most},
+                    {"rebuilt", met.rebuilt},   {"overlap", {{"mean", met.overlap_mean}, {"most", met.overlap_most}}},
+                    {"stretch_limit", nullptr}, {"crossings", nullptr}};
   if (met.stretch_limit > 0) report["meet"]["stretch_limit"] = met.stretch_limit;
+  if (met.crossed) report["meet"]["crossings"] = {{"end", met.crossed->at_end}, {"most", met.crossed->most}};
 }
 
 void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome,
@@ -243,6 +242,10 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
   }
   if (outcome.met) {  // a list that is too long has ended the run
     row("meetings", fmt::format("{:.2g} a particle, {} at most, 0 lists too long", outcome.met->pairs, outcome.met->most));
+  }
+  if (outcome.met && outcome.met->crossed) {
+    row("crossings", fmt::format("{} at the end, {} at most: edges through triangles", outcome.met->crossed->at_end,
+                                 outcome.met->crossed->most));
   }
   row("energy", energies(outcome));
   row("state hash", hash_text(outcome.hash));
@@ -388,19 +391,40 @@ std::string crossing_cure(const SceneFile& file, double thickness, double stretc
                      thickest);
 }
 
-// Cells between particles are then so wide that others fit through, or nearly so.
+std::optional<Warning> warning_of_crossed(const LoadedScene& loaded, const Outcome& outcome, bool is_stretched) {
+  const Crossed& crossed = *outcome.met->crossed;
+  const double limit = outcome.met->stretch_limit;
+  constexpr int enough = 16;
+  std::string cure = is_stretched
+                         ? crossing_cure(loaded.file, *loaded.file.scene.meet->thickness, outcome.joins->stretch.most, limit)
+                         : "Try " + more_substeps(loaded, outcome);
+  if (loaded.file.scene.meet->rounds < enough) cure += fmt::format(", and \"rounds\": {} in meet", enough);
+  return Warning{
+      .code = "crossed",
+      .text = fmt::format("edges of cloth go through its triangles {} time{} at the end, {} at most: folds or layers "
+                          "have passed, or started so, and stay crossed",
+                          crossed.at_end, crossed.at_end == 1 ? "" : "s", crossed.most),
+      .value = static_cast<double>(crossed.at_end),
+      .limit = 0,
+      .cure = std::move(cure)};
+}
+
+// Cells between particles may be so wide that others fit through, or nearly so.
 std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.met || !outcome.joins || !(outcome.met->stretch_limit > 0)) return std::nullopt;
   const Joins::Stretch& stretch = outcome.joins->stretch;
   const double limit = outcome.met->stretch_limit;
-  if (!(stretch.most > limit)) return std::nullopt;
+  const bool is_stretched = stretch.most > limit;
+  if (outcome.met->crossed && outcome.met->crossed->at_end > 0) return warning_of_crossed(loaded, outcome, is_stretched);
+  if (!is_stretched) return std::nullopt;
   const double thickness = *loaded.file.scene.meet->thickness;
   return Warning{
       .code = "may_cross",
       .text = fmt::format(
           "spring {} was stretched to {:.4g} of its length at {:.4g} s: below {:.4g} nothing passes between particles "
-          "that keep {:.3g} m apart, and beyond it cloth may have crossed cloth",
-          between(stretch.ends), stretch.most, stretch.time, limit, thickness),
+          "that keep {:.3g} m apart, and beyond it cloth may have crossed cloth{}",
+          between(stretch.ends), stretch.most, stretch.time, limit, thickness,
+          outcome.met->crossed ? ", which it has not at the end" : ""),
       .value = stretch.most,
       .limit = limit,
       .cure = crossing_cure(loaded.file, thickness, stretch.most, limit)};

@@ -4,10 +4,15 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
 
 #include "checkpoint/byte_stream.hpp"
 #include "commands/scene_options.hpp"
+#include "dvdx/layouts/state.hpp"
 #include "dvdx/meet.hpp"
+#include "run/crossings.hpp"
 #include "run/outcome.hpp"
 
 namespace dvdx::tool {
@@ -15,9 +20,15 @@ namespace dvdx::tool {
 class MeetWatch {
  public:
   explicit MeetWatch(const LoadedScene& loaded) {
-    constexpr std::uint64_t steps = 32;  // from look to look
-    constexpr std::uint64_t looks = 8;   // in a run at least, where it is long enough
-    if (loaded.file.scene.meet) every_ = std::clamp<std::uint64_t>(loaded.steps / looks, 1, steps);
+    constexpr std::uint64_t steps = 32;          // from look to look
+    constexpr std::uint64_t steps_of_cloth = 4;  // of which JoinWatch looks as often
+    constexpr std::uint64_t looks = 8;           // in a run at least, where it is long enough
+    const Scene& scene = loaded.file.scene;
+    if (!scene.meet) return;
+    if (scene.meet->thickness && !has_tears(loaded.file)) {
+      if (auto triangles = cloth_triangles(scene); !triangles.empty()) crossings_.emplace(std::move(triangles));
+    }
+    every_ = std::clamp<std::uint64_t>(loaded.steps / looks, 1, crossings_ ? steps_of_cloth : steps);
   }
 
   // Steps until the next look, at most `wanted`.
@@ -26,12 +37,18 @@ class MeetWatch {
   }
   [[nodiscard]] bool is_due(std::uint64_t done) const { return every_ && done % *every_ == 0; }
 
-  void look(const Meetings& now) {
+  template <class T>
+  void look(const Meetings& now, const State<T>& state) {
+    if (!every_) return;
     last_ = now;
     most_ = std::max(most_, now.most);
     overlap_most_ = std::max(overlap_most_, now.overlap_most);
+    if (!crossings_) return;
+    crossed_.at_end = crossings_->count(state);
+    crossed_.most = std::max(crossed_.most, crossed_.at_end);
   }
-  // Pairs and their overlap at the last look, the longest list and the deepest overlap of all looks.
+  // Pairs, their overlap and crossings at the last look, the longest list, the deepest overlap and the most crossings of all
+  // looks.
   [[nodiscard]] std::optional<Met> seen() const {
     if (!every_) return std::nullopt;
     return Met{.pairs = last_.touching,
@@ -39,7 +56,8 @@ class MeetWatch {
                .rebuilt = rebuilt_before_ + last_.rebuilt,
                .overlap_mean = last_.overlap_mean,
                .overlap_most = overlap_most_,
-               .stretch_limit = last_.stretch_limit};
+               .stretch_limit = last_.stretch_limit,
+               .crossed = crossings_ ? std::optional(crossed_) : std::nullopt};
   }
 
   void save(Sink& sink) const {
@@ -47,21 +65,34 @@ class MeetWatch {
     sink.put(std::uint64_t{most_});
     sink.put(rebuilt_before_ + last_.rebuilt);
     sink.put(overlap_most_);
+    sink.put(std::uint64_t{crossed_.most});
   }
   void load(Source& source) {
     if (!every_) return;
     std::uint64_t most = 0;
     source.get(most);
+    most_ = most;
     source.get(rebuilt_before_);
     source.get(overlap_most_);
-    most_ = most;
+    source.get(most);
+    crossed_.most = most;
   }
 
  private:
+  // Holes are no cloth.
+  static bool has_tears(const SceneFile& file) {
+    const auto is_torn = [](const Network& network) {
+      return std::visit([](const auto& of) { return !of.broken.empty(); }, network);
+    };
+    return !file.tears_at.empty() || std::any_of(file.scene.networks.begin(), file.scene.networks.end(), is_torn);
+  }
+
   std::optional<std::uint64_t> every_;
   Meetings last_;
   std::size_t most_ = 0;
   double overlap_most_ = 0;
+  std::optional<Crossings> crossings_;  // of cloth that does not tear
+  Crossed crossed_;
   std::uint64_t rebuilt_before_ = 0;  // until the checkpoint that the run went on from
 };
 

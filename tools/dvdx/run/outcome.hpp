@@ -76,6 +76,12 @@ struct PokeThrough {
   double thickness = 0;     // m: of the contact, with which it is outside
 };
 
+// How often edges of cloth go through its triangles.
+struct Crossed {
+  std::size_t at_end = 0;
+  std::size_t most = 0;  // of all looks
+};
+
 // Particles that meet.
 struct Met {
   double pairs = 0;           // that touch at the end, of each particle on average
@@ -83,7 +89,8 @@ struct Met {
   std::uint64_t rebuilt = 0;  // how often their lists were
   double overlap_mean = 0;    // at the end, of pairs that touch, as part of the distance that each wants
   double overlap_most = 0;
-  double stretch_limit = 0;  // of springs: what is stretched by less lets nothing pass; 0: of balls, which have none
+  double stretch_limit = 0;          // of springs: what is stretched by less lets nothing pass; 0: of balls, which have none
+  std::optional<Crossed> crossed{};  // of cloth that does not tear
 };
 
 struct Halo {

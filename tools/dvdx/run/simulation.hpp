@@ -275,7 +275,7 @@ class Simulation {
   }
 
   void look_at_meetings(const Watches& watch) const {
-    if (plan_) watch.meetings.look(plan_->meetings());
+    if (plan_) watch.meetings.look(plan_->meetings(), state_);
   }
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }

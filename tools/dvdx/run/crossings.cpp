@@ -1,0 +1,153 @@
+#include "run/crossings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "run/stored_springs.hpp"
+#include "scene_io/scene_file.hpp"
+
+namespace dvdx::tool {
+namespace {
+
+constexpr std::size_t most_in_leaf = 4;
+
+Vec3 from_to(const Vec3& a, const Vec3& b) { return {b[0] - a[0], b[1] - a[1], b[2] - a[2]}; }
+double inner_of(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vec3 across_both(const Vec3& a, const Vec3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+bool goes_through(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& of) {
+  const Vec3 normal = across_both(from_to(of[0], of[1]), from_to(of[0], of[2]));
+  const double start = inner_of(normal, from_to(of[0], p));
+  const double end = inner_of(normal, from_to(of[0], q));
+  if (!((start < 0 && end > 0) || (start > 0 && end < 0))) return false;
+  const Vec3 along = from_to(p, q);
+  std::array<double, 3> sides{};
+  for (std::size_t k = 0; k < 3; ++k) sides[k] = inner_of(along, across_both(from_to(p, of[k]), from_to(p, of[(k + 1) % 3])));
+  const auto [least, most] = std::minmax_element(sides.begin(), sides.end());
+  return *least >= 0 || *most <= 0;
+}
+
+void add_triangles(const Grid& grid, std::vector<Triangle>& to) {
+  if (is_net(grid)) return;
+  const auto at = [&](std::size_t r, std::size_t c) { return static_cast<std::uint32_t>(grid.first + r * grid.columns + c); };
+  for (std::size_t r = 0; r + 1 < grid.rows; ++r) {
+    for (std::size_t c = 0; c + 1 < grid.columns; ++c) {
+      to.push_back({at(r, c), at(r, c + 1), at(r + 1, c + 1)});
+      to.push_back({at(r, c), at(r + 1, c + 1), at(r + 1, c)});
+    }
+  }
+}
+void add_triangles(const Springs& springs, std::vector<Triangle>& to) {
+  to.insert(to.end(), springs.triangles.begin(), springs.triangles.end());
+}
+
+}  // namespace
+
+std::vector<Triangle> cloth_triangles(const Scene& scene) {
+  std::vector<Triangle> triangles;
+  for (const Network& network : scene.networks) {
+    std::visit([&](const auto& of) { add_triangles(of, triangles); }, network);
+  }
+  return triangles;
+}
+
+void Crossings::Box::add(const Box& other) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    least[axis] = std::min(least[axis], other.least[axis]);
+    most[axis] = std::max(most[axis], other.most[axis]);
+  }
+}
+bool Crossings::Box::meets(const Box& other) const noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!(least[axis] <= other.most[axis] && most[axis] >= other.least[axis])) return false;
+  }
+  return true;
+}
+
+Crossings::Crossings(std::vector<Triangle> triangles) : triangles_(std::move(triangles)), edges_(edges(triangles_)) {}
+
+template <class T>
+std::size_t Crossings::count(const State<T>& state) {
+  x_.resize(state.count);
+  for (std::size_t i = 0; i < state.count; ++i) x_[i] = vector_at(state.x, i);
+  return count();
+}
+
+std::size_t Crossings::count() {
+  build();
+  std::size_t found = 0;
+  for (const Pair& edge : edges_) found += through(edge);
+  return found;
+}
+
+Crossings::Box Crossings::box_of(std::span<const std::uint32_t> corners) const noexcept {
+  Box box{x_[corners[0]], x_[corners[0]]};
+  for (const std::uint32_t i : corners.subspan(1)) box.add({x_[i], x_[i]});
+  return box;
+}
+
+void Crossings::build() {
+  boxes_.resize(triangles_.size());
+  order_.clear();
+  const auto is_finite = [&](std::uint32_t i) {
+    return std::all_of(x_[i].begin(), x_[i].end(), [](double x) { return std::isfinite(x); });
+  };
+  for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (!std::all_of(triangles_[t].begin(), triangles_[t].end(), is_finite)) continue;
+    boxes_[t] = box_of(triangles_[t]);
+    order_.push_back(t);
+  }
+  nodes_.clear();
+  if (!order_.empty()) build(0, order_.size());
+}
+
+// Halves along the longest side of the box.
+std::size_t Crossings::build(std::size_t from, std::size_t to) {
+  const std::size_t node = nodes_.size();
+  nodes_.push_back({.box = boxes_[order_[from]], .from = from, .to = to});
+  for (std::size_t k = from + 1; k < to; ++k) nodes_[node].box.add(boxes_[order_[k]]);
+  if (to - from <= most_in_leaf) return node;
+  const Vec3 size = from_to(nodes_[node].box.least, nodes_[node].box.most);
+  const auto axis = static_cast<std::size_t>(std::max_element(size.begin(), size.end()) - size.begin());
+  const std::size_t half = from + (to - from) / 2;
+  const auto at = [&](std::size_t k) { return order_.begin() + static_cast<std::ptrdiff_t>(k); };
+  const auto middle = [&](std::uint32_t t) { return boxes_[t].least[axis] + boxes_[t].most[axis]; };
+  std::nth_element(at(from), at(half), at(to), [&](std::uint32_t s, std::uint32_t t) { return middle(s) < middle(t); });
+  build(from, half);
+  const std::size_t second = build(half, to);
+  nodes_[node].second = second;
+  return node;
+}
+
+std::size_t Crossings::through(const Pair& edge) {
+  const Box box = box_of(edge);
+  const auto counts = [&](std::uint32_t t) {
+    const Triangle& of = triangles_[t];
+    const bool is_corner = std::any_of(of.begin(), of.end(), [&](std::uint32_t i) { return i == edge[0] || i == edge[1]; });
+    return !is_corner && boxes_[t].meets(box) && goes_through(x_[edge[0]], x_[edge[1]], {x_[of[0]], x_[of[1]], x_[of[2]]});
+  };
+  std::size_t found = 0;
+  open_.assign(nodes_.empty() ? 0 : 1, 0);
+  while (!open_.empty()) {
+    const std::size_t number = open_.back();
+    open_.pop_back();
+    const Node& node = nodes_[number];
+    if (!node.box.meets(box)) continue;
+    if (node.second != 0) {
+      open_.push_back(number + 1);
+      open_.push_back(node.second);
+      continue;
+    }
+    for (std::size_t k = node.from; k < node.to; ++k) found += counts(order_[k]) ? 1U : 0U;
+  }
+  return found;
+}
+
+template std::size_t Crossings::count(const State<float>&);
+template std::size_t Crossings::count(const State<double>&);
+
+}  // namespace dvdx::tool

@@ -1,0 +1,63 @@
+// How often cloth goes through cloth: edges of its triangles through other triangles.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dvdx/cloth.hpp"
+#include "dvdx/drawing.hpp"
+#include "dvdx/layouts/state.hpp"
+#include "dvdx/scene.hpp"
+
+namespace dvdx::tool {
+
+// The triangles of grids, each cell cut from (row, column) to (row + 1, column + 1), and of meshes; none of nets.
+[[nodiscard]] std::vector<Triangle> cloth_triangles(const Scene& scene);
+
+// A tree of boxes around the triangles, so that an edge of any length finds all that it may go through.
+class Crossings {
+ public:
+  explicit Crossings(std::vector<Triangle> triangles);
+
+  [[nodiscard]] bool has_cloth() const noexcept { return !triangles_.empty(); }
+
+  // Pairs of an edge and a triangle without a common corner, where the edge's ends are on different sides of the triangle and
+  // the line between them passes inside it or through its border. In double: what is nearer to a corner, an edge or the plane
+  // than some 1e-15 of the coordinates may fall on either side. Triangles and edges that are not finite are left out.
+  template <class T>
+  [[nodiscard]] std::size_t count(const State<T>& state);
+
+ private:
+  struct Box {
+    Vec3 least{}, most{};
+    void add(const Box& other) noexcept;
+    [[nodiscard]] bool meets(const Box& other) const noexcept;
+  };
+  struct Node {
+    Box box{};
+    std::size_t from = 0, to = 0;  // of order_
+    std::size_t second = 0;        // the node of the second half, that of the first is the next; 0: a leaf
+  };
+
+  [[nodiscard]] std::size_t count();
+  void build();
+  std::size_t build(std::size_t from, std::size_t to);
+  [[nodiscard]] Box box_of(std::span<const std::uint32_t> corners) const noexcept;
+  [[nodiscard]] std::size_t through(const Pair& edge);
+
+  std::vector<Triangle> triangles_;
+  std::vector<Pair> edges_;
+  std::vector<Vec3> x_;
+  std::vector<Box> boxes_;            // of triangles
+  std::vector<std::uint32_t> order_;  // of triangles, as the tree has them
+  std::vector<Node> nodes_;
+  std::vector<std::size_t> open_;  // nodes that an edge has still to look at
+};
+
+extern template std::size_t Crossings::count(const State<float>&);
+extern template std::size_t Crossings::count(const State<double>&);
+
+}  // namespace dvdx::tool
