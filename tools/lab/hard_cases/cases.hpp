@@ -12,9 +12,10 @@ namespace dvdx::tool::stability {
 [[nodiscard]] std::vector<Case> network_cases();  // springs between particles
 [[nodiscard]] std::vector<Case> heat_cases();     // sheets that crumple
 [[nodiscard]] std::vector<Case> damping_cases();  // along springs
+[[nodiscard]] std::vector<Case> meet_cases();     // cloth on itself and on cloth
 [[nodiscard]] std::vector<Case> input_cases();    // steps, masses and numbers that are no plain ones; the same bits
 
-inline constexpr int last_case = 49;
+inline constexpr int last_case = 50;
 
 // All of them by number, of 1 to last_case, each once.
 [[nodiscard]] std::vector<Case> all_cases();
