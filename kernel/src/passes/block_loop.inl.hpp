@@ -16,34 +16,6 @@
 namespace dvdx {
 namespace {
 
-// Registers' worth of particles that stay in registers through all steps of a call, so that the others' operations hide the
-// latency of one step's chain. With 1024 particles, 16 steps a call, AVX-512, by 1 | 2 | 4 | 8: drift contracted 0.25 | 0.17 |
-// 0.15 | 0.13 ns a particle-step, shear 0.35 | 0.59 | 0.41 | 0.34. With the 16 registers of AVX2 every group was slower than
-// none.
-inline constexpr std::size_t group_registers = 8;
-
-// One axis of the group at i, through all steps, which are alike.
-template <class V, class OneAxis>
-[[gnu::always_inline]] inline void run_group(const OneAxis& affine, Scalar<V>* x, Scalar<V>* v, std::size_t i,
-                                             std::size_t first, std::size_t steps) noexcept {
-  V at[group_registers], speed[group_registers];
-  for (std::size_t k = 0; k < group_registers; ++k) {
-    at[k] = load_lanes<V>(x + i + k * V::size);
-    speed[k] = load_lanes<V>(v + i + k * V::size);
-  }
-  for (std::size_t n = 0; n < steps; ++n) {
-    for (std::size_t k = 0; k < group_registers; ++k) {
-      const AxisState<V> end = affine(at[k], speed[k], first + i + k * V::size);
-      at[k] = end.x;
-      speed[k] = end.v;
-    }
-  }
-  for (std::size_t k = 0; k < group_registers; ++k) {
-    store_lanes(x + i + k * V::size, at[k]);
-    store_lanes(v + i + k * V::size, speed[k]);
-  }
-}
-
 // Where nothing couples the axes, one after the other goes through all steps: two streams at a time, which do not collide in
 // the cache however the caller's six arrays lie (six streams a multiple of 4096 bytes apart took 0.78 instead of 0.27 ns).
 template <class V, class OneAxis>
@@ -54,11 +26,11 @@ void run_axes(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, cons
     Scalar<V>* const x = block.x[axis];
     Scalar<V>* const v = block.v[axis];
     std::size_t grouped = 0;
-    if (steps.offsets_per_step == 0) {
+    if (steps.offsets_per_step == 0 && is_worth_groups<V>(steps.count)) {
       const OneAxis affine(terms, steps.offsets[0], axis);
       const std::size_t repeats = steps.count;
       for (; grouped + group_registers * V::size <= count; grouped += group_registers * V::size) {
-        run_group<V>(affine, x, v, grouped, first, repeats);
+        run_group<V>(affine, Columns<V>(), x + grouped, v + grouped, first + grouped, repeats);
       }
     }
     for (std::size_t n = 0; n < steps.count; ++n) {

@@ -131,10 +131,10 @@ TEST_CASE_TEMPLATE("oracles: chains of springs by the fourth order", T, float, d
   for_each_run([&](const Run& run, const std::string& words) {
     Margin margin;
     const DealtRows<T> dealt(run);
+    std::size_t looked_at = 0;
     for (std::size_t r = 0; r < oracle.size(); ++r) {
-      if (!dealt.has(r)) continue;
       const auto row = oracle[r];
-      if (row["lengths_positive"] != 1 || row["t_s"] > 1.5) continue;
+      if (row["lengths_positive"] != 1 || row["t_s"] > 1.5 || !dealt.has(looked_at++)) continue;
       const auto n = static_cast<std::size_t>(row["n"]);
       Joined chain;
       chain.x = {{}};
