@@ -25,15 +25,17 @@ inline const std::array<StructShape, 6> struct_shapes{{{"structs_24_bytes", 6, 0
                                                        {"structs_64_bytes", 16, 0, 8},
                                                        {"x_and_v_apart", 3, 0, 3}}};
 
-// A whole step's coefficients: x += S v - C x + Q, v -= A x + B v - P, the same for all particles.
+// A whole step's coefficients: x += S v - C x + Q, v -= A x + B v - P, the same for all particles. Below the floor's height y
+// they are reflected.
 struct PlainFlow {
   float A, B, C, S;
   std::array<float, 3> P, Q;
+  float floor = 0;
 };
 
 using PlainStructStep = void (*)(float* x, float* v, std::size_t count, const PlainFlow& flow);
-// The loop over shape number `shape`, for a flow without a spring (A = C = 0) or with one.
-enum class Flies { free, on_springs };
+// The loop over shape number `shape`, for a flow without a spring (A = C = 0), without one above a floor, or with one.
+enum class Flies { free, above_a_floor, on_springs };
 PlainStructStep plain_struct_step_native(std::size_t shape, Flies flies);
 PlainStructStep plain_struct_step_any(std::size_t shape, Flies flies);
 

@@ -20,24 +20,38 @@ void step_plain_structs(float* first_x, float* first_v, std::size_t count, const
       float& place = particles[i].numbers[x + axis];
       float& velocity = others[i].numbers[(are_apart ? 0 : v) + axis];
       const float x0 = place, v0 = velocity;
-      if constexpr (flies == Flies::free) {
-        place = x0 + (flow.S * v0 + flow.Q[axis]);
-        velocity = v0 + (flow.P[axis] - flow.B * v0);
-      } else {
+      if constexpr (flies == Flies::on_springs) {
         place = x0 + (flow.S * v0 - flow.C * x0);
         velocity = v0 - (flow.A * x0 + flow.B * v0);
+      } else {
+        place = x0 + (flow.S * v0 + flow.Q[axis]);
+        velocity = v0 + (flow.P[axis] - flow.B * v0);
+      }
+    }
+    if constexpr (flies == Flies::above_a_floor) {
+      float& height = particles[i].numbers[x + 1];
+      float& rise = others[i].numbers[(are_apart ? 0 : v) + 1];
+      if (height < flow.floor) {
+        height = 2 * flow.floor - height;
+        rise = -rise;
       }
     }
   }
 }
 
 template <Flies flies>
-PlainStructStep plain_struct_step(std::size_t shape) {
+PlainStructStep plain_struct_step_of(std::size_t shape) {
   constexpr std::array steps{step_plain_structs<6, 0, 3, flies>,  step_plain_structs<7, 0, 4, flies>,
                              step_plain_structs<8, 0, 4, flies>,  step_plain_structs<12, 0, 4, flies>,
                              step_plain_structs<16, 0, 8, flies>, step_plain_structs<3, 0, 3, flies>};
   static_assert(steps.size() == std::tuple_size_v<decltype(struct_shapes)>);
   return steps[shape];
+}
+
+PlainStructStep plain_struct_step(std::size_t shape, Flies flies) {
+  if (flies == Flies::free) return plain_struct_step_of<Flies::free>(shape);
+  return flies == Flies::on_springs ? plain_struct_step_of<Flies::on_springs>(shape)
+                                    : plain_struct_step_of<Flies::above_a_floor>(shape);
 }
 
 }  // namespace

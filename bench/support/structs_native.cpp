@@ -2,9 +2,7 @@
 
 namespace dvdx::bench {
 
-PlainStructStep plain_struct_step_native(std::size_t shape, Flies flies) {
-  return flies == Flies::free ? plain_struct_step<Flies::free>(shape) : plain_struct_step<Flies::on_springs>(shape);
-}
+PlainStructStep plain_struct_step_native(std::size_t shape, Flies flies) { return plain_struct_step(shape, flies); }
 
 void scale_numbers(float* numbers, std::size_t count, float factor) {
   for (std::size_t i = 0; i < count; ++i) numbers[i] *= factor;
