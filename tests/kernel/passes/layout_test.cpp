@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <thread>
 #include <vector>
 
@@ -21,13 +22,15 @@ namespace layout_test {
 
 using namespace dvdx;
 
-// Where x and v stand in a struct, in numbers.
+constexpr std::size_t most = 37;  // particles: two registers of 16 and a rest
+
+// Where x and v stand in a struct, in numbers; v beyond it: in an array of its own.
 struct Shape {
   std::size_t size, x, v;
 };
-constexpr std::array shapes = {Shape{8, 0, 4},  Shape{8, 4, 0},  Shape{7, 0, 4},  Shape{6, 0, 3},  Shape{12, 4, 8},
-                               Shape{16, 0, 8}, Shape{11, 7, 1}, Shape{16, 9, 5}, Shape{40, 33, 2}};
-constexpr std::size_t most = 37;  // particles: two registers of 16 and a rest
+constexpr std::array shapes = {Shape{8, 0, 4},   Shape{8, 4, 0},        Shape{7, 0, 4},       Shape{6, 0, 3},
+                               Shape{12, 4, 8},  Shape{16, 0, 8},       Shape{11, 7, 1},      Shape{16, 9, 5},
+                               Shape{40, 33, 2}, Shape{3, 0, 3 * most}, Shape{4, 0, 4 * most}};
 
 // Every kind of number in turn: ordinary ones, zeros of both signs, the smallest, infinity, none.
 template <class T>
@@ -132,7 +135,7 @@ TEST_CASE_TEMPLATE("layout: structs are stepped as they lie with the twin's bits
         for (const std::size_t count : {std::size_t{0}, std::size_t{15}, std::size_t{16}, most}) {
           for (const std::size_t per_step : {0U, 1U}) {
             const Steps<T> steps{.offsets = offsets.data(), .offsets_per_step = per_step, .count = 3};
-            std::vector<T> memory = memory_of<T>(most * shape.size);
+            std::vector<T> memory = memory_of<T>(most * shape.size + shape.v);
             std::vector<T> wanted = memory;
             const std::size_t done = kernels.structs.at(flow)(structs_in(memory, shape), count, terms, steps);
             CHECK(done == count / lanes * lanes);
@@ -148,13 +151,18 @@ TEST_CASE_TEMPLATE("layout: structs are stepped as they lie with the twin's bits
 TEST_CASE_TEMPLATE("layout: tiles are stepped as they lie with the twin's bits", T, float, double) {
   Terms<T> terms = some_terms<T>();
   const auto offsets = some_offsets<T>();
+  // Every rest, and groups of eight registers with one, by one step a call and by several, which are alike or not.
+  std::vector<std::size_t> counts(most + 1);
+  std::iota(counts.begin(), counts.end(), 0U);
+  for (std::size_t count = 128; count < 140; ++count) counts.push_back(count);
+  counts.push_back(296);
   on_every_isa<T>([&](const LayoutKernels<T>& kernels, const LayoutKernels<T>& twins, std::size_t lanes) {
     for (const Flow flow : {Flow::drift, Flow::fused, Flow::driven_fused}) {
       terms.flow = flow;
       for (const std::size_t width : {8U, 16U}) {
-        for (std::size_t count = 0; count <= most; ++count) {
-          const Steps<T> steps{.offsets = offsets.data(), .offsets_per_step = count % 2, .count = 3};
-          std::vector<T> memory = memory_of<T>(6 * (most + 16));
+        for (const std::size_t count : counts) {
+          const Steps<T> steps{.offsets = offsets.data(), .offsets_per_step = count % 2, .count = count % 3 == 0 ? 1U : 3U};
+          std::vector<T> memory = memory_of<T>(6 * (count + 16));
           std::vector<T> wanted = memory;
           const auto tiles = [width](std::vector<T>& in) {
             Tiles<T> made{.width = width, .stride = static_cast<std::ptrdiff_t>(6 * width)};
