@@ -71,6 +71,7 @@ void time_pile(benchmark::State& timing, std::size_t count, std::size_t settled,
   timing.SetItemsProcessed(static_cast<std::int64_t>(of_grains));
   timing.counters["grain"] = Counter(of_grains, Counter::kIsRate | Counter::kInvert);
   timing.counters["pair"] = Counter(of_grains * met.listed / 2, Counter::kIsRate | Counter::kInvert);
+  timing.counters["overlap"] = met.overlap_mean;
   Held<float> expected = heap(count, side);
   const auto alone = compile<float>(grains(side), {.step = frame}, expected.state);
   Held<float> same = heap(count, side);

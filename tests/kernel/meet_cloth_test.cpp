@@ -191,14 +191,14 @@ TEST_CASE("a plan says how its particles meet") {
   scene.add(Network{grid_of({0, 3, 3}, {1, 0, 0}, {0, 1, 0})});
   scene.add(Meet{.thickness = thickness, .friction = 0.25});
   const std::string cloth = Stepped<double>(scene, balls, {.step = 1.0 / 60}).plan().explain();
-  CHECK(cloth.find("meetings     particles of networks stay 0.009 m apart; restitution 0, friction 0.25; 8 rounds") !=
+  CHECK(cloth.find("meetings     particles of networks stay 0.009 m apart; restitution 0, friction 0.25; 12 rounds") !=
         std::string::npos);
   CHECK(cloth.find("nothing passes while no spring is longer than 1.27 of its length at rest") != std::string::npos);
   grains.add(Meet{.radius = 0.001});
   const std::string heap = Stepped<double>(grains, balls, {.step = 1.0 / 60}).plan().explain();
   // sqrt(9.81 / (0.005 * 0.001)) / 60 = 23.3
   CHECK(heap.find("meetings     9 balls of 0.001 m, which surfaces keep off by their radius") != std::string::npos);
-  CHECK(heap.find("8 rounds in each of 24 sub-steps, 24 neighbours at most") != std::string::npos);
+  CHECK(heap.find("12 rounds in each of 24 sub-steps, 24 neighbours at most") != std::string::npos);
   CHECK(heap.find("nothing passes") == std::string::npos);
 }
 

@@ -312,7 +312,7 @@ typedef struct dvdx_meet {
   double thickness;            // m > 0, of cloth and ropes; 0: of balls
   double restitution;          // 0..1
   double friction;             // >= 0
-  int rounds;                  // 1..64 a sub-step; 0: 8
+  int rounds;                  // 1..64 a sub-step; 0: 12
   int most_neighbours;         // 1..255; 0: 24
   dvdx_near_at_start near_at_start;
 } dvdx_meet;

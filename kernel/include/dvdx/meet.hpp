@@ -36,7 +36,7 @@ struct Meet {
   std::optional<double> thickness{};  // m, > 0 and less than the shortest spring at rest: of cloth and ropes
   double restitution = 0;             // 0..1
   double friction = 0;                // >= 0: Coulomb's coefficient
-  int rounds = 8;                     // 1..64 a sub-step: each carries a push by one particle more
+  int rounds = 12;                    // 1..64 a sub-step: each carries a push by one particle more
   int most_neighbours = 24;           // 1..255: a particle that has more within reach stops the step (too_many_neighbours)
   NearAtStart near_at_start = NearAtStart::by_kind;
   std::optional<MeetGroups> groups{};  // none: all meet
