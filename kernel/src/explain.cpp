@@ -555,7 +555,7 @@ std::string describe_origin(const Origin& origin) {
   return "origin       [" + text(o[0], 6) + ", " + text(o[1], 6) + ", " + text(o[2], 6) + "] m\n";
 }
 
-std::string describe_motions(const Scene& scene) {
+std::string describe_motions(const Scene& scene, Particles kind) {
   if (!has_followers(scene)) return "";
   std::size_t particles = 0;
   for (const Kinematic& followers : scene.kinematic) particles += followers.particles.size();
@@ -563,7 +563,7 @@ std::string describe_motions(const Scene& scene) {
                                       [](const Contact& contact) { return motion_of(contact).has_value(); });
   std::string words = "motions      " + std::to_string(scene.motions.size()) + ", followed by " + std::to_string(particles) +
                       " particles and " + std::to_string(contacts) + " contacts; places, poses and velocities are made in each";
-  words += " flow of each sub-step, in working columns\n";
+  words += kind == Particles::of_state ? " flow of each sub-step, in working columns\n" : " step\n";
   if (contacts != 0) words += "             moving surfaces are tested in their own frame, a register of particles at a time\n";
   return words;
 }
@@ -631,7 +631,7 @@ std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_byte
   words += has_radial || !scene.contacts.empty() ? " before contacts and radial springs\n" : "\n";
   words += describe_accuracy(scene, system, compiled.options.impacts);
   words += describe_stability(compiled, system);
-  words += describe_motions(scene);
+  words += describe_motions(scene, compiled.particles);
   if (joined != nullptr) {
     words += describe_network(joined->joints(), compiled, system, workspace_bytes) + describe_air(joined->joints(), compiled) +
              describe_constraints(joined->joints(), compiled.scene) + describe_balls(joined->joints(), compiled) +

@@ -10,6 +10,7 @@
 #include "compile/particle_values.hpp"
 #include "compile/tearing.hpp"
 #include "compile/validate.hpp"
+#include "execute/drive_pose.hpp"
 #include "execute/environment.hpp"
 #include "execute/plan_parts.hpp"
 #include "math/vec3.hpp"
@@ -55,29 +56,49 @@ std::vector<Vec3> positions(const State<T>& state, Rounding rounding) {
 
 // A plan for states of T that is worked out in A.
 template <class A, class T>
-Expected<Plan<T>> make_in(const Scene& scene, const Options& options, const State<T>* state) {
+Expected<Plan<T>> make_in(const Scene& scene, const Options& options, const State<T>* state, Particles particles) {
   const auto count = state != nullptr ? std::optional(state->count) : std::nullopt;
   const Expected<Isa> isa = isa_of(options);
   if (!isa) return tl::unexpected(isa.error());
+  const bool in_columns = particles == Particles::of_state && steps_in_columns(scene);
   std::vector<Vec3> start;
-  if (stands_at_start(scene) || steps_in_columns(scene)) start = positions(*state, options.rounding);
-  const bool is_counted = has_values_each(scene) || steps_in_columns(scene);
-  auto compiled = compile_scene<A>(scene, options, *isa, is_counted ? count : std::nullopt, std::move(start));
+  if (stands_at_start(scene) || in_columns) start = positions(*state, options.rounding);
+  const bool is_counted = has_values_each(scene) || in_columns;
+  auto compiled = compile_scene<A>(scene, options, *isa, is_counted ? count : std::nullopt, std::move(start), particles);
   if (!compiled) return tl::unexpected(compiled.error());
   return Plan<T>(new typename Plan<T>::Parts(std::move(*compiled)));
 }
 
+// Particles that stand in columns are counted.
+std::optional<Error> check_moving_contacts(const Scene& scene) {
+  for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
+    if (!motion_of(scene.contacts[i])) continue;
+    return Error{element("contacts", i) + ".motion", "given without a state",
+                 "of a scene that is compiled with one: compile(scene, options, state)"};
+  }
+  return std::nullopt;
+}
+
 template <class T>
-Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T>* state) {
+Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T>* state,
+                       Particles particles = Particles::of_state) {
   const StepEnvironment environment;  // coefficients do not depend on the caller's rounding mode either
   if (auto error = check(options)) return tl::unexpected(*error);
   if (auto error = check_rounding(options, state)) return tl::unexpected(*error);
   if (auto error = check(scene, state != nullptr ? std::optional(state->count) : std::nullopt)) return tl::unexpected(*error);
-  if (options.rounding == Rounding::compensated) return make_in<double>(scene, options, state);
-  return make_in<T>(scene, options, state);
+  if (state == nullptr && particles == Particles::of_state) {
+    if (auto error = check_moving_contacts(scene)) return tl::unexpected(*error);
+  }
+  if (options.rounding == Rounding::compensated) return make_in<double>(scene, options, state, particles);
+  return make_in<T>(scene, options, state, particles);
 }
 
 }  // namespace
+
+template <class T>
+Expected<Plan<T>> compile_to_come_and_go(const Scene& scene, const Options& options) {
+  return make<T>(scene, options, nullptr, Particles::come_and_go);
+}
 
 template <class T>
 Workspace<T>::Workspace(Parts* parts) noexcept : parts_(parts) {}
@@ -110,15 +131,8 @@ namespace {
 
 template <class A>
 Expected<void> set_pose_in(JoinedWorkspace<A>* workspace, std::size_t motion, const Pose& target, Arrival arrival) {
-  const std::size_t count = workspace != nullptr ? workspace->motions.size() : 0;
-  if (motion >= count) return tl::unexpected(no_such("motions", motion, count));
-  Checker check(std::nullopt);
-  check.numbers("pose.translation", target.translation, Range::finite);
-  check.numbers("pose.rotation", target.rotation, Range::finite);
-  if (check.error) return tl::unexpected(*check.error);
-  DrivenMotion& driven = workspace->motions[motion];
-  arrival == Arrival::jump ? driven.jump(target.translation, target.rotation) : driven.ask(target.translation, target.rotation);
-  return {};
+  if (workspace == nullptr) return tl::unexpected(no_such("motions", motion, 0));
+  return drive_pose(workspace->motions, motion, target, arrival);
 }
 
 template <class A>
@@ -450,6 +464,8 @@ template class Workspace<float>;
 template class Workspace<double>;
 template class Plan<float>;
 template class Plan<double>;
+template Expected<Plan<float>> compile_to_come_and_go<float>(const Scene&, const Options&);
+template Expected<Plan<double>> compile_to_come_and_go<double>(const Scene&, const Options&);
 template Expected<Plan<float>> compile<float>(const Scene&, const Options&);
 template Expected<Plan<double>> compile<double>(const Scene&, const Options&);
 template Expected<Plan<float>> compile<float>(const Scene&, const Options&, const State<float>&);

@@ -39,10 +39,31 @@ struct LiveState {
   std::uint64_t dropped = 0;  // births that found no room: of all parts
 };
 
-// Steps as Plan does, lets particles age, removes those that are to go, keeps the order of all others (or fills the holes from
-// the end: SurvivorOrder::any), and lets the births of each step follow behind them, emitter by emitter. The bits do not depend
-// on the instruction set, on threads, on the layout or on how many steps a call takes. All memory that it works in is reserved
-// here, so it steps one state at a time.
+template <class T>
+class LivePlan;
+
+// As Workspace: the memory that one state works in while a plan steps it, and what drives it.
+template <class T>
+class DVDX_EXPORT LiveWorkspace {
+ public:
+  LiveWorkspace(LiveWorkspace&&) noexcept;
+  LiveWorkspace& operator=(LiveWorkspace&&) noexcept;
+  ~LiveWorkspace();
+  [[nodiscard]] std::size_t bytes() const noexcept;
+  // As LivePlan's, for the state that is stepped in this workspace.
+  [[nodiscard]] Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
+
+ private:
+  friend class LivePlan<T>;
+  struct Parts;
+  explicit LiveWorkspace(Parts* parts) noexcept;
+  Parts* parts_;  // owned
+};
+
+// Steps as Plan does, by calls of the same names: lets particles age, removes those that are to go, keeps the order of all others
+// (or fills the holes from the end: SurvivorOrder::any), and lets the births of each step follow behind them, emitter by emitter.
+// Contacts and emitters may follow a motion. The bits do not depend on the instruction set, on threads, on the layout or on how many
+// steps a call takes. Any number of threads may step different states with it at once, each with its own clone or workspace.
 template <class T>
 class DVDX_EXPORT LivePlan {
  public:
@@ -62,45 +83,74 @@ class DVDX_EXPORT LivePlan {
   StepResult step(LiveState<T>& live, ContactReport& contacts, std::size_t steps = 1,
                   const ParallelFor& parallel = {}) const noexcept;
 
+  // The same in a workspace of the caller's: workspace_differs where another scene's plan made it or it was moved from,
+  // driven_elsewhere as Plan::step().
+  StepResult step(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t steps = 1,
+                  const ParallelFor& parallel = {}) const noexcept;
+  StepResult step(LiveState<T>& live, LiveWorkspace<T>& workspace, ContactReport& contacts, std::size_t steps = 1,
+                  const ParallelFor& parallel = {}) const noexcept;
+
   // Removes what is to go as the particles stand, and moves nothing on. To remove one of your own choice, make its age
   // infinite.
   StepResult remove(LiveState<T>& live, const ParallelFor& parallel = {}) const noexcept;
+  StepResult remove(LiveState<T>& live, LiveWorkspace<T>& workspace, const ParallelFor& parallel = {}) const noexcept;
 
   // So many births of emitters[index] at once, at the state's time and behind all that live, whatever its rate is; those that find no
   // room are dropped. Their numbers are others than those of births by time. A state may also be given particles by hand: fill the
   // columns behind state.count, ages and lifetimes too, and raise it.
   [[nodiscard]] Expected<void> burst(LiveState<T>& live, std::size_t index, std::size_t births) const;
+  [[nodiscard]] Expected<void> burst(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t index,
+                                     std::size_t births) const;
 
-  // The same compiled scene with working memory of its own, for another state. Throws std::bad_alloc where there is no memory.
+  // As Plan::clone() and workspace(): what drives things begins by the keys in a clone, and where this plan has it in a workspace.
+  // Throw std::bad_alloc where there is no memory.
   [[nodiscard]] LivePlan clone() const;
+  [[nodiscard]] LiveWorkspace<T> workspace() const;
+
+  // "Be there at the end of the next step": see Plan::set_pose. Contacts that follow the motion see particles as a plan's do that
+  // are all there at once, and emitters that follow it make their births on the way. In a step that is as long as this scene's a body
+  // should not turn by more than half a radian.
+  [[nodiscard]] Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
 
   // Changes, as Plan's: each changes nothing where it fails. Not while another thread steps with this plan.
   [[nodiscard]] Expected<void> set_step(double h);  // s, > 0: births go on by time
   [[nodiscard]] Expected<void> set_force(std::size_t index, const Force& force);
-  // The contact is there from the next step on, at rest: what it then holds inside leaves it within that step, or by its push_out. A
-  // body that is carried along does so each frame, and should not go farther in a step than it is thick.
+  // The contact is there from the next step on: what it then holds inside leaves it within that step, or by its push_out. A body that
+  // moves follows a motion, so that it passes nothing.
   [[nodiscard]] Expected<void> set_contact(std::size_t index, const Contact& contact);
+  // As Plan's, though nothing meets the air here.
+  [[nodiscard]] Expected<void> set_wind(const Wind& wind);
   // emitters[index] becomes `emitter` from the next step on: moved, aimed elsewhere, with another rate; a rate of 0 switches it off. Which
   // births the step has is told by its own start and rate, as if it had always been so: where its rate was higher before, numbers that
   // were drawn come again, unless its seed is another one.
   [[nodiscard]] Expected<void> set_emitter(std::size_t index, const Emitter& emitter);
 
-  // As Plan::teleport(), of the particles that live. Emitters, boundaries and contacts stay where they are.
+  // As Plan::teleport(), of the particles that live and of what follows a motion. Other emitters and contacts, and boundaries, stay
+  // where they are.
   [[nodiscard]] Expected<void> teleport(LiveState<T>& live, const Pose& by) const;
+  [[nodiscard]] Expected<void> teleport(LiveState<T>& live, LiveWorkspace<T>& workspace, const Pose& by) const;
 
-  [[nodiscard]] const Plan<T>& plan() const noexcept;  // that steps them
+  // As Plan's, of the particles that live.
+  [[nodiscard]] StateCheck check(const LiveState<T>& live) const noexcept;
+  [[nodiscard]] const Scene& scene() const noexcept;
+  [[nodiscard]] double step_size() const noexcept;     // s
+  [[nodiscard]] const Plan<T>& plan() const noexcept;  // of the particles; LivePlan alone steps what follows a motion
   [[nodiscard]] const Turnover& turnover() const noexcept;
   [[nodiscard]] std::string explain() const;  // what coming and going costs, in words
 
  private:
+  [[nodiscard]] StepResult fit_of(const LiveWorkspace<T>& workspace) const noexcept;
   Parts* parts_;  // owned
 };
 
-// A plan for particles that are all alike: values each, anchors at the start, networks, constraints and fixed particles are
-// errors that name their field, and so is a step that is not > 0. Where parts share births the survivors' order must be kept.
+// A plan for particles that are all alike: values each, anchors at the start, networks, constraints, fixed and kinematic particles
+// are errors that name their field, and so is a step that is not > 0, or one in which the keys of a contact's motion turn it by more
+// than half a radian. Where parts share births the survivors' order must be kept.
 template <class T>
 [[nodiscard]] DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
 
+extern template class LiveWorkspace<float>;
+extern template class LiveWorkspace<double>;
 extern template class LivePlan<float>;
 extern template class LivePlan<double>;
 

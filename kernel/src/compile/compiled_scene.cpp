@@ -73,17 +73,20 @@ ShapeMemories<T> shapes_of(const std::vector<Contact>& contacts, const CompiledS
 // the scene that this one is a change of, if it is.
 template <class T, class MakeJoints>
 Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std::optional<std::size_t> count,
-                               std::vector<Vec3> start, const MakeJoints& joints, const CompiledScene<T>* before) {
+                               std::vector<Vec3> start, Particles particles, const MakeJoints& joints,
+                               const CompiledScene<T>* before) {
   const Passes* passes = find_passes(isa, options.arithmetic);
-  auto compiled =
-      std::make_shared<CompiledScene<T>>(with_linear_springs(std::move(given)), options, isa, *passes, count, std::move(start));
+  auto compiled = std::make_shared<CompiledScene<T>>(with_linear_springs(std::move(given)), options, isa, *passes, count,
+                                                     std::move(start), particles);
   if (auto error = check_sources(System(compiled->scene, compiled->start, options.step, options.elsewhere)))
     return tl::unexpected(*error);
   if (auto error = check_range<T>(compiled->scene, options, count, compiled->start)) return tl::unexpected(*error);
   if (auto error = check_sweeps(compiled->scene, options.elsewhere, count)) return tl::unexpected(*error);
   if (auto error = check_meet_at_start(compiled->scene, options, compiled->start)) return tl::unexpected(*error);
   std::shared_ptr<Joints<T>> made;
-  if (steps_in_columns(compiled->scene)) made = joints(compiled->scene, options, compiled->start);
+  if (particles == Particles::of_state && steps_in_columns(compiled->scene)) {
+    made = joints(compiled->scene, options, compiled->start);
+  }
   if (made != nullptr) {
     if (auto error = made->refusal(compiled->scene, compiled->start, options.unstable)) return tl::unexpected(*error);
     compiled->scene.coupling.longest_substep = made->coupling.longest_substep;
@@ -112,12 +115,12 @@ std::shared_ptr<Joints<T>> new_joints(const Scene& scene, const Options& options
 
 template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
-                                       std::vector<Vec3> start) {
+                                       std::vector<Vec3> start, Particles particles) {
   std::optional<SchemeChoice> choice;
   if (scene.coupling.scheme == Scheme::automatic) {
     choice = take_scheme(scene, options.longest_step.value_or(options.step), start);
   }
-  auto made = build<T>(std::move(scene), options, isa, count, std::move(start), new_joints<T>, nullptr);
+  auto made = build<T>(std::move(scene), options, isa, count, std::move(start), particles, new_joints<T>, nullptr);
   if (made) (*made)->choice = choice;
   return made;
 }
@@ -144,14 +147,14 @@ template <class T>
 Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h) {
   const Options options = with_other_step(before.options, h);
   if (auto error = check(options)) return tl::unexpected(*error);
-  return build<T>(before.scene, options, before.isa, before.count, before.start, changed_joints(before, Changed::step),
-                  &before);
+  return build<T>(before.scene, options, before.isa, before.count, before.start, before.particles,
+                  changed_joints(before, Changed::step), &before);
 }
 
 template <class T>
 Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene) {
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
-  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start,
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
                   changed_joints(before, Changed::springs), &before);
 }
 
@@ -163,8 +166,10 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
   Scene scene = before.scene;
   scene.contacts[index] = contact;
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
-  if (!has_followers(before.scene) && !has_followers(scene)) {
-    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before), &before);
+  const bool moves_in_columns = has_followers(before.scene) || has_followers(scene);
+  if (before.particles == Particles::come_and_go || !moves_in_columns) {
+    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
+                    shared_joints(before), &before);
   }
   if (before.joined() == nullptr) {
     // A plan that never stepped in columns does not know how many particles there are.
@@ -172,10 +177,11 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
       return tl::unexpected(
           Error{element("contacts", index) + ".motion", "given", "none where nothing followed one from the first"});
     }
-    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, new_joints<T>, &before);
+    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles, new_joints<T>,
+                    &before);
   }
   // Surfaces that turn ask for sub-steps.
-  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start,
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
                   changed_joints(before, Changed::step), &before);
 }
 
@@ -202,18 +208,20 @@ Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t 
   scene.forces[index] = force;
   if (auto error = check(scene, before.count)) return tl::unexpected(*error);
   if (asks_for_substeps(before, index, force)) {
-    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start,
+    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
                     changed_joints(before, Changed::step), &before);
   }
   // A gust each frame must not look for the springs' frequency again.
-  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before), &before);
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
+                  shared_joints(before), &before);
 }
 
 template <class T>
 Expected<SharedScene<T>> with_wind(const CompiledScene<T>& before, const Wind& wind) {
   Scene scene = before.scene;
   scene.wind = wind;
-  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, shared_joints(before), &before);
+  return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
+                  shared_joints(before), &before);
 }
 
 template std::optional<Error> refusal_of(const CompiledScene<float>&, std::size_t, const Force&);
@@ -226,9 +234,9 @@ template Expected<CompiledScene<double>::Motion> make_motion<double>(const Compi
                                                                      std::shared_ptr<Joints<double>>);
 template struct CompiledScene<double>;
 template Expected<SharedScene<float>> compile_scene<float>(Scene, const Options&, Isa, std::optional<std::size_t>,
-                                                           std::vector<Vec3>);
+                                                           std::vector<Vec3>, Particles);
 template Expected<SharedScene<double>> compile_scene<double>(Scene, const Options&, Isa, std::optional<std::size_t>,
-                                                             std::vector<Vec3>);
+                                                             std::vector<Vec3>, Particles);
 template Expected<SharedScene<float>> with_step<float>(const CompiledScene<float>&, double);
 template Expected<SharedScene<double>> with_step<double>(const CompiledScene<double>&, double);
 template Expected<SharedScene<float>> with_force<float>(const CompiledScene<float>&, std::size_t, const Force&);

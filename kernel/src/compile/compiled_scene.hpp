@@ -15,14 +15,24 @@
 
 namespace dvdx {
 
+// Whether a plan's particles are those of one state, or come and go (compile/lifecycle.hpp): these have no columns of their own,
+// and what follows a motion is moved from step to step by who steps them.
+enum class Particles { of_state, come_and_go };
+
 template <class T>
 struct CompiledScene {
   using Scalar = T;
   using Motion = std::variant<std::unique_ptr<FreeMotion<T>>, std::unique_ptr<JoinedMotion<T>>>;
 
   CompiledScene(Scene scene_, const Options& options_, Isa isa_, const Passes& passes_, std::optional<std::size_t> count_,
-                std::vector<Vec3> start_)
-      : scene(std::move(scene_)), options(options_), isa(isa_), passes(&passes_), count(count_), start(std::move(start_)) {}
+                std::vector<Vec3> start_, Particles particles_)
+      : scene(std::move(scene_)),
+        options(options_),
+        isa(isa_),
+        passes(&passes_),
+        count(count_),
+        start(std::move(start_)),
+        particles(particles_) {}
   CompiledScene(const CompiledScene&) = delete;
   CompiledScene& operator=(const CompiledScene&) = delete;
 
@@ -39,7 +49,8 @@ struct CompiledScene {
   const Passes* passes;
   std::optional<std::size_t> count;  // none where all particles are alike
   std::vector<Vec3> start;           // m: only where anchors stand at the start, or something joins particles
-  ShapeMemories<T> shapes;           // of the contacts
+  Particles particles;
+  ShapeMemories<T> shapes;  // of the contacts
   std::shared_ptr<const JoinedLengths> lengths;
   std::vector<TornSprings> torn;         // of each network
   std::optional<SchemeChoice> choice{};  // of a scene that left its scheme open; changes keep it
@@ -74,7 +85,11 @@ std::optional<Error> check_sources(const System& system);
 // The scene, the options and the start have been checked. Reads as contents: which forces combine, what is refused, what joins.
 template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
-                                       std::vector<Vec3> start);
+                                       std::vector<Vec3> start, Particles particles);
+
+// A plan for particles that come and go. It steps by ReportedStep alone where something follows a motion.
+template <class T>
+Expected<Plan<T>> compile_to_come_and_go(const Scene& scene, const Options& options);
 
 // The same with another step, or with forces[index] or contacts[index] another: what the change does not touch is shared.
 template <class T>

@@ -61,10 +61,7 @@ double fastest_turn_of(const Scene& scene) {
   return turn;
 }
 
-// A surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola: half a radian at
-// most.
 int substeps_of_turn(double turn) {
-  constexpr double most_turn = 0.5;  // rad
   return static_cast<int>(std::clamp(std::ceil(turn / most_turn), 1.0, 1e6));
 }
 

@@ -7,7 +7,10 @@
 #include "compile/checker.hpp"
 #include "compile/particle_values.hpp"
 #include "dvdx/live.hpp"
+#include "execute/drive_pose.hpp"
 #include "execute/environment.hpp"
+#include "execute/stepping.hpp"
+#include "math/rigid_motion.hpp"
 #include "math/vec3.hpp"
 #include "text.hpp"
 
@@ -16,7 +19,7 @@ namespace {
 
 class LifecycleChecker : public Checker {
  public:
-  LifecycleChecker() : Checker(std::nullopt) {}
+  explicit LifecycleChecker(std::size_t motions) : Checker(std::nullopt), motions_(motions) {}
 
   void direction(const std::string& field, const Vec3& value) {
     numbers(field, value, Range::finite);
@@ -56,6 +59,9 @@ class LifecycleChecker : public Checker {
             "at least least_lifetime, which is " + text(e.least_lifetime));
     require(std::isfinite(e.most_lifetime) || !std::isfinite(e.least_lifetime), at + ".most_lifetime", text(e.most_lifetime),
             "a finite number, as least_lifetime is one");
+    if (!e.motion || *e.motion < motions_) return;
+    fail(at + ".motion", std::to_string(*e.motion),
+         motions_ == 0 ? "left out of a scene without motions" : "a motion's index below " + std::to_string(motions_));
   }
   void removal(const Removal& r) {
     require(r.boundaries.size() <= max_boundaries, "removal.boundaries", std::to_string(r.boundaries.size()) + " of them",
@@ -73,10 +79,13 @@ class LifecycleChecker : public Checker {
     require(order >= 0 && order <= static_cast<int>(SurvivorOrder::any), "removal.order", std::to_string(order),
             "a choice from 0 to 1");
   }
+
+ private:
+  std::size_t motions_;
 };
 
-std::optional<Error> check(const Turnover& turnover, const Options& options) {
-  LifecycleChecker check;
+std::optional<Error> check(const Turnover& turnover, const Options& options, const Scene& scene) {
+  LifecycleChecker check(scene.motions.size());
   check.require(options.step > 0, "step", text(options.step), "a finite number > 0 where particles come and go");
   check.require(options.rounding == Rounding::plain, "rounding", "compensated", "plain where particles come and go");
   check.require(turnover.capacity > 0 && turnover.capacity <= most_particles, "capacity", std::to_string(turnover.capacity),
@@ -109,8 +118,20 @@ std::optional<Error> check_alike(const Scene& scene) {
   if (!scene.tethers.empty()) return Error{"tethers", "there", absent};
   if (scene.meet) return Error{"meet", "there", absent};
   if (!scene.fixed.empty()) return Error{"fixed", "there", absent};
-  if (has_followers(scene)) return Error{"motions", "followed", absent};
+  if (!scene.kinematic.empty()) return Error{"kinematic", "there", absent};
   if (!scene.origin.is_world()) return Error{"origin", "there", absent};
+  return std::nullopt;
+}
+
+// A step is one flow: no surface may turn farther in it than a flow takes, by its keys.
+std::optional<Error> check_turns(const std::vector<Contact>& contacts, const std::vector<PoseTrack>& tracks, double step) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const auto& motion = motion_of(contacts[i]);
+    if (!motion || *motion >= tracks.size() || !(tracks[*motion].fastest_turn() * step > most_turn)) continue;
+    return Error{"step", text(step),
+                 "at most " + text(most_turn / tracks[*motion].fastest_turn(), 4) + " s, in which " +
+                     element("motions", *motion) + " turns " + element("contacts", i) + " by half a radian"};
+  }
   return std::nullopt;
 }
 
@@ -167,7 +188,8 @@ RemovalTerms<T> terms_of(const Removal& removal) {
   return terms;
 }
 
-constexpr std::size_t numbers_each = 8;  // state, age and lifetime
+constexpr std::size_t numbers_each = 8;        // state, age and lifetime
+constexpr std::size_t most_surfaces_each = 6;  // surfaces of one contact
 
 }  // namespace
 
@@ -179,17 +201,31 @@ CompiledLifecycle<T>::CompiledLifecycle(Plan<T> plan_, Turnover turnover_, const
       passes(*find_passes(plan.isa())),
       removal(terms_of<T>(turnover.removal)) {
   for (const Emitter& emitter : turnover.emitters) emitters.push_back(terms_of(emitter));
+  for (const Motion& motion : plan.scene().motions) tracks.emplace_back(motion);
 }
 
 template <class T>
-LifecycleWorkspace<T>::LifecycleWorkspace(const Turnover& turnover, std::size_t parts, const Memory& memory)
-    : scratch(aligned_array<T>(most_groups * scratch_columns * aside_chunk, memory)),
-      overflow_bytes(fills_holes(turnover.removal) ? 0 : (turnover.capacity / parts / 4 + 1) * numbers_each * sizeof(T)),
+LiveFollowers<T>::LiveFollowers(const LifecycleShape& shape)
+    : motions(shape.motions), poses(shape.motions), surfaces(shape.motions != 0 ? most_surfaces_each * shape.contacts : 0) {}
+
+template <class T>
+LifecycleWorkspace<T>::LifecycleWorkspace(const LifecycleShape& of, const Memory& memory)
+    : shape(of),
+      scratch(aligned_array<T>(most_groups * scratch_columns * aside_chunk, memory)),
+      overflow_bytes(fills_holes(of.order) ? 0 : (of.capacity / of.parts / 4 + 1) * numbers_each * sizeof(T)),
       overflow(aligned_array<T>(overflow_bytes / sizeof(T), memory)),
-      kept(fills_holes(turnover.removal) ? turnover.capacity / fill_run + 1 : 0),
+      kept(fills_holes(of.order) ? of.capacity / fill_run + 1 : 0),
       waiting(kept.size()),
-      fills(fills_holes(turnover.removal) ? live_segments : 0) {
-  for (auto& by : births) by.resize(turnover.emitters.size());
+      fills(fills_holes(of.order) ? live_segments : 0),
+      followers(of) {
+  for (auto& by : births) by.resize(of.emitters);
+}
+
+template <class T>
+std::size_t LifecycleWorkspace<T>::bytes() const noexcept {
+  return most_groups * scratch_columns * aside_chunk * sizeof(T) + overflow_bytes + kept.size() * sizeof(kept[0]) +
+         waiting.size() * sizeof(waiting[0]) + fills.size() * sizeof(fills[0]) +
+         followers.surfaces.size() * sizeof(Surface<T>) + births.size() * births[0].size() * sizeof(BirthsBy);
 }
 
 template <class T>
@@ -216,16 +252,69 @@ Expected<void> changed_life(Parts* parts, const Change& change) {
   return change(parts->compiled);
 }
 
+template <class T>
+Expected<void> teleported(CompiledLifecycle<T>& compiled, LiveFollowers<T>& followers, LiveState<T>& live, const Pose& by) {
+  Expected<void> done = compiled.plan.teleport(live.state, by);
+  if (!done) return done;
+  const RigidMotion motion{quaternion(by.rotation), by.translation};
+  for (std::size_t k = 0; k < compiled.tracks.size(); ++k) followers.motions[k].carry(motion, compiled.tracks[k]);
+  return done;
+}
+
 }  // namespace
+
+template <class T>
+LiveWorkspace<T>::LiveWorkspace(Parts* parts) noexcept : parts_(parts) {}
+template <class T>
+LiveWorkspace<T>::LiveWorkspace(LiveWorkspace&& other) noexcept : parts_(std::exchange(other.parts_, nullptr)) {}
+template <class T>
+LiveWorkspace<T>& LiveWorkspace<T>::operator=(LiveWorkspace&& other) noexcept {
+  std::swap(parts_, other.parts_);
+  return *this;
+}
+template <class T>
+LiveWorkspace<T>::~LiveWorkspace() {
+  delete parts_;
+}
+template <class T>
+std::size_t LiveWorkspace<T>::bytes() const noexcept {
+  return parts_ != nullptr ? parts_->workspace.bytes() : 0;
+}
+template <class T>
+Expected<void> LiveWorkspace<T>::set_pose(std::size_t motion, const Pose& target, Arrival arrival) {
+  if (parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
+  LifecycleWorkspace<T>& own = parts_->workspace;
+  Expected<void> done = drive_pose(own.followers.motions, motion, target, arrival);
+  if (done) own.known = LifecycleWorkspace<T>::all_known;
+  return done;
+}
 
 template <class T>
 LivePlan<T> LivePlan<T>::clone() const {
   return LivePlan(parts_ != nullptr ? new Parts(*parts_) : nullptr);
 }
 template <class T>
+LiveWorkspace<T> LivePlan<T>::workspace() const {
+  if (parts_ == nullptr) return LiveWorkspace<T>(nullptr);
+  LiveWorkspace<T> made(new typename LiveWorkspace<T>::Parts(parts_->workspace.shape, parts_->memory));
+  const Stepping stepping(parts_->workspace.is_stepping);
+  if (!stepping) return made;  // told nothing: a step then says so
+  made.parts_->workspace.followers.motions = parts_->workspace.followers.motions;
+  made.parts_->workspace.known = parts_->told;
+  return made;
+}
+template <class T>
+Expected<void> LivePlan<T>::set_pose(std::size_t motion, const Pose& target, Arrival arrival) {
+  if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
+  Expected<void> done = drive_pose(parts_->workspace.followers.motions, motion, target, arrival);
+  if (done) ++parts_->told;
+  return done;
+}
+template <class T>
 Expected<void> LivePlan<T>::set_step(double h) {
   return changed_life(parts_, [h](auto& of) -> Expected<void> {
     if (!(h > 0)) return tl::unexpected(Error{"step", text(h), "a finite number > 0 where particles come and go"});
+    if (auto error = check_turns(of.plan.scene().contacts, of.tracks, h)) return tl::unexpected(*error);
     return of.plan.set_step(h);
   });
 }
@@ -235,13 +324,20 @@ Expected<void> LivePlan<T>::set_force(std::size_t index, const Force& force) {
 }
 template <class T>
 Expected<void> LivePlan<T>::set_contact(std::size_t index, const Contact& contact) {
-  return changed_life(parts_, [&](auto& of) { return of.plan.set_contact(index, contact); });
+  return changed_life(parts_, [&](auto& of) -> Expected<void> {
+    if (auto error = check_turns({contact}, of.tracks, of.plan.step_size())) return tl::unexpected(*error);
+    return of.plan.set_contact(index, contact);
+  });
+}
+template <class T>
+Expected<void> LivePlan<T>::set_wind(const Wind& wind) {
+  return changed_life(parts_, [&](auto& of) { return of.plan.set_wind(wind); });
 }
 template <class T>
 Expected<void> LivePlan<T>::set_emitter(std::size_t index, const Emitter& emitter) {
   return changed_life(parts_, [&](auto& of) -> Expected<void> {
     if (index >= of.emitters.size()) return tl::unexpected(no_such("emitters", index, of.emitters.size()));
-    LifecycleChecker check;
+    LifecycleChecker check(of.tracks.size());
     check.emitter("emitters[" + std::to_string(index) + "]", emitter);
     if (check.error) return tl::unexpected(*check.error);
     of.turnover.emitters[index] = emitter;
@@ -253,19 +349,43 @@ Expected<void> LivePlan<T>::set_emitter(std::size_t index, const Emitter& emitte
 template <class T>
 Expected<void> LivePlan<T>::teleport(LiveState<T>& live, const Pose& by) const {
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
-  return parts_->compiled.plan.teleport(live.state, by);
+  return teleported(parts_->compiled, parts_->workspace.followers, live, by);
+}
+template <class T>
+Expected<void> LivePlan<T>::teleport(LiveState<T>& live, LiveWorkspace<T>& workspace, const Pose& by) const {
+  if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
+  if (workspace.parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
+  if (workspace.parts_->workspace.shape != parts_->workspace.shape) {
+    return tl::unexpected(Error{"workspace", "of another scene", "made by this plan"});
+  }
+  return teleported(parts_->compiled, workspace.parts_->workspace.followers, live, by);
+}
+template <class T>
+StateCheck LivePlan<T>::check(const LiveState<T>& live) const noexcept {
+  return plan().check(live.state);
+}
+template <class T>
+const Scene& LivePlan<T>::scene() const noexcept {
+  return plan().scene();
+}
+template <class T>
+double LivePlan<T>::step_size() const noexcept {
+  return plan().step_size();
 }
 template <class T>
 const Plan<T>& LivePlan<T>::plan() const noexcept {
-  return parts_->compiled.plan;
+  static const Plan<T> nothing(nullptr);  // of one that was moved from
+  return parts_ != nullptr ? parts_->compiled.plan : nothing;
 }
 template <class T>
 const Turnover& LivePlan<T>::turnover() const noexcept {
-  return parts_->compiled.turnover;
+  static const Turnover nothing;  // likewise
+  return parts_ != nullptr ? parts_->compiled.turnover : nothing;
 }
 
 template <class T>
 std::string LivePlan<T>::explain() const {
+  if (parts_ == nullptr) return "moved from\n";
   const CompiledLifecycle<T>& p = parts_->compiled;
   const double step = p.plan.step_size();
   double rate = 0;
@@ -302,41 +422,61 @@ std::string LivePlan<T>::explain() const {
 template <class T>
 Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options) {
   const StepEnvironment environment;  // what is made here does not depend on the caller's rounding mode
-  if (auto error = check(turnover, options)) return tl::unexpected(*error);
+  if (auto error = check(turnover, options, scene)) return tl::unexpected(*error);
   if (auto error = check_alike(scene)) return tl::unexpected(*error);
-  auto plan = compile<T>(scene, options);
+  auto plan = compile_to_come_and_go<T>(scene, options);
   if (!plan) return tl::unexpected(plan.error());
+  const std::vector<PoseTrack> tracks(scene.motions.begin(), scene.motions.end());
+  if (auto error = check_turns(scene.contacts, tracks, options.step)) return tl::unexpected(*error);
   return LivePlan<T>(new typename LivePlan<T>::Parts(std::move(*plan), turnover, options));
 }
 
 template struct CompiledLifecycle<float>;
-template struct CompiledLifecycle<double>;
+template struct LiveFollowers<float>;
 template struct LifecycleWorkspace<float>;
+template class LiveWorkspace<float>;
+template struct CompiledLifecycle<double>;
+template struct LiveFollowers<double>;
 template struct LifecycleWorkspace<double>;
+template class LiveWorkspace<double>;
 template LivePlan<float>::LivePlan(Parts*) noexcept;
 template LivePlan<double>::LivePlan(Parts*) noexcept;
-template LivePlan<float>::LivePlan(LivePlan&&) noexcept;
-template LivePlan<double>::LivePlan(LivePlan&&) noexcept;
-template LivePlan<float>& LivePlan<float>::operator=(LivePlan&&) noexcept;
-template LivePlan<double>& LivePlan<double>::operator=(LivePlan&&) noexcept;
+template LivePlan<float>::LivePlan(LivePlan<float>&&) noexcept;
+template LivePlan<double>::LivePlan(LivePlan<double>&&) noexcept;
+template LivePlan<float>& LivePlan<float>::operator=(LivePlan<float>&&) noexcept;
+template LivePlan<double>& LivePlan<double>::operator=(LivePlan<double>&&) noexcept;
 template LivePlan<float>::~LivePlan();
 template LivePlan<double>::~LivePlan();
-template Expected<void> LivePlan<float>::teleport(LiveState<float>&, const Pose&) const;
-template Expected<void> LivePlan<double>::teleport(LiveState<double>&, const Pose&) const;
-template const Plan<float>& LivePlan<float>::plan() const noexcept;
-template const Plan<double>& LivePlan<double>::plan() const noexcept;
-template const Turnover& LivePlan<float>::turnover() const noexcept;
-template const Turnover& LivePlan<double>::turnover() const noexcept;
 template LivePlan<float> LivePlan<float>::clone() const;
 template LivePlan<double> LivePlan<double>::clone() const;
+template LiveWorkspace<float> LivePlan<float>::workspace() const;
+template LiveWorkspace<double> LivePlan<double>::workspace() const;
+template Expected<void> LivePlan<float>::set_pose(std::size_t, const Pose&, Arrival);
+template Expected<void> LivePlan<double>::set_pose(std::size_t, const Pose&, Arrival);
 template Expected<void> LivePlan<float>::set_step(double);
 template Expected<void> LivePlan<double>::set_step(double);
 template Expected<void> LivePlan<float>::set_force(std::size_t, const Force&);
 template Expected<void> LivePlan<double>::set_force(std::size_t, const Force&);
 template Expected<void> LivePlan<float>::set_contact(std::size_t, const Contact&);
 template Expected<void> LivePlan<double>::set_contact(std::size_t, const Contact&);
+template Expected<void> LivePlan<float>::set_wind(const Wind&);
+template Expected<void> LivePlan<double>::set_wind(const Wind&);
 template Expected<void> LivePlan<float>::set_emitter(std::size_t, const Emitter&);
 template Expected<void> LivePlan<double>::set_emitter(std::size_t, const Emitter&);
+template Expected<void> LivePlan<float>::teleport(LiveState<float>&, const Pose&) const;
+template Expected<void> LivePlan<double>::teleport(LiveState<double>&, const Pose&) const;
+template Expected<void> LivePlan<float>::teleport(LiveState<float>&, LiveWorkspace<float>&, const Pose&) const;
+template Expected<void> LivePlan<double>::teleport(LiveState<double>&, LiveWorkspace<double>&, const Pose&) const;
+template StateCheck LivePlan<float>::check(const LiveState<float>&) const noexcept;
+template StateCheck LivePlan<double>::check(const LiveState<double>&) const noexcept;
+template const Scene& LivePlan<float>::scene() const noexcept;
+template const Scene& LivePlan<double>::scene() const noexcept;
+template double LivePlan<float>::step_size() const noexcept;
+template double LivePlan<double>::step_size() const noexcept;
+template const Plan<float>& LivePlan<float>::plan() const noexcept;
+template const Plan<double>& LivePlan<double>::plan() const noexcept;
+template const Turnover& LivePlan<float>::turnover() const noexcept;
+template const Turnover& LivePlan<double>::turnover() const noexcept;
 template std::string LivePlan<float>::explain() const;
 template std::string LivePlan<double>::explain() const;
 template Expected<LivePlan<float>> compile<float>(const Scene&, const Turnover&, const Options&);

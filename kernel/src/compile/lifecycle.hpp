@@ -5,14 +5,19 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
+#include "compile/pose_track.hpp"
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/live.hpp"
+#include "execute/driven.hpp"
 #include "isa/passes.hpp"
 #include "math/two_double.hpp"
+#include "passes/contact/contact.hpp"
 #include "passes/removal/fill.hpp"
+#include "passes/terms.hpp"
 
 namespace dvdx {
 
@@ -28,7 +33,8 @@ inline constexpr std::size_t scratch_columns = 8;  // of a state, age and lifeti
 static_assert(live_chunk % aside_chunk == 0 && fill_run % aside_chunk == 0);
 inline constexpr std::size_t most_groups = batch_steps + live_segments;
 
-inline bool fills_holes(const Removal& removal) noexcept { return removal.order == SurvivorOrder::any; }
+inline bool fills_holes(SurvivorOrder order) noexcept { return order == SurvivorOrder::any; }
+inline bool fills_holes(const Removal& removal) noexcept { return fills_holes(removal.order); }
 
 // Births of one emitter until some time, as many as are whole, and as a number.
 struct BirthsBy {
@@ -61,14 +67,46 @@ struct CompiledLifecycle {
   const Passes& passes;
   RemovalTerms<T> removal;
   std::vector<EmissionTerms> emitters;
+  std::vector<PoseTrack> tracks;  // of the scene's motions
+};
+
+// What a workspace is made for.
+struct LifecycleShape {
+  std::size_t capacity = 0, parts = 1, emitters = 0, contacts = 0, motions = 0;
+  SurvivorOrder order = SurvivorOrder::kept;
+  bool operator==(const LifecycleShape&) const = default;
+};
+template <class T>
+LifecycleShape shape_of(const CompiledLifecycle<T>& compiled) noexcept {
+  const Turnover& turnover = compiled.turnover;
+  return {.capacity = turnover.capacity,
+          .parts = compiled.shared.parts,
+          .emitters = turnover.emitters.size(),
+          .contacts = compiled.plan.scene().contacts.size(),
+          .motions = compiled.tracks.size(),
+          .order = turnover.removal.order};
+}
+
+// What follows a motion: of one step, where it is at the step's end.
+template <class T>
+struct LiveFollowers {
+  explicit LiveFollowers(const LifecycleShape& shape);
+
+  std::vector<DrivenMotion> motions;  // what the caller has asked of each
+  std::vector<MovedPose> poses;       // of each
+  std::vector<Surface<T>> surfaces;   // of the scene's contacts
+  Terms<T> terms{};                   // of the step, by these surfaces
+  const Terms<T>* moved = nullptr;    // these, where some surface is carried
 };
 
 // The working memory of one call: only one state is stepped in it at a time.
 template <class T>
 struct LifecycleWorkspace {
-  // parts: that share the particles, each about as many.
-  LifecycleWorkspace(const Turnover& turnover, std::size_t parts, const Memory& memory);
+  LifecycleWorkspace(const LifecycleShape& shape, const Memory& memory);
 
+  [[nodiscard]] std::size_t bytes() const noexcept;
+
+  LifecycleShape shape;
   std::array<std::vector<BirthsBy>, batch_steps + 1>
       births;                                 // of each emitter, by the start of each step and by the last's end
   std::array<Clock, batch_steps + 1> clocks;  // of the same times
@@ -78,23 +116,43 @@ struct LifecycleWorkspace {
   std::vector<std::size_t> kept;  // of each run, in any order
   std::vector<Stretch> waiting;   // births that found no hole in their run
   std::vector<Fill> fills;        // of each thread
+  LiveFollowers<T> followers;
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
+  // How many of the plan's calls of set_pose it knows of; all, where it has been driven itself.
+  std::uint64_t known = 0;
+  static constexpr std::uint64_t all_known = std::numeric_limits<std::uint64_t>::max();
 };
+
+// The pose of what carries an emitter, if anything does.
+template <class T>
+const MovedPose* carrier_of(const CompiledLifecycle<T>& compiled, const LiveFollowers<T>& followers,
+                            std::size_t emitter) noexcept {
+  const auto& motion = compiled.turnover.emitters[emitter].motion;
+  return motion ? &followers.poses[*motion] : nullptr;
+}
 
 template <class T>
 struct LivePlan<T>::Parts {
   Parts(Plan<T> plan, const Turnover& turnover, const Options& options)
       : compiled(std::move(plan), turnover, options.elsewhere.births),
-        workspace(turnover, options.elsewhere.births.parts, options.memory),
+        workspace(shape_of(compiled), options.memory),
         memory(options.memory) {}
   explicit Parts(const Parts& other)
       : compiled(other.compiled.plan.clone(), other.compiled.turnover, other.compiled.shared),
-        workspace(compiled.turnover, compiled.shared.parts, other.memory),
+        workspace(shape_of(compiled), other.memory),
         memory(other.memory) {}
 
   CompiledLifecycle<T> compiled;
   LifecycleWorkspace<T> workspace;
   Memory memory;
+  std::uint64_t told = 0;  // calls of set_pose
+};
+
+template <class T>
+struct LiveWorkspace<T>::Parts {
+  Parts(const LifecycleShape& shape, const Memory& memory) : workspace(shape, memory) {}
+
+  LifecycleWorkspace<T> workspace;
 };
 
 }  // namespace dvdx

@@ -147,7 +147,7 @@ class AnyOrder {
     const std::uint64_t count =
         std::min({births.count, end.whole - first - before, std::uint64_t{most}, std::uint64_t{born_together}});
     const double lead = (end.number - TwoDouble(static_cast<double>(first) + 1)).value() - static_cast<double>(before);
-    make_births(p_.passes, p_.emitters[e],
+    make_births(p_.passes, p_.emitters[e], carrier_of(p_, ws_.followers, e),
                 {.first = first + before, .count = static_cast<std::size_t>(count), .lead = lead, .step = p_.plan.step_size()},
                 block);
     births.first += count;

@@ -26,6 +26,7 @@ template <class A, class T>
 struct Batch {
   const CompiledScene<A>& scene;
   const FreeMotion<A>& motion;
+  const Terms<A>& terms;  // the motion's, or with its surfaces moved
   const State<T>& state;
   Steps<A> steps;
   Clock start{};                           // of the first of these steps
@@ -39,13 +40,13 @@ template <class A, class T>
 void run_steps(const Batch<A, T>& batch, Block<A>& block, ContactRecorder<A>* recorder) noexcept {
   const FreeMotion<A>& motion = batch.motion;
   const StepBlock<A> run = motion.kernels->at(motion.flow, motion.extra);
-  if (recorder == nullptr) return run(block, motion.terms, batch.steps);
+  if (recorder == nullptr) return run(block, batch.terms, batch.steps);
   block.log = recorder;
   Clock clock = batch.start;
   for (std::size_t n = 0; n < batch.steps.count; ++n) {
     recorder->begin(batch.number + n, clock, motion.step());
     const Offsets<A>* const offsets = batch.steps.offsets + n * batch.steps.offsets_per_step;
-    run(block, motion.terms, {.offsets = offsets, .offsets_per_step = 0, .count = 1});
+    run(block, batch.terms, {.offsets = offsets, .offsets_per_step = 0, .count = 1});
     clock.advance(motion.step(), 1);
   }
 }
@@ -139,10 +140,10 @@ std::size_t step_as_they_lie(const Batch<A, T>& batch, std::size_t first, std::s
     const LayoutKernels<T>& kernels = motion.kernels->layout;
     if (const StepStructs<T> step = kernels.structs.at(motion.flow);
         step != nullptr && threes_of(state.x) && threes_of(state.v)) {
-      return step({threes_at(state.x, {first, n}), threes_at(state.v, {first, n})}, n, motion.terms, batch.steps);
+      return step({threes_at(state.x, {first, n}), threes_at(state.v, {first, n})}, n, batch.terms, batch.steps);
     }
     if (const StepTiles<T> step = kernels.tiles.at(motion.flow); step != nullptr) {
-      if (const auto tiles = tiles_from(state, first)) return step(*tiles, n, motion.terms, batch.steps);
+      if (const auto tiles = tiles_from(state, first)) return step(*tiles, n, batch.terms, batch.steps);
     }
   }
   return 0;
@@ -199,10 +200,10 @@ struct Reported {
   std::size_t first = 0;
 };
 
-// Where offsets depend on time they are made for some steps at once; else once.
+// Where offsets depend on time they are made for some steps at once; else once. terms: the motion's, or with its surfaces moved.
 template <class A, class T>
-void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, State<T>& state, std::size_t steps,
-               const ParallelFor& parallel, const Reported& reported) noexcept {
+void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, const Terms<A>& terms, State<T>& state,
+               std::size_t steps, const ParallelFor& parallel, const Reported& reported) noexcept {
   const std::size_t per_step = motion.offsets_per_step();
   const bool is_timed = motion.system.depends_on_time();
   const double h = motion.step();
@@ -218,7 +219,7 @@ void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, State
       clock.advance(h / static_cast<double>(per_step), 1);
     }
     const Steps<A> run_of{.offsets = offsets.data(), .offsets_per_step = is_timed ? per_step : 0, .count = now};
-    run(Batch<A, T>{scene, motion, state, run_of, state.clock, reported.report, number, &logged}, parallel);
+    run(Batch<A, T>{scene, motion, terms, state, run_of, state.clock, reported.report, number, &logged}, parallel);
     state.clock.advance(h, static_cast<double>(now));
     number += now;
     left -= now;
@@ -241,7 +242,8 @@ StepResult step_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace,
     if (scene.options.step == 0) return StepResult::done;
     const StepEnvironment environment;  // the offsets are made here, whatever the caller's rounding mode
     if (joined != nullptr) return step_joined(scene, *joined, *workspace, state, steps, parallel, reported.report);
-    step_free(scene, *scene.free(), state, steps, parallel, reported);
+    if (is_any_carried(scene.scene.contacts)) return StepResult::workspace_differs;  // only LivePlan moves these surfaces
+    step_free(scene, *scene.free(), scene.free()->terms, state, steps, parallel, reported);
     return StepResult::done;
   }
 }
@@ -311,14 +313,16 @@ StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, ContactReport
 }
 
 template <class T>
-void ReportedStep<T>::run(const Plan<T>& plan, State<T>& state, std::size_t steps, ContactReport::Parts* report,
-                          std::size_t first) noexcept {
-  const auto step = [&]<class A>(const PlanIn<A>& in) noexcept {
-    if constexpr (sizeof(A) >= sizeof(T)) {  // no plan for float64 states is worked out in float32
-      step_free(*in.scene, *in.scene->free(), state, steps, {}, {.report = report, .first = first});
-    }
-  };
-  std::visit(step, plan.parts_->in);
+void ReportedStep<T>::run(const Plan<T>& plan, const Terms<T>* moved, State<T>& state, std::size_t steps,
+                          ContactReport::Parts* report, std::size_t first) noexcept {
+  const PlanIn<T>& in = std::get<PlanIn<T>>(plan.parts_->in);
+  const FreeMotion<T>& motion = *in.scene->free();
+  step_free(*in.scene, motion, moved != nullptr ? *moved : motion.terms, state, steps, {}, {.report = report, .first = first});
+}
+
+template <class T>
+const FreeMotion<T>& ReportedStep<T>::motion_of(const Plan<T>& plan) noexcept {
+  return *std::get<PlanIn<T>>(plan.parts_->in).scene->free();
 }
 
 template struct ReportedStep<float>;

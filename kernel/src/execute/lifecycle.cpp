@@ -5,6 +5,7 @@
 #include <span>
 
 #include "compile/checker.hpp"
+#include "compile/particle_values.hpp"
 #include "dvdx/layouts/convert.hpp"
 #include "execute/any_order.hpp"
 #include "execute/contact_recorder.hpp"
@@ -14,6 +15,7 @@
 #include "execute/live_columns.hpp"
 #include "execute/stepping.hpp"
 #include "execute/tasks.hpp"
+#include "passes/contact/make_surface.hpp"
 
 namespace dvdx {
 
@@ -36,15 +38,24 @@ class LifecycleStep {
         parallel_(parallel),
         report_(report),
         chunks_(compiled, workspace, live, report),
-        living_(compiled.turnover.capacity) {}
+        living_(compiled.turnover.capacity) {
+    const auto& contacts = p_.plan.scene().contacts;
+    const auto& emitters = p_.turnover.emitters;
+    if (p_.tracks.empty()) return;
+    moves_surfaces_ = std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return motion_of(c).has_value(); });
+    moves_ =
+        moves_surfaces_ || std::any_of(emitters.begin(), emitters.end(), [](const Emitter& e) { return e.motion.has_value(); });
+  }
 
   // Steps batch by batch.
   void step(std::size_t steps) noexcept {
     // Which particle fills which hole depends on the births of the steps before: one step at a time where they do. In a report
-    // a particle is known by where it stands when its step begins.
-    const std::size_t most = fills_holes(p_.turnover.removal) || report_ != nullptr ? 1 : batch_steps;
+    // a particle is known by where it stands when its step begins. What follows a motion has one pose a step.
+    const bool goes_singly = fills_holes(p_.turnover.removal) || report_ != nullptr || moves_;
+    const std::size_t most = goes_singly ? 1 : batch_steps;
     for (std::size_t left = steps; left != 0;) {
       const std::size_t now = batch_of(std::min(left, most));
+      set_out();
       step_batch(now);
       if (report_ != nullptr) report_->steps += now;
       left -= now;
@@ -54,8 +65,11 @@ class LifecycleStep {
   void burst(std::size_t emitter, std::uint64_t births) noexcept {
     EmissionTerms at_once = p_.emitters[emitter];
     at_once.interval = 0;
+    LiveFollowers<T>& followers = ws_.followers;
+    for (std::size_t k = 0; k < p_.tracks.size(); ++k)
+      followers.poses[k] = followers.motions[k].at(p_.tracks[k], live_.state.clock);
     count_for(births);
-    append(at_once, first_of_bursts + live_.born, births, 0);
+    append(at_once, carrier_of(p_, followers, emitter), first_of_bursts + live_.born, births, 0);
   }
 
   void remove() noexcept {
@@ -67,6 +81,7 @@ class LifecycleStep {
   // Births in number order of one emitter within one step, and where they stand.
   struct Run {
     const EmissionTerms* emitter = nullptr;
+    const MovedPose* carrier = nullptr;
     Births births{};
     std::size_t at = 0;
     std::size_t pieces = 0;    // of born_together
@@ -119,6 +134,41 @@ class LifecycleStep {
     live_.state.clock = ws_.clocks[steps];
   }
 
+  // ---- what follows a motion ----------------------------------------------------------------------------------------------
+
+  // Before a step: all poses at its end, and surfaces that go there.
+  void set_out() noexcept {
+    LiveFollowers<T>& followers = ws_.followers;
+    followers.moved = nullptr;
+    const auto& [start, end] = std::pair(ws_.clocks[0], ws_.clocks[1]);
+    for (std::size_t k = 0; k < p_.tracks.size() && moves_; ++k) {
+      DrivenMotion& motion = followers.motions[k];
+      motion.arrive(p_.tracks[k], start);
+      motion.begin(p_.tracks[k], start, p_.plan.step_size());
+      followers.poses[k] = motion.at_end_of(p_.tracks[k], start, end);
+    }
+    if (moves_surfaces_) move_surfaces();
+  }
+
+  void move_surfaces() noexcept {
+    LiveFollowers<T>& followers = ws_.followers;
+    const Terms<T>& resting = ReportedStep<T>::motion_of(p_.plan).terms;
+    followers.terms = resting;
+    followers.terms.surfaces = followers.surfaces.data();
+    followers.moved = &followers.terms;
+    for (std::size_t j = 0; j < resting.surface_count; ++j) {
+      Surface<T>& surface = followers.surfaces[j];
+      surface = resting.surfaces[j];
+      const Contact& contact = p_.plan.scene().contacts[surface.contact];
+      const auto& of = motion_of(contact);
+      if (!of) continue;
+      const MovedPose& pose = followers.poses[*of];
+      move_surface(surface, contact, pose, Vec3{});
+      if (report_ != nullptr) report_->centers[surface.contact] = {pose.place(pose.center), pose.velocity};
+      if (surface.movement != Movement::rest) followers.terms.moves = true;
+    }
+  }
+
   // ---- births -------------------------------------------------------------------------------------------------------------
 
   void emit(std::size_t steps) noexcept {
@@ -136,11 +186,13 @@ class LifecycleStep {
   void emit_run(std::size_t emitter, std::size_t step) noexcept {
     const std::uint64_t first = ws_.births[step][emitter].whole;
     const BirthsBy& end = ws_.births[step + 1][emitter];
-    append(p_.emitters[emitter], first, end.whole - first, (end.number - TwoDouble(static_cast<double>(first) + 1)).value());
+    append(p_.emitters[emitter], carrier_of(p_, ws_.followers, emitter), first, end.whole - first,
+           (end.number - TwoDouble(static_cast<double>(first) + 1)).value());
   }
 
   // Births from number `first` on, of which the first is so many intervals old.
-  void append(const EmissionTerms& emitter, std::uint64_t first, std::uint64_t wanted, double lead) noexcept {
+  void append(const EmissionTerms& emitter, const MovedPose* carrier, std::uint64_t first, std::uint64_t wanted,
+              double lead) noexcept {
     const std::uint64_t all = std::min(wanted, room());
     const std::uint64_t number = live_.born;
     living_ += all;
@@ -150,6 +202,7 @@ class LifecycleStep {
     if (here.count == 0) return;
     const auto count = static_cast<std::size_t>(here.count);
     run_ = {.emitter = &emitter,
+            .carrier = carrier,
             .births = {.first = first + here.first,
                        .count = count,
                        .lead = lead - static_cast<double>(here.first),
@@ -178,7 +231,7 @@ class LifecycleStep {
     births.count = std::min(born_together, births.count - from);
     births.lead -= static_cast<double>(from);
     BornBlock<T> block;
-    make_births(p_.passes, *run_.emitter, births, block);
+    make_births(p_.passes, *run_.emitter, run_.carrier, births, block);
     put_births(block, live_, run_.number + from, [at = run_.at + from](std::size_t k) { return at + k; });
   }
 
@@ -427,7 +480,8 @@ class LifecycleStep {
   ParallelFor parallel_;
   ContactReport::Parts* report_;  // null: nobody asks what contacts do
   LiveChunks<T> chunks_;
-  std::uint64_t living_;  // at most, over all parts
+  std::uint64_t living_;                         // at most, over all parts
+  bool moves_ = false, moves_surfaces_ = false;  // whether contacts or emitters, and whether contacts follow a motion
   Run run_{};
   std::array<Segment, most_groups> segments_{};
   std::size_t segment_count_ = 0;
@@ -462,37 +516,82 @@ StepResult run(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& work
   return StepResult::done;
 }
 
+// The same with a report, from its beginning to its end.
+template <class T, class Work>
+StepResult run_reported(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
+                        ContactReport& contacts, const ParallelFor& parallel, const Work& work) noexcept {
+  ContactReport::Parts& report = contacts.parts();
+  const Scene& scene = compiled.plan.scene();
+  if (report.centers.size() != scene.contacts.size()) return StepResult::report_differs;
+  begin_report(report, scene);
+  const StepResult result = run(compiled, workspace, live, parallel, &report, work);
+  if (result == StepResult::done) end_report(report, 0);  // its steps have been counted
+  return result;
+}
+
+template <class T>
+auto steps_of(std::size_t steps) noexcept {
+  return [steps](LifecycleStep<T>& now) { now.step(steps); };
+}
+
+template <class T>
+Expected<void> burst_in(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
+                        std::size_t index, std::size_t births) {
+  const std::size_t emitters = compiled.emitters.size();
+  if (index >= emitters) return tl::unexpected(no_such("emitters", index, emitters));
+  const auto work = [index, births](LifecycleStep<T>& now) { now.burst(index, births); };
+  if (run(compiled, workspace, live, {}, nullptr, work) == StepResult::done) return {};
+  return tl::unexpected(
+      Error{"live", "not fit for it", "a state that step() would take, of a plan that no other thread steps"});
+}
+
 }  // namespace
 
 template <class T>
 Expected<void> LivePlan<T>::burst(LiveState<T>& live, std::size_t index, std::size_t births) const {
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
-  const std::size_t emitters = parts_->compiled.emitters.size();
-  if (index >= emitters) return tl::unexpected(no_such("emitters", index, emitters));
-  const auto work = [index, births](LifecycleStep<T>& now) { now.burst(index, births); };
-  if (run(parts_->compiled, parts_->workspace, live, {}, nullptr, work) == StepResult::done) return {};
-  return tl::unexpected(
-      Error{"live", "not fit for it", "a state that step() would take, of a plan that no other thread steps"});
+  return burst_in(parts_->compiled, parts_->workspace, live, index, births);
+}
+template <class T>
+Expected<void> LivePlan<T>::burst(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t index,
+                                  std::size_t births) const {
+  if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
+  if (workspace.parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
+  if (fit_of(workspace) != StepResult::done) return tl::unexpected(Error{"workspace", "of another scene", "made by this plan"});
+  return burst_in(parts_->compiled, workspace.parts_->workspace, live, index, births);
+}
+
+template <class T>
+StepResult LivePlan<T>::fit_of(const LiveWorkspace<T>& workspace) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
+  if (workspace.parts_ == nullptr) return StepResult::workspace_differs;
+  const LifecycleWorkspace<T>& own = workspace.parts_->workspace;
+  if (own.shape != parts_->workspace.shape) return StepResult::workspace_differs;
+  return own.known < parts_->told ? StepResult::driven_elsewhere : StepResult::done;
 }
 
 template <class T>
 StepResult LivePlan<T>::step(LiveState<T>& live, std::size_t steps, const ParallelFor& parallel) const noexcept {
   if (parts_ == nullptr) return StepResult::moved_from;
-  return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, [steps](LifecycleStep<T>& now) { now.step(steps); });
+  return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, steps_of<T>(steps));
 }
-
 template <class T>
 StepResult LivePlan<T>::step(LiveState<T>& live, ContactReport& contacts, std::size_t steps,
                              const ParallelFor& parallel) const noexcept {
   if (parts_ == nullptr) return StepResult::moved_from;
-  ContactReport::Parts& report = contacts.parts();
-  const Scene& scene = parts_->compiled.plan.scene();
-  if (report.centers.size() != scene.contacts.size()) return StepResult::report_differs;
-  begin_report(report, scene);
-  const auto work = [steps](LifecycleStep<T>& now) { now.step(steps); };
-  const StepResult result = run(parts_->compiled, parts_->workspace, live, parallel, &report, work);
-  if (result == StepResult::done) end_report(report, 0);  // its steps have been counted
-  return result;
+  return run_reported(parts_->compiled, parts_->workspace, live, contacts, parallel, steps_of<T>(steps));
+}
+template <class T>
+StepResult LivePlan<T>::step(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t steps,
+                             const ParallelFor& parallel) const noexcept {
+  if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
+  return run(parts_->compiled, workspace.parts_->workspace, live, parallel, nullptr, steps_of<T>(steps));
+}
+template <class T>
+StepResult LivePlan<T>::step(LiveState<T>& live, LiveWorkspace<T>& workspace, ContactReport& contacts, std::size_t steps,
+                             const ParallelFor& parallel) const noexcept {
+  if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
+  return run_reported(parts_->compiled, workspace.parts_->workspace, live, contacts, parallel, steps_of<T>(steps));
 }
 
 template <class T>
@@ -500,14 +599,34 @@ StepResult LivePlan<T>::remove(LiveState<T>& live, const ParallelFor& parallel) 
   if (parts_ == nullptr) return StepResult::moved_from;
   return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, [](LifecycleStep<T>& now) { now.remove(); });
 }
+template <class T>
+StepResult LivePlan<T>::remove(LiveState<T>& live, LiveWorkspace<T>& workspace, const ParallelFor& parallel) const noexcept {
+  if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
+  const auto remove = [](LifecycleStep<T>& now) { now.remove(); };
+  return run(parts_->compiled, workspace.parts_->workspace, live, parallel, nullptr, remove);
+}
 
+template StepResult LivePlan<float>::fit_of(const LiveWorkspace<float>&) const noexcept;
+template StepResult LivePlan<double>::fit_of(const LiveWorkspace<double>&) const noexcept;
 template StepResult LivePlan<float>::step(LiveState<float>&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult LivePlan<double>::step(LiveState<double>&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult LivePlan<float>::step(LiveState<float>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
 template StepResult LivePlan<double>::step(LiveState<double>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult LivePlan<float>::step(LiveState<float>&, LiveWorkspace<float>&, std::size_t,
+                                          const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::step(LiveState<double>&, LiveWorkspace<double>&, std::size_t,
+                                           const ParallelFor&) const noexcept;
+template StepResult LivePlan<float>::step(LiveState<float>&, LiveWorkspace<float>&, ContactReport&, std::size_t,
+                                          const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::step(LiveState<double>&, LiveWorkspace<double>&, ContactReport&, std::size_t,
+                                           const ParallelFor&) const noexcept;
 template Expected<void> LivePlan<float>::burst(LiveState<float>&, std::size_t, std::size_t) const;
 template Expected<void> LivePlan<double>::burst(LiveState<double>&, std::size_t, std::size_t) const;
+template Expected<void> LivePlan<float>::burst(LiveState<float>&, LiveWorkspace<float>&, std::size_t, std::size_t) const;
+template Expected<void> LivePlan<double>::burst(LiveState<double>&, LiveWorkspace<double>&, std::size_t, std::size_t) const;
 template StepResult LivePlan<float>::remove(LiveState<float>&, const ParallelFor&) const noexcept;
 template StepResult LivePlan<double>::remove(LiveState<double>&, const ParallelFor&) const noexcept;
+template StepResult LivePlan<float>::remove(LiveState<float>&, LiveWorkspace<float>&, const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::remove(LiveState<double>&, LiveWorkspace<double>&, const ParallelFor&) const noexcept;
 
 }  // namespace dvdx

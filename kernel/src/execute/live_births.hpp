@@ -22,10 +22,26 @@ struct BornBlock {
   std::size_t count = 0;
 };
 
+// Births go straight as seen from the motion that carries their emitter.
+inline void carry(const MovedPose& pose, std::size_t count, Born& born) noexcept {
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec3 x{born.x[0][k], born.x[1][k], born.x[2][k]};
+    const Vec3 place = pose.place(x), of_motion = pose.velocity_of(x);
+    const Vec3 own = turned(pose.turn, Vec3{born.v[0][k], born.v[1][k], born.v[2][k]});
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      born.x[axis][k] = place[axis];
+      born.v[axis][k] = own[axis] + of_motion[axis];
+    }
+  }
+}
+
+// carrier: the pose of the motion that carries the emitter, or null.
 template <class T>
-void make_births(const Passes& passes, const EmissionTerms& emitter, const Births& births, BornBlock<T>& block) noexcept {
+void make_births(const Passes& passes, const EmissionTerms& emitter, const MovedPose* carrier, const Births& births,
+                 BornBlock<T>& block) noexcept {
   Born born;
   passes.emit(emitter, births, born);
+  if (carrier != nullptr) carry(*carrier, births.count, born);
   const auto round = [&births](const Born::Values& in, typename BornBlock<T>::Values& out) {
     std::transform(in.begin(), in.begin() + births.count, out.begin(), [](double number) { return static_cast<T>(number); });
   };

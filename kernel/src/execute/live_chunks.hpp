@@ -137,7 +137,7 @@ class LiveChunks {
         column.capacity = chunk.count;
       }
     }
-    ReportedStep<T>::run(p_.plan, view, steps, report_, chunk.aside_of + chunk.first);
+    ReportedStep<T>::run(p_.plan, ws_.followers.moved, view, steps, report_, chunk.aside_of + chunk.first);
     return view.clock;
   }
 
