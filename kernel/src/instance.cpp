@@ -2,7 +2,9 @@
 #include "dvdx/instance.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <new>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,8 +13,10 @@
 #include "dvdx/cloth.hpp"
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/layouts/soa.hpp"
+#include "execute/instances.hpp"
 #include "execute/plan_parts.hpp"
 #include "execute/state_fit.hpp"
+#include "execute/tasks.hpp"
 #include "math/rigid_motion.hpp"
 
 namespace dvdx {
@@ -189,6 +193,8 @@ struct Instance<T>::Parts {
   std::vector<Vec3> room, more_room;
   std::optional<Soa<T>> before;  // of the last step of advance()
   double left = 0;               // s that have passed since the last step
+  bool is_listed = false;        // among those that step at once
+  Expected<void> stepped{};      // with these
 };
 
 template <class T>
@@ -229,8 +235,7 @@ const State<T>& Instance<T>::state() const noexcept {
 }
 template <class T>
 Plan<T>& Instance<T>::plan() noexcept {
-  static Plan<T> nothing(nullptr);
-  return parts_ != nullptr ? parts_->plan : nothing;
+  return parts_ != nullptr ? parts_->plan : nothing_;
 }
 template <class T>
 StateCheck Instance<T>::check() const noexcept {
@@ -390,6 +395,91 @@ Expected<void> Instance<T>::teleport(const Pose& by) {
   }
   return {};
 }
+
+namespace {
+
+Error error_in(std::size_t index, const Error& error) {
+  const std::string at = element("instances", index);
+  return {error.field == "instance" ? at : at + "." + error.field, error.value, error.valid};
+}
+
+}  // namespace
+
+// The parts of those that step at once, each taken out of its instance.
+template <class T>
+struct InstancesStep {
+  using Parts = typename Instance<T>::Parts;
+
+  static Parts* parts_of(const InstanceList<T>& list, std::size_t i) noexcept {
+    Instance<T>* const instance = list.at(list.context, i);
+    return instance != nullptr ? instance->parts_ : nullptr;
+  }
+
+  // Marks all, or none: the first that is not there, or there twice.
+  static std::optional<Error> refusal(const InstanceList<T>& list) {
+    for (std::size_t i = 0; i < list.count; ++i) {
+      Parts* const parts = parts_of(list, i);
+      if (parts != nullptr && !parts->is_listed) {
+        parts->is_listed = true;
+        continue;
+      }
+      unmark(list, i);
+      if (parts == nullptr) return moved_from(element("instances", i).c_str());
+      return Error{element("instances", i), "listed before", "each instance once"};
+    }
+    return std::nullopt;
+  }
+  static void unmark(const InstanceList<T>& list, std::size_t count) noexcept {
+    for (std::size_t i = 0; i < count; ++i) parts_of(list, i)->is_listed = false;
+  }
+
+  static Expected<void> step(const InstanceList<T>& list, std::span<const double> frame_times, const ParallelFor& parallel) {
+    std::atomic<bool> lacks_memory{false};
+    for_each_task(parallel, list.count, [&](std::size_t i) {
+      const double h = frame_times[frame_times.size() == 1 ? 0 : i];
+      try {
+        parts_of(list, i)->stepped = list.at(list.context, i)->step(h);
+      } catch (const std::bad_alloc&) {
+        lacks_memory = true;
+      }
+    });
+    unmark(list, list.count);
+    if (lacks_memory) throw std::bad_alloc();
+    for (std::size_t i = 0; i < list.count; ++i) {
+      if (const Expected<void>& done = parts_of(list, i)->stepped; !done) return tl::unexpected(error_in(i, done.error()));
+    }
+    return {};
+  }
+};
+
+template <class T>
+Expected<void> step_all(const InstanceList<T>& instances, std::span<const double> frame_times, const ParallelFor& parallel) {
+  if (frame_times.size() != 1 && frame_times.size() != instances.count) {
+    return tl::unexpected(Error{"frame_times", std::to_string(frame_times.size()) + " of them",
+                                "one, or one for each of the " + std::to_string(instances.count) + " instances"});
+  }
+  if (auto error = InstancesStep<T>::refusal(instances)) return tl::unexpected(*error);
+  return InstancesStep<T>::step(instances, frame_times, parallel);
+}
+template Expected<void> step_all(const InstanceList<float>&, std::span<const double>, const ParallelFor&);
+template Expected<void> step_all(const InstanceList<double>&, std::span<const double>, const ParallelFor&);
+
+template <class T>
+Expected<void> step(std::span<Instance<T>> instances, std::span<const double> frame_times, const ParallelFor& parallel) {
+  const auto at = [](const void* context, std::size_t i) {
+    return const_cast<Instance<T>*>(static_cast<const Instance<T>*>(context)) + i;  // the span's, which may be changed
+  };
+  return step_all<T>({.count = instances.size(), .at = at, .context = instances.data()}, frame_times, parallel);
+}
+template <class T>
+Expected<void> step(std::span<Instance<T>* const> instances, std::span<const double> frame_times, const ParallelFor& parallel) {
+  const auto at = [](const void* context, std::size_t i) { return static_cast<Instance<T>* const*>(context)[i]; };
+  return step_all<T>({.count = instances.size(), .at = at, .context = instances.data()}, frame_times, parallel);
+}
+template Expected<void> step(std::span<Instance<float>>, std::span<const double>, const ParallelFor&);
+template Expected<void> step(std::span<Instance<double>>, std::span<const double>, const ParallelFor&);
+template Expected<void> step(std::span<Instance<float>* const>, std::span<const double>, const ParallelFor&);
+template Expected<void> step(std::span<Instance<double>* const>, std::span<const double>, const ParallelFor&);
 
 MotionId add_body(Scene& scene, Contact contact) {
   const std::size_t motion = scene.motions.size();

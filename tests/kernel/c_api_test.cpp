@@ -759,6 +759,97 @@ TEST_CASE("c: a column of the caller's goes along, and what the caller marks is 
   CHECK(dvdx_live_plan_teleport(living.plan, nullptr, &away[0], nullptr, &h.error) == DVDX_INVALID);
 }
 
+TEST_CASE("c: a body and a nozzle on a motion are driven in a live plan and in workspaces as by C++") {
+  using namespace dvdx;
+  Handles h;
+  const dvdx_motion rests{};
+  REQUIRE(dvdx_scene_add_motion(h.scene, &rests, &h.error) == DVDX_DONE);
+  dvdx_sphere ball{};
+  ball.center[1] = 1;
+  ball.radius = 0.5;
+  REQUIRE(dvdx_scene_add_sphere(h.scene, &ball, &h.error) == DVDX_DONE);
+  REQUIRE(dvdx_scene_set_contact_motion(h.scene, 0, 0, &h.error) == DVDX_DONE);
+  Living one(h), two(h);
+  one.turnover.emitter_count = two.turnover.emitter_count = 1;
+  one.turnover.inside = two.turnover.inside = nullptr;
+  one.emitters[0].follows = two.emitters[0].follows = 1;
+  REQUIRE_MESSAGE(one.make() == DVDX_DONE, h.message());
+  REQUIRE(two.make() == DVDX_DONE);
+  dvdx_live_workspace* workspace = nullptr;
+  REQUIRE(dvdx_live_workspace_create(two.plan, &workspace, &h.error) == DVDX_DONE);
+  CHECK(dvdx_live_workspace_bytes(workspace) > 0);
+
+  Scene scene;
+  scene.add(Motion{}).add(Sphere{.center = {0, 1, 0}, .radius = 0.5, .motion = 0});
+  const Emitter nozzle{.shape = Disc{.center = {0, 1, 0}, .normal = {0, 1, 0}, .radius = 1},
+                       .rate = 2000,
+                       .velocity = {0, 3, 0},
+                       .spread = 0.5,
+                       .least_lifetime = 0.2,
+                       .most_lifetime = 0.6,
+                       .seed = 7,
+                       .motion = 0};
+  const Turnover turnover{
+      .emitters = {nozzle}, .removal = {.boundaries = {{.normal = {0, 2, 0}, .offset = -0.5}}}, .capacity = Living::capacity};
+  auto plan = compile<double>(scene, turnover, {.step = 1.0 / 64});
+  REQUIRE(plan.has_value());
+  Soa<double> memory(Living::capacity), lives(Living::capacity);
+  LiveState<double> live{.state = memory.view(), .age = lives.view().x[0], .lifetime = lives.view().x[1]};
+  live.state.count = 0;
+  for (int n = 1; n <= 30; ++n) {
+    const std::array<double, 3> at{0.05 * n, 0, 0}, turn{0, 0, 0.02 * n};
+    const auto set_plan = n == 20 ? dvdx_live_plan_jump_pose : dvdx_live_plan_set_pose;
+    const auto set_own = n == 20 ? dvdx_live_workspace_jump_pose : dvdx_live_workspace_set_pose;
+    REQUIRE(set_plan(one.plan, 0, at.data(), turn.data(), &h.error) == DVDX_DONE);
+    REQUIRE(set_own(workspace, 0, at.data(), turn.data(), &h.error) == DVDX_DONE);
+    const Arrival arrival = n == 20 ? Arrival::jump : Arrival::moving;
+    REQUIRE(plan->set_pose(0, {.translation = at, .rotation = turn}, arrival).has_value());
+    REQUIRE(one.step(1) == DVDX_DONE);
+    REQUIRE(dvdx_live_plan_step_in(two.plan, workspace, &two.live, 1, nullptr, nullptr, &h.error) == DVDX_DONE);
+    REQUIRE(plan->step(live) == StepResult::done);
+  }
+  REQUIRE(dvdx_live_plan_burst_in(two.plan, workspace, &two.live, 0, 9, &h.error) == DVDX_DONE);
+  REQUIRE(dvdx_live_plan_burst(one.plan, &one.live, 0, 9, &h.error) == DVDX_DONE);
+  REQUIRE(plan->burst(live, 0, 9).has_value());
+  const std::array<double, 3> away{4, 0, 1};
+  REQUIRE(dvdx_live_plan_teleport_in(two.plan, workspace, &two.live, away.data(), nullptr, &h.error) == DVDX_DONE);
+  REQUIRE(dvdx_live_plan_teleport(one.plan, &one.live, away.data(), nullptr, &h.error) == DVDX_DONE);
+  REQUIRE(plan->teleport(live, {.translation = away}).has_value());
+  REQUIRE(one.step(5) == DVDX_DONE);
+  REQUIRE(dvdx_live_plan_step_in(two.plan, workspace, &two.live, 5, nullptr, nullptr, &h.error) == DVDX_DONE);
+  REQUIRE(plan->step(live, 5) == StepResult::done);
+  CHECK(live.state.count > 300);
+  CHECK(dvdx_state_hash(&one.live.state) == state_hash(live.state));
+  CHECK(dvdx_state_hash(&two.live.state) == state_hash(live.state));
+  dvdx_state_check check{};
+  REQUIRE(dvdx_live_plan_check(one.plan, &one.live, &check, &h.error) == DVDX_DONE);
+  CHECK(check.kinetic == plan->check(live).kinetic);
+  CHECK(dvdx_live_plan_step_size(one.plan) == 1.0 / 64);
+
+  REQUIRE(dvdx_live_plan_set_pose(two.plan, 0, away.data(), nullptr, &h.error) == DVDX_DONE);
+  dvdx_live_workspace* late = nullptr;
+  REQUIRE(dvdx_live_workspace_create(two.plan, &late, &h.error) == DVDX_DONE);
+  REQUIRE(dvdx_live_plan_set_pose(two.plan, 0, away.data(), nullptr, &h.error) == DVDX_DONE);
+  CHECK(dvdx_live_plan_step_in(two.plan, late, &two.live, 1, nullptr, nullptr, &h.error) == DVDX_DRIVEN_ELSEWHERE);
+  CHECK(dvdx_live_plan_set_pose(one.plan, 1, away.data(), nullptr, &h.error) == DVDX_INVALID);
+  CHECK(std::string(h.error.field) == "motions[1]");
+  CHECK(dvdx_live_plan_set_pose(one.plan, 0, nullptr, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_live_workspace_set_pose(nullptr, 0, away.data(), nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_live_plan_step_in(one.plan, nullptr, &one.live, 1, nullptr, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_live_plan_burst_in(one.plan, nullptr, &one.live, 0, 1, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_live_plan_teleport_in(one.plan, workspace, &one.live, nullptr, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_live_plan_check(one.plan, nullptr, &check, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_live_plan_set_wind(one.plan, nullptr, &h.error) == DVDX_INVALID);
+  const dvdx_wind air{{1, 0, 0}, nullptr, 0};
+  CHECK(dvdx_live_plan_set_wind(one.plan, &air, &h.error) == DVDX_DONE);
+  CHECK(std::isnan(dvdx_live_plan_step_size(nullptr)));
+  CHECK(dvdx_live_workspace_bytes(nullptr) == 0);
+  dvdx_live_workspace_destroy(workspace);
+  dvdx_live_workspace_destroy(late);
+  CHECK(dvdx_live_workspace_create(nullptr, &late, &h.error) == DVDX_INVALID);
+  CHECK(late == nullptr);
+}
+
 TEST_CASE("c: what cannot come and go is refused, and nothing is stepped") {
   Handles h;
   Living living(h);

@@ -151,4 +151,32 @@ TEST_CASE("c: a plan's scene is what it steps, and poses of a plan are not ignor
   dvdx_plan_destroy(other);
 }
 
+TEST_CASE("c: instances step at once as each by itself does, and refusals name the one that is wrong") {
+  Rope one, two;
+  Handles h(one);
+  REQUIRE(dvdx_instance_create(h.plan, &one.state, &h.instance, &h.error) == DVDX_DONE);
+  dvdx_instance* other = nullptr;
+  REQUIRE(dvdx_instance_create(h.plan, &two.state, &other, &h.error) == DVDX_DONE);
+  const std::array<dvdx_instance*, 2> both{h.instance, other};
+  const std::array<double, 2> times{1.0 / 60, 1.0 / 60};
+  REQUIRE(dvdx_instances_step(both.data(), 2, times.data(), 2, nullptr, &h.error) == DVDX_DONE);
+  REQUIRE(dvdx_instances_step(both.data(), 2, times.data(), 1, nullptr, &h.error) == DVDX_DONE);
+  CHECK(one.columns == two.columns);
+  Rope alone;
+  REQUIRE(dvdx_plan_step(h.plan, &alone.state, 2, nullptr, &h.error) == DVDX_DONE);
+  CHECK(one.columns == alone.columns);
+  CHECK(dvdx_instances_step(nullptr, 0, times.data(), 1, nullptr, &h.error) == DVDX_DONE);
+  CHECK(dvdx_instances_step(nullptr, 2, times.data(), 1, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(dvdx_instances_step(both.data(), 2, nullptr, 1, nullptr, &h.error) == DVDX_INVALID);
+  const std::array<double, 3> three{};
+  CHECK(dvdx_instances_step(both.data(), 2, three.data(), 3, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(std::string(h.error.field) == "frame_times");
+  const std::array<dvdx_instance*, 2> twice{other, other}, none{other, nullptr};
+  CHECK(dvdx_instances_step(twice.data(), 2, times.data(), 1, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(std::string(h.error.field) == "instances[1]");
+  CHECK(dvdx_instances_step(none.data(), 2, times.data(), 1, nullptr, &h.error) == DVDX_INVALID);
+  CHECK(std::string(h.error.field) == "instances[1]");
+  dvdx_instance_destroy(other);
+}
+
 }  // namespace c_instance_test

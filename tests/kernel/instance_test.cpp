@@ -13,6 +13,7 @@
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "kernel/passes/cloths.hpp"
+#include "support/threads.hpp"
 
 namespace instance_test {
 
@@ -217,6 +218,89 @@ TEST_CASE("instance: what is changed in one stays there") {
   CHECK(state_hash(first->state()) != state_hash(second->state()));
 }
 
+TEST_CASE("instance: many step at once on any threads with the bits of each by itself, and errors name the first") {
+  const Cape c = cape(Scheme::sequential);
+  const Plan<float> plan = plan_of<float>(c.scene);
+  constexpr std::size_t many = 6;
+  const std::array<double, many> lengths{frame, frame / 2, frame, frame * 1.5, frame, frame / 2};
+  std::vector<Soa<float>> memory;
+  const auto make = [&] {
+    State<float> state = memory.emplace_back(count).view();
+    place(state);
+    auto made = plan.instance(state);
+    REQUIRE(made.has_value());
+    return std::move(*made);
+  };
+  memory.reserve(4 * many);
+  std::vector<Instance<float>> alone, together, on_threads;
+  for (std::size_t k = 0; k < many; ++k) {
+    alone.push_back(make());
+    together.push_back(make());
+    on_threads.push_back(make());
+  }
+  test::Threads threads(3);
+  for (int n = 0; n < 5; ++n) {
+    for (std::size_t k = 0; k < many; ++k) REQUIRE(alone[k].step(lengths[k]).has_value());
+    REQUIRE(step<float>(together, lengths).has_value());
+    REQUIRE(step<float>(on_threads, lengths, threads.parallel_for()).has_value());
+  }
+  for (std::size_t k = 0; k < many; ++k) {
+    CHECK(state_hash(together[k].state()) == state_hash(alone[k].state()));
+    CHECK(state_hash(on_threads[k].state()) == state_hash(alone[k].state()));
+  }
+  std::vector<Instance<float>*> listed;
+  for (Instance<float>& one : together) listed.push_back(&one);
+  const double one_time[] = {frame};
+  REQUIRE(step<float>(std::span<Instance<float>* const>(listed), one_time).has_value());
+  for (std::size_t k = 0; k < many; ++k) REQUIRE(alone[k].step(frame).has_value());
+  CHECK(state_hash(together[3].state()) == state_hash(alone[3].state()));
+
+  const double clock = together[2].state().clock.seconds;
+  const double two_times[] = {frame, frame};
+  CHECK(step<float>(together, two_times).error().field == "frame_times");
+  listed[4] = listed[1];
+  CHECK(step<float>(std::span<Instance<float>* const>(listed), one_time).error().message() ==
+        "instances[4] is listed before: must be each instance once");
+  listed[4] = nullptr;
+  CHECK(step<float>(std::span<Instance<float>* const>(listed), one_time).error().field == "instances[4]");
+  CHECK(together[2].state().clock.seconds == clock);
+  const double clock3 = together[3].state().clock.seconds;
+  const std::array<double, many> one_wrong{frame, frame, frame, std::nan(""), frame, frame};
+  CHECK(step<float>(together, one_wrong).error().field == "instances[3].step");
+  CHECK(together[3].state().clock.seconds == clock3);
+  CHECK(together[2].state().clock.seconds > clock);
+  const Instance<float> gone = std::move(together[1]);
+  CHECK(step<float>(together, one_time).error().field == "instances[1]");
+}
+
+TEST_CASE("instance: handles of what was added change it without counting") {
+  Scene scene;
+  scene.mass = 0.1;
+  const ForceId gravity = add_force(scene, Constant{.acceleration = {0, -9.81, 0}});
+  const ContactId floor = add_contact(scene, Plane{.offset = -9});
+  const ForceId drag = add_force(scene, Drag{.coefficient = 0.1});
+  const NetworkId rope = add_network(scene, Springs{.pairs = {{0, 1}}, .stiffness = 10.0, .rest_length = Scalars(1.0)});
+  const PinsId pins = add_pins(scene, {0});
+  const MotionId body = add_body(scene, Sphere{.center = {5, 0, 0}});
+  Soa<double> memory(2);
+  State<double> state = memory.view();
+  for (std::size_t axis = 0; axis < 3; ++axis) state.x[axis][0] = state.x[axis][1] = state.v[axis][0] = state.v[axis][1] = 0;
+  state.x[0][1] = 1;
+  auto plan = compile<double>(scene, {.step = frame}, state);
+  REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
+  CHECK(plan->set_force(gravity, Constant{.acceleration = {0, -1, 0}}).has_value());
+  CHECK(plan->set_force(drag, Drag{.coefficient = 0.2}).has_value());
+  CHECK(plan->set_contact(floor, Plane{.offset = -4}).has_value());
+  CHECK(plan->set_stiffness(rope, SpringsStiffness{.stiffness = 20.0}).has_value());
+  CHECK(plan->set_pose(body, {.translation = {1, 0, 0}}).has_value());
+  CHECK(plan->set_places(pins, std::vector<Vec3>{{0, 1, 0}}).has_value());
+  CHECK(std::get<Constant>(plan->scene().forces[0]).acceleration[1] == -1);
+  CHECK(std::get<Drag>(plan->scene().forces[1]).coefficient == PerAxis(0.2));
+  CHECK(std::get<Plane>(plan->scene().contacts[0]).offset == -4);
+  CHECK(std::get<Springs>(plan->scene().networks[0]).stiffness == Scalars(20.0));
+  CHECK(plan->set_contact(ContactId{7}, Plane{}).error().field == "contacts[7]");
+}
+
 TEST_CASE("instance: misuse is an error that names what is wrong") {
   const Cape c = cape();
   const Plan<float> plan = plan_of<float>(c.scene);
@@ -238,6 +322,12 @@ TEST_CASE("instance: misuse is an error that names what is wrong") {
   CHECK(instance->move(c.arm, pose_of({}, {0, 0, 0, 0})).error().field == "pose.rotation[0]");
   CHECK(instance->step(std::numeric_limits<double>::quiet_NaN()).error().field == "step");
   Instance<float> taken = std::move(*instance);
+  // Its plan is nobody else's: one that is put there stays there.
+  CHECK(instance->plan().set_step(frame).error().field == "plan");
+  instance->plan() = plan.clone();
+  CHECK(instance->plan().step_size() == plan.step_size());
+  Instance<float> other_taken = std::move(*instance);
+  CHECK(other_taken.plan().step(state) == StepResult::moved_from);
   CHECK(instance->step(frame).error().field == "instance");
   CHECK(instance->move(c.arm, Pose{}).error().field == "instance");
   CHECK(instance->check().result == StepResult::moved_from);

@@ -808,6 +808,10 @@ DVDX_EXPORT dvdx_status dvdx_instance_set_wind(dvdx_instance* instance, const dv
 // One step of this length, s.
 DVDX_EXPORT dvdx_status dvdx_instance_step(dvdx_instance* instance, double step, const dvdx_parallel* parallel,
                                            dvdx_error* error);
+// One step of each of so many, all of one precision and none twice, as many at once as `parallel` has threads. frame_times: s, one
+// (time_count 1) or one for each. An error names the first that failed, as instances[k]; all others have stepped.
+DVDX_EXPORT dvdx_status dvdx_instances_step(dvdx_instance* const* instances, size_t count, const double* frame_times,
+                                            size_t time_count, const dvdx_parallel* parallel, dvdx_error* error);
 // Whole steps of the plan's size, as many as have become due and at most so many; *steps, which may be null, says how many.
 DVDX_EXPORT dvdx_status dvdx_instance_advance(dvdx_instance* instance, double frame_time, size_t most, size_t* steps,
                                               const dvdx_parallel* parallel, dvdx_error* error);
@@ -860,6 +864,7 @@ typedef struct dvdx_emitter {
   double least_lifetime;     // s > 0; both 0: none dies of age
   double most_lifetime;      // s >= least: evenly between the two
   uint64_t seed;
+  size_t follows;  // 1 + the index of the scene's motion that carries it from where it is written; 0: it rests
 } dvdx_emitter;
 
 // Particles are removed where normal . x < offset, the normal taken to unit length.
@@ -906,8 +911,8 @@ typedef struct dvdx_live {
 
 typedef struct dvdx_live_plan dvdx_live_plan;
 
-// A plan for a scene whose particles are all alike, with neither networks, constraints, fixed particles nor an origin, and a
-// step > 0; the scene may be destroyed after it.
+// A plan for a scene whose particles are all alike, with neither networks, constraints, fixed or kinematic particles nor an origin,
+// and a step > 0; the scene may be destroyed after it. Contacts and emitters may follow motions.
 DVDX_EXPORT dvdx_status dvdx_live_plan_create(const dvdx_scene* scene, const dvdx_turnover* turnover,
                                               const dvdx_options* options, dvdx_live_plan** plan, dvdx_error* error);
 // A null pointer is fine.
@@ -925,11 +930,20 @@ DVDX_EXPORT dvdx_status dvdx_live_plan_step_and_report(const dvdx_live_plan* pla
 // Removes what is to go as the particles stand, and moves nothing on. To remove one of your own choice, make its age infinite.
 DVDX_EXPORT dvdx_status dvdx_live_plan_remove(const dvdx_live_plan* plan, dvdx_live* live, const dvdx_parallel* parallel,
                                               dvdx_error* error);
-// As dvdx_plan_teleport(), of the particles that live. Emitters, boundaries and contacts stay where they are.
+// As dvdx_plan_teleport(), of the particles that live and of what follows a motion. All else stays where it is.
 DVDX_EXPORT dvdx_status dvdx_live_plan_teleport(const dvdx_live_plan* plan, const dvdx_live* live, const double* translation,
                                                 const double* rotation, dvdx_error* error);
 // A plan for another state, as dvdx_plan_clone().
 DVDX_EXPORT dvdx_status dvdx_live_plan_clone(const dvdx_live_plan* plan, dvdx_live_plan** clone, dvdx_error* error);
+// As dvdx_plan_set_pose(), jump_pose(), set_wind() and check().
+DVDX_EXPORT dvdx_status dvdx_live_plan_set_pose(dvdx_live_plan* plan, size_t motion, const double* translation,
+                                                const double* rotation, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_plan_jump_pose(dvdx_live_plan* plan, size_t motion, const double* translation,
+                                                 const double* rotation, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_plan_set_wind(dvdx_live_plan* plan, const dvdx_wind* wind, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_plan_check(const dvdx_live_plan* plan, const dvdx_live* live, dvdx_state_check* check,
+                                             dvdx_error* error);
+DVDX_EXPORT double dvdx_live_plan_step_size(const dvdx_live_plan* plan);  // s; a null pointer's is not a number
 // Changes: see live.hpp. A force or a contact becomes one of a scene's; a contact is there at once.
 DVDX_EXPORT dvdx_status dvdx_live_plan_set_step(dvdx_live_plan* plan, double step, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_live_plan_set_force(dvdx_live_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
@@ -941,6 +955,24 @@ DVDX_EXPORT dvdx_status dvdx_live_plan_set_emitter(dvdx_live_plan* plan, size_t 
 // So many births of an emitter at once.
 DVDX_EXPORT dvdx_status dvdx_live_plan_burst(const dvdx_live_plan* plan, dvdx_live* live, size_t index, size_t births,
                                              dvdx_error* error);
+// As dvdx_workspace: what one state is stepped in, and what drives it. report may be null.
+typedef struct dvdx_live_workspace dvdx_live_workspace;
+DVDX_EXPORT dvdx_status dvdx_live_workspace_create(const dvdx_live_plan* plan, dvdx_live_workspace** workspace,
+                                                   dvdx_error* error);
+DVDX_EXPORT void dvdx_live_workspace_destroy(dvdx_live_workspace* workspace);
+DVDX_EXPORT size_t dvdx_live_workspace_bytes(const dvdx_live_workspace* workspace);
+DVDX_EXPORT dvdx_status dvdx_live_workspace_set_pose(dvdx_live_workspace* workspace, size_t motion, const double* translation,
+                                                     const double* rotation, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_workspace_jump_pose(dvdx_live_workspace* workspace, size_t motion, const double* translation,
+                                                      const double* rotation, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_plan_step_in(const dvdx_live_plan* plan, dvdx_live_workspace* workspace, dvdx_live* live,
+                                               size_t steps, const dvdx_parallel* parallel, dvdx_contact_report* report,
+                                               dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_plan_burst_in(const dvdx_live_plan* plan, dvdx_live_workspace* workspace, dvdx_live* live,
+                                                size_t index, size_t births, dvdx_error* error);
+DVDX_EXPORT dvdx_status dvdx_live_plan_teleport_in(const dvdx_live_plan* plan, dvdx_live_workspace* workspace,
+                                                   const dvdx_live* live, const double* translation, const double* rotation,
+                                                   dvdx_error* error);
 // The cost of coming and going, in words, behind the scene's needs. As dvdx_build_info().
 DVDX_EXPORT size_t dvdx_live_plan_explain(const dvdx_live_plan* plan, char* text, size_t capacity);
 

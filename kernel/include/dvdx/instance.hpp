@@ -13,6 +13,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "dvdx/export.h"
@@ -23,16 +24,14 @@
 
 namespace dvdx {
 
-// Places in Scene::motions, Scene::kinematic and Scene::skins.
-enum class MotionId : std::size_t {};
-enum class PinsId : std::size_t {};
-enum class SkinId : std::size_t {};
-
 // A body that is driven: it rests where it is written until it is moved.
 DVDX_EXPORT MotionId add_body(Scene& scene, Contact contact);
 // Particles that are driven, each by itself: they rest where they are when the plan is compiled until they are moved.
 DVDX_EXPORT PinsId add_pins(Scene& scene, std::vector<std::size_t> particles);
 DVDX_EXPORT SkinId add_skin(Scene& scene, Skin skin);
+
+template <class T>
+struct InstancesStep;  // private to the library
 
 // Made by Plan::instance(). Any number of threads may step different instances at once; one at a time steps, moves or changes one. The
 // state's columns are the program's, and must stay where they are. A mistake is an error, and changes nothing.
@@ -84,8 +83,20 @@ class DVDX_EXPORT Instance {
 
  private:
   friend class Plan<T>;
-  Parts* parts_;  // owned
+  friend struct InstancesStep<T>;
+  Parts* parts_;              // owned
+  Plan<T> nothing_{nullptr};  // what is left of a plan once it was moved from
 };
+
+// One step of each: so many at once as parallel has threads, none of them inside one. frame_times: s, one for all or one for each. An
+// error names the first that failed, as instances[k]; all others have stepped. Instances of one plan that take steps of one length share
+// what that length needs.
+template <class T>
+[[nodiscard]] DVDX_EXPORT Expected<void> step(std::span<Instance<T>> instances, std::span<const double> frame_times,
+                                              const ParallelFor& parallel = {});
+template <class T>
+[[nodiscard]] DVDX_EXPORT Expected<void> step(std::span<Instance<T>* const> instances, std::span<const double> frame_times,
+                                              const ParallelFor& parallel = {});
 
 extern template class Instance<float>;
 extern template class Instance<double>;

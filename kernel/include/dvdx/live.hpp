@@ -52,6 +52,9 @@ class DVDX_EXPORT LiveWorkspace {
   [[nodiscard]] std::size_t bytes() const noexcept;
   // As LivePlan's, for the state that is stepped in this workspace.
   [[nodiscard]] Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
+  [[nodiscard]] Expected<void> set_pose(MotionId motion, const Pose& target, Arrival arrival = Arrival::moving) {
+    return set_pose(static_cast<std::size_t>(motion), target, arrival);
+  }
 
  private:
   friend class LivePlan<T>;
@@ -112,6 +115,10 @@ class DVDX_EXPORT LivePlan {
   // should not turn by more than half a radian.
   [[nodiscard]] Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
 
+  [[nodiscard]] Expected<void> set_pose(MotionId motion, const Pose& target, Arrival arrival = Arrival::moving) {
+    return set_pose(static_cast<std::size_t>(motion), target, arrival);
+  }
+
   // Changes, as Plan's: each changes nothing where it fails. Not while another thread steps with this plan.
   [[nodiscard]] Expected<void> set_step(double h);  // s, > 0: births go on by time
   [[nodiscard]] Expected<void> set_force(std::size_t index, const Force& force);
@@ -124,6 +131,20 @@ class DVDX_EXPORT LivePlan {
   // births the step has is told by its own start and rate, as if it had always been so: where its rate was higher before, numbers that
   // were drawn come again, unless its seed is another one.
   [[nodiscard]] Expected<void> set_emitter(std::size_t index, const Emitter& emitter);
+
+  // By what add_force() and its like have returned.
+  [[nodiscard]] Expected<void> set_force(ForceId id, const Force& force) {
+    return set_force(static_cast<std::size_t>(id), force);
+  }
+  [[nodiscard]] Expected<void> set_contact(ContactId id, const Contact& contact) {
+    return set_contact(static_cast<std::size_t>(id), contact);
+  }
+  [[nodiscard]] Expected<void> set_emitter(EmitterId id, const Emitter& emitter) {
+    return set_emitter(static_cast<std::size_t>(id), emitter);
+  }
+  [[nodiscard]] Expected<void> burst(LiveState<T>& live, EmitterId id, std::size_t births) const {
+    return burst(live, static_cast<std::size_t>(id), births);
+  }
 
   // As Plan::teleport(), of the particles that live and of what follows a motion. Other emitters and contacts, and boundaries, stay
   // where they are.

@@ -171,6 +171,17 @@ class DVDX_EXPORT Workspace {
                                           Arrival arrival = Arrival::moving);
   [[nodiscard]] Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
                                         Arrival arrival = Arrival::moving);
+  // By what add_body() and its like have returned; likewise below.
+  [[nodiscard]] Expected<void> set_pose(MotionId motion, const Pose& target, Arrival arrival = Arrival::moving) {
+    return set_pose(static_cast<std::size_t>(motion), target, arrival);
+  }
+  [[nodiscard]] Expected<void> set_places(PinsId pins, std::span<const Vec3> places, Arrival arrival = Arrival::moving) {
+    return set_places(static_cast<std::size_t>(pins), places, arrival);
+  }
+  [[nodiscard]] Expected<void> set_skin(SkinId skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
+                                        Arrival arrival = Arrival::moving) {
+    return set_skin(static_cast<std::size_t>(skin), points, normals, arrival);
+  }
 
  private:
   friend class Plan<T>;
@@ -252,6 +263,16 @@ class DVDX_EXPORT Plan {
   // normals those of a back-stop stay what they were. Takes no memory.
   [[nodiscard]] Expected<void> set_skin(std::size_t skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
                                         Arrival arrival = Arrival::moving);
+  [[nodiscard]] Expected<void> set_pose(MotionId motion, const Pose& target, Arrival arrival = Arrival::moving) {
+    return set_pose(static_cast<std::size_t>(motion), target, arrival);
+  }
+  [[nodiscard]] Expected<void> set_places(PinsId pins, std::span<const Vec3> places, Arrival arrival = Arrival::moving) {
+    return set_places(static_cast<std::size_t>(pins), places, arrival);
+  }
+  [[nodiscard]] Expected<void> set_skin(SkinId skin, std::span<const Vec3> points, std::span<const Vec3> normals = {},
+                                        Arrival arrival = Arrival::moving) {
+    return set_skin(static_cast<std::size_t>(skin), points, normals, arrival);
+  }
 
   // Carries a state elsewhere by one rigid motion of the world, x to R x + translation (R about the world's origin): its places
   // and velocities with what springs did in the last step, fixed particles, and all that follows a motion or is driven. Keys of
@@ -289,6 +310,15 @@ class DVDX_EXPORT Plan {
   [[nodiscard]] Expected<void> set_contact(std::size_t index, const Contact& contact);
   // networks[index] becomes `network`, of the same kind, which joins the same particles: all its numbers. Torn springs stay torn.
   [[nodiscard]] Expected<void> set_network(std::size_t index, const Network& network);
+  [[nodiscard]] Expected<void> set_force(ForceId id, const Force& force) {
+    return set_force(static_cast<std::size_t>(id), force);
+  }
+  [[nodiscard]] Expected<void> set_contact(ContactId id, const Contact& contact) {
+    return set_contact(static_cast<std::size_t>(id), contact);
+  }
+  [[nodiscard]] Expected<void> set_network(NetworkId id, const Network& network) {
+    return set_network(static_cast<std::size_t>(id), network);
+  }
   [[deprecated("set_force")]] Expected<void> replace(std::size_t index, const Force& force) { return set_force(index, force); }
   [[deprecated("set_contact")]] Expected<void> replace(std::size_t index, const Contact& contact) {
     return set_contact(index, contact);
@@ -298,6 +328,10 @@ class DVDX_EXPORT Plan {
   // Sets every spring of networks[index], a Grid or Springs, that is not torn. Lengths stay.
   [[nodiscard]] Expected<void> set_stiffness(std::size_t index, const GridStiffness& stiffness);
   [[nodiscard]] Expected<void> set_stiffness(std::size_t index, const SpringsStiffness& stiffness);
+  template <class Stiffness>
+  [[nodiscard]] Expected<void> set_stiffness(NetworkId id, const Stiffness& stiffness) {
+    return set_stiffness(static_cast<std::size_t>(id), stiffness);
+  }
   // Sets the zero_length of networks[index], Springs: N/m, one for all or one a pair. Lengths and stiffness stay.
   [[nodiscard]] Expected<void> set_zero_length(std::size_t index, const Scalars& zero_length);
   // The same by angles: what add_bending() makes of these (dvdx/bending.hpp) in place of all zero_length that there was. Only of

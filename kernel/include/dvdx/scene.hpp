@@ -332,4 +332,30 @@ struct Scene {
   bool operator==(const Scene&) const = default;
 };
 
+// Places in the scene's lists: what a plan's changes take, beside numbers.
+enum class ForceId : std::size_t {};
+enum class ContactId : std::size_t {};
+enum class NetworkId : std::size_t {};
+enum class MotionId : std::size_t {};
+enum class PinsId : std::size_t {};  // of Scene::kinematic
+enum class SkinId : std::size_t {};
+
+// As Scene::add(), and where it stands.
+inline ForceId add_force(Scene& scene, Force force) {
+  scene.add(std::move(force));
+  return ForceId{scene.forces.size() - 1};
+}
+inline ContactId add_contact(Scene& scene, Contact contact) {
+  scene.add(std::move(contact));
+  return ContactId{scene.contacts.size() - 1};
+}
+inline NetworkId add_network(Scene& scene, Network network) {
+  scene.add(std::move(network));
+  return NetworkId{scene.networks.size() - 1};
+}
+inline MotionId add_motion(Scene& scene, Motion motion = {}) {
+  scene.add(std::move(motion));
+  return MotionId{scene.motions.size() - 1};
+}
+
 }  // namespace dvdx

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -81,5 +82,11 @@ struct Turnover {
   std::size_t capacity = 0;  // particles: most that live at once. Births beyond it are dropped and counted.
   bool operator==(const Turnover&) const = default;
 };
+
+enum class EmitterId : std::size_t {};  // of Turnover::emitters
+inline EmitterId add_emitter(Turnover& turnover, Emitter emitter) {
+  turnover.emitters.push_back(std::move(emitter));
+  return EmitterId{turnover.emitters.size() - 1};
+}
 
 }  // namespace dvdx

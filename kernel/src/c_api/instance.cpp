@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -13,6 +14,7 @@
 #include "c_api/guard.hpp"
 #include "c_api/plan.hpp"
 #include "c_api/scene.hpp"
+#include "execute/instances.hpp"
 
 struct dvdx_instance {
   std::variant<dvdx::Instance<float>, dvdx::Instance<double>> instance;
@@ -88,6 +90,30 @@ dvdx_status dvdx_instance_set_wind(dvdx_instance* instance, const dvdx_wind* win
 
 dvdx_status dvdx_instance_step(dvdx_instance* instance, double step, const dvdx_parallel* parallel, dvdx_error* error) {
   return changed_in(instance, error, [&](auto& i) { return i.step(step, threads_of(parallel)); });
+}
+
+dvdx_status dvdx_instances_step(dvdx_instance* const* instances, size_t count, const double* frame_times, size_t time_count,
+                                const dvdx_parallel* parallel, dvdx_error* error) {
+  if (instances == nullptr && count != 0) return missing(error, "instances");
+  if (frame_times == nullptr) return missing(error, "frame_times");
+  if (count == 0) return report(error, DVDX_DONE);
+  return guarded(error, [&] {
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::string at = "instances[" + std::to_string(i) + "]";
+      if (instances[i] == nullptr) throw dvdx::Error{at, "a null pointer", "an instance"};
+      if (instances[i]->instance.index() != instances[0]->instance.index()) {
+        throw dvdx::Error{at, "of another precision", "of that of instances[0]"};
+      }
+    }
+    const auto step = [&]<class T>(const dvdx::Instance<T>&) {
+      const auto at = [](const void* context, std::size_t i) {
+        return &std::get<dvdx::Instance<T>>(static_cast<dvdx_instance* const*>(context)[i]->instance);
+      };
+      const dvdx::InstanceList<T> list{.count = count, .at = at, .context = instances};
+      return done_or(error, dvdx::step_all(list, std::span(frame_times, time_count), threads_of(parallel)));
+    };
+    return std::visit(step, instances[0]->instance);
+  });
 }
 
 dvdx_status dvdx_instance_advance(dvdx_instance* instance, double frame_time, size_t most, size_t* steps,

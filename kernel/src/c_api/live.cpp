@@ -12,6 +12,7 @@
 
 #include "c_api/contact_report.hpp"
 #include "c_api/convert.hpp"
+#include "c_api/drive.hpp"
 #include "c_api/guard.hpp"
 #include "c_api/plan.hpp"
 #include "c_api/scene.hpp"
@@ -19,6 +20,10 @@
 
 struct dvdx_live_plan {
   std::variant<dvdx::LivePlan<float>, dvdx::LivePlan<double>> plan;
+  dvdx::Memory memory;
+};
+struct dvdx_live_workspace {
+  std::variant<dvdx::LiveWorkspace<float>, dvdx::LiveWorkspace<double>> workspace;
   dvdx::Memory memory;
 };
 
@@ -51,6 +56,7 @@ Emitter emitter_of(const dvdx_emitter& from, const std::string& at) {
   to.least_lifetime = is_mortal ? from.least_lifetime : never;
   to.most_lifetime = is_mortal ? from.most_lifetime : never;
   to.seed = from.seed;
+  if (from.follows != 0) to.motion = from.follows - 1;
   return to;
 }
 
@@ -217,6 +223,27 @@ dvdx_status dvdx_live_plan_teleport(const dvdx_live_plan* plan, const dvdx_live*
   return guarded(error, [&] { return std::visit(carry, plan->plan); });
 }
 
+dvdx_status dvdx_live_plan_check(const dvdx_live_plan* plan, const dvdx_live* live, dvdx_state_check* check,
+                                 dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (live == nullptr) return missing(error, "live");
+  if (check == nullptr) return missing(error, "check");
+  const auto look = [&]<class T>(const dvdx::LivePlan<T>& p) {
+    const dvdx_status status = check_columns<T>(live->state, live->state.count, error);
+    if (status != DVDX_DONE) return status;
+    const dvdx::StateCheck found = p.check(dvdx::LiveState<T>{.state = view<T>(live->state)});
+    if (found.result != dvdx::StepResult::done) return report(error, found.result, live->state.clock);
+    put_check(found, *check);
+    return report(error, DVDX_DONE);
+  };
+  return std::visit(look, plan->plan);
+}
+
+double dvdx_live_plan_step_size(const dvdx_live_plan* plan) {
+  if (plan == nullptr) return std::numeric_limits<double>::quiet_NaN();
+  return std::visit([](const auto& p) { return p.step_size(); }, plan->plan);
+}
+
 dvdx_status dvdx_live_plan_clone(const dvdx_live_plan* plan, dvdx_live_plan** clone, dvdx_error* error) {
   if (clone == nullptr) return missing(error, "clone");
   *clone = nullptr;
@@ -244,6 +271,20 @@ const auto& one_of(const List& list, std::size_t from, const char* kind) {
 
 }  // namespace
 
+dvdx_status dvdx_live_plan_set_pose(dvdx_live_plan* plan, size_t motion, const double* translation, const double* rotation,
+                                    dvdx_error* error) {
+  const auto changed = [&](const auto& change) { return changed_life(plan, error, change); };
+  return drive_pose(changed, motion, translation, rotation, dvdx::Arrival::moving);
+}
+dvdx_status dvdx_live_plan_jump_pose(dvdx_live_plan* plan, size_t motion, const double* translation, const double* rotation,
+                                     dvdx_error* error) {
+  const auto changed = [&](const auto& change) { return changed_life(plan, error, change); };
+  return drive_pose(changed, motion, translation, rotation, dvdx::Arrival::jump);
+}
+dvdx_status dvdx_live_plan_set_wind(dvdx_live_plan* plan, const dvdx_wind* wind, dvdx_error* error) {
+  if (wind == nullptr) return missing(error, "wind");
+  return changed_life(plan, error, [&](auto& p) { return p.set_wind(wind_of(*wind)); });
+}
 dvdx_status dvdx_live_plan_set_step(dvdx_live_plan* plan, double step, dvdx_error* error) {
   return changed_life(plan, error, [&](auto& p) { return p.set_step(step); });
 }
@@ -264,19 +305,110 @@ dvdx_status dvdx_live_plan_set_emitter(dvdx_live_plan* plan, size_t index, const
     return p.set_emitter(index, emitter_of(*emitter, "emitters[" + std::to_string(index) + "]"));
   });
 }
+
+namespace {
+
+// burst(the plan, the particles): an error as C++ has it.
+template <class T, class Burst>
+dvdx_status burst_by(const dvdx::LivePlan<T>& plan, dvdx_live& live, size_t index, dvdx_error* error, const Burst& burst) {
+  return guarded(error, [&] {
+    const std::size_t emitters = plan.turnover().emitters.size();
+    if (index >= emitters) throw dvdx::Error{"index", std::to_string(index), "below " + std::to_string(emitters)};
+    dvdx::Expected<void> done;
+    const dvdx_status status = stepped(plan, live, error, [&](const auto& p, auto& particles) {
+      done = burst(p, particles);
+      return dvdx::StepResult::done;
+    });
+    return status != DVDX_DONE ? status : done_or(error, done);
+  });
+}
+
+// use(the plan, the workspace), where both are of one precision.
+template <class Use>
+dvdx_status with_workspace(const dvdx_live_plan& plan, dvdx_live_workspace& workspace, dvdx_error* error, const Use& use) {
+  const auto of = [&]<class T>(const dvdx::LivePlan<T>& p) -> dvdx_status {
+    auto* const own = std::get_if<dvdx::LiveWorkspace<T>>(&workspace.workspace);
+    return own != nullptr ? use(p, *own) : report(error, DVDX_WORKSPACE_DIFFERS);
+  };
+  return std::visit(of, plan.plan);
+}
+
+dvdx_status drive_workspace(dvdx_live_workspace* workspace, size_t motion, const double* translation, const double* rotation,
+                            dvdx::Arrival arrival, dvdx_error* error) {
+  if (workspace == nullptr) return missing(error, "workspace");
+  const auto changed = [&](const auto& change) {
+    return guarded(error, [&] { return std::visit([&](auto& w) { return done_or(error, change(w)); }, workspace->workspace); });
+  };
+  return drive_pose(changed, motion, translation, rotation, arrival);
+}
+
+}  // namespace
+
 dvdx_status dvdx_live_plan_burst(const dvdx_live_plan* plan, dvdx_live* live, size_t index, size_t births, dvdx_error* error) {
   if (plan == nullptr) return missing(error, "plan");
   if (live == nullptr) return missing(error, "live");
+  const auto burst = [&](const auto& p, auto& particles) { return p.burst(particles, index, births); };
+  return std::visit([&](const auto& p) { return burst_by(p, *live, index, error, burst); }, plan->plan);
+}
+
+dvdx_status dvdx_live_workspace_create(const dvdx_live_plan* plan, dvdx_live_workspace** workspace, dvdx_error* error) {
+  if (workspace == nullptr) return missing(error, "workspace");
+  *workspace = nullptr;
+  if (plan == nullptr) return missing(error, "plan");
   return guarded(error, [&] {
-    const std::size_t emitters = std::visit([](const auto& p) { return p.turnover().emitters.size(); }, plan->plan);
-    if (index >= emitters) throw dvdx::Error{"index", std::to_string(index), "below " + std::to_string(emitters)};
-    dvdx::Expected<void> done;
-    const auto burst = [&](const auto& p, auto& particles) {
-      done = p.burst(particles, index, births);
-      return dvdx::StepResult::done;
-    };
-    const dvdx_status status = std::visit([&](const auto& p) { return stepped(p, *live, error, burst); }, plan->plan);
-    return status != DVDX_DONE ? status : done_or(error, done);
+    const auto make = [&](const auto& p) { *workspace = make_handle<dvdx_live_workspace>(p.workspace(), plan->memory); };
+    std::visit(make, plan->plan);
+    return report(error, DVDX_DONE);
+  });
+}
+void dvdx_live_workspace_destroy(dvdx_live_workspace* workspace) { destroy_handle(workspace); }
+size_t dvdx_live_workspace_bytes(const dvdx_live_workspace* workspace) {
+  if (workspace == nullptr) return 0;
+  return std::visit([](const auto& w) { return w.bytes(); }, workspace->workspace);
+}
+dvdx_status dvdx_live_workspace_set_pose(dvdx_live_workspace* workspace, size_t motion, const double* translation,
+                                         const double* rotation, dvdx_error* error) {
+  return drive_workspace(workspace, motion, translation, rotation, dvdx::Arrival::moving, error);
+}
+dvdx_status dvdx_live_workspace_jump_pose(dvdx_live_workspace* workspace, size_t motion, const double* translation,
+                                          const double* rotation, dvdx_error* error) {
+  return drive_workspace(workspace, motion, translation, rotation, dvdx::Arrival::jump, error);
+}
+dvdx_status dvdx_live_plan_step_in(const dvdx_live_plan* plan, dvdx_live_workspace* workspace, dvdx_live* live, size_t steps,
+                                   const dvdx_parallel* parallel, dvdx_contact_report* contacts, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (workspace == nullptr) return missing(error, "workspace");
+  if (live == nullptr) return missing(error, "live");
+  return with_workspace(*plan, *workspace, error, [&](const auto& p, auto& own) {
+    return stepped(p, *live, error, [&](const auto& by, auto& particles) {
+      return contacts != nullptr ? by.step(particles, own, contacts->report, steps, threads_of(parallel))
+                                 : by.step(particles, own, steps, threads_of(parallel));
+    });
+  });
+}
+dvdx_status dvdx_live_plan_burst_in(const dvdx_live_plan* plan, dvdx_live_workspace* workspace, dvdx_live* live, size_t index,
+                                    size_t births, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (workspace == nullptr) return missing(error, "workspace");
+  if (live == nullptr) return missing(error, "live");
+  return with_workspace(*plan, *workspace, error, [&](const auto& p, auto& own) {
+    return burst_by(p, *live, index, error,
+                    [&](const auto& by, auto& particles) { return by.burst(particles, own, index, births); });
+  });
+}
+dvdx_status dvdx_live_plan_teleport_in(const dvdx_live_plan* plan, dvdx_live_workspace* workspace, const dvdx_live* live,
+                                       const double* translation, const double* rotation, dvdx_error* error) {
+  if (plan == nullptr) return missing(error, "plan");
+  if (workspace == nullptr) return missing(error, "workspace");
+  if (live == nullptr) return missing(error, "live");
+  if (translation == nullptr) return missing(error, "translation");
+  return guarded(error, [&] {
+    return with_workspace(*plan, *workspace, error, [&]<class T>(const dvdx::LivePlan<T>& p, dvdx::LiveWorkspace<T>& own) {
+      const dvdx_status status = check_columns<T>(live->state, live->state.count, error);
+      if (status != DVDX_DONE) return status;
+      dvdx::LiveState<T> particles{.state = view<T>(live->state)};
+      return done_or(error, p.teleport(particles, own, pose_of(translation, rotation)));
+    });
   });
 }
 

@@ -370,6 +370,15 @@ class Scene:
             raise ValueError("the scene was not loaded: State(positions, velocities) says where its particles are")
         return State(*(np.array(each, dtype) for each in self._start))
 
+    @property
+    def last(self) -> int:
+        """The number, among those of its kind, of what was added last: what a plan's set_force(), set_contact(), set_pose() ... take."""
+        if not self._items:
+            raise IndexError("the scene is empty")
+        kind = self._items[-1][0]
+        alike = next((kinds for kinds in _LISTS if kind in kinds), (kind,))
+        return sum(other in alike for other, _ in self._items) - 1
+
     def __repr__(self) -> str:
         given = {name: value for name, value in self._about.items() if value is not None and np.size(value)}
         about = ", ".join(f"{name}={_shown(value)}" for name, value in given.items())
@@ -894,6 +903,7 @@ class _Driven:
 
 _FORCES = ("constant", "polynomial", "sinusoid", "spring", "radial_spring", "drag")
 _CONTACTS = ("plane", "sphere", "capsule", "box", "convex", "mesh")
+_LISTS = (_FORCES, _CONTACTS, ("grid", "springs"), ("distance", "on_point", "on_line"))
 
 
 class Workspace(_Driven):
@@ -1232,6 +1242,23 @@ class Instance:
         return _checked(_lib.dvdx_instance_check, self._handle)
 
 
+def step_all(
+    instances: Sequence[Instance], frame_time: Union[float, Sequence[float]], threads: Union[int, Threads, None] = None
+) -> None:
+    """One step of each, none twice and all of one precision: as many at once as there are threads. frame_time: s, one or one for each.
+
+    An error names the first that failed, as instances[k]; all others have stepped.
+    """
+    keep: List[Any] = []
+    times, count = _rows(np.atleast_1d(frame_time), "double", None, keep)
+    handles = _ffi.new("dvdx_instance*[]", [each._handle for each in instances])
+    try:
+        _call(_lib.dvdx_instances_step, handles, len(instances), times, count, _parallel(threads))
+    finally:
+        for each in instances:
+            each.state._struct.clock = _lib.dvdx_instance_clock(each._handle)
+
+
 def _arrival(jump: bool) -> int:
     return int(_lib.DVDX_JUMP if jump else _lib.DVDX_MOVING)
 
@@ -1292,22 +1319,84 @@ class ContactReport:
         _lib.dvdx_contact_report_clear(self._handle)
 
 
-class LivePlan:
-    """A plan for particles that come and go; made by compile_live(). Steps one state at a time."""
+class _LiveDriven:
+    """The calls that a live plan and a workspace of its have in common."""
+
+    def set_pose(
+        self, motion: int, translation: ArrayLike = (0, 0, 0), rotation: ArrayLike = (0, 0, 0), jump: bool = False
+    ) -> None:
+        """Puts contacts and emitters that follow motion `motion` there at the end of the next step: as Plan.set_pose()."""
+        function = getattr(_lib, self._PREFIX + ("jump_pose" if jump else "set_pose"))
+        _call(function, self._handle, motion, _vector(translation), _vector(rotation))
+
+
+class LiveWorkspace(_LiveDriven):
+    """The memory that one state works in while a live plan steps it, and what drives it; made by LivePlan.workspace()."""
+
+    _PREFIX = "dvdx_live_workspace_"
+
+    def __init__(self, handle: Any) -> None:
+        self._handle = _ffi.gc(handle, _lib.dvdx_live_workspace_destroy)
+
+    def __repr__(self) -> str:
+        return f"<dvdx.LiveWorkspace: {self.bytes} bytes>"
+
+    @property
+    def bytes(self) -> int:
+        """Memory in bytes."""
+        return int(_lib.dvdx_live_workspace_bytes(self._handle))
+
+
+class LivePlan(_LiveDriven):
+    """A plan for particles that come and go; made by compile_live(). Its calls are those of Plan, by the same names.
+
+    Any number of threads of your own step states of their own with it, each with a clone() or a workspace().
+    """
+
+    _PREFIX = "dvdx_live_plan_"
 
     def __init__(self, handle: Any) -> None:
         self._handle = _ffi.gc(handle, _lib.dvdx_live_plan_destroy)
 
+    def __repr__(self) -> str:
+        return f"<dvdx.LivePlan: step {self.step_size:g} s>"
+
+    @property
+    def step_size(self) -> float:
+        """s"""
+        return float(_lib.dvdx_live_plan_step_size(self._handle))
+
+    def workspace(self) -> LiveWorkspace:
+        """Working memory for step(), in which everything driven is where this plan has it."""
+        workspace = _ffi.new("dvdx_live_workspace**")
+        _call(_lib.dvdx_live_workspace_create, self._handle, workspace)
+        return LiveWorkspace(workspace[0])
+
+    def set_wind(self, mean: ArrayLike = (0, 0, 0), gusts: ArrayLike = ()) -> None:
+        """As Plan.set_wind(), though nothing meets the air here."""
+        keep: List[Any] = []
+        wind = _struct("dvdx_wind", {"mean": mean, "gusts": np.reshape(gusts, (-1, 5))}, keep)
+        _call(_lib.dvdx_live_plan_set_wind, self._handle, wind)
+
+    def check(self, state: LiveState) -> Dict[str, Any]:
+        """As Plan.check(), of the particles that live."""
+        return _checked(_lib.dvdx_live_plan_check, self._handle, state._live)
+
     def step(
         self, state: LiveState, steps: int = 1, contacts: Optional[ContactReport] = None,
-        threads: Union[int, Threads, None] = None,
+        threads: Union[int, Threads, None] = None, workspace: Optional[LiveWorkspace] = None,
     ) -> None:  # fmt: skip
         """Moves, removes and makes particles for so many steps: len(state) is then how many live.
 
-        contacts: a ContactReport, in which a particle is known by its place when a step begins. threads: as Plan.step().
+        contacts: a ContactReport, in which a particle is known by its place when a step begins. threads, workspace: as Plan.step().
         """
         steps, parallel = _whole(steps, "steps"), _parallel(threads)
-        if contacts is None:
+        if workspace is not None:
+            report = _ffi.NULL if contacts is None else contacts._handle
+            _call(
+                _lib.dvdx_live_plan_step_in, self._handle, workspace._handle, state._live, steps, parallel, report
+            )
+        elif contacts is None:
             _call(_lib.dvdx_live_plan_step, self._handle, state._live, steps, parallel)
         else:
             _call(_lib.dvdx_live_plan_step_and_report, self._handle, state._live, steps, parallel, contacts._handle)
@@ -1327,25 +1416,36 @@ class LivePlan:
         _call(_lib.dvdx_live_plan_set_force, self._handle, index, scene._handle, force)
 
     def set_contact(self, index: int, scene: Scene, contact: int = 0) -> None:
-        """The plan's contact `index` becomes contact `contact` of a scene: it is there at once, at rest."""
+        """The plan's contact `index` becomes contact `contact` of a scene: it is there at once. What moves follows a motion."""
         _call(_lib.dvdx_live_plan_set_contact, self._handle, index, scene._handle, contact)
 
     def set_emitter(self, index: int, emitter: Dict[str, Any]) -> None:
         """Emitter `index` becomes this one from the next step on; a rate of 0 switches it off."""
         keep: List[Any] = []
-        _call(_lib.dvdx_live_plan_set_emitter, self._handle, index, _struct("dvdx_emitter", emitter, keep))
+        _call(_lib.dvdx_live_plan_set_emitter, self._handle, index, _struct("dvdx_emitter", _emitter(emitter), keep))
 
-    def burst(self, state: LiveState, births: int, emitter: int = 0) -> None:
+    def burst(self, state: LiveState, births: int, emitter: int = 0, workspace: Optional[LiveWorkspace] = None) -> None:
         """So many births of an emitter at once, behind all that live."""
-        _call(_lib.dvdx_live_plan_burst, self._handle, state._live, emitter, _whole(births, "births"))
+        if workspace is None:
+            _call(_lib.dvdx_live_plan_burst, self._handle, state._live, emitter, _whole(births, "births"))
+        else:
+            at = workspace._handle
+            _call(_lib.dvdx_live_plan_burst_in, self._handle, at, state._live, emitter, _whole(births, "births"))
 
     def remove(self, state: LiveState) -> None:
         """Removes what is to go as it stands; to remove one of your own choice, make its age infinite."""
         _call(_lib.dvdx_live_plan_remove, self._handle, state._live, _ffi.NULL)
 
-    def teleport(self, state: LiveState, translation: ArrayLike = (0, 0, 0), rotation: ArrayLike = (0, 0, 0)) -> None:
-        """As Plan.teleport(), of the particles that live. Emitters, boundaries and contacts stay where they are."""
-        _call(_lib.dvdx_live_plan_teleport, self._handle, state._live, _vector(translation), _vector(rotation))
+    def teleport(
+        self, state: LiveState, translation: ArrayLike = (0, 0, 0), rotation: ArrayLike = (0, 0, 0),
+        workspace: Optional[LiveWorkspace] = None,
+    ) -> None:  # fmt: skip
+        """As Plan.teleport(), of the particles that live and of what follows a motion. All else stays where it is."""
+        by = _vector(translation), _vector(rotation)
+        if workspace is None:
+            _call(_lib.dvdx_live_plan_teleport, self._handle, state._live, *by)
+        else:
+            _call(_lib.dvdx_live_plan_teleport_in, self._handle, workspace._handle, state._live, *by)
 
     def explain(self) -> str:
         """Tells what the scene needs, and what coming and going costs, in words."""
@@ -1364,6 +1464,13 @@ def _structs(kind: str, dicts: Sequence[Dict[str, Any]], keep: List[Any]) -> Tup
     return array, len(dicts)
 
 
+def _emitter(given: Dict[str, Any]) -> Dict[str, Any]:
+    """An emitter in C, where motions are counted from 1."""
+    motion = given.get("motion")
+    rest = {name: value for name, value in given.items() if name != "motion"}
+    return rest if motion is None else rest | {"follows": _whole(motion, "motion") + 1}
+
+
 def compile_live(
     scene: Scene, state: LiveState, emitters: Sequence[Dict[str, Any]] = (), boundaries: Sequence[Dict[str, Any]] = (),
     inside: Optional[ArrayLike] = None, not_finite: Literal["kept", "removed"] = "kept", step: float = 1 / 60,
@@ -1371,7 +1478,8 @@ def compile_live(
 ) -> LivePlan:  # fmt: skip
     """A plan for particles that come and go, at most as many as the arrays of the LiveState have room for.
 
-    emitters: dicts with the fields of dvdx_emitter (shape="disc", at=(0, 1, 0), normal=(0, 1, 0), radius=0.1, rate=1000, ...).
+    emitters: dicts with the fields of dvdx_emitter (shape="disc", at=(0, 1, 0), normal=(0, 1, 0), radius=0.1, rate=1000, ...), and
+    motion: the number of the scene's motion that carries it.
     boundaries: dicts with normal and offset: particles are removed where normal . x < offset. inside: ((x, y, z) least, (x, y,
     z) most): they are removed outside of it. not_finite: "kept" or "removed". order of those that
     stay: "kept", or "any": births and the last fill the holes. options as those of compile().
@@ -1379,7 +1487,7 @@ def compile_live(
     keep = []
     removal = {"not_finite": not_finite, "order": order, **({} if inside is None else {"inside": inside})}
     turnover = _struct("dvdx_turnover", removal, keep)
-    turnover.emitters, turnover.emitter_count = _structs("dvdx_emitter", emitters, keep)
+    turnover.emitters, turnover.emitter_count = _structs("dvdx_emitter", [_emitter(each) for each in emitters], keep)
     turnover.boundaries, turnover.boundary_count = _structs("dvdx_boundary", boundaries, keep)
     turnover.capacity = len(state.arrays["x"])
     handle = _ffi.new("dvdx_live_plan**")
