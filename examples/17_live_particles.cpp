@@ -1,5 +1,5 @@
-// Particles that come and go while a body moves through them, the nozzle that makes them turns, is switched off and bursts, and frame
-// times vary.
+// Particles that come and go while a body and the nozzle that makes them move, the nozzle is switched off and bursts, and frame times
+// vary.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,16 +14,9 @@ struct Spark {
 };
 constexpr std::size_t capacity = 20000;
 
-dvdx::Emitter nozzle(double time) {
-  return {.shape = dvdx::Disc{.center = {std::sin(time), 2, 0}, .normal = {0, 1, 0}, .radius = 0.05},
-          .rate = time < 2 ? 3000.0 : 0.0,  // off after 2 s
-          .velocity = {3 * std::cos(time), -2, 3 * std::sin(time)},
-          .spread = 0.5,
-          .least_lifetime = 1.0,
-          .most_lifetime = 2.0,
-          .seed = 7};
-}
-dvdx::Sphere body(double time) { return {.center = {0.5 * std::sin(2 * time), 0.6, 0}, .radius = 0.4, .restitution = 0.3}; }
+const dvdx::Sphere body{.center = {0, 0.6, 0}, .radius = 0.4, .restitution = 0.3};
+dvdx::Vec3 body_at(double time) { return {0.5 * std::sin(2 * time), 0, 0}; }
+dvdx::Pose nozzle_at(double time) { return {.translation = {std::sin(time), 0, 0}, .rotation = {0, time, 0}}; }
 
 }  // namespace
 
@@ -36,25 +29,41 @@ int main() {
   dvdx::Scene scene;
   scene.add(dvdx::Constant{.acceleration = {0, -9.81, 0}});
   scene.add(dvdx::Plane{.restitution = 0.4, .friction = 0.3});
-  scene.add(body(0));  // contacts[1]
-  auto plan = dvdx::compile<float>(scene, {.emitters = {nozzle(0)}, .removal = {}, .capacity = capacity}, {.step = 1.0 / 60});
+  const dvdx::MotionId ball = add_body(scene, body);
+  const dvdx::MotionId hand = add_motion(scene);
+  dvdx::Emitter nozzle{.shape = dvdx::Disc{.center = {0, 2, 0}, .normal = {0, 1, 0}, .radius = 0.05},
+                       .rate = 3000,
+                       .velocity = {3, -2, 0},
+                       .spread = 0.5,
+                       .least_lifetime = 1.0,
+                       .most_lifetime = 2.0,
+                       .seed = 7,
+                       .motion = static_cast<std::size_t>(hand)};
+  dvdx::Turnover turnover{.emitters = {}, .removal = {}, .capacity = capacity};
+  const dvdx::EmitterId jet = add_emitter(turnover, nozzle);
+  auto plan = dvdx::compile<float>(scene, turnover, {.step = 1.0 / 60});
   if (!plan) return std::puts(plan.error().message().c_str()), 1;
 
   double time = 0;
   float deepest = 0;
   for (int frame = 0; frame < 200; ++frame) {
     const double frame_time = frame % 2 == 0 ? 1.0 / 50 : 1.0 / 80;
-    const auto moved = plan->set_contact(1, body(time + frame_time));
-    if (!moved || !plan->set_emitter(0, nozzle(time)) || !plan->set_step(frame_time)) return 1;
-    if (frame == 150 && !plan->burst(live, 0, 1000)) return 1;
-    if (plan->step(live) != dvdx::StepResult::done) return 1;
     time += frame_time;
-    const dvdx::Vec3 c = body(time).center;
+    if (!plan->set_step(frame_time) || !plan->set_pose(ball, {.translation = body_at(time)}) ||
+        !plan->set_pose(hand, nozzle_at(time))) {
+      return 1;
+    }
+    if (frame == 120) {
+      nozzle.rate = 0;  // off
+      if (!plan->set_emitter(jet, nozzle)) return 1;
+    }
+    if (frame == 150 && !plan->burst(live, jet, 1000)) return 1;
+    if (plan->step(live) != dvdx::StepResult::done) return 1;
     for (std::size_t i = 0; i < live.state.count; ++i) {
       if (sparks[i].age < 0.02F) continue;  // is born where the nozzle is
       const auto& x = sparks[i].position;
-      const double r = std::hypot(x[0] - c[0], x[1] - c[1], x[2] - c[2]);
-      deepest = std::max(deepest, static_cast<float>(body(time).radius - r));
+      const double r = std::hypot(x[0] - body_at(time)[0], x[1] - body.center[1], x[2]);
+      deepest = std::max(deepest, static_cast<float>(body.radius - r));
     }
   }
   std::printf("after %.2f s %zu of %llu sparks are there; none was more than %.1e m in the body\n", live.state.clock.seconds,

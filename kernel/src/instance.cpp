@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "compile/checker.hpp"
+#include "compile/state_columns.hpp"
 #include "dvdx/cloth.hpp"
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/layouts/soa.hpp"
@@ -57,6 +58,7 @@ void put_between(const std::vector<Vec3>& from, const std::vector<Vec3>& to, dou
   at.resize(to.size());
   for (std::size_t i = 0; i < to.size(); ++i) at[i] = part == 1 ? to[i] : between(from[i], to[i], part);
 }
+Error no_points(const char* points) { return {points, "a null pointer", "a pointer to the first of them"}; }
 void put(const Points& points, std::vector<Vec3>& to) {
   to.resize(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) to[i] = points[i];
@@ -272,6 +274,7 @@ template <class T>
 Expected<void> Instance<T>::move(PinsId pins, const Points& to, Arrival arrival) {
   if (parts_ == nullptr) return tl::unexpected(moved_from("instance"));
   const auto index = static_cast<std::size_t>(pins);
+  if (to.is_nowhere()) return tl::unexpected(no_points("places"));
   put(to, parts_->room);
   Expected<void> done = parts_->plan.set_places(index, parts_->room, arrival);
   if (!done) return done;
@@ -284,6 +287,8 @@ template <class T>
 Expected<void> Instance<T>::move(SkinId skin, const Points& points, const Points& normals, Arrival arrival) {
   if (parts_ == nullptr) return tl::unexpected(moved_from("instance"));
   const auto index = static_cast<std::size_t>(skin);
+  if (points.is_nowhere()) return tl::unexpected(no_points("points"));
+  if (normals.is_nowhere()) return tl::unexpected(no_points("normals"));
   put(points, parts_->room);
   put(normals, parts_->more_room);
   Expected<void> done = parts_->plan.set_skin(index, parts_->room, parts_->more_room, arrival);
@@ -355,6 +360,7 @@ Expected<void> Instance<T>::blend(State<T>& to) const {
   if (to.count != p.state.count) {
     return tl::unexpected(Error{"to.count", std::to_string(to.count), std::to_string(p.state.count) + ", as the state has"});
   }
+  if (are_short(to.x, to.count) || are_short(to.v, to.count)) return tl::unexpected(short_columns("to"));
   if (!p.before) {
     copy(p.state, to);
     return {};

@@ -8,6 +8,7 @@
 
 #include "compile/checker.hpp"
 #include "compile/particle_values.hpp"
+#include "compile/state_columns.hpp"
 #include "compile/tearing.hpp"
 #include "compile/validate.hpp"
 #include "execute/drive_pose.hpp"
@@ -86,6 +87,12 @@ Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T
   if (auto error = check(options)) return tl::unexpected(*error);
   if (auto error = check_rounding(options, state)) return tl::unexpected(*error);
   if (auto error = check(scene, state != nullptr ? std::optional(state->count) : std::nullopt)) return tl::unexpected(*error);
+  if (state != nullptr && (stands_at_start(scene) || steps_in_columns(scene))) {
+    const bool reads_rests = options.rounding == Rounding::compensated;
+    if (are_short(state->x, state->count) || (reads_rests && are_short(state->x_rest, state->count))) {
+      return tl::unexpected(short_columns("state"));
+    }
+  }
   if (state == nullptr && particles == Particles::of_state) {
     if (auto error = check_moving_contacts(scene)) return tl::unexpected(*error);
   }

@@ -238,7 +238,7 @@ TEST_CASE("live motions: misuse is an error or a result that names what is wrong
   CHECK(plan.set_step(0.6).error().field == "step");  // the box turns by 1 rad/s
   CHECK(plan.step_size() == h);
   CHECK(compile<float>(scene, {.capacity = count}, {.step = 0.6}).error().message() ==
-        "step is 0.6: must be at most 0.5 s, in which motions[1] turns contacts[2] by half a radian");
+        "step is 0.6: must be at most 0.5 s, in which contacts[2] turns by half a radian");
   CHECK(plan.plan().step(sparks.live.state) == StepResult::workspace_differs);  // which moves no body
   CHECK(compile<float>(scene, {.emitters = {{.motion = 4}}, .capacity = count}, {.step = h}).error().field ==
         "emitters[0].motion");

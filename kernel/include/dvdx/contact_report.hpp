@@ -29,7 +29,7 @@ struct ContactEvent {
   Vec3 impulse{};  // N s, on the surface
 };
 
-// Takes the reports of one state's steps. The sums are exact until they are rounded once: they depend on neither instruction
+// Takes the reports of one state's steps; one that was moved from is of no contacts, and takes none. The sums are exact until they are rounded once: they depend on neither instruction
 // set, threads, blocks nor layout, nor on how the particles are split among several reports that are added up.
 class DVDX_EXPORT ContactReport {
  public:
@@ -59,7 +59,7 @@ class DVDX_EXPORT ContactReport {
   [[nodiscard]] std::span<const std::int64_t> words() const noexcept;
   void add(std::span<const std::int64_t> words) noexcept;
 
-  [[nodiscard]] Parts& parts() noexcept { return *parts_; }  // private to the library
+  [[nodiscard]] Parts* parts() noexcept { return parts_; }  // private to the library; null where it was moved from
 
  private:
   Parts* parts_;  // owned

@@ -24,12 +24,6 @@
 
 namespace dvdx {
 
-// A body that is driven: it rests where it is written until it is moved.
-DVDX_EXPORT MotionId add_body(Scene& scene, Contact contact);
-// Particles that are driven, each by itself: they rest where they are when the plan is compiled until they are moved.
-DVDX_EXPORT PinsId add_pins(Scene& scene, std::vector<std::size_t> particles);
-DVDX_EXPORT SkinId add_skin(Scene& scene, Skin skin);
-
 template <class T>
 struct InstancesStep;  // private to the library
 

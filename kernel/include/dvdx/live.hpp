@@ -77,7 +77,8 @@ class DVDX_EXPORT LivePlan {
   LivePlan& operator=(LivePlan&&) noexcept;
   ~LivePlan();
 
-  // capacity_too_small where a column has less room than the turnover's capacity, or the state holds more particles than that;
+  // capacity_too_small where a column has no memory or less room than the turnover's capacity, the state holds more particles than
+  // that, or lifetimes have no ages;
   // time_not_finite; in_use where another thread steps this plan. Then nothing was stepped. Allocates nothing, throws nothing,
   // locks nothing.
   StepResult step(LiveState<T>& live, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;

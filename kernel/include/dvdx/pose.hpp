@@ -53,6 +53,7 @@ class Points {
 
   [[nodiscard]] std::size_t size() const noexcept { return count_; }
   [[nodiscard]] bool empty() const noexcept { return count_ == 0; }
+  [[nodiscard]] bool is_nowhere() const noexcept { return first_ == nullptr && count_ != 0; }
   [[nodiscard]] Vec3 operator[](std::size_t i) const noexcept {
     const std::byte* const at = first_ + i * stride_;
     if (!is_float_) {

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "dvdx/export.h"
 #include "dvdx/meet.hpp"
 #include "dvdx/method.hpp"
 #include "dvdx/network.hpp"
@@ -357,5 +358,10 @@ inline MotionId add_motion(Scene& scene, Motion motion = {}) {
   scene.add(std::move(motion));
   return MotionId{scene.motions.size() - 1};
 }
+// A body that is driven: it rests where it is written until it is moved.
+DVDX_EXPORT MotionId add_body(Scene& scene, Contact contact);
+// Particles that are driven, each by itself: they rest where they are when the plan is compiled until they are moved.
+DVDX_EXPORT PinsId add_pins(Scene& scene, std::vector<std::size_t> particles);
+DVDX_EXPORT SkinId add_skin(Scene& scene, Skin skin);
 
 }  // namespace dvdx

@@ -61,9 +61,7 @@ double fastest_turn_of(const Scene& scene) {
   return turn;
 }
 
-int substeps_of_turn(double turn) {
-  return static_cast<int>(std::clamp(std::ceil(turn / most_turn), 1.0, 1e6));
-}
+int substeps_of_turn(double turn) { return static_cast<int>(std::clamp(std::ceil(turn / most_turn), 1.0, 1e6)); }
 
 // fewest: lower limit where the scene leaves the number open.
 Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h, const HighestRates& rates, int fewest) {

@@ -129,8 +129,8 @@ std::optional<Error> check_turns(const std::vector<Contact>& contacts, const std
     const auto& motion = motion_of(contacts[i]);
     if (!motion || *motion >= tracks.size() || !(tracks[*motion].fastest_turn() * step > most_turn)) continue;
     return Error{"step", text(step),
-                 "at most " + text(most_turn / tracks[*motion].fastest_turn(), 4) + " s, in which " +
-                     element("motions", *motion) + " turns " + element("contacts", i) + " by half a radian"};
+                 "at most " + text(most_turn / tracks[*motion].fastest_turn(), 4) + " s, in which " + element("contacts", i) +
+                     " turns by half a radian"};
   }
   return std::nullopt;
 }

@@ -10,6 +10,7 @@
 #include "compile/checker.hpp"
 #include "compile/joined_lengths.hpp"
 #include "compile/particle_order.hpp"
+#include "compile/state_columns.hpp"
 #include "math/vec3.hpp"
 
 namespace dvdx {
@@ -62,6 +63,7 @@ template <class T>
 Expected<std::vector<Pair>> too_long(const Scene& scene, std::span<const Vec3> start, std::size_t network, double stretch,
                                      const State<T>& state) {
   if (auto error = refusal(scene, start.size(), network, stretch, state.count)) return tl::unexpected(*error);
+  if (are_short(state.x, state.count)) return tl::unexpected(short_columns("state"));
   std::vector<Pair> found;
   const auto look = [&](std::size_t a, std::size_t b, double rest_length) {
     double square = 0;

@@ -557,7 +557,7 @@ void check_substeps(Checker& check, const Scene& scene) {
                    std::to_string(most_substeps));
   }
   if (coupling.iterations < 1 || coupling.iterations > most_iterations) {
-    check.fail("constraint_iterations", std::to_string(coupling.iterations),
+    check.fail("coupling.iterations", std::to_string(coupling.iterations),
                "a whole number from 1 to " + std::to_string(most_iterations));
   }
 }

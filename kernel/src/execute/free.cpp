@@ -252,7 +252,8 @@ StepResult step_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace,
 template <class A, class T>
 StepResult report_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, State<T>& state, ContactReport& report,
                      std::size_t steps, const ParallelFor& parallel) noexcept {
-  ContactReport::Parts& parts = report.parts();
+  if (report.parts() == nullptr) return StepResult::report_differs;
+  ContactReport::Parts& parts = *report.parts();
   if (parts.centers.size() == scene.scene.contacts.size()) begin_report(parts, scene.scene);
   const StepResult result = step_by(scene, workspace, state, steps, parallel, {.report = &parts});
   if (result == StepResult::done) end_report(parts, steps);

@@ -500,6 +500,9 @@ StepResult check_live(const CompiledLifecycle<T>& compiled, const LiveState<T>& 
   for (const auto* column : {&live.age, &live.lifetime}) {
     is_any_small = is_any_small || (column->base != nullptr && is_small(*column));
   }
+  const auto is_nowhere = [](const Carried& column) { return column.base == nullptr && column.bytes != 0; };
+  is_any_small = is_any_small || (live.lifetime.base != nullptr && live.age.base == nullptr) ||
+                 std::any_of(live.carried.begin(), live.carried.end(), is_nowhere);
   if (is_any_small) return StepResult::capacity_too_small;
   return live.state.clock.is_finite() ? StepResult::done : StepResult::time_not_finite;
 }
@@ -520,7 +523,8 @@ StepResult run(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& work
 template <class T, class Work>
 StepResult run_reported(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
                         ContactReport& contacts, const ParallelFor& parallel, const Work& work) noexcept {
-  ContactReport::Parts& report = contacts.parts();
+  if (contacts.parts() == nullptr) return StepResult::report_differs;
+  ContactReport::Parts& report = *contacts.parts();
   const Scene& scene = compiled.plan.scene();
   if (report.centers.size() != scene.contacts.size()) return StepResult::report_differs;
   begin_report(report, scene);

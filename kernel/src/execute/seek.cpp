@@ -8,6 +8,7 @@
 #include <string>
 #include <type_traits>
 
+#include "compile/state_columns.hpp"
 #include "dvdx/layouts/convert.hpp"
 #include "execute/environment.hpp"
 #include "execute/plan_parts.hpp"
@@ -160,11 +161,10 @@ std::optional<Error> check_seek(const CompiledScene<A>& compiled, const State<T>
   if (compiled.count && *compiled.count != state.count) {
     return Error{"state.count", std::to_string(state.count), std::to_string(*compiled.count)};
   }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::size_t capacity = std::min(state.x[axis].capacity, state.v[axis].capacity);
-    if (capacity < state.count) {
-      return Error{"state capacity", std::to_string(capacity), "at least the count, " + std::to_string(state.count)};
-    }
+  const bool has_rests = !std::is_same_v<A, T>;
+  if (are_short(state.x, state.count) || are_short(state.v, state.count) ||
+      (has_rests && (are_short(state.x_rest, state.count) || are_short(state.v_rest, state.count)))) {
+    return short_columns("state");
   }
   if (!state.clock.is_finite()) {
     const bool is_carry = std::isfinite(state.clock.seconds);

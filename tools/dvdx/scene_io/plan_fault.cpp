@@ -30,13 +30,17 @@ void name_mesh_file(std::string& field, const SceneFile& file) {
   }
 }
 
-// A program's networks, one of which a file writes without a list; and its coupling, which a file's networks have for themselves.
+// A program's networks, one of which a file writes without a list; and its coupling, which a file's networks have for themselves, or
+// the scene where there are none.
 void name_network(std::string& field, const SceneFile& file) {
   constexpr std::string_view list = "networks", coupling = "coupling";
   const bool is_only = file.scene.networks.size() == 1;
   if (is_only && field.starts_with("networks[0]")) field.erase(list.size(), 3);
   if (field.starts_with(list)) field.erase(list.size() - 1, 1);
-  if (field.starts_with(coupling)) field.replace(0, coupling.size(), "network");
+  if (field == "coupling.iterations") return void(field = "constraint_iterations");
+  if (!field.starts_with(coupling)) return;
+  if (file.scene.networks.empty()) return void(field.erase(0, coupling.size() + 1));
+  field.replace(0, coupling.size(), "network");
 }
 
 }  // namespace

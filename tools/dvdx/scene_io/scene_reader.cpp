@@ -502,7 +502,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   file.scene.faces = fields.choice("faces", face_choices, Faces::automatic);
   if (const auto wind = fields.optional("wind")) file.scene.wind = read_wind(*wind);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
-  read_turnover(fields, file, room_for_live(options));
+  read_turnover(fields, file, motions, room_for_live(options));
   file.sources = folder.named();
   file.sources.emplace_back(path);
   return file;

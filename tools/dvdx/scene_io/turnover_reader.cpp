@@ -23,7 +23,7 @@ constexpr std::array<Named<SurvivorOrder>, 2> survivor_orders{{{"kept", Survivor
 std::vector<std::string_view> emitter_keys(std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};
   keys.insert(keys.end(), own);
-  keys.insert(keys.end(), {"rate", "start", "end", "velocity", "spread", "lifetime", "seed"});
+  keys.insert(keys.end(), {"rate", "start", "end", "velocity", "spread", "lifetime", "seed", "motion"});
   return keys;
 }
 
@@ -59,7 +59,7 @@ void read_lifetime(const Node& node, Emitter& emitter) {
 }
 
 // The fields that all emitters have, whatever their shape.
-Emitter with_births(Emitter emitter, const Fields& fields) {
+Emitter with_births(Emitter emitter, const Fields& fields, const MotionNames& motions) {
   emitter.rate = fields.required("rate").number(not_negative);
   emitter.start = fields.number("start", any_number, 0);
   if (const auto end = fields.optional("end")) {
@@ -76,10 +76,11 @@ Emitter with_births(Emitter emitter, const Fields& fields) {
   }
   if (const auto lifetime = fields.optional("lifetime")) read_lifetime(*lifetime, emitter);
   emitter.seed = fields.required("seed").whole(0, any_seed);
+  if (const auto motion = fields.optional("motion")) emitter.motion = motions.index_of(*motion);
   return emitter;
 }
 
-Emitter read_emitter(const Node& node) {
+Emitter read_emitter(const Node& node, const MotionNames& motions) {
   if (!node.json().is_object()) node.refuse("an object");
   if (!node.json().contains("type")) {
     throw Fault(Exit::bad_scene, node.file() + ": " + node.path() + ".type is missing: an emitter needs it");
@@ -89,19 +90,19 @@ Emitter read_emitter(const Node& node) {
     case Shape::point: {
       const Fields fields(node, "a point that emits", emitter_keys({"at"}));
       emitter.shape = fields.required("at").vector();
-      return with_births(emitter, fields);
+      return with_births(emitter, fields, motions);
     }
     case Shape::disc: {
       const Fields fields(node, "a disc that emits", emitter_keys({"center", "normal", "radius"}));
       emitter.shape = Disc{.center = fields.required("center").vector(),
                            .normal = direction(fields.required("normal")),
                            .radius = fields.required("radius").number(not_negative)};
-      return with_births(emitter, fields);
+      return with_births(emitter, fields, motions);
     }
     case Shape::box: {
       const Fields fields(node, "a box that emits", emitter_keys({"min", "max"}));
       emitter.shape = read_box(fields);
-      return with_births(emitter, fields);
+      return with_births(emitter, fields, motions);
     }
   }
   node.refuse("an emitter");
@@ -134,7 +135,7 @@ bool has_turnover(const Fields& scene) {
   return scene.optional("emitters") || scene.optional("removal") || scene.optional("capacity");
 }
 
-void read_turnover(const Fields& scene, SceneFile& file, const Room& room) {
+void read_turnover(const Fields& scene, SceneFile& file, const MotionNames& motions, const Room& room) {
   if (!has_turnover(scene)) return;
   file.is_origin_free = false;  // what is born is measured from the world's
   const auto capacity = scene.required("capacity");
@@ -142,7 +143,7 @@ void read_turnover(const Fields& scene, SceneFile& file, const Room& room) {
   if (file.turnover.capacity > room.most()) capacity.refuse(room.limit());
   if (const auto emitters = scene.optional("emitters")) {
     for (const auto& emitter : emitters->elements("a list of emitters")) {
-      file.turnover.emitters.push_back(read_emitter(emitter));
+      file.turnover.emitters.push_back(read_emitter(emitter, motions));
     }
   }
   if (const auto removal = scene.optional("removal")) file.turnover.removal = read_removal(*removal);

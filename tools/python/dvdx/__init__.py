@@ -33,9 +33,9 @@ from numpy.typing import ArrayLike, NDArray
 from ._recording import Recording, command
 
 __all__ = [
-    "COLUMNS", "ContactReport", "DvdxError", "Energy", "Instance", "LivePlan", "LiveState", "Plan", "Recording", "Scene",
-    "State", "Threads", "Workspace", "bounds", "build_info", "compile", "compile_live", "grid_normals", "report",
-    "triangle_normals",
+    "COLUMNS", "ContactReport", "DvdxError", "Energy", "Instance", "LivePlan", "LiveState", "LiveWorkspace", "Plan",
+    "Recording", "Scene", "State", "Threads", "Workspace", "bounds", "build_info", "compile", "compile_live", "grid_normals",
+    "report", "step_all", "triangle_normals",
 ]  # fmt: skip
 
 COLUMNS = ("x", "y", "z", "vx", "vy", "vz")
