@@ -243,10 +243,10 @@ def scene_of(file):
     return scene
 
 
-def run(file, precision):
-    """The state's hash at the end of `dvdx run`, and how many steps it took."""
-    with tempfile.TemporaryDirectory() as folder:
-        name = os.path.join(folder, "scene.json")
+def run(file, precision, beside=None):
+    """The state's hash at the end of `dvdx run`, and how many steps it took. beside: the folder of files that it names."""
+    with tempfile.TemporaryDirectory(dir=beside) as folder:
+        name = os.path.join(beside or folder, "scene.json")
         with open(name, "w", encoding="utf-8") as out:
             json.dump(file, out)
         told = subprocess.run([COMMAND, "run", name, "--precision", precision, "--json"], check=True, stdout=subprocess.PIPE)
@@ -884,24 +884,80 @@ class Scenes(unittest.TestCase):
     @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
     def test_a_loaded_scene_has_the_bits_of_the_command(self):
         scenes = ("two-springs", "bouncing", "net-stiff", "rope-bridge", "seed-pair", "cape", "rail", "flag-in-wind", "cradle",
-                  "avalanche")  # fmt: skip
+                  "avalanche", "torus", "shirt", "curtain")  # fmt: skip
         for name in scenes:
             with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 file = json.loads((ROOT / f"tools/scenes/{name}.json").read_text())
                 file["duration"] = 4 * file["step"]
+                for mesh in (ROOT / "tools/scenes").glob("*.obj"):
+                    pathlib.Path(folder, mesh.name).write_bytes(mesh.read_bytes())
                 path = pathlib.Path(folder, "scene.json")
                 path.write_text(json.dumps(file))
                 scene = dvdx.Scene.load(path)
                 state = scene.state(np.float64)
                 dvdx.compile(scene, state).step(state, 4)
-                hash_of_command, steps = run(file, "float64")
+                hash_of_command, steps = run(file, "float64", folder)
                 self.assertEqual((steps, scene.duration), (4, file["duration"]))
                 self.assertEqual(state.hash(), hash_of_command)
 
+    @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
+    def test_springs_that_tear_and_particles_that_come_and_go_have_the_bits_of_the_command(self):
+        for name, steps in (("tear", 90), ("fountain", 30), ("fireworks", 40)):
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
+                file = json.loads((ROOT / f"tools/scenes/{name}.json").read_text())
+                file["duration"] = steps * file["step"]
+                path = pathlib.Path(folder, "scene.json")
+                path.write_text(json.dumps(file))
+                scene = dvdx.Scene.load(path)
+                if name == "tear":
+                    state = scene.state(np.float64)
+                    self.assertGreater(dvdx.compile(scene, state).run(state, steps), 0)
+                else:
+                    state = scene.live_state(np.float64)
+                    dvdx.compile_live(scene, state).step(state, steps)
+                    self.assertGreater(state.born, 0)
+                self.assertEqual((state.hash(), steps), run(file, "float64"))
+
+    @unittest.skipUnless(COMMAND, "DVDX_COMMAND names no command")
+    def test_meshes_are_welded_limited_and_bent_as_by_the_command(self):
+        obj = "v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nv 1 0 0.00001\nv 2 0 0\nv 2 1 0\nv 9 9 9\nv 1 1 0.1\n"
+        obj += "f 1 2 \\\n3 4\nf 5/1/1 -4// 7 -1\nl 1 3\n"
+        network = {"type": "mesh", "file": "two.obj", "mass": 0.7, "edge": 90, "bend": 2, "bending": 0.01, "weld": 1e-4,
+                   "unreferenced": "leave_out", "fixed": [0, 3], "strain_limit": 0.03, "damping": 0.1,
+                   "aerodynamics": {"drag": 0.8}}  # fmt: skip
+        grid = {"type": "grid", "rows": 3, "columns": 4, "origin": [0, 0, 2], "edge_u": [1, 0.1, 0], "edge_v": [0, 0.2, 1],
+                "mass": 0.5, "structural": 40, "strain_limit": 0.05, "fixed": "edge_top"}  # fmt: skip
+        file = {"format": "dvdx-scene/1", "name": "two", "step": 0.01, "duration": 0.1, "network": [network, grid],
+                "particles": {"velocity": {"uniform": {"min": [0, 0, 0], "max": [1, 1, 1], "seed": 4}}},
+                "constraints": [{"type": "distance", "pairs": [[6, 12]], "length": "start", "bound": "at_most"}],
+                "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]}  # fmt: skip
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "two.obj").write_text(obj)
+            path = pathlib.Path(folder, "scene.json")
+            path.write_text(json.dumps(file))
+            scene = dvdx.Scene.load(path)
+            state = scene.state()
+            self.assertEqual(len(state), 6 + 12)
+            dvdx.compile(scene, state).step(state, 10)
+            self.assertEqual((state.hash(), 10), run(file, "float64", folder))
+
     def test_what_is_not_read_is_named(self):
-        for name, words in (("shirt", "a mesh"), ("tear", "what tears"), ("fountain", "is not read"), ("torus", "mesh")):
-            with self.subTest(name), self.assertRaisesRegex(ValueError, f"{name}.json: .*{words}"):
-                dvdx.Scene.load(ROOT / f"tools/scenes/{name}.json")
+        network = {"type": "springs", "pairs": [[0, 1]], "stiffness": 1, "rest_length": 1}
+        file = {"format": "dvdx-scene/1", "step": 1, "duration": 1, "particles": {"count": 2}}
+        wrong = (({"network": {**network, "broken": [[0, 1]]}}, "what is torn"), ({"faces": "never"}, "faces"), ({"odd": 1}, "odd"))
+        for more, words in wrong:
+            with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(ValueError, words):
+                path = pathlib.Path(folder, "scene.json")
+                path.write_text(json.dumps(file | more))
+                dvdx.Scene.load(path)
+        with tempfile.TemporaryDirectory() as folder:
+            for text, words in (("v 1 2\n", "line 1"), ("v 0 0 0\nf 1 1 1\n", "twice"), ("f 1 2 3\n", "vertex 3"),
+                                ("v 0 0 nan\n", "finite"), ("v 0 0 0\nl 1\n", "a line"), ("v 0 0 0\nl -2 1\n", "-2")):  # fmt: skip
+                pathlib.Path(folder, "bad.obj").write_text(text)
+                path = pathlib.Path(folder, "scene.json")
+                path.write_text(json.dumps(file | {"network": {"type": "mesh", "file": "bad.obj", "mass": 1}}))
+                with self.assertRaisesRegex(ValueError, words):
+                    dvdx.Scene.load(path)
         with self.assertRaisesRegex(ValueError, "was not loaded"):
             dvdx.Scene().state()
         with tempfile.TemporaryDirectory() as folder:
@@ -910,6 +966,38 @@ class Scenes(unittest.TestCase):
                 path.write_text(text)
                 with self.assertRaisesRegex(ValueError, words):
                     dvdx.Scene.load(path)
+
+
+class ManyInstances(unittest.TestCase):
+    def test_they_step_at_once_as_each_by_itself(self):
+        def made(count):
+            states = [dvdx.State(*lattice(4)) for _ in range(count)]
+            scene = dvdx.Scene(mass=2).springs(pairs=[(0, 1), (1, 2)], stiffness=3).constant(acceleration=(0, -1, 0))
+            plan = dvdx.compile(scene, states[0])
+            return states, [plan.instance(state) for state in states]
+
+        one, alone = made(3)
+        two, together = made(3)
+        for n, length in enumerate((1 / 60, 1 / 50)):
+            for instance in alone:
+                instance.step(length)
+            dvdx.step_all(together, length if n else [length] * 3, threads=2)
+        self.assertEqual([state.hash() for state in one], [state.hash() for state in two])
+        self.assertEqual([state.time for state in one], [state.time for state in two])
+        with self.assertRaisesRegex(ValueError, "frame_times"):
+            dvdx.step_all(together, [0.1, 0.2])
+        with self.assertRaisesRegex(ValueError, "instances.1. is listed before"):
+            dvdx.step_all([together[0], together[0]], 0.1)
+
+    def test_the_number_of_what_was_added_last(self):
+        scene = dvdx.Scene()
+        with self.assertRaises(IndexError):
+            scene.last
+        self.assertEqual(scene.constant(acceleration=(0, 0, 0)).last, 0)
+        self.assertEqual(scene.plane(normal=(0, 1, 0)).last, 0)
+        self.assertEqual(scene.drag(coefficient=1).last, 1)
+        self.assertEqual(scene.sphere(center=(0, 0, 0), radius=1).last, 1)
+        self.assertEqual(scene.motion().last, 0)
 
 
 class Threads(unittest.TestCase):
@@ -1048,6 +1136,40 @@ class Turnover(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "objects"):
             dvdx.LiveState(*lattice(4), carried=[np.empty(4, object)])
 
+
+    def test_bodies_and_nozzles_follow_motions_and_workspaces_have_states_of_their_own(self):
+        scene = dvdx.Scene().motion().sphere(center=(0, 1, 0), radius=0.4)
+        scene.contact_motion(scene.last, 0)
+        jet = {"shape": "point", "at": (0, 3, 0), "rate": 600, "velocity": (0, -2, 0), "least_lifetime": 9, "most_lifetime": 9, "motion": 0}
+        empty = lambda: dvdx.LiveState(np.zeros((1000, 3)), np.zeros((1000, 3)))  # noqa: E731
+        one, two = empty(), empty()
+        plan = dvdx.compile_live(scene, one, [jet], step=1 / 60)
+        workspace = plan.workspace()
+        self.assertGreater(workspace.bytes, 0)
+        for n in range(1, 61):
+            plan.set_pose(0, (0.02 * n, 0, 0), (0, 0.01 * n, 0), jump=n == 30)
+            workspace.set_pose(0, (0.02 * n, 0, 0), (0, 0.01 * n, 0), jump=n == 30)
+            plan.step(one)
+            plan.step(two, workspace=workspace)
+        plan.burst(one, 10)
+        plan.burst(two, 10, workspace=workspace)
+        plan.teleport(one, (5, 0, 0))
+        plan.teleport(two, (5, 0, 0), workspace=workspace)
+        plan.step(one)
+        plan.step(two, workspace=workspace)
+        self.assertEqual((one.hash(), one.born), (two.hash(), 620))
+        from_ball = one.positions[: len(one)] - (6.2, 1, 0)
+        self.assertGreater(np.linalg.norm(from_ball, axis=1).min(), 0.39)
+        self.assertEqual(plan.check(one)["not_finite"], 0)
+        plan.set_wind((1, 0, 0))
+        plan.set_pose(0, (0, 0, 0))
+        with self.assertRaisesRegex(dvdx.DvdxError, "tell the workspace"):
+            plan.step(two, workspace=dvdx.compile_live(scene, two, [jet]).workspace())
+        with self.assertRaisesRegex(ValueError, "motions.4"):
+            plan.set_pose(4)
+        with self.assertRaisesRegex(ValueError, "motion"):
+            dvdx.compile_live(scene, one, [{**jet, "motion": -1}])
+        self.assertIn("LivePlan: step 0.0166", repr(plan))
 
     def test_a_live_plan_is_changed_while_it_runs(self):
         state, plan = fountain()

@@ -320,6 +320,10 @@ class Scene:
     """s, of a scene that was loaded: what compile() takes where no step is given."""
     duration: Optional[float] = None
     """s, of a scene that was loaded."""
+    tears_at: Dict[int, float] = {}
+    """Of a scene that was loaded: by which part of its rest length a spring of these networks tears. Plan.run() and record() see to it."""
+    turnover: Optional[Dict[str, Any]] = None
+    """Of a scene that was loaded, whose particles come and go: what compile_live() takes where nothing else is given."""
 
     def __init__(
         self, method: Optional[Method] = None, mass: Optional[ArrayLike] = None, fixed: ArrayLike = (),
@@ -356,9 +360,9 @@ class Scene:
     def load(cls, path: Union[str, "os.PathLike[str]"]) -> Scene:
         """The scene of a file (dvdx-scene/1), with its step and duration; state() is how it starts.
 
-        Not read, and refused by name: networks of type mesh and meshes as contacts (.obj), strain limits, springs that tear,
-        emitters, and faces that never meet bodies. Nothing is done that `dvdx run` does of its own: it measures float32 states from
-        an origin nearby where they start far out.
+        Not read, and refused by name: springs that are torn from the start, grids of one row, and faces that never meet bodies.
+        Nothing is done that `dvdx run` does of its own: it measures float32 states from an origin nearby where they start far out,
+        and tears springs (tears_at), as Plan.run() does.
         """
         from ._scene_file import read_scene
 
@@ -369,6 +373,16 @@ class Scene:
         if self._start is None:
             raise ValueError("the scene was not loaded: State(positions, velocities) says where its particles are")
         return State(*(np.array(each, dtype) for each in self._start))
+
+    def live_state(self, dtype: Any = np.float64) -> LiveState:
+        """Likewise where particles come and go: the file's own live first, and die of no age."""
+        if self._start is None or self.turnover is None:
+            raise ValueError("the scene was not loaded from a file with emitters or a capacity")
+        capacity, count = self.turnover["capacity"], len(self._start[0])
+        arrays = [np.zeros((capacity, 3), dtype) for _ in range(2)]
+        for array, start in zip(arrays, self._start):
+            array[:count] = start
+        return LiveState(*arrays, count=count, age=np.zeros(capacity, dtype), lifetime=np.full(capacity, np.inf, dtype))
 
     @property
     def last(self) -> int:
@@ -940,6 +954,8 @@ class Plan(_Driven):
     def __init__(self, handle: Any, items: List[Tuple[str, Dict[str, Any]]], about: Dict[str, Any]) -> None:
         self._handle = _ffi.gc(handle, _lib.dvdx_plan_destroy)
         self._items, self._about = items, about
+        self.tears_at: Dict[int, float] = {}
+        """Of a scene that was loaded: see run()."""
 
     def __repr__(self) -> str:
         kinds = ", ".join(kind for kind, _ in self._items) or "nothing"
@@ -960,7 +976,9 @@ class Plan(_Driven):
         """A plan for another state of the same scene: nothing is compiled again, and a later change of one leaves the other."""
         clone = _ffi.new("dvdx_plan**")
         self._call_own("clone", clone)
-        return Plan(clone[0], list(self._items), self._about)
+        other = Plan(clone[0], list(self._items), self._about)
+        other.tears_at = dict(self.tears_at)
+        return other
 
     def instance(self, state: State) -> Instance:
         """A state with all that belongs to it: a hundred characters are a hundred of these and one plan."""
@@ -1004,10 +1022,24 @@ class Plan(_Driven):
         recording = Recording(len(state), state.arrays["x"].dtype, steps // every + 1, every, self._items)
         recording.keep(0, state.time, state.positions, state.velocities, self.energy(state).total)
         for kept in range(1, steps // every + 1):
-            self.step(state, every, workspace=workspace, threads=threads)
+            self.run(state, every, workspace=workspace, threads=threads)
             recording.keep(kept, state.time, state.positions, state.velocities, self.energy(state).total)
-        self.step(state, steps % every, workspace=workspace, threads=threads)
+        self.run(state, steps % every, workspace=workspace, threads=threads)
         return recording
+
+    def run(
+        self, state: State, steps: int = 1, workspace: Optional[Workspace] = None, threads: Union[int, Threads, None] = None
+    ) -> int:
+        """step(), and after each step springs tear that are longer than tears_at says, as in `dvdx run`: how many those were."""
+        steps = _whole(steps, "steps")
+        if not self.tears_at:
+            self.step(state, steps, workspace=workspace, threads=threads)
+            return 0
+        torn = 0
+        for _ in range(steps):
+            self.step(state, 1, workspace=workspace, threads=threads)
+            torn += sum(self.tear(state, stretch, network) for network, stretch in self.tears_at.items())
+        return torn
 
     def energy(self, state: State) -> Energy:
         """J. Springs to anchors, drag and forces that depend on time have no part in it."""
@@ -1472,11 +1504,14 @@ def _emitter(given: Dict[str, Any]) -> Dict[str, Any]:
 
 
 def compile_live(
-    scene: Scene, state: LiveState, emitters: Sequence[Dict[str, Any]] = (), boundaries: Sequence[Dict[str, Any]] = (),
-    inside: Optional[ArrayLike] = None, not_finite: Literal["kept", "removed"] = "kept", step: float = 1 / 60,
-    order: Literal["kept", "any"] = "kept", **options: Any,
+    scene: Scene, state: LiveState, emitters: Optional[Sequence[Dict[str, Any]]] = None,
+    boundaries: Optional[Sequence[Dict[str, Any]]] = None, inside: Optional[ArrayLike] = None,
+    not_finite: Optional[Literal["kept", "removed"]] = None, step: Optional[float] = None,
+    order: Optional[Literal["kept", "any"]] = None, **options: Any,
 ) -> LivePlan:  # fmt: skip
     """A plan for particles that come and go, at most as many as the arrays of the LiveState have room for.
+
+    What is not given is that of the scene's file where it was loaded from one; else nothing, "kept", and a step of 1/60 s.
 
     emitters: dicts with the fields of dvdx_emitter (shape="disc", at=(0, 1, 0), normal=(0, 1, 0), radius=0.1, rate=1000, ...), and
     motion: the number of the scene's motion that carries it.
@@ -1484,11 +1519,16 @@ def compile_live(
     z) most): they are removed outside of it. not_finite: "kept" or "removed". order of those that
     stay: "kept", or "any": births and the last fill the holes. options as those of compile().
     """
-    keep = []
-    removal = {"not_finite": not_finite, "order": order, **({} if inside is None else {"inside": inside})}
+    keep: List[Any] = []
+    given = {"emitters": emitters, "boundaries": boundaries, "inside": inside, "not_finite": not_finite, "order": order}
+    chosen = {**(scene.turnover or {}), **{name: value for name, value in given.items() if value is not None}}
+    if step is None:
+        step = scene.step if scene.step is not None else 1 / 60
+    removal = {name: chosen[name] for name in ("not_finite", "order", "inside") if name in chosen}
     turnover = _struct("dvdx_turnover", removal, keep)
-    turnover.emitters, turnover.emitter_count = _structs("dvdx_emitter", [_emitter(each) for each in emitters], keep)
-    turnover.boundaries, turnover.boundary_count = _structs("dvdx_boundary", boundaries, keep)
+    made = [_emitter(each) for each in chosen.get("emitters", ())]
+    turnover.emitters, turnover.emitter_count = _structs("dvdx_emitter", made, keep)
+    turnover.boundaries, turnover.boundary_count = _structs("dvdx_boundary", chosen.get("boundaries", ()), keep)
     turnover.capacity = len(state.arrays["x"])
     handle = _ffi.new("dvdx_live_plan**")
     _call(_lib.dvdx_live_plan_create, scene._handle, turnover, _options(state, step, options), handle)
@@ -1517,7 +1557,9 @@ def compile(  # noqa: A001: the library's own word
     options = {"isa": isa, "arithmetic": arithmetic, "block": block, "rounding": rounding, "impacts": impacts}
     handle = _ffi.new("dvdx_plan**")
     _call(_lib.dvdx_plan_create, scene._handle, _options(state, step, options), state._struct, handle)
-    return Plan(handle[0], list(scene._items), scene._about)
+    plan = Plan(handle[0], list(scene._items), scene._about)
+    plan.tears_at = dict(scene.tears_at)
+    return plan
 
 
 def grid_normals(state: State, rows: int, columns: int, first: int = 0) -> Array:

@@ -5,21 +5,22 @@ from __future__ import annotations
 import json
 import os
 import pathlib
-from typing import Any, Dict, List, Optional, Tuple, Type, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import NDArray
+
+from . import _mesh_file as meshes
 
 Array = NDArray[Any]
 
 _KEYS = {
     "format", "name", "about", "step", "duration", "method", "particles", "forces", "contacts", "network", "constraints",
     "constraint_iterations", "substeps", "most_substeps", "fixed", "motions", "kinematic", "skins", "tethers", "wind", "origin",
-    "faces", "push_out", "meet",
+    "faces", "push_out", "meet", "emitters", "capacity", "removal",
 }  # fmt: skip
 _COUPLING = {"scheme": "scheme", "substeps": "substeps", "most_substeps": "most_substeps", "theta": "theta", "sweep": "sweeps",
              "lines": "lines", "method": "method", "axis": "axis"}  # fmt: skip
-_NOT_READ = {"mesh": "a mesh", "strain_limit": "a strain limit", "tears_at": "what tears", "broken": "what is torn"}
 
 
 def read_scene(cls: Type[Any], path: Union[str, "os.PathLike[str]"]) -> Any:
@@ -37,6 +38,19 @@ def read_scene(cls: Type[Any], path: Union[str, "os.PathLike[str]"]) -> Any:
         raise ValueError(f"{path}: {fault}") from fault
 
 
+class _Made(NamedTuple):
+    """Particles that a network makes."""
+
+    network: Dict[str, Any]
+    places: Array  # (n, 3), m
+    of: Array  # the particle, from its first on, of each number by which the file names them; -1: it is left out
+    mass: float  # kg, of each
+    columns: int  # of a grid; else 0
+    mesh: Optional[meshes.Mesh]
+    first: int  # particle of the scene
+    first_number: int
+
+
 class _Reader:
     def __init__(self, root: Any, folder: pathlib.Path) -> None:
         if not isinstance(root, dict) or root.get("format") != "dvdx-scene/1":
@@ -46,10 +60,11 @@ class _Reader:
         if root.get("faces", "auto") != "auto":
             raise ValueError("faces: is not read by Scene.load() but as auto")
         self.root, self.folder = root, folder
+        self.capacity: Optional[int] = root.get("capacity")
+        self.made: List[_Made] = []
         networks = root.get("network", [])
         self.networks: List[Dict[str, Any]] = networks if isinstance(networks, list) else [networks]
         self.motions: Dict[str, int] = {name: i for i, name in enumerate(root.get("motions", {}))}
-        self.grids: List[Tuple[int, int]] = []  # of each the first particle, and columns
         self.mass: Any = None
         self.positions, self.velocities = self.particles()
 
@@ -57,38 +72,47 @@ class _Reader:
 
     def particles(self) -> Tuple[Array, Array]:
         own = self.root.get("particles", {})
-        made = [self.grid_particles(each) for each in self.networks if each["type"] == "grid"]
         for network in self.networks:
-            self.refuse(network)
-        if made:
-            positions = np.concatenate(made)
-            masses = [(each["mass"] / len(some), len(some)) for each, some in zip(self.only_grids(), made)]
-            alike = all(mass == masses[0][0] for mass, _ in masses)
-            self.mass = masses[0][0] if alike else np.concatenate([np.full(count, mass) for mass, count in masses])
-        else:
-            count = own["count"]
-            positions = self.vectors(own.get("position", [0, 0, 0]), count)
+            if "broken" in network:
+                raise ValueError("network: what is torn is not read by Scene.load()")
+            if network["type"] in ("grid", "mesh"):
+                self.made.append(self.grid_made(network) if network["type"] == "grid" else self.mesh_made(network))
+        if not self.made:
+            count = own.get("count", 0) if "emitters" in self.root else own["count"]
+            self.particle_of = np.arange(count)  # of each number by which the file names particles; -1: there is none
+            self.numbers = self.particle_of  # of each particle
             self.mass = self.scalars(own["mass"], count) if "mass" in own else None
-        return positions, self.vectors(own.get("velocity", [0, 0, 0]), len(positions))
+            positions = self.vectors(own.get("position", [0, 0, 0]), count)
+            return positions, self.vectors(own.get("velocity", [0, 0, 0]), count)
+        self.particle_of = np.concatenate([np.where(each.of < 0, -1, each.first + each.of) for each in self.made])
+        named, first = np.unique(self.particle_of, return_index=True)
+        self.numbers = first[named >= 0]
+        alike = all(each.mass == self.made[0].mass for each in self.made)
+        masses = np.concatenate([np.full(len(each.places), each.mass) for each in self.made])
+        self.mass = self.made[0].mass if alike else masses
+        positions = np.concatenate([each.places for each in self.made])
+        velocities = self.vectors(own.get("velocity", [0, 0, 0]), len(self.particle_of))
+        return positions, velocities[self.numbers]
 
-    def only_grids(self) -> List[Dict[str, Any]]:
-        return [each for each in self.networks if each["type"] == "grid"]
+    def next_made(self) -> Tuple[int, int]:
+        """The first particle, and the first number, of what is made next."""
+        return sum(len(each.places) for each in self.made), sum(len(each.of) for each in self.made)
 
-    def refuse(self, network: Dict[str, Any]) -> None:
-        for key, words in _NOT_READ.items():
-            if key in network or network["type"] == key:
-                raise ValueError(f"network: {words} is not read by Scene.load()")
-
-    def grid_particles(self, grid: Dict[str, Any]) -> Array:
+    def grid_made(self, grid: Dict[str, Any]) -> _Made:
         rows, columns = grid["rows"], grid["columns"]
         if min(rows, columns) < 2:
             raise ValueError("network: a grid of one row or one column is not read by Scene.load()")
         origin, edge_u, edge_v = (np.array(grid[key], float) for key in ("origin", "edge_u", "edge_v"))
-        self.grids.append((sum(each["rows"] * each["columns"] for each in self.only_grids()[: len(self.grids)]), columns))
         u = (np.arange(columns) / (columns - 1))[None, :, None]
         v = (np.arange(rows) / (rows - 1))[:, None, None]
         places: Array = (origin + u * edge_u + v * edge_v).reshape(-1, 3)
-        return places
+        return _Made(grid, places, np.arange(len(places)), grid["mass"] / len(places), columns, None, *self.next_made())
+
+    def mesh_made(self, network: Dict[str, Any]) -> _Made:
+        file = meshes.read_mesh(self.folder / network["file"])
+        mesh, of = meshes.welded(file, network.get("weld", 0), network.get("unreferenced") == "keep")
+        count = len(mesh.vertices)
+        return _Made(network, mesh.vertices, of, network["mass"] / count, 0, mesh, *self.next_made())
 
     def vectors(self, value: Any, count: int) -> Array:
         if isinstance(value, list):
@@ -124,17 +148,24 @@ class _Reader:
         listed: List[int] = []
         for each in [value] if isinstance(value, str) else value:
             if each == "all":
-                listed += range(len(self.positions))
+                listed += range(len(self.particle_of))
             elif isinstance(each, str):
                 listed += self.top(each, 0)
             else:
                 listed.append(each)
-        return np.array(listed, np.int64)
+        particles = self.particle_of[np.array(listed, np.int64)]
+        kept: Array = particles[particles >= 0]
+        return kept
+
+    def pairs(self, value: Any) -> Array:
+        particles: Array = self.particle_of[np.array(value, np.int64).reshape(-1, 2)]
+        return particles
 
     def top(self, word: str, grid: int) -> List[int]:
-        if word not in ("corners_top", "edge_top") or grid >= len(self.grids):
+        grids = [each for each in self.made if each.columns]
+        if word not in ("corners_top", "edge_top") or grid >= len(grids):
             raise ValueError(f"{word!r}: must be numbers of particles, or corners_top or edge_top of a grid")
-        first, columns = self.grids[grid]
+        first, columns = grids[grid].first_number, grids[grid].columns
         return [first, first + columns - 1] if word == "corners_top" else list(range(first, first + columns))
 
     # ---- the scene
@@ -145,8 +176,12 @@ class _Reader:
         scene = cls(method=root.get("method"), mass=self.mass, fixed=self.fixed(), origin=None if origin == "auto" else origin)
         scene.step, scene.duration = root["step"], root["duration"]
         scene._start = self.positions, self.velocities
+        made = iter(self.made)
         for network in self.networks:
-            self.add_network(scene, network)
+            index = sum(kind in ("grid", "springs") for kind, _ in scene._items)
+            self.add_network(scene, index, network, next(made) if network["type"] in ("grid", "mesh") else None)
+            if "tears_at" in network:
+                scene.tears_at = {**scene.tears_at, index: network["tears_at"]}
         for motion in root.get("motions", {}).values():
             still = {"translation": (0, 0, 0), "rotation": (0, 0, 0)}
             keys = [still | key for key in motion["keys"]]
@@ -173,6 +208,8 @@ class _Reader:
             self.add_wind(scene, root["wind"])
         if "meet" in root:
             self.add_meet(scene, root["meet"])
+        if self.capacity is not None:
+            scene.turnover = self.turnover()
         return scene
 
     @staticmethod
@@ -185,32 +222,103 @@ class _Reader:
         return self.motions[name]
 
     def fixed(self) -> List[int]:
-        ids = self.ids(self.root.get("fixed", [])).tolist()
+        named: List[int] = []
         grid = 0
         for network in self.networks:
             given = network.get("fixed", [])
             for each in [given] if isinstance(given, str) else given:
-                ids += self.top(each, grid) if isinstance(each, str) else [each]
+                named += self.top(each, grid) if isinstance(each, str) else [each]
             grid += network["type"] == "grid"
-        return sorted(set(ids))
+        return sorted({*self.ids(self.root.get("fixed", [])).tolist(), *self.ids(named).tolist()})
 
-    def add_network(self, scene: Any, network: Dict[str, Any]) -> None:
+    def add_network(self, scene: Any, index: int, network: Dict[str, Any], made: Optional[_Made]) -> None:
         damping = network.get("damping", 0)
-        index = sum(kind in ("grid", "springs") for kind, _ in scene._items)
-        if network["type"] == "grid":
+        if made is not None and made.mesh is not None:
+            self.add_mesh(scene, index, network, made, made.mesh)
+        elif made is not None:
             keys = ("rows", "columns", "edge_u", "edge_v", "structural", "shear", "bend")
             given = {key: network[key] for key in keys if key in network}
-            scene.grid(first=self.grids[sum(kind == "grid" for kind, _ in scene._items)][0], damping=damping, **given)
+            scene.grid(first=made.first, damping=damping, **given)
             if "aerodynamics" in network:
                 scene.aerodynamics(network=index, **network["aerodynamics"])
+            if "strain_limit" in network:
+                self.add_grid_limit(scene, network, made)
         elif network["type"] == "springs":
-            pairs = np.array(network["pairs"]).reshape(-1, 2)
+            pairs = self.pairs(network["pairs"])
             rest = network["rest_length"]
             rest = rest if rest == "start" else self.scalars(rest, len(pairs))
             stiffness = self.scalars(network["stiffness"], len(pairs))
             scene.springs(pairs=pairs, stiffness=stiffness, rest_length=rest, damping=damping)
         else:
-            raise ValueError(f"network: {network['type']!r}: must be grid or springs")
+            raise ValueError(f"network: {network['type']!r}: must be grid, mesh or springs")
+
+    @staticmethod
+    def add_mesh(scene: Any, index: int, network: Dict[str, Any], made: _Made, mesh: meshes.Mesh) -> None:
+        edge, bend = network.get("edge", 0), network.get("bend", 0)
+        lists = ((meshes.edges(mesh), edge), (meshes.diagonals(mesh), edge), (meshes.bends(mesh), bend))
+        pairs = [pair for some, stiffness in lists if stiffness for pair in some]
+        stiffness = [stiffness for some, stiffness in lists if stiffness for _ in some]
+        if not pairs and not network.keys() & {"aerodynamics", "bending"}:
+            return
+        if not pairs:
+            raise ValueError("network: a mesh without edge and bend is not read by Scene.load()")
+        scene.springs(pairs=made.first + np.array(pairs), stiffness=stiffness, damping=network.get("damping", 0))
+        triangles = made.first + meshes.triangles(mesh)
+        if network.get("bending", 0):
+            flat = np.concatenate([np.zeros((made.first, 3)), made.places])
+            scene.bending(network=index, modulus=network["bending"], triangles=triangles, flat=flat)
+        if len(triangles):
+            air = network.get("aerodynamics", {"density": 0})
+            scene.aerodynamics(network=index, triangles=triangles, **air)
+        if "strain_limit" in network:
+            sides = meshes.edges(mesh)
+            lengths = [(1 + network["strain_limit"]) * meshes.length(made.places[b] - made.places[a]) for a, b in sides]
+            scene.distance(pairs=made.first + np.array(sides), length=lengths, bound="at_most")
+
+    @staticmethod
+    def add_grid_limit(scene: Any, grid: Dict[str, Any], made: _Made) -> None:
+        at = made.first + np.arange(len(made.places)).reshape(grid["rows"], grid["columns"])
+        along = np.stack([at[:, :-1], at[:, 1:]], axis=-1).reshape(-1, 2)
+        down = np.stack([at[:-1], at[1:]], axis=-1).reshape(-1, 2)
+        sides = (meshes.length(grid["edge_u"]) / (grid["columns"] - 1), meshes.length(grid["edge_v"]) / (grid["rows"] - 1))
+        lengths = [(1 + grid["strain_limit"]) * side for some, side in zip((along, down), sides) for _ in some]
+        scene.distance(pairs=np.concatenate([along, down]), length=lengths, bound="at_most")
+
+    # ---- particles that come and go
+
+    def turnover(self) -> Dict[str, Any]:
+        removal = self.root.get("removal", {})
+        found: Dict[str, Any] = {
+            "emitters": [self.emitter(each) for each in self.root.get("emitters", [])],
+            "boundaries": removal.get("boundaries", []),
+            "not_finite": removal.get("not_finite", "kept"),
+            "order": removal.get("order", "kept"),
+            "capacity": self.capacity,
+        }
+        if "outside" in removal:
+            found["inside"] = (removal["outside"]["min"], removal["outside"]["max"])
+        return found
+
+    def emitter(self, given: Dict[str, Any]) -> Dict[str, Any]:
+        kind = _type(given, "emitters", ("point", "disc", "box"))
+        keys = ("at", "normal", "radius", "rate", "start", "velocity", "seed")
+        found = {"shape": kind} | {key: given[key] for key in keys if key in given}
+        if kind == "disc":
+            found["at"] = given["center"]
+        if kind == "box":
+            found |= {"at": given["min"], "most": given["max"]}
+        spread = given.get("spread", 0)
+        found["spread_box" if isinstance(spread, list) else "spread"] = spread
+        lifetime = given.get("lifetime")
+        if lifetime is not None:
+            ends = (lifetime["min"], lifetime["max"]) if isinstance(lifetime, dict) else (lifetime, lifetime)
+            found |= {"least_lifetime": ends[0], "most_lifetime": ends[1]}
+        if "end" in given:
+            duration = given["end"] - given.get("start", 0)
+            found |= {"duration": duration} if duration > 0 else {"rate": 0}
+        if "motion" in given:
+            found["motion"] = self.motion(given["motion"])
+        return found
 
     def add_coupling(self, scene: Any) -> None:
         root = self.root
@@ -230,13 +338,22 @@ class _Reader:
             return tuple(value)  # one an axis
         if not isinstance(value, dict):
             return value
-        return self.vectors(value, len(self.positions)) if key == "anchor" else self.scalars(value, len(self.positions))
+        count = len(self.particle_of)
+        return self.vectors(value, count)[self.numbers] if key == "anchor" else self.scalars_each(value)
+
+    def scalars_each(self, value: Any) -> Any:
+        """One number, or one for each particle, which the file gives by its own numbers."""
+        given = self.scalars(value, len(self.particle_of))
+        return given[self.numbers] if isinstance(given, np.ndarray) else given
 
     def add_contact(self, scene: Any, index: int, contact: Dict[str, Any]) -> None:
-        kind = _type(contact, "contacts", ("plane", "sphere", "capsule", "box", "convex"))
+        kind = _type(contact, "contacts", ("plane", "sphere", "capsule", "box", "convex", "mesh"))
         given = {key: value for key, value in _rest(contact) if key != "motion"}
-        if kind in ("capsule", "convex"):
+        if kind in ("capsule", "convex", "mesh"):
             given.pop("side", None)
+        if kind == "mesh":
+            mesh = meshes.read_mesh(self.folder / given.pop("file"))
+            given |= {"vertices": mesh.vertices, "triangles": meshes.triangles(mesh)}
         if kind == "convex":
             given["planes"] = [[*plane["normal"], plane["offset"]] for plane in given["planes"]]
         if "push_out" in self.root:
@@ -249,9 +366,11 @@ class _Reader:
         kind = _type(constraint, "constraints", ("distance", "point", "line"))
         given = dict(_rest(constraint))
         if kind == "distance":
-            given["pairs"] = np.array(given["pairs"]).reshape(-1, 2)
+            given["pairs"] = self.pairs(given["pairs"])
             length = given["length"]
             given["length"] = length if length == "start" else self.scalars(length, len(given["pairs"]))
+        else:
+            given["particle"] = int(self.ids([given["particle"]])[0])
         getattr(scene, {"distance": "distance", "point": "on_point", "line": "on_line"}[kind])(**given)
 
     def add_skin(self, scene: Any, index: int, skin: Dict[str, Any]) -> None:
@@ -266,7 +385,7 @@ class _Reader:
     def add_meet(self, scene: Any, meet: Dict[str, Any]) -> None:
         given = {key: value for key, value in meet.items() if key not in ("radius", "apart_at_start", "groups")}
         if "radius" in meet:
-            given["radius"] = self.scalars(meet["radius"], len(self.positions))
+            given["radius"] = self.scalars_each(meet["radius"])
         if "apart_at_start" in meet:
             given["near_at_start"] = "pass" if meet["apart_at_start"] else "meet"
         scene.meet(**given)
