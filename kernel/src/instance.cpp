@@ -487,6 +487,22 @@ template Expected<void> step(std::span<Instance<double>>, std::span<const double
 template Expected<void> step(std::span<Instance<float>* const>, std::span<const double>, const ParallelFor&);
 template Expected<void> step(std::span<Instance<double>* const>, std::span<const double>, const ParallelFor&);
 
+ForceId add_force(Scene& scene, Force force) {
+  scene.add(std::move(force));
+  return ForceId{scene.forces.size() - 1};
+}
+ContactId add_contact(Scene& scene, Contact contact) {
+  scene.add(std::move(contact));
+  return ContactId{scene.contacts.size() - 1};
+}
+NetworkId add_network(Scene& scene, Network network) {
+  scene.add(std::move(network));
+  return NetworkId{scene.networks.size() - 1};
+}
+MotionId add_motion(Scene& scene, Motion motion) {
+  scene.add(std::move(motion));
+  return MotionId{scene.motions.size() - 1};
+}
 MotionId add_body(Scene& scene, Contact contact) {
   const std::size_t motion = scene.motions.size();
   std::visit([&](auto& body) { body.motion = motion; }, contact);

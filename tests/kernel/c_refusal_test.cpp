@@ -168,6 +168,15 @@ TEST_CASE("c: columns that lie between each other's elements are stepped") {
   CHECK(dvdx_plan_step(plan.plan, &state, 1, nullptr, &plan.error) == DVDX_DONE);
 }
 
+TEST_CASE("c: faces are chosen by the library or never") {
+  const Scene scene;
+  dvdx_error error{};
+  CHECK(dvdx_scene_set_faces(scene.scene, DVDX_FACES_NEVER, &error) == DVDX_DONE);
+  CHECK(dvdx_scene_set_faces(scene.scene, static_cast<dvdx_faces>(2), &error) == DVDX_INVALID);
+  CHECK(std::string(&error.field[0]) == "faces");
+  CHECK(dvdx_scene_set_faces(nullptr, DVDX_FACES_NEVER, &error) == DVDX_INVALID);
+}
+
 TEST_CASE("c: ages share memory with no other column") {
   const Scene scene;
   dvdx_turnover turnover{};

@@ -226,6 +226,24 @@ TEST_CASE("live motions: states in workspaces of their own are driven by themsel
   CHECK(state_hash(own.live.state) == state_hash(sparks.live.state));
 }
 
+TEST_CASE("live motions: a state goes on in another plan with the same bits where bodies jump to where they stood") {
+  const Scene scene = moving_bodies();
+  const auto drive = [](LivePlan<double>& plan, Sparks<double>& sparks, int from, int to) {
+    for (int n = from; n <= to; ++n) {
+      REQUIRE(plan.set_pose(0, hand(n * h)).has_value());
+      REQUIRE(plan.step(sparks.live) == StepResult::done);
+    }
+  };
+  LivePlan<double> whole = live_plan<double>(scene, fountain(SurvivorOrder::kept));
+  LivePlan<double> first = whole.clone(), second = whole.clone();
+  Sparks<double> one(4000), two(4000);
+  drive(whole, one, 1, 40);
+  drive(first, two, 1, 20);
+  REQUIRE(second.set_pose(0, hand(20 * h), Arrival::jump).has_value());
+  drive(second, two, 21, 40);
+  CHECK(state_hash(one.live.state) == state_hash(two.live.state));
+}
+
 TEST_CASE("live motions: misuse is an error or a result that names what is wrong, and changes nothing") {
   Scene scene = moving_bodies();
   Sparks<float> sparks;

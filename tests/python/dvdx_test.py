@@ -942,9 +942,10 @@ class Scenes(unittest.TestCase):
             self.assertEqual((state.hash(), 10), run(file, "float64", folder))
 
     def test_what_is_not_read_is_named(self):
+        self.assertIn("faces(choice='never')", repr(dvdx.Scene().faces("never")))
         network = {"type": "springs", "pairs": [[0, 1]], "stiffness": 1, "rest_length": 1}
         file = {"format": "dvdx-scene/1", "step": 1, "duration": 1, "particles": {"count": 2}}
-        wrong = (({"network": {**network, "broken": [[0, 1]]}}, "what is torn"), ({"faces": "never"}, "faces"), ({"odd": 1}, "odd"))
+        wrong = (({"network": {**network, "broken": [[0, 1]]}}, "what is torn"), ({"faces": "some"}, "must be one of"), ({"odd": 1}, "odd"))
         for more, words in wrong:
             with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(ValueError, words):
                 path = pathlib.Path(folder, "scene.json")

@@ -474,6 +474,9 @@ DVDX_EXPORT dvdx_status dvdx_scene_set_aerodynamics(dvdx_scene* scene, const dvd
 // A network that is there bends by angles from now on, besides what it did before.
 DVDX_EXPORT dvdx_status dvdx_scene_add_bending(dvdx_scene* scene, const dvdx_bending* bending, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_error* error);
+// Whether the triangles of cloth meet bodies that are narrow (the default), or never: see Faces in scene.hpp.
+typedef enum dvdx_faces { DVDX_FACES_AUTOMATIC = 0, DVDX_FACES_NEVER } dvdx_faces;
+DVDX_EXPORT dvdx_status dvdx_scene_set_faces(dvdx_scene* scene, dvdx_faces faces, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_on_point(dvdx_scene* scene, const dvdx_on_point* constraint, dvdx_error* error);

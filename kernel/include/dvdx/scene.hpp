@@ -342,22 +342,10 @@ enum class PinsId : std::size_t {};  // of Scene::kinematic
 enum class SkinId : std::size_t {};
 
 // As Scene::add(), and where it stands.
-inline ForceId add_force(Scene& scene, Force force) {
-  scene.add(std::move(force));
-  return ForceId{scene.forces.size() - 1};
-}
-inline ContactId add_contact(Scene& scene, Contact contact) {
-  scene.add(std::move(contact));
-  return ContactId{scene.contacts.size() - 1};
-}
-inline NetworkId add_network(Scene& scene, Network network) {
-  scene.add(std::move(network));
-  return NetworkId{scene.networks.size() - 1};
-}
-inline MotionId add_motion(Scene& scene, Motion motion = {}) {
-  scene.add(std::move(motion));
-  return MotionId{scene.motions.size() - 1};
-}
+DVDX_EXPORT ForceId add_force(Scene& scene, Force force);
+DVDX_EXPORT ContactId add_contact(Scene& scene, Contact contact);
+DVDX_EXPORT NetworkId add_network(Scene& scene, Network network);
+DVDX_EXPORT MotionId add_motion(Scene& scene, Motion motion = {});
 // A body that is driven: it rests where it is written until it is moved.
 DVDX_EXPORT MotionId add_body(Scene& scene, Contact contact);
 // Particles that are driven, each by itself: they rest where they are when the plan is compiled until they are moved.

@@ -33,7 +33,7 @@ Wind wind_of(const dvdx_wind& from) {
 namespace {
 
 constexpr int methods = 6, expansions = 2, path_sweeps = 2, responses = 2, sides = 2, anchorings = 3, bounds = 3, schemes = 5,
-              sweep_orders = 2, line_choices = 3, pair_axes = 2, nears = 3;
+              sweep_orders = 2, face_choices = 2, line_choices = 3, pair_axes = 2, nears = 3;
 
 std::vector<Vec3> vectors(const double* xyz, std::size_t count, const std::string& field) {
   need(xyz, count, field);
@@ -487,6 +487,11 @@ dvdx_status dvdx_scene_add_bending(dvdx_scene* scene, const dvdx_bending* bendin
 }
 dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_error* error) {
   return changed(scene, wind, "wind", error, [](Scene& to, const dvdx_wind& from) { to.wind = wind_of(from); });
+}
+
+dvdx_status dvdx_scene_set_faces(dvdx_scene* scene, dvdx_faces faces, dvdx_error* error) {
+  return changed(scene, &faces, "faces", error,
+                 [](Scene& to, dvdx_faces from) { to.faces = choice<Faces>(from, face_choices, "faces"); });
 }
 
 dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error) {

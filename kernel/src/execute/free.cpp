@@ -242,7 +242,9 @@ StepResult step_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace,
     if (scene.options.step == 0) return StepResult::done;
     const StepEnvironment environment;  // the offsets are made here, whatever the caller's rounding mode
     if (joined != nullptr) return step_joined(scene, *joined, *workspace, state, steps, parallel, reported.report);
-    if (is_any_carried(scene.scene.contacts)) return StepResult::workspace_differs;  // only LivePlan moves these surfaces
+    if (scene.particles == Particles::come_and_go && is_any_carried(scene.scene.contacts)) {
+      return StepResult::workspace_differs;  // LivePlan alone moves these surfaces
+    }
     step_free(scene, *scene.free(), scene.free()->terms, state, steps, parallel, reported);
     return StepResult::done;
   }

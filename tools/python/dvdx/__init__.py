@@ -360,7 +360,7 @@ class Scene:
     def load(cls, path: Union[str, "os.PathLike[str]"]) -> Scene:
         """The scene of a file (dvdx-scene/1), with its step and duration; state() is how it starts.
 
-        Not read, and refused by name: springs that are torn from the start, grids of one row, and faces that never meet bodies.
+        Not read, and refused by name: springs that are torn from the start, and grids of one row.
         Nothing is done that `dvdx run` does of its own: it measures float32 states from an origin nearby where they start far out,
         and tears springs (tears_at), as Plan.run() does.
         """
@@ -550,6 +550,12 @@ class Scene:
         return self._add("dvdx_wind", locals())
 
     # ---- constraints
+
+    def faces(self, choice: Literal["automatic", "never"]) -> Scene:
+        """Whether the triangles of cloth meet bodies that are narrow ("automatic", as where nothing is said), or "never"."""
+        _call(_lib.dvdx_scene_set_faces, self._handle, _choice(_ffi.typeof("dvdx_faces"), choice))
+        self._items.append(("faces", {"choice": choice}))
+        return self
 
     def distance(
         self, *, pairs: ArrayLike, length: Union[ArrayLike, Literal["start"], None] = None, bound: Literal["equal",
@@ -1353,6 +1359,9 @@ class ContactReport:
 
 class _LiveDriven:
     """The calls that a live plan and a workspace of its have in common."""
+
+    _PREFIX: str
+    _handle: Any
 
     def set_pose(
         self, motion: int, translation: ArrayLike = (0, 0, 0), rotation: ArrayLike = (0, 0, 0), jump: bool = False

@@ -147,7 +147,8 @@ def _reduced(mesh: Mesh, particles: Array, numbers: List[int]) -> Mesh:
             if face[k] in face[:k]:  # cut in two where it comes by a particle twice
                 before = face.index(face[k])
                 add(face[before:k])
-                return add(face[:before] + face[k:])
+                add(face[:before] + face[k:])
+                return
         if len(face) == 2:
             lines.append((face[0], face[1]))
         elif len(face) > 2 and tuple(sorted(face)) not in seen:

@@ -57,8 +57,6 @@ class _Reader:
             raise ValueError('format: must be "dvdx-scene/1"')
         for key in root.keys() - _KEYS:
             raise ValueError(f"{key}: is not read by Scene.load()")
-        if root.get("faces", "auto") != "auto":
-            raise ValueError("faces: is not read by Scene.load() but as auto")
         self.root, self.folder = root, folder
         self.capacity: Optional[int] = root.get("capacity")
         self.made: List[_Made] = []
@@ -208,6 +206,8 @@ class _Reader:
             self.add_wind(scene, root["wind"])
         if "meet" in root:
             self.add_meet(scene, root["meet"])
+        if "faces" in root:
+            scene.faces({"auto": "automatic"}.get(root["faces"], root["faces"]))
         if self.capacity is not None:
             scene.turnover = self.turnover()
         return scene
