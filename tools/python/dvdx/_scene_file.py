@@ -173,6 +173,7 @@ class _Reader:
         origin = root.get("origin", "auto")
         scene = cls(method=root.get("method"), mass=self.mass, fixed=self.fixed(), origin=None if origin == "auto" else origin)
         scene.step, scene.duration = root["step"], root["duration"]
+        self.velocities[self.fixed()] = 0  # as in a run
         scene._start = self.positions, self.velocities
         made = iter(self.made)
         for network in self.networks:
