@@ -90,7 +90,7 @@ class MeetStep {
       for (std::size_t i = from; i < end; ++i) {
         room_.dv[i] = room_.shift[i] = {};
         room_.last[i] = 0;
-        room_.is_hit[i] = 0;
+        room_.hit_in[i] = 0;
       }
     });
     room_.has_impacts = false;

@@ -16,8 +16,8 @@ class MeetImpacts {
   explicit MeetImpacts(const MeetSubstep<T>& of) noexcept : of_(of), room_(of.room) {}
 
   void bounce() noexcept {
-    for (int round = 0; round < most_impact_rounds; ++round) {
-      if (!find(round)) return;
+    for (round_ = 0; round_ < most_impact_rounds; ++round_) {
+      if (!find()) return;
       room_.has_impacts = true;
       name();
       of_.over_tasks([&](const Task& task, std::size_t, std::size_t) {
@@ -56,11 +56,11 @@ class MeetImpacts {
   }
 
   // Whether there is any.
-  bool find(int round) noexcept {
+  bool find() noexcept {
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.impacts = 0;
       task.hits_walls = false;
-      if (round > 0 || task.fast != 0) find_pairs(task);
+      if (round_ > 0 || task.fast != 0) find_pairs(task);
       for (std::size_t i = from; i < end && task.walls != 0; ++i) find_walls(i, task);
     });
     return std::any_of(room_.tasks.begin(), room_.tasks.end(),
@@ -70,11 +70,15 @@ class MeetImpacts {
     const MetParticles<T> particles = room_.met();
     for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
       const MetPair pair = room_.pair(p);
-      if (room_.is_fast[p] == 0 && room_.is_hit[pair.i] == 0 && room_.is_hit[pair.j] == 0) continue;
-      const Impact<T> impact = find_impact(pair.i, pair.j, particles, of_.wanted(pair.i, pair.j), of_.h, of_.slowest);
-      if (impact.f > 1) continue;
-      room_.put_impact(p, impact);
-      room_.numbers()[task.first + task.impacts++] = p;
+      PairGoes& goes = room_.goes[p];
+      const int hit_in = std::max(room_.hit_in[pair.i], room_.hit_in[pair.j]);  // 0: in no round
+      if (hit_in == 0 && goes == PairGoes::slowly) continue;
+      if (round_ == 0 || hit_in == round_) {  // else as in the round before
+        const Impact<T> impact = find_impact(pair.i, pair.j, particles, of_.wanted(pair.i, pair.j), of_.h, of_.slowest);
+        goes = impact.f > 1 ? PairGoes::fast : PairGoes::into_impact;
+        if (goes == PairGoes::into_impact) room_.put_impact(p, impact);
+      }
+      if (goes == PairGoes::into_impact) room_.numbers()[task.first + task.impacts++] = p;
     }
   }
   void find_walls(std::size_t i, Task& task) noexcept {
@@ -124,11 +128,12 @@ class MeetImpacts {
     room_.dv[i] = plus(room_.dv[i], dv);
     room_.shift[i] = minus(room_.shift[i], times(f * of_.h, dv));
     room_.last[i] = f;
-    room_.is_hit[i] = 1;
+    room_.hit_in[i] = static_cast<std::uint8_t>(round_ + 1);
   }
 
   const MeetSubstep<T>& of_;
   MeetRoom<T>& room_;
+  int round_ = 0;
 };
 
 }  // namespace dvdx

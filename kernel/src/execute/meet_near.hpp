@@ -91,7 +91,7 @@ class MeetNear {
         for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
           const std::uint32_t near = numbers[place];
           room_.put_pair(p, {static_cast<std::uint32_t>(i), room_.lists.partner(place)});
-          room_.is_fast[p] = static_cast<std::uint8_t>(near == 1);
+          room_.goes[p] = near == 1 ? PairGoes::fast : PairGoes::slowly;
           numbers[place] = near == no_partner ? no_partner : p;
           p += near == no_partner ? 0U : 1U;
         }

@@ -19,6 +19,9 @@ namespace dvdx {
 // A fixed number, so that nothing depends on threads.
 inline constexpr std::size_t particles_per_meeting_task = 1024;
 
+// How a near pair goes, of those that are in no round hit; and what the last round that looked at it found.
+enum class PairGoes : std::uint8_t { slowly, fast, into_impact };
+
 // All by particles' numbers.
 template <class T>
 struct MeetRoom {
@@ -42,7 +45,7 @@ struct MeetRoom {
         pairs(most_pairs(shape) / meeting_lanes),
         separations(pairs.size()),
         pulses(pairs.size() * meeting_lanes),
-        is_fast(pulses.size()),
+        goes(pulses.size()),
         own_end(shape.particles),
         lower_end(shape.particles),
         kept_pairs(pairs.size()),
@@ -52,7 +55,7 @@ struct MeetRoom {
         first_wall(wall_count.size()),
         hit_wall(wall_count.size()),
         best(shape.particles, no_partner),
-        is_hit(shape.particles),
+        hit_in(shape.particles),
         kept_walls(walls.size()),
         kept_wall_surfaces(walls.size()),
         kept_wall_count(wall_count.size()),
@@ -177,7 +180,7 @@ struct MeetRoom {
   std::vector<MetPairs> pairs{};  // near ones, by i, then by j; those of each task from a block on
   std::vector<Separations<T>> separations{};
   std::vector<Pulse<T>> pulses{};  // of each pair; between sub-steps those that are kept
-  std::vector<std::uint8_t> is_fast{};
+  std::vector<PairGoes> goes{};
   // By particle: where its own pairs end, counted from its task's first, and where those end in which its number is the
   // higher one. These begin in lower_near where the list of them does.
   std::vector<std::uint32_t> own_end{}, lower_end{};
@@ -188,7 +191,7 @@ struct MeetRoom {
   std::vector<std::uint32_t> first_wall{};
   std::vector<std::uint8_t> hit_wall{};  // of an impact round: which of a particle's
   std::vector<std::uint32_t> best{};     // of an impact round
-  std::vector<std::uint8_t> is_hit{};    // by any impact of this sub-step
+  std::vector<std::uint8_t> hit_in{};    // the last round of this sub-step in which an impact hit it, from 1; 0: none
   // With which the next sub-step begins, the last one having been kept_h long: those of pairs, and walls_each of each
   // particle with surfaces.
   bool is_kept = false;
