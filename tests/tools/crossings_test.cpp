@@ -86,6 +86,23 @@ TEST_CASE("triangles with a common corner do not count") {
   CHECK(count_of({{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 1, 1}, {1, -1, 1}, {0, 0.1, 0}}, {{0, 1, 2}, {5, 3, 4}}) == 2);
 }
 
+TEST_CASE("a cell's side counts, its diagonal does not") {
+  Batch<double> batch(Layout::soa, 4);
+  const std::array<double, 4> x{0, 3, 0, 0}, y{0, 0, 4, 1};
+  for (std::size_t i = 0; i < 4; ++i) {
+    batch.view().x[0][i] = x[i];
+    batch.view().x[1][i] = y[i];
+    batch.view().x[2][i] = 0;
+  }
+  Crossings crossings({{0, 1, 2}, {0, 1, 3}});
+  CHECK(crossings.longest_side() == 0);
+  CHECK(crossings.count(batch.view()) == 0);
+  CHECK(crossings.longest_side() == 4);
+  batch.view().x[1][2] = std::numeric_limits<double>::quiet_NaN();
+  CHECK(crossings.count(batch.view()) == 0);
+  CHECK(crossings.longest_side() == 3);
+}
+
 TEST_CASE("of random triangles, small ones among long ones, the tree finds every crossing") {
   std::vector<Vec3> x;
   std::vector<Triangle> triangles;

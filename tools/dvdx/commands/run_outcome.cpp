@@ -391,43 +391,56 @@ std::string crossing_cure(const SceneFile& file, double thickness, double stretc
                      thickest);
 }
 
-std::optional<Warning> warning_of_crossed(const LoadedScene& loaded, const Outcome& outcome, bool is_stretched) {
-  const Crossed& crossed = *outcome.met->crossed;
-  const double limit = outcome.met->stretch_limit;
-  constexpr int enough = 16;
-  std::string cure = is_stretched
-                         ? crossing_cure(loaded.file, *loaded.file.scene.meet->thickness, outcome.joins->stretch.most, limit)
-                         : "Try " + more_substeps(loaded, outcome);
-  if (loaded.file.scene.meet->rounds < enough) cure += fmt::format(", and \"rounds\": {} in meet", enough);
-  return Warning{
-      .code = "crossed",
-      .text = fmt::format("edges of cloth go through its triangles {} time{} at the end, {} at most: folds or layers "
-                          "have passed, or started so, and stay crossed",
-                          crossed.at_end, crossed.at_end == 1 ? "" : "s", crossed.most),
-      .value = static_cast<double>(crossed.at_end),
-      .limit = 0,
-      .cure = std::move(cure)};
-}
-
-// Cells between particles may be so wide that others fit through, or nearly so.
-std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outcome& outcome) {
-  if (!outcome.met || !outcome.joins || !(outcome.met->stretch_limit > 0)) return std::nullopt;
+// How wide the cells between particles were, where others fit through those that are longer than the limit.
+struct Widest {
+  double stretch = 0;  // of the widest cell's side at rest
+  std::string text;
+};
+Widest widest_of(const Outcome& outcome, double thickness) {
   const Joins::Stretch& stretch = outcome.joins->stretch;
   const double limit = outcome.met->stretch_limit;
-  const bool is_stretched = stretch.most > limit;
-  if (outcome.met->crossed && outcome.met->crossed->at_end > 0) return warning_of_crossed(loaded, outcome, is_stretched);
-  if (!is_stretched) return std::nullopt;
+  if (!outcome.met->crossed) {
+    return {stretch.most, fmt::format("spring {} was stretched to {:.4g} of its length at {:.4g} s: below {:.4g}",
+                                      between(stretch.ends), stretch.most, stretch.time, limit)};
+  }
+  const Crossed& of = *outcome.met->crossed;
+  const double longest = std::sqrt(2) * thickness;
+  return {limit * of.longest_side / longest,
+          fmt::format("a cell's side was {:.4g} m long at {:.4g} s: below {:.4g} m", of.longest_side, of.time, longest)};
+}
+
+std::string crossed_cure(const LoadedScene& loaded, const Outcome& outcome, double stretch) {
+  constexpr int enough = 16;
+  const Meet& meet = *loaded.file.scene.meet;
+  const double limit = outcome.met->stretch_limit;
+  const std::string cure =
+      stretch > limit ? crossing_cure(loaded.file, *meet.thickness, stretch, limit) : "Try " + more_substeps(loaded, outcome);
+  return meet.rounds < enough ? cure + fmt::format(", and \"rounds\": {} in meet", enough) : cure;
+}
+
+// Cells between particles may be so wide that others fit through, or nearly so; or it is seen that they have.
+std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outcome& outcome) {
+  if (!outcome.met || !outcome.joins || !(outcome.met->stretch_limit > 0)) return std::nullopt;
   const double thickness = *loaded.file.scene.meet->thickness;
-  return Warning{
-      .code = "may_cross",
-      .text = fmt::format(
-          "spring {} was stretched to {:.4g} of its length at {:.4g} s: below {:.4g} nothing passes between particles "
-          "that keep {:.3g} m apart, and beyond it cloth may have crossed cloth{}",
-          between(stretch.ends), stretch.most, stretch.time, limit, thickness,
-          outcome.met->crossed ? ", which it has not at the end" : ""),
-      .value = stretch.most,
-      .limit = limit,
-      .cure = crossing_cure(loaded.file, thickness, stretch.most, limit)};
+  const Widest widest = widest_of(outcome, thickness);
+  const double limit = outcome.met->stretch_limit;
+  if (const auto& crossed = outcome.met->crossed; crossed && crossed->at_end > 0) {
+    return Warning{.code = "crossed",
+                   .text = fmt::format("edges of cloth go through its triangles {} time{} at the end, {} at most: folds or "
+                                       "layers have passed, or started so, and stay crossed",
+                                       crossed->at_end, crossed->at_end == 1 ? "" : "s", crossed->most),
+                   .value = static_cast<double>(crossed->at_end),
+                   .limit = 0,
+                   .cure = crossed_cure(loaded, outcome, widest.stretch)};
+  }
+  if (!(widest.stretch > limit)) return std::nullopt;
+  return Warning{.code = "may_cross",
+                 .text = fmt::format("{} nothing passes between particles that keep {:.3g} m apart, and beyond it cloth may "
+                                     "have crossed cloth{}",
+                                     widest.text, thickness, outcome.met->crossed ? ", which it has not at the end" : ""),
+                 .value = widest.stretch,
+                 .limit = limit,
+                 .cure = crossing_cure(loaded.file, thickness, widest.stretch, limit)};
 }
 
 void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {

@@ -93,6 +93,7 @@ Crossings::Box Crossings::box_of(std::span<const std::uint32_t> corners) const n
 void Crossings::build() {
   boxes_.resize(triangles_.size());
   order_.clear();
+  longest_side_ = 0;
   const auto is_finite = [&](std::uint32_t i) {
     return std::all_of(x_[i].begin(), x_[i].end(), [](double x) { return std::isfinite(x); });
   };
@@ -100,6 +101,11 @@ void Crossings::build() {
     if (!std::all_of(triangles_[t].begin(), triangles_[t].end(), is_finite)) continue;
     boxes_[t] = box_of(triangles_[t]);
     order_.push_back(t);
+    const Triangle& of = triangles_[t];
+    std::array<double, 3> sides{};
+    for (std::size_t k = 0; k < 3; ++k) sides[k] = length_between(x_[of[k]], x_[of[(k + 1) % 3]]);
+    std::sort(sides.begin(), sides.end());
+    longest_side_ = std::max(longest_side_, sides[1]);
   }
   nodes_.clear();
   if (!order_.empty()) build(0, order_.size());

@@ -29,6 +29,9 @@ class Crossings {
   // than some 1e-15 of the coordinates may fall on either side. Triangles and edges that are not finite are left out.
   template <class T>
   [[nodiscard]] std::size_t count(const State<T>& state);
+  // m, of the triangles that were counted last: the longest of what is in each the second longest side. A cell's diagonal does not
+  // count beside its sides.
+  [[nodiscard]] double longest_side() const noexcept { return longest_side_; }
 
  private:
   struct Box {
@@ -54,6 +57,7 @@ class Crossings {
   std::vector<Box> boxes_;            // of triangles
   std::vector<std::uint32_t> order_;  // of triangles, as the tree has them
   std::vector<Node> nodes_;
+  double longest_side_ = 0;
   std::vector<std::size_t> open_;  // nodes that an edge has still to look at
 };
 

@@ -46,6 +46,9 @@ class MeetWatch {
     if (!crossings_) return;
     crossed_.at_end = crossings_->count(state);
     crossed_.most = std::max(crossed_.most, crossed_.at_end);
+    if (!(crossings_->longest_side() > crossed_.longest_side)) return;
+    crossed_.longest_side = crossings_->longest_side();
+    crossed_.time = state.clock.seconds;
   }
   // Pairs, their overlap and crossings at the last look, the longest list, the deepest overlap and the most crossings of all
   // looks.
@@ -66,6 +69,8 @@ class MeetWatch {
     sink.put(rebuilt_before_ + last_.rebuilt);
     sink.put(overlap_most_);
     sink.put(std::uint64_t{crossed_.most});
+    sink.put(crossed_.longest_side);
+    sink.put(crossed_.time);
   }
   void load(Source& source) {
     if (!every_) return;
@@ -76,6 +81,8 @@ class MeetWatch {
     source.get(overlap_most_);
     source.get(most);
     crossed_.most = most;
+    source.get(crossed_.longest_side);
+    source.get(crossed_.time);
   }
 
  private:

@@ -79,7 +79,9 @@ struct PokeThrough {
 // How often edges of cloth go through its triangles.
 struct Crossed {
   std::size_t at_end = 0;
-  std::size_t most = 0;  // of all looks
+  std::size_t most = 0;     // of all looks
+  double longest_side = 0;  // m, of all looks: of cells and triangles, not of diagonals
+  double time = 0;          // s: when it was so long
 };
 
 // Particles that meet.
