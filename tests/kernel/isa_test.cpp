@@ -150,7 +150,8 @@ TEST_CASE("a step runs the functions of its program's table and no others") {
   scene.add(Spring{.stiffness = 9.0});
   for (const Isa isa : available_isas()) {
     const Passes& passes = *find_passes(isa);
-    auto compiled = std::make_shared<CompiledScene<float>>(scene, Options{}, isa, passes, std::nullopt, std::vector<Vec3>{});
+    auto compiled = std::make_shared<CompiledScene<float>>(scene, Options{}, isa, passes, std::nullopt, std::vector<Vec3>{},
+                                                           Particles::of_state);
     auto motion = std::make_unique<FreeMotion<float>>(compiled->scene, Options{}, passes, std::nullopt, compiled->start,
                                                       compiled->shapes);
     CHECK(motion->kernels == &passes.f32);

@@ -226,6 +226,17 @@ TEST_CASE("live motions: states in workspaces of their own are driven by themsel
   CHECK(state_hash(own.live.state) == state_hash(sparks.live.state));
 }
 
+TEST_CASE("live motions: explain says that calls take one step at a time") {
+  Turnover still = fountain(SurvivorOrder::kept);
+  still.emitters[0].motion.reset();
+  const std::string words = "one step while a chunk of 8192 particles is in cache: what follows a motion has one pose a step";
+  CHECK(live_plan<float>(moving_bodies(), still).explain().find(words) != std::string::npos);
+  Scene scene;
+  scene.add(Motion{});
+  CHECK(live_plan<float>(scene, fountain(SurvivorOrder::kept)).explain().find(words) != std::string::npos);
+  CHECK(live_plan<float>(scene, still).explain().find(words) == std::string::npos);
+}
+
 TEST_CASE("live motions: a state goes on in another plan with the same bits where bodies jump to where they stood") {
   const Scene scene = moving_bodies();
   const auto drive = [](LivePlan<double>& plan, Sparks<double>& sparks, int from, int to) {

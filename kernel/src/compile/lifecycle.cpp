@@ -396,6 +396,9 @@ std::string LivePlan<T>::explain() const {
   const bool is_any_order = fills_holes(p.turnover.removal);
   if (is_any_order) {
     words += "\n             one step while a run of " + std::to_string(fill_run) + " particles is in cache\n";
+  } else if (moves_anything(p)) {
+    words += "\n             one step while a chunk of " + std::to_string(live_chunk) +
+             " particles is in cache: what follows a motion has one pose a step\n";
   } else {
     words += "\n             up to " + std::to_string(batch_steps) + " steps while a chunk of " + std::to_string(live_chunk) +
              " particles is in cache; fewer where the births of so many might find no room\n";

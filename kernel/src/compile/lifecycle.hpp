@@ -1,6 +1,7 @@
 // Particles that come and go, compiled: a plan that steps them, the tables of the passes, and memory to work in.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "compile/particle_values.hpp"
 #include "compile/pose_track.hpp"
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/live.hpp"
@@ -122,6 +124,18 @@ struct LifecycleWorkspace {
   std::uint64_t known = 0;
   static constexpr std::uint64_t all_known = std::numeric_limits<std::uint64_t>::max();
 };
+
+// Whether a contact follows a motion; and whether anything does.
+template <class T>
+bool moves_contacts(const CompiledLifecycle<T>& compiled) noexcept {
+  return !compiled.tracks.empty() && is_any_carried(compiled.plan.scene().contacts);
+}
+template <class T>
+bool moves_anything(const CompiledLifecycle<T>& compiled) noexcept {
+  const auto& emitters = compiled.turnover.emitters;
+  const auto is_carried = [](const Emitter& emitter) { return emitter.motion.has_value(); };
+  return moves_contacts(compiled) || std::any_of(emitters.begin(), emitters.end(), is_carried);
+}
 
 // The pose of what carries an emitter, if anything does.
 template <class T>

@@ -38,14 +38,9 @@ class LifecycleStep {
         parallel_(parallel),
         report_(report),
         chunks_(compiled, workspace, live, report),
-        living_(compiled.turnover.capacity) {
-    const auto& contacts = p_.plan.scene().contacts;
-    const auto& emitters = p_.turnover.emitters;
-    if (p_.tracks.empty()) return;
-    moves_surfaces_ = std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return motion_of(c).has_value(); });
-    moves_ =
-        moves_surfaces_ || std::any_of(emitters.begin(), emitters.end(), [](const Emitter& e) { return e.motion.has_value(); });
-  }
+        living_(compiled.turnover.capacity),
+        moves_(moves_anything(compiled)),
+        moves_surfaces_(moves_contacts(compiled)) {}
 
   // Steps batch by batch.
   void step(std::size_t steps) noexcept {
@@ -480,8 +475,8 @@ class LifecycleStep {
   ParallelFor parallel_;
   ContactReport::Parts* report_;  // null: nobody asks what contacts do
   LiveChunks<T> chunks_;
-  std::uint64_t living_;                         // at most, over all parts
-  bool moves_ = false, moves_surfaces_ = false;  // whether contacts or emitters, and whether contacts follow a motion
+  std::uint64_t living_;         // at most, over all parts
+  bool moves_, moves_surfaces_;  // whether anything, and whether contacts follow a motion
   Run run_{};
   std::array<Segment, most_groups> segments_{};
   std::size_t segment_count_ = 0;
