@@ -26,7 +26,7 @@ constexpr const char* live_scene = R"({
   "emitters": [
     {"type": "point", "at": [1, 2, 3], "rate": 10, "seed": 7},
     {"type": "disc", "center": [1, 2, 3], "normal": [0, 0, 2], "radius": 0.5, "rate": 2.5, "start": 1, "end": 3,
-     "velocity": [4, 5, 6], "spread": 0.25, "lifetime": 2, "seed": 8, "motion": "arm"},
+     "velocity": [4, 5, 6], "spread": 0.25, "lifetime": 2, "seed": 8, "motion": "legs"},
     {"type": "box", "min": [0, 0, 0], "max": [1, 0, 1], "rate": 0, "spread": [1, 0, 2], "lifetime": {"min": 1, "max": 3}, "seed": 9}
   ],
   "removal": {"boundaries": [{"normal": [0, 1, 0], "offset": -1}], "outside": {"min": [-9, -9, -9], "max": [9, 9, 9]},
@@ -76,7 +76,7 @@ constexpr BadValue bad_values[] = {
     {"/emitters/1/radius", "-1", "emitters[1].radius is -1: must be a finite number >= 0"},
     {"/emitters/1/end", "0.5", "emitters[1].end is 0.5: must be at least start, which is 1", true},
     {"/emitters/1/lifetime", "0", "emitters[1].lifetime is 0: must be a finite number > 0"},
-    {"/emitters/1/motion", "\"tail\"", "emitters[1].motion is \"tail\": must be \"legs\" or \"arm\"", true},
+    {"/emitters/1/motion", "\"tail\"", "emitters[1].motion is \"tail\": must be \"arm\" or \"legs\"", true},
     {"/emitters/1/spread", "-2", "emitters[1].spread is -2: must be a finite number >= 0"},
     {"/emitters/2/spread/2", "-2", "emitters[2].spread[2] is -2: must be a finite number >= 0"},
     {"/emitters/2/max", "[1,0,-1]", "emitters[2].min[2] is 0: must be at most max[2], which is -1", true},
