@@ -1,5 +1,5 @@
-// Particles that come and go while a body and the nozzle that makes them move, the nozzle is switched off and bursts, and frame times
-// vary.
+// Particles that come and go while a body and the nozzle that makes them move, the nozzle is switched off and bursts, and frame
+// times vary.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

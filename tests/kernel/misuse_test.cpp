@@ -1,4 +1,5 @@
-// Calls that are easily made wrong: each gives an error or a result that names the field as a program spells it, and changes nothing.
+// Calls that are easily made wrong: each gives an error or a result that names the field as a program spells it, and changes
+// nothing.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -945,7 +945,8 @@ class Scenes(unittest.TestCase):
         self.assertIn("faces(choice='never')", repr(dvdx.Scene().faces("never")))
         network = {"type": "springs", "pairs": [[0, 1]], "stiffness": 1, "rest_length": 1}
         file = {"format": "dvdx-scene/1", "step": 1, "duration": 1, "particles": {"count": 2}}
-        wrong = (({"network": {**network, "broken": [[0, 1]]}}, "what is torn"), ({"faces": "some"}, "must be one of"), ({"odd": 1}, "odd"))
+        torn = {"network": {**network, "broken": [[0, 1]]}}
+        wrong = ((torn, "what is torn"), ({"faces": "some"}, "must be one of"), ({"odd": 1}, "odd"))
         for more, words in wrong:
             with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(ValueError, words):
                 path = pathlib.Path(folder, "scene.json")
@@ -1141,7 +1142,7 @@ class Turnover(unittest.TestCase):
     def test_bodies_and_nozzles_follow_motions_and_workspaces_have_states_of_their_own(self):
         scene = dvdx.Scene().motion().sphere(center=(0, 1, 0), radius=0.4)
         scene.contact_motion(scene.last, 0)
-        jet = {"shape": "point", "at": (0, 3, 0), "rate": 600, "velocity": (0, -2, 0), "least_lifetime": 9, "most_lifetime": 9, "motion": 0}
+        jet = {"shape": "point", "at": (0, 3, 0), "rate": 600, "velocity": (0, -2, 0), "motion": 0}
         empty = lambda: dvdx.LiveState(np.zeros((1000, 3)), np.zeros((1000, 3)))  # noqa: E731
         one, two = empty(), empty()
         plan = dvdx.compile_live(scene, one, [jet], step=1 / 60)

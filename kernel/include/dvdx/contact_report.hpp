@@ -29,8 +29,9 @@ struct ContactEvent {
   Vec3 impulse{};  // N s, on the surface
 };
 
-// Takes the reports of one state's steps; one that was moved from is of no contacts, and takes none. The sums are exact until they are rounded once: they depend on neither instruction
-// set, threads, blocks nor layout, nor on how the particles are split among several reports that are added up.
+// Takes the reports of one state's steps; one that was moved from is of no contacts, and takes none. The sums are exact until
+// they are rounded once: they depend on neither instruction set, threads, blocks nor layout, nor on how the particles are split
+// among several reports that are added up.
 class DVDX_EXPORT ContactReport {
  public:
   struct Parts;  // private to the library

@@ -811,8 +811,8 @@ DVDX_EXPORT dvdx_status dvdx_instance_set_wind(dvdx_instance* instance, const dv
 // One step of this length, s.
 DVDX_EXPORT dvdx_status dvdx_instance_step(dvdx_instance* instance, double step, const dvdx_parallel* parallel,
                                            dvdx_error* error);
-// One step of each of so many, all of one precision and none twice, as many at once as `parallel` has threads. frame_times: s, one
-// (time_count 1) or one for each. An error names the first that failed, as instances[k]; all others have stepped.
+// One step of each of so many, all of one precision and none twice, as many at once as `parallel` has threads. frame_times: s,
+// one (time_count 1) or one for each. An error names the first that failed, as instances[k]; all others have stepped.
 DVDX_EXPORT dvdx_status dvdx_instances_step(dvdx_instance* const* instances, size_t count, const double* frame_times,
                                             size_t time_count, const dvdx_parallel* parallel, dvdx_error* error);
 // Whole steps of the plan's size, as many as have become due and at most so many; *steps, which may be null, says how many.
@@ -914,8 +914,8 @@ typedef struct dvdx_live {
 
 typedef struct dvdx_live_plan dvdx_live_plan;
 
-// A plan for a scene whose particles are all alike, with neither networks, constraints, fixed or kinematic particles nor an origin,
-// and a step > 0; the scene may be destroyed after it. Contacts and emitters may follow motions.
+// A plan for a scene whose particles are all alike, with neither networks, constraints, fixed or kinematic particles nor an
+// origin, and a step > 0; the scene may be destroyed after it. Contacts and emitters may follow motions.
 DVDX_EXPORT dvdx_status dvdx_live_plan_create(const dvdx_scene* scene, const dvdx_turnover* turnover,
                                               const dvdx_options* options, dvdx_live_plan** plan, dvdx_error* error);
 // A null pointer is fine.

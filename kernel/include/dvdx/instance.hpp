@@ -82,9 +82,9 @@ class DVDX_EXPORT Instance {
   Plan<T> nothing_{nullptr};  // what is left of a plan once it was moved from
 };
 
-// One step of each: so many at once as parallel has threads, none of them inside one. frame_times: s, one for all or one for each. An
-// error names the first that failed, as instances[k]; all others have stepped. Instances of one plan that take steps of one length share
-// what that length needs.
+// One step of each: so many at once as parallel has threads, none of them inside one. frame_times: s, one for all or one for
+// each. An error names the first that failed, as instances[k]; all others have stepped. Instances of one plan that take steps
+// of one length share what that length needs.
 template <class T>
 [[nodiscard]] DVDX_EXPORT Expected<void> step(std::span<Instance<T>> instances, std::span<const double> frame_times,
                                               const ParallelFor& parallel = {});

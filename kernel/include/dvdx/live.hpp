@@ -63,10 +63,11 @@ class DVDX_EXPORT LiveWorkspace {
   Parts* parts_;  // owned
 };
 
-// Steps as Plan does, by calls of the same names: lets particles age, removes those that are to go, keeps the order of all others
-// (or fills the holes from the end: SurvivorOrder::any), and lets the births of each step follow behind them, emitter by emitter.
-// Contacts and emitters may follow a motion. The bits do not depend on the instruction set, on threads, on the layout or on how many
-// steps a call takes. Any number of threads may step different states with it at once, each with its own clone or workspace.
+// Steps as Plan does, by calls of the same names: lets particles age, removes those that are to go, keeps the order of all
+// others (or fills the holes from the end: SurvivorOrder::any), and lets the births of each step follow behind them, emitter by
+// emitter. Contacts and emitters may follow a motion. The bits do not depend on the instruction set, on threads, on the layout
+// or on how many steps a call takes. Any number of threads may step different states with it at once, each with its own clone
+// or workspace.
 template <class T>
 class DVDX_EXPORT LivePlan {
  public:
@@ -77,10 +78,9 @@ class DVDX_EXPORT LivePlan {
   LivePlan& operator=(LivePlan&&) noexcept;
   ~LivePlan();
 
-  // capacity_too_small where a column has no memory or less room than the turnover's capacity, the state holds more particles than
-  // that, or lifetimes have no ages;
-  // time_not_finite; in_use where another thread steps this plan. Then nothing was stepped. Allocates nothing, throws nothing,
-  // locks nothing.
+  // capacity_too_small where a column has no memory or less room than the turnover's capacity, the state holds more particles
+  // than that, or lifetimes have no ages; time_not_finite; in_use where another thread steps this plan. Then nothing was
+  // stepped. Allocates nothing, throws nothing, locks nothing.
   StepResult step(LiveState<T>& live, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
 
   // The same, and reports what contacts do, step by step. A particle's number is where it stood when its step began.
@@ -106,14 +106,14 @@ class DVDX_EXPORT LivePlan {
   [[nodiscard]] Expected<void> burst(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t index,
                                      std::size_t births) const;
 
-  // As Plan::clone() and workspace(): what drives things begins by the keys in a clone, and where this plan has it in a workspace.
-  // Throw std::bad_alloc where there is no memory.
+  // As Plan::clone() and workspace(): what drives things begins by the keys in a clone, and where this plan has it in a
+  // workspace. Throw std::bad_alloc where there is no memory.
   [[nodiscard]] LivePlan clone() const;
   [[nodiscard]] LiveWorkspace<T> workspace() const;
 
-  // "Be there at the end of the next step": see Plan::set_pose. Contacts that follow the motion see particles as a plan's do that
-  // are all there at once, and emitters that follow it make their births on the way. In a step that is as long as this scene's a body
-  // should not turn by more than half a radian.
+  // "Be there at the end of the next step": see Plan::set_pose. Contacts that follow the motion meet particles as a Plan's do, and
+  // emitters that follow it make their births on the way. A step is one flow: a body should not turn by more than half a radian
+  // in it.
   [[nodiscard]] Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
 
   [[nodiscard]] Expected<void> set_pose(MotionId motion, const Pose& target, Arrival arrival = Arrival::moving) {
@@ -123,8 +123,8 @@ class DVDX_EXPORT LivePlan {
   // Changes, as Plan's: each changes nothing where it fails. Not while another thread steps with this plan.
   [[nodiscard]] Expected<void> set_step(double h);  // s, > 0: births go on by time
   [[nodiscard]] Expected<void> set_force(std::size_t index, const Force& force);
-  // The contact is there from the next step on: what it then holds inside leaves it within that step, or by its push_out. A body that
-  // moves follows a motion, so that it passes nothing.
+  // The contact is there from the next step on: what it then holds inside leaves it within that step, or by its push_out. A
+  // body that moves follows a motion, so that it passes nothing.
   [[nodiscard]] Expected<void> set_contact(std::size_t index, const Contact& contact);
   // As Plan's, though nothing meets the air here.
   [[nodiscard]] Expected<void> set_wind(const Wind& wind);
@@ -147,8 +147,8 @@ class DVDX_EXPORT LivePlan {
     return burst(live, static_cast<std::size_t>(id), births);
   }
 
-  // As Plan::teleport(), of the particles that live and of what follows a motion. Other emitters and contacts, and boundaries, stay
-  // where they are.
+  // As Plan::teleport(), of the particles that live and of what follows a motion. Other emitters and contacts, and boundaries,
+  // stay where they are.
   [[nodiscard]] Expected<void> teleport(LiveState<T>& live, const Pose& by) const;
   [[nodiscard]] Expected<void> teleport(LiveState<T>& live, LiveWorkspace<T>& workspace, const Pose& by) const;
 
@@ -165,9 +165,9 @@ class DVDX_EXPORT LivePlan {
   Parts* parts_;  // owned
 };
 
-// A plan for particles that are all alike: values each, anchors at the start, networks, constraints, fixed and kinematic particles
-// are errors that name their field, and so is a step that is not > 0, or one in which the keys of a contact's motion turn it by more
-// than half a radian. Where parts share births the survivors' order must be kept.
+// A plan for particles that are all alike: values each, anchors at the start, networks, constraints, fixed and kinematic
+// particles are errors that name their field, and so is a step that is not > 0, or one in which the keys of a contact's motion
+// turn it by more than half a radian. Where parts share births the survivors' order must be kept.
 template <class T>
 [[nodiscard]] DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
 

@@ -42,8 +42,9 @@ struct Emitter {
   double least_lifetime = std::numeric_limits<double>::infinity();  // s, > 0
   double most_lifetime = std::numeric_limits<double>::infinity();   // s, >= least: evenly between the two
   std::uint64_t seed = 0;
-  // The motion of Scene::motions that carries it from where it is written, place, aim and all. A birth then goes straight, as seen
-  // from the motion, to the end of the step in which it is born, and has the motion's velocity there besides its own. None: it rests.
+  // The motion of Scene::motions that carries it from where it is written, place, aim and all. A birth then goes straight, as
+  // seen from the motion, to the end of the step in which it is born, and has the motion's velocity there besides its own.
+  // None: it rests.
   std::optional<std::size_t> motion{};
   bool operator==(const Emitter&) const = default;
 };

@@ -15,8 +15,8 @@
 
 namespace dvdx {
 
-// Whether a plan's particles are those of one state, or come and go (compile/lifecycle.hpp): these have no columns of their own,
-// and what follows a motion is moved from step to step by who steps them.
+// Whether a plan's particles are those of one state, or come and go (compile/lifecycle.hpp): these have no columns of their
+// own, and what follows a motion is moved from step to step by who steps them.
 enum class Particles { of_state, come_and_go };
 
 template <class T>

@@ -72,7 +72,7 @@ struct CompiledLifecycle {
   std::vector<PoseTrack> tracks;  // of the scene's motions
 };
 
-// What a workspace is made for.
+// The numbers that a workspace is made for.
 struct LifecycleShape {
   std::size_t capacity = 0, parts = 1, emitters = 0, contacts = 0, motions = 0;
   SurvivorOrder order = SurvivorOrder::kept;
@@ -89,7 +89,7 @@ LifecycleShape shape_of(const CompiledLifecycle<T>& compiled) noexcept {
           .order = turnover.removal.order};
 }
 
-// What follows a motion: of one step, where it is at the step's end.
+// All that follows a motion: of one step, where it is at the step's end.
 template <class T>
 struct LiveFollowers {
   explicit LiveFollowers(const LifecycleShape& shape);

@@ -11,7 +11,8 @@
 
 namespace dvdx {
 
-// rad: a surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola, so by this at most.
+// rad: a surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola, so by this at
+// most.
 inline constexpr double most_turn = 0.5;
 
 // A motion, its keys' orientations and rates made once.

@@ -154,9 +154,10 @@ class ContactRecorder final : public ContactLog<T> {
 extern template class ContactRecorder<float>;
 extern template class ContactRecorder<double>;
 
-// The step of a plan that joins nothing, of plain rounding, within a call that has begun: what is wrong has been looked for, and
-// the environment is a step's. To set it drains the processor: a million particles took half as long again in calls of 1024.
-// moved: null, or terms with surfaces moved, of one step. report: null, or what is told of the particles from number `first` on.
+// The step of a plan that joins nothing, of plain rounding, within a call that has begun: what is wrong has been looked for,
+// and the environment is a step's. To set it drains the processor: a million particles took half as long again in calls of
+// 1024. moved: null, or terms with surfaces moved, of one step. report: null, or what is told of the particles from number
+// `first` on.
 template <class T>
 struct ReportedStep {
   static void run(const Plan<T>& plan, const Terms<T>* moved, State<T>& state, std::size_t steps, ContactReport::Parts* report,

@@ -200,7 +200,8 @@ struct Reported {
   std::size_t first = 0;
 };
 
-// Where offsets depend on time they are made for some steps at once; else once. terms: the motion's, or with its surfaces moved.
+// Where offsets depend on time they are made for some steps at once; else once. terms: the motion's, or with its surfaces
+// moved.
 template <class A, class T>
 void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, const Terms<A>& terms, State<T>& state,
                std::size_t steps, const ParallelFor& parallel, const Reported& reported) noexcept {

@@ -45,7 +45,7 @@ class LifecycleStep {
   // Steps batch by batch.
   void step(std::size_t steps) noexcept {
     // Which particle fills which hole depends on the births of the steps before: one step at a time where they do. In a report
-    // a particle is known by where it stands when its step begins. What follows a motion has one pose a step.
+    // a particle is known by where it stands when its step begins. Everything on a motion has one pose a step.
     const bool goes_singly = fills_holes(p_.turnover.removal) || report_ != nullptr || moves_;
     const std::size_t most = goes_singly ? 1 : batch_steps;
     for (std::size_t left = steps; left != 0;) {

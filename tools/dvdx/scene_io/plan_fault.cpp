@@ -30,8 +30,8 @@ void name_mesh_file(std::string& field, const SceneFile& file) {
   }
 }
 
-// A program's networks, one of which a file writes without a list; and its coupling, which a file's networks have for themselves, or
-// the scene where there are none.
+// A program's networks, one of which a file writes without a list; and its coupling, which a file's networks have for
+// themselves, or the scene where there are none.
 void name_network(std::string& field, const SceneFile& file) {
   constexpr std::string_view list = "networks", coupling = "coupling";
   const bool is_only = file.scene.networks.size() == 1;

@@ -321,9 +321,9 @@ class Scene:
     duration: Optional[float] = None
     """s, of a scene that was loaded."""
     tears_at: Dict[int, float] = {}
-    """Of a scene that was loaded: by which part of its rest length a spring of these networks tears. Plan.run() and record() see to it."""
+    """How far springs of these networks stretch before they tear, in a scene that was loaded: see Plan.run()."""
     turnover: Optional[Dict[str, Any]] = None
-    """Of a scene that was loaded, whose particles come and go: what compile_live() takes where nothing else is given."""
+    """Emitters and removal of a scene that was loaded: what compile_live() takes where nothing else is given."""
 
     def __init__(
         self, method: Optional[Method] = None, mass: Optional[ArrayLike] = None, fixed: ArrayLike = (),
@@ -386,7 +386,7 @@ class Scene:
 
     @property
     def last(self) -> int:
-        """The number, among those of its kind, of what was added last: what a plan's set_force(), set_contact(), set_pose() ... take."""
+        """The number of what was added last, among those of its kind: what set_force(), set_contact(), set_pose() ... take."""
         if not self._items:
             raise IndexError("the scene is empty")
         kind = self._items[-1][0]
@@ -961,7 +961,7 @@ class Plan(_Driven):
         self._handle = _ffi.gc(handle, _lib.dvdx_plan_destroy)
         self._items, self._about = items, about
         self.tears_at: Dict[int, float] = {}
-        """Of a scene that was loaded: see run()."""
+        """As Scene.tears_at: see run()."""
 
     def __repr__(self) -> str:
         kinds = ", ".join(kind for kind, _ in self._items) or "nothing"
@@ -1283,7 +1283,9 @@ class Instance:
 def step_all(
     instances: Sequence[Instance], frame_time: Union[float, Sequence[float]], threads: Union[int, Threads, None] = None
 ) -> None:
-    """One step of each, none twice and all of one precision: as many at once as there are threads. frame_time: s, one or one for each.
+    """One step of each, none twice and all of one precision: as many at once as there are threads.
+
+    frame_time: s, one or one for each.
 
     An error names the first that failed, as instances[k]; all others have stepped.
     """
@@ -1457,7 +1459,7 @@ class LivePlan(_LiveDriven):
         _call(_lib.dvdx_live_plan_set_force, self._handle, index, scene._handle, force)
 
     def set_contact(self, index: int, scene: Scene, contact: int = 0) -> None:
-        """The plan's contact `index` becomes contact `contact` of a scene: it is there at once. What moves follows a motion."""
+        """The plan's contact `index` becomes contact `contact` of a scene: it is there at once. A body that moves follows a motion."""
         _call(_lib.dvdx_live_plan_set_contact, self._handle, index, scene._handle, contact)
 
     def set_emitter(self, index: int, emitter: Dict[str, Any]) -> None:
