@@ -413,9 +413,10 @@ std::string crossed_cure(const LoadedScene& loaded, const Outcome& outcome, doub
   constexpr int enough = 16;
   const Meet& meet = *loaded.file.scene.meet;
   const double limit = outcome.met->stretch_limit;
-  const std::string cure =
-      stretch > limit ? crossing_cure(loaded.file, *meet.thickness, stretch, limit) : "Try " + more_substeps(loaded, outcome);
-  return meet.rounds < enough ? cure + fmt::format(", and \"rounds\": {} in meet", enough) : cure;
+  const int now = outcome.network ? outcome.network->substeps : 1;
+  std::string cure = fmt::format("Try --substeps {}", std::min(2 * now, static_cast<int>(most_substeps)));
+  if (meet.rounds < enough) cure += fmt::format(", and \"rounds\": {} in meet", enough);
+  return stretch > limit ? cure + ". " + crossing_cure(loaded.file, *meet.thickness, stretch, limit) : cure;
 }
 
 // Cells between particles may be so wide that others fit through, or nearly so; or it is seen that they have.
