@@ -139,8 +139,8 @@ TEST_CASE("of two sheets that fall on each other none passes the other") {
   CHECK(least_apart(true) > 0.9 * thickness);
 }
 
-// How far a sheet of 8 x 8 goes down another one that is fixed, in a third of a second, turned against it so that their cells do
-// not lock into each other. m
+// m: how far a sheet of 8 x 8 goes down another one that is fixed, in a third of a second. It is turned against it, so that
+// their cells do not lock into each other.
 double slid(double slope, double friction) {
   const Sheet low{0, 28, 16};
   const Sheet high{28 * 16, 8, 8};

@@ -164,8 +164,8 @@ class MeetStep {
     return Found::too_many;
   }
 
-  // The a that cells are made for: most particles', as each with more looks through 125 cells and not 14. A few fast ones do not
-  // widen the cells of all. No bit depends on it.
+  // The a that cells are made for: most particles', as each with more looks through 125 cells and not 14. A few fast ones do
+  // not widen the cells of all. No bit depends on it.
   [[nodiscard]] T ordinary() const noexcept {
     constexpr double wider = 1.5, most = 4;
     const T least = of_.rules.most_radius() + T(0.5) * nominal_skin();

@@ -29,7 +29,7 @@ class Crossings {
   // than some 1e-15 of the coordinates may fall on either side. Triangles and edges that are not finite are left out.
   template <class T>
   [[nodiscard]] std::size_t count(const State<T>& state);
-  // m, of the triangles that were counted last: the longest of what is in each the second longest side. A cell's diagonal does not
+  // m, of the triangles that were counted last: the longest of each one's second longest side. So a cell's diagonal does not
   // count beside its sides.
   [[nodiscard]] double longest_side() const noexcept { return longest_side_; }
 

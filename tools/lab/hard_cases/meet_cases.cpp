@@ -19,7 +19,7 @@ constexpr double hz60 = 1.0 / 60;
 constexpr double cell = 0.01;  // m
 constexpr int seeds = 3;
 
-// Of cells of 1 cm and 49 mg, as a towel has them.
+// Cells of 1 cm and 49 mg, as a towel has them.
 Scene cloth_on_floor() {
   Scene scene;
   scene.mass = 4.9e-5;
