@@ -42,7 +42,7 @@ class MeetRules {
   [[nodiscard]] double stretch_limit() const noexcept { return stretch_limit_; }
   // Whether a pair, i < j, ever meets.
   [[nodiscard]] bool accepts(std::uint32_t i, std::uint32_t j) const noexcept;
-  // Of radii, groups and starts, all that lists depend on: those of other rules are no lists of these.
+  // Radii, groups and starts in one number: all that lists depend on. Lists of rules with another number are none of these.
   [[nodiscard]] std::uint64_t fingerprint() const noexcept { return fingerprint_; }
   [[nodiscard]] std::size_t bytes() const noexcept {
     return r_.size() * sizeof(T) + start_.size() * sizeof(Vec3) + 2 * group_of_.size() + met_.size();
