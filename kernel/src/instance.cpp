@@ -487,38 +487,6 @@ template Expected<void> step(std::span<Instance<double>>, std::span<const double
 template Expected<void> step(std::span<Instance<float>* const>, std::span<const double>, const ParallelFor&);
 template Expected<void> step(std::span<Instance<double>* const>, std::span<const double>, const ParallelFor&);
 
-ForceId add_force(Scene& scene, Force force) {
-  scene.add(std::move(force));
-  return ForceId{scene.forces.size() - 1};
-}
-ContactId add_contact(Scene& scene, Contact contact) {
-  scene.add(std::move(contact));
-  return ContactId{scene.contacts.size() - 1};
-}
-NetworkId add_network(Scene& scene, Network network) {
-  scene.add(std::move(network));
-  return NetworkId{scene.networks.size() - 1};
-}
-MotionId add_motion(Scene& scene, Motion motion) {
-  scene.add(std::move(motion));
-  return MotionId{scene.motions.size() - 1};
-}
-MotionId add_body(Scene& scene, Contact contact) {
-  const std::size_t motion = scene.motions.size();
-  std::visit([&](auto& body) { body.motion = motion; }, contact);
-  scene.add(Motion{}).add(std::move(contact));
-  return MotionId{motion};
-}
-PinsId add_pins(Scene& scene, std::vector<std::size_t> particles) {
-  const std::size_t motion = scene.motions.size();
-  scene.add(Motion{}).add(Kinematic{.particles = std::move(particles), .motion = motion});
-  return PinsId{scene.kinematic.size() - 1};
-}
-SkinId add_skin(Scene& scene, Skin skin) {
-  scene.add(std::move(skin));
-  return SkinId{scene.skins.size() - 1};
-}
-
 template class Instance<float>;
 template class Instance<double>;
 template Expected<Instance<float>> Plan<float>::instance(const State<float>&) const;

@@ -173,6 +173,10 @@ TEST_CASE("c: faces are chosen by the library or never") {
   dvdx_error error{};
   CHECK(dvdx_scene_set_faces(scene.scene, DVDX_FACES_NEVER, &error) == DVDX_DONE);
   CHECK(dvdx_scene_set_faces(scene.scene, DVDX_FACES_AUTOMATIC, &error) == DVDX_DONE);
+  for (const int number : {-1, 2, 99}) {
+    CHECK(dvdx_scene_set_faces(scene.scene, static_cast<dvdx_faces>(number), &error) == DVDX_INVALID);
+    CHECK(std::string(&error.message[0]) == "faces is " + std::to_string(number) + ": must be a choice from 0 to 1");
+  }
   CHECK(dvdx_scene_set_faces(nullptr, DVDX_FACES_NEVER, &error) == DVDX_INVALID);
 }
 

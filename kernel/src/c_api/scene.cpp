@@ -491,7 +491,7 @@ dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_e
 
 dvdx_status dvdx_scene_set_faces(dvdx_scene* scene, dvdx_faces faces, dvdx_error* error) {
   return changed(scene, &faces, "faces", error,
-                 [](dvdx::Scene& to, dvdx_faces from) { to.faces = choice<dvdx::Faces>(from, face_choices, "faces"); });
+                 [](dvdx::Scene& to, const dvdx_faces& from) { to.faces = choice<dvdx::Faces>(from, face_choices, "faces"); });
 }
 
 dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error) {

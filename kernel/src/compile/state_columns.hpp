@@ -1,10 +1,10 @@
-// Whether a state's columns have memory, for all that reads one beside a step.
+// Whether a state's columns have memory for all of its particles.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <optional>
+#include <type_traits>
 
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/plan.hpp"
@@ -16,6 +16,14 @@ bool are_short(const std::array<Column<T>, 3>& columns, std::size_t count) noexc
   return std::any_of(columns.begin(), columns.end(), [count](const Column<T>& column) {
     return column.capacity < count || (column.base == nullptr && count != 0);
   });
+}
+
+// All that a step reads of a state. A: what the scene is worked out in.
+template <class A, class T>
+bool are_columns_short(const State<T>& state) noexcept {
+  const bool needs_rests = !std::is_same_v<A, T>;
+  return are_short(state.x, state.count) || are_short(state.v, state.count) ||
+         (needs_rests && (are_short(state.x_rest, state.count) || are_short(state.v_rest, state.count)));
 }
 
 [[nodiscard]] inline Error short_columns(const char* state) {

@@ -161,11 +161,7 @@ std::optional<Error> check_seek(const CompiledScene<A>& compiled, const State<T>
   if (compiled.count && *compiled.count != state.count) {
     return Error{"state.count", std::to_string(state.count), std::to_string(*compiled.count)};
   }
-  const bool has_rests = !std::is_same_v<A, T>;
-  if (are_short(state.x, state.count) || are_short(state.v, state.count) ||
-      (has_rests && (are_short(state.x_rest, state.count) || are_short(state.v_rest, state.count)))) {
-    return short_columns("state");
-  }
+  if (are_columns_short<A>(state)) return short_columns("state");
   if (!state.clock.is_finite()) {
     const bool is_carry = std::isfinite(state.clock.seconds);
     return Error{"state.clock", text(is_carry ? state.clock.carry : state.clock.seconds), "a finite time"};

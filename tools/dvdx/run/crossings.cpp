@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "output/space.hpp"
 #include "run/stored_springs.hpp"
 #include "scene_io/scene_file.hpp"
 
@@ -13,20 +14,14 @@ namespace {
 
 constexpr std::size_t most_in_leaf = 4;
 
-Vec3 from_to(const Vec3& a, const Vec3& b) { return {b[0] - a[0], b[1] - a[1], b[2] - a[2]}; }
-double inner_of(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec3 across_both(const Vec3& a, const Vec3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 bool goes_through(const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& of) {
-  const Vec3 normal = across_both(from_to(of[0], of[1]), from_to(of[0], of[2]));
-  const double start = inner_of(normal, from_to(of[0], p));
-  const double end = inner_of(normal, from_to(of[0], q));
+  const Vec3 normal = cross(difference(of[1], of[0]), difference(of[2], of[0]));
+  const double start = dot(normal, difference(p, of[0]));
+  const double end = dot(normal, difference(q, of[0]));
   if (!((start < 0 && end > 0) || (start > 0 && end < 0))) return false;
-  const Vec3 along = from_to(p, q);
+  const Vec3 along = difference(q, p);
   std::array<double, 3> sides{};
-  for (std::size_t k = 0; k < 3; ++k) sides[k] = inner_of(along, across_both(from_to(p, of[k]), from_to(p, of[(k + 1) % 3])));
+  for (std::size_t k = 0; k < 3; ++k) sides[k] = dot(along, cross(difference(of[k], p), difference(of[(k + 1) % 3], p)));
   const auto [least, most] = std::minmax_element(sides.begin(), sides.end());
   return *least >= 0 || *most <= 0;
 }
@@ -94,11 +89,9 @@ void Crossings::build() {
   boxes_.resize(triangles_.size());
   order_.clear();
   longest_side_ = 0;
-  const auto is_finite = [&](std::uint32_t i) {
-    return std::all_of(x_[i].begin(), x_[i].end(), [](double x) { return std::isfinite(x); });
-  };
+  const auto is_there = [&](std::uint32_t i) { return is_finite(x_[i]); };
   for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-    if (!std::all_of(triangles_[t].begin(), triangles_[t].end(), is_finite)) continue;
+    if (!std::all_of(triangles_[t].begin(), triangles_[t].end(), is_there)) continue;
     boxes_[t] = box_of(triangles_[t]);
     order_.push_back(t);
     const Triangle& of = triangles_[t];
@@ -117,7 +110,7 @@ std::size_t Crossings::build(std::size_t from, std::size_t to) {
   nodes_.push_back({.box = boxes_[order_[from]], .from = from, .to = to});
   for (std::size_t k = from + 1; k < to; ++k) nodes_[node].box.add(boxes_[order_[k]]);
   if (to - from <= most_in_leaf) return node;
-  const Vec3 size = from_to(nodes_[node].box.least, nodes_[node].box.most);
+  const Vec3 size = difference(nodes_[node].box.most, nodes_[node].box.least);
   const auto axis = static_cast<std::size_t>(std::max_element(size.begin(), size.end()) - size.begin());
   const std::size_t half = from + (to - from) / 2;
   const auto at = [&](std::size_t k) { return order_.begin() + static_cast<std::ptrdiff_t>(k); };

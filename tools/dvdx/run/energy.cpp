@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "output/space.hpp"
 #include "ranks/agree.hpp"
 #include "run/stored_springs.hpp"
 
@@ -23,7 +24,6 @@ double EnergySum::value() const noexcept { return std::isfinite(total_) ? total_
 
 namespace {
 
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double square(double value) { return value * value; }
 
 template <class T>
