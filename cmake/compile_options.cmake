@@ -6,6 +6,16 @@ target_compile_features(dvdx_options INTERFACE cxx_std_20)
 target_compile_options(dvdx_options INTERFACE -ffp-contract=off -fno-math-errno -fvisibility=hidden)
 # A switch over an enumeration names every value: a new shape of a contact, kind of a source or form is not left out anywhere.
 target_compile_options(dvdx_options INTERFACE -Werror=switch)
+# Where several files are compiled at once, g++ looks for memory that it no longer needs so often that it takes a tenth of the time.
+set(DVDX_UNITY_OPTIONS)
+if(DVDX_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  cmake_host_system_information(RESULT DVDX_MEMORY QUERY TOTAL_PHYSICAL_MEMORY) # MiB
+  cmake_host_system_information(RESULT DVDX_CORES QUERY NUMBER_OF_LOGICAL_CORES)
+  math(EXPR DVDX_MEMORY "${DVDX_MEMORY} / ${DVDX_CORES}")
+  if(DVDX_MEMORY GREATER 2000)
+    set(DVDX_UNITY_OPTIONS --param=ggc-min-heapsize=700000) # KiB; compilers take 1.2 GiB at most
+  endif()
+endif()
 if(DVDX_DEVELOPER)
   target_compile_options(dvdx_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
                                                 -Wold-style-cast -Wnon-virtual-dtor -Werror)

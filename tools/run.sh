@@ -97,13 +97,13 @@ best_isa() {
 small() {
   local lab
   [ -e build/release/tools/dvdx ] ||
-    options+=("-DDVDX_ISAS=$(best_isa)" -DDVDX_ARITHMETICS=separate -DDVDX_LAB=none -DDVDX_MPI=OFF -DDVDX_BUILD_TESTS=OFF -DDVDX_BUILD_BENCH=OFF)
+    options+=("-DDVDX_ISAS=$(best_isa)" -DDVDX_ARITHMETICS=separate -DDVDX_PLAN_OPTIONS=-O1 -DDVDX_LAB=none -DDVDX_MPI=OFF -DDVDX_BUILD_TESTS=OFF -DDVDX_BUILD_BENCH=OFF)
   lab=$(sed -n 's/^DVDX_LAB:[A-Z]*=//p' build/release/CMakeCache.txt 2>/dev/null || true)
   [ "$1" != report ] || [ "$lab" = all ] || options+=(-DDVDX_LAB=report)
 }
 
 # whole: build/release gets everything
-whole() { options+=(-DDVDX_ISAS=all -DDVDX_ARITHMETICS=all -DDVDX_LAB=all -DDVDX_MPI=ON -DDVDX_BUILD_BENCH=ON); }
+whole() { options+=(-DDVDX_ISAS=all -DDVDX_ARITHMETICS=all -DDVDX_PLAN_OPTIONS= -DDVDX_LAB=all -DDVDX_MPI=ON -DDVDX_BUILD_BENCH=ON); }
 
 # build PRESET TARGET...
 build() {

@@ -89,6 +89,7 @@ std::vector<int> with_chosen(std::vector<int> ladder) {
   return ladder;
 }
 std::vector<int> leapfrog_counts(const Cloth& cloth) { return with_chosen(leapfrog_ladder(cloth)); }
+std::vector<int> chosen_alone(const Cloth& /*cloth*/) { return {chosen}; }
 // Stable while frequency times sub-step is below 2.9 at least.
 std::vector<int> fourth_order_counts(const Cloth& cloth) { return with_chosen(explicit_ladder(cloth, 1.4)); }
 
@@ -101,6 +102,7 @@ Peers dvdx_peers() {
   const Variant middle{.scheme = Scheme::sequential, .theta = 0.5}, damped{.scheme = Scheme::sequential, .theta = 0.55};
   const Variant forward{.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward};
   const Variant lower_forward{.scheme = Scheme::sequential, .theta = 0.7, .sweeps = SweepOrder::forward};
+  const Variant automatic{.scheme = Scheme::automatic};
   const auto mesh = [](Variant variant) {
     variant.lie = Lie::mesh;
     return variant;
@@ -123,6 +125,8 @@ Peers dvdx_peers() {
           peer<float>("sequential, theta 0.7, forward, fast", with_fast(lower_forward), any_ladder),
           peer<float>("sequential, theta 1, forward", forward, any_ladder),
           peer<float>("sequential, theta 1, forward, fast", with_fast(forward), any_ladder),
+          peer<float>("auto", automatic, chosen_alone),
+          peer<float>("auto", mesh(automatic), chosen_alone),
           peer<float>("leapfrog", mesh(leapfrog), leapfrog_counts),
           peer<float>("leapfrog, contracted", mesh(contracted), leapfrog_counts),
           peer<float>("leapfrog, fast", mesh(fast), leapfrog_counts),

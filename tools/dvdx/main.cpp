@@ -15,7 +15,7 @@
 #include "output/console.hpp"
 #include "output/temporary.hpp"
 #include "ranks/join.hpp"
-#include "run/typed.hpp"
+#include "commands/typed.hpp"
 
 namespace {
 

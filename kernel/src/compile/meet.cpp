@@ -21,7 +21,7 @@ namespace {
 
 constexpr int most_rounds = 64;
 constexpr int most_neighbours_of_all = 255;
-constexpr std::size_t most_groups = 1024;
+constexpr std::size_t most_meeting_groups = 1024;
 constexpr double least_size = 1e-15, most_size = 1e15;  // m
 constexpr double near_at_start = 1 - 1e-6;              // of the distance that a pair wants
 
@@ -128,7 +128,8 @@ void check_meet(Checker& check, const Scene& scene) {
   const MeetGroups& groups = *meet.groups;
   check.length("meet.groups.of", groups.of.size());
   const auto group = [&](const std::string& field, std::uint16_t number) {
-    if (number >= most_groups) check.fail(field, std::to_string(number), "a number below " + std::to_string(most_groups));
+    if (number < most_meeting_groups) return;
+    check.fail(field, std::to_string(number), "a number below " + std::to_string(most_meeting_groups));
   };
   for (std::size_t i = 0; i < groups.of.size() && !check.error; ++i) group(element("meet.groups.of", i), groups.of[i]);
   for (std::size_t k = 0; k < groups.meet.size() && !check.error; ++k) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "compile/particle_values.hpp"
 #include "execute/contact_recorder.hpp"
 #include "execute/environment.hpp"
 #include "execute/joined.hpp"

@@ -74,7 +74,7 @@ class ToFile final : public Sink {
 Json json_of(const KeptMark& mark) { return {{"file", mark.file}, {"bytes", mark.bytes}, {"crc", mark.crc}}; }
 KeptMark kept_mark_of(const Json& json) { return {.file = json.at("file"), .bytes = json.at("bytes"), .crc = json.at("crc")}; }
 
-std::string text_of(const CheckpointHeader& header) {
+std::string head_text(const CheckpointHeader& header) {
   Json json{{"dvdx", header.run.version},
             {"precision", header.run.precision},
             {"arithmetic", header.run.arithmetic},
@@ -120,7 +120,7 @@ void write_head(Sink& sink, const std::string& text) {
 }
 
 void write_text(Sink& sink, const CheckpointHeader& header, const SaveRun& save) {
-  write_head(sink, text_of(header));
+  write_head(sink, head_text(header));
   Checked data(sink);
   save(data);
   sink.put(data.bytes);
@@ -232,7 +232,7 @@ void write_checkpoint(const fs::path& file, const fs::path& part, const Checkpoi
 
 void write_checkpoint(Ranks& ranks, const fs::path& file, const fs::path& part, const CheckpointHeader& header,
                       const SaveRun& save, const std::function<void()>& before_renamed) {
-  std::string text = text_of(header);
+  std::string text = head_text(header);
   std::uint64_t size = text.size();
   ranks.broadcast(0, writable_bytes_in(size));
   text.resize(size);

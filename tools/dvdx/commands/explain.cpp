@@ -13,8 +13,9 @@
 #include <utility>
 
 #include "commands/commands.hpp"
+#include "commands/options.hpp"
 #include "commands/run_outcome.hpp"
-#include "commands/scene_options.hpp"
+#include "commands/typed.hpp"
 #include "dvdx/plan.hpp"
 #include "output/console.hpp"
 #include "output/part_file.hpp"
@@ -22,7 +23,6 @@
 #include "ranks/refusal.hpp"
 #include "run/live_memory.hpp"
 #include "run/start.hpp"
-#include "run/typed.hpp"
 #include "scale/births.hpp"
 #include "scale/prediction.hpp"
 #include "scene_io/names.hpp"

@@ -67,7 +67,7 @@ void print_info_json() {
   print_json(info.dump(2) + "\n");
 }
 
-void print_table() {
+void print_info() {
   const auto row = [](std::string_view name, const std::string& value) {
     print_answer(fmt::format("{:<12} {}\n", name, value));
   };
@@ -93,7 +93,7 @@ void add_info(CLI::App& app, Exit& /*exit*/) {
   command->add_flag("--json", *json, "print one JSON object");
   command->callback([json] {
     (void)engine_of({});  // refuses what DVDX_ISA asks for as a run does
-    (*json ? print_info_json : print_table)();
+    (*json ? print_info_json : print_info)();
   });
 }
 

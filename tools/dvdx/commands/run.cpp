@@ -9,9 +9,10 @@
 
 #include "checkpoint/checkpoints.hpp"
 #include "commands/commands.hpp"
+#include "commands/options.hpp"
 #include "commands/run_outcome.hpp"
 #include "commands/run_reference.hpp"
-#include "commands/scene_options.hpp"
+#include "commands/typed.hpp"
 #include "dvdx/build_info.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "output/console.hpp"
@@ -26,7 +27,6 @@
 #include "run/live_simulation.hpp"
 #include "run/outcome.hpp"
 #include "run/simulation.hpp"
-#include "run/typed.hpp"
 #include "scene_io/fingerprint.hpp"
 #include "scene_io/names.hpp"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "commands/scene_options.hpp"
 #include "run/engine.hpp"
+#include "run/loaded_scene.hpp"
 #include "run/outcome.hpp"
 
 namespace dvdx::tool {

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "commands/scene_options.hpp"
 #include "output/writer.hpp"
 #include "run/engine.hpp"
+#include "run/loaded_scene.hpp"
 
 namespace dvdx::tool {
 

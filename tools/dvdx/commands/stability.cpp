@@ -15,6 +15,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/progress.hpp"
+#include "commands/typed.hpp"
 #include "hard_cases/cases.hpp"
 #include "hard_cases/long_runs.hpp"
 #include "hard_cases/show.hpp"
@@ -28,7 +29,6 @@
 #include "report/json.hpp"
 #include "report/machine.hpp"
 #include "run/engine.hpp"
-#include "run/typed.hpp"
 
 namespace dvdx::tool {
 namespace {

@@ -9,11 +9,11 @@ namespace {
 
 constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
-using Pair = std::array<char, 2>;
+using Two = std::array<char, 2>;
 
 // The two digits of every 12 bits: half the look-ups.
 constexpr auto pairs = [] {
-  std::array<Pair, 4096> all{};
+  std::array<Two, 4096> all{};
   for (std::size_t bits = 0; bits < all.size(); ++bits) all[bits] = {digits[bits >> 6U], digits[bits & 63U]};
   return all;
 }();

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void refuse(const fs::path& target, std::string_view what) {
+[[noreturn]] void refuse_target(const fs::path& target, std::string_view what) {
   throw Fault(Exit::input_output, target.string() + ": cannot be written: " + std::string(what));
 }
 
@@ -27,12 +27,12 @@ namespace fs = std::filesystem;
 void check_target(const fs::path& target) {
   const auto folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   std::error_code error;
-  if (!fs::exists(folder, error)) refuse(target, "there is no directory " + folder.string());
-  if (!fs::is_directory(folder, error)) refuse(target, folder.string() + " is not a directory");
-  if (access(folder.c_str(), W_OK | X_OK) != 0) refuse(target, folder.string() + ": " + std::strerror(errno));
+  if (!fs::exists(folder, error)) refuse_target(target, "there is no directory " + folder.string());
+  if (!fs::is_directory(folder, error)) refuse_target(target, folder.string() + " is not a directory");
+  if (access(folder.c_str(), W_OK | X_OK) != 0) refuse_target(target, folder.string() + ": " + std::strerror(errno));
   if (!fs::exists(target, error)) return;
-  if (!fs::is_regular_file(target, error)) refuse(target, "something that is not a plain file is there");
-  if (access(target.c_str(), W_OK) != 0) refuse(target, std::strerror(errno));
+  if (!fs::is_regular_file(target, error)) refuse_target(target, "something that is not a plain file is there");
+  if (access(target.c_str(), W_OK) != 0) refuse_target(target, std::strerror(errno));
 }
 
 bool is_same_file(const fs::path& a, const fs::path& b) {

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "run/threads.hpp"
-#include "run/typed.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -44,25 +42,6 @@ std::string listed(const std::vector<Isa>& isas) {
   std::string text;
   for (const auto isa : isas) text += (text.empty() ? "" : ", ") + std::string(name(isa));
   return text;
-}
-
-void add_engine_options(CLI::App& app, EngineOptions& options) {
-  app.add_option("--precision", options.precision, "of the state; float32_compensated carries what float32 rounds away")
-      ->check(CLI::IsMember(names_of(precisions)))
-      ->capture_default_str();
-  add_machine_options(app, options);
-}
-
-void add_machine_options(CLI::App& app, EngineOptions& options) {
-  app.add_option("--isa", options.isa, "instruction set: best, reference, sse2, avx2, avx512 or neon64")->capture_default_str();
-  app.add_option("--arithmetic", options.arithmetic,
-                 "contracted fuses multiply and add; fast also takes the machine's own estimates")
-      ->check(CLI::IsMember(names_of(arithmetics)))
-      ->capture_default_str();
-  app.add_option("--layout", options.layout, "how the particles lie in memory")
-      ->check(CLI::IsMember(names_of(layouts)))
-      ->capture_default_str();
-  app.add_option("--threads", options.threads, "all cores where not given")->check(whole_number(1, 1024));
 }
 
 Engine engine_of(const EngineOptions& options, int sharers) {

@@ -1,14 +1,10 @@
-// How a scene is run: precision, instruction set, arithmetic, layout, threads; and the options that choose them.
+// How a scene is run: precision, instruction set, arithmetic, layout, threads.
 #pragma once
 
 #include <string>
 
 #include "dvdx/plan.hpp"
 #include "run/state_memory.hpp"
-
-namespace CLI {
-class App;
-}
 
 namespace dvdx::tool {
 
@@ -42,10 +38,6 @@ struct Engine {
   Layout layout = Layout::soa;
   int threads = 1;
 };
-
-void add_engine_options(CLI::App& app, EngineOptions& options);
-// The same without the precision.
-void add_machine_options(CLI::App& app, EngineOptions& options);
 
 // Throws Fault (usage) for an instruction set that this binary or this machine lacks.
 // sharers: processes that share this machine's cores, where the threads are not given.

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "checkpoint/byte_stream.hpp"
-#include "commands/scene_options.hpp"
 #include "run/energy_budget.hpp"
+#include "run/loaded_scene.hpp"
 #include "run/observer.hpp"
 #include "run/outcome.hpp"
 

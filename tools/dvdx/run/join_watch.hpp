@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "checkpoint/byte_stream.hpp"
-#include "commands/scene_options.hpp"
 #include "dvdx/plan.hpp"
 #include "run/heat_watch.hpp"
+#include "run/loaded_scene.hpp"
 #include "run/observer.hpp"
 #include "run/outcome.hpp"
 #include "run/stored_springs.hpp"

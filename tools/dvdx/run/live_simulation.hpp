@@ -12,7 +12,6 @@
 #include "checkpoint/checkpoints.hpp"
 #include "commands/progress.hpp"
 #include "commands/run_outcome.hpp"
-#include "commands/scene_options.hpp"
 #include "output/writer.hpp"
 #include "ranks/agree.hpp"
 #include "ranks/over_ranks.hpp"
@@ -23,6 +22,7 @@
 #include "run/engine.hpp"
 #include "run/health.hpp"
 #include "run/live_memory.hpp"
+#include "run/loaded_scene.hpp"
 #include "run/outcome.hpp"
 #include "run/threads.hpp"
 

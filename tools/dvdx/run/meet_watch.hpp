@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "checkpoint/byte_stream.hpp"
-#include "commands/scene_options.hpp"
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/meet.hpp"
 #include "run/crossings.hpp"
+#include "run/loaded_scene.hpp"
 #include "run/outcome.hpp"
 
 namespace dvdx::tool {

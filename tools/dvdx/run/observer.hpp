@@ -8,7 +8,6 @@
 
 #include "checkpoint/checkpoints.hpp"
 #include "checkpoint/states_out.hpp"
-#include "commands/scene_options.hpp"
 #include "dvdx/layouts/soa.hpp"
 #include "output/writer.hpp"
 #include "ranks/over_ranks.hpp"
@@ -17,6 +16,7 @@
 #include "run/energy_budget.hpp"
 #include "run/engine.hpp"
 #include "run/health.hpp"
+#include "run/loaded_scene.hpp"
 #include "run/origin.hpp"
 
 namespace dvdx::tool {

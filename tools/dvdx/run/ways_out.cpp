@@ -53,7 +53,7 @@ std::vector<bool> free_ones(const Scene& scene, std::size_t count) {
 
 template <class T>
 double least_depth(const State<T>& state) {
-  const Bounds box = bounds(state);
+  const Bounds box = dvdx::bounds(state);
   const double extent = std::max({box.most[0] - box.least[0], box.most[1] - box.least[1], box.most[2] - box.least[2]});
   return std::max(1e-4 * extent, 1e-6);
 }

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "commands/scene_options.hpp"
+#include "run/loaded_scene.hpp"
 #include "report/simulation.hpp"
 #include "tune/tuning.hpp"
 

@@ -1,15 +1,13 @@
-#include "commands/scene_options.hpp"
+#include "run/loaded_scene.hpp"
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
 
 #include "ranks/agree.hpp"
 #include "ranks/join.hpp"
 #include "run/origin.hpp"
-#include "run/typed.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/names.hpp"
 #include "scene_io/scene_reader.hpp"
@@ -61,27 +59,6 @@ void couple(SceneFile& file, const SceneOptions& options) {
 }
 
 }  // namespace
-
-void add_scene_options(CLI::App& app, SceneOptions& options) {
-  app.add_option("SCENE", options.scene, "a scene file (JSON)")->required();
-  app.add_option("--step", options.step, "s, in place of the scene's; negative runs time backwards");
-  app.add_option("--method", options.method, "in place of the scene's, of every force's own and of the networks'")
-      ->check(CLI::IsMember(names_of(methods)));
-  app.add_option("--scheme", options.scheme, "of the networks, in place of the scene's")
-      ->check(CLI::IsMember(names_of(schemes)));
-  app.add_option("--substeps", options.substeps, "of the networks in a step: a whole number, or auto");
-  add_scene_replacements(app, options);
-}
-
-void add_scene_replacements(CLI::App& app, SceneOptions& options) {
-  app.add_option("--duration", options.duration, "s, in place of the scene's");
-  app.add_option("--seed", options.seed, "draws other values than the scene's own seeds: 0 to 2^64 - 1")
-      ->check(whole_number(0));
-  app.add_option("--set", options.overrides, "path=value, such as forces[0].stiffness=40: replaces a value of the scene")
-      ->expected(1)
-      ->take_all()
-      ->allow_extra_args(false);
-}
 
 LoadedScene load_scene(const SceneOptions& options, Precision precision) {
   OneRank alone;

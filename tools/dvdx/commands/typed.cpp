@@ -1,4 +1,4 @@
-#include "run/typed.hpp"
+#include "commands/typed.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-// Which scene, and what of it the command line replaces.
+// A scene as a run takes it: read, and with what the command line replaces.
 #pragma once
 
 #include <optional>
@@ -9,13 +9,9 @@
 #include "run/engine.hpp"
 #include "scene_io/scene_file.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace dvdx::tool {
 
-struct SceneOptions {
+struct SceneOptions {  // as typed
   std::string scene;
   std::optional<double> step{};      // s; negative runs time backwards
   std::optional<double> duration{};  // s
@@ -25,10 +21,6 @@ struct SceneOptions {
   std::optional<std::uint64_t> seed{};
   std::vector<std::string> overrides{};
 };
-
-void add_scene_options(CLI::App& app, SceneOptions& options);
-// Those of these options that replace something in a scene without saying how it is stepped.
-void add_scene_replacements(CLI::App& app, SceneOptions& options);
 
 struct LoadedScene {
   SceneFile file;
