@@ -19,10 +19,10 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view first_bytes = "dvdx-checkpoint\n";
-constexpr std::uint32_t format = 2;
-constexpr std::uint32_t most_header = std::uint32_t{1} << 20U;   // bytes
-constexpr std::uint64_t front = 16 + 3 * sizeof(std::uint32_t);  // first_bytes, format, bytes of the header, their CRC
-constexpr std::uint64_t back = sizeof(std::uint64_t) + sizeof(std::uint32_t);  // bytes of the data, their CRC
+constexpr std::uint32_t checkpoint_format = 2;
+constexpr std::uint32_t most_header = std::uint32_t{1} << 20U;         // bytes
+constexpr std::uint64_t front_bytes = 16 + 3 * sizeof(std::uint32_t);  // first_bytes, format, bytes of the header, their CRC
+constexpr std::uint64_t end_bytes = sizeof(std::uint64_t) + sizeof(std::uint32_t);  // bytes of the data, their CRC
 
 class Counting final : public Sink {
  public:
@@ -111,7 +111,7 @@ CheckpointHeader header_of(std::string_view text) {
 void write_head(Sink& sink, const std::string& text) {
   ToText start;
   start.write(first_bytes);
-  start.put(format);
+  start.put(checkpoint_format);
   start.put(static_cast<std::uint32_t>(text.size()));
   const auto crc = crc_of(text, crc_of(start.text));
   sink.write(start.text);
@@ -138,7 +138,7 @@ struct Head {
 };
 
 Head head_of(const fs::path& file, std::uint64_t size) {
-  if (size < front + back) refuse(file, fmt::format("is no checkpoint: it has {} bytes", size));
+  if (size < front_bytes + end_bytes) refuse(file, fmt::format("is no checkpoint: it has {} bytes", size));
   FileSource source(file, 0, size);
   std::string start(first_bytes.size() + 2 * sizeof(std::uint32_t), '\0');
   source.read(start.data(), start.size());
@@ -152,12 +152,12 @@ Head head_of(const fs::path& file, std::uint64_t size) {
   std::string text(length, '\0');
   source.read(text.data(), text.size());
   if (crc != crc_of(text, crc_of(start))) refuse(file, "is damaged: its head is not what was written");
-  if (written_format != format) {
+  if (written_format != checkpoint_format) {
     throw Fault(Exit::bad_scene, fmt::format("{}: is a checkpoint of format {}: must be {}, which this dvdx writes",
-                                             file.string(), written_format, format));
+                                             file.string(), written_format, checkpoint_format));
   }
   try {
-    return {.header = header_of(text), .data = front + length};
+    return {.header = header_of(text), .data = front_bytes + length};
   } catch (const nlohmann::json::exception&) {
     refuse(file, "is damaged: its head lacks something");
   }
@@ -286,9 +286,9 @@ Checkpoint::Checkpoint(fs::path file, const RunIdentity& run, Look look) : file_
                     "or data files: must be of this very run",
                     file_.string(), header_.name));
   }
-  if (size < data_ + back) refuse(file_, "is damaged: its end is missing");
-  bytes_ = size - data_ - back;
-  FileSource end(file_, data_ + bytes_, back);
+  if (size < data_ + end_bytes) refuse(file_, "is damaged: its end is missing");
+  bytes_ = size - data_ - end_bytes;
+  FileSource end(file_, data_ + bytes_, end_bytes);
   if (end.get<std::uint64_t>() != bytes_) refuse(file_, "is damaged: its end is missing");
   const auto crc = end.get<std::uint32_t>();
   if (look == Look::all && crc != crc_of_file(file_, data_, bytes_)) {

@@ -12,7 +12,7 @@ constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopq
 using Two = std::array<char, 2>;
 
 // The two digits of every 12 bits: half the look-ups.
-constexpr auto pairs = [] {
+constexpr auto letters_of_12_bits = [] {
   std::array<Two, 4096> all{};
   for (std::size_t bits = 0; bits < all.size(); ++bits) all[bits] = {digits[bits >> 6U], digits[bits & 63U]};
   return all;
@@ -30,8 +30,8 @@ std::string base64(std::string_view bytes) {
   const std::size_t whole = bytes.size() / 3 * 3;
   for (std::size_t i = 0; i < whole; i += 3, out += 4) {
     const std::uint32_t word = (byte(bytes, i) << 16U) | (byte(bytes, i + 1) << 8U) | byte(bytes, i + 2);
-    std::memcpy(out, pairs[word >> 12U].data(), 2);
-    std::memcpy(out + 2, pairs[word & 4095U].data(), 2);
+    std::memcpy(out, letters_of_12_bits[word >> 12U].data(), 2);
+    std::memcpy(out + 2, letters_of_12_bits[word & 4095U].data(), 2);
   }
   if (whole == bytes.size()) return text;
   const std::uint32_t word = (byte(bytes, whole) << 16U) | (byte(bytes, whole + 1) << 8U);

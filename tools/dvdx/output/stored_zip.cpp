@@ -8,14 +8,14 @@
 namespace dvdx::tool {
 namespace {
 
-constexpr std::uint64_t most =
+constexpr std::uint64_t most_bytes =
     std::numeric_limits<std::uint32_t>::max();          // in 32 bits; itself it says "look at the extra field"
 constexpr std::uint16_t version = 10;                   // 1.0
 constexpr std::uint16_t version_64 = 45;                // 4.5: sizes of 64 bits
 constexpr std::uint16_t written_by = (3U << 8U) | 63U;  // Unix, 6.3
 constexpr std::uint32_t plain_file = 0100000;           // beside its permissions in Unix's mode
 
-bool is_large(std::uint64_t number) { return number >= most; }
+bool is_large(std::uint64_t number) { return number >= most_bytes; }
 
 template <class T>
 void append_least(std::string& bytes, std::uint64_t number) {
