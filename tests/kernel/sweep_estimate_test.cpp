@@ -304,6 +304,33 @@ TEST_CASE("sequential by itself: lines of springs take fewer sub-steps, and hang
   CHECK(limit_of(net).substeps == 1);
 }
 
+// By fewer sub-steps particles near the corners swing across the sheet without end, at up to 1 m/s.
+TEST_CASE("sequential by itself: sheets that fall into place from flat come to rest, and hang within 1 % of their side") {
+  for (const std::size_t side : {16U, 24U}) {
+    for (const double k : {300.0, 1e4}) {
+      Net net = sheet(side, k, k, Held::corners);
+      net.options.isa = best_isa();
+      const double right = lowest_by(net, Scheme::leapfrog, std::nullopt);
+      for (Vec3& x : net.start) std::swap(x[1], x[2]);
+      std::get<Grid>(net.scene.networks[0]).edge_v = {0, 0, -1};
+      CAPTURE(side);
+      CAPTURE(k);
+      CAPTURE(limit_of(net).substeps);
+      Soa<double> memory = placed(net);
+      State<double> state = memory.view();
+      const Plan<double> plan = plan_of(net);
+      REQUIRE(plan.step(state, static_cast<std::uint64_t>(std::lround(8 / frame))) == StepResult::done);
+      double lowest_y = 0, fastest = 0;
+      for (std::size_t i = 0; i < state.count; ++i) {
+        lowest_y = std::min(lowest_y, state.x[1][i]);
+        fastest = std::max(fastest, std::hypot(state.v[0][i], state.v[1][i], state.v[2][i]));
+      }
+      CHECK(std::abs(lowest_y - right) <= 0.01);
+      CHECK(fastest < 0.01);
+    }
+  }
+}
+
 TEST_CASE("sequential by itself: a plan that is changed keeps its longest sub-step, and its scene says so") {
   Net net = hung_rope(10, 1e5, 10);
   Plan<double> plan = plan_of(net);
