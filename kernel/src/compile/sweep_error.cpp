@@ -468,6 +468,7 @@ double SweptNet::left_of(const Piece& piece, const Coupling& coupling, const Sub
 
 SweepEstimate SweptNet::estimate(const Coupling& coupling, double frequency, const SubstepLength& substep) const {
   SweepEstimate worst;
+  double turning = 0;
   if (pieces_.empty()) return worst;
   const double t = t_of(coupling, frequency, substep);
   const double T = t * t;
@@ -484,8 +485,10 @@ SweepEstimate SweptNet::estimate(const Coupling& coupling, double frequency, con
     const double fall = g_ * substep.taken * substep.taken;
     found.rest = std::max(excess, sagging) + fall / 8;
     found.motion = swinging * excess + bounce(found.side, found.sag + excess, fall);
+    if (!piece.is_line) turning = std::max(turning, piece.turning * substep.longest);
     if (worst.side == 0 || share_of_side(found) > share_of_side(worst)) worst = found;
   }
+  if (solves_lines(coupling, springs_are_)) worst.turning = turning;
   return worst;
 }
 

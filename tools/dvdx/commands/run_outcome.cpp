@@ -88,7 +88,8 @@ void report_estimates(const NetworkLimit& network, nlohmann::ordered_json& repor
   }
   const SweepEstimate& of = network.estimate;
   if (network.scheme == Scheme::sequential && of.side > 0) {
-    report["sweep_estimate"] = {{"side", of.side}, {"sag", of.sag}, {"rest", of.rest}, {"motion", of.motion}};
+    report["sweep_estimate"] = {
+        {"side", of.side}, {"sag", of.sag}, {"rest", of.rest}, {"motion", of.motion}, {"turning", of.turning}};
   }
 }
 
@@ -292,6 +293,23 @@ std::optional<Warning> warning_of_held(const LoadedScene& loaded, const Outcome&
       .cure = held_cure(is_swept, loaded.file.scene.coupling.substeps.has_value(), more_substeps(loaded, outcome))};
 }
 
+// Sheets whose springs turn by so much in a sub-step that they need not come to rest.
+std::optional<Warning> warning_of_turning(const Outcome& outcome) {
+  constexpr double most = 2;
+  if (!outcome.network || outcome.network->scheme != Scheme::sequential) return std::nullopt;
+  const double turning = outcome.network->estimate.turning;
+  if (!(turning > most)) return std::nullopt;
+  const double wanted = std::ceil(outcome.network->substeps * turning / most);
+  return Warning{
+      .code = "may_swing_on",
+      .text = fmt::format("springs of a sheet turn under its load at {:.3g} times a sub-step, and beyond {:g} a sheet that "
+                          "falls into place may not come to rest",
+                          turning, most),
+      .value = turning,
+      .limit = most,
+      .cure = fmt::format("Try --substeps {:g}, or --substeps auto", wanted)};
+}
+
 std::optional<Warning> warning_of_rods(const LoadedScene& loaded, const Outcome& outcome) {
   constexpr double most = 0.05;
   if (!outcome.joins || !(outcome.joins->rods.most > most)) return std::nullopt;
@@ -461,7 +479,8 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
 std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
   std::vector<Warning> warnings = loaded.file.warnings;
   for (auto& of : {outcome.dear, warning_of_inside(loaded, outcome), warning_of_pinch(outcome), warning_of_poke(outcome),
-                   warning_of_crossing(loaded, outcome), warning_of_held(loaded, outcome), warning_of_rods(loaded, outcome)}) {
+                   warning_of_crossing(loaded, outcome), warning_of_held(loaded, outcome), warning_of_rods(loaded, outcome),
+                   warning_of_turning(outcome)}) {
     if (of) warnings.push_back(*of);
   }
   if (outcome.diverged) {
