@@ -1,9 +1,12 @@
 // Particles that meet: a settled pile of grains by sub-step, the pairs' rounds, and the building of its lists.
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "dvdx/plan.hpp"
+#include "execute/tasks.hpp"
 #include "isa/passes.hpp"
 #include "passes/meet/lists.hpp"
 #include "support/benches.hpp"
@@ -14,10 +17,6 @@ namespace dvdx::bench {
 namespace {
 
 constexpr double d = 0.02;  // m
-
-constexpr auto one_thread = [](std::size_t tasks, const auto& body) {
-  for (std::size_t task = 0; task < tasks; ++task) body(task);
-};
 
 Size heaped(Pace pace) { return pace == Pace::timed ? Size{"10000", 10000} : Size{"500", 500}; }
 
@@ -81,26 +80,40 @@ void time_pile(benchmark::State& timing, std::size_t count, std::size_t settled,
   if (!is_same_bits(same.state, expected.state, count)) timing.SkipWithError("differs from the reference");
 }
 
-// The pile's lists, with a reach of a fifth of a grain.
-void time_lists(benchmark::State& timing, std::size_t count, std::size_t settled) {
+// Where grains are after so many frames, worked out once.
+const std::vector<Point<float>>& settled_heap(std::size_t count, std::size_t frames) {
+  static std::map<std::size_t, std::vector<Point<float>>> heaps;
+  std::vector<Point<float>>& x = heaps[count];
+  if (!x.empty()) return x;
   const std::size_t side = side_of(count);
   Held<float> held = heap(count, side);
   const auto plan = compile<float>(grains(side), {.step = frame}, held.state);
-  if (!plan) return timing.SkipWithError(plan.error().message().c_str());
-  (void)plan->step(held.state, settled);
-  std::vector<Point<float>> x(count);
-  for (std::size_t i = 0; i < count; ++i) x[i] = {held.state.x[0][i], held.state.x[1][i], held.state.x[2][i]};
+  if (!plan || plan->step(held.state, frames) != StepResult::done) return x;
+  for (std::size_t i = 0; i < count; ++i) x.push_back({held.state.x[0][i], held.state.x[1][i], held.state.x[2][i]});
+  return x;
+}
+
+// With a reach of a fifth of a grain.
+void time_lists(benchmark::State& timing, std::size_t count, std::size_t frames, Isa isa, int threads) {
+  const std::vector<Point<float>>& x = settled_heap(count, frames);
+  if (x.empty()) return timing.SkipWithError("no heap");
   const auto r = static_cast<float>(0.5 * d);
   const std::vector<float> a(count, r);
   PairLists<float> lists(count, 24 * count);
-  const auto all = [](std::uint32_t, std::uint32_t) { return true; };
+  const NearKernels<float>& near = find_passes(isa)->f32.meet.near;
+  const ParallelFor parallel = on_threads(threads);
+  const auto run = [&](std::size_t tasks, const auto& body) { for_each_task(parallel, tasks, body); };
   for (auto _ : timing) {
-    if (lists.build(x.data(), a.data(), 1.15F * r, 0.4F * r, all, one_thread) != PairLists<float>::Found::all) {
+    if (lists.build(x.data(), a.data(), 1.15F * r, 0.4F * r, AllPairs(), near, run) != PairLists<float>::Found::all) {
       return timing.SkipWithError("too many");
     }
     benchmark::ClobberMemory();
   }
-  timing.SetItemsProcessed(static_cast<std::int64_t>(timing.iterations()) * static_cast<std::int64_t>(count));
+  const double grains = static_cast<double>(timing.iterations()) * static_cast<double>(count);
+  using benchmark::Counter;
+  timing.SetItemsProcessed(static_cast<std::int64_t>(grains));
+  timing.counters["grain"] = Counter(grains, Counter::kIsRate | Counter::kInvert);
+  timing.counters["listed"] = static_cast<double>(lists.first(count)) / static_cast<double>(count);
 }
 
 // Pairs that press on each other, in cache: a chain of particles.
@@ -153,9 +166,21 @@ void register_meet(Pace pace) {
         pace, "meet/pile/float32/" + size.name + "/threads:" + std::to_string(threads),
         [=](benchmark::State& timing) { time_pile(timing, size.count, settled, threads); }, threads);
   }
-  add(pace, "meet/lists/float32/" + size.name, [=](benchmark::State& timing) { time_lists(timing, size.count, settled); });
   for (const Isa isa : available_isas(Arithmetic::separate)) {
+    add(pace, "meet/lists/float32/" + size.name + "/" + std::string(name(isa)),
+        [=](benchmark::State& timing) { time_lists(timing, size.count, settled, isa, 1); });
     add(pace, "meet/round/float32/" + std::string(name(isa)), [=](benchmark::State& timing) { time_round(timing, isa); });
+  }
+  if (pace != Pace::timed) return;
+  for (int threads = 1; threads <= most_threads(); ++threads) {
+    const std::string name = "/threads:" + std::to_string(threads);
+    const Isa isa = best_isa(Arithmetic::separate);
+    add(
+        pace, "meet/lists/float32/100000" + name,
+        [=](benchmark::State& timing) { time_lists(timing, 100'000, 20, isa, threads); }, threads);
+    add(
+        pace, "meet/lists/float32/1000000" + name,
+        [=](benchmark::State& timing) { time_lists(timing, 1'000'000, 1, isa, threads); }, threads);
   }
 }
 

@@ -42,6 +42,7 @@ class MeetRules {
   [[nodiscard]] double stretch_limit() const noexcept { return stretch_limit_; }
   // Whether a pair, i < j, ever meets.
   [[nodiscard]] bool accepts(std::uint32_t i, std::uint32_t j) const noexcept;
+  [[nodiscard]] bool accepts_all() const noexcept { return groups_ == 0 && start_.empty(); }
   // Radii, groups and starts in one number: all that lists depend on. Lists of rules with another number are none of these.
   [[nodiscard]] std::uint64_t fingerprint() const noexcept { return fingerprint_; }
   [[nodiscard]] std::size_t bytes() const noexcept {

@@ -153,18 +153,22 @@ class MeetStep {
         const T a = of_.rules.radii()[i] + room_.allowed[i];
         room_.a[i] = of_.rules.radii()[i] >= 0 && std::isfinite(a) && is_finite(room_.x1[i]) ? a : T(-1);
       });
-      const auto accepts = [&](std::uint32_t i, std::uint32_t j) { return of_.rules.accepts(i, j); };
-      const auto run = [&](std::size_t tasks, const auto& body) { for_each_task(of_.parallel, tasks, body); };
-      const T reach = (of_.margin() + skin) * T(1.001);
-      if (room_.lists.build(room_.x1.data(), room_.a.data(), ordinary(), reach, accepts, run) == PairLists<T>::Found::all) {
-        return Found::all;
-      }
+      const auto some = [&](std::uint32_t i, std::uint32_t j) { return of_.rules.accepts(i, j); };
+      const Found found = of_.rules.accepts_all() ? build(AllPairs()) : build(some);
+      if (found == Found::all) return Found::all;
     }
     room_.is_listed = false;
     return Found::too_many;
   }
+  template <class Accepts>
+  Found build(const Accepts& accepts) noexcept {
+    const auto run = [&](std::size_t tasks, const auto& body) { for_each_task(of_.parallel, tasks, body); };
+    const T reach = (of_.margin() + room_.skin) * T(1.001);
+    const auto found = room_.lists.build(room_.x1.data(), room_.a.data(), ordinary(), reach, accepts, of_.kernels.near, run);
+    return found == PairLists<T>::Found::all ? Found::all : Found::too_many;
+  }
 
-  // The a that cells are made for: most particles', as each with more looks through 125 cells and not 14. A few fast ones do
+  // The a that cells are made for: most particles', as each with more looks through 125 cells, one by one. A few fast ones do
   // not widen the cells of all. No bit depends on it.
   [[nodiscard]] T ordinary() const noexcept {
     constexpr double wider = 1.5, most = 4;

@@ -8,6 +8,7 @@
 #include "passes/constraint/limit_reference.hpp"
 #include "passes/emission/emission_reference.hpp"
 #include "passes/layout/layout_reference.hpp"
+#include "passes/meet/near_reference.hpp"
 #include "passes/meet/rounds_reference.hpp"
 #include "passes/network/grid_reference.hpp"
 #include "passes/network/lines_reference.hpp"
@@ -74,7 +75,7 @@ constexpr Kernels<T> scalar_kernels() noexcept {
                   .triangles = blow_triangles<T, arithmetic>,
                   .gather = gather_air<T, arithmetic>},
           .ball = {.prepare = prepare_balls<T>, .keep = keep_in_balls<T, arithmetic>},
-          .meet = {.push = push_pairs<T>},
+          .meet = {.push = push_pairs<T>, .near = {.find = find_near<T>, .order = order_lists}},
           .layout = scalar_layout<T, arithmetic>()};
 }
 

@@ -10,6 +10,7 @@
 #include "passes/constraint/limit.inl.hpp"
 #include "passes/emission/emission.inl.hpp"
 #include "passes/layout/layout.inl.hpp"
+#include "passes/meet/near.inl.hpp"
 #include "passes/meet/rounds.inl.hpp"
 #include "passes/network/grid.inl.hpp"
 #include "passes/network/lines.inl.hpp"
@@ -82,7 +83,7 @@ constexpr Kernels<T> wide_kernels() noexcept {
                   .triangles = blow_triangles<V, arithmetic>,
                   .gather = gather_air<V, arithmetic>},
           .ball = {.prepare = prepare_balls<V>, .keep = keep_in_balls<V, arithmetic>},
-          .meet = {.push = push_pairs<V>},
+          .meet = {.push = push_pairs<V>, .near = {.find = find_near<V>, .order = order_lists<V>}},
           .layout = wide_layout<V, arithmetic>()};
 }
 

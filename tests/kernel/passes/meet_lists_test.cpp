@@ -6,9 +6,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
+#include "isa/passes.hpp"
 #include "passes/meet/lists.hpp"
+#include "support/isas.hpp"
 #include "support/scenes.hpp"
 
 namespace meet_lists_test {
@@ -52,15 +55,33 @@ Pairs all_pairs(const Cloud<T>& of, T reach) {
 }
 
 template <class T>
-Pairs listed(const Cloud<T>& of, T reach, T ordinary) {
-  PairLists<T> lists(of.x.size(), of.x.size() * of.x.size());
-  const auto all = [](std::uint32_t, std::uint32_t) { return true; };
-  REQUIRE(lists.build(of.x.data(), of.a.data(), ordinary, reach, all, one_thread) == PairLists<T>::Found::all);
+Pairs pairs_of(const PairLists<T>& lists, std::size_t particles) {
   Pairs found;
-  for (std::size_t i = 0; i < of.x.size(); ++i) {
+  for (std::size_t i = 0; i < particles; ++i) {
     for (const std::uint32_t* j = lists.begin(i); j != lists.end(i); ++j) found.push_back({i, *j});
   }
   return found;
+}
+
+template <class T>
+const NearKernels<T>& near_of(Isa isa) {
+  return find_passes(isa)->template of<T>().meet.near;
+}
+
+// The same by every instruction set.
+template <class T>
+Pairs listed(const Cloud<T>& of, T reach, T ordinary) {
+  std::optional<Pairs> found;
+  for (const Isa isa : available_isas(Arithmetic::separate)) {
+    PairLists<T> lists(of.x.size(), of.x.size() * of.x.size());
+    const auto done = lists.build(of.x.data(), of.a.data(), ordinary, reach, AllPairs(), near_of<T>(isa), one_thread);
+    REQUIRE(done == PairLists<T>::Found::all);
+    const Pairs pairs = pairs_of(lists, of.x.size());
+    if (!found) found = pairs;
+    CHECK(*found == pairs);
+  }
+  test::has_several_isas();
+  return *found;
 }
 
 TEST_CASE_TEMPLATE("lists hold every pair within reach once, by number", T, float, double) {
@@ -114,26 +135,63 @@ TEST_CASE_TEMPLATE("particles in one place are a pair, those that are nowhere in
 
 TEST_CASE("lists that are longer than their room are told") {
   const Cloud<double> of = cloud<double>(60, 2);
-  const auto all = [](std::uint32_t, std::uint32_t) { return true; };
-  const std::size_t pairs = all_pairs(of, 0.0).size();
-  PairLists<double> enough(of.x.size(), pairs);
-  PairLists<double> too_small(of.x.size(), pairs - 1);
-  CHECK(enough.build(of.x.data(), of.a.data(), 0.5, 0, all, one_thread) == PairLists<double>::Found::all);
-  CHECK(too_small.build(of.x.data(), of.a.data(), 0.5, 0, all, one_thread) == PairLists<double>::Found::too_many);
+  const Pairs expected = all_pairs(of, 0.0);
+  for (const Isa isa : available_isas(Arithmetic::separate)) {
+    PairLists<double> enough(of.x.size(), expected.size());
+    PairLists<double> too_small(of.x.size(), expected.size() - 1);
+    const auto build = [&](PairLists<double>& lists) {
+      return lists.build(of.x.data(), of.a.data(), 0.5, 0, AllPairs(), near_of<double>(isa), one_thread);
+    };
+    CHECK(build(enough) == PairLists<double>::Found::all);
+    CHECK(pairs_of(enough, of.x.size()) == expected);
+    CHECK(build(too_small) == PairLists<double>::Found::too_many);
+  }
 }
 
-TEST_CASE("pairs that are not accepted are not listed") {
-  const Cloud<double> of = cloud<double>(60, 2);
-  PairLists<double> lists(of.x.size(), 60 * 60);
-  const auto odd = [](std::uint32_t i, std::uint32_t j) { return (i + j) % 2 == 1; };
-  REQUIRE(lists.build(of.x.data(), of.a.data(), 0.5, 0, odd, one_thread) == PairLists<double>::Found::all);
-  std::size_t count = 0;
-  for (const auto& [i, j] : all_pairs(of, 0.0)) count += (i + j) % 2;
-  std::size_t found = 0;
-  for (std::size_t i = 0; i < of.x.size(); ++i) {
-    for (const std::uint32_t* j = lists.begin(i); j != lists.end(i); ++j, ++found) CHECK((i + *j) % 2 == 1);
+// Particles in one place, so that a few of them have more candidates than there is room for.
+TEST_CASE("pairs that are not accepted are not listed, nor need room") {
+  const Cloud<float> of = cloud<float>(600, 0.1);
+  for (const std::uint32_t part : {2U, 40U, 1000U}) {
+    const auto few = [&](std::uint32_t i, std::uint32_t j) { return (i + j) % part == 1; };
+    Pairs expected;
+    for (std::size_t i = 0; i < of.x.size(); ++i) {
+      for (std::size_t j = i + 1; j < of.x.size(); ++j) {
+        if ((i + j) % part == 1) expected.push_back({i, j});
+      }
+    }
+    for (const Isa isa : available_isas(Arithmetic::separate)) {
+      PairLists<float> lists(of.x.size(), expected.size());
+      const auto build = [&](PairLists<float>& of_pairs) {
+        return of_pairs.build(of.x.data(), of.a.data(), 0.5F, 0.0F, few, near_of<float>(isa), one_thread);
+      };
+      REQUIRE(build(lists) == PairLists<float>::Found::all);
+      CHECK(pairs_of(lists, of.x.size()) == expected);
+      PairLists<float> too_small(of.x.size(), expected.size() - 1);
+      CHECK(build(too_small) == PairLists<float>::Found::too_many);
+    }
   }
-  CHECK(found == count);
+}
+
+TEST_CASE_TEMPLATE("particles find the pairs in which they are the higher one, by the lower one", T, float, double) {
+  Cloud<T> of = cloud<T>(400, 6);
+  for (const std::size_t i : {5U, 77U, 399U}) of.a[i] = T(2);
+  for (const Isa isa : available_isas(Arithmetic::separate)) {
+    PairLists<T> lists(of.x.size(), 64 * of.x.size());
+    const auto done = lists.build(of.x.data(), of.a.data(), T(0.5), T(0.25), AllPairs(), near_of<T>(isa), one_thread);
+    REQUIRE(done == PairLists<T>::Found::all);
+    const Pairs pairs = pairs_of(lists, of.x.size());
+    CHECK(pairs == all_pairs(of, T(0.25)));
+    std::size_t count = 0;
+    for (std::size_t j = 0; j < of.x.size(); ++j) {
+      std::size_t before = 0;
+      for (const std::uint32_t* place = lists.lower_begin(j); place != lists.lower_end(j); ++place, ++count) {
+        CHECK(pairs[*place][1] == j);
+        CHECK(*place >= before);
+        before = *place + 1;
+      }
+    }
+    CHECK(count == pairs.size());
+  }
 }
 
 }  // namespace meet_lists_test

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "passes/meet/meet.hpp"
+#include "passes/meet/near.hpp"
 
 namespace dvdx {
 
@@ -21,6 +22,7 @@ template <class T>
 struct MeetKernels {
   // Pairs from `from`, the first of a block, to `to`. More of the last block may be taken with them.
   void (*push)(const RoundTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
+  NearKernels<T> near{};
 };
 
 }  // namespace dvdx
