@@ -94,7 +94,9 @@ TEST_CASE_TEMPLATE("lists hold every pair within reach once, by number", T, floa
 }
 
 TEST_CASE_TEMPLATE("lists do not depend on where the particles are", T, float, double) {
-  const std::array<double, 3> places[] = {{-7, 100, -1e4}, {1e6, -1e6, 0}, {-1e9, 3, 1e9}};
+  // The last ones are about the cells 2^31 and -2^31.
+  const std::array<double, 3> places[] = {{-7, 100, -1e4}, {1e6, -1e6, 0},     {-1e9, 3, 1e9},
+                                          {3e9, -2e12, 0}, {2684622992, 0, 0}, {-2684622998, 0, 0}};
   for (const auto& at : places) {
     const Cloud<T> of = cloud<T>(200, 6, at);
     CHECK(listed(of, T(0.25), T(0.5)) == all_pairs(of, T(0.25)));

@@ -59,7 +59,7 @@ class PairLists {
  private:
   using Pair2 = std::array<std::uint32_t, 2>;
 
-  // What a task finds: numbers from the front on, and from the back on pairs of those that look far.
+  // A task finds numbers, from the front on, and pairs of those that look far, from the back on.
   struct Region {
     std::size_t first = 0, end = 0;
     std::size_t room = 0;  // pairs
@@ -84,6 +84,7 @@ class PairLists {
       for (std::size_t k = 1; k <= region.far; ++k) use(found_[region.end - 2 * k], found_[region.end - 2 * k + 1]);
     }
   }
+  [[nodiscard]] std::uint32_t far_cell(const Point<T>& x) const noexcept;
   [[nodiscard]] CellGrid::Cell cell_at(const Point<T>& x) const noexcept;
 
   std::size_t particles_ = 0;

@@ -88,17 +88,29 @@ void PairLists<T>::shape(const Point<T>* x, const T* a, T ordinary, T reach) noe
 // The cell of each particle that has a place.
 template <class T>
 void PairLists<T>::find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to) noexcept {
+  constexpr double offset = 0x1p31;  // cells: a whole number of tori, with which none is negative; it costs 2^-22 of one
   for (std::size_t i = from; i < to; ++i) {
-    cell_[i] = no_partner;
     first_lower_[i] = 0;
-    if (!(a[i] >= 0)) continue;
-    const bool is_there = std::abs(double{x[i][0]} * per_side_) < farthest_cell &&
-                          std::abs(double{x[i][1]} * per_side_) < farthest_cell &&
-                          std::abs(double{x[i][2]} * per_side_) < farthest_cell;
-    if (!is_there) continue;
-    const CellGrid::Cell cell = cell_at(x[i]);
-    cell_[i] = grid_.number_of(cell[0], cell[1], cell[2]);
+    const double cx = double{x[i][0]} * per_side_, cy = double{x[i][1]} * per_side_, cz = double{x[i][2]} * per_side_;
+    if (!(std::abs(cx) + std::abs(cy) + std::abs(cz) < offset - 1)) {
+      cell_[i] = a[i] >= 0 ? far_cell(x[i]) : no_partner;
+      continue;
+    }
+    const auto number = [](double at) { return static_cast<std::uint32_t>(static_cast<std::int64_t>(at + offset)); };
+    const std::uint32_t cell = grid_.number_of(number(cx), number(cy), number(cz));
+    cell_[i] = a[i] >= 0 ? cell : no_partner;
   }
+}
+
+// The same far from the origin.
+template <class T>
+std::uint32_t PairLists<T>::far_cell(const Point<T>& x) const noexcept {
+  const bool is_there = std::abs(double{x[0]} * per_side_) < farthest_cell &&
+                        std::abs(double{x[1]} * per_side_) < farthest_cell &&
+                        std::abs(double{x[2]} * per_side_) < farthest_cell;
+  if (!is_there) return no_partner;
+  const CellGrid::Cell cell = cell_at(x);
+  return grid_.number_of(cell[0], cell[1], cell[2]);
 }
 
 // While particles are dealt out, starts_[c + 1] goes from where cell c begins to where it ends.

@@ -28,7 +28,7 @@ inline constexpr std::size_t near_padding = 16;
 
 template <class T>
 struct NearTerms {
-  // By places, which are sorted by cells. What is not looked for has no finite x.
+  // By places, which are sorted by cells. Those that are not looked for have no finite x.
   const T *x = nullptr, *y = nullptr, *z = nullptr, *a = nullptr;
   const std::uint32_t* number = nullptr;
   const std::uint32_t* starts = nullptr;  // the first place of each cell
@@ -81,7 +81,7 @@ struct PlacesAbout {
   }
 };
 
-// What has been found, by particle, and where it goes in ascending order.
+// Partners as they have been found, by particle, and where they go in ascending order.
 struct ListTerms {
   const std::uint32_t* found = nullptr;  // near_padding more may be read
   const std::uint32_t *found_at = nullptr, *count = nullptr;

@@ -29,25 +29,35 @@ template <class T>
   std::memcpy(to, from, near_padding * sizeof(T));
 }
 
-// All of some places. Beyond them is what is near nobody.
-template <class T>
-[[gnu::always_inline]] inline void bring_together(const NearTerms<T>& terms, const PlacesAbout& about,
-                                                  NearCandidates<T>& to) noexcept {
+// Whether of the first `count` numbers, at most near_padding, one is higher.
+template <class V>
+[[gnu::always_inline]] inline bool has_higher(const std::uint32_t* numbers, std::size_t count, std::uint32_t than) noexcept {
+  std::uint64_t bits = 0;
+  for (std::size_t k = 0; k < near_padding; k += V::size) bits |= bits_of_higher<V>(numbers + k, than) << k;
+  return (bits & ((std::uint64_t{1} << count) - 1)) != 0;
+}
+
+// Those of some places that may be partners of particles with this number or higher ones: where numbers go along with places,
+// half of them. How many; beyond them is what is near nobody.
+template <class V>
+[[gnu::always_inline]] inline std::size_t bring_together(const NearTerms<Scalar<V>>& terms, const PlacesAbout& about,
+                                                         std::uint32_t lowest, NearCandidates<Scalar<V>>& to) noexcept {
   std::size_t at = 0;
   for (std::size_t part = 0; part < about.count; ++part) {
-    std::size_t place = about.parts[part].from;
     const std::size_t end = about.parts[part].to;
-    do {
+    for (std::size_t place = about.parts[part].from; place < end; place += near_padding) {
+      const std::size_t count = std::min(near_padding, end - place);
+      if (!has_higher<V>(terms.number + place, count, lowest)) continue;
       copy_some(to.x.data() + at, terms.x + place);
       copy_some(to.y.data() + at, terms.y + place);
       copy_some(to.z.data() + at, terms.z + place);
       copy_some(to.a.data() + at, terms.a + place);
       copy_some(to.number.data() + at, terms.number + place);
-      at += std::min(near_padding, end - place);
-      place += near_padding;
-    } while (place < end);
+      at += count;
+    }
   }
-  std::fill_n(to.x.begin() + static_cast<std::ptrdiff_t>(at), near_padding, std::numeric_limits<T>::quiet_NaN());
+  std::fill_n(to.x.begin() + static_cast<std::ptrdiff_t>(at), near_padding, std::numeric_limits<Scalar<V>>::quiet_NaN());
+  return at;
 }
 
 template <class V>
@@ -86,6 +96,18 @@ template <class T>
   return cells;
 }
 
+// The lowest number of some cells' particles from a place on, or a lower one: numbers ascend in each cell.
+template <class T>
+[[gnu::always_inline]] inline std::uint32_t lowest_number(const NearTerms<T>& terms, std::size_t from, std::uint32_t cell,
+                                                          std::uint32_t cells) noexcept {
+  std::uint32_t lowest = terms.number[from];
+  for (std::uint32_t k = 1; k < cells_together; ++k) {
+    const std::uint32_t first = terms.number[terms.starts[cell + (k < cells ? k : 0)]];
+    lowest = std::min(lowest, first);
+  }
+  return lowest;
+}
+
 template <class V>
 Looked find_near(const NearTerms<Scalar<V>>& terms, std::size_t from, std::size_t to, std::size_t used) noexcept {
   PlacesAbout about;
@@ -94,14 +116,15 @@ Looked find_near(const NearTerms<Scalar<V>>& terms, std::size_t from, std::size_
     const std::uint32_t cell = terms.cell[terms.number[from]];
     const std::uint32_t cells = find_block(terms, from, cell, about);
     const bool are_together = about.all <= most_together;
-    if (are_together) bring_together(terms, about, candidates);
+    const std::size_t together =
+        are_together ? bring_together<V>(terms, about, lowest_number(terms, from, cell, cells), candidates) : 0;
     const std::size_t end = std::min<std::size_t>(terms.starts[cell + cells], to);
     for (; from < end; ++from) {
       if (used + about.all + near_padding > terms.room) return {from, used};
       const Looker<V> looker(terms, from);
       const std::size_t first = used;
       if (are_together) {
-        for (std::size_t k = 0; k < about.all; k += V::size) {
+        for (std::size_t k = 0; k < together; k += V::size) {
           used += looker.look(candidates.x.data() + k, candidates.y.data() + k, candidates.z.data() + k,
                               candidates.a.data() + k, candidates.number.data() + k, V::size, terms.found + used);
         }
