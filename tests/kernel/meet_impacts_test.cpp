@@ -173,4 +173,31 @@ TEST_CASE("a cloud of balls keeps its momentum, and its energy where impacts are
   }
 }
 
+// So close that a sub-step has several impacts of a ball, one of which may bring it before another.
+TEST_CASE("an elastic gas that is pressed together keeps its energy and its momentum") {
+  Balls balls;
+  constexpr std::size_t side = 10;
+  constexpr double spacing = 1.25;
+  for (std::size_t n = 0; n < side * side * side; ++n) {
+    const std::array<std::size_t, 3> at{n % side, n / side % side, n / side / side};
+    Vec3 x, v;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double from_middle = static_cast<double>(at[axis]) + 0.5 - 0.5 * static_cast<double>(side);
+      x[axis] = spacing * from_middle;
+      v[axis] = uniform(axis, n, -1, 1) - 0.3 * from_middle;
+    }
+    balls.add(x, v);
+  }
+  Scene scene;
+  scene.add(Meet{.radius = 0.5, .restitution = 1});
+  Stepped<double> stepped(scene, balls, {.step = 0.01});
+  const Sums before = sums(stepped, balls.size());
+  for (int n = 0; n < 10; ++n) {
+    stepped.step(20);
+    const Sums now = sums(stepped, balls.size());
+    CHECK(now.energy == doctest::Approx(before.energy).epsilon(1e-13));
+    CHECK(length(difference(now.momentum, before.momentum)) < 1e-11);
+  }
+}
+
 }  // namespace meet_impacts_test

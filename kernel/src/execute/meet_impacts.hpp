@@ -16,19 +16,23 @@ class MeetImpacts {
   explicit MeetImpacts(const MeetSubstep<T>& of) noexcept : of_(of), room_(of.room) {}
 
   void bounce() noexcept {
-    for (round_ = 0; round_ < most_impact_rounds; ++round_) {
+    for (round_ = 0; round_ < rounds_in_order + most_impact_rounds; ++round_) {
       if (!find()) return;
       room_.has_impacts = true;
       name();
       of_.over_tasks([&](const Task& task, std::size_t, std::size_t) {
         over_impacts_of(task, [&](const MetPair& pair, std::uint32_t p) {
-          if (is_named(pair.i, p) && is_named(pair.j, p)) hit(pair, room_.impact(p));
+          const Impact<T> impact = room_.impact(p);
+          const bool is_first = is_named(pair.i, p) && is_named(pair.j, p);
+          if (is_first && !(waits(pair.i, impact.f) || waits(pair.j, impact.f))) hit(pair, impact);
         });
       });
       of_.over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
         if (!task.hits_walls) return;
         for (std::size_t i = from; i < end; ++i) {
-          if (names_wall(i)) hit(i, of_.wall(i, room_.hit_wall[i]));
+          if (!names_wall(i)) continue;
+          MetWall<T>& wall = of_.wall(i, room_.hit_wall[i]);
+          if (!waits(i, wall.impact.f)) hit(i, wall);
         }
       });
       over_impacts([&](const MetPair& pair, std::uint32_t) { room_.best[pair.i] = room_.best[pair.j] = no_partner; });
@@ -38,6 +42,7 @@ class MeetImpacts {
  private:
   using Task = typename MeetSubstep<T>::Task;
   static constexpr std::uint8_t no_wall = std::numeric_limits<std::uint8_t>::max();
+  static constexpr int rounds_in_order = 24;  // before those in which none waits
 
   // The one that meets first, of these the fastest, and of these that with the lower number.
   static bool comes_before(const Impact<T>& a, const Impact<T>& b) noexcept {
@@ -109,6 +114,26 @@ class MeetImpacts {
     return best == no_partner || comes_before(of_.wall(i, room_.hit_wall[i]).impact, room_.impact(best));
   }
   [[nodiscard]] bool is_named(std::size_t i, std::uint32_t p) const noexcept { return room_.best[i] == p && !names_wall(i); }
+
+  // The f of a particle's first impact.
+  [[nodiscard]] T first_of(std::size_t i) const noexcept {
+    if (names_wall(i)) return of_.wall(i, room_.hit_wall[i]).impact.f;
+    return room_.best[i] != no_partner ? room_.impact(room_.best[i]).f : T(2);
+  }
+  // Whether a particle near this one is hit before, which may come in between.
+  [[nodiscard]] bool waits(std::size_t i, T f) const noexcept {
+    if (round_ >= rounds_in_order) return false;
+    const std::uint32_t* const lower_near = room_.lower_near().data();
+    for (std::uint32_t k = room_.lists.first_lower(i); k < room_.lower_end[i]; ++k) {
+      if (first_of(room_.pair(lower_near[k]).i) < f) return true;
+    }
+    const std::uint32_t first = room_.tasks[i / particles_per_meeting_task].first;
+    const std::uint32_t own = i % particles_per_meeting_task != 0 ? room_.own_end[i - 1] : 0;
+    for (std::uint32_t p = first + own; p < first + room_.own_end[i]; ++p) {
+      if (first_of(room_.pair(p).j) < f) return true;
+    }
+    return false;
+  }
 
   void hit(const MetPair& pair, const Impact<T>& impact) noexcept {
     const Point<T> u = minus(plus(room_.v[pair.i], room_.dv[pair.i]), plus(room_.v[pair.j], room_.dv[pair.j]));

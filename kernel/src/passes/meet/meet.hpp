@@ -11,7 +11,7 @@
 //          normal is n = (q0 + f D)/d; where |q0| <= d it is q0/|q0| and f = 0. A pair that has passed through is so brought
 //          back. A pair that misses has the normal of its closest approach, and C > 0.
 // Impact   Approaches faster than what rests (4 g h), e: restitution. Each round every particle names the pair that meets first
-//          (then the faster, then the one with the lower number); pairs that name each other act with full masses,
+//          (then the faster, then the lower number); pairs that name each other, before any near them, act with full masses,
 //            J = -(1 + e) v_n/(w_i + w_j),  Coulomb min(|v_t|/(w_i + w_j), mu J),  dv = w J,  dx = (1 - f) h dv,
 //          Brown's integral: v' = -e v_n at f, whatever h. Pairs that act are disjoint, so that no order matters. A particle
 //          that has been hit goes on from f as if it had come straight to there: its start is moved by -f h dv.
