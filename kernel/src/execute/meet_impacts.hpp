@@ -13,10 +13,11 @@ namespace dvdx {
 template <class T>
 class MeetImpacts {
  public:
-  explicit MeetImpacts(const MeetSubstep<T>& of) noexcept : of_(of), room_(of.room) {}
+  explicit MeetImpacts(const MeetSubstep<T>& of) noexcept
+      : of_(of), room_(of.room), rounds_in_order_(of.rules.meet().restitution > 0 ? most_rounds_in_order : 0) {}
 
   void bounce() noexcept {
-    for (round_ = 0; round_ < rounds_in_order + most_impact_rounds; ++round_) {
+    for (round_ = 0; round_ < rounds_in_order_ + most_impact_rounds; ++round_) {
       if (!find()) return;
       room_.has_impacts = true;
       name();
@@ -42,7 +43,7 @@ class MeetImpacts {
  private:
   using Task = typename MeetSubstep<T>::Task;
   static constexpr std::uint8_t no_wall = std::numeric_limits<std::uint8_t>::max();
-  static constexpr int rounds_in_order = 24;  // before those in which none waits
+  static constexpr int most_rounds_in_order = 24;
 
   // The one that meets first, of these the fastest, and of these that with the lower number.
   static bool comes_before(const Impact<T>& a, const Impact<T>& b) noexcept {
@@ -122,7 +123,7 @@ class MeetImpacts {
   }
   // Whether a particle near this one is hit before, which may come in between.
   [[nodiscard]] bool waits(std::size_t i, T f) const noexcept {
-    if (round_ >= rounds_in_order) return false;
+    if (round_ >= rounds_in_order_) return false;
     const std::uint32_t* const lower_near = room_.lower_near().data();
     for (std::uint32_t k = room_.lists.first_lower(i); k < room_.lower_end[i]; ++k) {
       if (first_of(room_.pair(lower_near[k]).i) < f) return true;
@@ -158,6 +159,7 @@ class MeetImpacts {
 
   const MeetSubstep<T>& of_;
   MeetRoom<T>& room_;
+  int rounds_in_order_;  // before those in which none waits; without restitution there is no energy to keep
   int round_ = 0;
 };
 
