@@ -1,4 +1,4 @@
-// What is added to a scene, and where it then stands.
+// Additions to a scene, and where they then stand.
 #include "dvdx/scene.hpp"
 
 #include <cstddef>

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "commands/typed.hpp"
 #include "dvdx/build_info.hpp"
 #include "output/console.hpp"
 #include "output/temporary.hpp"
 #include "ranks/join.hpp"
-#include "commands/typed.hpp"
 
 namespace {
 

@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "run/loaded_scene.hpp"
 #include "report/simulation.hpp"
+#include "run/loaded_scene.hpp"
 #include "tune/tuning.hpp"
 
 namespace dvdx::tool::tune {
