@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "compile/checker.hpp"
+#include "compile/compiled_scene.hpp"
 #include "compile/particle_values.hpp"
 #include "dvdx/live.hpp"
 #include "execute/drive_pose.hpp"

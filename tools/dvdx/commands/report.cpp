@@ -8,6 +8,7 @@
 
 #include "closed_form/balls.hpp"
 #include "commands/commands.hpp"
+#include "commands/options.hpp"
 #include "commands/scenes_progress.hpp"
 #include "output/console.hpp"
 #include "output/part_file.hpp"

@@ -5,6 +5,7 @@
 
 #include "closed_form/balls.hpp"
 #include "commands/commands.hpp"
+#include "commands/options.hpp"
 #include "commands/scenes_progress.hpp"
 #include "commands/typed.hpp"
 #include "output/console.hpp"
