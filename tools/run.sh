@@ -137,7 +137,7 @@ shift
 case $action in
   demo)
     [ $# -eq 0 ] || usage
-    takes 10 "building the command for this processor ($(best_isa)), and a flag in the wind"
+    takes 5 "building the command for this processor ($(best_isa)), and a flag in the wind"
     packages=("${first_packages[@]}")
     install_missing
     ! command -v npm >/dev/null || newer_node
@@ -163,7 +163,7 @@ case $action in
     say "build/release/tools/dvdx is there"
     ;;
   report)
-    takes 11 "building what reports for this processor ($(best_isa)), and a report"
+    takes 6 "building what reports for this processor ($(best_isa)), and a report"
     packages=("${first_packages[@]}" gnuplot-nox)
     install_missing
     small report
@@ -174,7 +174,7 @@ case $action in
     ;;
   test)
     [ $# -eq 0 ] || usage
-    takes 37 "building everything, warnings as errors, and every test"
+    takes 20 "building everything, warnings as errors, and every test"
     install_missing
     install_wanted python3-cffi python3-numpy python3-matplotlib # else the test of the Python module is skipped
     build developer all
