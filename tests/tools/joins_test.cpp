@@ -1,8 +1,11 @@
 // How far what joins particles goes in a run, and what the run says of it.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 
 #include "tools/run_command.hpp"
@@ -167,13 +170,30 @@ TEST_CASE("run warns of sub-steps by which a sheet may swing on, and those that 
     "network": {"type": "grid", "rows": 16, "columns": 16, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
       "mass": 1, "structural": 300, "shear": 300, "fixed": "corners_top", "scheme": "sequential", "substeps": 1},
     "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.01171875}]})");
-  const json report = report_of(folder, "flat.json");
+  const auto fastest = [&] {  // m/s
+    std::istringstream rows(folder.read("end.csv"));
+    std::string row;
+    std::getline(rows, row);
+    double most = 0;
+    while (std::getline(rows, row)) {
+      std::array<double, 9> of{};  // step, time, particle, x, v
+      std::replace(row.begin(), row.end(), ',', ' ');
+      std::istringstream numbers(row);
+      for (double& number : of) numbers >> number;
+      REQUIRE(numbers);
+      most = std::max(most, std::hypot(of[6], of[7], of[8]));
+    }
+    return most;
+  };
+  const json report = report_of(folder, "flat.json --out end.csv");
+  CHECK(fastest() > 0.1);
   REQUIRE(report["warnings"].size() == 1);
   const json& warning = report["warnings"][0];
   CHECK(warning["code"] == "may_swing_on");
   CHECK(warning["value"].get<double>() > 2);
   CHECK(warning["cure"] == "Try --substeps 2, or --substeps auto");
-  const json cured = report_of(folder, "flat.json --substeps 2");
+  const json cured = report_of(folder, "flat.json --substeps 2 --out end.csv");
+  CHECK(fastest() < 0.01);
   CHECK(cured["warnings"] == json::array());
   CHECK(cured["sweep_estimate"]["turning"].get<double>() <= 2);
 }

@@ -40,7 +40,6 @@ namespace {
 constexpr double end_of_mean = 1.5;
 // The mean of a pendulum's tension over its weight, released at the height of what holds it: 3 cos of the angle, in time.
 constexpr double swinging = 1.37;
-constexpr double most_turning = 2;          // of a line, frequency times sub-step
 constexpr double left_by_lines = 1.0 / 16;  // of the excess of sweeps
 constexpr std::uint32_t no_particle = 0xffffffff;
 constexpr std::size_t most_of_a_side = 96;  // particles of a grid's row or column that are looked at
@@ -462,7 +461,7 @@ std::vector<double> SweptNet::leaks(const Coupling& coupling, double T) const {
 
 // The part of it that lines of springs leave.
 double SweptNet::left_of(const Piece& piece, const Coupling& coupling, const SubstepLength& substep) const {
-  if (!solves_lines(coupling, springs_are_) || piece.turning * substep.longest > most_turning) return 1;
+  if (!solves_lines(coupling, springs_are_) || piece.turning * substep.longest > SweepEstimate::most_turning) return 1;
   return piece.is_line ? 0 : left_by_lines;
 }
 

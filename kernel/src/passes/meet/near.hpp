@@ -1,7 +1,6 @@
 // Who is near, as a pass takes it: particles that are sorted by cells, each against those of the cells about its own.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
