@@ -102,8 +102,28 @@ Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T
 
 }  // namespace
 
+namespace {
+
+// In columns for so many. Rounding is plain.
 template <class T>
-Expected<Plan<T>> compile_to_come_and_go(const Scene& scene, const Options& options) {
+Expected<Plan<T>> make_to_meet(Scene scene, const Options& options, std::size_t capacity) {
+  const StepEnvironment environment;
+  if (auto error = check(options)) return tl::unexpected(*error);
+  if (auto error = check(scene, capacity)) return tl::unexpected(*error);
+  const Expected<Isa> isa = isa_of(options);
+  if (!isa) return tl::unexpected(isa.error());
+  scene.coupling.scheme = Scheme::leapfrog;  // of no springs: in which particles stand as they are numbered
+  auto compiled =
+      compile_scene<T>(std::move(scene), options, *isa, capacity, std::vector<Vec3>(capacity), Particles::come_and_meet);
+  if (!compiled) return tl::unexpected(compiled.error());
+  return Plan<T>(new typename Plan<T>::Parts(std::move(*compiled)));
+}
+
+}  // namespace
+
+template <class T>
+Expected<Plan<T>> compile_to_come_and_go(const Scene& scene, const Options& options, std::size_t capacity) {
+  if (scene.meet) return make_to_meet<T>(scene, options, capacity);
   return make<T>(scene, options, nullptr, Particles::come_and_go);
 }
 
@@ -371,7 +391,7 @@ Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* wo
   const MeetRules<A>& rules = *joined->joints().meet;
   const MeetRoom<A>& room = workspace->meet;
   Meetings found{.most = room.most, .rebuilt = room.rebuilt, .substeps = room.substeps, .stretch_limit = rules.stretch_limit()};
-  const auto n = static_cast<double>(std::max<std::size_t>(1, rules.particles()));
+  const auto n = static_cast<double>(std::max<std::size_t>(1, room.particles));
   const auto place = [&](std::size_t i) { return Vec3{double{room.x1[i][0]}, double{room.x1[i][1]}, double{room.x1[i][2]}}; };
   double overlaps = 0;
   double touching = 0;
@@ -471,8 +491,8 @@ template class Workspace<float>;
 template class Workspace<double>;
 template class Plan<float>;
 template class Plan<double>;
-template Expected<Plan<float>> compile_to_come_and_go<float>(const Scene&, const Options&);
-template Expected<Plan<double>> compile_to_come_and_go<double>(const Scene&, const Options&);
+template Expected<Plan<float>> compile_to_come_and_go<float>(const Scene&, const Options&, std::size_t);
+template Expected<Plan<double>> compile_to_come_and_go<double>(const Scene&, const Options&, std::size_t);
 template Expected<Plan<float>> compile<float>(const Scene&, const Options&);
 template Expected<Plan<double>> compile<double>(const Scene&, const Options&);
 template Expected<Plan<float>> compile<float>(const Scene&, const Options&, const State<float>&);

@@ -1,5 +1,5 @@
 // Scenes within the documented ranges, stepped by every instruction set in some layout, block size and number of threads: the
-// bits of the scalar reference, or the same error.
+// bits of the scalar reference, or the same error. Balls that meet come and go as well.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "dvdx/live.hpp"
 #include "fuzz/random_scene.hpp"
 #include "fuzz/targets.hpp"
 #include "support/batch.hpp"
@@ -152,6 +153,39 @@ void add_meet(Choices& choices, Scene& scene, std::size_t count) {
     meet.radius = size;
   }
   scene.add(std::move(meet));
+}
+
+constexpr std::size_t most_births = 16;
+
+// Balls that meet and also come and go: as random ones, without what they may not have then.
+struct LiveBalls {
+  RandomScene random;
+  Turnover turnover;
+};
+std::optional<LiveBalls> live_balls(Choices& choices, const RandomScene& of) {
+  if (choices.below(2) != 1 || !of.scene.meet || !of.scene.meet->radius || of.step <= 0) return std::nullopt;
+  LiveBalls live{.random = {.scene = {}, .x = of.x, .v = of.v, .step = of.step}, .turnover = {}};
+  Scene& scene = live.random.scene;
+  scene.method = of.scene.method;
+  if (of.scene.mass.is_uniform()) scene.mass = of.scene.mass;
+  for (const Force& force : of.scene.forces) {
+    const auto* const constant = std::get_if<Constant>(&force);
+    const auto* const drag = std::get_if<Drag>(&force);
+    if (constant != nullptr || (drag != nullptr && drag->coefficient.is_uniform())) scene.add(force);
+  }
+  scene.contacts = of.scene.contacts;
+  scene.motions = of.scene.motions;
+  scene.meet = of.scene.meet;
+  if (scene.meet->near_at_start == NearAtStart::pass) scene.meet->near_at_start = NearAtStart::meet;
+  live.turnover.capacity = of.x.size() + choices.below(most_births);
+  live.turnover.emitters = {{.shape = Box{.min = {-1, -1, -1}, .max = {1, 1, 1}},
+                             .rate = static_cast<double>(choices.below(6)) / of.step,
+                             .velocity = {0, choices.byte() / 32.0 - 4, 0},
+                             .least_lifetime = of.step * (1 + choices.byte() / 64.0),
+                             .most_lifetime = of.step * 6,
+                             .seed = choices.byte()}};
+  live.turnover.removal.boundaries = {{.normal = {0, 1, 0}, .offset = choices.byte() / 32.0 - 8}};
+  return live;
 }
 
 // Behind all else, so that inputs of before mean what they meant.
@@ -304,6 +338,42 @@ void expect_told_alike(const Outcome<T>& wanted, const Outcome<T>& got, const Co
   }
 }
 
+// Of each that lives seven numbers; then how many live and were removed.
+template <class T>
+Outcome<T> live_outcome(const LiveBalls& balls, const Deeds& deeds, const Configuration& way) {
+  const std::size_t capacity = balls.turnover.capacity;
+  Batch<T> batch(test::layouts[way.layout % test::layouts.size()], capacity);
+  Batch<T> lives(test::layouts[way.layout % test::layouts.size()], capacity);
+  LiveState<T> live{.state = batch.view(), .age = lives.view().x[0], .lifetime = lives.view().x[1]};
+  live.state.count = balls.random.x.size();
+  place(balls.random, live.state);
+  for (std::size_t i = 0; i < live.state.count; ++i) {
+    live.age[i] = T(0);
+    live.lifetime[i] = i % 5 == 1 ? static_cast<T>(2.5 * balls.random.step) : std::numeric_limits<T>::infinity();
+  }
+  const auto plan = compile<T>(balls.random.scene, balls.turnover,
+                               Options{.step = balls.random.step,
+                                       .isa = way.isa,
+                                       .arithmetic = deeds.arithmetic,
+                                       .block = way.block,
+                                       .impacts = deeds.impacts});
+  if (!plan) return {.error = plan.error().message()};
+  if (way.length == Length::asked && !is_short(plan->plan(), balls.random, deeds)) return {.error = too_long};
+  Outcome<T> outcome;
+  for (const std::size_t steps : {std::size_t{1}, deeds.steps, deeds.steps}) {
+    const StepResult result = plan->step(live, steps, way.parallel);
+    if (result == StepResult::too_many_neighbours) outcome.error = "step is of too many neighbours";
+    if (result == StepResult::time_not_finite) outcome.error = "step is beyond all times";
+  }
+  outcome.values = test::values_of(live.state);
+  for (std::size_t i = 0; i < live.state.count; ++i) outcome.values.push_back(live.age[i]);
+  outcome.values.push_back(static_cast<T>(live.state.count));
+  outcome.values.push_back(static_cast<T>(live.removed));
+  outcome.seconds = live.state.clock.seconds;
+  expect(batch.is_clean() && lives.is_clean(), "no byte outside the columns is written");
+  return outcome;
+}
+
 // A scene within the documented ranges may be refused for these reasons alone. The error of a value that the scalar type cannot
 // hold names the type.
 template <class T>
@@ -349,6 +419,20 @@ void compare(const RandomScene& random, const Deeds& deeds, std::size_t turn) {
   }
 }
 
+template <class T>
+void compare_live(const LiveBalls& balls, const Deeds& deeds, std::size_t turn) {
+  const Outcome<T> wanted = live_outcome<T>(balls, deeds, {.length = Length::asked});
+  if (wanted.error == too_long) return;
+  expect_allowed<T>(wanted.error);
+  for (const Isa isa : available_isas(deeds.arithmetic)) {
+    Configuration way{.isa = isa, .layout = turn % test::layouts.size(), .block = turn % 2 == 0 ? 16U : 0U};
+    if (turn++ % 2 == 1) way.parallel = {.run = backwards};
+    const Outcome<T> got = live_outcome<T>(balls, deeds, way);
+    expect(wanted.values.size() == got.values.size(), "as many live on every instruction set");
+    expect_same(wanted, got, way);
+  }
+}
+
 }  // namespace
 
 void plan_step(std::string_view bytes) {
@@ -358,10 +442,13 @@ void plan_step(std::string_view bytes) {
   Deeds what = deeds(choices);
   RandomScene random = random_scene(choices, Legality::legal);
   choose_more(choices, what, random);
+  const std::optional<LiveBalls> balls = live_balls(choices, random);
   if (is_double) {
     compare<double>(random, what, turn);
+    if (balls) compare_live<double>(*balls, what, turn);
   } else {
     compare<float>(random, what, turn);
+    if (balls) compare_live<float>(*balls, what, turn);
   }
 }
 

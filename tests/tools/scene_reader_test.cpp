@@ -478,7 +478,6 @@ constexpr BadValue bad_values[] = {
     {"/meet/groups/of/1", "65536", "meet.groups.of[1] is 65536: must be a whole number from 0 to 1023"},
     {"/meet/groups/meet/0", "[0]", "meet.groups.meet[0] is [0]: must be two groups"},
     {"/meet/groups/meet/0/1", "-1", "meet.groups.meet[0][1] is -1: must be a whole number from 0 to 1023"},
-    {"/capacity", "9", "meet is there: must be left out of a scene whose particles come and go", BySchema::accepted},
     {"/fixed", "2", "fixed is 2: must be a list of particle ids"},
     {"/fixed", "[3]", "fixed[0] is 3: must be a whole number from 0 to 2", BySchema::accepted},
     {"/fixed", "[-1]", "fixed[0] is -1: must be a whole number from 0 to 2"},

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "dvdx/export.h"
 #include "dvdx/layouts/state.hpp"
@@ -78,6 +79,7 @@ class DVDX_EXPORT LivePlan {
   LivePlan& operator=(LivePlan&&) noexcept;
   ~LivePlan();
 
+  // too_many_neighbours of particles that meet: where a step has not ended, the state is as it was when that step began.
   // capacity_too_small where a column has no memory or less room than the turnover's capacity, the state holds more particles
   // than that, or lifetimes have no ages; time_not_finite; in_use where another thread steps this plan. Then nothing was
   // stepped. Allocates nothing, throws nothing, locks nothing.
@@ -152,6 +154,14 @@ class DVDX_EXPORT LivePlan {
   [[nodiscard]] Expected<void> teleport(LiveState<T>& live, const Pose& by) const;
   [[nodiscard]] Expected<void> teleport(LiveState<T>& live, LiveWorkspace<T>& workspace, const Pose& by) const;
 
+  // What the next step of particles that meet depends on beside the state, and what their motions were told: as Plan's. Empty
+  // where none meet.
+  [[nodiscard]] std::vector<double> carried(const LiveState<T>& live) const;
+  [[nodiscard]] Expected<void> restore(std::span<const double> carried, const LiveState<T>& live);
+  // As Plan's.
+  [[nodiscard]] Meetings meetings() const noexcept;
+  [[nodiscard]] Meetings meetings(const LiveWorkspace<T>& workspace) const noexcept;
+
   // As Plan's, of the particles that live.
   [[nodiscard]] StateCheck check(const LiveState<T>& live) const noexcept;
   [[nodiscard]] const Scene& scene() const noexcept;
@@ -168,6 +178,11 @@ class DVDX_EXPORT LivePlan {
 // A plan for particles that are all alike: values each, anchors at the start, networks, constraints, fixed and kinematic
 // particles are errors that name their field, and so is a step that is not > 0, or one in which the keys of a contact's motion
 // turn it by more than half a radian. Where parts share births the survivors' order must be kept.
+// Balls may meet (Scene::meet), all of one radius, in one group and one part, the survivors' order kept. A step then is one of
+// Plan for those that live, in its sub-steps, before births and removal; a birth meets others from the next step on. Balls that
+// overlap, as a birth may within another, part slowly: no faster than sqrt(g r)/4 (g: the constant acceleration, r: the radius),
+// or a tenth of a radius in a step where that is more. What keeps two apart goes with them when others before them are removed.
+// Memory is for `capacity` particles from the first.
 template <class T>
 [[nodiscard]] DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
 

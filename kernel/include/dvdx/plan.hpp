@@ -189,6 +189,7 @@ class DVDX_EXPORT Workspace {
 
  private:
   friend class Plan<T>;
+  friend struct ReportedStep<T>;
   struct Parts;
   explicit Workspace(Parts* parts) noexcept;
   Parts* parts_;  // owned

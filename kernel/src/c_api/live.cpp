@@ -150,7 +150,8 @@ dvdx_status stepped(const LivePlan<T>& plan, dvdx_live& live, dvdx_error* error,
                          .removed = live.removed,
                          .dropped = live.dropped};
   const StepResult result = work(plan, particles);
-  if (result == StepResult::done) {
+  // Where a step did not end, those of the call before it have.
+  if (result == StepResult::done || result == StepResult::too_many_neighbours) {
     put_clock(particles.state.clock, live.state);
     live.state.count = particles.state.count;
     live.born = particles.born;

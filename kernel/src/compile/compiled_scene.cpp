@@ -84,7 +84,7 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   if (auto error = check_sweeps(compiled->scene, options.elsewhere, count)) return tl::unexpected(*error);
   if (auto error = check_meet_at_start(compiled->scene, options, compiled->start)) return tl::unexpected(*error);
   std::shared_ptr<Joints<T>> made;
-  if (particles == Particles::of_state && steps_in_columns(compiled->scene)) {
+  if (particles != Particles::come_and_go && steps_in_columns(compiled->scene)) {
     made = joints(compiled->scene, options, compiled->start);
   }
   if (made != nullptr) {

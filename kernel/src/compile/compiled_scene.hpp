@@ -16,8 +16,9 @@
 namespace dvdx {
 
 // Whether a plan's particles are those of one state, or come and go (compile/lifecycle.hpp): these have no columns of their
-// own, and what follows a motion is moved from step to step by who steps them.
-enum class Particles { of_state, come_and_go };
+// own, and what follows a motion is moved from step to step by who steps them. Those that meet as well are stepped in columns
+// for `count` of them, of which a state has any number.
+enum class Particles { of_state, come_and_go, come_and_meet };
 
 template <class T>
 struct CompiledScene {
@@ -87,9 +88,10 @@ template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
                                        std::vector<Vec3> start, Particles particles);
 
-// A plan for particles that come and go. It steps by ReportedStep alone where something follows a motion.
+// A plan for particles that come and go, at most so many at once. It steps by ReportedStep alone where something follows a
+// motion.
 template <class T>
-Expected<Plan<T>> compile_to_come_and_go(const Scene& scene, const Options& options);
+Expected<Plan<T>> compile_to_come_and_go(const Scene& scene, const Options& options, std::size_t capacity);
 
 // The same with another step, or with forces[index] or contacts[index] another: what the change does not touch is shared.
 template <class T>

@@ -84,7 +84,8 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
       is_part_(options.elsewhere.exchange.start != nullptr),
       wind_(scene.wind),
       meet_(scene.meet),
-      slowest_bounce_(4 * length(constant_acceleration(scene)) * std::abs(joints_->substep())) {
+      slowest_bounce_(4 * length(constant_acceleration(scene)) * std::abs(joints_->substep())),
+      parting_(scene.meet ? parting_of(*scene.meet, length(constant_acceleration(scene)), joints_->step) : 0) {
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
   }

@@ -121,6 +121,8 @@ class JoinedMotion {
   [[nodiscard]] FaceContacts& faces_to_change() noexcept { return faces_; }
   // m/s: slower approaches of particles that meet do not bounce.
   [[nodiscard]] T slowest_bounce() const noexcept { return static_cast<T>(slowest_bounce_); }
+  // m/s: of balls that come and go, those that overlap part no faster. A birth may be within another ball.
+  [[nodiscard]] T parting() const noexcept { return static_cast<T>(parting_); }
   // Whether something acts at the end of each sub-step, after its last flow.
   [[nodiscard]] bool closes_substeps() const noexcept { return joints_->closes_substeps() || !faces_.empty(); }
 
@@ -144,6 +146,7 @@ class JoinedMotion {
   Wind wind_;
   std::optional<Meet> meet_;
   double slowest_bounce_;
+  double parting_;
 };
 
 extern template class JoinedMotion<float>;

@@ -8,6 +8,7 @@
 #include "compile/compiled_scene.hpp"
 #include "compile/particle_values.hpp"
 #include "dvdx/live.hpp"
+#include "execute/contact_recorder.hpp"
 #include "execute/drive_pose.hpp"
 #include "execute/environment.hpp"
 #include "execute/stepping.hpp"
@@ -117,10 +118,25 @@ std::optional<Error> check_alike(const Scene& scene) {
   if (!scene.constraints.empty()) return Error{"constraints", "there", absent};
   if (!scene.skins.empty()) return Error{"skins", "there", absent};
   if (!scene.tethers.empty()) return Error{"tethers", "there", absent};
-  if (scene.meet) return Error{"meet", "there", absent};
   if (!scene.fixed.empty()) return Error{"fixed", "there", absent};
   if (!scene.kinematic.empty()) return Error{"kinematic", "there", absent};
   if (!scene.origin.is_world()) return Error{"origin", "there", absent};
+  return std::nullopt;
+}
+
+// Each particle is as large as all others, and what is left of another's numbers are in order.
+std::optional<Error> check_meeting(const Scene& scene, const Turnover& turnover, const Options& options) {
+  if (!scene.meet) return std::nullopt;
+  const Meet& meet = *scene.meet;
+  const auto refuse = [](const char* field, const char* value, const char* valid) { return Error{field, value, valid}; };
+  if (meet.thickness) return refuse("meet.thickness", "there", "left out where particles come and go: balls have a radius");
+  if (meet.radius && !meet.radius->is_uniform())
+    return refuse("meet.radius", "given for each particle", "alike for all particles where they come and go");
+  if (meet.groups) return refuse("meet.groups", "there", "left out where particles come and go");
+  if (meet.near_at_start == NearAtStart::pass)
+    return refuse("meet.near_at_start", "pass", "left out where particles come and go, or meet");
+  if (fills_holes(turnover.removal)) return refuse("removal.order", "any", "kept where particles meet");
+  if (options.elsewhere.births.parts > 1) return refuse("meet", "there", "left out where parts share births");
   return std::nullopt;
 }
 
@@ -218,15 +234,17 @@ LifecycleWorkspace<T>::LifecycleWorkspace(const LifecycleShape& of, const Memory
       kept(fills_holes(of.order) ? of.capacity / fill_run + 1 : 0),
       waiting(kept.size()),
       fills(fills_holes(of.order) ? live_segments : 0),
-      followers(of) {
+      followers(of),
+      after(of.meets ? of.capacity : 0) {
   for (auto& by : births) by.resize(of.emitters);
 }
 
 template <class T>
 std::size_t LifecycleWorkspace<T>::bytes() const noexcept {
   return most_groups * scratch_columns * aside_chunk * sizeof(T) + overflow_bytes + kept.size() * sizeof(kept[0]) +
-         waiting.size() * sizeof(waiting[0]) + fills.size() * sizeof(fills[0]) +
-         followers.surfaces.size() * sizeof(Surface<T>) + births.size() * births[0].size() * sizeof(BirthsBy);
+         waiting.size() * sizeof(waiting[0]) + fills.size() * sizeof(fills[0]) + after.size() * sizeof(after[0]) +
+         (meeting ? meeting->bytes() : 0) + followers.surfaces.size() * sizeof(Surface<T>) +
+         births.size() * births[0].size() * sizeof(BirthsBy);
 }
 
 template <class T>
@@ -245,6 +263,12 @@ LivePlan<T>::~LivePlan() {
 
 namespace {
 
+// Of particles that meet, the sub-steps are as many as surfaces that turn ask for.
+template <class T>
+std::optional<Error> check_turns(const CompiledLifecycle<T>& of, const std::vector<Contact>& contacts, double step) {
+  return meets(of) ? std::nullopt : check_turns(contacts, of.tracks, step);
+}
+
 // change(what a live plan is compiled to)
 template <class Parts, class Change>
 Expected<void> changed_life(Parts* parts, const Change& change) {
@@ -254,8 +278,11 @@ Expected<void> changed_life(Parts* parts, const Change& change) {
 }
 
 template <class T>
-Expected<void> teleported(CompiledLifecycle<T>& compiled, LiveFollowers<T>& followers, LiveState<T>& live, const Pose& by) {
-  Expected<void> done = compiled.plan.teleport(live.state, by);
+Expected<void> teleported(CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
+                          const Pose& by) {
+  LiveFollowers<T>& followers = workspace.followers;
+  Expected<void> done =
+      workspace.meeting ? compiled.plan.teleport(live.state, *workspace.meeting, by) : compiled.plan.teleport(live.state, by);
   if (!done) return done;
   const RigidMotion motion{quaternion(by.rotation), by.translation};
   for (std::size_t k = 0; k < compiled.tracks.size(); ++k) followers.motions[k].carry(motion, compiled.tracks[k]);
@@ -286,6 +313,7 @@ Expected<void> LiveWorkspace<T>::set_pose(std::size_t motion, const Pose& target
   if (parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
   LifecycleWorkspace<T>& own = parts_->workspace;
   Expected<void> done = drive_pose(own.followers.motions, motion, target, arrival);
+  if (done && own.meeting) done = own.meeting->set_pose(motion, target, arrival);
   if (done) own.known = LifecycleWorkspace<T>::all_known;
   return done;
 }
@@ -298,6 +326,7 @@ template <class T>
 LiveWorkspace<T> LivePlan<T>::workspace() const {
   if (parts_ == nullptr) return LiveWorkspace<T>(nullptr);
   LiveWorkspace<T> made(new typename LiveWorkspace<T>::Parts(parts_->workspace.shape, parts_->memory));
+  if (meets(parts_->compiled)) made.parts_->workspace.meeting.emplace(parts_->compiled.plan.workspace());
   const Stepping stepping(parts_->workspace.is_stepping);
   if (!stepping) return made;  // told nothing: a step then says so
   made.parts_->workspace.followers.motions = parts_->workspace.followers.motions;
@@ -308,6 +337,7 @@ template <class T>
 Expected<void> LivePlan<T>::set_pose(std::size_t motion, const Pose& target, Arrival arrival) {
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
   Expected<void> done = drive_pose(parts_->workspace.followers.motions, motion, target, arrival);
+  if (done && meets(parts_->compiled)) done = parts_->compiled.plan.set_pose(motion, target, arrival);
   if (done) ++parts_->told;
   return done;
 }
@@ -315,7 +345,7 @@ template <class T>
 Expected<void> LivePlan<T>::set_step(double h) {
   return changed_life(parts_, [h](auto& of) -> Expected<void> {
     if (!(h > 0)) return tl::unexpected(Error{"step", text(h), "a finite number > 0 where particles come and go"});
-    if (auto error = check_turns(of.plan.scene().contacts, of.tracks, h)) return tl::unexpected(*error);
+    if (auto error = check_turns(of, of.plan.scene().contacts, h)) return tl::unexpected(*error);
     return of.plan.set_step(h);
   });
 }
@@ -326,7 +356,7 @@ Expected<void> LivePlan<T>::set_force(std::size_t index, const Force& force) {
 template <class T>
 Expected<void> LivePlan<T>::set_contact(std::size_t index, const Contact& contact) {
   return changed_life(parts_, [&](auto& of) -> Expected<void> {
-    if (auto error = check_turns({contact}, of.tracks, of.plan.step_size())) return tl::unexpected(*error);
+    if (auto error = check_turns(of, {contact}, of.plan.step_size())) return tl::unexpected(*error);
     return of.plan.set_contact(index, contact);
   });
 }
@@ -350,7 +380,7 @@ Expected<void> LivePlan<T>::set_emitter(std::size_t index, const Emitter& emitte
 template <class T>
 Expected<void> LivePlan<T>::teleport(LiveState<T>& live, const Pose& by) const {
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
-  return teleported(parts_->compiled, parts_->workspace.followers, live, by);
+  return teleported(parts_->compiled, parts_->workspace, live, by);
 }
 template <class T>
 Expected<void> LivePlan<T>::teleport(LiveState<T>& live, LiveWorkspace<T>& workspace, const Pose& by) const {
@@ -359,7 +389,33 @@ Expected<void> LivePlan<T>::teleport(LiveState<T>& live, LiveWorkspace<T>& works
   if (workspace.parts_->workspace.shape != parts_->workspace.shape) {
     return tl::unexpected(Error{"workspace", "of another scene", "made by this plan"});
   }
-  return teleported(parts_->compiled, workspace.parts_->workspace.followers, live, by);
+  return teleported(parts_->compiled, workspace.parts_->workspace, live, by);
+}
+template <class T>
+std::vector<double> LivePlan<T>::carried(const LiveState<T>& live) const {
+  return parts_ != nullptr && meets(parts_->compiled) ? plan().carried(live.state) : std::vector<double>{};
+}
+template <class T>
+Expected<void> LivePlan<T>::restore(std::span<const double> carried, const LiveState<T>& live) {
+  return changed_life(parts_, [&](auto& of) -> Expected<void> {
+    if (!meets(of)) {
+      if (carried.empty()) return {};
+      return tl::unexpected(
+          Error{"carried", std::to_string(carried.size()) + " numbers", "none of a plan whose particles do not meet"});
+    }
+    Expected<void> done = of.plan.restore(carried, live.state);
+    if (done) parts_->workspace.followers.motions = ReportedStep<T>::motions_of_meeting(of.plan);
+    return done;
+  });
+}
+template <class T>
+Meetings LivePlan<T>::meetings() const noexcept {
+  return plan().meetings();
+}
+template <class T>
+Meetings LivePlan<T>::meetings(const LiveWorkspace<T>& workspace) const noexcept {
+  const auto* const own = workspace.parts_;
+  return own != nullptr && own->workspace.meeting ? plan().meetings(*own->workspace.meeting) : Meetings{};
 }
 template <class T>
 StateCheck LivePlan<T>::check(const LiveState<T>& live) const noexcept {
@@ -395,7 +451,9 @@ std::string LivePlan<T>::explain() const {
                       std::to_string(p.emitters.size()) + (p.emitters.size() == 1 ? " emitter" : " emitters");
   if (rate > 0) words += ", up to " + text(rate * step) + " births a step";
   const bool is_any_order = fills_holes(p.turnover.removal);
-  if (is_any_order) {
+  if (meets(p)) {
+    words += "\n             one step of all of them, sub-step by sub-step: they meet; after it births and removal\n";
+  } else if (is_any_order) {
     words += "\n             one step while a run of " + std::to_string(fill_run) + " particles is in cache\n";
   } else if (moves_anything(p)) {
     words += "\n             one step while a chunk of " + std::to_string(live_chunk) +
@@ -428,10 +486,13 @@ Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, cons
   const StepEnvironment environment;  // what is made here does not depend on the caller's rounding mode
   if (auto error = check(turnover, options, scene)) return tl::unexpected(*error);
   if (auto error = check_alike(scene)) return tl::unexpected(*error);
-  auto plan = compile_to_come_and_go<T>(scene, options);
+  if (auto error = check_meeting(scene, turnover, options)) return tl::unexpected(*error);
+  auto plan = compile_to_come_and_go<T>(scene, options, turnover.capacity);
   if (!plan) return tl::unexpected(plan.error());
   const std::vector<PoseTrack> tracks(scene.motions.begin(), scene.motions.end());
-  if (auto error = check_turns(scene.contacts, tracks, options.step)) return tl::unexpected(*error);
+  if (!scene.meet) {
+    if (auto error = check_turns(scene.contacts, tracks, options.step)) return tl::unexpected(*error);
+  }
   return LivePlan<T>(new typename LivePlan<T>::Parts(std::move(*plan), turnover, options));
 }
 
@@ -471,6 +532,14 @@ template Expected<void> LivePlan<float>::teleport(LiveState<float>&, const Pose&
 template Expected<void> LivePlan<double>::teleport(LiveState<double>&, const Pose&) const;
 template Expected<void> LivePlan<float>::teleport(LiveState<float>&, LiveWorkspace<float>&, const Pose&) const;
 template Expected<void> LivePlan<double>::teleport(LiveState<double>&, LiveWorkspace<double>&, const Pose&) const;
+template std::vector<double> LivePlan<float>::carried(const LiveState<float>&) const;
+template std::vector<double> LivePlan<double>::carried(const LiveState<double>&) const;
+template Expected<void> LivePlan<float>::restore(std::span<const double>, const LiveState<float>&);
+template Expected<void> LivePlan<double>::restore(std::span<const double>, const LiveState<double>&);
+template Meetings LivePlan<float>::meetings() const noexcept;
+template Meetings LivePlan<double>::meetings() const noexcept;
+template Meetings LivePlan<float>::meetings(const LiveWorkspace<float>&) const noexcept;
+template Meetings LivePlan<double>::meetings(const LiveWorkspace<double>&) const noexcept;
 template StateCheck LivePlan<float>::check(const LiveState<float>&) const noexcept;
 template StateCheck LivePlan<double>::check(const LiveState<double>&) const noexcept;
 template const Scene& LivePlan<float>::scene() const noexcept;

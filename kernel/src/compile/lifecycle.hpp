@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -56,6 +57,7 @@ struct ParticleGroup {
   std::size_t steps = 0;
   Clock clock{};
   bool is_new = false;       // born in this batch: looked at before the first step too
+  bool is_stepped = false;   // they have moved: they grow old by the steps, and are looked at
   std::size_t aside_of = 0;  // of particles that are stepped aside: where the first of them stands
 };
 
@@ -76,8 +78,15 @@ struct CompiledLifecycle {
 struct LifecycleShape {
   std::size_t capacity = 0, parts = 1, emitters = 0, contacts = 0, motions = 0;
   SurvivorOrder order = SurvivorOrder::kept;
+  bool meets = false;
   bool operator==(const LifecycleShape&) const = default;
 };
+// Whether the particles meet: the plan then steps all of them, sub-step by sub-step in working columns, and what follows a
+// motion there.
+template <class T>
+bool meets(const CompiledLifecycle<T>& compiled) noexcept {
+  return compiled.plan.scene().meet.has_value();
+}
 template <class T>
 LifecycleShape shape_of(const CompiledLifecycle<T>& compiled) noexcept {
   const Turnover& turnover = compiled.turnover;
@@ -86,7 +95,8 @@ LifecycleShape shape_of(const CompiledLifecycle<T>& compiled) noexcept {
           .emitters = turnover.emitters.size(),
           .contacts = compiled.plan.scene().contacts.size(),
           .motions = compiled.tracks.size(),
-          .order = turnover.removal.order};
+          .order = turnover.removal.order,
+          .meets = meets(compiled)};
 }
 
 // All that follows a motion: of one step, where it is at the step's end.
@@ -119,16 +129,18 @@ struct LifecycleWorkspace {
   std::vector<Stretch> waiting;   // births that found no hole in their run
   std::vector<Fill> fills;        // of each thread
   LiveFollowers<T> followers;
+  std::optional<Workspace<T>> meeting;  // of particles that meet; none: the plan's own
+  std::vector<std::uint32_t> after;     // likewise: the number of each after a removal
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
   // How many of the plan's calls of set_pose it knows of; all, where it has been driven itself.
   std::uint64_t known = 0;
   static constexpr std::uint64_t all_known = std::numeric_limits<std::uint64_t>::max();
 };
 
-// Whether a contact follows a motion; and whether anything does.
+// Whether a contact follows a motion that the lifecycle moves; and whether anything does.
 template <class T>
 bool moves_contacts(const CompiledLifecycle<T>& compiled) noexcept {
-  return !compiled.tracks.empty() && is_any_carried(compiled.plan.scene().contacts);
+  return !compiled.tracks.empty() && !meets(compiled) && is_any_carried(compiled.plan.scene().contacts);
 }
 template <class T>
 bool moves_anything(const CompiledLifecycle<T>& compiled) noexcept {

@@ -184,6 +184,11 @@ std::optional<Error> check_meet_at_start(const Scene& scene, const Options& opti
   return std::nullopt;
 }
 
+double parting_of(const Meet& meet, double g, double step) noexcept {
+  const double r = least_radius(meet);
+  return std::max(0.25 * std::sqrt(g * r), step != 0 ? 0.1 * r / std::abs(step) : 0);
+}
+
 double meeting_rate(const Scene& scene) {
   if (!scene.meet) return 0;
   constexpr double fallen = 0.005;  // g h^2, of the smallest radius: a layer of a pile sinks by so much before rounds lift it

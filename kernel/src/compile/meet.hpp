@@ -68,6 +68,9 @@ void check_meet(Checker& check, const Scene& scene);
 
 // m: the smallest of balls, or half the thickness.
 [[nodiscard]] double least_radius(const Meet& meet) noexcept;
+// m/s: how fast balls that come and go part at most where they overlap: as they fall through a 32nd of a radius, and never
+// slower than by a tenth of one in a step.
+[[nodiscard]] double parting_of(const Meet& meet, double g, double step) noexcept;
 // 1/s: sub-steps a second that keep g h^2 and the ways of surfaces a small part of the smallest radius; 0 where none meet.
 [[nodiscard]] double meeting_rate(const Scene& scene);
 [[nodiscard]] int substeps_of_meetings(double rate, double h) noexcept;

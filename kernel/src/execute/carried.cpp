@@ -7,6 +7,7 @@
 
 #include "compile/checker.hpp"
 #include "execute/plan_parts.hpp"
+#include "execute/state_fit.hpp"
 
 namespace dvdx {
 namespace {
@@ -94,9 +95,9 @@ struct PulsesRead {
   std::vector<PulseRead<A>> pairs{}, walls{};
 };
 
-// Numbers that are no list of pulses of that room give none.
+// Numbers that are no list of pulses of that room and of so many particles give none.
 template <class A>
-std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room) {
+std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room, std::size_t count) {
   PulsesRead<A> read;
   double pairs = 0;
   double walls = 0;
@@ -106,7 +107,7 @@ std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room)
   const bool fits = pairs >= 0 && pairs <= static_cast<double>(room.pulses.size()) && walls >= 0 &&
                     walls <= static_cast<double>(room.kept_walls.size()) && std::isfinite(read.h);
   if (!fits || !in.has(6 * (static_cast<std::size_t>(pairs) + static_cast<std::size_t>(walls)))) return std::nullopt;
-  const auto particles = static_cast<double>(room.w.size());
+  const auto particles = static_cast<double>(count);
   const auto next = [&](std::vector<PulseRead<A>>& list, double most) {
     std::array<double, 6> numbers{};
     for (double& number : numbers) in(number);
@@ -133,7 +134,8 @@ std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room)
 }
 
 template <class A>
-void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room) noexcept {
+void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room, std::size_t count) noexcept {
+  room.be_of(count);
   room.kept_h = static_cast<A>(read.h);
   room.is_kept = room.kept_h != 0;
   room.is_listed = false;
@@ -149,11 +151,13 @@ void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room) noexcept {
 }
 
 template <class T, class A>
-std::vector<double> carried_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* workspace, const State<T>& state) {
+std::vector<double> carried_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, const State<T>& state) {
+  const JoinedMotion<A>* const joined = scene.joined();
   if (joined == nullptr || workspace == nullptr || !workspace->fits(joined->shape())) return {};
   NumbersOut out;
   const auto& a = workspace->work.a;
-  const bool is_whose = state.count == joined->joints().particles() && workspace->remembers(state.x[0].base, state.clock);
+  const bool is_whose = takes(scene, state.count) && workspace->meet.particles <= state.count &&
+                        workspace->remembers(state.x[0].base, state.clock);
   const bool meets = joined->joints().meet != nullptr;
   const bool remembers = (a[0] != nullptr || meets) && is_whose;
   out(remembers);
@@ -175,8 +179,9 @@ Error not_of_this_plan(std::span<const double> carried) {
 
 // All or nothing.
 template <class T, class A>
-Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* workspace, std::span<const double> carried,
+Expected<void> restore_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, std::span<const double> carried,
                           const State<T>& state) {
+  const JoinedMotion<A>* const joined = scene.joined();
   if (joined == nullptr || workspace == nullptr || !workspace->fits(joined->shape())) {
     if (joined == nullptr && carried.empty()) return {};
     return tl::unexpected(not_of_this_plan(carried));
@@ -189,11 +194,11 @@ Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* wor
   const bool meets = joined->joints().meet != nullptr;
   std::optional<PulsesRead<A>> pulses;
   if (remembers && meets) {
-    pulses = read_pulses(in, workspace->meet);
+    pulses = read_pulses(in, workspace->meet, std::min(state.count, particles));
     if (!pulses) return tl::unexpected(not_of_this_plan(carried));
   }
   const bool accelerates = remembers && a[0] != nullptr;
-  if (state.count != particles || (remembers && !accelerates && !meets) || (accelerates && !in.has(3 * particles))) {
+  if (!takes(scene, state.count) || (remembers && !accelerates && !meets) || (accelerates && !in.has(3 * particles))) {
     return tl::unexpected(not_of_this_plan(carried));
   }
   std::vector<double> accelerations(accelerates ? 3 * particles : 0);
@@ -210,7 +215,7 @@ Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* wor
   workspace->forget();
   if (!remembers) return {};
   workspace->remember(state.x[0].base, state.clock);
-  if (pulses) take_pulses(*pulses, workspace->meet);
+  if (pulses) take_pulses(*pulses, workspace->meet, state.count);
   if (!accelerates) return {};
   for (A* const column : a) std::fill_n(column, joined->joints().order.size, A(0));
   joined->joints().order.for_each([&](std::size_t element, std::size_t particle) {
@@ -224,7 +229,7 @@ Expected<void> restore_in(const JoinedMotion<A>* joined, JoinedWorkspace<A>* wor
 template <class T>
 std::vector<double> Plan<T>::carried(const State<T>& state) const {
   if (parts_ == nullptr) return {};
-  return std::visit([&](const auto& in) { return carried_in(in.scene->joined(), in.workspace.get(), state); }, parts_->in);
+  return std::visit([&](const auto& in) { return carried_in(*in.scene, in.workspace.get(), state); }, parts_->in);
 }
 
 template <class T>
@@ -232,14 +237,14 @@ std::vector<double> Plan<T>::carried(const State<T>& state, const Workspace<T>& 
   if (parts_ == nullptr || workspace.parts_ == nullptr) return {};
   const auto of = [&]<class A>(const PlanIn<A>& in) {
     const auto* given = std::get_if<std::unique_ptr<JoinedWorkspace<A>>>(&workspace.parts_->in);
-    return carried_in(in.scene->joined(), given != nullptr ? given->get() : nullptr, state);
+    return carried_in(*in.scene, given != nullptr ? given->get() : nullptr, state);
   };
   return std::visit(of, parts_->in);
 }
 
 template <class T>
 Expected<void> Plan<T>::restore(std::span<const double> carried, const State<T>& state) {
-  const auto into = [&](auto& in) { return restore_in(in.scene->joined(), in.workspace.get(), carried, state); };
+  const auto into = [&](auto& in) { return restore_in(*in.scene, in.workspace.get(), carried, state); };
   return changed(parts_, "plan", into);
 }
 
@@ -248,7 +253,7 @@ Expected<void> Plan<T>::restore(std::span<const double> carried, const State<T>&
   if (workspace.parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
   const auto into = [&]<class A>(const PlanIn<A>& in) {
     const auto* given = std::get_if<std::unique_ptr<JoinedWorkspace<A>>>(&workspace.parts_->in);
-    return restore_in(in.scene->joined(), given != nullptr ? given->get() : nullptr, carried, state);
+    return restore_in(*in.scene, given != nullptr ? given->get() : nullptr, carried, state);
   };
   return changed(parts_, "plan", into);
 }

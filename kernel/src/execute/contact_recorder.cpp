@@ -136,7 +136,7 @@ std::optional<std::size_t> LoggedParticles::number(std::size_t element) const no
     return first_ + element;
   }
   std::optional<std::size_t> particle = order_->particle_at(element);
-  if (particle && inverse_masses_[*particle] == 0) particle.reset();
+  if (particle && (*particle >= count_ || inverse_masses_[*particle] == 0)) particle.reset();
   if (particle && is_own_ != nullptr && is_own_[*particle] == 0) particle.reset();
   return particle;
 }

@@ -12,6 +12,7 @@
 #include "compile/compiled_scene.hpp"
 #include "dvdx/contact_report.hpp"
 #include "dvdx/plan.hpp"
+#include "execute/driven.hpp"
 #include "math/exact_sum.hpp"
 #include "passes/contact/contact_log.hpp"
 
@@ -82,10 +83,10 @@ class LoggedParticles {
   // As they stand in the state, from number `first` on.
   LoggedParticles(const Scene& scene, std::size_t first, std::size_t count) noexcept
       : scene_(scene), first_(first), count_(count) {}
-  // is_own: null, or of each particle, 0 where another part of the batch logs it.
-  LoggedParticles(const Scene& scene, const ParticleOrder& order, std::span<const double> inverse_masses,
+  // The first `count` of an order's. is_own: null, or of each particle, 0 where another part of the batch logs it.
+  LoggedParticles(const Scene& scene, const ParticleOrder& order, std::size_t count, std::span<const double> inverse_masses,
                   const std::uint8_t* is_own) noexcept
-      : scene_(scene), order_(&order), inverse_masses_(inverse_masses), is_own_(is_own) {}
+      : scene_(scene), count_(count), order_(&order), inverse_masses_(inverse_masses), is_own_(is_own) {}
 
   [[nodiscard]] std::optional<std::size_t> number(std::size_t element) const noexcept;
   // Whether elements are numbered on from first().
@@ -160,6 +161,14 @@ extern template class ContactRecorder<double>;
 // `first` on.
 template <class T>
 struct ReportedStep {
+  // A step of particles that meet as well: in the plan's own workspace, or in one that its like made.
+  static StepResult meet(const Plan<T>& plan, Workspace<T>* given, State<T>& state, const ParallelFor& parallel,
+                         ContactReport::Parts* report) noexcept;
+  // Some of them have gone: after[i] is the number of particle i from now on, or no_partner; `count` are left.
+  static void renumber(const Plan<T>& plan, Workspace<T>* given, std::span<const std::uint32_t> after,
+                       std::size_t count) noexcept;
+  // What its motions have been told.
+  static const std::vector<DrivenMotion>& motions_of_meeting(const Plan<T>& plan) noexcept;
   static void run(const Plan<T>& plan, const Terms<T>* moved, State<T>& state, std::size_t steps, ContactReport::Parts* report,
                   std::size_t first) noexcept;
   static const FreeMotion<T>& motion_of(const Plan<T>& plan) noexcept;

@@ -326,6 +326,29 @@ void ReportedStep<T>::run(const Plan<T>& plan, const Terms<T>* moved, State<T>& 
 }
 
 template <class T>
+StepResult ReportedStep<T>::meet(const Plan<T>& plan, Workspace<T>* given, State<T>& state, const ParallelFor& parallel,
+                                 ContactReport::Parts* report) noexcept {
+  const PlanIn<T>& in = std::get<PlanIn<T>>(plan.parts_->in);
+  const auto* const own = given != nullptr ? own_workspace(in, given->parts_->in) : &in.workspace;
+  const JoinedMotion<T>& motion = *in.scene->joined();
+  if (own == nullptr || *own == nullptr || !(*own)->fits(motion.shape())) return StepResult::workspace_differs;
+  return step_joined(*in.scene, motion, **own, state, 1, parallel, report);
+}
+
+template <class T>
+void ReportedStep<T>::renumber(const Plan<T>& plan, Workspace<T>* given, std::span<const std::uint32_t> after,
+                               std::size_t count) noexcept {
+  const PlanIn<T>& in = std::get<PlanIn<T>>(plan.parts_->in);
+  const auto* const own = given != nullptr ? own_workspace(in, given->parts_->in) : &in.workspace;
+  if (own != nullptr && *own != nullptr) (*own)->meet.renumber(after, count);
+}
+
+template <class T>
+const std::vector<DrivenMotion>& ReportedStep<T>::motions_of_meeting(const Plan<T>& plan) noexcept {
+  return std::get<PlanIn<T>>(plan.parts_->in).workspace->motions;
+}
+
+template <class T>
 const FreeMotion<T>& ReportedStep<T>::motion_of(const Plan<T>& plan) noexcept {
   return *std::get<PlanIn<T>>(plan.parts_->in).scene->free();
 }

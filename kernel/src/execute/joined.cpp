@@ -37,23 +37,25 @@ constexpr std::size_t max_stages = 16;
 template <class T>
 class JoinedStep {
  public:
-  JoinedStep(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace,
+  // Of so many particles: all that the motion is of, unless they come and go.
+  JoinedStep(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, std::size_t particles,
              const ParallelFor& parallel, ContactReport::Parts* report) noexcept
       : scene_(scene),
         m_(motion),
         joints_(motion.joints()),
         ws_(workspace),
         work_(workspace.work),
-        end_(motion.joints().order.size),
+        particles_(particles),
+        end_(comes_and_goes() ? filled(particles) : motion.joints().order.size),
         held_(std::span(workspace.held).first(joints_.fixed.size())),
         kernels_(scene.passes->template of<T>().network),
         air_kernels_(scene.passes->template of<T>().air),
         passes_(*scene.passes),
         exchange_(scene.options.elsewhere.exchange),
         stay_kernels_(stay_kernels<T>(scene.options.arithmetic)),
-        parallel_(joints_.particles() < parallel_from ? ParallelFor{} : parallel),
+        parallel_(particles < parallel_from ? ParallelFor{} : parallel),
         report_(report),
-        logged_(scene.scene, joints_.order, joints_.w_of, exchange_.is_own) {
+        logged_(scene.scene, joints_.order, particles, joints_.w_of, exchange_.is_own) {
     work_.w = joints_.w;
     if (joints_.constraints) {
       constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
@@ -61,7 +63,10 @@ class JoinedStep {
     }
     if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) sheets_.end = strands->sheets.size() - 1;
     if (joints_.balls) balls_.emplace(m_, ws_, work_, scene.passes->template of<T>().ball, parallel_);
-    if (joints_.meet) meet_.emplace(m_, ws_, work_, scene.passes->template of<T>().meet, parallel_, report_);
+    if (joints_.meet) {
+      const T parting = comes_and_goes() ? m_.parting() : T(0);
+      meet_.emplace(m_, ws_, work_, particles, parting, scene.passes->template of<T>().meet, parallel_, report_);
+    }
     if (m_.faces() != nullptr) faces_.emplace(m_, ws_, work_, parallel_, report_);
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
@@ -75,6 +80,7 @@ class JoinedStep {
       fetch(passes_, state.v, state.v_rest, rows, work_.v);
       for (std::size_t axis = 0; axis < 3 && is_relative(); ++axis) clear(rows, work_.x[axis]);
     });
+    if (comes_and_goes()) fill_up();
     for_each_listed_run([&](std::span<const std::uint32_t> particles, std::size_t first) {
       fetch(state.x, state.x_rest, particles, places(positions(), first));
       fetch(state.v, state.v_rest, particles, places(work_.v, first));
@@ -154,7 +160,7 @@ class JoinedStep {
  private:
   // One sheet of a stack in the whole's working columns, on one thread.
   JoinedStep(const JoinedStep& whole, std::size_t sheet) noexcept
-      : JoinedStep(whole.scene_, whole.m_, whole.ws_, ParallelFor{}, whole.report_) {
+      : JoinedStep(whole.scene_, whole.m_, whole.ws_, whole.particles_, ParallelFor{}, whole.report_) {
     const std::size_t each = whole.end_ / whole.sheets_.end;
     first_ = sheet * each;
     end_ = first_ + each;
@@ -254,6 +260,7 @@ class JoinedStep {
   template <class Use>
   void for_some_rows(const Use& use) const noexcept {
     const ParticleOrder& order = joints_.order;
+    if (comes_and_goes()) return for_each_run(use);
     if (order.is_listed()) return;
     const std::span<const ParticleSpan> spans = order.spans;
     const std::size_t rows = order.pitch != 0 ? order.size / (order.phases * order.pitch) : spans.size();
@@ -264,6 +271,26 @@ class JoinedStep {
       const std::size_t first = rows * task / tasks;
       use({spans.subspan(first * each, (rows * (task + 1) / tasks - first) * each), each});
     });
+  }
+
+  // Of particles that come and go, which stand as they are numbered.
+  [[nodiscard]] bool comes_and_goes() const noexcept { return scene_.particles == Particles::come_and_meet; }
+  template <class Use>
+  void for_each_run(const Use& use) const noexcept {
+    const std::span<const ParticleSpan> spans = joints_.order.spans;
+    for_each_task(parallel_, tasks_of(particles_, spans[0].count), [&](std::size_t task) {
+      ParticleSpan run = spans[task];
+      run.count = std::min(run.count, particles_ - run.element);
+      use({std::span(&run, 1), 1});
+    });
+  }
+  // Flows take whole registers: to the last particle's end there are more of it.
+  void fill_up() noexcept {
+    for (auto* const columns : {&work_.x, &work_.v}) {
+      for (T* const column : *columns) {
+        std::fill(column + particles_, column + end_, particles_ != 0 ? column[particles_ - 1] : T(0));
+      }
+    }
   }
 
   // The elements that are stepped, a task's at once.
@@ -896,6 +923,7 @@ class JoinedStep {
   const Joints<T>& joints_;
   JoinedWorkspace<T>& ws_;
   WorkColumns<T> work_;
+  std::size_t particles_;
   std::size_t first_ = 0, end_;  // the elements that are stepped
   typename SweepStep<T>::Sheets sheets_{};
   std::span<Held<T>> held_;
@@ -937,7 +965,7 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
   const Stepping stepping(workspace.is_stepping);
   if (!stepping) return StepResult::in_use;
   if (steps == 0 && motion.joints().fixed.empty()) return StepResult::done;
-  JoinedStep<T> call(scene, motion, workspace, parallel, report);
+  JoinedStep<T> call(scene, motion, workspace, state.count, parallel, report);
   call.fetch_all(state);
   if (steps == 0) {
     call.put_followers_back(state);

@@ -16,6 +16,7 @@
 #include "execute/stepping.hpp"
 #include "execute/tasks.hpp"
 #include "passes/contact/make_surface.hpp"
+#include "passes/meet/meet.hpp"
 
 namespace dvdx {
 
@@ -40,21 +41,25 @@ class LifecycleStep {
         chunks_(compiled, workspace, live, report),
         living_(compiled.turnover.capacity),
         moves_(moves_anything(compiled)),
-        moves_surfaces_(moves_contacts(compiled)) {}
+        moves_surfaces_(moves_contacts(compiled)),
+        meets_(meets(compiled)) {}
 
   // Steps batch by batch.
-  void step(std::size_t steps) noexcept {
+  StepResult step(std::size_t steps) noexcept {
     // Which particle fills which hole depends on the births of the steps before: one step at a time where they do. In a report
-    // a particle is known by where it stands when its step begins. Everything on a motion has one pose a step.
-    const bool goes_singly = fills_holes(p_.turnover.removal) || report_ != nullptr || moves_;
+    // a particle is known by where it stands when its step begins. Everything on a motion has one pose a step. Who meets whom
+    // depends on who lives.
+    const bool goes_singly = fills_holes(p_.turnover.removal) || report_ != nullptr || moves_ || meets_;
     const std::size_t most = goes_singly ? 1 : batch_steps;
     for (std::size_t left = steps; left != 0;) {
       const std::size_t now = batch_of(std::min(left, most));
       set_out();
+      if (const StepResult result = meet(); result != StepResult::done) return result;
       step_batch(now);
       if (report_ != nullptr) report_->steps += now;
       left -= now;
     }
+    return StepResult::done;
   }
 
   void burst(std::size_t emitter, std::uint64_t births) noexcept {
@@ -117,13 +122,21 @@ class LifecycleStep {
   }
   [[nodiscard]] std::uint64_t room() const noexcept { return p_.turnover.capacity - living_; }
 
+  // Steps all particles, where they meet: together, not chunk by chunk.
+  [[nodiscard]] StepResult meet() noexcept {
+    if (!meets_) return StepResult::done;
+    State<T> state = live_.state;
+    return ReportedStep<T>::meet(p_.plan, ws_.meeting ? &*ws_.meeting : nullptr, state, parallel_, report_);
+  }
+
   void step_batch(std::size_t steps) noexcept {
     if (fills_holes(p_.turnover.removal) && born_until(1) <= p_.turnover.capacity - live_.state.count) {
       step_in_any_order(born_until(1));
       live_.state.clock = ws_.clocks[1];
       return;
     }
-    const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = steps, .clock = ws_.clocks[0]};
+    const ParticleGroup all{
+        .first = 0, .count = live_.state.count, .steps = steps, .clock = ws_.clocks[0], .is_stepped = meets_};
     compact_all({&all, 1});
     emit(steps);
     live_.state.clock = ws_.clocks[steps];
@@ -240,6 +253,9 @@ class LifecycleStep {
     for (const ParticleGroup& group : groups) work += group.count * std::max<std::size_t>(group.steps, 1);
     if (fills_holes(p_.turnover.removal)) {
       live_.state.count = fill_holes(groups.front());
+    } else if (meets_) {
+      live_.state.count = compact_in_order(groups, first);
+      if (first == 0 && live_.state.count != before) renumber(before);
     } else {
       live_.state.count = threads_for(work).run != nullptr ? compact_in_parallel(groups) : compact_in_order(groups, first);
     }
@@ -256,11 +272,26 @@ class LifecycleStep {
       for_each_chunk(group, [&](const ParticleGroup& chunk) {
         Removed removed{};
         const auto stepped = chunks_.step_chunk(chunk, 0, removed);
+        if (meets_) note_numbers(chunk, removed, to);
         chunks_.move_survivors(stepped, chunk, removed, to);
         to += stepped.kept;
       });
     }
     return to;
+  }
+
+  // The numbers of a chunk's particles once what is removed has gone, from `to` on.
+  void note_numbers(const ParticleGroup& chunk, const Removed& removed, std::size_t to) const noexcept {
+    for (std::size_t i = 0; i < chunk.count; ++i) {
+      const bool stays = !is_removed(removed.data(), i);
+      ws_.after[chunk.first + i] = stays ? static_cast<std::uint32_t>(to) : no_partner;
+      to += stays ? 1U : 0U;
+    }
+  }
+  // What is kept of pairs goes with their particles.
+  void renumber(std::size_t before) noexcept {
+    ReportedStep<T>::renumber(p_.plan, ws_.meeting ? &*ws_.meeting : nullptr, std::span(ws_.after).first(before),
+                              live_.state.count);
   }
 
   template <class Use>
@@ -477,6 +508,7 @@ class LifecycleStep {
   LiveChunks<T> chunks_;
   std::uint64_t living_;         // at most, over all parts
   bool moves_, moves_surfaces_;  // whether anything, and whether contacts follow a motion
+  bool meets_;
   Run run_{};
   std::array<Segment, most_groups> segments_{};
   std::size_t segment_count_ = 0;
@@ -510,8 +542,7 @@ StepResult run(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& work
   if (!stepping) return StepResult::in_use;
   const StepEnvironment environment;
   LifecycleStep<T> now(compiled, workspace, live, parallel, report);
-  work(now);
-  return StepResult::done;
+  return work(now);
 }
 
 // The same with a report, from its beginning to its end.
@@ -530,7 +561,15 @@ StepResult run_reported(const CompiledLifecycle<T>& compiled, LifecycleWorkspace
 
 template <class T>
 auto steps_of(std::size_t steps) noexcept {
-  return [steps](LifecycleStep<T>& now) { now.step(steps); };
+  return [steps](LifecycleStep<T>& now) { return now.step(steps); };
+}
+
+template <class T>
+auto removal() noexcept {
+  return [](LifecycleStep<T>& now) {
+    now.remove();
+    return StepResult::done;
+  };
 }
 
 template <class T>
@@ -538,7 +577,10 @@ Expected<void> burst_in(const CompiledLifecycle<T>& compiled, LifecycleWorkspace
                         std::size_t index, std::size_t births) {
   const std::size_t emitters = compiled.emitters.size();
   if (index >= emitters) return tl::unexpected(no_such("emitters", index, emitters));
-  const auto work = [index, births](LifecycleStep<T>& now) { now.burst(index, births); };
+  const auto work = [index, births](LifecycleStep<T>& now) {
+    now.burst(index, births);
+    return StepResult::done;
+  };
   if (run(compiled, workspace, live, {}, nullptr, work) == StepResult::done) return {};
   return tl::unexpected(
       Error{"live", "not fit for it", "a state that step() would take, of a plan that no other thread steps"});
@@ -596,13 +638,12 @@ StepResult LivePlan<T>::step(LiveState<T>& live, LiveWorkspace<T>& workspace, Co
 template <class T>
 StepResult LivePlan<T>::remove(LiveState<T>& live, const ParallelFor& parallel) const noexcept {
   if (parts_ == nullptr) return StepResult::moved_from;
-  return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, [](LifecycleStep<T>& now) { now.remove(); });
+  return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, removal<T>());
 }
 template <class T>
 StepResult LivePlan<T>::remove(LiveState<T>& live, LiveWorkspace<T>& workspace, const ParallelFor& parallel) const noexcept {
   if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
-  const auto remove = [](LifecycleStep<T>& now) { now.remove(); };
-  return run(parts_->compiled, workspace.parts_->workspace, live, parallel, nullptr, remove);
+  return run(parts_->compiled, workspace.parts_->workspace, live, parallel, nullptr, removal<T>());
 }
 
 template StepResult LivePlan<float>::fit_of(const LiveWorkspace<float>&) const noexcept;

@@ -127,7 +127,7 @@ class LiveChunks {
 
   // Returns the clock after the steps.
   Clock step_plan(const LiveState<T>& at, const ParticleGroup& chunk, std::size_t steps) const noexcept {
-    if (steps == 0) return chunk.clock;
+    if (steps == 0 || chunk.is_stepped) return chunk.clock;
     State<T> view = at.state;
     view.count = chunk.count;
     view.clock = chunk.clock;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "compile/joined_motion.hpp"
 #include "execute/contact_recorder.hpp"
@@ -22,8 +23,9 @@ namespace dvdx {
 template <class T>
 class MeetStep {
  public:
-  MeetStep(const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, const WorkColumns<T>& work,
-           const MeetKernels<T>& kernels, const ParallelFor& parallel, ContactReport::Parts* report) noexcept
+  // Of so many particles. parting: as MeetSubstep has it.
+  MeetStep(const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, const WorkColumns<T>& work, std::size_t particles,
+           T parting, const MeetKernels<T>& kernels, const ParallelFor& parallel, ContactReport::Parts* report) noexcept
       : m_(motion),
         order_(motion.joints().order),
         room_(workspace.meet),
@@ -33,7 +35,10 @@ class MeetStep {
             .room = workspace.meet,
             .kernels = kernels,
             .parallel = parallel,
-            .slowest = motion.slowest_bounce()} {}
+            .slowest = motion.slowest_bounce(),
+            .parting = parting} {
+    room_.be_of(particles);
+  }
 
   // A sub-step begins.
   void set_out() noexcept {
@@ -175,7 +180,7 @@ class MeetStep {
     const T least = of_.rules.most_radius() + T(0.5) * nominal_skin();
     double sum = 0;
     std::size_t listed = 0;
-    for (const T a : room_.a) {
+    for (const T a : std::span(room_.a).first(room_.particles)) {
       if (!(a >= 0)) continue;
       sum += std::min(double{a}, most * double{least});
       ++listed;
@@ -205,7 +210,7 @@ class MeetStep {
   void tell() noexcept {
     for (std::size_t contact = 0; contact < report_->centers.size() && room_.walls_each != 0; ++contact) {
       std::optional<ContactSums> sums;
-      for (std::size_t i = 0; i < of_.rules.particles(); ++i) {
+      for (std::size_t i = 0; i < room_.particles; ++i) {
         for (std::size_t s = 0; s < of_.walls_of(i); ++s) {
           const MetWall<T>& of = of_.wall(i, s);
           const bool is_hit = of.impulse != Point<T>{};

@@ -56,9 +56,10 @@ class MeetContacts {
         const MetPair pair = room_.pair(p + lane);
         Point<T> end_at = minus(room_.x1[pair.i], room_.x1[pair.j]);
         if (room_.has_impacts) end_at = plus(end_at, minus(of_.moved_by_impacts(pair.i), of_.moved_by_impacts(pair.j)));
-        Separations<T>::put(q0, lane, minus(room_.x0[pair.i], room_.x0[pair.j]));
+        const Point<T> start_at = minus(room_.x0[pair.i], room_.x0[pair.j]);
+        Separations<T>::put(q0, lane, start_at);
         Separations<T>::put(q1, lane, end_at);
-        d[lane] = of_.wanted(pair.i, pair.j);
+        d[lane] = of_.wanted(pair, start_at);
         while (k < kept_end && room_.kept_pair(k) < pair) ++k;
         if (k < kept_end && room_.kept_pair(k) == pair) pulses.put(lane, scaled(scale, room_.kept_pulses[k]));
       }

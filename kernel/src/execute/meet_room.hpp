@@ -27,7 +27,8 @@ template <class T>
 struct MeetRoom {
   MeetRoom() = default;
   explicit MeetRoom(const MeetShape& shape)
-      : lists(shape.particles, shape.particles * shape.most_neighbours,
+      : particles(shape.particles),
+        lists(shape.particles, shape.particles * shape.most_neighbours,
               shape.particles * shape.most_neighbours + most_pairs(shape)),
         x0(shape.particles),
         x1(shape.particles),
@@ -64,7 +65,8 @@ struct MeetRoom {
   [[nodiscard]] std::size_t bytes() const noexcept {
     return lists.bytes() + (sizeof(Point<T>) * 6 + sizeof(MeetPush<T>) + sizeof(T) * 5 + 13) * x0.size() +
            (2 * sizeof(MetPairs) + sizeof(Separations<T>)) * pairs.size() + (2 * sizeof(Pulse<T>) + 1) * pulses.size() +
-           sizeof(MeetTask) * tasks.size() + (sizeof(MetWall<T>) + sizeof(Pulse<T>) + 4) * walls.size() + 7 * wall_count.size();
+           sizeof(MeetTask) * tasks.capacity() + (sizeof(MetWall<T>) + sizeof(Pulse<T>) + 4) * walls.size() +
+           7 * wall_count.size();
   }
 
   [[nodiscard]] MetParticles<T> met() const noexcept {
@@ -110,6 +112,37 @@ struct MeetRoom {
     ++task.near;
     put_pair(k, of);
     pulses[k] = pulse;
+  }
+  // From the next sub-step on there are so many particles, at most those that there is room for: new ones have the highest
+  // numbers. Where some have gone by no renumber(), what is kept of pairs may be others' by now.
+  void be_of(std::size_t count) noexcept {
+    if (count == particles) return;
+    if (count < particles) {
+      is_kept = false;
+      clear_from(count);
+    }
+    resize(count);
+  }
+  // after[i]: the number that particle i has from now on, which ascends with i, or no_partner if it has gone. `count` are left,
+  // with what is kept of them.
+  void renumber(std::span<const std::uint32_t> after, std::size_t count) noexcept {
+    std::uint32_t kept = 0;
+    for (MeetTask& task : tasks) {
+      const std::uint32_t first = task.first;
+      const std::uint32_t end = pair_count != 0 ? first + task.near : first;
+      task.first = task.near = 0;
+      for (std::uint32_t p = first; p < end; ++p) {
+        const MetPair old = pair(p);
+        const MetPair now{after[old.i], after[old.j]};
+        if (now.i != no_partner && now.j != no_partner) keep(kept++, now, Pulse<T>(pulses[p]));
+      }
+    }
+    pair_count = kept;
+    for (std::size_t i = 0; i < after.size(); ++i) {
+      if (after[i] != no_partner) move(i, after[i]);
+    }
+    clear_from(count);
+    resize(count);
   }
   // An impact stands where the separation of its pair will.
   [[nodiscard]] Impact<T> impact(std::size_t p) const noexcept {
@@ -165,6 +198,7 @@ struct MeetRoom {
     std::array<double, 3> way{}, gone{};  // m: sums
     std::uint32_t ways = 0, gones = 0;
   };
+  std::size_t particles = 0;  // that there are
   PairLists<T> lists{};
   bool is_listed = false;
   std::uint64_t listed_by = 0;  // the rules' fingerprint
@@ -206,6 +240,31 @@ struct MeetRoom {
   bool has_impacts = false;  // in the last sub-step
 
  private:
+  void resize(std::size_t count) noexcept {
+    particles = count;
+    tasks.resize(tasks_of(count, particles_per_meeting_task));  // within what the constructor took
+    lists.be_of(count);
+    is_listed = false;
+  }
+  // What a step leaves of particles to the next one, and of their last places.
+  void move(std::size_t from, std::size_t to) noexcept {
+    x1[to] = x1[from];
+    for (std::size_t s = 0; s < walls_each; ++s) {
+      kept_walls[to * walls_each + s] = kept_walls[from * walls_each + s];
+      kept_wall_surfaces[to * walls_each + s] = kept_wall_surfaces[from * walls_each + s];
+    }
+    if (walls_each != 0) kept_wall_count[to] = kept_wall_count[from];
+  }
+  // Those from this number on are as if they had never been.
+  void clear_from(std::size_t first) noexcept {
+    for (std::size_t i = first; i < particles; ++i) {
+      dv[i] = shift[i] = {};
+      last[i] = 0;
+      hit_in[i] = 0;
+      if (walls_each != 0) kept_wall_count[i] = 0;
+    }
+  }
+
   static MetPair pair_in(const std::vector<MetPairs>& pairs, std::size_t p) noexcept {
     return {pairs[p / meeting_lanes].i[p % meeting_lanes], pairs[p / meeting_lanes].j[p % meeting_lanes]};
   }

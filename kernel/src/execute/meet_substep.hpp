@@ -25,6 +25,7 @@ struct MeetSubstep {
   const MeetKernels<T>& kernels;
   ParallelFor parallel;
   T slowest = 0;                         // m/s: what approaches no faster does not bounce
+  T parting = 0;                         // m/s: pairs that overlap come apart no faster; 0: at once
   const Surface<T>* surfaces = nullptr;  // where they are at the end
   std::size_t surface_count = 0;
   T h = 0;  // s
@@ -34,7 +35,7 @@ struct MeetSubstep {
   void over_tasks(const Use& use) const noexcept {
     for_each_task(parallel, room.tasks.size(), [&](std::size_t task) {
       use(room.tasks[task], task * particles_per_meeting_task,
-          std::min(rules.particles(), (task + 1) * particles_per_meeting_task));
+          std::min(room.particles, (task + 1) * particles_per_meeting_task));
     });
   }
   template <class Use>
@@ -45,6 +46,13 @@ struct MeetSubstep {
   }
 
   [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return rules.radii()[i] + rules.radii()[j]; }
+  // The distance that a pair is to have at the end, which it begins at q0.
+  [[nodiscard]] T wanted(const MetPair& pair, const Point<T>& q0) const noexcept {
+    const T d = wanted(pair.i, pair.j);
+    if (parting == 0) return d;
+    const T begun = inner(q0, q0);
+    return begun < d * d ? std::min(d, std::sqrt(begun) + parting * std::abs(h)) : d;
+  }
   [[nodiscard]] T mu() const noexcept { return static_cast<T>(std::min(rules.meet().friction, 1e6)); }
   [[nodiscard]] std::size_t walls_of(std::size_t i) const noexcept { return room.walls_each != 0 ? room.wall_count[i] : 0; }
   [[nodiscard]] MetWall<T>& wall(std::size_t i, std::size_t s) const noexcept { return room.walls[room.first_wall[i] + s]; }

@@ -8,10 +8,17 @@
 
 namespace dvdx {
 
+// Of so many particles.
+template <class A>
+bool takes(const CompiledScene<A>& scene, std::size_t particles) noexcept {
+  if (!scene.count) return true;
+  return scene.particles == Particles::come_and_meet ? particles <= *scene.count : particles == *scene.count;
+}
+
 // Its count and its columns. A: what the scene is worked out in.
 template <class A, class T>
 StepResult fit_of_columns(const CompiledScene<A>& scene, const State<T>& state) noexcept {
-  if (scene.count && *scene.count != state.count) return StepResult::count_differs;
+  if (!takes(scene, state.count)) return StepResult::count_differs;
   return are_columns_short<A>(state) ? StepResult::capacity_too_small : StepResult::done;
 }
 

@@ -115,7 +115,7 @@ class Stage {
     const Topology& topology = torn != 0 ? left_ : *output_.topology;
     draw_faces(raster, topology, shot.places.size(), place);
     draw_loose(raster, topology, shot.places.size(), place);
-    for (std::size_t i = 0; i < radii_.size(); ++i) {
+    for (std::size_t i = 0; i < std::min(radii_.size(), shot.places.size()); ++i) {  // fewer where they come and go
       if (radii_[i] > 0 && is_finite(place(i))) raster.add_ball(place(i), radii_[i], inks::dot);
     }
     return raster.picture();

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <vector>
 
 #include "checkpoint/checkpoints.hpp"
@@ -23,8 +22,10 @@
 #include "run/health.hpp"
 #include "run/live_memory.hpp"
 #include "run/loaded_scene.hpp"
+#include "run/meet_watch.hpp"
 #include "run/outcome.hpp"
 #include "run/threads.hpp"
+#include "scene_io/plan_fault.hpp"
 
 namespace dvdx::tool {
 
@@ -38,6 +39,7 @@ class LiveSimulation {
         plan_(together(ranks, [&] { return live_plan<T>(loaded.file, options_of(engine)); })),
         threads_(engine.threads) {
     together(ranks, [&] { memory_.start(loaded.file); });
+    if (loaded.file.scene.meet) outcome_.network = plan_.plan().network_limit();
     if (!is_split_by_births(loaded.file, ranks)) return;
     shared_.emplace(loaded.file, engine.layout, ranks);
     shared_->deal(memory_);
@@ -58,9 +60,10 @@ class LiveSimulation {
   template <class Observer>
   Outcome run(Observer& observer, const Frames& frames, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(shown_.state, threads_.parallel_for());
+    MeetWatch meetings(loaded_);
     outcome_.energy_start = observer.energy({}, shown_.state);
     if (checkpoints.resumed() != nullptr) {
-      go_on(*checkpoints.resumed(), contacts);
+      go_on(*checkpoints.resumed(), contacts, meetings);
     } else if (!frames.is_last_alone() && loaded_.steps > 0) {
       observer.write(moment(), shown());
     }
@@ -68,16 +71,18 @@ class LiveSimulation {
       std::optional<Progress> progress;
       if (ranks_.rank() == 0) progress.emplace(loaded_.steps, done_);
       while (done_ < loaded_.steps) {
-        advance(frames.next(done_, loaded_.steps), contacts, progress, checkpoints);
+        advance(frames.next(done_, loaded_.steps), contacts, meetings, progress, checkpoints);
         if (done_ < loaded_.steps) observer.write(moment(), shown());
       }
     }
-    checkpoints.finish(done_, [&] { return prepare(contacts); });
+    checkpoints.finish(done_, [&] { return prepare(contacts, meetings); });
     observer.write(moment(), shown());
     observer.finish();
     contacts.finish();
     contacts.join();
     outcome_.contacts = contacts.sums();
+    meetings.look(plan_.meetings(), shown_.state);
+    outcome_.met = meetings.seen();
     outcome_.energy_end = observer.energy({}, shown_.state);
     outcome_.hash = observer.hash(shown_.state);
     const auto end = observer.health(shown_.state, threads_.parallel_for());
@@ -118,26 +123,35 @@ class LiveSimulation {
 
   [[nodiscard]] Moment moment() { return {.step = done_, .time = live().state.clock.seconds}; }
 
-  StepResult step(std::uint64_t steps, ContactReport* report) {
-    return report != nullptr ? plan_.step(live(), *report, steps, threads_.parallel_for())
-                             : plan_.step(live(), steps, threads_.parallel_for());
+  void step(std::uint64_t steps, ContactReport* report) {
+    const StepResult result = report != nullptr ? plan_.step(live(), *report, steps, threads_.parallel_for())
+                                                : plan_.step(live(), steps, threads_.parallel_for());
+    check_stepped(result, loaded_.file, live().state.clock.seconds, loaded_.file.step);
   }
 
-  [[nodiscard]] SaveRun prepare(ContactWatch& contacts) {
+  [[nodiscard]] SaveRun prepare(ContactWatch& contacts, const MeetWatch& meetings) {
     shown();
     contacts.flush();
-    return [this, words = contacts.words(), particle_steps = all_particle_steps(),
+    return [this, &meetings, carried = plan_.carried(live()), words = contacts.words(), particle_steps = all_particle_steps(),
             seconds = longest(ranks_, outcome_.wall_seconds)](Sink& sink) {
       memory_.save(sink);
+      if (loaded_.file.scene.meet) sink.put(std::span<const double>(carried));
+      meetings.save(sink);
       sink.put(std::span<const std::int64_t>(words));
       sink.put(particle_steps);
       sink.put(seconds);
     };
   }
-  void go_on(const Checkpoint& checkpoint, ContactWatch& contacts) {
+  void go_on(const Checkpoint& checkpoint, ContactWatch& contacts, MeetWatch& meetings) {
     together(ranks_, [&] {
       checkpoint.load([&](Source& source) {
         memory_.load(source, share_of(ranks_));
+        if (loaded_.file.scene.meet) {
+          std::vector<double> carried;
+          source.get(carried);
+          if (!plan_.restore(carried, live())) source.fail();
+        }
+        meetings.load(source);
         std::vector<std::int64_t> words;
         source.get(words);
         contacts.load(words, checkpoint.header().step, source);
@@ -159,16 +173,18 @@ class LiveSimulation {
     return 1;
   }
 
-  void advance(std::uint64_t until, ContactWatch& contacts, std::optional<Progress>& progress, Checkpoints& checkpoints) {
+  void advance(std::uint64_t until, ContactWatch& contacts, MeetWatch& meetings, std::optional<Progress>& progress,
+               Checkpoints& checkpoints) {
     while (done_ < until) {
-      checkpoints.look(done_, [&] { return prepare(contacts); });
-      const auto steps = steps_of_call(checkpoints.most_steps(done_, until - done_), contacts);
+      checkpoints.look(done_, [&] { return prepare(contacts, meetings); });
+      const auto steps = steps_of_call(meetings.most_steps(done_, checkpoints.most_steps(done_, until - done_)), contacts);
       const auto before = std::chrono::steady_clock::now();
-      if (step(steps, contacts.report()) != StepResult::done) throw std::logic_error("the plan is for another state");
+      step(steps, contacts.report());
       const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
       outcome_.wall_seconds += took;
       particle_steps_ += live().state.count * steps;
       done_ += steps;
+      if (meetings.is_due(done_)) meetings.look(plan_.meetings(), shown_.state);
       contacts.write();
       if (!progress) continue;
       if (const auto seconds = dear_.take(took, steps, loaded_.steps - done_)) tell_dear(*seconds, loaded_.file, outcome_);

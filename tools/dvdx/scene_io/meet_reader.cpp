@@ -42,7 +42,6 @@ MeetGroups read_groups(const Node& node, const Population& population) {
 void read_meet(const Fields& scene, SceneFile& file, const Population& population) {
   const auto node = scene.optional("meet");
   if (!node) return;
-  if (scene.optional("capacity")) node->fail("is there: must be left out of a scene whose particles come and go");
   const Fields fields(
       *node, "meet",
       {"radius", "thickness", "restitution", "friction", "rounds", "most_neighbours", "apart_at_start", "groups"});
@@ -65,6 +64,8 @@ void read_meet(const Fields& scene, SceneFile& file, const Population& populatio
   if (const auto apart = fields.optional("apart_at_start")) {
     if (!apart->json().is_boolean()) apart->refuse("true or false");
     meet.near_at_start = apart->json().get<bool>() ? NearAtStart::pass : NearAtStart::meet;
+    if (meet.near_at_start == NearAtStart::pass && scene.optional("capacity"))
+      apart->refuse("false or left out of a scene whose particles come and go");
   }
   if (const auto groups = fields.optional("groups")) meet.groups = read_groups(*groups, population);
   file.scene.add(std::move(meet));

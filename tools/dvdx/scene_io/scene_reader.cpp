@@ -304,8 +304,13 @@ Room room_for(const json& scene, const ReadOptions& options) {
 }
 
 // Where particles come and go, each also has an age and a lifetime, and the plan works in another quarter of all that. Each of
-// several ranks has a share of those that live, its range of them all to show, and what it tells the others.
-Room room_for_live(const ReadOptions& options) {
+// several ranks has a share of those that live, its range of them all to show, and what it tells the others. Those that meet
+// have working columns, and a place each.
+Room room_for_live(const json& scene, const ReadOptions& options) {
+  if (scene.contains("meet")) {
+    const std::uint64_t each = 18 * options.scalar_bytes + sizeof(Vec3) + bytes_to_meet(scene["meet"], options.scalar_bytes);
+    return {.bytes_each = each, .bytes = options.memory_bytes};
+  }
   if (options.share.ranks == 1) return {.bytes_each = 10 * options.scalar_bytes, .bytes = options.memory_bytes};
   constexpr std::uint64_t told = 4 * sizeof(std::uint64_t);  // numbers, ids and places
   return {.bytes_each = 18 * options.scalar_bytes + told, .bytes = options.share.ranks * options.memory_bytes};
@@ -502,7 +507,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   file.scene.faces = fields.choice("faces", face_choices, Faces::automatic);
   if (const auto wind = fields.optional("wind")) file.scene.wind = read_wind(*wind);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
-  read_turnover(fields, file, motions, room_for_live(options));
+  read_turnover(fields, file, motions, room_for_live(root, options));
   file.sources = folder.named();
   file.sources.emplace_back(path);
   return file;

@@ -30,6 +30,9 @@ class PairLists {
   // spare: numbers that there shall be room for between builds.
   PairLists(std::size_t particles, std::size_t pairs, std::size_t spare = 0);
 
+  // From the next build on, of so many: at most those that there is room for.
+  void be_of(std::size_t particles) noexcept { particles_ = particles; }
+
   enum class Found { all, too_many };
   // a[i] < 0: not in any pair; nor is what has no finite place. accepts(i, j), i < j: whether they ever meet. ordinary: the
   // largest a that cells are made for. near: an instruction set's. run(count, body): body(task) of each task below count, on

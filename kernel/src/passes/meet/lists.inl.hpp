@@ -291,7 +291,7 @@ void PairLists<T>::add_far() noexcept {
 template <class T>
 void PairLists<T>::look_back() noexcept {
   const std::uint32_t count = first_[particles_];
-  std::fill(first_lower_.begin(), first_lower_.end(), 0U);
+  std::fill_n(first_lower_.begin(), particles_ + 2, 0U);
   for (std::uint32_t p = 0; p < count; ++p) ++first_lower_[partners_[p] + 2];
   std::uint32_t before = 0;
   for (std::size_t j = 0; j < particles_; ++j) first_lower_[j + 2] = before += first_lower_[j + 2];
