@@ -759,6 +759,31 @@ TEST_CASE("c: a column of the caller's goes along, and what the caller marks is 
   CHECK(dvdx_live_plan_teleport(living.plan, nullptr, &away[0], nullptr, &h.error) == DVDX_INVALID);
 }
 
+TEST_CASE("c: balls that come and go meet, and a call that ends too early tells how far it came") {
+  Handles h;
+  const double size = 0.04;
+  const dvdx_scalars radius{size, nullptr, 0};
+  dvdx_meet meet{};
+  meet.radius = &radius;
+  meet.most_neighbours = 2;
+  REQUIRE(dvdx_scene_set_meet(h.scene, &meet, &h.error) == DVDX_DONE);
+  Living by_c(h);
+  by_c.turnover.order = DVDX_SURVIVOR_ORDER_ANY;
+  CHECK(by_c.make() == DVDX_INVALID);
+  CHECK(h.message() == "removal.order is any: must be kept where particles meet");
+  by_c.turnover.order = DVDX_SURVIVOR_ORDER_KEPT;
+  REQUIRE_MESSAGE(by_c.make() == DVDX_DONE, h.message());
+  REQUIRE(by_c.step(50) == DVDX_TOO_MANY_NEIGHBOURS);
+  const std::size_t count = by_c.live.state.count;
+  CHECK(count > 30);
+  CHECK(by_c.live.born >= count);
+  const double time = by_c.live.state.clock.seconds;
+  CHECK(time > 0);
+  CHECK(by_c.step(50) == DVDX_TOO_MANY_NEIGHBOURS);
+  CHECK(by_c.live.state.count == count);
+  CHECK(by_c.live.state.clock.seconds == time);
+}
+
 TEST_CASE("c: a body and a nozzle on a motion are driven in a live plan and in workspaces as by C++") {
   using namespace dvdx;
   Handles h;

@@ -165,6 +165,36 @@ TEST_CASE_TEMPLATE("particles that meet allocate nothing in a step, nor where th
   }
 }
 
+TEST_CASE_TEMPLATE("balls that meet, come and go allocate nothing in a step, nor where there are too many", T, float, double) {
+  constexpr std::size_t capacity = 300;
+  for (const int most : {24, 2}) {
+    Scene scene;
+    scene.add(Constant{.acceleration = {0, -9.81, 0}});
+    scene.add(Plane{.normal = {0, 1, 0}, .offset = 0, .friction = 0.5});
+    scene.add(Meet{.radius = 0.01, .friction = 0.5, .most_neighbours = most});
+    const Turnover turnover{.emitters = {{.shape = Box{.min = {0, 0.1, 0}, .max = {0.1, 0.2, 0.1}},
+                                          .rate = 900,
+                                          .velocity = {0, -1, 0},
+                                          .least_lifetime = 0.1,
+                                          .most_lifetime = 0.4}},
+                            .removal = {},
+                            .capacity = capacity};
+    test::Batch<T> batch(test::Layout::aos, capacity), lives(test::Layout::aos, capacity);
+    const auto plan = compile<T>(scene, turnover, Options{});
+    REQUIRE(plan.has_value());
+    LiveState<T> live{.state = batch.view(), .age = lives.view().x[0], .lifetime = lives.view().x[1]};
+    live.state.count = 0;
+    ContactReport report(1);
+    const int before = allocations;
+    const StepResult result = plan->step(live, 20);
+    (void)plan->step(live, report, 20);
+    (void)plan->remove(live);
+    CHECK(allocations == before);
+    CHECK(result == (most == 2 ? StepResult::too_many_neighbours : StepResult::done));
+    CHECK((most == 2 || live.removed > 100));
+  }
+}
+
 TEST_CASE_TEMPLATE("no scene whose particles come and go allocates in a step", T, float, double) {
   constexpr std::size_t capacity = 40'000;
   for (const test::Layout layout : {test::Layout::soa, test::Layout::aosoa16}) {

@@ -91,6 +91,9 @@ std::vector<Small> small_scenes() {
       {"cloth on itself",
        sheet(R"("scheme": "sequential", "substeps": 4)") + ", " + floor + R"(, "meet": {"thickness": 0.09}})"},
       {"come and go", head + emitters + R"("removal": {"not_finite": "removed"}, "forces": [)" + gravity + "], " + floor + "}"},
+      {"come and go and meet", head + emitters +
+                                   R"("removal": {"boundaries": [{"normal": [1, 0, 0], "offset": -0.3}]}, "forces": [)" +
+                                   gravity + "], " + floor + R"(, "meet": {"radius": 0.02, "friction": 0.3}})"},
       {"come and go in any order", head + emitters +
                                        R"("removal": {"order": "any", "boundaries": [{"normal": [0, 1, 0], "offset": 0.3}]},
         "forces": [)" + gravity + ", " +

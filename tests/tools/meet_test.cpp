@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "output/html_scene.hpp"
@@ -211,6 +212,61 @@ TEST_CASE("a page is told the size of balls, one for all or one for each, and no
   CHECK(scene_of()["radii"] == each);
   file.scene.meet = dvdx::Meet{.thickness = 0.1};
   CHECK(!scene_of().contains("radii"));
+}
+
+// Two balls a step are poured into a box, and live for at most 0.4 s: fewer than there is room for.
+void write_pour(const ScratchFolder& folder) {
+  folder.write("pour.json", R"({"format": "dvdx-scene/1", "name": "pour", "step": 0.01, "duration": 0.6, "capacity": 100,
+    "particles": {"mass": 0.1},
+    "emitters": [{"type": "disc", "center": [0.2, 0.4, 0.2], "normal": [0, 1, 0], "radius": 0.08, "rate": 200,
+      "velocity": [0, -2, 0], "lifetime": {"min": 0.2, "max": 0.4}, "seed": 3}],
+    "removal": {"not_finite": "removed"},
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
+    "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0},
+      {"type": "plane", "normal": [1, 0, 0], "offset": 0.05}, {"type": "plane", "normal": [-1, 0, 0], "offset": -0.35},
+      {"type": "plane", "normal": [0, 0, 1], "offset": 0.05}, {"type": "plane", "normal": [0, 0, -1], "offset": -0.35}],
+    "meet": {"radius": 0.02, "friction": 0.3}})");
+}
+
+TEST_CASE("balls are poured, meet and go: run, explain and pictures take them") {
+  const ScratchFolder folder("meet-pour");
+  write_pour(folder);
+  const auto result = run(folder, "run pour.json --json --out pour.png");
+  CAPTURE(result.err);
+  REQUIRE(result.exit == 0);
+  const json report = json::parse(result.out);
+  CHECK(report["born"] == 120);
+  CHECK(report["removed"] > 20);
+  CHECK(report["substeps"] > 1);
+  CHECK(report["meet"]["pairs"] > 0.2);
+  CHECK(std::filesystem::exists(folder.path() / "pour.png"));
+  const auto words = run(folder, "explain pour.json").out;
+  CHECK(words.find("meetings     100 balls of 0.02 m") != std::string::npos);
+  CHECK(words.find("one step of all of them, sub-step by sub-step: they meet") != std::string::npos);
+}
+
+TEST_CASE("where poured balls find too many within reach, the run says which key and when") {
+  const ScratchFolder folder("meet-pour-long");
+  write_pour(folder);
+  const auto result = run(folder, "run pour.json --set meet.most_neighbours=1");
+  CHECK(result.exit == 3);
+  CHECK(result.err.find("pour.json: meet.most_neighbours is 1, and between ") != std::string::npos);
+}
+
+TEST_CASE("keys of meet that balls may not have where they come and go are refused by name") {
+  const ScratchFolder folder("meet-pour-refused");
+  write_pour(folder);
+  const std::vector<std::pair<std::string, std::string>> refused = {
+      {"meet.apart_at_start=true", "meet.apart_at_start is true: must be false or left out of a scene whose particles come"},
+      {"removal.order=any", "removal.order is any: must be kept where particles meet"},
+      {"meet.groups={\"of\": [], \"meet\": []}", "meet.groups is there: must be left out where particles come and go"},
+  };
+  for (const auto& [change, message] : refused) {
+    const auto result = run(folder, "explain pour.json --set '" + change + "'");
+    CAPTURE(result.err);
+    CHECK(result.exit == 3);
+    CHECK(result.err.find(message) != std::string::npos);
+  }
 }
 
 }  // namespace meet_test

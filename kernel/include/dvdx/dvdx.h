@@ -915,7 +915,8 @@ typedef struct dvdx_live {
 typedef struct dvdx_live_plan dvdx_live_plan;
 
 // A plan for a scene whose particles are all alike, with neither networks, constraints, fixed or kinematic particles nor an
-// origin, and a step > 0; the scene may be destroyed after it. Contacts and emitters may follow motions.
+// origin, and a step > 0; the scene may be destroyed after it. Contacts and emitters may follow motions, and balls meet where
+// they have one radius and no groups, and the others keep their order: see live.hpp.
 DVDX_EXPORT dvdx_status dvdx_live_plan_create(const dvdx_scene* scene, const dvdx_turnover* turnover,
                                               const dvdx_options* options, dvdx_live_plan** plan, dvdx_error* error);
 // A null pointer is fine.
@@ -923,7 +924,7 @@ DVDX_EXPORT void dvdx_live_plan_destroy(dvdx_live_plan* plan);
 
 // As dvdx_plan_step(); after each step those that are to go are removed, the others keep their order (or fill the holes from
 // the end: DVDX_SURVIVOR_ORDER_ANY), and the births of the step follow behind them. Steps one state at a time: else
-// DVDX_IN_USE.
+// DVDX_IN_USE. DVDX_TOO_MANY_NEIGHBOURS of balls that meet: `live` is as it was when the step began that did not end.
 DVDX_EXPORT dvdx_status dvdx_live_plan_step(const dvdx_live_plan* plan, dvdx_live* live, size_t steps,
                                             const dvdx_parallel* parallel, dvdx_error* error);
 // The same, and reports, step by step. A particle's number is where it stood when its step began.
