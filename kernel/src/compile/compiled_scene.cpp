@@ -50,8 +50,9 @@ Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& 
     return made(std::make_unique<FreeMotion<T>>(compiled.scene, compiled.options, *compiled.passes, compiled.count,
                                                 compiled.start, compiled.shapes));
   }
+  const Stay stay = compiled.particles == Particles::come_and_meet ? Stay::come_and_go : Stay::all;
   return made(std::make_unique<JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes,
-                                                compiled.start, compiled.shapes));
+                                                compiled.start, compiled.shapes, stay));
 }
 
 namespace {

@@ -72,7 +72,7 @@ ListShapes list_shapes(const Scene& scene, std::span<const SkinStart> skins, con
 
 template <class T>
 JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& scene, const Options& options,
-                              const Passes& passes, std::span<const Vec3> start, const ShapeMemories<T>& shapes)
+                              const Passes& passes, std::span<const Vec3> start, const ShapeMemories<T>& shapes, Stay stay)
     : joints_(std::move(joints)),
       scene_(arranged(scene, joints_->order, Contacts::kept)),
       origin_(scene.origin.is_each() ? Vec3{} : scene.origin.at(0)),
@@ -85,7 +85,7 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
       wind_(scene.wind),
       meet_(scene.meet),
       slowest_bounce_(4 * length(constant_acceleration(scene)) * std::abs(joints_->substep())),
-      parting_(scene.meet ? parting_of(*scene.meet, length(constant_acceleration(scene)), joints_->step) : 0) {
+      parting_(stay == Stay::come_and_go ? parting_of(*scene.meet, length(constant_acceleration(scene)), joints_->step) : 0) {
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
     start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
   }
@@ -200,7 +200,8 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   if (joints.meet) {
     shape.meet = {.particles = joints.meet->particles(),
                   .most_neighbours = static_cast<std::size_t>(joints.meet->meet().most_neighbours),
-                  .walls = std::min(most_walls, flows_[0]->terms.surface_count)};
+                  .walls = std::min(most_walls, flows_[0]->terms.surface_count),
+                  .has_births = parting_ != 0};
   }
   if (faces() != nullptr) shape.faces = {faces_.bodies().size(), faces_.patches().size(), faces_.corners().size()};
   return shape;

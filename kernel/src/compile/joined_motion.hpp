@@ -76,13 +76,16 @@ struct WorkspaceShape {
   bool operator==(const WorkspaceShape&) const = default;
 };
 
+// Whether the particles of a motion are there for good.
+enum class Stay { all, come_and_go };
+
 template <class T>
 class JoinedMotion {
  public:
   // The scene and the options have been checked; start: the particles' positions; shapes: of the contacts, which must outlive
   // this.
   JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& scene, const Options& options, const Passes& passes,
-               std::span<const Vec3> start, const ShapeMemories<T>& shapes);
+               std::span<const Vec3> start, const ShapeMemories<T>& shapes, Stay stay);
   JoinedMotion(const JoinedMotion&) = delete;
   JoinedMotion& operator=(const JoinedMotion&) = delete;
 
@@ -121,7 +124,7 @@ class JoinedMotion {
   [[nodiscard]] FaceContacts& faces_to_change() noexcept { return faces_; }
   // m/s: slower approaches of particles that meet do not bounce.
   [[nodiscard]] T slowest_bounce() const noexcept { return static_cast<T>(slowest_bounce_); }
-  // m/s: of balls that come and go, those that overlap part no faster. A birth may be within another ball.
+  // m/s: of balls that come and go, those that are born within others part no faster; 0: none are.
   [[nodiscard]] T parting() const noexcept { return static_cast<T>(parting_); }
   // Whether something acts at the end of each sub-step, after its last flow.
   [[nodiscard]] bool closes_substeps() const noexcept { return joints_->closes_substeps() || !faces_.empty(); }

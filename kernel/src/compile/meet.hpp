@@ -21,6 +21,7 @@ struct MeetShape {
   std::size_t particles = 0;        // 0: none meet
   std::size_t most_neighbours = 0;  // of one
   std::size_t walls = 0;            // surfaces that one may touch
+  bool has_births = false;          // particles come, and may be within others
   bool operator==(const MeetShape&) const = default;
 };
 
@@ -68,7 +69,7 @@ void check_meet(Checker& check, const Scene& scene);
 
 // m: the smallest of balls, or half the thickness.
 [[nodiscard]] double least_radius(const Meet& meet) noexcept;
-// m/s: how fast balls that come and go part at most where they overlap: as they fall through a 32nd of a radius, and never
+// m/s: how fast balls part at most where one was born within another: as they fall through a 32nd of a radius, and never
 // slower than by a tenth of one in a step.
 [[nodiscard]] double parting_of(const Meet& meet, double g, double step) noexcept;
 // 1/s: sub-steps a second that keep g h^2 and the ways of surfaces a small part of the smallest radius; 0 where none meet.

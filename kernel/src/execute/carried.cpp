@@ -81,6 +81,18 @@ void pass_pulses(NumbersOut& out, const MeetRoom<A>& room) {
   }
 }
 
+// Of particles that are born, those that may still be within others: how many of the first `count`, and which.
+template <class A>
+void pass_births(NumbersOut& out, const MeetRoom<A>& room, std::size_t count) {
+  if (room.parts.empty()) return;
+  const auto first = room.parts.begin();
+  const auto end = first + static_cast<std::ptrdiff_t>(count);
+  out(static_cast<double>(std::count(first, end, std::uint8_t{1})));
+  for (auto part = first; part != end; ++part) {
+    if (*part != 0) out(static_cast<double>(part - first));
+  }
+}
+
 // A particle i with a partner or a surface j.
 template <class A>
 struct PulseRead {
@@ -93,7 +105,23 @@ template <class A>
 struct PulsesRead {
   double h = 0;
   std::vector<PulseRead<A>> pairs{}, walls{};
+  std::vector<std::size_t> births{};
 };
+
+// Ascending numbers below `count`, after how many they are.
+bool read_births(NumbersIn& in, std::size_t count, std::vector<std::size_t>& births) {
+  double all = 0;
+  in(all);
+  if (!(all >= 0 && all <= static_cast<double>(count))) return false;
+  for (double k = 0; k < all; ++k) {
+    double i = 0;
+    in(i);
+    const double least = births.empty() ? 0 : static_cast<double>(births.back()) + 1;
+    if (!(i >= least && i < static_cast<double>(count))) return false;
+    births.push_back(static_cast<std::size_t>(i));
+  }
+  return true;
+}
 
 // Numbers that are no list of pulses of that room and of so many particles give none.
 template <class A>
@@ -130,6 +158,7 @@ std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room,
     at_one = is_same ? at_one + 1 : 1;
     if (at_one > room.walls_each) return std::nullopt;
   }
+  if (!room.parts.empty() && !read_births(in, count, read.births)) return std::nullopt;
   return read;
 }
 
@@ -148,6 +177,9 @@ void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room, std::size_t count
     room.kept_walls[at] = pulse;
     room.kept_wall_surfaces[at] = surface;
   }
+  if (room.parts.empty()) return;
+  std::fill_n(room.parts.begin(), count, std::uint8_t{0});
+  for (const std::size_t i : read.births) room.parts[i] = 1;
 }
 
 template <class T, class A>
@@ -161,7 +193,10 @@ std::vector<double> carried_in(const CompiledScene<A>& scene, JoinedWorkspace<A>
   const bool meets = joined->joints().meet != nullptr;
   const bool remembers = (a[0] != nullptr || meets) && is_whose;
   out(remembers);
-  if (remembers && meets) pass_pulses(out, workspace->meet);
+  if (remembers && meets) {
+    pass_pulses(out, workspace->meet);
+    pass_births(out, workspace->meet, state.count);
+  }
   if (remembers && a[0] != nullptr) {
     std::vector<double> accelerations(3 * state.count);
     joined->joints().order.for_each([&](std::size_t element, std::size_t particle) {

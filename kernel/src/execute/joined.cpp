@@ -63,10 +63,7 @@ class JoinedStep {
     }
     if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) sheets_.end = strands->sheets.size() - 1;
     if (joints_.balls) balls_.emplace(m_, ws_, work_, scene.passes->template of<T>().ball, parallel_);
-    if (joints_.meet) {
-      const T parting = comes_and_goes() ? m_.parting() : T(0);
-      meet_.emplace(m_, ws_, work_, particles, parting, scene.passes->template of<T>().meet, parallel_, report_);
-    }
+    if (joints_.meet) meet_.emplace(m_, ws_, work_, particles, scene.passes->template of<T>().meet, parallel_, report_);
     if (m_.faces() != nullptr) faces_.emplace(m_, ws_, work_, parallel_, report_);
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
@@ -104,7 +101,7 @@ class JoinedStep {
     if (constraints_) constraints_->prepare(work_.x);
     if (balls_) balls_->prepare(state.clock);
     if (faces_) faces_->prepare();
-    if (meet_ && !ws_.remembers(state.x[0].base, state.clock)) ws_.meet.is_kept = false;
+    if (meet_ && !ws_.remembers(state.x[0].base, state.clock)) ws_.meet.forget();
     if (work_.a[0] != nullptr) recall(state);
     if (keeps_still()) note_all_still();
   }

@@ -23,9 +23,9 @@ namespace dvdx {
 template <class T>
 class MeetStep {
  public:
-  // Of so many particles. parting: as MeetSubstep has it.
+  // Of so many particles.
   MeetStep(const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, const WorkColumns<T>& work, std::size_t particles,
-           T parting, const MeetKernels<T>& kernels, const ParallelFor& parallel, ContactReport::Parts* report) noexcept
+           const MeetKernels<T>& kernels, const ParallelFor& parallel, ContactReport::Parts* report) noexcept
       : m_(motion),
         order_(motion.joints().order),
         room_(workspace.meet),
@@ -36,7 +36,7 @@ class MeetStep {
             .kernels = kernels,
             .parallel = parallel,
             .slowest = motion.slowest_bounce(),
-            .parting = parting} {
+            .parting = motion.parting()} {
     room_.be_of(particles);
   }
 

@@ -34,11 +34,36 @@ class MeetContacts {
 
   // From the pulses of the sub-step before.
   void begin() noexcept {
+    if (of_.parting != 0) see_who_parts();
     const T ratio = room_.is_kept ? of_.h / room_.kept_h : T(0);
     const T scale = T(kept_part) * (ratio * ratio);
     of_.over_tasks([&](const Task& task, std::size_t, std::size_t) {
       begin_pairs(task, scale);
       for (MetWall<T>& wall : of_.walls_of(task)) begin_wall(wall, scale);
+    });
+  }
+  // A birth parts until no other is deeper in it than pairs part by in a sub-step.
+  void see_who_parts() noexcept {
+    const auto is_deep = [&](const MetPair& pair) {
+      const Point<T> apart = minus(room_.x0[pair.i], room_.x0[pair.j]);
+      const T least = of_.wanted(pair.i, pair.j) - of_.parting * std::abs(of_.h);
+      return least > 0 && inner(apart, apart) < least * least;
+    };
+    of_.over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
+      const std::uint32_t* const lower_near = room_.lower_near().data();
+      std::uint32_t own = task.first;
+      for (std::size_t i = from; i < end; ++i) {
+        const std::uint32_t own_end = task.first + room_.own_end[i];
+        bool parts = false;
+        if (room_.parts[i] != 0) {
+          for (std::uint32_t p = own; p < own_end; ++p) parts = parts || is_deep(room_.pair(p));
+          for (std::uint32_t lower = room_.lists.first_lower(i); lower < room_.lower_end[i]; ++lower) {
+            parts = parts || is_deep(room_.pair(lower_near[lower]));
+          }
+        }
+        room_.parts[i] = parts ? 1 : 0;
+        own = own_end;
+      }
     });
   }
   static Pulse<T> scaled(T scale, const Pulse<T>& of) noexcept { return {times(scale, of.vector), scale * of.number}; }

@@ -60,13 +60,14 @@ struct MeetRoom {
         kept_walls(walls.size()),
         kept_wall_surfaces(walls.size()),
         kept_wall_count(wall_count.size()),
-        walls_each(shape.walls) {}
+        walls_each(shape.walls),
+        parts(shape.has_births ? shape.particles : 0, std::uint8_t{1}) {}
 
   [[nodiscard]] std::size_t bytes() const noexcept {
     return lists.bytes() + (sizeof(Point<T>) * 6 + sizeof(MeetPush<T>) + sizeof(T) * 5 + 13) * x0.size() +
            (2 * sizeof(MetPairs) + sizeof(Separations<T>)) * pairs.size() + (2 * sizeof(Pulse<T>) + 1) * pulses.size() +
            sizeof(MeetTask) * tasks.capacity() + (sizeof(MetWall<T>) + sizeof(Pulse<T>) + 4) * walls.size() +
-           7 * wall_count.size();
+           7 * wall_count.size() + parts.size();
   }
 
   [[nodiscard]] MetParticles<T> met() const noexcept {
@@ -118,10 +119,15 @@ struct MeetRoom {
   void be_of(std::size_t count) noexcept {
     if (count == particles) return;
     if (count < particles) {
-      is_kept = false;
+      forget();
       clear_from(count);
     }
     resize(count);
+  }
+  // The next sub-step is of another state.
+  void forget() noexcept {
+    is_kept = false;
+    std::fill(parts.begin(), parts.end(), std::uint8_t{1});
   }
   // after[i]: the number that particle i has from now on, which ascends with i, or no_partner if it has gone. `count` are left,
   // with what is kept of them.
@@ -234,6 +240,8 @@ struct MeetRoom {
   std::vector<std::uint8_t> kept_wall_count{};
   T kept_h = 0;  // s
   std::size_t walls_each = 0;
+  // Whether a particle may still be within another that it was born in, those that are to come too. Empty where none are born.
+  std::vector<std::uint8_t> parts{};
   std::size_t pair_count = 0;
   std::size_t most = 0;  // pairs of the particle that has most
   std::uint64_t rebuilt = 0, substeps = 0;
@@ -254,6 +262,7 @@ struct MeetRoom {
       kept_wall_surfaces[to * walls_each + s] = kept_wall_surfaces[from * walls_each + s];
     }
     if (walls_each != 0) kept_wall_count[to] = kept_wall_count[from];
+    if (!parts.empty()) parts[to] = parts[from];
   }
   // Those from this number on are as if they had never been.
   void clear_from(std::size_t first) noexcept {
@@ -262,6 +271,7 @@ struct MeetRoom {
       last[i] = 0;
       hit_in[i] = 0;
       if (walls_each != 0) kept_wall_count[i] = 0;
+      if (!parts.empty()) parts[i] = 1;
     }
   }
 

@@ -25,7 +25,7 @@ struct MeetSubstep {
   const MeetKernels<T>& kernels;
   ParallelFor parallel;
   T slowest = 0;                         // m/s: what approaches no faster does not bounce
-  T parting = 0;                         // m/s: pairs that overlap come apart no faster; 0: at once
+  T parting = 0;                         // m/s: a pair of which one was born within the other parts no faster; 0: none was
   const Surface<T>* surfaces = nullptr;  // where they are at the end
   std::size_t surface_count = 0;
   T h = 0;  // s
@@ -49,9 +49,8 @@ struct MeetSubstep {
   // The distance that a pair is to have at the end, which it begins at q0.
   [[nodiscard]] T wanted(const MetPair& pair, const Point<T>& q0) const noexcept {
     const T d = wanted(pair.i, pair.j);
-    if (parting == 0) return d;
-    const T begun = inner(q0, q0);
-    return begun < d * d ? std::min(d, std::sqrt(begun) + parting * std::abs(h)) : d;
+    if (parting == 0 || (room.parts[pair.i] | room.parts[pair.j]) == 0) return d;
+    return std::min(d, std::sqrt(inner(q0, q0)) + parting * std::abs(h));
   }
   [[nodiscard]] T mu() const noexcept { return static_cast<T>(std::min(rules.meet().friction, 1e6)); }
   [[nodiscard]] std::size_t walls_of(std::size_t i) const noexcept { return room.walls_each != 0 ? room.wall_count[i] : 0; }
