@@ -338,7 +338,7 @@ void expect_told_alike(const Outcome<T>& wanted, const Outcome<T>& got, const Co
   }
 }
 
-// Of each that lives seven numbers; then how many live and were removed.
+// Seven numbers of each that lives; then how many live and were removed.
 template <class T>
 Outcome<T> live_outcome(const LiveBalls& balls, const Deeds& deeds, const Configuration& way) {
   const std::size_t capacity = balls.turnover.capacity;

@@ -154,7 +154,7 @@ class DVDX_EXPORT LivePlan {
   [[nodiscard]] Expected<void> teleport(LiveState<T>& live, const Pose& by) const;
   [[nodiscard]] Expected<void> teleport(LiveState<T>& live, LiveWorkspace<T>& workspace, const Pose& by) const;
 
-  // What the next step of particles that meet depends on beside the state, and what their motions were told: as Plan's. Empty
+  // All that the next step of particles that meet depends on beside the state, and where motions were told to go. Empty
   // where none meet.
   [[nodiscard]] std::vector<double> carried(const LiveState<T>& live) const;
   [[nodiscard]] Expected<void> restore(std::span<const double> carried, const LiveState<T>& live);
@@ -179,9 +179,9 @@ class DVDX_EXPORT LivePlan {
 // particles are errors that name their field, and so is a step that is not > 0, or one in which the keys of a contact's motion
 // turn it by more than half a radian. Where parts share births the survivors' order must be kept.
 // Balls may meet (Scene::meet), all of one radius, in one group and one part, the survivors' order kept. A step then is one of
-// Plan for those that live, in its sub-steps, before births and removal; a birth meets others from the next step on. Where it is
-// within another, the two part slowly: no faster than sqrt(g r)/4 (g: the constant acceleration, r: the radius), or a tenth of a
-// radius in a step where that is more. What keeps two apart goes with them when others before them are removed.
+// Plan for those that live, in its sub-steps, before births and removal; a birth meets others from the next step on. Where it
+// is within another, the two part slowly: no faster than sqrt(g r)/4 (g: the constant acceleration, r: the radius), or a tenth
+// of a radius in a step where that is more. Pulses that keep two apart go with them when others before them are removed.
 // Memory is for `capacity` particles from the first.
 template <class T>
 [[nodiscard]] DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);

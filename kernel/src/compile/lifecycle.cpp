@@ -263,7 +263,7 @@ LivePlan<T>::~LivePlan() {
 
 namespace {
 
-// Of particles that meet, the sub-steps are as many as surfaces that turn ask for.
+// Where particles meet, there are as many sub-steps as surfaces that turn ask for.
 template <class T>
 std::optional<Error> check_turns(const CompiledLifecycle<T>& of, const std::vector<Contact>& contacts, double step) {
   return meets(of) ? std::nullopt : check_turns(contacts, of.tracks, step);

@@ -81,7 +81,7 @@ void pass_pulses(NumbersOut& out, const MeetRoom<A>& room) {
   }
 }
 
-// Of particles that are born, those that may still be within others: how many of the first `count`, and which.
+// Those births that may still be within others: how many of the first `count` particles, and which.
 template <class A>
 void pass_births(NumbersOut& out, const MeetRoom<A>& room, std::size_t count) {
   if (room.parts.empty()) return;

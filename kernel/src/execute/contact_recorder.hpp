@@ -167,7 +167,7 @@ struct ReportedStep {
   // Some of them have gone: after[i] is the number of particle i from now on, or no_partner; `count` are left.
   static void renumber(const Plan<T>& plan, Workspace<T>* given, std::span<const std::uint32_t> after,
                        std::size_t count) noexcept;
-  // What its motions have been told.
+  // Where its motions have been told to go.
   static const std::vector<DrivenMotion>& motions_of_meeting(const Plan<T>& plan) noexcept;
   static void run(const Plan<T>& plan, const Terms<T>* moved, State<T>& state, std::size_t steps, ContactReport::Parts* report,
                   std::size_t first) noexcept;

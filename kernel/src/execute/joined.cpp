@@ -37,7 +37,7 @@ constexpr std::size_t max_stages = 16;
 template <class T>
 class JoinedStep {
  public:
-  // Of so many particles: all that the motion is of, unless they come and go.
+  // For so many particles: all that the motion is of, unless they come and go.
   JoinedStep(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, std::size_t particles,
              const ParallelFor& parallel, ContactReport::Parts* report) noexcept
       : scene_(scene),
@@ -270,7 +270,7 @@ class JoinedStep {
     });
   }
 
-  // Of particles that come and go, which stand as they are numbered.
+  // Whether particles come and go; then they stand as they are numbered.
   [[nodiscard]] bool comes_and_goes() const noexcept { return scene_.particles == Particles::come_and_meet; }
   template <class Use>
   void for_each_run(const Use& use) const noexcept {

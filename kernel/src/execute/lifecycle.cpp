@@ -288,7 +288,7 @@ class LifecycleStep {
       to += stays ? 1U : 0U;
     }
   }
-  // What is kept of pairs goes with their particles.
+  // The pulses of pairs go with their particles.
   void renumber(std::size_t before) noexcept {
     ReportedStep<T>::renumber(p_.plan, ws_.meeting ? &*ws_.meeting : nullptr, std::span(ws_.after).first(before),
                               live_.state.count);

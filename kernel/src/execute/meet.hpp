@@ -23,7 +23,7 @@ namespace dvdx {
 template <class T>
 class MeetStep {
  public:
-  // Of so many particles.
+  // For so many particles.
   MeetStep(const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, const WorkColumns<T>& work, std::size_t particles,
            const MeetKernels<T>& kernels, const ParallelFor& parallel, ContactReport::Parts* report) noexcept
       : m_(motion),

@@ -254,7 +254,7 @@ struct MeetRoom {
     lists.be_of(count);
     is_listed = false;
   }
-  // What a step leaves of particles to the next one, and of their last places.
+  // All that a step leaves of a particle to the next one, and its last place.
   void move(std::size_t from, std::size_t to) noexcept {
     x1[to] = x1[from];
     for (std::size_t s = 0; s < walls_each; ++s) {

@@ -8,7 +8,7 @@
 
 namespace dvdx {
 
-// Of so many particles.
+// Whether a state of so many particles is the scene's.
 template <class A>
 bool takes(const CompiledScene<A>& scene, std::size_t particles) noexcept {
   if (!scene.count) return true;

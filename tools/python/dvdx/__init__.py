@@ -1528,7 +1528,8 @@ def compile_live(
     motion: the number of the scene's motion that carries it.
     boundaries: dicts with normal and offset: particles are removed where normal . x < offset. inside: ((x, y, z) least, (x, y,
     z) most): they are removed outside of it. not_finite: "kept" or "removed". order of those that
-    stay: "kept", or "any": births and the last fill the holes. options as those of compile().
+    stay: "kept", or "any": births and the last fill the holes. options as those of compile(). Balls of one radius meet
+    (Scene.meet), without groups and with the order kept.
     """
     keep: List[Any] = []
     given = {"emitters": emitters, "boundaries": boundaries, "inside": inside, "not_finite": not_finite, "order": order}
