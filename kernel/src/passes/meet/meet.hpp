@@ -44,7 +44,7 @@ inline constexpr int most_impact_rounds = 8;
 inline constexpr double beta_of_balls = 0.8;
 inline constexpr double beta_of_cloth = 0.5;
 inline constexpr double part_at_rest = 0.5;  // of g h^2: what touches and goes by less in a sub-step stays
-inline constexpr double kept_part = 0.4;  // of a contact's pulse, with which its next sub-step begins
+inline constexpr double kept_part = 0.4;     // of a contact's pulse, with which its next sub-step begins
 
 template <class T>
 using Point = std::array<T, 3>;
