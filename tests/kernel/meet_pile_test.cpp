@@ -115,6 +115,89 @@ TEST_CASE("a block on an incline slides where the incline is steeper than the fr
   }
 }
 
+TEST_CASE("a block on an incline that is hardly steeper than the friction slides too") {
+  constexpr double friction = 0.3;
+  const double angle = 1.05 * std::atan(friction);
+  const double a = g * (std::sin(angle) - friction * std::cos(angle));
+  CHECK(std::abs(slid(angle, friction, 240) - 0.5 * a) < 0.05 * a);
+}
+
+// Layers of this many by this many that lie loosely on each other's gaps, above the floor.
+Balls poured(std::size_t side, std::size_t layers) {
+  Balls balls;
+  for (std::size_t n = 0; n < side * side * layers; ++n) {
+    const std::size_t layer = n / (side * side);
+    const auto at = [&](std::size_t k, std::uint64_t axis, double aside) {
+      return (1.35 * (static_cast<double>(k) + aside) + 0.5 + 0.17 * (2 * test::uniform(axis, n) - 1)) * d;
+    };
+    const double aside = layer % 2 == 0 ? 0 : 0.5;
+    balls.add({at(n % side, 0, aside), at(layer, 1, 0.2), at(n / side % side, 2, aside)});
+  }
+  return balls;
+}
+
+struct Moved {
+  double mean = 0, most = 0;
+};
+Moved moved_since(Stepped<double>& pile, const std::vector<Vec3>& before) {
+  Moved moved;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const double way = length(difference(pile.x(i), before[i]));
+    moved.mean += way / static_cast<double>(before.size());
+    moved.most = std::max(moved.most, way);
+  }
+  return moved;
+}
+std::vector<Vec3> places(Stepped<double>& pile, std::size_t count) {
+  std::vector<Vec3> all;
+  for (std::size_t i = 0; i < count; ++i) all.push_back(pile.x(i));
+  return all;
+}
+
+TEST_CASE("a heap comes to rest on a slope, and then no grain moves") {
+  const Balls balls = poured(5, 12);
+  Scene scene;
+  scene.add(Contact{Plane{.friction = 0.5}});
+  Stepped<double> heap(grains(scene, 0.5), balls, {.step = 1.0 / 60});
+  heap.step(600);
+  const std::vector<Vec3> before = places(heap, balls.size());
+  heap.step(60);
+  const Moved moved = moved_since(heap, before);
+  CHECK(moved.mean < 1e-3 * d);
+  CHECK(moved.most < 0.05 * d);
+  double highest = 0;
+  for (const Vec3& x : before) highest = std::max(highest, x[1]);
+  CHECK(highest > 3 * d);
+}
+
+TEST_CASE("a heap whose wall is taken away runs out") {
+  const double side = 5 * 1.35 * d;
+  const Balls balls = poured(5, 16);
+  Stepped<double> pile(grains(test::box_of(side, 0.5), 0.5), balls, {.step = 1.0 / 60});
+  pile.step(180);
+  Balls settled;
+  for (std::size_t i = 0; i < balls.size(); ++i) settled.add(pile.x(i), pile.v(i));
+  Scene open = test::box_of(side, 0.5);
+  open.contacts.erase(open.contacts.begin() + 2);
+  Stepped<double> heap(grains(open, 0.5), settled, {.step = 1.0 / 60});
+  heap.step(90);
+  std::size_t out = 0;
+  for (std::size_t i = 0; i < settled.size(); ++i) out += heap.x(i)[0] > side ? 1U : 0U;
+  CHECK(out > settled.size() / 8);
+}
+
+TEST_CASE("a floor that creeps carries the grains on it along") {
+  Balls balls;
+  for (int k = 0; k < 3; ++k) balls.add({0, (k + 0.5) * d, 0});
+  constexpr double speed = 0.002;  // slower than what rests on a floor that stands
+  Scene scene;
+  scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 10, .translation = {10 * speed, 0, 0}}}});
+  scene.add(Plane{.friction = 0.5, .motion = 0});
+  Stepped<double> column(grains(scene, 0.5), balls, {.step = 1.0 / 60});
+  column.step(120);
+  for (std::size_t k = 0; k < balls.size(); ++k) CHECK(std::abs(column.x(k)[0] - 2 * speed) < 0.1 * speed);
+}
+
 TEST_CASE("fixed and kinematic grains are met and do not yield") {
   Balls balls;
   balls.add({});

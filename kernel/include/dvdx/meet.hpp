@@ -35,7 +35,7 @@ struct Meet {
   std::optional<Scalars> radius{};    // m, > 0: of balls; one for all, or one each
   std::optional<double> thickness{};  // m, > 0 and less than the shortest spring at rest: of cloth and ropes
   double restitution = 0;             // 0..1
-  double friction = 0;                // >= 0: Coulomb's coefficient
+  double friction = 0;                // >= 0: Coulomb's coefficient; balls that have one come to rest
   int rounds = 12;                    // 1..64 a sub-step: each carries a push by one particle more
   int most_neighbours = 24;           // 1..255: a particle that has more within reach stops the step (too_many_neighbours)
   NearAtStart near_at_start = NearAtStart::by_kind;

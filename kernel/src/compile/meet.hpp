@@ -38,6 +38,7 @@ class MeetRules {
   [[nodiscard]] T most_radius() const noexcept { return most_; }
   // m: by how much more than its surfaces' thickness a particle is kept off them. The flows keep all off by the least radius.
   [[nodiscard]] T off_surfaces(std::size_t i) const noexcept { return is_ball_ ? r_[i] - least_ : T(0); }
+  [[nodiscard]] bool are_balls() const noexcept { return is_ball_; }
   [[nodiscard]] bool are_balls_alike() const noexcept { return !is_ball_ || least_ == most_; }
   [[nodiscard]] const Meet& meet() const noexcept { return meet_; }
   [[nodiscard]] double stretch_limit() const noexcept { return stretch_limit_; }

@@ -83,11 +83,13 @@ class MeetStep {
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.way = task.gone = {};
       task.ways = task.gones = 0;
+      task.has_movers = false;
       for (std::size_t i = from; i < end; ++i) {
         room_.x1[i] = at(work_.x, i);
         room_.v[i] = at(work_.v, i);
         room_.w[i] = work_.w[order_.of[i]];
         if (!(of_.rules.radii()[i] >= 0)) continue;
+        task.has_movers = task.has_movers || (!(room_.w[i] > 0) && room_.x1[i] != room_.x0[i]);
         add(minus(room_.x1[i], room_.x0[i]), task.way, task.ways);
         add(minus(room_.x1[i], room_.listed_at[i]), task.gone, task.gones);
       }
@@ -188,7 +190,21 @@ class MeetStep {
     return listed != 0 ? std::max(least, static_cast<T>(wider * sum / static_cast<double>(listed))) : least;
   }
 
+  // m: what touches and would go by less stays; 0 where all go.
+  [[nodiscard]] T way_at_rest() const noexcept {
+    if (!of_.rules.are_balls() || !(of_.rules.meet().friction > 0)) return 0;
+    const bool has_movers =
+        std::any_of(of_.surfaces, of_.surfaces + of_.surface_count, [](const Surface<T>& of) { return moves(of); }) ||
+        std::any_of(room_.tasks.begin(), room_.tasks.end(), [](const Task& task) { return task.has_movers; });
+    return has_movers ? T(0) : T(part_at_rest / 4) * of_.slowest * std::abs(of_.h);
+  }
+  static bool moves(const Surface<T>& surface) noexcept {
+    const Point<T> zero{};
+    return surface.movement != Movement::rest && (surface.u != zero || surface.omega != zero);
+  }
+
   void put_back() noexcept {
+    const T at_rest = way_at_rest();
     of_.over_particles([&](std::size_t i) {
       if (!(room_.w[i] > 0)) return;
       const Point<T>& dx = room_.pushed[i].dx;
@@ -196,7 +212,10 @@ class MeetStep {
       const Point<T> given = plus(room_.dv[i], times(1 / of_.h, dx));
       const Point<T> zero{};
       if (moved == zero && given == zero) return;
-      room_.x1[i] = plus(room_.x1[i], moved);
+      const Point<T> end = plus(room_.x1[i], moved);
+      const Point<T> way = minus(end, room_.x0[i]);
+      const bool rests = room_.pushed[i].w > 0 && inner(way, way) < at_rest * at_rest;
+      room_.x1[i] = rests ? room_.x0[i] : end;
       const Point<T> v = plus(room_.v[i], given);
       const std::size_t element = order_.of[i];
       for (std::size_t axis = 0; axis < 3; ++axis) {

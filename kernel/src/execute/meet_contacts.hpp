@@ -20,8 +20,9 @@ class MeetContacts {
     begin();
     sum_pulses();
     const int rounds = of_.rules.meet().rounds;
+    const T beta = of_.rules.are_balls() ? T(beta_of_balls) : T(beta_of_cloth);
     for (int round = 0; round < rounds; ++round) {
-      push_all(round + 1 < rounds ? T(beta_of_rounds) : T(0));
+      push_all(round + 1 < rounds ? beta : T(0));
       sum_pulses();
     }
     keep_pulses();

@@ -24,6 +24,10 @@
 //          pulse that the contact had in the sub-step before, so that a pile is carried by more rounds than one sub-step has.
 //          A pulse that has grown counts at most twice its first y and the weight of a pair: those of impacts do not last.
 //          Friction: the same for the slip within the sub-step, cut to mu l.
+// Rest     Rounds leave a part of g h^2 of each sub-step, along slopes too, where nothing tells the next sub-step of it: piles
+//          would flow for ever. So a ball that touches and would go by less than half of g h^2 stays where the sub-step
+//          found it. It keeps its velocity: what should slide or fall gains g h each sub-step, and soon goes. It is not so
+//          while a surface or a particle without mass moves, which slower ones must follow, nor without friction.
 // Sums     A pair's pulse is worked out once, and taken by both sides; a particle sums by ascending numbers of its partners,
 //          lower ones first. Momentum is kept to rounding. Which pairs are within reach depends on nothing but the state, so
 //          no bit depends on how old a list is.
@@ -37,8 +41,10 @@ namespace dvdx {
 
 inline constexpr std::uint32_t no_partner = std::numeric_limits<std::uint32_t>::max();
 inline constexpr int most_impact_rounds = 8;
-inline constexpr double beta_of_rounds = 0.5;
-inline constexpr double kept_part = 0.4;  // of a contact's pulse, with which its next sub-step begins
+inline constexpr double beta_of_balls = 0.8;
+inline constexpr double beta_of_cloth = 0.5;
+inline constexpr double part_at_rest = 0.5;  // of g h^2: what touches and goes by less in a sub-step stays
+inline constexpr double kept_part = 0.4;     // of a contact's pulse, with which its next sub-step begins
 
 template <class T>
 using Point = std::array<T, 3>;
