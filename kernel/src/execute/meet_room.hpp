@@ -201,7 +201,7 @@ struct MeetRoom {
     std::uint32_t first_wall = 0, walls = 0;
     bool hits_walls = false;
     bool is_stale = false;
-    bool has_movers = false;  // particles without mass that meet and move
+    bool has_movers = false;              // particles without mass that meet and move
     std::array<double, 3> way{}, gone{};  // m: sums
     std::uint32_t ways = 0, gones = 0;
   };
