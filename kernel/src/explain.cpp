@@ -393,7 +393,12 @@ std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& co
       if constexpr (requires { of.lines; }) return !of.lines.empty();
       return false;
     };
+    const auto redirects = [](const auto& of) {
+      if constexpr (requires { of.lines.forces; }) return of.lines.forces == LineForces::redirected;
+      return false;
+    };
     if (std::visit(has_lines, joints.form)) words += ", whole lines of springs between them";
+    if (std::visit(redirects, joints.form)) words += ", whose forces are redirected";
   }
   words += coupling.substeps ? " (asked for)\n" : " (chosen)\n";
   if (coupling.scheme == Scheme::sequential && joints.longest_step) {

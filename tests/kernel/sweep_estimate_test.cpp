@@ -331,6 +331,35 @@ TEST_CASE("sequential by itself: sheets that fall into place from flat come to r
   }
 }
 
+// m/s, 8 s after it was let go from flat.
+double fastest_from_flat(std::size_t side, double k, int substeps) {
+  Net net = sheet(side, k, k, Held::corners);
+  net.options.isa = best_isa();
+  for (Vec3& x : net.start) std::swap(x[1], x[2]);
+  std::get<Grid>(net.scene.networks[0]).edge_v = {0, 0, -1};
+  net.scene.coupling.substeps = substeps;
+  const SweepEstimate estimate = limit_of(net).estimate;
+  CHECK(estimate.turning > 2);
+  CHECK(estimate.turning <= estimate.most_turning);
+  Soa<double> memory = placed(net);
+  State<double> state = memory.view();
+  REQUIRE(plan_of(net).step(state, static_cast<std::uint64_t>(std::lround(8 / frame))) == StepResult::done);
+  double fastest = 0;
+  for (std::size_t i = 0; i < state.count; ++i) {
+    fastest = std::max(fastest, std::hypot(state.v[0][i], state.v[1][i], state.v[2][i]));
+  }
+  return fastest;
+}
+
+TEST_CASE("sequential: sheets whose springs turn far in a sub-step come to rest from flat, as lines' forces are redirected") {
+  for (const double k : {300.0, 1e4, 1e5}) {
+    CAPTURE(k);
+    CHECK(fastest_from_flat(16, k, 1) < 0.01);
+    CHECK(fastest_from_flat(24, k, 1) < 0.01);
+    CHECK(fastest_from_flat(32, k, 2) < 0.01);
+  }
+}
+
 TEST_CASE("sequential by itself: a plan that is changed keeps its longest sub-step, and its scene says so") {
   Net net = hung_rope(10, 1e5, 10);
   Plan<double> plan = plan_of(net);

@@ -167,9 +167,9 @@ TEST_CASE("springs and rods as long as at the start, of places that a file gives
 TEST_CASE("run warns of sub-steps by which a sheet may swing on, and those that it names rest") {
   const ScratchFolder folder("swings_on");
   folder.write("flat.json", R"({"format": "dvdx-scene/1", "name": "flat", "step": 0.016666666666666666, "duration": 8,
-    "network": {"type": "grid", "rows": 16, "columns": 16, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
+    "network": {"type": "grid", "rows": 40, "columns": 40, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
       "mass": 1, "structural": 300, "shear": 300, "fixed": "corners_top", "scheme": "sequential", "substeps": 1},
-    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.01171875}]})");
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}, {"type": "drag", "coefficient": 0.001875}]})");
   const auto fastest = [&] {  // m/s
     std::istringstream rows(folder.read("end.csv"));
     std::string row;
@@ -190,12 +190,12 @@ TEST_CASE("run warns of sub-steps by which a sheet may swing on, and those that 
   REQUIRE(report["warnings"].size() == 1);
   const json& warning = report["warnings"][0];
   CHECK(warning["code"] == "may_swing_on");
-  CHECK(warning["value"].get<double>() > 2);
+  CHECK(warning["value"].get<double>() > 7);
   CHECK(warning["cure"] == "Try --substeps 2, or --substeps auto");
   const json cured = report_of(folder, "flat.json --substeps 2 --out end.csv");
   CHECK(fastest() < 0.01);
   CHECK(cured["warnings"] == json::array());
-  CHECK(cured["sweep_estimate"]["turning"].get<double>() <= 2);
+  CHECK(cured["sweep_estimate"]["turning"].get<double>() <= 7);
 }
 
 }  // namespace joins_test

@@ -95,10 +95,10 @@ struct SweepEstimate {
   double sag = 0;     // m: how far exact springs would stretch under the load
   double rest = 0;    // m: how much too low it hangs
   double motion = 0;  // m: how far a swing is off
-  // Frequency with which a sheet's springs turn under their load, times the sub-step, where lines are solved. Beyond most_turning a
+  // Frequency with which a net's springs turn under their load, times the sub-step, where lines are solved. Beyond most_turning a
   // sheet that falls into place may not come to rest, but swing on at some tenths of a m/s.
   double turning = 0;
-  static constexpr double most_turning = 2;
+  double most_turning = 0;
 };
 
 // Which scheme `automatic` became: sub-steps a step that each takes, and ns a step by the table of costs.

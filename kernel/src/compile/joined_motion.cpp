@@ -190,7 +190,10 @@ WorkspaceShape JoinedMotion<T>::shape() const {
     shape.sweep_records = list->records;
     shape.keeps_velocities = list->terms.damping == Damping::along;
   }
-  if (const auto* sheets = std::get_if<StrandsForm<T>>(&joints.form)) shape.lines = sheets->lines.rooms();
+  if (const auto* sheets = std::get_if<StrandsForm<T>>(&joints.form)) {
+    shape.lines = sheets->lines.rooms();
+    shape.redirects_lines = sheets->lines.forces == LineForces::redirected;
+  }
   if (const auto* list = std::get_if<ColoursForm<T>>(&joints.form)) {
     shape.lines = list->lines.rooms(joints.particles() >= parallel_from);
   }

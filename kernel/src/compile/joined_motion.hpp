@@ -60,6 +60,7 @@ struct WorkspaceShape {
   std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
   std::size_t sweep_records = 0;  // of particles, for sweeps over a list
   LineRooms lines{};              // for lines of springs, of all that are solved at once
+  bool redirects_lines = false;   // the forces that they give
   bool has_second_velocity = false;
   bool has_pair_sums = false;
   bool visits_again = false;      // the sweeps do, and read what the first visit kept

@@ -184,12 +184,14 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   rho_of_whole_ = options.elsewhere.rho;
   if (coupling.scheme == Scheme::sequential) sweeps_ = options.elsewhere.sweeps;
   closes_in_whole_ = options.elsewhere.closes_substeps;
-  choose(scene, pairs, start, kept, changed);
+  std::optional<SweptNet> net;
+  choose(scene, pairs, start, kept, changed, net);
   make_order(scene, pairs, grid, kept);
   if (is_generalized_alpha(coupling)) order_fingerprint = order.fingerprint();
   make_fixed(scene, start);
   make_inverse_masses();
   make_form(pairs, start, stepped);
+  choose_line_forces(scene, start, kept, net);
   make_telling_order(options.elsewhere.exchange);
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
   auto kept_in = std::make_unique<Balls<T>>(scene, start, w_of, order, options.memory);
@@ -202,7 +204,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
 // By sums where they tell the number of sub-steps, by eigenvalues only where these would save some.
 template <class T>
 void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const Vec3> start, const Joints* kept,
-                       Changed changed) {
+                       Changed changed, std::optional<SweptNet>& net) {
   const bool is_grid = is_stack_ || only_grid(scene, particles()) != nullptr;
   fastest_turn_ = fastest_turn_of(scene);
   meeting_rate_ = meeting_rate(scene);
@@ -221,10 +223,25 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, st
   if (coupling.scheme == Scheme::sequential) rates.least = rates.most;
   if (by(rates.least) != by(rates.most)) rates.least = rates.most = highest_rates(pairs, w_of);
   if (!scene.networks.empty() && leaves_substeps_open(coupling) && !coupling.longest_substep) {
-    const SweptNet net = pairs.empty() ? swept_net(scene, start) : SweptNet(scene, pairs, w_of, start);
-    coupling.longest_substep = net.longest_substep(coupling, rates.most);
+    net.emplace(pairs.empty() ? swept_net(scene, start) : SweptNet(scene, pairs, w_of, start));
+    coupling.longest_substep = net->longest_substep(coupling, rates.most);
   }
   chosen = by(rates.most);
+}
+
+// A plan that is changed goes on as it began, and keeps its memory. net: that of the scene, if it has been made.
+template <class T>
+void Joints<T>::choose_line_forces(const Scene& scene, std::span<const Vec3> start, const Joints* kept,
+                                   const std::optional<SweptNet>& net) {
+  auto* const strands = std::get_if<StrandsForm<T>>(&form);
+  if (strands == nullptr || strands->lines.empty()) return;
+  if (const auto* of_kept = kept != nullptr ? std::get_if<StrandsForm<T>>(&kept->form) : nullptr) {
+    strands->lines.forces = of_kept->lines.forces;
+    return;
+  }
+  const double longest = std::abs(chosen.longest);
+  const double turning = net ? net->turning(coupling, longest) : swept_net(scene, start).turning(coupling, longest);
+  strands->lines.forces = line_forces(turning);
 }
 
 template <class T>
@@ -257,6 +274,10 @@ NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) c
   if (coupling.scheme == Scheme::sequential) {
     const SubstepLength length{.taken = std::abs(substep()), .longest = std::abs(chosen.longest), .pace = chosen.pace};
     limit.estimate = swept_net(scene, start).estimate(coupling, rates.most.frequency, length);
+    const auto* const strands = std::get_if<StrandsForm<T>>(&form);
+    const bool stays = strands != nullptr && strands->lines.forces == LineForces::stay;
+    const bool has_changed = stays && line_forces(limit.estimate.turning) != LineForces::stay;
+    if (has_changed) limit.estimate.most_turning = most_turning_that_stays;
   }
   return limit;
 }

@@ -163,8 +163,11 @@ class Joints {
  private:
   Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed);
 
+  // net: left as it is, or the scene's where the sub-steps take it.
   void choose(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const Vec3> start, const Joints* kept,
-              Changed changed);
+              Changed changed, std::optional<SweptNet>& net);
+  void choose_line_forces(const Scene& scene, std::span<const Vec3> start, const Joints* kept,
+                          const std::optional<SweptNet>& net);
   void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept);
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();

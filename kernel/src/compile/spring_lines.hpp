@@ -27,10 +27,21 @@ class LineVisits {
   }
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
   [[nodiscard]] std::size_t family(std::size_t visit) const noexcept { return visit < families_ ? visit : count_ - 1 - visit; }
+  [[nodiscard]] Visit visit(std::size_t n) const noexcept { return n < families_ ? Visit::first : Visit::again; }
 
  private:
   std::size_t families_, count_;
 };
+
+// Whether the force that a line gives a spring stays in its direction for the rest of the sub-step.
+enum class LineForces : std::uint8_t { stay, redirected };
+
+// By how far springs turn in a sub-step under their load (SweepEstimate::turning). Up to the first of them a net comes to rest by
+// forces that stay, up to the second a sheet by redirected ones. Beyond the third these swing faster than those that stay.
+inline constexpr double most_turning_that_stays = 2;
+inline constexpr double most_turning_redirected = 7;
+inline constexpr double most_turning_to_redirect = 14;
+[[nodiscard]] LineForces line_forces(double turning) noexcept;
 
 // Lines of a stack of sheets that are alike: down the columns, along the rows and along both diagonals, as far as there are springs
 // of these directions.
@@ -39,6 +50,7 @@ struct SheetLines {
   std::vector<LineStrand> strands;
   std::size_t rows = 0, columns = 0, sheets = 0;  // of each sheet, and how many there are
   std::size_t phases = 1, pitch = 0;
+  LineForces forces = LineForces::stay;
 
   [[nodiscard]] bool empty() const noexcept { return families.empty(); }
   [[nodiscard]] SheetLineTerms terms() const noexcept {

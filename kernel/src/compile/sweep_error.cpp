@@ -27,7 +27,8 @@
 // little: they are solved in the directions that they have, and a spring that bears tau turns with the frequency of
 // sum tau/l over its ends' masses. Up to 23 of its sub-steps a heavy rope that is let go at rest stays as long as its load makes it (5 to
 // 40 springs, 10 to 10000 times a link's mass). But where its links move at 1 m/s, beyond 2 it gains energy without end (3 to 20 springs,
-// 1500 to 40000 times: 8 to 55 times as long within 10 s), and sweeps alone are the bound.
+// 1500 to 40000 times: 8 to 55 times as long within 10 s), and sweeps alone are the bound. Sheets redirect what their lines gave
+// them (compile/spring_lines.cpp), and rest up to 7.
 //
 // tau comes from statics: one number a particle, the height it hangs at, and the load goes to what holds the net along falling
 // distance. By the principle of least work every other way of the load gives more, so that the estimate is high rather than low.
@@ -461,13 +462,13 @@ std::vector<double> SweptNet::leaks(const Coupling& coupling, double T) const {
 
 // The part of it that lines of springs leave.
 double SweptNet::left_of(const Piece& piece, const Coupling& coupling, const SubstepLength& substep) const {
-  if (!solves_lines(coupling, springs_are_) || piece.turning * substep.longest > SweepEstimate::most_turning) return 1;
+  const double most = piece.is_line ? most_turning_that_stays : most_turning();
+  if (!solves_lines(coupling, springs_are_) || piece.turning * substep.longest > most) return 1;
   return piece.is_line ? 0 : left_by_lines;
 }
 
 SweepEstimate SweptNet::estimate(const Coupling& coupling, double frequency, const SubstepLength& substep) const {
   SweepEstimate worst;
-  double turning = 0;
   if (pieces_.empty()) return worst;
   const double t = t_of(coupling, frequency, substep);
   const double T = t * t;
@@ -484,11 +485,24 @@ SweepEstimate SweptNet::estimate(const Coupling& coupling, double frequency, con
     const double fall = g_ * substep.taken * substep.taken;
     found.rest = std::max(excess, sagging) + fall / 8;
     found.motion = swinging * excess + bounce(found.side, found.sag + excess, fall);
-    if (!piece.is_line) turning = std::max(turning, piece.turning * substep.longest);
     if (worst.side == 0 || share_of_side(found) > share_of_side(worst)) worst = found;
   }
-  if (solves_lines(coupling, springs_are_)) worst.turning = turning;
+  worst.turning = turning(coupling, substep.longest);
+  worst.most_turning = most_turning();
   return worst;
+}
+
+double SweptNet::most_turning() const noexcept {
+  return springs_are_ == SpringsAre::in_rows ? most_turning_redirected : most_turning_that_stays;
+}
+
+double SweptNet::turning(const Coupling& coupling, double longest) const noexcept {
+  double most = 0;
+  if (!solves_lines(coupling, springs_are_)) return most;
+  for (const Piece& piece : pieces_) {
+    if (!piece.is_line && piece.load > 0 && piece.side > 0) most = std::max(most, piece.turning * longest);
+  }
+  return most;
 }
 
 double SweptNet::longest_substep(const Coupling& coupling, const HighestRates& rates) const {

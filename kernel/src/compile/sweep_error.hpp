@@ -35,6 +35,10 @@ class SweptNet {
   // factor of two, so that the sub-steps of every step follow from it alone.
   [[nodiscard]] double longest_substep(const Coupling& coupling, const HighestRates& rates) const;
 
+  // SweepEstimate::turning of the piece that is worst off, and the most that comes to rest. longest: s, a sub-step.
+  [[nodiscard]] double turning(const Coupling& coupling, double longest) const noexcept;
+  [[nodiscard]] double most_turning() const noexcept;
+
   [[nodiscard]] SpringsAre springs_are() const noexcept { return springs_are_; }
   // Whether some of it comes to lie on surfaces, where what shears it is far more than what hangs, and is not seen.
   [[nodiscard]] bool drapes() const noexcept { return drapes_; }

@@ -36,7 +36,8 @@ class SweepStep {
   void sweep(const StrandsForm<T>& form, const SweepTerms<T>& terms, const Sheets& sheets) noexcept {
     const bool is_symmetric = joints_.coupling.sweeps == SweepOrder::symmetric;
     const auto forward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::first, from, to); };
-    const auto backward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, Visit::again, to, from); };
+    const Visit again = form.lines.forces == LineForces::redirected ? Visit::redirect : Visit::again;
+    const auto backward = [&](std::size_t from, std::size_t to) { kernels_.strands(terms, work_, again, to, from); };
     for_each_band(form, sheets, 0, forward);
     if (!form.lines.empty()) {
       for_each_band(form, sheets, 1, forward);
@@ -101,17 +102,20 @@ class SweepStep {
   void solve_lines(const SheetLines& lines, const SweepTerms<T>& terms, const Sheets& sheets) const noexcept {
     const LineVisits visits = lines.visits();
     for (std::size_t n = 0; n < visits.count(); ++n) {
-      for (std::size_t sheet = sheets.first; sheet < sheets.end; ++sheet) solve_lines(lines, terms, visits.family(n), sheet);
+      const std::size_t family = visits.family(n);
+      for (std::size_t sheet = sheets.first; sheet < sheets.end; ++sheet)
+        solve_lines(lines, terms, family, visits.visit(n), sheet);
     }
   }
-  void solve_lines(const SheetLines& lines, const SweepTerms<T>& terms, std::size_t family, std::size_t sheet) const noexcept {
+  void solve_lines(const SheetLines& lines, const SweepTerms<T>& terms, std::size_t family, Visit visit,
+                   std::size_t sheet) const noexcept {
     T* const room = rooms_.first + sheet * rooms_.each;
     const LineFamily& d = lines.families[family];
     const auto run = [&](LineStage stage, std::size_t count, std::size_t least) {
       const std::size_t tasks = parallel_.run != nullptr ? (count + least - 1) / least : 1;
       for_each_task(parallel_, tasks, [&](std::size_t task) {
-        const LinePart part{family, sheet, stage, tasks > 1 ? least * task : 0,
-                            tasks > 1 ? std::min(count, least * (task + 1)) : count};
+        const LinePart part{
+            family, sheet, visit, stage, tasks > 1 ? least * task : 0, tasks > 1 ? std::min(count, least * (task + 1)) : count};
         kernels_.sheet_lines(terms, work_, part, room);
       });
     };

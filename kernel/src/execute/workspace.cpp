@@ -38,6 +38,7 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   work.origin = {origin[0], origin[1], origin[2]};
   const auto of_springs = [&] { return columns_.add(shape.sweep_springs, T(0), column_margin); };
   if (shape.visits_again) sweep_.lambda = of_springs();
+  if (shape.redirects_lines) sweep_.line_force = columns_.add_axes(shape.sweep_springs, T(0), column_margin);
   if (shape.sweep_records != 0) add_records();
   if (const auto& [count, each] = shape.lines; count != 0) line_rooms = {columns_.add(count * each), each, count};
 
@@ -111,6 +112,7 @@ void JoinedWorkspace<T>::add_records() {
 template <class T>
 SweepTerms<T> JoinedWorkspace<T>::with_columns(SweepTerms<T> terms) const noexcept {
   terms.lambda = sweep_.lambda;
+  terms.line_force = sweep_.line_force;
   terms.ranges.x = sweep_.ranges.x;
   terms.ranges.v = sweep_.ranges.v;
   terms.ranges.shift = sweep_.ranges.shift;

@@ -134,7 +134,7 @@ class JoinedWorkspace {
   const void* remembered_ = nullptr;
   Clock remembered_at_{};
   Columns<T> columns_;
-  SweepTerms<T> sweep_{};                                // lambda and records
+  SweepTerms<T> sweep_{};                                // lambda, line_force and records
   ConstraintTerms<T> constraints_{};                     // the columns of sums
   std::array<T*, 3> air_g_{}, air_p_{}, air_p_below_{};  // of particles; of a list's triangles, or of a grid's by elements
 };

@@ -295,9 +295,9 @@ std::optional<Warning> warning_of_held(const LoadedScene& loaded, const Outcome&
 
 // Sheets whose springs turn by so much in a sub-step that they need not come to rest.
 std::optional<Warning> warning_of_turning(const Outcome& outcome) {
-  constexpr double most = SweepEstimate::most_turning;
   if (!outcome.network || outcome.network->scheme != Scheme::sequential) return std::nullopt;
   const double turning = outcome.network->estimate.turning;
+  const double most = outcome.network->estimate.most_turning;
   if (!(turning > most)) return std::nullopt;
   const double wanted = std::ceil(outcome.network->substeps * turning / most);
   return Warning{

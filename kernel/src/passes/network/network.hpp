@@ -141,7 +141,12 @@ struct StrandFamily {
   T kappa{}, eta{}, l{};  // k h^2, c h, rest length; h the part of the sub-step that has passed: theta times it
 };
 
-enum class Visit : std::uint8_t { first, again };  // of a spring in a sub-step: lambda is 0 at the first
+// Visits of a spring in a sub-step. lambda is 0 at the first.
+enum class Visit : std::uint8_t {
+  first,
+  again,
+  redirect,  // again, and the force that its line gave it is redirected (compile/spring_lines.cpp)
+};
 
 // Springs in ranges, none of which has two springs at a particle. A range is a multiple of 16 springs long; those that fill it
 // up join two particles of their own, and move neither.
@@ -186,8 +191,10 @@ struct BundleTerms {
 // A bundle's solve takes so much memory, in numbers for each of its springs.
 inline constexpr std::size_t line_room = 9 * slice;
 
-// From where on a line turns a spring with its tension (compile/spring_lines.cpp), in gamma (w_a + w_b).
+// From where on a line turns a spring with its tension, and the force that it gave is redirected (compile/spring_lines.cpp), in
+// gamma (w_a + w_b).
 inline constexpr double least_turning = 1;
+inline constexpr double least_redirected = -0.5;  // of springs that are pressed
 
 // All lines of a sheet that have one direction are a family. Springs stand where they begin: those of a row's line, one of its `phases`,
 // begin at elements [first, first + count) of it, and have columns from `springs` on.
@@ -215,6 +222,7 @@ enum class LineStage : std::uint8_t {
 };
 struct LinePart {
   std::size_t family = 0, sheet = 0;
+  Visit visit = Visit::first;  // of the family in a sub-step
   LineStage stage = LineStage::meet;
   std::size_t from = 0, to = 0;
 };
@@ -262,7 +270,9 @@ struct SweepTerms {
   BundleTerms lines{};
   SheetLineTerms sheet_lines{};
   T* lambda = nullptr;  // kept by the first visit for the second; null where there is none
-  T h{};                // theta times the sub-step
+  // The force times T that lines gave the springs of strands; null where none is redirected.
+  std::array<T*, 3> line_force{};
+  T h{};  // theta times the sub-step
   Damping damping = Damping::none;
   CountedFrom origin = CountedFrom::zero;
 

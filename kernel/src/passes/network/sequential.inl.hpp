@@ -18,11 +18,11 @@ struct Met {
   V r2, path;
 };
 
-// more: of lambda. Each end's shift moves by -+ w t d.
+// more: of lambda. Each end's shift moves by -+ w t d. y: inverse length.
 template <class V>
 struct Pull {
   Mask<V> is_sound;
-  V more, t;
+  V more, t, y;
 };
 
 // A visit has three parts: meet the ends, solve, move the ends. One spring's chain of roundings takes longer than its
@@ -38,7 +38,23 @@ template <Damping damping, Arithmetic arithmetic, class V>
     g = subtract_product<arithmetic>(g, spring.eta * y, path);
   }
   const V more = product_where<V>(is_sound, g - lambda, spring.inverse);
-  return {is_sound, more, more * y};
+  return {is_sound, more, more * y, y};
+}
+
+// By what a spring at d moves its ends, if the force that its line gave it leads along the spring then. w: of both ends.
+template <Arithmetic arithmetic, class V>
+[[gnu::always_inline]] inline Three<V> redirected(const Three<V>& line_force, V line_force_d, const Three<V>& d, V w, V lambda,
+                                                  const Pull<V>& pull) noexcept {
+  const V zero(Scalar<V>(0));
+  const V one(Scalar<V>(1));
+  const V turned = (zero - lambda) * pull.y * w;
+  const V eased =
+      select<V>(turned > V(Scalar<V>(least_redirected)), quotient(one, one + select<V>(turned > zero, turned, zero)), zero);
+  const V along = pull.y * line_force_d;
+  const V s = multiply_add<arithmetic>(eased, along * pull.y, pull.t);
+  Three<V> force;
+  for (std::size_t axis = 0; axis < 3; ++axis) force[axis] = subtract_product<arithmetic>(s * d[axis], eased, line_force[axis]);
+  return force;
 }
 
 // ---- strands -----------------------------------------------------------------------------------------------------------
@@ -105,6 +121,8 @@ class TurnSweep {
         w_(work.w),
         inverse_(sweep.inverse),
         lambda_(sweep.lambda),
+        line_force_(sweep.line_force[0]),
+        line_force_pitch_(sweep.line_force[1] - sweep.line_force[0]),
         made_(sweep, family),
         h_(sweep.h) {}
 
@@ -161,6 +179,7 @@ class TurnSweep {
   }
 
   [[gnu::always_inline]] void move(const Place& at, const Ends& ends, const Pull<V>& pull) const noexcept {
+    if constexpr (visit == Visit::redirect) return move_redirected(at, ends, pull);
     const V t_a = load_lanes<V>(w_ + at.a) * pull.t;
     const V t_b = load_lanes<V>(w_ + at.b) * pull.t;
     Three<V> a, b;
@@ -168,15 +187,35 @@ class TurnSweep {
       a[axis] = subtract_product_where<arithmetic>(pull.is_sound, ends.shift_a[axis], t_a, ends.d[axis]);
       b[axis] = add_product_where<arithmetic>(pull.is_sound, ends.shift_b[axis], t_b, ends.d[axis]);
     }
+    store_shifts(at, a, b);
+    if constexpr (visit == Visit::first) {
+      if (lambda_ != nullptr) store_lanes(lambda_ + at.s, V(T(0)) + pull.more);
+    }
+  }
+
+  [[gnu::always_inline]] void move_redirected(const Place& at, const Ends& ends, const Pull<V>& pull) const noexcept {
+    const Three<V> line_force = load_three<V>(line_force_ + at.s, line_force_pitch_);
+    const V line_force_d = dot<arithmetic>(line_force, ends.d);
+    const Mask<V> is_sound = pull.is_sound & (magnitude(line_force_d) < V(most_square<T>));
+    const V w_a = load_lanes<V>(w_ + at.a);
+    const V w_b = load_lanes<V>(w_ + at.b);
+    const V lambda = load_lanes<V>(lambda_ + at.s) + pull.more;
+    const Three<V> force = redirected<arithmetic>(line_force, line_force_d, ends.d, w_a + w_b, lambda, pull);
+    Three<V> a, b;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      a[axis] = select(is_sound, subtract_product<arithmetic>(ends.shift_a[axis], w_a, force[axis]), ends.shift_a[axis]);
+      b[axis] = select(is_sound, multiply_add<arithmetic>(w_b, force[axis], ends.shift_b[axis]), ends.shift_b[axis]);
+    }
+    store_shifts(at, a, b);
+  }
+
+  [[gnu::always_inline]] void store_shifts(const Place& at, const Three<V>& a, const Three<V>& b) const noexcept {
     if (at.count < V::size) {  // what lies beyond the strand may be the next line's, and in flight
       store_three<V>(shift_ + at.a, pitch_, a, at.count);
       store_three<V>(shift_ + at.b, pitch_, b, at.count);
     } else {
       store_three<V>(shift_ + at.a, pitch_, a);
       store_three<V>(shift_ + at.b, pitch_, b);
-    }
-    if constexpr (visit == Visit::first) {
-      if (lambda_ != nullptr) store_lanes(lambda_ + at.s, V(T(0)) + pull.more);
     }
   }
 
@@ -186,6 +225,8 @@ class TurnSweep {
   const T* origin_;
   const T *w_, *inverse_;
   T* lambda_;
+  const T* line_force_;
+  std::ptrdiff_t line_force_pitch_;
   Made<V, damping> made_;
   V h_;
 };
@@ -373,7 +414,7 @@ class RangeSweep {
     const auto [kappa, eta, inverse, w_a, w_b] = coefficients_of<V>(terms_, s);
     const V lambda = visit == Visit::first ? V(T(0)) : load_lanes<V>(sweep_.lambda + s);
     const Spring<V> spring{kappa, eta, load_lanes<V>(terms_.l + s), inverse};
-    const auto [is_sound, more, t] = solve<damping, arithmetic>(spring, ends.r2, ends.path, lambda);
+    const auto [is_sound, more, t, y] = solve<damping, arithmetic>(spring, ends.r2, ends.path, lambda);
     if constexpr (visit == Visit::first) {
       if (sweep_.lambda != nullptr) store_lanes(sweep_.lambda + s, V(T(0)) + more);
     }
@@ -430,7 +471,7 @@ template <class V, Arithmetic arithmetic>
 void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, Visit visit, std::size_t from,
                    std::size_t to) noexcept {
   if (from == to) return;  // of a sheet without springs there are no strands to point to
-  by_kind(sweep.damping, visit, [&]<Damping damping, Visit v>() {
+  const auto sweep_by = [&]<Damping damping, Visit v>() {
     const std::ptrdiff_t step = from < to ? 1 : -1;
     const Strand* strand = from < to ? sweep.strands + from : sweep.strands + from - 1;
     const Strand* const end = from < to ? sweep.strands + to : sweep.strands + to - 1;
@@ -444,7 +485,9 @@ void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<
       }
       strand = next;
     }
-  });
+  };
+  if (visit != Visit::redirect) return by_kind(sweep.damping, visit, sweep_by);
+  by_kind(sweep.damping, [&]<Damping damping>() { sweep_by.template operator()<damping, Visit::redirect>(); });
 }
 
 template <class V, Arithmetic arithmetic>

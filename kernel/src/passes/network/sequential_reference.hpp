@@ -1,6 +1,8 @@
 // Gauss-Seidel sweeps over springs, scalar: one spring after the other.
 #pragma once
 
+#include <algorithm>
+
 #include "passes/network/pull_reference.hpp"
 
 namespace dvdx::reference {
@@ -15,7 +17,22 @@ struct Ends {
   Vector<T> apart;  // x_b - x_a before the sweeps
   Vector<T> u;      // v_b - v_a, where the springs damp
   Vector<T> shift_a, shift_b;
+  Vector<T> line_force{};  // where it is redirected
 };
+
+// By what a spring at d moves its ends, if the force that its line gave it leads along the spring then.
+template <Arithmetic arithmetic, class T>
+Vector<T> redirected(const Compliance<T>& spring, const Ends<T>& ends, const Vector<T>& d, T y, T lambda, T t) noexcept {
+  const T turned = (T(0) - lambda) * y * (spring.w_a + spring.w_b);
+  const T eased = turned > T(least_redirected) ? T(1) / (T(1) + std::max(turned, T(0))) : T(0);
+  const T along = y * inner<arithmetic>(ends.line_force, d);
+  const T s = multiply_add<arithmetic>(eased, along * y, t);
+  Vector<T> force;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    force[axis] = subtract_product<arithmetic>(s * d[axis], eased, ends.line_force[axis]);
+  }
+  return force;
+}
 
 template <Arithmetic arithmetic, class T>
 void visit_spring(const SweepTerms<T>& sweep, const Compliance<T>& spring, Visit visit, Ends<T>& ends,
@@ -33,12 +50,24 @@ void visit_spring(const SweepTerms<T>& sweep, const Compliance<T>& spring, Visit
     is_sound = is_sound && std::abs(moved) < most_square<T>;
     g = subtract_product<arithmetic>(g, spring.eta * y, moved);
   }
+  if (visit == Visit::redirect) {
+    is_sound = is_sound && std::abs(inner<arithmetic>(ends.line_force, d)) < most_square<T>;
+  }
   T lambda = visit == Visit::first ? T(0) : *stored_lambda;
   const T more = is_sound ? (g - lambda) * spring.inverse : T(0);
   lambda = lambda + more;
   if (stored_lambda != nullptr) *stored_lambda = lambda;
 
   const T t = more * y;
+  if (visit == Visit::redirect) {
+    if (!is_sound) return;
+    const Vector<T> force = redirected<arithmetic>(spring, ends, d, y, lambda, t);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ends.shift_a[axis] = subtract_product<arithmetic>(ends.shift_a[axis], spring.w_a, force[axis]);
+      ends.shift_b[axis] = multiply_add<arithmetic>(spring.w_b, force[axis], ends.shift_b[axis]);
+    }
+    return;
+  }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     ends.shift_a[axis] = ends.shift_a[axis] - (is_sound ? spring.w_a * t * d[axis] : T(0));
     ends.shift_b[axis] = ends.shift_b[axis] + (is_sound ? spring.w_b * t * d[axis] : T(0));
@@ -63,6 +92,7 @@ void sweep_strand(const SweepTerms<T>& sweep, const WorkColumns<T>& work, Visit 
                  .u = minus(at(work.v, b), at(work.v, a)),
                  .shift_a = at(work.shift, a),
                  .shift_b = at(work.shift, b)};
+    if (visit == Visit::redirect) ends.line_force = at(sweep.line_force, s);
     if (sweep.origin == CountedFrom::step) ends.apart = plus(minus(at(work.origin, b), at(work.origin, a)), ends.apart);
     visit_spring<arithmetic>(sweep, spring, visit, ends, sweep.lambda_of(s));
     for (std::size_t axis = 0; axis < 3; ++axis) {

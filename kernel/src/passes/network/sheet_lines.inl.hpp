@@ -228,8 +228,14 @@ class LineTension {
  public:
   using T = Scalar<V>;
 
-  LineTension(const SweepTerms<T>& sweep, const WorkColumns<T>& work, const LinesOfSheet<T>& lines) noexcept
-      : lines_(lines), planes_(lines.planes), w_(work.w), lambda_(sweep.lambda) {}
+  LineTension(const SweepTerms<T>& sweep, const WorkColumns<T>& work, const LinesOfSheet<T>& lines, Visit visit) noexcept
+      : lines_(lines),
+        planes_(lines.planes),
+        w_(work.w),
+        lambda_(sweep.lambda),
+        line_force_(sweep.line_force[0]),
+        line_force_pitch_(sweep.line_force[1] - sweep.line_force[0]),
+        visit_(visit) {}
 
   // Whether any of them is tense.
   bool take_up(std::size_t row, std::size_t phase, std::size_t from, std::size_t to) const noexcept {
@@ -268,17 +274,26 @@ class LineTension {
     });
   }
 
-  // u becomes what the spring moves its ends by. turns: whether planes hold what turns it.
+  // u becomes what the spring moves its ends by, and is remembered where it is redirected. turns: whether planes hold what turns
+  // it.
   void add_up(std::size_t row, std::size_t phase, std::size_t from, std::size_t to, bool turns) const noexcept {
     const std::size_t e = lines_.element(row, phase);
+    const LineStrand& strand = lines_.strand(row, phase);
+    const std::size_t s = strand.springs - strand.first;
     for_each_register<V>(lines_, row, phase, from, to, [&](std::size_t k) {
       const Three<V> turn = turns ? load_three<V>(planes_.turn + e + k, planes_.plane) : three<V>(V(T(0)));
       const Three<V> u = load_three<V>(planes_.u + e + k, planes_.plane);
-      store_three(planes_.u + e + k, planes_.plane, multiply_add<arithmetic>(load_lanes<V>(planes_.r + e + k), u, turn));
+      const Three<V> force = multiply_add<arithmetic>(load_lanes<V>(planes_.r + e + k), u, turn);
+      store_three(planes_.u + e + k, planes_.plane, force);
+      if (line_force_ != nullptr) remember(s + k, force);
     });
   }
 
  private:
+  [[gnu::always_inline]] void remember(std::size_t s, const Three<V>& force) const noexcept {
+    T* const kept = line_force_ + s;
+    store_three(kept, line_force_pitch_, visit_ == Visit::first ? force : load_three<V>(kept, line_force_pitch_) + force);
+  }
   [[gnu::always_inline]] Three<V> across(const Three<V>& u, std::size_t other, V c, V kw) const noexcept {
     const Three<V> u_other = load_three<V>(planes_.u + other, planes_.plane);
     return (kw * load_lanes<V>(planes_.r + other)) * subtract_product<arithmetic>(u_other, c, u);
@@ -287,7 +302,9 @@ class LineTension {
   const LinesOfSheet<T>& lines_;
   LinePlanes<T> planes_;
   const T* w_;
-  T* lambda_;
+  T *lambda_, *line_force_;
+  std::ptrdiff_t line_force_pitch_;
+  Visit visit_;
 };
 
 // A turn, eliminated: q = turn + kw q of the next spring. It is 0 for a spring that is not tense.
@@ -616,7 +633,7 @@ void solve_sheet_lines(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Sca
         }
       });
     case LineStage::solve: {
-      const LineTension<V, arithmetic> tension(sweep, work, lines);
+      const LineTension<V, arithmetic> tension(sweep, work, lines, part.visit);
       if (lines.d.down == 0) return SolveAlongRows<V, arithmetic>(lines, tension).run(part.from, part.to);
       if (lines.d.right != 0) return SolveByRows<V, arithmetic>(lines, tension).run(0, lines.sheet.pitch);
       return SolveByRows<V, arithmetic>(lines, tension).run(part.from * slice, part.to * slice);

@@ -54,6 +54,7 @@ class ListLine {
     return {set[0], set[slice], ranges.l[s], true};
   }
   [[nodiscard]] T& lambda(std::size_t j) const noexcept { return sweep_.lambda[spring_place(j)]; }
+  void give(std::size_t /*j*/, const Vector<T>& /*force*/) const noexcept {}
   [[nodiscard]] T& shift(std::size_t j, std::size_t axis) const noexcept {
     return sweep_.ranges.shift[record * place(j) + axis];
   }
@@ -83,6 +84,7 @@ class SheetLine {
         first_row_(part.sheet * sheet_.rows),
         row_(row),
         column_(column),
+        visit_(part.visit),
         room_(room) {}
 
   [[nodiscard]] static bool is_in(const SheetLineTerms& sheet, std::ptrdiff_t row, std::ptrdiff_t column) noexcept {
@@ -108,6 +110,14 @@ class SheetLine {
     return {kappa, eta, l, sweep_.inverse[s] != 0};
   }
   [[nodiscard]] T& lambda(std::size_t j) const noexcept { return sweep_.lambda[spring_place(j)]; }
+  // Where forces are redirected, remembers it.
+  void give(std::size_t j, const Vector<T>& force) const noexcept {
+    if (sweep_.line_force[0] == nullptr) return;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      T& kept = sweep_.line_force[axis][spring_place(j)];
+      kept = visit_ == Visit::first ? force[axis] : kept + force[axis];
+    }
+  }
   [[nodiscard]] T& shift(std::size_t j, std::size_t axis) const noexcept { return work_.shift[axis][place(j)]; }
   [[nodiscard]] Eliminated<T>& eliminated(std::size_t j) const noexcept {
     const std::size_t element = LineRoom(sheet_).line(row(j), phase(j), sheet_.phases) + along(j);
@@ -137,6 +147,7 @@ class SheetLine {
   const SheetLineTerms& sheet_;
   const LineFamily& family_;
   std::size_t first_row_, row_, column_;
+  Visit visit_;
   T* room_;
 };
 
@@ -249,6 +260,7 @@ void solve_line(const SweepTerms<T>& sweep, const Line& line) noexcept {
       q[axis] = multiply_add<arithmetic>(spring.next, q[axis], spring.turn[axis]);
       own[axis] = multiply_add<arithmetic>(spring.r, spring.u[axis], q[axis]);
     }
+    line.give(j, own);
     move(j + 1, minus(own, force));
     force = own;
   }
