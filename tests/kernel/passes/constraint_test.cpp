@@ -12,7 +12,9 @@
 #include "compile/joints.hpp"
 #include "dvdx/constrain.hpp"
 #include "dvdx/plan.hpp"
+#include "isa/passes.hpp"
 #include "kernel/passes/cloths.hpp"
+#include "kernel/passes/every_run.hpp"
 #include "kernel/passes/joined_run.hpp"
 #include "support/batch.hpp"
 #include "support/oracle.hpp"
@@ -244,6 +246,61 @@ TEST_CASE_TEMPLATE("constraint: every ISA and layout gives the scalar reference'
     joined.scene.coupling.iterations = 2;
     check_bits<T>(joined, Arithmetic::separate);
   }
+}
+
+// Sixteen pairs whose pulses have summed to infinity. One end has left for infinity at that, so that none of them acts again.
+template <class T>
+struct Overflown {
+  static constexpr std::size_t pairs = 16;
+  static constexpr T infinite = std::numeric_limits<T>::infinity();
+
+  std::vector<std::vector<T>> columns = std::vector<std::vector<T>>(3, std::vector<T>(2 * pairs, T(1)));
+  std::vector<T> ones = std::vector<T>(pairs, T(1)), halves = std::vector<T>(pairs, T(0.5)), rate = ones;
+  std::vector<T> sums;
+  std::vector<std::int32_t> a, b;
+  Axes<T> axes{columns[0].data(), columns[1].data(), columns[2].data()};
+  PairTerms<T> terms;
+
+  explicit Overflown(T sum) : sums(pairs, sum) {
+    for (std::size_t k = 0; k < pairs; ++k) {
+      a.push_back(static_cast<std::int32_t>(k));
+      b.push_back(static_cast<std::int32_t>(pairs + k));
+      for (std::vector<T>& column : columns) column[pairs + k] = infinite;
+    }
+    terms.a = a.data();
+    terms.b = b.data();
+    terms.l = ones.data();
+    terms.share_a = terms.share_b = halves.data();
+    terms.n = {ones.data(), ones.data(), ones.data()};
+    terms.s = terms.m = sums.data();
+    terms.inverse = ones.data();
+    terms.rate = rate.data();
+    terms.per_step = T(1);
+  }
+  Overflown(const Overflown&) = delete;
+  Overflown& operator=(const Overflown&) = delete;
+
+  [[nodiscard]] bool is_as_it_was(T sum) const {
+    const Overflown before(sum);
+    return columns == before.columns && sums == before.sums;
+  }
+};
+
+TEST_CASE_TEMPLATE("constraint: sums of pulses that are infinite push no bad particle further, on every instruction set", T,
+                   float, double) {
+  test::for_each_run([](const Run& run, const std::string& words) {
+    const auto& kernels = find_passes(run.isa, run.arithmetic)->template of<T>().constraint;
+    for (const Bound bound : {Bound::at_most, Bound::at_least}) {
+      const T sum = bound == Bound::at_most ? -Overflown<T>::infinite : Overflown<T>::infinite;
+      Overflown<T> placed(sum), turned(sum), crossing(sum);
+      kernels.solve_pair_positions(placed.terms, bound, Round::again, placed.axes, 0, placed.pairs);
+      CHECK_MESSAGE(placed.is_as_it_was(sum), words);
+      kernels.solve_pair_velocities(turned.terms, bound, Time::forwards, Round::again, turned.axes, 0, turned.pairs);
+      CHECK_MESSAGE(turned.is_as_it_was(sum), words);
+      kernels.solve_crossing_velocities(crossing.terms, Time::forwards, crossing.axes, 0, crossing.pairs);
+      CHECK_MESSAGE(crossing.is_as_it_was(sum), words);
+    }
+  });
 }
 
 TEST_CASE("constraint: beside springs in every scheme, the scalar reference's bits") {

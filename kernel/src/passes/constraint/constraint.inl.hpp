@@ -140,7 +140,7 @@ void place_pairs_by(const PairTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x,
     V kept = sum + t;
     if constexpr (bound != Bound::equal) {
       kept = kept_sign(kept, bound == Bound::at_most);
-      t = kept - sum;
+      t = select<V>(is_ahead, kept - sum, zero);  // an infinite sum less itself is not 0
     }
     store_lanes(terms.s + s, kept);
 
@@ -298,7 +298,7 @@ void solve_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, Time 
     if (bound != Bound::equal) {
       const V sum = round == Round::first ? zero : load_lanes<V>(terms.m + s);
       const V kept = select<V>(acts, kept_sign(sum + t, is_pull), sum);
-      t = kept - sum;
+      t = select<V>(acts, kept - sum, zero);
       store_lanes(terms.m + s, kept);
     }
     push_ends<V, arithmetic>(terms, v, s, ends, t, d);
@@ -318,7 +318,7 @@ void solve_crossing_velocities(const PairTerms<Scalar<V>>& terms, Time time, con
     const V sum = load_lanes<V>(terms.m + s);
     const V kept = select<V>(acts, kept_sign(sum + rate, time == Time::backwards), sum);
     store_lanes(terms.m + s, kept);
-    push_ends<V, arithmetic>(terms, v, s, ends, sum - kept, u);
+    push_ends<V, arithmetic>(terms, v, s, ends, select<V>(acts, sum - kept, zero), u);
   }
 }
 
