@@ -240,7 +240,14 @@ void Joints<T>::choose_line_forces(const Scene& scene, std::span<const Vec3> sta
     return;
   }
   const double longest = std::abs(chosen.longest);
-  const double turning = net ? net->turning(coupling, longest) : swept_net(scene, start).turning(coupling, longest);
+  double turning = 0;
+  if (net || !is_stack_) {
+    turning = (net ? *net : swept_net(scene, start)).turning(coupling, longest);
+  } else {
+    for (const Network& sheet : scene.networks) {  // one by one: a tenth of the time that their springs take together
+      turning = std::max(turning, SweptNet(scene, std::get<Grid>(sheet)).turning(coupling, longest));
+    }
+  }
   strands->lines.forces = line_forces(turning);
 }
 
