@@ -16,11 +16,12 @@
 namespace dvdx::bench {
 namespace {
 
-constexpr double d = 0.02;  // m
+constexpr double d = 0.02;           // m
+constexpr double room_beside = 0.5;  // grains
 
 Size heaped(Pace pace) { return pace == Pace::timed ? Size{"10000", 10000} : Size{"500", 500}; }
 
-// Layer on layer, a little out of line, in a box as wide as it is high.
+// Layer on layer, every second one beside the others so that grains fall into hollows, a little out of line.
 Held<float> heap(std::size_t count, std::size_t side) {
   Held<float> held = hold_padded<float>(count);
   scatter_about(held.state);
@@ -28,7 +29,8 @@ Held<float> heap(std::size_t count, std::size_t side) {
     const std::size_t at[] = {i % side, i / (side * side), i / side % side};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double out_of_line = 0.02 * double{held.state.x[axis][i]};
-      held.state.x[axis][i] = static_cast<float>((1.05 * static_cast<double>(at[axis]) + 0.55 + out_of_line) * d);
+      const double beside = axis != 1 && at[1] % 2 != 0 ? room_beside : 0;
+      held.state.x[axis][i] = static_cast<float>((1.05 * static_cast<double>(at[axis]) + 0.55 + beside + out_of_line) * d);
       held.state.v[axis][i] = 0;
     }
   }
@@ -42,7 +44,7 @@ std::size_t side_of(std::size_t count) {
 }
 
 Scene grains(std::size_t side) {
-  const double wide = 1.05 * d * static_cast<double>(side);
+  const double wide = (1.05 * static_cast<double>(side) + room_beside) * d;
   Scene scene;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
   scene.add(Contact{Plane{.friction = 0.5}});

@@ -11,12 +11,12 @@ constexpr std::size_t layers = 10;
 constexpr double radius = 0.01;  // m
 constexpr double half = 0.1;     // m, of the box
 
-// A little more than a diameter apart, and every other layer a little aside.
+// A little more than a diameter apart, and every other layer aside, so that grains fall between those below.
 void pour(const dvdx::State<float>& state) {
   const double apart = 2.05 * radius;
   for (std::size_t i = 0; i < state.count; ++i) {
     const std::size_t layer = i / (along * along);
-    const double aside = layer % 2 == 0 ? 0.0 : 0.2 * radius;
+    const double aside = layer % 2 == 0 ? 0.0 : radius;
     state.x[0][i] = static_cast<float>(static_cast<double>(i % along) * apart - 0.075 + aside);
     state.x[1][i] = static_cast<float>(0.05 + static_cast<double>(layer) * apart);
     state.x[2][i] = static_cast<float>(static_cast<double>(i / along % along) * apart - 0.075 - aside);

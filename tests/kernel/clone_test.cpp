@@ -109,6 +109,7 @@ TEST_CASE("clone: what was compiled is shared, and a change of one leaves the ot
     CHECK(clone.step_size() == joined.step);
     Scene as_compiled = joined.scene;
     as_compiled.coupling.longest_substep = clone.scene().coupling.longest_substep;  // that was chosen
+    as_compiled.coupling.line_forces = clone.scene().coupling.line_forces;          // likewise
     CHECK(clone.scene() == as_compiled);
     place_shifted(joined, batch.view(), 0);
     REQUIRE(clone.step(batch.view(), 20) == StepResult::done);

@@ -102,6 +102,10 @@ enum class Lines {
   none,   // takes a third of the time a sub-step; a load on a long row of stiff springs hangs too low at coarse sub-steps
 };
 
+// Whether the force that a line gives a spring keeps its direction for the rest of the sub-step, or is redirected to where the
+// spring leads when the backward sweep visits it.
+enum class LineForces { stay, redirected };
+
 enum class PairAxis {  // along which a pair's contribution acts, for `accumulate`
   midpoint,            // of the step, after the free drift: second order
   start,               // of the step: first order, gains energy
@@ -128,7 +132,10 @@ struct Coupling {
   // (docs/stability.md).
   std::optional<double> theta{};
   SweepOrder sweeps = SweepOrder::symmetric;
-  Lines lines = Lines::rows;      // of symmetric sweeps without theta; others have none
+  Lines lines = Lines::rows;  // of symmetric sweeps without theta; others have none
+  // For sheets with lines. None: redirected where springs turn under their load by 2 to 14 in a sub-step (SweepEstimate::turning),
+  // as sheets that fall into place would swing on. compile() writes it into Plan::scene(), and changes keep it.
+  std::optional<LineForces> line_forces{};
   Method method = Method::exact;  // of accumulate; combined: one pulse at the middle, filtered so that an isolated pair
                                   // swings at its own frequency at any stiffness
   PairAxis axis = PairAxis::midpoint;

@@ -91,6 +91,7 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   if (made != nullptr) {
     if (auto error = made->refusal(compiled->scene, compiled->start, options.unstable)) return tl::unexpected(*error);
     compiled->scene.coupling.longest_substep = made->coupling.longest_substep;
+    compiled->scene.coupling.line_forces = made->coupling.line_forces;
   }
   compiled->shapes = shapes_of(contacts_of_flows(compiled->scene), before);
   compiled->lengths =

@@ -191,7 +191,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   make_fixed(scene, start);
   make_inverse_masses();
   make_form(pairs, start, stepped);
-  choose_line_forces(scene, start, kept, net);
+  choose_line_forces(scene, start, net);
   make_telling_order(options.elsewhere.exchange);
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
   auto kept_in = std::make_unique<Balls<T>>(scene, start, w_of, order, options.memory);
@@ -229,26 +229,25 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, st
   chosen = by(rates.most);
 }
 
-// A plan that is changed goes on as it began, and keeps its memory. net: that of the scene, if it has been made.
+// net: that of the scene, if it has been made.
 template <class T>
-void Joints<T>::choose_line_forces(const Scene& scene, std::span<const Vec3> start, const Joints* kept,
-                                   const std::optional<SweptNet>& net) {
+void Joints<T>::choose_line_forces(const Scene& scene, std::span<const Vec3> start, const std::optional<SweptNet>& net) {
   auto* const strands = std::get_if<StrandsForm<T>>(&form);
   if (strands == nullptr || strands->lines.empty()) return;
-  if (const auto* of_kept = kept != nullptr ? std::get_if<StrandsForm<T>>(&kept->form) : nullptr) {
-    strands->lines.forces = of_kept->lines.forces;
-    return;
-  }
+  if (!coupling.line_forces) coupling.line_forces = line_forces(turning(scene, start, net));
+  strands->lines.forces = *coupling.line_forces;
+}
+
+template <class T>
+double Joints<T>::turning(const Scene& scene, std::span<const Vec3> start, const std::optional<SweptNet>& net) const {
   const double longest = std::abs(chosen.longest);
-  double turning = 0;
-  if (net || !is_stack_) {
-    turning = (net ? *net : swept_net(scene, start)).turning(coupling, longest);
-  } else {
-    for (const Network& sheet : scene.networks) {  // one by one: a tenth of the time that their springs take together
-      turning = std::max(turning, SweptNet(scene, std::get<Grid>(sheet)).turning(coupling, longest));
-    }
+  if (net) return net->turning(coupling, longest);
+  if (!is_stack_) return swept_net(scene, start).turning(coupling, longest);
+  double most = 0;
+  for (const Network& sheet : scene.networks) {  // one by one: a tenth of the time that their springs take together
+    most = std::max(most, SweptNet(scene, std::get<Grid>(sheet)).turning(coupling, longest));
   }
-  strands->lines.forces = line_forces(turning);
+  return most;
 }
 
 template <class T>

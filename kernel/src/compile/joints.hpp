@@ -166,8 +166,8 @@ class Joints {
   // net: left as it is, or the scene's where the sub-steps take it.
   void choose(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const Vec3> start, const Joints* kept,
               Changed changed, std::optional<SweptNet>& net);
-  void choose_line_forces(const Scene& scene, std::span<const Vec3> start, const Joints* kept,
-                          const std::optional<SweptNet>& net);
+  void choose_line_forces(const Scene& scene, std::span<const Vec3> start, const std::optional<SweptNet>& net);
+  [[nodiscard]] double turning(const Scene& scene, std::span<const Vec3> start, const std::optional<SweptNet>& net) const;
   void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept);
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();

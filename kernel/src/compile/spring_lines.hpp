@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compile/particle_order.hpp"
+#include "dvdx/network.hpp"
 #include "passes/network/network.hpp"
 
 namespace dvdx {
@@ -32,9 +33,6 @@ class LineVisits {
  private:
   std::size_t families_, count_;
 };
-
-// Whether the force that a line gives a spring stays in its direction for the rest of the sub-step.
-enum class LineForces : std::uint8_t { stay, redirected };
 
 // By how far springs turn in a sub-step under their load (SweepEstimate::turning). Up to the first of them a net comes to rest by
 // forces that stay, up to the second a sheet by redirected ones. Beyond the third these swing faster than those that stay.
