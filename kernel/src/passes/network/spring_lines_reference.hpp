@@ -54,7 +54,7 @@ class ListLine {
     return {set[0], set[slice], ranges.l[s], true};
   }
   [[nodiscard]] T& lambda(std::size_t j) const noexcept { return sweep_.lambda[spring_place(j)]; }
-  void give(std::size_t /*j*/, const Vector<T>& /*force*/) const noexcept {}
+  void remember(std::size_t /*j*/, const Vector<T>& /*force*/) const noexcept {}  // none is redirected
   [[nodiscard]] T& shift(std::size_t j, std::size_t axis) const noexcept {
     return sweep_.ranges.shift[record * place(j) + axis];
   }
@@ -110,8 +110,8 @@ class SheetLine {
     return {kappa, eta, l, sweep_.inverse[s] != 0};
   }
   [[nodiscard]] T& lambda(std::size_t j) const noexcept { return sweep_.lambda[spring_place(j)]; }
-  // Where forces are redirected, remembers it.
-  void give(std::size_t j, const Vector<T>& force) const noexcept {
+  // Where forces are redirected.
+  void remember(std::size_t j, const Vector<T>& force) const noexcept {
     if (sweep_.line_force[0] == nullptr) return;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       T& kept = sweep_.line_force[axis][spring_place(j)];
@@ -260,7 +260,7 @@ void solve_line(const SweepTerms<T>& sweep, const Line& line) noexcept {
       q[axis] = multiply_add<arithmetic>(spring.next, q[axis], spring.turn[axis]);
       own[axis] = multiply_add<arithmetic>(spring.r, spring.u[axis], q[axis]);
     }
-    line.give(j, own);
+    line.remember(j, own);
     move(j + 1, minus(own, force));
     force = own;
   }
