@@ -392,7 +392,10 @@ Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* wo
   const MeetRoom<A>& room = workspace->meet;
   Meetings found{.most = room.most, .rebuilt = room.rebuilt, .substeps = room.substeps, .stretch_limit = rules.stretch_limit()};
   const auto n = static_cast<double>(std::max<std::size_t>(1, room.particles));
-  const auto place = [&](std::size_t i) { return Vec3{double{room.x1[i][0]}, double{room.x1[i][1]}, double{room.x1[i][2]}}; };
+  const auto place = [&](std::size_t i) {
+    const Point<A>& x = room.end[i].x;
+    return Vec3{double{x[0]}, double{x[1]}, double{x[2]}};
+  };
   double overlaps = 0;
   double touching = 0;
   room.for_each_pair([&](const MetPair& pair) {

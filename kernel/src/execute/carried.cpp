@@ -132,7 +132,7 @@ std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room,
   in(read.h);
   in(pairs);
   in(walls);
-  const bool fits = pairs >= 0 && pairs <= static_cast<double>(room.pulses.size()) && walls >= 0 &&
+  const bool fits = pairs >= 0 && pairs <= static_cast<double>(room.kept_pulses.size()) && walls >= 0 &&
                     walls <= static_cast<double>(room.kept_walls.size()) && std::isfinite(read.h);
   if (!fits || !in.has(6 * (static_cast<std::size_t>(pairs) + static_cast<std::size_t>(walls)))) return std::nullopt;
   const auto particles = static_cast<double>(count);

@@ -42,7 +42,7 @@ class MeetStep {
 
   // A sub-step begins.
   void set_out() noexcept {
-    of_.over_particles([&](std::size_t i) { room_.x0[i] = at(work_.x, i); });
+    of_.over_particles([&](std::size_t i) { room_.start[i] = {at(work_.x, i), of_.rules.radii()[i]}; });
   }
 
   enum class Found { all, too_many };
@@ -85,19 +85,17 @@ class MeetStep {
       task.ways = task.gones = 0;
       task.has_movers = false;
       for (std::size_t i = from; i < end; ++i) {
-        room_.x1[i] = at(work_.x, i);
-        room_.v[i] = at(work_.v, i);
-        room_.w[i] = work_.w[order_.of[i]];
+        room_.end[i].x = at(work_.x, i);
+        room_.velocity[i] = {at(work_.v, i), work_.w[order_.of[i]]};
         if (!(of_.rules.radii()[i] >= 0)) continue;
-        task.has_movers = task.has_movers || (!(room_.w[i] > 0) && room_.x1[i] != room_.x0[i]);
-        add(minus(room_.x1[i], room_.x0[i]), task.way, task.ways);
-        add(minus(room_.x1[i], room_.listed_at[i]), task.gone, task.gones);
+        task.has_movers = task.has_movers || (!(room_.velocity[i].w > 0) && room_.end[i].x != room_.start[i].x);
+        add(minus(room_.end[i].x, room_.start[i].x), task.way, task.ways);
+        add(minus(room_.end[i].x, room_.listed_at[i]), task.gone, task.gones);
       }
       if (!room_.has_impacts) return;
       for (std::size_t i = from; i < end; ++i) {
-        room_.dv[i] = room_.shift[i] = {};
-        room_.last[i] = 0;
-        room_.hit_in[i] = 0;
+        room_.hits[i] = {};
+        room_.shift[i] = {};
       }
     });
     room_.has_impacts = false;
@@ -135,10 +133,10 @@ class MeetStep {
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.is_stale = false;
       for (std::size_t i = from; i < end; ++i) {
-        const T strays = size(minus(minus(room_.x1[i], room_.x0[i]), all));
-        room_.strays[i] = strays;
+        const T strays = size(minus(minus(room_.end[i].x, room_.start[i].x), all));
+        room_.end[i].strays = strays;
         if (!(of_.rules.radii()[i] >= 0)) continue;
-        const T used = size(minus(minus(room_.x1[i], room_.listed_at[i]), by)) + 2 * strays;
+        const T used = size(minus(minus(room_.end[i].x, room_.listed_at[i]), by)) + 2 * strays;
         // A particle that is not finite is in no list, and always asks for new ones.
         task.is_stale = task.is_stale || !(used <= half + room_.allowed[i]);
       }
@@ -155,10 +153,10 @@ class MeetStep {
     for (const T skin : {nominal_skin(), T(0)}) {
       room_.skin = skin;
       of_.over_particles([&](std::size_t i) {
-        room_.listed_at[i] = room_.x1[i];
-        room_.allowed[i] = (skin > 0 ? 4 : 2) * room_.strays[i];
+        room_.listed_at[i] = room_.end[i].x;
+        room_.allowed[i] = (skin > 0 ? 4 : 2) * room_.end[i].strays;
         const T a = of_.rules.radii()[i] + room_.allowed[i];
-        room_.a[i] = of_.rules.radii()[i] >= 0 && std::isfinite(a) && is_finite(room_.x1[i]) ? a : T(-1);
+        room_.a[i] = of_.rules.radii()[i] >= 0 && std::isfinite(a) && is_finite(room_.end[i].x) ? a : T(-1);
       });
       const auto some = [&](std::uint32_t i, std::uint32_t j) { return of_.rules.accepts(i, j); };
       const Found found = of_.rules.accepts_all() ? build(AllPairs()) : build(some);
@@ -171,7 +169,7 @@ class MeetStep {
   Found build(const Accepts& accepts) noexcept {
     const auto run = [&](std::size_t tasks, const auto& body) { for_each_task(of_.parallel, tasks, body); };
     const T reach = (of_.margin() + room_.skin) * T(1.001);
-    const auto found = room_.lists.build(room_.x1.data(), room_.a.data(), ordinary(), reach, accepts, of_.kernels.near, run);
+    const auto found = room_.lists.build(room_.listed_at.data(), room_.a.data(), ordinary(), reach, accepts, of_.kernels.near, run);
     return found == PairLists<T>::Found::all ? Found::all : Found::too_many;
   }
 
@@ -206,20 +204,20 @@ class MeetStep {
   void put_back() noexcept {
     const T at_rest = way_at_rest();
     of_.over_particles([&](std::size_t i) {
-      if (!(room_.w[i] > 0)) return;
+      if (!(room_.velocity[i].w > 0)) return;
       const Point<T>& dx = room_.pushed[i].dx;
       const Point<T> moved = plus(of_.moved_by_impacts(i), dx);
-      const Point<T> given = plus(room_.dv[i], times(1 / of_.h, dx));
+      const Point<T> given = plus(room_.hits[i].dv, times(1 / of_.h, dx));
       const Point<T> zero{};
       if (moved == zero && given == zero) return;
-      const Point<T> end = plus(room_.x1[i], moved);
-      const Point<T> way = minus(end, room_.x0[i]);
+      const Point<T> end = plus(room_.end[i].x, moved);
+      const Point<T> way = minus(end, room_.start[i].x);
       const bool rests = room_.pushed[i].w > 0 && inner(way, way) < at_rest * at_rest;
-      room_.x1[i] = rests ? room_.x0[i] : end;
-      const Point<T> v = plus(room_.v[i], given);
+      room_.end[i].x = rests ? room_.start[i].x : end;
+      const Point<T> v = plus(room_.velocity[i].v, given);
       const std::size_t element = order_.of[i];
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        work_.x[axis][element] = room_.x1[i][axis];
+        work_.x[axis][element] = room_.end[i].x[axis];
         work_.v[axis][element] = v[axis];
       }
     });
@@ -235,9 +233,10 @@ class MeetStep {
           const bool is_hit = of.impulse != Point<T>{};
           if (of_.surfaces[of.surface].contact != contact || !(is_hit || of.contact.normal > 0)) continue;
           if (!sums) sums.emplace(contact);
-          const Point<T> on = times(T(-1), plus(of.impulse, times(1 / of_.h, of.pulse.vector)));
+          const Point<T> on = times(T(-1), plus(of.impulse, times(1 / of_.h, room_.wall_pulse(room_.first_wall[i] + s).vector)));
           const Vec3 impulse{double{on[0]}, double{on[1]}, double{on[2]}};
-          const Vec3 x{double{room_.x1[i][0]}, double{room_.x1[i][1]}, double{room_.x1[i][2]}};
+          const Point<T>& end = room_.end[i].x;
+          const Vec3 x{double{end[0]}, double{end[1]}, double{end[2]}};
           sums->add(impulse, cross(difference(sum(x, m_.origin()), report_->centers[contact].at), impulse));
           if (is_hit) sums->count_hits(1);
         }

@@ -22,9 +22,9 @@ class MeetImpacts {
       room_.has_impacts = true;
       name();
       of_.over_tasks([&](const Task& task, std::size_t, std::size_t) {
-        over_impacts_of(task, [&](const MetPair& pair, std::uint32_t p) {
-          const Impact<T> impact = room_.impact(p);
-          const bool is_first = is_named(pair.i, p) && is_named(pair.j, p);
+        over_impacts_of(task, [&](const MetPair& pair, std::uint32_t k) {
+          const Impact<T> impact = this->impact(k);
+          const bool is_first = is_named(pair.i, k) && is_named(pair.j, k);
           if (is_first && !(waits(pair.i, impact.f) || waits(pair.j, impact.f))) hit(pair, impact);
         });
       });
@@ -45,16 +45,23 @@ class MeetImpacts {
   static constexpr std::uint8_t no_wall = std::numeric_limits<std::uint8_t>::max();
   static constexpr int most_rounds_in_order = 24;
 
+  [[nodiscard]] Impact<T> impact(std::uint32_t k) const noexcept { return impact_at(room_.separations.data(), k); }
+  [[nodiscard]] MetPair pair_of(std::uint32_t k) const noexcept { return room_.pair(room_.pair_of_impact()[k]); }
+
   // The one that meets first, of these the fastest, and of these that with the lower number.
   static bool comes_before(const Impact<T>& a, const Impact<T>& b) noexcept {
     if (a.f != b.f) return a.f < b.f;
     return a.speed > b.speed;
   }
-  // use(pair, its number)
+  [[nodiscard]] bool comes_before(std::uint32_t a, std::uint32_t b) const noexcept {
+    const Impact<T> first = impact(a), second = impact(b);
+    if (first.f != second.f || first.speed != second.speed) return comes_before(first, second);
+    return room_.pair_of_impact()[a] < room_.pair_of_impact()[b];
+  }
+  // use(pair, the impact's number)
   template <class Use>
   void over_impacts_of(const Task& task, const Use& use) const noexcept {
-    for (std::uint32_t k = task.first; k < task.first + task.impacts; ++k)
-      use(room_.pair(room_.numbers()[k]), room_.numbers()[k]);
+    for (std::uint32_t k = task.first; k < task.first + task.impacts; ++k) use(pair_of(k), k);
   }
   template <class Use>
   void over_impacts(const Use& use) const noexcept {
@@ -63,29 +70,39 @@ class MeetImpacts {
 
   // Whether there is any.
   bool find() noexcept {
-    of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
-      task.impacts = 0;
+    const ImpactTerms<T> terms{.pairs = room_.pairs.data(),
+                               .wanted = room_.wanted.data(),
+                               .particles = room_.met(),
+                               .h = of_.h,
+                               .slowest = of_.slowest,
+                               .found = room_.separations.data(),
+                               .pair_of = room_.pair_of_impact()};
+    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
+      Task& task = room_.tasks[number];
+      find_pairs(terms, task, room_.candidates(number));
       task.hits_walls = false;
-      if (round_ > 0 || task.fast != 0) find_pairs(task);
-      for (std::size_t i = from; i < end && task.walls != 0; ++i) find_walls(i, task);
+      const std::size_t first = number * particles_per_meeting_task;
+      const std::size_t end = std::min(room_.particles, first + particles_per_meeting_task);
+      for (std::size_t i = first; i < end && task.walls != 0; ++i) find_walls(i, task);
     });
     return std::any_of(room_.tasks.begin(), room_.tasks.end(),
                        [](const Task& task) { return task.impacts != 0 || task.hits_walls; });
   }
-  void find_pairs(Task& task) noexcept {
-    const MetParticles<T> particles = room_.met();
-    for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
-      const MetPair pair = room_.pair(p);
-      PairGoes& goes = room_.goes[p];
-      const int hit_in = std::max(room_.hit_in[pair.i], room_.hit_in[pair.j]);  // 0: in no round
-      if (hit_in == 0 && goes == PairGoes::slowly) continue;
-      if (round_ == 0 || hit_in == round_) {  // else as in the round before
-        const Impact<T> impact = find_impact(pair.i, pair.j, particles, of_.wanted(pair.i, pair.j), of_.h, of_.slowest);
-        goes = impact.f > 1 ? PairGoes::fast : PairGoes::into_impact;
-        if (goes == PairGoes::into_impact) room_.put_impact(p, impact);
+  // Those of particles that were hit in the round before are looked for again. The others are as they were.
+  void find_pairs(const ImpactTerms<T>& terms, Task& task, std::uint32_t* candidates) noexcept {
+    std::uint32_t end = task.first;
+    if (round_ > 0) {
+      const auto before = static_cast<T>(round_);
+      for (std::uint32_t k = task.first; k < task.first + task.impacts; ++k) {
+        const MetPair pair = pair_of(k);
+        if (std::max(room_.shift[pair.i].round, room_.shift[pair.j].round) == before) continue;
+        put_impact(room_.separations.data(), end, impact(k));
+        room_.pair_of_impact()[end++] = room_.pair_of_impact()[k];
       }
-      if (goes == PairGoes::into_impact) room_.numbers()[task.first + task.impacts++] = p;
+      task.candidates = static_cast<std::uint32_t>(
+          of_.kernels.find_hit(terms, task.first, task.first + task.near, before, candidates));
     }
+    task.impacts = static_cast<std::uint32_t>(of_.kernels.find_impacts(terms, candidates, task.candidates, end)) - task.first;
   }
   void find_walls(std::size_t i, Task& task) noexcept {
     room_.hit_wall[i] = no_wall;
@@ -98,13 +115,12 @@ class MeetImpacts {
       task.hits_walls = true;
     }
   }
-  // Each particle's first among its pairs, which come in the order of numbers.
+  // Each particle's first among its pairs.
   void name() noexcept {
-    over_impacts([&](const MetPair& pair, std::uint32_t p) {
-      const Impact<T> impact = room_.impact(p);
+    over_impacts([&](const MetPair& pair, std::uint32_t k) {
       for (const std::uint32_t i : {pair.i, pair.j}) {
         std::uint32_t& best = room_.best[i];
-        if (best == no_partner || comes_before(impact, room_.impact(best))) best = p;
+        if (best == no_partner || comes_before(k, best)) best = k;
       }
     });
   }
@@ -112,49 +128,44 @@ class MeetImpacts {
   [[nodiscard]] bool names_wall(std::size_t i) const noexcept {
     if (of_.walls_of(i) == 0 || room_.hit_wall[i] == no_wall) return false;
     const std::uint32_t best = room_.best[i];
-    return best == no_partner || comes_before(of_.wall(i, room_.hit_wall[i]).impact, room_.impact(best));
+    return best == no_partner || comes_before(of_.wall(i, room_.hit_wall[i]).impact, impact(best));
   }
-  [[nodiscard]] bool is_named(std::size_t i, std::uint32_t p) const noexcept { return room_.best[i] == p && !names_wall(i); }
+  [[nodiscard]] bool is_named(std::size_t i, std::uint32_t k) const noexcept { return room_.best[i] == k && !names_wall(i); }
 
   // The f of a particle's first impact.
   [[nodiscard]] T first_of(std::size_t i) const noexcept {
     if (names_wall(i)) return of_.wall(i, room_.hit_wall[i]).impact.f;
-    return room_.best[i] != no_partner ? room_.impact(room_.best[i]).f : T(2);
+    return room_.best[i] != no_partner ? impact(room_.best[i]).f : T(2);
   }
   // Whether a particle near this one is hit before, which may come in between.
   [[nodiscard]] bool waits(std::size_t i, T f) const noexcept {
     if (round_ >= rounds_in_order_) return false;
-    const std::uint32_t* const lower_near = room_.lower_near().data();
-    for (std::uint32_t k = room_.lists.first_lower(i); k < room_.lower_end[i]; ++k) {
-      if (first_of(room_.pair(lower_near[k]).i) < f) return true;
-    }
-    const std::uint32_t first = room_.tasks[i / particles_per_meeting_task].first;
-    const std::uint32_t own = i % particles_per_meeting_task != 0 ? room_.own_end[i - 1] : 0;
-    for (std::uint32_t p = first + own; p < first + room_.own_end[i]; ++p) {
-      if (first_of(room_.pair(p).j) < f) return true;
-    }
-    return false;
+    bool waits = false;
+    of_.over_pairs_of(i, [&](std::uint32_t p) {
+      const MetPair pair = room_.pair(p);
+      waits = waits || first_of(pair.i == i ? pair.j : pair.i) < f;
+    });
+    return waits;
   }
 
   void hit(const MetPair& pair, const Impact<T>& impact) noexcept {
-    const Point<T> u = minus(plus(room_.v[pair.i], room_.dv[pair.i]), plus(room_.v[pair.j], room_.dv[pair.j]));
-    const Point<T> impulse =
-        impulse_of(impact.n, u, room_.w[pair.i] + room_.w[pair.j], static_cast<T>(of_.rules.meet().restitution), of_.mu());
+    const Point<T> u = minus(velocity_of(pair.i), velocity_of(pair.j));
+    const Point<T> impulse = impulse_of(impact.n, u, room_.velocity[pair.i].w + room_.velocity[pair.j].w,
+                                        static_cast<T>(of_.rules.meet().restitution), of_.mu());
     take_impulse(pair.i, T(1), impulse, impact.f);
     take_impulse(pair.j, T(-1), impulse, impact.f);
   }
   void hit(std::size_t i, MetWall<T>& wall) noexcept {
-    const Point<T> u = minus(plus(room_.v[i], room_.dv[i]), times(1 / of_.h, wall.way));
-    const Point<T> impulse = impulse_of(wall.contact.n, u, room_.w[i], wall.e, wall.mu);
+    const Point<T> u = minus(velocity_of(i), times(1 / of_.h, wall.way));
+    const Point<T> impulse = impulse_of(wall.contact.n, u, room_.velocity[i].w, wall.e, wall.mu);
     wall.impulse = plus(wall.impulse, impulse);
     take_impulse(i, T(1), impulse, wall.impact.f);
   }
+  [[nodiscard]] Point<T> velocity_of(std::size_t i) const noexcept { return plus(room_.velocity[i].v, room_.hits[i].dv); }
   void take_impulse(std::size_t i, T sign, const Point<T>& impulse, T f) noexcept {
-    const Point<T> dv = times(sign * room_.w[i], impulse);
-    room_.dv[i] = plus(room_.dv[i], dv);
-    room_.shift[i] = minus(room_.shift[i], times(f * of_.h, dv));
-    room_.last[i] = f;
-    room_.hit_in[i] = static_cast<std::uint8_t>(round_ + 1);
+    const Point<T> dv = times(sign * room_.velocity[i].w, impulse);
+    room_.hits[i] = {plus(room_.hits[i].dv, dv), f};
+    room_.shift[i] = {minus(room_.shift[i].dx, times(f * of_.h, dv)), static_cast<T>(round_ + 1)};
   }
 
   const MeetSubstep<T>& of_;

@@ -20,109 +20,116 @@ class MeetNear {
   Found find() noexcept {
     find_pairs();
     const bool have_room = number_tasks();
-    if (have_room) number_pairs();
-    count();
+    count_pairs();
     room_.most = 0;
     for (const Task& task : room_.tasks) room_.most = std::max<std::size_t>(room_.most, task.most);
-    if (have_room && room_.most <= static_cast<std::size_t>(of_.rules.meet().most_neighbours)) return Found::all;
-    room_.pair_count = 0;
-    room_.is_kept = false;
-    return Found::too_many;
+    if (!have_room || room_.most > static_cast<std::size_t>(of_.rules.meet().most_neighbours)) {
+      room_.pair_count = 0;
+      room_.is_kept = false;
+      return Found::too_many;
+    }
+    room_.turn_over();
+    put_pairs();
+    find_lower();
+    find_surfaces();
+    return Found::all;
   }
 
  private:
   using Task = typename MeetSubstep<T>::Task;
-  enum class Near { no, yes, fast };
 
-  [[nodiscard]] Near how_near(std::size_t i, std::size_t j) const noexcept {
-    if (!(room_.w[i] > 0 || room_.w[j] > 0)) return Near::no;
-    const T strays = room_.strays[i] + room_.strays[j];
-    const T most = of_.rules.least_radius();
-    const T reach = of_.wanted(i, j) + of_.margin() + (strays < most ? strays : most);
-    const Point<T> q1 = minus(room_.x1[i], room_.x1[j]);
-    const T off = inner(q1, q1);
-    if (off * T(0.999) > (reach + strays) * (reach + strays)) return Near::no;
-    const bool is_at_end = strays < reach && off < T(0.999) * (reach * reach);
-    if (!is_at_end && !comes_within(minus(room_.x0[i], room_.x0[j]), q1, reach)) return Near::no;
-    const Point<T> u = minus(room_.v[i], room_.v[j]);
-    return inner(u, u) > of_.slowest * of_.slowest ? Near::fast : Near::yes;
-  }
-  // Until pairs are numbered, a listed one that is near has the number 0, or 1 if it is fast.
   void find_pairs() noexcept {
+    const WithinTerms<T> terms{.owners = room_.lists.owners(),
+                               .partners = room_.lists.partners(),
+                               .particles = room_.met(),
+                               .margin = of_.margin(),
+                               .most = of_.rules.least_radius(),
+                               .slowest = of_.slowest,
+                               .i = room_.near_i(),
+                               .j = room_.near_j()};
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.kept_first = task.first;
       task.kept = task.near;
-      task.near = task.fast = 0;
-      std::uint32_t* const numbers = room_.numbers().data();
-      for (std::size_t i = from; i < end; ++i) {
-        for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
-          const Near near = how_near(i, room_.lists.partner(place));
-          numbers[place] = near == Near::no ? no_partner : (near == Near::fast ? 1U : 0U);
-          task.near += near != Near::no ? 1U : 0U;
-          task.fast += near == Near::fast ? 1U : 0U;
-        }
-        room_.own_end[i] = task.near;
-      }
+      task.near = static_cast<std::uint32_t>(of_.kernels.find_within(terms, room_.lists.first(from), room_.lists.first(end)));
     });
   }
   // Each task's pairs begin a block, and leave one place at its end.
   bool number_tasks() noexcept {
-    std::size_t count = 0;
     std::size_t first = 0;
-    for (const Task& task : room_.tasks) {
-      first += MeetRoom<T>::whole_lanes(task.near + 1);
-      count += task.near;
-    }
-    room_.pair_count = count;
-    if (first > room_.pulses.size()) return false;  // which only too many neighbours take
-    first = 0;
+    room_.pair_count = 0;
     for (Task& task : room_.tasks) {
       task.first = static_cast<std::uint32_t>(first);
       first += MeetRoom<T>::whole_lanes(task.near + 1);
+      room_.pair_count += task.near;
     }
-    return true;
+    return first <= room_.wanted.size();  // it is more where a particle has too many
   }
-  void number_pairs() noexcept {
-    room_.turn_over();
-    of_.over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
-      std::uint32_t p = task.first;
-      std::uint32_t* const numbers = room_.numbers().data();
-      for (std::size_t i = from; i < end; ++i) {
-        for (std::size_t place = room_.lists.first(i); place < room_.lists.first(i + 1); ++place) {
-          const std::uint32_t near = numbers[place];
-          room_.put_pair(p, {static_cast<std::uint32_t>(i), room_.lists.partner(place)});
-          room_.goes[p] = near == 1 ? PairGoes::fast : PairGoes::slowly;
-          numbers[place] = near == no_partner ? no_partner : p;
-          p += near == no_partner ? 0U : 1U;
-        }
-      }
-      for (; p % meeting_lanes != 0; ++p) room_.put_pair(p, {.i = 0, .j = 0});
-    });
+  // use(k, i, j): the near pairs of a task.
+  template <class Use>
+  void over_near(std::size_t task, const Use& use) const noexcept {
+    const std::size_t place = room_.lists.first(task * particles_per_meeting_task);
+    const std::uint32_t* const i = room_.near_i() + place;
+    const std::uint32_t* const j = room_.near_j() + place;
+    for (std::uint32_t k = 0; k < room_.tasks[task].near; ++k) use(k, i[k], j[k]);
   }
-  // Surfaces too.
-  void count() noexcept {
+  // Until places are dealt out, first_lower[j + 2] is in how many pairs j is the higher one.
+  void count_pairs() noexcept {
+    std::fill_n(room_.own_end.begin(), room_.particles, 0U);
+    std::fill_n(room_.first_lower.begin(), room_.particles + 2, 0U);
+    for (std::size_t task = 0; task < room_.tasks.size(); ++task) {
+      over_near(task, [&](std::uint32_t, std::uint32_t i, std::uint32_t j) {
+        ++room_.own_end[i & ~goes_fast];
+        ++room_.first_lower[j + 2];
+      });
+    }
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.most = 0;
+      std::uint32_t own = 0;
+      for (std::size_t i = from; i < end; ++i) {
+        task.most = std::max(task.most, room_.own_end[i] + room_.first_lower[i + 2]);
+        room_.own_end[i] = own += room_.own_end[i];
+      }
+    });
+  }
+  void put_pairs() noexcept {
+    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
+      Task& task = room_.tasks[number];
+      std::uint32_t* const candidates = room_.candidates(number);
+      task.candidates = 0;
+      over_near(number, [&](std::uint32_t k, std::uint32_t i, std::uint32_t j) {
+        const std::uint32_t p = task.first + k;
+        const MetPair pair{i & ~goes_fast, j};
+        room_.put_pair(p, pair);
+        room_.wanted[p] = of_.wanted(pair.i, pair.j);
+        candidates[task.candidates] = p;
+        task.candidates += i != pair.i ? 1U : 0U;
+      });
+      for (std::uint32_t p = task.first + task.near; p % meeting_lanes != 0; ++p) {
+        room_.put_pair(p, {.i = 0, .j = 0});
+        room_.wanted[p] = 0;
+      }
+    });
+  }
+  // While places are dealt out, first_lower[j + 1] goes from where those of j begin to where they end.
+  void find_lower() noexcept {
+    std::uint32_t before = 0;
+    for (std::size_t j = 0; j < room_.particles; ++j) room_.first_lower[j + 2] = before += room_.first_lower[j + 2];
+    for (const Task& task : room_.tasks) {
+      for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
+        room_.lower[room_.first_lower[room_.pair(p).j + 1]++] = p;
+      }
+    }
+  }
+  void find_surfaces() noexcept {
+    of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.first_wall = static_cast<std::uint32_t>(from * room_.walls_each);
       task.walls = 0;
       std::uint32_t own = 0;
-      const std::uint32_t* const numbers = room_.numbers().data();
-      std::uint32_t* const lower_near = room_.lower_near().data();
-      for (std::size_t i = from; i < end; ++i) {
-        std::uint32_t lower = room_.lists.first_lower(i);
-        const std::uint32_t first = lower;
-        for (const std::uint32_t* place = room_.lists.lower_begin(i); place != room_.lists.lower_end(i); ++place) {
-          const std::uint32_t number = numbers[*place];
-          lower_near[lower] = number;
-          lower += number == no_partner ? 0U : 1U;
-        }
-        room_.lower_end[i] = lower;
-        const std::uint32_t count = (lower - first) + (room_.own_end[i] - own);
+      for (std::size_t i = from; i < end && room_.walls_each != 0; ++i) {
+        const bool has_pairs = room_.own_end[i] != own || room_.first_lower[i + 1] != room_.first_lower[i];
         own = room_.own_end[i];
-        task.most = std::max(task.most, count);
-        if (room_.walls_each == 0) continue;
         room_.first_wall[i] = task.first_wall + task.walls;
-        find_walls(i, count != 0);
+        find_walls(i, has_pairs);
         task.walls += room_.wall_count[i];
       }
     });
@@ -132,9 +139,9 @@ class MeetNear {
   void find_walls(std::size_t i, bool has_pairs) noexcept {
     room_.wall_count[i] = 0;
     const T more = of_.rules.off_surfaces(i);
-    if (!(room_.w[i] > 0) || !(has_pairs || more > 0)) return;
-    const T reach = more + (of_.margin() + room_.strays[i]);
-    const Point<T>& x = room_.x1[i];
+    if (!(room_.velocity[i].w > 0) || !(has_pairs || more > 0)) return;
+    const T reach = more + (of_.margin() + room_.end[i].strays);
+    const Point<T>& x = room_.end[i].x;
     for (std::size_t s = 0; s < of_.surface_count; ++s) {
       const Surface<T>& surface = of_.surfaces[s];
       if (surface.shape == Shape::plane && !(inner(surface.n, x) - surface.d < reach)) continue;
@@ -148,7 +155,7 @@ class MeetNear {
       found.mu = surface.mu;
       found.e = surface.e;
       found.way = times(of_.h, velocity_of(surface, x));
-      found.start = found.contact.gap - inner(off.n, minus(minus(x, room_.x0[i]), found.way));
+      found.start = found.contact.gap - inner(off.n, minus(minus(x, room_.start[i].x), found.way));
       keep(i, found);
     }
   }

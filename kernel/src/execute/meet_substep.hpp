@@ -46,16 +46,24 @@ struct MeetSubstep {
   }
 
   [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return rules.radii()[i] + rules.radii()[j]; }
-  // The distance that a pair is to have at the end, which it begins at q0.
-  [[nodiscard]] T wanted(const MetPair& pair, const Point<T>& q0) const noexcept {
-    const T d = wanted(pair.i, pair.j);
-    if (parting == 0 || (room.parts[pair.i] | room.parts[pair.j]) == 0) return d;
+  // The distance that a pair is to have at the end, of which one was born within the other.
+  [[nodiscard]] T parted(T d, const Point<T>& q0) const noexcept {
     return std::min(d, std::sqrt(inner(q0, q0)) + parting * std::abs(h));
   }
   [[nodiscard]] T mu() const noexcept { return static_cast<T>(std::min(rules.meet().friction, 1e6)); }
   [[nodiscard]] std::size_t walls_of(std::size_t i) const noexcept { return room.walls_each != 0 ? room.wall_count[i] : 0; }
   [[nodiscard]] MetWall<T>& wall(std::size_t i, std::size_t s) const noexcept { return room.walls[room.first_wall[i] + s]; }
-  [[nodiscard]] Point<T> moved_by_impacts(std::size_t i) const noexcept { return plus(room.shift[i], times(h, room.dv[i])); }
+  [[nodiscard]] Point<T> moved_by_impacts(std::size_t i) const noexcept {
+    return plus(room.shift[i].dx, times(h, room.hits[i].dv));
+  }
+  // use(the number of a pair): those in which particle i is one.
+  template <class Use>
+  void over_pairs_of(std::size_t i, const Use& use) const noexcept {
+    for (std::uint32_t k = room.first_lower[i]; k < room.first_lower[i + 1]; ++k) use(room.lower[k]);
+    const std::uint32_t first = room.tasks[i / particles_per_meeting_task].first;
+    const std::uint32_t own = i % particles_per_meeting_task != 0 ? room.own_end[i - 1] : 0;
+    for (std::uint32_t p = first + own; p < first + room.own_end[i]; ++p) use(p);
+  }
   [[nodiscard]] std::span<MetWall<T>> walls_of(const Task& task) const noexcept {
     return {room.walls.data() + task.first_wall, task.walls};
   }

@@ -125,8 +125,10 @@ constexpr std::array<std::array<std::uint8_t, 8>, 256> chosen_of_8() noexcept {
 inline constexpr std::array<std::array<std::uint8_t, 8>, 256> places_of_chosen = chosen_of_8();
 #endif
 
-// Writes those numbers whose bit is set, of as many as a register has lanes, beside each other, and up to 8 of any kind or as
-// many as there are lanes in all. How many are set.
+template <class V>
+inline constexpr std::size_t most_chosen = V::size > 8 ? V::size : 8;
+// Writes those numbers whose bit is set, of as many as a register has lanes, beside each other, and up to most_chosen of any
+// kind in all. How many are set.
 template <class V>
 [[gnu::always_inline]] inline std::size_t store_chosen(std::uint32_t* to, const std::uint32_t* numbers,
                                                        std::uint64_t bits) noexcept {

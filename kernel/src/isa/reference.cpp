@@ -8,8 +8,10 @@
 #include "passes/constraint/limit_reference.hpp"
 #include "passes/emission/emission_reference.hpp"
 #include "passes/layout/layout_reference.hpp"
+#include "passes/meet/impacts_reference.hpp"
 #include "passes/meet/near_reference.hpp"
 #include "passes/meet/rounds_reference.hpp"
+#include "passes/meet/within_reference.hpp"
 #include "passes/network/grid_reference.hpp"
 #include "passes/network/lines_reference.hpp"
 #include "passes/network/pairs_reference.hpp"
@@ -75,7 +77,13 @@ constexpr Kernels<T> scalar_kernels() noexcept {
                   .triangles = blow_triangles<T, arithmetic>,
                   .gather = gather_air<T, arithmetic>},
           .ball = {.prepare = prepare_balls<T>, .keep = keep_in_balls<T, arithmetic>},
-          .meet = {.push = push_pairs<T>, .near = {.find = find_near<T>, .order = order_lists}},
+          .meet = {.near = {.find = find_near<T>, .order = order_lists},
+                   .find_within = find_within<T>,
+                   .find_impacts = find_impacts<T>,
+                   .find_hit = find_hit<T>,
+                   .begin = begin_pairs<T>,
+                   .push = push_pairs<T>,
+                   .sum = sum_pulses<T>},
           .layout = scalar_layout<T, arithmetic>()};
 }
 

@@ -10,8 +10,10 @@
 #include "passes/constraint/limit.inl.hpp"
 #include "passes/emission/emission.inl.hpp"
 #include "passes/layout/layout.inl.hpp"
+#include "passes/meet/impacts.inl.hpp"
 #include "passes/meet/near.inl.hpp"
 #include "passes/meet/rounds.inl.hpp"
+#include "passes/meet/within.inl.hpp"
 #include "passes/network/grid.inl.hpp"
 #include "passes/network/lines.inl.hpp"
 #include "passes/network/pairs.inl.hpp"
@@ -83,7 +85,13 @@ constexpr Kernels<T> wide_kernels() noexcept {
                   .triangles = blow_triangles<V, arithmetic>,
                   .gather = gather_air<V, arithmetic>},
           .ball = {.prepare = prepare_balls<V>, .keep = keep_in_balls<V, arithmetic>},
-          .meet = {.push = push_pairs<V>, .near = {.find = find_near<V>, .order = order_lists<V>}},
+          .meet = {.near = {.find = find_near<V>, .order = order_lists<V>},
+                   .find_within = find_within<V>,
+                   .find_impacts = find_impacts<V>,
+                   .find_hit = find_hit<V>,
+                   .begin = begin_pairs<V>,
+                   .push = push_pairs<V>,
+                   .sum = sum_pulses<V>},
           .layout = wide_layout<V, arithmetic>()};
 }
 

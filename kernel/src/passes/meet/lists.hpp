@@ -45,16 +45,14 @@ class PairLists {
   [[nodiscard]] const std::uint32_t* begin(std::size_t i) const noexcept { return partners_.data() + first_[i]; }
   [[nodiscard]] const std::uint32_t* end(std::size_t i) const noexcept { return partners_.data() + first_[i + 1]; }
   [[nodiscard]] std::size_t first(std::size_t i) const noexcept { return first_[i]; }
-  [[nodiscard]] std::uint32_t partner(std::size_t place) const noexcept { return partners_[place]; }
-  // The places where a particle is the partner of one with a lower number, in the order of these.
-  [[nodiscard]] const std::uint32_t* lower_begin(std::size_t i) const noexcept { return lower_.data() + first_lower_[i]; }
-  [[nodiscard]] const std::uint32_t* lower_end(std::size_t i) const noexcept { return lower_.data() + first_lower_[i + 1]; }
-  [[nodiscard]] std::uint32_t first_lower(std::size_t i) const noexcept { return first_lower_[i]; }
+  // By places: the pairs' particles, the one with the lower number first.
+  [[nodiscard]] const std::uint32_t* owners() const noexcept { return owners_.data(); }
+  [[nodiscard]] const std::uint32_t* partners() const noexcept { return partners_.data(); }
   [[nodiscard]] std::size_t room() const noexcept { return partners_.size(); }
   // The next build() writes over it.
   [[nodiscard]] std::span<std::uint32_t> spare() noexcept { return found_; }
   [[nodiscard]] std::size_t bytes() const noexcept {
-    return 4 * (first_.size() + first_lower_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + number_.size() +
+    return 4 * (first_.size() + count_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + number_.size() +
                 found_at_.size() + found_.size()) +
            sizeof(T) * 4 * a_.size() + sizeof(Region) * regions_.size();
   }
@@ -80,7 +78,6 @@ class PairLists {
   void place(const Point<T>* x, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept;
   void number() noexcept;
   void add_far() noexcept;
-  void look_back() noexcept;
   template <class Use>
   void for_each_far(const Use& use) const noexcept {
     for (const Region& region : regions_) {
@@ -95,11 +92,11 @@ class PairLists {
   std::uint32_t cells_ = 0;
   double per_side_ = 0;
   bool looks_far_ = false;  // some particle
-  std::vector<std::uint32_t> first_{}, partners_{}, first_lower_{}, lower_{};
+  std::vector<std::uint32_t> first_{}, owners_{}, partners_{};
   std::vector<std::uint32_t> starts_{}, cell_{};
   std::vector<std::uint32_t> number_{};    // as sorted, and
   std::vector<T> x_{}, y_{}, z_{}, a_{};   // likewise
-  std::vector<std::uint32_t> found_at_{};  // by particle; first_lower_ is how many there are, until it is what it says
+  std::vector<std::uint32_t> found_at_{}, count_{};  // by particle
   std::vector<std::uint32_t> found_{};
   std::vector<Region> regions_{};
 };

@@ -23,9 +23,8 @@ template <class T>
 PairLists<T>::PairLists(std::size_t particles, std::size_t pairs, std::size_t spare)
     : particles_(particles),
       first_(particles + 1),
+      owners_(pairs),
       partners_(pairs),
-      first_lower_(particles + 2),
-      lower_(pairs),
       starts_(std::max<std::size_t>(64, cells_per_particle * particles) + 2),
       cell_(particles),
       number_(particles + near_padding),
@@ -34,6 +33,7 @@ PairLists<T>::PairLists(std::size_t particles, std::size_t pairs, std::size_t sp
       z_(number_.size()),
       a_(number_.size()),
       found_at_(particles),
+      count_(particles),
       found_(std::max(2 * pairs + near_padding * tasks_of_lists(particles), spare)),
       regions_(tasks_of_lists(particles)) {}
 
@@ -90,7 +90,7 @@ template <class T>
 void PairLists<T>::find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to) noexcept {
   constexpr double offset = 0x1p31;  // cells: a whole number of tori, with which none is negative; it costs 2^-22 of one
   for (std::size_t i = from; i < to; ++i) {
-    first_lower_[i] = 0;
+    count_[i] = 0;
     const double cx = double{x[i][0]} * per_side_, cy = double{x[i][1]} * per_side_, cz = double{x[i][2]} * per_side_;
     if (!(std::abs(cx) + std::abs(cy) + std::abs(cz) < offset - 1)) {
       cell_[i] = a[i] >= 0 ? far_cell(x[i]) : no_partner;
@@ -165,7 +165,7 @@ class PairLists<T>::Search {
                .found = lists.found_.data(),
                .room = region.end,
                .first = lists.found_at_.data(),
-               .count = lists.first_lower_.data()} {}
+               .count = lists.count_.data()} {}
 
   // Until it has found more than there is room for.
   void look(std::size_t from, std::size_t to) noexcept {
@@ -196,14 +196,14 @@ class PairLists<T>::Search {
     for (std::size_t s = from; s < looked.next; ++s) {
       const std::uint32_t i = of_.number_[s];
       const std::uint32_t* const found = of_.found_.data() + of_.found_at_[i];
-      const std::uint32_t count = of_.first_lower_[i];
+      const std::uint32_t count = of_.count_[i];
       of_.found_at_[i] = static_cast<std::uint32_t>(used);
       for (std::uint32_t k = 0; k < count; ++k) {
         const std::uint32_t j = found[k];
         of_.found_[used] = j;
         used += accepts_(i, j) ? 1U : 0U;
       }
-      of_.first_lower_[i] = static_cast<std::uint32_t>(used - of_.found_at_[i]);
+      of_.count_[i] = static_cast<std::uint32_t>(used - of_.found_at_[i]);
     }
     region_.used = used - region_.first;
   }
@@ -216,7 +216,7 @@ class PairLists<T>::Search {
       if (region_.is_over() || !reference::is_near(terms_, s, t) || !accepts_(i, j)) return;
       of_.found_[region_.first + region_.used++] = j;
     });
-    of_.first_lower_[i] = static_cast<std::uint32_t>(region_.first + region_.used) - of_.found_at_[i];
+    of_.count_[i] = static_cast<std::uint32_t>(region_.first + region_.used) - of_.found_at_[i];
   }
 
   void look_at(std::uint32_t i, std::uint32_t j, T most) noexcept {
@@ -269,7 +269,7 @@ class PairLists<T>::Search {
 // Where each particle's partners will stand.
 template <class T>
 void PairLists<T>::number() noexcept {
-  for (std::size_t i = 0; i < particles_; ++i) first_[i + 1] = first_lower_[i];
+  for (std::size_t i = 0; i < particles_; ++i) first_[i + 1] = count_[i];
   if (looks_far_) for_each_far([&](std::uint32_t i, std::uint32_t) { ++first_[i + 1]; });
   first_[0] = 0;
   std::uint32_t before = 0;
@@ -281,21 +281,10 @@ template <class T>
 void PairLists<T>::add_far() noexcept {
   for_each_far([&](std::uint32_t i, std::uint32_t j) {
     std::uint32_t* const list = partners_.data() + first_[i];
-    std::uint32_t place = first_lower_[i]++;
+    std::uint32_t place = count_[i]++;
     for (; place > 0 && list[place - 1] > j; --place) list[place] = list[place - 1];
     list[place] = j;
   });
-}
-
-// While places are dealt out, first_lower_[j + 1] goes from where the list of j begins to where it ends.
-template <class T>
-void PairLists<T>::look_back() noexcept {
-  const std::uint32_t count = first_[particles_];
-  std::fill_n(first_lower_.begin(), particles_ + 2, 0U);
-  for (std::uint32_t p = 0; p < count; ++p) ++first_lower_[partners_[p] + 2];
-  std::uint32_t before = 0;
-  for (std::size_t j = 0; j < particles_; ++j) first_lower_[j + 2] = before += first_lower_[j + 2];
-  for (std::uint32_t p = 0; p < count; ++p) lower_[first_lower_[partners_[p] + 1]++] = p;
 }
 
 template <class T>
@@ -331,12 +320,16 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
   number();
   const ListTerms terms{.found = found_.data(),
                         .found_at = found_at_.data(),
-                        .count = first_lower_.data(),
+                        .count = count_.data(),
                         .lists = partners_.data(),
                         .first = first_.data()};
-  over(particles_, [&](std::size_t, std::size_t from, std::size_t to) { near.order(terms, from, to); });
+  over(particles_, [&](std::size_t, std::size_t from, std::size_t to) {
+    near.order(terms, from, to);
+    for (std::size_t i = from; i < to; ++i) {
+      std::fill(owners_.begin() + first_[i], owners_.begin() + first_[i + 1], static_cast<std::uint32_t>(i));
+    }
+  });
   if (looks_far_) add_far();
-  look_back();
   return Found::all;
 }
 

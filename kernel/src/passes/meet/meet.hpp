@@ -97,6 +97,11 @@ struct MetPairs {
   std::array<std::uint32_t, meeting_lanes> i{}, j{};
 };
 
+inline MetPair pair_at(const MetPairs* pairs, std::size_t p) noexcept {
+  const MetPairs& of = pairs[p / meeting_lanes];
+  return {of.i.data()[p % meeting_lanes], of.j.data()[p % meeting_lanes]};
+}
+
 // Separations of pairs, a lane each.
 template <class T>
 struct Separations {
@@ -127,19 +132,6 @@ struct Separations {
   }
 };
 
-// Pulses of as many pairs.
-template <class T>
-struct PulseLanes {
-  typename Separations<T>::Three vector;
-  typename Separations<T>::Lanes number;
-
-  [[nodiscard]] Pulse<T> of(std::size_t k) const noexcept { return {Separations<T>::at(vector, k), number.data()[k]}; }
-  void put(std::size_t k, const Pulse<T>& of) noexcept {
-    Separations<T>::put(vector, k, of.vector);
-    number.data()[k] = of.number;
-  }
-};
-
 // A particle and a surface.
 template <class T>
 struct MetWall {
@@ -150,20 +142,42 @@ struct MetWall {
   Point<T> way{};  // how far it goes in the sub-step, m
   Impact<T> impact{};
   Separation<T> contact{};
-  Pulse<T> pulse{};
   Point<T> impulse{};  // of impacts, kg m/s
 };
 
-// The particles of a scene by their numbers.
+// A particle in a sub-step, by its number: records of four.
+template <class T>
+struct MetStart {
+  Point<T> x{};  // when the sub-step begins, m
+  T r = 0;       // m
+};
+template <class T>
+struct MetEnd {
+  Point<T> x{};  // as the flows leave it, m
+  T strays = 0;  // how far it goes in this sub-step beside what all do, m
+};
+template <class T>
+struct MetVelocity {
+  Point<T> v{};  // as the flows leave it, m/s
+  T w = 0;       // 1/kg
+};
+template <class T>
+struct MetHits {
+  Point<T> dv{};  // by impacts, m/s
+  T last = 0;     // the last impact's f
+};
+template <class T>
+struct MetShift {
+  Point<T> dx{};  // of the start, by impacts, m
+  T round = 0;    // the last round of this sub-step in which an impact hit it, from 1; 0: none
+};
 template <class T>
 struct MetParticles {
-  const Point<T>* x0 = nullptr;     // when the sub-step begins, m
-  const Point<T>* x1 = nullptr;     // as the flows leave it, m
-  const Point<T>* v = nullptr;      // likewise, m/s
-  const Point<T>* dv = nullptr;     // by impacts, m/s
-  const Point<T>* shift = nullptr;  // of the start, by impacts, m
-  const T* w = nullptr;             // 1/kg
-  const T* last = nullptr;          // the last impact's f
+  const MetStart<T>* start = nullptr;
+  const MetEnd<T>* end = nullptr;
+  const MetVelocity<T>* velocity = nullptr;
+  const MetHits<T>* hits = nullptr;
+  const MetShift<T>* shift = nullptr;
 };
 
 template <class T>
@@ -205,11 +219,6 @@ Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>
 // One round: what has been pushed, m, and 1/kg by all pulses that act.
 template <class T>
 void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu, T beta) noexcept;
-// The same of lanes. d: m.
-template <class T>
-void begin_contacts_of(Separations<T>& contacts, const typename Separations<T>::Three& q0,
-                       const typename Separations<T>::Three& q1, const typename Separations<T>::Lanes& d,
-                       PulseLanes<T>& pulses) noexcept;
 // The pulse that the next sub-step begins with. weight: the pulse of a pair that carries its own weight.
 template <class T>
 Pulse<T> kept(const Separation<T>& contact, T weight) noexcept;

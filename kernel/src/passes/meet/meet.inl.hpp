@@ -2,10 +2,7 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <type_traits>
 
 namespace dvdx {
 namespace met_pairs {
@@ -19,9 +16,9 @@ struct Way {
 template <class T>
 Way<T> way_of(const MetParticles<T>& of, std::size_t i, T h) noexcept {
   Way<T> way;
-  way.from = plus(of.x0[i], of.shift[i]);
-  way.to = plus(of.x1[i], plus(of.shift[i], times(h, of.dv[i])));
-  way.v = plus(of.v[i], of.dv[i]);
+  way.from = plus(of.start[i].x, of.shift[i].dx);
+  way.to = plus(of.end[i].x, plus(of.shift[i].dx, times(h, of.hits[i].dv)));
+  way.v = plus(of.velocity[i].v, of.hits[i].dv);
   return way;
 }
 
@@ -51,18 +48,6 @@ T first_touch(const Point<T>& q, const Point<T>& D, T d) noexcept {
   return f < 1 ? f : T(2);
 }
 
-// By bits, which leaves a compiler no branch to make of it.
-template <class T>
-T select(bool which, T a, T b) noexcept {
-  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
-  const Bits mask = Bits{0} - static_cast<Bits>(which);
-  return std::bit_cast<T>((std::bit_cast<Bits>(a) & mask) | (std::bit_cast<Bits>(b) & ~mask));
-}
-template <class T>
-Point<T> select(bool which, const Point<T>& a, const Point<T>& b) noexcept {
-  return {select(which, a[0], b[0]), select(which, a[1], b[1]), select(which, a[2], b[2])};
-}
-
 }  // namespace met_pairs
 
 template <class T>
@@ -79,13 +64,13 @@ template <class T>
 Impact<T> find_impact(std::size_t i, std::size_t j, const MetParticles<T>& of, T d, T h, T slowest) noexcept {
   Impact<T> impact;
   const T sign = h < 0 ? T(-1) : T(1);
-  const Point<T> u = minus(plus(of.v[i], of.dv[i]), plus(of.v[j], of.dv[j]));
+  const Point<T> u = minus(plus(of.velocity[i].v, of.hits[i].dv), plus(of.velocity[j].v, of.hits[j].dv));
   if (!(inner(u, u) > slowest * slowest)) return impact;
   const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
   const met_pairs::Way<T> other = met_pairs::way_of(of, j, h);
-  const Point<T> q0 = plus(minus(of.x0[i], of.x0[j]), minus(of.shift[i], of.shift[j]));
+  const Point<T> q0 = plus(minus(of.start[i].x, of.start[j].x), minus(of.shift[i].dx, of.shift[j].dx));
   const Point<T> D = minus(minus(own.to, other.to), q0);
-  const T last = std::max(of.last[i], of.last[j]);
+  const T last = std::max(of.hits[i].last, of.hits[j].last);
   const Point<T> q = plus(q0, times(last, D));
   const T square = inner(q, q);
   Point<T> touch = q;
@@ -108,16 +93,16 @@ void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h
   wall.impact.f = 2;
   wall.impact.n = wall.contact.n;
   const T sign = h < 0 ? T(-1) : T(1);
-  const Point<T> v = minus(plus(of.v[i], of.dv[i]), times(1 / h, wall.way));
+  const Point<T> v = minus(plus(of.velocity[i].v, of.hits[i].dv), times(1 / h, wall.way));
   wall.impact.speed = -sign * inner(wall.contact.n, v);
   if (!(wall.impact.speed > slowest)) return;
   const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
   const Point<T> D = minus(minus(own.to, own.from), wall.way);
-  const T at_first = wall.start + inner(wall.contact.n, of.shift[i]);
+  const T at_first = wall.start + inner(wall.contact.n, of.shift[i].dx);
   const T fall = inner(wall.contact.n, D);
-  const T at_last = at_first + of.last[i] * fall;
+  const T at_last = at_first + of.hits[i].last * fall;
   if (at_last <= 0) {
-    wall.impact.f = of.last[i];
+    wall.impact.f = of.hits[i].last;
   } else if (at_first + fall < 0) {
     wall.impact.f = -at_first / fall;
   }
@@ -137,9 +122,8 @@ Point<T> impulse_of(const Point<T>& n, const Point<T>& u, T w, T e, T mu) noexce
   return minus(impulse, times((wanted < most ? wanted : most) / speed, slide));
 }
 
-// Without branches, so that a compiler takes several lanes at once.
 template <class T>
-[[gnu::always_inline]] inline Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d,
+Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d,
                                                      const Pulse<T>& kept) noexcept {
   const Point<T> D = minus(q1, q0);
   const T a = inner(D, D);
@@ -148,26 +132,24 @@ template <class T>
   const T root = b * b - a * c;
   const T touch = c / (std::sqrt(root) - b);
   const T part = -b / a;
-  const T on_chord = met_pairs::select(-b < a, part, T(1));
-  const T nearest = met_pairs::select(-b > 0, on_chord, T(0));
-  const bool touches = (b < 0) & (root > 0) & (touch < 1);
-  const T f = met_pairs::select(touches, touch, nearest);
+  const T on_chord = -b < a ? part : T(1);
+  const T nearest = -b > 0 ? on_chord : T(0);
+  const bool touches = b < 0 && root > 0 && touch < 1;
+  const T f = touches ? touch : nearest;
   const bool is_apart = inner(q0, q0) > d * d;
-  const Point<T> at = met_pairs::select(is_apart, plus(q0, times(f, D)), q0);
-  const T square = inner(at, at);
-  // Two particles in one place have no direction of their own.
-  contact.n = met_pairs::select(square > 0, times(1 / std::sqrt(square), at), Point<T>{T(1), T(0), T(0)});
+  const Point<T> at = is_apart ? plus(q0, times(f, D)) : q0;
+  contact.n = met_pairs::direction(at);
   contact.gap = inner(contact.n, q1) - d;
   return begin_contact(contact, D, kept);
 }
 
 template <class T>
-[[gnu::always_inline]] inline Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>& kept) noexcept {
+Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>& kept) noexcept {
   contact.slip = met_pairs::across(D, contact.n);
   contact.begun = contact.normal = contact.normal_y = kept.number;
   contact.along = contact.along_y = met_pairs::across(kept.vector, contact.n);
-  const bool acts = (contact.gap < 0) | (kept.number > 0);
-  return {plus(times(contact.normal, contact.n), contact.along), met_pairs::select(acts, T(1), T(0))};
+  const bool acts = contact.gap < 0 || kept.number > 0;
+  return {plus(times(contact.normal, contact.n), contact.along), acts ? T(1) : T(0)};
 }
 
 template <class T>
@@ -191,24 +173,6 @@ void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T
   contact.along_y = along_y;
   contact.along = along;
   pulse = {plus(times(normal_y, contact.n), along_y), T(1)};
-}
-
-// Results go to memory of their own first, where a compiler sees that no lane reads them.
-template <class T>
-void begin_contacts_of(Separations<T>& contacts, const typename Separations<T>::Three& q0,
-                       const typename Separations<T>::Three& q1, const typename Separations<T>::Lanes& d,
-                       PulseLanes<T>& pulses) noexcept {
-  Separations<T> begun;
-  PulseLanes<T> given;
-  for (std::size_t k = 0; k < meeting_lanes; ++k) {
-    Separation<T> contact;
-    const Pulse<T> pulse =
-        begin_contact(contact, Separations<T>::at(q0, k), Separations<T>::at(q1, k), d.data()[k], pulses.of(k));
-    begun.put(k, contact);
-    given.put(k, pulse);
-  }
-  contacts = begun;
-  pulses = given;
 }
 
 template <class T>

@@ -1,4 +1,4 @@
-// A round of pairs, scalar: one after the other. The wide twin: rounds.inl.hpp.
+// Contacts of pairs, scalar: one after the other. The wide twin: rounds.inl.hpp.
 #pragma once
 
 #include "passes/meet/meet.inl.hpp"
@@ -7,18 +7,53 @@
 namespace dvdx::reference {
 
 template <class T>
+Pulse<T> opposite(const Pulse<T>& of) noexcept {
+  return {times(T(-1), of.vector), of.number};
+}
+
+template <class T>
+void begin_pairs(const BeginTerms<T>& terms, std::size_t from, std::size_t to) noexcept {
+  const MetParticles<T>& of = terms.particles;
+  const auto moved_by_impacts = [&](std::size_t i) { return plus(of.shift[i].dx, times(terms.h, of.hits[i].dv)); };
+  for (std::size_t p = from; p < to; ++p) {
+    const auto [i, j] = pair_at(terms.pairs, p);
+    Point<T> q1 = minus(of.end[i].x, of.end[j].x);
+    if (terms.has_impacts) q1 = plus(q1, minus(moved_by_impacts(i), moved_by_impacts(j)));
+    Separation<T> contact;
+    terms.pulses[p] = begin_contact(contact, minus(of.start[i].x, of.start[j].x), q1, terms.wanted[p], Pulse<T>(terms.pulses[p]));
+    terms.against[p] = opposite(terms.pulses[p]);
+    terms.contacts[p / meeting_lanes].put(p % meeting_lanes, contact);
+  }
+}
+
+template <class T>
 void push_pairs(const RoundTerms<T>& terms, std::size_t from, std::size_t to) noexcept {
   for (std::size_t p = from; p < to; ++p) {
-    const std::size_t lane = p % meeting_lanes;
-    const MetPairs& pairs = terms.pairs[p / meeting_lanes];
-    const MeetPush<T>& a = terms.pushed[pairs.i[lane]];
-    const MeetPush<T>& b = terms.pushed[pairs.j[lane]];
+    const auto [i, j] = pair_at(terms.pairs, p);
+    const MeetPush<T>& a = terms.pushed[i];
+    const MeetPush<T>& b = terms.pushed[j];
     Separations<T>& contacts = terms.contacts[p / meeting_lanes];
-    Separation<T> contact = contacts.of(lane);
+    Separation<T> contact = contacts.of(p % meeting_lanes);
     Pulse<T> pulse{{}, terms.pulses[p].number};  // what does not act yet has no pulse
     push(contact, pulse, minus(a.dx, b.dx), a.w + b.w, terms.mu, terms.beta);
-    contacts.put(lane, contact);
+    contacts.put(p % meeting_lanes, contact);
     terms.pulses[p] = pulse;
+    terms.against[p] = opposite(pulse);
+  }
+}
+
+template <class T>
+void sum_pulses(const SumTerms<T>& terms, std::size_t from, std::size_t to) noexcept {
+  for (std::size_t lane = from * meeting_lanes; lane < to * meeting_lanes; ++lane) {
+    const SumSlice& slice = terms.slices[lane / meeting_lanes];
+    Point<T> sum{};
+    T number = 0;  // whole, and so exact
+    for (std::size_t k = 0; k < slice.count; ++k) {
+      const Pulse<T>& pulse = terms.pulses[terms.places[slice.first + k * meeting_lanes + lane % meeting_lanes] / 4];
+      sum = plus(sum, pulse.vector);
+      number += pulse.number;
+    }
+    terms.pushed[terms.particles[lane] / 4] = {times(terms.w[lane], sum), terms.w[lane] * number};
   }
 }
 
