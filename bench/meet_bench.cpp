@@ -123,7 +123,7 @@ struct Pressed {
   static constexpr std::size_t blocks = 64;
   std::vector<MetPairs> pairs{blocks};
   std::vector<Separations<float>> contacts{blocks};
-  std::vector<Pulse<float>> pulses = std::vector<Pulse<float>>(blocks * meeting_lanes);
+  std::vector<Pulse<float>> pulses = std::vector<Pulse<float>>(blocks * meeting_lanes), against = pulses;
   std::vector<MeetPush<float>> pushed = std::vector<MeetPush<float>>(blocks * meeting_lanes + 1);
 
   Pressed() {
@@ -148,6 +148,7 @@ void time_round(benchmark::State& timing, Isa isa) {
   const RoundTerms<float> terms{.pairs = pressed.pairs.data(),
                                 .contacts = pressed.contacts.data(),
                                 .pulses = pressed.pulses.data(),
+                                .against = pressed.against.data(),
                                 .pushed = pressed.pushed.data(),
                                 .mu = 0.5F,
                                 .beta = 0.5F};

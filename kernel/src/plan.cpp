@@ -398,7 +398,7 @@ Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* wo
   };
   double overlaps = 0;
   double touching = 0;
-  room.for_each_pair([&](const MetPair& pair) {
+  room.for_each_pair([&](const MetPair& pair, const Pulse<A>&) {
     const std::size_t i = pair.i;
     const std::size_t j = pair.j;
     const double wanted = double{rules.radii()[i]} + double{rules.radii()[j]};

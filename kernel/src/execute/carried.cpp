@@ -170,7 +170,7 @@ void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room, std::size_t count
   room.is_listed = false;
   room.begin_keeping();
   for (std::size_t k = 0; k < read.pairs.size(); ++k) {
-    room.keep(k, {static_cast<std::uint32_t>(read.pairs[k].i), read.pairs[k].j}, read.pairs[k].pulse);
+    room.keep({static_cast<std::uint32_t>(read.pairs[k].i), read.pairs[k].j}, read.pairs[k].pulse);
   }
   for (const auto& [i, surface, pulse] : read.walls) {
     const std::size_t at = i * room.walls_each + room.kept_wall_count[i]++;

@@ -169,7 +169,8 @@ class MeetStep {
   Found build(const Accepts& accepts) noexcept {
     const auto run = [&](std::size_t tasks, const auto& body) { for_each_task(of_.parallel, tasks, body); };
     const T reach = (of_.margin() + room_.skin) * T(1.001);
-    const auto found = room_.lists.build(room_.listed_at.data(), room_.a.data(), ordinary(), reach, accepts, of_.kernels.near, run);
+    const auto found =
+        room_.lists.build(room_.listed_at.data(), room_.a.data(), ordinary(), reach, accepts, of_.kernels.near, run);
     return found == PairLists<T>::Found::all ? Found::all : Found::too_many;
   }
 
@@ -230,10 +231,12 @@ class MeetStep {
       for (std::size_t i = 0; i < room_.particles; ++i) {
         for (std::size_t s = 0; s < of_.walls_of(i); ++s) {
           const MetWall<T>& of = of_.wall(i, s);
+          const std::size_t number = room_.first_wall[i] + s;
+          const T normal = room_.wall_separations[number / meeting_lanes].normal[number % meeting_lanes];
           const bool is_hit = of.impulse != Point<T>{};
-          if (of_.surfaces[of.surface].contact != contact || !(is_hit || of.contact.normal > 0)) continue;
+          if (of_.surfaces[of.surface].contact != contact || !(is_hit || normal > 0)) continue;
           if (!sums) sums.emplace(contact);
-          const Point<T> on = times(T(-1), plus(of.impulse, times(1 / of_.h, room_.wall_pulse(room_.first_wall[i] + s).vector)));
+          const Point<T> on = times(T(-1), plus(of.impulse, times(1 / of_.h, room_.wall_pulse(number).vector)));
           const Vec3 impulse{double{on[0]}, double{on[1]}, double{on[2]}};
           const Point<T>& end = room_.end[i].x;
           const Vec3 x{double{end[0]}, double{end[1]}, double{end[2]}};

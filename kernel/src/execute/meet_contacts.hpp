@@ -18,19 +18,33 @@ class MeetContacts {
 
   void push_apart() noexcept {
     begin();
+    longest_ = 0;
+    far_ = reaches_far() ? Far::taken : Far::left;
     deal_out();
     sum_pulses();
     const int rounds = of_.rules.meet().rounds;
     const T beta = of_.rules.are_balls() ? T(beta_of_balls) : T(beta_of_cloth);
     for (int round = 0; round < rounds; ++round) {
+      if (far_ == Far::left && reaches_far()) {
+        far_ = Far::taken;
+        deal_out();
+      }
       push_all(round + 1 < rounds ? beta : T(0));
       sum_pulses();
     }
+    room_.longest = longest_;
     keep_pulses();
   }
 
  private:
   using Task = typename MeetSubstep<T>::Task;
+
+  // Whether far pairs take part. None of them acts before pushes are as long as its gap, so that no bit depends on it.
+  enum class Far { left, taken };
+  [[nodiscard]] bool reaches_far() const noexcept {
+    const double most = 2.001 * double{longest_};  // of both, and more than roundings
+    return std::any_of(room_.tasks.begin(), room_.tasks.end(), [&](const Task& task) { return task.least_far <= most; });
+  }
 
   // From the pulses of the sub-step before.
   void begin() noexcept {
@@ -45,11 +59,15 @@ class MeetContacts {
                               .contacts = room_.separations.data(),
                               .pulses = room_.pulses.data(),
                               .against = room_.against()};
-    of_.over_tasks([&](const Task& task, std::size_t, std::size_t) {
+    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
+      Task& task = room_.tasks[number];
       take_kept(task, scale);
       if (of_.parting != 0) part(task);
-      of_.kernels.begin(terms, task.first, task.first + task.near);
-      for (std::uint32_t wall = task.first_wall; wall < task.first_wall + task.walls; ++wall) begin_wall(wall, scale);
+      of_.kernels.begin(terms, task.first, task.first + task.close);
+      task.least_far = double{of_.kernels.begin(terms, task.first_far, task.first_far + task.near - task.close)};
+      std::uint32_t wall = task.first_wall;
+      for (; wall < task.first_wall + task.walls; ++wall) begin_wall(wall, number, scale);
+      for (; wall % meeting_lanes != 0; ++wall) leave_out_wall(wall, number);
     });
   }
   // A birth parts until no other is deeper in it than pairs part by in a sub-step.
@@ -61,43 +79,61 @@ class MeetContacts {
     };
     of_.over_particles([&](std::size_t i) {
       bool parts = false;
-      if (room_.parts[i] != 0) of_.over_pairs_of(i, [&](std::uint32_t p) { parts = parts || is_deep(room_.pair(p)); });
+      if (room_.parts[i] != 0) of_.over_pairs_of(i, [&](const MetPair& pair) { parts = parts || is_deep(pair); });
       room_.parts[i] = parts ? 1 : 0;
     });
   }
   void part(const Task& task) noexcept {
-    for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
+    over_pairs(task, [&](std::uint32_t p) {
       const MetPair pair = room_.pair(p);
-      if ((room_.parts[pair.i] | room_.parts[pair.j]) == 0) continue;
+      if ((room_.parts[pair.i] | room_.parts[pair.j]) == 0) return;
       room_.wanted[p] = of_.parted(room_.wanted[p], minus(room_.start[pair.i].x, room_.start[pair.j].x));
-    }
+    });
+  }
+  // use(number): a task's pairs, by i, then by j.
+  template <class Use>
+  void over_pairs(const Task& task, const Use& use) const noexcept {
+    for (std::uint32_t k = task.first; k < task.first + task.near; ++k) use(room_.ordered[k] & ~pair_is_far);
   }
   static Pulse<T> scaled(T scale, const Pulse<T>& of) noexcept { return {times(scale, of.vector), scale * of.number}; }
 
-  // Pairs and kept ones ascend both.
   void take_kept(const Task& task, T scale) noexcept {
     std::uint32_t k = task.kept_first;
     const std::uint32_t kept_end = room_.is_kept ? k + task.kept : k;
-    for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
+    over_pairs(task, [&](std::uint32_t p) {
       const MetPair pair = room_.pair(p);
-      while (k < kept_end && room_.kept_pair(k) < pair) ++k;
-      const bool is_kept = k < kept_end && room_.kept_pair(k) == pair;
+      while (k < kept_end && room_.kept_pairs[k] < pair) ++k;
+      const bool is_kept = k < kept_end && room_.kept_pairs[k] == pair;
       room_.pulses[p] = is_kept ? scaled(scale, room_.kept_pulses[k]) : Pulse<T>{};
-    }
-    for (std::uint32_t p = task.first + task.near; p % meeting_lanes != 0; ++p) room_.pulses[p] = {};
+    });
   }
-  void begin_wall(std::uint32_t number, T scale) noexcept {
-    MetWall<T>& wall = room_.walls[number];
+  void begin_wall(std::uint32_t number, std::size_t task, T scale) noexcept {
+    const MetWall<T>& wall = room_.walls[number];
     const std::size_t i = wall.particle;
     const std::uint32_t* const first = room_.kept_wall_surfaces.data() + i * room_.walls_each;
     const std::uint32_t* const last = first + (room_.is_kept ? room_.kept_wall_count[i] : 0);
     const std::uint32_t* const found = std::find(first, last, wall.surface);
     const Point<T> moved = of_.moved_by_impacts(i);
-    wall.contact.gap = wall.contact.gap + inner(wall.contact.n, moved);
+    Separation<T> contact;
+    contact.n = wall.n;
+    contact.gap = wall.gap + inner(wall.n, moved);
     const Point<T> D = minus(plus(minus(room_.end[i].x, room_.start[i].x), moved), wall.way);
     const auto kept_at = static_cast<std::size_t>(found - room_.kept_wall_surfaces.data());
     const Pulse<T> kept = found != last ? scaled(scale, room_.kept_walls[kept_at]) : Pulse<T>{};
-    room_.wall_pulse(number) = begin_contact(wall.contact, D, kept);
+    room_.wall_pulse(number) = begin_contact(contact, D, kept);
+    put_wall(number, {wall.particle, static_cast<std::uint32_t>(room_.nobody(task))}, contact, wall.mu);
+  }
+  void leave_out_wall(std::uint32_t number, std::size_t task) noexcept {
+    const auto nobody = static_cast<std::uint32_t>(room_.nobody(task));
+    room_.wall_pulse(number) = {};
+    put_wall(number, {nobody, nobody}, {}, T(0));
+  }
+  void put_wall(std::uint32_t number, const MetPair& pair, const Separation<T>& contact, T mu) noexcept {
+    const std::size_t lane = number % meeting_lanes;
+    room_.wall_pairs[number / meeting_lanes].i[lane] = pair.i;
+    room_.wall_pairs[number / meeting_lanes].j[lane] = pair.j;
+    room_.wall_separations[number / meeting_lanes].put(lane, contact);
+    room_.wall_mu[number] = mu;
   }
 
   // Particles that have as many pulses stand side by side, those that have most first; those that have none get nothing.
@@ -105,7 +141,9 @@ class MeetContacts {
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.summed = task.most_summed = 0;
       for (std::size_t i = from; i < end; ++i) {
-        const std::uint32_t count = pulses_of(i);
+        std::uint32_t count = 0;
+        over_pulses(i, [&](std::size_t) { ++count; });
+        room_.counts[i] = static_cast<std::uint16_t>(count);
         task.summed += count;
         task.most_summed = std::max(task.most_summed, count);
         if (count == 0) room_.pushed[i] = {};
@@ -118,74 +156,72 @@ class MeetContacts {
     }
     for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) { deal_out(number); });
   }
-  [[nodiscard]] std::uint32_t pulses_of(std::size_t i) const noexcept {
-    const std::uint32_t own = room_.own_end[i] - (i % particles_per_meeting_task != 0 ? room_.own_end[i - 1] : 0);
-    return own + (room_.first_lower[i + 1] - room_.first_lower[i]) + static_cast<std::uint32_t>(of_.walls_of(i));
+  // use(its place): each pulse of a particle that is summed: of partners in the order of their numbers, then of surfaces.
+  template <class Use>
+  void over_pulses(std::size_t i, const Use& use) const noexcept {
+    const std::uint32_t left = far_ == Far::left ? pair_is_far : 0U;
+    of_.over_lower(i, [&](std::uint32_t p) {
+      if ((p & left) == 0) use(room_.wanted.size() + (p & ~pair_is_far));
+    });
+    of_.over_own(i, [&](std::uint32_t p) {
+      if ((p & left) == 0) use(std::size_t{p & ~pair_is_far});
+    });
+    for (std::size_t s = 0; s < of_.walls_of(i); ++s) use(2 * room_.wanted.size() + room_.first_wall[i] + s);
   }
   void deal_out(std::size_t number) noexcept {
     Task& task = room_.tasks[number];
     const std::size_t from = number * particles_per_meeting_task;
     const std::size_t end = std::min(room_.particles, from + particles_per_meeting_task);
-    const std::size_t first_lane = number * particles_per_meeting_task;
-    // Counted from the most down: where those with as many begin.
+    std::uint32_t* const summed = room_.summed.data() + from;
+    // Where those begin that have so many fewer than the most.
     std::array<std::uint16_t, 2 + most_pulses> begins{};
-    for (std::size_t i = from; i < end; ++i) ++begins[task.most_summed - pulses_of(i) + 1];
+    for (std::size_t i = from; i < end; ++i) ++begins[task.most_summed - room_.counts[i] + 1];
     for (std::size_t k = 1; k <= task.most_summed; ++k) begins[k] = static_cast<std::uint16_t>(begins[k] + begins[k - 1]);
-    const std::size_t all = task.most_summed != 0 ? begins[task.most_summed] : 0;
+    const std::size_t all = begins[task.most_summed];
     for (std::size_t i = from; i < end; ++i) {
-      const std::uint32_t count = pulses_of(i);
-      if (count != 0) room_.summed[first_lane + begins[task.most_summed - count]++] = static_cast<std::uint32_t>(i);
+      if (room_.counts[i] != 0) summed[begins[task.most_summed - room_.counts[i]]++] = static_cast<std::uint32_t>(i);
     }
     task.slices = static_cast<std::uint32_t>(tasks_of(all, meeting_lanes));
     std::uint32_t place = task.first_place;
     for (std::size_t row = 0; row < task.slices; ++row) {
-      const std::size_t lane = first_lane + row * meeting_lanes;
-      const std::uint32_t count = pulses_of(room_.summed[lane]);
+      const std::uint32_t count = room_.counts[summed[row * meeting_lanes]];
       room_.slices[number * slices_per_meeting_task + row] = {place, count};
-      for (std::size_t k = 0; k < meeting_lanes; ++k) {
-        const bool is_one = row * meeting_lanes + k < all;
-        const std::size_t i = is_one ? room_.summed[lane + k] : room_.nobody(number);
-        deal_out(i, is_one, room_.places.data() + place + k, count);
-        room_.summed[lane + k] = static_cast<std::uint32_t>(4 * i);
-        room_.summed_w[lane + k] = is_one ? room_.velocity[i].w : T(0);
+      for (std::size_t lane = row * meeting_lanes; lane < (row + 1) * meeting_lanes; ++lane) {
+        std::uint32_t* at = room_.places.data() + place + lane % meeting_lanes;
+        std::uint32_t* const end_of_places = at + count * meeting_lanes;
+        const auto put = [&](std::size_t pulse) {
+          *at = static_cast<std::uint32_t>(4 * pulse);
+          at += meeting_lanes;
+        };
+        const bool is_one = lane < all;
+        const std::size_t i = is_one ? summed[lane] : room_.nobody(number);
+        if (is_one) over_pulses(i, put);
+        while (at != end_of_places) put(room_.no_pulse());
+        summed[lane] = static_cast<std::uint32_t>(4 * i);
+        room_.summed_w[from + lane] = is_one ? room_.velocity[i].w : T(0);
       }
       place += count * static_cast<std::uint32_t>(meeting_lanes);
     }
   }
-  // The places of a particle's pulses: of partners in the order of their numbers, then of surfaces.
-  void deal_out(std::size_t i, bool is_one, std::uint32_t* place, std::uint32_t count) noexcept {
-    std::uint32_t* const end = place + count * meeting_lanes;
-    const auto put = [&](std::size_t pulse) {
-      *place = static_cast<std::uint32_t>(4 * pulse);
-      place += meeting_lanes;
-    };
-    if (is_one) {
-      for (std::uint32_t k = room_.first_lower[i]; k < room_.first_lower[i + 1]; ++k) put(room_.wanted.size() + room_.lower[k]);
-      const std::uint32_t first = room_.tasks[i / particles_per_meeting_task].first;
-      const std::uint32_t own = i % particles_per_meeting_task != 0 ? room_.own_end[i - 1] : 0;
-      for (std::uint32_t p = first + own; p < first + room_.own_end[i]; ++p) put(p);
-      for (std::size_t s = 0; s < of_.walls_of(i); ++s) put(2 * room_.wanted.size() + room_.first_wall[i] + s);
-    }
-    while (place != end) put(room_.no_pulse());
-  }
 
   void push_all(T beta) noexcept {
-    const RoundTerms<T> terms{.pairs = room_.pairs.data(),
-                              .contacts = room_.separations.data(),
-                              .pulses = room_.pulses.data(),
-                              .against = room_.against(),
-                              .pushed = room_.pushed.data(),
-                              .mu = of_.mu(),
-                              .beta = beta};
+    const RoundTerms<T> of_pairs{.pairs = room_.pairs.data(),
+                                 .contacts = room_.separations.data(),
+                                 .pulses = room_.pulses.data(),
+                                 .against = room_.against(),
+                                 .pushed = room_.pushed.data(),
+                                 .mu = of_.mu(),
+                                 .beta = beta};
+    RoundTerms<T> of_walls = of_pairs;
+    of_walls.pairs = room_.wall_pairs.data();
+    of_walls.contacts = room_.wall_separations.data();
+    of_walls.pulses = &room_.wall_pulse(0);
+    of_walls.against = nullptr;
+    of_walls.mus = room_.wall_mu.data();
     of_.over_tasks([&](const Task& task, std::size_t, std::size_t) {
-      of_.kernels.push(terms, task.first, task.first + task.near);
-      for (std::uint32_t number = task.first_wall; number < task.first_wall + task.walls; ++number) {
-        MetWall<T>& wall = room_.walls[number];
-        const MeetPush<T>& pushed = room_.pushed[wall.particle];
-        Pulse<T> pulse{{}, room_.wall_pulse(number).number};
-        push(wall.contact, pulse, pushed.dx, pushed.w, wall.mu, beta);
-        room_.wall_pulse(number) = pulse;
-      }
+      of_.kernels.push(of_pairs, task.first, task.first + task.close);
+      if (far_ == Far::taken) of_.kernels.push(of_pairs, task.first_far, task.first_far + task.near - task.close);
+      of_.kernels.push(of_walls, task.first_wall, task.first_wall + task.walls);
     });
   }
   // How far pulses move each particle.
@@ -198,18 +234,28 @@ class MeetContacts {
                             .pushed = room_.pushed.data()};
     for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
       const std::size_t first = number * slices_per_meeting_task;
-      of_.kernels.sum(terms, first, first + room_.tasks[number].slices);
+      room_.tasks[number].longest = double{of_.kernels.sum(terms, first, first + room_.tasks[number].slices)};
     });
+    for (const Task& task : room_.tasks) longest_ = std::max(longest_, static_cast<T>(std::sqrt(task.longest)));
   }
 
   void keep_pulses() noexcept {
     const T weight = of_.slowest / 4 * std::abs(of_.h);
-    of_.over_tasks([&](const Task& task, std::size_t from, std::size_t end) {
-      for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
+    of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
+      task.kept_first = task.first;
+      task.kept = task.near;
+      std::uint32_t k = task.first;
+      over_pairs(task, [&](std::uint32_t p) {
         const MetPair pair = room_.pair(p);
-        const Separation<T> contact = room_.separations[p / meeting_lanes].of(p % meeting_lanes);
-        room_.kept_pulses[p] = kept(contact, weight / (room_.velocity[pair.i].w + room_.velocity[pair.j].w));
-      }
+        const Separations<T>& contacts = room_.separations[p / meeting_lanes];
+        room_.kept_pairs[k] = pair;
+        room_.kept_pulses[k] = {};
+        if (contacts.normal.data()[p % meeting_lanes] > 0) {
+          const T w = room_.velocity[pair.i].w + room_.velocity[pair.j].w;
+          room_.kept_pulses[k] = kept(contacts.of(p % meeting_lanes), weight / w);
+        }
+        ++k;
+      });
       for (std::size_t i = from; i < end && room_.walls_each != 0; ++i) keep_walls(i, weight);
     });
     room_.is_kept = true;
@@ -218,11 +264,12 @@ class MeetContacts {
   void keep_walls(std::size_t i, T weight) noexcept {
     std::uint8_t count = 0;
     for (std::size_t s = 0; s < of_.walls_of(i); ++s) {
-      const MetWall<T>& wall = of_.wall(i, s);
-      if (!(wall.contact.normal > 0)) continue;
+      const std::uint32_t number = room_.first_wall[i] + static_cast<std::uint32_t>(s);
+      const Separation<T> contact = room_.wall_separations[number / meeting_lanes].of(number % meeting_lanes);
+      if (!(contact.normal > 0)) continue;
       const std::size_t at = i * room_.walls_each + count++;
-      room_.kept_walls[at] = kept(wall.contact, weight / room_.velocity[i].w);
-      room_.kept_wall_surfaces[at] = wall.surface;
+      room_.kept_walls[at] = kept(contact, weight / room_.velocity[i].w);
+      room_.kept_wall_surfaces[at] = room_.walls[number].surface;
     }
     room_.kept_wall_count[i] = count;
   }
@@ -231,6 +278,8 @@ class MeetContacts {
 
   const MeetSubstep<T>& of_;
   MeetRoom<T>& room_;
+  Far far_ = Far::left;
+  T longest_ = 0;  // m: of all pushes of the sub-step
 };
 
 }  // namespace dvdx

@@ -56,7 +56,7 @@ class MeetImpacts {
   [[nodiscard]] bool comes_before(std::uint32_t a, std::uint32_t b) const noexcept {
     const Impact<T> first = impact(a), second = impact(b);
     if (first.f != second.f || first.speed != second.speed) return comes_before(first, second);
-    return room_.pair_of_impact()[a] < room_.pair_of_impact()[b];
+    return pair_of(a) < pair_of(b);
   }
   // use(pair, the impact's number)
   template <class Use>
@@ -100,11 +100,15 @@ class MeetImpacts {
         room_.pair_of_impact()[end++] = room_.pair_of_impact()[k];
       }
       task.candidates = static_cast<std::uint32_t>(
-          of_.kernels.find_hit(terms, task.first, task.first + task.near, before, candidates));
+          of_.kernels.find_hit(terms, task.first, task.first_far + task.near - task.close, before, candidates));
     }
     task.impacts = static_cast<std::uint32_t>(of_.kernels.find_impacts(terms, candidates, task.candidates, end)) - task.first;
   }
   void find_walls(std::size_t i, Task& task) noexcept {
+    if (round_ > 0 && room_.shift[i].round != static_cast<T>(round_)) {  // as in the round before
+      task.hits_walls = task.hits_walls || room_.hit_wall[i] != no_wall;
+      return;
+    }
     room_.hit_wall[i] = no_wall;
     for (std::size_t s = 0; s < of_.walls_of(i); ++s) {
       MetWall<T>& wall = of_.wall(i, s);
@@ -141,10 +145,7 @@ class MeetImpacts {
   [[nodiscard]] bool waits(std::size_t i, T f) const noexcept {
     if (round_ >= rounds_in_order_) return false;
     bool waits = false;
-    of_.over_pairs_of(i, [&](std::uint32_t p) {
-      const MetPair pair = room_.pair(p);
-      waits = waits || first_of(pair.i == i ? pair.j : pair.i) < f;
-    });
+    of_.over_pairs_of(i, [&](const MetPair& pair) { waits = waits || first_of(pair.i == i ? pair.j : pair.i) < f; });
     return waits;
   }
 
@@ -157,7 +158,7 @@ class MeetImpacts {
   }
   void hit(std::size_t i, MetWall<T>& wall) noexcept {
     const Point<T> u = minus(velocity_of(i), times(1 / of_.h, wall.way));
-    const Point<T> impulse = impulse_of(wall.contact.n, u, room_.velocity[i].w, wall.e, wall.mu);
+    const Point<T> impulse = impulse_of(wall.n, u, room_.velocity[i].w, wall.e, wall.mu);
     wall.impulse = plus(wall.impulse, impulse);
     take_impulse(i, T(1), impulse, wall.impact.f);
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -28,7 +29,6 @@ class MeetNear {
       room_.is_kept = false;
       return Found::too_many;
     }
-    room_.turn_over();
     put_pairs();
     find_lower();
     find_surfaces();
@@ -44,27 +44,31 @@ class MeetNear {
                                .particles = room_.met(),
                                .margin = of_.margin(),
                                .most = of_.rules.least_radius(),
+                               .far = of_.far(),
                                .slowest = of_.slowest,
                                .i = room_.near_i(),
                                .j = room_.near_j()};
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
-      task.kept_first = task.first;
-      task.kept = task.near;
       task.near = static_cast<std::uint32_t>(of_.kernels.find_within(terms, room_.lists.first(from), room_.lists.first(end)));
     });
   }
-  // Each task's pairs begin a block, and leave one place at its end.
+  // Each task's close pairs begin a block, and so do its far ones.
   bool number_tasks() noexcept {
     std::size_t first = 0;
     room_.pair_count = 0;
-    for (Task& task : room_.tasks) {
+    for (std::size_t number = 0; number < room_.tasks.size(); ++number) {
+      Task& task = room_.tasks[number];
+      task.close = 0;
+      over_near(number, [&](std::uint32_t, std::uint32_t, std::uint32_t j) { task.close += (j & pair_is_far) == 0 ? 1U : 0U; });
       task.first = static_cast<std::uint32_t>(first);
-      first += MeetRoom<T>::whole_lanes(task.near + 1);
+      first += MeetRoom<T>::whole_lanes(task.close);
+      task.first_far = static_cast<std::uint32_t>(first);
+      first += MeetRoom<T>::whole_lanes(task.near - task.close);
       room_.pair_count += task.near;
     }
     return first <= room_.wanted.size();  // it is more where a particle has too many
   }
-  // use(k, i, j): the near pairs of a task.
+  // use(k, i, j): the near pairs of a task, as the pass gives them.
   template <class Use>
   void over_near(std::size_t task, const Use& use) const noexcept {
     const std::size_t place = room_.lists.first(task * particles_per_meeting_task);
@@ -78,8 +82,8 @@ class MeetNear {
     std::fill_n(room_.first_lower.begin(), room_.particles + 2, 0U);
     for (std::size_t task = 0; task < room_.tasks.size(); ++task) {
       over_near(task, [&](std::uint32_t, std::uint32_t i, std::uint32_t j) {
-        ++room_.own_end[i & ~goes_fast];
-        ++room_.first_lower[j + 2];
+        ++room_.own_end[i & ~pair_goes_fast];
+        ++room_.first_lower[(j & ~pair_is_far) + 2];
       });
     }
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
@@ -96,17 +100,23 @@ class MeetNear {
       Task& task = room_.tasks[number];
       std::uint32_t* const candidates = room_.candidates(number);
       task.candidates = 0;
+      std::array<std::uint32_t, 2> next{task.first, task.first_far};
       over_near(number, [&](std::uint32_t k, std::uint32_t i, std::uint32_t j) {
-        const std::uint32_t p = task.first + k;
-        const MetPair pair{i & ~goes_fast, j};
+        const std::uint32_t far = j & pair_is_far;
+        const std::uint32_t p = next[far != 0 ? 1 : 0]++;
+        const MetPair pair{i & ~pair_goes_fast, j & ~pair_is_far};
+        room_.ordered[task.first + k] = p | far;
         room_.put_pair(p, pair);
         room_.wanted[p] = of_.wanted(pair.i, pair.j);
         candidates[task.candidates] = p;
         task.candidates += i != pair.i ? 1U : 0U;
       });
-      for (std::uint32_t p = task.first + task.near; p % meeting_lanes != 0; ++p) {
-        room_.put_pair(p, {.i = 0, .j = 0});
-        room_.wanted[p] = 0;
+      for (std::uint32_t p : next) {
+        for (; p % meeting_lanes != 0; ++p) {
+          room_.put_pair(p, {.i = 0, .j = 0});
+          room_.wanted[p] = 0;
+          room_.pulses[p] = {};
+        }
       }
     });
   }
@@ -114,10 +124,10 @@ class MeetNear {
   void find_lower() noexcept {
     std::uint32_t before = 0;
     for (std::size_t j = 0; j < room_.particles; ++j) room_.first_lower[j + 2] = before += room_.first_lower[j + 2];
-    for (const Task& task : room_.tasks) {
-      for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
-        room_.lower[room_.first_lower[room_.pair(p).j + 1]++] = p;
-      }
+    for (std::size_t number = 0; number < room_.tasks.size(); ++number) {
+      over_near(number, [&](std::uint32_t k, std::uint32_t, std::uint32_t j) {
+        room_.lower[room_.first_lower[(j & ~pair_is_far) + 1]++] = room_.ordered[room_.tasks[number].first + k];
+      });
     }
   }
   void find_surfaces() noexcept {
@@ -150,12 +160,12 @@ class MeetNear {
       MetWall<T> found;
       found.particle = static_cast<std::uint32_t>(i);
       found.surface = static_cast<std::uint32_t>(s);
-      found.contact.n = off.n;
-      found.contact.gap = off.distance - more;
+      found.n = off.n;
+      found.gap = off.distance - more;
       found.mu = surface.mu;
       found.e = surface.e;
       found.way = times(of_.h, velocity_of(surface, x));
-      found.start = found.contact.gap - inner(off.n, minus(minus(x, room_.start[i].x), found.way));
+      found.start = found.gap - inner(off.n, minus(minus(x, room_.start[i].x), found.way));
       keep(i, found);
     }
   }
@@ -165,9 +175,9 @@ class MeetNear {
     if (count == room_.walls_each) {
       std::size_t least = 0;
       for (std::size_t s = 1; s < count; ++s) {
-        if (of_.wall(i, s).contact.gap > of_.wall(i, least).contact.gap) least = s;
+        if (of_.wall(i, s).gap > of_.wall(i, least).gap) least = s;
       }
-      if (!(found.contact.gap < of_.wall(i, least).contact.gap)) return;
+      if (!(found.gap < of_.wall(i, least).gap)) return;
       for (std::size_t s = least; s + 1 < count; ++s) of_.wall(i, s) = of_.wall(i, s + 1);
       --count;
     }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -40,17 +41,22 @@ struct MeetRoom {
         pairs(most_pairs(shape) / meeting_lanes),
         separations(pairs.size()),
         wanted(most_pairs(shape)),
-        pulses(2 * wanted.size() + shape.particles * shape.walls + 1),
+        pulses(2 * wanted.size() + whole_lanes(shape.particles * shape.walls) + 1),
+        ordered(wanted.size()),
         own_end(shape.particles),
         first_lower(shape.particles + 2),
         lower(wanted.size()),
+        counts(shape.particles),
         slices(tasks.size() * slices_per_meeting_task),
         summed(slices.size() * meeting_lanes),
         summed_w(summed.size()),
         places(2 * wanted.size() + shape.particles * shape.walls +
                tasks.size() * meeting_lanes * (shape.most_neighbours + shape.walls)),
         pushed(shape.particles + tasks.size()),
-        kept_pairs(pairs.size()),
+        kept_pairs(wanted.size()),
+        wall_pairs(whole_lanes(shape.particles * shape.walls) / meeting_lanes),
+        wall_separations(wall_pairs.size()),
+        wall_mu(wall_pairs.size() * meeting_lanes),
         walls(shape.particles * shape.walls),
         wall_count(shape.walls != 0 ? shape.particles : 0),
         first_wall(wall_count.size()),
@@ -64,59 +70,57 @@ struct MeetRoom {
         parts(shape.has_births ? shape.particles : 0, std::uint8_t{1}) {}
 
   [[nodiscard]] std::size_t bytes() const noexcept {
-    constexpr std::size_t each = 5 * sizeof(MeetPush<T>) + sizeof(Point<T>) + 2 * sizeof(T) + 12;
+    constexpr std::size_t each = 5 * sizeof(MeetPush<T>) + sizeof(Point<T>) + 2 * sizeof(T) + 14;
     return lists.bytes() + each * start.size() + sizeof(MeetPush<T>) * pushed.size() +
-           (2 * sizeof(MetPairs) + sizeof(Separations<T>)) * pairs.size() +
-           (sizeof(T) + 4 + sizeof(Pulse<T>)) * wanted.size() + sizeof(Pulse<T>) * pulses.size() +
+           (sizeof(MetPairs) + sizeof(Separations<T>)) * (pairs.size() + wall_pairs.size()) +
+           (sizeof(T) + 8 + sizeof(MetPair) + sizeof(Pulse<T>)) * wanted.size() + sizeof(Pulse<T>) * pulses.size() +
            sizeof(SumSlice) * slices.size() + (4 + sizeof(T)) * summed.size() + 4 * places.size() +
            sizeof(MeetTask) * tasks.capacity() + (sizeof(MetWall<T>) + sizeof(Pulse<T>) + 4) * walls.size() +
-           7 * wall_count.size() + parts.size();
+           sizeof(T) * wall_mu.size() + 7 * wall_count.size() + parts.size();
   }
 
   [[nodiscard]] MetParticles<T> met() const noexcept {
-    return {.start = start.data(),
-            .end = end.data(),
-            .velocity = velocity.data(),
-            .hits = hits.data(),
-            .shift = shift.data()};
+    return {.start = start.data(), .end = end.data(), .velocity = velocity.data(), .hits = hits.data(), .shift = shift.data()};
   }
   [[nodiscard]] MetPair pair(std::size_t p) const noexcept { return pair_at(pairs.data(), p); }
   void put_pair(std::size_t p, const MetPair& pair) noexcept {
     pairs[p / meeting_lanes].i[p % meeting_lanes] = pair.i;
     pairs[p / meeting_lanes].j[p % meeting_lanes] = pair.j;
   }
-  // With which this sub-step begins, from a task's kept_first on.
-  [[nodiscard]] MetPair kept_pair(std::size_t k) const noexcept { return pair_at(kept_pairs.data(), k); }
-  // The last sub-step's pairs are what this one begins with.
-  void turn_over() noexcept { std::swap(pairs, kept_pairs); }
   // Beside the pulses of pairs: as the particle with the higher number takes them, those of surfaces, and one of nothing.
   [[nodiscard]] Pulse<T>* against() noexcept { return pulses.data() + wanted.size(); }
   [[nodiscard]] Pulse<T>& wall_pulse(std::size_t wall) noexcept { return pulses[2 * wanted.size() + wall]; }
   [[nodiscard]] std::size_t no_pulse() const noexcept { return pulses.size() - 1; }
   // Who is pushed by it.
   [[nodiscard]] std::size_t nobody(std::size_t task) const noexcept { return start.size() + task; }
-  // use(i, j, pulse), by i, then by j: those from which the next sub-step goes on.
+  // use(pair, pulse), by i, then by j: near ones of the last sub-step.
+  template <class Use>
+  void for_each_pair(const Use& use) const {
+    for (const MeetTask& task : tasks) {
+      const std::uint32_t end_of_kept = pair_count != 0 ? task.kept_first + task.kept : task.kept_first;
+      for (std::uint32_t k = task.kept_first; k < end_of_kept; ++k) use(kept_pairs[k], kept_pulses[k]);
+    }
+  }
+  // use(i, j, pulse): those of them from which the next sub-step goes on.
   template <class Use>
   void for_each_kept(const Use& use) const {
     if (!is_kept) return;
-    for (const MeetTask& task : tasks) {
-      for (std::uint32_t p = task.first; p < task.first + task.near; ++p) {
-        if (kept_pulses[p].number > 0) use(std::size_t{pair(p).i}, pair(p).j, kept_pulses[p]);
-      }
-    }
+    for_each_pair([&](const MetPair& pair, const Pulse<T>& pulse) {
+      if (pulse.number > 0) use(std::size_t{pair.i}, pair.j, pulse);
+    });
   }
   // Pairs come by i, then by j, and take no more than their room.
   void begin_keeping() noexcept {
     pair_count = 0;
-    for (MeetTask& task : tasks) task.first = task.near = 0;
+    for (MeetTask& task : tasks) task.kept_first = task.kept = 0;
     std::fill(kept_wall_count.begin(), kept_wall_count.end(), std::uint8_t{0});
   }
-  void keep(std::size_t k, const MetPair& of, const Pulse<T>& pulse) noexcept {
+  void keep(const MetPair& of, const Pulse<T>& pulse) noexcept {
     MeetTask& task = tasks[of.i / particles_per_meeting_task];
-    if (task.near == 0) task.first = static_cast<std::uint32_t>(k);
-    ++task.near;
-    put_pair(k, of);
-    kept_pulses[k] = pulse;
+    if (task.kept == 0) task.kept_first = static_cast<std::uint32_t>(pair_count);
+    ++task.kept;
+    kept_pairs[pair_count] = of;
+    kept_pulses[pair_count++] = pulse;
   }
   // From the next sub-step on there are so many particles, at most those that there is room for: new ones have the highest
   // numbers. Where some have gone by no renumber(), what is kept of pairs may be others' by now.
@@ -136,18 +140,17 @@ struct MeetRoom {
   // after[i]: the number that particle i has from now on, which ascends with i, or no_partner if it has gone. `count` are left,
   // with what is kept of them.
   void renumber(std::span<const std::uint32_t> after, std::size_t count) noexcept {
-    std::uint32_t kept = 0;
+    const std::size_t before = pair_count;
+    pair_count = 0;
     for (MeetTask& task : tasks) {
-      const std::uint32_t first = task.first;
-      const std::uint32_t old_end = pair_count != 0 ? first + task.near : first;
-      task.first = task.near = 0;
-      for (std::uint32_t p = first; p < old_end; ++p) {
-        const MetPair old = pair(p);
-        const MetPair now{after[old.i], after[old.j]};
-        if (now.i != no_partner && now.j != no_partner) keep(kept++, now, Pulse<T>(kept_pulses[p]));
+      const std::uint32_t first = task.kept_first;
+      const std::uint32_t old_end = before != 0 ? first + task.kept : first;
+      task.kept_first = task.kept = 0;
+      for (std::uint32_t k = first; k < old_end; ++k) {
+        const MetPair now{after[kept_pairs[k].i], after[kept_pairs[k].j]};
+        if (now.i != no_partner && now.j != no_partner) keep(now, Pulse<T>(kept_pulses[k]));
       }
     }
-    pair_count = kept;
     for (std::size_t i = 0; i < after.size(); ++i) {
       if (after[i] != no_partner) move(i, after[i]);
     }
@@ -157,28 +160,20 @@ struct MeetRoom {
   static constexpr std::size_t whole_lanes(std::size_t pairs) noexcept {
     return tasks_of(pairs, meeting_lanes) * meeting_lanes;
   }
-  // Each task's pairs begin a block, and leave a place.
+  // Each task's close pairs begin a block, and so do its far ones.
   static constexpr std::size_t most_pairs(const MeetShape& shape) noexcept {
     return whole_lanes(shape.particles * shape.most_neighbours / 2) +
-           tasks_of(shape.particles, particles_per_meeting_task) * meeting_lanes;
+           2 * tasks_of(shape.particles, particles_per_meeting_task) * meeting_lanes;
   }
   // The listed pairs that are near, each task's from the place of its first listed one on.
   [[nodiscard]] std::uint32_t* near_i() noexcept { return lists.spare().data(); }
   [[nodiscard]] std::uint32_t* near_j() noexcept { return lists.spare().data() + lists.room(); }
-  // Thereafter that of each impact.
+  // Thereafter the number of each impact's pair.
   [[nodiscard]] std::uint32_t* pair_of_impact() noexcept { return lists.spare().data(); }
   // The pairs that a task looks at in a round of impacts. Sums have their places there later.
   [[nodiscard]] std::uint32_t* candidates(std::size_t task) noexcept {
     return places.data() + tasks[task].first + task * meeting_lanes;
   }
-  // use(pair): near ones of the last sub-step.
-  template <class Use>
-  void for_each_pair(const Use& use) const {
-    for (const MeetTask& task : tasks) {
-      for (std::uint32_t p = task.first; pair_count != 0 && p < task.first + task.near; ++p) use(pair(p));
-    }
-  }
-
   // turn(along): as a state turns.
   template <class Turn>
   void turn_kept(const Turn& turn) {
@@ -187,15 +182,19 @@ struct MeetRoom {
   }
 
   struct MeetTask {
-    std::uint32_t first = 0;                 // the number of its first pair
-    std::uint32_t near = 0;                  // its pairs
-    std::uint32_t kept_first = 0, kept = 0;  // in the sub-step before
+    std::uint32_t first = 0;                 // the number of its first close pair
+    std::uint32_t close = 0;                 // how many there are
+    std::uint32_t first_far = 0;             // the number of its first far one
+    std::uint32_t near = 0;                  // its pairs of both kinds
+    std::uint32_t kept_first = 0, kept = 0;  // of the sub-step before
     std::uint32_t candidates = 0;            // those of them that may be impacts
     std::uint32_t impacts = 0;               // in this round, in the pairs' room from the first on
     std::uint32_t most = 0;                  // pairs of a particle
     std::uint32_t first_wall = 0, walls = 0;
-    std::uint32_t summed = 0, most_summed = 0;   // pulses of all its particles, and of the one that has most
+    std::uint32_t summed = 0, most_summed = 0;  // pulses of all its particles, and of the one that has most
     std::uint32_t first_place = 0, slices = 0;
+    double least_far = 0;  // m: of the gaps of its far pairs
+    double longest = 0;    // m^2: of its pushes, squared
     bool hits_walls = false;
     bool is_stale = false;
     bool has_movers = false;              // particles without mass that meet and move
@@ -216,20 +215,27 @@ struct MeetRoom {
   std::vector<T> allowed{};           // m: the strays that the lists allow for
   std::vector<T> a{};
   std::vector<MeetTask> tasks{};
-  std::vector<MetPairs> pairs{};  // near ones, by i, then by j; those of each task from a block on
+  std::vector<MetPairs> pairs{};  // near ones; the close ones of each task from a block on, then the far ones likewise
   std::vector<Separations<T>> separations{};
   std::vector<T> wanted{};         // m: by pairs
   std::vector<Pulse<T>> pulses{};  // of each pair, and what against() and wall_pulse() say
-  // By particle: where its own pairs end, counted from its task's first, and where those begin in `lower` in which its number
-  // is the higher one.
+  // The numbers of pairs by i, then by j, each task's from its first on; with pair_is_far, where they are.
+  std::vector<std::uint32_t> ordered{};
+  // By particle: where its own pairs end there, counted from its task's first, and where those begin in `lower` in which its
+  // number is the higher one.
   std::vector<std::uint32_t> own_end{}, first_lower{}, lower{};
+  std::vector<std::uint16_t> counts{};  // of pulses of each particle that are summed
   // Each task's particles that have pulses, by how many.
   std::vector<SumSlice> slices{};
   std::vector<std::uint32_t> summed{};
   std::vector<T> summed_w{};
   std::vector<std::uint32_t> places{};
   std::vector<MeetPush<T>> pushed{};  // and for each task one of no particle
-  std::vector<MetPairs> kept_pairs{};
+  std::vector<MetPair> kept_pairs{};  // by i, then by j
+  // In lanes, by the numbers of walls: partners are nobody.
+  std::vector<MetPairs> wall_pairs{};
+  std::vector<Separations<T>> wall_separations{};
+  std::vector<T> wall_mu{};
   std::vector<MetWall<T>> walls{};  // each task's beside each other, by particles
   std::vector<std::uint8_t> wall_count{};
   std::vector<std::uint32_t> first_wall{};
@@ -249,7 +255,8 @@ struct MeetRoom {
   std::size_t pair_count = 0;
   std::size_t most = 0;  // pairs of the particle that has most
   std::uint64_t rebuilt = 0, substeps = 0;
-  bool has_impacts = false;  // in the last sub-step
+  bool has_impacts = false;                   // in the last sub-step
+  T longest = std::numeric_limits<T>::max();  // m: of the last sub-step's pushes
 
  private:
   void resize(std::size_t count) noexcept {

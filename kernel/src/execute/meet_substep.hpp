@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <span>
 
 #include "compile/joined_motion.hpp"
 #include "execute/meet_room.hpp"
@@ -56,16 +55,28 @@ struct MeetSubstep {
   [[nodiscard]] Point<T> moved_by_impacts(std::size_t i) const noexcept {
     return plus(room.shift[i].dx, times(h, room.hits[i].dv));
   }
-  // use(the number of a pair): those in which particle i is one.
+  // use(the number of a pair, with pair_is_far where it is): those in which particle i is the higher one, by the lower one; then its
+  // own, by the higher one.
   template <class Use>
-  void over_pairs_of(std::size_t i, const Use& use) const noexcept {
+  void over_lower(std::size_t i, const Use& use) const noexcept {
     for (std::uint32_t k = room.first_lower[i]; k < room.first_lower[i + 1]; ++k) use(room.lower[k]);
+  }
+  template <class Use>
+  void over_own(std::size_t i, const Use& use) const noexcept {
     const std::uint32_t first = room.tasks[i / particles_per_meeting_task].first;
     const std::uint32_t own = i % particles_per_meeting_task != 0 ? room.own_end[i - 1] : 0;
-    for (std::uint32_t p = first + own; p < first + room.own_end[i]; ++p) use(p);
+    for (std::uint32_t k = first + own; k < first + room.own_end[i]; ++k) use(room.ordered[k]);
   }
-  [[nodiscard]] std::span<MetWall<T>> walls_of(const Task& task) const noexcept {
-    return {room.walls.data() + task.first_wall, task.walls};
+  // use(pair): all that particle i is in.
+  template <class Use>
+  void over_pairs_of(std::size_t i, const Use& use) const noexcept {
+    over_lower(i, [&](std::uint32_t p) { use(room.pair(p & ~pair_is_far)); });
+    over_own(i, [&](std::uint32_t p) { use(room.pair(p & ~pair_is_far)); });
+  }
+  // m: beyond what a pair wants. Those farther apart are looked at in rounds only where pushes are longer than they were.
+  [[nodiscard]] T far() const noexcept {
+    const T most = 4 * rules.most_radius();
+    return T(0.01) * rules.least_radius() + (room.longest < most ? 3 * room.longest : most);
   }
   // m: what pushes may add to the ways.
   [[nodiscard]] T margin() const noexcept { return T(0.1) * rules.least_radius(); }

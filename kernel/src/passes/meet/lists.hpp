@@ -94,8 +94,8 @@ class PairLists {
   bool looks_far_ = false;  // some particle
   std::vector<std::uint32_t> first_{}, owners_{}, partners_{};
   std::vector<std::uint32_t> starts_{}, cell_{};
-  std::vector<std::uint32_t> number_{};    // as sorted, and
-  std::vector<T> x_{}, y_{}, z_{}, a_{};   // likewise
+  std::vector<std::uint32_t> number_{};              // as sorted, and
+  std::vector<T> x_{}, y_{}, z_{}, a_{};             // likewise
   std::vector<std::uint32_t> found_at_{}, count_{};  // by particle
   std::vector<std::uint32_t> found_{};
   std::vector<Region> regions_{};

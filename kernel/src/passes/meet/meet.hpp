@@ -140,8 +140,9 @@ struct MetWall {
   T e = 0;         // restitution
   T start = 0;     // how far it is off when the sub-step begins, m
   Point<T> way{};  // how far it goes in the sub-step, m
+  Point<T> n{};    // from the surface
+  T gap = 0;       // when the sub-step ends, m
   Impact<T> impact{};
-  Separation<T> contact{};
   Point<T> impulse{};  // of impacts, kg m/s
 };
 

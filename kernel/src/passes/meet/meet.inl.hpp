@@ -91,15 +91,15 @@ Impact<T> find_impact(std::size_t i, std::size_t j, const MetParticles<T>& of, T
 template <class T>
 void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h, T slowest) noexcept {
   wall.impact.f = 2;
-  wall.impact.n = wall.contact.n;
+  wall.impact.n = wall.n;
   const T sign = h < 0 ? T(-1) : T(1);
   const Point<T> v = minus(plus(of.velocity[i].v, of.hits[i].dv), times(1 / h, wall.way));
-  wall.impact.speed = -sign * inner(wall.contact.n, v);
+  wall.impact.speed = -sign * inner(wall.n, v);
   if (!(wall.impact.speed > slowest)) return;
   const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
   const Point<T> D = minus(minus(own.to, own.from), wall.way);
-  const T at_first = wall.start + inner(wall.contact.n, of.shift[i].dx);
-  const T fall = inner(wall.contact.n, D);
+  const T at_first = wall.start + inner(wall.n, of.shift[i].dx);
+  const T fall = inner(wall.n, D);
   const T at_last = at_first + of.hits[i].last * fall;
   if (at_last <= 0) {
     wall.impact.f = of.hits[i].last;
@@ -123,8 +123,7 @@ Point<T> impulse_of(const Point<T>& n, const Point<T>& u, T w, T e, T mu) noexce
 }
 
 template <class T>
-Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d,
-                                                     const Pulse<T>& kept) noexcept {
+Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d, const Pulse<T>& kept) noexcept {
   const Point<T> D = minus(q1, q0);
   const T a = inner(D, D);
   const T b = inner(q0, D);

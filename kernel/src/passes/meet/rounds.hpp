@@ -11,7 +11,8 @@
 
 namespace dvdx {
 
-// Blocks of meeting_lanes pairs, and the pulse of each: as the particle with the lower number takes it, and as the other does.
+// Blocks of meeting_lanes pairs, and the pulse of each: as the particle with the lower number takes it, and as the other does,
+// if there is one.
 template <class T>
 struct RoundTerms {
   const MetPairs* pairs = nullptr;
@@ -19,7 +20,9 @@ struct RoundTerms {
   Pulse<T>* pulses = nullptr;
   Pulse<T>* against = nullptr;
   const MeetPush<T>* pushed = nullptr;  // by particles
-  T mu{}, beta{};
+  const T* mus = nullptr;               // of each pair; or
+  T mu{};                               // of all
+  T beta{};
 };
 
 // Pairs as the impacts leave them. Each pulse is at first that of the sub-step before.
@@ -63,11 +66,12 @@ struct MeetKernels {
   // meeting_lanes more may be written.
   std::size_t (*find_hit)(const ImpactTerms<T>& terms, std::size_t from, std::size_t to, T round,
                           std::uint32_t* pairs) noexcept = nullptr;
-  // Pairs from `from`, the first of a block, to `to`. More of the last block may be taken with them.
-  void (*begin)(const BeginTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
+  // Pairs from `from`, the first of a block, to `to`. More of the last block may be taken with them. The least gap, m; one that
+  // acts already has none that is less.
+  T (*begin)(const BeginTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
   void (*push)(const RoundTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
-  // Slices from `from` to `to`.
-  void (*sum)(const SumTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
+  // Slices from `from` to `to`. The square of the longest push, m^2.
+  T (*sum)(const SumTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
 };
 
 }  // namespace dvdx

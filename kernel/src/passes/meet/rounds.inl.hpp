@@ -1,9 +1,11 @@
 // Contacts of pairs, a register of them at once: rounds_reference.hpp in lanes.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "isa/lanes.hpp"
 #include "passes/meet/impacts.inl.hpp"
@@ -17,10 +19,9 @@ namespace {
 // Those of a register whose contacts act: what they give, which is 0 where one does not act.
 template <class V>
 [[gnu::always_inline]] inline Three<V> push_contacts(Separations<Scalar<V>>& contacts, std::size_t lane, Mask<V> acts,
-                                                     const Three<V>& moved, V w, V gap, Scalar<V> mu_of_all,
-                                                     Scalar<V> beta_of_all) noexcept {
+                                                     const Three<V>& moved, V w, V gap, V mu, V beta) noexcept {
   using T = Scalar<V>;
-  const V zero(T(0)), mu(mu_of_all), beta(beta_of_all);
+  const V zero(T(0));
   const Three<V> n = load_axes<V>(contacts.n, lane);
   const V was_normal = load_lanes<V>(contacts.normal.data() + lane);
   const V was_normal_y = load_lanes<V>(contacts.normal_y.data() + lane);
@@ -48,6 +49,7 @@ template <class V>
                                                 const Three<V>& vector, V number) noexcept {
   scatter_records(pulses[p].vector.data(), records_in_a_row<V>.data(),
                   records_of(std::array<V, 4>{vector[0], vector[1], vector[2], number}));
+  if (against == nullptr) return;
   const Three<V> opposite = V(Scalar<V>(-1)) * vector;
   scatter_records(against[p].vector.data(), records_in_a_row<V>.data(),
                   records_of(std::array<V, 4>{opposite[0], opposite[1], opposite[2], number}));
@@ -55,10 +57,11 @@ template <class V>
 
 // As begin_contact() of meet.inl.hpp.
 template <class V>
-void begin_pairs(const BeginTerms<Scalar<V>>& terms, std::size_t from, std::size_t to) noexcept {
+Scalar<V> begin_pairs(const BeginTerms<Scalar<V>>& terms, std::size_t from, std::size_t to) noexcept {
   using T = Scalar<V>;
-  const V zero(T(0)), one(T(1)), h(terms.h);
+  const V zero(T(0)), one(T(1)), h(terms.h), lowest(std::numeric_limits<T>::lowest());
   const MetParticles<T>& of = terms.particles;
+  V least(std::numeric_limits<T>::max());
   for (std::size_t p = from; p < to; p += V::size) {
     const std::size_t lane = p % meeting_lanes;
     const MetPairs& pairs = terms.pairs[p / meeting_lanes];
@@ -92,15 +95,20 @@ void begin_pairs(const BeginTerms<Scalar<V>>& terms, std::size_t from, std::size
     store_axes(contacts.along_y, lane, along);
     store_lanes(contacts.gap.data() + lane, gap);
     for (auto* const lanes : {&contacts.normal, &contacts.normal_y, &contacts.begun}) store_lanes(lanes->data() + lane, normal);
-    store_pulses(terms.pulses, terms.against, p, normal * n + along,
-                 select<V>((gap < zero) | (normal > zero), one, zero));
+    const Mask<V> acts = (gap < zero) | (normal > zero);
+    store_pulses(terms.pulses, terms.against, p, normal * n + along, select<V>(acts, one, zero));
+    V bound = select<V>(acts, lowest, gap);
+    if (to - p < V::size) bound = select<V>(first_lanes<V>(to - p), bound, least);
+    least = select<V>(bound < least, bound, least);
   }
+  return *std::min_element(lanes_at(least), lanes_at(least) + V::size);
 }
 
 template <class V>
 void push_pairs(const RoundTerms<Scalar<V>>& terms, std::size_t from, std::size_t to) noexcept {
   using T = Scalar<V>;
   const V zero(T(0)), one(T(1));
+  const V mu(terms.mu), beta(terms.beta);
   const Records<V> added_last = records_of(std::array<V, 4>{one, one, one, V(T(-1))});
   for (std::size_t p = from; p < to; p += V::size) {
     const std::size_t lane = p % meeting_lanes;
@@ -115,16 +123,20 @@ void push_pairs(const RoundTerms<Scalar<V>>& terms, std::size_t from, std::size_
     const V number = columns_of(gather_records<V>(terms.pulses[p].vector.data(), records_in_a_row<V>.data()))[3];
     const Mask<V> acts = number > zero;
     Three<V> vector = three<V>(zero);
-    if (any_lane<V>(acts)) vector = push_contacts<V>(contacts, lane, acts, moved, w, gap, terms.mu, terms.beta);
+    if (any_lane<V>(acts)) {
+      const V mu_of = terms.mus != nullptr ? load_lanes<V>(terms.mus + p) : mu;
+      vector = push_contacts<V>(contacts, lane, acts, moved, w, gap, mu_of, beta);
+    }
     store_pulses(terms.pulses, terms.against, p, vector, select<V>(acts | (gap < zero), one, zero));
   }
 }
 
 // In records, which are summed as they are.
 template <class V>
-void sum_pulses(const SumTerms<Scalar<V>>& terms, std::size_t from, std::size_t to) noexcept {
+Scalar<V> sum_pulses(const SumTerms<Scalar<V>>& terms, std::size_t from, std::size_t to) noexcept {
   using T = Scalar<V>;
   const T* const pulses = terms.pulses->vector.data();
+  V longest(T(0));
   for (std::size_t lane = from * meeting_lanes; lane < to * meeting_lanes; lane += V::size) {
     const SumSlice& slice = terms.slices[lane / meeting_lanes];
     const std::uint32_t* places = terms.places + slice.first + lane % meeting_lanes;
@@ -136,7 +148,11 @@ void sum_pulses(const SumTerms<Scalar<V>>& terms, std::size_t from, std::size_t 
     const Records<V> w = records_of(load_lanes<V>(terms.w + lane));
     for (std::size_t r = 0; r < 4; ++r) sum.at[r] = w.at[r] * sum.at[r];
     scatter_records(terms.pushed->dx.data(), terms.particles + lane, sum);
+    const auto [x, y, z, number] = columns_of(sum);
+    const V square = inner(Three<V>{{x, y, z}}, Three<V>{{x, y, z}});
+    longest = select<V>(square > longest, square, longest);
   }
+  return *std::max_element(lanes_at(longest), lanes_at(longest) + V::size);
 }
 
 }  // namespace

@@ -8,8 +8,10 @@
 
 namespace dvdx {
 
-// In a list of near pairs: that the pair goes fast enough for an impact.
-inline constexpr std::uint32_t goes_fast = std::uint32_t{1} << 31;
+// In a list of near pairs, beside the lower number: that the pair goes fast enough for an impact; beside the higher one: that
+// it is far, and that no push will come to it unless they are longer than those of the sub-step before.
+inline constexpr std::uint32_t pair_goes_fast = std::uint32_t{1} << 31;
+inline constexpr std::uint32_t pair_is_far = std::uint32_t{1} << 31;
 
 template <class T>
 struct WithinTerms {
@@ -17,9 +19,10 @@ struct WithinTerms {
   MetParticles<T> particles{};
   T margin = 0;   // m: beyond the distance that a pair wants
   T most = 0;     // m: of the strays that are looked at beyond it
+  T far = 0;      // m: beyond the wanted distance; no result depends on it
   T slowest = 0;  // m/s
   // The pairs that are near, in the order of their places: from the first place that a call is given on, and no farther than
-  // the last. The one with the lower number has goes_fast added where the pair does.
+  // the last.
   std::uint32_t *i = nullptr, *j = nullptr;
 };
 

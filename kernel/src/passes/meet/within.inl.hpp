@@ -26,9 +26,9 @@ template <class V>
   return inner(nearest, nearest) < distance * distance;
 }
 
-// Lane k as bit k: which pairs of a register are near, and which go fast.
+// Lane k as bit k: which pairs of a register are near, which go fast, and which are close.
 struct NearLanes {
-  std::uint64_t are_near, are_fast;
+  std::uint64_t are_near, are_fast, are_close;
 };
 template <class V>
 [[gnu::always_inline]] inline NearLanes look_at_pairs(const WithinTerms<Scalar<V>>& terms, const std::uint32_t* i,
@@ -39,18 +39,20 @@ template <class V>
   const MetRecord<V> end_i = at_i.of(terms.particles.end), end_j = at_j.of(terms.particles.end);
   const MetRecord<V> start_i = at_i.of(terms.particles.start), start_j = at_j.of(terms.particles.start);
   const V strays = end_i.mark + end_j.mark;
-  const V reach = (start_i.mark + start_j.mark) + V(terms.margin) + select<V>(strays < most, strays, most);
+  const V d = start_i.mark + start_j.mark;
+  const V reach = d + V(terms.margin) + select<V>(strays < most, strays, most);
   const Three<V> q1 = end_i.three - end_j.three;
   const V off = inner(q1, q1);
-  const Mask<V> is_far = off * shorter > (reach + strays) * (reach + strays);
-  if (all_lanes<V>(is_far)) return {};
+  const Mask<V> is_beyond = off * shorter > (reach + strays) * (reach + strays);
+  if (all_lanes<V>(is_beyond)) return {};
   const Mask<V> is_at_end = (strays < reach) & (off < shorter * (reach * reach));
   const Mask<V> comes = is_at_end | come_within(start_i.three - start_j.three, q1, reach);
   const MetRecord<V> velocity_i = at_i.of(terms.particles.velocity), velocity_j = at_j.of(terms.particles.velocity);
   const Mask<V> is_moved = (velocity_i.mark > zero) | (velocity_j.mark > zero);
   const Three<V> u = velocity_i.three - velocity_j.three;
-  const V slowest(terms.slowest);
-  return {bits_of<V>(is_moved & comes & ~is_far), bits_of<V>(inner(u, u) > slowest * slowest)};
+  const V slowest(terms.slowest), close = d + V(terms.far);
+  const Mask<V> is_fast = inner(u, u) > slowest * slowest;
+  return {bits_of<V>(is_moved & comes & ~is_beyond), bits_of<V>(is_fast), bits_of<V>(is_fast | (off < close * close))};
 }
 
 template <class V>
@@ -63,10 +65,13 @@ std::size_t find_within(const WithinTerms<Scalar<V>>& terms, std::size_t from, s
     j.fill(terms.partners[place]);
     std::copy_n(terms.owners + place, count, i.begin());
     std::copy_n(terms.partners + place, count, j.begin());
-    auto [are_near, are_fast] = look_at_pairs<V>(terms, i.data(), j.data());
+    auto [are_near, are_fast, are_close] = look_at_pairs<V>(terms, i.data(), j.data());
     are_near &= (std::uint64_t{1} << count) - 1;
     if (are_near == 0) continue;
-    for (std::size_t k = 0; k < V::size; ++k) i[k] |= (are_fast >> k & 1U) != 0 ? goes_fast : 0U;
+    for (std::size_t k = 0; k < V::size; ++k) {
+      i[k] |= (are_fast >> k & 1U) != 0 ? pair_goes_fast : 0U;
+      j[k] |= (are_close >> k & 1U) != 0 ? 0U : pair_is_far;
+    }
     const bool have_room = to - end >= most_chosen<V>;
     const std::size_t near = store_chosen<V>(have_room ? terms.i + end : near_i.data(), i.data(), are_near);
     store_chosen<V>(have_room ? terms.j + end : near_j.data(), j.data(), are_near);

@@ -23,13 +23,18 @@ bool is_within(const WithinTerms<T>& terms, std::uint32_t i, std::uint32_t j) no
 // The places from `from` to `to`; how many are near.
 template <class T>
 std::size_t find_within(const WithinTerms<T>& terms, std::size_t from, std::size_t to) noexcept {
+  const MetParticles<T>& of = terms.particles;
   std::size_t count = 0;
   for (std::size_t place = from; place < to; ++place) {
     const std::uint32_t i = terms.owners[place], j = terms.partners[place];
     if (!is_within(terms, i, j)) continue;
-    const Point<T> u = minus(terms.particles.velocity[i].v, terms.particles.velocity[j].v);
-    terms.i[from + count] = dvdx::inner(u, u) > terms.slowest * terms.slowest ? i | goes_fast : i;
-    terms.j[from + count] = j;
+    const Point<T> u = minus(of.velocity[i].v, of.velocity[j].v);
+    const Point<T> q1 = minus(of.end[i].x, of.end[j].x);
+    const T close = (of.start[i].r + of.start[j].r) + terms.far;
+    const bool is_fast = dvdx::inner(u, u) > terms.slowest * terms.slowest;
+    const bool is_close = is_fast || dvdx::inner(q1, q1) < close * close;
+    terms.i[from + count] = is_fast ? i | pair_goes_fast : i;
+    terms.j[from + count] = is_close ? j : j | pair_is_far;
     ++count;
   }
   return count;
