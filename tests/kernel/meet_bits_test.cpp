@@ -163,6 +163,41 @@ TEST_CASE_TEMPLATE("no bit depends on the pairs that rounds leave out", T, float
   }
 }
 
+// Balls in a row as they fall freely, so that slow ones do not bounce. The last one is farther from the next than anything
+// was pushed in the steps before.
+TEST_CASE_TEMPLATE("a push that comes to a far pair is handed on in the same sub-step", T, float, double) {
+  Scene scene;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Meet{.radius = 0.5 * d});
+  Balls row;
+  for (const double x : {0.0, d, 2 * d + 0.006 * d}) row.add({x, 0, 0});
+  scene.mass = std::vector<double>{1, 0.01, 0.01};
+  const Options options{.step = 1.0 / 480};
+  const auto goes_on = [&](Stepped<T>& of, double speed) {  // as one that has left none out
+    Stepped<T> fresh(scene, row, options);
+    of.state().v[0][0] = static_cast<T>(speed);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        fresh.state().x[axis][i] = of.state().x[axis][i];
+        fresh.state().v[axis][i] = of.state().v[axis][i];
+      }
+    }
+    fresh.state().clock = of.state().clock;
+    REQUIRE(fresh.plan().restore(of.plan().carried(of.state()), fresh.state()));
+    for (int n = 0; n < 3; ++n) {
+      of.step();
+      fresh.step();
+      CHECK(are_equal(of.values(), fresh.values()));
+    }
+  };
+  Stepped<T> stepped(scene, row, options);
+  stepped.step(4);
+  goes_on(stepped, 0.075);
+  CHECK(stepped.v(2)[0] > 1e-3);  // it was reached
+  goes_on(stepped, 0.07);
+  goes_on(stepped, -0.075);
+}
+
 TEST_CASE("a plan forgets what another state did") {
   const Balls balls = test::heap(150, 5, d);
   Stepped<double> first(falling(), balls, {});
