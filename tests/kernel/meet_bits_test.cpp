@@ -371,6 +371,16 @@ TEST_CASE("a scene says what is wrong with its meetings") {
       message({.thickness = 2}, cloth).starts_with("meet.thickness is 2: must be less than the shortest spring at rest, 1.0"));
 }
 
+TEST_CASE("more pairs than 32 bits number are refused") {
+  Balls many;
+  many.x.resize((std::size_t{1} << 29) / 255 + 1);
+  many.v.resize(many.x.size());
+  Scene scene;
+  scene.add(Meet{.radius = 0.5, .most_neighbours = 255});
+  CHECK(test::refusal_of(scene, many) ==
+        "meet.most_neighbours is 255: must be at most 254 for so many particles, " + std::to_string(many.size()));
+}
+
 TEST_CASE("scenes that are stepped in parts have no meetings yet") {
   Scene scene;
   scene.add(Meet{.radius = 0.5});

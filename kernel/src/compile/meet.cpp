@@ -22,6 +22,7 @@ namespace {
 constexpr int most_rounds = 64;
 constexpr int most_neighbours_of_all = 255;
 constexpr std::size_t most_meeting_groups = 1024;
+constexpr double most_pairs_of_all = 1 << 29;           // so that 32 bits number what passes gather
 constexpr double least_size = 1e-15, most_size = 1e15;  // m
 constexpr double near_at_start = 1 - 1e-6;              // of the distance that a pair wants
 
@@ -123,6 +124,11 @@ void check_meet(Checker& check, const Scene& scene) {
   };
   whole("meet.rounds", meet.rounds, most_rounds);
   whole("meet.most_neighbours", meet.most_neighbours, most_neighbours_of_all);
+  if (!check.error && static_cast<double>(*check.count()) * meet.most_neighbours > most_pairs_of_all) {
+    const double most = std::floor(most_pairs_of_all / static_cast<double>(*check.count()));
+    check.fail("meet.most_neighbours", std::to_string(meet.most_neighbours),
+               "at most " + text(most) + " for so many particles, " + std::to_string(*check.count()));
+  }
   check.choice("meet.near_at_start", meet.near_at_start, NearAtStart::pass);
   if (check.error || !meet.groups) return;
   const MeetGroups& groups = *meet.groups;

@@ -21,8 +21,9 @@ class MeetNear {
   Found find() noexcept {
     find_pairs();
     const bool have_room = number_tasks();
-    count_pairs();
     room_.most = 0;
+    if (room_.pair_count == 0 && of_.rules.are_balls_alike()) return Found::all;  // surfaces have kept off what they do
+    count_pairs();
     for (const Task& task : room_.tasks) room_.most = std::max<std::size_t>(room_.most, task.most);
     if (!have_room || room_.most > static_cast<std::size_t>(of_.rules.meet().most_neighbours)) {
       room_.pair_count = 0;
@@ -42,24 +43,31 @@ class MeetNear {
     const WithinTerms<T> terms{.owners = room_.lists.owners(),
                                .partners = room_.lists.partners(),
                                .particles = room_.met(),
+                               .widest = 2 * of_.rules.most_radius(),
                                .margin = of_.margin(),
                                .most = of_.rules.least_radius(),
                                .far = of_.far(),
                                .slowest = of_.slowest,
                                .i = room_.near_i(),
                                .j = room_.near_j()};
-    of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
+    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
+      Task& task = room_.tasks[number];
+      const std::size_t from = number * particles_per_meeting_task;
+      const std::size_t end = std::min(room_.particles, from + particles_per_meeting_task);
       task.near = static_cast<std::uint32_t>(of_.kernels.find_within(terms, room_.lists.first(from), room_.lists.first(end)));
+      task.close = 0;
+      std::fill(room_.own_end.data() + from, room_.own_end.data() + end, 0U);
+      over_near(number, [&](std::uint32_t, std::uint32_t i, std::uint32_t j) {
+        task.close += (j & pair_is_far) == 0 ? 1U : 0U;
+        ++room_.own_end[i & ~pair_goes_fast];
+      });
     });
   }
   // Each task's close pairs begin a block, and so do its far ones.
   bool number_tasks() noexcept {
     std::size_t first = 0;
     room_.pair_count = 0;
-    for (std::size_t number = 0; number < room_.tasks.size(); ++number) {
-      Task& task = room_.tasks[number];
-      task.close = 0;
-      over_near(number, [&](std::uint32_t, std::uint32_t, std::uint32_t j) { task.close += (j & pair_is_far) == 0 ? 1U : 0U; });
+    for (Task& task : room_.tasks) {
       task.first = static_cast<std::uint32_t>(first);
       first += MeetRoom<T>::whole_lanes(task.close);
       task.first_far = static_cast<std::uint32_t>(first);
@@ -78,13 +86,9 @@ class MeetNear {
   }
   // Until places are dealt out, first_lower[j + 2] is in how many pairs j is the higher one.
   void count_pairs() noexcept {
-    std::fill_n(room_.own_end.begin(), room_.particles, 0U);
     std::fill_n(room_.first_lower.begin(), room_.particles + 2, 0U);
     for (std::size_t task = 0; task < room_.tasks.size(); ++task) {
-      over_near(task, [&](std::uint32_t, std::uint32_t i, std::uint32_t j) {
-        ++room_.own_end[i & ~pair_goes_fast];
-        ++room_.first_lower[(j & ~pair_is_far) + 2];
-      });
+      over_near(task, [&](std::uint32_t, std::uint32_t, std::uint32_t j) { ++room_.first_lower[(j & ~pair_is_far) + 2]; });
     }
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.most = 0;

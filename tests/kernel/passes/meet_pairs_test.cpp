@@ -66,6 +66,7 @@ std::vector<std::uint32_t> near_of(const Crowd<T>& crowd, Isa isa, std::size_t f
   const WithinTerms<T> terms{.owners = crowd.owners.data(),
                              .partners = crowd.partners.data(),
                              .particles = crowd.met(),
+                             .widest = T(0.4),
                              .margin = T(0.02),
                              .most = T(0.1),
                              .far = T(-0.02),

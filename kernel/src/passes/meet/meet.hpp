@@ -28,9 +28,13 @@
 //          would flow for ever. So a ball that touches and would go by less than half of g h^2 stays where the sub-step
 //          found it. It keeps its velocity: what should slide or fall gains g h each sub-step, and soon goes. It is not so
 //          while a surface or a particle without mass moves, which slower ones must follow, nor without friction.
+// Left out Neighbours in a sheet are all within reach, and hardly any of them act. A pair that does not act begins to where
+//          C + n.(dx_i - dx_j) < 0, not before |dx_i| + |dx_j| is as long as C. So those farther apart than pushes of the
+//          sub-step before go are far: rounds and sums leave them out until a push is half as long as the least C of them.
+//          Their pulses are 0 till then: no bit depends on it.
 // Sums     A pair's pulse is worked out once, and taken by both sides; a particle sums by ascending numbers of its partners,
-//          lower ones first. Momentum is kept to rounding. Which pairs are within reach depends on nothing but the state, so
-//          no bit depends on how old a list is.
+//          lower ones first. Particles with as many pulses stand side by side. Momentum is kept to rounding. Which pairs are
+//          within reach depends on nothing but the state, so no bit depends on how old a list is.
 // Limits   Particles turn about nothing: balls do not roll. Pairs that pushes bring nearer than their margin within a sub-step
 //          meet in the next one. Rounds carry a push by so many particles: a deep pile is soft. A grain at rest has the
 //          velocity -g h/2 that the next sub-step takes back, as in leapfrog.
