@@ -19,8 +19,8 @@
 
 namespace dvdx {
 
-// Slabs are runs of cells, as many as the fewest cells that there are.
-inline constexpr std::uint32_t slab_bits = 6, slabs_of_cells = 1U << slab_bits;
+// Slabs are runs of cells: at most as many as the fewest cells that there are, and one of all where a task deals them.
+inline constexpr std::uint32_t most_slab_bits = 6, most_slabs = 1U << most_slab_bits;
 inline constexpr std::size_t rows_of_deal = 4;
 
 // The rule by which no pair is left out.
@@ -67,7 +67,7 @@ class PairLists {
 
  private:
   // Of particles that follow each other: how many are in each slab; then where the next one goes.
-  using Row = std::array<std::uint32_t, slabs_of_cells>;
+  using Row = std::array<std::uint32_t, most_slabs>;
   using Deal = std::array<Row, rows_of_deal>;
   using Pair2 = std::array<std::uint32_t, 2>;
 
@@ -117,7 +117,7 @@ class PairLists {
   std::size_t particles_ = 0;
   CellGrid grid_{};
   std::uint32_t cells_ = 0;
-  std::uint32_t slab_shift_ = 0;  // a cell's number without these bits is its slab's
+  std::uint32_t slabs_ = 1, slab_shift_ = 0;  // a cell's number without so many bits is its slab's
   double per_side_ = 0;
   bool looks_far_ = false;  // some particle
   std::vector<std::uint32_t> first_{}, partners_{}, first_lower_{}, lower_{};
@@ -129,7 +129,7 @@ class PairLists {
   std::vector<Region> regions_{};
   std::vector<Box> boxes_{};   // by task
   std::vector<Deal> deals_{};  // likewise
-  std::array<std::uint32_t, slabs_of_cells + 1> slab_starts_{};
+  std::array<std::uint32_t, most_slabs + 1> slab_starts_{};
 };
 
 }  // namespace dvdx

@@ -114,6 +114,8 @@ void PairLists<T>::shape(const Box& box, T ordinary, T reach) noexcept {
   }
   for (std::size_t axis = 0; axis < 3; ++axis) grid_.mask[axis] = (std::uint32_t{1} << bits[axis]) - 1;
   cells_ = std::uint32_t{1} << all;
+  const std::uint32_t slab_bits = particles_ > dealt_at_once ? most_slab_bits : 0;
+  slabs_ = std::uint32_t{1} << slab_bits;
   slab_shift_ = all - slab_bits;
 }
 
@@ -151,18 +153,18 @@ void PairLists<T>::number_slabs() noexcept {
   Row next{};
   for (const Deal& rows : deals) {
     for (const Row& row : rows) {
-      for (std::size_t slab = 0; slab < slabs_of_cells; ++slab) next[slab] += row[slab];
+      for (std::size_t slab = 0; slab < slabs_; ++slab) next[slab] += row[slab];
     }
   }
   std::uint32_t before = 0;
-  for (std::size_t slab = 0; slab < slabs_of_cells; ++slab) {
+  for (std::size_t slab = 0; slab < slabs_; ++slab) {
     slab_starts_[slab] = before;
     before += std::exchange(next[slab], before);
   }
-  slab_starts_[slabs_of_cells] = starts_[cells_] = before;
+  slab_starts_[slabs_] = starts_[cells_] = before;
   for (Deal& rows : deals) {
     for (Row& row : rows) {
-      for (std::size_t slab = 0; slab < slabs_of_cells; ++slab) next[slab] += std::exchange(row[slab], next[slab]);
+      for (std::size_t slab = 0; slab < slabs_; ++slab) next[slab] += std::exchange(row[slab], next[slab]);
     }
   }
 }
@@ -409,7 +411,7 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
   });
   number_slabs();
   over_deals([&](std::size_t task, std::size_t from, std::size_t to) { deal(from, to, deals_[task]); });
-  run(slabs_of_cells, [&](std::size_t slab) { sort(slab); });
+  run(slabs_, [&](std::size_t slab) { sort(slab); });
   const std::size_t placed = starts_[cells_];
   over(placed, [&](std::size_t, std::size_t from, std::size_t to) { place(x, a, ordinary, from, to); });
   // By tasks, each in its part of the room; where one finds more, all in one.
