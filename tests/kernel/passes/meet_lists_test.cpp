@@ -213,7 +213,7 @@ TEST_CASE_TEMPLATE("lists are the same on any number of threads, and in any orde
   const auto backwards = [](std::size_t tasks, const auto& body) {
     for (std::size_t task = tasks; task-- > 0;) body(task);
   };
-  // About the sizes of tasks. The last one's room is that of all: it is first of more particles, then of fewer.
+  // Sizes about those of tasks. All in the same room, so that it is of fewer after it was of more.
   constexpr std::size_t most = 6151;
   PairLists<T> lists(most, 40 * most);
   for (const std::size_t count : {2047U, 2048U, 2049U, 4099U, 6151U, 515U, 3U}) {

@@ -66,7 +66,7 @@ class PairLists {
   }
 
  private:
-  // Of particles that follow each other: how many are in each slab; then where the next one goes.
+  // How many of some particles that follow each other are in each slab; then where the next one goes.
   using Row = std::array<std::uint32_t, most_slabs>;
   using Deal = std::array<Row, rows_of_deal>;
   using Pair2 = std::array<std::uint32_t, 2>;
