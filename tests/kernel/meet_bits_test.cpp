@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "compile/joints.hpp"
 #include "dvdx/partition.hpp"
 #include "kernel/meeting.hpp"
 #include "support/isas.hpp"
@@ -60,22 +61,39 @@ TEST_CASE_TEMPLATE("the bits do not depend on the instruction set, the layout or
   for (const std::size_t each : {1U, 3U, 6U}) CHECK(are_equal(expected, end_of<T>({}, Layout::soa, each)));
 }
 
-TEST_CASE("the bits do not depend on the threads" * doctest::test_suite("threads")) {
-  Balls balls;  // as many as are worth threads
-  for (std::size_t n = 0; n < 16500; ++n) {
+Balls layers(std::size_t count) {
+  Balls balls;
+  for (std::size_t n = 0; n < count; ++n) {
     balls.add({0.0199 * static_cast<double>(n % 150), 0.03 * static_cast<double>(n / 150), 0},
               {test::uniform(0, n) - 0.5, test::uniform(1, n) - 0.5, test::uniform(2, n) - 0.5});
   }
+  return balls;
+}
+Scene sliding() {
   Scene scene;
   scene.add(Contact{Plane{}});
   scene.add(Meet{.radius = 0.5 * d, .friction = 0.5, .rounds = 2, .most_neighbours = 12});
-  Stepped<float> one(scene, balls, {});
-  Stepped<float> many(scene, balls, {});
-  test::Threads threads(3);
-  one.step();
-  many.step(1, threads.parallel_for());
-  CHECK(threads.calls() > 0);
-  CHECK(are_equal(one.values(), many.values()));
+  return scene;
+}
+
+TEST_CASE("the bits do not depend on the threads" * doctest::test_suite("threads")) {
+  for (const std::size_t count : {std::size_t{16500}, parallel_from_of_balls}) {
+    const Balls balls = layers(count);
+    Stepped<float> one(sliding(), balls, {});
+    Stepped<float> many(sliding(), balls, {});
+    test::Threads threads(3);
+    one.step();
+    many.step(1, threads.parallel_for());
+    CHECK(threads.calls() > 0);
+    CHECK(are_equal(one.values(), many.values()));
+  }
+}
+
+TEST_CASE("so few that no thread is worth waking are one thread's work") {
+  Stepped<float> few(sliding(), layers(parallel_from_of_balls - 1), {});
+  test::Threads threads(2);
+  few.step(1, threads.parallel_for());
+  CHECK(threads.calls() == 0);
 }
 
 TEST_CASE_TEMPLATE("a state that is stored goes on with the same bits in another plan", T, float, double) {

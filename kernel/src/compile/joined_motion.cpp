@@ -195,7 +195,7 @@ WorkspaceShape JoinedMotion<T>::shape() const {
     shape.redirects_lines = sheets->lines.forces == LineForces::redirected;
   }
   if (const auto* list = std::get_if<ColoursForm<T>>(&joints.form)) {
-    shape.lines = list->lines.rooms(joints.particles() >= parallel_from);
+    shape.lines = list->lines.rooms(joints.are_worth_threads(joints.particles()));
   }
   shape.visits_again = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;

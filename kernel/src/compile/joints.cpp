@@ -81,11 +81,10 @@ double longest_of_sweeps(const Coupling& coupling, double frequency, Pace pace) 
   return varies ? as_stiff_where_uneven(*coupling.longest_substep, frequency) : *coupling.longest_substep;
 }
 
-// As many as make no sub-step longer than those of the longest step, which `longest` has.
+// As many as make no sub-step longer than those of the longest step, which `longest` has: a plan of more than most_substeps is
+// refused.
 Substeps cut(Substeps found, double h, const Substeps& longest) {
-  constexpr double rounding = 1e-12;
-  const double fewest = std::ceil(std::abs(h) / longest.longest * (1 - rounding));
-  found.substeps = std::max(found.substeps, static_cast<int>(std::min(fewest, 1e6)));
+  found.substeps = std::max(found.substeps, substeps_within(longest.longest, h));
   found.longest = std::copysign(longest.longest, h);
   found.pace = Pace::uneven;
   return found;
@@ -798,6 +797,12 @@ std::optional<Error> Joints<T>::refusal(const Scene& scene, std::span<const Vec3
     if (!found_) found_ = find(scene, start);
     return limit_of(rule, *found_, step, chosen.substeps, hangs_free(scene, particles()));
   };
+  if (chosen.substeps > most_substeps && chosen.pace == Pace::uneven && std::abs(step) > *longest_step) {
+    const double longest = std::abs(chosen.longest);
+    return Error{"step", text(step, 6),
+                 "at most " + text(most_substeps * longest, 4) + " s: " + std::to_string(most_substeps) + " sub-steps of " +
+                     text(longest, 4) + " s, those of a longest step of " + text(*longest_step, 4) + " s"};
+  }
   if (chosen.substeps > most_substeps) {
     return Error{field, std::to_string(limited().limit.safe),
                  "at most " + std::to_string(most_substeps) + ": a smaller step, less stiffness, or scheme sequential"};

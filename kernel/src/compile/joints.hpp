@@ -31,6 +31,8 @@ namespace dvdx {
 inline constexpr std::size_t particles_per_task = 4096;
 // Below this many particles, waking a thread for every pulse and flow costs more than it saves.
 inline constexpr std::size_t parallel_from = 16384;
+// Balls that meet have several times as much to do in each.
+inline constexpr std::size_t parallel_from_of_balls = 4096;
 
 // Units of a part of a larger scene: rows of a grid or slices of a list. Those that hold a particle which other parts are told
 // of come first.
@@ -123,6 +125,10 @@ class Joints {
   TellingOrder telling;                // empty where nothing is told
 
   [[nodiscard]] std::size_t particles() const noexcept { return w_of.size(); }
+  // So many of them.
+  [[nodiscard]] bool are_worth_threads(std::size_t count) const noexcept {
+    return count >= (meet != nullptr && meet->are_balls() ? parallel_from_of_balls : parallel_from);
+  }
   // Whether something acts at the end of each sub-step, after its last flow.
   [[nodiscard]] bool closes_substeps() const noexcept {
     return constraints.has_value() || balls != nullptr || meet != nullptr || closes_in_whole_;

@@ -53,7 +53,7 @@ class JoinedStep {
         passes_(*scene.passes),
         exchange_(scene.options.elsewhere.exchange),
         stay_kernels_(stay_kernels<T>(scene.options.arithmetic)),
-        parallel_(particles < parallel_from ? ParallelFor{} : parallel),
+        parallel_(joints_.are_worth_threads(particles) ? parallel : ParallelFor{}),
         report_(report),
         logged_(scene.scene, joints_.order, particles, joints_.w_of, exchange_.is_own) {
     work_.w = joints_.w;

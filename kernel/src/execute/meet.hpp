@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 
 #include "compile/joined_motion.hpp"
 #include "execute/contact_recorder.hpp"
@@ -150,13 +149,23 @@ class MeetStep {
     ++room_.rebuilt;
     room_.is_listed = true;
     room_.listed_by = of_.rules.fingerprint();
+    const double most = 4 * double{least_ordinary()};  // that counts of one
     for (const T skin : {nominal_skin(), T(0)}) {
       room_.skin = skin;
-      of_.over_particles([&](std::size_t i) {
-        room_.listed_at[i] = room_.end[i].x;
-        room_.allowed[i] = (skin > 0 ? 4 : 2) * room_.end[i].strays;
-        const T a = of_.rules.radii()[i] + room_.allowed[i];
-        room_.a[i] = of_.rules.radii()[i] >= 0 && std::isfinite(a) && is_finite(room_.end[i].x) ? a : T(-1);
+      of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
+        double reaches = 0;
+        std::uint32_t listed = 0;
+        for (std::size_t i = from; i < end; ++i) {
+          room_.listed_at[i] = room_.end[i].x;
+          room_.allowed[i] = (skin > 0 ? 4 : 2) * room_.end[i].strays;
+          const T a = of_.rules.radii()[i] + room_.allowed[i];
+          const bool meets = of_.rules.radii()[i] >= 0 && std::isfinite(a) && is_finite(room_.end[i].x);
+          room_.a[i] = meets ? a : T(-1);
+          reaches += meets ? std::min(double{a}, most) : 0;
+          listed += meets ? 1U : 0U;
+        }
+        task.reaches = reaches;
+        task.listed = listed;
       });
       const auto some = [&](std::uint32_t i, std::uint32_t j) { return of_.rules.accepts(i, j); };
       const Found found = of_.rules.accepts_all() ? build(AllPairs()) : build(some);
@@ -177,17 +186,16 @@ class MeetStep {
   // The a that cells are made for: most particles', as each with more looks through 125 cells, one by one. A few fast ones do
   // not widen the cells of all. No bit depends on it.
   [[nodiscard]] T ordinary() const noexcept {
-    constexpr double wider = 1.5, most = 4;
-    const T least = of_.rules.most_radius() + T(0.5) * nominal_skin();
+    constexpr double wider = 1.5;
     double sum = 0;
-    std::size_t listed = 0;
-    for (const T a : std::span(room_.a).first(room_.particles)) {
-      if (!(a >= 0)) continue;
-      sum += std::min(double{a}, most * double{least});
-      ++listed;
+    double listed = 0;
+    for (const Task& task : room_.tasks) {
+      sum += task.reaches;
+      listed += task.listed;
     }
-    return listed != 0 ? std::max(least, static_cast<T>(wider * sum / static_cast<double>(listed))) : least;
+    return listed > 0 ? std::max(least_ordinary(), static_cast<T>(wider * sum / listed)) : least_ordinary();
   }
+  [[nodiscard]] T least_ordinary() const noexcept { return of_.rules.most_radius() + T(0.5) * nominal_skin(); }
 
   // m: what touches and would go by less stays; 0 where all go.
   [[nodiscard]] T way_at_rest() const noexcept {

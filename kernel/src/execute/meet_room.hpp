@@ -200,6 +200,8 @@ struct MeetRoom {
     bool has_movers = false;              // particles without mass that meet and move
     std::array<double, 3> way{}, gone{};  // m: sums
     std::uint32_t ways = 0, gones = 0;
+    double reaches = 0;  // m: a sum over those that are listed
+    std::uint32_t listed = 0;
   };
   std::size_t particles = 0;  // that there are
   PairLists<T> lists{};

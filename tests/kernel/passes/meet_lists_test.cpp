@@ -9,10 +9,12 @@
 #include <optional>
 #include <vector>
 
+#include "execute/tasks.hpp"
 #include "isa/passes.hpp"
 #include "passes/meet/lists.hpp"
 #include "support/isas.hpp"
 #include "support/scenes.hpp"
+#include "support/threads.hpp"
 
 namespace meet_lists_test {
 
@@ -186,6 +188,46 @@ TEST_CASE_TEMPLATE("places of a list say whose they are, also where some look fa
       pairs.push_back({lists.owners()[place], lists.partners()[place]});
     }
     CHECK(pairs == all_pairs(of, T(0.25)));
+  }
+}
+
+// With some that are nowhere, and some that look far.
+template <class T>
+Cloud<T> ragged_cloud(std::size_t count, double side) {
+  Cloud<T> of = cloud<T>(count, side);
+  for (std::size_t i = 5; i < count; i += 31) of.a[i] = T(-1);
+  for (std::size_t i = 7; i < count; i += 211) of.a[i] = T(1.5);
+  for (std::size_t i = 9; i < count; i += 97) of.x[i][i % 3] = T(3e6);
+  return of;
+}
+
+TEST_CASE_TEMPLATE("lists are the same on any number of threads, and in any order of tasks" * doctest::test_suite("threads"), T,
+                   float, double) {
+  const auto backwards = [](std::size_t tasks, const auto& body) {
+    for (std::size_t task = tasks; task-- > 0;) body(task);
+  };
+  // Sizes about those of tasks. All in the same room, so that it is of fewer after it was of more.
+  constexpr std::size_t most = 6151;
+  PairLists<T> lists(most, 40 * most);
+  for (const std::size_t count : {2047U, 2048U, 2049U, 4099U, 6151U, 515U, 3U}) {
+    const Cloud<T> of = ragged_cloud<T>(count, 1 + std::cbrt(static_cast<double>(count)));
+    const NearKernels<T>& near = near_of<T>(best_isa(Arithmetic::separate));
+    const auto listed_by = [&](const auto& run) {
+      lists.be_of(count);
+      const auto done = lists.build(of.x.data(), of.a.data(), T(0.5), T(0.25), AllPairs(), near, run);
+      REQUIRE(done == PairLists<T>::Found::all);
+      return pairs_of(lists, count);
+    };
+    const Pairs expected = listed_by(one_thread);
+    CAPTURE(count);
+    if (count < 3000) CHECK(expected == all_pairs(of, T(0.25)));
+    CHECK(listed_by(backwards) == expected);
+    for (const std::size_t number : {1U, 2U, 3U, 8U}) {
+      test::Threads threads(number);
+      const ParallelFor parallel = threads.parallel_for();
+      const auto run = [&](std::size_t tasks, const auto& body) { for_each_task(parallel, tasks, body); };
+      CHECK(listed_by(run) == expected);
+    }
   }
 }
 

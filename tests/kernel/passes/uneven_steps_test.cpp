@@ -205,6 +205,25 @@ TEST_CASE("uneven steps: a longer step takes as many sub-steps as stay below tho
   CHECK(plan.explain().find("steps vary") != std::string::npos);
 }
 
+TEST_CASE("uneven steps: a step that would take more than a million sub-steps of the longest one's length is refused") {
+  for (Joined joined : {stepped_by(chain(5, 1e4), Scheme::sequential, 2), stepped_by(curtain(6, 300), Scheme::sequential, 2)}) {
+    Batch<double> batch(Layout::soa, joined.x.size());
+    test::place(joined, batch.view());
+    joined.step = 0x1p-20;
+    Plan<double> plan = test::plan_of(joined, {}, batch.view());
+    for (const double h : {0.5, -0.5, 1e4}) {
+      const auto changed = plan.set_step(h);
+      REQUIRE_FALSE(changed.has_value());
+      CHECK(changed.error().field == "step");
+      CHECK(changed.error().valid ==
+            "at most 0.4768 s: 1000000 sub-steps of 4.768e-07 s, those of a longest step of 9.537e-07 s");
+      CHECK(plan.step_size() == joined.step);
+    }
+    REQUIRE(plan.set_step(-0.47).has_value());
+    CHECK(plan.network_limit()->substeps == 985662);
+  }
+}
+
 TEST_CASE_TEMPLATE("uneven steps: a plan is the same whether its step was changed in place, in a shared plan, or compiled so",
                    T, float, double) {
   Joined grid = stepped_by(curtain(20, 500), Scheme::sequential, 1);

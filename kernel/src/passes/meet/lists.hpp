@@ -11,12 +11,17 @@
 #include "passes/meet/near.hpp"
 
 // Cells    All have one side. They are numbered on a torus, a power of two along each axis: bounded memory in an unbounded
-//          world, no hash, and the 27 cells about one are distinct. A counting sort brings particles of a cell together.
+//          world, no hash, and the 27 cells about one are distinct. A counting sort brings particles of a cell together: tasks
+//          deal them to slabs of cells, and others sort a slab each. Counts of cells by task would be far more memory.
 // Pairs    i < j where |x_i - x_j| < a_i + a_j + reach, a: the radius of a particle with its allowance. Those with a larger a
 //          than the cells are made for look through more of them.
 // Order    By i, then by j: each particle finds its partners with higher numbers, and these few are sorted.
 
 namespace dvdx {
+
+// Slabs are runs of cells: at most as many as the fewest cells that there are, and one of all where a task deals them.
+inline constexpr std::uint32_t most_slab_bits = 6, most_slabs = 1U << most_slab_bits;
+inline constexpr std::size_t rows_of_deal = 4;
 
 // The rule by which no pair is left out.
 struct AllPairs {
@@ -54,29 +59,48 @@ class PairLists {
   [[nodiscard]] std::size_t bytes() const noexcept {
     return 4 * (first_.size() + count_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + number_.size() +
                 found_at_.size() + found_.size()) +
-           sizeof(T) * 4 * a_.size() + sizeof(Region) * regions_.size();
+           sizeof(Deal) * deals_.size() + sizeof(T) * 4 * a_.size() + sizeof(Region) * regions_.size() +
+           sizeof(Box) * boxes_.size();
   }
 
  private:
+  // How many of some particles that follow each other are in each slab; then where the next one goes.
+  using Row = std::array<std::uint32_t, most_slabs>;
+  using Deal = std::array<Row, rows_of_deal>;
   using Pair2 = std::array<std::uint32_t, 2>;
 
   // A task finds numbers, from the front on, and pairs of those that look far, from the back on.
   struct Region {
     std::size_t first = 0, end = 0;
-    std::size_t room = 0;  // pairs
-    std::size_t used = 0;  // numbers
-    std::size_t far = 0;   // pairs
+    std::size_t room = 0;    // pairs
+    std::size_t used = 0;    // numbers
+    std::size_t far = 0;     // pairs
+    std::size_t listed = 0;  // of the particles with these numbers, not places
     [[nodiscard]] std::size_t count() const noexcept { return used + far; }
     [[nodiscard]] bool is_over() const noexcept { return count() > room; }
   };
   template <class Accepts>
   class Search;
 
-  void shape(const Point<T>* x, const T* a, T ordinary, T reach) noexcept;
-  void find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to) noexcept;
-  void sort() noexcept;
+  // About some particles.
+  struct Box {
+    Point<T> low, high;
+    T widest = 0;            // a of those that look no farther than most
+    bool looks_far = false;  // some particle
+    [[nodiscard]] static Box nothing() noexcept;
+    void add(const Box& other) noexcept;
+  };
+
+  [[nodiscard]] static Box box_of(const Point<T>* x, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept;
+  void shape(const Box& box, T ordinary, T reach) noexcept;
+  void find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to, Row& row) noexcept;
+  void number_slabs() noexcept;
+  void deal(std::size_t from, std::size_t to, Deal& next) noexcept;
+  void sort(std::size_t slab) noexcept;
   void place(const Point<T>* x, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept;
-  void number() noexcept;
+  void count(std::size_t task, std::size_t from, std::size_t to) noexcept;
+  void number_tasks() noexcept;
+  void number(std::size_t from, std::size_t to) noexcept;
   void add_far() noexcept;
   template <class Use>
   void for_each_far(const Use& use) const noexcept {
@@ -90,6 +114,7 @@ class PairLists {
   std::size_t particles_ = 0;
   CellGrid grid_{};
   std::uint32_t cells_ = 0;
+  std::uint32_t slabs_ = 1, slab_shift_ = 0;  // a cell's number without so many bits is its slab's
   double per_side_ = 0;
   bool looks_far_ = false;  // some particle
   std::vector<std::uint32_t> first_{}, owners_{}, partners_{};
@@ -99,6 +124,9 @@ class PairLists {
   std::vector<std::uint32_t> found_at_{}, count_{};  // by particle
   std::vector<std::uint32_t> found_{};
   std::vector<Region> regions_{};
+  std::vector<Box> boxes_{};   // by task
+  std::vector<Deal> deals_{};  // likewise
+  std::array<std::uint32_t, most_slabs + 1> slab_starts_{};
 };
 
 }  // namespace dvdx

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "passes/meet/near_reference.hpp"
@@ -15,6 +17,12 @@ inline constexpr std::uint32_t fewest_cell_bits = 2;  // along an axis
 inline constexpr double farthest_cell = 1e15;         // beyond it a number of a cell is no whole number any more
 inline constexpr std::uint32_t cells_per_particle = 4;
 inline constexpr std::size_t listed_at_once = 512;  // by a task: a fixed number
+inline constexpr std::size_t dealt_at_once = 2048;  // likewise, to slabs
+constexpr std::size_t tasks_of_deals(std::size_t particles) noexcept { return (particles + dealt_at_once - 1) / dealt_at_once; }
+// A task's rows are as long as each other, the last one by up to three longer.
+constexpr std::size_t first_of_row(std::size_t from, std::size_t to, std::size_t row) noexcept {
+  return from + row * ((to - from) / rows_of_deal);
+}
 constexpr std::size_t tasks_of_lists(std::size_t particles) noexcept {
   return (particles + listed_at_once - 1) / listed_at_once;
 }
@@ -35,7 +43,9 @@ PairLists<T>::PairLists(std::size_t particles, std::size_t pairs, std::size_t sp
       found_at_(particles),
       count_(particles),
       found_(std::max(2 * pairs + near_padding * tasks_of_lists(particles), spare)),
-      regions_(tasks_of_lists(particles)) {}
+      regions_(tasks_of_lists(particles)),
+      boxes_(tasks_of_deals(particles)),
+      deals_(tasks_of_deals(particles)) {}
 
 template <class T>
 CellGrid::Cell PairLists<T>::cell_at(const Point<T>& x) const noexcept {
@@ -48,25 +58,46 @@ CellGrid::Cell PairLists<T>::cell_at(const Point<T>& x) const noexcept {
   return cell;
 }
 
+template <class T>
+auto PairLists<T>::Box::nothing() noexcept -> Box {
+  Box box{};
+  box.low.fill(std::numeric_limits<T>::max());
+  box.high.fill(std::numeric_limits<T>::lowest());
+  return box;
+}
+
+template <class T>
+void PairLists<T>::Box::add(const Box& other) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    low[axis] = std::min(low[axis], other.low[axis]);
+    high[axis] = std::max(high[axis], other.high[axis]);
+  }
+  widest = std::max(widest, other.widest);
+  looks_far = looks_far || other.looks_far;
+}
+
+template <class T>
+auto PairLists<T>::box_of(const Point<T>* x, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept -> Box {
+  Box box = Box::nothing();
+  for (std::size_t i = from; i < to; ++i) {
+    if (!(a[i] >= 0)) continue;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box.low[axis] = std::min(box.low[axis], x[i][axis]);
+      box.high[axis] = std::max(box.high[axis], x[i][axis]);
+    }
+    const bool is_far = a[i] > ordinary;
+    box.looks_far = box.looks_far || is_far;
+    box.widest = std::max(box.widest, is_far ? T(0) : a[i]);
+  }
+  return box;
+}
+
 // Cells as small as the particles allow that look no farther, and along an axis as many as the particles' box is long, within
 // the memory that there is.
 template <class T>
-void PairLists<T>::shape(const Point<T>* x, const T* a, T ordinary, T reach) noexcept {
-  Point<T> low, high;
-  low.fill(std::numeric_limits<T>::max());
-  high.fill(std::numeric_limits<T>::lowest());
-  T widest = 0;
-  looks_far_ = false;
-  for (std::size_t i = 0; i < particles_; ++i) {
-    if (!(a[i] >= 0)) continue;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], x[i][axis]);
-      high[axis] = std::max(high[axis], x[i][axis]);
-    }
-    const bool is_far = a[i] > ordinary;
-    looks_far_ = looks_far_ || is_far;
-    widest = std::max(widest, is_far ? T(0) : a[i]);
-  }
+void PairLists<T>::shape(const Box& box, T ordinary, T reach) noexcept {
+  const auto& [low, high, widest, looks_far] = box;
+  looks_far_ = looks_far;
   per_side_ = 1 / ((2 * double{widest > 0 ? widest : ordinary} + double{reach}) * (1 + 1e-4));
   std::uint32_t all = 0;
   std::array<std::uint32_t, 3>& bits = grid_.bits;
@@ -83,22 +114,24 @@ void PairLists<T>::shape(const Point<T>* x, const T* a, T ordinary, T reach) noe
   }
   for (std::size_t axis = 0; axis < 3; ++axis) grid_.mask[axis] = (std::uint32_t{1} << bits[axis]) - 1;
   cells_ = std::uint32_t{1} << all;
+  const std::uint32_t slab_bits = particles_ > dealt_at_once ? most_slab_bits : 0;
+  slabs_ = std::uint32_t{1} << slab_bits;
+  slab_shift_ = all - slab_bits;
 }
 
-// The cell of each particle that has a place.
+// The cell of each particle that has a place, and how many of these are in each slab.
 template <class T>
-void PairLists<T>::find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to) noexcept {
+void PairLists<T>::find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to, Row& row) noexcept {
   constexpr double offset = 0x1p31;  // cells: a whole number of tori, with which none is negative; it costs 2^-22 of one
+  row.fill(0);
   for (std::size_t i = from; i < to; ++i) {
     count_[i] = 0;
     const double cx = double{x[i][0]} * per_side_, cy = double{x[i][1]} * per_side_, cz = double{x[i][2]} * per_side_;
-    if (!(std::abs(cx) + std::abs(cy) + std::abs(cz) < offset - 1)) {
-      cell_[i] = a[i] >= 0 ? far_cell(x[i]) : no_partner;
-      continue;
-    }
     const auto number = [](double at) { return static_cast<std::uint32_t>(static_cast<std::int64_t>(at + offset)); };
-    const std::uint32_t cell = grid_.number_of(number(cx), number(cy), number(cz));
+    const bool is_far = !(std::abs(cx) + std::abs(cy) + std::abs(cz) < offset - 1);
+    const std::uint32_t cell = is_far ? far_cell(x[i]) : grid_.number_of(number(cx), number(cy), number(cz));
     cell_[i] = a[i] >= 0 ? cell : no_partner;
+    if (cell_[i] != no_partner) ++row[cell >> slab_shift_];
   }
 }
 
@@ -113,18 +146,55 @@ std::uint32_t PairLists<T>::far_cell(const Point<T>& x) const noexcept {
   return grid_.number_of(cell[0], cell[1], cell[2]);
 }
 
-// While particles are dealt out, starts_[c + 1] goes from where cell c begins to where it ends.
+// Where each row's particles go in each slab.
 template <class T>
-void PairLists<T>::sort() noexcept {
-  std::fill_n(starts_.begin(), cells_ + 2, 0U);
-  for (std::size_t i = 0; i < particles_; ++i) {
-    if (cell_[i] != no_partner) ++starts_[cell_[i] + 2];
+void PairLists<T>::number_slabs() noexcept {
+  const std::span<Deal> deals = std::span(deals_).first(tasks_of_deals(particles_));
+  Row next{};
+  for (const Deal& rows : deals) {
+    for (const Row& row : rows) {
+      for (std::size_t slab = 0; slab < slabs_; ++slab) next[slab] += row[slab];
+    }
   }
   std::uint32_t before = 0;
-  for (std::uint32_t c = 0; c < cells_; ++c) starts_[c + 2] = before += starts_[c + 2];
-  for (std::size_t i = 0; i < particles_; ++i) {
-    if (cell_[i] != no_partner) number_[starts_[cell_[i] + 1]++] = static_cast<std::uint32_t>(i);
+  for (std::size_t slab = 0; slab < slabs_; ++slab) {
+    slab_starts_[slab] = before;
+    before += std::exchange(next[slab], before);
   }
+  slab_starts_[slabs_] = starts_[cells_] = before;
+  for (Deal& rows : deals) {
+    for (Row& row : rows) {
+      for (std::size_t slab = 0; slab < slabs_; ++slab) next[slab] += std::exchange(row[slab], next[slab]);
+    }
+  }
+}
+
+// Slab by slab, by number: first_ is not needed yet, and holds the numbers. All rows at once, as a particle's place waits for the
+// one before in its row.
+template <class T>
+void PairLists<T>::deal(std::size_t from, std::size_t to, Deal& next) noexcept {
+  const auto put = [&](Row& row, std::size_t i) {
+    if (cell_[i] != no_partner) first_[row[cell_[i] >> slab_shift_]++] = static_cast<std::uint32_t>(i);
+  };
+  const std::size_t each = first_of_row(from, to, 1) - from;
+  for (std::size_t k = 0; k < each; ++k) {
+    for (std::size_t row = 0; row < rows_of_deal; ++row) put(next[row], from + row * each + k);
+  }
+  for (std::size_t i = from + rows_of_deal * each; i < to; ++i) put(next.back(), i);
+}
+
+// A slab's particles by cells, and by number in each. While places are dealt out, from the last particle on, starts_[c] goes from
+// where cell c ends to where it begins.
+template <class T>
+void PairLists<T>::sort(std::size_t slab) noexcept {
+  std::uint32_t* const starts = starts_.data();
+  const std::size_t first_cell = slab << slab_shift_, end_cell = (slab + 1) << slab_shift_;
+  const std::uint32_t first = slab_starts_[slab], end = slab_starts_[slab + 1];
+  std::fill(starts + first_cell, starts + end_cell, 0U);
+  for (std::uint32_t p = first; p < end; ++p) ++starts[cell_[first_[p]]];
+  std::uint32_t before = first;
+  for (std::size_t c = first_cell; c < end_cell; ++c) starts[c] = before += starts[c];
+  for (std::uint32_t p = end; p-- > first;) number_[--starts[cell_[first_[p]]]] = first_[p];
 }
 
 // Those that look far are near nobody for the others.
@@ -266,14 +336,36 @@ class PairLists<T>::Search {
   NearTerms<T> terms_;
 };
 
-// Where each particle's partners will stand.
+// By numbers: how many partners each particle has, and all of a task's.
 template <class T>
-void PairLists<T>::number() noexcept {
-  for (std::size_t i = 0; i < particles_; ++i) first_[i + 1] = count_[i];
-  if (looks_far_) for_each_far([&](std::uint32_t i, std::uint32_t) { ++first_[i + 1]; });
+void PairLists<T>::count(std::size_t task, std::size_t from, std::size_t to) noexcept {
+  std::uint32_t listed = 0;
+  for (std::size_t i = from; i < to; ++i) listed += first_[i + 1] = count_[i];
+  regions_[task].listed = listed;
+}
+
+// Where each task's partners begin.
+template <class T>
+void PairLists<T>::number_tasks() noexcept {
+  if (looks_far_) {
+    for_each_far([&](std::uint32_t i, std::uint32_t) {
+      ++first_[i + 1];
+      ++regions_[i / listed_at_once].listed;
+    });
+  }
   first_[0] = 0;
-  std::uint32_t before = 0;
-  for (std::size_t i = 0; i < particles_; ++i) first_[i + 1] = before += first_[i + 1];
+  std::size_t before = 0;
+  for (std::size_t from = 0; from < particles_; from += listed_at_once) {
+    before += regions_[from / listed_at_once].listed;
+    first_[std::min(particles_, from + listed_at_once)] = static_cast<std::uint32_t>(before);
+  }
+}
+
+// Where each particle's do. Where the first one's and the next task's do is known, and is read by the task before.
+template <class T>
+void PairLists<T>::number(std::size_t from, std::size_t to) noexcept {
+  std::uint32_t before = first_[from];
+  for (std::size_t i = from + 1; i < to; ++i) first_[i] = before += first_[i];
 }
 
 // Among the others, which are in order.
@@ -291,13 +383,24 @@ template <class T>
 template <class Accepts, class Run>
 auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts, const NearKernels<T>& near,
                          const Run& run) noexcept -> Found {
-  shape(x, a, ordinary, reach);
-  const auto over = [&](std::size_t count, const auto& use) {  // use(task, from, to)
-    run(tasks_of_lists(count),
-        [&](std::size_t task) { use(task, task * listed_at_once, std::min(count, (task + 1) * listed_at_once)); });
+  const auto over_all = [&](std::size_t tasks, std::size_t each, std::size_t count, const auto& use) {  // use(task, from, to)
+    run(tasks, [&](std::size_t task) { use(task, task * each, std::min(count, (task + 1) * each)); });
   };
-  over(particles_, [&](std::size_t, std::size_t from, std::size_t to) { find_cells(x, a, from, to); });
-  sort();
+  const auto over = [&](std::size_t count, const auto& use) { over_all(tasks_of_lists(count), listed_at_once, count, use); };
+  const auto over_deals = [&](const auto& use) { over_all(tasks_of_deals(particles_), dealt_at_once, particles_, use); };
+  over_deals([&](std::size_t task, std::size_t from, std::size_t to) { boxes_[task] = box_of(x, a, ordinary, from, to); });
+  Box box = Box::nothing();
+  for (const Box& part : std::span(boxes_).first(tasks_of_deals(particles_))) box.add(part);
+  shape(box, ordinary, reach);
+  over_deals([&](std::size_t task, std::size_t from, std::size_t to) {
+    for (std::size_t row = 0; row < rows_of_deal; ++row) {
+      const std::size_t end = row + 1 < rows_of_deal ? first_of_row(from, to, row + 1) : to;
+      find_cells(x, a, first_of_row(from, to, row), end, deals_[task][row]);
+    }
+  });
+  number_slabs();
+  over_deals([&](std::size_t task, std::size_t from, std::size_t to) { deal(from, to, deals_[task]); });
+  run(slabs_, [&](std::size_t slab) { sort(slab); });
   const std::size_t placed = starts_[cells_];
   over(placed, [&](std::size_t, std::size_t from, std::size_t to) { place(x, a, ordinary, from, to); });
   // By tasks, each in its part of the room; where one finds more, all in one.
@@ -317,13 +420,15 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
     Search<Accepts>(*this, regions_[0], x, ordinary, reach, accepts, near).look(0, placed);
     if (regions_[0].is_over()) return Found::too_many;
   }
-  number();
+  over(particles_, [&](std::size_t task, std::size_t from, std::size_t to) { count(task, from, to); });
+  number_tasks();
   const ListTerms terms{.found = found_.data(),
                         .found_at = found_at_.data(),
                         .count = count_.data(),
                         .lists = partners_.data(),
                         .first = first_.data()};
   over(particles_, [&](std::size_t, std::size_t from, std::size_t to) {
+    number(from, to);
     near.order(terms, from, to);
     for (std::size_t i = from; i < to; ++i) {
       std::fill(owners_.begin() + first_[i], owners_.begin() + first_[i + 1], static_cast<std::uint32_t>(i));
