@@ -61,11 +61,13 @@ bool are_equal(const std::vector<T>& a, const std::vector<T>& b) {
 }
 
 template <class T>
-std::vector<std::uint32_t> near_of(const Crowd<T>& crowd, Isa isa, std::size_t from, std::size_t to) {
+std::vector<std::uint32_t> near_of(const Crowd<T>& crowd, Isa isa, std::size_t from, std::size_t to,
+                                   Wanted wanted = Wanted::sum) {
   std::vector<std::uint32_t> i(crowd.owners.size(), 7), j = i;
   const WithinTerms<T> terms{.owners = crowd.owners.data(),
                              .partners = crowd.partners.data(),
                              .particles = crowd.met(),
+                             .wanted = wanted,
                              .widest = T(0.4),
                              .margin = T(0.02),
                              .most = T(0.1),
@@ -91,6 +93,11 @@ TEST_CASE_TEMPLATE("pairs within reach are the scalar pass's on every instructio
   for (const auto& [from, to] : {std::array<std::size_t, 2>{0, Crowd<T>::places}, {3, 4}, {5, 42}, {11, 11}}) {
     const std::vector<std::uint32_t> expected = near_of(crowd, Isa::reference, from, to);
     for (const Isa isa : available_isas(Arithmetic::separate)) CHECK(near_of(crowd, isa, from, to) == expected);
+  }
+  const std::vector<std::uint32_t> by_larger = near_of(crowd, Isa::reference, 0, Crowd<T>::places, Wanted::larger);
+  CHECK(by_larger != near_of(crowd, Isa::reference, 0, Crowd<T>::places));
+  for (const Isa isa : available_isas(Arithmetic::separate)) {
+    CHECK(near_of(crowd, isa, 0, Crowd<T>::places, Wanted::larger) == by_larger);
   }
   const std::vector<std::uint32_t> all = near_of(crowd, Isa::reference, 0, Crowd<T>::places);
   std::size_t fast = 0, far = 0;

@@ -53,6 +53,13 @@ inline constexpr double kept_part = 0.4;     // of a contact's pulse, with which
 template <class T>
 using Point = std::array<T, 3>;
 
+// The distance that a pair wants: balls the sum of their radii; cloth of several thicknesses the larger one.
+enum class Wanted : std::uint8_t { sum, larger };
+template <class T>
+constexpr T wanted_of(Wanted wanted, T r_i, T r_j) noexcept {
+  return wanted == Wanted::sum ? r_i + r_j : 2 * (r_i < r_j ? r_j : r_i);
+}
+
 // A meeting as a particle takes it in a round: the pulse in kg m, and 1 where it acts, else 0. Between sub-steps it is that
 // with which the next one begins: the pulse along the surface, and the normal one.
 template <class T>

@@ -17,6 +17,7 @@ template <class T>
 struct WithinTerms {
   const std::uint32_t *owners = nullptr, *partners = nullptr;  // the listed pairs, by places
   MetParticles<T> particles{};
+  Wanted wanted = Wanted::sum;
   T widest = 0;   // m: no pair wants more
   T margin = 0;   // m: beyond the distance that a pair wants
   T most = 0;     // m: of the strays that are looked at beyond it

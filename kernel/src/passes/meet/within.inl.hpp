@@ -26,6 +26,13 @@ template <class V>
   return inner(nearest, nearest) < distance * distance;
 }
 
+// As wanted_of() of meet.hpp.
+template <class V>
+[[gnu::always_inline]] inline V wanted_lanes(Wanted wanted, V r_i, V r_j) noexcept {
+  if (wanted == Wanted::sum) return r_i + r_j;
+  return V(Scalar<V>(2)) * select<V>(r_i < r_j, r_j, r_i);
+}
+
 // Lane k as bit k: which pairs of a register are near, which go fast, and which are close.
 struct NearLanes {
   std::uint64_t are_near, are_fast, are_close;
@@ -45,7 +52,7 @@ template <class V>
   const V widest = V(terms.widest) + V(terms.margin) + more + strays;
   if (all_lanes<V>(nearer > widest * widest)) return {};
   const MetRecord<V> start_i = at_i.of(terms.particles.start), start_j = at_j.of(terms.particles.start);
-  const V d = start_i.mark + start_j.mark;
+  const V d = wanted_lanes(terms.wanted, start_i.mark, start_j.mark);
   const V reach = d + V(terms.margin) + more;
   const Mask<V> is_beyond = nearer > (reach + strays) * (reach + strays);
   const Mask<V> is_at_end = (strays < reach) & (off < shorter * (reach * reach));

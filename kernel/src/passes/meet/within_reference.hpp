@@ -12,7 +12,8 @@ bool is_within(const WithinTerms<T>& terms, std::uint32_t i, std::uint32_t j) no
   const MetParticles<T>& of = terms.particles;
   if (!(of.velocity[i].w > 0 || of.velocity[j].w > 0)) return false;
   const T strays = of.end[i].strays + of.end[j].strays;
-  const T reach = (of.start[i].r + of.start[j].r) + terms.margin + (strays < terms.most ? strays : terms.most);
+  const T reach =
+      wanted_of(terms.wanted, of.start[i].r, of.start[j].r) + terms.margin + (strays < terms.most ? strays : terms.most);
   const Point<T> q1 = minus(of.end[i].x, of.end[j].x);
   const T off = dvdx::inner(q1, q1);
   if (off * T(0.999) > (reach + strays) * (reach + strays)) return false;
@@ -30,7 +31,7 @@ std::size_t find_within(const WithinTerms<T>& terms, std::size_t from, std::size
     if (!is_within(terms, i, j)) continue;
     const Point<T> u = minus(of.velocity[i].v, of.velocity[j].v);
     const Point<T> q1 = minus(of.end[i].x, of.end[j].x);
-    const T close = (of.start[i].r + of.start[j].r) + terms.far;
+    const T close = wanted_of(terms.wanted, of.start[i].r, of.start[j].r) + terms.far;
     const bool is_fast = dvdx::inner(u, u) > terms.slowest * terms.slowest;
     const bool is_close = is_fast || dvdx::inner(q1, q1) < close * close;
     terms.i[from + count] = is_fast ? i | pair_goes_fast : i;
