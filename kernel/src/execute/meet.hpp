@@ -157,7 +157,7 @@ class MeetStep {
       of_.over_particles([&](std::size_t i) {
         room_.listed_at[i] = room_.x1[i];
         room_.allowed[i] = (skin > 0 ? 4 : 2) * room_.strays[i];
-        const T a = of_.rules.radii()[i] + room_.allowed[i];
+        const T a = of_.rules.reach(i) + room_.allowed[i];
         room_.a[i] = of_.rules.radii()[i] >= 0 && std::isfinite(a) && is_finite(room_.x1[i]) ? a : T(-1);
       });
       const auto some = [&](std::uint32_t i, std::uint32_t j) { return of_.rules.accepts(i, j); };
@@ -179,7 +179,7 @@ class MeetStep {
   // not widen the cells of all. No bit depends on it.
   [[nodiscard]] T ordinary() const noexcept {
     constexpr double wider = 1.5, most = 4;
-    const T least = of_.rules.most_radius() + T(0.5) * nominal_skin();
+    const T least = of_.rules.most_reach() + T(0.5) * nominal_skin();
     double sum = 0;
     std::size_t listed = 0;
     for (const T a : std::span(room_.a).first(room_.particles)) {

@@ -45,7 +45,7 @@ struct MeetSubstep {
     });
   }
 
-  [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return rules.radii()[i] + rules.radii()[j]; }
+  [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return rules.wanted(i, j); }
   // The distance that a pair is to have at the end, which it begins at q0.
   [[nodiscard]] T wanted(const MetPair& pair, const Point<T>& q0) const noexcept {
     const T d = wanted(pair.i, pair.j);
