@@ -213,8 +213,8 @@ TEST_CASE("a thickness between the narrowest and the widest cell is taken, a wid
     return test::refusal_of(scene, sheet.balls);
   };
   CHECK(refusal({.thickness = 0.9 * UnlikeSheet::most}).empty());
-  CHECK(refusal({.thickness = 1.1 * UnlikeSheet::most})
-            .starts_with("meet.thickness is 0.033: must be less than the widest cell's side at the start, 0.03"));
+  CHECK(refusal({.thickness = 1.02 * UnlikeSheet::most})  // shorter than the cells' diagonals
+            .starts_with("meet.thickness is 0.0306: must be less than the widest cell's side at the start, 0.03"));
   const auto shakes = [](const std::string& error) { return error.ends_with("or neighbours shake"); };
   CHECK(shakes(refusal({.thickness = 0.9 * UnlikeSheet::most, .near_at_start = NearAtStart::meet})));
   CHECK(shakes(refusal({.part_of_cells = 0.9, .near_at_start = NearAtStart::meet})));

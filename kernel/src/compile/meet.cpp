@@ -52,8 +52,10 @@ double shortest_spring(const Scene& scene, std::span<const Vec3> start) {
 
 // m: of a grid's cells; of a rope its springs.
 double wider_side(const Grid& grid) noexcept {
-  return std::max({0.0, length(grid.edge_u) / static_cast<double>(grid.columns - 1),
-                   length(grid.edge_v) / static_cast<double>(grid.rows - 1)});
+  const auto side = [](const Vec3& edge, std::size_t count) {
+    return count > 1 ? length(edge) / static_cast<double>(count - 1) : 0;
+  };
+  return std::max(side(grid.edge_u, grid.columns), side(grid.edge_v, grid.rows));
 }
 // m: of a cell that was cut the side that is not the cut.
 double wider_side(const Triangle& of, std::span<const Vec3> start) noexcept {
