@@ -503,8 +503,12 @@ std::string describe_meetings(const Joints<T>& joints, const CompiledScene<T>& c
     const double most{rules.most_radius()};
     words += std::to_string(rules.particles()) + " balls of " + text(least, 3) + " m" +
              (least == most ? "" : " to " + text(most, 3) + " m") + ", which surfaces keep off by their radius";
-  } else {
+  } else if (meet.thickness) {
     words += "particles of networks stay " + text(*meet.thickness, 3) + " m apart";
+  } else {
+    words += "particles of networks stay " + text(2 * double{rules.least_radius()}, 3) + " to " +
+             text(2 * double{rules.most_radius()}, 3) + " m apart, " + text(*meet.part_of_cells, 3) +
+             " of the widest cell of each, and a pair by its larger one";
   }
   words += "; restitution " + text(meet.restitution, 3) + ", friction " + text(meet.friction, 3) + "; " +
            counted(meet.rounds, "round") + " in each of " + counted(joints.chosen.substeps, "sub-step") + ", " +
@@ -518,7 +522,7 @@ std::string describe_meetings(const Joints<T>& joints, const CompiledScene<T>& c
   }
   if (rules.stretch_limit() > 0) {
     words += "             nothing passes while no spring is longer than " + text(rules.stretch_limit(), 3) +
-             " of its length at rest, sqrt(2) t / s of the widest cell; neighbours that are nearer at rest do not meet\n";
+             " of its length at rest, sqrt(2) t / s of the widest cell; neighbours that are nearer at the start do not meet\n";
   }
   return words;
 }

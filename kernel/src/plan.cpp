@@ -401,8 +401,7 @@ Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* wo
   room.for_each_pair([&](const MetPair& pair, const Pulse<A>&) {
     const std::size_t i = pair.i;
     const std::size_t j = pair.j;
-    const double wanted = double{rules.radii()[i]} + double{rules.radii()[j]};
-    const double overlap = 1 - distance(place(i), place(j)) / wanted;
+    const double overlap = 1 - distance(place(i), place(j)) / rules.exactly_wanted(i, j);
     if (!(overlap > -apart)) return;
     touching += 1;
     overlaps += std::max(0.0, overlap);

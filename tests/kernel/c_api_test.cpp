@@ -1273,6 +1273,17 @@ TEST_CASE("c: skins, back-stops and tethers hold as C++ has them, and the caller
   CHECK(h.message() == "skin is 1: must be below the scene's 1 skins");
 }
 
+TEST_CASE("c: cloth meets by a part of its cells") {
+  Handles h;
+  dvdx_meet meet{};
+  meet.part_of_cells = 1.5;
+  CHECK(dvdx_scene_set_meet(h.scene, &meet, &h.error) == DVDX_DONE);
+  Arrays<double> particles(3);
+  dvdx_state state = particles.c();
+  CHECK(h.make(options_of(0.125, DVDX_FLOAT64), &state) == DVDX_INVALID);
+  CHECK(h.message() == "meet.part_of_cells is 1.5: must be a number > 0 and < 1");
+}
+
 TEST_CASE("c: balls meet as C++ has them, and groups say which") {
   Handles h;
   const double radii[] = {0.125, 0.25, 0.125};

@@ -354,14 +354,22 @@ TEST_CASE("a scene says what is wrong with its meetings") {
   const auto of = [&](const Meet& meet) { return message(meet, [](Scene&) {}); };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK(of({.radius = 0.5}).empty());
-  CHECK(of({}) == "meet is neither radius nor thickness: must be one of them");
-  CHECK(of({.radius = 0.5, .thickness = 0.5}) == "meet is both of radius and thickness: must be one of them");
+  CHECK(of({}) == "meet is none of radius, thickness and part_of_cells: must be one of them");
+  const std::string several = "meet is several of radius, thickness and part_of_cells: must be one of them";
+  CHECK(of({.radius = 0.5, .thickness = 0.5}) == several);
+  CHECK(of({.radius = 0.5, .part_of_cells = 0.5}) == several);
+  CHECK(of({.thickness = 0.5, .part_of_cells = 0.5}) == several);
   CHECK(of({.radius = -1.0}) == "meet.radius is -1: must be a finite number > 0");
   CHECK(of({.radius = nan}) == "meet.radius is nan: must be a finite number > 0");
   CHECK(of({.radius = std::vector<double>(7, 1)}) == "meet.radius is 7 values: must be one for each of the 8 particles");
   CHECK(of({.radius = std::vector<double>{1, 1, 0, 1, 1, 1, 1, 1}}) == "meet.radius[2] is 0: must be a finite number > 0");
   CHECK(of({.thickness = 0.5}) ==
         "meet.thickness is 0.5: must be left out of a scene without networks, whose particles it is of");
+  for (const double part : {-0.5, 0.0, 1.0, nan}) {
+    CHECK(of({.part_of_cells = part}).ends_with(": must be a number > 0 and < 1"));
+  }
+  CHECK(of({.part_of_cells = 0.5}) ==
+        "meet.part_of_cells is 0.5: must be left out of a scene without networks, whose cells it is of");
   CHECK(of({.radius = 0.5, .restitution = 1.5}) == "meet.restitution is 1.5: must be a number from 0 to 1");
   CHECK(of({.radius = 0.5, .friction = -0.5}) == "meet.friction is -0.5: must be a finite number >= 0");
   CHECK(of({.radius = 0.5, .rounds = 0}) == "meet.rounds is 0: must be a whole number from 1 to 64");
@@ -387,6 +395,13 @@ TEST_CASE("a scene says what is wrong with its meetings") {
   CHECK(message({.thickness = 0.5}, cloth).empty());
   CHECK(
       message({.thickness = 2}, cloth).starts_with("meet.thickness is 2: must be less than the shortest spring at rest, 1.0"));
+  CHECK(message({.part_of_cells = 0.5}, cloth).empty());
+  const auto no_length = [](Scene& scene) {
+    scene.add(Network{Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .rest_length = 0.0}});
+  };
+  CHECK(message({.part_of_cells = 0.5}, no_length)
+            .starts_with("meet.part_of_cells is 0.5: must be left out, as particle 0 has neither a cell nor a spring with a "
+                         "length of "));
 }
 
 TEST_CASE("more pairs than 32 bits number are refused") {

@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "kernel/meeting.hpp"
+#include "support/isas.hpp"
 
 namespace meet_cloth_test {
 
@@ -137,6 +139,147 @@ TEST_CASE("of two sheets that fall on each other none passes the other") {
   };
   CHECK(least_apart(false) < 1e-4);
   CHECK(least_apart(true) > 0.9 * thickness);
+}
+
+// Cells of 1 cm to 3 cm: a mesh of rows that are the farther apart the higher they are, with the diagonals of its cells.
+struct UnlikeSheet {
+  static constexpr std::size_t rows = 14, columns = 10;
+  static constexpr double least = side, most = 3 * side;
+  Balls balls{};
+  Springs springs{.pairs = {}, .stiffness = 200.0, .damping = 0.01};
+
+  // First row at the origin, the others along v.
+  explicit UnlikeSheet(const Vec3& v) {
+    double along = 0;
+    for (std::size_t r = 0; r < rows; ++r) {
+      for (std::size_t c = 0; c < columns; ++c) {
+        balls.add(sum(scaled(v, along), {side * static_cast<double>(c), 0, 0.1 * side * test::uniform(r, c)}));
+      }
+      along += least + (most - least) * static_cast<double>(r) / static_cast<double>(rows - 2);
+    }
+    const auto at = [](std::size_t r, std::size_t c) { return static_cast<std::uint32_t>(r * columns + c); };
+    for (std::size_t r = 0; r < rows; ++r) {
+      for (std::size_t c = 0; c < columns; ++c) {
+        if (c + 1 < columns) springs.pairs.push_back({at(r, c), at(r, c + 1)});
+        if (r + 1 < rows) springs.pairs.push_back({at(r, c), at(r + 1, c)});
+        if (c + 1 == columns || r + 1 == rows) continue;
+        springs.pairs.push_back({at(r, c), at(r + 1, c + 1)});
+        springs.pairs.push_back({at(r, c + 1), at(r + 1, c)});
+        springs.triangles.push_back({at(r, c), at(r, c + 1), at(r + 1, c)});
+        springs.triangles.push_back({at(r + 1, c + 1), at(r + 1, c), at(r, c + 1)});
+      }
+    }
+  }
+};
+
+// Its worst count of crossings where it stands above the floor and crumples there.
+std::size_t worst_of_unlike_cells(const Meet& meet) {
+  UnlikeSheet sheet({0, 1, 0});
+  for (Vec3& x : sheet.balls.x) x[1] += 0.02;
+  Scene scene;
+  scene.mass = 1e-4;
+  scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  scene.add(Contact{Plane{.friction = 0.5}});
+  scene.add(Network{sheet.springs});
+  scene.coupling.scheme = Scheme::sequential;
+  scene.coupling.substeps = 16;
+  scene.add(Meet(meet));
+  Stepped<double> stepped(scene, sheet.balls, {.step = 1.0 / 60});
+  if (meet.part_of_cells) CHECK(stepped.plan().meetings().stretch_limit == 0);  // of no step yet
+  std::vector<std::array<std::size_t, 3>> triangles;
+  for (const auto& [a, b, c] : sheet.springs.triangles) triangles.push_back({a, b, c});
+  std::size_t worst = 0;
+  for (int frame = 0; frame < 30; ++frame) {
+    stepped.step();
+    std::vector<Vec3> x;
+    for (std::size_t i = 0; i < sheet.balls.size(); ++i) x.push_back(stepped.x(i));
+    worst = std::max(worst, crossings(x, triangles));
+  }
+  if (meet.part_of_cells) CHECK(stepped.plan().meetings().stretch_limit == doctest::Approx(std::sqrt(2.0) * 0.95));
+  return worst;
+}
+
+TEST_CASE("a sheet of unlike cells crosses itself by one thickness that its narrowest allow, and not by a part of each") {
+  CHECK(worst_of_unlike_cells({.thickness = 0.95 * side, .friction = 0.25, .most_neighbours = 64}) > 20);
+  CHECK(worst_of_unlike_cells({.part_of_cells = 0.95, .friction = 0.25, .most_neighbours = 64}) == 0);
+}
+
+TEST_CASE("a thickness between the narrowest and the widest cell is taken, a wider one is not") {
+  const UnlikeSheet sheet({0, 1, 0});
+  Scene scene;
+  scene.add(Network{sheet.springs});
+  const auto refusal = [&](const Meet& meet) {
+    scene.meet = meet;
+    return test::refusal_of(scene, sheet.balls);
+  };
+  CHECK(refusal({.thickness = 0.9 * UnlikeSheet::most}).empty());
+  CHECK(refusal({.thickness = 1.02 * UnlikeSheet::most})  // shorter than the cells' diagonals
+            .starts_with("meet.thickness is 0.0306: must be less than the widest cell's side at the start, 0.03"));
+  const auto shakes = [](const std::string& error) { return error.ends_with("or neighbours shake"); };
+  CHECK(shakes(refusal({.thickness = 0.9 * UnlikeSheet::most, .near_at_start = NearAtStart::meet})));
+  CHECK(shakes(refusal({.part_of_cells = 0.9, .near_at_start = NearAtStart::meet})));
+}
+
+TEST_CASE("a sheet of unlike cells that nothing moves stays as it is, with every spring that is shorter than its ends' part") {
+  const UnlikeSheet sheet({0, 1, 0});
+  Scene scene;
+  scene.add(Network{sheet.springs});
+  scene.add(Meet{.part_of_cells = 0.95, .most_neighbours = 64});
+  Stepped<double> stepped(scene, sheet.balls, {.step = 0.01});
+  const std::vector<double> before = stepped.values();
+  stepped.step(4);
+  double most = 0;
+  for (std::size_t k = 0; k < before.size(); ++k) most = std::max(most, std::abs(stepped.values()[k] - before[k]));
+  CHECK(most < 1e-12);
+}
+
+TEST_CASE_TEMPLATE("a sheet of unlike cells has the same bits by all instruction sets", T, float, double) {
+  const auto end = [](Isa isa) {
+    UnlikeSheet sheet({0, 0, 1});
+    for (std::size_t i = 0; i < sheet.balls.size(); ++i) sheet.balls.v[i] = {0, -0.5, i < 60 ? 1.5 : -1.5};
+    Scene scene;
+    scene.mass = 1e-4;
+    scene.add(Network{sheet.springs});
+    scene.add(Meet{.part_of_cells = 0.95, .friction = 0.25, .rounds = 4, .most_neighbours = 96});
+    scene.coupling.scheme = Scheme::sequential;
+    scene.coupling.substeps = 4;
+    Stepped<T> stepped(scene, sheet.balls, {.step = 1.0 / 60, .isa = isa});
+    stepped.step(6);
+    CHECK(stepped.plan().meetings().touching > 0);
+    return stepped.values();
+  };
+  const std::vector<T> expected = end(Isa::reference);
+  for (const Isa isa : available_isas(Arithmetic::separate)) CHECK(end(isa) == expected);
+}
+
+// The middle of a wide cell is farther from its corners than the mean of its part and that of what falls on it.
+TEST_CASE("a narrow cell does not fall through the middle of a wide one") {
+  for (const bool is_wide_first : {true, false}) {
+    const std::uint32_t wide = is_wide_first ? 0 : 3;
+    const std::uint32_t narrow = is_wide_first ? 4 : 0;
+    Balls balls;
+    const auto add_wide = [&] {
+      for (const Vec3& x : {Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{1, 0, 1}, Vec3{0, 0, 1}}) balls.add(x);
+    };
+    if (is_wide_first) add_wide();
+    for (const Vec3& x : {Vec3{0.5, 1, 0.5}, Vec3{0.6, 1, 0.5}, Vec3{0.5, 1, 0.6}}) balls.add(x, {0, -2, 0});
+    if (!is_wide_first) add_wide();
+    Scene scene;
+    scene.fixed = {wide, wide + 1, wide + 2, wide + 3};
+    Springs springs{.pairs = {{narrow, narrow + 1}, {narrow + 1, narrow + 2}, {narrow, narrow + 2}},
+                    .stiffness = 100.0,
+                    .triangles = {{wide, wide + 1, wide + 2}, {wide, wide + 2, wide + 3}, {narrow, narrow + 1, narrow + 2}}};
+    for (std::uint32_t k = 0; k < 4; ++k) springs.pairs.push_back({wide + k, wide + (k + 1) % 4});
+    scene.add(Network{springs});
+    scene.add(Meet{.part_of_cells = 0.95});
+    Stepped<double> stepped(scene, balls, {.step = 1.0 / 60});
+    double least = 1;
+    for (int frame = 0; frame < 120; ++frame) {
+      stepped.step();
+      for (std::uint32_t k = 0; k < 3; ++k) least = std::min(least, stepped.x(narrow + k)[1]);
+    }
+    CHECK(least > 0.5);
+  }
 }
 
 // m: how far a sheet of 8 x 8 goes down another one that is fixed, in a third of a second. It is turned against it, so that

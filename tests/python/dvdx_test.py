@@ -636,6 +636,9 @@ class Plans(unittest.TestCase):
             scene.meet_groups(of=[0, 70000], meet=[(0, 1)])
         with self.assertRaises(ValueError):
             scene.meet(radius=1, near_at_start="never")
+        scene = dvdx.Scene().meet(part_of_cells=1.5)
+        with self.assertRaisesRegex(dvdx.DvdxError, r"meet\.part_of_cells is 1\.5: must be a number > 0 and < 1"):
+            dvdx.compile(scene, state, step=0.125)
 
     def test_a_report_tells_what_contacts_do(self):
         positions, velocities = np.array([(1.0, 0, 0), (0, 0.81, 0)]), np.zeros((2, 3))

@@ -103,6 +103,21 @@ TEST_CASE("a cell's side counts, its diagonal does not") {
   CHECK(crossings.longest_side() == 3);
 }
 
+TEST_CASE("sides of cells count by what they are at other places") {
+  Batch<double> batch(Layout::soa, 4);
+  const std::array<double, 4> x{0, 3, 0, 0}, y{0, 0, 4, 3};
+  for (std::size_t i = 0; i < 4; ++i) {
+    batch.view().x[0][i] = x[i];
+    batch.view().x[1][i] = y[i];
+    batch.view().x[2][i] = 0;
+  }
+  Crossings crossings({{0, 1, 2}, {0, 1, 3}});
+  const std::array<Vec3, 4> at_start{{{0, 0, 0}, {2, 0, 0}, {0, 4, 0}, {0, 2, 0}}};
+  crossings.measure_by([&](std::uint32_t i) { return at_start[i]; });
+  CHECK(crossings.count(batch.view()) == 0);
+  CHECK(crossings.longest_side() == 1.5);  // of the second one, though the first one's is longer
+}
+
 TEST_CASE("of random triangles, small ones among long ones, the tree finds every crossing") {
   std::vector<Vec3> x;
   std::vector<Triangle> triangles;

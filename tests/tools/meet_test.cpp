@@ -114,11 +114,30 @@ TEST_CASE("run warns of cloth that is stretched so far that cloth fits through")
   const std::string long_cells =
       "run sheet.json --set network.structural=2000 --set network.edge_u[0]=0.15 --set network.columns=";
   const json wide = json::parse(run(folder, long_cells + "6 --json").out);
-  CHECK(cure_of(wide).starts_with(
-      "Try cells of more even sides: the widest is 0.03 m, and this thickness closes cells of 0.011 m"));
+  CHECK(cure_of(wide).starts_with(R"(Try "part_of_cells": 0.95 in meet in place of "thickness": the widest cell is 0.03 m, )"
+                                  "and this thickness closes cells of 0.011 m"));
+  CHECK(run(folder, long_cells + R"(6 --strict --set 'meet={"part_of_cells": 0.95}')").exit == 0);
   CHECK(run(folder, long_cells + "16 --strict").exit == 0);
   write_sheet(folder, "2000");
   CHECK(json::parse(run(folder, "run sheet.json --json").out)["warnings"] == json::array());
+}
+
+TEST_CASE("run warns of cells that are stretched beyond their own part") {
+  const ScratchFolder folder("meet-part");
+  write_sheet(folder, "20");
+  const std::string command = R"(run sheet.json --set network.shear=1 --set 'meet={"part_of_cells": 0.8}' )";
+  const json report = json::parse(run(folder, command + "--json").out);
+  CHECK(is_close(report["meet"]["stretch_limit"].get<double>(), std::sqrt(2) * 0.8, 1e-6));
+  REQUIRE(report["warnings"].size() == 1);
+  const json& warning = report["warnings"][0];
+  CHECK(warning["code"] == "may_cross");
+  CHECK(warning["value"].get<double>() > warning["limit"].get<double>());
+  const auto text = warning["text"].get<std::string>();
+  CHECK(text.starts_with("a cell's side was stretched to 1."));
+  CHECK(text.find("nothing passes between particles that keep 0.8 of their cells apart") != std::string::npos);
+  CHECK(cure_of(report) == R"(Try "strain_limit": 0.21 or stiffer springs, with "part_of_cells": 0.95 in meet)");
+  CHECK(run(folder, command + "--strict --set network.strain_limit=0.21 --set meet.part_of_cells=0.95").exit == 0);
+  CHECK(run(folder, command + "--strict --set network.structural=2000").exit == 0);
 }
 
 TEST_CASE("a cell that is drawn askew is no wider: its diagonals do not count") {

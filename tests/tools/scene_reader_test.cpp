@@ -453,14 +453,23 @@ constexpr BadValue bad_values[] = {
      "skins[1].particles has particle 0, which is in skins[0].particles already: may be in one of them", BySchema::accepted},
     {"/tethers", "[{}]", "tethers is [{}]: must be left out of a scene without networks", BySchema::accepted},
     {"/meet", "true",
-     "meet is true: must be an object with the keys radius, thickness, restitution, friction, rounds, most_neighbours, "
+     "meet is true: must be an object with the keys radius, thickness, part_of_cells, restitution, friction, rounds, "
+     "most_neighbours, "
      "apart_at_start, groups"},
-    {"/meet", "{}", "meet has neither radius nor thickness: must have one of them"},
+    {"/meet", "{}", "meet has none of radius, thickness and part_of_cells: must have one of them"},
     {"/meet/radius", "0", "meet.radius is 0: must be a finite number > 0"},
     {"/meet/radius/values/1", "-1", "meet.radius.values[1] is -1: must be a finite number > 0"},
     {"/meet/radius", "[0.1,0.2,0.3]",
      "meet.radius is [0.1,0.2,0.3]: must be a finite number > 0 or an object with one of values, uniform, file"},
     {"/meet/thickness", "0.1", "meet.thickness is 0.1: must be left out beside radius: particles meet as balls or as cloth"},
+    {"/meet/part_of_cells", "0.5",
+     "meet.part_of_cells is 0.5: must be left out beside radius: particles meet as balls or as cloth"},
+    {"/meet", R"({"thickness":0.1,"part_of_cells":0.5})",
+     "meet.part_of_cells is 0.5: must be left out beside thickness: cloth has one thickness, or one of each cell"},
+    {"/meet", R"({"part_of_cells":0})", "meet.part_of_cells is 0: must be a finite number > 0"},
+    {"/meet", R"({"part_of_cells":1})", "meet.part_of_cells is 1: must be a number > 0 and < 1"},
+    {"/meet", R"({"part_of_cells":0.5})",
+     "meet.part_of_cells is 0.5: must be left out of a scene without networks: balls have a radius", BySchema::accepted},
     {"/meet", R"({"thickness":0})", "meet.thickness is 0: must be a finite number > 0"},
     {"/meet", R"({"thickness":0.1})",
      "meet.thickness is 0.1: must be left out of a scene without networks: balls have a radius", BySchema::accepted},
@@ -470,8 +479,8 @@ constexpr BadValue bad_values[] = {
     {"/meet/rounds", "65", "meet.rounds is 65: must be a whole number from 1 to 64"},
     {"/meet/most_neighbours", "256", "meet.most_neighbours is 256: must be a whole number from 1 to 255"},
     {"/meet/most_neighbors", "24",
-     "meet.most_neighbors is not a key of meet: did you mean most_neighbours? Known are radius, thickness, restitution, "
-     "friction, rounds, most_neighbours, apart_at_start, groups"},
+     "meet.most_neighbors is not a key of meet: did you mean most_neighbours? Known are radius, thickness, part_of_cells, "
+     "restitution, friction, rounds, most_neighbours, apart_at_start, groups"},
     {"/meet/apart_at_start", "1", "meet.apart_at_start is 1: must be true or false"},
     {"/meet/groups/of", nullptr, "meet.groups.of is missing: groups needs it"},
     {"/meet/groups/of", "[0,1]", "meet.groups.of has 2 entries: must have 3, one for each particle", BySchema::accepted},

@@ -309,12 +309,13 @@ typedef enum dvdx_near_at_start {
 // Particles that stay apart: balls, or particles of networks. See Meet in meet.hpp.
 typedef struct dvdx_meet {
   const dvdx_scalars* radius;  // m > 0, of balls, one for all or one for each; null: of cloth
-  double thickness;            // m > 0, of cloth and ropes; 0: of balls
+  double thickness;            // m > 0, of cloth and ropes; 0: of balls, or by part_of_cells
   double restitution;          // 0..1
   double friction;             // >= 0
   int rounds;                  // 1..64 a sub-step; 0: 12
   int most_neighbours;         // 1..255; 0: 24
   dvdx_near_at_start near_at_start;
+  double part_of_cells;  // > 0 and < 1, of cloth of a thickness for each particle; 0: of one thickness, or of balls
 } dvdx_meet;
 
 // Which of them meet: groups, each with itself only where that is said.

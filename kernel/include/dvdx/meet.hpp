@@ -25,19 +25,23 @@ enum class NearAtStart : std::uint8_t {
   pass,     // they never meet
 };
 
-// Particles that stay apart. One of radius and thickness is given.
+// Particles that stay apart. One of radius, thickness and part_of_cells is given.
 //   balls   two particles are at least the sum of their radii apart, and each is its radius (more than the surface's thickness)
 //           off every surface of the scene.
 //   cloth   two particles of networks are at least `thickness` apart. Surfaces keep them off by their own thickness alone.
+//           By part_of_cells each has a thickness of its own, so much of the widest cell that it is a corner of (of its shortest
+//           spring where it is of none), and a pair the larger one: meshes whose cells differ let nothing pass either.
 // Approaches that are faster than 4 g h (g: the constant acceleration, h: the sub-step) bounce; slower ones rest. Fixed and
 // kinematic particles are met, and do not yield. At the end of each sub-step, after springs and before constraints.
 struct Meet {
-  std::optional<Scalars> radius{};    // m, > 0: of balls; one for all, or one each
-  std::optional<double> thickness{};  // m, > 0 and less than the shortest spring at rest: of cloth and ropes
-  double restitution = 0;             // 0..1
-  double friction = 0;                // >= 0: Coulomb's coefficient; balls that have one come to rest
-  int rounds = 12;                    // 1..64 a sub-step: each carries a push by one particle more
-  int most_neighbours = 24;           // 1..255: a particle that has more within reach stops the step (too_many_neighbours)
+  std::optional<Scalars> radius{};  // m, > 0: of balls; one for all, or one each
+  // m, > 0: of cloth and ropes. Less than the widest cell's side, without cells than the shortest spring at rest
+  std::optional<double> thickness{};
+  std::optional<double> part_of_cells{};  // > 0 and < 1, of cells as they are at the start: 0.95 lets nothing pass up to 1.34
+  double restitution = 0;                 // 0..1
+  double friction = 0;                    // >= 0: Coulomb's coefficient; balls that have one come to rest
+  int rounds = 12;                        // 1..64 a sub-step: each carries a push by one particle more
+  int most_neighbours = 24;               // 1..255: a particle that has more within reach stops the step (too_many_neighbours)
   NearAtStart near_at_start = NearAtStart::by_kind;
   std::optional<MeetGroups> groups{};  // none: all meet
   bool operator==(const Meet&) const = default;
@@ -52,7 +56,7 @@ struct Meetings {
   std::uint64_t substeps = 0;  // since then
   double overlap_mean = 0;     // of pairs that touch, as part of the distance that each pair wants
   double overlap_most = 0;
-  double stretch_limit = 0;  // cloth: springs stretched by less let nothing pass, sqrt(2) t / s; 0 for balls
+  double stretch_limit = 0;  // cloth: cells stretched by less let nothing pass, sqrt(2) t / s; 0 for balls
 };
 
 }  // namespace dvdx

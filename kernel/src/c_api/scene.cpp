@@ -208,6 +208,7 @@ Meet meet_of(const dvdx_meet& from) {
   Meet meet;
   meet.radius = scalars(from.radius, "meet.radius");
   if (from.thickness != 0) meet.thickness = from.thickness;
+  if (from.part_of_cells != 0) meet.part_of_cells = from.part_of_cells;
   meet.restitution = from.restitution;
   meet.friction = from.friction;
   if (from.rounds != 0) meet.rounds = from.rounds;

@@ -206,7 +206,7 @@ void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, st
                        Changed changed, std::optional<SweptNet>& net) {
   const bool is_grid = is_stack_ || only_grid(scene, particles()) != nullptr;
   fastest_turn_ = fastest_turn_of(scene);
-  meeting_rate_ = meeting_rate(scene);
+  meeting_rate_ = meeting_rate(scene, start);
   rods_rate_ = scene.constraints.empty() ? 0 : swept_rods_rate(scene, start, w_of);
   rods_frequency_ = std::sqrt(length(constant_acceleration(scene)) * rods_rate_);
   const auto by = [&](const HighestRates& highest) { return substeps_by(highest); };

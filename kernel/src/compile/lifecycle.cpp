@@ -130,6 +130,8 @@ std::optional<Error> check_meeting(const Scene& scene, const Turnover& turnover,
   const Meet& meet = *scene.meet;
   const auto refuse = [](const char* field, const char* value, const char* valid) { return Error{field, value, valid}; };
   if (meet.thickness) return refuse("meet.thickness", "there", "left out where particles come and go: balls have a radius");
+  if (meet.part_of_cells)
+    return refuse("meet.part_of_cells", "there", "left out where particles come and go: balls have a radius");
   if (meet.radius && !meet.radius->is_uniform())
     return refuse("meet.radius", "given for each particle", "alike for all particles where they come and go");
   if (meet.groups) return refuse("meet.groups", "there", "left out where particles come and go");

@@ -27,7 +27,7 @@ constexpr double least_size = 1e-15, most_size = 1e15;  // m
 constexpr double near_at_start = 1 - 1e-6;              // of the distance that a pair wants
 
 bool passes_near_ones(const Meet& meet) noexcept {
-  return meet.near_at_start == NearAtStart::pass || (meet.near_at_start == NearAtStart::by_kind && meet.thickness.has_value());
+  return meet.near_at_start == NearAtStart::pass || (meet.near_at_start == NearAtStart::by_kind && !meet.radius);
 }
 
 std::vector<std::uint8_t> in_networks(const Scene& scene, std::size_t count) {
@@ -51,23 +51,69 @@ double shortest_spring(const Scene& scene, std::span<const Vec3> start) {
   return shortest;
 }
 
+// m: of a grid's cells; of a rope its springs.
+double wider_side(const Grid& grid) noexcept {
+  const auto side = [](const Vec3& edge, std::size_t count) {
+    return count > 1 ? length(edge) / static_cast<double>(count - 1) : 0;
+  };
+  return std::max(side(grid.edge_u, grid.columns), side(grid.edge_v, grid.rows));
+}
+// m: of a cell that was cut the side that is not the cut.
+double wider_side(const Triangle& of, std::span<const Vec3> start) noexcept {
+  std::array<double, 3> sides{distance(start[of[0]], start[of[1]]), distance(start[of[1]], start[of[2]]),
+                              distance(start[of[2]], start[of[0]])};
+  std::sort(sides.begin(), sides.end());
+  return sides[1];
+}
+
 // m: of the widest cell of cloth, whose springs along its sides are s long and across them at most sqrt(2) s.
 double widest_side(const Scene& scene, std::span<const Vec3> start) {
   double widest = 0;
   for (const Network& network : scene.networks) {
     if (const auto* grid = std::get_if<Grid>(&network)) {
-      widest = std::max({widest, length(grid->edge_u) / static_cast<double>(grid->columns - 1),
-                         length(grid->edge_v) / static_cast<double>(grid->rows - 1)});
+      widest = std::max(widest, wider_side(*grid));
     } else {
-      for (const Triangle& of : std::get<Springs>(network).triangles) {
-        std::array<double, 3> sides{distance(start[of[0]], start[of[1]]), distance(start[of[1]], start[of[2]]),
-                                    distance(start[of[2]], start[of[0]])};
-        std::sort(sides.begin(), sides.end());
-        widest = std::max(widest, sides[1]);
-      }
+      for (const Triangle& of : std::get<Springs>(network).triangles) widest = std::max(widest, wider_side(of, start));
     }
   }
   return widest;
+}
+
+// m, of each particle: the widest cell that it is a corner of, its shortest spring where it is of none, or 0.
+std::vector<double> widest_sides(const Scene& scene, std::span<const Vec3> start) {
+  std::vector<double> widest(start.size());
+  for (const Network& network : scene.networks) {
+    if (const auto* grid = std::get_if<Grid>(&network)) {
+      const double side = wider_side(*grid);
+      for (std::size_t k = 0; k < grid->rows * grid->columns; ++k) {
+        double& of = widest[grid->first + k];
+        of = std::max(of, side);
+      }
+    } else {
+      for (const Triangle& of : std::get<Springs>(network).triangles) {
+        const double side = wider_side(of, start);
+        for (const std::uint32_t i : of) widest[i] = std::max(widest[i], side);
+      }
+    }
+  }
+  std::vector<double> shortest(start.size(), std::numeric_limits<double>::infinity());
+  for (const JoinedPair& pair : joined_pairs(scene, start)) {
+    if (!(pair.l > 0)) continue;
+    for (const std::uint32_t i : {pair.a, pair.b}) shortest[i] = std::min(shortest[i], pair.l);
+  }
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (widest[i] == 0 && std::isfinite(shortest[i])) widest[i] = shortest[i];
+  }
+  return widest;
+}
+
+// m: half of the least thickness by part_of_cells.
+double least_half_of_cells(const Scene& scene, std::span<const Vec3> start) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const double side : widest_sides(scene, start)) {
+    if (side > 0) least = std::min(least, side);
+  }
+  return 0.5 * *scene.meet->part_of_cells * least;
 }
 
 // m/s: of any point of a motion that stays within this distance of its center, between two keys.
@@ -97,9 +143,9 @@ void check_meet(Checker& check, const Scene& scene) {
   if (!check.count()) {
     return check.fail("meet", "without a state", "compiled with one, whose particles meet: compile(scene, options, state)");
   }
-  if (meet.radius.has_value() == meet.thickness.has_value()) {
-    return check.fail("meet", meet.radius ? "both of radius and thickness" : "neither radius nor thickness", "one of them");
-  }
+  const int given = int{meet.radius.has_value()} + int{meet.thickness.has_value()} + int{meet.part_of_cells.has_value()};
+  if (given == 0) return check.fail("meet", "none of radius, thickness and part_of_cells", "one of them");
+  if (given > 1) return check.fail("meet", "several of radius, thickness and part_of_cells", "one of them");
   if (meet.radius) check.scalars("meet.radius", *meet.radius, Range::positive);
   if (meet.thickness) check.number("meet.thickness", *meet.thickness, Range::positive);
   const auto size = [&](const std::string& field, double value) {  // whose square float32 holds
@@ -116,6 +162,12 @@ void check_meet(Checker& check, const Scene& scene) {
   if (meet.thickness && !check.error) size("meet.thickness", *meet.thickness);
   if (meet.thickness && scene.networks.empty()) {
     check.fail("meet.thickness", text(*meet.thickness), "left out of a scene without networks, whose particles it is of");
+  }
+  if (meet.part_of_cells && !(*meet.part_of_cells > 0 && *meet.part_of_cells < 1)) {
+    check.fail("meet.part_of_cells", text(*meet.part_of_cells), "a number > 0 and < 1");
+  }
+  if (meet.part_of_cells && scene.networks.empty()) {
+    check.fail("meet.part_of_cells", text(*meet.part_of_cells), "left out of a scene without networks, whose cells it is of");
   }
   check.number("meet.restitution", meet.restitution, Range::unit);
   check.number("meet.friction", meet.friction, Range::non_negative);
@@ -156,6 +208,43 @@ std::optional<Error> error_of_cells(const Scene& scene, std::size_t contact) {
                "from " + text(least, 6) + " to " + text(most, 6) + " m, as the grid goes beyond the mesh by the balls' radius"};
 }
 
+// A thickness that is not below the shortest spring.
+std::optional<Error> error_of_thickness(const Scene& scene, double thickness, double shortest, std::span<const Vec3> start) {
+  const double widest = widest_side(scene, start);
+  if (!(widest > shortest)) {
+    return Error{"meet.thickness", text(thickness),
+                 "less than the shortest spring at rest, " + text(shortest, 6) + " m, or neighbours shake"};
+  }
+  if (thickness < widest) return std::nullopt;
+  return Error{"meet.thickness", text(thickness), "less than the widest cell's side at the start, " + text(widest, 6) + " m"};
+}
+std::optional<Error> error_of_part(const Scene& scene, double part, std::span<const Vec3> start) {
+  const std::vector<std::uint8_t> is_cloth = in_networks(scene, start.size());
+  const std::vector<double> sides = widest_sides(scene, start);
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (is_cloth[i] == 0 || (part * sides[i] >= least_size && part * sides[i] <= most_size)) continue;
+    return Error{"meet.part_of_cells", text(part),
+                 "left out, as particle " + std::to_string(i) + " has neither a cell nor a spring with a length of " +
+                     text(least_size) + " to " + text(most_size) + " m"};
+  }
+  return std::nullopt;
+}
+std::optional<Error> error_of_shaking(const Scene& scene, std::span<const Vec3> start) {
+  const Meet& meet = *scene.meet;
+  const MeetRules<double> rules(scene, start);
+  for (const JoinedPair& pair : joined_pairs(scene, start)) {
+    if (!(pair.l > 0) || pair.a == pair.b) continue;
+    const double wanted = rules.exactly_wanted(pair.a, pair.b);
+    if (pair.l >= near_at_start * wanted || !rules.accepts(pair.a, pair.b)) continue;
+    const std::string words = "so small that the spring from " + std::to_string(pair.a) + " to " + std::to_string(pair.b) +
+                              ", " + text(pair.l, 6) + " m at rest, is longer than its ends stay apart, " + text(wanted, 6) +
+                              " m, or neighbours shake";
+    return meet.thickness ? Error{"meet.thickness", text(*meet.thickness), words}
+                          : Error{"meet.part_of_cells", text(*meet.part_of_cells), words};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<Error> check_meet_at_start(const Scene& scene, const Options& options, std::span<const Vec3> start) {
@@ -163,11 +252,12 @@ std::optional<Error> check_meet_at_start(const Scene& scene, const Options& opti
   const Meet& meet = *scene.meet;
   if (options.elsewhere.exchange.start != nullptr)
     return Error{"meet", "there", "left out of a scene that is stepped in parts"};
-  if (meet.thickness) {
+  if (!meet.radius) {
     const double shortest = shortest_spring(scene, start);
-    if (*meet.thickness < shortest) return std::nullopt;
-    return Error{"meet.thickness", text(*meet.thickness),
-                 "less than the shortest spring at rest, " + text(shortest, 6) + " m, or neighbours shake"};
+    if (meet.thickness && *meet.thickness < shortest) return std::nullopt;
+    std::optional<Error> error = meet.thickness ? error_of_thickness(scene, *meet.thickness, shortest, start)
+                                                : error_of_part(scene, *meet.part_of_cells, start);
+    return error ? error : error_of_shaking(scene, start);
   }
   const double least = least_radius(meet);
   for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
@@ -195,11 +285,11 @@ double parting_of(const Meet& meet, double g, double step) noexcept {
   return std::max(0.25 * std::sqrt(g * r), step != 0 ? 0.1 * r / std::abs(step) : 0);
 }
 
-double meeting_rate(const Scene& scene) {
+double meeting_rate(const Scene& scene, std::span<const Vec3> start) {
   if (!scene.meet) return 0;
   constexpr double fallen = 0.005;  // g h^2, of the smallest radius: a layer of a pile sinks by so much before rounds lift it
   constexpr double carried = 0.5;   // by a surface in a sub-step
-  const double r = least_radius(*scene.meet);
+  const double r = scene.meet->part_of_cells ? least_half_of_cells(scene, start) : least_radius(*scene.meet);
   double rate = std::sqrt(length(constant_acceleration(scene)) / (fallen * r));
   for (const Contact& contact : scene.contacts) {
     if (const auto& motion = motion_of(contact)) rate = std::max(rate, fastest_way(scene.motions[*motion]) / (carried * r));
@@ -253,17 +343,22 @@ MeetRules<T>::MeetRules(const Scene& scene, std::span<const Vec3> start)
   meet_.radius.reset();
   meet_.groups.reset();
   const std::vector<std::uint8_t> is_cloth = is_ball_ ? std::vector<std::uint8_t>{} : in_networks(scene, start.size());
+  const std::vector<double> sides = meet.part_of_cells ? widest_sides(scene, start) : std::vector<double>{};
   for (std::size_t i = 0; i < start.size(); ++i) {
     if (is_ball_) r_[i] = static_cast<T>((*meet.radius)[i]);
-    if (!is_ball_ && is_cloth[i] != 0) r_[i] = static_cast<T>(0.5 * *meet.thickness);
+    if (!is_ball_ && is_cloth[i] != 0) {
+      r_[i] = static_cast<T>(0.5 * (meet.thickness ? *meet.thickness : *meet.part_of_cells * sides[i]));
+    }
     if (r_[i] < 0) continue;
     least_ = least_ == 0 ? r_[i] : std::min(least_, r_[i]);
     most_ = std::max(most_, r_[i]);
   }
+  if (!is_ball_ && least_ != most_) wanted_ = Wanted::larger;
   if (passes_near_ones(meet)) start_.assign(start.begin(), start.end());
   if (!is_ball_) {
     const double side = widest_side(scene, start);
-    if (side > 0) stretch_limit_ = std::sqrt(2.0) * *meet.thickness / side;
+    if (side > 0)
+      stretch_limit_ = meet.thickness ? std::sqrt(2.0) * *meet.thickness / side : std::sqrt(2.0) * *meet.part_of_cells;
   }
   if (meet.groups) {
     group_of_ = meet.groups->of;
@@ -282,7 +377,7 @@ bool MeetRules<T>::accepts(std::uint32_t i, std::uint32_t j) const noexcept {
   if (groups_ != 0 && met_[group_of_[i] * groups_ + group_of_[j]] == 0) return false;
   if (start_.empty()) return true;
   const Vec3 apart = difference(start_[i], start_[j]);
-  const double wanted = near_at_start * (double{r_[i]} + double{r_[j]});
+  const double wanted = near_at_start * exactly_wanted(i, j);
   return dot(apart, apart) >= wanted * wanted;
 }
 

@@ -10,6 +10,7 @@
 
 #include "compile/checker.hpp"
 #include "dvdx/plan.hpp"
+#include "passes/meet/meet.hpp"
 
 namespace dvdx {
 
@@ -34,6 +35,18 @@ class MeetRules {
   [[nodiscard]] std::size_t particles() const noexcept { return r_.size(); }
   // m, of each particle: half of what it wants to others like it; negative where it meets nothing.
   [[nodiscard]] const std::vector<T>& radii() const noexcept { return r_; }
+  // m: how far apart two are to be that meet. Of cloth of several thicknesses the thicker one tells, or what is thin would pass
+  // between the corners of wide cells.
+  [[nodiscard]] Wanted wanted_by() const noexcept { return wanted_; }
+  [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return wanted_of(wanted_, r_[i], r_[j]); }
+  [[nodiscard]] double exactly_wanted(std::size_t i, std::size_t j) const noexcept {
+    return wanted_of(wanted_, double{r_[i]}, double{r_[j]});
+  }
+  // m: no pair that meets wants more than the sum of both. Of thin ones together it is no more than they want.
+  [[nodiscard]] T reach(std::size_t i) const noexcept {
+    return wanted_ == Wanted::larger && r_[i] >= 0 ? 2 * r_[i] - least_ : r_[i];
+  }
+  [[nodiscard]] T most_reach() const noexcept { return wanted_ == Wanted::larger ? 2 * most_ - least_ : most_; }
   [[nodiscard]] T least_radius() const noexcept { return least_; }
   [[nodiscard]] T most_radius() const noexcept { return most_; }
   // m: by how much more than its surfaces' thickness a particle is kept off them. The flows keep all off by the least radius.
@@ -54,6 +67,7 @@ class MeetRules {
  private:
   Meet meet_;  // without radii and groups
   bool is_ball_;
+  Wanted wanted_ = Wanted::sum;
   std::vector<T> r_;
   T least_ = 0, most_ = 0;
   std::vector<Vec3> start_;  // m: only where pairs that are near at the start pass
@@ -68,13 +82,13 @@ void check_meet(Checker& check, const Scene& scene);
 // Errors that the particles' places and the springs' lengths tell.
 [[nodiscard]] std::optional<Error> check_meet_at_start(const Scene& scene, const Options& options, std::span<const Vec3> start);
 
-// m: the smallest of balls, or half the thickness.
+// m: the smallest of balls, or half the thickness where one is given.
 [[nodiscard]] double least_radius(const Meet& meet) noexcept;
 // m/s: how fast balls part at most where one was born within another: as they fall through a 32nd of a radius, and never
 // slower than by a tenth of one in a step.
 [[nodiscard]] double parting_of(const Meet& meet, double g, double step) noexcept;
 // 1/s: sub-steps a second that keep g h^2 and the ways of surfaces a small part of the smallest radius; 0 where none meet.
-[[nodiscard]] double meeting_rate(const Scene& scene);
+[[nodiscard]] double meeting_rate(const Scene& scene, std::span<const Vec3> start);
 [[nodiscard]] int substeps_of_meetings(double rate, double h) noexcept;
 // The scene's contacts as flows take them: balls of the least radius are off them by that much more.
 [[nodiscard]] std::vector<Contact> contacts_of_flows(const Scene& scene);

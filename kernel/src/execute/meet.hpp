@@ -158,7 +158,7 @@ class MeetStep {
         for (std::size_t i = from; i < end; ++i) {
           room_.listed_at[i] = room_.end[i].x;
           room_.allowed[i] = (skin > 0 ? 4 : 2) * room_.end[i].strays;
-          const T a = of_.rules.radii()[i] + room_.allowed[i];
+          const T a = of_.rules.reach(i) + room_.allowed[i];
           const bool meets = of_.rules.radii()[i] >= 0 && std::isfinite(a) && is_finite(room_.end[i].x);
           room_.a[i] = meets ? a : T(-1);
           reaches += meets ? std::min(double{a}, most) : 0;
@@ -195,7 +195,7 @@ class MeetStep {
     }
     return listed > 0 ? std::max(least_ordinary(), static_cast<T>(wider * sum / listed)) : least_ordinary();
   }
-  [[nodiscard]] T least_ordinary() const noexcept { return of_.rules.most_radius() + T(0.5) * nominal_skin(); }
+  [[nodiscard]] T least_ordinary() const noexcept { return of_.rules.most_reach() + T(0.5) * nominal_skin(); }
 
   // m: what touches and would go by less stays; 0 where all go.
   [[nodiscard]] T way_at_rest() const noexcept {

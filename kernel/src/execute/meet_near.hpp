@@ -43,6 +43,7 @@ class MeetNear {
     const WithinTerms<T> terms{.owners = room_.lists.owners(),
                                .partners = room_.lists.partners(),
                                .particles = room_.met(),
+                               .wanted = of_.rules.wanted_by(),
                                .widest = 2 * of_.rules.most_radius(),
                                .margin = of_.margin(),
                                .most = of_.rules.least_radius(),

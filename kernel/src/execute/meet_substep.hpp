@@ -44,7 +44,7 @@ struct MeetSubstep {
     });
   }
 
-  [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return rules.radii()[i] + rules.radii()[j]; }
+  [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return rules.wanted(i, j); }
   // The distance that a pair is to have at the end, of which one was born within the other.
   [[nodiscard]] T parted(T d, const Point<T>& q0) const noexcept {
     return std::min(d, std::sqrt(inner(q0, q0)) + parting * std::abs(h));

@@ -393,20 +393,34 @@ double shortest_spring(const SceneFile& file) {
   return shortest;
 }
 
-// The thickness may not reach the shortest spring.
-std::string crossing_cure(const SceneFile& file, double thickness, double stretch, double limit) {
+constexpr double good_part = 0.95, thickest_part = 0.99;  // of a side, by which particles stay apart
+
+// Sweeps leave some more.
+double strain_of(double limit) { return 0.6 * (limit - 1); }
+
+std::string crossing_cure_of_parts(double part, double stretch, double limit) {
+  const double wanted = rounded_up(1.02 * part * stretch / limit);
+  if (wanted < thickest_part) return fmt::format("\"part_of_cells\": {:.2g} in meet closes such cells", wanted);
+  return fmt::format("Try \"strain_limit\": {:.2g} or stiffer springs, with \"part_of_cells\": {:.2g} in meet",
+                     strain_of(std::sqrt(2) * good_part), good_part);
+}
+std::string crossing_cure(const SceneFile& file, double stretch, double limit) {
+  const Meet& meet = *file.scene.meet;
+  if (meet.part_of_cells) return crossing_cure_of_parts(*meet.part_of_cells, stretch, limit);
+  const double thickness = *meet.thickness;
   const double shortest = shortest_spring(file);
   const double widest = std::sqrt(2) * thickness / limit;
   const double wanted = rounded_up(1.02 * thickness * stretch / limit);
-  if (wanted < 0.99 * shortest) return fmt::format("\"thickness\": {:.2g} (m) in meet closes such cells", wanted);
+  if (wanted < thickest_part * shortest) return fmt::format("\"thickness\": {:.2g} (m) in meet closes such cells", wanted);
   if (widest > 1.05 * shortest) {
-    return fmt::format("Try cells of more even sides: the widest is {:.3g} m, and this thickness closes cells of {:.2g} m",
-                       widest, std::sqrt(2) * thickness / stretch);
+    return fmt::format(
+        "Try \"part_of_cells\": {:.2g} in meet in place of \"thickness\": the widest cell is {:.3g} m, and this thickness "
+        "closes cells of {:.2g} m",
+        good_part, widest, std::sqrt(2) * thickness / stretch);
   }
-  const double thickest = 0.95 * shortest;
-  const double strain = 0.6 * (std::sqrt(2) * thickest / widest - 1);  // sweeps leave some more
-  return fmt::format("Try \"strain_limit\": {:.2g} or stiffer springs, with \"thickness\": {:.2g} (m) in meet", strain,
-                     thickest);
+  const double thickest = good_part * shortest;
+  return fmt::format("Try \"strain_limit\": {:.2g} or stiffer springs, with \"thickness\": {:.2g} (m) in meet",
+                     strain_of(std::sqrt(2) * thickest / widest), thickest);
 }
 
 // How wide the cells between particles were, where others fit through those that are longer than the limit.
@@ -414,7 +428,7 @@ struct Widest {
   double stretch = 0;  // of the widest cell's side at rest
   std::string text;
 };
-Widest widest_of(const Outcome& outcome, double thickness) {
+Widest widest_of(const Outcome& outcome, const Meet& meet) {
   const Joins::Stretch& stretch = outcome.joins->stretch;
   const double limit = outcome.met->stretch_limit;
   if (!outcome.met->crossed) {
@@ -422,7 +436,11 @@ Widest widest_of(const Outcome& outcome, double thickness) {
                                       between(stretch.ends), stretch.most, stretch.time, limit)};
   }
   const Crossed& of = *outcome.met->crossed;
-  const double longest = std::sqrt(2) * thickness;
+  if (meet.part_of_cells) {
+    return {of.longest_side, fmt::format("a cell's side was stretched to {:.4g} of its length at {:.4g} s: below {:.4g}",
+                                         of.longest_side, of.time, limit)};
+  }
+  const double longest = std::sqrt(2) * *meet.thickness;
   return {limit * of.longest_side / longest,
           fmt::format("a cell's side was {:.4g} m long at {:.4g} s: below {:.4g} m", of.longest_side, of.time, longest)};
 }
@@ -434,14 +452,14 @@ std::string crossed_cure(const LoadedScene& loaded, const Outcome& outcome, doub
   const int now = outcome.network ? outcome.network->substeps : 1;
   std::string cure = fmt::format("Try --substeps {}", std::min(2 * now, static_cast<int>(most_substeps)));
   if (meet.rounds < enough) cure += fmt::format(", and \"rounds\": {} in meet", enough);
-  return stretch > limit ? cure + ". " + crossing_cure(loaded.file, *meet.thickness, stretch, limit) : cure;
+  return stretch > limit ? cure + ". " + crossing_cure(loaded.file, stretch, limit) : cure;
 }
 
 // Cells between particles may be so wide that others fit through, or nearly so; or it is seen that they have.
 std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.met || !outcome.joins || !(outcome.met->stretch_limit > 0)) return std::nullopt;
-  const double thickness = *loaded.file.scene.meet->thickness;
-  const Widest widest = widest_of(outcome, thickness);
+  const Meet& meet = *loaded.file.scene.meet;
+  const Widest widest = widest_of(outcome, meet);
   const double limit = outcome.met->stretch_limit;
   if (const auto& crossed = outcome.met->crossed; crossed && crossed->at_end > 0) {
     return Warning{.code = "crossed",
@@ -453,13 +471,15 @@ std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outc
                    .cure = crossed_cure(loaded, outcome, widest.stretch)};
   }
   if (!(widest.stretch > limit)) return std::nullopt;
-  return Warning{.code = "may_cross",
-                 .text = fmt::format("{} nothing passes between particles that keep {:.3g} m apart, and beyond it cloth may "
-                                     "have crossed cloth{}",
-                                     widest.text, thickness, outcome.met->crossed ? ", which it has not at the end" : ""),
-                 .value = widest.stretch,
-                 .limit = limit,
-                 .cure = crossing_cure(loaded.file, thickness, widest.stretch, limit)};
+  return Warning{
+      .code = "may_cross",
+      .text = fmt::format("{} nothing passes between particles that keep {:.3g} {} apart, and beyond it cloth may "
+                          "have crossed cloth{}",
+                          widest.text, meet.thickness ? *meet.thickness : *meet.part_of_cells,
+                          meet.thickness ? "m" : "of their cells", outcome.met->crossed ? ", which it has not at the end" : ""),
+      .value = widest.stretch,
+      .limit = limit,
+      .cure = crossing_cure(loaded.file, widest.stretch, limit)};
 }
 
 void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {

@@ -85,6 +85,13 @@ Crossings::Box Crossings::box_of(std::span<const std::uint32_t> corners) const n
   return box;
 }
 
+double Crossings::side_of(const std::array<Vec3, 3>& corners) noexcept {
+  std::array<double, 3> sides{};
+  for (std::size_t k = 0; k < 3; ++k) sides[k] = length_between(corners[k], corners[(k + 1) % 3]);
+  std::sort(sides.begin(), sides.end());
+  return sides[1];
+}
+
 void Crossings::build() {
   boxes_.resize(triangles_.size());
   order_.clear();
@@ -95,10 +102,8 @@ void Crossings::build() {
     boxes_[t] = box_of(triangles_[t]);
     order_.push_back(t);
     const Triangle& of = triangles_[t];
-    std::array<double, 3> sides{};
-    for (std::size_t k = 0; k < 3; ++k) sides[k] = length_between(x_[of[k]], x_[of[(k + 1) % 3]]);
-    std::sort(sides.begin(), sides.end());
-    longest_side_ = std::max(longest_side_, sides[1]);
+    const double side = side_of({x_[of[0]], x_[of[1]], x_[of[2]]});
+    longest_side_ = std::max(longest_side_, units_.empty() ? side : side / units_[t]);
   }
   nodes_.clear();
   if (!order_.empty()) build(0, order_.size());

@@ -29,8 +29,14 @@ class Crossings {
   // than some 1e-15 of the coordinates may fall on either side. Triangles and edges that are not finite are left out.
   template <class T>
   [[nodiscard]] std::size_t count(const State<T>& state);
-  // m, of the triangles that were counted last: the longest of each one's second longest side. So a cell's diagonal does not
-  // count beside its sides.
+  // Each triangle's side counts by what it is at these places, place(particle), from now on.
+  template <class Place>
+  void measure_by(const Place& place) {
+    units_.clear();
+    for (const Triangle& of : triangles_) units_.push_back(side_of({place(of[0]), place(of[1]), place(of[2])}));
+  }
+  // m, or as measured, of the triangles that were counted last: the longest of each one's second longest side. So a cell's
+  // diagonal does not count beside its sides.
   [[nodiscard]] double longest_side() const noexcept { return longest_side_; }
 
  private:
@@ -46,6 +52,7 @@ class Crossings {
   };
 
   [[nodiscard]] std::size_t count();
+  [[nodiscard]] static double side_of(const std::array<Vec3, 3>& corners) noexcept;
   void build();
   std::size_t build(std::size_t from, std::size_t to);
   [[nodiscard]] Box box_of(std::span<const std::uint32_t> corners) const noexcept;
@@ -53,6 +60,7 @@ class Crossings {
 
   std::vector<Triangle> triangles_;
   std::vector<Pair> edges_;
+  std::vector<double> units_;  // of each triangle's side; empty: 1 m
   std::vector<Vec3> x_;
   std::vector<Box> boxes_;            // of triangles
   std::vector<std::uint32_t> order_;  // of triangles, as the tree has them

@@ -14,6 +14,7 @@
 #include "run/crossings.hpp"
 #include "run/loaded_scene.hpp"
 #include "run/outcome.hpp"
+#include "run/stored_springs.hpp"
 
 namespace dvdx::tool {
 
@@ -25,8 +26,11 @@ class MeetWatch {
     constexpr std::uint64_t looks = 8;           // in a run at least, where it is long enough
     const Scene& scene = loaded.file.scene;
     if (!scene.meet) return;
-    if (scene.meet->thickness && !has_tears(loaded.file)) {
+    if (!scene.meet->radius && !has_tears(loaded.file)) {
       if (auto triangles = cloth_triangles(scene); !triangles.empty()) crossings_.emplace(std::move(triangles));
+    }
+    if (crossings_ && scene.meet->part_of_cells) {
+      crossings_->measure_by([&](std::uint32_t i) { return start_of<double>(loaded.file, i); });
     }
     every_ = std::clamp<std::uint64_t>(loaded.steps / looks, 1, crossings_ ? steps_of_cloth : steps);
   }

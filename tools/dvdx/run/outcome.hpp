@@ -79,9 +79,10 @@ struct PokeThrough {
 // How often edges of cloth go through its triangles.
 struct Crossed {
   std::size_t at_end = 0;
-  std::size_t most = 0;     // of all looks
-  double longest_side = 0;  // m, of all looks: of cells and triangles, not of diagonals
-  double time = 0;          // s: when it was so long
+  std::size_t most = 0;  // of all looks
+  // m, or by part_of_cells as part of itself at the start, of all looks: of cells and triangles, not of diagonals
+  double longest_side = 0;
+  double time = 0;  // s: when it was so long
 };
 
 // Particles that meet.

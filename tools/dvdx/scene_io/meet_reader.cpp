@@ -42,18 +42,26 @@ MeetGroups read_groups(const Node& node, const Population& population) {
 void read_meet(const Fields& scene, SceneFile& file, const Population& population) {
   const auto node = scene.optional("meet");
   if (!node) return;
-  const Fields fields(
-      *node, "meet",
-      {"radius", "thickness", "restitution", "friction", "rounds", "most_neighbours", "apart_at_start", "groups"});
+  const Fields fields(*node, "meet",
+                      {"radius", "thickness", "part_of_cells", "restitution", "friction", "rounds", "most_neighbours",
+                       "apart_at_start", "groups"});
   const auto radius = fields.optional("radius");
   const auto thickness = fields.optional("thickness");
+  const auto part = fields.optional("part_of_cells");
   if (radius && thickness) thickness->refuse("left out beside radius: particles meet as balls or as cloth");
-  if (!radius && !thickness) node->fail("has neither radius nor thickness: must have one of them");
+  if (radius && part) part->refuse("left out beside radius: particles meet as balls or as cloth");
+  if (thickness && part) part->refuse("left out beside thickness: cloth has one thickness, or one of each cell");
+  if (!radius && !thickness && !part) node->fail("has none of radius, thickness and part_of_cells: must have one of them");
   Meet meet;
   if (radius) meet.radius = read_scalars(*radius, population, positive);
   if (thickness) {
     meet.thickness = thickness->number(positive);
     if (file.scene.networks.empty()) thickness->refuse("left out of a scene without networks: balls have a radius");
+  }
+  if (part) {
+    meet.part_of_cells = part->number(positive);
+    if (!(*meet.part_of_cells < 1)) part->refuse("a number > 0 and < 1");
+    if (file.scene.networks.empty()) part->refuse("left out of a scene without networks: balls have a radius");
   }
   meet.restitution = fields.number("restitution", zero_to_one, meet.restitution);
   meet.friction = fields.number("friction", not_negative, meet.friction);

@@ -620,10 +620,11 @@ class Scene:
     def meet(
         self, *, radius: Optional[ArrayLike] = None, thickness: Optional[float] = None, restitution: float = 0,
         friction: float = 0, rounds: int = 0, most_neighbours: int = 0,
-        near_at_start: Literal["by_kind", "meet", "pass"] = "by_kind",
+        near_at_start: Literal["by_kind", "meet", "pass"] = "by_kind", part_of_cells: Optional[float] = None,
     ) -> Scene:  # fmt: skip
         """Particles stay apart: balls by their radius, m, one for all or one for each, or those of networks by a thickness, m.
 
+        part_of_cells: in place of a thickness, each has so much (> 0 and < 1) of the widest cell that it is a corner of.
         restitution: 0..1. friction: Coulomb's, >= 0. rounds a sub-step, most_neighbours of one particle; 0: the default.
         near_at_start: whether pairs that are nearer at the start than they want to be meet; by_kind: balls do, cloth does not.
         """
