@@ -49,6 +49,7 @@ const std::map<std::string, Check>& checks() {
       {"minimum", [](const json& a, const json& v) { return !v.is_number() || v >= a; }},
       {"maximum", [](const json& a, const json& v) { return !v.is_number() || v <= a; }},
       {"exclusiveMinimum", [](const json& a, const json& v) { return !v.is_number() || v > a; }},
+      {"exclusiveMaximum", [](const json& a, const json& v) { return !v.is_number() || v < a; }},
       {"pattern", [](const json& a, const json& v) {
          return !v.is_string() || std::regex_search(v.get<std::string>(), std::regex(a.get<std::string>()));
        }}};
