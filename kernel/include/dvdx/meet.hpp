@@ -29,8 +29,8 @@ enum class NearAtStart : std::uint8_t {
 //   balls   two particles are at least the sum of their radii apart, and each is its radius (more than the surface's thickness)
 //           off every surface of the scene.
 //   cloth   two particles of networks are at least `thickness` apart. Surfaces keep them off by their own thickness alone.
-//           By part_of_cells each has a thickness of its own, so much of the widest cell that it is a corner of (of its shortest
-//           spring where it is of none), and a pair the larger one: meshes whose cells differ let nothing pass either.
+//           By part_of_cells each has a thickness of its own, so much of the widest cell that it is a corner of (of its
+//           shortest spring where it is of none), and a pair the larger one: meshes whose cells differ let nothing pass either.
 // Approaches that are faster than 4 g h (g: the constant acceleration, h: the sub-step) bounce; slower ones rest. Fixed and
 // kinematic particles are met, and do not yield. At the end of each sub-step, after springs and before constraints.
 struct Meet {

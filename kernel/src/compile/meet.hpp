@@ -35,14 +35,14 @@ class MeetRules {
   [[nodiscard]] std::size_t particles() const noexcept { return r_.size(); }
   // m, of each particle: half of what it wants to others like it; negative where it meets nothing.
   [[nodiscard]] const std::vector<T>& radii() const noexcept { return r_; }
-  // m: how far apart two are to be that meet. Of cloth of several thicknesses the thicker one tells, or what is thin would pass
-  // between the corners of wide cells.
+  // m: how far apart two are to be that meet. The thicker one of cloth tells, or what is thin would pass between the corners of
+  // wide cells.
   [[nodiscard]] Wanted wanted_by() const noexcept { return wanted_; }
   [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return wanted_of(wanted_, r_[i], r_[j]); }
   [[nodiscard]] double exactly_wanted(std::size_t i, std::size_t j) const noexcept {
     return wanted_of(wanted_, double{r_[i]}, double{r_[j]});
   }
-  // m: no pair that meets wants more than the sum of both. Of thin ones together it is no more than they want.
+  // m: no pair that meets wants more than the sum of both. Two of the thinnest want no less.
   [[nodiscard]] T reach(std::size_t i) const noexcept {
     return wanted_ == Wanted::larger && r_[i] >= 0 ? 2 * r_[i] - least_ : r_[i];
   }

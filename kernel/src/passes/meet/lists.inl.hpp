@@ -169,8 +169,8 @@ void PairLists<T>::number_slabs() noexcept {
   }
 }
 
-// Slab by slab, by number: first_ is not needed yet, and holds the numbers. All rows at once, as a particle's place waits for the
-// one before in its row.
+// Slab by slab, by number: first_ is not needed yet, and holds the numbers. All rows at once, as a particle's place waits for
+// the one before in its row.
 template <class T>
 void PairLists<T>::deal(std::size_t from, std::size_t to, Deal& next) noexcept {
   const auto put = [&](Row& row, std::size_t i) {
@@ -183,8 +183,8 @@ void PairLists<T>::deal(std::size_t from, std::size_t to, Deal& next) noexcept {
   for (std::size_t i = from + rows_of_deal * each; i < to; ++i) put(next.back(), i);
 }
 
-// A slab's particles by cells, and by number in each. While places are dealt out, from the last particle on, starts_[c] goes from
-// where cell c ends to where it begins.
+// A slab's particles by cells, and by number in each. While places are dealt out, from the last particle on, starts_[c] goes
+// from where cell c ends to where it begins.
 template <class T>
 void PairLists<T>::sort(std::size_t slab) noexcept {
   std::uint32_t* const starts = starts_.data();
