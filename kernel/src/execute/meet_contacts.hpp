@@ -59,8 +59,7 @@ class MeetContacts {
                               .contacts = room_.separations.data(),
                               .pulses = room_.pulses.data(),
                               .against = room_.against()};
-    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
-      Task& task = room_.tasks[number];
+    of_.over_numbered_tasks([&](std::size_t number, Task& task, std::size_t, std::size_t) {
       take_kept(task, scale);
       if (of_.parting != 0) part(task);
       of_.kernels.begin(terms, task.first, task.first + task.close);
@@ -154,7 +153,8 @@ class MeetContacts {
       task.first_place = place;
       place += task.summed + static_cast<std::uint32_t>(meeting_lanes) * task.most_summed;
     }
-    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) { deal_out(number); });
+    of_.over_numbered_tasks(
+        [&](std::size_t number, Task& task, std::size_t from, std::size_t end) { deal_out(number, task, from, end); });
   }
   // use(its place): each pulse of a particle that is summed: of partners in the order of their numbers, then of surfaces.
   template <class Use>
@@ -168,10 +168,7 @@ class MeetContacts {
     });
     for (std::size_t s = 0; s < of_.walls_of(i); ++s) use(2 * room_.wanted.size() + room_.first_wall[i] + s);
   }
-  void deal_out(std::size_t number) noexcept {
-    Task& task = room_.tasks[number];
-    const std::size_t from = number * particles_per_meeting_task;
-    const std::size_t end = std::min(room_.particles, from + particles_per_meeting_task);
+  void deal_out(std::size_t number, Task& task, std::size_t from, std::size_t end) noexcept {
     std::uint32_t* const summed = room_.summed.data() + from;
     // Where those begin that have so many fewer than the most.
     std::array<std::uint16_t, 2 + most_pulses> begins{};
@@ -232,9 +229,9 @@ class MeetContacts {
                             .places = room_.places.data(),
                             .pulses = room_.pulses.data(),
                             .pushed = room_.pushed.data()};
-    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
+    of_.over_numbered_tasks([&](std::size_t number, Task& task, std::size_t, std::size_t) {
       const std::size_t first = number * slices_per_meeting_task;
-      room_.tasks[number].longest = double{of_.kernels.sum(terms, first, first + room_.tasks[number].slices)};
+      task.longest = double{of_.kernels.sum(terms, first, first + task.slices)};
     });
     for (const Task& task : room_.tasks) longest_ = std::max(longest_, static_cast<T>(std::sqrt(task.longest)));
   }

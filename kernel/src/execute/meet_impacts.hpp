@@ -77,13 +77,10 @@ class MeetImpacts {
                                .slowest = of_.slowest,
                                .found = room_.separations.data(),
                                .pair_of = room_.pair_of_impact()};
-    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
-      Task& task = room_.tasks[number];
+    of_.over_numbered_tasks([&](std::size_t number, Task& task, std::size_t from, std::size_t end) {
       find_pairs(terms, task, room_.candidates(number));
       task.hits_walls = false;
-      const std::size_t first = number * particles_per_meeting_task;
-      const std::size_t end = std::min(room_.particles, first + particles_per_meeting_task);
-      for (std::size_t i = first; i < end && task.walls != 0; ++i) find_walls(i, task);
+      for (std::size_t i = from; i < end && task.walls != 0; ++i) find_walls(i, task);
     });
     return std::any_of(room_.tasks.begin(), room_.tasks.end(),
                        [](const Task& task) { return task.impacts != 0 || task.hits_walls; });

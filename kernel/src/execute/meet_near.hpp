@@ -51,10 +51,7 @@ class MeetNear {
                                .slowest = of_.slowest,
                                .i = room_.near_i(),
                                .j = room_.near_j()};
-    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
-      Task& task = room_.tasks[number];
-      const std::size_t from = number * particles_per_meeting_task;
-      const std::size_t end = std::min(room_.particles, from + particles_per_meeting_task);
+    of_.over_numbered_tasks([&](std::size_t number, Task& task, std::size_t from, std::size_t end) {
       task.near = static_cast<std::uint32_t>(of_.kernels.find_within(terms, room_.lists.first(from), room_.lists.first(end)));
       task.close = 0;
       std::fill(room_.own_end.data() + from, room_.own_end.data() + end, 0U);
@@ -101,8 +98,7 @@ class MeetNear {
     });
   }
   void put_pairs() noexcept {
-    for_each_task(of_.parallel, room_.tasks.size(), [&](std::size_t number) {
-      Task& task = room_.tasks[number];
+    of_.over_numbered_tasks([&](std::size_t number, Task& task, std::size_t, std::size_t) {
       std::uint32_t* const candidates = room_.candidates(number);
       task.candidates = 0;
       std::array<std::uint32_t, 2> next{task.first, task.first_far};

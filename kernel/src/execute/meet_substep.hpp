@@ -29,13 +29,18 @@ struct MeetSubstep {
   std::size_t surface_count = 0;
   T h = 0;  // s
 
+  // use(task's number, task, first particle, end)
+  template <class Use>
+  void over_numbered_tasks(const Use& use) const noexcept {
+    for_each_task(parallel, room.tasks.size(), [&](std::size_t number) {
+      use(number, room.tasks[number], number * particles_per_meeting_task,
+          std::min(room.particles, (number + 1) * particles_per_meeting_task));
+    });
+  }
   // use(task, first particle, end)
   template <class Use>
   void over_tasks(const Use& use) const noexcept {
-    for_each_task(parallel, room.tasks.size(), [&](std::size_t task) {
-      use(room.tasks[task], task * particles_per_meeting_task,
-          std::min(room.particles, (task + 1) * particles_per_meeting_task));
-    });
+    over_numbered_tasks([&](std::size_t, Task& task, std::size_t from, std::size_t end) { use(task, from, end); });
   }
   template <class Use>
   void over_particles(const Use& use) const noexcept {
