@@ -83,21 +83,21 @@ void time_pile(benchmark::State& timing, std::size_t count, std::size_t settled,
 }
 
 // Where grains are after so many frames, worked out once.
-const std::vector<Point<float>>& settled_heap(std::size_t count, std::size_t frames) {
-  static std::map<std::size_t, std::vector<Point<float>>> heaps;
-  std::vector<Point<float>>& x = heaps[count];
+const std::vector<MetListed<float>>& settled_heap(std::size_t count, std::size_t frames) {
+  static std::map<std::size_t, std::vector<MetListed<float>>> heaps;
+  std::vector<MetListed<float>>& x = heaps[count];
   if (!x.empty()) return x;
   const std::size_t side = side_of(count);
   Held<float> held = heap(count, side);
   const auto plan = compile<float>(grains(side), {.step = frame}, held.state);
   if (!plan || plan->step(held.state, frames) != StepResult::done) return x;
-  for (std::size_t i = 0; i < count; ++i) x.push_back({held.state.x[0][i], held.state.x[1][i], held.state.x[2][i]});
+  for (std::size_t i = 0; i < count; ++i) x.push_back({{held.state.x[0][i], held.state.x[1][i], held.state.x[2][i]}, 0});
   return x;
 }
 
 // With a reach of a fifth of a grain.
 void time_lists(benchmark::State& timing, std::size_t count, std::size_t frames, Isa isa, int threads) {
-  const std::vector<Point<float>>& x = settled_heap(count, frames);
+  const std::vector<MetListed<float>>& x = settled_heap(count, frames);
   if (x.empty()) return timing.SkipWithError("no heap");
   const auto r = static_cast<float>(0.5 * d);
   const std::vector<float> a(count, r);

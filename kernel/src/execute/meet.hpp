@@ -51,7 +51,7 @@ class MeetStep {
     of_.surface_count = surface_count;
     of_.h = h;
     take();
-    if (find_strays() == Lists::stale && list() == Found::too_many) {
+    if (find_strays() == ListAge::stale && list() == Found::too_many) {
       room_.pair_count = 0;
       room_.is_kept = false;
       return Found::too_many;
@@ -77,20 +77,17 @@ class MeetStep {
     return {columns[0][element], columns[1][element], columns[2][element]};
   }
 
-  // Sums are of what is finite.
   void take() noexcept {
+    const WayTerms<T> terms{.elements = order_.of.data(),
+                            .x = {work_.x[0], work_.x[1], work_.x[2]},
+                            .v = {work_.v[0], work_.v[1], work_.v[2]},
+                            .w = work_.w,
+                            .start = room_.start.data(),
+                            .listed = room_.listed.data(),
+                            .end = room_.end.data(),
+                            .velocity = room_.velocity.data()};
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
-      task.way = task.gone = {};
-      task.ways = task.gones = 0;
-      task.has_movers = false;
-      for (std::size_t i = from; i < end; ++i) {
-        room_.end[i].x = at(work_.x, i);
-        room_.velocity[i] = {at(work_.v, i), work_.w[order_.of[i]]};
-        if (!(of_.rules.radii()[i] >= 0)) continue;
-        task.has_movers = task.has_movers || (!(room_.velocity[i].w > 0) && room_.end[i].x != room_.start[i].x);
-        add(minus(room_.end[i].x, room_.start[i].x), task.way, task.ways);
-        add(minus(room_.end[i].x, room_.listed_at[i]), task.gone, task.gones);
-      }
+      task.sums = of_.kernels.take_ways(terms, from, end);
       if (!room_.has_impacts) return;
       for (std::size_t i = from; i < end; ++i) {
         room_.hits[i] = {};
@@ -99,50 +96,37 @@ class MeetStep {
     });
     room_.has_impacts = false;
   }
-  static void add(const Point<T>& d, std::array<double, 3>& sum, std::uint32_t& count) noexcept {
-    if (!is_finite(d)) return;
-    for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += double{d[axis]};
-    ++count;
-  }
-
   [[nodiscard]] T nominal_skin() const noexcept { return T(0.3) * of_.rules.least_radius(); }
 
   static bool is_finite(const Point<T>& x) noexcept {
     return (x[0] - x[0]) + (x[1] - x[1]) + (x[2] - x[2]) == 0;  // else it is NaN
   }
   // By tasks, which are the same on any number of threads.
-  [[nodiscard]] Point<T> mean(std::array<double, 3> Task::*of, std::uint32_t Task::*count) const noexcept {
+  [[nodiscard]] Point<T> mean(std::array<double, 3> WaySums::*of, std::uint32_t WaySums::*count) const noexcept {
     std::array<double, 3> sum{};
     double all = 0;
     for (const Task& task : room_.tasks) {
-      for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += (task.*of)[axis];
-      all += task.*count;
+      for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += (task.sums.*of)[axis];
+      all += task.sums.*count;
     }
     Point<T> mean{};
     for (std::size_t axis = 0; axis < 3 && all > 0; ++axis) mean[axis] = static_cast<T>(sum[axis] / all);
     return mean;
   }
-  static T size(const Point<T>& d) noexcept { return std::sqrt(inner(d, d)); }
 
-  enum class Lists { fresh, stale };
-  Lists find_strays() noexcept {
-    const Point<T> all = mean(&Task::way, &Task::ways);
-    const Point<T> by = mean(&Task::gone, &Task::gones);
-    const T half = T(0.495) * room_.skin;
+  ListAge find_strays() noexcept {
+    const StrayTerms<T> terms{.start = room_.start.data(),
+                              .listed = room_.listed.data(),
+                              .end = room_.end.data(),
+                              .way = mean(&WaySums::way, &WaySums::ways),
+                              .gone = mean(&WaySums::gone, &WaySums::gones),
+                              .allowed = T(0.495) * room_.skin};
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
-      task.is_stale = false;
-      for (std::size_t i = from; i < end; ++i) {
-        const T strays = size(minus(minus(room_.end[i].x, room_.start[i].x), all));
-        room_.end[i].strays = strays;
-        if (!(of_.rules.radii()[i] >= 0)) continue;
-        const T used = size(minus(minus(room_.end[i].x, room_.listed_at[i]), by)) + 2 * strays;
-        // A particle that is not finite is in no list, and always asks for new ones.
-        task.is_stale = task.is_stale || !(used <= half + room_.allowed[i]);
-      }
+      task.is_stale = of_.kernels.find_strays(terms, from, end) == ListAge::stale;
     });
-    if (!room_.is_listed || room_.listed_by != of_.rules.fingerprint()) return Lists::stale;
+    if (!room_.is_listed || room_.listed_by != of_.rules.fingerprint()) return ListAge::stale;
     const bool is_stale = std::any_of(room_.tasks.begin(), room_.tasks.end(), [](const Task& task) { return task.is_stale; });
-    return is_stale ? Lists::stale : Lists::fresh;
+    return is_stale ? ListAge::stale : ListAge::fresh;
   }
 
   Found list() noexcept {
@@ -156,9 +140,8 @@ class MeetStep {
         double reaches = 0;
         std::uint32_t listed = 0;
         for (std::size_t i = from; i < end; ++i) {
-          room_.listed_at[i] = room_.end[i].x;
-          room_.allowed[i] = (skin > 0 ? 4 : 2) * room_.end[i].strays;
-          const T a = of_.rules.reach(i) + room_.allowed[i];
+          room_.listed[i] = {room_.end[i].x, (skin > 0 ? 4 : 2) * room_.end[i].strays};
+          const T a = of_.rules.reach(i) + room_.listed[i].allowed;
           const bool meets = of_.rules.radii()[i] >= 0 && std::isfinite(a) && is_finite(room_.end[i].x);
           room_.a[i] = meets ? a : T(-1);
           reaches += meets ? std::min(double{a}, most) : 0;
@@ -179,7 +162,7 @@ class MeetStep {
     const auto run = [&](std::size_t tasks, const auto& body) { for_each_task(of_.parallel, tasks, body); };
     const T reach = (of_.margin() + room_.skin) * T(1.001);
     const auto found =
-        room_.lists.build(room_.listed_at.data(), room_.a.data(), ordinary(), reach, accepts, of_.kernels.near, run);
+        room_.lists.build(room_.listed.data(), room_.a.data(), ordinary(), reach, accepts, of_.kernels.near, run);
     return found == PairLists<T>::Found::all ? Found::all : Found::too_many;
   }
 
@@ -202,7 +185,7 @@ class MeetStep {
     if (!of_.rules.are_balls() || !(of_.rules.meet().friction > 0)) return 0;
     const bool has_movers =
         std::any_of(of_.surfaces, of_.surfaces + of_.surface_count, [](const Surface<T>& of) { return moves(of); }) ||
-        std::any_of(room_.tasks.begin(), room_.tasks.end(), [](const Task& task) { return task.has_movers; });
+        std::any_of(room_.tasks.begin(), room_.tasks.end(), [](const Task& task) { return task.sums.has_movers; });
     return has_movers ? T(0) : T(part_at_rest / 4) * of_.slowest * std::abs(of_.h);
   }
   static bool moves(const Surface<T>& surface) noexcept {

@@ -33,8 +33,7 @@ struct MeetRoom {
         velocity(shape.particles),
         hits(shape.particles),
         shift(shape.particles),
-        listed_at(shape.particles),
-        allowed(shape.particles),
+        listed(shape.particles),
         a(shape.particles),
         tasks(tasks_of(shape.particles, particles_per_meeting_task)),
         pairs(most_pairs(shape) / meeting_lanes),
@@ -69,7 +68,7 @@ struct MeetRoom {
         parts(shape.has_births ? shape.particles : 0, std::uint8_t{1}) {}
 
   [[nodiscard]] std::size_t bytes() const noexcept {
-    constexpr std::size_t each = 5 * sizeof(MeetPush<T>) + sizeof(Point<T>) + 2 * sizeof(T) + 14;
+    constexpr std::size_t each = 6 * sizeof(MeetPush<T>) + sizeof(T) + 14;
     return lists.bytes() + each * start.size() + sizeof(MeetPush<T>) * pushed.size() +
            (sizeof(MetPairs) + sizeof(Separations<T>)) * (pairs.size() + wall_pairs.size()) +
            (sizeof(T) + 8 + sizeof(MetPair) + sizeof(Pulse<T>)) * wanted.size() + sizeof(Pulse<T>) * pulses.size() +
@@ -196,9 +195,7 @@ struct MeetRoom {
     double longest = 0;    // m^2: of its pushes, squared
     bool hits_walls = false;
     bool is_stale = false;
-    bool has_movers = false;              // particles without mass that meet and move
-    std::array<double, 3> way{}, gone{};  // m: sums
-    std::uint32_t ways = 0, gones = 0;
+    WaySums sums{};
     double reaches = 0;  // m: a sum over those that are listed
     std::uint32_t listed = 0;
   };
@@ -212,8 +209,7 @@ struct MeetRoom {
   std::vector<MetVelocity<T>> velocity{};
   std::vector<MetHits<T>> hits{};
   std::vector<MetShift<T>> shift{};
-  std::vector<Point<T>> listed_at{};  // where each was when the lists were built
-  std::vector<T> allowed{};           // m: the strays that the lists allow for
+  std::vector<MetListed<T>> listed{};
   std::vector<T> a{};
   std::vector<MeetTask> tasks{};
   std::vector<MetPairs> pairs{};  // near ones; the close ones of each task from a block on, then the far ones likewise

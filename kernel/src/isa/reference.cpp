@@ -11,6 +11,7 @@
 #include "passes/meet/impacts_reference.hpp"
 #include "passes/meet/near_reference.hpp"
 #include "passes/meet/rounds_reference.hpp"
+#include "passes/meet/ways_reference.hpp"
 #include "passes/meet/within_reference.hpp"
 #include "passes/network/grid_reference.hpp"
 #include "passes/network/lines_reference.hpp"
@@ -77,7 +78,9 @@ constexpr Kernels<T> scalar_kernels() noexcept {
                   .triangles = blow_triangles<T, arithmetic>,
                   .gather = gather_air<T, arithmetic>},
           .ball = {.prepare = prepare_balls<T>, .keep = keep_in_balls<T, arithmetic>},
-          .meet = {.near = {.find = find_near<T>, .order = order_lists},
+          .meet = {.take_ways = take_ways<T>,
+                   .find_strays = find_strays<T>,
+                   .near = {.find = find_near<T>, .order = order_lists},
                    .find_within = find_within<T>,
                    .find_impacts = find_impacts<T>,
                    .find_hit = find_hit<T>,

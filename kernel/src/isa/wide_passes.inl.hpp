@@ -13,6 +13,7 @@
 #include "passes/meet/impacts.inl.hpp"
 #include "passes/meet/near.inl.hpp"
 #include "passes/meet/rounds.inl.hpp"
+#include "passes/meet/ways.inl.hpp"
 #include "passes/meet/within.inl.hpp"
 #include "passes/network/grid.inl.hpp"
 #include "passes/network/lines.inl.hpp"
@@ -85,7 +86,9 @@ constexpr Kernels<T> wide_kernels() noexcept {
                   .triangles = blow_triangles<V, arithmetic>,
                   .gather = gather_air<V, arithmetic>},
           .ball = {.prepare = prepare_balls<V>, .keep = keep_in_balls<V, arithmetic>},
-          .meet = {.near = {.find = find_near<V>, .order = order_lists<V>},
+          .meet = {.take_ways = take_ways<V>,
+                   .find_strays = find_strays<V>,
+                   .near = {.find = find_near<V>, .order = order_lists<V>},
                    .find_within = find_within<V>,
                    .find_impacts = find_impacts<V>,
                    .find_hit = find_hit<V>,

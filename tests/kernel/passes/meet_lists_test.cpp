@@ -32,6 +32,13 @@ struct Cloud {
 };
 
 template <class T>
+std::vector<MetListed<T>> places_of(const Cloud<T>& of) {
+  std::vector<MetListed<T>> listed;
+  for (const Point<T>& x : of.x) listed.push_back({x, T(0)});
+  return listed;
+}
+
+template <class T>
 Cloud<T> cloud(std::size_t count, double side, const std::array<double, 3>& at = {}, double a = 0.5) {
   Cloud<T> made;
   for (std::size_t i = 0; i < count; ++i) {
@@ -76,7 +83,7 @@ Pairs listed(const Cloud<T>& of, T reach, T ordinary) {
   std::optional<Pairs> found;
   for (const Isa isa : available_isas(Arithmetic::separate)) {
     PairLists<T> lists(of.x.size(), of.x.size() * of.x.size());
-    const auto done = lists.build(of.x.data(), of.a.data(), ordinary, reach, AllPairs(), near_of<T>(isa), one_thread);
+    const auto done = lists.build(places_of(of).data(), of.a.data(), ordinary, reach, AllPairs(), near_of<T>(isa), one_thread);
     REQUIRE(done == PairLists<T>::Found::all);
     const Pairs pairs = pairs_of(lists, of.x.size());
     if (!found) found = pairs;
@@ -144,7 +151,7 @@ TEST_CASE("lists that are longer than their room are told") {
     PairLists<double> enough(of.x.size(), expected.size());
     PairLists<double> too_small(of.x.size(), expected.size() - 1);
     const auto build = [&](PairLists<double>& lists) {
-      return lists.build(of.x.data(), of.a.data(), 0.5, 0, AllPairs(), near_of<double>(isa), one_thread);
+      return lists.build(places_of(of).data(), of.a.data(), 0.5, 0, AllPairs(), near_of<double>(isa), one_thread);
     };
     CHECK(build(enough) == PairLists<double>::Found::all);
     CHECK(pairs_of(enough, of.x.size()) == expected);
@@ -166,7 +173,7 @@ TEST_CASE("pairs that are not accepted are not listed, nor need room") {
     for (const Isa isa : available_isas(Arithmetic::separate)) {
       PairLists<float> lists(of.x.size(), expected.size());
       const auto build = [&](PairLists<float>& of_pairs) {
-        return of_pairs.build(of.x.data(), of.a.data(), 0.5F, 0.0F, few, near_of<float>(isa), one_thread);
+        return of_pairs.build(places_of(of).data(), of.a.data(), 0.5F, 0.0F, few, near_of<float>(isa), one_thread);
       };
       REQUIRE(build(lists) == PairLists<float>::Found::all);
       CHECK(pairs_of(lists, of.x.size()) == expected);
@@ -181,7 +188,7 @@ TEST_CASE_TEMPLATE("places of a list say whose they are, also where some look fa
   for (const std::size_t i : {5U, 77U, 399U}) of.a[i] = T(2);
   for (const Isa isa : available_isas(Arithmetic::separate)) {
     PairLists<T> lists(of.x.size(), 64 * of.x.size());
-    const auto done = lists.build(of.x.data(), of.a.data(), T(0.5), T(0.25), AllPairs(), near_of<T>(isa), one_thread);
+    const auto done = lists.build(places_of(of).data(), of.a.data(), T(0.5), T(0.25), AllPairs(), near_of<T>(isa), one_thread);
     REQUIRE(done == PairLists<T>::Found::all);
     Pairs pairs;
     for (std::size_t place = 0; place < lists.first(of.x.size()); ++place) {
@@ -214,7 +221,7 @@ TEST_CASE_TEMPLATE("lists are the same on any number of threads, and in any orde
     const NearKernels<T>& near = near_of<T>(best_isa(Arithmetic::separate));
     const auto listed_by = [&](const auto& run) {
       lists.be_of(count);
-      const auto done = lists.build(of.x.data(), of.a.data(), T(0.5), T(0.25), AllPairs(), near, run);
+      const auto done = lists.build(places_of(of).data(), of.a.data(), T(0.5), T(0.25), AllPairs(), near, run);
       REQUIRE(done == PairLists<T>::Found::all);
       return pairs_of(lists, count);
     };

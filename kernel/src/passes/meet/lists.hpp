@@ -43,7 +43,7 @@ class PairLists {
   // largest a that cells are made for. near: an instruction set's. run(count, body): body(task) of each task below count, on
   // any threads.
   template <class Accepts, class Run>
-  Found build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts, const NearKernels<T>& near,
+  Found build(const MetListed<T>* listed, const T* a, T ordinary, T reach, const Accepts& accepts, const NearKernels<T>& near,
               const Run& run) noexcept;
 
   // Those of particle i with higher numbers.
@@ -91,13 +91,14 @@ class PairLists {
     void add(const Box& other) noexcept;
   };
 
-  [[nodiscard]] static Box box_of(const Point<T>* x, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept;
+  [[nodiscard]] static Box box_of(const MetListed<T>* listed, const T* a, T ordinary, std::size_t from,
+                                  std::size_t to) noexcept;
   void shape(const Box& box, T ordinary, T reach) noexcept;
-  void find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to, Row& row) noexcept;
+  void find_cells(const MetListed<T>* listed, const T* a, std::size_t from, std::size_t to, Row& row) noexcept;
   void number_slabs() noexcept;
   void deal(std::size_t from, std::size_t to, Deal& next) noexcept;
   void sort(std::size_t slab) noexcept;
-  void place(const Point<T>* x, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept;
+  void place(const MetListed<T>* listed, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept;
   void count(std::size_t task, std::size_t from, std::size_t to) noexcept;
   void number_tasks() noexcept;
   void number(std::size_t from, std::size_t to) noexcept;

@@ -77,13 +77,14 @@ void PairLists<T>::Box::add(const Box& other) noexcept {
 }
 
 template <class T>
-auto PairLists<T>::box_of(const Point<T>* x, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept -> Box {
+auto PairLists<T>::box_of(const MetListed<T>* listed, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept
+    -> Box {
   Box box = Box::nothing();
   for (std::size_t i = from; i < to; ++i) {
     if (!(a[i] >= 0)) continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      box.low[axis] = std::min(box.low[axis], x[i][axis]);
-      box.high[axis] = std::max(box.high[axis], x[i][axis]);
+      box.low[axis] = std::min(box.low[axis], listed[i].x[axis]);
+      box.high[axis] = std::max(box.high[axis], listed[i].x[axis]);
     }
     const bool is_far = a[i] > ordinary;
     box.looks_far = box.looks_far || is_far;
@@ -121,15 +122,16 @@ void PairLists<T>::shape(const Box& box, T ordinary, T reach) noexcept {
 
 // The cell of each particle that has a place, and how many of these are in each slab.
 template <class T>
-void PairLists<T>::find_cells(const Point<T>* x, const T* a, std::size_t from, std::size_t to, Row& row) noexcept {
+void PairLists<T>::find_cells(const MetListed<T>* listed, const T* a, std::size_t from, std::size_t to, Row& row) noexcept {
   constexpr double offset = 0x1p31;  // cells: a whole number of tori, with which none is negative; it costs 2^-22 of one
   row.fill(0);
   for (std::size_t i = from; i < to; ++i) {
     count_[i] = 0;
-    const double cx = double{x[i][0]} * per_side_, cy = double{x[i][1]} * per_side_, cz = double{x[i][2]} * per_side_;
+    const Point<T>& x = listed[i].x;
+    const double cx = double{x[0]} * per_side_, cy = double{x[1]} * per_side_, cz = double{x[2]} * per_side_;
     const auto number = [](double at) { return static_cast<std::uint32_t>(static_cast<std::int64_t>(at + offset)); };
     const bool is_far = !(std::abs(cx) + std::abs(cy) + std::abs(cz) < offset - 1);
-    const std::uint32_t cell = is_far ? far_cell(x[i]) : grid_.number_of(number(cx), number(cy), number(cz));
+    const std::uint32_t cell = is_far ? far_cell(x) : grid_.number_of(number(cx), number(cy), number(cz));
     cell_[i] = a[i] >= 0 ? cell : no_partner;
     if (cell_[i] != no_partner) ++row[cell >> slab_shift_];
   }
@@ -199,12 +201,12 @@ void PairLists<T>::sort(std::size_t slab) noexcept {
 
 // Those that look far are near nobody for the others.
 template <class T>
-void PairLists<T>::place(const Point<T>* x, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept {
+void PairLists<T>::place(const MetListed<T>* listed, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
     const std::uint32_t i = number_[s];
-    x_[s] = a[i] > ordinary ? std::numeric_limits<T>::quiet_NaN() : x[i][0];
-    y_[s] = x[i][1];
-    z_[s] = x[i][2];
+    x_[s] = a[i] > ordinary ? std::numeric_limits<T>::quiet_NaN() : listed[i].x[0];
+    y_[s] = listed[i].x[1];
+    z_[s] = listed[i].x[2];
     a_[s] = a[i];
   }
 }
@@ -214,11 +216,11 @@ template <class T>
 template <class Accepts>
 class PairLists<T>::Search {
  public:
-  Search(PairLists& lists, Region& region, const Point<T>* x, T ordinary, T reach, const Accepts& accepts,
+  Search(PairLists& lists, Region& region, const MetListed<T>* listed, T ordinary, T reach, const Accepts& accepts,
          const NearKernels<T>& near) noexcept
       : of_(lists),
         region_(region),
-        x_(x),
+        listed_(listed),
         ordinary_(ordinary),
         reach_(reach),
         accepts_(accepts),
@@ -290,7 +292,7 @@ class PairLists<T>::Search {
   }
 
   void look_at(std::uint32_t i, std::uint32_t j, T most) noexcept {
-    const Point<T> apart = minus(x_[i], x_[j]);
+    const Point<T> apart = minus(listed_[i].x, listed_[j].x);
     if (!(inner(apart, apart) < most * most) || region_.is_over()) return;
     const Pair2 pair{std::min(i, j), std::max(i, j)};
     if (!accepts_(pair[0], pair[1])) return;
@@ -329,7 +331,7 @@ class PairLists<T>::Search {
 
   PairLists& of_;
   Region& region_;
-  const Point<T>* x_;
+  const MetListed<T>* listed_;
   T ordinary_, reach_;
   const Accepts& accepts_;
   decltype(NearKernels<T>::find) find_;
@@ -381,28 +383,28 @@ void PairLists<T>::add_far() noexcept {
 
 template <class T>
 template <class Accepts, class Run>
-auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, const Accepts& accepts, const NearKernels<T>& near,
-                         const Run& run) noexcept -> Found {
+auto PairLists<T>::build(const MetListed<T>* listed, const T* a, T ordinary, T reach, const Accepts& accepts,
+                         const NearKernels<T>& near, const Run& run) noexcept -> Found {
   const auto over_all = [&](std::size_t tasks, std::size_t each, std::size_t count, const auto& use) {  // use(task, from, to)
     run(tasks, [&](std::size_t task) { use(task, task * each, std::min(count, (task + 1) * each)); });
   };
   const auto over = [&](std::size_t count, const auto& use) { over_all(tasks_of_lists(count), listed_at_once, count, use); };
   const auto over_deals = [&](const auto& use) { over_all(tasks_of_deals(particles_), dealt_at_once, particles_, use); };
-  over_deals([&](std::size_t task, std::size_t from, std::size_t to) { boxes_[task] = box_of(x, a, ordinary, from, to); });
+  over_deals([&](std::size_t task, std::size_t from, std::size_t to) { boxes_[task] = box_of(listed, a, ordinary, from, to); });
   Box box = Box::nothing();
   for (const Box& part : std::span(boxes_).first(tasks_of_deals(particles_))) box.add(part);
   shape(box, ordinary, reach);
   over_deals([&](std::size_t task, std::size_t from, std::size_t to) {
     for (std::size_t row = 0; row < rows_of_deal; ++row) {
       const std::size_t end = row + 1 < rows_of_deal ? first_of_row(from, to, row + 1) : to;
-      find_cells(x, a, first_of_row(from, to, row), end, deals_[task][row]);
+      find_cells(listed, a, first_of_row(from, to, row), end, deals_[task][row]);
     }
   });
   number_slabs();
   over_deals([&](std::size_t task, std::size_t from, std::size_t to) { deal(from, to, deals_[task]); });
   run(slabs_, [&](std::size_t slab) { sort(slab); });
   const std::size_t placed = starts_[cells_];
-  over(placed, [&](std::size_t, std::size_t from, std::size_t to) { place(x, a, ordinary, from, to); });
+  over(placed, [&](std::size_t, std::size_t from, std::size_t to) { place(listed, a, ordinary, from, to); });
   // By tasks, each in its part of the room; where one finds more, all in one.
   const std::size_t pairs = partners_.size();
   std::fill(regions_.begin(), regions_.end(), Region{});
@@ -412,12 +414,12 @@ auto PairLists<T>::build(const Point<T>* x, const T* a, T ordinary, T reach, con
     region.room = pairs * to / placed - before;
     region.first = 2 * before + near_padding * task;
     region.end = region.first + 2 * region.room + near_padding;
-    Search<Accepts>(*this, region, x, ordinary, reach, accepts, near).look(from, to);
+    Search<Accepts>(*this, region, listed, ordinary, reach, accepts, near).look(from, to);
   });
   if (std::any_of(regions_.begin(), regions_.end(), [](const Region& region) { return region.is_over(); })) {
     std::fill(regions_.begin(), regions_.end(), Region{});
     regions_[0] = {.end = 2 * pairs + near_padding, .room = pairs};
-    Search<Accepts>(*this, regions_[0], x, ordinary, reach, accepts, near).look(0, placed);
+    Search<Accepts>(*this, regions_[0], listed, ordinary, reach, accepts, near).look(0, placed);
     if (regions_[0].is_over()) return Found::too_many;
   }
   over(particles_, [&](std::size_t task, std::size_t from, std::size_t to) { count(task, from, to); });

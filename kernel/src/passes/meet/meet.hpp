@@ -169,6 +169,11 @@ struct MetEnd {
   T strays = 0;  // how far it goes in this sub-step beside what all do, m
 };
 template <class T>
+struct MetListed {
+  Point<T> x{};   // when the lists were built, m
+  T allowed = 0;  // m: the strays that the lists allow for
+};
+template <class T>
 struct MetVelocity {
   Point<T> v{};  // as the flows leave it, m/s
   T w = 0;       // 1/kg

@@ -7,6 +7,7 @@
 #include "passes/meet/impacts.hpp"
 #include "passes/meet/meet.hpp"
 #include "passes/meet/near.hpp"
+#include "passes/meet/ways.hpp"
 #include "passes/meet/within.hpp"
 
 namespace dvdx {
@@ -56,6 +57,9 @@ struct SumTerms {
 
 template <class T>
 struct MeetKernels {
+  // Particles from `from` to `to`.
+  WaySums (*take_ways)(const WayTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
+  ListAge (*find_strays)(const StrayTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
   NearKernels<T> near{};
   // The listed pairs of places from `from` to `to` that are near; how many.
   std::size_t (*find_within)(const WithinTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
