@@ -44,6 +44,28 @@ class FollowingLanes {
   std::array<std::uint32_t, V::size> particles_, records_;
 };
 
+// Their elements in columns, which mostly follow each other, too.
+template <class V>
+class ColumnLanes {
+ public:
+  ColumnLanes(const std::uint32_t* elements, const std::array<std::uint32_t, V::size>& particles) noexcept {
+    std::uint32_t apart = 0;
+    for (std::size_t k = 0; k < V::size; ++k) {
+      const std::uint32_t element = elements[particles[k]];
+      at_[k] = static_cast<std::int32_t>(element);
+      apart |= element - elements[particles[0]] - static_cast<std::uint32_t>(k);
+    }
+    follow_ = apart == 0;
+  }
+  [[gnu::always_inline]] V load(const Scalar<V>* column) const noexcept {
+    return follow_ ? load_lanes<V>(column + at_[0]) : gather_lanes<V>(column, at_.data());
+  }
+
+ private:
+  std::array<std::int32_t, V::size> at_;
+  bool follow_;
+};
+
 // Sums of meeting_lanes lanes, a register of them after the other.
 template <class V>
 class LaneSums {
@@ -83,14 +105,12 @@ WaySums take_ways(const WayTerms<Scalar<V>>& terms, std::size_t from, std::size_
   std::size_t part = 0;
   for (std::size_t i = from; i < to; i += V::size, part = (part + 1) % LaneSums<V>::parts) {
     const FollowingLanes<V> lanes(i, to);
-    std::array<std::int32_t, V::size> elements;
-    for (std::size_t k = 0; k < V::size; ++k) elements[k] = static_cast<std::int32_t>(terms.elements[lanes.particles()[k]]);
-    const auto at = [&](const std::array<const Scalar<V>*, 3>& columns) {
-      return Three<V>{{gather_lanes<V>(columns[0], elements.data()), gather_lanes<V>(columns[1], elements.data()),
-                       gather_lanes<V>(columns[2], elements.data())}};
+    const ColumnLanes<V> columns(terms.elements, lanes.particles());
+    const auto at = [&](const std::array<const Scalar<V>*, 3>& of) {
+      return Three<V>{{columns.load(of[0]), columns.load(of[1]), columns.load(of[2])}};
     };
     const Three<V> x = at(terms.x);
-    const V w = gather_lanes<V>(terms.w, elements.data());
+    const V w = columns.load(terms.w);
     lanes.store(terms.end, x, zero);
     lanes.store(terms.velocity, at(terms.v), w);
     const MetRecord<V> start = lanes.load(terms.start);
