@@ -524,6 +524,10 @@ std::string describe_meetings(const Joints<T>& joints, const CompiledScene<T>& c
     words += "             nothing passes while no spring is longer than " + text(rules.stretch_limit(), 3) +
              " of its length at rest, sqrt(2) t / s of the widest cell; neighbours that are nearer at the start do not meet\n";
   }
+  if (rules.passing_layers() != 0) {
+    words += "             " + std::to_string(rules.passing_layers()) +
+             " pairs of layers start nearer than they want to be, and never meet: apart_at_start\n";
+  }
   return words;
 }
 

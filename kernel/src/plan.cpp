@@ -390,7 +390,11 @@ Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* wo
   constexpr double apart = 1e-3;  // of the wanted distance: nearer pairs touch
   const MeetRules<A>& rules = *joined->joints().meet;
   const MeetRoom<A>& room = workspace->meet;
-  Meetings found{.most = room.most, .rebuilt = room.rebuilt, .substeps = room.substeps, .stretch_limit = rules.stretch_limit()};
+  Meetings found{.most = room.most,
+                 .rebuilt = room.rebuilt,
+                 .substeps = room.substeps,
+                 .stretch_limit = rules.stretch_limit(),
+                 .passing_layers = rules.passing_layers()};
   const auto n = static_cast<double>(std::max<std::size_t>(1, room.particles));
   const auto place = [&](std::size_t i) {
     const Point<A>& x = room.end[i].x;

@@ -345,6 +345,68 @@ TEST_CASE("a plan says how its particles meet") {
   CHECK(heap.find("nothing passes") == std::string::npos);
 }
 
+// Two flat sheets of 4 x 4, one this high above the other.
+Stepped<double> two_layers(double height, const Meet& meet) {
+  Balls balls;
+  for (std::size_t i = 0; i < 32; ++i) {
+    balls.add({side * static_cast<double>(i % 4), i < 16 ? 0 : height, side * static_cast<double>(i % 16 / 4)});
+  }
+  Scene scene;
+  scene.add(Network{grid_of({0, 4, 4}, {1, 0, 0}, {0, 0, 1})});
+  scene.add(Network{grid_of({16, 4, 4}, {1, 0, 0}, {0, 0, 1})});
+  scene.add(meet);
+  return Stepped<double>(scene, balls, {.step = 1.0 / 60});
+}
+std::size_t passing_layers(double height, const Meet& meet) {
+  Stepped<double> layers = two_layers(height, meet);
+  layers.step();
+  return layers.plan().meetings().passing_layers;
+}
+
+TEST_CASE("layers that start too near are counted, neighbours in a sheet are not") {
+  const Meet meet{.thickness = thickness};
+  CHECK(passing_layers(0.8 * thickness, meet) == 16);
+  CHECK(passing_layers(0.2 * thickness, meet) == 16);
+  CHECK(passing_layers(1.01 * thickness, meet) == 0);
+  CHECK(passing_layers(0.8 * thickness, {.thickness = thickness, .near_at_start = NearAtStart::meet}) == 0);
+  // Not of groups that never meet.
+  MeetGroups groups{.of = std::vector<std::uint16_t>(32), .meet = {{0, 0}, {1, 1}}};
+  std::fill(groups.of.begin() + 16, groups.of.end(), std::uint16_t{1});
+  CHECK(passing_layers(0.8 * thickness, {.thickness = thickness, .groups = groups}) == 0);
+  const std::string words = two_layers(0.8 * thickness, meet).plan().explain();
+  CHECK(words.find("16 pairs of layers start nearer than they want to be, and never meet") != std::string::npos);
+  CHECK(two_layers(1.01 * thickness, meet).plan().explain().find("pairs of layers") == std::string::npos);
+}
+
+// A strip whose end lies over its middle; and one of narrow cells, whose neighbours are nearer than its thickness.
+TEST_CASE("a strip that is compiled folded has layers that pass, one of narrow cells has none") {
+  constexpr std::size_t columns = 24;
+  const auto strip = [](double along, double length) {
+    Balls balls;
+    for (std::size_t i = 0; i < 2 * columns; ++i) {
+      const double s = along * static_cast<double>(i % columns);
+      const double turn = std::clamp((s - length) / (0.45 * thickness), 0.0, 3.14159265358979);  // an arc between two layers
+      const double back = std::max(0.0, s - length - 0.45 * thickness * 3.14159265358979);
+      balls.add({std::min(s, length) + 0.45 * thickness * std::sin(turn) - back, 0.45 * thickness * (1 - std::cos(turn)),
+                 side * static_cast<double>(i / columns)});
+    }
+    return balls;
+  };
+  const auto passing = [&](const Balls& balls, double along) {
+    Scene scene;
+    Grid grid = grid_of({0, 2, columns}, {1, 0, 0}, {0, 0, 1});
+    grid.edge_u = {along * static_cast<double>(columns - 1), 0, 0};
+    scene.add(Network{grid});
+    scene.add(along < 0.5 * side ? Meet{.part_of_cells = 0.9} : Meet{.thickness = thickness});
+    Stepped<double> stepped(scene, balls, {.step = 1.0 / 60});
+    stepped.step();
+    return stepped.plan().meetings().passing_layers;
+  };
+  CHECK(passing(strip(side, 1), side) == 0);  // flat
+  CHECK(passing(strip(side, 0.1), side) > 8);
+  CHECK(passing(strip(0.4 * side, 1), 0.4 * side) == 0);
+}
+
 TEST_CASE("particles that are in no network have no thickness") {
   Balls balls;
   balls.add({});

@@ -160,6 +160,30 @@ void write_crossed(const ScratchFolder& folder, const std::string& height) {
     "meet": {"thickness": 0.002}})");
 }
 
+TEST_CASE("run warns of layers that start too near to meet, and the cure is taken") {
+  const ScratchFolder folder("meet-layers");
+  const auto write = [&](const std::string& height) {
+    const std::string sheet = R"("mass": 0.16, "structural": 100, "shear": 50, "rows": 4, "columns": 4, "type": "grid", )";
+    folder.write("layers.json", R"({"format": "dvdx-scene/1", "name": "layers", "step": 0.01, "duration": 0.2,
+      "network": [{)" + sheet + R"("origin": [0, 0, 0], "edge_u": [0.03, 0, 0], "edge_v": [0, 0, 0.03]},
+        {)" + sheet + R"("origin": [0, )" +
+                                    height +
+                                    R"(, 0], "edge_u": [0.03, 0, 0], "edge_v": [0, 0, 0.03]}],
+      "meet": {"thickness": 0.008}})");
+  };
+  write("0.006");
+  const json report = json::parse(run(folder, "run layers.json --json").out);
+  REQUIRE(report["warnings"].size() == 1);
+  CHECK(report["warnings"][0]["code"] == "layers_pass");
+  CHECK(report["warnings"][0]["value"] == 16);
+  CHECK(report["meet"]["passing_layers"] == 16);
+  CHECK(cure_of(report) == R"(Start layers 0.008 m apart, or set "apart_at_start": false in meet)");
+  CHECK(run(folder, "run layers.json --strict").exit == 6);
+  CHECK(run(folder, "run layers.json --strict --set meet.apart_at_start=false").exit == 0);
+  write("0.0081");
+  CHECK(run(folder, "run layers.json --strict").exit == 0);
+}
+
 TEST_CASE("run counts where edges of cloth go through its triangles, and warns of cloth that has crossed") {
   const ScratchFolder folder("meet-crossed");
   write_crossed(folder, "-0.025");

@@ -734,6 +734,7 @@ typedef struct dvdx_meetings {
   double overlap_mean;  // of pairs that touch, as part of the distance that each pair wants
   double overlap_most;
   double stretch_limit;  // of cloth: springs stretched by less let nothing pass; 0: balls
+  size_t passing_layers;  // pairs of cloth that started too near, are no neighbours along it, and never meet
 } dvdx_meetings;
 // All 0 before the first step, and where nothing meets. workspace: the one that the state was stepped in; null: the plan's own.
 DVDX_EXPORT dvdx_status dvdx_plan_meetings(const dvdx_plan* plan, const dvdx_workspace* workspace, dvdx_meetings* meetings,

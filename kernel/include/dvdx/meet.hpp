@@ -57,6 +57,10 @@ struct Meetings {
   double overlap_mean = 0;     // of pairs that touch, as part of the distance that each pair wants
   double overlap_most = 0;
   double stretch_limit = 0;  // cloth: cells stretched by less let nothing pass, sqrt(2) t / s; 0 for balls
+  // Pairs of cloth that never meet (NearAtStart::pass) and are no neighbours, the way along springs from one to the other being
+  // more than two thicknesses: layers that were too near when the plan was made. A state that is folded already needs
+  // NearAtStart::meet, or the plan that folded it.
+  std::size_t passing_layers = 0;
 };
 
 }  // namespace dvdx

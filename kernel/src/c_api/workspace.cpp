@@ -107,7 +107,8 @@ dvdx_status dvdx_plan_meetings(const dvdx_plan* plan, const dvdx_workspace* work
                  .substeps = found.substeps,
                  .overlap_mean = found.overlap_mean,
                  .overlap_most = found.overlap_most,
-                 .stretch_limit = found.stretch_limit};
+                 .stretch_limit = found.stretch_limit,
+                 .passing_layers = found.passing_layers};
     return report(error, DVDX_DONE);
   };
   return std::visit(of, plan->plan);

@@ -11,6 +11,7 @@
 #include "compile/constraints.hpp"
 #include "compile/particle_order.hpp"
 #include "compile/particle_values.hpp"
+#include "compile/passing_layers.hpp"
 #include "compile/pose_track.hpp"
 #include "math/vec3.hpp"
 #include "passes/contact/signed_distance.hpp"
@@ -370,11 +371,16 @@ MeetRules<T>::MeetRules(const Scene& scene, std::span<const Vec3> start)
   }
   fingerprint_ = fingerprint_of(group_of_, fingerprint_of(met_, fingerprint_of(r_, no_values)));
   for (const Vec3& at : start_) fingerprint_ = fingerprint_of(at, fingerprint_);
+  if (is_ball_ || start_.empty() || !(most_ > 0)) return;
+  const auto passes = [&](std::uint32_t i, std::uint32_t j) {
+    return r_[i] >= 0 && r_[j] >= 0 && have_groups_that_meet(i, j) && !accepts(i, j);
+  };
+  passing_layers_ = count_passing_layers(joined_pairs(scene, start), start, 2 * double{most_}, passes);
 }
 
 template <class T>
 bool MeetRules<T>::accepts(std::uint32_t i, std::uint32_t j) const noexcept {
-  if (groups_ != 0 && met_[group_of_[i] * groups_ + group_of_[j]] == 0) return false;
+  if (!have_groups_that_meet(i, j)) return false;
   if (start_.empty()) return true;
   const Vec3 apart = difference(start_[i], start_[j]);
   const double wanted = near_at_start * exactly_wanted(i, j);

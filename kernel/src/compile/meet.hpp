@@ -55,6 +55,8 @@ class MeetRules {
   [[nodiscard]] bool are_balls_alike() const noexcept { return !is_ball_ || least_ == most_; }
   [[nodiscard]] const Meet& meet() const noexcept { return meet_; }
   [[nodiscard]] double stretch_limit() const noexcept { return stretch_limit_; }
+  // Pairs of layers that start nearer than they want to be, and never meet: compile/passing_layers.hpp.
+  [[nodiscard]] std::size_t passing_layers() const noexcept { return passing_layers_; }
   // Whether a pair, i < j, ever meets.
   [[nodiscard]] bool accepts(std::uint32_t i, std::uint32_t j) const noexcept;
   [[nodiscard]] bool accepts_all() const noexcept { return groups_ == 0 && start_.empty(); }
@@ -65,6 +67,10 @@ class MeetRules {
   }
 
  private:
+  [[nodiscard]] bool have_groups_that_meet(std::uint32_t i, std::uint32_t j) const noexcept {
+    return groups_ == 0 || met_[group_of_[i] * groups_ + group_of_[j]] != 0;
+  }
+
   Meet meet_;  // without radii and groups
   bool is_ball_;
   Wanted wanted_ = Wanted::sum;
@@ -75,6 +81,7 @@ class MeetRules {
   std::vector<std::uint8_t> met_;  // of two groups
   std::size_t groups_ = 0;
   double stretch_limit_ = 0;
+  std::size_t passing_layers_ = 0;
   std::uint64_t fingerprint_ = 0;
 };
 

@@ -130,7 +130,8 @@ void report_joins(const Outcome& outcome, nlohmann::ordered_json& report) {
 void report_meetings(const Met& met, nlohmann::ordered_json& report) {
   report["meet"] = {{"pairs", met.pairs},       {"most", met.most},
                     {"rebuilt", met.rebuilt},   {"overlap", {{"mean", met.overlap_mean}, {"most", met.overlap_most}}},
-                    {"stretch_limit", nullptr}, {"crossings", nullptr}};
+                    {"stretch_limit", nullptr}, {"passing_layers", met.passing_layers},
+                    {"crossings", nullptr}};
   if (met.stretch_limit > 0) report["meet"]["stretch_limit"] = met.stretch_limit;
   if (met.crossed) report["meet"]["crossings"] = {{"end", met.crossed->at_end}, {"most", met.crossed->most}};
 }
@@ -482,6 +483,23 @@ std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outc
       .cure = crossing_cure(loaded.file, widest.stretch, limit)};
 }
 
+// Cloth that is compiled folded, or layers that were put too close.
+std::optional<Warning> warning_of_layers(const LoadedScene& loaded, const Outcome& outcome) {
+  if (!outcome.met || outcome.met->passing_layers == 0) return std::nullopt;
+  const std::size_t count = outcome.met->passing_layers;
+  return Warning{
+      .code = "layers_pass",
+      .text = fmt::format("{} pair{} of particles start{} nearer than they want to be and are no neighbours along the "
+                          "cloth: layers that pass through each other, as they never meet",
+                          count, count == 1 ? "" : "s", count == 1 ? "s" : ""),
+      .value = static_cast<double>(count),
+      .limit = 0,
+      .cure = loaded.file.scene.meet->part_of_cells
+                  ? "Start layers farther apart, by part_of_cells of the widest cell"
+                  : fmt::format("Start layers {:.3g} m apart, or set \"apart_at_start\": false in meet",
+                                *loaded.file.scene.meet->thickness)};
+}
+
 void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
   const auto& limit = outcome.network;
   const bool has_substeps = limit && limit->substeps > 1;
@@ -499,8 +517,8 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
 std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
   std::vector<Warning> warnings = loaded.file.warnings;
   for (auto& of : {outcome.dear, warning_of_inside(loaded, outcome), warning_of_pinch(outcome), warning_of_poke(outcome),
-                   warning_of_crossing(loaded, outcome), warning_of_held(loaded, outcome), warning_of_rods(loaded, outcome),
-                   warning_of_turning(outcome)}) {
+                   warning_of_crossing(loaded, outcome), warning_of_layers(loaded, outcome), warning_of_held(loaded, outcome),
+                   warning_of_rods(loaded, outcome), warning_of_turning(outcome)}) {
     if (of) warnings.push_back(*of);
   }
   if (outcome.diverged) {

@@ -64,6 +64,7 @@ class MeetWatch {
                .overlap_mean = last_.overlap_mean,
                .overlap_most = overlap_most_,
                .stretch_limit = last_.stretch_limit,
+               .passing_layers = last_.passing_layers,
                .crossed = crossings_ ? std::optional(crossed_) : std::nullopt};
   }
 

@@ -93,6 +93,7 @@ struct Met {
   double overlap_mean = 0;    // at the end, of pairs that touch, as part of the distance that each wants
   double overlap_most = 0;
   double stretch_limit = 0;          // of springs: what is stretched by less lets nothing pass; 0: of balls, which have none
+  std::size_t passing_layers = 0;    // pairs that started too near, and never meet
   std::optional<Crossed> crossed{};  // of cloth that does not tear
 };
 
