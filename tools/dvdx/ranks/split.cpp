@@ -80,6 +80,7 @@ namespace {
 std::vector<std::uint32_t> chosen_owners(const SceneFile& file, std::uint32_t ranks) {
   const std::size_t count = file.particles.count;
   auto owners = stripes(file.scene, count, ranks);
+  if (file.scene.networks.empty()) return owners;
   if (only_sheet(file.scene, count) != nullptr || file.scene.coupling.scheme == Scheme::sequential) return owners;
   const auto pairs = joined(file.scene, count);
   auto by_metis = owners_by_metis(pairs, count, ranks);
@@ -187,6 +188,21 @@ State<T> started(const SceneFile& file, State<T> state) {
   return state;
 }
 
+// m, from the scene's origin: where its plan would find all particles.
+template <class T>
+std::vector<Vec3> places_at_start(const SceneFile& file, Rounding rounding) {
+  StateMemory<T> memory(Layout::soa, file.particles.count, rounding);
+  const State<T> state = started(file, memory.view());
+  std::vector<Vec3> start(state.count);
+  for (std::size_t i = 0; i < state.count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      start[i][axis] = static_cast<double>(state.x[axis][i]);
+      if (rounding == Rounding::compensated) start[i][axis] += static_cast<double>(state.x_rest[axis][i]);
+    }
+  }
+  return start;
+}
+
 }  // namespace
 
 std::optional<NetworkLimit> limit_by_rows(const SceneFile& file, Ranks& ranks) {
@@ -223,6 +239,11 @@ Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const
   options_.elsewhere.rho = limit.rho;
   if (part_.sweeps) options_.elsewhere.sweeps = &*part_.sweeps;
   options_.elsewhere.exchange = halo_.exchange();
+  if (file.scene.meet) {
+    auto start = together(ranks, [&] { return places_at_start<T>(file, options_.rounding); });
+    meetings_.emplace(ranks, file.scene, std::move(start), part_);
+    options_.elsewhere.meetings = meetings_->shared();
+  }
   if (!file.tears_at.empty()) by_number_ = by_number(part_);
   together(ranks, [&] {
     check_tearing(file, part_);
@@ -242,10 +263,14 @@ Plan<T> Split<T>::made(const State<T>& start) const {
 
 template <class T>
 void Split<T>::step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel) {
-  if (!plan_) return state_.clock.advance(file_.step, static_cast<double>(steps));
-  const StepResult result =
-      report != nullptr ? plan_->step(state_, *report, steps, parallel) : plan_->step(state_, steps, parallel);
-  if (result != StepResult::done) throw std::logic_error("the plan is for another state");
+  const auto take = [&] {
+    if (!plan_) return state_.clock.advance(file_.step, static_cast<double>(steps));
+    const StepResult result =
+        report != nullptr ? plan_->step(state_, *report, steps, parallel) : plan_->step(state_, steps, parallel);
+    check_stepped(result, file_, state_.clock.seconds, static_cast<double>(steps) * file_.step);
+  };
+  // All that have particles stop alike: those that have none learn of it.
+  meetings_ ? together(ranks_, take) : take();
 }
 
 template <class T>

@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "checkpoint/byte_stream.hpp"
+#include "dvdx/meet.hpp"
 #include "dvdx/partition.hpp"
 #include "dvdx/plan.hpp"
 #include "dvdx/ranks.hpp"
+#include "ranks/meetings_exchange.hpp"
 #include "ranks/range_exchange.hpp"
 #include "run/engine.hpp"
 #include "run/state_memory.hpp"
@@ -81,7 +83,8 @@ class Split {
   // Throws SharedFault where a rank cannot make its part. limit: the whole scene's.
   Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const NetworkLimit& limit);
 
-  // report: null, or what this rank's own particles do to contacts.
+  // report: null, or what this rank's own particles do to contacts. Called by all. Throws SharedFault where a particle that meets
+  // has too many neighbours.
   void step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel);
   // Fills the state that is shown, weighed and written: ranges of the particles' numbers, one a rank. Called by all.
   void to_ranges(State<T>& range);
@@ -102,7 +105,11 @@ class Split {
   // The scene's number of each that the plan steps.
   [[nodiscard]] std::span<const std::uint32_t> particles() const noexcept { return part_.particles; }
   // s: of this rank's steps, in which it had nothing to do but to wait for what others tell.
-  [[nodiscard]] double waited_seconds() const noexcept { return halo_.waited_seconds(); }
+  [[nodiscard]] double waited_seconds() const noexcept {
+    return halo_.waited_seconds() + (meetings_ ? meetings_->waited_seconds() : 0);
+  }
+  // How all particles met in the last sub-step: nothing where this rank has none.
+  [[nodiscard]] Meetings meetings() const noexcept { return plan_ ? plan_->meetings() : Meetings(); }
 
  private:
   [[nodiscard]] Plan<T> made(const State<T>& start) const;
@@ -114,6 +121,7 @@ class Split {
   std::vector<std::uint32_t> own_;  // places in part_.particles
   std::size_t all_;                 // particles of the scene
   HaloExchange halo_;
+  std::optional<MeetingsExchange> meetings_;  // where particles meet
   SceneFile file_;
   Layout layout_;
   Options options_;
