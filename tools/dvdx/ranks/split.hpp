@@ -57,18 +57,25 @@ class HaloExchange {
   double waited_seconds_ = 0;
 };
 
+// What the numbers that a plan carries are of.
+struct CarriedShape {
+  bool meets = false;      // particles do: pulses of pairs and surfaces come first
+  std::size_t driven = 0;  // those at the end, of what the caller may drive
+};
+
 // The numbers that a plan carries from step to step. Where it remembers accelerations: three of each particle of this rank's
 // range, and those before and behind them, alike on all ranks. Else all are alike.
 struct CarriedInRanges {
   bool remembers = false;
   std::size_t all = 0;  // particles of the scene
+  std::vector<double> before{};
   std::vector<double> range{};
-  std::vector<double> alike{};
+  std::vector<double> alike{};  // those behind, or all
 
   // As one rank's plan carries it, also called by one alone.
   void save(Sink& sink) const;
   // mine: this rank's range.
-  void load(Source& source, std::size_t particles, const Run& mine);
+  void load(Source& source, std::size_t particles, const Run& mine, const CarriedShape& shape);
 };
 
 // The limit of the sub-steps of a scene that is one sheet, of which each rank looks at some rows (dvdx/partition.hpp: the
@@ -91,6 +98,7 @@ class Split {
   // A state that a run goes on from, and what its plan carried then.
   void go_on(const State<T>& range, const CarriedInRanges& carried);
   [[nodiscard]] CarriedInRanges carried();
+  [[nodiscard]] const CarriedShape& carried_shape() const noexcept { return carried_shape_; }
 
   // The springs of a network that are longer than `stretch` times their rest length: the scene's numbers of their ends, the
   // lesser first, ascending. Called by all, who are told the same.
@@ -127,7 +135,8 @@ class Split {
   Options options_;
   StateMemory<T> memory_;
   State<T> state_;
-  std::optional<Plan<T>> plan_;           // none where a rank has no particles
+  std::optional<Plan<T>> plan_;  // none where a rank has no particles
+  CarriedShape carried_shape_;
   RangeExchange ranges_;                  // of its own particles
   std::vector<std::uint32_t> by_number_;  // places in part_.particles in the order of their numbers, where springs tear
 };

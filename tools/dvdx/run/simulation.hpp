@@ -332,7 +332,7 @@ class Simulation {
     get_state(source, state_, {.first = mine.first, .all = all});
     tearing_.load(source);
     if (split_) {
-      carried.load(source, all, mine);
+      carried.load(source, all, mine, split_->carried_shape());
     } else {
       OfPlan of{*plan_, state_};
       (void)tearing_.break_again(of);
