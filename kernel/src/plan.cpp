@@ -86,7 +86,8 @@ Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T
   const StepEnvironment environment;  // coefficients do not depend on the caller's rounding mode either
   if (auto error = check(options)) return tl::unexpected(*error);
   if (auto error = check_rounding(options, state)) return tl::unexpected(*error);
-  if (auto error = check(scene, state != nullptr ? std::optional(state->count) : std::nullopt)) return tl::unexpected(*error);
+  const auto count = state != nullptr ? std::optional(state->count) : std::nullopt;
+  if (auto error = check(scene, count, options.elsewhere)) return tl::unexpected(*error);
   if (state != nullptr && (stands_at_start(scene) || steps_in_columns(scene))) {
     const bool reads_rests = options.rounding == Rounding::compensated;
     if (are_short(state->x, state->count) || (reads_rests && are_short(state->x_rest, state->count))) {
@@ -109,7 +110,7 @@ template <class T>
 Expected<Plan<T>> make_to_meet(Scene scene, const Options& options, std::size_t capacity) {
   const StepEnvironment environment;
   if (auto error = check(options)) return tl::unexpected(*error);
-  if (auto error = check(scene, capacity)) return tl::unexpected(*error);
+  if (auto error = check(scene, capacity, options.elsewhere)) return tl::unexpected(*error);
   const Expected<Isa> isa = isa_of(options);
   if (!isa) return tl::unexpected(isa.error());
   scene.coupling.scheme = Scheme::leapfrog;  // of no springs: in which particles stand as they are numbered

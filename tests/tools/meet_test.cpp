@@ -227,7 +227,7 @@ TEST_CASE("the shipped cradle swings on: one ball comes, and one leaves at the o
   CHECK(x[9] - x[4] > 0.3 * std::sin(0.7));
 }
 
-TEST_CASE("commands that compare with a reference refuse a pile, and ranks all that meets") {
+TEST_CASE("commands that compare with a reference refuse a pile") {
   const ScratchFolder folder("meet-refused");
   write_grains(folder);
   for (const char* command : {"report grains.json", "tune grains.json --error 1e-3"}) {
@@ -236,9 +236,6 @@ TEST_CASE("commands that compare with a reference refuse a pile, and ranks all t
     CHECK(result.exit == 3);
     CHECK(result.err.find("grains.json: meet: must be left out for dvdx ") != std::string::npos);
   }
-  const auto ranks = run(folder, "explain grains.json --ranks 4");
-  CHECK(ranks.exit == 3);
-  CHECK(ranks.err.find("particles that meet (key meet) cannot be split over ranks") != std::string::npos);
 }
 
 TEST_CASE("a page is told the size of balls, one for all or one for each, and none of cloth") {

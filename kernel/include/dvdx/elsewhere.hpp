@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "dvdx/export.h"
@@ -64,6 +65,24 @@ struct SharedBirths {
   std::uint64_t (*count_all)(void* context, std::uint64_t here) noexcept = nullptr;
 };
 
+// Where particles meet (Scene::meet), a part works out the meetings of all of them in each sub-step, from what the others tell of
+// theirs, and takes what they do to its own. The part's scene has the whole's `meet` as it is, radii and groups of all particles
+// too (scene_of has). All that this points at is to be kept as long as the plan.
+struct SharedMeetings {
+  const Scene* whole = nullptr;   // a scene that compiles; null: no part
+  std::span<const Vec3> start{};  // m: of its particles, from its origin, as the state of all at the start has them
+  // The whole's numbers of the part's particles.
+  std::span<const std::uint32_t> numbers{};
+  // The whole's numbers of all particles, in the order in which they are told: each part's own ones stand together, in its own
+  // order; this part's from `first` on.
+  std::span<const std::uint32_t> told{};
+  std::size_t first = 0;
+  void* context = nullptr;
+  // A record of so many bytes for each that is told, of which this part's own stand in their places: fills in the others'. Called
+  // by all parts that have particles, once a sub-step. Allocates nothing.
+  void (*tell)(void* context, std::byte* records, std::size_t each) noexcept = nullptr;
+};
+
 // Some formulas are chosen by the fastest particle of all: with these numbers of the whole batch in Options::elsewhere, a
 // part's bits are those that it has in the whole.
 struct Elsewhere {
@@ -76,6 +95,7 @@ struct Elsewhere {
   Exchange exchange{};                // of the halo, where springs lead out of the part
   const SweptPart* sweeps = nullptr;  // of networks by `sequential` that are no sheets
   SharedBirths births{};              // of LivePlan
+  SharedMeetings meetings{};          // of particles that meet
 };
 
 // The same numbers of the scene's first `count` particles.

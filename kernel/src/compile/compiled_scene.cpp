@@ -155,7 +155,7 @@ Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h) {
 
 template <class T>
 Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene) {
-  if (auto error = check(scene, before.count)) return tl::unexpected(*error);
+  if (auto error = check(scene, before.count, before.options.elsewhere)) return tl::unexpected(*error);
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
                   changed_joints(before, Changed::springs), &before);
 }
@@ -167,7 +167,7 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
   }
   Scene scene = before.scene;
   scene.contacts[index] = contact;
-  if (auto error = check(scene, before.count)) return tl::unexpected(*error);
+  if (auto error = check(scene, before.count, before.options.elsewhere)) return tl::unexpected(*error);
   const bool moves_in_columns = has_followers(before.scene) || has_followers(scene);
   if (before.particles == Particles::come_and_go || !moves_in_columns) {
     return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
@@ -208,7 +208,7 @@ Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t 
   if (auto error = refusal_of(before, index, force)) return tl::unexpected(*error);
   Scene scene = before.scene;
   scene.forces[index] = force;
-  if (auto error = check(scene, before.count)) return tl::unexpected(*error);
+  if (auto error = check(scene, before.count, before.options.elsewhere)) return tl::unexpected(*error);
   if (asks_for_substeps(before, index, force)) {
     return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
                     changed_joints(before, Changed::step), &before);

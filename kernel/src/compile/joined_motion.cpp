@@ -82,6 +82,7 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
       shapes_(shapes),
       faces_(scene, start, joints_->order),
       is_part_(options.elsewhere.exchange.start != nullptr),
+      shares_meetings_(options.elsewhere.meetings.whole != nullptr),
       wind_(scene.wind),
       meet_(scene.meet),
       slowest_bounce_(4 * length(constant_acceleration(scene)) * std::abs(joints_->substep())),
@@ -204,7 +205,8 @@ WorkspaceShape JoinedMotion<T>::shape() const {
     shape.meet = {.particles = joints.meet->particles(),
                   .most_neighbours = static_cast<std::size_t>(joints.meet->meet().most_neighbours),
                   .walls = std::min(most_walls, flows_[0]->terms.surface_count),
-                  .has_births = parting_ != 0};
+                  .has_births = parting_ != 0,
+                  .is_shared = shares_meetings_};
   }
   if (faces() != nullptr) shape.faces = {faces_.bodies().size(), faces_.patches().size(), faces_.corners().size()};
   return shape;

@@ -147,6 +147,7 @@ class JoinedMotion {
   CountedFrom counted_from_ = CountedFrom::zero;
   FaceContacts faces_;
   bool is_part_;  // of a larger scene
+  bool shares_meetings_;
   Wind wind_;
   std::optional<Meet> meet_;
   double slowest_bounce_;

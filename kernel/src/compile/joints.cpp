@@ -195,7 +195,11 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
   auto kept_in = std::make_unique<Balls<T>>(scene, start, w_of, order, options.memory);
   if (kept_in->count() != 0) balls = std::move(kept_in);
-  if (scene.meet) meet = std::make_unique<MeetRules<T>>(scene, start);
+  const SharedMeetings& all = options.elsewhere.meetings;
+  if (scene.meet) {
+    meet = all.whole != nullptr ? std::make_unique<MeetRules<T>>(*all.whole, all.start)
+                                : std::make_unique<MeetRules<T>>(scene, start);
+  }
   has_tethers_ = !scene.tethers.empty();
   if (!scene.constraints.empty()) constraints.emplace(scene, start, w_of, order, substep(), options.memory);
 }

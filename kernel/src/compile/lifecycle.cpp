@@ -138,7 +138,8 @@ std::optional<Error> check_meeting(const Scene& scene, const Turnover& turnover,
   if (meet.near_at_start == NearAtStart::pass)
     return refuse("meet.near_at_start", "pass", "left out where particles come and go, or meet");
   if (fills_holes(turnover.removal)) return refuse("removal.order", "any", "kept where particles meet");
-  if (options.elsewhere.births.parts > 1) return refuse("meet", "there", "left out where parts share births");
+  if (options.elsewhere.births.parts > 1 || options.elsewhere.meetings.whole != nullptr)
+    return refuse("meet", "there", "left out where parts share births");
   return std::nullopt;
 }
 

@@ -138,7 +138,9 @@ double least_radius(const Meet& meet) noexcept {
   return *std::min_element(meet.radius->each().begin(), meet.radius->each().end());
 }
 
-void check_meet(Checker& check, const Scene& scene) {
+namespace {
+
+void check_meet_of_all(Checker& check, const Scene& scene) {
   if (!scene.meet || check.error) return;
   const Meet& meet = *scene.meet;
   if (!check.count()) {
@@ -196,6 +198,45 @@ void check_meet(Checker& check, const Scene& scene) {
   }
 }
 
+// Each list's numbers are of particles that there are, and `told` has each of them once.
+void check_lists(Checker& check, const SharedMeetings& all) {
+  const std::size_t count = all.start.size();
+  const auto counts = [&](const char* list, std::size_t size, std::size_t wanted) {
+    check.require(size == wanted, std::string("elsewhere.meetings.") + list, std::to_string(size) + " numbers",
+                  "one for each of " + std::to_string(wanted) + " particles");
+  };
+  counts("numbers", all.numbers.size(), check.count().value_or(0));
+  counts("told", all.told.size(), count);
+  check.require(all.first <= count, "elsewhere.meetings.first", std::to_string(all.first), "at most " + std::to_string(count));
+  check.require(all.tell != nullptr, "elsewhere.meetings.tell", "null", "a function, where there is a whole");
+  std::vector<std::uint8_t> is_told(count);
+  const auto is_number = [&](const char* list, std::size_t k, std::uint32_t number) {
+    check.require(number < count, element(std::string("elsewhere.meetings.") + list, k), std::to_string(number),
+                  "a number below " + std::to_string(count));
+  };
+  for (std::size_t k = 0; k < all.numbers.size() && !check.error; ++k) is_number("numbers", k, all.numbers[k]);
+  for (std::size_t k = 0; k < all.told.size() && !check.error; ++k) {
+    is_number("told", k, all.told[k]);
+    if (check.error) return;
+    check.require(is_told[all.told[k]]++ == 0, element("elsewhere.meetings.told", k), std::to_string(all.told[k]),
+                  "a number that is not there before");
+  }
+}
+
+}  // namespace
+
+void check_meet(Checker& check, const Scene& scene, const SharedMeetings& all) {
+  if (all.whole == nullptr) return check_meet_of_all(check, scene);
+  if (check.error) return;
+  check.require(scene.meet.has_value() && scene.meet == all.whole->meet, "meet", "not the whole's",
+                "as that of elsewhere.meetings.whole");
+  if (check.error) return;
+  Checker of_all(all.start.size());
+  check_meet_of_all(of_all, *all.whole);
+  if (of_all.error) return check.fail(of_all.error->field, of_all.error->value, of_all.error->valid);
+  check_lists(check, all);
+}
+
 namespace {
 
 // The grid of a mesh goes as far as balls are kept off it.
@@ -246,13 +287,37 @@ std::optional<Error> error_of_shaking(const Scene& scene, std::span<const Vec3> 
   return std::nullopt;
 }
 
+// A part's own particles stand together among those that are told, in its order.
+std::optional<Error> error_of_telling(const Elsewhere& elsewhere) {
+  const SharedMeetings& all = elsewhere.meetings;
+  std::size_t next = all.first;
+  for (std::size_t k = 0; k < all.numbers.size(); ++k) {
+    if (elsewhere.exchange.is_own != nullptr && elsewhere.exchange.is_own[k] == 0) continue;
+    if (next < all.told.size() && all.told[next] == all.numbers[k]) {
+      ++next;
+      continue;
+    }
+    return Error{element("elsewhere.meetings.told", next),
+                 next < all.told.size() ? std::to_string(all.told[next]) : std::string("not there"),
+                 std::to_string(all.numbers[k]) + ", the part's next own one"};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<Error> check_meet_at_start(const Scene& scene, const Options& options, std::span<const Vec3> start) {
   if (!scene.meet) return std::nullopt;
+  const SharedMeetings& all = options.elsewhere.meetings;
+  if (all.whole != nullptr) {
+    if (auto error = error_of_telling(options.elsewhere)) return error;
+    Options alone = options;
+    alone.elsewhere = {};
+    return check_meet_at_start(*all.whole, alone, all.start);
+  }
   const Meet& meet = *scene.meet;
   if (options.elsewhere.exchange.start != nullptr)
-    return Error{"meet", "there", "left out of a scene that is stepped in parts"};
+    return Error{"meet", "there", "left out of a scene that is stepped in parts without elsewhere.meetings"};
   if (!meet.radius) {
     const double shortest = shortest_spring(scene, start);
     if (meet.thickness && *meet.thickness < shortest) return std::nullopt;

@@ -23,6 +23,7 @@ struct MeetShape {
   std::size_t most_neighbours = 0;  // of one
   std::size_t walls = 0;            // surfaces that one may touch
   bool has_births = false;          // particles come, and may be within others
+  bool is_shared = false;           // others step some of them
   bool operator==(const MeetShape&) const = default;
 };
 
@@ -85,7 +86,8 @@ class MeetRules {
   std::uint64_t fingerprint_ = 0;
 };
 
-void check_meet(Checker& check, const Scene& scene);
+// all: of a part of a larger scene, whose particles the scene's `meet` is of.
+void check_meet(Checker& check, const Scene& scene, const SharedMeetings& all);
 // Errors that the particles' places and the springs' lengths tell.
 [[nodiscard]] std::optional<Error> check_meet_at_start(const Scene& scene, const Options& options, std::span<const Vec3> start);
 

@@ -628,7 +628,7 @@ void check_push_out(Checker& check, const Scene& scene) {
   }
 }
 
-std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count) {
+std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count, const Elsewhere& elsewhere) {
   Checker check(count);
   check.choice("method", scene.method, Method::symplectic_euler);
   check.scalars("mass", scene.mass, Range::positive);
@@ -652,7 +652,7 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count)
   check_constraints(check, scene);
   check_skins(check, scene);
   check_tethers(check, scene);
-  check_meet(check, scene);
+  check_meet(check, scene, elsewhere.meetings);
   check_substeps(check, scene);
   if (!check.error) check.error = dvdx::check(scene.wind);
   return check.error;

@@ -63,7 +63,10 @@ class JoinedStep {
     }
     if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) sheets_.end = strands->sheets.size() - 1;
     if (joints_.balls) balls_.emplace(m_, ws_, work_, scene.passes->template of<T>().ball, parallel_);
-    if (joints_.meet) meet_.emplace(m_, ws_, work_, particles, scene.passes->template of<T>().meet, parallel_, report_);
+    if (joints_.meet) {
+      meet_.emplace(m_, ws_, work_, particles, scene.options.elsewhere, scene.passes->template of<T>().meet, parallel_,
+                    report_);
+    }
     if (m_.faces() != nullptr) faces_.emplace(m_, ws_, work_, parallel_, report_);
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }

@@ -13,6 +13,7 @@
 #include "execute/meet_contacts.hpp"
 #include "execute/meet_impacts.hpp"
 #include "execute/meet_near.hpp"
+#include "execute/meet_share.hpp"
 #include "execute/meet_substep.hpp"
 #include "execute/workspace.hpp"
 #include "math/vec3.hpp"
@@ -22,9 +23,10 @@ namespace dvdx {
 template <class T>
 class MeetStep {
  public:
-  // For so many particles.
+  // For so many particles, or all of those of which elsewhere's part steps some.
   MeetStep(const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, const WorkColumns<T>& work, std::size_t particles,
-           const MeetKernels<T>& kernels, const ParallelFor& parallel, ContactReport::Parts* report) noexcept
+           const Elsewhere& elsewhere, const MeetKernels<T>& kernels, const ParallelFor& parallel,
+           ContactReport::Parts* report) noexcept
       : m_(motion),
         order_(motion.joints().order),
         room_(workspace.meet),
@@ -35,12 +37,14 @@ class MeetStep {
             .kernels = kernels,
             .parallel = parallel,
             .slowest = motion.slowest_bounce(),
-            .parting = motion.parting()} {
-    room_.be_of(particles);
+            .parting = motion.parting()},
+        share_(elsewhere, order_, room_, work_) {
+    room_.be_of(share_.is_there() ? share_.particles() : particles);
   }
 
   // A sub-step begins.
   void set_out() noexcept {
+    if (share_.is_there()) return share_.set_out();
     of_.over_particles([&](std::size_t i) { room_.start[i] = {at(work_.x, i), of_.rules.radii()[i]}; });
   }
 
@@ -78,7 +82,8 @@ class MeetStep {
   }
 
   void take() noexcept {
-    const WayTerms<T> terms{.elements = order_.of.data(),
+    if (share_.is_there()) share_.tell(of_.rules.radii(), of_.parallel);
+    const WayTerms<T> terms{.elements = share_.is_there() ? nullptr : order_.of.data(),
                             .x = {work_.x[0], work_.x[1], work_.x[2]},
                             .v = {work_.v[0], work_.v[1], work_.v[2]},
                             .w = work_.w,
@@ -207,19 +212,24 @@ class MeetStep {
       const bool rests = room_.pushed[i].w > 0 && inner(way, way) < at_rest * at_rest;
       room_.end[i].x = rests ? room_.start[i].x : end;
       const Point<T> v = plus(room_.velocity[i].v, given);
+      if (share_.is_there()) {
+        room_.velocity[i].v = v;
+        return;
+      }
       const std::size_t element = order_.of[i];
       for (std::size_t axis = 0; axis < 3; ++axis) {
         work_.x[axis][element] = room_.end[i].x[axis];
         work_.v[axis][element] = v[axis];
       }
     });
+    if (share_.is_there()) share_.put_back(of_.parallel);
   }
 
   // The report's part: pushes and impacts that surfaces take here, beside those that the flows tell.
   void tell() noexcept {
     for (std::size_t contact = 0; contact < report_->centers.size() && room_.walls_each != 0; ++contact) {
       std::optional<ContactSums> sums;
-      for (std::size_t i = 0; i < room_.particles; ++i) {
+      over_reported([&](std::size_t i) {
         for (std::size_t s = 0; s < of_.walls_of(i); ++s) {
           const MetWall<T>& of = of_.wall(i, s);
           const std::size_t number = room_.first_wall[i] + s;
@@ -234,9 +244,16 @@ class MeetStep {
           sums->add(impulse, cross(difference(sum(x, m_.origin()), report_->centers[contact].at), impulse));
           if (is_hit) sums->count_hits(1);
         }
-      }
+      });
       if (sums) sums->join(*report_);
     }
+  }
+
+  // use(i): another part's report tells of those that are its own.
+  template <class Use>
+  void over_reported(const Use& use) const noexcept {
+    if (share_.is_there()) return share_.over_own_numbers(use);
+    for (std::size_t i = 0; i < room_.particles; ++i) use(i);
   }
 
   const JoinedMotion<T>& m_;
@@ -245,6 +262,7 @@ class MeetStep {
   const WorkColumns<T>& work_;
   ContactReport::Parts* report_;
   MeetSubstep<T> of_;
+  MeetShare<T> share_;
 };
 
 }  // namespace dvdx

@@ -306,7 +306,7 @@ std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uin
   constexpr std::uint32_t pulses = 4;
   constexpr std::uint64_t large = std::uint64_t{1} << 18U;  // particles: 7 MB in float32
   const bool goes_by_rows = scene.networks.size() == 1 && scene.coupling.scheme == Scheme::leapfrog && sheet.damping == 0 &&
-                            !sheet.aerodynamics && scene.motions.empty() && scene.skins.empty();
+                            !sheet.aerodynamics && scene.motions.empty() && scene.skins.empty() && !scene.meet;
   const bool is_large = fewest_rows * sheet.columns >= large && fewest_rows >= 16 * pulses * reach_of(sheet);
   return goes_by_rows && is_large ? pulses : 1;
 }
@@ -454,7 +454,6 @@ std::optional<Error> refused_in_rows(const Owned& whole, std::size_t rows) {
 // Sweeps take a part's particles in the whole's order only where it has all that they go through at once.
 std::optional<Error> refused_owners(const Owned& whole) {
   const auto& [scene, owner, sheet, pieces] = whole;
-  if (scene.meet) return Error{"meet", "there", "left out of a scene that is stepped in parts"};
   if (!is_swept(scene)) return std::nullopt;
   if (pieces) return refused_in_pieces(owner, *pieces);
   if (sheet) return refused_in_rows(whole, rows_kept_together(scene, sheet->grid()));
@@ -660,7 +659,7 @@ void hold_particles(const Grid& sheet, const OwnRows& own, const ToldByPart& tol
 
 std::optional<Part> part_of_sheet(const Scene& scene, std::size_t count, std::uint32_t parts, std::uint32_t part) {
   const Grid* const sheet = is_sheet(scene, count) ? only_grid(scene, count) : nullptr;
-  if (sheet == nullptr || sheet->aerodynamics || scene.meet) return std::nullopt;
+  if (sheet == nullptr || sheet->aerodynamics) return std::nullopt;
   const RowOwners owner_of(scene, *sheet, parts);
   const OwnRows own = owner_of.of(part);
   Part made;

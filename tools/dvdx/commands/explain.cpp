@@ -117,7 +117,6 @@ void explain_ranks(const ExplainOptions& options, const SceneFile& file, const E
   if (is_live(file)) return explain_births(options, file);
   if (!file.scene.constraints.empty())
     throw Fault(Exit::bad_scene, file.path + ": particles that constraints join cannot be split over ranks");
-  if (file.scene.meet) throw Fault(Exit::bad_scene, file.path + ": particles that meet (key meet) cannot be split over ranks");
   const Extent extent = extent_of(file, options.size);
   const auto telling = telling_of(file, bytes_of(engine.precision));
   const auto cuts = cuts_of(extent, *options.ranks);

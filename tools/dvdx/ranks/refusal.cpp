@@ -14,7 +14,7 @@ void check_can_be_split(const SceneFile& file, const std::filesystem::path& out)
   }
   if (!file.scene.constraints.empty()) refuse("constraints");
   if (!file.scene.tethers.empty()) refuse("tethers");
-  if (file.scene.meet) refuse("particles that meet (key meet)");
+  if (file.scene.meet && is_live(file)) refuse("particles that meet (key meet) and come and go");
   if (!out.empty() && is_drawn(out) && !is_joined(file.scene) && !is_live(file)) {
     throw Fault(Exit::usage,
                 "--out " + out.string() + ": a page is not written by several ranks, nor a picture: must run on one");

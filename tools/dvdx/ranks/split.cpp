@@ -80,6 +80,7 @@ namespace {
 std::vector<std::uint32_t> chosen_owners(const SceneFile& file, std::uint32_t ranks) {
   const std::size_t count = file.particles.count;
   auto owners = stripes(file.scene, count, ranks);
+  if (file.scene.networks.empty()) return owners;
   if (only_sheet(file.scene, count) != nullptr || file.scene.coupling.scheme == Scheme::sequential) return owners;
   const auto pairs = joined(file.scene, count);
   auto by_metis = owners_by_metis(pairs, count, ranks);
@@ -187,6 +188,21 @@ State<T> started(const SceneFile& file, State<T> state) {
   return state;
 }
 
+// m, from the scene's origin: where its plan would find all particles.
+template <class T>
+std::vector<Vec3> places_at_start(const SceneFile& file, Rounding rounding) {
+  StateMemory<T> memory(Layout::soa, file.particles.count, rounding);
+  const State<T> state = started(file, memory.view());
+  std::vector<Vec3> start(state.count);
+  for (std::size_t i = 0; i < state.count; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      start[i][axis] = static_cast<double>(state.x[axis][i]);
+      if (rounding == Rounding::compensated) start[i][axis] += static_cast<double>(state.x_rest[axis][i]);
+    }
+  }
+  return start;
+}
+
 }  // namespace
 
 std::optional<NetworkLimit> limit_by_rows(const SceneFile& file, Ranks& ranks) {
@@ -223,6 +239,11 @@ Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const
   options_.elsewhere.rho = limit.rho;
   if (part_.sweeps) options_.elsewhere.sweeps = &*part_.sweeps;
   options_.elsewhere.exchange = halo_.exchange();
+  if (file.scene.meet) {
+    auto start = together(ranks, [&] { return places_at_start<T>(file, options_.rounding); });
+    meetings_.emplace(ranks, file.scene, std::move(start), part_);
+    options_.elsewhere.meetings = meetings_->shared();
+  }
   if (!file.tears_at.empty()) by_number_ = by_number(part_);
   together(ranks, [&] {
     check_tearing(file, part_);
@@ -231,6 +252,9 @@ Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const
     plan_.emplace(made(state_));
     (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
   });
+  std::array<double, 1> driven{plan_ ? std::max(0.0, static_cast<double>(plan_->carried(state_).size()) - 1) : 0};
+  ranks_.highest(driven);
+  carried_shape_ = {.meets = file.scene.meet.has_value(), .driven = static_cast<std::size_t>(driven[0])};
 }
 
 template <class T>
@@ -242,10 +266,14 @@ Plan<T> Split<T>::made(const State<T>& start) const {
 
 template <class T>
 void Split<T>::step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel) {
-  if (!plan_) return state_.clock.advance(file_.step, static_cast<double>(steps));
-  const StepResult result =
-      report != nullptr ? plan_->step(state_, *report, steps, parallel) : plan_->step(state_, steps, parallel);
-  if (result != StepResult::done) throw std::logic_error("the plan is for another state");
+  const auto take = [&] {
+    if (!plan_) return state_.clock.advance(file_.step, static_cast<double>(steps));
+    const StepResult result =
+        report != nullptr ? plan_->step(state_, *report, steps, parallel) : plan_->step(state_, steps, parallel);
+    check_stepped(result, file_, state_.clock.seconds, static_cast<double>(steps) * file_.step);
+  };
+  // All that have particles stop alike: those that have none learn of it.
+  meetings_ ? together(ranks_, take) : take();
 }
 
 template <class T>
@@ -344,9 +372,13 @@ std::vector<std::uint32_t> Split<T>::owner() const {
 
 namespace {
 
-// The numbers that a plan carries begin with whether it remembers accelerations, and three of each of its particles where it
-// does (execute/carried.cpp); the others are alike on all ranks.
-bool remembers(std::span<const double> carried) { return !carried.empty() && carried[0] != 0; }
+// The numbers that a plan carries begin with whether it remembers anything. If so, those of particles that meet follow: a time,
+// how many pairs and surfaces, and six of each. Then come three of each of its particles, where it remembers accelerations, and
+// the rest (execute/carried.cpp). How many come before the accelerations, of the first four numbers; 0 where nothing is remembered.
+double before_accelerations(std::span<const double> first, const CarriedShape& shape) {
+  if (first.empty() || first[0] == 0) return 0;
+  return shape.meets && first.size() >= 4 ? 4 + 6 * (first[2] + first[3]) : 1;
+}
 
 // One of the three numbers of each particle.
 Column<double> axis_of(std::vector<double>& numbers, std::size_t axis) {
@@ -357,50 +389,58 @@ Column<double> axis_of(std::vector<double>& numbers, std::size_t axis) {
 
 void CarriedInRanges::save(Sink& sink) const {
   if (!remembers) return sink.put(std::span<const double>(alike));
-  sink.put<std::uint64_t>(1 + 3 * all + alike.size());
-  sink.put(1.0);
+  sink.put<std::uint64_t>(before.size() + 3 * all + alike.size());
+  for (const double number : before) sink.put(number);
   sink.begin_part();
   for (const double number : range) sink.put(number);
   sink.end_part();
   for (const double number : alike) sink.put(number);
 }
 
-void CarriedInRanges::load(Source& source, std::size_t particles, const Run& mine) {
+void CarriedInRanges::load(Source& source, std::size_t particles, const Run& mine, const CarriedShape& shape) {
   all = particles;
   const auto count = source.get<std::uint64_t>();
   if (count > source.left() / sizeof(double)) source.fail();
-  const double first = count > 0 ? source.get<double>() : 0;
-  remembers = first != 0 && count >= 1 + 3 * all;
+  const auto read_to = [&](std::vector<double>& list, std::size_t size) {
+    for (std::size_t k = list.size(); k < size; ++k) list.push_back(source.get<double>());
+  };
+  read_to(before, std::min<std::size_t>(count, shape.meets ? 4 : 1));
+  const double wanted = before_accelerations(before, shape);
+  if (!(wanted <= static_cast<double>(count))) source.fail();
+  read_to(before, static_cast<std::size_t>(wanted));
+  remembers = wanted > 0 && count == before.size() + 3 * all + shape.driven;
   if (!remembers) {
-    alike.assign(count, first);
-    for (std::size_t k = 1; k < count; ++k) source.get(alike[k]);
-    return;
+    alike = std::move(before);
+    return read_to(alike, count);
   }
   range.resize(3 * mine.count);
   source.skip(3 * mine.first * sizeof(double));
   for (double& number : range) source.get(number);
   source.skip(3 * (all - mine.first - mine.count) * sizeof(double));
-  alike.resize(count - 1 - 3 * all);
-  for (double& number : alike) source.get(number);
+  read_to(alike, shape.driven);
 }
 
 template <class T>
 CarriedInRanges Split<T>::carried() {
-  std::vector<double> here = plan_ ? plan_->carried(state_) : std::vector<double>();
-  std::array<double, 1> any_remembers{remembers(here) ? 1.0 : 0.0};
-  ranks_.highest(any_remembers);
-  CarriedInRanges carried{.remembers = any_remembers[0] != 0, .all = all_};
+  const std::vector<double> here = plan_ ? plan_->carried(state_) : std::vector<double>();
+  const auto before = static_cast<std::size_t>(before_accelerations(here, carried_shape_));
+  const std::size_t accelerations = 3 * part_.particles.size();
+  const bool accelerates = before != 0 && here.size() == before + accelerations + carried_shape_.driven;
+  std::array<double, 1> any_accelerates{accelerates ? 1.0 : 0.0};
+  ranks_.highest(any_accelerates);
+  CarriedInRanges carried{.remembers = any_accelerates[0] != 0, .all = all_};
   if (!carried.remembers) {
-    carried.alike = std::move(here);
+    carried.alike = here;
     return carried;
   }
-  if (here.empty()) here.push_back(1);
-  const auto behind = here.begin() + static_cast<std::ptrdiff_t>(1 + 3 * part_.particles.size());
+  const auto first = here.begin() + static_cast<std::ptrdiff_t>(before);
+  const auto behind = accelerates ? first + static_cast<std::ptrdiff_t>(accelerations) : first;
+  carried.before.assign(here.begin(), first);
   carried.alike.assign(behind, here.end());
-  here.erase(here.begin());
+  std::vector<double> mine(first, behind);
   carried.range.resize(3 * share_of(ranks_).of(all_).count);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    ranges_.to_ranges(axis_of(here, axis), axis_of(carried.range, axis));
+    ranges_.to_ranges(axis_of(mine, axis), axis_of(carried.range, axis));
   }
   return carried;
 }
@@ -413,7 +453,7 @@ std::vector<double> Split<T>::carried_here(const CarriedInRanges& carried) const
   std::vector<double> range = carried.range;
   std::vector<double> here(3 * part_.particles.size());
   for (std::size_t axis = 0; axis < 3; ++axis) exchange.from_ranges(axis_of(range, axis), axis_of(here, axis));
-  here.insert(here.begin(), 1);
+  here.insert(here.begin(), carried.before.begin(), carried.before.end());
   here.insert(here.end(), carried.alike.begin(), carried.alike.end());
   return here;
 }

@@ -20,19 +20,20 @@ namespace dvdx::tool {
 
 class MeetWatch {
  public:
-  explicit MeetWatch(const LoadedScene& loaded) {
+  // Crossings are counted where one rank has all particles.
+  explicit MeetWatch(const LoadedScene& loaded, int ranks = 1) {
     constexpr std::uint64_t steps = 32;          // from look to look
     constexpr std::uint64_t steps_of_cloth = 4;  // of which JoinWatch looks as often
     constexpr std::uint64_t looks = 8;           // in a run at least, where it is long enough
     const Scene& scene = loaded.file.scene;
     if (!scene.meet) return;
-    if (!scene.meet->radius && !has_tears(loaded.file)) {
-      if (auto triangles = cloth_triangles(scene); !triangles.empty()) crossings_.emplace(std::move(triangles));
-    }
+    auto triangles = scene.meet->radius || has_tears(loaded.file) ? std::vector<Triangle>() : cloth_triangles(scene);
+    const bool is_cloth = !triangles.empty();
+    if (is_cloth && ranks == 1) crossings_.emplace(std::move(triangles));
     if (crossings_ && scene.meet->part_of_cells) {
       crossings_->measure_by([&](std::uint32_t i) { return start_of<double>(loaded.file, i); });
     }
-    every_ = std::clamp<std::uint64_t>(loaded.steps / looks, 1, crossings_ ? steps_of_cloth : steps);
+    every_ = std::clamp<std::uint64_t>(loaded.steps / looks, 1, is_cloth ? steps_of_cloth : steps);
   }
 
   // Steps until the next look, at most `wanted`.

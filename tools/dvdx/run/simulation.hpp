@@ -77,7 +77,7 @@ class Simulation {
     JoinWatch<T> joins(loaded_, outcome_.network, heat, ranks_.count(), plan_ ? &*plan_ : nullptr);
     PinchWatch pinches(loaded_.file, ranks_.count());
     PokeWatch pokes(loaded_.file, ranks_.count());
-    MeetWatch meetings(loaded_);
+    MeetWatch meetings(loaded_, ranks_.count());
     Watches watch{observer, heat, joins, pinches, pokes, meetings};
     if (split_) contacts.tell_of(split_->particles());
     if (checkpoints.resumed() != nullptr) {
@@ -275,7 +275,8 @@ class Simulation {
   }
 
   void look_at_meetings(const Watches& watch) const {
-    if (plan_) watch.meetings.look(plan_->meetings(), state_);
+    if (split_) return watch.meetings.look(split_->meetings(), state_);
+    watch.meetings.look(plan_->meetings(), state_);
   }
 
   [[nodiscard]] Moment moment() const { return {.step = done_, .time = state_.clock.seconds}; }
@@ -331,7 +332,7 @@ class Simulation {
     get_state(source, state_, {.first = mine.first, .all = all});
     tearing_.load(source);
     if (split_) {
-      carried.load(source, all, mine);
+      carried.load(source, all, mine, split_->carried_shape());
     } else {
       OfPlan of{*plan_, state_};
       (void)tearing_.break_again(of);

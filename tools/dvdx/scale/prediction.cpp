@@ -84,7 +84,9 @@ Extent extent_of(const SceneFile& file, const std::string& size) {
   return extent;
 }
 
-Telling telling_of(const SceneFile& file, std::size_t scalar_bytes) {
+namespace {
+
+Telling telling_of_springs(const SceneFile& file, std::size_t scalar_bytes) {
   if (file.scene.networks.empty()) return {};
   if (file.scene.coupling.scheme == Scheme::sequential) {
     return {.times = tellings_of_sweeps(file.scene, file.particles.count), .numbers = 3, .bytes = scalar_bytes};
@@ -98,6 +100,15 @@ Telling telling_of(const SceneFile& file, std::size_t scalar_bytes) {
   // Velocities after each pulse; before them what each pass of the damping reads.
   const std::uint64_t passes = !is_damped(file.scene) ? 0 : is_fourth ? 2 : 1;
   return {.times = pulses * (1 + passes), .numbers = 3, .bytes = scalar_bytes};
+}
+
+}  // namespace
+
+Telling telling_of(const SceneFile& file, std::size_t scalar_bytes) {
+  Telling telling = telling_of_springs(file, scalar_bytes);
+  telling.bytes = scalar_bytes;
+  if (file.scene.meet) telling.numbers_to_all = 10;  // two places, a velocity and a mass
+  return telling;
 }
 
 std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
@@ -149,12 +160,30 @@ double messages_of(std::uint64_t neighbours, const Cut& cut, const Telling& tell
   return cut.pulses > 1 ? 2 * each / static_cast<double>(cut.pulses) : each;
 }
 
+struct ToldInSubstep {
+  std::uint64_t bytes = 0;
+  double messages = 0;
+};
+ToldInSubstep told_to_one(const Cut& cut, const Telling& telling) {
+  const std::uint64_t to_all = telling.numbers_to_all * telling.bytes;
+  return {.bytes = bytes_of(cut.halo, cut, telling) + (cut.all_particles - cut.fewest) * to_all,
+          .messages = messages_of(cut.neighbours, cut, telling) + (to_all != 0 ? static_cast<double>(cut.ranks - 1) : 0)};
+}
+ToldInSubstep told_by_all(const Cut& cut, const Telling& telling) {
+  const std::uint64_t to_all = telling.numbers_to_all * telling.bytes;
+  const std::uint64_t others = cut.ranks - 1;
+  return {
+      .bytes = bytes_of(cut.all_halo, cut, telling) + cut.all_particles * others * to_all,
+      .messages = messages_of(cut.all_neighbours, cut, telling) + (to_all != 0 ? static_cast<double>(cut.ranks * others) : 0)};
+}
+
 }  // namespace
 
 Times times_of(const Cut& cut, const Telling& telling, const Machine& machine) {
-  return {.own = static_cast<double>(cut.particles) * machine.particle_seconds.value(),
-          .told = machine.latency * messages_of(cut.neighbours, cut, telling) +
-                  static_cast<double>(bytes_of(cut.halo, cut, telling)) / machine.bandwidth};
+  const auto [bytes, messages] = told_to_one(cut, telling);
+  const std::uint64_t particles = telling.numbers_to_all != 0 ? cut.all_particles : cut.particles;
+  return {.own = static_cast<double>(particles) * machine.particle_seconds.value(),
+          .told = machine.latency * messages + static_cast<double>(bytes) / machine.bandwidth};
 }
 
 std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const Machine& machine, const Cut& one) {
@@ -173,9 +202,12 @@ std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const
       row("cut", fmt::format("{} of {} springs, {:.3g} %", cut.cut_springs, cut.all_springs,
                              100 * static_cast<double>(cut.cut_springs) / static_cast<double>(cut.all_springs)));
       row("halo a rank", fmt::format("{} particles at most, {} over all ranks", cut.halo, cut.all_halo));
+    }
+    if (cut.all_springs > 0 || telling.numbers_to_all != 0) {
+      const ToldInSubstep to_one = told_to_one(cut, telling), all = told_by_all(cut, telling);
       row("told a sub-step", fmt::format("{} bytes in {:.15g} messages to a rank at most; {} bytes in {:.15g} over all ranks",
-                                         bytes_of(cut.halo, cut, telling), messages_of(cut.neighbours, cut, telling),
-                                         bytes_of(cut.all_halo, cut, telling), messages_of(cut.all_neighbours, cut, telling)));
+                                         to_one.bytes, to_one.messages, all.bytes, all.messages));
+      if (telling.numbers_to_all != 0) row("", "of each particle where it has got: every rank works out all meetings");
       if (cut.pulses > 1) row("", fmt::format("{} sub-steps at a time, of a halo so many times as deep", cut.pulses));
     }
     row("predicted sub-step",

@@ -36,6 +36,8 @@ struct Telling {
   std::uint64_t times = 0;    // a sub-step
   std::uint64_t numbers = 0;  // of each particle of the halo, each time
   std::uint64_t bytes = 0;    // of a number
+  // Where particles meet, each rank tells each other one so many numbers of each of its particles, and works out all meetings.
+  std::uint64_t numbers_to_all = 0;
 };
 [[nodiscard]] Telling telling_of(const SceneFile& file, std::size_t scalar_bytes);
 

@@ -11,7 +11,7 @@ namespace dvdx {
 
 template <class T>
 struct WayTerms {
-  const std::uint32_t* elements = nullptr;  // of each particle, in the columns; below 2^31
+  const std::uint32_t* elements = nullptr;  // of each particle, in the columns, below 2^31; null: the records have been filled
   std::array<const T*, 3> x{}, v{};
   const T* w = nullptr;
   const MetStart<T>* start = nullptr;

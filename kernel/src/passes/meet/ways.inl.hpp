@@ -97,6 +97,21 @@ class LaneSums {
   std::uint32_t count_ = 0;
 };
 
+// Where particles are, and their w. The records are filled with what the columns have, unless they have been filled.
+template <class V>
+[[gnu::always_inline]] inline MetRecord<V> taken(const WayTerms<Scalar<V>>& terms, const FollowingLanes<V>& lanes) noexcept {
+  if (terms.elements == nullptr) return {lanes.load(terms.end).three, lanes.load(terms.velocity).mark};
+  const ColumnLanes<V> columns(terms.elements, lanes.particles());
+  const auto at = [&](const std::array<const Scalar<V>*, 3>& of) {
+    return Three<V>{{columns.load(of[0]), columns.load(of[1]), columns.load(of[2])}};
+  };
+  const Three<V> x = at(terms.x);
+  const V w = columns.load(terms.w);
+  lanes.store(terms.end, x, V(Scalar<V>(0)));
+  lanes.store(terms.velocity, at(terms.v), w);
+  return {x, w};
+}
+
 template <class V>
 WaySums take_ways(const WayTerms<Scalar<V>>& terms, std::size_t from, std::size_t to) noexcept {
   const V zero(Scalar<V>(0));
@@ -105,14 +120,7 @@ WaySums take_ways(const WayTerms<Scalar<V>>& terms, std::size_t from, std::size_
   std::size_t part = 0;
   for (std::size_t i = from; i < to; i += V::size, part = (part + 1) % LaneSums<V>::parts) {
     const FollowingLanes<V> lanes(i, to);
-    const ColumnLanes<V> columns(terms.elements, lanes.particles());
-    const auto at = [&](const std::array<const Scalar<V>*, 3>& of) {
-      return Three<V>{{columns.load(of[0]), columns.load(of[1]), columns.load(of[2])}};
-    };
-    const Three<V> x = at(terms.x);
-    const V w = columns.load(terms.w);
-    lanes.store(terms.end, x, zero);
-    lanes.store(terms.velocity, at(terms.v), w);
+    const auto [x, w] = taken<V>(terms, lanes);
     const MetRecord<V> start = lanes.load(terms.start);
     const Mask<V> meet = lanes.of(start.mark >= zero);
     const Three<V> way = x - start.three;

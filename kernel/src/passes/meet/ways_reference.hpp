@@ -30,16 +30,21 @@ std::array<double, 3> sum_of_lanes(const LaneSums<T>& lanes) noexcept {
 }
 
 template <class T>
+void fill_records(const WayTerms<T>& terms, std::size_t i) noexcept {
+  const std::size_t element = terms.elements[i];
+  terms.end[i] = {{terms.x[0][element], terms.x[1][element], terms.x[2][element]}, T(0)};
+  terms.velocity[i] = {{terms.v[0][element], terms.v[1][element], terms.v[2][element]}, terms.w[element]};
+}
+
+template <class T>
 WaySums take_ways(const WayTerms<T>& terms, std::size_t from, std::size_t to) noexcept {
   WaySums sums;
   LaneSums<T> ways{}, gones{};
   for (std::size_t i = from; i < to; ++i) {
-    const std::size_t element = terms.elements[i];
-    const Point<T> x{terms.x[0][element], terms.x[1][element], terms.x[2][element]};
-    terms.end[i] = {x, T(0)};
-    terms.velocity[i] = {{terms.v[0][element], terms.v[1][element], terms.v[2][element]}, terms.w[element]};
+    if (terms.elements != nullptr) fill_records(terms, i);
+    const Point<T>& x = terms.end[i].x;
     if (!(terms.start[i].r >= 0)) continue;
-    sums.has_movers = sums.has_movers || (!(terms.w[element] > 0) && x != terms.start[i].x);
+    sums.has_movers = sums.has_movers || (!(terms.velocity[i].w > 0) && x != terms.start[i].x);
     const std::size_t lane = (i - from) % meeting_lanes;
     add_way(minus(x, terms.start[i].x), ways[lane], sums.ways);
     add_way(minus(x, terms.listed[i].x), gones[lane], sums.gones);
