@@ -387,15 +387,15 @@ namespace {
 // As the last sub-step left them.
 template <class A>
 Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* workspace) noexcept {
-  if (joined == nullptr || !joined->joints().meet || workspace == nullptr || workspace->meet.substeps == 0) return {};
+  if (joined == nullptr || !joined->joints().meet) return {};
   constexpr double apart = 1e-3;  // of the wanted distance: nearer pairs touch
   const MeetRules<A>& rules = *joined->joints().meet;
+  Meetings found{.stretch_limit = rules.stretch_limit(), .passing_layers = rules.passing_layers()};
+  if (workspace == nullptr || workspace->meet.substeps == 0) return found;
   const MeetRoom<A>& room = workspace->meet;
-  Meetings found{.most = room.most,
-                 .rebuilt = room.rebuilt,
-                 .substeps = room.substeps,
-                 .stretch_limit = rules.stretch_limit(),
-                 .passing_layers = rules.passing_layers()};
+  found.most = room.most;
+  found.rebuilt = room.rebuilt;
+  found.substeps = room.substeps;
   const auto n = static_cast<double>(std::max<std::size_t>(1, room.particles));
   const auto place = [&](std::size_t i) {
     const Point<A>& x = room.end[i].x;

@@ -358,9 +358,7 @@ Stepped<double> two_layers(double height, const Meet& meet) {
   return Stepped<double>(scene, balls, {.step = 1.0 / 60});
 }
 std::size_t passing_layers(double height, const Meet& meet) {
-  Stepped<double> layers = two_layers(height, meet);
-  layers.step();
-  return layers.plan().meetings().passing_layers;
+  return two_layers(height, meet).plan().meetings().passing_layers;
 }
 
 TEST_CASE("layers that start too near are counted, neighbours in a sheet are not") {
@@ -376,6 +374,64 @@ TEST_CASE("layers that start too near are counted, neighbours in a sheet are not
   const std::string words = two_layers(0.8 * thickness, meet).plan().explain();
   CHECK(words.find("16 pairs of layers start nearer than they want to be, and never meet") != std::string::npos);
   CHECK(two_layers(1.01 * thickness, meet).plan().explain().find("pairs of layers") == std::string::npos);
+}
+
+TEST_CASE("layers that start too near count once one of them can yield, by what each pair wants, and along rods too") {
+  const auto two = [](double height, const auto& change) {
+    Balls balls;
+    for (std::size_t i = 0; i < 32; ++i) {
+      balls.add({side * static_cast<double>(i % 4), i < 16 ? 0 : height, side * static_cast<double>(i % 16 / 4)});
+    }
+    Scene scene;
+    scene.add(Network{grid_of({0, 4, 4}, {1, 0, 0}, {0, 0, 1})});
+    scene.add(Network{grid_of({16, 4, 4}, {1, 0, 0}, {0, 0, 1})});
+    scene.add(Meet{.part_of_cells = 0.9});
+    change(scene, balls);
+    return Stepped<double>(scene, balls, {.step = 1.0 / 60}).plan().meetings().passing_layers;
+  };
+  const double height = 0.3 * side;
+  CHECK(two(height, [](Scene&, Balls&) {}) > 16);
+  CHECK(two(height, [](Scene& scene, Balls&) {
+          for (std::size_t i = 0; i < 32; ++i) scene.fixed.push_back(i);
+        }) == 0);
+  CHECK(two(height, [](Scene& scene, Balls&) {
+          for (std::size_t i = 0; i < 16; ++i) scene.fixed.push_back(i);
+        }) > 16);
+  // A sheet of wide cells elsewhere changes nothing.
+  const std::size_t alone = two(height, [](Scene&, Balls&) {});
+  CHECK(two(height, [](Scene& scene, Balls& balls) {
+          for (std::size_t i = 0; i < 4; ++i)
+            balls.add({10 + 0.3 * static_cast<double>(i % 2), 0, 0.3 * static_cast<double>(i / 2)});
+          scene.add(Network{
+              Grid{.rows = 2, .columns = 2, .first = 32, .edge_u = {0.3, 0, 0}, .edge_v = {0, 0, 0.3}, .structural = 1}});
+        }) == alone);
+  // Rods hold them beside each other.
+  CHECK(two(height, [](Scene& scene, Balls&) {
+          Distance rods{.pairs = {}};
+          for (std::uint32_t i = 0; i < 16; ++i) rods.pairs.push_back({i, 16 + i});
+          scene.add(Constraint(rods));
+        }) == 0);
+}
+
+TEST_CASE("where particles are all in one place, no more pairs of layers are counted than there are particles") {
+  Balls balls;
+  for (std::size_t i = 0; i < 80 * 80; ++i) balls.add({});
+  Scene scene;
+  scene.add(Network{grid_of({0, 80, 80}, {1, 0, 0}, {0, 0, 1})});
+  scene.add(Meet{.thickness = thickness});
+  // There are 2e7, which would take as long as many plans.
+  CHECK(Stepped<double>(scene, balls, {.step = 1.0 / 60}).plan().meetings().passing_layers == balls.size());
+}
+
+TEST_CASE("ropes that meet have a stretch beyond which they may cross") {
+  Balls balls;
+  for (std::size_t i = 0; i < 5; ++i) balls.add({side * static_cast<double>(i), 0, 0});
+  Scene scene;
+  Springs rope{.pairs = {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {0, 2}}, .stiffness = 100.0};  // one bends, and is no side
+  scene.add(Network{rope});
+  scene.add(Meet{.thickness = thickness});
+  CHECK(Stepped<double>(scene, balls, {.step = 1.0 / 60}).plan().meetings().stretch_limit ==
+        doctest::Approx(std::sqrt(2.0) * 0.9));
 }
 
 // A strip whose end lies over its middle; and one of narrow cells, whose neighbours are nearer than its thickness.
@@ -398,9 +454,7 @@ TEST_CASE("a strip that is compiled folded has layers that pass, one of narrow c
     grid.edge_u = {along * static_cast<double>(columns - 1), 0, 0};
     scene.add(Network{grid});
     scene.add(along < 0.5 * side ? Meet{.part_of_cells = 0.9} : Meet{.thickness = thickness});
-    Stepped<double> stepped(scene, balls, {.step = 1.0 / 60});
-    stepped.step();
-    return stepped.plan().meetings().passing_layers;
+    return Stepped<double>(scene, balls, {.step = 1.0 / 60}).plan().meetings().passing_layers;
   };
   CHECK(passing(strip(side, 1), side) == 0);  // flat
   CHECK(passing(strip(side, 0.1), side) > 8);

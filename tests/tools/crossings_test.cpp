@@ -103,6 +103,21 @@ TEST_CASE("a cell's side counts, its diagonal does not") {
   CHECK(crossings.longest_side() == 3);
 }
 
+// Two triangles with a common side, of which each has its own ends: one is a little beside the other.
+TEST_CASE("cloth that is sewn does not cross itself at the seam") {
+  Batch<double> batch(Layout::soa, 6);
+  const std::array<Vec3, 6> at{{{0, 0, 0}, {1, 0, 0}, {0.5, 1, 0.3}, {0, 0.01, 0.01}, {1, 0, -0.01}, {0.5, 0.3, 1}}};
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) batch.view().x[axis][i] = at[i][axis];
+  }
+  const std::vector<Triangle> triangles{{0, 1, 2}, {3, 4, 5}};
+  CHECK(Crossings(triangles).count(batch.view()) > 0);
+  const std::vector<dvdx::Pair> seam{{3, 0}, {4, 1}};
+  CHECK(Crossings(triangles, seam).count(batch.view()) == 0);
+  const std::vector<dvdx::Pair> around{{5, 4}, {3, 5}};  // none of them is the other triangle's
+  CHECK(Crossings(triangles, around).count(batch.view()) > 0);
+}
+
 TEST_CASE("sides of cells count by what they are at other places") {
   Batch<double> batch(Layout::soa, 4);
   const std::array<double, 4> x{0, 3, 0, 0}, y{0, 0, 4, 3};

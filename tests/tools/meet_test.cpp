@@ -180,8 +180,45 @@ TEST_CASE("run warns of layers that start too near to meet, and the cure is take
   CHECK(cure_of(report) == R"(Start layers 0.008 m apart, or set "apart_at_start": false in meet)");
   CHECK(run(folder, "run layers.json --strict").exit == 6);
   CHECK(run(folder, "run layers.json --strict --set meet.apart_at_start=false").exit == 0);
+  CHECK(run(folder, "run layers.json --strict --set meet.apart_at_start=true").exit == 0);  // it is meant
+  const json of_parts = json::parse(run(folder, R"(run layers.json --json --set 'meet={"part_of_cells": 0.8}')").out);
+  CHECK(cure_of(of_parts) == "Start layers 0.8 of their widest cell apart");
   write("0.0081");
   CHECK(run(folder, "run layers.json --strict").exit == 0);
+}
+
+TEST_CASE("run warns of friction by which cloth may gain energy, of balls in one another, and of bounces that add energy") {
+  const ScratchFolder folder("meet-warnings");
+  const auto codes = [&](const std::string& command) {
+    std::vector<std::string> all;
+    for (const json& warning : json::parse(run(folder, command + " --json").out)["warnings"]) all.push_back(warning["code"]);
+    return all;
+  };
+  using Codes = std::vector<std::string>;
+  folder.write("cloth.json",
+               R"({"format": "dvdx-scene/1", "name": "cloth", "step": 0.01, "duration": 0.05, "network": {"type": "grid",
+    "mass": 0.16, "structural": 100, "rows": 4, "columns": 4, "edge_u": [0.03, 0, 0], "edge_v": [0, 0, 0.03]},
+    "meet": {"thickness": 0.008, "friction": 1.3}})");
+  CHECK(codes("run cloth.json") == Codes{"grip"});
+  CHECK(codes("run cloth.json --set meet.friction=1.2") == Codes{});
+  // The upper one of two on a floor is as heavy as so many of the lower one.
+  folder.write("tower.json", R"({"format": "dvdx-scene/1", "name": "tower", "step": 0.016666666666666666, "duration": 1,
+    "particles": {"count": 2, "mass": {"values": [1, 1e6]}, "position": {"values": [[0, 0.01, 0], [0, 0.0301, 0]]}},
+    "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
+    "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0}], "meet": {"radius": 0.01}})");
+  CHECK(codes("run tower.json") == Codes{"overlap"});
+  CHECK(codes("run tower.json --set 'particles.mass={\"values\": [1, 1]}'") == Codes{});
+  const auto wall = [](const std::string& normal) {
+    return R"({"type": "plane", "offset": -0.05, "restitution": 1, "normal": )" + normal + "}";
+  };
+  folder.write("gas.json", R"({"format": "dvdx-scene/1", "name": "gas", "step": 0.016666666666666666, "duration": 10,
+    "particles": {"count": 2, "position": {"values": [[-0.03, 0.001, 0], [0.02, 0, 0.002]]},
+      "velocity": {"values": [[1, 0.3, -0.4], [-0.2, 0.5, 0.7]]}}, "contacts": [)" +
+                               wall("[1, 0, 0]") + "," + wall("[-1, 0, 0]") + "," + wall("[0, 1, 0]") + "," +
+                               wall("[0, -1, 0]") + "," + wall("[0, 0, 1]") + "," + wall("[0, 0, -1]") +
+                               R"(], "meet": {"radius": 0.01, "restitution": 1}})");
+  CHECK(codes("run gas.json --precision float64") == Codes{"bounces"});
+  CHECK(codes("run gas.json --precision float64 --set substeps=16") == Codes{});
 }
 
 TEST_CASE("run counts where edges of cloth go through its triangles, and warns of cloth that has crossed") {

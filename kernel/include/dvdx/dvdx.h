@@ -736,7 +736,7 @@ typedef struct dvdx_meetings {
   double stretch_limit;  // of cloth: springs stretched by less let nothing pass; 0: balls
   size_t passing_layers;  // pairs of cloth that started too near, are no neighbours along it, and never meet
 } dvdx_meetings;
-// All 0 before the first step, and where nothing meets. workspace: the one that the state was stepped in; null: the plan's own.
+// Before the first step the last two alone; all 0 where nothing meets. workspace: the state's own; null: the plan's.
 DVDX_EXPORT dvdx_status dvdx_plan_meetings(const dvdx_plan* plan, const dvdx_workspace* workspace, dvdx_meetings* meetings,
                                            dvdx_error* error);
 

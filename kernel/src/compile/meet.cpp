@@ -108,6 +108,12 @@ std::vector<double> widest_sides(const Scene& scene, std::span<const Vec3> start
   return widest;
 }
 
+// m: of cells, and of nets and ropes, whose cells are taken to be as wide as the shortest spring of each particle.
+double widest_side_of_any(const Scene& scene, std::span<const Vec3> start) {
+  const std::vector<double> sides = widest_sides(scene, start);
+  return sides.empty() ? 0 : *std::max_element(sides.begin(), sides.end());
+}
+
 // m: half of the least thickness by part_of_cells.
 double least_half_of_cells(const Scene& scene, std::span<const Vec3> start) {
   double least = std::numeric_limits<double>::infinity();
@@ -422,7 +428,7 @@ MeetRules<T>::MeetRules(const Scene& scene, std::span<const Vec3> start)
   if (!is_ball_ && least_ != most_) wanted_ = Wanted::larger;
   if (passes_near_ones(meet)) start_.assign(start.begin(), start.end());
   if (!is_ball_) {
-    const double side = widest_side(scene, start);
+    const double side = widest_side_of_any(scene, start);
     if (side > 0)
       stretch_limit_ = meet.thickness ? std::sqrt(2.0) * *meet.thickness / side : std::sqrt(2.0) * *meet.part_of_cells;
   }
@@ -436,11 +442,30 @@ MeetRules<T>::MeetRules(const Scene& scene, std::span<const Vec3> start)
   }
   fingerprint_ = fingerprint_of(group_of_, fingerprint_of(met_, fingerprint_of(r_, no_values)));
   for (const Vec3& at : start_) fingerprint_ = fingerprint_of(at, fingerprint_);
-  if (is_ball_ || start_.empty() || !(most_ > 0)) return;
-  const auto passes = [&](std::uint32_t i, std::uint32_t j) {
-    return r_[i] >= 0 && r_[j] >= 0 && have_groups_that_meet(i, j) && !accepts(i, j);
+  if (!is_ball_ && !start_.empty() && most_ > 0) passing_layers_ = count_layers(scene, start);
+}
+
+// Those of which one can yield.
+template <class T>
+std::size_t MeetRules<T>::count_layers(const Scene& scene, std::span<const Vec3> start) const {
+  std::vector<JoinedPair> joined = joined_pairs(scene, start);
+  for (const Constraint& constraint : scene.constraints) {
+    const auto* const distance = std::get_if<Distance>(&constraint);
+    for (std::size_t k = 0; distance != nullptr && k < distance->pairs.size(); ++k) {
+      const auto& [a, b] = distance->pairs[k];
+      joined.push_back({.a = a, .b = b, .l = distance->length ? (*distance->length)[k] : 0});
+    }
+  }
+  std::vector<std::uint8_t> yields(start.size(), 1);
+  for (const std::size_t i : scene.fixed) yields[i] = 0;
+  for (const Kinematic& followers : scene.kinematic) {
+    for (const std::size_t i : followers.particles) yields[i] = 0;
+  }
+  const auto wanted = [&](std::uint32_t i, std::uint32_t j) {
+    const bool would_meet = r_[i] >= 0 && r_[j] >= 0 && (yields[i] | yields[j]) != 0 && have_groups_that_meet(i, j);
+    return would_meet && !accepts(i, j) ? exactly_wanted(i, j) : 0.0;
   };
-  passing_layers_ = count_passing_layers(joined_pairs(scene, start), start, 2 * double{most_}, passes);
+  return count_passing_layers(joined, start, 2 * double{most_}, wanted);
 }
 
 template <class T>

@@ -71,6 +71,7 @@ class MeetRules {
   [[nodiscard]] bool have_groups_that_meet(std::uint32_t i, std::uint32_t j) const noexcept {
     return groups_ == 0 || met_[group_of_[i] * groups_ + group_of_[j]] != 0;
   }
+  [[nodiscard]] std::size_t count_layers(const Scene& scene, std::span<const Vec3> start) const;
 
   Meet meet_;  // without radii and groups
   bool is_ball_;

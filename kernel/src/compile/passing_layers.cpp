@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <queue>
 #include <utility>
 #include <vector>
@@ -38,37 +39,34 @@ std::vector<Placed> sorted_by_cells(std::span<const Vec3> start, double side) {
   return placed;
 }
 
-// use(i, j), i < j: of particles in the same cell, and in two that touch.
+// use(j) of particles in the same cell as this one and in those that touch it, while it says that more are wanted.
 template <class Use>
-void over_near(std::span<const Placed> placed, const Use& use) {
-  for (std::size_t k = 0; k < placed.size(); ++k) {
-    const Cell& at = placed[k].cell;
-    for (int row = 0; row < 9; ++row) {
-      const Cell first{at[0] + row / 3 - 1, at[1] + row % 3 - 1, at[2] - 1};
-      const Cell last{first[0], first[1], at[2] + 1};
-      for (auto of = std::lower_bound(placed.begin(), placed.end(), Placed{first, 0}); of != placed.end() && of->cell <= last;
-           ++of) {
-        if (placed[k].particle < of->particle) use(placed[k].particle, of->particle);
-      }
+void over_near(std::span<const Placed> placed, const Placed& at, const Use& use) {
+  for (int row = 0; row < 9; ++row) {
+    const Cell first{at.cell[0] + row / 3 - 1, at.cell[1] + row % 3 - 1, at.cell[2] - 1};
+    const Cell last{first[0], first[1], at.cell[2] + 1};
+    for (auto of = std::lower_bound(placed.begin(), placed.end(), Placed{first, 0}); of != placed.end() && of->cell <= last;
+         ++of) {
+      if (!use(of->particle)) return;
     }
   }
 }
 
-// The shortest ways along springs from one particle.
+// The shortest ways along what joins particles from one of them.
 class WaysAlong {
  public:
-  WaysAlong(std::span<const JoinedPair> springs, std::span<const Vec3> start)
+  WaysAlong(std::span<const JoinedPair> joined, std::span<const Vec3> start)
       : from_(start.size() + 1), way_(start.size(), std::numeric_limits<double>::infinity()) {
-    for (const JoinedPair& s : springs) {
+    for (const JoinedPair& s : joined) {
       ++from_[s.a];
       ++from_[s.b];
     }
     for (std::size_t i = 1; i < from_.size(); ++i) from_[i] += from_[i - 1];
-    springs_.resize(2 * springs.size());
-    for (const JoinedPair& s : springs) {
+    joined_.resize(2 * joined.size());
+    for (const JoinedPair& s : joined) {
       const double l = s.l > 0 ? s.l : distance(start[s.a], start[s.b]);
-      springs_[--from_[s.a]] = {l, s.b};
-      springs_[--from_[s.b]] = {l, s.a};
+      joined_[--from_[s.a]] = {l, s.b};
+      joined_[--from_[s.b]] = {l, s.a};
     }
   }
   // m: no longer than `most`, else infinite.
@@ -80,7 +78,7 @@ class WaysAlong {
       const auto [way, i] = next_.top();
       next_.pop();
       if (way > way_[i]) continue;
-      for (std::size_t k = from_[i]; k < from_[i + 1]; ++k) come(way + springs_[k].first, springs_[k].second, most);
+      for (std::size_t k = from_[i]; k < from_[i + 1]; ++k) come(way + joined_[k].first, joined_[k].second, most);
     }
   }
   [[nodiscard]] double to(std::uint32_t i) const noexcept { return way_[i]; }
@@ -94,8 +92,8 @@ class WaysAlong {
     next_.push({way, i});
   }
 
-  std::vector<std::size_t> from_;  // of each particle's springs, and their end
-  std::vector<Way> springs_;
+  std::vector<std::size_t> from_;  // of what is joined to each particle, and its end
+  std::vector<Way> joined_;
   std::vector<double> way_;
   std::vector<std::uint32_t> found_;
   std::priority_queue<Way, std::vector<Way>, std::greater<>> next_;
@@ -103,20 +101,26 @@ class WaysAlong {
 
 }  // namespace
 
-std::size_t count_passing_layers(std::span<const JoinedPair> springs, std::span<const Vec3> start, double most,
-                                 const std::function<bool(std::uint32_t, std::uint32_t)>& passes) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> near;
-  over_near(sorted_by_cells(start, most), [&](std::uint32_t i, std::uint32_t j) {
-    if (passes(i, j)) near.emplace_back(i, j);
-  });
-  if (near.empty()) return 0;
-  std::sort(near.begin(), near.end());
-  WaysAlong ways(springs, start);
+std::size_t count_passing_layers(std::span<const JoinedPair> joined, std::span<const Vec3> start, double most,
+                                 const std::function<double(std::uint32_t, std::uint32_t)>& wanted) {
+  const std::vector<Placed> placed = sorted_by_cells(start, most);
+  std::optional<WaysAlong> ways;
   std::size_t count = 0;
-  for (std::size_t k = 0; k < near.size(); ++k) {
-    const auto [i, j] = near[k];
-    if (k == 0 || near[k - 1].first != i) ways.find(i, 2 * most);
-    count += ways.to(j) > 2 * most ? 1U : 0U;
+  std::size_t looks = 1024 * start.size();
+  for (const Placed& at : placed) {
+    bool is_found = false;
+    over_near(placed, at, [&](std::uint32_t j) {
+      const std::uint32_t i = at.particle;
+      const double d = i < j ? wanted(i, j) : 0;
+      if (d > 0) {
+        if (!ways) ways.emplace(joined, start);
+        if (!is_found) ways->find(i, 2 * most);
+        is_found = true;
+        count += ways->to(j) > 2 * d ? 1U : 0U;
+      }
+      return --looks > 0 && count < start.size();
+    });
+    if (looks == 0 || count >= start.size()) break;
   }
   return count;
 }

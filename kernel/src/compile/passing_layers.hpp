@@ -11,9 +11,10 @@
 
 namespace dvdx {
 
-// Pairs within what they want at the start, `most` m or less, that are no neighbours: the way along springs from one to the
-// other is more than twice that, or there is none. passes(i, j), i < j: whether the pair would meet, and is nearer than that.
-[[nodiscard]] std::size_t count_passing_layers(std::span<const JoinedPair> springs, std::span<const Vec3> start, double most,
-                                               const std::function<bool(std::uint32_t, std::uint32_t)>& passes);
+// Pairs that are no neighbours: the way along what joins particles from one to the other is more than twice what the pair wants, or
+// there is none. wanted(i, j), m, at most `most`: of a pair that is nearer than that and would meet; 0 of any other. As many as
+// there are particles are counted, no more, and so many times as many looked at that a cloth has by far fewer.
+[[nodiscard]] std::size_t count_passing_layers(std::span<const JoinedPair> joined, std::span<const Vec3> start, double most,
+                                               const std::function<double(std::uint32_t, std::uint32_t)>& wanted);
 
 }  // namespace dvdx

@@ -483,10 +483,15 @@ std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outc
       .cure = crossing_cure(loaded.file, widest.stretch, limit)};
 }
 
-// Cloth that is compiled folded, or layers that were put too close.
+// Cloth that is compiled folded, or layers that were put too close, where the scene does not say that they shall pass.
 std::optional<Warning> warning_of_layers(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.met || outcome.met->passing_layers == 0) return std::nullopt;
+  const Meet& meet = *loaded.file.scene.meet;
+  if (meet.near_at_start != NearAtStart::by_kind) return std::nullopt;
   const std::size_t count = outcome.met->passing_layers;
+  const bool may_part = meet.thickness && *meet.thickness < shortest_spring(loaded.file);
+  const std::string how_far = meet.thickness ? fmt::format("{:.3g} m", *meet.thickness)
+                                             : fmt::format("{:.3g} of their widest cell", *meet.part_of_cells);
   return Warning{
       .code = "layers_pass",
       .text = fmt::format("{} pair{} of particles start{} nearer than they want to be and are no neighbours along the "
@@ -494,10 +499,50 @@ std::optional<Warning> warning_of_layers(const LoadedScene& loaded, const Outcom
                           count, count == 1 ? "" : "s", count == 1 ? "s" : ""),
       .value = static_cast<double>(count),
       .limit = 0,
-      .cure = loaded.file.scene.meet->part_of_cells
-                  ? "Start layers farther apart, by part_of_cells of the widest cell"
-                  : fmt::format("Start layers {:.3g} m apart, or set \"apart_at_start\": false in meet",
-                                *loaded.file.scene.meet->thickness)};
+      .cure = fmt::format("Start layers {} apart{}", how_far, may_part ? ", or set \"apart_at_start\": false in meet" : "")};
+}
+
+// Cloth gains energy where friction pushes back harder than what presses: docs/meet.md.
+std::optional<Warning> warning_of_grip(const LoadedScene& loaded) {
+  constexpr double most = 1.2;
+  const auto& meet = loaded.file.scene.meet;
+  if (!meet || meet->radius || !(meet->friction > most)) return std::nullopt;
+  return Warning{.code = "grip",
+                 .text = fmt::format("friction {:.3g} of cloth that meets: above {} it may add energy", meet->friction, most),
+                 .value = meet->friction,
+                 .limit = most,
+                 .cure = fmt::format("Try \"friction\": {} in meet", most)};
+}
+
+// Balls between surfaces that bounce: what meets both in a sub-step may gain energy. Without forces none can come from elsewhere.
+std::optional<Warning> warning_of_bounces(const LoadedScene& loaded, const Outcome& outcome) {
+  const Scene& scene = loaded.file.scene;
+  const bool is_alone = scene.meet && scene.meet->radius && scene.meet->restitution > 0 && scene.forces.empty() &&
+                        scene.motions.empty() && scene.networks.empty() && !is_live(loaded.file);
+  const double most = 1.01 * outcome.energy_start;
+  if (!is_alone || !(outcome.energy_end > most)) return std::nullopt;
+  return Warning{
+      .code = "bounces",
+      .text = fmt::format("balls have {:.3g} J at the end and had {:.3g} J at the start: bounces off balls and surfaces in "
+                          "one sub-step have added it",
+                          outcome.energy_end, outcome.energy_start),
+      .value = outcome.energy_end,
+      .limit = most,
+      .cure = "Try more \"substeps\", so that no ball goes farther than a tenth of its radius in one"};
+}
+
+// Balls that are pressed into one another: by a deep pile, or heavy ones by which light ones cannot stand.
+std::optional<Warning> warning_of_overlap(const LoadedScene& loaded, const Outcome& outcome) {
+  constexpr double most = 0.1;
+  if (!outcome.met || !loaded.file.scene.meet->radius || !(outcome.met->overlap_mean > most)) return std::nullopt;
+  return Warning{
+      .code = "overlap",
+      .text = fmt::format("balls that touch are in one another by {:.2g} of their distance on average at the end: what "
+                          "presses is more than the rounds of a sub-step carry",
+                          outcome.met->overlap_mean),
+      .value = outcome.met->overlap_mean,
+      .limit = most,
+      .cure = "Try more \"rounds\" in meet, more \"substeps\", or masses that differ less"};
 }
 
 void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
@@ -517,7 +562,8 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
 std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
   std::vector<Warning> warnings = loaded.file.warnings;
   for (auto& of : {outcome.dear, warning_of_inside(loaded, outcome), warning_of_pinch(outcome), warning_of_poke(outcome),
-                   warning_of_crossing(loaded, outcome), warning_of_layers(loaded, outcome), warning_of_held(loaded, outcome),
+                   warning_of_crossing(loaded, outcome), warning_of_layers(loaded, outcome), warning_of_grip(loaded),
+                   warning_of_overlap(loaded, outcome), warning_of_bounces(loaded, outcome), warning_of_held(loaded, outcome),
                    warning_of_rods(loaded, outcome), warning_of_turning(outcome)}) {
     if (of) warnings.push_back(*of);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 #include <variant>
 
@@ -50,6 +51,18 @@ std::vector<Triangle> cloth_triangles(const Scene& scene) {
   return triangles;
 }
 
+std::vector<Pair> sewn_pairs(const Scene& scene) {
+  std::vector<Pair> sewn;
+  for (const Network& network : scene.networks) {
+    const auto* const springs = std::get_if<Springs>(&network);
+    if (springs == nullptr || !springs->rest_length) continue;
+    for (std::size_t k = 0; k < springs->pairs.size(); ++k) {
+      if ((*springs->rest_length)[k] == 0) sewn.push_back(springs->pairs[k]);
+    }
+  }
+  return sewn;
+}
+
 void Crossings::Box::add(const Box& other) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     least[axis] = std::min(least[axis], other.least[axis]);
@@ -63,7 +76,24 @@ bool Crossings::Box::meets(const Box& other) const noexcept {
   return true;
 }
 
-Crossings::Crossings(std::vector<Triangle> triangles) : triangles_(std::move(triangles)), edges_(edges(triangles_)) {}
+Crossings::Crossings(std::vector<Triangle> triangles, std::span<const Pair> sewn)
+    : triangles_(std::move(triangles)), edges_(edges(triangles_)) {
+  if (sewn.empty()) return;
+  std::uint32_t last = 0;
+  for (const Triangle& of : triangles_) last = std::max(last, *std::max_element(of.begin(), of.end()));
+  for (const Pair& pair : sewn) last = std::max(last, *std::max_element(pair.begin(), pair.end()));
+  corner_.resize(last + std::size_t{1});
+  std::iota(corner_.begin(), corner_.end(), 0U);
+  const auto lowest = [&](std::uint32_t i) {
+    while (corner_[i] != i) i = corner_[i] = corner_[corner_[i]];
+    return i;
+  };
+  for (const auto& [a, b] : sewn) {
+    const auto [low, high] = std::minmax(lowest(a), lowest(b));
+    corner_[high] = low;
+  }
+  for (std::uint32_t i = 0; i <= last; ++i) corner_[i] = lowest(i);
+}
 
 template <class T>
 std::size_t Crossings::count(const State<T>& state) {
@@ -131,7 +161,9 @@ std::size_t Crossings::through(const Pair& edge) {
   const Box box = box_of(edge);
   const auto counts = [&](std::uint32_t t) {
     const Triangle& of = triangles_[t];
-    const bool is_corner = std::any_of(of.begin(), of.end(), [&](std::uint32_t i) { return i == edge[0] || i == edge[1]; });
+    const bool is_corner = std::any_of(of.begin(), of.end(), [&](std::uint32_t i) {
+      return corner_of(i) == corner_of(edge[0]) || corner_of(i) == corner_of(edge[1]);
+    });
     return !is_corner && boxes_[t].meets(box) && goes_through(x_[edge[0]], x_[edge[1]], {x_[of[0]], x_[of[1]], x_[of[2]]});
   };
   std::size_t found = 0;

@@ -16,11 +16,14 @@ namespace dvdx::tool {
 
 // The triangles of grids, each cell cut from (row, column) to (row + 1, column + 1), and of meshes; none of nets.
 [[nodiscard]] std::vector<Triangle> cloth_triangles(const Scene& scene);
+// Particles that springs without length join: the ends of seams.
+[[nodiscard]] std::vector<Pair> sewn_pairs(const Scene& scene);
 
 // A tree of boxes around the triangles, so that an edge of any length finds all that it may go through.
 class Crossings {
  public:
-  explicit Crossings(std::vector<Triangle> triangles);
+  // sewn: particles that count as one corner.
+  explicit Crossings(std::vector<Triangle> triangles, std::span<const Pair> sewn = {});
 
   [[nodiscard]] bool has_cloth() const noexcept { return !triangles_.empty(); }
 
@@ -58,7 +61,10 @@ class Crossings {
   [[nodiscard]] Box box_of(std::span<const std::uint32_t> corners) const noexcept;
   [[nodiscard]] std::size_t through(const Pair& edge);
 
+  [[nodiscard]] std::uint32_t corner_of(std::uint32_t i) const noexcept { return corner_.empty() ? i : corner_[i]; }
+
   std::vector<Triangle> triangles_;
+  std::vector<std::uint32_t> corner_;  // of each particle, the lowest one that is sewn to it; empty: nothing is sewn
   std::vector<Pair> edges_;
   std::vector<double> units_;  // of each triangle's side; empty: 1 m
   std::vector<Vec3> x_;

@@ -29,7 +29,7 @@ class MeetWatch {
     if (!scene.meet) return;
     auto triangles = scene.meet->radius || has_tears(loaded.file) ? std::vector<Triangle>() : cloth_triangles(scene);
     const bool is_cloth = !triangles.empty();
-    if (is_cloth && ranks == 1) crossings_.emplace(std::move(triangles));
+    if (is_cloth && ranks == 1) crossings_.emplace(std::move(triangles), sewn_pairs(scene));
     if (crossings_ && scene.meet->part_of_cells) {
       crossings_->measure_by([&](std::uint32_t i) { return start_of<double>(loaded.file, i); });
     }
