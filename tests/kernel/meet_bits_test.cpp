@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "compile/joints.hpp"
-#include "dvdx/partition.hpp"
 #include "kernel/meeting.hpp"
 #include "support/isas.hpp"
 #include "support/threads.hpp"
@@ -414,13 +413,19 @@ TEST_CASE("more pairs than 32 bits number are refused") {
         "meet.most_neighbours is 255: must be at most 254 for so many particles, " + std::to_string(many.size()));
 }
 
-TEST_CASE("scenes that are stepped in parts have no meetings yet") {
+TEST_CASE("a part of particles that meet is refused where it is not told of the others'") {
   Scene scene;
   scene.add(Meet{.radius = 0.5});
-  const std::vector<std::uint32_t> owner(8, 0);
-  const auto part = part_of(scene, owner, 0);
-  REQUIRE(!part);
-  CHECK(part.error().message() == "meet is there: must be left out of a scene that is stepped in parts");
+  Options options;
+  options.elsewhere.exchange.start = [](void*, const HaloColumns&) noexcept {};
+  options.elsewhere.exchange.finish = options.elsewhere.exchange.start;
+  CHECK(test::refusal_of(scene, test::heap(8, 2, 1.0), options) ==
+        "meet is there: must be left out of a scene that is stepped in parts without elsewhere.meetings");
+}
+
+TEST_CASE("nobody looks ahead of particles that meet") {
+  Scene scene;
+  scene.add(Meet{.radius = 0.5});
   Stepped<double> stepped(scene, test::heap(8, 2, 1.0), {});
   CHECK(!stepped.plan().seek(stepped.state(), 4));
 }

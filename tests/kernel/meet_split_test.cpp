@@ -27,12 +27,14 @@ using namespace dvdx;
 
 constexpr double step = 1.0 / 240;
 
-// Two heaps of grains of several sizes, the second numbers above the first, one thrown at the other over a floor that rises; one
-// grain is fixed, and another follows a motion.
-struct Grains {
+struct Met {
   Scene scene;
   test::Balls balls;
+};
 
+// Two heaps of grains of several sizes, the second numbers above the first, one thrown at the other over a floor that rises.
+// One grain is fixed, and another follows a motion.
+struct Grains : Met {
   explicit Grains(std::size_t each, double friction = 0.4) {
     constexpr double d = 0.02;
     std::vector<double> radii;
@@ -56,6 +58,29 @@ struct Grains {
   }
 };
 
+// A sheet on edge that folds on itself.
+struct Folding : Met {
+  Folding() {
+    constexpr std::size_t rows = 20, columns = 8;
+    constexpr double side = 0.01;
+    Grid grid{.rows = rows, .columns = columns, .edge_u = {(columns - 1) * side, 0, 0}, .edge_v = {0, -0.188, 0.02}};
+    grid.structural = 60;
+    grid.shear = 20;
+    grid.bend = 2;
+    grid.damping = 0.001;
+    for (std::size_t i = 0; i < rows * columns; ++i) {
+      const double down = static_cast<double>(i / columns) / (rows - 1);
+      balls.add({side * static_cast<double>(i % columns), 0.19 - 0.188 * down, 0.02 * down}, {0, -1.5, 0});
+    }
+    scene.mass = 1e-4;
+    scene.add(Constant{.acceleration = {0, -9.81, 0}});
+    scene.add(Contact{Plane{.normal = {0, 1, 0}, .offset = 0, .friction = 0.5}});
+    scene.add(Network{grid});
+    scene.meet = Meet{.thickness = 0.009, .friction = 0.3, .most_neighbours = 48};
+    scene.coupling.substeps = 24;
+  }
+};
+
 template <class T>
 void place(const test::Balls& balls, State<T>& state, std::span<const std::uint32_t> numbers) {
   for (std::size_t k = 0; k < state.count; ++k) {
@@ -67,7 +92,7 @@ void place(const test::Balls& balls, State<T>& state, std::span<const std::uint3
   }
 }
 
-// What the parts tell each other, and a halo that nobody has.
+// What the parts tell each other: of meetings, and of their halos, if they have any.
 class Telling {
  public:
   Telling(const Scene& whole, const test::Balls& balls, std::vector<std::uint32_t> owner, std::uint32_t parts)
@@ -81,6 +106,7 @@ class Telling {
       of_part_.push_back({this, p});
     }
     first_.push_back(told_.size());
+    halo_.fill(std::vector<float>(told_.size()));
     for (const Vec3& at : balls.x) {  // as states in float32 have them
       start_.push_back(
           {double{static_cast<float>(at[0])}, double{static_cast<float>(at[1])}, double{static_cast<float>(at[2])}});
@@ -96,12 +122,40 @@ class Telling {
             .context = &of_part_[p],
             .tell = tell};
   }
+  [[nodiscard]] Exchange exchange(std::uint32_t p) noexcept {
+    return {.context = &of_part_[p],
+            .start = start,
+            .finish = finish,
+            .is_told = part_[p].is_told.data(),
+            .is_own = part_[p].is_own.data()};
+  }
 
  private:
   struct OfPart {
     Telling* all;
     std::uint32_t part;
   };
+  // Each part's own numbers by the whole's, so that whoever has one in its halo finds it.
+  static void start(void* context, const HaloColumns& columns) noexcept {
+    const auto& [all, part] = *static_cast<OfPart*>(context);
+    const Part& of = all->part_[part];
+    for (std::size_t k = 0; k < of.particles.size(); ++k) {
+      for (std::size_t axis = 0; axis < 3 && of.is_told[k] != 0 && of.is_own[k] != 0; ++axis) {
+        all->halo_[axis][of.particles[k]] = static_cast<const float*>(columns.columns[axis])[columns.element[k]];
+      }
+    }
+  }
+  static void finish(void* context, const HaloColumns& columns) noexcept {
+    const auto& [all, part] = *static_cast<OfPart*>(context);
+    const Part& of = all->part_[part];
+    all->meeting_.arrive_and_wait();
+    for (std::size_t k = 0; k < of.particles.size(); ++k) {
+      for (std::size_t axis = 0; axis < 3 && of.is_own[k] == 0; ++axis) {
+        static_cast<float*>(columns.columns[axis])[columns.element[k]] = all->halo_[axis][of.particles[k]];
+      }
+    }
+    all->meeting_.arrive_and_wait();
+  }
   static void tell(void* context, std::byte* records, std::size_t each) noexcept {
     const auto& [all, part] = *static_cast<OfPart*>(context);
     all->records_[part] = records;
@@ -119,6 +173,7 @@ class Telling {
   std::vector<std::size_t> first_;
   std::vector<Vec3> start_;
   std::vector<OfPart> of_part_;
+  std::array<std::vector<float>, 3> halo_;
   std::barrier<> meeting_;
   std::vector<std::byte*> records_;
 };
@@ -131,7 +186,7 @@ struct Run {
   std::vector<Vec3> x{};
 };
 
-Run of_whole(const Grains& grains, const Options& options, std::size_t steps) {
+Run of_whole(const Met& grains, const Options& options, std::size_t steps) {
   Soa<float> memory(grains.balls.size());
   State<float> state = memory.view();
   place(grains.balls, state, {});
@@ -154,7 +209,7 @@ struct Stepped {
 };
 
 // In two calls, between which the parts go on in plans of their own kind that take what the first ones carried.
-Run in_parts(const Grains& grains, const Options& options, std::size_t steps, const std::vector<std::uint32_t>& owner,
+Run in_parts(const Met& grains, const Options& options, std::size_t steps, const std::vector<std::uint32_t>& owner,
              std::uint32_t parts) {
   Telling telling(grains.scene, grains.balls, owner, parts);
   std::vector<Stepped> of(parts);
@@ -164,6 +219,8 @@ Run in_parts(const Grains& grains, const Options& options, std::size_t steps, co
     own.unstable = Unstable::allowed;
     own.elsewhere = elsewhere_of(grains.scene, grains.balls.size());
     own.elsewhere.meetings = telling.of(p);
+    own.elsewhere.springs_damp = !grains.scene.networks.empty();
+    if (!grains.scene.networks.empty()) own.elsewhere.exchange = telling.exchange(p);
     Soa<float> at_start(of[p].state.count);
     State<float> start = at_start.view();
     place(grains.balls, start, telling.part(p).particles);
@@ -198,7 +255,7 @@ Run in_parts(const Grains& grains, const Options& options, std::size_t steps, co
   for (std::uint32_t p = 0; p < parts; ++p) {
     CHECK(of[p].plan->carried(of[p].state) == run.carried);
     for (std::size_t k = 0; k < of[p].state.count; ++k) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t axis = 0; axis < 3 && telling.part(p).is_own[k] != 0; ++axis) {
         together.x[axis][telling.part(p).particles[k]] = of[p].state.x[axis][k];
         together.v[axis][telling.part(p).particles[k]] = of[p].state.v[axis][k];
       }
@@ -258,6 +315,25 @@ TEST_CASE("meet in parts: any owner of a grain gives the bits of the whole") {
   for (std::size_t i = 0; i < grains.balls.size(); ++i) owner.push_back(static_cast<std::uint32_t>(i * i % 3));
   const Options options{.step = step};
   check_equal(in_parts(grains, options, 20, owner, 3), of_whole(grains, options, 20));
+}
+
+TEST_CASE("meet in parts: cloth that folds over its parts' border has the bits of the whole") {
+  const Folding cloth;
+  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
+    CAPTURE(static_cast<int>(scheme));
+    Met met = cloth;
+    met.scene.coupling.scheme = scheme;
+    const Options options{.step = 4 * step};
+    const Run whole = of_whole(met, options, 14);
+    Met apart = met;
+    apart.scene.meet.reset();
+    CHECK(of_whole(apart, options, 14).hash != whole.hash);
+    CHECK(whole.contacts[0].hits > 20);
+    check_equal(in_parts(met, options, 14, stripes(met.scene, met.balls.size(), 3), 3), whole);
+    std::vector<std::uint32_t> owner;  // columns, so that the border too lies on the floor
+    for (std::size_t i = 0; i < met.balls.size(); ++i) owner.push_back(i % 8 < 4 ? 0 : 1);
+    check_equal(in_parts(met, options, 14, owner, 2), whole);
+  }
 }
 
 TEST_CASE("meet in parts: lists that are not the whole's are refused") {

@@ -112,8 +112,8 @@ std::string list() {
     "fixed": [1], "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]})";
 }
 
-// Balls of two sizes that fall on a floor that rises, over a ball that is fixed: the first numbers under the last, so that ranks'
-// ranges meet.
+// Balls of two sizes in a hollow one over a floor that rises, one of them fixed: the first numbers are under the last, so that
+// ranks' ranges meet.
 std::string grains(int count = 41) {
   nlohmann::json scene = nlohmann::json::parse(R"({
     "format": "dvdx-scene/1", "name": "grains", "step": 0.0125, "duration": 0.5,

@@ -65,9 +65,9 @@ struct SharedBirths {
   std::uint64_t (*count_all)(void* context, std::uint64_t here) noexcept = nullptr;
 };
 
-// Where particles meet (Scene::meet), a part works out the meetings of all of them in each sub-step, from what the others tell of
-// theirs, and takes what they do to its own. The part's scene has the whole's `meet` as it is, radii and groups of all particles
-// too (scene_of has). All that this points at is to be kept as long as the plan.
+// Where particles meet (Scene::meet), a part works out the meetings of all of them in each sub-step, from what the others
+// tell of theirs, and takes what they do to its own. The part's scene has the whole's `meet` as it is, with the radii and groups
+// of all particles (scene_of). All that this points at is to be kept as long as the plan.
 struct SharedMeetings {
   const Scene* whole = nullptr;   // a scene that compiles; null: no part
   std::span<const Vec3> start{};  // m: of its particles, from its origin, as the state of all at the start has them
@@ -78,8 +78,8 @@ struct SharedMeetings {
   std::span<const std::uint32_t> told{};
   std::size_t first = 0;
   void* context = nullptr;
-  // A record of so many bytes for each that is told, of which this part's own stand in their places: fills in the others'. Called
-  // by all parts that have particles, once a sub-step. Allocates nothing.
+  // A record of so many bytes for each that is told, of which this part's own stand in their places: fills in the others'.
+  // Called by all parts that have particles, once a sub-step. Allocates nothing.
   void (*tell)(void* context, std::byte* records, std::size_t each) noexcept = nullptr;
 };
 

@@ -90,8 +90,8 @@ class Split {
   // Throws SharedFault where a rank cannot make its part. limit: the whole scene's.
   Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const NetworkLimit& limit);
 
-  // report: null, or what this rank's own particles do to contacts. Called by all. Throws SharedFault where a particle that meets
-  // has too many neighbours.
+  // report: null, or what this rank's own particles do to contacts. Called by all. Throws SharedFault where particles meet and
+  // one has too many neighbours.
   void step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel);
   // Fills the state that is shown, weighed and written: ranges of the particles' numbers, one a rank. Called by all.
   void to_ranges(State<T>& range);
