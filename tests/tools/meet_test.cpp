@@ -190,14 +190,15 @@ TEST_CASE("run warns of layers that start too near to meet, and the cure is take
 TEST_CASE("run warns of friction by which cloth may gain energy, of balls in one another, and of bounces that add energy") {
   const ScratchFolder folder("meet-warnings");
   const auto codes = [&](const std::string& command) {
+    const json report = json::parse(run(folder, command + " --json").out);
     std::vector<std::string> all;
-    for (const json& warning : json::parse(run(folder, command + " --json").out)["warnings"]) all.push_back(warning["code"]);
+    for (const json& warning : report["warnings"]) all.push_back(warning["code"].get<std::string>());
     return all;
   };
   using Codes = std::vector<std::string>;
   folder.write("cloth.json",
                R"({"format": "dvdx-scene/1", "name": "cloth", "step": 0.01, "duration": 0.05, "network": {"type": "grid",
-    "mass": 0.16, "structural": 100, "rows": 4, "columns": 4, "edge_u": [0.03, 0, 0], "edge_v": [0, 0, 0.03]},
+    "mass": 0.16, "structural": 100, "rows": 4, "columns": 4, "origin": [0, 0, 0], "edge_u": [0.03, 0, 0], "edge_v": [0, 0, 0.03]},
     "meet": {"thickness": 0.008, "friction": 1.3}})");
   CHECK(codes("run cloth.json") == Codes{"grip"});
   CHECK(codes("run cloth.json --set meet.friction=1.2") == Codes{});
