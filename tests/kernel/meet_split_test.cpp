@@ -92,7 +92,7 @@ void place(const test::Balls& balls, State<T>& state, std::span<const std::uint3
   }
 }
 
-// What the parts tell each other: of meetings, and of their halos, if they have any.
+// The parts tell each other of meetings, and of their halos, if they have any.
 class Telling {
  public:
   Telling(const Scene& whole, const test::Balls& balls, std::vector<std::uint32_t> owner, std::uint32_t parts)

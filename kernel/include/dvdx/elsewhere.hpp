@@ -66,8 +66,8 @@ struct SharedBirths {
 };
 
 // Where particles meet (Scene::meet), a part works out the meetings of all of them in each sub-step, from what the others
-// tell of theirs, and takes what they do to its own. The part's scene has the whole's `meet` as it is, with the radii and groups
-// of all particles (scene_of). All that this points at is to be kept as long as the plan.
+// tell of theirs, and takes what they do to its own. The part's scene has the whole's `meet` as it is, with the radii and
+// groups of all particles (scene_of). All that this points at is to be kept as long as the plan.
 struct SharedMeetings {
   const Scene* whole = nullptr;   // a scene that compiles; null: no part
   std::span<const Vec3> start{};  // m: of its particles, from its origin, as the state of all at the start has them

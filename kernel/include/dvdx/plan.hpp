@@ -295,8 +295,8 @@ class DVDX_EXPORT Plan {
   // particles and one over what joins them; it allocates nothing, throws nothing, and any thread may make it.
   [[nodiscard]] StateCheck check(const State<T>& state) const noexcept;
 
-  // How particles met in the last sub-step that was made in this plan's own workspace, or in that one; before the first it is what
-  // the plan alone says. All 0 where the scene has no `meet`.
+  // How particles met in the last sub-step that was made in this plan's own workspace, or in that one; before the first
+  // it is what the plan alone says. All 0 where the scene has no `meet`.
   [[nodiscard]] Meetings meetings() const noexcept;
   [[nodiscard]] Meetings meetings(const Workspace<T>& workspace) const noexcept;
 

@@ -514,7 +514,7 @@ std::optional<Warning> warning_of_grip(const LoadedScene& loaded) {
                  .cure = fmt::format("Try \"friction\": {} in meet", most)};
 }
 
-// Balls between surfaces that bounce: what meets both in a sub-step may gain energy. Without forces none can come from elsewhere.
+// A ball that bounces off a surface and another ball in a sub-step may gain energy. Without forces none comes from elsewhere.
 std::optional<Warning> warning_of_bounces(const LoadedScene& loaded, const Outcome& outcome) {
   const Scene& scene = loaded.file.scene;
   const bool is_alone = scene.meet && scene.meet->radius && scene.meet->restitution > 0 && scene.forces.empty() &&

@@ -57,7 +57,7 @@ class HaloExchange {
   double waited_seconds_ = 0;
 };
 
-// What the numbers that a plan carries are of.
+// The kinds of numbers that a plan carries.
 struct CarriedShape {
   bool meets = false;      // particles do: pulses of pairs and surfaces come first
   std::size_t driven = 0;  // those at the end, of what the caller may drive
