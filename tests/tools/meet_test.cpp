@@ -220,6 +220,10 @@ TEST_CASE("run warns of friction by which cloth may gain energy, of balls in one
                                R"(], "meet": {"radius": 0.01, "restitution": 1}})");
   CHECK(codes("run gas.json --precision float64") == Codes{"bounces"});
   CHECK(codes("run gas.json --precision float64 --set substeps=16") == Codes{});
+  const std::string weight =
+      R"(run gas.json --precision float64 --set 'forces=[{"type": "constant", "acceleration": [0, -1, 0]}]')";
+  CHECK(codes(weight + " --set substeps=1 --duration 40") == Codes{"bounces"});
+  CHECK(codes(weight + " --set substeps=64") == Codes{});
 }
 
 TEST_CASE("run counts where edges of cloth go through its triangles, and warns of cloth that has crossed") {

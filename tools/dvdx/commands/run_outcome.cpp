@@ -514,18 +514,22 @@ std::optional<Warning> warning_of_grip(const LoadedScene& loaded) {
                  .cure = fmt::format("Try \"friction\": {} in meet", most)};
 }
 
-// A ball that bounces off a surface and another ball in a sub-step may gain energy. Without forces none comes from elsewhere.
+// A ball that bounces off a surface and another ball in a sub-step may gain energy. Constant forces give none: `energy` counts
+// what they may still give.
 std::optional<Warning> warning_of_bounces(const LoadedScene& loaded, const Outcome& outcome) {
   const Scene& scene = loaded.file.scene;
-  const bool is_alone = scene.meet && scene.meet->radius && scene.meet->restitution > 0 && scene.forces.empty() &&
-                        scene.motions.empty() && scene.networks.empty() && !is_live(loaded.file);
-  const double most = 1.01 * outcome.energy_start;
-  if (!is_alone || !(outcome.energy_end > most)) return std::nullopt;
+  const auto is_constant = [](const Force& force) { return std::holds_alternative<Constant>(force); };
+  const bool is_alone = scene.meet && scene.meet->radius && scene.meet->restitution > 0 && !scene.contacts.empty() &&
+                        std::all_of(scene.forces.begin(), scene.forces.end(), is_constant) && scene.motions.empty() &&
+                        scene.networks.empty() && !is_live(loaded.file);
+  const double start = outcome.energy_start;
+  const double most = start + 0.01 * (std::abs(start) + std::abs(outcome.energy_end));
+  if (!is_alone || start == 0 || !(outcome.energy_end > most)) return std::nullopt;
   return Warning{
       .code = "bounces",
       .text = fmt::format("balls have {:.3g} J at the end and had {:.3g} J at the start: bounces off balls and surfaces in "
-                          "one sub-step have added it",
-                          outcome.energy_end, outcome.energy_start),
+                          "one sub-step have added it, or balls that started within one another",
+                          outcome.energy_end, start),
       .value = outcome.energy_end,
       .limit = most,
       .cure = "Try more \"substeps\", so that no ball goes farther than a tenth of its radius in one"};
