@@ -200,4 +200,25 @@ TEST_CASE("an elastic gas that is pressed together keeps its energy and its mome
   }
 }
 
+// By one sub-step they go by up to 2.5 cm, off walls and each other: pushes along their chords gave 3900 times the energy.
+TEST_CASE("two elastic balls of 1 cm in a box of 10 cm gain little energy in 100 s, however coarse the step") {
+  Balls balls;
+  balls.add({-0.03, 0.001, 0}, {1, 0.3, -0.4});
+  balls.add({0.02, 0, 0.002}, {-0.2, 0.5, 0.7});
+  Scene scene;
+  for (const double side : {-1.0, 1.0}) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Vec3 normal{};
+      normal[axis] = side;
+      scene.add(Contact{Plane{.normal = normal, .offset = -0.05, .restitution = 1}});
+    }
+  }
+  scene.add(Meet{.radius = 0.01, .restitution = 1});
+  Stepped<double> stepped(scene, balls, {.step = 1.0 / 60});
+  const double before = sums(stepped, balls.size()).energy;
+  stepped.step(6000);
+  CHECK(sums(stepped, balls.size()).energy < 1.2 * before);
+  CHECK(sums(stepped, balls.size()).energy > 0.9 * before);
+}
+
 }  // namespace meet_impacts_test

@@ -55,6 +55,7 @@ class MeetStep {
     of_.surface_count = surface_count;
     of_.h = h;
     take();
+    straighten();
     if (find_strays() == ListAge::stale && list() == Found::too_many) {
       room_.pair_count = 0;
       room_.is_kept = false;
@@ -101,6 +102,20 @@ class MeetStep {
     });
     room_.has_impacts = false;
   }
+  // A particle that surfaces have turned back has x1 - x0 other than v1 h: a pair may come nearer along that chord while its
+  // velocities part, and pushes then add speed. So its start is moved to x1 - v1 h, as if it had come straight to its end, which
+  // it has since it was turned back. Those that it met before are seen at its end alone.
+  void straighten() noexcept {
+    if (!(of_.rules.meet().restitution > 0) || of_.surface_count == 0) return;
+    const T least = of_.slowest * std::abs(of_.h);
+    of_.over_particles([&](std::size_t i) {
+      if (!(room_.velocity[i].w > 0)) return;
+      const Point<T> way = times(of_.h, room_.velocity[i].v);
+      const Point<T> off = minus(minus(room_.end[i].x, way), room_.start[i].x);
+      if (inner(off, off) > least * least + T(1e-6) * inner(way, way)) room_.start[i].x = plus(room_.start[i].x, off);
+    });
+  }
+
   [[nodiscard]] T nominal_skin() const noexcept { return T(0.3) * of_.rules.least_radius(); }
 
   static bool is_finite(const Point<T>& x) noexcept {
